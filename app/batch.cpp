@@ -18,7 +18,7 @@
 namespace balance::app {
 namespace {
 
-std::string in_words(const BatchProgress& progress) {
+std::string format_progress(const BatchProgress& progress) {
   std::string text = fmt::format("{} of {} cases", progress.finished, progress.total);
   if (progress.reused > 0) text += fmt::format(", {} found finished", progress.reused);
   if (progress.failed > 0) text += fmt::format(", {} failed", progress.failed);
@@ -26,35 +26,36 @@ std::string in_words(const BatchProgress& progress) {
 }
 
 /// The cases and the files that they are made of, for scripts.
-ExitCode list(const BatchPlan& plan, const BatchCommandOptions& options, const std::optional<Shard>& shard) {
+ExitCode print_case_list(const BatchPlan& plan, const BatchCommandOptions& options, const std::optional<Shard>& shard) {
   Json json = {{"suite", plan.suite.name}, {"cases", Json::array()}};
   std::string names;
   for (const SuiteCase& one : plan.suite.cases) {
-    if (shard && !belongs(one.name, *shard)) continue;
+    if (shard && !is_in_shard(one.name, *shard)) continue;
     names += one.name + "\n";
     json["cases"].push_back(one.name);
   }
   json["files"] = {options.suite};
   for (const SpecSource& spec : plan.specs) {
     json["files"].push_back(spec.path);
-    for (const std::string& table : spec.tables) json["files"].push_back(table);
+    for (const std::string& table : spec.referenced_files) json["files"].push_back(table);
   }
-  print(options.json ? dump(json) : names);
+  print(options.json ? format_json(json) : names);
   return ExitCode::done;
 }
 
 /// What earlier batches have left.
-void tell_what_was_there(const BatchOutcome& outcome, const BatchCommandOptions& options) {
+void print_reused_cases(const BatchOutcome& outcome, const BatchCommandOptions& options) {
   const BatchProgress& progress = outcome.progress;
   if (options.quiet || progress.reused == 0) return;
   std::string text = fmt::format("note: {} of {} cases were finished already", progress.reused, progress.total);
   if (progress.reused_failed > 0)
     text += fmt::format(", {} of them without a result; --retry-failed computes those again", progress.reused_failed);
-  tell(text);
+  print_message(text);
 }
 
-std::string case_text(const CaseRecord& record) {
-  return visible(record.name + ": " + record.status + (record.message.empty() ? "" : ": " + record.message));
+std::string format_case(const CaseRecord& record) {
+  return escape_for_terminal(record.name + ": " + record.status +
+                             (record.message.empty() ? "" : ": " + record.message));
 }
 
 /// A shard's part of the results: no summary of all, no requirements.
@@ -64,35 +65,35 @@ ExitCode report_shard(const BatchOutcome& outcome, const BatchCommandOptions& op
   Json json = {{"shard", options.shard}, {"cases", Json::array()}};
   for (const CaseRecord& record : outcome.records) {
     code = std::max(code, record.exit_code());
-    text += case_text(record) + "\n";
+    text += format_case(record) + "\n";
     json["cases"].push_back({{"name", record.name}, {"status", record.status}, {"message", record.message}});
   }
   if (options.json)
-    print(dump(json));
+    print(format_json(json));
   else if (!options.quiet)
     print_text(text);
   else
     for (const CaseRecord& record : outcome.records)
-      if (record.status != "done") tell("FAILED " + case_text(record));
+      if (record.status != "done") print_message("FAILED " + format_case(record));
   return static_cast<ExitCode>(code);
 }
 
 ExitCode report(const BatchPlan& plan, BatchOutcome outcome, const BatchCommandOptions& options) {
-  const Summary summary = summarise(plan.suite, std::move(outcome.records));
+  const BatchSummary summary = summarise_batch(plan.suite, std::move(outcome.records));
   const std::vector<std::string> files = [&] {
-    const DeferSignals deferred;
-    return write_summary(folder_of(options), summary);
+    const SignalDeferral deferred;
+    return write_summary(choose_output_folder(options), summary);
   }();
   if (pending_signal() != 0) throw Cancelled("interrupted, after the summary was written");
   if (options.json) {
     print(summary_json(summary));
   } else if (!options.quiet) {
-    std::string text = summary_text(summary);
-    for (const std::string& file : files) text += written_line(file);
+    std::string text = format_batch_text(summary);
+    for (const std::string& file : files) text += format_written_message(file);
     // The end of a log is what is read of it.
-    const std::string failures = failures_text(summary);
+    const std::string failures = format_failures(summary);
     print_text(text + (failures.empty() ? "" : "\n") + failures);
-  } else if (const std::string failures = failures_text(summary); !failures.empty()) {
+  } else if (const std::string failures = format_failures(summary); !failures.empty()) {
     tell_lines(failures.substr(0, failures.size() - 1));
   }
   return static_cast<ExitCode>(summary.exit_code());
@@ -101,20 +102,20 @@ ExitCode report(const BatchPlan& plan, BatchOutcome outcome, const BatchCommandO
 ExitCode run(const BatchCommandOptions& options) {
   const std::optional<Shard> shard = parse_shard(options.shard);
   if (options.merge && shard) throw UsageError("--merge is about all cases and does not go with --shard");
-  const BatchPlan plan = make_plan(read_suite_file(options.suite));
-  if (options.list) return list(plan, options, shard);
-  if (const std::string trouble = input_in_the_way(plan, folder_of(options)); !trouble.empty())
+  const BatchPlan plan = make_batch_plan(read_suite_file(options.suite));
+  if (options.list) return print_case_list(plan, options, shard);
+  if (const std::string trouble = find_overwritten_input(plan, choose_output_folder(options)); !trouble.empty())
     throw UsageError(trouble);
-  if (options.merge) return report(plan, collect_batch(plan, folder_of(options)), options);
-  say_when_interrupted("interrupted; cases that are finished are kept, and the same command goes on behind them");
+  if (options.merge) return report(plan, collect_batch(plan, choose_output_folder(options)), options);
+  set_interrupt_message("interrupted; cases that are finished are kept, and the same command goes on behind them");
   BatchOutcome outcome;
   {
     ProgressLine line(options.quiet);
-    BatchOptions batch = batch_options(options);
-    batch.progress = [&line](const BatchProgress& progress) { line.draw(in_words(progress)); };
+    BatchOptions batch = make_batch_options(options);
+    batch.progress = [&line](const BatchProgress& progress) { line.draw(format_progress(progress)); };
     outcome = run_batch(plan, batch);
   }
-  tell_what_was_there(outcome, options);
+  print_reused_cases(outcome, options);
   return shard ? report_shard(outcome, options) : report(plan, std::move(outcome), options);
 }
 

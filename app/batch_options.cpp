@@ -28,7 +28,8 @@ std::pair<double, std::string> split_number(const std::string& text, const std::
 }
 
 double parse_seconds(const std::string& text) {
-  const std::string complaint = "--case-timeout needs seconds, such as 60, or 0 for none, not " + in_quotes(text);
+  const std::string complaint =
+      "--case-timeout needs seconds, such as 60, or 0 for none, not " + quote_for_message(text);
   const auto [number, unit] = split_number(text, complaint);
   for (const auto& [name, seconds] : {std::pair("", 1.0), {"s", 1.0}, {"min", 60.0}, {"h", 3600.0}})
     if (unit == name && number * seconds <= max_duration) return number * seconds;
@@ -39,27 +40,27 @@ constexpr double min_case_memory = 16;  // MiB: what a process has before it rea
 
 std::uintmax_t parse_bytes(const std::string& text) {
   const std::string complaint =
-      "--case-memory needs MiB, such as 512, or a size such as 2GiB, or 0 for no limit, not " + in_quotes(text);
+      "--case-memory needs MiB, such as 512, or a size such as 2GiB, or 0 for no limit, not " + quote_for_message(text);
   const auto [number, unit] = split_number(text, complaint);
-  constexpr double kibi = 1024, mebi = kibi * kibi;
-  for (const auto& [name, bytes] : {std::pair("", mebi),
-                                    {"K", kibi},
-                                    {"KiB", kibi},
-                                    {"M", mebi},
-                                    {"MiB", mebi},
-                                    {"G", mebi * kibi},
-                                    {"GiB", mebi * kibi},
-                                    {"T", mebi * mebi},
-                                    {"TiB", mebi * mebi},
+  constexpr double kibibyte = 1024, mebibyte = kibibyte * kibibyte;
+  for (const auto& [name, bytes] : {std::pair("", mebibyte),
+                                    {"K", kibibyte},
+                                    {"KiB", kibibyte},
+                                    {"M", mebibyte},
+                                    {"MiB", mebibyte},
+                                    {"G", mebibyte * kibibyte},
+                                    {"GiB", mebibyte * kibibyte},
+                                    {"T", mebibyte * mebibyte},
+                                    {"TiB", mebibyte * mebibyte},
                                     {"kB", 1e3},
                                     {"MB", 1e6},
                                     {"GB", 1e9},
                                     {"TB", 1e12}}) {
     if (unit != name) continue;
     if (number * bytes > 1e18) throw UsageError(complaint);
-    if (number > 0 && number * bytes < min_case_memory * mebi)
+    if (number > 0 && number * bytes < min_case_memory * mebibyte)
       throw UsageError(fmt::format("--case-memory {}: expected at least {:g} MiB, without which no case can begin",
-                                   in_quotes(text), min_case_memory));
+                                   quote_for_message(text), min_case_memory));
     return static_cast<std::uintmax_t>(number * bytes);
   }
   throw UsageError(complaint);
@@ -74,7 +75,7 @@ void add_batch_options(CLI::App& parser, BatchCommandOptions& o) {
       ->type_name("FOLDER");
   parser.add_option("-j,--jobs", o.jobs, "cases computed at once; all cores if not given")
       ->type_name("N")
-      ->check(whole_number(1, 4096));
+      ->check(integer_range_validator(1, 4096));
   parser.add_option("--shard", o.shard, "compute only the i-th of n parts of the cases")->type_name("I/N");
   parser.add_option("--case-timeout", o.case_timeout, "longest time of a case in seconds; 3600 if not given, 0: none")
       ->type_name("SECONDS");
@@ -104,21 +105,21 @@ std::optional<Shard> parse_shard(const std::string& text) {
   return shard;
 }
 
-std::string folder_of(const BatchCommandOptions& options) {
+std::string choose_output_folder(const BatchCommandOptions& options) {
   if (!options.output.empty()) return options.output;
   if (options.suite == "-") throw UsageError("--output is needed for a suite from standard input");
   return std::filesystem::path(options.suite).stem().string() + "-results";
 }
 
-BatchOptions batch_options(const BatchCommandOptions& options) {
+BatchOptions make_batch_options(const BatchCommandOptions& options) {
   BatchOptions batch;
-  batch.folder = folder_of(options);
+  batch.folder = choose_output_folder(options);
   batch.jobs = options.jobs > 0 ? options.jobs : std::max(1U, std::thread::hardware_concurrency());
   batch.shard = parse_shard(options.shard);
   batch.force = options.force;
-  if (!options.case_timeout.empty()) batch.limits.seconds = parse_seconds(options.case_timeout);
-  if (!options.case_memory.empty()) batch.limits.bytes = parse_bytes(options.case_memory);
-  batch.keep = options.metrics_only ? Keep::metrics_only : Keep::series;
+  if (!options.case_timeout.empty()) batch.limits.wall_seconds = parse_seconds(options.case_timeout);
+  if (!options.case_memory.empty()) batch.limits.memory_bytes = parse_bytes(options.case_memory);
+  batch.stored_output = options.metrics_only ? StoredOutput::metrics_only : StoredOutput::series;
   batch.retry_failed = options.retry_failed;
   return batch;
 }

@@ -31,9 +31,9 @@ void add_batch_options(CLI::App& parser, BatchCommandOptions& options);
 std::optional<Shard> parse_shard(const std::string& text);
 
 /// Where the results go.
-std::string folder_of(const BatchCommandOptions& options);
+std::string choose_output_folder(const BatchCommandOptions& options);
 
 /// What the library is to do, without progress. @throws UsageError for a limit that is none
-BatchOptions batch_options(const BatchCommandOptions& options);
+BatchOptions make_batch_options(const BatchCommandOptions& options);
 
 }  // namespace balance::app

@@ -24,7 +24,7 @@ struct CheckOptions {
 
 std::optional<VerifyReport> verify_or_throw(const Study& study) {
   try {
-    return verify(study);
+    return verify_formulations(study);
   } catch (const std::invalid_argument& error) {
     // The library was asked something that the spec should not have asked.
     throw SpecError({.place = {.file = study.spec_file}, .message = error.what()});
@@ -33,7 +33,7 @@ std::optional<VerifyReport> verify_or_throw(const Study& study) {
 
 CheckReport check_with_progress(const Study& study) {
   ProgressLine line(false);
-  return check(study, [&](double part) { line.draw_part("assembly modes", part); });
+  return check_mechanism(study, [&](double part) { line.draw_fraction("assembly modes", part); });
 }
 
 ExitCode run(const CheckOptions& wanted) {
@@ -42,7 +42,7 @@ ExitCode run(const CheckOptions& wanted) {
   if (wanted.verify && study.mechanism.space == SpaceKind::spatial)
     throw UsageError(study.spec_file +
                      " is spatial: --verify compares two formulations, and spatial mechanisms have one");
-  for (const std::string& warning : study.warnings) tell("warning: " + warning);
+  for (const std::string& warning : study.warnings) print_message("warning: " + warning);
   const CheckReport report = check_with_progress(study);
   const bool done = report.outcome.status == MotionStatus::done;
   // In JSON a failure is one document, the error's; as text what is known is worth reading first.
@@ -53,9 +53,9 @@ ExitCode run(const CheckOptions& wanted) {
   if (!options.json && verified) print_text("\n" + verify_text(*verified));
   if (!done) throw MotionFailure(report.outcome);
   if (!verified) return ExitCode::done;
-  if (!verified->agree) return ExitCode::not_met;
-  if (verified->refused.status != MotionStatus::done) {
-    tell("error: " + verified->refused.reason);
+  if (!verified->is_consistent) return ExitCode::not_met;
+  if (verified->failed_outcome.status != MotionStatus::done) {
+    print_message("error: " + verified->failed_outcome.reason);
     return ExitCode::mechanism;
   }
   return ExitCode::done;

@@ -15,7 +15,7 @@ namespace balance::app {
 
 void add_spec_options(CLI::App& parser, SpecOptions& options) {
   parser.add_option("spec", options.spec, "the mechanism, a YAML file")->required()->type_name("SPEC");
-  parser.add_option("--set", options.set, "override a parameter of the spec; may be repeated")
+  parser.add_option("--set", options.overrides, "override a parameter of the spec; may be repeated")
       ->type_name("NAME=VALUE")
       ->allow_extra_args(false);  // or it would swallow the spec's name
   parser.add_flag("--json", options.json, "print JSON, errors included");
@@ -23,7 +23,7 @@ void add_spec_options(CLI::App& parser, SpecOptions& options) {
 
 ReadOptions read_options(const SpecOptions& options) {
   ReadOptions read;
-  for (const std::string& text : options.set) {
+  for (const std::string& text : options.overrides) {
     const std::size_t equals = text.find('=');
     if (equals == 0 || equals == std::string::npos || equals + 1 == text.size()) {
       throw UsageError("--set needs name=value, not '" + text + "'");
@@ -40,7 +40,7 @@ DesignSpace read_space(const SpecOptions& options) {
 }
 
 void check_standard_output(const std::vector<std::string>& files, bool json, bool binary) {
-  const auto wishes = std::count(files.begin(), files.end(), standard_output);
+  const auto wishes = std::count(files.begin(), files.end(), standard_output_path);
   if (wishes == 0) return;
   if (wishes > 1) throw UsageError("two files cannot both go to standard output");
   if (json) throw UsageError("--json goes to standard output, where a file named - cannot go, too");
@@ -48,23 +48,24 @@ void check_standard_output(const std::vector<std::string>& files, bool json, boo
     throw UsageError("standard output is a terminal, which has no use for HDF5; send it to a file or a program");
 }
 
-std::vector<InputFile> inputs_of(const Study& study) {
+std::vector<InputFile> list_input_files(const Study& study) {
   std::vector<InputFile> inputs = {{study.spec_file, "the spec"}};
-  for (const std::string& file : files_of_spec(study.spec_text, study.spec_file))
+  for (const std::string& file : list_spec_files(study.spec_text, study.spec_file))
     if (file != study.spec_file) inputs.push_back({file, "a table or a part of the spec"});
   return inputs;
 }
 
-void keep_inputs(const std::string& output, const std::string& what, const std::vector<InputFile>& inputs) {
-  if (const InputFile* replaced = find_replaced(output, inputs))
-    throw UsageError(fmt::format("{} would replace {}: {}", what, replaced->what, replaced->path));
+void check_overwrites_no_input(const std::string& output, const std::string& what,
+                               const std::vector<InputFile>& inputs) {
+  if (const InputFile* replaced = find_replaced_input(output, inputs))
+    throw UsageError(fmt::format("{} would replace {}: {}", what, replaced->description, replaced->path));
 }
 
 void check_output(const std::string& output, const std::string& what, const std::vector<InputFile>& inputs,
                   bool force) {
   if (output.empty()) return;
-  keep_inputs(output, what, inputs);
-  check_writable(output, force ? Existing::replace : Existing::keep);
+  check_overwrites_no_input(output, what, inputs);
+  check_writable(output, force ? OverwritePolicy::replace : OverwritePolicy::forbid);
 }
 
 }  // namespace balance::app

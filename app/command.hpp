@@ -22,7 +22,7 @@ struct Command {
 /// Options that every command on a spec has.
 struct SpecOptions {
   std::string spec;
-  std::vector<std::string> set;  ///< `name=value`
+  std::vector<std::string> overrides;  ///< `name=value`
   bool json = false;
 };
 
@@ -39,15 +39,16 @@ DesignSpace read_space(const SpecOptions& options);
 ReadOptions read_options(const SpecOptions& options);
 
 /// What a spec is read from: itself, its tables, its parts and theirs.
-std::vector<InputFile> inputs_of(const Study& study);
+std::vector<InputFile> list_input_files(const Study& study);
 
 /// @param output empty: none
 /// @param what "the result", "the page"
 /// @throws UsageError if the output would replace one of the inputs, by whatever path
-void keep_inputs(const std::string& output, const std::string& what, const std::vector<InputFile>& inputs);
+void check_overwrites_no_input(const std::string& output, const std::string& what,
+                               const std::vector<InputFile>& inputs);
 
 /// Every output passes here before anything is computed. Inputs are kept with --force, too.
-/// @throws UsageError as keep_inputs, SystemError as check_writable
+/// @throws UsageError as check_overwrites_no_input, SystemError as check_writable
 void check_output(const std::string& output, const std::string& what, const std::vector<InputFile>& inputs, bool force);
 
 /// Refuses more than standard output can take: two files, a file and JSON, or binary data on a terminal.

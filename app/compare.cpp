@@ -19,67 +19,68 @@ namespace {
 
 std::vector<NamedRun> read_runs(const CompareOptions& options) {
   std::vector<NamedRun> runs;
-  std::vector<RunPlace> places;
+  std::vector<RunLocation> places;
   for (const std::string& file : options.files) {
-    RunFile run = read_or_run(file, options.output, "the comparison");
+    StoredRun run = load_or_simulate_run(file, options.output, "the comparison");
     places.push_back({run.path == standard_input ? "stdin" : run.path, run.group});
     runs.push_back({"", file, run.title, run.trajectory, run.law, run.drive, std::move(run.result)});
   }
-  const std::vector<std::string> names = name_runs(places);
+  const std::vector<std::string> names = make_run_names(places);
   for (std::size_t i = 0; i < runs.size(); ++i) runs[i].name = names[i];
   return runs;
 }
 
-std::vector<Verdict> judge(const std::vector<std::string>& texts, const std::vector<NamedRun>& runs) {
+std::vector<RequirementVerdict> judge(const std::vector<std::string>& texts, const std::vector<NamedRun>& runs) {
   try {
-    return judge_texts(texts, runs);
+    return judge_requirements(texts, runs);
   } catch (const std::invalid_argument& error) {
     throw UsageError(std::string("--require ") + error.what());
   }
 }
 
-std::string in_format(ComparisonFormat format, const ComparedRuns& compared, const std::vector<Verdict>& verdicts,
-                      ShownQuantities shown) {
+std::string format_comparison(ComparisonFormat format, const ComparedRuns& compared,
+                              const std::vector<RequirementVerdict>& verdicts, QuantitySelection shown) {
   switch (format) {
     case ComparisonFormat::text: return comparison_text(compared, verdicts, shown);
     case ComparisonFormat::markdown: return comparison_markdown(compared, verdicts, shown);
     case ComparisonFormat::csv: return comparison_csv(compared);
     case ComparisonFormat::json: return comparison_json(compared, verdicts);
-    case ComparisonFormat::junit: return junit_xml("balance compare", {verdict_suite("requirements", verdicts)});
+    case ComparisonFormat::junit: return junit_xml("balance compare", {make_verdict_suite("requirements", verdicts)});
   }
   return "";
 }
 
 void write_file(const CompareOptions& options, const std::string& content) {
-  const DeferSignals deferred;
-  PendingFile pending(options.output, options.force ? Existing::replace : Existing::keep);
+  const SignalDeferral deferred;
+  AtomicFile pending(options.output, options.force ? OverwritePolicy::replace : OverwritePolicy::forbid);
   pending.write(content);
-  if (pending_signal() != 0) throw Cancelled(nothing_written);
+  if (pending_signal() != 0) throw Cancelled(nothing_written_message);
   pending.commit();
 }
 
 ExitCode run(const CompareOptions& options) {
   const ComparisonFormat format = choose_format(options);
-  refuse_input_twice(options.files);
+  check_standard_input_once(options.files);
   std::vector<InputFile> inputs;
   for (const std::string& file : options.files) inputs.push_back({file, "what it is made from"});
   check_output(options.output, "the comparison", inputs, options.force);
   const std::vector<NamedRun> runs = read_runs(options);
-  const std::vector<Verdict> verdicts = judge(options.requirements, runs);
-  const std::string content =
-      in_format(format, compare_runs(runs), verdicts, options.all ? ShownQuantities::all : ShownQuantities::main);
+  const std::vector<RequirementVerdict> verdicts = judge(options.requirements, runs);
+  const std::string content = format_comparison(format, compare_runs(runs), verdicts,
+                                                options.all ? QuantitySelection::all : QuantitySelection::main);
   if (options.output.empty()) {
     print_text(content);
   } else {
     write_file(options, content);
-    if (!options.quiet) print_beside({options.output}, verdicts_text(verdicts) + written_line(options.output));
+    if (!options.quiet)
+      print_status({options.output}, format_verdicts(verdicts) + format_written_message(options.output));
   }
   // A table of values has no place for them.
   const bool shown = options.output.empty() ? format != ComparisonFormat::csv : !options.quiet;
-  for (const Verdict& verdict : verdicts) {
-    if (!verdict.holds && !shown) tell(verdict_line(verdict));
+  for (const RequirementVerdict& verdict : verdicts) {
+    if (!verdict.holds && !shown) print_message(format_verdict_line(verdict));
   }
-  return all_hold(verdicts) ? ExitCode::done : ExitCode::not_met;
+  return do_all_hold(verdicts) ? ExitCode::done : ExitCode::not_met;
 }
 
 }  // namespace

@@ -42,7 +42,7 @@ void add_compare_options(CLI::App& parser, CompareOptions& o) {
       ->allow_extra_args(false);
   CLI::Option* format =
       parser.add_option("--format", o.format, "how to write it; else by the output's ending, else text");
-  require_word(format->type_name("FORMAT"), names);
+  add_choice_validator(format->type_name("FORMAT"), names);
   parser.add_flag("--json", o.json, "the same as --format json; errors too")->excludes(format);
   parser.add_option("-o,--output", o.output, "write to this file instead of the terminal")->type_name("FILE");
   parser.add_flag("--all", o.all, "show all quantities, every joint's reactions too (csv and json always do)");

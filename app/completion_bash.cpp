@@ -60,12 +60,12 @@ _balance() {
 complete -F _balance balance
 )";
 
-std::string bash_offer(const Suggestion& suggestion) {
+std::string bash_offer(const ValueCompletion& suggestion) {
   const std::string items = fmt::format("{}", fmt::join(suggestion.items, " "));
   switch (suggestion.kind) {
-    case Suggestion::Kind::words: return fmt::format("_balance_words '{}'", items);
-    case Suggestion::Kind::files: return items.empty() ? "_balance_files" : "_balance_files " + items;
-    case Suggestion::Kind::nothing: break;
+    case ValueCompletion::Kind::words: return fmt::format("_balance_words '{}'", items);
+    case ValueCompletion::Kind::files: return items.empty() ? "_balance_files" : "_balance_files " + items;
+    case ValueCompletion::Kind::nothing: break;
   }
   return ":";
 }

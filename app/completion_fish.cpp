@@ -16,17 +16,17 @@ std::string quoted(const std::string& text) {
 }
 
 /// Flags of `complete` that offer the values; -x: one is needed, and no other file will do.
-std::string fish_offer(const Suggestion& suggestion) {
+std::string fish_offer(const ValueCompletion& suggestion) {
   switch (suggestion.kind) {
-    case Suggestion::Kind::words:
+    case ValueCompletion::Kind::words:
       return fmt::format(" -x -a {}", quoted(fmt::format("{}", fmt::join(suggestion.items, " "))));
-    case Suggestion::Kind::files: {
+    case ValueCompletion::Kind::files: {
       if (suggestion.items.empty()) return " -r -F";
       std::vector<std::string> calls;
       for (const std::string& suffix : suggestion.items) calls.push_back("(__fish_complete_suffix ." + suffix + ")");
       return fmt::format(" -x -a {}", quoted(fmt::format("{}", fmt::join(calls, " "))));
     }
-    case Suggestion::Kind::nothing: break;
+    case ValueCompletion::Kind::nothing: break;
   }
   return " -x";
 }

@@ -16,13 +16,13 @@ std::string plain(const std::string& text) {
   return escaped;
 }
 
-std::string action(const Suggestion& suggestion) {
+std::string action(const ValueCompletion& suggestion) {
   switch (suggestion.kind) {
-    case Suggestion::Kind::words: return fmt::format("({})", fmt::join(suggestion.items, " "));
-    case Suggestion::Kind::files:
+    case ValueCompletion::Kind::words: return fmt::format("({})", fmt::join(suggestion.items, " "));
+    case ValueCompletion::Kind::files:
       return suggestion.items.empty() ? "_files"
                                       : fmt::format("_files -g \"*.({})\"", fmt::join(suggestion.items, "|"));
-    case Suggestion::Kind::nothing: break;
+    case ValueCompletion::Kind::nothing: break;
   }
   return " ";
 }

@@ -28,13 +28,13 @@ void add_options(CLI::App& parser, ConditionsOptions& o) {
 
 ExitCode run(const ConditionsOptions& options) {
   const DesignSpace space = read_space(options.spec);
-  const ConditionsView view = conditions_or_throw(options.goal, space, !options.numbers);
-  for (const std::string& warning : space.start.warnings) tell("warning: " + warning);
+  const ConditionsReportData view = derive_conditions_or_throw(options.goal, space, !options.numbers);
+  for (const std::string& warning : space.start.warnings) print_message("warning: " + warning);
   if (options.spec.json)
     print(conditions_json(view, space.start.warnings));
   else
     print_text(options.latex ? conditions_latex(view.conditions, view.names) : conditions_text(view));
-  return view.staying.empty() ? ExitCode::done : ExitCode::not_met;
+  return view.unbalanced_remainder.empty() ? ExitCode::done : ExitCode::not_met;
 }
 
 }  // namespace

@@ -29,19 +29,19 @@ void print(const std::string& text) {
   }
 }
 
-void print_text(const std::string& text) { print(visible_lines(text)); }
+void print_text(const std::string& text) { print(escape_lines_for_terminal(text)); }
 
-void print_beside(const std::vector<std::string>& files, const std::string& text) {
-  if (std::find(files.begin(), files.end(), standard_output) == files.end()) return print_text(text);
-  std::fputs(visible_lines(text).c_str(), stderr);
+void print_status(const std::vector<std::string>& files, const std::string& text) {
+  if (std::find(files.begin(), files.end(), standard_output_path) == files.end()) return print_text(text);
+  std::fputs(escape_lines_for_terminal(text).c_str(), stderr);
 }
 
-std::string written_line(const std::string& file, const std::string& what) {
-  return file == standard_output ? "" : what + ": " + visible(file) + "\n";
+std::string format_written_message(const std::string& file, const std::string& what) {
+  return file == standard_output_path ? "" : what + ": " + escape_for_terminal(file) + "\n";
 }
 
-void tell(const std::string& text) { tell_lines(visible(text)); }
+void print_message(const std::string& text) { tell_lines(escape_for_terminal(text)); }
 
-void tell_lines(const std::string& text) { std::fprintf(stderr, "%s\n", visible_lines(text).c_str()); }
+void tell_lines(const std::string& text) { std::fprintf(stderr, "%s\n", escape_lines_for_terminal(text).c_str()); }
 
 }  // namespace balance::app

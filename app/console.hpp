@@ -16,13 +16,13 @@ void print(const std::string& text);
 void print_text(const std::string& text);
 
 /// What is told of a run that wrote files: on stdout, or on stderr where stdout took one of them. Spelt out like that.
-void print_beside(const std::vector<std::string>& files, const std::string& text);
+void print_status(const std::vector<std::string>& files, const std::string& text);
 
 /// "written: a.h5" and a line feed; nothing for standard output.
-std::string written_line(const std::string& file, const std::string& what = "written");
+std::string format_written_message(const std::string& file, const std::string& what = "written");
 
 /// Writes one line to stderr, spelt out like that, line feeds too. A message that cannot be delivered is lost.
-void tell(const std::string& text);
+void print_message(const std::string& text);
 
 /// The same for a text of several lines.
 void tell_lines(const std::string& text);

@@ -15,13 +15,13 @@
 namespace balance::app {
 namespace {
 
-Result control_or_throw(const Study& study, const Trajectory& trajectory, const Controller& controller,
-                        const ControlCommandOptions& options) {
+RunResult control_or_throw(const Study& study, const Trajectory& trajectory, const Controller& controller,
+                           const ControlCommandOptions& options) {
   ProgressLine line(options.run.quiet);
-  const auto progress = [&](double part) { line.draw_part(trajectory.name, part); };
+  const auto progress = [&](double part) { line.draw_fraction(trajectory.name, part); };
   try {
-    return control(study.mechanism, trajectory, controller,
-                   {.settle = options.settle, .most_steps = options.steps, .progress = progress});
+    return simulate_closed_loop(study.mechanism, trajectory, controller,
+                                {.hold_time = options.settle, .max_steps = options.steps, .progress = progress});
   } catch (const std::invalid_argument& error) {
     // The library was asked something that the spec should not have asked.
     throw SpecError({.place = {.file = study.spec_file,
@@ -33,23 +33,23 @@ Result control_or_throw(const Study& study, const Trajectory& trajectory, const 
 ExitCode run(const ControlCommandOptions& options) {
   const SimulateOptions& shared = options.run;
   const Study study = read_study(shared.spec);
-  refuse_passing_payloads(study, "a controlled run");
+  reject_temporary_payloads(study, "a controlled run");
   const Trajectory trajectory = choose_trajectory(shared, study);
   const Controller controller = choose_controller(options, study);
   check_outputs(shared, study);
-  tell_what_is_run(shared, study, trajectory);
+  print_run_header(shared, study, trajectory);
   if (options.controller.empty() && !shared.quiet)
-    tell("note: no --controller given: '" + controller.name + "' is taken");
-  Result result = control_or_throw(study, trajectory, controller, options);
+    print_message("note: no --controller given: '" + controller.name + "' is taken");
+  RunResult result = control_or_throw(study, trajectory, controller, options);
   if (shared.poses && result.time.size() > 0) add_body_poses(study.mechanism, result);
-  tell_notes(shared, result);
-  const FileDescription description = describe(options, study, trajectory, controller);
+  print_notes(shared, result);
+  const Provenance description = describe(options, study, trajectory, controller);
   // What was computed until something stopped the run is worth keeping; the file says that it ended early.
   const bool done = result.outcome.status == MotionStatus::done;
   std::vector<std::string> files;
   if (result.time.size() >= 2) files = write_files(shared, result, description);
   if (!done) {
-    for (const std::string& file : files) tell("written up to where the run ended: " + file);
+    for (const std::string& file : files) print_message("written up to where the run ended: " + file);
     throw MotionFailure(result.outcome);
   }
   print_result(shared, result, description, files);
@@ -75,7 +75,7 @@ Command setup_control(CLI::App& program) {
       "  balance control arm.yaml -t cycloid -c none --duration 10 --json\n"
       "  balance control arm.yaml -t cycloid -c pd --settle 0.5 --csv out.csv");
   return {parser, [options] {
-            take_trajectory(options->run.spec.spec, options->run.trajectory);
+            split_trajectory_name(options->run.spec.spec, options->run.trajectory);
             return run(*options);
           }};
 }

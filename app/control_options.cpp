@@ -22,31 +22,31 @@ void add_control_options(CLI::App& parser, ControlCommandOptions& o) {
   controller->type_name("NAME");
   parser.add_option("--settle", o.settle, "hold the last pose so much longer, in seconds")
       ->type_name("T")
-      ->check(number_between(0, max_duration));
+      ->check(number_range_validator(0, max_duration));
   parser.add_option("--steps", o.steps, "how many steps the integration may take before the run is given up")
       ->type_name("N")
-      ->check(whole_number(1));
+      ->check(integer_range_validator(1));
 }
 
 Controller choose_controller(const ControlCommandOptions& options, const Study& study) {
   return find_controller(options.controller, study);
 }
 
-FileDescription describe(const ControlCommandOptions& options, const Study& study, const Trajectory& trajectory,
-                         const Controller& controller) {
+Provenance describe(const ControlCommandOptions& options, const Study& study, const Trajectory& trajectory,
+                    const Controller& controller) {
   const SimulateOptions& o = options.run;
-  return describe_simulation(study, trajectory,
-                             {.spec_file = o.spec.spec,
-                              .trajectory = trajectory.name,
-                              .samples = o.samples,
-                              .duration = o.duration,
-                              .about = o.about,
-                              .set = o.spec.set,
-                              .compress = o.compress,
-                              .poses = o.poses,
-                              .controller = controller.name,
-                              .settle = options.settle,
-                              .steps = options.steps});
+  return make_simulation_provenance(study, trajectory,
+                                    {.spec_file = o.spec.spec,
+                                     .trajectory = trajectory.name,
+                                     .samples = o.samples,
+                                     .duration = o.duration,
+                                     .about = o.about,
+                                     .set = o.spec.overrides,
+                                     .compress = o.compress,
+                                     .poses = o.poses,
+                                     .controller = controller.name,
+                                     .settle = options.settle,
+                                     .steps = options.steps});
 }
 
 Controller find_controller(const std::string& name, const Study& study) {
@@ -56,13 +56,13 @@ Controller find_controller(const std::string& name, const Study& study) {
     if (controller.name == name) return controller;
   }
   if (!name.empty())
-    throw UsageError(fmt::format("{} has no controller {}, only {}{}", study.spec_file, in_quotes(name),
-                                 fmt::join(names, ", "), nearest_hint(name, names)));
+    throw UsageError(fmt::format("{} has no controller {}, only {}{}", study.spec_file, quote_for_message(name),
+                                 fmt::join(names, ", "), append_nearest_name(name, names)));
   // The built-in ones stand behind those of the spec.
   const bool listed = study.controllers.size() > built_in_controllers().size() ||
                       study.controllers.front().name != built_in_controllers().front().name;
   if (listed) return study.controllers.front();
-  return find_controller(name_of(ControllerType::computed_torque), study);
+  return find_controller(controller_type_name(ControllerType::computed_torque), study);
 }
 
 }  // namespace balance::app

@@ -22,7 +22,7 @@ Controller find_controller(const std::string& name, const Study& study);
 /// @throws UsageError if there is none of that name
 Controller choose_controller(const ControlCommandOptions& options, const Study& study);
 
-FileDescription describe(const ControlCommandOptions& options, const Study& study, const Trajectory& trajectory,
-                         const Controller& controller);
+Provenance describe(const ControlCommandOptions& options, const Study& study, const Trajectory& trajectory,
+                    const Controller& controller);
 
 }  // namespace balance::app

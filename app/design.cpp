@@ -15,16 +15,16 @@ namespace balance::app {
 namespace {
 
 std::vector<std::string> write_files(const DesignCommandOptions& options, const DesignSpace& space,
-                                     const std::string& balanced, const DesignView& view) {
+                                     const std::string& balanced, const DesignReportData& view) {
   WriteOptions write;
-  write.existing = options.force ? Existing::replace : Existing::keep;
-  write.cancelled = [] { return pending_signal() != 0; };
-  const DeferSignals deferred;
+  write.existing = options.force ? OverwritePolicy::replace : OverwritePolicy::forbid;
+  write.is_cancelled = [] { return pending_signal() != 0; };
+  const SignalDeferral deferred;
   std::vector<std::string> files;
   if (!options.output.empty()) {
-    PendingFile file(options.output, write.existing);
+    AtomicFile file(options.output, write.existing);
     file.write(balanced);
-    stop_if_cancelled(write);
+    throw_if_cancelled(write);
     file.commit();
     files.push_back(options.output);
   }
@@ -38,19 +38,19 @@ std::vector<std::string> write_files(const DesignCommandOptions& options, const 
 ExitCode run(const DesignCommandOptions& options) {
   const DesignSpace space = read_space(options.spec);
   check_front_options(options, space.start);
-  const DesignStudyOptions wanted = study_options(options, space.start);
+  const DesignStudyOptions wanted = make_study_options(options, space.start);
   check_outputs(options, space.start);
   if (!options.quiet)
-    for (const std::string& warning : space.start.warnings) tell("warning: " + warning);
-  if (asks_for_front(options, space.start)) return run_front(options, space);
+    for (const std::string& warning : space.start.warnings) print_message("warning: " + warning);
+  if (is_front_requested(options, space.start)) return run_front(options, space);
   std::optional<double> interrupted;
   DesignReport report =
-      watched_search(options, wanted, "searching, Ctrl-C ends it with the best so far", interrupted,
-                     [&](const DesignStudyOptions& watched) { return design_or_throw(space, watched); });
+      run_interruptible_search(options, wanted, "searching, Ctrl-C ends it with the best so far", interrupted,
+                               [&](const DesignStudyOptions& watched) { return design_or_throw(space, watched); });
   const DesignStatus status = report.outcome.status;
-  const bool done = status == DesignStatus::balanced || status == DesignStatus::not_asked;
+  const bool done = status == DesignStatus::balanced || status == DesignStatus::no_goal;
   const std::string spec = designed_spec_or_throw(space, report);
-  DesignView view = make_view(wanted, space, spec, std::move(report));
+  DesignReportData view = make_design_data(wanted, space, spec, std::move(report));
   view.interrupted = interrupted;
   const std::vector<std::string> files = write_files(options, space, spec, view);
   if (options.spec.json) {
@@ -58,9 +58,10 @@ ExitCode run(const DesignCommandOptions& options) {
   } else if (!options.quiet) {
     std::string text = design_text(view);
     std::string lines;
-    for (const std::string& file : files) lines += written_line(file, done ? "written" : "written, not balanced");
+    for (const std::string& file : files)
+      lines += format_written_message(file, done ? "written" : "written, not balanced");
     if (!lines.empty()) text += "\n" + lines;
-    print_beside(files, text);
+    print_status(files, text);
   }
   return done ? ExitCode::done : ExitCode::not_met;
 }

@@ -9,7 +9,7 @@
 namespace balance::app {
 
 /// The spec asks for a front, and the command line for nothing else.
-bool asks_for_front(const DesignCommandOptions& options, const Study& study);
+bool is_front_requested(const DesignCommandOptions& options, const Study& study);
 
 /// Refuses options of fronts for other designs, and the other way round. @throws UsageError
 void check_front_options(const DesignCommandOptions& options, const Study& study);
@@ -18,6 +18,6 @@ void check_front_options(const DesignCommandOptions& options, const Study& study
 ExitCode run_front(const DesignCommandOptions& options, const DesignSpace& space);
 
 /// @throws SpecError if the spec asks for what makes no sense
-Front front_or_throw(const DesignSpace& space, const DesignStudyOptions& options);
+ParetoFront find_front_or_throw(const DesignSpace& space, const DesignStudyOptions& options);
 
 }  // namespace balance::app

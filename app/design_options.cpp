@@ -40,8 +40,8 @@ void choose_algorithm(const std::string& name, SearchOptions& search) {
   } else if (contains(local_algorithms, name)) {
     search.local = name;
   } else {
-    throw UsageError(fmt::format("--algorithm {}: expected {}{}", in_quotes(name), one_of(algorithms()),
-                                 nearest_hint(name, algorithms())));
+    throw UsageError(fmt::format("--algorithm {}: expected {}{}", quote_for_message(name),
+                                 join_alternatives(algorithms()), append_nearest_name(name, algorithms())));
   }
 }
 
@@ -64,8 +64,8 @@ std::string command_line(const DesignCommandOptions& o) {
   if (o.seconds > 0) add("--seconds", fmt::format("{}", o.seconds));
   if (o.starts > 0) add("--starts", std::to_string(o.starts));
   if (o.goal.seed) add("--seed", std::to_string(*o.goal.seed));
-  for (const std::string& set : o.spec.set) add("--set", set);
-  for (std::string& word : words) word = shell_word(word);
+  for (const std::string& set : o.spec.overrides) add("--set", set);
+  for (std::string& word : words) word = quote_for_shell(word);
   return fmt::format("{}", fmt::join(words, " "));
 }
 
@@ -89,29 +89,30 @@ void add_design_options(CLI::App& parser, DesignCommandOptions& o) {
   suggest_words(algorithm->type_name("NAME"), algorithms());
   parser.add_option("--seconds", o.seconds, "of computing that the search may take, if not as in the spec")
       ->type_name("S")
-      ->check(number_between(1e-3, 1e9));
+      ->check(number_range_validator(1e-3, 1e9));
   parser.add_option("--starts", o.starts, "from how many points conditions are solved, if not as in the spec")
       ->type_name("N")
-      ->check(whole_number(1, 10'000));
+      ->check(integer_range_validator(1, 10'000));
   parser.add_flag("--force", o.force, "replace files that exist");
   parser.add_flag("-q,--quiet", o.quiet, "print nothing but errors (and JSON if asked for)");
 }
 
-DesignStudyOptions study_options(const DesignCommandOptions& options, const Study& study) {
+DesignStudyOptions make_study_options(const DesignCommandOptions& options, const Study& study) {
   DesignStudyOptions result;
-  result.modular = is_modular(options.goal);
-  result.without = choose_without(options.goal, study.mechanism);
+  result.is_modular = is_modular(options.goal);
+  result.excluded = choose_excluded_elements(options.goal, study.mechanism);
   result.minimize = choose_objective(options.minimize, study);
   // without a goal there must be something else to design for
   const bool nothing = result.minimize.empty() && study.design.minimize.empty() && study.design.subject_to.empty() &&
                        !study.design.front;
-  result.goals = choose_goals(options.goal, study, nothing ? WithoutGoal::needs_minimize : WithoutGoal::is_enough);
+  result.goals =
+      choose_goals(options.goal, study, nothing ? GoalRequirement::goal_or_objective : GoalRequirement::none);
   result.search = study.design.search;
   choose_algorithm(options.algorithm, result.search);
   if (options.goal.seed) result.search.seed = *options.goal.seed;
-  if (options.seconds > 0) result.search.seconds = options.seconds;
-  if (options.starts > 0) result.search.restarts = options.starts;
-  result.trajectories = !options.quiet || options.spec.json || !options.h5.empty();
+  if (options.seconds > 0) result.search.max_time = options.seconds;
+  if (options.starts > 0) result.search.max_restarts = options.starts;
+  result.compare_trajectories = !options.quiet || options.spec.json || !options.h5.empty();
   if (study.free_numbers.empty()) {
     throw SpecError({.place = {.file = study.spec_file},
                      .message = "there is nothing to design: no number is free; write {free: [lower, upper]} in "
@@ -121,20 +122,21 @@ DesignStudyOptions study_options(const DesignCommandOptions& options, const Stud
 }
 
 void check_outputs(const DesignCommandOptions& options, const Study& study) {
-  check_standard_output({options.output, options.csv, options.h5}, options.spec.json, options.h5 == standard_output);
-  const std::vector<InputFile> inputs = inputs_of(study);
+  check_standard_output({options.output, options.csv, options.h5}, options.spec.json,
+                        options.h5 == standard_output_path);
+  const std::vector<InputFile> inputs = list_input_files(study);
   check_output(options.output, "the design", inputs, options.force);
   check_output(options.h5, "the result", inputs, options.force);
   check_output(options.csv, "the table", inputs, options.force);
-  if (!options.h5.empty() && !options.output.empty() && same_file(options.h5, options.output))
+  if (!options.h5.empty() && !options.output.empty() && is_same_file(options.h5, options.output))
     throw UsageError("--output and --h5 name the same file: " + options.output);
   for (const std::string& other : {options.output, options.h5})
-    if (!options.csv.empty() && !other.empty() && same_file(options.csv, other))
+    if (!options.csv.empty() && !other.empty() && is_same_file(options.csv, other))
       throw UsageError("--csv names the same file as another option: " + options.csv);
 }
 
-FileDescription describe(const DesignCommandOptions& options, const Study& study) {
-  FileDescription description;
+Provenance describe(const DesignCommandOptions& options, const Study& study) {
+  Provenance description;
   description.title = study.mechanism.name;
   description.version = version();
   description.spec_text = study.spec_text;

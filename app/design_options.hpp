@@ -27,11 +27,11 @@ struct DesignCommandOptions {
 void add_design_options(CLI::App& parser, DesignCommandOptions& options);
 
 /// @throws UsageError for names that do not exist; SpecError if nothing is free
-DesignStudyOptions study_options(const DesignCommandOptions& options, const Study& study);
+DesignStudyOptions make_study_options(const DesignCommandOptions& options, const Study& study);
 
 /// Refuses at once what would fail after the computation. @throws UsageError, SystemError
 void check_outputs(const DesignCommandOptions& options, const Study& study);
 
-FileDescription describe(const DesignCommandOptions& options, const Study& study);
+Provenance describe(const DesignCommandOptions& options, const Study& study);
 
 }  // namespace balance::app

@@ -34,59 +34,62 @@ std::vector<std::string> actuator_names(const Mechanism& mechanism) {
 }
 
 template <class Question>
-auto ask(const EquationsOptions& options, const Study& study, const Question& question) {
+auto call_or_throw_usage_error(const EquationsOptions& options, const Study& study, const Question& question) {
   const bool by_options = !options.rates.empty() || !options.accelerations.empty() || !options.independent.empty() ||
                           !options.speeds.empty();
-  return ask_library(by_options, study, question);
+  return call_library(by_options, study, question);
 }
 
-FileDescription describe(const EquationsOptions& options, const Study& study) {
-  FileDescription description;
+Provenance describe(const EquationsOptions& options, const Study& study) {
+  Provenance description;
   description.title = study.mechanism.name;
   description.version = version();
   description.spec_text = study.spec_text;
   description.command_line =
-      fmt::format("balance equations {} --at {}", shell_word(study.spec_file), shell_word(options.at));
-  for (const std::string& set : options.spec.set) description.command_line += " --set " + shell_word(set);
+      fmt::format("balance equations {} --at {}", quote_for_shell(study.spec_file), quote_for_shell(options.at));
+  for (const std::string& set : options.spec.overrides) description.command_line += " --set " + quote_for_shell(set);
   return description;
 }
 
-void write(const EquationsOptions& options, const Study& study, const EquationsAlong& along) {
+void write(const EquationsOptions& options, const Study& study, const EquationsAlongRun& along) {
   if (along.outcome.status != MotionStatus::done) throw MotionFailure(along.outcome);
   WriteOptions write;
-  write.existing = options.force ? Existing::replace : Existing::keep;
+  write.existing = options.force ? OverwritePolicy::replace : OverwritePolicy::forbid;
   write.compression = options.compress ? Compression::gzip : Compression::none;
-  write.cancelled = [] { return pending_signal() != 0; };
-  const DeferSignals deferred;
+  write.is_cancelled = [] { return pending_signal() != 0; };
+  const SignalDeferral deferred;
   write_equations(options.output, along, actuator_names(study.mechanism), describe(options, study), write);
 }
 
 ExitCode run_along(const EquationsOptions& options, const Study& study, const Trajectory& trajectory) {
-  refuse_passing_payloads(study, "equations of motion along a trajectory");
+  reject_temporary_payloads(study, "equations of motion along a trajectory");
   if (options.output.empty())
     throw UsageError(fmt::format("--at {} is a whole trajectory, which needs -o FILE; --at start and end are poses",
                                  trajectory.name));
-  const Result run = ask(options, study, [&] { return simulate(study.mechanism, trajectory); });
+  const RunResult run =
+      call_or_throw_usage_error(options, study, [&] { return simulate(study.mechanism, trajectory); });
   if (run.outcome.status != MotionStatus::done) throw MotionFailure(run.outcome);
-  write(options, study,
-        ask(options, study, [&] { return equations_along(study.mechanism, run, options.independent); }));
+  write(options, study, call_or_throw_usage_error(options, study, [&] {
+          return compute_equations_along(study.mechanism, run, options.independent);
+        }));
   if (options.spec.json)
-    print(dump({{"mechanism", study.mechanism.name},
-                {"trajectory", trajectory.name},
-                {"samples", run.time.size()},
-                {"warnings", study.warnings},
-                {"files", {options.output}}}));
+    print(format_json({{"mechanism", study.mechanism.name},
+                       {"trajectory", trajectory.name},
+                       {"samples", run.time.size()},
+                       {"warnings", study.warnings},
+                       {"files", {options.output}}}));
   else
-    print_beside({options.output}, written_line(options.output));
+    print_status({options.output}, format_written_message(options.output));
   return ExitCode::done;
 }
 
-EquationsView view_at(const EquationsOptions& options, const DesignSpace& space) {
+EquationsReportData make_equations_data(const EquationsOptions& options, const DesignSpace& space) {
   const Study& study = space.start;
   const EquationsQuery query = make_query(options, study);
-  std::vector<Symbol> symbols;
+  std::vector<GeometricSymbol> symbols;
   if (query.sections.count(EquationSection::parameters) > 0) symbols = list_symbols(space);
-  EquationsReport report = ask(options, study, [&] { return equations_at(study.mechanism, query, symbols); });
+  EquationsReport report =
+      call_or_throw_usage_error(options, study, [&] { return compute_equations_at(study.mechanism, query, symbols); });
   if (report.outcome.status != MotionStatus::done) throw MotionFailure(report.outcome);
   return {study.mechanism.name, coordinate_names(study.mechanism), std::move(report.at), choose_sections(options)};
 }
@@ -99,9 +102,9 @@ ExitCode run(const EquationsOptions& options) {
   const DesignSpace space = read_space(options.spec);
   const Study& study = space.start;
   check_outputs(options, study);
-  for (const std::string& warning : study.warnings) tell("warning: " + warning);
+  for (const std::string& warning : study.warnings) print_message("warning: " + warning);
   if (const Trajectory* trajectory = trajectory_at(options, study)) return run_along(options, study, *trajectory);
-  const EquationsView view = view_at(options, space);
+  const EquationsReportData view = make_equations_data(options, space);
   if (options.spec.json)
     print(equations_json(view, study.warnings));
   else if (options.latex)

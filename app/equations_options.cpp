@@ -22,7 +22,7 @@ namespace {
 /// Of poses and of formulas, which share some.
 std::vector<std::string> all_section_names() {
   std::vector<std::string> names = equation_section_names();
-  for (const std::string& name : formulas::section_names())
+  for (const std::string& name : formulas::sheet_section_names())
     if (std::find(names.begin(), names.end(), name) == names.end()) names.push_back(name);
   return names;
 }
@@ -30,12 +30,12 @@ std::vector<std::string> all_section_names() {
 /// What only formulas have; a pose needs those that stand before it.
 void add_formula_options(CLI::App& parser, EquationsOptions& o) {
   CLI::Option* at = parser.get_option("--at");
-  require_word(parser.add_option("--code", o.code, "print the torques as a program in c or python")
-                   ->type_name("LANGUAGE")
-                   ->excludes(at)
-                   ->excludes(parser.get_option("--json"))
-                   ->excludes(parser.get_option("--latex")),
-               {"c", "python"});
+  add_choice_validator(parser.add_option("--code", o.code, "print the torques as a program in c or python")
+                           ->type_name("LANGUAGE")
+                           ->excludes(at)
+                           ->excludes(parser.get_option("--json"))
+                           ->excludes(parser.get_option("--latex")),
+                       {"c", "python"});
   parser.add_flag("--expand", o.expand, "put in what parameters are that are expressions of others")->excludes(at);
   parser.add_flag("--numbers", o.numbers, "print numbers in place of symbols")->excludes(at);
   parser.add_flag("--all", o.all, "print formulas however long they are")->excludes(at);
@@ -70,8 +70,8 @@ void add_speed_options(CLI::App& parser, EquationsOptions& o) {
 
 void add_equations_options(CLI::App& parser, EquationsOptions& o) {
   add_spec_options(parser, o.spec);
-  add_pose_options(parser, o,
-                   "a pose (A1=0.3,A2=0.5 or tool: [0.1, 0.2], in the spec's units), start, end or a trajectory");
+  add_state_options(parser, o,
+                    "a pose (A1=0.3,A2=0.5 or tool: [0.1, 0.2], in the spec's units), start, end or a trajectory");
   parser.add_option("-t,--trajectory", o.trajectory, "whose start or end is meant; the first if not given")
       ->type_name("NAME");
   suggest_words(parser.add_option("--only", o.only, "what is wanted, between commas")
@@ -96,8 +96,8 @@ std::set<EquationSection> choose_sections(const EquationsOptions& options) {
   for (const std::string& name : options.only) {
     const auto at = std::find(names.begin(), names.end(), name);
     if (at == names.end())
-      throw UsageError(
-          fmt::format("--only needs {}, not {}{}", fmt::join(names, ", "), in_quotes(name), nearest_hint(name, names)));
+      throw UsageError(fmt::format("--only needs {}, not {}{}", fmt::join(names, ", "), quote_for_message(name),
+                                   append_nearest_name(name, names)));
     sections.insert(static_cast<EquationSection>(at - names.begin()));
   }
   if (!sections.empty()) return sections;
@@ -116,12 +116,12 @@ SpeedChoice read_choice(const EquationsOptions& options, const Study& study) {
   SpeedChoice choice;
   if (!options.speeds.empty()) choice.speeds = read_speeds(options.speeds, "--speeds", study);
   if (options.speeds.empty() && !options.latex && options.output.empty()) choice.speeds = study.speeds;
-  if (!options.constraints.empty()) choice.zero = read_speeds(options.constraints, "--constraints", study);
-  for (const Speed& speed : choice.speeds)
-    for (const Speed& zero : choice.zero)
+  if (!options.constraints.empty()) choice.constrained = read_speeds(options.constraints, "--constraints", study);
+  for (const GeneralisedSpeed& speed : choice.speeds)
+    for (const GeneralisedSpeed& zero : choice.constrained)
       if (speed.name == zero.name)
         throw UsageError(
-            fmt::format("--constraints has the name {}, too, which is one of --speeds", in_quotes(zero.name)));
+            fmt::format("--constraints has the name {}, too, which is one of --speeds", quote_for_message(zero.name)));
   return choice;
 }
 
@@ -142,8 +142,8 @@ EquationsQuery make_query(const EquationsOptions& options, const Study& study) {
 }
 
 void check_outputs(const EquationsOptions& options, const Study& study) {
-  check_standard_output({options.output}, options.spec.json || options.latex, options.output == standard_output);
-  check_output(options.output, "the result", inputs_of(study), options.force);
+  check_standard_output({options.output}, options.spec.json || options.latex, options.output == standard_output_path);
+  check_output(options.output, "the result", list_input_files(study), options.force);
 }
 
 }  // namespace balance::app

@@ -11,7 +11,7 @@
 namespace balance::app {
 
 /// `at` may also be a trajectory's name, or empty: formulas.
-struct EquationsOptions : PoseOptions {
+struct EquationsOptions : StateOptions {
   SpecOptions spec;
   std::string speeds, constraints;  ///< `v: tool.u, w: {A: 0.5}`; empty: none
   std::vector<std::string> only;

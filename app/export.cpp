@@ -19,7 +19,7 @@
 namespace balance::app {
 namespace {
 
-struct ExportCall {
+struct ExportOptions {
   SpecOptions spec;
   std::string urdf, mjcf, output, parts, base;
   ImportOptions options;
@@ -28,54 +28,54 @@ struct ExportCall {
   const std::string& robot() const { return urdf.empty() ? mjcf : urdf; }
 };
 
-void check_call(const ExportCall& call) {
+void check_call(const ExportOptions& call) {
   if (call.urdf.empty() == call.mjcf.empty()) throw UsageError("expected --urdf FILE or --mjcf FILE");
   check_standard_output({call.output, call.parts}, call.spec.json, false);
   const std::vector<InputFile> inputs = {{call.spec.spec, "the spec"},
                                          {call.robot(), "what it is made from"},
                                          {call.options.loops, "what it is made from"}};
   for (const std::string& output : {call.output, call.parts}) check_output(output, "it", inputs, call.force);
-  if (!call.parts.empty() && same_file(call.output, call.parts))
+  if (!call.parts.empty() && is_same_file(call.output, call.parts))
     throw UsageError("--output and --parts name the same file: " + call.output);
 }
 
-void keep_sources(const ExportCall& call, const Study& study, const std::string& robot) {
-  std::vector<InputFile> inputs = inputs_of(study);
-  for (std::string& file : files_named_by_robot(robot, shown_name(call.robot())))
+void check_overwrites_no_source(const ExportOptions& call, const Study& study, const std::string& robot) {
+  std::vector<InputFile> inputs = list_input_files(study);
+  for (std::string& file : list_referenced_robot_files(robot, display_name(call.robot())))
     inputs.push_back({std::move(file), "a file that the mechanism names"});
-  for (const std::string& output : {call.output, call.parts}) keep_inputs(output, "it", inputs);
+  for (const std::string& output : {call.output, call.parts}) check_overwrites_no_input(output, "it", inputs);
 }
 
 void write_file(const std::string& path, const std::string& text, bool force) {
   if (path.empty()) return;
-  PendingFile file(path, force ? Existing::replace : Existing::keep);
+  AtomicFile file(path, force ? OverwritePolicy::replace : OverwritePolicy::forbid);
   file.write(text);
   file.commit();
 }
 
-ExitCode run(const ExportCall& call) {
+ExitCode run(const ExportOptions& call) {
   check_call(call);
   const Study study = read_study(call.spec);
   const std::string robot = read_text_file(call.robot(), "robot file");
-  keep_sources(call, study, robot);
-  const ExportedMasses exported = export_masses(study, robot, shown_name(call.robot()), call.options);
-  for (const std::string& warning : study.warnings) tell("warning: " + warning);
-  for (const std::string& note : exported.notes) tell("note: " + note);
+  check_overwrites_no_source(call, study, robot);
+  const MassExport exported = export_masses(study, robot, display_name(call.robot()), call.options);
+  for (const std::string& warning : study.warnings) print_message("warning: " + warning);
+  for (const std::string& note : exported.notes) print_message("note: " + note);
   write_file(call.output, exported.text, call.force);
-  write_file(call.parts, parts_csv(study.mechanism), call.force);
+  write_file(call.parts, format_balancing_elements_csv(study.mechanism), call.force);
   if (call.spec.json) {
-    print(dump({{"file", call.output},
-                {"parts", call.parts.empty() ? Json() : Json(call.parts)},
-                {"changed", exported.changed},
-                {"notes", exported.notes}}));
+    print(format_json({{"file", call.output},
+                       {"parts", call.parts.empty() ? Json() : Json(call.parts)},
+                       {"changed", exported.changed},
+                       {"notes", exported.notes}}));
     return ExitCode::done;
   }
   const std::string changed =
       exported.changed.empty() ? "nothing changes" : fmt::format("changed: {}", fmt::join(exported.changed, ", "));
   std::vector<std::string> files{call.output};
   if (!call.parts.empty()) files.push_back(call.parts);
-  print_beside(files,
-               changed + "\n" + written_line(call.output) + (call.parts.empty() ? "" : written_line(call.parts)));
+  print_status(files, changed + "\n" + format_written_message(call.output) +
+                          (call.parts.empty() ? "" : format_written_message(call.parts)));
   return ExitCode::done;
 }
 
@@ -83,12 +83,13 @@ ExitCode run(const ExportCall& call) {
 
 Command setup_export(CLI::App& program) {
   CLI::App* parser = program.add_subcommand("export", "Write a balanced spec's masses back into its URDF or MJCF");
-  const auto call = std::make_shared<ExportCall>();
+  const auto call = std::make_shared<ExportOptions>();
   add_spec_options(*parser, call->spec);
   parser->add_option("--urdf", call->urdf, "the URDF that the spec was imported from")->type_name("FILE");
   parser->add_option("--mjcf", call->mjcf, "the MJCF that it was imported from")->type_name("FILE");
   parser->add_option("--loops", call->options.loops, "its closures, as they were imported")->type_name("FILE");
-  require_word(parser->add_option("--base", call->base, "fixed: as it was imported")->type_name("WORD"), {"fixed"});
+  add_choice_validator(parser->add_option("--base", call->base, "fixed: as it was imported")->type_name("WORD"),
+                       {"fixed"});
   parser->add_option("-o,--output", call->output, "the file to write")->required()->type_name("FILE");
   parser->add_option("--parts", call->parts, "a CSV file of counterweights and discs")->type_name("FILE");
   parser->add_flag("--force", call->force, "replace files that exist");

@@ -15,10 +15,10 @@ class UsageError : public std::runtime_error {
 };
 
 /// A call that cannot even be taken apart: the user needs to see the usage.
-class CallError : public UsageError {
+class SyntaxUsageError : public UsageError {
  public:
   /// @param its_help the command that shows the usage
-  explicit CallError(const std::string& reason, std::string its_help = "balance --help")
+  explicit SyntaxUsageError(const std::string& reason, std::string its_help = "balance --help")
       : UsageError(reason), help(std::move(its_help)) {}
   std::string help;
 };

@@ -19,15 +19,15 @@
 namespace balance::app {
 namespace {
 
-std::vector<formulas::Section> sections_of(const FormulaOptions& options) {
-  const std::vector<std::string>& names = formulas::section_names();
-  std::vector<formulas::Section> sections;
+std::vector<formulas::SheetSectionKind> sections_of(const FormulaOptions& options) {
+  const std::vector<std::string>& names = formulas::sheet_section_names();
+  std::vector<formulas::SheetSectionKind> sections;
   for (const std::string& name : options.only) {
     const auto at = std::find(names.begin(), names.end(), name);
     if (at == names.end())
-      throw UsageError(fmt::format("--only without --at needs {}, not {}{}", fmt::join(names, ", "), in_quotes(name),
-                                   nearest_hint(name, names)));
-    sections.push_back(static_cast<formulas::Section>(at - names.begin()));
+      throw UsageError(fmt::format("--only without --at needs {}, not {}{}", fmt::join(names, ", "),
+                                   quote_for_message(name), append_nearest_name(name, names)));
+    sections.push_back(static_cast<formulas::SheetSectionKind>(at - names.begin()));
   }
   return sections;
 }
@@ -36,19 +36,22 @@ std::string title_of(const Study& study) {
   return study.mechanism.name.empty() ? study.spec_file : study.mechanism.name;
 }
 
-void print_view(const FormulaOptions& options, const Study& study, const SpecTexts& texts) {
-  const auto expressions = options.expand ? formulas::Expressions::put_in : formulas::Expressions::named;
-  const formulas::Sheet sheet = formulas::make_sheet(study.mechanism, texts, {sections_of(options), expressions});
+void print_view(const FormulaOptions& options, const Study& study, const SpecNumberTexts& texts) {
+  const auto expressions =
+      options.expand ? formulas::ParameterExpressions::inlined : formulas::ParameterExpressions::symbols;
+  const formulas::FormulaSheet sheet =
+      formulas::make_sheet(study.mechanism, texts, {sections_of(options), expressions});
   formulas::PrintOptions print_options;
-  print_options.numbers = options.numbers;
-  if (options.all) print_options.most_terms = std::numeric_limits<std::size_t>::max();
-  FormulasView view{title_of(study), &sheet, print_sheet(sheet, print_options), {}, study.warnings};
-  view.check = check_against_engine(sheet, texts_of(view.sections), study.mechanism, {.elsewhere = !options.numbers});
-  if (!view.check.agrees)
+  print_options.with_values = options.numbers;
+  if (options.all) print_options.max_terms = std::numeric_limits<std::size_t>::max();
+  FormulasReportData view{title_of(study), &sheet, print_sheet(sheet, print_options), {}, study.warnings};
+  view.check = check_against_engine(sheet, texts_by_label(view.sections), study.mechanism,
+                                    {.with_perturbed_parameters = !options.numbers});
+  if (!view.check.is_consistent)
     throw MechanismFailure("no-formulas", fmt::format("no formulas: {} (checked at {} states: {:.0e})",
                                                       view.check.reason, view.check.states, view.check.error));
   if (options.latex) {
-    print_options.style = formulas::Style::latex;
+    print_options.style = formulas::PrintStyle::latex;
     view.sections = print_sheet(sheet, print_options);
   }
   if (options.spec.json)
@@ -62,19 +65,19 @@ void print_view(const FormulaOptions& options, const Study& study, const SpecTex
 ExitCode print_formulas(const FormulaOptions& options) {
   sections_of(options);
   const std::string text = read_text_file(options.spec.spec, "spec");
-  const DesignSpace space = read_design_space(text, shown_name(options.spec.spec), read_options(options.spec));
+  const DesignSpace space = read_design_space(text, display_name(options.spec.spec), read_options(options.spec));
   const Study& study = space.start;
-  refuse_passing_payloads(study, "equations of motion");
+  reject_temporary_payloads(study, "equations of motion");
   if (study.mechanism.coordinates.empty())
     throw MechanismFailure("mismatch", "the mechanism has no degrees of freedom: there is no equation of motion");
-  const SpecTexts texts = read_spec_texts(space, read_options(options.spec));
-  for (const std::string& warning : study.warnings) tell("warning: " + warning);
+  const SpecNumberTexts texts = read_spec_number_texts(space, read_options(options.spec));
+  for (const std::string& warning : study.warnings) print_message("warning: " + warning);
   try {
     if (options.code.empty()) {
       print_view(options, study, texts);
     } else {
       const auto language = options.code == "python" ? formulas::Language::python : formulas::Language::c;
-      print(formulas::program_text(study.mechanism, texts, language));
+      print(formulas::generate_program(study.mechanism, texts, language));
     }
   } catch (const formulas::FormulaError& error) {
     throw MechanismFailure("no-formulas", std::string("no formulas: ") + error.what());

@@ -17,8 +17,8 @@ namespace balance::app {
 namespace {
 
 const std::vector<std::string> strategies = {"complete", "modular"};
-const std::vector<std::string> sections_to_leave_out = {"friction", "loads",          "springs",
-                                                        "payloads", "counterweights", "discs"};
+const std::vector<std::string> excludable_sections = {"friction", "loads",          "springs",
+                                                      "payloads", "counterweights", "discs"};
 
 }  // namespace
 
@@ -32,37 +32,37 @@ void add_goal_options(CLI::App& parser, GoalOptions& o) {
   CLI::Option* without =
       parser.add_option("--without", o.without,
                         "what the goal leaves out: friction, loads, springs, payloads, ... or names of single ones");
-  suggest_words(without->type_name("NAMES")->allow_extra_args(false), sections_to_leave_out);
+  suggest_words(without->type_name("NAMES")->allow_extra_args(false), excludable_sections);
   parser.add_option("--seed", o.seed, "of random configurations and searches")
       ->type_name("N")
-      ->check(whole_number(0, max_seed));
+      ->check(integer_range_validator(0, max_seed));
 }
 
-std::vector<Goal> choose_goals(const GoalOptions& options, const Study& study, WithoutGoal without) {
+std::vector<Goal> choose_goals(const GoalOptions& options, const Study& study, GoalRequirement without) {
   std::vector<Goal> goals;
   for (const std::string& name : options.goals) {
     const std::optional<Goal> goal = find_goal(name);
     if (!goal) {
-      throw UsageError(fmt::format("--goal {}: expected {}{}", in_quotes(name), one_of(goal_names()),
-                                   nearest_hint(name, goal_names())));
+      throw UsageError(fmt::format("--goal {}: expected {}{}", quote_for_message(name), join_alternatives(goal_names()),
+                                   append_nearest_name(name, goal_names())));
     }
     if (std::find(goals.begin(), goals.end(), *goal) == goals.end()) goals.push_back(*goal);
   }
   if (goals.empty()) goals = study.design.goals;
-  if (goals.empty() && without == WithoutGoal::needs_goal) {
-    throw UsageError(
-        fmt::format("{} has no design: goal, so --goal is needed: {}", study.spec_file, one_of(goal_names())));
+  if (goals.empty() && without == GoalRequirement::goal) {
+    throw UsageError(fmt::format("{} has no design: goal, so --goal is needed: {}", study.spec_file,
+                                 join_alternatives(goal_names())));
   }
-  if (goals.empty() && without == WithoutGoal::needs_minimize) {
+  if (goals.empty() && without == GoalRequirement::goal_or_objective) {
     throw UsageError(
         fmt::format("{} has neither design: goal nor design: minimize, so --goal ({}) or --minimize is needed",
-                    study.spec_file, one_of(goal_names())));
+                    study.spec_file, join_alternatives(goal_names())));
   }
   return goals;
 }
 
-std::vector<std::string> choose_without(const GoalOptions& options, const Mechanism& mechanism) {
-  const std::vector<std::string> known = names_to_leave_out(mechanism);
+std::vector<std::string> choose_excluded_elements(const GoalOptions& options, const Mechanism& mechanism) {
+  const std::vector<std::string> known = list_excludable_names(mechanism);
   std::vector<std::string> names;
   for (const std::string& list : options.without) {
     for (std::size_t begin = 0, end = 0; end != std::string::npos; begin = end + 1) {
@@ -71,8 +71,8 @@ std::vector<std::string> choose_without(const GoalOptions& options, const Mechan
       name.erase(0, name.find_first_not_of(' '));
       name.erase(name.find_last_not_of(' ') + 1);
       if (std::find(known.begin(), known.end(), name) == known.end())
-        throw UsageError(
-            fmt::format("--without {}: expected {}{}", in_quotes(name), one_of(known), nearest_hint(name, known)));
+        throw UsageError(fmt::format("--without {}: expected {}{}", quote_for_message(name), join_alternatives(known),
+                                     append_nearest_name(name, known)));
       if (std::find(names.begin(), names.end(), name) == names.end()) names.push_back(name);
     }
   }
@@ -81,17 +81,17 @@ std::vector<std::string> choose_without(const GoalOptions& options, const Mechan
 
 bool is_modular(const GoalOptions& options) {
   if (std::find(strategies.begin(), strategies.end(), options.strategy) == strategies.end()) {
-    throw UsageError(fmt::format("--strategy {}: expected {}{}", in_quotes(options.strategy), one_of(strategies),
-                                 nearest_hint(options.strategy, strategies)));
+    throw UsageError(fmt::format("--strategy {}: expected {}{}", quote_for_message(options.strategy),
+                                 join_alternatives(strategies), append_nearest_name(options.strategy, strategies)));
   }
   return options.strategy == "modular";
 }
 
-BalanceQuestion choose_question(const GoalOptions& options, const Study& study, WithoutGoal without) {
+BalanceRequest make_balance_query(const GoalOptions& options, const Study& study, GoalRequirement without) {
   return {.goals = choose_goals(options, study, without),
-          .modular = is_modular(options),
+          .is_modular = is_modular(options),
           .seed = options.seed,
-          .without = choose_without(options, study.mechanism)};
+          .excluded = choose_excluded_elements(options, study.mechanism)};
 }
 
 }  // namespace balance::app

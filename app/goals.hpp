@@ -20,26 +20,26 @@ struct GoalOptions {
 void add_goal_options(CLI::App& parser, GoalOptions& options);
 
 /// What is asked for where there is no goal.
-enum class WithoutGoal {
-  needs_goal,
-  needs_minimize,  ///< a goal or something to minimize
-  is_enough
+enum class GoalRequirement {
+  goal,
+  goal_or_objective,  ///< a goal or something to minimize
+  none
 };
 
 /// The goals that the options name, or else the spec's.
 /// @throws UsageError for a name that does not exist, or if there is no goal at all although something is needed
 std::vector<Goal> choose_goals(const GoalOptions& options, const Study& study,
-                               WithoutGoal without = WithoutGoal::needs_goal);
+                               GoalRequirement without = GoalRequirement::goal);
 
 /// The names of what the goals leave out.
 /// @throws UsageError for a name that is neither a section nor in one
-std::vector<std::string> choose_without(const GoalOptions& options, const Mechanism& mechanism);
+std::vector<std::string> choose_excluded_elements(const GoalOptions& options, const Mechanism& mechanism);
 
 /// @throws UsageError unless the strategy is `complete` or `modular`
 bool is_modular(const GoalOptions& options);
 
 /// All of these.
-BalanceQuestion choose_question(const GoalOptions& options, const Study& study,
-                                WithoutGoal without = WithoutGoal::needs_goal);
+BalanceRequest make_balance_query(const GoalOptions& options, const Study& study,
+                                  GoalRequirement without = GoalRequirement::goal);
 
 }  // namespace balance::app

@@ -26,11 +26,12 @@ const CommandHelp& find(const ProgramHelp& help, const std::string& name) {
     if (command.name == name) return command;
     names.push_back(command.name);
   }
-  throw UsageError(fmt::format("{} is no command: {}{}", in_quotes(name), one_of(names), nearest_hint(name, names)));
+  throw UsageError(fmt::format("{} is no command: {}{}", quote_for_message(name), join_alternatives(names),
+                               append_nearest_name(name, names)));
 }
 
 void write(const std::string& path, const std::string& text) {
-  PendingFile file(path, Existing::replace);
+  AtomicFile file(path, OverwritePolicy::replace);
   file.write(text);
   file.commit();
 }
@@ -57,8 +58,8 @@ ExitCode run_completion(const std::string& shell, CLI::App& program) {
   } else if (shell == "zsh") {
     print(zsh_completion(help));
   } else {
-    throw UsageError(fmt::format("there is no completion for {}: expected {}{}", in_quotes(shell), one_of(shells),
-                                 nearest_hint(shell, shells)));
+    throw UsageError(fmt::format("there is no completion for {}: expected {}{}", quote_for_message(shell),
+                                 join_alternatives(shells), append_nearest_name(shell, shells)));
   }
   return ExitCode::done;
 }

@@ -16,10 +16,10 @@ OptionHelp describe(CLI::Option& option) {
   for (const std::string& name : option.get_lnames()) help.longs.push_back("--" + name);
   if (option.get_items_expected_max() > 0) help.value = value_name(option);
   help.text = option.get_description();
-  help.preset = option.get_default_str();
+  help.default_value = option.get_default_str();
   help.required = option.get_required();
   help.repeats = option.get_items_expected_max() > 1;
-  help.suggestion = suggestion_of(option);
+  help.suggestion = find_value_completion(option);
   return help;
 }
 

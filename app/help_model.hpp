@@ -14,10 +14,10 @@ struct OptionHelp {
   std::vector<std::string> shorts, longs;  ///< with their dashes: "-o", "--output"; none for an operand
   std::string value;                       ///< what its value is called, "FILE"; empty for a flag
   std::string text;
-  std::string preset;  ///< value that it has if it is not given, where that is shown
+  std::string default_value;  ///< value that it has if it is not given, where that is shown
   bool required = false;
   bool repeats = false;
-  Suggestion suggestion;
+  ValueCompletion suggestion;
 
   bool takes_value() const { return !value.empty(); }
 };

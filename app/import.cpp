@@ -18,16 +18,16 @@
 namespace balance::app {
 namespace {
 
-struct ImportCall {
+struct ImportCommandOptions {
   std::string file, output, base;
   ImportOptions options;
   bool strict = false, json = false, force = false;
 };
 
-Json findings_json(const Imported& imported) {
+Json findings_json(const ImportResult& imported) {
   Json list = Json::array();
   for (const foreign::Finding& one : imported.findings)
-    list.push_back({{"level", one.level == foreign::Level::warning ? "warning" : "note"},
+    list.push_back({{"level", one.level == foreign::Severity::warning ? "warning" : "note"},
                     {"code", one.code},
                     {"file", one.place.file},
                     {"line", one.place.line > 0 ? Json(one.place.line) : Json()},
@@ -36,7 +36,7 @@ Json findings_json(const Imported& imported) {
   return list;
 }
 
-std::string import_json(const Imported& imported, const std::string& output) {
+std::string import_json(const ImportResult& imported, const std::string& output) {
   Json json{{"format", imported.format},
             {"bodies", imported.bodies},
             {"joints", imported.joints},
@@ -49,13 +49,13 @@ std::string import_json(const Imported& imported, const std::string& output) {
   for (const auto& [what, count] : imported.ignored) ignored[what] = count;
   for (const auto& [before, after] : imported.renamed) renamed[before] = after;
   json["assembly"] = assembly;
-  json["not_assembled"] = imported.not_assembled.empty() ? Json() : Json(imported.not_assembled);
+  json["not_assembled"] = imported.assembly_failure_reason.empty() ? Json() : Json(imported.assembly_failure_reason);
   json["findings"] = findings_json(imported);
   json["ignored"] = ignored;
   json["renamed"] = renamed;
   json["file"] = output.empty() ? Json() : Json(output);
   json["spec"] = imported.spec;
-  return dump(json);
+  return format_json(json);
 }
 
 std::string counted(int count, const char* one, const char* several) {
@@ -63,7 +63,7 @@ std::string counted(int count, const char* one, const char* several) {
 }
 
 /// What a person reads: everything that was found, then what came of it.
-std::string report_text(const Imported& imported) {
+std::string report_text(const ImportResult& imported) {
   std::string text;
   for (const foreign::Finding& one : imported.findings) text += one.text() + "\n";
   std::string ignored, renamed, assembly;
@@ -82,36 +82,37 @@ std::string report_text(const Imported& imported) {
     text += fmt::format("{}, {}\n", counted(*imported.degrees_of_freedom, "degree of freedom", "degrees of freedom"),
                         counted(static_cast<int>(imported.actuators.size()), "actuator", "actuators"));
   if (!assembly.empty()) text += "assembled near the file's zero pose: {" + assembly + "}\n";
-  if (!imported.not_assembled.empty()) text += "warning: it could not be assembled: " + imported.not_assembled + "\n";
+  if (!imported.assembly_failure_reason.empty())
+    text += "warning: it could not be assembled: " + imported.assembly_failure_reason + "\n";
   return text;
 }
 
-void check_call(const ImportCall& call) {
+void check_call(const ImportCommandOptions& call) {
   check_standard_output({call.output}, call.json, false);
   check_output(call.output, "the spec",
                {{call.file, "what it is made from"}, {call.options.loops, "what it is made from"}}, call.force);
 }
 
-void keep_source(const ImportCall& call, const std::string& text) {
+void check_overwrites_no_robot_file(const ImportCommandOptions& call, const std::string& text) {
   std::vector<InputFile> inputs;
-  for (std::string& file : files_named_by_robot(text, shown_name(call.file)))
+  for (std::string& file : list_referenced_robot_files(text, display_name(call.file)))
     inputs.push_back({std::move(file), "a file that the mechanism names"});
-  keep_inputs(call.output, "the spec", inputs);
+  check_overwrites_no_input(call.output, "the spec", inputs);
 }
 
-void write_spec(const ImportCall& call, const Imported& imported) {
-  PendingFile file(call.output, call.force ? Existing::replace : Existing::keep);
+void write_spec(const ImportCommandOptions& call, const ImportResult& imported) {
+  AtomicFile file(call.output, call.force ? OverwritePolicy::replace : OverwritePolicy::forbid);
   file.write(imported.spec);
   file.commit();
 }
 
-ExitCode run(const ImportCall& call) {
+ExitCode run(const ImportCommandOptions& call) {
   check_call(call);
   const std::string text = read_text_file(call.file, "mechanism");
-  keep_source(call, text);
-  const Imported imported = import_text(text, shown_name(call.file), call.options);
-  const bool wanted = call.strict && (imported.has_warnings() || !imported.not_assembled.empty());
-  const bool to_stdout = call.output.empty() || call.output == standard_output;
+  check_overwrites_no_robot_file(call, text);
+  const ImportResult imported = import_text(text, display_name(call.file), call.options);
+  const bool wanted = call.strict && (imported.has_warnings() || !imported.assembly_failure_reason.empty());
+  const bool to_stdout = call.output.empty() || call.output == standard_output_path;
   if (!to_stdout) write_spec(call, imported);
   if (call.json) {
     print(import_json(imported, call.output));
@@ -121,7 +122,7 @@ ExitCode run(const ImportCall& call) {
       tell_lines(report.substr(0, report.size() - 1));
       print(imported.spec);
     } else {
-      print_text(report + written_line(call.output));
+      print_text(report + format_written_message(call.output));
     }
   }
   return wanted ? ExitCode::not_met : ExitCode::done;
@@ -131,14 +132,14 @@ ExitCode run(const ImportCall& call) {
 
 Command setup_import(CLI::App& program) {
   CLI::App* parser = program.add_subcommand("import", "Make a spec from a URDF, MJCF, MBSE or Chrono file");
-  const auto call = std::make_shared<ImportCall>();
+  const auto call = std::make_shared<ImportCommandOptions>();
   parser->add_option("file", call->file, "the mechanism: URDF or MJCF (XML), MBSE or Chrono (YAML)")
       ->required()
       ->type_name("FILE");
   parser->add_option("--loops", call->options.loops, "closures of a URDF, a YAML file with closed_loop and type")
       ->type_name("FILE");
   CLI::Option* base = parser->add_option("--base", call->base, "fixed: what floats in the file is held where it is");
-  require_word(base->type_name("WORD"), {"fixed"});
+  add_choice_validator(base->type_name("WORD"), {"fixed"});
   parser
       ->add_option("--actuate", call->options.actuate,
                    "joints that have motors, by the file's names, separated by commas")

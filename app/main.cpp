@@ -49,7 +49,8 @@ ExitCode fail(ExitCode code, const std::string& message, const std::string& json
 ExitCode finish_parsing(CLI::App& program, const CLI::ParseError& error) {
   const std::vector<CLI::App*> called = program.get_subcommands();
   CLI::App& command = called.empty() ? program : *called.front();
-  if (error.get_exit_code() != 0) throw CallError(describe_mistake(command, error), call_of(command) + " --help");
+  if (error.get_exit_code() != 0)
+    throw SyntaxUsageError(describe_parse_error(command, error), qualified_command_name(command) + " --help");
   if (dynamic_cast<const CLI::CallForVersion*>(&error) != nullptr) {
     print(error.what() + std::string("\n"));
   } else {
@@ -60,7 +61,7 @@ ExitCode finish_parsing(CLI::App& program, const CLI::ParseError& error) {
 }
 
 /// `balance`, `balance help` and `balance help design` are other words for --help.
-std::vector<std::string> words_of(int argc, char** argv) {
+std::vector<std::string> list_arguments(int argc, char** argv) {
   std::vector<std::string> words(argv + std::min(argc, 1), argv + argc);
   if (words.empty()) return {"--help"};
   if (words.front() != "help") return words;
@@ -69,18 +70,19 @@ std::vector<std::string> words_of(int argc, char** argv) {
   return words;
 }
 
-/// @throws CallError: no command was called; `words` are those that the parser could not place
+/// @throws SyntaxUsageError: no command was called; `words` are those that the parser could not place
 [[noreturn]] void fail_without_command(const std::vector<Command>& commands, const std::vector<std::string>& words) {
   std::vector<std::string> names;
   for (const Command& command : commands) {
     if (!command.parser->get_group().empty()) names.push_back(command.parser->get_name());  // not the hidden ones
   }
   const std::string& word = words.front();
-  if (const std::string cure = cure_for(word); !cure.empty()) throw CallError(word + ": " + cure);
+  if (const std::string cure = suggest_option(word); !cure.empty()) throw SyntaxUsageError(word + ": " + cure);
   if (word.starts_with('-'))
-    throw CallError("options stand behind a command, such as balance check; balance has no option " + in_quotes(word) +
-                    nearest_hint(word, {"--help", "--version"}));
-  throw CallError(in_quotes(word) + " is no command: " + one_of(names) + nearest_hint(word, names));
+    throw SyntaxUsageError("options stand behind a command, such as balance check; balance has no option " +
+                           quote_for_message(word) + append_nearest_name(word, {"--help", "--version"}));
+  throw SyntaxUsageError(quote_for_message(word) + " is no command: " + join_alternatives(names) +
+                         append_nearest_name(word, names));
 }
 
 /// Where the list of commands shows one, by its purpose.
@@ -117,7 +119,7 @@ ExitCode parse_and_run(int argc, char** argv) {
   };
   program.require_subcommand(0, 1);
   program.allow_extras();  // after the commands, which would inherit it: only here can the message be a good one
-  std::vector<std::string> given = words_of(argc, argv);
+  std::vector<std::string> given = list_arguments(argc, argv);
   try {
     program.parse(std::vector<std::string>(given.rbegin(), given.rend()));  // CLI11 takes them from the end
   } catch (const CLI::ParseError& error) {
@@ -126,7 +128,7 @@ ExitCode parse_and_run(int argc, char** argv) {
   const std::vector<std::string> words = program.remaining();
   for (const Command& command : commands) {
     if (!command.parser->parsed() || !words.empty()) continue;
-    refuse_empty_names(*command.parser);
+    check_names_not_empty(*command.parser);
     return command.run();
   }
   fail_without_command(commands, words);
@@ -134,42 +136,42 @@ ExitCode parse_and_run(int argc, char** argv) {
 
 /// A mistake in an option is the caller's, not the spec's.
 ExitCode fail_spec(const SpecError& error, bool json) {
-  const bool option = error.mistakes().front().place.is_option();
+  const bool option = error.diagnostics().front().place.is_option();
   // Begins with file:line:column, which editors look for at the start of a line.
   return fail(option ? ExitCode::usage : ExitCode::spec, (option ? "error: " : "") + std::string(error.what()),
-              json ? error_json(option ? "usage" : "spec", error) : "");
+              json ? format_error_json(option ? "usage" : "spec", error) : "");
 }
 
 ExitCode translate(int argc, char** argv) {
   const bool json = std::find(argv, argv + argc, std::string("--json")) != argv + argc;
   const auto failed = [&](ExitCode code, const char* kind, const std::string& shown, const std::string& message) {
-    return fail(code, shown, json ? error_json(kind, message) : "");
+    return fail(code, shown, json ? format_error_json(kind, message) : "");
   };
   try {
     return parse_and_run(argc, argv);
-  } catch (const CallError& error) {
-    return failed(ExitCode::usage, "usage", "error: " + visible(error.what()) + "\n" + error.help + " shows the usage",
-                  error.what());
+  } catch (const SyntaxUsageError& error) {
+    return failed(ExitCode::usage, "usage",
+                  "error: " + escape_for_terminal(error.what()) + "\n" + error.help + " shows the usage", error.what());
   } catch (const UsageError& error) {
-    return failed(ExitCode::usage, "usage", "error: " + visible(error.what()), error.what());
+    return failed(ExitCode::usage, "usage", "error: " + escape_for_terminal(error.what()), error.what());
   } catch (const SpecError& error) {
     return fail_spec(error, json);
   } catch (const MotionFailure& error) {
     const std::string message = std::string("error: ") + error.what();
-    return fail(ExitCode::mechanism, message, json ? error_json("mechanism", error.outcome) : "");
+    return fail(ExitCode::mechanism, message, json ? format_error_json("mechanism", error.outcome) : "");
   } catch (const MechanismFailure& error) {
     const std::string message = std::string("error: ") + error.what();
-    return fail(ExitCode::mechanism, message, json ? error_json("mechanism", error.what(), error.status) : "");
-  } catch (const MechanismRefused& error) {
+    return fail(ExitCode::mechanism, message, json ? format_error_json("mechanism", error.what(), error.status) : "");
+  } catch (const UnsolvableMechanism& error) {
     return fail(ExitCode::mechanism, std::string("error: ") + error.what(),
-                json ? error_json("mechanism", error.outcome) : "");
-  } catch (const OutOfTime& error) {
+                json ? format_error_json("mechanism", error.outcome) : "");
+  } catch (const DeadlineExceeded& error) {
     return fail(ExitCode::mechanism, std::string("error: ") + error.what(),
-                json ? error_json("mechanism", error.what(), "stopped") : "");
+                json ? format_error_json("mechanism", error.what(), "stopped") : "");
   } catch (const SystemError& error) {
-    return failed(ExitCode::system, "system", "error: " + visible(error.what()), error.what());
+    return failed(ExitCode::system, "system", "error: " + escape_for_terminal(error.what()), error.what());
   } catch (const Cancelled& error) {
-    tell(error.what());
+    print_message(error.what());
     // an interrupt that was awaited is no longer pending
     return static_cast<ExitCode>(static_cast<int>(ExitCode::signal) +
                                  (pending_signal() != 0 ? pending_signal() : SIGINT));

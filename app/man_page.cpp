@@ -74,7 +74,7 @@ std::string head_of(const OptionHelp& option) {
 
 std::string body_of(const OptionHelp& option) {
   std::string text = roff(option.text);
-  if (!option.preset.empty()) text += " (default: " + roff(option.preset) + ")";
+  if (!option.default_value.empty()) text += " (default: " + roff(option.default_value) + ")";
   return text;
 }
 

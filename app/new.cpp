@@ -29,8 +29,8 @@ std::vector<std::string> kinds() {
 const Starter& find(const std::string& kind) {
   for (const Starter& starter : starters())
     if (starter.kind == kind) return starter;
-  throw UsageError(fmt::format("there is no starter {}: expected {}{}", in_quotes(kind), one_of(kinds()),
-                               nearest_hint(kind, kinds())));
+  throw UsageError(fmt::format("there is no starter {}: expected {}{}", quote_for_message(kind),
+                               join_alternatives(kinds()), append_nearest_name(kind, kinds())));
 }
 
 std::string list_text() {
@@ -42,26 +42,26 @@ std::string list_text() {
 std::string list_json() {
   Json list = Json::array();
   for (const Starter& starter : starters()) list.push_back({{"kind", starter.kind}, {"summary", starter.summary()}});
-  return dump({{"kinds", list}});
+  return format_json({{"kinds", list}});
 }
 
 std::string starter_json(const Starter& starter) {
-  return dump({{"kind", starter.kind}, {"summary", starter.summary()}, {"spec", starter.text}});
+  return format_json({{"kind", starter.kind}, {"summary", starter.summary()}, {"spec", starter.text}});
 }
 
 ExitCode run(const NewOptions& options) {
   if (options.kind.empty()) {
-    if (!options.output.empty()) throw UsageError("--output needs a KIND: " + one_of(kinds()));
+    if (!options.output.empty()) throw UsageError("--output needs a KIND: " + join_alternatives(kinds()));
     print(options.json ? list_json() : list_text());
     return ExitCode::done;
   }
   const Starter& starter = find(options.kind);
-  if (!options.output.empty() && options.output != standard_output) {
-    PendingFile file(options.output, options.force ? Existing::replace : Existing::keep);
+  if (!options.output.empty() && options.output != standard_output_path) {
+    AtomicFile file(options.output, options.force ? OverwritePolicy::replace : OverwritePolicy::forbid);
     file.write(std::string(starter.text));
     file.commit();
-    print_text(options.json ? dump({{"kind", starter.kind}, {"files", {options.output}}})
-                            : written_line(options.output));
+    print_text(options.json ? format_json({{"kind", starter.kind}, {"files", {options.output}}})
+                            : format_written_message(options.output));
     return ExitCode::done;
   }
   print(options.json ? starter_json(starter) : std::string(starter.text));

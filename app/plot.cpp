@@ -15,38 +15,38 @@
 namespace balance::app {
 namespace {
 
-std::string description(const Picture& picture, const PageOptions& page, const std::string& file) {
+std::string description(const Plot& picture, const PlotPage& page, const std::string& file) {
   Json panels = Json::array();
-  for (const PicturePanel& panel : picture.panels) {
+  for (const PlotPanel& panel : picture.panels) {
     Json lines = Json::array();
-    for (const PictureLine& line : panel.lines)
+    for (const PlotLine& line : panel.lines)
       lines.push_back({{"label", line.label}, {"colour", line.pen.colour}, {"dashes", line.pen.dashes}});
     panels.push_back({{"quantity", panel.name}, {"axis", panel.y_label}, {"lines", lines}});
   }
-  return dump({{"width", page.width}, {"height", page.height}, {"panels", panels}, {"files", {file}}});
+  return format_json({{"width", page.width}, {"height", page.height}, {"panels", panels}, {"files", {file}}});
 }
 
-std::string draw(const Picture& picture, const PageOptions& page) {
+std::string draw(const Plot& picture, const PlotPage& page) {
   try {
-    return draw_picture(picture, page);
+    return render_plot(picture, page);
   } catch (const SystemError&) {
     // A signal from the keyboard reaches gnuplot too.
-    if (pending_signal() != 0) throw Cancelled(nothing_written);
+    if (pending_signal() != 0) throw Cancelled(nothing_written_message);
     throw;
   }
 }
 
 ExitCode run(const PlotOptions& options) {
-  PageOptions page = choose_page(options);
+  PlotPage page = choose_page(options);
   check_outputs(options);
-  refuse_input_twice(options.results);
-  std::vector<RunFile> files;
+  check_standard_input_once(options.results);
+  std::vector<StoredRun> files;
   for (const std::string& name : options.results) {
-    files.push_back(read_or_run(name, options.script ? "" : options.output, "the picture"));
+    files.push_back(load_or_simulate_run(name, options.script ? "" : options.output, "the picture"));
   }
-  const Picture picture = choose_picture(options, files);
+  const Plot picture = choose_picture(options, files);
   try {
-    page = sized_for(picture, page);
+    page = resolve_page_size(picture, page);
   } catch (const std::invalid_argument& error) {
     throw UsageError(std::string("--size: ") + error.what());
   }
@@ -54,16 +54,16 @@ ExitCode run(const PlotOptions& options) {
     print(gnuplot_script(picture, page));
     return ExitCode::done;
   }
-  const DeferSignals deferred;
+  const SignalDeferral deferred;
   const std::string bytes = draw(picture, page);
-  PendingFile file(options.output, options.force ? Existing::replace : Existing::keep);
+  AtomicFile file(options.output, options.force ? OverwritePolicy::replace : OverwritePolicy::forbid);
   file.write(bytes);
-  if (pending_signal() != 0) throw Cancelled(nothing_written);
+  if (pending_signal() != 0) throw Cancelled(nothing_written_message);
   file.commit();
   if (options.json) {
     print(description(picture, page, options.output));
   } else if (!options.quiet) {
-    print_beside({options.output}, written_line(options.output));
+    print_status({options.output}, format_written_message(options.output));
   }
   return ExitCode::done;
 }

@@ -25,24 +25,24 @@ const std::vector<std::string> views = {"magnitude", "components", "both"};
 const std::vector<std::string> abscissas = {"time", "normalised"};
 const std::vector<std::string> planes = {"xy", "xz", "yz"};
 const std::vector<std::string> suffixes = {"svg", "pdf", "png"};
-constexpr double least_side = 30, greatest_side = 1000;   // mm
-constexpr double least_letter = 4, greatest_letter = 72;  // pt
+constexpr double min_page_side = 30, max_page_side = 1000;  // mm
+constexpr double min_font_size = 4, max_font_size = 72;     // pt
 
 std::size_t position(const char* option, const std::string& word, const std::vector<std::string>& words) {
   const auto found = std::find(words.begin(), words.end(), word);
   if (found == words.end())
-    throw UsageError(
-        fmt::format("{} {}: expected {}{}", option, in_quotes(word), one_of(words), nearest_hint(word, words)));
+    throw UsageError(fmt::format("{} {}: expected {}{}", option, quote_for_message(word), join_alternatives(words),
+                                 append_nearest_name(word, words)));
   return static_cast<std::size_t>(found - words.begin());
 }
 
-PictureFormat choose_format(const std::string& output) {
-  if (output.empty() || output == standard_output) return PictureFormat::svg;
+PlotFileFormat choose_format(const std::string& output) {
+  if (output.empty() || output == standard_output_path) return PlotFileFormat::svg;
   std::string suffix = std::filesystem::path(output).extension().string();
   if (!suffix.empty()) suffix.erase(0, 1);
   if (std::find(suffixes.begin(), suffixes.end(), suffix) == suffixes.end())
-    throw UsageError(fmt::format("--output {}: the name must end with .svg, .pdf or .png", in_quotes(output)));
-  return static_cast<PictureFormat>(position("--output", suffix, suffixes));
+    throw UsageError(fmt::format("--output {}: the name must end with .svg, .pdf or .png", quote_for_message(output)));
+  return static_cast<PlotFileFormat>(position("--output", suffix, suffixes));
 }
 
 /// A number and nothing behind it, inside bounds.
@@ -51,38 +51,38 @@ bool parse(std::string_view text, double low, double high, double& number) {
   return error == std::errc() && end == text.data() + text.size() && number >= low && number <= high;
 }
 
-void choose_size(const std::string& text, PageOptions& page) {
+void choose_size(const std::string& text, PlotPage& page) {
   const std::size_t cross = text.find('x');
   const bool good = cross != std::string::npos &&
-                    parse(std::string_view(text).substr(0, cross), least_side, greatest_side, page.width) &&
-                    parse(std::string_view(text).substr(cross + 1), least_side, greatest_side, page.height);
+                    parse(std::string_view(text).substr(0, cross), min_page_side, max_page_side, page.width) &&
+                    parse(std::string_view(text).substr(cross + 1), min_page_side, max_page_side, page.height);
   if (!good)
     throw UsageError(fmt::format("--size {}: expected WIDTHxHEIGHT in mm, each from {:g} to {:g}, such as 120x80",
-                                 in_quotes(text), least_side, greatest_side));
+                                 quote_for_message(text), min_page_side, max_page_side));
 }
 
-void choose_font(const std::string& text, PageOptions& page) {
+void choose_font(const std::string& text, PlotPage& page) {
   const std::size_t comma = text.find(',');
   page.font = text.substr(0, comma);
   const bool name = !page.font.empty() && std::all_of(page.font.begin(), page.font.end(), [](char c) {
     return std::isalnum(static_cast<unsigned char>(c)) || c == ' ' || c == '-';
   });
   const bool size = comma == std::string::npos ||
-                    parse(std::string_view(text).substr(comma + 1), least_letter, greatest_letter, page.font_size);
+                    parse(std::string_view(text).substr(comma + 1), min_font_size, max_font_size, page.font_size);
   if (!name || !size)
     throw UsageError(
         fmt::format("--font {}: expected NAME or NAME,SIZE, the name of letters, digits, blanks and hyphens, the "
                     "size from {:g} to {:g} pt, such as 'Times,10'",
-                    in_quotes(text), least_letter, greatest_letter));
+                    quote_for_message(text), min_font_size, max_font_size));
 }
 
 /// What tells a file from the others: its name without folder and suffix, and its group.
-std::string default_label(const RunFile& file) {
-  const std::string stem = visible(std::filesystem::path(file.path).stem().string());
+std::string default_label(const StoredRun& file) {
+  const std::string stem = escape_for_terminal(std::filesystem::path(file.path).stem().string());
   return file.group.empty() ? stem : stem + " " + file.group;
 }
 
-std::vector<PlotRun> label_runs(const PlotOptions& options, const std::vector<RunFile>& files) {
+std::vector<PlotRun> label_runs(const PlotOptions& options, const std::vector<StoredRun>& files) {
   if (!options.labels.empty() && options.labels.size() != files.size())
     throw UsageError(fmt::format("--label is given {} times for {} results: one for each, in their order",
                                  options.labels.size(), files.size()));
@@ -96,15 +96,16 @@ std::vector<PlotRun> label_runs(const PlotOptions& options, const std::vector<Ru
   // Files of one name in several folders.
   if (clash && options.labels.empty())
     for (std::size_t i = 0; i < files.size(); ++i)
-      runs[i].label = visible(files[i].group.empty() ? files[i].path : files[i].path + ":" + files[i].group);
+      runs[i].label =
+          escape_for_terminal(files[i].group.empty() ? files[i].path : files[i].path + ":" + files[i].group);
   return runs;
 }
 
 /// What all have of what a designer asks first.
-std::vector<std::string> usual_quantities(const std::vector<RunFile>& files) {
+std::vector<std::string> default_quantities(const std::vector<StoredRun>& files) {
   std::vector<std::string> names = {"torque", "shaking_force", "shaking_moment"};
   std::erase_if(names, [&](const std::string& name) {
-    return !std::all_of(files.begin(), files.end(), [&](const RunFile& file) {
+    return !std::all_of(files.begin(), files.end(), [&](const StoredRun& file) {
       const auto found = find_plot_quantity(file.result, name, VectorView::magnitude);
       return found && found->unit != "mixed";
     });
@@ -112,13 +113,13 @@ std::vector<std::string> usual_quantities(const std::vector<RunFile>& files) {
   return names;
 }
 
-void check_names(const std::vector<std::string>& names, const std::vector<RunFile>& files) {
-  for (const RunFile& file : files) {
+void check_names(const std::vector<std::string>& names, const std::vector<StoredRun>& files) {
+  for (const StoredRun& file : files) {
     const std::vector<std::string> known = list_plot_names(file.result);
     for (const std::string& name : names)
-      if (std::find(known.begin(), known.end(), known_quantity(name, known)) == known.end())
-        throw UsageError(fmt::format("--quantity {}: {} has no such quantity{}", in_quotes(name), file.path,
-                                     nearest_hint(name, known)));
+      if (std::find(known.begin(), known.end(), resolve_quantity_name(name, known)) == known.end())
+        throw UsageError(fmt::format("--quantity {}: {} has no such quantity{}", quote_for_message(name), file.path,
+                                     append_nearest_name(name, known)));
   }
 }
 
@@ -167,27 +168,27 @@ void add_plot_options(CLI::App& parser, PlotOptions& o) {
   parser.add_flag("-q,--quiet", o.quiet, "print nothing but errors (and JSON if asked for)");
 }
 
-PageOptions choose_page(const PlotOptions& options) {
-  PageOptions page;
+PlotPage choose_page(const PlotOptions& options) {
+  PlotPage page;
   page.format = choose_format(options.output);
   if (!options.size.empty()) choose_size(options.size, page);
   if (!options.font.empty()) choose_font(options.font, page);
   return page;
 }
 
-Picture choose_picture(const PlotOptions& options, const std::vector<RunFile>& files) {
+Plot choose_picture(const PlotOptions& options, const std::vector<StoredRun>& files) {
   const std::vector<PlotRun> runs = label_runs(options, files);
   const auto view = static_cast<VectorView>(position("--vectors", options.vectors, views));
   const auto axis = static_cast<TimeAxis>(position("--x", options.x, abscissas));
   position("--plane", options.plane, planes);
   check_names(options.quantities, files);
   try {
-    Picture picture =
-        options.phase ? picture_of_phase(runs)
+    Plot picture =
+        options.phase ? plot_phase_plane(runs)
         : options.path
-            ? picture_of_paths(runs, options.plane)
-            : picture_over_time(runs, options.quantities.empty() ? usual_quantities(files) : options.quantities, view,
-                                axis);
+            ? plot_paths(runs, options.plane)
+            : plot_over_time(runs, options.quantities.empty() ? default_quantities(files) : options.quantities, view,
+                             axis);
     picture.title = options.title;
     return picture;
   } catch (const std::invalid_argument& error) {

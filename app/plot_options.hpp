@@ -20,10 +20,10 @@ struct PlotOptions {
 void add_plot_options(CLI::App& parser, PlotOptions& options);
 
 /// @throws UsageError for values that make no sense
-PageOptions choose_page(const PlotOptions& options);
+PlotPage choose_page(const PlotOptions& options);
 
 /// The picture of the runs. @throws UsageError for a quantity or plane that they do not have
-Picture choose_picture(const PlotOptions& options, const std::vector<RunFile>& files);
+Plot choose_picture(const PlotOptions& options, const std::vector<StoredRun>& files);
 
 /// Fails early what would fail late. @throws UsageError, SystemError
 void check_outputs(const PlotOptions& options);

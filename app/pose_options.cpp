@@ -19,22 +19,24 @@ namespace balance::app {
 namespace {
 
 /// Whose start or end is meant.
-const Trajectory& chosen_trajectory(const PoseOptions& options, const Study& study) {
+const Trajectory& choose_state_trajectory(const StateOptions& options, const Study& study) {
   if (study.trajectories.empty())
     throw UsageError(fmt::format("{} has no motion: --at {} needs one", study.spec_file, options.at));
   if (options.trajectory.empty()) return study.trajectories.front();
   if (const Trajectory* found = find_trajectory(options.trajectory, study)) return *found;
   std::vector<std::string> names;
   for (const Trajectory& t : study.trajectories) names.push_back(t.name);
-  throw UsageError(fmt::format("{} has no trajectory {}, only {}{}", study.spec_file, in_quotes(options.trajectory),
-                               fmt::join(names, ", "), nearest_hint(options.trajectory, names)));
+  throw UsageError(fmt::format("{} has no trajectory {}, only {}{}", study.spec_file,
+                               quote_for_message(options.trajectory), fmt::join(names, ", "),
+                               append_nearest_name(options.trajectory, names)));
 }
 
-std::vector<CoordinateValue> find_pose(const PoseOptions& options, const Study& study) {
+std::vector<CoordinateValue> find_state_configuration(const StateOptions& options, const Study& study) {
   const Mechanism& mechanism = study.mechanism;
-  Configured found = options.at == "end"     ? end_configuration(mechanism, chosen_trajectory(options, study))
-                     : options.at == "start" ? start_configuration(mechanism, chosen_trajectory(options, study))
-                                             : find_configuration(mechanism, read_pose(options.at, study));
+  ConfigurationResult found =
+      options.at == "end"     ? find_end_configuration(mechanism, choose_state_trajectory(options, study))
+      : options.at == "start" ? find_start_configuration(mechanism, choose_state_trajectory(options, study))
+                              : solve_configuration(mechanism, read_pose(options.at, study));
   if (found.outcome.status != MotionStatus::done) throw MotionFailure(found.outcome);
   return std::move(found.coordinates);
 }
@@ -47,7 +49,7 @@ const Trajectory* find_trajectory(const std::string& name, const Study& study) {
   return at == study.trajectories.end() ? nullptr : &*at;
 }
 
-void add_pose_options(CLI::App& parser, PoseOptions& o, const std::string& at_help) {
+void add_state_options(CLI::App& parser, StateOptions& o, const std::string& at_help) {
   CLI::Option* at = parser.add_option("--at", o.at, at_help)->type_name("POSE")->check([](const std::string& text) {
     return text.find_first_not_of(" \t\r\n") == std::string::npos ? "expected a pose, found an empty text" : "";
   });
@@ -57,7 +59,7 @@ void add_pose_options(CLI::App& parser, PoseOptions& o, const std::string& at_he
   parser.add_option("--accelerations", o.accelerations, "their accelerations")->type_name("NAME=V,...")->needs(at);
   parser.add_option("--time", o.time, "seconds at which loads that change are taken, and payloads that come and go")
       ->type_name("T")
-      ->check(number_between(-max_duration, max_duration))
+      ->check(number_range_validator(-max_duration, max_duration))
       ->needs(at);
   parser.add_option("--independent", o.independent, "independent coordinates, between commas; else the actuated ones")
       ->type_name("NAMES")
@@ -66,11 +68,12 @@ void add_pose_options(CLI::App& parser, PoseOptions& o, const std::string& at_he
       ->needs(at);
 }
 
-SingleState read_state(const PoseOptions& options, const Study& study) {
+SingleState read_state(const StateOptions& options, const Study& study) {
   SingleState state;
-  if (!options.rates.empty()) state.rates = read_rates(options.rates, "--rates", study);
-  if (!options.accelerations.empty()) state.accelerations = read_rates(options.accelerations, "--accelerations", study);
-  state.configuration = find_pose(options, study);
+  if (!options.rates.empty()) state.rates = read_coordinate_rates(options.rates, "--rates", study);
+  if (!options.accelerations.empty())
+    state.accelerations = read_coordinate_rates(options.accelerations, "--accelerations", study);
+  state.configuration = find_state_configuration(options, study);
   state.time = options.time;
   return state;
 }

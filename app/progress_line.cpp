@@ -18,7 +18,7 @@ void ProgressLine::draw(const std::string& text) {
   drawn_ = true;
 }
 
-void ProgressLine::draw_part(const std::string& what, double part) {
+void ProgressLine::draw_fraction(const std::string& what, double part) {
   const auto now = std::chrono::steady_clock::now();
   if (!shown_ || now - last_ < std::chrono::seconds(1)) return;
   last_ = now;

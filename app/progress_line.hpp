@@ -17,7 +17,7 @@ class ProgressLine {
   void draw(const std::string& text);
 
   /// "what: 43 %", once a second at most, not in the first one.
-  void draw_part(const std::string& what, double part);
+  void draw_fraction(const std::string& what, double part);
 
  private:
   const bool shown_;

@@ -20,26 +20,26 @@
 namespace balance::app {
 namespace {
 
-RunFile run(const SpecRun& wanted, const std::string& output, const std::string& what) {
+StoredRun simulate_spec_run(const SpecTrajectoryName& wanted, const std::string& output, const std::string& what) {
   SimulateOptions options;
   options.spec.spec = wanted.spec;
   options.trajectory = wanted.trajectory;
   const Study study = read_study(options.spec);
   const Trajectory trajectory = choose_trajectory(options, study);
-  keep_inputs(output, what, inputs_of(study));
-  for (const std::string& warning : study.warnings) tell("warning: " + warning);
+  check_overwrites_no_input(output, what, list_input_files(study));
+  for (const std::string& warning : study.warnings) print_message("warning: " + warning);
   if (wanted.trajectory.empty() && study.trajectories.size() > 1)
-    tell(fmt::format(
-        "note: {}: {} is the first of its {} trajectories; {}", study.spec_file, in_quotes(trajectory.name),
+    print_message(fmt::format(
+        "note: {}: {} is the first of its {} trajectories; {}", study.spec_file, quote_for_message(trajectory.name),
         study.trajectories.size(),
         wanted.spec == "-" ? "save the spec as a file to take another" : wanted.spec + ":NAME takes another"));
-  RunFile run{.path = study.spec_file,
-              .group = wanted.trajectory,
-              .title = study.mechanism.name,
-              .spec_text = study.spec_text,
-              .trajectory = trajectory.name,
-              .law = law_name(trajectory),
-              .drive = name_of(trajectory.drive)};
+  StoredRun run{.path = study.spec_file,
+                .group = wanted.trajectory,
+                .title = study.mechanism.name,
+                .spec_text = study.spec_text,
+                .trajectory = trajectory.name,
+                .law = law_name(trajectory),
+                .drive = name_of(trajectory.drive)};
   try {
     run.result = simulate(study.mechanism, trajectory);
   } catch (const std::invalid_argument& error) {
@@ -59,21 +59,21 @@ CLI::Option* add_run_operands(CLI::App& parser, std::vector<std::string>& runs) 
   return operands;
 }
 
-void refuse_input_twice(const std::vector<std::string>& names) {
+void check_standard_input_once(const std::vector<std::string>& names) {
   const auto is_input = [](const std::string& name) {
-    const std::optional<SpecRun> spec = spec_run_of(name);
+    const std::optional<SpecTrajectoryName> spec = parse_spec_trajectory_name(name);
     return spec && spec->spec == "-";
   };
   if (std::count_if(names.begin(), names.end(), is_input) > 1)
     throw UsageError("standard input, -, can be read once only: save the spec as a file");
 }
 
-RunFile read_or_run(const std::string& name, const std::string& output, const std::string& what) {
-  const std::optional<SpecRun> spec = spec_run_of(name);
-  keep_inputs(output, what, {{spec ? spec->spec : name, "what it is made from"}});
-  RunFile file = spec ? run(*spec, output, what) : read_motion_file(name);
-  keep_inputs(output, what, {{file.path, "what it is made from"}});
-  if (!file.ended_early.empty()) tell("note: " + name + " ended early: " + file.ended_early);
+StoredRun load_or_simulate_run(const std::string& name, const std::string& output, const std::string& what) {
+  const std::optional<SpecTrajectoryName> spec = parse_spec_trajectory_name(name);
+  check_overwrites_no_input(output, what, {{spec ? spec->spec : name, "what it is made from"}});
+  StoredRun file = spec ? simulate_spec_run(*spec, output, what) : read_motion_file(name);
+  check_overwrites_no_input(output, what, {{file.path, "what it is made from"}});
+  if (!file.ended_early.empty()) print_message("note: " + name + " ended early: " + file.ended_early);
   return file;
 }
 

@@ -14,13 +14,13 @@ namespace balance::app {
 CLI::Option* add_run_operands(CLI::App& parser, std::vector<std::string>& runs);
 
 /// @throws UsageError if more than one of the names is standard input
-void refuse_input_twice(const std::vector<std::string>& names);
+void check_standard_input_once(const std::vector<std::string>& names);
 
 /// A result file, or a spec (`arm.yaml`, `arm.yaml:trajectory`) that is run now, along its first trajectory if none is named.
 /// The group of a spec's run is the trajectory that `name` names.
 /// @param output that is to be written, none of what is read; @param what "the picture"
 /// @throws SystemError for a file that cannot be read, SpecError, UsageError for a trajectory that does not exist or an output that
 /// would replace what is read, MotionFailure
-RunFile read_or_run(const std::string& name, const std::string& output, const std::string& what);
+StoredRun load_or_simulate_run(const std::string& name, const std::string& output, const std::string& what);
 
 }  // namespace balance::app

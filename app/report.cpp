@@ -40,10 +40,10 @@ namespace balance::app {
 namespace {
 
 /// A run of the trajectory of this name. What cannot be run has an outcome that says so: the page shows it.
-Result run_named(const Study& study, const std::string& name, const ReportOptions& options) {
+RunResult run_named(const Study& study, const std::string& name, const ReportOptions& options) {
   const auto found = std::find_if(study.trajectories.begin(), study.trajectories.end(),
                                   [&](const Trajectory& trajectory) { return trajectory.name == name; });
-  Result result;
+  RunResult result;
   if (found == study.trajectories.end()) {
     result.outcome = {MotionStatus::mismatch, 0, "the designed spec has no such trajectory", {}};
     return result;
@@ -53,17 +53,17 @@ Result run_named(const Study& study, const std::string& name, const ReportOption
   try {
     result = options.controller.empty()
                  ? simulate(study.mechanism, trajectory)
-                 : control(study.mechanism, trajectory, find_controller(options.controller, study));
+                 : simulate_closed_loop(study.mechanism, trajectory, find_controller(options.controller, study));
   } catch (const std::invalid_argument& error) {
     result.outcome = {MotionStatus::mismatch, 0, error.what(), {}};
   }
   return result;
 }
 
-bool is_done(const std::optional<Result>& result) { return result && result->outcome.status == MotionStatus::done; }
+bool is_done(const std::optional<RunResult>& result) { return result && result->outcome.status == MotionStatus::done; }
 
-PageTrajectory describe(const Study& study, const std::string& name) {
-  PageTrajectory shown;
+ReportedTrajectory describe(const Study& study, const std::string& name) {
+  ReportedTrajectory shown;
   shown.name = name;
   for (const Trajectory& trajectory : study.trajectories) {
     if (trajectory.name != name) continue;
@@ -74,7 +74,7 @@ PageTrajectory describe(const Study& study, const std::string& name) {
 }
 
 /// A finished run may have a duration or a point for moments that its spec does not tell.
-bool is_same_run(const Result& a, const Result& b) {
+bool is_same_run(const RunResult& a, const RunResult& b) {
   const auto alike = [](const auto& one, const auto& other) {
     return one.size() == other.size() && (one - other).norm() <= 1e-6 * (1 + one.norm());
   };
@@ -83,17 +83,19 @@ bool is_same_run(const Result& a, const Result& b) {
 
 /// How far a run along a trajectory is off; nothing where that cannot be told, with the reason among the notes.
 /// @param space whose start is the mechanism that runs
-std::optional<Result> deviation_of(const DesignSpace& space, const Result& run, const std::string& name, Page& page) {
+std::optional<RunResult> deviation_of(const DesignSpace& space, const RunResult& run, const std::string& name,
+                                      HtmlReport& page) {
   if (space.start.tolerances.empty() || run.outcome.status != MotionStatus::done || !page.controller.empty()) return {};
   for (Trajectory trajectory : space.start.trajectories) {
-    if (trajectory.name != name || depends_on_mechanism(trajectory)) continue;
+    if (trajectory.name != name || is_mechanism_dependent(trajectory)) continue;
     trajectory.samples = run.time.size();
     try {
-      ToleranceReport off =
-          tolerance(space, tolerances_at(space), trajectory, {"torque", "shaking_force", "shaking_moment"});
+      ToleranceReport off = analyse_tolerance(space, evaluate_tolerances(space), trajectory,
+                                              {"torque", "shaking_force", "shaking_moment"});
       if (off.outcome.status != MotionStatus::done) continue;
       if (is_same_run(off.run, run)) {
-        for (const NumberOpening& one : off.openings) page.notes.push_back(name + ": " + opening_note(one));
+        for (const IncompatibleParameter& one : off.incompatible_parameters)
+          page.notes.push_back(name + ": " + format_incompatibility_note(one));
         return std::move(off.deviation);
       }
       page.notes.push_back("no band of tolerances along " + name + ": the run was made with options of its own");
@@ -105,9 +107,10 @@ std::optional<Result> deviation_of(const DesignSpace& space, const Result& run, 
 }
 
 /// Every trajectory asked for, before and, if there is a design, after. @throws MotionFailure if none can be run at all
-void run_all(const ReportOptions& options, const DesignSpace& before, const DesignSpace* after, Page& page) {
+void run_trajectories(const ReportOptions& options, const DesignSpace& before, const DesignSpace* after,
+                      HtmlReport& page) {
   for (const std::string& name : choose_trajectories(options, before.start)) {
-    PageTrajectory shown = describe(before.start, name);
+    ReportedTrajectory shown = describe(before.start, name);
     shown.before = run_named(before.start, name, options);
     shown.deviation_before = deviation_of(before, *shown.before, name, page);
     if (after != nullptr) {
@@ -115,33 +118,34 @@ void run_all(const ReportOptions& options, const DesignSpace& before, const Desi
       shown.deviation_after = deviation_of(*after, *shown.after, name, page);
     }
     page.trajectories.push_back(std::move(shown));
-    if (pending_signal() != 0) throw Cancelled(nothing_written);
+    if (pending_signal() != 0) throw Cancelled(nothing_written_message);
   }
-  const auto works = [](const PageTrajectory& t) { return is_done(t.before) || is_done(t.after); };
+  const auto works = [](const ReportedTrajectory& t) { return is_done(t.before) || is_done(t.after); };
   if (!page.trajectories.empty() && std::none_of(page.trajectories.begin(), page.trajectories.end(), works))
     throw MotionFailure(page.trajectories.front().before->outcome);
 }
 
-Page begin_page(const ReportOptions& options, const Study& study) {
-  Page page;
+HtmlReport begin_page(const ReportOptions& options, const Study& study) {
+  HtmlReport page;
   page.version = version();
   page.command = command_line(options);
   page.spec_file = std::filesystem::path(study.spec_file).filename().string();
   page.spec_text = study.spec_text;
   page.before = study.mechanism;
-  page.check = check_json(check(study), study.mechanism, study.warnings);
+  page.check = check_json(check_mechanism(study), study.mechanism, study.warnings);
   page.notes = study.warnings;
   page.controller = options.controller;
-  if (!options.controller.empty()) page.controller_type = name_of(find_controller(options.controller, study).type);
+  if (!options.controller.empty())
+    page.controller_type = controller_type_name(find_controller(options.controller, study).type);
   return page;
 }
 
 /// @throws SystemError unless the run is one of the mechanism in its spec
-void check_belonging(const RunFile& run, const Study& study) {
+void check_run_matches_spec(const StoredRun& run, const Study& study) {
   std::vector<std::string> coordinates, joints;
   for (const Coordinate& coordinate : study.mechanism.coordinates) coordinates.push_back(coordinate.name);
   for (const Joint& joint : study.mechanism.joints) joints.push_back(joint.name);
-  const Result& r = run.result;
+  const RunResult& r = run.result;
   const bool planar = study.mechanism.space == SpaceKind::planar;
   if (r.coordinate_names != coordinates || (!r.joint_names.empty() && r.joint_names != joints) ||
       r.axes != (planar ? 2 : 3))
@@ -149,14 +153,14 @@ void check_belonging(const RunFile& run, const Study& study) {
 }
 
 /// The run of a result file, with the spec that it was made from.
-Page file_page(const ReportOptions& options, const RunFile& run, const DesignSpace& space) {
+HtmlReport file_page(const ReportOptions& options, const StoredRun& run, const DesignSpace& space) {
   const Study& study = space.start;
-  check_belonging(run, study);
-  Page page = begin_page(options, study);
+  check_run_matches_spec(run, study);
+  HtmlReport page = begin_page(options, study);
   page.controller = run.controller;
   page.controller_type = run.controller_type;
   if (!run.ended_early.empty()) page.notes.push_back("the run ended early: " + run.ended_early);
-  PageTrajectory shown{run.trajectory, run.law, run.drive, run.result, std::nullopt};
+  ReportedTrajectory shown{run.trajectory, run.law, run.drive, run.result, std::nullopt};
   shown.deviation_before = deviation_of(space, run.result, run.trajectory, page);
   page.trajectories.push_back(std::move(shown));
   return page;
@@ -166,60 +170,61 @@ DesignStudyOptions design_options(const ReportOptions& options, const Study& stu
   DesignCommandOptions as_design;
   as_design.spec = options.spec;
   as_design.goal = options.goal;
-  DesignStudyOptions wanted = study_options(as_design, study);
-  wanted.trajectories = false;  // run here, with their samples
+  DesignStudyOptions wanted = make_study_options(as_design, study);
+  wanted.compare_trajectories = false;  // run here, with their samples
   return wanted;
 }
 
 /// The page's design is the front's middle.
-DesignView middle_design(const DesignStudyOptions& wanted, const DesignSpace& space, Page& page) {
-  Front front = front_or_throw(space, wanted);
+DesignReportData make_middle_design_data(const DesignStudyOptions& wanted, const DesignSpace& space, HtmlReport& page) {
+  ParetoFront front = find_front_or_throw(space, wanted);
   if (front.points.empty()) throw MechanismFailure("no-front", front.failure.outcome.reason);
-  const FrontPoint point = front.points[static_cast<std::size_t>(middle_of(front))];
-  DesignReport report = front_design(space, point, false);
-  page.front = front_json(make_front_view(wanted, space, std::move(front)), {});
+  const ParetoPoint point = front.points[static_cast<std::size_t>(find_compromise_point(front))];
+  DesignReport report = make_pareto_design(space, point, false);
+  page.front = front_json(make_front_report_data(wanted, space, std::move(front)), {});
   const std::string balanced = designed_spec_or_throw(space, report);
-  return make_view(wanted, point.space, balanced, std::move(report));
+  return make_design_data(wanted, point.space, balanced, std::move(report));
 }
 
-DesignView only_design(const DesignStudyOptions& wanted, const DesignSpace& space) {
+DesignReportData only_design(const DesignStudyOptions& wanted, const DesignSpace& space) {
   DesignReport report = design_or_throw(space, wanted);
   const std::string balanced = designed_spec_or_throw(space, report);
-  return make_view(wanted, space, balanced, std::move(report));
+  return make_design_data(wanted, space, balanced, std::move(report));
 }
 
-void add_design(const ReportOptions& options, const DesignSpace& space, Page& page) {
+void add_design(const ReportOptions& options, const DesignSpace& space, HtmlReport& page) {
   const DesignStudyOptions wanted = design_options(options, space.start);
-  const DesignView view = space.start.design.front ? middle_design(wanted, space, page) : only_design(wanted, space);
+  const DesignReportData view =
+      space.start.design.front ? make_middle_design_data(wanted, space, page) : only_design(wanted, space);
   page.before = view.report.study_before.mechanism;
   page.after = view.report.study_after.mechanism;
   page.design = design_json(view, {});
-  DesignSpace before = space.held(view.report.before, {}), after = space.held(view.report.outcome.x, {});
+  DesignSpace before = space.fix_others(view.report.before, {}), after = space.fix_others(view.report.outcome.x, {});
   before.start = view.report.study_before;
   after.start = view.report.study_after;
-  run_all(options, before, &after, page);
+  run_trajectories(options, before, &after, page);
 }
 
-Page make_page(const ReportOptions& options, const DesignSpace& space) {
+HtmlReport make_page(const ReportOptions& options, const DesignSpace& space) {
   const Study& study = space.start;
-  Page page = begin_page(options, study);
+  HtmlReport page = begin_page(options, study);
   const bool has_goal = !options.goal.goals.empty() || !study.design.goals.empty();
   if (has_goal)
-    for (const Goal& goal : choose_goals(options.goal, study)) page.meaning.push_back(in_words(goal));
+    for (const Goal& goal : choose_goals(options.goal, study)) page.goal_descriptions.push_back(describe_goal(goal));
   const bool asks_for_design =
       has_goal || study.design.front || !study.design.minimize.empty() || !study.design.subject_to.empty();
   if (asks_for_design && !study.free_numbers.empty()) {
     add_design(options, space, page);
     return page;
   }
-  if (has_goal) page.conditions = conditions_json(conditions_or_throw(options.goal, space), {});
-  run_all(options, space, nullptr, page);
+  if (has_goal) page.conditions = conditions_json(derive_conditions_or_throw(options.goal, space), {});
+  run_trajectories(options, space, nullptr, page);
   return page;
 }
 
-std::string summary_json(const Page& page, const std::string& file, std::size_t bytes) {
+std::string summary_json(const HtmlReport& page, const std::string& file, std::size_t bytes) {
   Json json = {{"mechanism", page.before.name}, {"trajectories", Json::array()}};
-  for (const PageTrajectory& t : page.trajectories) {
+  for (const ReportedTrajectory& t : page.trajectories) {
     Json shown = {{"trajectory", t.name}, {"before", name_of(t.before->outcome.status)}};
     if (t.after) shown["after"] = name_of(t.after->outcome.status);
     json["trajectories"].push_back(std::move(shown));
@@ -228,49 +233,50 @@ std::string summary_json(const Page& page, const std::string& file, std::size_t 
   json["design"] = !page.design.empty();
   json["bytes"] = bytes;
   json["files"] = {file};
-  return dump(json);
+  return format_json(json);
 }
 
 void write_page(const ReportOptions& options, const std::string& file, const std::string& html) {
-  const DeferSignals deferred;
-  PendingFile pending(file, options.force ? Existing::replace : Existing::keep);
+  const SignalDeferral deferred;
+  AtomicFile pending(file, options.force ? OverwritePolicy::replace : OverwritePolicy::forbid);
   pending.write(html);
-  if (pending_signal() != 0) throw Cancelled(nothing_written);
+  if (pending_signal() != 0) throw Cancelled(nothing_written_message);
   pending.commit();
 }
 
 /// @throws UsageError for wishes that a finished run cannot fulfil
 void check_file_options(const ReportOptions& o) {
-  if (!o.trajectories.empty() || !o.controller.empty() || !o.goal.goals.empty() || o.samples || !o.spec.set.empty())
+  if (!o.trajectories.empty() || !o.controller.empty() || !o.goal.goals.empty() || o.samples ||
+      !o.spec.overrides.empty())
     throw UsageError(
         "a result file is shown as it is: --trajectory, --controller, --goal, --samples and --set are for specs");
 }
 
 ExitCode run(const ReportOptions& options) {
-  std::optional<RunFile> finished;
+  std::optional<StoredRun> finished;
   if (names_result_file(options.spec.spec)) {
     check_file_options(options);
     finished = read_motion_file(options.spec.spec);
   }
   const DesignSpace space = finished ? read_design_space(finished->spec_text, options.spec.spec,
-                                                         {.set = overrides_in(finished->command_line)})
+                                                         {.set = parse_overrides(finished->command_line)})
                                      : read_space(options.spec);
   choose_trajectories(options, space.start);  // misspelt names are told before anything is computed
   if (!options.controller.empty()) find_controller(options.controller, space.start);
   const std::string file = choose_output(options);
-  std::vector<InputFile> inputs = inputs_of(space.start);
+  std::vector<InputFile> inputs = list_input_files(space.start);
   if (finished) inputs.insert(inputs.begin(), {finished->path, "the result"});
   check_output(file, "the page", inputs, options.force);
-  if (!has_page_scripts()) page_html({});  // says what is missing
+  if (!has_report_scripts()) format_html_report({});  // says what is missing
   if (!options.quiet)
-    for (const std::string& warning : space.start.warnings) tell("warning: " + warning);
-  const Page page = finished ? file_page(options, *finished, space) : make_page(options, space);
-  const std::string html = page_html(page);
+    for (const std::string& warning : space.start.warnings) print_message("warning: " + warning);
+  const HtmlReport page = finished ? file_page(options, *finished, space) : make_page(options, space);
+  const std::string html = format_html_report(page);
   write_page(options, file, html);
   if (options.spec.json)
     print(summary_json(page, file, html.size()));
-  else if (!options.quiet && file != standard_output)
-    print_text(fmt::format("written: {} ({:.0f} kB)\n", visible(file),
+  else if (!options.quiet && file != standard_output_path)
+    print_text(fmt::format("written: {} ({:.0f} kB)\n", escape_for_terminal(file),
                            std::max(1.0, static_cast<double>(html.size()) / 1000)));
   return ExitCode::done;
 }
@@ -294,7 +300,7 @@ Command setup_report(CLI::App& program) {
       "  balance report out.h5 -o run.html");
   return {parser, [options] {
             std::string trajectory;
-            take_trajectory(options->spec.spec, trajectory);
+            split_trajectory_name(options->spec.spec, trajectory);
             if (!trajectory.empty()) options->trajectories.push_back(trajectory);
             return run(*options);
           }};

@@ -16,7 +16,7 @@
 namespace balance::app {
 namespace {
 
-constexpr long most_page_samples = 20'000;  // a page with more is slow to open, and no chart is that wide
+constexpr long max_report_samples = 20'000;  // a page with more is slow to open, and no chart is that wide
 
 }  // namespace
 
@@ -31,7 +31,7 @@ void add_report_options(CLI::App& parser, ReportOptions& o) {
   add_goal_options(parser, o.goal);
   parser.add_option("--samples", o.samples, "samples of every trajectory, both ends included")
       ->type_name("N")
-      ->check(whole_number(2, most_page_samples));
+      ->check(integer_range_validator(2, max_report_samples));
   parser.add_flag("--force", o.force, "replace a file that exists");
   parser.add_flag("-q,--quiet", o.quiet, "print nothing but errors (and JSON if asked for)");
 }
@@ -41,8 +41,8 @@ std::vector<std::string> choose_trajectories(const ReportOptions& options, const
   for (const Trajectory& trajectory : study.trajectories) names.push_back(trajectory.name);
   for (const std::string& wish : options.trajectories) {
     if (std::find(names.begin(), names.end(), wish) == names.end())
-      throw UsageError(fmt::format("{} has no trajectory {}, only {}{}", study.spec_file, in_quotes(wish),
-                                   fmt::join(names, ", "), nearest_hint(wish, names)));
+      throw UsageError(fmt::format("{} has no trajectory {}, only {}{}", study.spec_file, quote_for_message(wish),
+                                   fmt::join(names, ", "), append_nearest_name(wish, names)));
   }
   for (const std::string& name : names) {
     const auto& wishes = options.trajectories;
@@ -69,8 +69,8 @@ std::string command_line(const ReportOptions& o) {
   for (const std::string& names : o.goal.without) words.insert(words.end(), {"--without", names});
   if (o.goal.seed) words.insert(words.end(), {"--seed", std::to_string(*o.goal.seed)});
   if (o.samples) words.insert(words.end(), {"--samples", std::to_string(*o.samples)});
-  for (const std::string& set : o.spec.set) words.insert(words.end(), {"--set", set});
-  for (std::string& word : words) word = shell_word(word);
+  for (const std::string& set : o.spec.overrides) words.insert(words.end(), {"--set", set});
+  for (std::string& word : words) word = quote_for_shell(word);
   return fmt::format("{}", fmt::join(words, " "));
 }
 

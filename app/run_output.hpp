@@ -8,17 +8,17 @@
 namespace balance::app {
 
 /// On stderr unless --quiet: the spec's warnings, and which trajectory was taken if none was named.
-void tell_what_is_run(const SimulateOptions& options, const Study& study, const Trajectory& trajectory);
+void print_run_header(const SimulateOptions& options, const Study& study, const Trajectory& trajectory);
 
 /// On stderr unless --quiet: what the result should not be read without.
-void tell_notes(const SimulateOptions& options, const Result& result);
+void print_notes(const SimulateOptions& options, const RunResult& result);
 
 /// Writes the files asked for and names them. Signals wait until the file is complete or gone. @throws SystemError, Cancelled
-std::vector<std::string> write_files(const SimulateOptions& options, const Result& result,
-                                     const FileDescription& description);
+std::vector<std::string> write_files(const SimulateOptions& options, const RunResult& result,
+                                     const Provenance& description);
 
 /// On stdout: the metrics as JSON if asked for, else in words unless --quiet. @param files that were written
-void print_result(const SimulateOptions& options, const Result& result, const FileDescription& description,
+void print_result(const SimulateOptions& options, const RunResult& result, const Provenance& description,
                   const std::vector<std::string>& files);
 
 }  // namespace balance::app

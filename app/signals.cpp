@@ -11,26 +11,26 @@
 namespace balance::app {
 namespace {
 
-constexpr const char* something_written = "interrupted";
+constexpr const char* interrupted_message = "interrupted";
 
 // A signal handler can only reach globals.
 volatile std::sig_atomic_t deferred = 0;
 volatile std::sig_atomic_t pending = 0;
-volatile std::sig_atomic_t awaited = 0;
-const char* volatile words = nothing_written;
+volatile std::sig_atomic_t interrupt_guard_active = 0;
+const char* volatile interrupt_message = nothing_written_message;
 
 /// What is left of a progress line is wiped away. A handler may only call what is async-signal-safe: no stdio.
-void tell_end() {
+void write_interrupt_message() {
   constexpr char wipe[] = "\r\033[K";
-  const char* const text = words;
+  const char* const text = interrupt_message;
   if (::isatty(STDERR_FILENO) == 1 && ::write(STDERR_FILENO, wipe, sizeof wipe - 1) < 0) return;
   if (::write(STDERR_FILENO, text, std::strlen(text)) < 0 || ::write(STDERR_FILENO, "\n", 1) < 0) return;
 }
 
 extern "C" void handle_signal(int signal) {
-  const bool first_interrupt = awaited != 0 && signal == SIGINT && pending == 0;
+  const bool first_interrupt = interrupt_guard_active != 0 && signal == SIGINT && pending == 0;
   if (deferred == 0 && !first_interrupt) {
-    tell_end();
+    write_interrupt_message();
     _exit(static_cast<int>(ExitCode::signal) + signal);
   }
   pending = signal;
@@ -55,22 +55,22 @@ void install_signal_handlers() {
 
 int pending_signal() { return pending; }
 
-DeferSignals::DeferSignals() { deferred = 1; }
+SignalDeferral::SignalDeferral() { deferred = 1; }
 
-DeferSignals::~DeferSignals() {
+SignalDeferral::~SignalDeferral() {
   deferred = 0;
-  if (pending == 0) words = something_written;
+  if (pending == 0) interrupt_message = interrupted_message;
 }
 
-void say_when_interrupted(const char* text) { words = text; }
+void set_interrupt_message(const char* text) { interrupt_message = text; }
 
-AwaitInterrupt::AwaitInterrupt() { awaited = 1; }
+InterruptGuard::InterruptGuard() { interrupt_guard_active = 1; }
 
-AwaitInterrupt::~AwaitInterrupt() {
-  awaited = 0;
+InterruptGuard::~InterruptGuard() {
+  interrupt_guard_active = 0;
   pending = 0;
 }
 
-bool AwaitInterrupt::came() const { return pending != 0; }
+bool InterruptGuard::was_interrupted() const { return pending != 0; }
 
 }  // namespace balance::app

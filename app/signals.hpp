@@ -9,32 +9,32 @@ namespace balance::app {
 /// Installs the handlers for SIGINT, SIGTERM and SIGHUP; whoever started the program with one of them ignored keeps that.
 void install_signal_handlers();
 
-inline constexpr const char* nothing_written = "interrupted, nothing written";
+inline constexpr const char* nothing_written_message = "interrupted, nothing written";
 
-/// What is said when a signal ends the program, in place of `nothing_written`. @param text stays where it is
-void say_when_interrupted(const char* text);
+/// What is said when a signal ends the program, in place of `nothing_written_message`. @param text stays where it is
+void set_interrupt_message(const char* text);
 
 /// The signal that arrived while signals were deferred; 0 if none did.
 int pending_signal();
 
 /// While it lives, signals only leave a mark; after it something may be written. Not to be nested.
-class DeferSignals {
+class SignalDeferral {
  public:
-  DeferSignals();
-  ~DeferSignals();
-  DeferSignals(const DeferSignals&) = delete;
-  DeferSignals& operator=(const DeferSignals&) = delete;
+  SignalDeferral();
+  ~SignalDeferral();
+  SignalDeferral(const SignalDeferral&) = delete;
+  SignalDeferral& operator=(const SignalDeferral&) = delete;
 };
 
 /// While it lives, the first Ctrl-C only leaves a mark; the second one, and any other signal, ends the program. Not to be nested,
-/// nor together with DeferSignals.
-class AwaitInterrupt {
+/// nor together with SignalDeferral.
+class InterruptGuard {
  public:
-  AwaitInterrupt();
-  ~AwaitInterrupt();  ///< forgets the mark
-  AwaitInterrupt(const AwaitInterrupt&) = delete;
-  AwaitInterrupt& operator=(const AwaitInterrupt&) = delete;
-  bool came() const;
+  InterruptGuard();
+  ~InterruptGuard();  ///< forgets the mark
+  InterruptGuard(const InterruptGuard&) = delete;
+  InterruptGuard& operator=(const InterruptGuard&) = delete;
+  bool was_interrupted() const;
 };
 
 /// Wall clock time since it was made.

@@ -17,14 +17,14 @@
 namespace balance::app {
 namespace {
 
-Result simulate_or_throw(const Study& study, const Trajectory& trajectory, const SimulateOptions& options) {
+RunResult simulate_or_throw(const Study& study, const Trajectory& trajectory, const SimulateOptions& options) {
   ProgressLine line(options.quiet);
-  const auto progress = [&](double part) { line.draw_part(trajectory.name, part); };
+  const auto progress = [&](double part) { line.draw_fraction(trajectory.name, part); };
   try {
-    Result result = options.formulation == "natural" ? simulate_natural(study.mechanism, trajectory, progress)
-                                                     : simulate(study.mechanism, trajectory, progress);
+    RunResult result = options.formulation == "natural" ? simulate_natural(study.mechanism, trajectory, progress)
+                                                        : simulate(study.mechanism, trajectory, progress);
     if (result.outcome.status == MotionStatus::done) return result;
-    result.outcome.reason += moving_modes_text(study.mechanism, trajectory, result.outcome);
+    result.outcome.reason += describe_feasible_modes(study.mechanism, trajectory, result.outcome);
     throw MotionFailure(result.outcome);
   } catch (const std::invalid_argument& error) {
     // The library was asked something that the spec should not have asked.
@@ -33,9 +33,9 @@ Result simulate_or_throw(const Study& study, const Trajectory& trajectory, const
   }
 }
 
-void add_parts(const Study& study, const Trajectory& trajectory, Result& result) {
+void add_parts(const Study& study, const Trajectory& trajectory, RunResult& result) {
   try {
-    const MotionOutcome outcome = add_effort_parts(study.mechanism, result);
+    const MotionOutcome outcome = add_effort_breakdown(study.mechanism, result);
     if (outcome.status != MotionStatus::done) throw MotionFailure(outcome);
   } catch (const std::invalid_argument& error) {
     throw SpecError(
@@ -43,41 +43,41 @@ void add_parts(const Study& study, const Trajectory& trajectory, Result& result)
   }
 }
 
-Result observe_or_throw(const SimulateOptions& options, const Study& study) {
-  PoseOptions pose = options.state;
+RunResult evaluate_state_or_throw(const SimulateOptions& options, const Study& study) {
+  StateOptions pose = options.state;
   pose.trajectory = options.trajectory;
   const InverseOptions of_state = choose_state_options(options, study);
   const bool by_options = !pose.rates.empty() || !pose.accelerations.empty() || !pose.independent.empty();
-  Result result =
-      ask_library(by_options, study, [&] { return observe_state(study.mechanism, read_state(pose, study), of_state); });
+  RunResult result = call_library(
+      by_options, study, [&] { return evaluate_single_state(study.mechanism, read_state(pose, study), of_state); });
   if (result.outcome.status != MotionStatus::done) throw MotionFailure(result.outcome);
   return result;
 }
 
-ExitCode run_state(const SimulateOptions& options, const Study& study) {
+ExitCode run_single_state(const SimulateOptions& options, const Study& study) {
   check_outputs(options, study);
   if (!options.quiet)
-    for (const std::string& warning : study.warnings) tell("warning: " + warning);
-  Result result = observe_or_throw(options, study);
+    for (const std::string& warning : study.warnings) print_message("warning: " + warning);
+  RunResult result = evaluate_state_or_throw(options, study);
   if (options.poses) add_body_poses(study.mechanism, result);
-  tell_notes(options, result);
-  const FileDescription description = describe_state(options, study);
+  print_notes(options, result);
+  const Provenance description = describe_state(options, study);
   print_result(options, result, description, write_files(options, result, description));
   return ExitCode::done;
 }
 
 ExitCode run(const SimulateOptions& options) {
   const Study study = read_study(options.spec);
-  if (!options.state.at.empty()) return run_state(options, study);
+  if (!options.state.at.empty()) return run_single_state(options, study);
   const Trajectory trajectory = choose_trajectory(options, study);
   check_formulation(options, study);
   check_outputs(options, study);
-  tell_what_is_run(options, study, trajectory);
-  Result result = simulate_or_throw(study, trajectory, options);
+  print_run_header(options, study, trajectory);
+  RunResult result = simulate_or_throw(study, trajectory, options);
   if (options.poses) add_body_poses(study.mechanism, result);
   if (options.split) add_parts(study, trajectory, result);
-  tell_notes(options, result);
-  const FileDescription description = describe(options, study, trajectory);
+  print_notes(options, result);
+  const Provenance description = describe(options, study, trajectory);
   print_result(options, result, description, write_files(options, result, description));
   return ExitCode::done;
 }
@@ -99,7 +99,7 @@ Command setup_simulate(CLI::App& program) {
       "  balance simulate 3rrr.yaml -t bang-bang -o out.h5 --force\n"
       "  balance simulate 3rrr.yaml -t cycloid --set l=0.2 --samples 2001 --csv out.csv");
   return {parser, [options] {
-            take_trajectory(options->spec.spec, options->trajectory);
+            split_trajectory_name(options->spec.spec, options->trajectory);
             return run(*options);
           }};
 }

@@ -37,7 +37,7 @@ std::optional<std::vector<double>> parse_numbers(const std::string& text) {
   }
 }
 
-Vector3 parse_about(const std::string& text, SpaceKind space) {
+Vector3 parse_moment_reference(const std::string& text, SpaceKind space) {
   const std::size_t axes = space == SpaceKind::planar ? 2 : 3;
   const auto numbers = parse_numbers(text);
   if (!numbers || numbers->size() != axes) {
@@ -74,10 +74,10 @@ void add_run_options(CLI::App& parser, SimulateOptions& o) {
   parser.add_flag("--poses", o.poses, "write where every body is, too");
   parser.add_option("--samples", o.samples, "number of samples, both ends included")
       ->type_name("N")
-      ->check(whole_number(min_samples, max_samples));
+      ->check(integer_range_validator(min_samples, max_samples));
   parser.add_option("--duration", o.duration, "duration in seconds")
       ->type_name("T")
-      ->check(number_between(min_duration, max_duration));
+      ->check(number_range_validator(min_duration, max_duration));
   parser.add_option("--about", o.about, "point that moments are about, in metres")->type_name("X,Y[,Z]");
   parser.add_flag("-q,--quiet", o.quiet, "print nothing but errors (and JSON if asked for)");
 }
@@ -89,7 +89,7 @@ void add_simulate_options(CLI::App& parser, SimulateOptions& o) {
                     ->capture_default_str(),
                 formulations());
   CLI::Option* split = parser.add_flag("--split", o.split, "write what every torque adds up from, too");
-  add_pose_options(parser, o.state, "a single state: a pose (A1=0.3,A2=0.5 or tool: [0.1, 0.2]), start or end");
+  add_state_options(parser, o.state, "a single state: a pose (A1=0.3,A2=0.5 or tool: [0.1, 0.2]), start or end");
   CLI::Option* at = parser.get_option("--at");
   for (const char* name : {"--samples", "--duration", "--formulation"}) at->excludes(parser.get_option(name));
   at->excludes(split);
@@ -99,7 +99,8 @@ void check_formulation(const SimulateOptions& options, const Study& study) {
   const std::vector<std::string> known = formulations();
   if (std::find(known.begin(), known.end(), options.formulation) == known.end()) {
     throw UsageError(fmt::format("--formulation needs {}, not {}{}", fmt::join(known, " or "),
-                                 in_quotes(options.formulation), nearest_hint(options.formulation, known)));
+                                 quote_for_message(options.formulation),
+                                 append_nearest_name(options.formulation, known)));
   }
   if (options.formulation == "natural" && study.mechanism.space == SpaceKind::spatial) {
     throw UsageError(study.spec_file + " is spatial: --formulation natural is for planar mechanisms");
@@ -109,9 +110,9 @@ void check_formulation(const SimulateOptions& options, const Study& study) {
 InverseOptions choose_state_options(const SimulateOptions& options, const Study& study) {
   std::optional<Trajectory> trajectory;
   if (!study.trajectories.empty() || !options.trajectory.empty()) trajectory = choose_trajectory(options, study);
-  InverseOptions of_state = state_options(trajectory ? &*trajectory : nullptr);
+  InverseOptions of_state = make_state_options(trajectory ? &*trajectory : nullptr);
   of_state.independent = options.state.independent;
-  if (!options.about.empty()) of_state.about = parse_about(options.about, study.mechanism.space);
+  if (!options.about.empty()) of_state.about = parse_moment_reference(options.about, study.mechanism.space);
   return of_state;
 }
 
@@ -125,12 +126,13 @@ Trajectory choose_trajectory(const SimulateOptions& options, const Study& study)
     if (trajectory.name == options.trajectory) chosen = &trajectory;
   }
   if (chosen == nullptr) {
-    throw UsageError(fmt::format("{} has no trajectory {}, only {}{}", study.spec_file, in_quotes(options.trajectory),
-                                 fmt::join(names, ", "), nearest_hint(options.trajectory, names)));
+    throw UsageError(fmt::format("{} has no trajectory {}, only {}{}", study.spec_file,
+                                 quote_for_message(options.trajectory), fmt::join(names, ", "),
+                                 append_nearest_name(options.trajectory, names)));
   }
   Trajectory trajectory = *chosen;
   change_timing(trajectory, options);
-  if (!options.about.empty()) trajectory.about = parse_about(options.about, study.mechanism.space);
+  if (!options.about.empty()) trajectory.about = parse_moment_reference(options.about, study.mechanism.space);
   return trajectory;
 }
 
@@ -139,29 +141,29 @@ void check_outputs(const SimulateOptions& options, const Study& study) {
     throw UsageError("--poses needs a file to write them to: --output or --csv");
   if (options.split && options.output.empty() && options.csv.empty())
     throw UsageError("--split needs a file to write the parts to: --output or --csv");
-  check_standard_output({options.output, options.csv}, options.spec.json, options.output == standard_output);
-  const std::vector<InputFile> inputs = inputs_of(study);
+  check_standard_output({options.output, options.csv}, options.spec.json, options.output == standard_output_path);
+  const std::vector<InputFile> inputs = list_input_files(study);
   for (const std::string& file : {options.output, options.csv}) check_output(file, "the result", inputs, options.force);
-  if (!options.output.empty() && !options.csv.empty() && same_file(options.output, options.csv)) {
+  if (!options.output.empty() && !options.csv.empty() && is_same_file(options.output, options.csv)) {
     throw UsageError("--output and --csv name the same file: " + options.output);
   }
 }
 
-FileDescription describe(const SimulateOptions& options, const Study& study, const Trajectory& trajectory) {
-  return describe_simulation(study, trajectory,
-                             {.spec_file = options.spec.spec,
-                              .trajectory = trajectory.name,
-                              .samples = options.samples,
-                              .duration = options.duration,
-                              .about = options.about,
-                              .set = options.spec.set,
-                              .compress = options.compress,
-                              .poses = options.poses,
-                              .split = options.split,
-                              .formulation = options.formulation});
+Provenance describe(const SimulateOptions& options, const Study& study, const Trajectory& trajectory) {
+  return make_simulation_provenance(study, trajectory,
+                                    {.spec_file = options.spec.spec,
+                                     .trajectory = trajectory.name,
+                                     .samples = options.samples,
+                                     .duration = options.duration,
+                                     .about = options.about,
+                                     .set = options.spec.overrides,
+                                     .compress = options.compress,
+                                     .poses = options.poses,
+                                     .split = options.split,
+                                     .formulation = options.formulation});
 }
 
-FileDescription describe_state(const SimulateOptions& options, const Study& study) {
+Provenance describe_state(const SimulateOptions& options, const Study& study) {
   return describe_state(study, {.spec_file = options.spec.spec,
                                 .at = options.state.at,
                                 .rates = options.state.rates,
@@ -170,7 +172,7 @@ FileDescription describe_state(const SimulateOptions& options, const Study& stud
                                 .independent = options.state.independent,
                                 .time = options.state.time,
                                 .about = options.about,
-                                .set = options.spec.set,
+                                .set = options.spec.overrides,
                                 .compress = options.compress,
                                 .poses = options.poses});
 }

@@ -24,7 +24,7 @@ struct SimulateOptions {
   bool poses = false;  ///< of the bodies, too
   bool split = false;  ///< what the torques add up from, too
   bool quiet = false;
-  PoseOptions state;  ///< a single one, instead of a run; its `at` is empty: none. Its trajectory is the one above
+  StateOptions state;  ///< a single one, instead of a run; its `at` is empty: none. Its trajectory is the one above
 };
 
 /// What `balance control` has too.
@@ -46,9 +46,9 @@ void check_formulation(const SimulateOptions& options, const Study& study);
 /// Refuses at once what would fail after the computation. @throws UsageError, SystemError
 void check_outputs(const SimulateOptions& options, const Study& study);
 
-FileDescription describe(const SimulateOptions& options, const Study& study, const Trajectory& trajectory);
+Provenance describe(const SimulateOptions& options, const Study& study, const Trajectory& trajectory);
 
 /// The same of a single state.
-FileDescription describe_state(const SimulateOptions& options, const Study& study);
+Provenance describe_state(const SimulateOptions& options, const Study& study);
 
 }  // namespace balance::app

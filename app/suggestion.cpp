@@ -28,15 +28,17 @@ std::vector<std::string> split(std::string_view text) {
   return items;
 }
 
-std::optional<Suggestion> read(const CLI::Validator& check) {
+std::optional<ValueCompletion> read(const CLI::Validator& check) {
   const std::string& name = check.get_name();
-  if (name.starts_with(words_mark)) return Suggestion{Suggestion::Kind::words, split(name.substr(words_mark.size()))};
-  if (name.starts_with(files_mark)) return Suggestion{Suggestion::Kind::files, split(name.substr(files_mark.size()))};
+  if (name.starts_with(words_mark))
+    return ValueCompletion{ValueCompletion::Kind::words, split(name.substr(words_mark.size()))};
+  if (name.starts_with(files_mark))
+    return ValueCompletion{ValueCompletion::Kind::files, split(name.substr(files_mark.size()))};
   return std::nullopt;
 }
 
 /// The option's checks one by one; CLI11 tells their number only by refusing the next.
-std::optional<Suggestion> read_checks(CLI::Option& option) {
+std::optional<ValueCompletion> read_checks(CLI::Option& option) {
   for (int i = 0;; ++i) {
     try {
       if (auto found = read(*option.get_validator(i))) return found;
@@ -54,12 +56,12 @@ void suggest_files(CLI::Option* option, const std::vector<std::string>& suffixes
   attach(option, files_mark, suffixes);
 }
 
-Suggestion suggestion_of(CLI::Option& option) {
+ValueCompletion find_value_completion(CLI::Option& option) {
   if (const auto found = read_checks(option)) return *found;
   const std::string value = option.get_type_name();
-  if (value.starts_with("SPEC")) return {Suggestion::Kind::files, {"yaml", "yml"}};
-  if (value.starts_with("RESULT")) return {Suggestion::Kind::files, {"h5"}};
-  if (value.starts_with("FILE")) return {Suggestion::Kind::files, {}};
+  if (value.starts_with("SPEC")) return {ValueCompletion::Kind::files, {"yaml", "yml"}};
+  if (value.starts_with("RESULT")) return {ValueCompletion::Kind::files, {"h5"}};
+  if (value.starts_with("FILE")) return {ValueCompletion::Kind::files, {}};
   return {};
 }
 

@@ -9,7 +9,7 @@
 
 namespace balance::app {
 
-struct Suggestion {
+struct ValueCompletion {
   enum class Kind { nothing, words, files };
   Kind kind = Kind::nothing;
   std::vector<std::string>
@@ -23,6 +23,6 @@ void suggest_words(CLI::Option* option, const std::vector<std::string>& words);
 void suggest_files(CLI::Option* option, const std::vector<std::string>& suffixes);
 
 /// What was suggested; else, by the name of the value, `SPEC`: *.yaml and *.yml, `RESULT`: *.h5, `FILE`: any file.
-Suggestion suggestion_of(CLI::Option& option);
+ValueCompletion find_value_completion(CLI::Option& option);
 
 }  // namespace balance::app

@@ -37,7 +37,7 @@ struct ToleranceOptions {
   bool force = false;
 };
 
-Trajectory choose(const ToleranceOptions& options, const Study& study) {
+Trajectory choose_trajectory(const ToleranceOptions& options, const Study& study) {
   if (study.trajectories.empty())
     throw SpecError({.place = {.file = study.spec_file}, .message = "there is no motion: --at-rest needs none"});
   std::vector<std::string> names;
@@ -48,75 +48,76 @@ Trajectory choose(const ToleranceOptions& options, const Study& study) {
     if (options.samples) trajectory.samples = *options.samples;
     return trajectory;
   }
-  throw UsageError(fmt::format("--trajectory {}: expected {}{}", in_quotes(options.trajectory), one_of(names),
-                               nearest_hint(options.trajectory, names)));
+  throw UsageError(fmt::format("--trajectory {}: expected {}{}", quote_for_message(options.trajectory),
+                               join_alternatives(names), append_nearest_name(options.trajectory, names)));
 }
 
 void check_quantities(const ToleranceOptions& options, const Mechanism& mechanism) {
-  const std::vector<std::string> names = figure_names(mechanism);
+  const std::vector<std::string> names = list_metric_names(mechanism);
   for (const std::string& name : options.of)
-    if (std::find(names.begin(), names.end(), known_quantity(name, names)) == names.end())
-      throw UsageError(
-          fmt::format("--of {}: expected {}{}", in_quotes(name), one_of(names), nearest_hint(name, names)));
+    if (std::find(names.begin(), names.end(), resolve_quantity_name(name, names)) == names.end())
+      throw UsageError(fmt::format("--of {}: expected {}{}", quote_for_message(name), join_alternatives(names),
+                                   append_nearest_name(name, names)));
 }
 
 /// Refuses at once what would fail after the computation.
 void check_deviations_output(const ToleranceOptions& options, const Study& study) {
-  check_standard_output({options.output}, options.spec.json, options.output == standard_output);
-  check_output(options.output, "the result", inputs_of(study), options.force);
+  check_standard_output({options.output}, options.spec.json, options.output == standard_output_path);
+  check_output(options.output, "the result", list_input_files(study), options.force);
 }
 
 std::vector<std::string> write_deviations(const ToleranceOptions& options, const Study& study,
-                                          const ToleranceView& view) {
+                                          const ToleranceReportData& view) {
   if (options.output.empty()) return {};
   WriteOptions write;
-  write.existing = options.force ? Existing::replace : Existing::keep;
-  write.cancelled = [] { return pending_signal() != 0; };
-  const DeferSignals deferred;
-  const ToleranceCall call{.of = options.of, .samples = options.samples, .set = options.spec.set};
-  write_tolerance(options.output, view, describe_tolerance(study, choose(options, study), call), write);
+  write.existing = options.force ? OverwritePolicy::replace : OverwritePolicy::forbid;
+  write.is_cancelled = [] { return pending_signal() != 0; };
+  const SignalDeferral deferred;
+  const ToleranceCommand call{.of = options.of, .samples = options.samples, .set = options.spec.overrides};
+  write_tolerance(options.output, view, make_tolerance_provenance(study, choose_trajectory(options, study), call),
+                  write);
   return {options.output};
 }
 
-ToleranceView look(const ToleranceOptions& options, const TolerancedSpace& spec) {
+ToleranceReportData compute_tolerance_data(const ToleranceOptions& options, const TolerancedDesignSpace& spec) {
   const Study& study = spec.space.start;
-  ToleranceView view{.mechanism = study.mechanism.name, .trajectory = {}, .numbers = spec.tolerances};
+  ToleranceReportData view{.mechanism = study.mechanism.name, .trajectory = {}, .numbers = spec.tolerances};
   view.draws = {options.draws, options.seed};
   if (options.at_rest) {
-    view.at_rest = tolerance_at_rest(spec.space, spec.tolerances);
+    view.at_rest = analyse_static_tolerance(spec.space, spec.tolerances);
     if (view.at_rest->outcome.status != MotionStatus::done) throw MotionFailure(view.at_rest->outcome);
     return view;
   }
-  const Trajectory trajectory = choose(options, study);
+  const Trajectory trajectory = choose_trajectory(options, study);
   view.trajectory = trajectory.name;
-  view.report = tolerance(spec.space, spec.tolerances, trajectory, options.of);
+  view.report = analyse_tolerance(spec.space, spec.tolerances, trajectory, options.of);
   if (view.report->outcome.status != MotionStatus::done) throw MotionFailure(view.report->outcome);
   if (options.draws == 0) return view;
-  const Tolerances drawn = without_openings(spec.tolerances, view.report->openings);
+  const Tolerances drawn = remove_incompatible_parameters(spec.tolerances, view.report->incompatible_parameters);
   ProgressLine line(false);
   view.sampling = sample_tolerance(spec.space, drawn, trajectory, options.of, view.draws,
-                                   [&](double part) { line.draw_part("draws", part); });
+                                   [&](double part) { line.draw_fraction("draws", part); });
   return view;
 }
 
 ExitCode run(const ToleranceOptions& options) {
-  const TolerancedSpace spec = read_toleranced_file(options.spec.spec, read_options(options.spec));
+  const TolerancedDesignSpace spec = read_toleranced_space_file(options.spec.spec, read_options(options.spec));
   const Study& study = spec.space.start;
-  for (const std::string& warning : study.warnings) tell("warning: " + warning);
+  for (const std::string& warning : study.warnings) print_message("warning: " + warning);
   if (spec.tolerances.empty())
     throw SpecError({.place = {.file = study.spec_file, .key = "tolerances"},
                      .message = "missing: it says which numbers may be off"});
   check_quantities(options, study.mechanism);
   check_deviations_output(options, study);
   try {
-    const ToleranceView view = look(options, spec);
+    const ToleranceReportData view = compute_tolerance_data(options, spec);
     const std::vector<std::string> files = write_deviations(options, study, view);
     if (options.spec.json) {
       print(tolerance_json(view));
     } else {
       std::string text = tolerance_text(view);
-      for (const std::string& file : files) text += "\n" + written_line(file);
-      print_beside(files, text);
+      for (const std::string& file : files) text += "\n" + format_written_message(file);
+      print_status(files, text);
     }
   } catch (const std::invalid_argument& error) {
     throw SpecError({.place = {.file = study.spec_file, .key = "tolerances"}, .message = error.what()});
@@ -133,14 +134,14 @@ void add_tolerance_options(CLI::App& parser, ToleranceOptions& o) {
       ->type_name("NAME");
   parser.add_option("--samples", o.samples, "number of samples, both ends included")
       ->type_name("N")
-      ->check(whole_number(min_samples, max_samples));
+      ->check(integer_range_validator(min_samples, max_samples));
   CLI::Option* draws =
       parser.add_option("--monte-carlo", o.draws, "run so many mechanisms with numbers drawn at random, too")
           ->type_name("N")
-          ->check(whole_number(2, most_tolerance_draws));
+          ->check(integer_range_validator(2, max_tolerance_draws));
   parser.add_option("--seed", o.seed, "of the draws")
       ->type_name("S")
-      ->check(whole_number(0, max_seed))
+      ->check(integer_range_validator(0, max_seed))
       ->needs(draws)
       ->capture_default_str();
   CLI::Option* output =
@@ -172,7 +173,7 @@ Command setup_tolerance(CLI::App& program) {
       "  balance tolerance rr.yaml -o deviations.h5\n"
       "  balance tolerance rr.yaml --at-rest --json");
   return {parser, [options] {
-            take_trajectory(options->spec.spec, options->trajectory);
+            split_trajectory_name(options->spec.spec, options->trajectory);
             return run(*options);
           }};
 }

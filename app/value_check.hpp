@@ -9,11 +9,12 @@
 
 namespace balance::app {
 
-CLI::Validator whole_number(long lower, long upper = std::numeric_limits<long>::max());  ///< both bounds included
+CLI::Validator integer_range_validator(long lower,
+                                       long upper = std::numeric_limits<long>::max());  ///< both bounds included
 
-CLI::Validator number_between(double lower, double upper);  ///< both bounds included; infinity: none
+CLI::Validator number_range_validator(double lower, double upper);  ///< both bounds included; infinity: none
 
 /// One of the words, which are also what a shell offers.
-void require_word(CLI::Option* option, const std::vector<std::string>& words);
+void add_choice_validator(CLI::Option* option, const std::vector<std::string>& words);
 
 }  // namespace balance::app

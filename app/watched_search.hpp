@@ -20,24 +20,24 @@ namespace balance::app {
 /// @param find does it, with the options that it is given
 /// @param interrupted after how long Ctrl-C came [s]
 template <class Find>
-auto watched_search(const DesignCommandOptions& options, DesignStudyOptions wanted, const std::string& what,
-                    std::optional<double>& interrupted, Find&& find) {
+auto run_interruptible_search(const DesignCommandOptions& options, DesignStudyOptions wanted, const std::string& what,
+                              std::optional<double>& interrupted, Find&& find) {
   ProgressLine line(options.quiet || options.spec.json);
-  const AwaitInterrupt interrupt;
+  const InterruptGuard interrupt;
   const Stopwatch watch;
-  wanted.watch = [&](const SearchProgress& progress) {
-    line.draw_part(what, progress.seconds / progress.allowed);
-    if (interrupt.came() && !interrupted) interrupted = watch.seconds();
-    return !interrupt.came();
+  wanted.on_progress = [&](const SearchProgress& progress) {
+    line.draw_fraction(what, progress.seconds / progress.max_time);
+    if (interrupt.was_interrupted() && !interrupted) interrupted = watch.seconds();
+    return !interrupt.was_interrupted();
   };
   try {
     return std::forward<Find>(find)(wanted);
-  } catch (const OutOfTime&) {
-    if (!interrupt.came()) throw;
+  } catch (const DeadlineExceeded&) {
+    if (!interrupt.was_interrupted()) throw;
   } catch (const MechanismFailure&) {
-    if (!interrupt.came()) throw;
+    if (!interrupt.was_interrupted()) throw;
   }
-  throw Cancelled(nothing_written);
+  throw Cancelled(nothing_written_message);
 }
 
 }  // namespace balance::app

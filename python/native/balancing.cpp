@@ -28,13 +28,13 @@ namespace balance::python {
 namespace {
 
 /// Conditions with what users ask of them, found once.
-struct Found {
-  Refusal refusal;
+struct DerivedConditions {
+  RequestFailure refusal;
   std::string json, text, latex, impossible;
   Samples matrix;
 };
 
-[[noreturn]] void refuse(const Refusal& refusal) {
+[[noreturn]] void refuse(const RequestFailure& refusal) {
   const py::object type = py::module_::import("balance_mechanisms._errors").attr("MechanismError");
   PyErr_SetObject(type.ptr(), type(refusal.reason, refusal.status).ptr());
   throw py::error_already_set();
@@ -44,13 +44,14 @@ py::dict conditions(const std::shared_ptr<Spec>& spec, const std::vector<std::st
                     const std::vector<std::string>& without, const std::string& strategy,
                     std::optional<std::uint64_t> seed, bool named) {
   const Study& study = spec->study();
-  BalanceQuestion question = question_of({goals, without, strategy, seed}, study);
+  BalanceRequest question = question_of({goals, without, strategy, seed}, study);
   if (question.goals.empty()) question.goals = study.design.goals;
   if (question.goals.empty())
-    throw std::invalid_argument(spec->file + " has no design: goal, so a goal is needed: " + one_of(goal_names()));
-  Found found = patiently([spec, question, named](Errand&) {
-    const ConditionsAnswer answer = derive_view(question, *spec->space, named);
-    Found all;
+    throw std::invalid_argument(spec->file +
+                                " has no design: goal, so a goal is needed: " + join_alternatives(goal_names()));
+  DerivedConditions found = compute_in_background([spec, question, named](BackgroundTask&) {
+    const ConditionsOutcome answer = derive_conditions_data(question, *spec->space, named);
+    DerivedConditions all;
     all.refusal = answer.refusal;
     if (answer.refusal) return all;
     all.json = conditions_json(answer.view, spec->study().warnings);
@@ -58,7 +59,7 @@ py::dict conditions(const std::shared_ptr<Spec>& spec, const std::vector<std::st
     all.latex = conditions_latex(answer.view.conditions, answer.view.names);
     all.matrix = answer.view.conditions.matrix;
     const Mechanism start = assembled_at(spec->study().mechanism, start_coordinates(spec->study()));
-    if (const auto proof = prove_impossible(answer.view.conditions, start)) all.impossible = proof->sentence;
+    if (const auto proof = certify_infeasible(answer.view.conditions, start)) all.impossible = proof->statement;
     return all;
   });
   if (found.refusal) refuse(found.refusal);
@@ -80,22 +81,22 @@ bool contains(const std::vector<std::string>& names, const std::string& name) {
 /// @throws std::invalid_argument unless it is one of them
 void require_one_of(const std::vector<std::string>& names, const std::string& name, const char* what) {
   if (!contains(names, name))
-    throw std::invalid_argument(
-        fmt::format("{} {}: expected {}{}", what, in_quotes(name), one_of(names), nearest_hint(name, names)));
+    throw std::invalid_argument(fmt::format("{} {}: expected {}{}", what, quote_for_message(name),
+                                            join_alternatives(names), append_nearest_name(name, names)));
 }
 
-DesignStudyOptions design_options(const Spec& spec, const GoalWords& words, const std::string& minimize,
+DesignStudyOptions design_options(const Spec& spec, const GoalArguments& words, const std::string& minimize,
                                   const std::string& algorithm, bool trajectories) {
   const Study& study = spec.study();
-  const BalanceQuestion question = question_of(words, study);
+  const BalanceRequest question = question_of(words, study);
   DesignStudyOptions options;
-  options.modular = question.modular;
-  options.without = question.without;
+  options.is_modular = question.is_modular;
+  options.excluded = question.excluded;
   options.goals = question.goals.empty() ? study.design.goals : question.goals;
   if (!minimize.empty()) options.minimize = read_objective(minimize, study);
   options.search = study.design.search;
   if (words.seed) options.search.seed = *words.seed;
-  options.trajectories = trajectories;
+  options.compare_trajectories = trajectories;
   if (contains(global_methods(), algorithm)) {
     options.search.global = algorithm;
   } else if (!algorithm.empty()) {
@@ -105,7 +106,7 @@ DesignStudyOptions design_options(const Spec& spec, const GoalWords& words, cons
   if (options.goals.empty() && options.minimize.empty() && study.design.minimize.empty() &&
       study.design.subject_to.empty() && !study.design.front)
     throw std::invalid_argument(spec.file + " has neither design: goal nor design: minimize, so a goal (" +
-                                one_of(goal_names()) + ") or something to minimize is needed");
+                                join_alternatives(goal_names()) + ") or something to minimize is needed");
   if (study.free_numbers.empty())
     throw SpecError({.place = {.file = spec.file},
                      .message =
@@ -114,8 +115,8 @@ DesignStudyOptions design_options(const Spec& spec, const GoalWords& words, cons
   return options;
 }
 
-struct Made {
-  Refusal refusal;
+struct MadeDesign {
+  RequestFailure refusal;
   std::shared_ptr<Design> design;
 };
 
@@ -125,22 +126,22 @@ std::shared_ptr<Design> design(const std::shared_ptr<Spec>& spec, const std::vec
                                const std::string& algorithm, bool trajectories, const std::string& command) {
   const DesignStudyOptions options =
       design_options(*spec, {goals, without, strategy, seed}, minimize, algorithm, trajectories);
-  Made made = patiently([spec, options](Errand& errand) {
+  MadeDesign made = compute_in_background([spec, options](BackgroundTask& errand) {
     DesignStudyOptions watched = options;
-    watched.watch = [&errand](const SearchProgress& progress) {
-      errand.note(progress.seconds / progress.allowed);
-      return !errand.is_abandoned();
+    watched.on_progress = [&errand](const SearchProgress& progress) {
+      errand.set_progress(progress.seconds / progress.max_time);
+      return !errand.is_cancelled();
     };
-    Made all;
-    DesignReport report = design_study(*spec->space, watched);
-    all.refusal = refusal_of(report);
+    MadeDesign all;
+    DesignReport report = run_design_study(*spec->space, watched);
+    all.refusal = find_failure(report);
     if (all.refusal) return all;
-    DesignedSpec spec_of_design = designed_spec(*spec->space, report);
+    DesignedSpec spec_of_design = format_designed_spec(*spec->space, report);
     all.refusal = spec_of_design.refusal;
     if (all.refusal) return all;
     all.design = std::make_shared<Design>();
     all.design->spec_text = std::move(spec_of_design.text);
-    all.design->view = make_view(options, *spec->space, all.design->spec_text, std::move(report));
+    all.design->view = make_design_data(options, *spec->space, all.design->spec_text, std::move(report));
     return all;
   });
   if (made.refusal) refuse(made.refusal);
@@ -156,7 +157,7 @@ std::shared_ptr<Design> design(const std::shared_ptr<Spec>& spec, const std::vec
 struct FoundFront {
   std::shared_ptr<const Spec> spec;
   DesignStudyOptions options;
-  FrontView view;
+  FrontReportData view;
   std::string command;
 };
 
@@ -168,15 +169,15 @@ std::shared_ptr<FoundFront> front(const std::shared_ptr<Spec>& spec, const std::
   found->spec = spec;
   found->options = design_options(*spec, {goals, without, strategy, seed}, "", algorithm, true);
   found->command = command;
-  const Refusal refusal = patiently([found](Errand& errand) {
+  const RequestFailure refusal = compute_in_background([found](BackgroundTask& errand) {
     DesignStudyOptions watched = found->options;
-    watched.watch = [&errand](const SearchProgress& progress) {
-      errand.note(progress.seconds / progress.allowed);
-      return !errand.is_abandoned();
+    watched.on_progress = [&errand](const SearchProgress& progress) {
+      errand.set_progress(progress.seconds / progress.max_time);
+      return !errand.is_cancelled();
     };
-    Front front = front_study(*found->spec->space, watched);
-    const Refusal none = front.points.empty() ? refusal_of(front.failure) : Refusal{};
-    found->view = make_front_view(found->options, *found->spec->space, std::move(front));
+    ParetoFront front = compute_pareto_front(*found->spec->space, watched);
+    const RequestFailure none = front.points.empty() ? find_failure(front.failure) : RequestFailure{};
+    found->view = make_front_report_data(found->options, *found->spec->space, std::move(front));
     return none;
   });
   if (refusal) refuse(refusal);
@@ -187,13 +188,13 @@ std::shared_ptr<FoundFront> front(const std::shared_ptr<Spec>& spec, const std::
 std::shared_ptr<Design> front_point(const FoundFront& front, std::size_t k) {
   const auto& points = front.view.front.points;
   if (k >= points.size()) throw std::invalid_argument(fmt::format("the front has {} points", points.size()));
-  const FrontPoint& point = points[k];
+  const ParetoPoint& point = points[k];
   auto made = std::make_shared<Design>();
-  DesignReport report = front_design(*front.spec->space, point, true);
-  DesignedSpec spec_of_design = designed_spec(*front.spec->space, report);
+  DesignReport report = make_pareto_design(*front.spec->space, point, true);
+  DesignedSpec spec_of_design = format_designed_spec(*front.spec->space, report);
   if (spec_of_design.refusal) refuse(spec_of_design.refusal);
   made->spec_text = std::move(spec_of_design.text);
-  made->view = make_view(front.options, point.space, made->spec_text, std::move(report));
+  made->view = make_design_data(front.options, point.space, made->spec_text, std::move(report));
   made->description.title = front.spec->study().mechanism.name;
   made->description.version = version();
   made->description.spec_text = front.spec->study().spec_text;
@@ -205,8 +206,8 @@ std::shared_ptr<Design> front_point(const FoundFront& front, std::size_t k) {
 py::list values_of(const Design& design) {
   const DesignReport& report = design.view.report;
   py::list all;
-  for (std::size_t i = 0; i < report.numbers.size(); ++i)
-    all.append(py::make_tuple(report.numbers[i].path, report.outcome.x[static_cast<Eigen::Index>(i)]));
+  for (std::size_t i = 0; i < report.free_numbers.size(); ++i)
+    all.append(py::make_tuple(report.free_numbers[i].key_path, report.outcome.x[static_cast<Eigen::Index>(i)]));
   return all;
 }
 
@@ -221,7 +222,7 @@ py::dict runs_of(const Design& design, bool after) {
     for (const Trajectory& trajectory : study.trajectories)
       if (trajectory.name == one.trajectory)
         run->description =
-            describe_simulation(study, trajectory, {.spec_file = study.spec_file, .trajectory = one.trajectory});
+            make_simulation_provenance(study, trajectory, {.spec_file = study.spec_file, .trajectory = one.trajectory});
     run->description.title = design.description.title;
     run->source = design.source;
     run->description.spec_text = after ? design.spec_text : design.description.spec_text;
@@ -232,8 +233,8 @@ py::dict runs_of(const Design& design, bool after) {
 
 }  // namespace
 
-BalanceQuestion question_of(const GoalWords& words, const Study& study) {
-  BalanceQuestion question;
+BalanceRequest question_of(const GoalArguments& words, const Study& study) {
+  BalanceRequest question;
   for (const std::string& name : words.goals) {
     require_one_of(goal_names(), name, "goal");
     const Goal goal = *find_goal(name);
@@ -241,9 +242,9 @@ BalanceQuestion question_of(const GoalWords& words, const Study& study) {
       question.goals.push_back(goal);
   }
   require_one_of(strategies, words.strategy, "strategy");
-  for (const std::string& name : words.without) require_one_of(names_to_leave_out(study.mechanism), name, "without");
-  question.modular = words.strategy == "modular";
-  question.without = words.without;
+  for (const std::string& name : words.without) require_one_of(list_excludable_names(study.mechanism), name, "without");
+  question.is_modular = words.strategy == "modular";
+  question.excluded = words.without;
   question.seed = words.seed;
   return question;
 }
@@ -275,9 +276,9 @@ void bind_balancing(py::module_& m) {
           "write",
           [](const Design& one, const std::string& path, bool force) {
             WriteOptions options;
-            options.existing = force ? Existing::replace : Existing::keep;
-            options.cancelled = [] { return PyErr_CheckSignals() != 0; };
-            keep_sources(path, one.description.spec_text, one.source);
+            options.existing = force ? OverwritePolicy::replace : OverwritePolicy::forbid;
+            options.is_cancelled = [] { return PyErr_CheckSignals() != 0; };
+            check_overwrites_no_source(path, one.description.spec_text, one.source);
             write_design(path, one.view, one.description, options);
           },
           py::arg("path"), py::arg("force"));

@@ -20,9 +20,9 @@ namespace {
 
 using NamedPythonRun = std::pair<std::string, std::shared_ptr<Run>>;
 
-std::vector<Verdict> judge(const std::vector<std::string>& texts, const std::vector<NamedRun>& runs) {
+std::vector<RequirementVerdict> judge(const std::vector<std::string>& texts, const std::vector<NamedRun>& runs) {
   try {
-    return judge_texts(texts, runs);
+    return judge_requirements(texts, runs);
   } catch (const std::invalid_argument& error) {
     throw std::invalid_argument(std::string("require ") + error.what());
   }
@@ -30,33 +30,34 @@ std::vector<Verdict> judge(const std::vector<std::string>& texts, const std::vec
 
 struct Compared {
   ComparedRuns runs;
-  std::vector<Verdict> verdicts;
+  std::vector<RequirementVerdict> verdicts;
 };
 
 py::dict compare(const std::vector<NamedPythonRun>& given, const std::vector<std::string>& require) {
   if (given.size() < 2) throw std::invalid_argument("two runs at least are needed to compare, the base first");
   for (const auto& [name, run] : given)
-    if (!run->description.at.empty())
-      throw std::invalid_argument(in_quotes(name) + " is a single state, not a run: it has no figures to compare");
-  const Compared compared = patiently([given, require](Errand&) {
+    if (!run->description.pose.empty())
+      throw std::invalid_argument(quote_for_message(name) +
+                                  " is a single state, not a run: it has no figures to compare");
+  const Compared compared = compute_in_background([given, require](BackgroundTask&) {
     std::vector<NamedRun> runs;
     for (const auto& [name, run] : given) {
-      const FileDescription& d = run->description;
-      runs.push_back({visible(name), "", d.title, d.trajectory, d.law, d.drive, run->result});
+      const Provenance& d = run->description;
+      runs.push_back({escape_for_terminal(name), "", d.title, d.trajectory, d.law, d.drive, run->result});
     }
     return Compared{compare_runs(runs), judge(require, runs)};
   });
   py::dict all;
   all["json"] = comparison_json(compared.runs, compared.verdicts);
-  all["text"] = comparison_text(compared.runs, compared.verdicts, ShownQuantities::main);
-  all["markdown"] = comparison_markdown(compared.runs, compared.verdicts, ShownQuantities::main);
+  all["text"] = comparison_text(compared.runs, compared.verdicts, QuantitySelection::main);
+  all["markdown"] = comparison_markdown(compared.runs, compared.verdicts, QuantitySelection::main);
   all["csv"] = comparison_csv(compared.runs);
-  all["holds"] = all_hold(compared.verdicts);
+  all["holds"] = do_all_hold(compared.verdicts);
   return all;
 }
 
 std::shared_ptr<Run> read_result(const std::string& name) {
-  RunFile file = patiently([name](Errand&) { return read_result_file(name); });
+  StoredRun file = compute_in_background([name](BackgroundTask&) { return read_result_file(name); });
   auto run = std::make_shared<Run>();
   run->source = file.path;
   run->result = std::move(file.result);
@@ -70,7 +71,7 @@ std::shared_ptr<Run> read_result(const std::string& name) {
                       .formulation = file.formulation,
                       .controller = file.controller,
                       .controller_type = file.controller_type,
-                      .at = file.at};
+                      .pose = file.at};
   if (!file.ended_early.empty()) run->result.outcome.notes.push_back("ended early: " + file.ended_early);
   return run;
 }
@@ -82,7 +83,7 @@ std::optional<Shard> shard_of(const std::optional<std::pair<int, int>>& given) {
   return Shard{given->first, given->second};
 }
 
-struct BatchWords {
+struct BatchArguments {
   std::string suite, folder;
   unsigned jobs = 1;
   std::optional<Shard> shard;
@@ -90,37 +91,38 @@ struct BatchWords {
   double case_seconds = 0;
 };
 
-py::dict batch(const BatchWords& words, const py::object& progress) {
-  const Summary summary = patiently(
-      [words](Errand& errand) {
-        const BatchPlan plan = make_plan(read_suite_file(words.suite));
+py::dict batch(const BatchArguments& words, const py::object& progress) {
+  const BatchSummary summary = compute_in_background(
+      [words](BackgroundTask& errand) {
+        const BatchPlan plan = make_batch_plan(read_suite_file(words.suite));
         BatchOptions options;
         options.folder = words.folder;
         options.jobs = words.jobs;
         options.shard = words.shard;
         options.force = words.force;
-        options.keep = words.metrics_only ? Keep::metrics_only : Keep::series;
+        options.stored_output = words.metrics_only ? StoredOutput::metrics_only : StoredOutput::series;
         options.retry_failed = words.retry_failed;
-        options.limits.seconds = words.case_seconds;
-        options.cancelled = [&] { return errand.is_abandoned(); };
+        options.limits.wall_seconds = words.case_seconds;
+        options.cancelled = [&] { return errand.is_cancelled(); };
         options.progress = [&](const BatchProgress& now) {
-          errand.note(static_cast<double>(now.finished) / static_cast<double>(std::max<std::size_t>(now.total, 1)));
+          errand.set_progress(static_cast<double>(now.finished) /
+                              static_cast<double>(std::max<std::size_t>(now.total, 1)));
         };
         BatchOutcome outcome = run_batch(plan, options);
         if (words.shard) {
-          Summary part;
+          BatchSummary part;
           part.name = plan.suite.name;
           part.cases = std::move(outcome.records);
           return part;
         }
-        Summary all = summarise(plan.suite, std::move(outcome.records));
+        BatchSummary all = summarise_batch(plan.suite, std::move(outcome.records));
         write_summary(words.folder, all);
         return all;
       },
       progress);
   py::dict all;
   all["json"] = words.shard ? std::string() : summary_json(summary);
-  all["text"] = words.shard ? std::string() : summary_text(summary);
+  all["text"] = words.shard ? std::string() : format_batch_text(summary);
   all["exit_code"] = summary.exit_code();
   py::list cases;
   for (const CaseRecord& one : summary.cases) cases.append(py::make_tuple(one.name, one.status, one.message));

@@ -9,9 +9,9 @@ namespace balance::python {
 namespace {
 
 /// `--minimize` is an option of the program; here it is an argument.
-std::string as_argument(const SpecPlace& place) { return place.is_option() ? place.file.substr(2) : place.file; }
+std::string as_argument(const SourceLocation& place) { return place.is_option() ? place.file.substr(2) : place.file; }
 
-py::dict mistake_of(const Mistake& mistake) {
+py::dict mistake_of(const Diagnostic& mistake) {
   py::dict all;
   all["file"] = as_argument(mistake.place);
   all["line"] = mistake.place.line;
@@ -26,12 +26,12 @@ py::dict mistake_of(const Mistake& mistake) {
 
 std::string text_of(const SpecError& error) {
   const std::string text = error.what();
-  return error.mistakes().front().place.is_option() ? text.substr(2) : text;
+  return error.diagnostics().front().place.is_option() ? text.substr(2) : text;
 }
 
 void raise(const SpecError& error) {
   py::list mistakes;
-  for (const Mistake& mistake : error.mistakes()) mistakes.append(mistake_of(mistake));
+  for (const Diagnostic& mistake : error.diagnostics()) mistakes.append(mistake_of(mistake));
   const py::object type = py::module_::import("balance_mechanisms._errors").attr("SpecError");
   PyErr_SetObject(type.ptr(), type(text_of(error), mistakes).ptr());
 }
@@ -41,10 +41,10 @@ void translate(std::exception_ptr pointer) {
     if (pointer) std::rethrow_exception(pointer);
   } catch (const SpecError& error) {
     raise(error);
-  } catch (const OutOfTime& error) {
+  } catch (const DeadlineExceeded& error) {
     PyErr_SetString(PyExc_TimeoutError, error.what());
   } catch (const SystemError& error) {
-    PyErr_SetString(PyExc_OSError, visible(error.what()).c_str());
+    PyErr_SetString(PyExc_OSError, escape_for_terminal(error.what()).c_str());
   } catch (const Cancelled& error) {
     if (PyErr_Occurred() == nullptr) PyErr_SetString(PyExc_KeyboardInterrupt, error.what());
   }

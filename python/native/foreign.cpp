@@ -13,11 +13,11 @@ ImportOptions options_of(const std::string& loops, bool fixed_base, const std::v
   return {.loops = loops, .fixed_base = fixed_base, .actuate = actuate};
 }
 
-py::list findings_of(const Imported& imported) {
+py::list findings_of(const ImportResult& imported) {
   py::list all;
   for (const foreign::Finding& one : imported.findings) {
     py::dict finding;
-    finding["level"] = one.level == foreign::Level::warning ? "warning" : "note";
+    finding["level"] = one.level == foreign::Severity::warning ? "warning" : "note";
     finding["code"] = one.code;
     finding["file"] = one.place.file;
     finding["line"] = one.place.line;
@@ -31,7 +31,8 @@ py::list findings_of(const Imported& imported) {
 py::dict import_robot(const std::string& path, const std::string& loops, bool fixed_base,
                       const std::vector<std::string>& actuate) {
   const ImportOptions options = options_of(loops, fixed_base, actuate);
-  const Imported imported = patiently([path, options](Errand&) { return import_file(path, options); });
+  const ImportResult imported =
+      compute_in_background([path, options](BackgroundTask&) { return import_file(path, options); });
   py::dict all;
   all["format"] = imported.format;
   all["spec_text"] = imported.spec;
@@ -45,13 +46,13 @@ py::dict import_robot(const std::string& path, const std::string& loops, bool fi
   all["dof"] = imported.degrees_of_freedom;
   all["actuators"] = imported.actuators;
   all["assembly"] = py::dict(py::cast(imported.assembly));
-  all["not_assembled"] = imported.not_assembled;
+  all["not_assembled"] = imported.assembly_failure_reason;
   return all;
 }
 
 py::tuple export_robot(const std::shared_ptr<Spec>& spec, const std::string& text, const std::string& file,
                        const std::string& loops, bool fixed_base, const std::vector<std::string>& actuate) {
-  const ExportedMasses exported = export_masses(spec->study(), text, file, options_of(loops, fixed_base, actuate));
+  const MassExport exported = export_masses(spec->study(), text, file, options_of(loops, fixed_base, actuate));
   return py::make_tuple(exported.text, exported.changed, exported.notes);
 }
 
@@ -68,7 +69,8 @@ void bind_foreign(py::module_& m) {
   m.def("export_robot", &export_robot, py::arg("spec"), py::arg("text"), py::arg("file"), py::arg("loops"),
         py::arg("fixed_base"), py::arg("actuate"));
   m.def(
-      "parts_csv", [](const Spec& spec) { return parts_csv(spec.study().mechanism); }, py::arg("spec"));
+      "parts_csv", [](const Spec& spec) { return format_balancing_elements_csv(spec.study().mechanism); },
+      py::arg("spec"));
 }
 
 }  // namespace balance::python

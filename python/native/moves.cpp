@@ -24,7 +24,7 @@ namespace balance::python {
 namespace {
 
 /// What a run is asked for besides its spec.
-struct Wish {
+struct RunRequest {
   std::string trajectory, controller, formulation;
   std::optional<long> samples;
   std::optional<double> duration;            ///< [s]
@@ -45,7 +45,7 @@ Vector3 point_of(const std::vector<double>& about, SpaceKind space) {
   return point;
 }
 
-Trajectory choose_trajectory(const Spec& spec, const Wish& wish) {
+Trajectory choose_trajectory(const Spec& spec, const RunRequest& wish) {
   Trajectory trajectory = spec.trajectory(wish.trajectory);
   if (wish.samples) change_argument("samples", [&] { change_samples(trajectory, *wish.samples); });
   if (wish.duration) change_argument("duration", [&] { change_duration(trajectory, *wish.duration); });
@@ -54,37 +54,39 @@ Trajectory choose_trajectory(const Spec& spec, const Wish& wish) {
 }
 
 /// As the program describes the same run, so that files have the same bytes.
-FileDescription describe(const Spec& spec, const Trajectory& trajectory, const Wish& wish,
-                         const std::string& controller) {
-  return describe_simulation(spec.study(), trajectory,
-                             {.spec_file = spec.file,
-                              .trajectory = trajectory.name,
-                              .samples = wish.samples,
-                              .duration = wish.duration,
-                              .about = wish.about ? fmt::format("{}", fmt::join(*wish.about, ",")) : "",
-                              .set = spec.set(),
-                              .poses = wish.poses,
-                              .formulation = wish.formulation,
-                              .controller = controller,
-                              .settle = wish.settle,
-                              .steps = wish.steps});
+Provenance describe(const Spec& spec, const Trajectory& trajectory, const RunRequest& wish,
+                    const std::string& controller) {
+  return make_simulation_provenance(spec.study(), trajectory,
+                                    {.spec_file = spec.file,
+                                     .trajectory = trajectory.name,
+                                     .samples = wish.samples,
+                                     .duration = wish.duration,
+                                     .about = wish.about ? fmt::format("{}", fmt::join(*wish.about, ",")) : "",
+                                     .set = spec.set(),
+                                     .poses = wish.poses,
+                                     .formulation = wish.formulation,
+                                     .controller = controller,
+                                     .settle = wish.settle,
+                                     .steps = wish.steps});
 }
 
-std::shared_ptr<Run> run_patiently(const std::shared_ptr<Spec>& spec, const Trajectory& trajectory, const Wish& wish,
-                                   const std::optional<Controller>& controller, const py::object& progress) {
+std::shared_ptr<Run> run_request(const std::shared_ptr<Spec>& spec, const Trajectory& trajectory,
+                                 const RunRequest& wish, const std::optional<Controller>& controller,
+                                 const py::object& progress) {
   auto run = std::make_shared<Run>();
   run->description = describe(*spec, trajectory, wish, controller ? controller->name : "");
   run->source = spec->file;
-  run->result = patiently(
-      [spec, trajectory, wish, controller](Errand& errand) {
+  run->result = compute_in_background(
+      [spec, trajectory, wish, controller](BackgroundTask& errand) {
         const Mechanism& mechanism = spec->study().mechanism;
-        const auto told = [&](double part) { errand.tell(part); };
-        Result result = controller                      ? control(mechanism, trajectory, *controller,
-                                                                  {.settle = wish.settle, .most_steps = wish.steps, .progress = told})
-                        : wish.formulation == "natural" ? simulate_natural(mechanism, trajectory, told)
-                                                        : simulate(mechanism, trajectory, told);
+        const auto told = [&](double part) { errand.report_progress(part); };
+        RunResult result =
+            controller                      ? simulate_closed_loop(mechanism, trajectory, *controller,
+                                                                   {.hold_time = wish.settle, .max_steps = wish.steps, .progress = told})
+            : wish.formulation == "natural" ? simulate_natural(mechanism, trajectory, told)
+                                            : simulate(mechanism, trajectory, told);
         if (!controller && result.outcome.status != MotionStatus::done)
-          result.outcome.reason += moving_modes_text(mechanism, trajectory, result.outcome);
+          result.outcome.reason += describe_feasible_modes(mechanism, trajectory, result.outcome);
         if (wish.poses && result.time.size() > 0) add_body_poses(mechanism, result);
         return result;
       },
@@ -92,28 +94,29 @@ std::shared_ptr<Run> run_patiently(const std::shared_ptr<Spec>& spec, const Traj
   return run;
 }
 
-std::shared_ptr<Run> simulate_spec(const std::shared_ptr<Spec>& spec, const Wish& wish, const py::object& progress) {
+std::shared_ptr<Run> simulate_spec(const std::shared_ptr<Spec>& spec, const RunRequest& wish,
+                                   const py::object& progress) {
   if (wish.formulation != "tree" && wish.formulation != "natural")
     throw std::invalid_argument("formulation: must be tree or natural, is '" + wish.formulation + "'");
   if (wish.formulation == "natural" && spec->study().mechanism.space == SpaceKind::spatial)
     throw std::invalid_argument(spec->file + " is spatial: the formulation natural is for planar mechanisms");
-  return run_patiently(spec, choose_trajectory(*spec, wish), wish, std::nullopt, progress);
+  return run_request(spec, choose_trajectory(*spec, wish), wish, std::nullopt, progress);
 }
 
-using NamedNumbers = std::vector<std::pair<std::string, double>>;
+using NamedValues = std::vector<std::pair<std::string, double>>;
 
 /// What a single state is asked for: `start` or `end` of the trajectory, the text of a pose in the spec's units, or coordinates.
-struct StateWish {
+struct StateRequest {
   std::string trajectory, at;
-  NamedNumbers joints, rates, accelerations;  ///< SI
-  double time = 0;                            ///< [s]
+  NamedValues joints, rates, accelerations;  ///< SI
+  double time = 0;                           ///< [s]
   std::vector<std::string> independent;
   std::optional<std::vector<double>> about;  ///< [m]
   bool poses = false;
 };
 
 /// Coordinates as the program's options have them, in the spec's units of length and angle.
-std::string option_text(const NamedNumbers& numbers, const Study& study) {
+std::string format_coordinate_option(const NamedValues& numbers, const Study& study) {
   std::string text;
   for (const auto& [name, value] : numbers) {
     const auto& all = study.mechanism.coordinates;
@@ -126,55 +129,59 @@ std::string option_text(const NamedNumbers& numbers, const Study& study) {
   return text;
 }
 
-Configured configuration_of(const StateCall& call, const Trajectory* trajectory, const Study& study) {
-  if (call.at != "start" && call.at != "end") return find_configuration(study.mechanism, read_pose(call.at, study));
+ConfigurationResult find_state_configuration(const StateCommand& call, const Trajectory* trajectory,
+                                             const Study& study) {
+  if (call.at != "start" && call.at != "end") return solve_configuration(study.mechanism, read_pose(call.at, study));
   if (trajectory == nullptr) throw std::invalid_argument("at: " + study.spec_file + " has no motion");
-  return call.at == "start" ? start_configuration(study.mechanism, *trajectory)
-                            : end_configuration(study.mechanism, *trajectory);
+  return call.at == "start" ? find_start_configuration(study.mechanism, *trajectory)
+                            : find_end_configuration(study.mechanism, *trajectory);
 }
 
-Result observe(const Spec& spec, const StateCall& call, const StateWish& wish) {
+RunResult evaluate_requested_state(const Spec& spec, const StateCommand& call, const StateRequest& wish) {
   const Study& study = spec.study();
   const bool moves = !study.trajectories.empty() || !wish.trajectory.empty();
   const Trajectory* trajectory = moves ? &spec.trajectory(wish.trajectory) : nullptr;
-  Configured place = configuration_of(call, trajectory, study);
+  ConfigurationResult place = find_state_configuration(call, trajectory, study);
   if (place.outcome.status != MotionStatus::done) return {.outcome = std::move(place.outcome)};
   SingleState state{std::move(place.coordinates), {}, {}, wish.time};
-  if (!call.rates.empty()) state.rates = read_rates(call.rates, "rates", study);
-  if (!call.accelerations.empty()) state.accelerations = read_rates(call.accelerations, "accelerations", study);
-  InverseOptions options = state_options(trajectory);
+  if (!call.rates.empty()) state.rates = read_coordinate_rates(call.rates, "rates", study);
+  if (!call.accelerations.empty())
+    state.accelerations = read_coordinate_rates(call.accelerations, "accelerations", study);
+  InverseOptions options = make_state_options(trajectory);
   options.independent = wish.independent;
   if (wish.about) options.about = point_of(*wish.about, study.mechanism.space);
-  Result result = observe_state(study.mechanism, state, options);
+  RunResult result = evaluate_single_state(study.mechanism, state, options);
   if (wish.poses && result.time.size() > 0) add_body_poses(study.mechanism, result);
   return result;
 }
 
-std::shared_ptr<Run> observe_spec(const std::shared_ptr<Spec>& spec, const StateWish& wish) {
+std::shared_ptr<Run> evaluate_spec_state(const std::shared_ptr<Spec>& spec, const StateRequest& wish) {
   const Study& study = spec->study();
-  const StateCall call{.spec_file = spec->file,
-                       .at = wish.joints.empty() ? wish.at : option_text(wish.joints, study),
-                       .rates = option_text(wish.rates, study),
-                       .accelerations = option_text(wish.accelerations, study),
-                       .trajectory = wish.trajectory,
-                       .independent = wish.independent,
-                       .time = wish.time,
-                       .about = wish.about ? fmt::format("{}", fmt::join(*wish.about, ",")) : "",
-                       .set = spec->set(),
-                       .poses = wish.poses};
+  const StateCommand call{.spec_file = spec->file,
+                          .at = wish.joints.empty() ? wish.at : format_coordinate_option(wish.joints, study),
+                          .rates = format_coordinate_option(wish.rates, study),
+                          .accelerations = format_coordinate_option(wish.accelerations, study),
+                          .trajectory = wish.trajectory,
+                          .independent = wish.independent,
+                          .time = wish.time,
+                          .about = wish.about ? fmt::format("{}", fmt::join(*wish.about, ",")) : "",
+                          .set = spec->set(),
+                          .poses = wish.poses};
   auto run = std::make_shared<Run>();
   run->description = describe_state(study, call);
   run->source = study.spec_file;
-  run->result = patiently([spec, call, wish](Errand&) { return observe(*spec, call, wish); });
+  run->result = compute_in_background(
+      [spec, call, wish](BackgroundTask&) { return evaluate_requested_state(*spec, call, wish); });
   return run;
 }
 
-std::shared_ptr<Run> control_spec(const std::shared_ptr<Spec>& spec, const Wish& wish, const py::object& progress) {
+std::shared_ptr<Run> control_spec(const std::shared_ptr<Spec>& spec, const RunRequest& wish,
+                                  const py::object& progress) {
   if (!(wish.settle >= 0 && wish.settle <= max_duration))
     throw std::invalid_argument(fmt::format("settle: must be from 0 to {} s, is {}", max_duration, wish.settle));
   if (wish.steps < 0) throw std::invalid_argument("steps: must not be negative");
   const Trajectory trajectory = choose_trajectory(*spec, wish);
-  return run_patiently(spec, trajectory, wish, spec->controller(wish.controller), progress);
+  return run_request(spec, trajectory, wish, spec->controller(wish.controller), progress);
 }
 
 }  // namespace
@@ -185,23 +192,23 @@ void bind_moves(py::module_& m) {
       [](const std::shared_ptr<Spec>& spec, const std::string& trajectory, std::optional<long> samples,
          std::optional<double> duration, std::optional<std::vector<double>> about, const std::string& formulation,
          bool poses, const py::object& progress) {
-        const Wish wish{.trajectory = trajectory,
-                        .formulation = formulation,
-                        .samples = samples,
-                        .duration = duration,
-                        .about = std::move(about),
-                        .poses = poses};
+        const RunRequest wish{.trajectory = trajectory,
+                              .formulation = formulation,
+                              .samples = samples,
+                              .duration = duration,
+                              .about = std::move(about),
+                              .poses = poses};
         return simulate_spec(spec, wish, progress);
       },
       py::arg("spec"), py::arg("trajectory"), py::arg("samples"), py::arg("duration"), py::arg("about"),
       py::arg("formulation"), py::arg("poses"), py::arg("progress"));
   m.def(
       "observe",
-      [](const std::shared_ptr<Spec>& spec, const std::string& trajectory, const std::string& at, NamedNumbers joints,
-         NamedNumbers rates, NamedNumbers accelerations, double time, std::vector<std::string> independent,
+      [](const std::shared_ptr<Spec>& spec, const std::string& trajectory, const std::string& at, NamedValues joints,
+         NamedValues rates, NamedValues accelerations, double time, std::vector<std::string> independent,
          std::optional<std::vector<double>> about, bool poses) {
-        return observe_spec(spec, {trajectory, at, std::move(joints), std::move(rates), std::move(accelerations), time,
-                                   std::move(independent), std::move(about), poses});
+        return evaluate_spec_state(spec, {trajectory, at, std::move(joints), std::move(rates), std::move(accelerations),
+                                          time, std::move(independent), std::move(about), poses});
       },
       py::arg("spec"), py::arg("trajectory"), py::arg("at"), py::arg("joints"), py::arg("rates"),
       py::arg("accelerations"), py::arg("time"), py::arg("independent"), py::arg("about"), py::arg("poses"));
@@ -210,15 +217,15 @@ void bind_moves(py::module_& m) {
       [](const std::shared_ptr<Spec>& spec, const std::string& controller, const std::string& trajectory,
          std::optional<long> samples, std::optional<double> duration, std::optional<std::vector<double>> about,
          double settle, long steps, bool poses, const py::object& progress) {
-        const Wish wish{.trajectory = trajectory,
-                        .controller = controller,
-                        .formulation = "tree",
-                        .samples = samples,
-                        .duration = duration,
-                        .about = std::move(about),
-                        .poses = poses,
-                        .settle = settle,
-                        .steps = steps};
+        const RunRequest wish{.trajectory = trajectory,
+                              .controller = controller,
+                              .formulation = "tree",
+                              .samples = samples,
+                              .duration = duration,
+                              .about = std::move(about),
+                              .poses = poses,
+                              .settle = settle,
+                              .steps = steps};
         return control_spec(spec, wish, progress);
       },
       py::arg("spec"), py::arg("controller"), py::arg("trajectory"), py::arg("samples"), py::arg("duration"),

@@ -40,16 +40,16 @@ struct Spec {
 
 /// A run, never changed: arrays that Python sees are its own memory.
 struct Run {
-  Result result;
-  FileDescription description;
+  RunResult result;
+  Provenance description;
   std::string source = {};  ///< the file that it comes from, a spec or a result; empty: none
 };
 
 /// A design with everything that is told of it, never changed.
 struct Design {
-  DesignView view;
+  DesignReportData view;
   std::string spec_text;  ///< balanced
-  FileDescription description;
+  Provenance description;
   std::string source = {};  ///< the spec's file; empty: none
 };
 
@@ -57,14 +57,14 @@ struct Design {
 using SharedMechanism = std::shared_ptr<const Mechanism>;
 
 /// Python's keyword arguments that say what is asked for conditions and designs.
-struct GoalWords {
+struct GoalArguments {
   std::vector<std::string> goals, without;
   std::string strategy;
   std::optional<std::uint64_t> seed;
 };
 
 /// @throws std::invalid_argument for names that do not exist
-BalanceQuestion question_of(const GoalWords& words, const Study& study);
+BalanceRequest question_of(const GoalArguments& words, const Study& study);
 
 /// @throws std::invalid_argument, with the argument's name before what `change` finds wrong with it
 template <class Change>
@@ -77,7 +77,7 @@ void change_argument(const char* name, const Change& change) {
 }
 
 /// @throws SystemError if a file of this path would replace the source, or a table or a part that the spec in it is read with
-void keep_sources(const std::string& path, const std::string& spec_text, const std::string& source);
+void check_overwrites_no_source(const std::string& path, const std::string& spec_text, const std::string& source);
 
 void bind_errors(py::module_& m);
 void bind_patience(py::module_& m);

@@ -8,7 +8,7 @@
 namespace balance::python {
 
 /// N states, one a row; the memory is the caller's.
-struct EffortQuestion {
+struct EffortRequest {
   Eigen::Map<const Samples> q, dq, ddq;
   VectorX time;  ///< per state; empty: 0 for all
 };
@@ -17,7 +17,7 @@ struct EffortQuestion {
 /// before: each part begins anew, and is computed again behind the part before where it began in another assembly mode.
 /// @param is_stopped asked now and then; true: the rest is left as it is
 /// @throws std::invalid_argument as InverseDynamics
-EffortAnswers effort_rows(const Mechanism& mechanism, const InverseOptions& options, const EffortQuestion& question,
-                          unsigned threads, const std::function<bool()>& is_stopped);
+EffortBatch effort_rows(const Mechanism& mechanism, const InverseOptions& options, const EffortRequest& question,
+                        unsigned threads, const std::function<bool()>& is_stopped);
 
 }  // namespace balance::python

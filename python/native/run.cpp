@@ -18,25 +18,25 @@ namespace {
 using SharedRun = std::shared_ptr<Run>;
 
 /// Names of the dimensions behind `time`, as in the file.
-std::vector<std::string> dimensions_of(Columns columns) {
+std::vector<std::string> dimensions_of(ColumnKind columns) {
   switch (columns) {
-    case Columns::single: return {};
-    case Columns::coordinate: return {"coordinate"};
-    case Columns::actuator: return {"actuator"};
-    case Columns::axis: return {"axis"};
-    case Columns::quaternion: return {"quaternion"};
-    case Columns::joint: return {"joint"};
-    case Columns::joint_axis: return {"joint", "axis"};
-    case Columns::constraint: return {"constraint"};
-    case Columns::sliding: return {"sliding"};
-    case Columns::body: return {"body"};
-    case Columns::body_axis: return {"body", "axis"};
-    case Columns::body_quaternion: return {"body", "quaternion"};
+    case ColumnKind::single: return {};
+    case ColumnKind::coordinate: return {"coordinate"};
+    case ColumnKind::actuator: return {"actuator"};
+    case ColumnKind::axis: return {"axis"};
+    case ColumnKind::quaternion: return {"quaternion"};
+    case ColumnKind::joint: return {"joint"};
+    case ColumnKind::joint_axis: return {"joint", "axis"};
+    case ColumnKind::constraint: return {"constraint"};
+    case ColumnKind::sliding: return {"sliding"};
+    case ColumnKind::body: return {"body"};
+    case ColumnKind::body_axis: return {"body", "axis"};
+    case ColumnKind::body_quaternion: return {"body", "quaternion"};
   }
   return {};
 }
 
-std::vector<std::string> labels_of(const std::string& dimension, const Result& r) {
+std::vector<std::string> labels_of(const std::string& dimension, const RunResult& r) {
   if (dimension == "coordinate") return r.coordinate_names;
   if (dimension == "actuator") return r.actuator_names;
   if (dimension == "joint") return r.joint_names;
@@ -47,41 +47,42 @@ std::vector<std::string> labels_of(const std::string& dimension, const Result& r
   return quaternion_labels();
 }
 
-py::list round_off_of(const Result& r, const Quantity& quantity) {
+py::list round_off_of(const RunResult& r, const Quantity& quantity) {
   py::list all;
-  VectorX TermSizes::*const size = term_size_of(quantity.member);
+  VectorX TermMagnitudes::*const size = term_magnitude_of(quantity.member);
   if (size == nullptr) return all;
   for (const double value : r.round_off.*size) all.append(value);
   return all;
 }
 
 /// What it is called, measured in and made of: everything but its numbers.
-py::dict describe(const Result& r, const Quantity& quantity) {
+py::dict describe(const RunResult& r, const Quantity& quantity) {
   py::dict one;
   one["long_name"] = quantity.long_name;
   one["unit"] = common_unit(quantity.units);
   one["units"] = quantity.units;
   one["dimensions"] = dimensions_of(quantity.columns);
   one["round_off"] = round_off_of(r, quantity);
-  if (quantity.about) one["about"] = std::vector<double>(r.about.data(), r.about.data() + r.axes);
+  if (quantity.has_moment_reference)
+    one["about"] = std::vector<double>(r.moment_reference.data(), r.moment_reference.data() + r.axes);
   return one;
 }
 
 py::dict quantities_of(const Run& run) {
   py::dict all;
-  for (const Quantity& quantity : list_quantities(run.result))
+  for (const Quantity& quantity : list_sampled_quantities(run.result))
     all[py::str(quantity.name)] = describe(run.result, quantity);
   return all;
 }
 
 py::object values_of(const SharedRun& run, const std::string& name) {
-  const Result& r = run->result;
+  const RunResult& r = run->result;
   const py::object owner = py::cast(run);
   const py::ssize_t rows = r.time.size();
   if (name == "time") return read_only(r.time.data(), {rows}, owner);
   if (name == "newton_iterations" && r.newton_iterations.size() > 0)
     return read_only(r.newton_iterations.data(), {rows}, owner);
-  for (const Quantity& quantity : list_quantities(r)) {
+  for (const Quantity& quantity : list_sampled_quantities(r)) {
     if (quantity.name != name) continue;
     std::vector<py::ssize_t> shape{rows};
     for (const std::string& dimension : dimensions_of(quantity.columns))
@@ -93,7 +94,7 @@ py::object values_of(const SharedRun& run, const std::string& name) {
 
 py::dict labels_of_all(const Run& run) {
   py::dict all;
-  for (const Quantity& quantity : list_quantities(run.result))
+  for (const Quantity& quantity : list_sampled_quantities(run.result))
     for (const std::string& dimension : dimensions_of(quantity.columns))
       all[py::str(dimension)] = labels_of(dimension, run.result);
   return all;
@@ -109,14 +110,14 @@ py::list metrics_of(const Run& run) {
 
 py::list payload_changes_of(const Run& run) {
   py::list all;
-  for (const PayloadChange& one : run.result.payload_changes)
-    all.append(py::make_tuple(one.payload, verb_of(one), one.time, one.speed, one.turning, copied(one.effort_before),
-                              copied(one.effort_after)));
+  for (const PayloadEvent& one : run.result.payload_events)
+    all.append(py::make_tuple(one.payload, describe_payload_event(one), one.time, one.speed, one.angular_speed,
+                              copied(one.effort_before), copied(one.effort_after)));
   return all;
 }
 
 py::dict description_of(const Run& run) {
-  const FileDescription& d = run.description;
+  const Provenance& d = run.description;
   py::dict all;
   all["title"] = d.title;
   all["balance_version"] = d.version;
@@ -134,19 +135,19 @@ py::dict description_of(const Run& run) {
 /// With the interpreter's lock: HDF5 is not safe for threads, and other modules that use it rely on that lock.
 WriteOptions write_options(bool force, bool compress) {
   WriteOptions options;
-  options.existing = force ? Existing::replace : Existing::keep;
+  options.existing = force ? OverwritePolicy::replace : OverwritePolicy::forbid;
   options.compression = compress ? Compression::gzip : Compression::none;
-  options.cancelled = [] { return PyErr_CheckSignals() != 0; };
+  options.is_cancelled = [] { return PyErr_CheckSignals() != 0; };
   return options;
 }
 
 }  // namespace
 
-void keep_sources(const std::string& path, const std::string& spec_text, const std::string& source) {
+void check_overwrites_no_source(const std::string& path, const std::string& spec_text, const std::string& source) {
   if (source.empty()) return;
   std::vector<InputFile> inputs = {{source, ""}};
-  for (std::string& file : files_of_spec(spec_text, source)) inputs.push_back({std::move(file), ""});
-  if (const InputFile* replaced = find_replaced(path, inputs))
+  for (std::string& file : list_spec_files(spec_text, source)) inputs.push_back({std::move(file), ""});
+  if (const InputFile* replaced = find_replaced_input(path, inputs))
     throw SystemError("cannot write " + path + ": it would replace what it is made from: " + replaced->path);
 }
 
@@ -171,19 +172,19 @@ void bind_run(py::module_& m) {
       .def(
           "write_hdf5",
           [](const Run& run, const std::string& path, bool force, bool compress) {
-            keep_sources(path, run.description.spec_text, run.source);
-            write_result(path, run.result, run.description, write_options(force, compress));
+            check_overwrites_no_source(path, run.description.spec_text, run.source);
+            write_result_hdf5(path, run.result, run.description, write_options(force, compress));
           },
           py::arg("path"), py::arg("force"), py::arg("compress"))
       .def(
           "write_csv",
           [](const Run& run, const std::string& path, bool force) {
-            keep_sources(path, run.description.spec_text, run.source);
-            write_csv(path, run.result, write_options(force, false));
+            check_overwrites_no_source(path, run.description.spec_text, run.source);
+            write_result_csv(path, run.result, write_options(force, false));
           },
           py::arg("path"), py::arg("force"))
-      .def("text", [](const Run& run) { return summary_text(run.result, run.description); })
-      .def("json", [](const Run& run) { return result_json(run.result, run.description, {}); });
+      .def("text", [](const Run& run) { return format_result_summary(run.result, run.description); })
+      .def("json", [](const Run& run) { return format_result_json(run.result, run.description, {}); });
 }
 
 }  // namespace balance::python

@@ -28,8 +28,8 @@ const T& find_named(const std::vector<T>& all, const std::string& name, const ch
     if (one.name == name) return one;
     names.push_back(one.name);
   }
-  throw std::invalid_argument(fmt::format("{} has no {} {}, only {}{}", file, what, in_quotes(name),
-                                          fmt::join(names, ", "), nearest_hint(name, names)));
+  throw std::invalid_argument(fmt::format("{} has no {} {}, only {}{}", file, what, quote_for_message(name),
+                                          fmt::join(names, ", "), append_nearest_name(name, names)));
 }
 
 std::shared_ptr<Spec> read(std::string text, std::string file, std::vector<std::pair<std::string, std::string>> set) {
@@ -37,7 +37,7 @@ std::shared_ptr<Spec> read(std::string text, std::string file, std::vector<std::
   spec->text = std::move(text);
   spec->file = std::move(file);
   spec->read.set = std::move(set);
-  patiently([spec](Errand&) {
+  compute_in_background([spec](BackgroundTask&) {
     spec->space = std::make_shared<const DesignSpace>(read_design_space(spec->text, spec->file, spec->read));
     return true;
   });
@@ -63,7 +63,7 @@ py::list controllers_of(const Spec& spec) {
   for (const Controller& one : spec.study().controllers) {
     py::dict entry;
     entry["name"] = one.name;
-    entry["type"] = name_of(one.type);
+    entry["type"] = controller_type_name(one.type);
     entry["period"] = one.period;
     all.append(entry);
   }
@@ -74,7 +74,7 @@ py::list free_numbers_of(const Spec& spec) {
   py::list all;
   for (const FreeNumber& one : spec.study().free_numbers) {
     py::dict entry;
-    entry["path"] = one.path;
+    entry["path"] = one.key_path;
     entry["lower"] = one.lower;
     entry["upper"] = one.upper;
     entry["start"] = one.start;
@@ -91,13 +91,13 @@ struct Checked {
 
 /// @return how it ended ("done", or why not), one sentence, JSON and text
 py::tuple check_spec(const std::shared_ptr<Spec>& spec, bool verified, const py::object& progress) {
-  const Checked checked = patiently(
-      [spec, verified](Errand& errand) {
+  const Checked checked = compute_in_background(
+      [spec, verified](BackgroundTask& errand) {
         const Study& study = spec->study();
         Checked all;
-        all.report = check(study, [&](double part) { errand.tell(part); });
+        all.report = check_mechanism(study, [&](double part) { errand.report_progress(part); });
         std::optional<VerifyReport> twice;
-        if (verified && all.report.outcome.status == MotionStatus::done) twice = verify(study);
+        if (verified && all.report.outcome.status == MotionStatus::done) twice = verify_formulations(study);
         all.json = check_json(all.report, study.mechanism, study.warnings, twice ? &*twice : nullptr);
         all.text = check_text(all.report, study.mechanism);
         if (twice) all.text += "\n" + verify_text(*twice);
@@ -110,7 +110,7 @@ py::tuple check_spec(const std::shared_ptr<Spec>& spec, bool verified, const py:
 
 py::list goal_words(const Spec& spec) {
   py::list all;
-  for (const Goal& goal : spec.study().design.goals) all.append(name_of(goal));
+  for (const Goal& goal : spec.study().design.goals) all.append(goal_name(goal));
   return all;
 }
 
@@ -134,7 +134,8 @@ const Controller& Spec::controller(const std::string& name) const {
   // The built-in ones stand behind those of the spec.
   const std::vector<Controller> built_in = built_in_controllers();
   const bool listed = all.size() > built_in.size() || all.front().name != built_in.front().name;
-  return listed ? all.front() : find_named(all, name_of(ControllerType::computed_torque), "controller", file);
+  return listed ? all.front()
+                : find_named(all, controller_type_name(ControllerType::computed_torque), "controller", file);
 }
 
 void bind_spec(py::module_& m) {

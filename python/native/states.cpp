@@ -12,8 +12,8 @@ namespace balance::python {
 namespace {
 
 /// The library's way in, which goes from state to state; one thread at a time.
-struct Door {
-  Door(SharedMechanism its_mechanism, InverseDynamics its_inverse)
+struct InverseDynamicsHandle {
+  InverseDynamicsHandle(SharedMechanism its_mechanism, InverseDynamics its_inverse)
       : mechanism(std::move(its_mechanism)), inverse(std::move(its_inverse)) {}
 
   SharedMechanism mechanism;
@@ -22,8 +22,8 @@ struct Door {
 
   /// Without the interpreter's lock, and alone.
   template <class Work>
-  auto alone(Work work) {
-    const WithoutLock free;
+  auto with_lock(Work work) {
+    const ScopedGilRelease free;
     const std::lock_guard lock(mutex);
     return work(inverse);
   }
@@ -36,52 +36,54 @@ InverseOptions options_of(const std::vector<std::string>& independent, const std
   return options;
 }
 
-std::shared_ptr<Door> open_door(const std::shared_ptr<Mechanism>& mechanism,
-                                const std::vector<std::string>& independent, const std::vector<double>& about) {
-  const WithoutLock free;
-  return std::make_shared<Door>(mechanism, InverseDynamics(*mechanism, options_of(independent, about)));
+std::shared_ptr<InverseDynamicsHandle> make_handle(const std::shared_ptr<Mechanism>& mechanism,
+                                                   const std::vector<std::string>& independent,
+                                                   const std::vector<double>& about) {
+  const ScopedGilRelease free;
+  return std::make_shared<InverseDynamicsHandle>(mechanism,
+                                                 InverseDynamics(*mechanism, options_of(independent, about)));
 }
 
 /// (status, time, reason): how Python hears of an outcome.
-py::tuple told(const MotionOutcome& outcome) {
+py::tuple outcome_to_python(const MotionOutcome& outcome) {
   return py::make_tuple(name_of(outcome.status), outcome.time, outcome.reason);
 }
 
-py::list told(const std::vector<FailedRow>& failures) {
+py::list outcome_to_python(const std::vector<FailedRow>& failures) {
   py::list all;
-  for (const FailedRow& one : failures) all.append(py::make_tuple(one.row, told(one.outcome)));
+  for (const FailedRow& one : failures) all.append(py::make_tuple(one.row, outcome_to_python(one.outcome)));
   return all;
 }
 
 /// Rows of numbers for every thread; what callers keep alive meanwhile.
-EffortQuestion question_of(const Numbers& q, const Numbers& dq, const Numbers& ddq, const Numbers& time) {
+EffortRequest question_of(const Numbers& q, const Numbers& dq, const Numbers& ddq, const Numbers& time) {
   return {rows_of(q), rows_of(dq), rows_of(ddq), vector_of(time)};
 }
 
 py::tuple efforts(const std::shared_ptr<Mechanism>& mechanism, const std::vector<std::string>& independent,
                   const Numbers& q, const Numbers& dq, const Numbers& ddq, const Numbers& time, unsigned threads) {
-  EffortAnswers answers;
-  const EffortQuestion question = question_of(q, dq, ddq, time);
+  EffortBatch answers;
+  const EffortRequest question = question_of(q, dq, ddq, time);
   const InverseOptions options = options_of(independent, {});
   if (question.q.rows() <= 64) {
-    const WithoutLock free;  // done before a thread is made
+    const ScopedGilRelease free;  // done before a thread is made
     answers = InverseDynamics(*mechanism, options).effort_rows(question.q, question.dq, question.ddq, question.time);
   } else {
-    answers = patiently(
-        [mechanism, options, question, threads](Errand& errand) {
-          return effort_rows(*mechanism, options, question, threads, [&] { return errand.is_abandoned(); });
+    answers = compute_in_background(
+        [mechanism, options, question, threads](BackgroundTask& errand) {
+          return effort_rows(*mechanism, options, question, threads, [&] { return errand.is_cancelled(); });
         },
-        py::none(), Leaving::never);  // the arrays are the caller's
+        py::none(), DetachPolicy::never);  // the arrays are the caller's
   }
-  return py::make_tuple(owned(std::move(answers.efforts)), told(answers.failures));
+  return py::make_tuple(owned(std::move(answers.efforts)), outcome_to_python(answers.failures));
 }
 
-std::shared_ptr<Run> rows(Door& door, const Numbers& q, const Numbers& dq, const Numbers& ddq, const Numbers& time,
-                          py::list failures) {
-  const EffortQuestion question = question_of(q, dq, ddq, time);
-  StateAnswers answers = door.alone(
+std::shared_ptr<Run> rows(InverseDynamicsHandle& door, const Numbers& q, const Numbers& dq, const Numbers& ddq,
+                          const Numbers& time, py::list failures) {
+  const EffortRequest question = question_of(q, dq, ddq, time);
+  SampleBatch answers = door.with_lock(
       [&](InverseDynamics& inverse) { return inverse.at_rows(question.q, question.dq, question.ddq, question.time); });
-  for (const py::handle one : told(answers.failures)) failures.append(one);
+  for (const py::handle one : outcome_to_python(answers.failures)) failures.append(one);
   auto run = std::make_shared<Run>();
   run->result = std::move(answers.result);
   run->description.title = door.mechanism->name;
@@ -93,22 +95,22 @@ py::array matrix(const MatrixX& m) {
   return owned(std::move(byrows));
 }
 
-py::tuple mass_matrix(Door& door, const Numbers& q) {
+py::tuple mass_matrix(InverseDynamicsHandle& door, const Numbers& q) {
   const VectorX at = vector_of(q);
-  const auto found = door.alone([&](InverseDynamics& inverse) { return inverse.mass_matrix(at); });
-  return py::make_tuple(told(found.outcome), matrix(found.value));
+  const auto found = door.with_lock([&](InverseDynamics& inverse) { return inverse.mass_matrix(at); });
+  return py::make_tuple(outcome_to_python(found.outcome), matrix(found.value));
 }
 
-py::tuple bias(Door& door, const Numbers& q, const Numbers& dq, double time) {
+py::tuple bias(InverseDynamicsHandle& door, const Numbers& q, const Numbers& dq, double time) {
   const VectorX at = vector_of(q), rate = vector_of(dq);
-  const auto found = door.alone([&](InverseDynamics& inverse) { return inverse.bias(at, rate, time); });
-  return py::make_tuple(told(found.outcome), copied(found.value));
+  const auto found = door.with_lock([&](InverseDynamics& inverse) { return inverse.bias(at, rate, time); });
+  return py::make_tuple(outcome_to_python(found.outcome), copied(found.value));
 }
 
-py::tuple regressor(Door& door, const Numbers& q, const Numbers& dq, const Numbers& ddq, double time) {
+py::tuple regressor(InverseDynamicsHandle& door, const Numbers& q, const Numbers& dq, const Numbers& ddq, double time) {
   const VectorX at = vector_of(q), rate = vector_of(dq), acceleration = vector_of(ddq);
   const auto found =
-      door.alone([&](InverseDynamics& inverse) { return inverse.regressor(at, rate, acceleration, time); });
+      door.with_lock([&](InverseDynamics& inverse) { return inverse.regressor(at, rate, acceleration, time); });
   const EffortRegressor& r = found.value;
   py::dict all;
   py::list names;
@@ -118,16 +120,17 @@ py::tuple regressor(Door& door, const Numbers& q, const Numbers& dq, const Numbe
   all["effort"] = matrix(r.effort);
   all["shaking_force"] = matrix(r.shaking_force);
   all["shaking_moment"] = matrix(r.shaking_moment);
-  all["other"] = copied(r.other);
-  return py::make_tuple(told(found.outcome), all);
+  all["other"] = copied(r.constant_effort);
+  return py::make_tuple(outcome_to_python(found.outcome), all);
 }
 
-py::tuple assemble(Door& door, const Numbers& q, const std::vector<std::pair<std::string, double>>& near) {
-  std::vector<NamedValue> values;
+py::tuple assemble(InverseDynamicsHandle& door, const Numbers& q,
+                   const std::vector<std::pair<std::string, double>>& near) {
+  std::vector<CoordinateGuess> values;
   for (const auto& [name, value] : near) values.push_back({name, value});
   const VectorX at = vector_of(q);
-  const auto found = door.alone([&](InverseDynamics& inverse) { return inverse.assemble(at, values); });
-  return py::make_tuple(told(found.outcome), copied(found.value));
+  const auto found = door.with_lock([&](InverseDynamics& inverse) { return inverse.assemble(at, values); });
+  return py::make_tuple(outcome_to_python(found.outcome), copied(found.value));
 }
 
 }  // namespace
@@ -135,12 +138,13 @@ py::tuple assemble(Door& door, const Numbers& q, const std::vector<std::pair<std
 void bind_states(py::module_& m) {
   m.def("efforts", &efforts, py::arg("mechanism"), py::arg("independent"), py::arg("q"), py::arg("dq"), py::arg("ddq"),
         py::arg("time"), py::arg("threads"));
-  py::class_<Door, std::shared_ptr<Door>>(m, "Door")
-      .def(py::init(&open_door), py::arg("mechanism"), py::arg("independent"), py::arg("about"))
-      .def_property_readonly("dof", [](const Door& door) { return door.inverse.degrees_of_freedom(); })
-      .def_property_readonly("independent", [](const Door& door) { return door.inverse.independent(); })
-      .def_property_readonly("actuators", [](const Door& door) { return door.inverse.actuators(); })
-      .def_property_readonly("notes", [](const Door& door) { return door.inverse.notes(); })
+  py::class_<InverseDynamicsHandle, std::shared_ptr<InverseDynamicsHandle>>(m, "Door")
+      .def(py::init(&make_handle), py::arg("mechanism"), py::arg("independent"), py::arg("about"))
+      .def_property_readonly("dof", [](const InverseDynamicsHandle& door) { return door.inverse.degrees_of_freedom(); })
+      .def_property_readonly("independent",
+                             [](const InverseDynamicsHandle& door) { return door.inverse.independent(); })
+      .def_property_readonly("actuators", [](const InverseDynamicsHandle& door) { return door.inverse.actuators(); })
+      .def_property_readonly("notes", [](const InverseDynamicsHandle& door) { return door.inverse.notes(); })
       .def("assemble", &assemble, py::arg("q"), py::arg("near"))
       .def("rows", &rows, py::arg("q"), py::arg("dq"), py::arg("ddq"), py::arg("time"), py::arg("failures"))
       .def("mass_matrix", &mass_matrix, py::arg("q"))

@@ -20,17 +20,17 @@ using namespace balance;
 /// Requests made while the samples after the first few are computed.
 template <class S>
 long requests(const Mechanism& mechanism, const Trajectory& trajectory, Detail detail) {
-  Tree<S> tree = compile<S>(mechanism, prescribed_coordinates(trajectory));
-  const Plan<S> plan = make_plan(mechanism, tree, trajectory);
+  Tree<S> tree = compile_tree<S>(mechanism, prescribed_coordinates(trajectory));
+  const CompiledTrajectory<S> plan = compile_trajectory(mechanism, tree, trajectory);
   REQUIRE_MESSAGE(plan.outcome.status == MotionStatus::done, plan.outcome.reason);
-  Observer<S> observer(mechanism, tree, plan.freedoms, to_vector<S>(trajectory.about));
-  Stepper<S> stepper(mechanism, tree, plan);
-  bool good = stepper.begin() && observer.observe(stepper, detail);
+  SampleEvaluator<S> observer(mechanism, tree, plan.freedoms, to_vector<S>(trajectory.about));
+  MotionStepper<S> stepper(mechanism, tree, plan);
+  bool good = stepper.begin() && observer.evaluate(stepper, detail);
   constexpr int samples = 400, warm = 3;
   long before = 0;
   for (int k = 1; k <= samples; ++k) {
     if (k == warm) before = heap::requests();
-    good = good && stepper.advance(trajectory.duration * k / samples) && observer.observe(stepper, detail);
+    good = good && stepper.advance(trajectory.duration * k / samples) && observer.evaluate(stepper, detail);
   }
   const long after = heap::requests();
   REQUIRE(good);
@@ -83,14 +83,14 @@ TEST_CASE("after the first samples the hot loop makes no request to the heap") {
   for (const std::string& file : files) {
     CAPTURE(file);
     CHECK(requests(file, "cycloid", Detail::forces) == 0);
-    CHECK(requests(file, "cycloid", Detail::everything) == 0);
+    CHECK(requests(file, "cycloid", Detail::all) == 0);
   }
 }
 
 TEST_CASE("following the centre of mass takes nothing from the heap either") {
   if (!heap::counted()) return;
   for (const std::string file : {"3rrr.yaml", "5r.yaml", "rr.yaml"})
-    CHECK(requests(file, "bang-bang", Detail::everything) == 0);
+    CHECK(requests(file, "bang-bang", Detail::all) == 0);
 }
 
 TEST_CASE(
@@ -103,7 +103,7 @@ TEST_CASE(
     study.mechanism.friction.clear();  // with it, sticking or slipping is decided anew wherever efforts change
     Trajectory trajectory = study.trajectories.at(0);
     trajectory.samples = 21;
-    const Result result = simulate(study.mechanism, trajectory);
+    const RunResult result = simulate(study.mechanism, trajectory);
     REQUIRE_MESSAGE(result.outcome.status == MotionStatus::done, result.outcome.reason);
     const VectorX efforts = result.torque.row(10).transpose();
     Plant plant(study.mechanism);

@@ -14,18 +14,18 @@ std::string with(const std::string& config, const std::string& more, const std::
 
 int kept(const DesignReport& report) {
   int count = 0;
-  for (const auto& choice : report.outcome.chosen->kept)
+  for (const auto& choice : report.outcome.selection->kept)
     count += static_cast<int>(std::count(choice.begin(), choice.end(), true));
   return count;
 }
 
 void check_fewest(const DesignReport& report, int count) {
   CHECK(report.outcome.status == DesignStatus::balanced);
-  REQUIRE(report.outcome.chosen);
-  CHECK(report.outcome.chosen->least == count);
-  CHECK(report.outcome.chosen->least_proved);
+  REQUIRE(report.outcome.selection);
+  CHECK(report.outcome.selection->min_count == count);
+  CHECK(report.outcome.selection->is_min_count_proved);
   CHECK(kept(report) == count);
-  CHECK(report.outcome.optimality == balance::Optimality::proved_best);
+  CHECK(report.outcome.optimality == balance::Optimality::proved_global);
 }
 
 constexpr const char* for_four_bar =
@@ -46,10 +46,10 @@ TEST_CASE("a four-bar needs two counterweights, a five-bar three, a 3RRR six") {
 
 TEST_CASE("a count that is not enough is impossible, with the one that is") {
   const DesignReport report = design(read(with("5r-force-balance.yaml", for_five_bar, "{counterweights: 2}")));
-  CHECK(report.outcome.status == DesignStatus::impossible);
-  CHECK(report.outcome.proved);
-  CHECK(report.outcome.chosen->least == 3);
-  CHECK(report.outcome.chosen->least_proved);
+  CHECK(report.outcome.status == DesignStatus::infeasible);
+  CHECK(report.outcome.is_proved_infeasible);
+  CHECK(report.outcome.selection->min_count == 3);
+  CHECK(report.outcome.selection->is_min_count_proved);
   CHECK(kept(report) <= 2);
 }
 
@@ -58,7 +58,7 @@ TEST_CASE("among equal counts the least figure counts, as among all pairs") {
   const std::string text = replaced(with("5r-force-balance.yaml", for_five_bar, offered),
                                     "goal: force, minimize: added-mass", "minimize: {rms: torque, along: cycloid}");
   const DesignReport best = design(read(text));
-  CHECK(best.outcome.optimality == balance::Optimality::proved_best);
+  CHECK(best.outcome.optimality == balance::Optimality::proved_global);
   double least = 1e9;
   const std::vector<std::string> names = {"cw11", "cw12", "cw21", "cw22"};
   for (std::size_t i = 0; i < names.size(); ++i)

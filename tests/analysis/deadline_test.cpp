@@ -6,8 +6,8 @@
 
 using namespace load_cases;
 using balance::Deadline;
+using balance::DeadlineExceeded;
 using balance::MotionStatus;
-using balance::OutOfTime;
 
 namespace {
 
@@ -26,7 +26,7 @@ TEST_CASE("a motion with loops ends at the deadline, and the earliest of several
     CHECK(simulated(space) == MotionStatus::done);
     {
       const Deadline over(0), later(1e6);
-      CHECK_THROWS_AS(simulated(space), OutOfTime);
+      CHECK_THROWS_AS(simulated(space), DeadlineExceeded);
     }
     CHECK(simulated(space) == MotionStatus::done);
   }
@@ -36,5 +36,5 @@ TEST_CASE("a motion with loops ends at the deadline, and the earliest of several
 TEST_CASE("a design whose motions cannot be tried in time says so instead of taking them for impossible") {
   const DesignSpace space = read_config("5r-design.yaml");
   const Deadline over(0);
-  CHECK_THROWS_AS(design(space), OutOfTime);
+  CHECK_THROWS_AS(design(space), DeadlineExceeded);
 }

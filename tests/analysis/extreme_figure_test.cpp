@@ -21,10 +21,10 @@ VectorX vector(std::initializer_list<double> entries) {
   return out;
 }
 
-LinearMoment scalar(double time, double value, const VectorX& change) { return {time, vector({value}), change}; }
+LinearizedSample scalar(double time, double value, const VectorX& change) { return {time, vector({value}), change}; }
 
-Tolerances numbers(std::size_t count, Spread spread = Spread::normal) {
-  return Tolerances(count, ToleranceNumber{.path = "x", .width = 1, .spread = spread});
+Tolerances numbers(std::size_t count, Distribution spread = Distribution::normal) {
+  return Tolerances(count, TolerancedParameter{.path = "x", .width = 1, .distribution = spread});
 }
 
 /// Mean and deviation of the larger of two normal figures (Clark 1961, eq. 2 and 3).
@@ -48,9 +48,9 @@ TEST_CASE("a peak of two moments is off by what Clark's formula says, whichever 
     const VectorX a = vector({in(random), in(random), in(random)}), b = vector({in(random), in(random), in(random)});
     const double sign = trial % 2 == 0 ? 1 : -1;  // a valley is as much a peak
     ExtremeFigure peak({scalar(0, first, a), scalar(1, sign * second, sign * b)}, ExtremeFigure::Kind::peak);
-    REQUIRE(peak.has_rivals());
+    REQUIRE(peak.has_several_candidates());
     std::vector<ExtremeFigure*> all{&peak};
-    meet_draws(all, numbers(3));
+    sample_extreme_figures(all, numbers(3));
     const double known = larger_of_two(first, second, a, b).second;
     CHECK(std::abs(peak.deviation() - known) < hundredth * known);
   }
@@ -60,34 +60,34 @@ TEST_CASE("a range's ends are found on their own") {
   // the largest of two that go apart, and a least that stays: E max² = 1, E max = √2 φ(0) · √2
   const VectorX up = vector({1, 0}), down = vector({-1, 0}), other = vector({0, 0.5});
   ExtremeFigure range({scalar(0, 5, up), scalar(1, 5, down), scalar(2, -5, other)}, ExtremeFigure::Kind::range);
-  REQUIRE(range.has_rivals());
+  REQUIRE(range.has_several_candidates());
   std::vector<ExtremeFigure*> all{&range};
-  meet_draws(all, numbers(2));
+  sample_extreme_figures(all, numbers(2));
   const double known = std::sqrt(1 - 2 / std::numbers::pi + 0.25);
   CHECK(std::abs(range.deviation() - known) < hundredth * known);
   // as often by the one as by the other
-  CHECK(std::abs(range.by_number()[0]) < 3 / std::sqrt(16384.0));
-  CHECK(range.by_number()[1] == doctest::Approx(-0.5));
-  CHECK(range.times() == std::vector<double>{0, 1, 2});
+  CHECK(std::abs(range.contributions()[0]) < 3 / std::sqrt(16384.0));
+  CHECK(range.contributions()[1] == doctest::Approx(-0.5));
+  CHECK(range.extremum_times() == std::vector<double>{0, 1, 2});
 }
 
 TEST_CASE("uniform numbers and vectors are drawn as they are") {
   // |(3, 4) + change z| against draws of this test's own
-  LinearMoment one{0, vector({3, 4}), MatrixX::Zero(2, 2)}, two{1, vector({-5, 0}), MatrixX::Zero(2, 2)};
-  one.change << 0.3, 0, 0, 0.2;
-  two.change << 0, 0.1, -0.4, 0;
+  LinearizedSample one{0, vector({3, 4}), MatrixX::Zero(2, 2)}, two{1, vector({-5, 0}), MatrixX::Zero(2, 2)};
+  one.sensitivity << 0.3, 0, 0, 0.2;
+  two.sensitivity << 0, 0.1, -0.4, 0;
   ExtremeFigure peak({one, two}, ExtremeFigure::Kind::peak);
-  REQUIRE(peak.has_rivals());
+  REQUIRE(peak.has_several_candidates());
   std::vector<ExtremeFigure*> all{&peak};
-  meet_draws(all, numbers(2, Spread::uniform));
+  sample_extreme_figures(all, numbers(2, Distribution::uniform));
   std::mt19937_64 random(9);
   std::uniform_real_distribution<double> in(-std::numbers::sqrt3, std::numbers::sqrt3);
   constexpr int count = 200'000;
   double sum = 0, squares = 0;
   for (int k = 0; k < count; ++k) {
     const VectorX z = vector({in(random), in(random)});
-    const double largest =
-        std::max((one.value + one.change.transpose() * z).norm(), (two.value + two.change.transpose() * z).norm());
+    const double largest = std::max((one.value + one.sensitivity.transpose() * z).norm(),
+                                    (two.value + two.sensitivity.transpose() * z).norm());
     sum += largest - 5, squares += (largest - 5) * (largest - 5);
   }
   const double known = std::sqrt(squares / count - sum * sum / count / count);
@@ -96,8 +96,8 @@ TEST_CASE("uniform numbers and vectors are drawn as they are") {
 
 TEST_CASE("moments that cannot come up to the largest, or go along with it, are no rivals") {
   const VectorX a = vector({0.1, 0.2});
-  CHECK_FALSE(ExtremeFigure({scalar(0, 5, a), scalar(1, 3, -a)}, ExtremeFigure::Kind::peak).has_rivals());
-  CHECK_FALSE(ExtremeFigure({scalar(0, 5, a), scalar(1, 5, a)}, ExtremeFigure::Kind::peak).has_rivals());
-  CHECK_FALSE(ExtremeFigure({scalar(0, 5, a), scalar(1, -5, -a)}, ExtremeFigure::Kind::peak).has_rivals());
-  CHECK(ExtremeFigure({scalar(0, 5, a), scalar(1, 5, -a)}, ExtremeFigure::Kind::peak).has_rivals());
+  CHECK_FALSE(ExtremeFigure({scalar(0, 5, a), scalar(1, 3, -a)}, ExtremeFigure::Kind::peak).has_several_candidates());
+  CHECK_FALSE(ExtremeFigure({scalar(0, 5, a), scalar(1, 5, a)}, ExtremeFigure::Kind::peak).has_several_candidates());
+  CHECK_FALSE(ExtremeFigure({scalar(0, 5, a), scalar(1, -5, -a)}, ExtremeFigure::Kind::peak).has_several_candidates());
+  CHECK(ExtremeFigure({scalar(0, 5, a), scalar(1, 5, -a)}, ExtremeFigure::Kind::peak).has_several_candidates());
 }

@@ -28,8 +28,8 @@ inline constexpr double g = 9.81;
 inline DesignReport design(const DesignSpace& space) {
   balance::DesignStudyOptions options;
   options.search = space.start.design.search;
-  options.trajectories = false;
-  return design_study(space, options);
+  options.compare_trajectories = false;
+  return run_design_study(space, options);
 }
 
 inline DesignSpace read(const std::string& text) { return balance::read_design_space(text, "s.yaml"); }
@@ -55,8 +55,8 @@ inline double coefficient(const AdaptiveLaw& law, Eigen::Index which, const std:
 /// Largest scaled residual of the goals' conditions with all numbers as the law says.
 inline double left_over(const DesignSpace& space, const DesignReport& report, const VectorX& loads) {
   VectorX x = report.outcome.x;
-  x(report.adaptive->numbers) = report.adaptive->law->at(loads);
-  const balance::Mechanism mechanism = at_load(space, loads).at(x).mechanism;
+  x(report.adaptive->numbers) = report.adaptive->law->evaluate(loads);
+  const balance::Mechanism mechanism = at_load(space, loads).study_at(x).mechanism;
   const balance::Conditions conditions = derive_conditions(mechanism, space.start.design.goals);
   REQUIRE(conditions.rank > 0);
   return scaled_residuals(conditions, term_values(mechanism)).cwiseAbs().maxCoeff();
@@ -115,8 +115,8 @@ design: {goal: static, for: {p: [0, 0.25, 1]}}
 )";
 
 inline double resting(const LoadCaseReport& one, std::size_t which) {
-  for (const balance::LargestEffort& effort : one.at_rest)
-    if (effort.actuator == static_cast<int>(which)) return effort.size;
+  for (const balance::PeakEffort& effort : one.static_efforts)
+    if (effort.actuator == static_cast<int>(which)) return effort.magnitude;
   return 0;
 }
 

@@ -9,10 +9,10 @@ TEST_CASE("what is left out is left out of all cases") {
   text = replaced(replaced(text, "for: {p: [0, 0.25, 1]}", "for: {p: [0, 1]}, adapt: cw"), "{p: 0}", "{p: 0.25}");
   const DesignSpace space = read(text);
   balance::DesignStudyOptions options;
-  options.trajectories = false;
-  const DesignReport pushed = design_study(space, options);
-  options.without = {"push"};
-  const DesignReport left_out = design_study(space, options);
+  options.compare_trajectories = false;
+  const DesignReport pushed = run_design_study(space, options);
+  options.excluded = {"push"};
+  const DesignReport left_out = run_design_study(space, options);
   CHECK(left_out.outcome.x[0] == doctest::Approx(1.25).epsilon(1e-9));
   CHECK(pushed.outcome.x[0] == doctest::Approx(1.25 - 3 / g).epsilon(1e-9));
 }
@@ -22,9 +22,9 @@ TEST_CASE("a law that leaves the bounds is told, and no number does") {
       replaced(replaced(rr, "for: {mp: [0, 0.5, 1]}", "for: {mp: [0, 100]}"), "mp: 0.5}", "mp: 50}");
   const DesignSpace space = read(far);
   const DesignReport report = design(space);
-  CHECK(report.outcome.status == DesignStatus::impossible);
+  CHECK(report.outcome.status == DesignStatus::infeasible);
   REQUIRE(report.adaptive->law);
-  CHECK_FALSE(report.adaptive->within_bounds);
+  CHECK_FALSE(report.adaptive->is_within_bounds);
   CHECK(report.outcome.x.minCoeff() >= -1);
   CHECK(report.outcome.x.maxCoeff() <= -0.05);
 }
@@ -46,13 +46,13 @@ TEST_CASE("places and masses together follow the load by a table") {
     CHECK(table.values[row][2] == doctest::Approx(-1).epsilon(1e-6));
     CHECK(table.values[row][3] == doctest::Approx(0.3 + 0.4 * load).epsilon(1e-6));
   }
-  CHECK_FALSE(report.adaptive->work);  // masses do not come from nowhere
+  CHECK_FALSE(report.adaptive->adjustment_work);  // masses do not come from nowhere
 }
 
 TEST_CASE("what cannot suit all loads suits them as well as can be") {
   const DesignReport squares = design(read(pendulum));
-  CHECK(squares.outcome.status == DesignStatus::impossible);
-  CHECK(squares.outcome.proved);
+  CHECK(squares.outcome.status == DesignStatus::infeasible);
+  CHECK(squares.outcome.is_proved_infeasible);
   CHECK(squares.outcome.x[0] == doctest::Approx(1 + 1.25 / 3).epsilon(1e-7));  // the loads' mean
   const std::string figure = "minimize: {peak: torque, along: cycloid}";
   const DesignReport worst = design(read(replaced(pendulum, "goal: static", figure)));
@@ -94,7 +94,7 @@ TEST_CASE("cases may be listed one by one") {
   CHECK(cases.values(1, 0) == 1);
   CHECK(cases.values(1, 1) == 0.3);
   CHECK(cases.numbers[1].path == "payloads.cargo.at[0]");
-  CHECK(cases.numbers[1].own == 0.4);
+  CHECK(cases.numbers[1].nominal == 0.4);
 }
 
 TEST_CASE("goals that follow the centre of mass know no load cases") {

@@ -45,17 +45,17 @@ void for_all(const DesignSpace& space, const Visit& visit) {
   std::vector<std::size_t> at(free.size(), 0);
   for (;;) {
     VectorX x(static_cast<Eigen::Index>(free.size()));
-    for (std::size_t i = 0; i < free.size(); ++i) x[static_cast<Eigen::Index>(i)] = free[i].sizes[at[i]];
+    for (std::size_t i = 0; i < free.size(); ++i) x[static_cast<Eigen::Index>(i)] = free[i].discrete_values[at[i]];
     visit(x);
     std::size_t k = 0;
-    while (k < at.size() && ++at[k] == free[k].sizes.size()) at[k++] = 0;
+    while (k < at.size() && ++at[k] == free[k].discrete_values.size()) at[k++] = 0;
     if (k == at.size()) return;
   }
 }
 
 bool is_a_size(const DesignSpace& space, const VectorX& x) {
   for (std::size_t i = 0; i < space.start.free_numbers.size(); ++i) {
-    const auto& sizes = space.start.free_numbers[i].sizes;
+    const auto& sizes = space.start.free_numbers[i].discrete_values;
     if (std::find(sizes.begin(), sizes.end(), x[static_cast<Eigen::Index>(i)]) == sizes.end()) return false;
   }
   return true;
@@ -69,16 +69,17 @@ TEST_CASE("sizes leave as little of the conditions as any combination of them") 
     for (int seed = 0; seed < 3; ++seed) {
       const DesignSpace space = read(chain(random, 3, spatial));
       const DesignReport report = design(space);
-      REQUIRE(report.outcome.status == DesignStatus::impossible);
-      CHECK(report.outcome.proved);
-      CHECK(report.outcome.optimality == balance::Optimality::proved_best);
+      REQUIRE(report.outcome.status == DesignStatus::infeasible);
+      CHECK(report.outcome.is_proved_infeasible);
+      CHECK(report.outcome.optimality == balance::Optimality::proved_global);
       CHECK(is_a_size(space, report.outcome.x));
       const auto conditions = derive_conditions(space.start.mechanism, space.start.design.goals);
       double least = 1e9;
       for_all(space, [&](const VectorX& x) {
-        least = std::min(least, scaled_residuals(conditions, term_values(space.trial(x).mechanism)).norm());
+        least = std::min(least, scaled_residuals(conditions, term_values(space.instantiate(x).mechanism)).norm());
       });
-      const double found = scaled_residuals(conditions, term_values(space.trial(report.outcome.x).mechanism)).norm();
+      const double found =
+          scaled_residuals(conditions, term_values(space.instantiate(report.outcome.x).mechanism)).norm();
       CHECK(found == doctest::Approx(least).epsilon(1e-9));
     }
 }
@@ -93,10 +94,10 @@ TEST_CASE("sizes have the least figure of all combinations, and the bound says s
     const balance::Objective objective = build_objective(space, space.start.design.minimize, space.start_values(), {});
     double least = 1e9;
     for_all(space, [&](const VectorX& x) {
-      least = std::min(least, objective.of_parameters(parameter_values(space.trial(x).mechanism), nullptr));
+      least = std::min(least, objective.of_parameters(parameter_values(space.instantiate(x).mechanism), nullptr));
     });
     CHECK(report.outcome.objective == doctest::Approx(least).epsilon(1e-9));
-    CHECK(report.outcome.optimality == balance::Optimality::proved_best);
+    CHECK(report.outcome.optimality == balance::Optimality::proved_global);
     CHECK(report.outcome.lower_bound <= report.outcome.objective);
     CHECK(report.outcome.lower_bound == doctest::Approx(least).epsilon(1e-5));
   }
@@ -109,7 +110,7 @@ TEST_CASE("sizes that balance exactly are found among those that do not") {
   const DesignReport report = design(space);
   CHECK(report.outcome.status == DesignStatus::balanced);
   CHECK(report.outcome.x[0] == 1);
-  CHECK(report.outcome.optimality == balance::Optimality::proved_best);
+  CHECK(report.outcome.optimality == balance::Optimality::proved_global);
 }
 
 TEST_CASE("lengths in sizes are all tried") {
@@ -128,6 +129,6 @@ TEST_CASE("a free place and mass in a box have the least mass that first moments
   text = replaced(text, ", for: {p: [0, 0.25, 1]}", ", minimize: added-mass");
   const DesignReport report = design(read(text));
   CHECK(report.outcome.objective == doctest::Approx(0.5 / 0.3).epsilon(1e-9));
-  CHECK(report.outcome.optimality == balance::Optimality::proved_best);
+  CHECK(report.outcome.optimality == balance::Optimality::proved_global);
   CHECK(report.outcome.lower_bound == doctest::Approx(0.5 / 0.3).epsilon(1e-6));
 }

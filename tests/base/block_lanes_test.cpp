@@ -56,7 +56,7 @@ template <int W>
 Answers solve_all(const Samples8& samples, const BlockTriangular& scalar, const VectorX& right) {
   const int n = static_cast<int>(right.size());
   Answers out;
-  BlockLanes<Pack<W>> lanes(scalar);
+  LaneBlockTriangular<Pack<W>> lanes(scalar);
   for (int first = 0; first < eight; first += W) {
     std::vector<Pack<W>> x(n), z(n);
     for (int i = 0; i < n; ++i) {

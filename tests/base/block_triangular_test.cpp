@@ -75,7 +75,7 @@ TEST_CASE(
     const BlockTriangular solver = filled(sparse);
     const int n = solver.size();
     Samples normal(n, n);
-    solver.write_normal(normal.data());
+    solver.write_normal_matrix(normal.data());
     for (int i = 0; i < n; ++i)
       for (int j = 0; j < n; ++j) CHECK(solver.at(i, j) == sparse.values(i, j));
     const MatrixX whole = MatrixX(normal) + MatrixX(normal.triangularView<Eigen::StrictlyUpper>()).transpose();
@@ -94,7 +94,7 @@ TEST_CASE(
     }
   BlockTriangular solver;
   REQUIRE(solver.analyse(pattern));
-  CHECK(solver.stored() == 4u * pairs + 4u * (pairs - 1));
+  CHECK(solver.entry_count() == 4u * pairs + 4u * (pairs - 1));
 }
 
 TEST_CASE("a pattern that no values make regular is refused, a singular matrix is noticed") {
@@ -120,13 +120,13 @@ TEST_CASE("a way on which singular values cross zero is not near, however many c
     for (int k = 0; k < std::min(crossing, n); ++k) before[k] = 0.01 + 0.002 * k, after[k] = -0.02;
     BlockTriangular solver = filled({Eigen::MatrixXi::Ones(n, n), U * before.asDiagonal() * V.transpose()});
     REQUIRE(solver.factorise() > 0);
-    solver.keep();
-    CHECK(solver.near_kept(0));  // nothing has changed
+    solver.store();
+    CHECK(solver.is_near_stored(0));  // nothing has changed
     const MatrixX now = U * after.asDiagonal() * V.transpose();
     for (int i = 0; i < n; ++i)
       for (int j = 0; j < n; ++j) solver.at(i, j) = now(i, j);
     REQUIRE(solver.factorise() > 0);
-    CHECK(solver.near_kept(0.99) == (crossing == 0));
+    CHECK(solver.is_near_stored(0.99) == (crossing == 0));
   }
 }
 
@@ -138,12 +138,12 @@ TEST_CASE("whatever counts as near has no singular matrix on the straight way") 
     const Sparse from = random_sparse(n, 0.5, random);
     BlockTriangular solver = filled(from);
     if (!(solver.factorise() > 1e-3)) continue;
-    solver.keep();
+    solver.store();
     const MatrixX to = from.values + 0.3 * MatrixX::Random(n, n).cwiseProduct(from.pattern.cast<double>());
     for (int i = 0; i < n; ++i)
       for (int j = 0; j < n; ++j)
         if (from.pattern(i, j)) solver.at(i, j) = to(i, j);
-    if (!(solver.factorise() > 1e-3) || !solver.near_kept(0.9)) continue;
+    if (!(solver.factorise() > 1e-3) || !solver.is_near_stored(0.9)) continue;
     ++near;
     for (int k = 0; k <= 50; ++k) {
       const MatrixX between = from.values + k / 50.0 * (to - from.values);

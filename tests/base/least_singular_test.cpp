@@ -13,10 +13,10 @@ using namespace balance;
 namespace {
 
 double least_singular(const MatrixX& matrix) {
-  LeastSingular least;
+  MinSingularValue least;
   const auto n = matrix.cols();
-  Eigen::Map<Samples>(least.normal(static_cast<int>(n)), n, n) = matrix.transpose() * matrix;
-  return least.of_normal();
+  Eigen::Map<Samples>(least.normal_matrix(static_cast<int>(n)), n, n) = matrix.transpose() * matrix;
+  return least.compute_from_normal_matrix();
 }
 
 }  // namespace
@@ -52,7 +52,7 @@ TEST_CASE("a large sparse matrix has the smallest singular value of the dense on
     for (int j = 0; j < n; ++j)
       if (matrix(i, j) != 0) sparse.at(i, j) = matrix(i, j);
   REQUIRE(sparse.factorise() > 0);
-  const std::optional<double> found = least_singular_by_inverse(sparse);
+  const std::optional<double> found = min_singular_value_by_lanczos(sparse);
   REQUIRE(found);
   CHECK(*found == doctest::Approx(Eigen::JacobiSVD<MatrixX>(matrix).singularValues()[n - 1]).epsilon(1e-9));
 }
@@ -82,7 +82,7 @@ TEST_CASE(
       for (int j = 0; j < n; ++j) row.push_back(j);
     BlockTriangular sparse;
     REQUIRE(sparse.analyse(full));
-    LeastSingular search;
+    MinSingularValue search;
     for (int k = 0; k <= 400; ++k) {  // two values cross in the middle; the vectors do not change at all
       VectorX values = VectorX::LinSpaced(n, 1, 2);
       values[0] = 0.2 + 0.002 * k;
@@ -91,8 +91,8 @@ TEST_CASE(
       for (int i = 0; i < n; ++i)
         for (int j = 0; j < n; ++j) sparse.at(i, j) = matrix(i, j);
       REQUIRE(sparse.factorise() > 0);
-      Samples::Map(search.normal(n), n, n) = matrix.transpose() * matrix;
-      const std::optional<double> found = search.of_factors(sparse);
+      Samples::Map(search.normal_matrix(n), n, n) = matrix.transpose() * matrix;
+      const std::optional<double> found = search.compute_from_factors(sparse);
       std::sort(values.begin(), values.end());
       if (n == 1 || k < 60) CHECK(found.has_value());  // the next one is twice as large: each step gains a digit
       CHECK(std::abs(found.value_or(values[0]) - values[0]) <= 2e-9 * values[0]);

@@ -29,7 +29,7 @@ TEST_CASE("damped least squares of sparse matrices are those of dense ones, tall
     const VectorX b = VectorX::Random(rows);
     for (const double shift : {1e-8, 1e-3, 10.0}) {
       const MatrixX normal = dense.transpose() * dense + shift * MatrixX::Identity(columns, columns);
-      const VectorX x = damped_solution(dense.sparseView(), b, shift);
+      const VectorX x = solve_damped_least_squares(dense.sparseView(), b, shift);
       const VectorX gradient = dense.transpose() * b;
       // normal · x = gradient to the round-off of the terms
       CHECK((normal * x - gradient).norm() < 1e-12 * (normal.norm() * x.norm() + gradient.norm()));
@@ -43,7 +43,7 @@ TEST_CASE("the smallest singular value of a sparse matrix is that of the dense o
     MatrixX dense = arrow(rows, columns, random);
     const int full = std::min(rows, columns);
     const VectorX values = Eigen::JacobiSVD<MatrixX>(dense).singularValues();
-    const std::optional<double> found = smallest_singular_value(SparseMatrix(dense.sparseView()));
+    const std::optional<double> found = min_singular_value(SparseMatrix(dense.sparseView()));
     REQUIRE(found);
     // squares are solved with: round-off of the largest, magnified by σ₁²/σₙ²
     const double doubt = 1e-9 + 1e-14 * std::pow(values[0] / values[full - 1], 2);
@@ -53,8 +53,8 @@ TEST_CASE("the smallest singular value of a sparse matrix is that of the dense o
       VectorX changed = svd.singularValues();
       changed[full - 1] = least * changed[0];
       const MatrixX lost = svd.matrixU() * changed.asDiagonal() * svd.matrixV().transpose();
-      CHECK_FALSE(smallest_singular_value(SparseMatrix(lost.sparseView())).has_value());
+      CHECK_FALSE(min_singular_value(SparseMatrix(lost.sparseView())).has_value());
     }
   }
-  CHECK_FALSE(smallest_singular_value(SparseMatrix(60, 60)).has_value());
+  CHECK_FALSE(min_singular_value(SparseMatrix(60, 60)).has_value());
 }

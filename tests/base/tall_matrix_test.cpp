@@ -15,24 +15,24 @@ TEST_CASE("a way on which singular values cross zero loses rank, however many cr
     const MatrixX U = MatrixX(left.householderQ()).leftCols(columns), V = right.householderQ();
     VectorX before = VectorX::Ones(columns), after = VectorX::Constant(columns, 0.8);
     for (int k = 0; k < std::min(crossing, columns); ++k) before[k] = 0.1, after[k] = -0.2;
-    TallMatrix watched;
-    watched.look(U * before.asDiagonal() * V.transpose());
+    RankMonitor watched;
+    watched.factorise(U * before.asDiagonal() * V.transpose());
     CHECK_FALSE([&] {
-      watched.keep();
-      return watched.loses_rank_since_kept();
+      watched.store();
+      return watched.loses_rank_since_stored();
     }());
-    watched.look(U * after.asDiagonal() * V.transpose());
-    CHECK(watched.loses_rank_since_kept() == (crossing > 0));
+    watched.factorise(U * after.asDiagonal() * V.transpose());
+    CHECK(watched.loses_rank_since_stored() == (crossing > 0));
   }
 }
 
 TEST_CASE("turning by a right angle is far, but no loss of rank") {
   MatrixX kept = MatrixX::Identity(2, 2), now(2, 2);
   now << 0, -1, 1, 0;
-  TallMatrix watched;
-  watched.look(kept);
-  watched.keep();
-  watched.look(now);
-  CHECK_FALSE(watched.near_kept(0.99));
-  CHECK_FALSE(watched.loses_rank_since_kept());
+  RankMonitor watched;
+  watched.factorise(kept);
+  watched.store();
+  watched.factorise(now);
+  CHECK_FALSE(watched.is_near_stored(0.99));
+  CHECK_FALSE(watched.loses_rank_since_stored());
 }

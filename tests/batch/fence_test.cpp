@@ -16,13 +16,13 @@ namespace {
 
 using namespace balance;
 
-FenceState finish(FencedWorker& worker) {
-  while (worker.look() == FenceState::busy) wait_for_any({&worker});
-  return worker.look();
+WorkerState finish(SandboxedWorker& worker) {
+  while (worker.update_state() == WorkerState::busy) wait_for_any({&worker});
+  return worker.update_state();
 }
 
-FenceState run(FencedWorker& worker, std::size_t task) {
-  worker.begin(task);
+WorkerState run(SandboxedWorker& worker, std::size_t task) {
+  worker.submit(task);
   return finish(worker);
 }
 
@@ -30,12 +30,12 @@ FenceState run(FencedWorker& worker, std::size_t task) {
 
 TEST_CASE("a process does task after task and gives back their texts (C1)") {
   const std::string long_text(3'000'000, 'x');  // more than a socket holds
-  FencedWorker worker([&](std::size_t task) { return task == 7 ? long_text : std::to_string(task); }, {});
+  SandboxedWorker worker([&](std::size_t task) { return task == 7 ? long_text : std::to_string(task); }, {});
   for (const std::size_t task : {0U, 1U, 7U, 2U}) {
-    REQUIRE(run(worker, task) == FenceState::idle);
-    CHECK(worker.text() == (task == 7 ? long_text : std::to_string(task)));
+    REQUIRE(run(worker, task) == WorkerState::idle);
+    CHECK(worker.reply() == (task == 7 ? long_text : std::to_string(task)));
   }
-  CHECK(worker.tasks() == 4);
+  CHECK(worker.task_count() == 4);
 }
 
 TEST_CASE("what ends a process is told and the others go on (C1)") {
@@ -46,15 +46,15 @@ TEST_CASE("what ends a process is told and the others go on (C1)") {
     if (task == 4) ::raise(SIGKILL);
     return "fine";
   };
-  FencedWorker other(work, {});
+  SandboxedWorker other(work, {});
   const std::vector<std::string> reasons{"SIGSEGV", "SIGABRT", "exit code 9 without a result", "SIGKILL"};
   for (std::size_t task = 1; task <= reasons.size(); ++task) {
-    FencedWorker worker(work, {});
-    CHECK(run(worker, 0) == FenceState::idle);
-    CHECK(run(worker, task) == FenceState::crashed);
+    SandboxedWorker worker(work, {});
+    CHECK(run(worker, 0) == WorkerState::idle);
+    CHECK(run(worker, task) == WorkerState::crashed);
     CHECK(worker.reason() == reasons[task - 1]);
-    CHECK(worker.look() == FenceState::crashed);
-    CHECK(run(other, 0) == FenceState::idle);
+    CHECK(worker.update_state() == WorkerState::crashed);
+    CHECK(run(other, 0) == WorkerState::idle);
   }
 }
 
@@ -66,11 +66,11 @@ TEST_CASE("a task that takes too long is ended, with what it has started (C1)") 
     ::fork();
     for (;;) ::pause();
   };
-  FencedWorker worker(work, {.seconds = 0.2});
+  SandboxedWorker worker(work, {.wall_seconds = 0.2});
   ::close(ends[1]);
-  REQUIRE(run(worker, 0) == FenceState::idle);
+  REQUIRE(run(worker, 0) == WorkerState::idle);
   const auto begin = std::chrono::steady_clock::now();
-  CHECK(run(worker, 1) == FenceState::timeout);
+  CHECK(run(worker, 1) == WorkerState::timed_out);
   CHECK(std::chrono::steady_clock::now() - begin >= std::chrono::milliseconds(200));
   char byte = 0;
   CHECK(::read(ends[0], &byte, 1) == 0);  // when the last process that can write has ended
@@ -83,11 +83,11 @@ TEST_CASE("a task that asks for more memory than allowed is told from one that c
     std::vector<char> memory(task << 20, 'x');
     return std::to_string(memory.size());
   };
-  FencedWorker worker(work, {.bytes = std::uintmax_t{64} << 20});
-  CHECK(run(worker, 20) == FenceState::idle);
-  CHECK(run(worker, 300) == FenceState::memory);
-  FencedWorker free(work, {});
-  CHECK(run(free, 300) == FenceState::idle);
+  SandboxedWorker worker(work, {.memory_bytes = std::uintmax_t{64} << 20});
+  CHECK(run(worker, 20) == WorkerState::idle);
+  CHECK(run(worker, 300) == WorkerState::out_of_memory);
+  SandboxedWorker free(work, {});
+  CHECK(run(free, 300) == WorkerState::idle);
 }
 #endif
 
@@ -99,8 +99,8 @@ TEST_CASE("a process ends with whoever has it, be it idle or busy (C1)") {
       while (task == 1) ::pause();
       return "";
     };
-    FencedWorker idle(work, {}), busy(work, {});
-    busy.begin(1);
+    SandboxedWorker idle(work, {}), busy(work, {});
+    busy.submit(1);
     ::close(ends[1]);
   }
   char byte = 0;

@@ -27,7 +27,7 @@ struct Folder {
   ~Folder() { fs::remove_all(path); }
   void write(const std::string& name, const std::string& text) const { std::ofstream(path / name) << text; }
   BatchPlan plan(const std::string& suite) const {
-    return make_plan(read_suite(suite, (path / "suite.yaml").string()));
+    return make_batch_plan(parse_suite(suite, (path / "suite.yaml").string()));
   }
   std::string key(const std::string& suite) const { return plan(suite).cases.at(0).key; }
 };
@@ -41,7 +41,7 @@ std::vector<std::string> names_of(const Suite& suite) {
 }  // namespace
 
 TEST_CASE("a matrix is every spec with every trajectory with every value of each parameter") {
-  const Suite suite = read_suite(
+  const Suite suite = parse_suite(
       "matrix: {spec: [a.yaml, sub/b.yaml], trajectory: [t, u v], set: {x: [1, l/2], y: {from: 0, to: 1, count: 3}}}",
       "s");
   REQUIRE(suite.cases.size() == 2 * 2 * 2 * 3);
@@ -52,11 +52,11 @@ TEST_CASE("a matrix is every spec with every trajectory with every value of each
   CHECK(suite.cases[23].spec == "sub/b.yaml");
   CHECK(suite.cases[23].trajectory == "u v");
   const std::vector<std::pair<std::string, std::string>> set{{"x", "l/2"}, {"y", "1"}};
-  CHECK(suite.cases[23].set == set);
+  CHECK(suite.cases[23].overrides == set);
 }
 
 TEST_CASE("cases take from the defaults what they do not say, parameters one by one") {
-  const Suite suite = read_suite(
+  const Suite suite = parse_suite(
       "defaults: {spec: a.yaml, samples: 11, set: {x: 1, y: 2}}\n"
       "cases: {one: {}, two: {set: {y: 3}, samples: 12, spec: b.yaml, design: {goal: [static, force], seed: 7}}}",
       "suite.yaml");
@@ -65,16 +65,16 @@ TEST_CASE("cases take from the defaults what they do not say, parameters one by 
   CHECK(suite.cases[0].samples == 11);
   CHECK_FALSE(suite.cases[0].design.has_value());
   const std::vector<std::pair<std::string, std::string>> set{{"x", "1"}, {"y", "3"}};
-  CHECK(suite.cases[1].set == set);
+  CHECK(suite.cases[1].overrides == set);
   REQUIRE(suite.cases[1].design.has_value());
   CHECK(suite.cases[1].design->goals.size() == 2);
-  CHECK(suite.cases[1].place_of("set.y").text() == "suite.yaml:2:33: cases.two.set.y");
-  CHECK(suite.cases[1].place_of("trajectory").text() == "suite.yaml:2:18: cases.two");
+  CHECK(suite.cases[1].location_of("set.y").text() == "suite.yaml:2:33: cases.two.set.y");
+  CHECK(suite.cases[1].location_of("trajectory").text() == "suite.yaml:2:18: cases.two");
 }
 
 TEST_CASE("what is to be minimized arrives as YAML") {
   const Suite suite =
-      read_suite("cases: {a: {spec: s, design: {minimize: [added-mass, {rms: 'torque[A1]', along: t}]}}}", "s");
+      parse_suite("cases: {a: {spec: s, design: {minimize: [added-mass, {rms: 'torque[A1]', along: t}]}}}", "s");
   CHECK(suite.cases[0].design->minimize.find("\"torque[A1]\"") != std::string::npos);
   CHECK(suite.cases[0].design->minimize.front() == '[');
 }
@@ -113,7 +113,7 @@ TEST_CASE("a key depends on everything that the result depends on, and on nothin
 }
 
 TEST_CASE("the program's build is its bytes (C11)") {
-  const std::string build = build_identity();
+  const std::string build = hash_build();
   CHECK(build == sha256_of_file("/proc/self/exe"));
   CHECK(build.size() == 64);
 }
@@ -126,7 +126,7 @@ TEST_CASE("what a batch would replace although it reads it is found by any of it
   const fs::path out = folder.path / "out", other = folder.path / "other";
   const auto trouble = [&](const std::string& suite, const fs::path& where) {
     folder.write("suite.yaml", suite);
-    return input_in_the_way(folder.plan(suite), where.string());
+    return find_overwritten_input(folder.plan(suite), where.string());
   };
   CHECK(trouble(designed, folder.path).find("the spec") == 0);
   CHECK(trouble("cases: {a: {spec: a.yaml}}", folder.path).empty());  // nothing is called a.yaml
@@ -140,7 +140,7 @@ TEST_CASE("what a batch would replace although it reads it is found by any of it
   fs::create_directory_symlink(folder.path, other);
   CHECK(trouble(designed, other).find("the spec") == 0);
   fs::create_hard_link(folder.path / "suite.yaml", out / "summary.json");
-  CHECK(input_in_the_way(folder.plan("cases: {d: {spec: a.yaml}}"), out.string()).find("the suite") == 0);
+  CHECK(find_overwritten_input(folder.plan("cases: {d: {spec: a.yaml}}"), out.string()).find("the suite") == 0);
   CHECK_THROWS_AS(run_batch(folder.plan(designed), {.folder = folder.path.string(), .force = true}),
                   std::invalid_argument);
 }
@@ -151,8 +151,8 @@ TEST_CASE("pipes and devices do not keep a plan waiting (C1)") {
   folder.write("endless.yaml", "loads: {p: {file: /dev/zero}, q: {file: pipe.yaml}}\n");
   const BatchPlan all = folder.plan(
       "cases: {a: {spec: pipe.yaml}, b: {spec: /dev/zero}, c: {spec: endless.yaml}, d: {spec: '-'}, e: {spec: .}}");
-  for (const std::size_t i : {0U, 1U, 3U, 4U}) CHECK_FALSE(all.specs[all.cases[i].spec].trouble.empty());
-  CHECK(all.specs[all.cases[2].spec].trouble.empty());
+  for (const std::size_t i : {0U, 1U, 3U, 4U}) CHECK_FALSE(all.specs[all.cases[i].spec].failure_reason.empty());
+  CHECK(all.specs[all.cases[2].spec].failure_reason.empty());
 }
 
 TEST_CASE("every case is in one shard, and shards are of about the same size") {
@@ -161,7 +161,7 @@ TEST_CASE("every case is in one shard, and shards are of about the same size") {
     for (int i = 0; i < 700; ++i) {
       int found = 0;
       for (int index = 1; index <= count; ++index) {
-        if (!belongs("case" + std::to_string(i), {index, count})) continue;
+        if (!is_in_shard("case" + std::to_string(i), {index, count})) continue;
         ++found;
         ++sizes[static_cast<std::size_t>(index - 1)];
       }

@@ -24,16 +24,16 @@ struct Folder {
 };
 
 BatchPlan plan() {
-  return make_plan(
-      read_suite("matrix: {spec: 3rrr.yaml, trajectory: [cycloid, tool-bang], samples: 21, "
-                 "set: {xg: {from: -0.09, to: 0.09, count: 30}}}",
-                 BALANCE_CONFIGS "/suite.yaml"));
+  return make_batch_plan(
+      parse_suite("matrix: {spec: 3rrr.yaml, trajectory: [cycloid, tool-bang], samples: 21, "
+                  "set: {xg: {from: -0.09, to: 0.09, count: 30}}}",
+                  BALANCE_CONFIGS "/suite.yaml"));
 }
 
 /// A record without how long it took.
 std::string untimed(CaseRecord record) {
   record.seconds = 0;
-  return encode(record);
+  return encode_record(record);
 }
 
 }  // namespace
@@ -48,9 +48,9 @@ TEST_CASE("cases are computed in several threads of one process") {
     std::vector<std::jthread> threads;
     for (int thread = 0; thread < 4; ++thread)
       threads.emplace_back([&] {
-        LastSpec last;
+        ParsedSpecCache last;
         for (std::size_t i = next++; i < records.size(); i = next++)
-          records[i] = run_case(all, i, folder.path.string(), Keep::series, last);
+          records[i] = run_case(all, i, folder.path.string(), StoredOutput::series, last);
       });
   }
   const Folder other{fs::temp_directory_path() / ("balance-threads-p-" + std::to_string(::getpid()))};

@@ -28,7 +28,7 @@ constexpr int threads = 2;
 BatchPlan plan() {
   const std::string suite = "matrix: {spec: 3rrr.yaml, trajectory: cycloid, set: {xg: {from: -0.09, to: 0.09, count: " +
                             std::to_string(cases) + "}}}\n";
-  return make_plan(read_suite(suite, std::string(BALANCE_CONFIGS) + "/bench.yaml"));
+  return make_batch_plan(parse_suite(suite, std::string(BALANCE_CONFIGS) + "/bench.yaml"));
 }
 
 /// A new folder for every repetition, removed afterwards.
@@ -45,11 +45,11 @@ void run_bare(const BatchPlan& plan, const std::string& folder, Durability durab
     for (std::size_t i = next++; i < plan.cases.size(); i = next++) {
       const SuiteCase& one = plan.suite.cases[i];
       const SpecSource& spec = plan.specs[plan.cases[i].spec];
-      const Study study = read_spec(spec.text, spec.path, {.set = one.set});
-      const Result result = simulate(study.mechanism, study.trajectories.front());
-      const FileDescription description =
-          describe_simulation(study, study.trajectories.front(), {.spec_file = spec.path, .trajectory = "cycloid"});
-      write_result(folder + "/" + one.name + ".h5", result, description, {.durability = durability});
+      const Study study = read_spec(spec.text, spec.path, {.set = one.overrides});
+      const RunResult result = simulate(study.mechanism, study.trajectories.front());
+      const Provenance description = make_simulation_provenance(study, study.trajectories.front(),
+                                                                {.spec_file = spec.path, .trajectory = "cycloid"});
+      write_result_hdf5(folder + "/" + one.name + ".h5", result, description, {.durability = durability});
     }
   };
   std::jthread other(work);
@@ -60,7 +60,7 @@ void bare(benchmark::State& state) {
   const BatchPlan all = plan();
   for ([[maybe_unused]] auto _ : state) {
     const Folder folder;
-    run_bare(all, folder.path, state.range(0) == 1 ? Durability::wait : Durability::later);
+    run_bare(all, folder.path, state.range(0) == 1 ? Durability::synced : Durability::deferred);
   }
 }
 BENCHMARK(bare)
@@ -81,7 +81,7 @@ void batch(benchmark::State& state) {
     options.folder = folder.path;
     options.jobs = threads;
     BatchOutcome outcome = run_batch(all, options);
-    write_summary(folder.path, summarise(all.suite, std::move(outcome.records)));
+    write_summary(folder.path, summarise_batch(all.suite, std::move(outcome.records)));
   }
 }
 BENCHMARK(batch)->MeasureProcessCPUTime()->UseRealTime()->Unit(benchmark::kMillisecond)->Iterations(1);

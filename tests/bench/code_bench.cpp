@@ -72,7 +72,7 @@ class CompiledProgram {
     std::filesystem::create_directory(folder);
     const std::string source = folder / "arm.c", library = folder / "arm.so";
     std::ofstream(source)
-        << formulas::program_text(mechanism, {}, formulas::Language::c)
+        << formulas::generate_program(mechanism, {}, formulas::Language::c)
         << "void run(const double *q, const double *dq, const double *ddq, double *tau, long rows) {\n"
            "  double k[constants];\n  prepare(&given, k);\n"
            "  for (long r = 0; r < rows; ++r)\n"
@@ -89,7 +89,7 @@ class CompiledProgram {
 
 void derivation(benchmark::State& timer) {
   const Mechanism mechanism = six_joint_arm();
-  for (auto _ : timer) benchmark::DoNotOptimize(formulas::program_text(mechanism, {}, formulas::Language::c));
+  for (auto _ : timer) benchmark::DoNotOptimize(formulas::generate_program(mechanism, {}, formulas::Language::c));
 }
 
 void engine(benchmark::State& timer) {

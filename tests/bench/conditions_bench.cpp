@@ -23,10 +23,11 @@ void named(benchmark::State& bench, const char* config, GoalKind kind, bool near
   const std::function<Conditions(const Mechanism&)> derive = [&](const Mechanism& any) {
     return derive_conditions(prepare(any), goals);
   };
-  const std::vector<Symbol> symbols = list_symbols(read_design_space_file(std::string(BALANCE_CONFIGS) + "/" + config));
+  const std::vector<GeometricSymbol> symbols =
+      list_symbols(read_design_space_file(std::string(BALANCE_CONFIGS) + "/" + config));
   for (auto _ : bench) {
     const Conditions conditions = derive(study.mechanism);
-    const auto again = nearby ? nearby_or(derive, prepare, study.mechanism, conditions, {}) : derive;
+    const auto again = nearby ? make_perturbed_derivation(derive, prepare, study.mechanism, conditions, {}) : derive;
     benchmark::DoNotOptimize(name_coefficients(study.mechanism, conditions, symbols, again));
   }
 }

@@ -11,7 +11,7 @@ namespace balance::bench {
 namespace {
 
 /// One evaluation, at ever new parameters.
-void evaluate(benchmark::State& bench, Figure figure, const char* quantity, bool with_gradient) {
+void evaluate(benchmark::State& bench, Statistic figure, const char* quantity, bool with_gradient) {
   const Mechanism mechanism = three_rrr();
   const TrajectoryCost cost(mechanism, three_rrr_cycloid(bench.range(0)));
   const CostFunction function = cost.figure(figure, quantity).value();
@@ -22,16 +22,16 @@ void evaluate(benchmark::State& bench, Figure figure, const char* quantity, bool
   }
 }
 
-void rms_objective(benchmark::State& bench) { evaluate(bench, Figure::rms, "shaking_force", false); }
+void rms_objective(benchmark::State& bench) { evaluate(bench, Statistic::rms, "shaking_force", false); }
 BENCHMARK(rms_objective)->Name("rms objective, samples:")->Arg(1001)->Arg(100001);
 
-void rms_gradient(benchmark::State& bench) { evaluate(bench, Figure::rms, "shaking_force", true); }
+void rms_gradient(benchmark::State& bench) { evaluate(bench, Statistic::rms, "shaking_force", true); }
 BENCHMARK(rms_gradient)->Name("rms objective with gradient, samples:")->Arg(1001)->Arg(100001);
 
-void torque_gradient(benchmark::State& bench) { evaluate(bench, Figure::rms, "torque", true); }
+void torque_gradient(benchmark::State& bench) { evaluate(bench, Statistic::rms, "torque", true); }
 BENCHMARK(torque_gradient)->Name("rms of the worst of three torques with gradient, samples:")->Arg(1001)->Arg(100001);
 
-void peak_gradient(benchmark::State& bench) { evaluate(bench, Figure::peak, "shaking_force", true); }
+void peak_gradient(benchmark::State& bench) { evaluate(bench, Statistic::peak, "shaking_force", true); }
 BENCHMARK(peak_gradient)->Name("peak objective with gradient, samples:")->Arg(1001)->Unit(benchmark::kMicrosecond);
 
 /// From mechanism and trajectory to the function.
@@ -39,7 +39,7 @@ void set_up(benchmark::State& bench) {
   const Mechanism mechanism = three_rrr();
   const Trajectory trajectory = three_rrr_cycloid(bench.range(0));
   for (auto _ : bench)
-    benchmark::DoNotOptimize(TrajectoryCost(mechanism, trajectory).figure(Figure::rms, "shaking_force"));
+    benchmark::DoNotOptimize(TrajectoryCost(mechanism, trajectory).figure(Statistic::rms, "shaking_force"));
 }
 BENCHMARK(set_up)->Name("set-up of an rms objective, samples:")->Arg(1001)->Arg(100001)->Unit(benchmark::kMillisecond);
 

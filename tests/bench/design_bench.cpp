@@ -41,20 +41,20 @@ DesignProblem counterweights() {
     mechanism.attachments.push_back(weight);
     problem.variables.push_back({"counterweights." + weight.name + ".mass", 0, 20, 1});
   }
-  problem.mechanism_at = [mechanism](const VectorX& x) {
+  problem.build_mechanism = [mechanism](const VectorX& x) {
     Mechanism at = mechanism;
     for (std::size_t k = 0; k < at.attachments.size(); ++k) at.attachments[k].mass = x[static_cast<Eigen::Index>(k)];
     return at;
   };
   problem.goals = {force};
-  problem.derive = derive_conditions;
+  problem.derive_conditions = derive_conditions;
   return problem;
 }
 
 void exact_design(benchmark::State& bench) {
   const DesignProblem problem = counterweights();
   for (auto _ : bench) {
-    const DesignOutcome outcome = solve(problem);
+    const DesignOutcome outcome = solve_design(problem);
     if (outcome.status != DesignStatus::balanced) return bench.SkipWithError(outcome.reason.c_str());
     benchmark::DoNotOptimize(outcome.x.data());
   }
@@ -66,9 +66,9 @@ void design_of_spec(benchmark::State& bench) {
   const DesignSpace space = read_design_space_file(BALANCE_CONFIGS "/3rrr-force-balance.yaml");
   DesignStudyOptions options;
   options.search = space.start.design.search;
-  options.trajectories = false;
+  options.compare_trajectories = false;
   for (auto _ : bench) {
-    const DesignReport report = design_study(space, options);
+    const DesignReport report = run_design_study(space, options);
     if (report.outcome.status != DesignStatus::balanced) return bench.SkipWithError(report.outcome.reason.c_str());
     benchmark::DoNotOptimize(report.outcome.x.data());
   }

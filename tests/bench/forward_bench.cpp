@@ -14,7 +14,7 @@ namespace {
 
 /// Moves freely from the middle of the trajectory on; reports time per evaluation.
 void release(benchmark::State& bench, const Mechanism& mechanism, const Trajectory& trajectory, double duration) {
-  const Result result = simulate(mechanism, trajectory);
+  const RunResult result = simulate(mechanism, trajectory);
   const long row = trajectory.samples / 2;
   const VectorX q = result.joint_position.row(row).transpose(), dq = result.joint_velocity.row(row).transpose();
   const VectorX efforts = result.torque.row(row).transpose();

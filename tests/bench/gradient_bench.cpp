@@ -38,34 +38,34 @@ double seconds(const Work& work) {
 
 /// Motion and forces at every stop, sample by sample.
 void walk_plainly(const Mechanism& mechanism, const Trajectory& trajectory) {
-  Tree<Planar> tree = compile<Planar>(mechanism, prescribed_coordinates(trajectory));
-  const Plan<Planar> plan = make_plan(mechanism, tree, trajectory);
-  Observer<Planar> observer(mechanism, tree, plan.freedoms, Vector2::Zero());
-  Stepper<Planar> stepper(mechanism, tree, plan);
-  stepper.watch(observer.guard());
-  walk(stepper, *plan.schedule, trajectory.samples,
-       [&](const Stop&) { return observer.observe(stepper, Detail::forces); });
+  Tree<Planar> tree = compile_tree<Planar>(mechanism, prescribed_coordinates(trajectory));
+  const CompiledTrajectory<Planar> plan = compile_trajectory(mechanism, tree, trajectory);
+  SampleEvaluator<Planar> observer(mechanism, tree, plan.freedoms, Vector2::Zero());
+  MotionStepper<Planar> stepper(mechanism, tree, plan);
+  stepper.set_regularity_monitor(observer.regularity_monitor());
+  visit_time_grid(stepper, *plan.prescribed_motion, trajectory.samples,
+                  [&](const TimeGridPoint&) { return observer.evaluate(stepper, Detail::forces); });
 }
 
 /// By the spec's free numbers.
 RunGradient walk_over_duals(const DesignSpace& space, const VectorX& x) {
   std::vector<DualNumber> inputs(space.inputs.begin(), space.inputs.end());
   for (int i = 0; i < static_cast<int>(x.size()); ++i)
-    inputs[static_cast<std::size_t>(space.free[static_cast<std::size_t>(i)])] = DualNumber::variable(x[i], i);
+    inputs[static_cast<std::size_t>(space.free_inputs[static_cast<std::size_t>(i)])] = DualNumber::variable(x[i], i);
   const RecordedValues<DualNumber> values(*space.recording, inputs);
-  return differentiate(values.mechanism(), converted<DualNumber>(space.recording->trajectories.front(), values),
-                       {"shaking_moment"});
+  return differentiate_run(values.mechanism(), cast_scalar<DualNumber>(space.recording->trajectories.front(), values),
+                           {"shaking_moment"});
 }
 
 void slopes(benchmark::State& bench) {
   const DesignSpace space = open_angle();
   const VectorX x = VectorX::Constant(8, 0.1);
-  const Trial trial = space.trial(x);
+  const DesignInstance trial = space.instantiate(x);
   double plain = 0, derived = 0, scalar = 0, duals = 0;
   for (auto _ : bench) {
     plain += seconds([&] { benchmark::DoNotOptimize(simulate(trial.mechanism, trial.trajectories.front()).energy); });
-    derived +=
-        seconds([&] { benchmark::DoNotOptimize(figure_slopes(space, x, "calm", {"shaking_moment"}).energy.value); });
+    derived += seconds(
+        [&] { benchmark::DoNotOptimize(compute_figure_gradients(space, x, "calm", {"shaking_moment"}).energy.value); });
     scalar += seconds([&] { walk_plainly(trial.mechanism, trial.trajectories.front()); });
     duals += seconds([&] { benchmark::DoNotOptimize(walk_over_duals(space, x).run.time); });
   }

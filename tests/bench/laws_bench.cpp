@@ -44,7 +44,7 @@ trajectories:
 
 Trajectory of_force(const Study& study) {
   Trajectory trajectory = study.trajectories.front();
-  trajectory.law.kind = LawKind::fastest;
+  trajectory.law.kind = MotionLawKind::time_optimal;
   trajectory.limits = {{"shaking_force", 549.2528818391}};
   trajectory.samples = 1001;
   return trajectory;
@@ -52,7 +52,8 @@ Trajectory of_force(const Study& study) {
 
 void search(benchmark::State& timer, const Mechanism& mechanism, const Trajectory& trajectory) {
   for (auto _ : timer)
-    if (time_law(mechanism, trajectory).outcome.status != MotionStatus::done) throw std::runtime_error("no law");
+    if (resolve_trajectory(mechanism, trajectory).outcome.status != MotionStatus::done)
+      throw std::runtime_error("no law");
 }
 
 void run(benchmark::State& timer, const Mechanism& mechanism, const Trajectory& trajectory) {

@@ -20,17 +20,18 @@ constexpr long samples = 200001;
 
 std::filesystem::path scratch(const char* name) { return std::filesystem::temp_directory_path() / name; }
 
-const Result& long_run() {
-  static const Result result = simulate(three_rrr(), three_rrr_cycloid(samples));
+const RunResult& long_run() {
+  static const RunResult result = simulate(three_rrr(), three_rrr_cycloid(samples));
   return result;
 }
 
 void write_hdf5(benchmark::State& bench) {
   const std::string path = scratch("balance-bench.h5");
   WriteOptions options;
-  options.existing = Existing::replace;
-  const Result& result = long_run();  // computed before the clock starts
-  for (auto _ : bench) write_result(path, result, {"3RRR", "bench", "", "", "cycloid", "cycloidal", "tool"}, options);
+  options.existing = OverwritePolicy::replace;
+  const RunResult& result = long_run();  // computed before the clock starts
+  for (auto _ : bench)
+    write_result_hdf5(path, result, {"3RRR", "bench", "", "", "cycloid", "cycloidal", "tool"}, options);
   bench.SetBytesProcessed(static_cast<int64_t>(bench.iterations() * std::filesystem::file_size(path)));
   std::filesystem::remove(path);
 }
@@ -38,7 +39,8 @@ BENCHMARK(write_hdf5)->Unit(benchmark::kMillisecond)->UseRealTime();
 
 void write_plain(benchmark::State& bench) {
   const std::string path = scratch("balance-bench.h5"), plain = scratch("balance-bench.bin");
-  write_result(path, long_run(), {"3RRR", "bench", "", "", "cycloid", "cycloidal", "tool"}, {Existing::replace});
+  write_result_hdf5(path, long_run(), {"3RRR", "bench", "", "", "cycloid", "cycloidal", "tool"},
+                    {OverwritePolicy::replace});
   const std::vector<char> bytes(std::filesystem::file_size(path), 1);
   for (auto _ : bench) {
     std::FILE* file = std::fopen(plain.c_str(), "wb");

@@ -53,14 +53,15 @@ void open_chain_yardstick(benchmark::State& bench, const Yardstick& yardstick) {
 
 template <class S, int Joints>
 void open_chain(benchmark::State& bench, const Mechanism& mechanism) {
-  const Tree<S> tree = compile<S>(mechanism, {});
-  State<S> state(tree.nodes.size());
+  const Tree<S> tree = compile_tree<S>(mechanism, {});
+  TreeState<S> state(tree.nodes.size());
   std::vector<Wrench<S>> wrenches(tree.nodes.size());
   const typename S::Vector gravity = to_vector<S>(mechanism.gravity);
   States<Joints> states;
   for (auto _ : bench) {
     for (long k = 0; k < samples * Joints; k += Joints)
-      tree_torques<S>(tree, &states.q[k], &states.dq[k], &states.ddq[k], gravity, state, wrenches, &states.torque[k]);
+      open_tree_inverse_dynamics<S>(tree, &states.q[k], &states.dq[k], &states.ddq[k], gravity, state, wrenches,
+                                    &states.torque[k]);
     benchmark::DoNotOptimize(states.torque.data());
   }
   count(bench, samples);
@@ -69,10 +70,10 @@ void open_chain(benchmark::State& bench, const Mechanism& mechanism) {
 /// The same in lanes.
 template <class S, int Joints>
 void open_chain_lanes(benchmark::State& bench, const Mechanism& mechanism, InstructionSet set) {
-  const Tree<S> tree = compile<S>(mechanism, {});
+  const Tree<S> tree = compile_tree<S>(mechanism, {});
   const typename S::Vector gravity = to_vector<S>(mechanism.gravity);
   States<Joints> states;
-  const TorqueJob job = {samples, states.q.data(), states.dq.data(), states.ddq.data(), states.torque.data()};
+  const InverseDynamicsJob job = {samples, states.q.data(), states.dq.data(), states.ddq.data(), states.torque.data()};
   for (auto _ : bench) {
     if constexpr (is_planar<S>)
       lane_kernels(set).planar_torques(tree, gravity, job);
@@ -100,17 +101,17 @@ void three_rrr_yardstick(benchmark::State& bench) {
 void three_rrr_forces(benchmark::State& bench) {
   const Mechanism mechanism = three_rrr();
   const Trajectory trajectory = three_rrr_cycloid(samples);
-  Tree<Planar> tree = compile<Planar>(mechanism, prescribed_coordinates(trajectory));
-  const Plan<Planar> plan = make_plan(mechanism, tree, trajectory);
-  Stepper<Planar> stepper(mechanism, tree, plan);
-  Observer<Planar> observer(mechanism, tree, plan.freedoms, Vector2::Zero());
-  const double step = plan.schedule->duration() / static_cast<double>(samples - 1);
+  Tree<Planar> tree = compile_tree<Planar>(mechanism, prescribed_coordinates(trajectory));
+  const CompiledTrajectory<Planar> plan = compile_trajectory(mechanism, tree, trajectory);
+  MotionStepper<Planar> stepper(mechanism, tree, plan);
+  SampleEvaluator<Planar> observer(mechanism, tree, plan.freedoms, Vector2::Zero());
+  const double step = plan.prescribed_motion->duration() / static_cast<double>(samples - 1);
   for (auto _ : bench) {
     stepper.begin();
     for (long k = 1; k < samples; ++k) {
       if (!stepper.advance(step * static_cast<double>(k))) return bench.SkipWithError(stepper.outcome().reason.c_str());
-      observer.observe(stepper, Detail::forces);
-      benchmark::DoNotOptimize(observer.last().shaking_moment);
+      observer.evaluate(stepper, Detail::forces);
+      benchmark::DoNotOptimize(observer.sample().shaking_moment);
     }
   }
   count(bench, samples - 1);
@@ -120,15 +121,16 @@ void three_rrr_forces(benchmark::State& bench) {
 void three_rrr_groups(benchmark::State& bench, InstructionSet set) {
   const Mechanism mechanism = three_rrr();
   const Trajectory trajectory = three_rrr_cycloid(samples);
-  Tree<Planar> tree = compile<Planar>(mechanism, prescribed_coordinates(trajectory));
-  const Plan<Planar> plan = make_plan(mechanism, tree, trajectory);
-  const WalkTimes times{plan.schedule->duration(), samples};
+  Tree<Planar> tree = compile_tree<Planar>(mechanism, prescribed_coordinates(trajectory));
+  const CompiledTrajectory<Planar> plan = compile_trajectory(mechanism, tree, trajectory);
+  const TimeGrid times{plan.prescribed_motion->duration(), samples};
   for (auto _ : bench) {
-    Observer<Planar> observer(mechanism, tree, plan.freedoms, Vector2::Zero());
-    Stepper<Planar> stepper(mechanism, tree, plan);
-    stepper.watch(observer.guard());
+    SampleEvaluator<Planar> observer(mechanism, tree, plan.freedoms, Vector2::Zero());
+    MotionStepper<Planar> stepper(mechanism, tree, plan);
+    stepper.set_regularity_monitor(observer.regularity_monitor());
     GroupStepper<Planar> leader(mechanism, tree, plan, times, Vector2::Zero(), stepper, observer, set);
-    if (!walk(leader, *plan.schedule, samples, [&](const Stop&) { return leader.observe(); }))
+    if (!visit_time_grid(leader, *plan.prescribed_motion, samples,
+                         [&](const TimeGridPoint&) { return leader.observe(); }))
       return bench.SkipWithError(stepper.outcome().reason.c_str());
     benchmark::DoNotOptimize(leader.last().shaking_moment);
   }
@@ -204,12 +206,13 @@ int main(int argc, char** argv) {
   time("yardstick/seven_joint_arm",
        [](benchmark::State& s) { open_chain_yardstick<7>(s, SevenJointYardstick(seven_joint_arm())); });
   time("engine/seven_joint_arm", [](benchmark::State& s) { open_chain<Spatial, 7>(s, seven_joint_arm()); });
-  for (const InstructionSet set : instruction_sets()) {
-    time(std::string("lanes/planar_rrr/") + name(set),
+  for (const InstructionSet set : list_instruction_sets()) {
+    time(std::string("lanes/planar_rrr/") + instruction_set_name(set),
          [set](benchmark::State& s) { open_chain_lanes<Planar, 3>(s, planar_rrr(), set); });
-    time(std::string("lanes/seven_joint_arm/") + name(set),
+    time(std::string("lanes/seven_joint_arm/") + instruction_set_name(set),
          [set](benchmark::State& s) { open_chain_lanes<Spatial, 7>(s, seven_joint_arm(), set); });
-    time(std::string("lanes/three_rrr/") + name(set), [set](benchmark::State& s) { three_rrr_groups(s, set); });
+    time(std::string("lanes/three_rrr/") + instruction_set_name(set),
+         [set](benchmark::State& s) { three_rrr_groups(s, set); });
   }
   time("yardstick/three_rrr", three_rrr_yardstick);
   time("engine/three_rrr_forces", three_rrr_forces);

@@ -42,7 +42,7 @@ TEST_CASE("a run is no different from itself") {
     REQUIRE(quantity.differences[1]);
     CHECK(quantity.differences[1]->largest == 0);
     CHECK(quantity.differences[1]->rms == 0);
-    if (quantity.metrics[0]->peak > 0) CHECK(ratio_to_base(quantity, 1, Figure::peak) == 1);
+    if (quantity.metrics[0]->peak > 0) CHECK(ratio_to_base(quantity, 1, Statistic::peak) == 1);
   }
   CHECK(compared.notes.empty());
 }
@@ -67,7 +67,7 @@ TEST_CASE("in twice the time every force is a quarter, at equal fractions of the
   for (const char* quantity : {"torque[A3]", "shaking_force", "shaking_moment", "joint_force[B1]"}) {
     INFO(quantity);
     const ComparedQuantity& one = find(compared, quantity);
-    for (const Figure figure : {Figure::peak, Figure::rms, Figure::mean, Figure::range})
+    for (const Statistic figure : {Statistic::peak, Statistic::rms, Statistic::mean, Statistic::range})
       CHECK(ratio_to_base(one, 1, figure) == doctest::Approx(0.25).epsilon(1e-9));
     CHECK(one.differences[1]->largest == doctest::Approx(0.75 * one.metrics[0]->peak).epsilon(1e-9));
     CHECK(one.differences[1]->rms == doctest::Approx(0.75 * one.metrics[0]->rms).epsilon(1e-9));
@@ -116,7 +116,7 @@ TEST_CASE("what one run lacks is missing, not zero") {
   const ComparedRuns compared = compare_runs({one, other});
   CHECK_FALSE(find(compared, "torque[A1]").metrics[1]);
   CHECK_FALSE(find(compared, "torque[A1]").differences[1]);
-  CHECK(std::isnan(ratio_to_base(find(compared, "torque[A1]"), 1, Figure::peak)));
+  CHECK(std::isnan(ratio_to_base(find(compared, "torque[A1]"), 1, Statistic::peak)));
   CHECK_FALSE(find(compared, "joint_force").differences[1]);
   CHECK_FALSE(find(compared, "torque[A2]").differences[1]);
   CHECK(find(compared, "torque[A3]").differences[1]);

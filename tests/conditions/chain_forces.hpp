@@ -27,18 +27,18 @@ class Moving {
  public:
   Moving(const Mechanism& mechanism, std::uint64_t seed)
       : m_(mechanism),
-        tree_(compile<S>(mechanism, mechanism.actuators)),
+        tree_(compile_tree<S>(mechanism, mechanism.actuators)),
         sampler_(mechanism, tree_, seed),
         random_(seed),
         state_(tree_.nodes.size()) {}
 
   bool next() {
-    Configuration at;
+    SampledConfiguration at;
     if (!sampler_.next(at)) return false;
     y_ = at.y;
     const VectorX scale = column_scale(tree_);
     directions_ = scale.asDiagonal() * at.null_space;
-    poses(tree_, y_.data(), state_);
+    compute_poses(tree_, y_.data(), state_);
     dy_ = directions_ * random_.normal(directions_.cols());
     ddy_ = directions_ * random_.normal(directions_.cols()) + bias(scale);
     return true;
@@ -63,14 +63,14 @@ class Moving {
 
   /// Forces of a chain whose joints move like these, along the whole mechanism's independent velocities.
   MatrixX chain_forces(const Chain& chain, double moving, const Vector3& gravity) {
-    const Tree<S> tree = compile<S>(chain.mechanism, {});
-    State<S> state(tree.nodes.size());
+    const Tree<S> tree = compile_tree<S>(chain.mechanism, {});
+    TreeState<S> state(tree.nodes.size());
     VectorX y(tree.columns), dy(tree.columns), ddy(tree.columns);
     MatrixX rates(tree.columns, directions_.cols());
     const auto motions = joints();
-    for (std::size_t c = 0; c < tree.sources.size(); ++c) {
-      const LinearQuantity& source = tree.sources[c];
-      if (!source.depends_on_one()) continue;
+    for (std::size_t c = 0; c < tree.coordinate_expressions.size(); ++c) {
+      const LinearQuantity& source = tree.coordinate_expressions[c];
+      if (!source.has_single_term()) continue;
       const auto& [column, ratio] = source.terms[0];
       const JointMotion& motion = motions.at(chain.mechanism.coordinates[c].name);
       y[column] = (motion.position - source.constant) / ratio;
@@ -82,22 +82,22 @@ class Moving {
   }
 
  private:
-  static MatrixX torque(const Tree<S>& tree, State<S>& state, const VectorX& y, const VectorX& dy, const VectorX& ddy,
-                        const Vector3& gravity) {
-    poses(tree, y.data(), state);
-    angular_velocities(tree, dy.data(), state);
-    accelerations(tree, dy.data(), ddy.data(), typename S::Vector(-to_vector<S>(gravity)), state);
-    return regressor(tree, state).torque;
+  static MatrixX torque(const Tree<S>& tree, TreeState<S>& state, const VectorX& y, const VectorX& dy,
+                        const VectorX& ddy, const Vector3& gravity) {
+    compute_poses(tree, y.data(), state);
+    compute_angular_velocities(tree, dy.data(), state);
+    compute_accelerations(tree, dy.data(), ddy.data(), typename S::Vector(-to_vector<S>(gravity)), state);
+    return compute_regressor(tree, state).torque;
   }
 
   template <class Take>
   void read(const VectorX& dy, const VectorX& ddy, const Take& take) {
-    poses(tree_, y_.data(), state_);
-    velocities(tree_, dy.data(), state_);
-    accelerations<S>(tree_, dy.data(), ddy.data(), S::Vector::Zero(), state_);
+    compute_poses(tree_, y_.data(), state_);
+    compute_velocities(tree_, dy.data(), state_);
+    compute_accelerations<S>(tree_, dy.data(), ddy.data(), S::Vector::Zero(), state_);
     for (const Coordinate& coordinate : m_.coordinates) {
       const Joint& joint = m_.joints[static_cast<std::size_t>(coordinate.joint)];
-      const JointReading r = read_joint(joint, relative_motion(tree_, state_, joint));
+      const JointMotion r = compute_joint_motion(joint, relative_motion(tree_, state_, joint));
       const auto i = static_cast<std::size_t>(coordinate.index);
       take(coordinate.name, r.position[i], r.velocity[i], r.acceleration[i]);
     }
@@ -106,16 +106,16 @@ class Moving {
   /// Accelerations that the loops demand at this velocity.
   VectorX bias(const VectorX& scale) {
     if (tree_.closure_rows == 0) return VectorX::Zero(tree_.columns);
-    velocities(tree_, dy_.data(), state_);
-    accelerations<S>(tree_, dy_.data(), nullptr, S::Vector::Zero(), state_);
+    compute_velocities(tree_, dy_.data(), state_);
+    compute_accelerations<S>(tree_, dy_.data(), nullptr, S::Vector::Zero(), state_);
     VectorX demand(tree_.closure_rows), residual;
     double* next = demand.data();
     for (const Closure<S>& closure : tree_.closures) {
       closure_bias(state_, closure, closure_pose(state_, closure), next);
       for (const ClosureRow& row : closure.rows)
-        *next++ *= row.kind == ClosureRow::Kind::along ? -1 / tree_.length : -1;
+        *next++ *= row.kind == ClosureRow::Kind::along ? -1 / tree_.characteristic_length : -1;
     }
-    System<S> system(tree_, Drive<S>{});
+    ConstraintSystem<S> system(tree_, Drive<S>{});
     MatrixX jacobian;
     system.evaluate(y_, {}, residual, jacobian);
     Eigen::CompleteOrthogonalDecomposition<MatrixX> qr;
@@ -125,9 +125,9 @@ class Moving {
 
   const Mechanism m_;
   Tree<S> tree_;
-  Sampler<S> sampler_;
-  Random random_;
-  State<S> state_;
+  ConfigurationSampler<S> sampler_;
+  UniformRandom random_;
+  TreeState<S> state_;
   VectorX y_, dy_, ddy_;
   MatrixX directions_;  ///< columns × freedoms
 };

@@ -17,14 +17,14 @@ Mechanism load(const std::string& file) { return read_spec_file(std::string(BALA
 int rank_of(const std::string& file, const std::string& goal) {
   const Conditions conditions = derive_conditions(load(file), {find_goal(goal).value()});
   CHECK(conditions.status == ConditionsStatus::done);
-  CHECK(conditions.gap > 1e6);
+  CHECK(conditions.singular_value_gap > 1e6);
   return conditions.rank;
 }
 
 std::vector<std::string> texts(const Conditions& conditions) {
   std::vector<std::string> all;
   for (Eigen::Index row = 0; row < conditions.rank; ++row)
-    all.push_back(linear_text(conditions.parameters, conditions.matrix.row(row)));
+    all.push_back(linear_combination_text(conditions.parameters, conditions.matrix.row(row)));
   return all;
 }
 

@@ -34,7 +34,7 @@ bool holds(SpaceKind space, const std::map<std::string, double>& coefficients) {
     ++placed;
   }
   REQUIRE(placed == coefficients.size());
-  return holds_for_any_disc(c, 0, m);
+  return is_met_by_symmetric_discs(c, 0, m);
 }
 
 }  // namespace

@@ -41,10 +41,10 @@ inline Eigen::Index find(const Conditions& conditions, const std::string& name) 
 inline Conditions with_matrix(const Mechanism& mechanism, const MatrixX& matrix) {
   Conditions c;
   c.status = ConditionsStatus::done;
-  c.parameters = list_parameters(mechanism, LooseSprings(mechanism.springs.size(), true));
+  c.parameters = list_parameters(mechanism, FreeSprings(mechanism.springs.size(), true));
   c.matrix = matrix;
   c.rank = static_cast<int>(matrix.rows());
-  c.scale = VectorX::Ones(matrix.rows());
+  c.row_scales = VectorX::Ones(matrix.rows());
   return c;
 }
 
@@ -53,7 +53,7 @@ inline Conditions conditions(const Mechanism& mechanism, const std::vector<Terms
   c.matrix = MatrixX::Zero(static_cast<Eigen::Index>(rows.size()), static_cast<Eigen::Index>(c.parameters.size()));
   for (std::size_t r = 0; r < rows.size(); ++r)
     for (const auto& [name, value] : rows[r]) c.matrix(static_cast<Eigen::Index>(r), find(c, name)) += value;
-  c.scale = VectorX::Ones(c.matrix.rows());
+  c.row_scales = VectorX::Ones(c.matrix.rows());
   c.rank = static_cast<int>(rows.size());
   return c;
 }

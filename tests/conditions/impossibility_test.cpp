@@ -9,13 +9,13 @@
 #include <cmath>
 
 using namespace hand_made;
-using Kind = Impossibility::Kind;
+using Kind = InfeasibilityCertificate::Kind;
 
 namespace {
 
 /// The proof is what it says: its coefficients are the combination of the conditions, and the left-hand side is positive for
 /// random bodies.
-void check_proof(const Impossibility& proof, const Conditions& conditions, Mechanism mechanism) {
+void check_proof(const InfeasibilityCertificate& proof, const Conditions& conditions, Mechanism mechanism) {
   const VectorX combined = conditions.matrix.transpose() * proof.combination;
   // Round-off of a few terms of size one.
   CHECK((combined - proof.coefficients).cwiseAbs().maxCoeff() < 1e-8 * proof.coefficients.cwiseAbs().maxCoeff());
@@ -23,14 +23,14 @@ void check_proof(const Impossibility& proof, const Conditions& conditions, Mecha
   double least = 1e300;
   for (int i = 0; i < 2000; ++i) {
     reshape(mechanism, random);
-    const VectorX pi = parameter_values(mechanism, LooseSprings(mechanism.springs.size(), true));
+    const VectorX pi = parameter_values(mechanism, FreeSprings(mechanism.springs.size(), true));
     least = std::min(least, proof.coefficients.dot(pi));
   }
   CHECK(least > 0);
 }
 
-std::optional<Impossibility> prove(const Mechanism& mechanism, const Conditions& conditions) {
-  const auto proof = prove_impossible(conditions, mechanism);
+std::optional<InfeasibilityCertificate> prove(const Mechanism& mechanism, const Conditions& conditions) {
+  const auto proof = certify_infeasible(conditions, mechanism);
   if (proof) check_proof(*proof, conditions, mechanism);
   return proof;
 }
@@ -42,7 +42,7 @@ TEST_CASE("two positive moments of inertia cannot add up to zero") {
   const auto proof = prove(m, conditions(m, {{{"1.J", 2}, {"2.J", 1.704}}}));
   REQUIRE(proof);
   CHECK(proof->kind == Kind::sign);
-  CHECK(proof->sentence == "1.J + 0.852 2.J = 0 cannot hold: both are positive");
+  CHECK(proof->statement == "1.J + 0.852 2.J = 0 cannot hold: both are positive");
 }
 
 TEST_CASE("a body's mass cannot vanish, a counterweight's can") {
@@ -50,14 +50,14 @@ TEST_CASE("a body's mass cannot vanish, a counterweight's can") {
   m.attachments.push_back({"cw", AttachmentKind::counterweight, 1, Vector3(-0.3, 0, 0), 0.5, Matrix3::Zero()});
   const auto one = prove(m, conditions(m, {{{"1.m", -3}}}));
   REQUIRE(one);
-  CHECK(one->sentence == "1.m = 0 cannot hold: it is positive");
+  CHECK(one->statement == "1.m = 0 cannot hold: it is positive");
   CHECK_FALSE(prove(m, conditions(m, {{{"cw.m", 1}, {"cw.J", 2}}})));
   const auto two = prove(m, conditions(m, {{{"1.J", 1}, {"cw.m", 0.25}}}));
   REQUIRE(two);
-  CHECK(two->sentence == "1.J + 0.25 cw.m = 0 cannot hold: none can be negative and 1.J is positive");
+  CHECK(two->statement == "1.J + 0.25 cw.m = 0 cannot hold: none can be negative and 1.J is positive");
   const auto three = prove(m, conditions(m, {{{"1.m", 1}, {"2.m", 1}, {"2.J", 4}}}));
   REQUIRE(three);
-  CHECK(three->sentence == "1.m + 2.m + 4 2.J = 0 cannot hold: all are positive");
+  CHECK(three->statement == "1.m + 2.m + 4 2.J = 0 cannot hold: all are positive");
 }
 
 TEST_CASE("terms of both signs prove nothing") {
@@ -76,7 +76,7 @@ TEST_CASE("first moments that hide a sign are eliminated and the shortest senten
                                              {{"3.my", 1}}}));
   REQUIRE(proof);
   CHECK(proof->kind == Kind::sign);
-  CHECK(proof->sentence == "1.J + 0.4 2.J = 0 cannot hold: both are positive");
+  CHECK(proof->statement == "1.J + 0.4 2.J = 0 cannot hold: both are positive");
 }
 
 TEST_CASE("the 5R cannot lose its velocity terms in the actuators' accelerations (P0 section 3.3)") {
@@ -92,7 +92,7 @@ TEST_CASE("the 5R cannot lose its velocity terms in the actuators' accelerations
                                              {{"4.mx", 1}, {"4.J", -1.538}},
                                              {{"4.my", 1}}}));
   REQUIRE(proof);
-  CHECK(proof->sentence == "2.J + 0.8521 4.J = 0 cannot hold: both are positive");
+  CHECK(proof->statement == "2.J + 0.8521 4.J = 0 cannot hold: both are positive");
 }
 
 TEST_CASE("the 5R can be balanced statically and gyroscopically (P0 section 3.3)") {
@@ -114,7 +114,7 @@ TEST_CASE("the moment of inertia about any other point is positive too") {
       prove(m, conditions(m, {{{"1.J", 1}, {"1.mx", -2 * l}, {"1.my", -2 * h}, {"1.m", l * l + h * h}}}));
   REQUIRE(proof);
   CHECK(proof->kind == Kind::cone);
-  CHECK(proof->sentence ==
+  CHECK(proof->statement ==
         "1.m - 2.15385 1.mx + 1.23077 1.my + 1.53846 1.J = 0 cannot hold: the left-hand side is positive for every "
         "distribution of mass");
   // Less than that can vanish: J − 2 l mx + s m with s < l² is negative for a small body at x = l.
@@ -139,17 +139,17 @@ TEST_CASE("no moment of inertia exceeds the sum of the other two, unless the bod
   const auto proof = prove(m, conditions(m, triangle));
   REQUIRE(proof);
   CHECK(proof->kind == Kind::cone);
-  CHECK(proof->sentence ==
+  CHECK(proof->statement ==
         "1.Ixx + 1.Iyy - 1.Izz = 0 cannot hold: the left-hand side is positive for every distribution of mass that is "
         "not flat");
   const auto thick = prove(m, conditions(m, {{{"1.Ixx", 2}, {"1.Iyy", 1.5}, {"1.Izz", -1}}}));
   REQUIRE(thick);
-  CHECK(thick->sentence.ends_with("for every distribution of mass"));
+  CHECK(thick->statement.ends_with("for every distribution of mass"));
   // A flat body meets it.
   Mechanism flat = m;
   flat.bodies[1].com = Vector3(0.1, 0.2, 0);
   flat.bodies[1].inertia.diagonal() = Vector3(0.2, 0.3, 0.5);
-  CHECK_FALSE(prove_impossible(conditions(flat, triangle), flat));
+  CHECK_FALSE(certify_infeasible(conditions(flat, triangle), flat));
   CHECK_FALSE(prove(m, conditions(m, {{{"1.Ixx", 1}, {"1.Iyy", 0.9}, {"1.Izz", -1}}})));
 }
 
@@ -173,7 +173,7 @@ TEST_CASE("springs and their ends have no sign that helps, stiffness alone may v
   CHECK_FALSE(prove(m, conditions(m, {{{"1.m", 1}, {"s.k", -1}}})));
   const auto proof = prove(m, conditions(m, {{{"1.m", 1}, {"s.k", 1}}}));
   REQUIRE(proof);
-  CHECK(proof->sentence == "1.m + s.k = 0 cannot hold: none can be negative and 1.m is positive");
+  CHECK(proof->statement == "1.m + s.k = 0 cannot hold: none can be negative and 1.m is positive");
 }
 
 TEST_CASE("a disc's first moments about its own centre are no way out") {
@@ -182,9 +182,9 @@ TEST_CASE("a disc's first moments about its own centre are no way out") {
   disc.name = "d", disc.body = 1, disc.mass = 0.2;
   disc.inertia.diagonal() = Vector3(0.01, 0.01, 0.02);
   m.discs.push_back(disc);
-  const auto proof = prove_impossible(conditions(m, {{{"1.m", 1}, {"d.m", 1}, {"d.mx", 3}}}), m);
+  const auto proof = certify_infeasible(conditions(m, {{{"1.m", 1}, {"d.m", 1}, {"d.mx", 3}}}), m);
   REQUIRE(proof);
-  CHECK(proof->sentence == "1.m + d.m = 0 cannot hold: none can be negative and 1.m is positive");
+  CHECK(proof->statement == "1.m + d.m = 0 cannot hold: none can be negative and 1.m is positive");
 }
 
 TEST_CASE("conditions that some bodies meet are never proved impossible") {
@@ -203,7 +203,7 @@ TEST_CASE("conditions that some bodies meet are never proved impossible") {
       rows -= (rows * pi) * pi.transpose() / pi.squaredNorm();
       Mechanism other = m;
       reshape(other, random);  // the proof must not lean on the present numbers
-      CHECK_FALSE(prove_impossible(with_matrix(other, rows), other));
+      CHECK_FALSE(certify_infeasible(with_matrix(other, rows), other));
     }
 }
 
@@ -248,27 +248,27 @@ TEST_CASE("bounds prove what physics does not") {
   p.gradient(find(c, "1.mx"), 0) = 1;
   p.constant[find(c, "1.mx")] = 0;
   p.lower = VectorX::Constant(1, -0.4688), p.upper = VectorX::Constant(1, 0.3);
-  const auto proof = prove_impossible(c, p);
+  const auto proof = certify_infeasible(c, p);
   REQUIRE(proof);
   CHECK(proof->kind == Kind::bounds);
-  CHECK(proof->sentence == "1.mx + 0.5 2.m = 0 cannot hold within the bounds: the left-hand side is at least 0.0312");
+  CHECK(proof->statement == "1.mx + 0.5 2.m = 0 cannot hold within the bounds: the left-hand side is at least 0.0312");
   p.lower[0] = -0.51;
-  CHECK_FALSE(prove_impossible(c, p));
+  CHECK_FALSE(certify_infeasible(c, p));
   p.lower[0] = -0.5;  // just enough
-  CHECK_FALSE(prove_impossible(c, p));
+  CHECK_FALSE(certify_infeasible(c, p));
 }
 
 TEST_CASE("two conditions that pull one number apart cannot both hold") {
   const Mechanism m = bodies(SpaceKind::planar, 2);
   Conditions c = conditions(m, {{{"1.mx", 1}, {"2.m", 0.5}}, {{"1.mx", 1}, {"2.m", 0.7}}});
-  c.scale << 0.1, 10;
+  c.row_scales << 0.1, 10;
   BoundedParameters p{parameter_values(m), MatrixX::Zero(8, 1),
                       VectorX::Constant(1, -std::numeric_limits<double>::infinity()),
                       VectorX::Constant(1, std::numeric_limits<double>::infinity())};
   p.gradient(find(c, "1.mx"), 0) = 3;
-  const auto proof = prove_impossible(c, p);
+  const auto proof = certify_infeasible(c, p);
   REQUIRE(proof);
-  CHECK(proof->sentence == "2.m = 0 cannot hold within the bounds: the left-hand side is at least 1");
+  CHECK(proof->statement == "2.m = 0 cannot hold within the bounds: the left-hand side is at least 1");
 }
 
 TEST_CASE("conditions that a point within the bounds meets are never proved impossible") {
@@ -284,10 +284,10 @@ TEST_CASE("conditions that a point within the bounds meets are never proved impo
     VectorX z = seed % 2 == 0 ? p.lower : p.upper;  // a corner: the hardest place
     const VectorX pi = p.constant + p.gradient * z;
     c.matrix -= (c.matrix * pi) * pi.transpose() / pi.squaredNorm();
-    CHECK_FALSE(prove_impossible(c, p));
+    CHECK_FALSE(certify_infeasible(c, p));
     // The same conditions with another constant: if there is a proof, no random point contradicts it.
     p.constant += 0.5 * random.matrix(12, 1);
-    if (const auto proof = prove_impossible(c, p)) {
+    if (const auto proof = certify_infeasible(c, p)) {
       ++proved;
       for (int i = 0; i < 200; ++i) {
         for (Eigen::Index j = 0; j < n; ++j) z[j] = random.number(p.lower[j], p.upper[j]);

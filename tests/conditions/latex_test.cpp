@@ -71,8 +71,8 @@ TEST_CASE("a condition shows fractions, powers and signs") {
         "(m x)_{\\text{a}} + 0.25\\, m_{\\text{b}} - 3 \\cdot 10^{-7}\\, J_{\\text{c}} - m_{\\text{d}} = 0");
   ConditionNames names;
   names.symbols = {{"l1", "m", 0.5, {}}, {"l2", "m", 0.25, {}}};
-  names.formulas = {{std::nullopt, Formula{{1, 2, {{0, 2}, {1, -1}}}, {}},
-                     Formula{{1, 1, {{0, 1}}}, {{-1, 1, {{1, 1}}}, {-1, 1, {}}}}, std::nullopt}};
+  names.formulas = {{std::nullopt, CoefficientFormula{{1, 2, {{0, 2}, {1, -1}}}, {}},
+                     CoefficientFormula{{1, 1, {{0, 1}}}, {{-1, 1, {{1, 1}}}, {-1, 1, {}}}}, std::nullopt}};
   CHECK(condition_latex(c, 0, names) ==
         "(m x)_{\\text{a}} + \\frac{l_{1}^{2}}{2\\, l_{2}}\\, m_{\\text{b}} "
         "- l_{1}\\, \\left(l_{2} + 1\\right)\\, J_{\\text{c}} - m_{\\text{d}} = 0");

@@ -55,14 +55,15 @@ void check_sufficient(const Mechanism& m, const Goal& goal) {
 template <class S>
 void check_together(const Mechanism& m, std::uint64_t seed) {
   const ChainSplit split = split_into_chains(m);
-  REQUIRE(split.refusal.empty());
-  REQUIRE(!split.serial);
+  REQUIRE(split.failure_reason.empty());
+  REQUIRE(!split.is_serial);
   Moving<S> moving(m, seed);
-  const auto inertial = static_cast<Eigen::Index>(compile<S>(m, {}).elements.size()) * S::parameters;
+  const auto inertial =
+      static_cast<Eigen::Index>(compile_tree<S>(m, {}).mass_elements.size()) * S::inertial_parameter_count;
   for (int k = 0; k < 3; ++k) {
     REQUIRE(moving.next());
     const MatrixX whole = moving.forces(1, m.gravity);
-    MatrixX parts = whole * split.left_over.topLeftCorner(inertial, inertial);
+    MatrixX parts = whole * split.unassigned.topLeftCorner(inertial, inertial);
     for (const Chain& chain : split.chains) {
       const MatrixX own = moving.chain_forces(chain, 1, m.gravity);
       parts += own * chain.parameters.topLeftCorner(own.cols(), inertial);
@@ -81,17 +82,18 @@ void check_gyroscopic(const Mechanism& m, std::uint64_t seed) {
   REQUIRE(modular.status == ConditionsStatus::done);
   const VectorX units = NaturalUnits(m, modular.parameters).parameter;
   const MatrixX Q = basis(in_natural_units(m, modular));
-  Random random(seed);
+  UniformRandom random(seed);
   const VectorX any = random.normal(units.size());
   const VectorX unbalanced = units.cwiseProduct(any), balanced = units.cwiseProduct(any - Q * (Q.transpose() * any));
   CHECK(scaled_residuals(modular, balanced).cwiseAbs().maxCoeff() < 1e-9);
   const ChainSplit split = split_into_chains(m);
-  const auto inertial = static_cast<Eigen::Index>(compile<S>(m, {}).elements.size()) * S::parameters;
+  const auto inertial =
+      static_cast<Eigen::Index>(compile_tree<S>(m, {}).mass_elements.size()) * S::inertial_parameter_count;
   Moving<S> moving(m, seed);
   for (int k = 0; k < 3; ++k) {
     REQUIRE(moving.next());
     const MatrixX actual = moving.forces(1, Vector3::Zero());
-    MatrixX slow = moving.forces(0, Vector3::Zero()) * split.left_over.topLeftCorner(inertial, inertial);
+    MatrixX slow = moving.forces(0, Vector3::Zero()) * split.unassigned.topLeftCorner(inertial, inertial);
     for (const Chain& chain : split.chains) {
       const MatrixX own = moving.chain_forces(chain, 0, Vector3::Zero());
       slow += own * chain.parameters.topLeftCorner(own.cols(), inertial);
@@ -225,7 +227,7 @@ TEST_CASE("goals that balanced chains cannot promise are refused with a reason")
                            Goal{GoalKind::gyroscopic_independent}}) {
     const Conditions modular = derive_modular_conditions(m, {statics, goal});
     CHECK(modular.status == ConditionsStatus::mismatch);
-    CHECK(modular.reason.find(name_of(goal)) != std::string::npos);
+    CHECK(modular.reason.find(goal_name(goal)) != std::string::npos);
   }
 }
 

@@ -54,24 +54,24 @@ double b(const Mechanism& m) { return m.tool->position.y(); }
 std::string named(const std::function<Conditions(const Mechanism&)>& derive, int row = 0) {
   const Mechanism m = arm();
   const Conditions c = derive(m);
-  return condition_text(c, row, name_coefficients(m, c, own_symbols(m), derive));
+  return condition_text(c, row, name_coefficients(m, c, list_geometric_symbols(m), derive));
 }
 
 }  // namespace
 
 TEST_CASE("the geometry lists every named point once, with all its places") {
-  const auto numbers = list_geometry(arm());
+  const auto numbers = list_geometric_parameters(arm());
   const auto find = [&](const std::string& label) {
     for (const auto& number : numbers)
       if (number.label == label) return number;
     FAIL("no ", label);
     return numbers.front();
   };
-  const Mechanism larger = scaled(arm(), find("link1.B.x"), 2);
+  const Mechanism larger = scale_geometric_parameter(arm(), find("link1.B.x"), 2);
   CHECK(larger.joints[1].point_first.x() == 1);
   CHECK(larger.bodies[1].points[1].position.x() == 1);
-  CHECK(scaled(arm(), find("link2.C.y"), 2).tool->position.y() == 0.3);
-  CHECK(scaled(arm(), find("g"), 2).gravity.y() == -19.62);
+  CHECK(scale_geometric_parameter(arm(), find("link2.C.y"), 2).tool->position.y() == 0.3);
+  CHECK(scale_geometric_parameter(arm(), find("g"), 2).gravity.y() == -19.62);
   CHECK(find("link2.C.x").unit == "m");
 }
 
@@ -118,12 +118,12 @@ TEST_CASE("a formula's value is the coefficient that it names") {
     return conditions({{1, 0, length(at) * (a(at) - b(at)), 2 * a(at) / b(at)}, {0, 1, -b(at) / 3, 4}});
   };
   const Conditions c = derive(m);
-  const ConditionNames names = name_coefficients(m, c, own_symbols(m), derive);
+  const ConditionNames names = name_coefficients(m, c, list_geometric_symbols(m), derive);
   VectorX values(static_cast<Eigen::Index>(names.symbols.size()));
   for (Eigen::Index s = 0; s < values.size(); ++s) values[s] = names.symbols[static_cast<std::size_t>(s)].value;
   for (int row = 0; row < 2; ++row) {
     for (int p = 0; p < 4; ++p) {
-      const Formula* formula = names.find(row, p);
+      const CoefficientFormula* formula = names.find(row, p);
       CHECK((formula != nullptr) == (c.matrix(row, p) != 0));
       // Formulas are accepted within 1e-7.
       if (formula != nullptr) CHECK(formula->value(values) == doctest::Approx(c.matrix(row, p)).epsilon(1e-7));
@@ -148,8 +148,8 @@ TEST_CASE("a symbol that changes which conditions there are is left out, the oth
 
 TEST_CASE("several numbers that one symbol governs change together") {
   const Mechanism m = arm(0.4, 0.4);
-  const auto numbers = list_geometry(m);
-  Symbol l{"l", "m", 0.2, {}};
+  const auto numbers = list_geometric_parameters(m);
+  GeometricSymbol l{"l", "m", 0.2, {}};
   for (const auto& number : numbers)
     if (number.label == "link1.B.x" || number.label == "link2.C.x") l.uses.push_back({number, 1});
   const auto derive = [](const Mechanism& at) { return conditions({{1, length(at) * a(at), 0, 0}}); };
@@ -161,7 +161,7 @@ TEST_CASE("mechanisms beyond the limits keep their numbers and say so") {
   const Mechanism m = arm();
   const auto derive = [](const Mechanism& at) { return conditions({{1, length(at), 0, 0}}); };
   const Conditions c = derive(m);
-  const ConditionNames names = name_coefficients(m, c, own_symbols(m), derive, {.most_parameters = 3});
+  const ConditionNames names = name_coefficients(m, c, list_geometric_symbols(m), derive, {.max_parameters = 3});
   CHECK(condition_text(c, 0, names) == "p.m + 0.5 q.m = 0");
   CHECK(names.notes.size() == 1);
 }

@@ -22,7 +22,7 @@ Mechanism with_parameters(Mechanism mechanism, const std::vector<Parameter>& par
   const bool planar = mechanism.space == SpaceKind::planar;
   const int width = planar ? 4 : 10;
   for (std::size_t p = 0; p < parameters.size(); ++p) {
-    if (parameters[p].bearer != Bearer::body || parameters[p].slot != 0) continue;
+    if (parameters[p].owner_kind != ParameterOwner::body || parameters[p].slot != 0) continue;
     Body& body = mechanism.bodies[static_cast<std::size_t>(parameters[p].index)];
     const VectorX v = values.segment(static_cast<Eigen::Index>(p), width);
     body.mass = v[0];
@@ -47,7 +47,7 @@ VectorX balanced(const Conditions& conditions, const VectorX& present, unsigned 
   VectorX values = present;
   std::vector<Eigen::Index> bodies;
   for (std::size_t p = 0; p < conditions.parameters.size(); ++p)
-    if (conditions.parameters[p].bearer == Bearer::body) bodies.push_back(static_cast<Eigen::Index>(p));
+    if (conditions.parameters[p].owner_kind == ParameterOwner::body) bodies.push_back(static_cast<Eigen::Index>(p));
   MatrixX own(conditions.rank, static_cast<Eigen::Index>(bodies.size()));
   for (std::size_t b = 0; b < bodies.size(); ++b) {
     values[bodies[b]] = factor(random) * (std::abs(present[bodies[b]]) + 1e-3);
@@ -70,7 +70,7 @@ std::vector<Trajectory> motions(const Study& study) {
 }
 
 /// What the goal wants to vanish, largest over the run.
-double shaken(const Result& result, GoalKind goal) {
+double shaken(const RunResult& result, GoalKind goal) {
   REQUIRE(result.outcome.status == MotionStatus::done);
   double size = 0;
   if (goal == GoalKind::statics) size = result.torque.cwiseAbs().maxCoeff();
@@ -92,7 +92,7 @@ double shaken(const Mechanism& mechanism, std::vector<Trajectory> trajectories, 
 
 void check_sufficient_and_necessary(const std::string& file, GoalKind goal) {
   CAPTURE(file);
-  CAPTURE(name_of({goal}));
+  CAPTURE(goal_name({goal}));
   const Study study = load(file);
   const Conditions conditions = derive_conditions(study.mechanism, {{goal}});
   REQUIRE(conditions.status == ConditionsStatus::done);
@@ -112,9 +112,9 @@ void check_sufficient_and_necessary(const std::string& file, GoalKind goal) {
 
   for (Eigen::Index row = 0; row < conditions.rank; ++row) {
     const std::size_t pivot = static_cast<std::size_t>(conditions.pivots[static_cast<std::size_t>(row)]);
-    if (conditions.parameters[pivot].bearer != Bearer::body) continue;
+    if (conditions.parameters[pivot].owner_kind != ParameterOwner::body) continue;
     VectorX missed = values;
-    missed[static_cast<Eigen::Index>(pivot)] += 0.1 * conditions.scale[row];
+    missed[static_cast<Eigen::Index>(pivot)] += 0.1 * conditions.row_scales[row];
     const Mechanism bad = with_parameters(study.mechanism, conditions.parameters, missed);
     CAPTURE(conditions.parameters[pivot].name);
     CHECK(shaken(bad, trajectories, goal) > 1e-6 * scale);
@@ -156,9 +156,9 @@ TEST_CASE("masses that meet the proportional conditions make the centre of mass 
   REQUIRE(conditions.status == ConditionsStatus::done);
   const VectorX values = balanced(conditions, parameter_values(study.mechanism), 3);
   const Mechanism good = with_parameters(study.mechanism, conditions.parameters, values);
-  const MatrixX A = com_per_tool(good);
+  const MatrixX A = fit_com_tool_matrix(good);
   for (const Trajectory& trajectory : motions(study)) {
-    const Result result = simulate(good, trajectory);
+    const RunResult result = simulate(good, trajectory);
     REQUIRE(result.outcome.status == MotionStatus::done);
     const Samples com = result.com_position.rowwise() - result.com_position.row(0);
     const Samples tool = result.tool_position.rowwise() - result.tool_position.row(0);

@@ -56,7 +56,7 @@ inline Controller controller(const Study& study, const std::string& name) {
 
 inline Controller controller(ControllerType type, double rate) {
   Controller c;
-  c.name = name_of(type);
+  c.name = controller_type_name(type);
   c.type = type;
   c.period = 1 / rate;
   return c;
@@ -64,14 +64,14 @@ inline Controller controller(ControllerType type, double rate) {
 
 inline VectorX all(long count, double value) { return VectorX::Constant(count, value); }
 
-inline Result run(const Study& study, const std::string& name, const Controller& c, long samples = 0,
-                  double settle = 0) {
-  Result result = control(study.mechanism, trajectory(study, name, samples), c, {.settle = settle});
+inline RunResult run(const Study& study, const std::string& name, const Controller& c, long samples = 0,
+                     double settle = 0) {
+  RunResult result = simulate_closed_loop(study.mechanism, trajectory(study, name, samples), c, {.hold_time = settle});
   CHECK_MESSAGE(result.outcome.status == MotionStatus::done, result.outcome.reason);
   return result;
 }
 
-inline const Metric& metric(const Result& result, const std::string& quantity) {
+inline const Metric& metric(const RunResult& result, const std::string& quantity) {
   for (const Metric& m : result.metrics)
     if (m.quantity == quantity) return m;
   FAIL("no metric " << quantity);
@@ -79,7 +79,7 @@ inline const Metric& metric(const Result& result, const std::string& quantity) {
 }
 
 /// Row of a sample at or just before a time.
-inline long row(const Result& result, double time) {
+inline long row(const RunResult& result, double time) {
   long k = 0;
   while (k + 1 < result.time.size() && result.time[k + 1] <= time + 1e-12) ++k;
   return k;

@@ -96,17 +96,17 @@ Study loops(const std::vector<Loop>& all, Kind kind, const std::string& more = "
 }
 
 /// Let go at its trajectory's start, or led from there.
-Result coast(const Study& study, double duration = 1, const std::string& controller = "") {
+RunResult coast(const Study& study, double duration = 1, const std::string& controller = "") {
   Controller chosen;
   chosen.type = ControllerType::none;
   for (const Controller& one : study.controllers)
     if (one.name == controller) chosen = one;
-  return control(study.mechanism, study.trajectories.at(0), chosen, {.settle = duration - 1});
+  return simulate_closed_loop(study.mechanism, study.trajectories.at(0), chosen, {.hold_time = duration - 1});
 }
 
 /// Ends as it should, and has lost none of its energy.
 void check_passes(const Study& study, double duration) {
-  const Result result = coast(study, duration);
+  const RunResult result = coast(study, duration);
   CHECK_MESSAGE(result.outcome.status == MotionStatus::done, result.outcome.reason);
   const VectorX energy = result.kinetic_energy.col(0) + result.potential_energy.col(0);
   CHECK((energy.array() - energy[0]).abs().maxCoeff() < 1e-6 * energy[0]);
@@ -128,7 +128,7 @@ TEST_CASE("parallelograms that coast into their change points at once are stoppe
         for (Loop& loop : all) loop.rate = rate;
         const Study study = loops(all, kind, still);
         for (const std::string controller : {"none", "still"}) {
-          const Result result = coast(study, 1, controller);
+          const RunResult result = coast(study, 1, controller);
           CHECK(result.outcome.status == MotionStatus::constraint_singularity);
           CHECK(result.outcome.time == doctest::Approx((rate < 0 ? -1 : pi - 1) / rate).epsilon(1e-4));
         }
@@ -142,7 +142,7 @@ TEST_CASE("of parallelograms that are flat one shortly after the other the first
       CAPTURE(apart);
       std::vector<Loop> all(2);
       all[1].from += apart;
-      const Result result = coast(loops(all, kind));
+      const RunResult result = coast(loops(all, kind));
       CHECK(result.outcome.status == MotionStatus::constraint_singularity);
       CHECK(result.outcome.time == doctest::Approx(0.5).epsilon(1e-4));
     }
@@ -184,7 +184,7 @@ TEST_CASE("dead centres of several actuators at once end a run that inverts the 
       study.mechanism.actuators.clear();
       for (std::size_t c = 0; c < study.mechanism.coordinates.size(); ++c)
         if (study.mechanism.coordinates[c].name[0] == 'D') study.mechanism.actuators.push_back(static_cast<int>(c));
-      const Result result = coast(study, 1, "ct");
+      const RunResult result = coast(study, 1, "ct");
       CHECK_MESSAGE(result.outcome.status == MotionStatus::actuation_singularity, result.outcome.reason);
       CHECK(result.outcome.time == doctest::Approx(0.5).epsilon(0.01));
     }
@@ -208,7 +208,7 @@ TEST_CASE("three parallel cranks out of line coast through the change points of 
             "motion: {duration: 1, samples: 11, from: {joints: {A: 1}}, to: {joints: {A: -6}}}\n"
             "trajectories: {go: {law: uniform, drive: joints}}\n",
         "cranks.yaml");
-    const Result result = coast(study, 2);
+    const RunResult result = coast(study, 2);
     REQUIRE_MESSAGE(result.outcome.status == MotionStatus::done, result.outcome.reason);
     CHECK((result.joint_velocity.col(0).array() + 7).abs().maxCoeff() < 1e-7);
   }

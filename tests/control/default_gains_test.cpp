@@ -58,7 +58,7 @@ Controller built_in(const std::string& name) {
 }
 
 /// Largest error of the actuated coordinates as a part of their range, at most of one radian or characteristic length.
-double worst_error(const Mechanism& mechanism, const Result& result) {
+double worst_error(const Mechanism& mechanism, const RunResult& result) {
   double worst = 0;
   for (const int c : mechanism.actuators) {
     const bool slides = mechanism.coordinates[static_cast<std::size_t>(c)].kind == CoordinateKind::length;
@@ -92,7 +92,7 @@ std::vector<Motion> motions() {
   return found;
 }
 
-bool mentions(const Result& result, const std::string& words) {
+bool mentions(const RunResult& result, const std::string& words) {
   return std::any_of(result.outcome.notes.begin(), result.outcome.notes.end(),
                      [&](const std::string& note) { return note.find(words) != std::string::npos; });
 }
@@ -103,8 +103,8 @@ TEST_CASE("default gains lead a leg whose inertia changes much through its whole
   const Study study = read_spec(leg, "leg.yaml");
   Trajectory step = study.trajectories.at(0);
   step.samples = 201;
-  const Result wanted = simulate(study.mechanism, step);
-  const Result result = control(study.mechanism, step, built_in("pd"));
+  const RunResult wanted = simulate(study.mechanism, step);
+  const RunResult result = simulate_closed_loop(study.mechanism, step, built_in("pd"));
   REQUIRE_MESSAGE(result.outcome.status == MotionStatus::done, result.outcome.reason);
   CHECK(worst_error(study.mechanism, result) < 0.2);
   CHECK(result.torque.cwiseAbs().maxCoeff() < 10 * wanted.torque.cwiseAbs().maxCoeff());
@@ -113,7 +113,7 @@ TEST_CASE("default gains lead a leg whose inertia changes much through its whole
 
 TEST_CASE("a controller that loses track is said to (D3)") {
   const Study study = read_spec(leg, "leg.yaml");
-  const Result result = control(study.mechanism, study.trajectories.at(0), study.controllers.at(0));
+  const RunResult result = simulate_closed_loop(study.mechanism, study.trajectories.at(0), study.controllers.at(0));
   CHECK((result.outcome.status != MotionStatus::done || mentions(result, "the controller does not lead O")));
 }
 
@@ -125,9 +125,9 @@ TEST_CASE("default gains are stable along every trajectory of every config (D3)"
     CAPTURE(motion.file);
     CAPTURE(trajectory.name);
     trajectory.samples = 51;
-    const Result wanted = simulate(study.mechanism, trajectory);
+    const RunResult wanted = simulate(study.mechanism, trajectory);
     if (wanted.outcome.status != MotionStatus::done) continue;
-    const Result result = control(study.mechanism, trajectory, built_in("pd"));
+    const RunResult result = simulate_closed_loop(study.mechanism, trajectory, built_in("pd"));
     if (result.outcome.status == MotionStatus::mismatch) continue;
     REQUIRE_MESSAGE(result.outcome.status == MotionStatus::done, result.outcome.reason);
     CHECK(worst_error(study.mechanism, result) < 1);

@@ -30,7 +30,7 @@ Free released(const Mechanism& mechanism, const Known& state, double duration, i
     if (k == 0) start = energy;
     worst = std::max(worst, std::abs(energy - start));
     least = std::min(least, seen.kinetic_energy), most = std::max(most, seen.kinetic_energy);
-    out.closure = std::max(out.closure, seen.closure);
+    out.closure = std::max(out.closure, seen.closure_residual);
   }
   out.span = most - least;
   out.drift = worst / most;

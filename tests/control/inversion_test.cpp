@@ -15,7 +15,7 @@ Trajectory through_random_state(const Study& study, const Known& start, std::mt1
   std::uniform_real_distribution<double> number(-1, 1);
   Trajectory trajectory = study.trajectories.at(0);
   trajectory.drive = DriveKind::joints;
-  trajectory.components.clear(), trajectory.remaining.clear();
+  trajectory.components.clear(), trajectory.remaining_coordinates.clear();
   trajectory.from = trajectory.to = {};
   trajectory.samples = 2;
   const double length = characteristic_length(study.mechanism);
@@ -97,14 +97,14 @@ TEST_CASE("forward dynamics gives back the accelerations whose efforts inverse d
     for (int k = 0; k < 4; ++k) {
       study.mechanism = k % 2 == 0 ? plain : burdened(plain, random);
       Trajectory trajectory = through_random_state(study, start, random);
-      const Result result = simulate(study.mechanism, trajectory);
+      const RunResult result = simulate(study.mechanism, trajectory);
       if (result.outcome.status != MotionStatus::done) continue;
       const Known state = known(result, 0);
       if (!clear_of_friction_width(study.mechanism, state.dq)) continue;
       ++tried;
       CAPTURE(k);
       ForwardDynamics forward(study.mechanism);
-      const MotionOutcome outcome = forward.set(state.time, state.q, state.dq);
+      const MotionOutcome outcome = forward.set_state(state.time, state.q, state.dq);
       REQUIRE_MESSAGE(outcome.status == MotionStatus::done, outcome.reason);
       CHECK(forward.freedoms() <= static_cast<int>(study.mechanism.actuators.size()));
       CHECK(miss(study.mechanism, forward.acceleration(state.efforts), state.ddq) < 1e-9);
@@ -123,7 +123,7 @@ TEST_CASE("along every trajectory the plant feels what the inverse dynamics says
     const Study study = config(file);
     Trajectory trajectory = study.trajectories.at(0);
     trajectory.samples = 7;
-    const Result result = simulate(study.mechanism, trajectory);
+    const RunResult result = simulate(study.mechanism, trajectory);
     REQUIRE(result.outcome.status == MotionStatus::done);
     Plant plant(study.mechanism, {}, trajectory.about);
     for (long row = 1; row < 6; row += 2) {

@@ -34,9 +34,10 @@ trajectories: {go: {law: cycloidal, drive: tool}}
                    "two.yaml");
 }
 
-Result led(const Study& study, const std::string& name, const ControlOptions& options = {}) {
+RunResult led(const Study& study, const std::string& name, const ClosedLoopOptions& options = {}) {
   for (const Controller& controller : study.controllers)
-    if (controller.name == name) return control(study.mechanism, study.trajectories.at(0), controller, options);
+    if (controller.name == name)
+      return simulate_closed_loop(study.mechanism, study.trajectories.at(0), controller, options);
   FAIL("no controller " << name);
   return {};
 }
@@ -47,11 +48,11 @@ const std::string motors = "actuators: [J1, J2]\n";
 
 TEST_CASE("without actuators every controller ends as simulate does, and what is let go moves (C1)") {
   const Study study = two_links("", "tool: [1.1, 0.3]");
-  const Result simulated = simulate(study.mechanism, study.trajectories.at(0));
+  const RunResult simulated = simulate(study.mechanism, study.trajectories.at(0));
   REQUIRE(simulated.outcome.status == MotionStatus::mismatch);
   for (const std::string name : {"inf", "stated", "pd", "loop", "smc"}) {
     CAPTURE(name);
-    const Result result = led(study, name);
+    const RunResult result = led(study, name);
     CHECK(result.outcome.status == MotionStatus::mismatch);
     CHECK(result.outcome.reason == simulated.outcome.reason);
   }
@@ -59,7 +60,7 @@ TEST_CASE("without actuators every controller ends as simulate does, and what is
 }
 
 TEST_CASE("gains beyond all numbers overflow, and are not taken for a singularity (A7)") {
-  const Result result = led(two_links(motors, "tool: [1.1, 0.3]"), "inf");
+  const RunResult result = led(two_links(motors, "tool: [1.1, 0.3]"), "inf");
   CHECK(result.outcome.status == MotionStatus::overflow);
   CHECK(result.outcome.reason.find("numbers overflow at t = ") == 0);
 }
@@ -67,10 +68,10 @@ TEST_CASE("gains beyond all numbers overflow, and are not taken for a singularit
 TEST_CASE("a run takes no more steps than it may (A8)") {
   const Study stiff = two_links(
       motors + "springs: {s: {between: [ground.O, lower.E], stiffness: 1e14, free_length: 1}}\n", "tool: [1.1, 0.3]");
-  const Result result = led(stiff, "free", {.most_steps = 5000});
+  const RunResult result = led(stiff, "free", {.max_steps = 5000});
   CHECK(result.outcome.status == MotionStatus::unreachable);
   CHECK(result.outcome.reason.find("5000 steps") != std::string::npos);
-  CHECK(led(two_links(motors, "tool: [1.1, 0.3]"), "free", {.most_steps = 5000}).outcome.status == MotionStatus::done);
+  CHECK(led(two_links(motors, "tool: [1.1, 0.3]"), "free", {.max_steps = 5000}).outcome.status == MotionStatus::done);
 }
 
 TEST_CASE("free motion and stated torques need no desired motion, from the start of which they go (A5)") {
@@ -80,7 +81,7 @@ TEST_CASE("free motion and stated torques need no desired motion, from the start
     REQUIRE(simulate(study.mechanism, study.trajectories.at(0)).outcome.status != MotionStatus::done);
     for (const std::string name : {"free", "stated"}) {
       CAPTURE(name);
-      const Result result = led(study, name);
+      const RunResult result = led(study, name);
       REQUIRE_MESSAGE(result.outcome.status == MotionStatus::done, result.outcome.reason);
       CHECK(result.time.size() == 51);
       CHECK(result.tracking_error.size() == 0);
@@ -105,12 +106,12 @@ TEST_CASE("figures of a run under control do not depend on how many samples are 
   for (const std::string name : {"free", "stated", "pd", "smc", "slow"}) {
     CAPTURE(name);
     study.trajectories.at(0).samples = 4001;
-    const Result fine = led(study, name);
+    const RunResult fine = led(study, name);
     REQUIRE_MESSAGE(fine.outcome.status == MotionStatus::done, fine.outcome.reason);
     for (const long samples : {2L, 11L, 50L}) {
       CAPTURE(samples);
       study.trajectories.at(0).samples = samples;
-      const Result coarse = led(study, name);
+      const RunResult coarse = led(study, name);
       REQUIRE(coarse.metrics.size() == fine.metrics.size());
       CHECK(coarse.energy == doctest::Approx(fine.energy).epsilon(1e-3));
       for (std::size_t i = 0; i < fine.metrics.size(); ++i) {

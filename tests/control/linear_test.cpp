@@ -26,7 +26,7 @@ TEST_CASE(
         c.kp = all(count, omega * omega);
         c.kd = all(count, 2 * zeta * omega);
         c.initial_error.joints = {{motors[0], -e0}};
-        const Result r = run(*study, "cycloid", c, 51);
+        const RunResult r = run(*study, "cycloid", c, 51);
         double worst = 0;
         for (long k = 0; k < r.time.size(); ++k)
           worst = std::max(worst, std::abs(r.tracking_error(k, motors[0]) - response(zeta, r.time[k])));
@@ -50,7 +50,7 @@ TEST_CASE("PD with weight compensated leaves at rest what the unknown payload we
       c.model = study.mechanism;
       c.model->attachments.clear();
     }
-    const Result r = run(study, "cycloid", c, 101, 3);
+    const RunResult r = run(study, "cycloid", c, 101, 3);
     const long last = r.time.size() - 1;
     CHECK(r.time[last] == doctest::Approx(4));
     // kp (1.2 − q) = 0.5 · 0.8 · g cos q, by fixed-point iteration
@@ -65,8 +65,8 @@ TEST_CASE("PD without compensation carries the whole weight on its spring") {
   Controller c = controller(ControllerType::pd, 1000);
   c.kp = all(1, 300);
   c.kd = all(1, 60);
-  c.gravity = Gravity::ignored;
-  const Result r = run(arm(), "cycloid", c, 101, 3);
+  c.gravity = GravityCompensation::ignored;
+  const RunResult r = run(arm(), "cycloid", c, 101, 3);
   double q = 1.2;
   for (int i = 0; i < 200; ++i) q = 1.2 - (own_moment + cargo_moment) * g * std::cos(q) / 300;
   CHECK(r.joint_position(r.time.size() - 1, 0) == doctest::Approx(q).epsilon(1e-6));
@@ -80,7 +80,7 @@ TEST_CASE("gains from a bandwidth: PD treats each motor as the inertia that it f
   const double omega = derived.natural_frequency();
   given.kp = all(1, inertia * omega * omega);
   given.kd = all(1, 2 * 0.7 * inertia * omega);
-  const Result a = run(study, "cycloid", given), b = run(study, "cycloid", derived);
+  const RunResult a = run(study, "cycloid", given), b = run(study, "cycloid", derived);
   CHECK((a.joint_position - b.joint_position).cwiseAbs().maxCoeff() < 1e-9);
 }
 
@@ -95,8 +95,8 @@ TEST_CASE("an unknown payload moves computed torque off by what it weighs, slidi
   sliding.model = torque.model;
   sliding.lambda = all(1, 20);
   // The payload's weight and inertia force over the model's inertia are below 12 + 3 rad/s².
-  sliding.k = all(1, 30);
-  const Result a = run(study, "cycloid", torque, 101, 2), b = run(study, "cycloid", sliding, 101, 2);
+  sliding.switching_gain = all(1, 30);
+  const RunResult a = run(study, "cycloid", torque, 101, 2), b = run(study, "cycloid", sliding, 101, 2);
   const double rest = a.tracking_error(a.time.size() - 1, 0);
   // I_own kp e = cargo weight at the place where it comes to rest
   CHECK(own_inertia * 400 * rest == doctest::Approx(cargo_moment * g * std::cos(1.2 - rest)).epsilon(1e-5));
@@ -107,8 +107,8 @@ TEST_CASE("open loop: stated torques act as stated, held between samples; their 
   const Study study = arm("", "0");
   Controller c = controller(ControllerType::open_loop, 100);
   c.efforts = {{0, 0.5, 1}, {all(1, 0), all(1, 2), all(1, 0)}};
-  c.efforts.held = true;
-  const Result r = run(study, "rest", c, 501);
+  c.efforts.is_held = true;
+  const RunResult r = run(study, "rest", c, 501);
   // Steps of 0.04 N m up to 2 and down again; the last sample of the controller is one step before the end.
   CHECK(metric(r, "torque_variation[J]").peak == doctest::Approx(2 + 2 - 0.04).epsilon(1e-9));
   // I q̇ = the sum of held torques: those of both ramps add up to 50 · 2 · 0.01
@@ -120,7 +120,7 @@ TEST_CASE(
   const Study study = arm("", "0");  // with weight, an upright arm in open loop would fall
   double before = 0;
   for (const double rate : {500.0, 1000.0}) {
-    const Result r = run(study, "cycloid", controller(ControllerType::open_loop, rate), 101);
+    const RunResult r = run(study, "cycloid", controller(ControllerType::open_loop, rate), 101);
     const double worst = metric(r, "tracking_error").peak;
     CHECK(worst < 4 / rate);
     if (before > 0) CHECK(before / worst == doctest::Approx(2).epsilon(0.1));
@@ -130,11 +130,11 @@ TEST_CASE(
 
 TEST_CASE("none and zero gains are free motion: the pendulum's energy stays, and both are the same motion") {
   const Study study = arm();
-  const Result free = run(study, "rest", controller(ControllerType::none, 1000), 201);
+  const RunResult free = run(study, "rest", controller(ControllerType::none, 1000), 201);
   Controller zero = controller(ControllerType::pd, 1000);
   zero.kp = zero.kd = all(1, 0);
-  zero.gravity = Gravity::ignored;
-  const Result idle = run(study, "rest", zero, 201);
+  zero.gravity = GravityCompensation::ignored;
+  const RunResult idle = run(study, "rest", zero, 201);
   CHECK(free.torque.cwiseAbs().maxCoeff() == 0);
   CHECK(free.energy == 0);
   CHECK((free.joint_position - idle.joint_position).cwiseAbs().maxCoeff() < 1e-7);

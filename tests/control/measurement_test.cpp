@@ -47,7 +47,7 @@ TEST_CASE("the same seed gives the same run to the last bit, another one another
   c.measurement.position_noise = all(2, 1e-4);
   c.measurement.position_step = all(2, 1e-5);
   c.measurement.velocity = VelocitySource::difference;
-  const Result a = run(study, "cycloid", c, 51), b = run(study, "cycloid", c, 51);
+  const RunResult a = run(study, "cycloid", c, 51), b = run(study, "cycloid", c, 51);
   CHECK(a.joint_position == b.joint_position);
   CHECK(a.torque == b.torque);
   c.measurement.seed = 2;
@@ -61,7 +61,7 @@ TEST_CASE("a torque limit is honoured on both sides of every change, and saturat
   const double most = 20;  // it holds the arm (11.8 N m), but is far from what the error asks for
   REQUIRE(metric(run(study, "cycloid", c), "torque").peak > 10 * most);
   c.torque_limit = all(1, most);
-  const Result r = run(study, "cycloid", c, 1001, 1);
+  const RunResult r = run(study, "cycloid", c, 1001, 1);
   CHECK(metric(r, "torque").peak == doctest::Approx(most));
   long cut = 0;
   for (long k = 0; k < r.time.size(); ++k) {
@@ -80,7 +80,7 @@ TEST_CASE("metrics do not depend on how often the result is sampled: every chang
   const Study study = arm();
   Controller c = controller(ControllerType::sliding_mode, 500);
   c.initial_error.joints = {{0, 0.05}};
-  const Result fine = run(study, "cycloid", c, 2001), rare = run(study, "cycloid", c, 11);
+  const RunResult fine = run(study, "cycloid", c, 2001), rare = run(study, "cycloid", c, 11);
   CHECK(metric(rare, "torque").peak == doctest::Approx(metric(fine, "torque").peak).epsilon(1e-6));
   CHECK(metric(rare, "torque").rms == doctest::Approx(metric(fine, "torque").rms).epsilon(1e-6));
   CHECK(metric(rare, "torque_variation").peak == doctest::Approx(metric(fine, "torque_variation").peak).epsilon(1e-6));

@@ -24,7 +24,7 @@ Controller stated(const std::vector<double>& time, const std::vector<double>& ef
 }
 
 /// Work by Simpson's rule over samples that are evenly spaced, an even number of steps.
-double work(const Result& r) {
+double work(const RunResult& r) {
   const Eigen::Index steps = r.time.size() - 1;
   double sum = 0;
   for (Eigen::Index k = 0; k <= steps; ++k)
@@ -36,7 +36,7 @@ double work(const Result& r) {
 
 TEST_CASE("under torques that are straight between rows an arm without weight moves by cubics") {
   const Study study = arm("", "0");
-  const Result r = run(study, "rest", stated({0, 0.4, 1}, {1, -0.5, 0.7}), 41);
+  const RunResult r = run(study, "rest", stated({0, 0.4, 1}, {1, -0.5, 0.7}), 41);
   for (Eigen::Index k = 0; k < r.time.size(); ++k) {
     const double t = r.time[k], x = std::min(t, 0.4), y = std::max(t - 0.4, 0.0), a = -1.5 / 0.4, b = 1.2 / 0.6;
     const double turned =
@@ -51,7 +51,7 @@ TEST_CASE("the motion does not depend on how often it is sampled") {
   const Study study = arm();
   for (const Interpolation way : {Interpolation::linear, Interpolation::spline}) {
     const Controller c = stated({0, 0.2, 0.5, 0.7, 1}, {8, 12, 3, 9, 11}, way);
-    const Result few = run(study, "rest", c, 3), many = run(study, "rest", c, 301);
+    const RunResult few = run(study, "rest", c, 3), many = run(study, "rest", c, 301);
     // of some hundred steps
     CHECK(few.joint_position(2, 0) == doctest::Approx(many.joint_position(300, 0)).epsilon(1e-7));
     CHECK(metric(few, "torque[J]").peak == doctest::Approx(metric(many, "torque[J]").peak).epsilon(1e-3));
@@ -62,7 +62,7 @@ TEST_CASE("what the torques do is what the energy grows by") {
   const Study study = arm();
   std::vector<double> time, effort;
   for (int k = 0; k <= 10; ++k) time.push_back(0.1 * k), effort.push_back(11 * std::cos(0.3 * k) + 2);
-  const Result r = run(study, "rest", stated(time, effort, Interpolation::spline), 2001);
+  const RunResult r = run(study, "rest", stated(time, effort, Interpolation::spline), 2001);
   const auto energy = [&](Eigen::Index k) { return r.kinetic_energy(k, 0) + r.potential_energy(k, 0); };
   // Simpson's rule errs by h⁴ (5e-4 s); the integration by 1e-9 a step
   CHECK(work(r) == doctest::Approx(energy(r.time.size() - 1) - energy(0)).epsilon(1e-7));
@@ -71,11 +71,11 @@ TEST_CASE("what the torques do is what the energy grows by") {
 TEST_CASE("torques that are held come to those that are not in proportion to the period") {
   const Study study = arm();
   const std::vector<double> time{0, 0.3, 1}, effort{4, 12, 6};
-  const Result free = run(study, "rest", stated(time, effort), 11);
+  const RunResult free = run(study, "rest", stated(time, effort), 11);
   double before = 0;
   for (const double rate : {500.0, 1000.0, 2000.0}) {
     Controller c = stated(time, effort);
-    c.efforts.held = true;
+    c.efforts.is_held = true;
     c.period = 1 / rate;
     const double off = std::abs(run(study, "rest", c, 11).joint_position(10, 0) - free.joint_position(10, 0));
     CHECK(off > 0);
@@ -87,21 +87,21 @@ TEST_CASE("torques that are held come to those that are not in proportion to the
 TEST_CASE("limits cut stated torques where they cross them, and changes are counted between the turns") {
   Controller c = stated({0, 0.5, 1}, {0, 2, -2});
   c.torque_limit = all(1, 1);
-  const EffortCourse course(c.efforts, c.torque_limit);
+  const EffortProfile course(c.efforts, c.torque_limit);
   for (const double crossing : {0.25, 0.625, 0.875}) {
     CHECK(std::any_of(course.knots().begin(), course.knots().end(),
                       [&](double knot) { return std::abs(knot - crossing) < 1e-15; }));
-    CHECK(std::abs(course.at(crossing)[0]) == doctest::Approx(1).epsilon(1e-14));
+    CHECK(std::abs(course.evaluate(crossing)[0]) == doctest::Approx(1).epsilon(1e-14));
   }
-  CHECK(course.at(0.4)[0] == 1);
-  CHECK(course.at_limit(0.4)[0] == 1);
-  CHECK(course.at_limit(0.2)[0] == 0);
-  CHECK(course.at(2)[0] == -1);
-  CHECK(course.variation(0, 1)[0] == doctest::Approx(3).epsilon(1e-14));
-  CHECK(course.variation(0.1, 0.2)[0] == doctest::Approx(0.4).epsilon(1e-14));
+  CHECK(course.evaluate(0.4)[0] == 1);
+  CHECK(course.saturation(0.4)[0] == 1);
+  CHECK(course.saturation(0.2)[0] == 0);
+  CHECK(course.evaluate(2)[0] == -1);
+  CHECK(course.total_variation(0, 1)[0] == doctest::Approx(3).epsilon(1e-14));
+  CHECK(course.total_variation(0.1, 0.2)[0] == doctest::Approx(0.4).epsilon(1e-14));
 
   const Study study = arm("", "0");
-  const Result r = run(study, "rest", c, 21);
+  const RunResult r = run(study, "rest", c, 21);
   CHECK(metric(r, "torque_variation[J]").peak == doctest::Approx(3).epsilon(1e-12));
   CHECK(metric(r, "torque[J]").peak == doctest::Approx(1).epsilon(1e-14));
   CHECK(metric(r, "saturation[J]").mean == doctest::Approx(0.5).epsilon(0.05));  // the share of time, by samples
@@ -111,8 +111,8 @@ TEST_CASE("a spline through a cubic's values is that cubic") {
   const auto cubic = [](double t) { return 3 - 2 * t + 4 * t * t - 5 * t * t * t; };
   EffortTable table{{0, 0.2, 0.3, 0.7, 1}, {}, Interpolation::spline};
   for (const double t : table.time) table.effort.push_back(all(1, cubic(t)));
-  const EffortCourse course(table, {});
-  for (int k = 0; k <= 20; ++k) CHECK(course.at(0.05 * k)[0] == doctest::Approx(cubic(0.05 * k)).epsilon(1e-13));
+  const EffortProfile course(table, {});
+  for (int k = 0; k <= 20; ++k) CHECK(course.evaluate(0.05 * k)[0] == doctest::Approx(cubic(0.05 * k)).epsilon(1e-13));
 }
 
 TEST_CASE("a spec's torques are held where it states a rate, and else are not") {
@@ -121,8 +121,8 @@ TEST_CASE("a spec's torques are held where it states a rate, and else are not") 
                       "c");
   };
   CHECK(read("").is_continuous());
-  CHECK(!read("").samples());
-  CHECK(read(", rate: 100").samples());
-  CHECK(read(", period: 0.01").efforts.held);
+  CHECK(!read("").is_sampled());
+  CHECK(read(", rate: 100").is_sampled());
+  CHECK(read(", period: 0.01").efforts.is_held);
   CHECK(read(", interpolation: spline").efforts.interpolation == Interpolation::spline);
 }

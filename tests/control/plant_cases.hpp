@@ -39,7 +39,7 @@ struct Known {
   double time = 0;
 };
 
-inline Known known(const Result& result, long row) {
+inline Known known(const RunResult& result, long row) {
   return {result.joint_position.row(row).transpose(), result.joint_velocity.row(row).transpose(),
           result.joint_acceleration.row(row).transpose(), result.torque.row(row).transpose(), result.time[row]};
 }
@@ -48,7 +48,7 @@ inline Known known(const Result& result, long row) {
 inline Known moment_of(const Study& study, double part) {
   Trajectory trajectory = study.trajectories.at(0);
   trajectory.samples = 101;
-  const Result result = simulate(study.mechanism, trajectory);
+  const RunResult result = simulate(study.mechanism, trajectory);
   REQUIRE_MESSAGE(result.outcome.status == MotionStatus::done, result.outcome.reason);
   return known(result, static_cast<long>(100 * part));
 }

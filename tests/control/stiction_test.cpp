@@ -73,7 +73,7 @@ TEST_CASE("where one direction has no dry friction, a block on a spring turns ba
   const double k = 50, c = 3, m = 2, w = std::sqrt(k / m), x0 = -1;
   Mechanism mechanism = block(0, 0, k);
   mechanism.friction[0].coulomb = c;
-  mechanism.friction[0].at_rest.reset();
+  mechanism.friction[0].breakaway.reset();
   mechanism.friction[0].coulomb_backward = 0;
   Plant plant = started(mechanism, values({x0}), values({0}));
   // forwards about c / k, backwards about 0: the swing there and back ends at x0 + 2 c / k
@@ -320,7 +320,7 @@ TEST_CASE("a block that stops for less than a step stands until the force that g
     push(mechanism, {0, 1}, {back, back + rate});
     for (const double longest : {0.05, 1e-4}) {
       PlantOptions options = tight();
-      options.longest_step = longest;
+      options.max_step = longest;
       Plant plant = started(mechanism, values({0}), values({v0}), options);
       const double loose = (s - back) / rate, end = 2 * loose;
       move(plant, end, values({0}));
@@ -341,7 +341,7 @@ TEST_CASE("what sticks and slips under a force that comes and goes does not depe
     for (int k = 0; k <= 20; ++k) time.push_back(0.1 * k), force.push_back(6 * part(random));
     push(mechanism, time, force);
     PlantOptions coarse = tight(), fine = tight();
-    fine.longest_step = 1e-4;
+    fine.max_step = 1e-4;
     Plant first = started(mechanism, values({0.05}), values({0}), coarse),
           second = started(mechanism, values({0.05}), values({0}), fine);
     for (int k = 1; k <= 8; ++k) {

@@ -32,19 +32,19 @@ TEST_CASE("a slider-crank is force balanced by the centres of mass of crank and 
         return m;
       },
       GoalKind::force);
-  const DesignOutcome outcome = solve(design);
+  const DesignOutcome outcome = solve_design(design);
   REQUIRE(outcome.status == DesignStatus::balanced);
   CHECK(outcome.method == DesignMethod::affine);
   CHECK(outcome.x[0] == doctest::Approx(-0.075).epsilon(1e-14));
   CHECK(outcome.x[1] == doctest::Approx(-0.15).epsilon(1e-14));
   // two roundings of numbers of the size of the terms
-  CHECK(outcome.after.cwiseAbs().maxCoeff() < 1e-15);
-  CHECK(outcome.before.cwiseAbs().maxCoeff() > 0.01);
+  CHECK(outcome.residuals_after.cwiseAbs().maxCoeff() < 1e-15);
+  CHECK(outcome.residuals_before.cwiseAbs().maxCoeff() > 0.01);
   CHECK(judged(design, outcome.x) < 1e-14);
 }
 
 TEST_CASE("without an objective the solution nearest to the start values is taken, in widths of the bounds") {
-  const DesignOutcome outcome = solve(two_counterweights());
+  const DesignOutcome outcome = solve_design(two_counterweights());
   REQUIRE(outcome.status == DesignStatus::balanced);
   // the normal of 0.2 m1 + 0.4 m2 = 0.5 through (0.3, 0.1): both bounds are as wide
   const double step = (0.5 - 0.2 * 0.3 - 0.4 * 0.1) / (0.04 + 0.16);
@@ -53,7 +53,7 @@ TEST_CASE("without an objective the solution nearest to the start values is take
 }
 
 TEST_CASE("where the nearest solution leaves the bounds the nearest one within them is taken") {
-  const DesignOutcome outcome = solve(two_counterweights(0.9));
+  const DesignOutcome outcome = solve_design(two_counterweights(0.9));
   REQUIRE(outcome.status == DesignStatus::balanced);
   CHECK(outcome.x[1] == 0.9);  // at its bound, exactly
   CHECK(outcome.x[0] == doctest::Approx((0.5 - 0.4 * 0.9) / 0.2).epsilon(1e-13));
@@ -61,14 +61,14 @@ TEST_CASE("where the nearest solution leaves the bounds the nearest one within t
 
 TEST_CASE("of two counterweights the one with the longer arm is used where the added mass is to be small") {
   DesignProblem design = two_counterweights();
-  design.objective = sum_of(design.mechanism_at(VectorX::Zero(2)), Bearer::attachment, "m");
-  const DesignOutcome outcome = solve(design);
+  design.objective = sum_of(design.build_mechanism(VectorX::Zero(2)), ParameterOwner::attachment, "m");
+  const DesignOutcome outcome = solve_design(design);
   REQUIRE(outcome.status == DesignStatus::balanced);
   CHECK(outcome.x[0] == 0);
   CHECK(outcome.x[1] == doctest::Approx(1.25).epsilon(1e-13));
   CHECK(outcome.objective == doctest::Approx(1.25).epsilon(1e-13));
-  CHECK(outcome.objective_start == doctest::Approx(0.4).epsilon(1e-13));
-  CHECK(outcome.optimality == Optimality::proved_best);
+  CHECK(outcome.start_objective == doctest::Approx(0.4).epsilon(1e-13));
+  CHECK(outcome.optimality == Optimality::proved_global);
   // the bound proves at least six digits
   CHECK(outcome.lower_bound <= outcome.objective);
   CHECK(outcome.lower_bound == doctest::Approx(1.25).epsilon(1e-6));
@@ -76,13 +76,13 @@ TEST_CASE("of two counterweights the one with the longer arm is used where the a
 
 TEST_CASE("the least sum of squares among exact solutions is found and proved") {
   DesignProblem design = two_counterweights();
-  design.objective = sum_of(design.mechanism_at(VectorX::Zero(2)), Bearer::attachment, "m", true);
-  const DesignOutcome outcome = solve(design);
+  design.objective = sum_of(design.build_mechanism(VectorX::Zero(2)), ParameterOwner::attachment, "m", true);
+  const DesignOutcome outcome = solve_design(design);
   REQUIRE(outcome.status == DesignStatus::balanced);
   // the point of the line that is nearest to the origin
   CHECK(outcome.x[0] == doctest::Approx(0.5 * 0.2 / 0.2).epsilon(1e-9));
   CHECK(outcome.x[1] == doctest::Approx(0.5 * 0.4 / 0.2).epsilon(1e-9));
-  CHECK(outcome.optimality == Optimality::proved_best);
+  CHECK(outcome.optimality == Optimality::proved_global);
   CHECK(outcome.lower_bound <= outcome.objective);
   CHECK(outcome.lower_bound == doctest::Approx(1.25).epsilon(1e-6));
 }
@@ -92,8 +92,8 @@ TEST_CASE("a peak, which has kinks, is minimised and the minimum proved") {
   DesignProblem design = two_counterweights();
   Objective peak;
   peak.name = "peak";
-  peak.convex = true;
-  const auto parameters = list_parameters(design.mechanism_at(VectorX::Zero(2)));
+  peak.is_convex = true;
+  const auto parameters = list_parameters(design.build_mechanism(VectorX::Zero(2)));
   Eigen::Index first = 0, second = 0;
   for (std::size_t p = 0; p < parameters.size(); ++p) {
     if (parameters[p].name == "cw1.m") first = static_cast<Eigen::Index>(p);
@@ -106,10 +106,10 @@ TEST_CASE("a peak, which has kinks, is minimised and the minimum proved") {
     return std::max(p[first], 3 * p[second]);
   };
   design.objective = peak;
-  const DesignOutcome outcome = solve(design);
+  const DesignOutcome outcome = solve_design(design);
   REQUIRE(outcome.status == DesignStatus::balanced);
   CHECK(outcome.objective == doctest::Approx(1.5).epsilon(1e-6));
-  CHECK(outcome.optimality == Optimality::proved_best);
+  CHECK(outcome.optimality == Optimality::proved_global);
   CHECK(outcome.lower_bound <= 1.5 * (1 + 1e-12));
   CHECK(outcome.lower_bound == doctest::Approx(1.5).epsilon(1e-6));
 }
@@ -125,7 +125,7 @@ TEST_CASE("the stiffness of a spring of zero free length carries a link in every
         return m;
       },
       GoalKind::statics);
-  const DesignOutcome outcome = solve(design);
+  const DesignOutcome outcome = solve_design(design);
   REQUIRE(outcome.status == DesignStatus::balanced);
   CHECK(outcome.method == DesignMethod::affine);
   CHECK(outcome.x[0] == doctest::Approx(2 * 9.81 * 0.25 / (0.3 * 0.2)).epsilon(1e-12));
@@ -141,8 +141,8 @@ TEST_CASE("where a spring of zero free length is hung up is a matter of masses, 
         return m;
       },
       GoalKind::statics);
-  CHECK(find_loose_springs(design) == LooseSprings{true});
-  const DesignOutcome outcome = solve(design);
+  CHECK(find_loose_springs(design) == FreeSprings{true});
+  const DesignOutcome outcome = solve_design(design);
   REQUIRE(outcome.status == DesignStatus::balanced);
   CHECK(outcome.method == DesignMethod::affine);
   CHECK(outcome.x[0] == doctest::Approx(0).epsilon(1e-12));
@@ -152,8 +152,8 @@ TEST_CASE("where a spring of zero free length is hung up is a matter of masses, 
 
 TEST_CASE("the same problem has the same solution to the last bit") {
   DesignProblem design = two_counterweights();
-  design.objective = sum_of(design.mechanism_at(VectorX::Zero(2)), Bearer::attachment, "m", true);
-  const DesignOutcome first = solve(design), second = solve(design);
+  design.objective = sum_of(design.build_mechanism(VectorX::Zero(2)), ParameterOwner::attachment, "m", true);
+  const DesignOutcome first = solve_design(design), second = solve_design(design);
   CHECK(first.x == second.x);
   CHECK(first.lower_bound == second.lower_bound);
 }

@@ -34,46 +34,46 @@ Objective by_variables(std::function<double(const VectorX&)> f) {
 TEST_CASE("a search comes back from a bound at which the figure is smaller than near the start (B4)") {
   // falls from 0 towards both bounds of the curve, deepest inside at 0.62, with a ridge before it
   const auto valley = [](double x) { return x < 0.3 ? 2 + 3 * x : 1 + 8 * (x - 0.62) * (x - 0.62); };
-  designing::Budget budget(10);
-  designing::Seek task;
-  task.value = [&](const VectorX& u) { return valley(u[0]); };
+  design::SearchBudget budget(10);
+  design::MultistartSettings task;
+  task.objective = [&](const VectorX& u) { return valley(u[0]); };
   task.starts = {VectorX::Zero(1), VectorX::Constant(1, 1.0), VectorX::Constant(1, -1.0)};
-  task.descents = 0;  // the steps at the end alone
+  task.max_local_searches = 0;  // the steps at the end alone
   task.starts = {VectorX::Constant(1, 1.0)};
-  CHECK(designing::seek(task, budget).u[0] == doctest::Approx(0.62).epsilon(1e-4));
+  CHECK(design::search_multistart(task, budget).u[0] == doctest::Approx(0.62).epsilon(1e-4));
 }
 
 TEST_CASE("a search goes round points without a value and never asks for one that is not finite (B5)") {
   for (const std::string method : {"cobyla", "bobyqa", "sbplx"}) {
     CAPTURE(method);
-    designing::Budget budget(10);
-    designing::Seek task;
+    design::SearchBudget budget(10);
+    design::MultistartSettings task;
     bool finite = true;
-    task.value = [&](const VectorX& u) {
+    task.objective = [&](const VectorX& u) {
       finite = finite && u.allFinite();
       return u[0] + u[1] < -0.4 ? NAN : (u - Eigen::Vector2d(-0.3, 0.2)).squaredNorm();
     };
-    task.starts = designing::spread_points(6, 2, 1);
+    task.starts = design::low_discrepancy_points(6, 2, 1);
     task.method = method;
-    const designing::Sought found = designing::seek(task, budget);
+    const design::MultistartResult found = design::search_multistart(task, budget);
     CHECK(finite);
     CHECK(found.value < 1e-6);
   }
 }
 
 TEST_CASE("points without a value anywhere are said to be none (B5)") {
-  designing::Budget budget(10);
-  designing::Seek task;
-  task.value = [](const VectorX&) { return NAN; };
-  task.starts = designing::spread_points(3, 2, 1);
-  CHECK_FALSE(std::isfinite(designing::seek(task, budget).value));
+  design::SearchBudget budget(10);
+  design::MultistartSettings task;
+  task.objective = [](const VectorX&) { return NAN; };
+  task.starts = design::low_discrepancy_points(3, 2, 1);
+  CHECK_FALSE(std::isfinite(design::search_multistart(task, budget).value));
 }
 
 TEST_CASE("an objective that has no value at any exact design is no design, and says why (B7)") {
   auto design = two_counterweights();
   design.objective = by_variables([](const VectorX&) { return NAN; });
-  design.objective->trouble = [](const VectorX&) { return std::string("it stands still"); };
-  const DesignOutcome outcome = solve(design);
+  design.objective->failure_reason = [](const VectorX&) { return std::string("it stands still"); };
+  const DesignOutcome outcome = solve_design(design);
   CHECK(outcome.status == DesignStatus::unsolved);
   CHECK(outcome.reason ==
         "figure cannot be computed for any numbers that were found to meet the conditions: it stands still");
@@ -82,9 +82,9 @@ TEST_CASE("an objective that has no value at any exact design is no design, and 
 TEST_CASE("exact designs at which the objective has no value are passed over (B7)") {
   auto design = two_counterweights();
   design.objective = by_variables([](const VectorX& x) { return x[1] > 0.7 ? NAN : x.squaredNorm(); });
-  const DesignOutcome outcome = solve(design);
+  const DesignOutcome outcome = solve_design(design);
   REQUIRE(outcome.status == DesignStatus::balanced);
-  CHECK(outcome.optimality == Optimality::local_best);
+  CHECK(outcome.optimality == Optimality::local_optimum);
   // the least is at the edge of where there is a value: b = 0.7, a = 1.1
   CHECK(outcome.x[1] <= 0.7);
   CHECK(outcome.objective == doctest::Approx(1.7).epsilon(1e-3));
@@ -92,52 +92,53 @@ TEST_CASE("exact designs at which the objective has no value are passed over (B7
 
 TEST_CASE("a line of solutions is one freedom, a bound or an objective takes it (B11)") {
   auto design = two_counterweights();
-  DesignOutcome outcome = solve(design);
-  CHECK(outcome.optimality == Optimality::not_asked);
-  CHECK(outcome.freedom.left == 1);
-  CHECK(outcome.freedom.numbers == std::vector<int>{0, 1});
-  design.objective = sum_of(design.mechanism_at(VectorX{{0, 0}}), Bearer::attachment, "m");
-  outcome = solve(design);
-  CHECK(outcome.optimality == Optimality::proved_best);
+  DesignOutcome outcome = solve_design(design);
+  CHECK(outcome.optimality == Optimality::not_optimised);
+  CHECK(outcome.solution_set.optimal_dimension == 1);
+  CHECK(outcome.solution_set.free_variables == std::vector<int>{0, 1});
+  design.objective = sum_of(design.build_mechanism(VectorX{{0, 0}}), ParameterOwner::attachment, "m");
+  outcome = solve_design(design);
+  CHECK(outcome.optimality == Optimality::proved_global);
   CHECK(outcome.gap() <= 1e-6);
-  CHECK(outcome.freedom.of_conditions == 1);
-  CHECK(outcome.freedom.left == 0);
+  CHECK(outcome.solution_set.dimension == 1);
+  CHECK(outcome.solution_set.optimal_dimension == 0);
   // 0.2 a + 0.4 b = 0.5 at a = 0 and b at its most: nothing else is allowed
   design.objective.reset();
   design.variables[1] = {"b", 0, 1.25, 0};
   design.variables[0] = {"a", 0, 1e-3, 0};
-  design.mechanism_at = [](const VectorX& x) {
+  design.build_mechanism = [](const VectorX& x) {
     Mechanism m = planar_arm({0.5}, {2});
     m.attachments = {counterweight("a", 1, 0.2, 0, x[0]), counterweight("b", 1, -0.4, 0, x[1])};
     return m;
   };
-  outcome = solve(design);
+  outcome = solve_design(design);
   REQUIRE(outcome.status == DesignStatus::balanced);
-  CHECK(outcome.freedom.left == 0);
+  CHECK(outcome.solution_set.optimal_dimension == 0);
 }
 
 TEST_CASE("numbers that occur nowhere stay free and are named (B11)") {
   auto design = two_counterweights();
   design.variables.push_back({"idle", -1, 1, 0.3});
-  const DesignOutcome outcome = solve(design);
-  CHECK(outcome.freedom.left == 2);
-  CHECK(outcome.freedom.numbers == std::vector<int>{0, 1, 2});
+  const DesignOutcome outcome = solve_design(design);
+  CHECK(outcome.solution_set.optimal_dimension == 2);
+  CHECK(outcome.solution_set.free_variables == std::vector<int>{0, 1, 2});
   CHECK(outcome.x[2] == 0.3);
 }
 
 TEST_CASE("without a goal the objective alone is made small, with a bound where it is convex (B12)") {
   auto design = two_counterweights();
   design.goals.clear();
-  CHECK_THROWS_WITH_AS(solve(design), "a design needs a goal, something to minimize or limits", std::invalid_argument);
+  CHECK_THROWS_WITH_AS(solve_design(design), "a design needs a goal, something to minimize or limits",
+                       std::invalid_argument);
   design.objective = by_variables([](const VectorX& x) { return (x - Eigen::Vector2d(3, 12)).squaredNorm(); });
-  DesignOutcome outcome = solve(design);
-  CHECK(outcome.status == DesignStatus::not_asked);
-  CHECK(outcome.optimality == Optimality::local_best);
+  DesignOutcome outcome = solve_design(design);
+  CHECK(outcome.status == DesignStatus::no_goal);
+  CHECK(outcome.optimality == Optimality::local_optimum);
   CHECK(outcome.x[0] == doctest::Approx(3).epsilon(1e-4));
   CHECK(outcome.x[1] == doctest::Approx(10).epsilon(1e-6));
-  design.objective = sum_of(design.mechanism_at(VectorX{{0, 0}}), Bearer::attachment, "m");
-  outcome = solve(design);
-  CHECK(outcome.optimality == Optimality::proved_best);
+  design.objective = sum_of(design.build_mechanism(VectorX{{0, 0}}), ParameterOwner::attachment, "m");
+  outcome = solve_design(design);
+  CHECK(outcome.optimality == Optimality::proved_global);
   CHECK(outcome.x.norm() < 1e-6);
 }
 
@@ -155,12 +156,12 @@ TEST_CASE("a square that cannot be as small as a fixed mass asks for is a proof 
         GoalKind::statics);
   };
   // 2 c = 0.2 w: linear, and possible only where w may be 10 c
-  CHECK(solve(arm(0.4)).status == DesignStatus::balanced);
+  CHECK(solve_design(arm(0.4)).status == DesignStatus::balanced);
   auto none = arm(0.4);
   none.variables[1].upper = 1.9;
-  const DesignOutcome outcome = solve(none);
-  CHECK(outcome.status == DesignStatus::impossible);
-  CHECK(outcome.proved);
+  const DesignOutcome outcome = solve_design(none);
+  CHECK(outcome.status == DesignStatus::infeasible);
+  CHECK(outcome.is_proved_infeasible);
 }
 
 TEST_CASE("a search that runs out of time says so (B6)") {
@@ -170,8 +171,8 @@ TEST_CASE("a search that runs out of time says so (B6)") {
     for (int k = 0; k < 200000; ++k) sum = sum + std::sin(k * x[0]);
     return x.squaredNorm() + 0 * sum;
   });
-  design.search.seconds = 0.05;
-  const DesignOutcome outcome = solve(design);
+  design.search.max_time = 0.05;
+  const DesignOutcome outcome = solve_design(design);
   CHECK(outcome.status == DesignStatus::balanced);
-  CHECK(outcome.optimality == Optimality::stopped);
+  CHECK(outcome.optimality == Optimality::budget_exhausted);
 }

@@ -65,7 +65,7 @@ TEST_CASE("discs decouple a planar RRR arm at P1's ratios, whatever its masses")
     const DiscArm arm{pick(0.3, 0.7), pick(0.3, 0.7),   pick(0.3, 0.7),  pick(4, 6),       pick(2, 3),
                       pick(0.5, 1),   pick(0.01, 0.05), pick(0.05, 0.1), pick(0.01, 0.05), pick(0.05, 0.1)};
     const auto design = arm.problem(GoalKind::decoupled);
-    const DesignOutcome outcome = solve(design);
+    const DesignOutcome outcome = solve_design(design);
     REQUIRE(outcome.status == DesignStatus::balanced);
     CHECK(outcome.method == DesignMethod::geometric);
     CHECK(outcome.x[0] == doctest::Approx(-arm.l1 * (arm.m2 + arm.m3) / arm.m1).epsilon(1e-10));
@@ -73,14 +73,14 @@ TEST_CASE("discs decouple a planar RRR arm at P1's ratios, whatever its masses")
     CHECK(std::abs(outcome.x[2]) < 1e-11);
     CHECK(outcome.x[3] == doctest::Approx(arm.beta()).epsilon(1e-10));
     CHECK(outcome.x[4] == doctest::Approx(arm.gamma()).epsilon(1e-10));
-    CHECK(judged(design, outcome.x) < met);
+    CHECK(judged(design, outcome.x) < condition_tolerance);
   }
 }
 
 TEST_CASE("conditions derived anew at every geometry lead to the same ratios") {
   auto design = example.problem(GoalKind::decoupled);
-  design.modular = true;  // whatever `derive` says is asked at every geometry
-  const DesignOutcome outcome = solve(design);
+  design.is_modular = true;  // whatever `derive` says is asked at every geometry
+  const DesignOutcome outcome = solve_design(design);
   REQUIRE(outcome.status == DesignStatus::balanced);
   CHECK(outcome.x[3] == doctest::Approx(example.beta()).epsilon(1e-9));
   CHECK(outcome.x[4] == doctest::Approx(example.gamma()).epsilon(1e-9));
@@ -88,36 +88,36 @@ TEST_CASE("conditions derived anew at every geometry lead to the same ratios") {
 
 TEST_CASE("a number that the goal does not ask for keeps its start value to the last bit") {
   // velocity terms of a planar arm vanish with the static conditions; ratios of discs do not matter for them
-  const DesignOutcome outcome = solve(example.problem(GoalKind::gyroscopic));
+  const DesignOutcome outcome = solve_design(example.problem(GoalKind::gyroscopic));
   REQUIRE(outcome.status == DesignStatus::balanced);
   CHECK(outcome.x[3] == -1);
   CHECK(outcome.x[4] == -1.5);
   CHECK(outcome.x[2] == 0);  // exactly: nothing hangs on the last digits
-  for (const auto& numbers : outcome.occurring)
+  for (const auto& numbers : outcome.condition_variables)
     for (const int i : numbers) CHECK(i < 3);
 }
 
 TEST_CASE("lengths too short for a solution end in a compromise that names what stays open") {
   auto design = example.problem(GoalKind::decoupled);
   design.variables[3] = {"beta", -3, 0, -1};  // about −4.4 is needed
-  design.search.restarts = 3;
-  design.search.evaluations = 300;
-  const DesignOutcome outcome = solve(design);
+  design.search.max_restarts = 3;
+  design.search.max_evaluations = 300;
+  const DesignOutcome outcome = solve_design(design);
   CHECK(outcome.status == DesignStatus::compromise);
-  CHECK_FALSE(outcome.open.empty());
+  CHECK_FALSE(outcome.unmet_conditions.empty());
   CHECK(within_bounds(design, outcome.x));
   CHECK(outcome.reason.find("stay open") != std::string::npos);
 }
 
 TEST_CASE("the smallest disc that decouples turns as fast as it may") {
   auto design = disc_of_free_inertia(-8);
-  design.objective = sum_of(design.mechanism_at(VectorX{{-2, 0.1}}), Bearer::disc, "J");
-  const DesignOutcome outcome = solve(design);
+  design.objective = sum_of(design.build_mechanism(VectorX{{-2, 0.1}}), ParameterOwner::disc, "J");
+  const DesignOutcome outcome = solve_design(design);
   REQUIRE(outcome.status == DesignStatus::balanced);
   // the second link's inertia about its joint, where its CoM lies
   const double needed = 2 * 0.4 * 0.4 / 12;
   CHECK(outcome.x[0] == doctest::Approx(-8).epsilon(1e-6));
   CHECK(outcome.x[1] == doctest::Approx(needed / 8).epsilon(1e-6));
-  CHECK(outcome.after.cwiseAbs().maxCoeff() < 1e-13);
+  CHECK(outcome.residuals_after.cwiseAbs().maxCoeff() < 1e-13);
   CHECK(judged(design, outcome.x) < 1e-12);
 }

@@ -37,24 +37,25 @@ DesignProblem upper_arm_alone() {
 
 TEST_CASE("too small a counterweight is used in full, and the bounds are named as the reason") {
   const auto design = one_counterweight(-0.2, 0, 1.5);  // 2.5 kg are needed
-  const DesignOutcome outcome = solve(design);
-  CHECK(outcome.status == DesignStatus::impossible);
-  REQUIRE(outcome.proof);
-  CHECK(outcome.proof->kind == Impossibility::Kind::bounds);
+  const DesignOutcome outcome = solve_design(design);
+  CHECK(outcome.status == DesignStatus::infeasible);
+  REQUIRE(outcome.certificate);
+  CHECK(outcome.certificate->kind == InfeasibilityCertificate::Kind::bounds);
   CHECK(outcome.x[0] == 1.5);
-  CHECK(outcome.open.size() == 1);
-  CHECK(std::abs(outcome.after[outcome.open[0]]) < std::abs(outcome.before[outcome.open[0]]));
+  CHECK(outcome.unmet_conditions.size() == 1);
+  CHECK(std::abs(outcome.residuals_after[outcome.unmet_conditions[0]]) <
+        std::abs(outcome.residuals_before[outcome.unmet_conditions[0]]));
   CHECK_FALSE(outcome.reason.empty());
 }
 
 TEST_CASE("the best compromise between two conditions is the least-squares one") {
   // a counterweight off the link's line cannot meet mx and my at once
   const auto design = one_counterweight(-0.2, 0.1, 10);
-  const DesignOutcome outcome = solve(design);
-  CHECK(outcome.status == DesignStatus::impossible);
-  const Conditions conditions = derive_conditions(design.mechanism_at(outcome.x), design.goals);
+  const DesignOutcome outcome = solve_design(design);
+  CHECK(outcome.status == DesignStatus::infeasible);
+  const Conditions conditions = derive_conditions(design.build_mechanism(outcome.x), design.goals);
   const auto sum = [&](double mass) {
-    return scaled_residuals(conditions, parameter_values(design.mechanism_at(VectorX::Constant(1, mass))))
+    return scaled_residuals(conditions, parameter_values(design.build_mechanism(VectorX::Constant(1, mass))))
         .squaredNorm();
   };
   CHECK(sum(outcome.x[0]) < sum(outcome.x[0] + 0.01));
@@ -63,12 +64,12 @@ TEST_CASE("the best compromise between two conditions is the least-squares one")
 
 TEST_CASE("a condition without a free number is named, and the others are met all the same") {
   const auto design = upper_arm_alone();
-  const DesignOutcome outcome = solve(design);
-  CHECK(outcome.status == DesignStatus::impossible);
-  REQUIRE(outcome.unmet_fixed.size() == 1);
-  const int fixed = outcome.unmet_fixed[0];
-  CHECK(outcome.occurring[static_cast<std::size_t>(fixed)].empty());
-  CHECK(outcome.open == outcome.unmet_fixed);
+  const DesignOutcome outcome = solve_design(design);
+  CHECK(outcome.status == DesignStatus::infeasible);
+  REQUIRE(outcome.unmet_fixed_conditions.size() == 1);
+  const int fixed = outcome.unmet_fixed_conditions[0];
+  CHECK(outcome.condition_variables[static_cast<std::size_t>(fixed)].empty());
+  CHECK(outcome.unmet_conditions == outcome.unmet_fixed_conditions);
   CHECK(outcome.reason.find("link2.mx") != std::string::npos);
   // link1.mx + 0.5 link2.m = 0
   CHECK(outcome.x[0] == doctest::Approx(-0.5 / 3).epsilon(1e-13));
@@ -77,49 +78,49 @@ TEST_CASE("a condition without a free number is named, and the others are met al
 TEST_CASE("without free numbers every condition is fixed") {
   auto design = upper_arm_alone();
   design.variables.clear();
-  design.mechanism_at = [](const VectorX&) { return planar_arm({0.5, 0.4}, {3, 1}); };
-  const DesignOutcome outcome = solve(design);
-  CHECK(outcome.status == DesignStatus::impossible);
-  CHECK(outcome.unmet_fixed.size() == 2);  // link1.mx + 0.5 link2.m and link2.mx; my vanishes as it is
+  design.build_mechanism = [](const VectorX&) { return planar_arm({0.5, 0.4}, {3, 1}); };
+  const DesignOutcome outcome = solve_design(design);
+  CHECK(outcome.status == DesignStatus::infeasible);
+  CHECK(outcome.unmet_fixed_conditions.size() == 2);  // link1.mx + 0.5 link2.m and link2.mx; my vanishes as it is
   CHECK(outcome.x.size() == 0);
 }
 
 TEST_CASE("a balanced mechanism stays as it is") {
   auto design = upper_arm_alone();
-  design.mechanism_at = [](const VectorX& x) {
+  design.build_mechanism = [](const VectorX& x) {
     Mechanism m = planar_arm({0.5}, {3});
     m.bodies[1].com[0] = 0;
     m.bodies[1].inertia(2, 2) = 0.1 + x[0] * x[0];
     return m;
   };
-  const DesignOutcome outcome = solve(design);
+  const DesignOutcome outcome = solve_design(design);
   CHECK(outcome.status == DesignStatus::balanced);
-  CHECK(outcome.method == DesignMethod::nothing_to_do);
+  CHECK(outcome.method == DesignMethod::none);
   CHECK(outcome.x[0] == 0.2);
 }
 
 TEST_CASE("a goal without conditions is met by every mechanism") {
   auto design = upper_arm_alone();
-  const auto with_weight = design.mechanism_at;
-  design.mechanism_at = [with_weight](const VectorX& x) {
+  const auto with_weight = design.build_mechanism;
+  design.build_mechanism = [with_weight](const VectorX& x) {
     Mechanism m = with_weight(x);
     m.gravity.setZero();
     return m;
   };
-  const DesignOutcome outcome = solve(design);
+  const DesignOutcome outcome = solve_design(design);
   CHECK(outcome.conditions.rank == 0);
   CHECK(outcome.status == DesignStatus::balanced);
 }
 
 TEST_CASE("conditions that cannot be derived leave the design unsolved, with their reason") {
   auto design = upper_arm_alone();
-  design.derive = [](const Mechanism&, const std::vector<Goal>&, const ConditionOptions&) {
+  design.derive_conditions = [](const Mechanism&, const std::vector<Goal>&, const ConditionOptions&) {
     Conditions conditions;
     conditions.status = ConditionsStatus::not_assembled;
     conditions.reason = "the loops cannot be closed";
     return conditions;
   };
-  const DesignOutcome outcome = solve(design);
+  const DesignOutcome outcome = solve_design(design);
   CHECK(outcome.status == DesignStatus::unsolved);
   CHECK(outcome.reason == "the loops cannot be closed");
   CHECK(outcome.conditions.status == ConditionsStatus::not_assembled);
@@ -130,7 +131,7 @@ TEST_CASE("a compromise by a figure of the motion is that figure's least value, 
   auto design = one_counterweight(-0.2, 0, 1.5);
   Objective figure;
   figure.name = "figure";
-  figure.convex = true;
+  figure.is_convex = true;
   figure.of_parameters = [](const VectorX& p, VectorX* gradient) {
     const double off = p[4] - 0.7;  // the counterweight's mass: the link has the first four parameters
     if (gradient != nullptr) *gradient = VectorX::Unit(p.size(), 4) * (2 * off);
@@ -138,11 +139,11 @@ TEST_CASE("a compromise by a figure of the motion is that figure's least value, 
   };
   design.objective = figure;
   for (const bool convex : {true, false}) {
-    design.objective->convex = convex;
-    const DesignOutcome outcome = solve(design);
-    CHECK(outcome.status == DesignStatus::impossible);
+    design.objective->is_convex = convex;
+    const DesignOutcome outcome = solve_design(design);
+    CHECK(outcome.status == DesignStatus::infeasible);
     CHECK(outcome.x[0] == doctest::Approx(0.7).epsilon(1e-5));
-    CHECK((outcome.optimality == Optimality::proved_best) == convex);
+    CHECK((outcome.optimality == Optimality::proved_global) == convex);
   }
 }
 
@@ -152,12 +153,12 @@ TEST_CASE("a compromise by simulation keeps the bounds and improves the figure, 
   figure.name = "figure";
   figure.of_variables = [](const VectorX& x) { return x[0] > 1.4 ? NAN : std::abs(x[0] - 0.7) + 1; };
   design.objective = figure;
-  design.search.evaluations = 300;
+  design.search.max_evaluations = 300;
   for (const std::string global : {"direct", "crs", "isres", "esch", "mlsl"}) {
     CAPTURE(global);
     design.search.global = global;
-    const DesignOutcome outcome = solve(design), again = solve(design);
-    CHECK(outcome.status == DesignStatus::impossible);
+    const DesignOutcome outcome = solve_design(design), again = solve_design(design);
+    CHECK(outcome.status == DesignStatus::infeasible);
     CHECK(outcome.x[0] == doctest::Approx(0.7).epsilon(1e-3));
     CHECK(outcome.x == again.x);
   }
@@ -179,10 +180,10 @@ TEST_CASE("an objective along the conditions is minimised by simulation too") {
   for (const std::string method : {"auto", "cobyla", "bobyqa", "sbplx", "slsqp"}) {
     CAPTURE(method);
     design.search.local = method;
-    const DesignOutcome outcome = solve(design);
+    const DesignOutcome outcome = solve_design(design);
     REQUIRE(outcome.status == DesignStatus::balanced);
     CHECK(outcome.objective == doctest::Approx(1.25).epsilon(1e-6));
-    CHECK(outcome.after.cwiseAbs().maxCoeff() < 1e-14);
+    CHECK(outcome.residuals_after.cwiseAbs().maxCoeff() < 1e-14);
   }
 }
 
@@ -191,7 +192,7 @@ TEST_CASE("trouble inside an objective reaches the caller") {
   Objective figure;
   figure.of_variables = [](const VectorX&) -> double { throw std::runtime_error("the disk is full"); };
   design.objective = figure;
-  CHECK_THROWS_WITH_AS(solve(design), "the disk is full", std::runtime_error);
+  CHECK_THROWS_WITH_AS(solve_design(design), "the disk is full", std::runtime_error);
 }
 
 TEST_CASE("search options out of range are refused") {
@@ -203,17 +204,18 @@ TEST_CASE("search options out of range are refused") {
   CHECK_NOTHROW(SearchOptions{}.validate());
   refused([](SearchOptions& o) { o.global = "annealing"; });
   refused([](SearchOptions& o) { o.local = "newton"; });
-  refused([](SearchOptions& o) { o.restarts = 0; });
-  refused([](SearchOptions& o) { o.restarts = 10001; });
-  refused([](SearchOptions& o) { o.evaluations = 0; });
-  refused([](SearchOptions& o) { o.seconds = 0; });
-  refused([](SearchOptions& o) { o.seconds = NAN; });
+  refused([](SearchOptions& o) { o.max_restarts = 0; });
+  refused([](SearchOptions& o) { o.max_restarts = 10001; });
+  refused([](SearchOptions& o) { o.max_evaluations = 0; });
+  refused([](SearchOptions& o) { o.max_time = 0; });
+  refused([](SearchOptions& o) { o.max_time = NAN; });
 }
 
 TEST_CASE("a free number needs finite bounds around its start") {
   auto design = one_counterweight(-0.2, 0, 1.5);
-  for (const Variable& wrong : {Variable{"v", 0, 1, 2}, Variable{"v", 1, 0, 0.5}, Variable{"v", 0, INFINITY, 1}}) {
+  for (const DesignVariable& wrong :
+       {DesignVariable{"v", 0, 1, 2}, DesignVariable{"v", 1, 0, 0.5}, DesignVariable{"v", 0, INFINITY, 1}}) {
     design.variables = {wrong};
-    CHECK_THROWS_AS(solve(design), std::invalid_argument);
+    CHECK_THROWS_AS(solve_design(design), std::invalid_argument);
   }
 }

@@ -87,19 +87,19 @@ inline Mechanism slider_crank() {
   return m;
 }
 
-inline DesignProblem problem(std::vector<Variable> variables, std::function<Mechanism(const VectorX&)> mechanism_at,
-                             GoalKind goal) {
+inline DesignProblem problem(std::vector<DesignVariable> variables,
+                             std::function<Mechanism(const VectorX&)> mechanism_at, GoalKind goal) {
   DesignProblem p;
   p.variables = std::move(variables);
-  p.mechanism_at = std::move(mechanism_at);
+  p.build_mechanism = std::move(mechanism_at);
   p.goals = {{goal, false}};
-  p.derive = derive_conditions;
+  p.derive_conditions = derive_conditions;
   return p;
 }
 
 /// Largest size of what the conditions of the mechanism at x leave; derived anew.
 inline double judged(const DesignProblem& p, const VectorX& x) {
-  const Mechanism mechanism = p.mechanism_at(x);
+  const Mechanism mechanism = p.build_mechanism(x);
   ConditionOptions options = p.options;
   options.seed = 77;  // other configurations than the design saw
   const Conditions conditions = derive_conditions(mechanism, p.goals, options);

@@ -16,11 +16,11 @@ TEST_CASE("mass and place of a counterweight are found together") {
         return m;
       },
       GoalKind::statics);
-  const DesignOutcome outcome = solve(design);
+  const DesignOutcome outcome = solve_design(design);
   REQUIRE(outcome.status == DesignStatus::balanced);
   CHECK(outcome.method == DesignMethod::polynomial);
   CHECK(outcome.x[0] * outcome.x[1] == doctest::Approx(-0.5).epsilon(1e-13));
-  CHECK(outcome.after.cwiseAbs().maxCoeff() < 1e-15);
+  CHECK(outcome.residuals_after.cwiseAbs().maxCoeff() < 1e-15);
 }
 
 TEST_CASE("the lightest counterweight hangs as far out as it may") {
@@ -32,17 +32,17 @@ TEST_CASE("the lightest counterweight hangs as far out as it may") {
         return m;
       },
       GoalKind::statics);
-  design.objective = sum_of(design.mechanism_at(VectorX::Zero(2)), Bearer::attachment, "m");
+  design.objective = sum_of(design.build_mechanism(VectorX::Zero(2)), ParameterOwner::attachment, "m");
   for (const std::string method : {"auto", "slsqp", "auglag", "cobyla", "bobyqa", "sbplx"}) {
     CAPTURE(method);
     design.search.local = method;
-    const DesignOutcome outcome = solve(design);
+    const DesignOutcome outcome = solve_design(design);
     REQUIRE(outcome.status == DesignStatus::balanced);
     // searches stop at changes of 1e-13, those without gradients sooner
     CHECK(outcome.objective == doctest::Approx(1).epsilon(1e-4));
-    CHECK(outcome.after.cwiseAbs().maxCoeff() < 1e-14);
+    CHECK(outcome.residuals_after.cwiseAbs().maxCoeff() < 1e-14);
     CHECK(within_bounds(design, outcome.x));
-    CHECK(outcome.optimality == Optimality::local_best);  // not convex: nothing is claimed
+    CHECK(outcome.optimality == Optimality::local_optimum);  // not convex: nothing is claimed
   }
 }
 
@@ -66,7 +66,7 @@ TEST_CASE("the best of a curved set of exact solutions is the one that a scan fi
     return p[8] + p[12] + 30 * (p[11] + p[15]);
   };
   design.objective = objective;
-  const DesignOutcome outcome = solve(design);
+  const DesignOutcome outcome = solve_design(design);
   REQUIRE(outcome.status == DesignStatus::balanced);
   double best = INFINITY;
   const int steps = 1000;
@@ -91,11 +91,11 @@ TEST_CASE("a solution that is the only one is the best one, whatever the objecti
         return m;
       },
       GoalKind::force);
-  design.objective = sum_of(design.mechanism_at(VectorX::Zero(2)), Bearer::body, "J", true);
-  design.objective->convex = false;
-  const DesignOutcome outcome = solve(design);
+  design.objective = sum_of(design.build_mechanism(VectorX::Zero(2)), ParameterOwner::body, "J", true);
+  design.objective->is_convex = false;
+  const DesignOutcome outcome = solve_design(design);
   REQUIRE(outcome.status == DesignStatus::balanced);
-  CHECK(outcome.optimality == Optimality::proved_best);
+  CHECK(outcome.optimality == Optimality::proved_global);
   CHECK(outcome.lower_bound == outcome.objective);
 }
 
@@ -116,7 +116,7 @@ TEST_CASE("the softest spring is the one with the longest lever, and objectives 
     return p[4];
   };
   design.objective = softest;
-  const DesignOutcome outcome = solve(design);
+  const DesignOutcome outcome = solve_design(design);
   REQUIRE(outcome.status == DesignStatus::balanced);
   CHECK(outcome.x[1] == 1);
   CHECK(outcome.objective == doctest::Approx(2 * 9.81 * 0.25 / 0.2).epsilon(1e-9));
@@ -132,14 +132,14 @@ TEST_CASE("a number in an expression that is no polynomial still leads to an exa
       },
       GoalKind::statics);
   DesignProblem lighter = design;
-  lighter.mechanism_at = [](const VectorX& x) {
+  lighter.build_mechanism = [](const VectorX& x) {
     Mechanism m = planar_arm({0.5}, {0.4});
     m.attachments = {counterweight("cw", 1, -0.3 * std::exp(-x[0]), 0, 1 / (0.1 + x[0]))};
     return m;
   };
-  const DesignOutcome outcome = solve(lighter);
+  const DesignOutcome outcome = solve_design(lighter);
   REQUIRE(outcome.status == DesignStatus::balanced);
   CHECK(0.3 * std::exp(-outcome.x[0]) / (0.1 + outcome.x[0]) == doctest::Approx(0.1).epsilon(1e-12));
   // with the heavier link 0.5 kg m would be needed, and 0.3 at most is there
-  CHECK(solve(design).status == DesignStatus::compromise);
+  CHECK(solve_design(design).status == DesignStatus::compromise);
 }

@@ -44,7 +44,7 @@ inline VectorX wave(Eigen::Index n, double phase) {
 
 /// The pose that a study's first trajectory starts from, of all coordinates.
 inline std::vector<CoordinateValue> start_of(const Study& study) {
-  return balance::find_configuration(study.mechanism, study.trajectories.front().from).coordinates;
+  return balance::solve_configuration(study.mechanism, study.trajectories.front().from).coordinates;
 }
 
 /// Values of the independent coordinates among all.

@@ -111,7 +111,7 @@ TEST_CASE("P0 eq. 90, 92–94: the RR arm's M', D' and z' for random parameters"
     CHECK(largest(t.velocity[1] - two) <= 1e-13 * largest(M));
     const VectorX z = Vector2(arm.mu1() * std::cos(q[0]) + arm.mu2() * std::cos(q[0] + q[1]),
                               arm.mu2() * std::cos(q[0] + q[1]));  // eq. 94
-    CHECK(largest(t.rest.sum() - z) <= 1e-13 * g * total_mass(m));
+    CHECK(largest(t.static_terms.sum() - z) <= 1e-13 * g * total_mass(m));
     CHECK(t.viscous.isZero(0));
   }
 }

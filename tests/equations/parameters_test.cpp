@@ -18,7 +18,7 @@ MatrixX stacked(const Study& study, int states) {
   EquationTerms terms(study.mechanism);
   const auto all = start_of(study);
   const VectorX start = own(terms, all);
-  std::vector<NamedValue> near;
+  std::vector<CoordinateGuess> near;
   for (const CoordinateValue& v : all)
     near.push_back({study.mechanism.coordinates[static_cast<std::size_t>(v.coordinate)].name, v.value});
   door.assemble(start, near);
@@ -42,7 +42,7 @@ TEST_CASE("efforts at many states tell the base parameters and nothing more") {
     CAPTURE(file);
     Study study = doors::config(file);
     study.mechanism.springs.clear();
-    const Conditions base = base_parameters(study.mechanism);
+    const Conditions base = compute_base_parameters(study.mechanism);
     REQUIRE_MESSAGE(base.status == ConditionsStatus::done, base.reason);
     const MatrixX Y = stacked(study, 60);
     REQUIRE(Y.cols() == base.matrix.cols());
@@ -70,7 +70,7 @@ TEST_CASE("a planar arm of two links has six base parameters with weight, four w
   m.springs.clear();
   m.friction.clear();
   m.loads.clear();
-  CHECK(base_parameters(m).rank == 6);
+  CHECK(compute_base_parameters(m).rank == 6);
   m.gravity.setZero();
-  CHECK(base_parameters(m).rank == 4);
+  CHECK(compute_base_parameters(m).rank == 4);
 }

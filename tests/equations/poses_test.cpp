@@ -20,7 +20,7 @@ TEST_CASE("a pose of the tool and the joints that it means are one configuration
   const auto start = start_of(study);
   PoseTarget joints;
   for (const int a : study.mechanism.actuators) joints.joints.push_back(start[static_cast<std::size_t>(a)]);
-  const Configured found = find_configuration(study.mechanism, joints);
+  const ConfigurationResult found = solve_configuration(study.mechanism, joints);
   REQUIRE(found.outcome.status == MotionStatus::done);
   for (std::size_t c = 0; c < start.size(); ++c)
     CHECK(std::abs(std::remainder(found.coordinates[c].value - start[c].value, 2 * std::numbers::pi)) < 1e-10);
@@ -30,7 +30,7 @@ TEST_CASE("a pose that says too little is told how much") {
   const Study study = doors::config("3rrr.yaml");
   PoseTarget pose;
   pose.joints = {start_of(study)[static_cast<std::size_t>(study.mechanism.actuators[0])]};
-  const Configured found = find_configuration(study.mechanism, pose);
+  const ConfigurationResult found = solve_configuration(study.mechanism, pose);
   CHECK(found.outcome.status == MotionStatus::mismatch);
   CHECK_MESSAGE(says(found.outcome, "states 1 of the 3 numbers"), found.outcome.reason);
 }
@@ -39,7 +39,7 @@ TEST_CASE("a place that cannot be reached is no pose") {
   const Study study = doors::config("rr.yaml");
   PoseTarget pose;
   pose.tool = Vector3(100, 0, 0);
-  const Configured found = find_configuration(study.mechanism, pose);
+  const ConfigurationResult found = solve_configuration(study.mechanism, pose);
   CHECK(found.outcome.status == MotionStatus::unreachable);
   CHECK(found.coordinates.empty());
 }
@@ -53,7 +53,7 @@ TEST_CASE("an arm with one motor has an equation of motion but no torques") {
   const auto own_terms = terms.independent_terms(q);
   REQUIRE(own_terms);
   CHECK(own_terms.value.input.cols() == 1);
-  const auto split = terms.split(q, q, q);
+  const auto split = terms.split_efforts(q, q, q);
   CHECK(split.outcome.status == MotionStatus::mismatch);
   CHECK_FALSE(split.outcome.reason.empty());
 }
@@ -93,7 +93,7 @@ TEST_CASE("where the motors do not determine the motion there is no equation, an
 TEST_CASE("numbers that do not fit are misuse") {
   EquationTerms terms(doors::config("rr.yaml").mechanism);
   CHECK_THROWS_AS(terms.independent_terms(VectorX::Zero(3)), std::invalid_argument);
-  CHECK_THROWS_AS(terms.split(VectorX::Zero(2), VectorX::Zero(1), VectorX::Zero(2)), std::invalid_argument);
+  CHECK_THROWS_AS(terms.split_efforts(VectorX::Zero(2), VectorX::Zero(1), VectorX::Zero(2)), std::invalid_argument);
   CHECK_THROWS_AS(terms.independent_terms(VectorX::Constant(2, std::nan(""))), std::invalid_argument);
   CHECK_THROWS_AS(EquationTerms(doors::config("rr.yaml").mechanism, {.independent = {"nobody"}}),
                   std::invalid_argument);

@@ -9,7 +9,7 @@ using namespace equations;
 
 namespace {
 
-using Of = SpeedTerm::Of;
+using Of = GeneralisedSpeedTerm::Kind;
 constexpr double r = 0.1, b = 0.2;
 
 int coordinate(const Mechanism& mechanism, const std::string& name) {
@@ -22,11 +22,13 @@ int coordinate(const Mechanism& mechanism, const std::string& name) {
 SpeedChoice rolling(const Mechanism& cart) {
   const int body = cart.tool->body;
   const Vector3 axle = cart.tool->position;
-  const SpeedTerm ahead{Of::velocity_own, 0, 1, body, axle}, aside{Of::velocity_own, 1, 1, body, axle};
+  const GeneralisedSpeedTerm ahead{Of::velocity_body, 0, 1, body, axle}, aside{Of::velocity_body, 1, 1, body, axle};
   const auto wheel = [&](const char* name, double side) {
-    return Speed{name, {ahead, {Of::turning_own, 2, side, body}, {Of::coordinate, coordinate(cart, name), -r}}};
+    return GeneralisedSpeed{
+        name, {ahead, {Of::angular_velocity_body, 2, side, body}, {Of::coordinate, coordinate(cart, name), -r}}};
   };
-  return {{{"v", {ahead}}, {"w", {{Of::turning_own, 2, 1, body}}}}, {wheel("A", -b), wheel("B", b), {"side", {aside}}}};
+  return {{{"v", {ahead}}, {"w", {{Of::angular_velocity_body, 2, 1, body}}}},
+          {wheel("A", -b), wheel("B", b), {"side", {aside}}}};
 }
 
 }  // namespace
@@ -37,9 +39,9 @@ TEST_CASE("a cart whose wheels roll has the equation of a unicycle in its forwar
   const double heading = 0.8, d = 0.15, body = 8, wheel = 0.7, spin = 0.0035, across = 0.002;
   VectorX q(5);
   q << 0.3, -0.2, heading, 1, 2;
-  const Answer<SpeedTerms> found = terms.speed_terms(q, rolling(cart));
+  const Expected<SpeedTerms> found = terms.speed_terms(q, rolling(cart));
   REQUIRE(found);
-  const IndependentTerms& own = found.value.own;
+  const IndependentTerms& own = found.value.speed_equations;
   // round-off of sums of terms of the order 10
   constexpr double tolerance = 1e-13;
   CHECK(own.mass(0, 0) == doctest::Approx(body + 2 * wheel + 2 * spin / (r * r)).epsilon(tolerance));
@@ -52,7 +54,7 @@ TEST_CASE("a cart whose wheels roll has the equation of a unicycle in its forwar
   around << 0, body * d / 2, body * d / 2, 0;
   CHECK(largest(own.velocity[0] - ahead) < 1e-12);
   CHECK(largest(own.velocity[1] - around) < 1e-12);
-  CHECK(largest(own.rest.sum()) < 1e-12);
+  CHECK(largest(own.static_terms.sum()) < 1e-12);
   // the wheels roll: rates of x, y, heading and both wheels
   MatrixX rates(5, 2);
   rates << std::cos(heading), 0, std::sin(heading), 0, 0, 1, 1 / r, -b / r, 1 / r, b / r;
@@ -63,8 +65,8 @@ TEST_CASE("speeds that do not determine the motion have no equation, and as many
   const Mechanism cart = doors::config("poses/cart-two-wheels.yaml").mechanism;
   EquationTerms terms(cart, {.independent = {"P.x", "P.y", "P.angle", "A", "B"}});
   SpeedChoice choice = rolling(cart);
-  choice.zero[2] = choice.speeds[0];
+  choice.constrained[2] = choice.speeds[0];
   CHECK(terms.speed_terms(VectorX::Zero(5), choice).outcome.status == MotionStatus::drive_singularity);
-  choice.zero.pop_back();
+  choice.constrained.pop_back();
   CHECK_THROWS_AS(terms.speed_terms(VectorX::Zero(5), choice), std::invalid_argument);
 }

@@ -19,17 +19,17 @@ TEST_CASE("the parts of every torque add up to it along every trajectory of ever
       CAPTURE(file);
       CAPTURE(trajectory.name);
       trajectory.samples = 9;
-      const Result run = simulate(study.mechanism, trajectory);
+      const RunResult run = simulate(study.mechanism, trajectory);
       if (run.outcome.status != MotionStatus::done) continue;
       InverseOptions options;
       options.time_scale = run.time[run.time.size() - 1] - run.time[0];
       EquationTerms terms(study.mechanism, options);
-      const StateTable states = independent_states(terms, run);
-      REQUIRE(assemble_as(terms, run).status == MotionStatus::done);
+      const StateTable states = extract_independent_states(terms, run);
+      REQUIRE(assemble_at_row(terms, run).status == MotionStatus::done);
       for (Eigen::Index k = 0; k < states.q.rows(); ++k) {
-        const auto split = terms.split(states.q.row(k), states.dq.row(k), states.ddq.row(k), run.time[k]);
+        const auto split = terms.split_efforts(states.q.row(k), states.dq.row(k), states.ddq.row(k), run.time[k]);
         REQUIRE_MESSAGE(split, split.outcome.reason);
-        const double size = largest(split.value.parts) + run.term_sizes.effort.maxCoeff();
+        const double size = largest(split.value.parts) + run.term_magnitudes.effort.maxCoeff();
         const VectorX sum = split.value.parts.rowwise().sum();
         CHECK(largest(sum - split.value.effort) <= 1e-12 * size);
         // rates and forces of the two ways differ by the loops' round-off, which grows near singularities
@@ -45,15 +45,16 @@ TEST_CASE("a run's torques and the samples of their parts") {
     const Study study = doors::config(file);
     Trajectory trajectory = study.trajectories.front();
     trajectory.samples = 21;
-    Result run = simulate(study.mechanism, trajectory);
+    RunResult run = simulate(study.mechanism, trajectory);
     REQUIRE(run.outcome.status == MotionStatus::done);
     CHECK(run.torque_inertia.size() == 0);
-    REQUIRE(add_effort_parts(study.mechanism, run).status == MotionStatus::done);
+    REQUIRE(add_effort_breakdown(study.mechanism, run).status == MotionStatus::done);
     const Samples sum = run.torque_inertia + run.torque_velocity + run.torque_friction + run.torque_weight +
                         run.torque_spring + run.torque_load;
-    CHECK(largest(sum - run.torque) <= 1e-9 * (largest(run.torque) + run.term_sizes.effort.maxCoeff()));
+    CHECK(largest(sum - run.torque) <= 1e-9 * (largest(run.torque) + run.term_magnitudes.effort.maxCoeff()));
     int parts = 0;
-    for (const Quantity& quantity : list_quantities(run)) parts += quantity.name.rfind("torque_", 0) == 0 ? 1 : 0;
+    for (const Quantity& quantity : list_sampled_quantities(run))
+      parts += quantity.name.rfind("torque_", 0) == 0 ? 1 : 0;
     CHECK(parts == 6);
   }
 }
@@ -65,13 +66,13 @@ TEST_CASE("each part is what its own cause does") {
   EquationTerms terms(whole);
   const VectorX q = own(terms, all), dq = wave(q.size(), 0.2), ddq = 3 * wave(q.size(), 0.9);
   terms.assemble(q, all);
-  const auto split = terms.split(q, dq, ddq, 0.1);
+  const auto split = terms.split_efforts(q, dq, ddq, 0.1);
   REQUIRE(split);
   const auto effort_without = [&](auto&& change) {
     Mechanism less = whole;
     change(less);
     InverseDynamics door(less);
-    std::vector<NamedValue> near;
+    std::vector<CoordinateGuess> near;
     for (const CoordinateValue& v : all)
       near.push_back({whole.coordinates[static_cast<std::size_t>(v.coordinate)].name, v.value});
     door.assemble(q, near);
@@ -97,7 +98,7 @@ TEST_CASE("the inertia's part follows the accelerations, the velocities' part th
     EquationTerms terms(study.mechanism);
     const VectorX q = own(terms, all), dq = wave(q.size(), 0.2), ddq = wave(q.size(), 0.9);
     terms.assemble(q, all);
-    const auto one = terms.split(q, dq, ddq), two = terms.split(q, 2 * dq, 3 * ddq);
+    const auto one = terms.split_efforts(q, dq, ddq), two = terms.split_efforts(q, 2 * dq, 3 * ddq);
     const auto own_terms = terms.independent_terms(q);
     REQUIRE(one);
     REQUIRE(two);

@@ -63,7 +63,7 @@ TEST_CASE("M' is the mass matrix of the inverse and of the forward dynamics") {
     REQUIRE(found);
     const MatrixX& M = found.value.mass;
     InverseDynamics door(m.study.mechanism);
-    std::vector<NamedValue> near;
+    std::vector<CoordinateGuess> near;
     for (const CoordinateValue& v : m.all)
       near.push_back({m.study.mechanism.coordinates[static_cast<std::size_t>(v.coordinate)].name, v.value});
     REQUIRE(door.assemble(m.q, near));
@@ -73,7 +73,7 @@ TEST_CASE("M' is the mass matrix of the inverse and of the forward dynamics") {
     options.preferred = m.terms.independent();
     ForwardDynamics forward(m.study.mechanism, options);
     const VectorX all = m.terms.assemble(m.q, m.all).value;
-    if (forward.set(0, all, VectorX::Zero(all.size())).status != MotionStatus::done) continue;
+    if (forward.set_state(0, all, VectorX::Zero(all.size())).status != MotionStatus::done) continue;
     if (forward.independent() != m.terms.independent()) continue;
     CHECK(largest(M - forward.equation().mass) <= 1e-9 * largest(M));
   }
@@ -124,14 +124,14 @@ TEST_CASE("z' of weight and springs is the slope of the potential energy") {
     const auto found = m.terms.independent_terms(m.q);
     REQUIRE(found);
     InverseDynamics door(m.study.mechanism);
-    std::vector<NamedValue> near;
+    std::vector<CoordinateGuess> near;
     for (const CoordinateValue& v : m.all)
       near.push_back({m.study.mechanism.coordinates[static_cast<std::size_t>(v.coordinate)].name, v.value});
     door.assemble(m.q, near);
     const VectorX still = VectorX::Zero(m.q.size());
     const auto energy = [&](const VectorX& q) { return door.at(q, still, still).value.potential_energy; };
     const double h = 2e-3 * m.characteristic();
-    const VectorX z = found.value.rest.weight + found.value.rest.springs;
+    const VectorX z = found.value.static_terms.weight + found.value.static_terms.springs;
     for (Eigen::Index k = 0; k < m.q.size(); ++k) {
       const VectorX e = h * VectorX::Unit(m.q.size(), k);
       const double slope = (45 * (energy(m.q + e) - energy(m.q - e)) - 9 * (energy(m.q + 2 * e) - energy(m.q - 2 * e)) +
@@ -154,7 +154,7 @@ TEST_CASE("the equations before the loops are eliminated become M', D' and z' by
     const MatrixX M = C.transpose() * tree.value.mass * C;
     CHECK(largest(tree.value.constraints * C) <= 1e-10 * largest(tree.value.constraints) * (1 + largest(C)));
     CHECK(largest(M - own_terms.value.mass) <= 1e-10 * largest(M));
-    CHECK(largest(C.transpose() * tree.value.rest.sum() - own_terms.value.rest.sum()) <=
+    CHECK(largest(C.transpose() * tree.value.rest.sum() - own_terms.value.static_terms.sum()) <=
           1e-10 * (1 + largest(C)) * largest(tree.value.rest.sum()));
     CHECK(largest(C.transpose() * tree.value.viscous * C - own_terms.value.viscous) <=
           1e-10 * largest(own_terms.value.viscous));
@@ -187,7 +187,7 @@ TEST_CASE("P1 eq. 27, 28: the balanced planar arm has k = 2.537333, 4.3168, 0.07
     const IndependentTerms& t = found.value;
     for (Eigen::Index k = 0; k < 3; ++k) {
       CHECK(std::abs(t.mass(k, k) - printed[k]) <= 1e-13 * printed[k]);
-      CHECK(std::abs(t.rest.sum()[k]) <= 1e-13 * 9.81 * (m1 + m2 + m3 + m67) * l1);
+      CHECK(std::abs(t.static_terms.sum()[k]) <= 1e-13 * 9.81 * (m1 + m2 + m3 + m67) * l1);
       CHECK(largest(t.velocity[static_cast<std::size_t>(k)]) <= 1e-13 * largest(t.mass));
     }
     CHECK(largest(t.mass - MatrixX(t.mass.diagonal().asDiagonal())) <= 1e-13 * largest(t.mass));

@@ -57,7 +57,7 @@ std::vector<std::string> terms_of(const std::string& sum) {
 TEST_CASE("a planar arm that is balanced as the paper says has constant, decoupled inertias for any numbers") {
   for (const unsigned seed : {1U, 2U}) {
     const Drawn p = draw({"l1", "l2", "m1", "m2", "m3", "m6", "m7", "J2", "J3", "J4", "J5", "J6", "J7"}, seed);
-    const Sheets s = sheets("planar-rrr.yaml", p.set, {.expressions = Expressions::put_in});
+    const Sheets s = sheets("planar-rrr.yaml", p.set, {.expressions = ParameterExpressions::inlined});
     for (const char* label : {"D1", "D2", "D3", "D111", "D112", "D122", "D211", "D223", "D311", "D322"})
       CHECK_MESSAGE(s.is_zero(label), label);  // as a polynomial, not only at some poses
     const double carried = p["m2"] + p["m3"] + p["m6"] + p["m7"], shift = square(p["l2"] * p["m3"]) / p["m2"];
@@ -83,14 +83,14 @@ TEST_CASE("the inertias that the motors of the balanced planar arm feel are thos
 
 // P1 eq. 31, 36–39 as corrected in docs/errata.md.
 TEST_CASE("a spatial arm that is balanced as the paper says has constant, decoupled inertias for any numbers") {
-  const Sheets s = sheets("spatial-rrr.yaml", {}, {.expressions = Expressions::put_in});
+  const Sheets s = sheets("spatial-rrr.yaml", {}, {.expressions = ParameterExpressions::inlined});
   for (const unsigned seed : {3U, 4U}) {
     Drawn p = draw({"l1", "l2", "m2", "m3", "Jx3", "Jx4", "Jx5", "Jz2", "Jz1", "Jx2", "Jy3", "m_d4", "m_d5"}, seed);
     p.value["Jz3"] = p["Jy3"];  // eq. 37
     p.value["beta"] = -(p["Jx3"] + p["Jx4"]) / p["Jx5"];
     const double shift = p["m3"] * square(p["l2"]) * (1 + p["m3"] / p["m2"]);
     for (const auto& q : poses) {
-      const auto n = names_at(s.sheet, q);
+      const auto n = evaluate_names(s.sheet, q);
       const double k1 = p["Jz1"] + p["Jz2"] + p["Jz3"] + (p["m2"] + p["m3"] + p["m_d4"] + p["m_d5"]) * square(p["l1"]) +
                         shift + n.at("Jt_d4") + n.at("Jt_d5");
       CHECK(s.at("D11", q, p.value) == near(k1));
@@ -104,7 +104,7 @@ TEST_CASE("a spatial arm that is balanced as the paper says has constant, decoup
 
 // P1 eq. 42, 46–49 with the terms of the slider's offset (docs/errata.md).
 TEST_CASE("a SCARA arm that is balanced as the paper says has constant, decoupled inertias for any numbers") {
-  const Sheets s = sheets("scara.yaml", {}, {.expressions = Expressions::put_in});
+  const Sheets s = sheets("scara.yaml", {}, {.expressions = ParameterExpressions::inlined});
   for (const char* label : {"D1", "D2", "D112", "D122", "D211", "D13", "D23"}) CHECK_MESSAGE(s.is_zero(label), label);
   Drawn p = draw({"l1", "l2", "m1", "m2", "m3", "J2", "J3", "J4", "J5", "Jz1"}, 5);
   const double shift = p["m3"] * square(p["l2"]) * (1 + p["m3"] / p["m2"]);
@@ -121,7 +121,7 @@ TEST_CASE("a SCARA arm that is balanced as the paper says has constant, decouple
 
 TEST_CASE(
     "P1 eq. 25: the printed inertias of the planar arm with its discs on the base, for any ratios of their belts") {
-  const Sheets s = sheets("planar-rrr-belts.yaml", {}, {.expressions = Expressions::put_in});
+  const Sheets s = sheets("planar-rrr-belts.yaml", {}, {.expressions = ParameterExpressions::inlined});
   for (const char* label : {"D1", "D2", "D3", "D111", "D112", "D122", "D211", "D223", "D311", "D322"})
     CHECK_MESSAGE(s.is_zero(label), label);
   Drawn p = draw({"l1", "l2", "m1", "m2", "m3", "J2", "J3", "J4", "J5", "J6", "J7", "beta", "gamma"}, 6);
@@ -140,7 +140,7 @@ TEST_CASE(
 }
 
 TEST_CASE("P1 eq. 31: the printed inertias and velocity terms of the spatial arm that is balanced statically only") {
-  const Sheets s = sheets("spatial-rrr.yaml", {{"Jy2", "0.26"}}, {.expressions = Expressions::put_in});
+  const Sheets s = sheets("spatial-rrr.yaml", {{"Jy2", "0.26"}}, {.expressions = ParameterExpressions::inlined});
   Drawn p = draw({"l1", "l2", "m2", "m3", "Jx2", "Jy2", "Jz1", "Jz2", "Jx3", "Jy3", "Jz3"}, 7);
   for (const char* disc : {"Jx4", "Jx5", "m_d4", "m_d5", "Jt_d4", "Jt_d5"}) p.value[disc] = 0;
   const double m3l2 = p["m3"] * p["l2"], shift = m3l2 * p["l2"] * (1 + p["m3"] / p["m2"]);
@@ -164,7 +164,7 @@ TEST_CASE("P1 eq. 31: the printed inertias and velocity terms of the spatial arm
 }
 
 TEST_CASE("P1 eq. 42: the printed inertias of the SCARA that is balanced statically only") {
-  const Sheets s = sheets("scara.yaml", {}, {.expressions = Expressions::put_in});
+  const Sheets s = sheets("scara.yaml", {}, {.expressions = ParameterExpressions::inlined});
   Drawn p = draw({"l1", "m1", "m2", "m3", "J2", "J3", "Jz1"}, 8);
   for (const char* none : {"J4", "J5", "l2"}) p.value[none] = 0;  // no discs, the slider on the axis of joint 2
   const double carried = p["m2"] + p["m3"], D22 = p["J2"] + p["J3"];
@@ -182,17 +182,17 @@ TEST_CASE("P1 eq. 42: the printed inertias of the SCARA that is balanced statica
 // Two ways to the same torques: polynomials in inertias about the origins, and the recursion with unit parameters.
 TEST_CASE("every printed column of the regressor is the engine's, and one that is not is found out") {
   for (const std::string config : {"planar-rrr-belts.yaml", "scara.yaml", "5r.yaml", "spatial-rrr.yaml"}) {
-    const Sheets s =
-        sheets(config, {},
-               {.only = {Section::inertia, Section::velocity, Section::gravity, Section::closures, Section::regressor}},
-               {.most_terms = 100'000});
-    const Check check = check_against_engine(s.sheet, s.texts, s.study.mechanism);
-    CHECK_MESSAGE(check.agrees, config << ": " << check.reason << " " << check.error);
+    const Sheets s = sheets(config, {},
+                            {.only = {SheetSectionKind::inertia, SheetSectionKind::velocity, SheetSectionKind::gravity,
+                                      SheetSectionKind::closures, SheetSectionKind::regressor}},
+                            {.max_terms = 100'000});
+    const FormulaCheck check = check_against_engine(s.sheet, s.texts, s.study.mechanism);
+    CHECK_MESSAGE(check.is_consistent, config << ": " << check.reason << " " << check.error);
     CHECK(check.error < 1e-11);
-    Sheets wrong = sheets(config, {}, {.only = {Section::regressor}});
+    Sheets wrong = sheets(config, {}, {.only = {SheetSectionKind::regressor}});
     for (auto& [label, text] : wrong.texts)
       if (label.starts_with("Y1_") && text != "0") text = "1.001 (" + text + ")";
-    CHECK_FALSE(check_against_engine(wrong.sheet, wrong.texts, wrong.study.mechanism).agrees);
+    CHECK_FALSE(check_against_engine(wrong.sheet, wrong.texts, wrong.study.mechanism).is_consistent);
   }
 }
 

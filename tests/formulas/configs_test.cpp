@@ -44,14 +44,15 @@ TEST_CASE(
   for (const auto& entry : std::filesystem::directory_iterator(BALANCE_CONFIGS)) {
     if (entry.path().extension() != ".yaml") continue;
     const std::string config = entry.path().filename().string();
-    if (has_passing_payloads(read_spec_file(entry.path().string()).mechanism)) continue;
+    if (has_temporary_payloads(read_spec_file(entry.path().string()).mechanism)) continue;
     for (const bool numbers : {false, true}) try {
-        const Sheets s = sheets(config, {}, {}, {.numbers = numbers});
-        const Check check = check_against_engine(s.sheet, s.texts, s.study.mechanism, {.elsewhere = !numbers});
-        CHECK_MESSAGE(check.agrees, config << ": " << check.reason << " " << check.error);
+        const Sheets s = sheets(config, {}, {}, {.with_values = numbers});
+        const FormulaCheck check =
+            check_against_engine(s.sheet, s.texts, s.study.mechanism, {.with_perturbed_parameters = !numbers});
+        CHECK_MESSAGE(check.is_consistent, config << ": " << check.reason << " " << check.error);
         CHECK(check.states == 5);
         CHECK_MESSAGE((check.note.empty() || rigid_elsewhere.contains(config)), config << ": " << check.note);
-        elsewhere += check.elsewhere;
+        elsewhere += check.perturbed_states;
         ++count;
       } catch (const FormulaError& error) {
         CHECK_MESSAGE(config == "rccc.yaml", config << ": " << std::string(error.what()));  // too long
@@ -61,15 +62,15 @@ TEST_CASE(
   CHECK(elsewhere > 60);
 }
 
-// program_text runs what it is about to print against the engine, at the spec's numbers and at others, and throws where they differ.
+// generate_program runs what it is about to print against the engine, at the spec's numbers and at others, and throws where they differ.
 TEST_CASE("every config has programs, in C and in Python, that say what the engine says, at other numbers, too") {
   int count = 0;
   for (const auto& entry : std::filesystem::directory_iterator(BALANCE_CONFIGS)) {
     if (entry.path().extension() != ".yaml") continue;
     const DesignSpace space = read_design_space_file(entry.path().string());
-    if (has_passing_payloads(space.start.mechanism)) continue;
+    if (has_temporary_payloads(space.start.mechanism)) continue;
     for (const Language language : {Language::c, Language::python})
-      CHECK_NOTHROW_MESSAGE(program_text(space.start.mechanism, read_spec_texts(space), language),
+      CHECK_NOTHROW_MESSAGE(generate_program(space.start.mechanism, read_spec_number_texts(space), language),
                             entry.path().filename().string());
     ++count;
   }
@@ -78,19 +79,19 @@ TEST_CASE("every config has programs, in C and in Python, that say what the engi
 
 TEST_CASE("a program is run as it is printed: one with a wrong sign is noticed") {
   const DesignSpace space = read_design_space_file(BALANCE_CONFIGS "/rr.yaml");
-  const std::string text = program_text(space.start.mechanism, read_spec_texts(space), Language::c);
-  PrintedProgram right(text, Language::c, 2);
+  const std::string text = generate_program(space.start.mechanism, read_spec_number_texts(space), Language::c);
+  ProgramInterpreter right(text, Language::c, 2);
   std::string changed = text;
   const std::size_t sum = changed.find(" + ", changed.find("static void torques("));
   REQUIRE(sum != std::string::npos);
   changed[sum + 1] = '-';
-  PrintedProgram wrong(changed, Language::c, 2);
+  ProgramInterpreter wrong(changed, Language::c, 2);
   const Sheets s = sheets("rr.yaml");
-  for (PrintedProgram* program : {&right, &wrong}) {
-    for (const Symbol& symbol : s.sheet.ring->symbols()) program->set(symbol.name, symbol.value);
+  for (ProgramInterpreter* program : {&right, &wrong}) {
+    for (const Symbol& symbol : s.sheet.ring->symbols()) program->set_parameter(symbol.name, symbol.value);
     program->prepare();
   }
-  CHECK(right.torques({0.3, 0.7}, {1, -2}, {2, 1}) != wrong.torques({0.3, 0.7}, {1, -2}, {2, 1}));
+  CHECK(right.compute_torques({0.3, 0.7}, {1, -2}, {2, 1}) != wrong.compute_torques({0.3, 0.7}, {1, -2}, {2, 1}));
 }
 
 TEST_CASE("a wrong letter in a formula is noticed") {
@@ -98,7 +99,7 @@ TEST_CASE("a wrong letter in a formula is noticed") {
   auto texts = s.texts;
   std::string& text = texts.at("D12");
   text.replace(text.find("cos"), 3, "sin");
-  CHECK_FALSE(check_against_engine(s.sheet, texts, s.study.mechanism).agrees);
+  CHECK_FALSE(check_against_engine(s.sheet, texts, s.study.mechanism).is_consistent);
 }
 
 TEST_CASE("a wrong sign in a condition, a closure or what it is solved to is noticed") {
@@ -106,13 +107,13 @@ TEST_CASE("a wrong sign in a condition, a closure or what it is solved to is not
     const Sheets s = sheets(config);
     for (std::size_t k = 0; k < s.sections.size(); ++k)
       for (std::size_t f = 0; f < s.sections[k].formulas.size(); ++f) {
-        const Section section = s.sections[k].section;
-        const bool derived = section == Section::conditions || section == Section::solved;
+        const SheetSectionKind section = s.sections[k].section;
+        const bool derived = section == SheetSectionKind::conditions || section == SheetSectionKind::solved;
         if (!derived && s.sections[k].formulas[f].label[0] != 'h') continue;
         auto texts = s.texts;
         std::string& text = texts.at(text_key(k, f, s.sections[k].formulas[f].label));
         text.insert(0, "-");
-        CHECK_FALSE(check_against_engine(s.sheet, texts, s.study.mechanism).agrees);
+        CHECK_FALSE(check_against_engine(s.sheet, texts, s.study.mechanism).is_consistent);
       }
   }
 }
@@ -121,8 +122,8 @@ TEST_CASE("a wrong sign in a condition, a closure or what it is solved to is not
 TEST_CASE("the numbers of terms are those of the one form that there is") {
   const auto counts = [](const Mechanism& mechanism) {
     Ring ring;
-    const TermCount c =
-        count_terms(derive(ring, symbolic_tree(ring, mechanism, {}, {.inertial = Inertial::about_origin})));
+    const TermCount c = count_terms(derive_equations(
+        ring, build_symbolic_tree(ring, mechanism, {}, {.inertial = InertialParametrisation::about_origin})));
     return std::vector<std::size_t>{c.M, c.D, c.z};
   };
   CHECK(counts(arm({z, y, y, y, z, y}, {o, 0.1 * y, 0.4 * z - 0.1 * y, 0.4 * z, 0.1 * y, 0.1 * z})) ==
@@ -142,6 +143,6 @@ TEST_CASE("mechanisms whose formulas would fill the memory are refused in time, 
   const Mechanism snake = arm(axes, places);
   CHECK_THROWS_AS(make_sheet(snake, {}), FormulaError);
   CodeSize size;
-  CHECK(program_text(snake, {}, Language::c, &size).find("torques") != std::string::npos);
-  CHECK(size.per_state < 24 * 400);
+  CHECK(generate_program(snake, {}, Language::c, &size).find("torques") != std::string::npos);
+  CHECK(size.operations_per_state < 24 * 400);
 }

@@ -9,7 +9,7 @@ using namespace reading;
 
 namespace {
 
-const SheetOptions natural{.only = {Section::natural}};
+const SheetOptions natural{.only = {SheetSectionKind::natural}};
 
 /// P3's mechanism with a number of its own for everything: bodies 1, 3, 5 are cranks, 2, 4, 6 couplers, 7 the platform.
 std::string general_3rrr() {
@@ -39,9 +39,9 @@ std::string general_3rrr() {
 Sheets general_sheets() {
   const DesignSpace space = read_design_space(general_3rrr(), "general.yaml", {});
   Sheets found{space.start, {}, {}, {}};
-  found.sheet = make_sheet(found.study.mechanism, read_spec_texts(space), natural);
+  found.sheet = make_sheet(found.study.mechanism, read_spec_number_texts(space), natural);
   found.sections = print_sheet(found.sheet, {});
-  found.texts = texts_of(found.sections);
+  found.texts = texts_by_label(found.sections);
   return found;
 }
 
@@ -93,20 +93,21 @@ TEST_CASE(
   for (const char* config : {"3rrr-force-balance.yaml", "watt-six-bar.yaml", "whitworth.yaml", "scotch-yoke.yaml",
                              "slider-crank.yaml", "geared-five-bar.yaml", "rr-balanced.yaml", "squeezer.yaml"})
     for (const bool numbers : {false, true}) {
-      const Sheets s = sheets(config, {}, natural, {.numbers = numbers});
-      const Check check = check_against_engine(s.sheet, s.texts, s.study.mechanism, {.elsewhere = !numbers});
-      CHECK_MESSAGE(check.agrees, config << ": " << check.reason << " " << check.error);
+      const Sheets s = sheets(config, {}, natural, {.with_values = numbers});
+      const FormulaCheck check =
+          check_against_engine(s.sheet, s.texts, s.study.mechanism, {.with_perturbed_parameters = !numbers});
+      CHECK_MESSAGE(check.is_consistent, config << ": " << check.reason << " " << check.error);
     }
 }
 
 TEST_CASE("a wrong sign in natural coordinates is noticed, wherever it stands") {
   const Sheets s = general_sheets();
-  CHECK(check_against_engine(s.sheet, s.texts, s.study.mechanism).agrees);
+  CHECK(check_against_engine(s.sheet, s.texts, s.study.mechanism).is_consistent);
   for (const char* label : {"Mre11", "Mim12", "Mre46", "Cre1", "Cim2", "Phi1", "Phi9", "G1_1"}) {
     auto texts = s.texts;
     std::string& text = texts.at(label);
     text = "-(" + text + ") + 0.01";
-    CHECK_MESSAGE(!check_against_engine(s.sheet, texts, s.study.mechanism).agrees, label);
+    CHECK_MESSAGE(!check_against_engine(s.sheet, texts, s.study.mechanism).is_consistent, label);
   }
 }
 

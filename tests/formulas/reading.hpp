@@ -20,7 +20,7 @@ using namespace balance::formulas;
 /// A config's sheet and its texts by label.
 struct Sheets {
   Study study;
-  Sheet sheet;
+  FormulaSheet sheet;
   std::vector<PrintedSection> sections;
   std::map<std::string, std::string> texts;
 
@@ -30,9 +30,9 @@ struct Sheets {
             const std::map<std::string, double>& instead = {}) const {
     const auto text = texts.find(label);
     if (text == texts.end()) return 0;
-    auto names = names_at(sheet, q);
+    auto names = evaluate_names(sheet, q);
     for (const auto& [name, value] : instead) names.at(name) = value;
-    return text_value(text->second, names);
+    return evaluate_text(text->second, names);
   }
   bool is_zero(const std::string& label) const {
     return std::any_of(sections.begin(), sections.end(), [&](const PrintedSection& section) {
@@ -45,9 +45,9 @@ inline Sheets sheets(const std::string& config, const std::vector<std::pair<std:
                      const SheetOptions& options = {}, const PrintOptions& print = {}) {
   const DesignSpace space = read_design_space_file(std::string(BALANCE_CONFIGS "/") + config, {set});
   Sheets found{space.start, {}, {}, {}};
-  found.sheet = make_sheet(found.study.mechanism, read_spec_texts(space, {set}), options);
+  found.sheet = make_sheet(found.study.mechanism, read_spec_number_texts(space, {set}), options);
   found.sections = print_sheet(found.sheet, print);
-  found.texts = texts_of(found.sections);
+  found.texts = texts_by_label(found.sections);
   return found;
 }
 

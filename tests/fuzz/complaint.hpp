@@ -6,7 +6,7 @@
 namespace balance::fuzz {
 
 /// `s.yaml:3:14` or `--set l`.
-bool names_a_place(const SpecPlace& place);
+bool names_a_place(const SourceLocation& place);
 
 template <class Read>
 bool complains_well(Read&& read) {
@@ -14,7 +14,7 @@ bool complains_well(Read&& read) {
     read();
     return true;
   } catch (const SpecError& error) {
-    for (const Mistake& mistake : error.mistakes()) {
+    for (const Diagnostic& mistake : error.diagnostics()) {
       demand(names_a_place(mistake.place), "a complaint without a place: " + mistake.text());
       demand(!mistake.message.empty(), "a complaint that says nothing: " + mistake.text());
     }

@@ -11,10 +11,10 @@ namespace balance::fuzz {
 namespace {
 
 /// What an import does, but for closing the loops.
-void make_spec(foreign::Robot& robot) {
-  foreign::prepare(robot, {.fixed_base = true});
+void make_spec(foreign::ForeignModel& robot) {
+  foreign::simplify_model(robot, {.fixed_base = true});
   for (const foreign::Finding& one : robot.findings) demand(!one.text().empty(), "a finding that says nothing");
-  const std::string text = foreign::spec_text(robot, {}).text;
+  const std::string text = foreign::generate_spec(robot, {}).text;
   // the file's numbers may be none that a spec can have; that its language is right is what matters
   complains_well([&] { read_spec(text, "s.yaml"); });
 }
@@ -22,7 +22,7 @@ void make_spec(foreign::Robot& robot) {
 void import_as(std::string_view bytes, const char* file) {
   complains_well([&] {
     try {
-      foreign::Robot robot = foreign::read_robot(std::string(bytes), file);
+      foreign::ForeignModel robot = foreign::read_foreign_model(std::string(bytes), file);
       make_spec(robot);
     } catch (const SystemError&) {
       // an included file that is not there
@@ -47,8 +47,8 @@ void chrono(std::string_view bytes) { import_as(bytes, "s.yaml"); }
 
 void loops(std::string_view bytes) {
   complains_well([&] {
-    foreign::Robot robot = foreign::read_robot(four_links, "s.urdf");
-    foreign::read_loops(std::string(bytes), "loops.yaml", robot);
+    foreign::ForeignModel robot = foreign::read_foreign_model(four_links, "s.urdf");
+    foreign::read_gepetto_loops(std::string(bytes), "loops.yaml", robot);
     make_spec(robot);
   });
 }

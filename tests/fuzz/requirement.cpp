@@ -31,9 +31,9 @@ void requirement(std::string_view bytes) {
   const std::string text(bytes.substr(0, bytes.find('\n')));
   const RunNames names{{"base", "other", "3"}, "base"};
   try {
-    const Requirement read = read_requirement(text, names);
+    const Requirement read = parse_requirement(text, names);
     check_quantities(read, {"torque", "shaking_force"});
-    judge(read, {table("base"), table("other"), table("3")}, 1);
+    judge_requirement(read, {table("base"), table("other"), table("3")}, 1);
   } catch (const RequirementError& wrong) {
     demand(wrong.column >= 1 && wrong.column <= text.size() + 1, "a column outside of the requirement");
   }

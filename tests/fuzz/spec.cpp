@@ -40,15 +40,16 @@ std::string part_in(const std::string& text, const std::string& path) {
 
 /// The text with its parts in it. @throws SpecError
 std::string whole(const std::string& text) {
-  read::Problems problems(file_name);
+  specification::SpecErrorCollector problems(file_name);
   std::string flat = text;
-  const bool right = problems.guard([&] {
-    const read::Node root = read::parse_yaml(text, problems);
-    if (read::includes_parts(root))
-      flat =
-          read::flatten(root, file_name, problems, [&](const std::string& path) { return part_in(text, path); }).text;
+  const bool right = problems.collect([&] {
+    const specification::YamlNode root = specification::parse_yaml(text, problems);
+    if (specification::has_includes(root))
+      flat = specification::expand_includes(root, file_name, problems, [&](const std::string& path) {
+               return part_in(text, path);
+             }).text;
   });
-  if (!right) problems.throw_all();
+  if (!right) problems.throw_if_any();
   return flat;
 }
 
@@ -61,8 +62,8 @@ void use(const DesignSpace& space) {
     lower[at] = numbers[i].lower;
     upper[at] = numbers[i].upper;
   }
-  for (const VectorX& x : {start, lower, upper}) complains_well([&] { space.at(x); });
-  const std::string balanced = balanced_spec(space.start, start);
+  for (const VectorX& x : {start, lower, upper}) complains_well([&] { space.study_at(x); });
+  const std::string balanced = format_balanced_spec(space.start, start);
   const bool readable = complains_well([&] {
     try {
       demand(read_spec(balanced, file_name).free_numbers.empty(), "a balanced spec has free numbers");

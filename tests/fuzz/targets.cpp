@@ -21,7 +21,7 @@ void demand(bool holds, const std::string& what) {
   std::abort();
 }
 
-bool names_a_place(const SpecPlace& place) {
+bool names_a_place(const SourceLocation& place) {
   const bool known = place.file.ends_with(".yaml") || place.file.ends_with(".urdf") || place.file.ends_with(".xml");
   return place.is_option() || (known && place.line > 0 && place.column > 0);
 }

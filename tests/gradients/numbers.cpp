@@ -74,7 +74,7 @@ std::vector<Number> some_numbers(const Mechanism& mechanism, std::size_t most, s
     const Spring& spring = mechanism.springs[i];
     list.add(
         spring.name + ".stiffness", spring.stiffness, [i](auto& m) -> auto& { return m.springs[i].stiffness; });
-    if (spring.in_joint()) {
+    if (spring.is_joint_spring()) {
       list.add(
           spring.name + ".preload", 1, [i](auto& m) -> auto& { return m.springs[i].preload; });
       continue;

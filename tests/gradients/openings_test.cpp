@@ -28,15 +28,15 @@ TEST_CASE("a number opens a joint if, and only if, the mechanism cannot be assem
     trajectory.samples = 5;
     for (int round = 0; round < 4; ++round) {
       const auto numbers = gradients::some_numbers(study.mechanism, dual_width, random);
-      MechanismOf<DualNumber> duals = with_derivatives(study.mechanism);
+      MechanismOf<DualNumber> duals = to_dual(study.mechanism);
       for (std::size_t k = 0; k < numbers.size(); ++k) numbers[k].in_duals(duals).d[k] += 1;
-      const RunGradient gradient = differentiate(duals, with_derivatives(trajectory), {"torque"});
+      const RunGradient gradient = differentiate_run(duals, to_dual(trajectory), {"torque"});
       REQUIRE(gradient.run.outcome.status == MotionStatus::done);
       for (std::size_t k = 0; k < numbers.size(); ++k) {
         Mechanism moved = study.mechanism;
         numbers[k].in(moved) += step * numbers[k].scale;
         const bool runs = simulate(moved, trajectory).outcome.status == MotionStatus::done;
-        CHECK_MESSAGE(gradient.openings[k].empty() == runs, std::string(name) << ": " << numbers[k].name);
+        CHECK_MESSAGE(gradient.closure_gaps[k].empty() == runs, std::string(name) << ": " << numbers[k].name);
         ++(runs ? following : opening);
       }
     }
@@ -49,12 +49,12 @@ TEST_CASE("a joint opens by what is moved across the plane that its loop stays i
   const Study study = read_spec_file(BALANCE_CONFIGS "/four-bar-in-space.yaml");
   Trajectory trajectory = study.trajectories.at(0);
   trajectory.samples = 5;
-  MechanismOf<DualNumber> duals = with_derivatives(study.mechanism);
+  MechanismOf<DualNumber> duals = to_dual(study.mechanism);
   duals.joints[0].point_first[0].d[0] = 1;
   duals.joints[0].point_first[2].d[1] = 1;
-  const RunGradient gradient = differentiate(duals, with_derivatives(trajectory), {"torque"});
-  CHECK(gradient.openings[0].empty());
-  REQUIRE(gradient.openings[1].size() == 1);
-  CHECK(gradient.openings[1][0].is_length);
-  CHECK(gradient.openings[1][0].gap == doctest::Approx(1).epsilon(1e-9));  // nothing else can take it up
+  const RunGradient gradient = differentiate_run(duals, to_dual(trajectory), {"torque"});
+  CHECK(gradient.closure_gaps[0].empty());
+  REQUIRE(gradient.closure_gaps[1].size() == 1);
+  CHECK(gradient.closure_gaps[1][0].is_length);
+  CHECK(gradient.closure_gaps[1][0].gap == doctest::Approx(1).epsilon(1e-9));  // nothing else can take it up
 }

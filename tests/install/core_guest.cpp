@@ -30,7 +30,7 @@ int main() {
   trajectory.from.joints = {{.coordinate = 0, .value = 0}};
   trajectory.to.joints = {{.coordinate = 0, .value = way}};
   trajectory.duration = duration;
-  const balance::Result result = balance::simulate(mechanism, trajectory);
+  const balance::RunResult result = balance::simulate(mechanism, trajectory);
   const double found = result.torque.cwiseAbs().maxCoeff();
   const double expected = mass * way * 2 * std::numbers::pi / (duration * duration);
   std::printf("%s: peak force %.6f N, by hand %.6f N\n", mechanism.name.c_str(), found, expected);
@@ -38,7 +38,7 @@ int main() {
 
   balance::InverseDynamics door(mechanism);
   const balance::VectorX one = balance::VectorX::Ones(1);
-  const balance::Answer<balance::Sample> state = door.at(one, one, 2 * one);
+  const balance::Expected<balance::Sample> state = door.at(one, one, 2 * one);
   std::printf("one state: force %.6f N\n", state.value.effort[0]);
   if (!state || std::abs(state.value.effort[0] - 2 * mass) > 1e-12) return 1;
   mechanism.bodies[1].mass = -1;

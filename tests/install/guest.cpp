@@ -7,7 +7,7 @@
 
 int main(int, char** arguments) {
   const balance::Study study = balance::read_spec_file(arguments[1]);
-  const balance::Result result = balance::simulate(study.mechanism, study.trajectories.at(0));
+  const balance::RunResult result = balance::simulate(study.mechanism, study.trajectories.at(0));
   std::printf("balance %s, %s: %ld samples, peak shaking force %.4f N\n", balance::version(),
               study.mechanism.name.c_str(), static_cast<long>(result.time.size()),
               result.shaking_force.rowwise().norm().maxCoeff());

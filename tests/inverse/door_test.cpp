@@ -75,9 +75,9 @@ TEST_CASE("arrays say the same as their rows, however they are stored") {
       const double x = static_cast<double>(3 * k + c);
       q(k, c) = std::sin(x), dq(k, c) = std::cos(2 * x), ddq(k, c) = std::sin(3 * x);
     }
-  const EffortAnswers by_columns = door.effort_rows(q, dq, ddq);
-  const EffortAnswers by_rows = door.effort_rows(Samples(q), Samples(dq), Samples(ddq));
-  const StateAnswers whole = door.at_rows(q, dq, ddq);
+  const EffortBatch by_columns = door.effort_rows(q, dq, ddq);
+  const EffortBatch by_rows = door.effort_rows(Samples(q), Samples(dq), Samples(ddq));
+  const SampleBatch whole = door.at_rows(q, dq, ddq);
   CHECK(by_columns.efforts == by_rows.efforts);
   for (Eigen::Index k = 0; k < 20; ++k) {
     const auto one = door.at(q.row(k).transpose(), dq.row(k).transpose(), ddq.row(k).transpose());
@@ -93,7 +93,7 @@ TEST_CASE("the branch is followed from state to state, and another one is taken 
   const auto start = door.assemble(numbers({1.0}));
   REQUIRE(start);
   // the other mode mirrors coupler and rocker at the diagonal: everything but the crank differs
-  std::vector<NamedValue> other;
+  std::vector<CoordinateGuess> other;
   for (std::size_t c = 1; c < door.mechanism().coordinates.size(); ++c)
     other.push_back({door.mechanism().coordinates[c].name, -start.value[static_cast<Eigen::Index>(c)]});
   const auto mirrored = door.assemble(numbers({1.0}), other);
@@ -132,15 +132,15 @@ TEST_CASE("rows without an answer are NaN wherever they stand, and leave the oth
   Samples q(4, 2);
   q << 3.1, 0, 2.2, 0.8, 3.1, 0, 2.2, 0.8;  // cranks that point away from each other are too far apart for the arms
   InverseDynamics door(five_bar);
-  const StateAnswers found = door.at_rows(q, zero, zero, numbers({1, 2, 3, 4}));
+  const SampleBatch found = door.at_rows(q, zero, zero, numbers({1, 2, 3, 4}));
   REQUIRE(found.failures.size() == 2);
   InverseDynamics other(five_bar);
-  const StateAnswers reached = other.at_rows(Samples(q.bottomRows(1)), Samples::Zero(1, 2), Samples::Zero(1, 2));
+  const SampleBatch reached = other.at_rows(Samples(q.bottomRows(1)), Samples::Zero(1, 2), Samples::Zero(1, 2));
   REQUIRE(reached.failures.empty());
   CHECK(found.result.time == numbers({1, 2, 3, 4}));
   for (const Eigen::Index k : {0, 2}) {
     CHECK(found.failures[static_cast<std::size_t>(k / 2)].row == k);
-    for (const Quantity& quantity : list_quantities(found.result))
+    for (const Quantity& quantity : list_sampled_quantities(found.result))
       CHECK_MESSAGE((found.result.*quantity.member).row(k).array().isNaN().all(), quantity.name);
     CHECK(found.result.newton_iterations[k] == 0);
     // there Newton's method starts where it ended
@@ -228,7 +228,7 @@ TEST_CASE("the efforts do not depend on which coordinates a state is given in") 
     const std::string& name = mechanism.coordinates[c].name;
     CAPTURE(name);
     InverseDynamics other(mechanism, {.independent = {name}});
-    std::vector<NamedValue> near;
+    std::vector<CoordinateGuess> near;
     for (std::size_t i = 0; i < mechanism.coordinates.size(); ++i)
       near.push_back({mechanism.coordinates[i].name, one.position[static_cast<Eigen::Index>(i)]});
     REQUIRE(other.assemble(numbers({one.position[k]}), near));

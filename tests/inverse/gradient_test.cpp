@@ -12,7 +12,7 @@
 namespace {
 
 using namespace balance;
-using Kind = MechanismNumber::Kind;
+using Kind = MechanismVariable::Kind;
 
 struct State {
   VectorX q, dq, ddq;
@@ -44,16 +44,16 @@ State some_state(InverseDynamics& door) {
   return state;
 }
 
-MechanismNumber last_term(Kind kind, const Followed& followed) {
+MechanismVariable last_term(Kind kind, const CoordinateCombination& followed) {
   return {.kind = kind, .column = static_cast<int>(followed.terms.size()) - 1};
 }
 
 /// One of everything that the mechanism has.
-std::vector<MechanismNumber> some_numbers(const Mechanism& m) {
-  std::vector<MechanismNumber> all{{.kind = Kind::gravity, .row = 1},
-                                   {.kind = Kind::body_mass, .index = 1},
-                                   {.kind = Kind::body_com, .index = 1, .row = 1},
-                                   {.kind = Kind::body_inertia, .index = 1, .row = 2, .column = 2}};
+std::vector<MechanismVariable> some_numbers(const Mechanism& m) {
+  std::vector<MechanismVariable> all{{.kind = Kind::gravity, .row = 1},
+                                     {.kind = Kind::body_mass, .index = 1},
+                                     {.kind = Kind::body_com, .index = 1, .row = 1},
+                                     {.kind = Kind::body_inertia, .index = 1, .row = 2, .column = 2}};
   if (m.space == SpaceKind::spatial) all.push_back({.kind = Kind::body_inertia, .index = 1, .row = 0, .column = 1});
   const int last = static_cast<int>(m.joints.size()) - 1;
   all.push_back({.kind = Kind::joint_point_second, .index = last, .row = 0});
@@ -99,16 +99,16 @@ void check(const std::string& machine) {
         {.name = "torsion", .stiffness = 3, .preload = 0.5, .coordinate = mechanism.actuators[0]});
   InverseDynamics door(mechanism);
   const State state = some_state(door);
-  std::vector<Wanted> wanted;
+  std::vector<DifferentiationVariable> wanted;
   for (int k = 0; k < door.degrees_of_freedom(); ++k)
-    for (const auto kind : {StateNumber::Kind::q, StateNumber::Kind::dq, StateNumber::Kind::ddq})
-      wanted.emplace_back(StateNumber{kind, k});
-  for (const MechanismNumber& number : some_numbers(mechanism)) wanted.emplace_back(number);
-  const auto found = derivatives(door, state.q, state.dq, state.ddq, wanted, 0.12);
+    for (const auto kind : {StateVariable::Kind::q, StateVariable::Kind::dq, StateVariable::Kind::ddq})
+      wanted.emplace_back(StateVariable{kind, k});
+  for (const MechanismVariable& number : some_numbers(mechanism)) wanted.emplace_back(number);
+  const auto found = differentiate_state(door, state.q, state.dq, state.ddq, wanted, 0.12);
   REQUIRE_MESSAGE(found, found.outcome.reason);
   REQUIRE(found.value.derivatives.size() == wanted.size());
   const VectorX here = numbers_of(found.value.sample);
-  std::vector<NamedValue> near;
+  std::vector<CoordinateGuess> near;
   for (std::size_t c = 0; c < mechanism.coordinates.size(); ++c)
     near.push_back({mechanism.coordinates[c].name, found.value.sample.position[static_cast<Eigen::Index>(c)]});
   for (std::size_t k = 0; k < wanted.size(); ++k) {
@@ -117,26 +117,27 @@ void check(const std::string& machine) {
     const auto at = [&](double step) {
       State there = state;
       Mechanism changed = mechanism;
-      if (const auto* own = std::get_if<StateNumber>(&wanted[k])) {
-        (own->kind == StateNumber::Kind::q    ? there.q
-         : own->kind == StateNumber::Kind::dq ? there.dq
-                                              : there.ddq)[own->index] += step;
+      if (const auto* own = std::get_if<StateVariable>(&wanted[k])) {
+        (own->kind == StateVariable::Kind::q    ? there.q
+         : own->kind == StateVariable::Kind::dq ? there.dq
+                                                : there.ddq)[own->index] += step;
         const auto moved = door.at(there.q, there.dq, there.ddq, 0.12);
         REQUIRE_MESSAGE(moved, moved.outcome.reason);
         return numbers_of(moved.value);
       }
-      const MechanismNumber& number = std::get<MechanismNumber>(wanted[k]);
-      number_in(changed, number) += step;
-      if (has_mirror(number)) number_in(changed, {number.kind, number.index, number.column, number.row}) += step;
+      const MechanismVariable& number = std::get<MechanismVariable>(wanted[k]);
+      variable_in(changed, number) += step;
+      if (has_symmetric_entry(number))
+        variable_in(changed, {number.kind, number.index, number.column, number.row}) += step;
       InverseDynamics other(changed);
       REQUIRE(other.assemble(there.q, near));
       const auto moved = other.at(there.q, there.dq, there.ddq, 0.12);
       REQUIRE_MESSAGE(moved, moved.outcome.reason);
       return numbers_of(moved.value);
     };
-    if (const auto* number = std::get_if<MechanismNumber>(&wanted[k])) {
+    if (const auto* number = std::get_if<MechanismVariable>(&wanted[k])) {
       Mechanism copy = mechanism;
-      const double value = std::abs(number_in(copy, *number));
+      const double value = std::abs(variable_in(copy, *number));
       scale =
           number->kind == Kind::body_inertia ? mechanism.bodies[1].inertia(2, 2) : std::max(0.05, std::min(1.0, value));
     }
@@ -167,9 +168,11 @@ TEST_CASE("derivatives with springs, friction, loads and couplings are those of 
 TEST_CASE("numbers that do not exist are refused") {
   InverseDynamics door(doors::config("rr.yaml").mechanism);
   const VectorX zero = VectorX::Zero(2);
-  const auto ask = [&](const Wanted& wanted) { return derivatives(door, zero, zero, zero, {wanted}); };
-  CHECK_THROWS_AS(ask(StateNumber{StateNumber::Kind::q, 2}), std::invalid_argument);
-  CHECK_THROWS_AS(ask(MechanismNumber{.kind = Kind::body_mass, .index = 9}), std::invalid_argument);
-  CHECK_THROWS_AS(ask(MechanismNumber{.kind = Kind::body_com, .index = 1, .row = 3}), std::invalid_argument);
-  CHECK_THROWS_AS(ask(MechanismNumber{.kind = Kind::spring_stiffness, .index = 0}), std::invalid_argument);
+  const auto ask = [&](const DifferentiationVariable& wanted) {
+    return differentiate_state(door, zero, zero, zero, {wanted});
+  };
+  CHECK_THROWS_AS(ask(StateVariable{StateVariable::Kind::q, 2}), std::invalid_argument);
+  CHECK_THROWS_AS(ask(MechanismVariable{.kind = Kind::body_mass, .index = 9}), std::invalid_argument);
+  CHECK_THROWS_AS(ask(MechanismVariable{.kind = Kind::body_com, .index = 1, .row = 3}), std::invalid_argument);
+  CHECK_THROWS_AS(ask(MechanismVariable{.kind = Kind::spring_stiffness, .index = 0}), std::invalid_argument);
 }

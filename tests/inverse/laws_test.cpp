@@ -119,7 +119,7 @@ TEST_CASE("the regressor times the parameters is efforts, shaking force and mome
     REQUIRE(Y);
     REQUIRE(all);
     REQUIRE(static_cast<Eigen::Index>(Y.value.parameters.size()) == Y.value.effort.cols());
-    check_near(Y.value.effort * Y.value.values + Y.value.other, all.value.effort, 1e-9, "effort");
+    check_near(Y.value.effort * Y.value.values + Y.value.constant_effort, all.value.effort, 1e-9, "effort");
     const Eigen::Index axes = Y.value.shaking_force.rows(), turns = Y.value.shaking_moment.rows();
     const auto terms = [&](const MatrixX& matrix) {
       return (matrix.cwiseAbs() * Y.value.values.cwiseAbs()).maxCoeff();

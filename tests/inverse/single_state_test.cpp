@@ -25,14 +25,15 @@ using namespace balance;
 /// singularities.
 constexpr double tolerance = 1e-9;
 
-double size_of(const Quantity& quantity, const Result& run) {
+double size_of(const Quantity& quantity, const RunResult& run) {
   double size = max_abs(*quantity.samples);
-  for (const QuantityKind& kind : quantity_table())
-    if (quantity.name == kind.name && kind.terms != nullptr) size = std::max(size, max_abs(run.term_sizes.*kind.terms));
+  for (const QuantityDefinition& kind : quantity_table())
+    if (quantity.name == kind.name && kind.terms != nullptr)
+      size = std::max(size, max_abs(run.term_magnitudes.*kind.terms));
   return size;
 }
 
-SingleState state_of(const Result& run, Eigen::Index row, const std::vector<CoordinateId>& independent) {
+SingleState state_of(const RunResult& run, Eigen::Index row, const std::vector<CoordinateId>& independent) {
   SingleState state;
   state.time = run.time[row];
   for (Eigen::Index c = 0; c < run.joint_position.cols(); ++c) {
@@ -46,7 +47,7 @@ SingleState state_of(const Result& run, Eigen::Index row, const std::vector<Coor
 }
 
 void compare(const Mechanism& mechanism, const Trajectory& trajectory, std::mt19937& draws) {
-  const Result run = simulate(mechanism, trajectory);
+  const RunResult run = simulate(mechanism, trajectory);
   if (run.outcome.status != MotionStatus::done) return;
   const InverseOptions options{
       .independent = {}, .about = trajectory.about, .time_scale = run.time[run.time.size() - 1]};
@@ -54,16 +55,16 @@ void compare(const Mechanism& mechanism, const Trajectory& trajectory, std::mt19
     // not the last one: payloads that are set down at the end are there until then
     const auto row = static_cast<Eigen::Index>(draws() % static_cast<unsigned>(run.time.size() - 1));
     CAPTURE(run.time[row]);
-    const EquationTerms terms(at_time(mechanism, run.time[row]), options);
-    const Result state = observe_state(mechanism, state_of(run, row, terms.independent()), options);
+    const EquationTerms terms(mechanism_at_time(mechanism, run.time[row]), options);
+    const RunResult state = evaluate_single_state(mechanism, state_of(run, row, terms.independent()), options);
     REQUIRE_MESSAGE(state.outcome.status == MotionStatus::done, state.outcome.reason);
-    for (const Quantity& quantity : list_quantities(run)) {
+    for (const Quantity& quantity : list_sampled_quantities(run)) {
       if (quantity.name == "mobility") continue;  // of another drive
       CAPTURE(quantity.name);
       const Samples& got = state.*quantity.member;
       REQUIRE(got.cols() == quantity.samples->cols());
       const VectorX is = got.row(0), was = quantity.samples->row(row);
-      const bool turn = quantity.columns == Columns::quaternion;  // a quaternion's sign means nothing
+      const bool turn = quantity.columns == ColumnKind::quaternion;  // a quaternion's sign means nothing
       const double off = turn ? std::min(max_abs(is - was), max_abs(is + was)) : max_abs(is - was);
       CHECK(off <= tolerance * size_of(quantity, run));
     }
@@ -77,7 +78,8 @@ TEST_CASE("a single state has what a run has at the moment at which it moves lik
   for (const std::string& file : doors::every_config()) {
     const Study study = read_spec_file(file);
     for (Trajectory trajectory : study.trajectories) {
-      if (is_searched(trajectory.law.kind)) continue;  // takes long, and is a motion like others once it is found
+      if (is_mechanism_dependent(trajectory.law.kind))
+        continue;  // takes long, and is a motion like others once it is found
       CAPTURE(file);
       CAPTURE(trajectory.name);
       trajectory.samples = 51;
@@ -88,13 +90,14 @@ TEST_CASE("a single state has what a run has at the moment at which it moves lik
 
 TEST_CASE("a state without efforts has everything else, and a note") {
   Study study = doors::config("rr.yaml");
-  const Result whole = simulate(study.mechanism, study.trajectories.front());
+  const RunResult whole = simulate(study.mechanism, study.trajectories.front());
   Mechanism idle = study.mechanism;
   idle.actuators.clear();
   const InverseOptions options{.independent = {"R1", "R2"}};
   std::vector<CoordinateId> both{0, 1};
   const SingleState state = state_of(whole, whole.time.size() / 3, both);
-  const Result driven = observe_state(study.mechanism, state, options), left = observe_state(idle, state, options);
+  const RunResult driven = evaluate_single_state(study.mechanism, state, options),
+                  left = evaluate_single_state(idle, state, options);
   REQUIRE(left.outcome.status == MotionStatus::done);
   CHECK(left.torque.size() == 0);
   CHECK(left.outcome.notes.back().starts_with("no torques: "));
@@ -111,5 +114,5 @@ TEST_CASE("rates of a coordinate that is not independent are refused") {
   for (std::size_t c = 0; c < study.mechanism.coordinates.size(); ++c)
     if (study.mechanism.coordinates[c].name == "B1") state.rates.push_back({static_cast<int>(c), 1.0});
   REQUIRE(state.rates.size() == 1);
-  CHECK_THROWS_AS(observe_state(study.mechanism, state), std::invalid_argument);
+  CHECK_THROWS_AS(evaluate_single_state(study.mechanism, state), std::invalid_argument);
 }

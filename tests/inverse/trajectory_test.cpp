@@ -34,39 +34,39 @@ Samples taken(const Samples& all, const std::vector<Eigen::Index>& columns) {
 constexpr double tolerance = 1e-9;
 
 /// How large a quantity is, or what it is the sum of where that cancels.
-double size_of(const Quantity& quantity, const Result& run) {
+double size_of(const Quantity& quantity, const RunResult& run) {
   double size = quantity.samples->cwiseAbs().maxCoeff();
-  for (const QuantityKind& kind : quantity_table())
-    if (quantity.name == kind.name && kind.terms != nullptr && (run.term_sizes.*kind.terms).size() > 0)
-      size = std::max(size, (run.term_sizes.*kind.terms).maxCoeff());
+  for (const QuantityDefinition& kind : quantity_table())
+    if (quantity.name == kind.name && kind.terms != nullptr && (run.term_magnitudes.*kind.terms).size() > 0)
+      size = std::max(size, (run.term_magnitudes.*kind.terms).maxCoeff());
   return size;
 }
 
 void compare(const Mechanism& mechanism, const Trajectory& trajectory) {
-  const Result run = simulate(mechanism, trajectory);
+  const RunResult run = simulate(mechanism, trajectory);
   if (run.outcome.status != MotionStatus::done) return;
   InverseDynamics door(mechanism, {.independent = {}, .about = trajectory.about, .time_scale = trajectory.duration});
   const std::vector<Eigen::Index> own = columns(door);
-  std::vector<NamedValue> near;
+  std::vector<CoordinateGuess> near;
   for (std::size_t c = 0; c < mechanism.coordinates.size(); ++c)
     near.push_back({mechanism.coordinates[c].name, run.joint_position(0, static_cast<Eigen::Index>(c))});
   const Samples q = taken(run.joint_position, own), dq = taken(run.joint_velocity, own),
                 ddq = taken(run.joint_acceleration, own);
   const auto start = door.assemble(q.row(0).transpose(), near);
   REQUIRE_MESSAGE(start, start.outcome.reason);
-  const StateAnswers found = door.at_rows(q, dq, ddq, run.time);
+  const SampleBatch found = door.at_rows(q, dq, ddq, run.time);
   for (const FailedRow& failed : found.failures) FAIL_CHECK(failed.row, ": ", failed.outcome.reason);
-  for (const Quantity& quantity : list_quantities(run)) {
+  for (const Quantity& quantity : list_sampled_quantities(run)) {
     if (quantity.name == "mobility") continue;  // of another drive
     const Samples &expected = *quantity.samples, &got = found.result.*quantity.member;
     REQUIRE(got.cols() == expected.cols());
     CAPTURE(quantity.name);
     CHECK((got - expected).cwiseAbs().maxCoeff() <= tolerance * size_of(quantity, run));
   }
-  const EffortAnswers efforts = door.effort_rows(q, dq, ddq, run.time);
+  const EffortBatch efforts = door.effort_rows(q, dq, ddq, run.time);
   CHECK(efforts.failures.empty());
   CHECK((efforts.efforts - found.result.torque).cwiseAbs().maxCoeff() <=
-        1e-14 * (run.torque.cwiseAbs().maxCoeff() + run.term_sizes.effort.maxCoeff()));
+        1e-14 * (run.torque.cwiseAbs().maxCoeff() + run.term_magnitudes.effort.maxCoeff()));
 }
 
 }  // namespace
@@ -74,7 +74,7 @@ void compare(const Mechanism& mechanism, const Trajectory& trajectory) {
 TEST_CASE("states taken from a trajectory have the trajectory's results, one by one") {
   for (const std::string& file : doors::every_config()) {
     const Study study = read_spec_file(file);
-    if (binds_rates(study.mechanism)) {  // whose configuration no state tells
+    if (has_velocity_constraints(study.mechanism)) {  // whose configuration no state tells
       CHECK_THROWS_AS(InverseDynamics(study.mechanism), std::invalid_argument);
       continue;
     }

@@ -37,7 +37,7 @@ Mechanism arm(SpaceKind space) {
   m.discs = {{.name = "rotor", .body = 1, .follows = 1, .ratio = -2, .mass = 0.5}};
   m.loads = {{.name = "push", .body = 2, .time = {}, .force = {{1, 0, 0}}, .moment = {{0, 0, 1}}}};
   m.springs = {{.name = "s", .first = 0, .second = 2, .stiffness = 10}};
-  m.friction = {{.coordinate = 0, .viscous = 0.1, .coulomb = 0.2, .at_rest = 0.3}};
+  m.friction = {{.coordinate = 0, .viscous = 0.1, .coulomb = 0.2, .breakaway = 0.3}};
   m.actuators = {0, 1};
   m.tool = Tool{2, "end", {0.2, 0, 0}};
   m.assembly = {{0, 0.3}};
@@ -47,14 +47,14 @@ Mechanism arm(SpaceKind space) {
 struct Spoiling {
   const char* what;
   std::function<void(Mechanism&)> make;
-  FaultKind kind;
+  ValidationIssueKind kind;
   ElementKind element;
   int index;
   SpaceKind space = SpaceKind::planar;
 };
 
 const std::vector<Spoiling>& mistakes() {
-  using K = FaultKind;
+  using K = ValidationIssueKind;
   using E = ElementKind;
   constexpr SpaceKind spatial = SpaceKind::spatial;
   static const std::vector<Spoiling> all = {
@@ -74,7 +74,8 @@ const std::vector<Spoiling>& mistakes() {
        K::inertia_not_positive, E::body, 2, spatial},
       {"lopsided", [](Mechanism& m) { m.bodies[2].inertia(0, 1) = 0.001; }, K::inertia_not_symmetric, E::body, 2,
        spatial},
-      {"too long", [](Mechanism& m) { m.bodies[2].inertia(2, 2) = 0.06; }, K::inertia_impossible, E::body, 2, spatial},
+      {"too long", [](Mechanism& m) { m.bodies[2].inertia(2, 2) = 0.06; }, K::inertia_triangle_violated, E::body, 2,
+       spatial},
       {"two uppers", [](Mechanism& m) { m.bodies[2].name = "upper"; }, K::duplicate_name, E::body, 2},
       {"two ends", [](Mechanism& m) { m.bodies[1].points.push_back(m.bodies[1].points[0]); }, K::duplicate_name,
        E::body, 1},
@@ -83,10 +84,12 @@ const std::vector<Spoiling>& mistakes() {
       {"negative body", [](Mechanism& m) { m.joints[1].first = -1; }, K::index_out_of_range, E::joint, 1},
       {"itself", [](Mechanism& m) { m.joints[1].first = 2; }, K::same_body, E::joint, 1},
       {"joint point", [](Mechanism& m) { m.joints[1].point_first.x() = infinite; }, K::not_finite, E::joint, 1},
-      {"ball in the plane", [](Mechanism& m) { m.joints[1].type = JointType::spherical; }, K::joint_type, E::joint, 1},
-      {"slot in space", [](Mechanism& m) { m.joints[1].type = JointType::pin_slot; }, K::joint_type, E::joint, 1,
-       spatial},
-      {"no type", [](Mechanism& m) { m.joints[1].type = static_cast<JointType>(99); }, K::joint_type, E::joint, 1},
+      {"ball in the plane", [](Mechanism& m) { m.joints[1].type = JointType::spherical; }, K::joint_type_not_in_space,
+       E::joint, 1},
+      {"slot in space", [](Mechanism& m) { m.joints[1].type = JointType::pin_slot; }, K::joint_type_not_in_space,
+       E::joint, 1, spatial},
+      {"no type", [](Mechanism& m) { m.joints[1].type = static_cast<JointType>(99); }, K::joint_type_not_in_space,
+       E::joint, 1},
       {"long axis", [](Mechanism& m) { m.joints[1].axis *= 2; }, K::axis_not_unit, E::joint, 1, spatial},
       {"tilted axis", [](Mechanism& m) { m.joints[1].axis = Vector3::UnitX(); }, K::out_of_plane, E::joint, 1},
       {"skew axes",
@@ -94,27 +97,26 @@ const std::vector<Spoiling>& mistakes() {
          m.joints[1].type = JointType::universal;
          m.joints[1].axis2 = Vector3(1, 0, 1).normalized();
        },
-       K::axes_not_square, E::joint, 1, spatial},
+       K::axes_not_perpendicular, E::joint, 1, spatial},
       {"stretch", [](Mechanism& m) { m.joints[1].rotation *= 2; }, K::rotation_not_proper, E::joint, 1},
       {"mirror", [](Mechanism& m) { m.joints[1].rotation(2, 2) = -1; }, K::rotation_not_proper, E::joint, 1, spatial},
       {"tilt", [](Mechanism& m) { m.joints[1].rotation = Vector3(1, -1, -1).asDiagonal(); }, K::out_of_plane, E::joint,
        1},
-      {"no coordinates", [](Mechanism& m) { m.coordinates.clear(); }, K::coordinates_differ, E::mechanism, 0},
+      {"no coordinates", [](Mechanism& m) { m.coordinates.clear(); }, K::coordinates_inconsistent, E::mechanism, 0},
       {"loose body", [](Mechanism& m) { m.joints.pop_back(); }, K::not_connected, E::body, 2},
       {"follows nobody", [](Mechanism& m) { m.couplings = {{.follower = 1, .leader = 2}}; }, K::index_out_of_range,
        E::coupling, 0},
-      {"itself", [](Mechanism& m) { m.couplings = {{.follower = 1, .leader = 1}}; }, K::coupling_circle, E::coupling,
-       0},
+      {"itself", [](Mechanism& m) { m.couplings = {{.follower = 1, .leader = 1}}; }, K::coupling_cycle, E::coupling, 0},
       {"circle",
        [](Mechanism& m) {
          m.couplings = {{.follower = 1, .leader = 0}, {.follower = 0, .leader = 1}};
        },
-       K::coupling_circle, E::coupling, 1},
+       K::coupling_cycle, E::coupling, 1},
       {"two leaders",
        [](Mechanism& m) {
          m.couplings = {{.follower = 1, .leader = 0}, {.follower = 1, .leader = 0}};
        },
-       K::coupled_twice, E::coupling, 1},
+       K::duplicate_follower, E::coupling, 1},
       {"no ratio", [](Mechanism& m) { m.couplings = {{.follower = 1, .leader = 0, .ratio = 0}}; }, K::ratio_zero,
        E::coupling, 0},
       {"endless ratio", [](Mechanism& m) { m.couplings = {{.follower = 1, .leader = 0, .ratio = infinite}}; },
@@ -133,12 +135,12 @@ const std::vector<Spoiling>& mistakes() {
        K::ratio_zero, E::constraint, 0},
       {"no body",
        [](Mechanism& m) {
-         m.constraints = {{"c", {{SpeedTerm::Of::velocity, 0, 1, 7}}}};
+         m.constraints = {{"c", {{GeneralisedSpeedTerm::Kind::velocity, 0, 1, 7}}}};
        },
        K::index_out_of_range, E::constraint, 0},
       {"out of plane",
        [](Mechanism& m) {
-         m.constraints = {{"c", {{SpeedTerm::Of::velocity, 2, 1, 1}}}};
+         m.constraints = {{"c", {{GeneralisedSpeedTerm::Kind::velocity, 2, 1, 1}}}};
        },
        K::out_of_plane, E::constraint, 0},
       {"two constraints",
@@ -162,9 +164,9 @@ const std::vector<Spoiling>& mistakes() {
       {"disc's inertia", [](Mechanism& m) { m.discs[0].inertia(2, 2) = -1; }, K::inertia_not_positive, E::disc, 0},
       {"load on nothing", [](Mechanism& m) { m.loads[0].body = 3; }, K::index_out_of_range, E::load, 0},
       {"set down before", [](Mechanism& m) { m.attachments[0].from = 1, m.attachments[0].until = 0.5; },
-       K::empty_stretch, E::attachment, 0},
+       K::empty_payload_interval, E::attachment, 0},
       {"taken up never", [](Mechanism& m) { m.attachments[0].from = std::numeric_limits<double>::quiet_NaN(); },
-       K::empty_stretch, E::attachment, 0},
+       K::empty_payload_interval, E::attachment, 0},
       {"no force", [](Mechanism& m) { m.loads[0].force.clear(); }, K::load_table, E::load, 0},
       {"uneven",
        [](Mechanism& m) {
@@ -195,7 +197,7 @@ const std::vector<Spoiling>& mistakes() {
        K::index_out_of_range, E::spring, 0},
       {"spring on nothing", [](Mechanism& m) { m.springs[0].first = 9; }, K::index_out_of_range, E::spring, 0},
       {"push", [](Mechanism& m) { m.friction[0].viscous = -1; }, K::negative_number, E::friction, 0},
-      {"slippery", [](Mechanism& m) { m.friction[0].at_rest = 0.1; }, K::friction_at_rest, E::friction, 0},
+      {"slippery", [](Mechanism& m) { m.friction[0].breakaway = 0.1; }, K::breakaway_below_coulomb, E::friction, 0},
       {"twice", [](Mechanism& m) { m.friction.push_back(m.friction[0]); }, K::duplicate_reference, E::friction, 1},
       {"rubs nothing", [](Mechanism& m) { m.friction[0].coordinate = 2; }, K::index_out_of_range, E::friction, 0},
       {"drives nothing", [](Mechanism& m) { m.actuators[1] = 2; }, K::index_out_of_range, E::actuator, 1},
@@ -212,13 +214,13 @@ const std::vector<Spoiling>& mistakes() {
 TEST_CASE("what the reader returns has no faults") {
   for (const std::string& file : doors::every_config()) {
     CAPTURE(file);
-    for (const Fault& fault : validate(read_spec_file(file).mechanism)) FAIL_CHECK(fault.sentence);
+    for (const ValidationIssue& fault : validate(read_spec_file(file).mechanism)) FAIL_CHECK(fault.message);
   }
 }
 
 TEST_CASE("a sound mechanism has no faults") {
   for (const SpaceKind space : {SpaceKind::planar, SpaceKind::spatial})
-    for (const Fault& fault : validate(arm(space))) FAIL_CHECK(fault.sentence);
+    for (const ValidationIssue& fault : validate(arm(space))) FAIL_CHECK(fault.message);
 }
 
 TEST_CASE("every mistake is found where it is, and the door refuses it") {
@@ -226,12 +228,12 @@ TEST_CASE("every mistake is found where it is, and the door refuses it") {
     CAPTURE(mistake.what);
     Mechanism m = arm(mistake.space);
     mistake.make(m);
-    const std::vector<Fault> faults = validate(m);
-    const auto found = std::find_if(faults.begin(), faults.end(), [&](const Fault& fault) {
+    const std::vector<ValidationIssue> faults = validate(m);
+    const auto found = std::find_if(faults.begin(), faults.end(), [&](const ValidationIssue& fault) {
       return fault.kind == mistake.kind && fault.element == mistake.element && fault.index == mistake.index;
     });
     CHECK(found != faults.end());
-    for (const Fault& fault : faults) CHECK(!fault.sentence.empty());
+    for (const ValidationIssue& fault : faults) CHECK(!fault.message.empty());
     CHECK_THROWS_AS(InverseDynamics{m}, std::invalid_argument);
   }
 }
@@ -240,10 +242,10 @@ TEST_CASE("a fault's sentence names the element and the number") {
   Mechanism m = arm(SpaceKind::planar);
   m.bodies[1].mass = -1;
   REQUIRE(validate(m).size() == 1);
-  CHECK(validate(m)[0].sentence == "body 'upper': the mass must be positive, is -1");
+  CHECK(validate(m)[0].message == "body 'upper': the mass must be positive, is -1");
   m.actuators[0] = -3;
   REQUIRE(validate(m).size() == 2);
-  CHECK(validate(m)[1].sentence == "actuator 0: its coordinate must be one of 2 (from 0), is -3");
+  CHECK(validate(m)[1].message == "actuator 0: its coordinate must be one of 2 (from 0), is -3");
   CHECK_THROWS_WITH_AS(require_valid(m),
                        "body 'upper': the mass must be positive, is -1\n"
                        "actuator 0: its coordinate must be one of 2 (from 0), is -3",

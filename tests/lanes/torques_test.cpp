@@ -39,12 +39,12 @@ Tree<S> random_tree(Random& random) {
     node.massless = random() % 4 == 0;
     if (!node.massless) {
       node.inertia.mass = 2 + number(random);
-      node.inertia.moment = to_vector<S>(vector(random));
+      node.inertia.first_moment = to_vector<S>(vector(random));
       const Matrix3 half = Matrix3::NullaryExpr([&] { return number(random); });
       if constexpr (is_planar<S>)
-        node.inertia.second = 2 + number(random);
+        node.inertia.second_moment = 2 + number(random);
       else
-        node.inertia.second = half * half.transpose();
+        node.inertia.second_moment = half * half.transpose();
     }
     tree.nodes.push_back(node);
   }
@@ -57,15 +57,15 @@ struct Table {
     for (auto* numbers : {&y, &dy, &ddy})
       for (double& x : *numbers) x = 3 * number(random);
   }
-  TorqueJob job(int columns) {
+  InverseDynamicsJob job(int columns) {
     return {static_cast<long>(y.size()) / columns, y.data(), dy.data(), ddy.data(), tau.data()};
   }
 };
 
-void run(InstructionSet set, const Tree<Planar>& tree, const Vector2& gravity, const TorqueJob& job) {
+void run(InstructionSet set, const Tree<Planar>& tree, const Vector2& gravity, const InverseDynamicsJob& job) {
   lane_kernels(set).planar_torques(tree, gravity, job);
 }
-void run(InstructionSet set, const Tree<Spatial>& tree, const Vector3& gravity, const TorqueJob& job) {
+void run(InstructionSet set, const Tree<Spatial>& tree, const Vector3& gravity, const InverseDynamicsJob& job) {
   lane_kernels(set).spatial_torques(tree, gravity, job);
 }
 
@@ -76,19 +76,19 @@ void check_torques(std::uint64_t seed) {
   if (tree.columns == 0) return;
   const typename S::Vector gravity = to_vector<S>(vector(random));
   Table table(tree.columns, 1 + static_cast<long>(random() % 20), random);  // counts that fill no pack
-  State<S> state(tree.nodes.size());
+  TreeState<S> state(tree.nodes.size());
   std::vector<Wrench<S>> wrenches(tree.nodes.size());
   std::vector<double> scalar(table.tau.size()), baseline;
   for (std::size_t k = 0; k < scalar.size(); k += tree.columns)
-    tree_torques<S>(tree, &table.y[k], &table.dy[k], &table.ddy[k], gravity, state, wrenches, &scalar[k]);
+    open_tree_inverse_dynamics<S>(tree, &table.y[k], &table.dy[k], &table.ddy[k], gravity, state, wrenches, &scalar[k]);
   double scale = 0;
   for (const double tau : scalar) scale = std::max(scale, std::abs(tau));
-  for (const InstructionSet set : instruction_sets()) {
+  for (const InstructionSet set : list_instruction_sets()) {
     run(set, tree, gravity, table.job(tree.columns));
     double worst = 0;
     for (std::size_t k = 0; k < scalar.size(); ++k) worst = std::max(worst, std::abs(table.tau[k] - scalar[k]));
     CAPTURE(seed);
-    CAPTURE(std::string(name(set)));
+    CAPTURE(std::string(instruction_set_name(set)));
     CHECK(worst <= 1e-12 * scale);
     if (baseline.empty()) baseline = table.tau;
     CHECK(std::memcmp(baseline.data(), table.tau.data(), baseline.size() * sizeof(double)) == 0);
@@ -105,7 +105,7 @@ TEST_CASE("torques in lanes are the recursion's, state by state, and the same bi
 }
 
 TEST_CASE("an instruction set that is not there is refused") {
-  const auto sets = instruction_sets();
+  const auto sets = list_instruction_sets();
   for (const InstructionSet set : {InstructionSet::baseline, InstructionSet::avx2, InstructionSet::avx512}) {
     if (std::find(sets.begin(), sets.end(), set) != sets.end())
       CHECK_NOTHROW(lane_kernels(set));

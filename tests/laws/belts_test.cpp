@@ -57,7 +57,7 @@ class BeltMaker {
 
 /// Turns and slides of sums of two others.
 Coupling belt(double first, double second, double offset) {
-  return {2, Followed(std::vector<CoordinateTerm>{{0, first}, {1, second}}), 1, offset};
+  return {2, CoordinateCombination(std::vector<CoordinateTerm>{{0, first}, {1, second}}), 1, offset};
 }
 
 double off(const VectorX& a, const VectorX& b) { return (a - b).norm() / (a.norm() + b.norm()); }
@@ -78,7 +78,7 @@ TEST_CASE("a rotor is worth the same on either side of a joint, if a belt over t
       beyond.discs = {disc};
       Mechanism before = beyond;
       before.discs[0].body = joint.first, before.discs[0].position = joint.point_first;
-      before.discs[0].follows = Followed(std::vector<CoordinateTerm>{{1, 1 / ratio}, {2, 1}});
+      before.discs[0].follows = CoordinateCombination(std::vector<CoordinateTerm>{{1, 1 / ratio}, {2, 1}});
       const VectorX q = make.state(), dq = make.state(), ddq = make.state();
       InverseDynamics one(beyond), other(before);
       const auto a = one.at(q, dq, ddq), b = other.at(q, dq, ddq);
@@ -127,14 +127,14 @@ TEST_CASE("forward dynamics with belts gives back the accelerations whose effort
       arm.couplings = {belt(r0, r1, 0.3)};
       arm.actuators = {0, 2};
       arm.discs = {{"d", 3, 0.2 * make.place(), arm.joints[2].axis,
-                    Followed(std::vector<CoordinateTerm>{{0, 0.7}, {2, -1.2}}), 2, 0.3, make.inertia()}};
+                    CoordinateCombination(std::vector<CoordinateTerm>{{0, 0.7}, {2, -1.2}}), 2, 0.3, make.inertia()}};
       arm.friction = {{2, 0.4, 0, {}}};
       const VectorX q = make.state(), dq = make.state(), ddq = make.state();
       InverseDynamics inverse(arm, {.independent = {"J1", "J3"}});
       const auto found = inverse.at(q.head(2), dq.head(2), ddq.head(2));
       REQUIRE(found);
       ForwardDynamics forward(arm, {.preferred = arm.actuators});
-      REQUIRE(forward.set(0, found.value.position, found.value.velocity).status == MotionStatus::done);
+      REQUIRE(forward.set_state(0, found.value.position, found.value.velocity).status == MotionStatus::done);
       CHECK(off(forward.acceleration(found.value.effort), found.value.acceleration) < 10 * rounding);
     }
 }

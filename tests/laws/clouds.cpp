@@ -74,7 +74,7 @@ Cloud cloud(const Run& run) {
     for (std::size_t i = 0; i < all.size(); ++i) {
       Vector3 place = all[i].place;
       if (const balance::Disc* disc = all[i].disc) {
-        const double angle = disc->ratio * disc->follows.of(run.result.joint_position.row(k));
+        const double angle = disc->ratio * disc->follows.evaluate(run.result.joint_position.row(k));
         place = disc->position + balance::rotation_about(disc->axis, angle) * (place - disc->position);
       }
       const Pose& pose = run.poses[k][all[i].body];
@@ -124,7 +124,7 @@ std::vector<Total> loads(const Run& run, long k) {
 std::vector<Total> springs(const Run& run, long k) {
   std::vector<Total> out(run.mechanism.bodies.size());
   for (const balance::Spring& spring : run.mechanism.springs) {
-    if (spring.in_joint()) continue;  // part of what the joint transmits
+    if (spring.is_joint_spring()) continue;  // part of what the joint transmits
     const Pose &a = run.poses[k][spring.first], &b = run.poses[k][spring.second];
     const Vector3 P = a.p + a.R * spring.point_first, Q = b.p + b.R * spring.point_second;
     const double length = (Q - P).norm();
@@ -137,17 +137,17 @@ std::vector<Total> springs(const Run& run, long k) {
 }
 
 std::vector<Total> keepers(const Run& run, long k) {
-  using Of = balance::SpeedTerm::Of;
+  using Of = balance::GeneralisedSpeedTerm::Kind;
   std::vector<Total> out(run.mechanism.bodies.size());
   for (std::size_t c = 0; c < run.mechanism.constraints.size(); ++c)
-    for (const balance::SpeedTerm& term : run.mechanism.constraints[c].terms) {
-      if (term.of == Of::coordinate) continue;
+    for (const balance::GeneralisedSpeedTerm& term : run.mechanism.constraints[c].terms) {
+      if (term.kind == Of::coordinate) continue;
       const Pose& pose = run.poses[k][term.body];
-      const bool own = term.of == Of::velocity_own || term.of == Of::turning_own;
+      const bool own = term.kind == Of::velocity_body || term.kind == Of::angular_velocity_body;
       const Vector3 axis = own ? Vector3(pose.R.col(term.index)) : Vector3(Vector3::Unit(term.index));
       const Vector3 push = run.result.constraint_force(k, static_cast<long>(c)) * term.factor * axis;
       const Vector3 P = pose.p + pose.R * term.position;
-      const bool turns = term.of == Of::turning || term.of == Of::turning_own;
+      const bool turns = term.kind == Of::angular_velocity || term.kind == Of::angular_velocity_body;
       const Vector3 none = Vector3::Zero();
       out[term.body].add(turns ? none : push, P, turns ? push : none);
       out[balance::ground].add(turns ? none : Vector3(-push), P, turns ? Vector3(-push) : none);

@@ -165,8 +165,8 @@ class Maker {
   }
 
   /// The coordinate, every other time with a second one over which its belt runs.
-  Followed belt(int coordinate, int but) {
-    Followed out = coordinate;
+  CoordinateCombination belt(int coordinate, int but) {
+    CoordinateCombination out = coordinate;
     const int other = static_cast<int>(belts_() % static_cast<unsigned>(coordinates()));
     const bool follows = std::any_of(m_.couplings.begin(), m_.couplings.end(),
                                      [&](const Coupling& coupling) { return coupling.follower == other; });
@@ -181,8 +181,8 @@ class Maker {
     for (const Coupling& other : m_.couplings)
       if (other.follower == follower || leads(other, follower) || other.follower == leader) return;
     const double ratio = chance(0.5) ? number(0.5, 2) : -number(0.5, 2);
-    const Followed led_by = belt(leader, follower);
-    m_.couplings.push_back({follower, led_by, ratio, start_[follower] - ratio * led_by.of(start_)});
+    const CoordinateCombination led_by = belt(leader, follower);
+    m_.couplings.push_back({follower, led_by, ratio, start_[follower] - ratio * led_by.evaluate(start_)});
     const MatrixX space = allowed();
     if (space.cols() == null_space_.cols() - 1)
       null_space_ = space;
@@ -256,8 +256,9 @@ class Maker {
     for (int c = 0; c < coordinates(); ++c) m_.assembly.push_back({c, start_[c]});
     m_.tool = Tool{static_cast<int>(m_.bodies.size()) - 1, "H", 0.3 * anywhere()};
     m_.actuators = well_conditioned();
-    static const LawKind laws[] = {LawKind::polynomial_345, LawKind::polynomial_4567, LawKind::cycloidal,
-                                   LawKind::bang_bang, LawKind::modified_trapezoidal};
+    static const MotionLawKind laws[] = {MotionLawKind::polynomial_345, MotionLawKind::polynomial_4567,
+                                         MotionLawKind::cycloidal, MotionLawKind::bang_bang,
+                                         MotionLawKind::modified_trapezoidal};
     t_.name = "random";
     t_.law.kind = laws[pick(5)];
     if (chance(0.3) && null_space_.cols() <= (planar_ ? 3 : 6))
@@ -302,13 +303,13 @@ VectorX disagreement(const Mechanism& m, const VectorX& q) {
   Eigen::Index at = 0, c = 0;
   for (const Joint& joint : m.joints) {
     const Pose d = displacement(joint, planar, q.data() + c), &a = world[joint.first], &b = world[joint.second];
-    c += freedom(joint.type);
+    c += joint_degrees_of_freedom(joint.type);
     out.segment<3>(at) = a.p + a.R * (joint.point_first + d.p) - b.p - b.R * joint.point_second;
     out.segment<9>(at + 3) = (a.R * d.R - b.R).reshaped();
     at += 12;
   }
   for (const Coupling& coupling : m.couplings)
-    out[at++] = q[coupling.follower] - coupling.ratio * coupling.leader.of(q) - coupling.offset;
+    out[at++] = q[coupling.follower] - coupling.ratio * coupling.leader.evaluate(q) - coupling.offset;
   return out;
 }
 

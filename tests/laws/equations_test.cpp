@@ -50,7 +50,7 @@ void check(Subject& s) {
   const VectorX dq = wave(s.q.size(), 0.4), ddq = 2 * wave(s.q.size(), 1.9), dy = C * dq;
   CHECK(largest(tree.value.constraints * C) <= 1e-9 * room(C) * (1 + largest(tree.value.constraints)));
   CHECK(largest(C.transpose() * H * C - own.value.mass) <= 1e-10 * room(C) * largest(H));
-  CHECK(largest(C.transpose() * tree.value.rest.sum() - own.value.rest.sum()) <=
+  CHECK(largest(C.transpose() * tree.value.rest.sum() - own.value.static_terms.sum()) <=
         1e-10 * room(C) * (1 + largest(tree.value.rest.sum())));
   VectorX w(dy.size()), c(dy.size()), expected(dq.size());
   double size = largest(H);
@@ -64,7 +64,7 @@ void check(Subject& s) {
     expected[k] = dq.dot(own.value.velocity[static_cast<std::size_t>(k)] * dq);
   CHECK(largest(C.transpose() * (H * c + w) - expected) <=
         1e-9 * room(C) * size * (1 + largest(c) + dy.squaredNorm()) * static_cast<double>(dy.size()));
-  const auto split = s.terms.split(s.q, dq, ddq, 0.1);
+  const auto split = s.terms.split_efforts(s.q, dq, ddq, 0.1);
   if (!split) {
     CHECK_FALSE(split.outcome.reason.empty());
     return;

@@ -28,7 +28,7 @@ TEST_CASE("both formulations agree on random planar mechanisms, in motion and on
     const ConditionsVerification conditions = verify_conditions(study);
     CHECK(conditions.reason.empty());
     CHECK(conditions.sampled == conditions.coefficients);
-    CHECK(conditions.apart < 1e-9);
+    CHECK(conditions.subspace_angle_sine < 1e-9);
     ++runs;
     ++drives[static_cast<int>(experiment->trajectory.drive)];
   }

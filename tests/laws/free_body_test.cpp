@@ -66,7 +66,7 @@ TEST_CASE("the ground's joints, springs and discs carry what the frame is said t
         felt.force += weight.force - rate.force, felt.moment += weight.moment - rate.moment;
       }
       force.see((felt.force - run.row(run.result.ground_force, k)).norm() / scale, k);
-      const Vector3 about = felt.moment - run.result.about.cross(felt.force);
+      const Vector3 about = felt.moment - run.result.moment_reference.cross(felt.force);
       const Vector3 off = about - run.moment(run.result.ground_moment, k);
       moment.see((run.result.axes == 2 ? std::abs(off.z()) : off.norm()) / (scale * run.length()), k);
     }
@@ -135,7 +135,7 @@ TEST_CASE(
       const VectorX q = run.result.joint_position.row(k).transpose();
       for (int c = 0; c < static_cast<int>(m.coordinates.size()); ++c) {
         const balance::Coordinate& coordinate = m.coordinates[c];
-        if (skipped.count(c) || balance::rolls(m.joints[coordinate.joint].type)) continue;
+        if (skipped.count(c) || balance::is_rolling(m.joints[coordinate.joint].type)) continue;
         const Motion unit =
             unit_motion(run, k, m.joints[coordinate.joint], coordinate.index, q.data() + c - coordinate.index);
         double passed = run.row(run.result.joint_force, k, coordinate.joint).dot(unit.slide) +
@@ -149,7 +149,8 @@ TEST_CASE(
           if (friction.coordinate != c) continue;
           const double fastest = run.result.joint_velocity.row(k).cwiseAbs().maxCoeff();
           const bool rests = std::abs(rate) <= 1e-10 * std::max(fastest, 1 / run.result.time[run.samples() - 1]);
-          passed += friction.viscous * rate + (rests ? 0 : std::copysign(friction.dry(rate < 0 ? -1 : 1), rate));
+          passed +=
+              friction.viscous * rate + (rests ? 0 : std::copysign(friction.dry_friction(rate < 0 ? -1 : 1), rate));
         }
         const bool angle = coordinate.kind == balance::CoordinateKind::angle;
         worst.see(std::abs(passed) / (scale * (angle ? run.length() : 1)), k);

@@ -22,46 +22,47 @@ namespace {
 /// A stepper with an observer, for walk().
 template <class S>
 struct Alone {
-  Stepper<S>& stepper;
-  Observer<S>& observer;
+  MotionStepper<S>& stepper;
+  SampleEvaluator<S>& observer;
 
   bool begin() { return stepper.begin(); }
   bool advance(double time) { return stepper.advance(time); }
-  void accelerate(Side side) { stepper.accelerate(side); }
+  void update_accelerations(Side side) { stepper.update_accelerations(side); }
   double time() const { return stepper.time(); }
   bool observe() {
-    if (!observer.observe(stepper, Detail::everything)) return false;
-    observer.last().mobility = stepper.mobility();
+    if (!observer.evaluate(stepper, Detail::all)) return false;
+    observer.sample().mobility = stepper.mobility();
     return true;
   }
-  const Sample& last() const { return observer.last(); }
+  const Sample& last() const { return observer.sample(); }
 };
 
 struct Tracked {
-  Result result;
+  RunResult result;
   long in_groups = 0;
 };
 
 /// The samples, in groups with one of the instruction sets or without groups.
 template <class S>
 Tracked follow(const Run& run, std::optional<InstructionSet> set) {
-  const Trajectory trajectory = time_law(run.mechanism, run.trajectory).trajectory;
-  Tree<S> tree = compile<S>(run.mechanism, prescribed_coordinates(trajectory));
-  const Plan<S> plan = make_plan(run.mechanism, tree, trajectory);
+  const Trajectory trajectory = resolve_trajectory(run.mechanism, run.trajectory).trajectory;
+  Tree<S> tree = compile_tree<S>(run.mechanism, prescribed_coordinates(trajectory));
+  const CompiledTrajectory<S> plan = compile_trajectory(run.mechanism, tree, trajectory);
   const typename S::Vector about = to_vector<S>(trajectory.about);
-  Observer<S> observer(run.mechanism, tree, plan.freedoms, about);
-  Stepper<S> stepper(run.mechanism, tree, plan);
-  stepper.watch(observer.guard());
+  SampleEvaluator<S> observer(run.mechanism, tree, plan.freedoms, about);
+  MotionStepper<S> stepper(run.mechanism, tree, plan);
+  stepper.set_regularity_monitor(observer.regularity_monitor());
   Tracked out;
   name_columns(run.mechanism, out.result);
-  size_arrays(run.mechanism, trajectory.samples, {}, out.result);
-  Recorder recorder(out.result);
+  resize_arrays(run.mechanism, trajectory.samples, {}, out.result);
+  ResultRecorder recorder(out.result);
   const auto record = [&](auto& leader) {
-    const bool done = walk(leader, *plan.schedule, trajectory.samples, [&](const Stop& stop) {
-      if (!leader.observe()) return false;
-      if (stop.kind == Stop::Kind::sample) recorder.write(leader.last(), stop.index, out.result);
-      return true;
-    });
+    const bool done =
+        visit_time_grid(leader, *plan.prescribed_motion, trajectory.samples, [&](const TimeGridPoint& stop) {
+          if (!leader.observe()) return false;
+          if (stop.kind == TimeGridPoint::Kind::sample) recorder.write(leader.last(), stop.index, out.result);
+          return true;
+        });
     CHECK(done);
   };
   if (!set) {
@@ -69,10 +70,10 @@ Tracked follow(const Run& run, std::optional<InstructionSet> set) {
     record(leader);
     return out;
   }
-  const WalkTimes times{plan.schedule->duration(), trajectory.samples};
+  const TimeGrid times{plan.prescribed_motion->duration(), trajectory.samples};
   GroupStepper<S> leader(run.mechanism, tree, plan, times, about, stepper, observer, *set);
   record(leader);
-  out.in_groups = leader.found();
+  out.in_groups = leader.group_step_count();
   return out;
 }
 
@@ -85,18 +86,18 @@ bool same_bits(const Samples& a, const Samples& b) {
 }
 
 /// What of an array's numbers may differ: a motion is solved when its equations miss by 1e-12 of the ground's extent, and rates are off
-/// by the inverse of the mobility times that, in both of two runs; the stepper proves a mobility to 2e-9 (LeastSingular::of_factors).
-double allowed(const Run& run, const Result& result, Samples Result::*array) {
-  if (array == &Result::mobility) return 2e-9;
+/// by the inverse of the mobility times that, in both of two runs; the stepper proves a mobility to 2e-9 (MinSingularValue::compute_from_factors).
+double allowed(const Run& run, const RunResult& result, Samples RunResult::*array) {
+  if (array == &RunResult::mobility) return 2e-9;
   return 2e-12 * std::max(1.0, ground_extent(run.mechanism)) / std::min(1.0, result.mobility.minCoeff());
 }
 
 /// Largest difference of an array by the size of the terms that its numbers are sums of.
-double difference(const Run& run, const Samples& a, const Samples& b, Samples Result::*array) {
+double difference(const Run& run, const Samples& a, const Samples& b, Samples RunResult::*array) {
   double worst = 0;
   for (Eigen::Index c = 0; c < a.cols(); ++c) {
-    const double terms =
-        std::max(of_column(run.result, run.result.term_sizes, array, c), a.col(c).cwiseAbs().maxCoeff());
+    const double terms = std::max(column_term_magnitude(run.result, run.result.term_magnitudes, array, c),
+                                  a.col(c).cwiseAbs().maxCoeff());
     if (terms > 0) worst = std::max(worst, (a.col(c) - b.col(c)).cwiseAbs().maxCoeff() / terms);
   }
   return worst;
@@ -112,15 +113,15 @@ TEST_CASE(
     const Tracked alone = follow(run, {}), baseline = follow(run, InstructionSet::baseline);
     in_groups += baseline.in_groups;
     all += run.samples();
-    for (const QuantityKind& kind : quantity_table()) {
+    for (const QuantityDefinition& kind : quantity_table()) {
       const Samples &expected = alone.result.*kind.member, &found = baseline.result.*kind.member;
       if (expected.size() == 0) continue;
       CAPTURE(std::string(kind.name));
       CHECK(difference(run, expected, found, kind.member) <= allowed(run, alone.result, kind.member));
     }
-    for (const InstructionSet set : instruction_sets()) {
+    for (const InstructionSet set : list_instruction_sets()) {
       const Tracked other = follow(run, set);
-      for (const QuantityKind& kind : quantity_table())
+      for (const QuantityDefinition& kind : quantity_table())
         CHECK(same_bits(other.result.*kind.member, baseline.result.*kind.member));
     }
   });

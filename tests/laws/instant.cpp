@@ -41,7 +41,7 @@ Mass mass_of(double m, const Vector3& com, const Matrix3& inertia, bool planar) 
 Pose element_pose(const Element& element, const std::vector<Pose>& bodies, const VectorX& q) {
   const Pose& body = bodies[element.body];
   if (!element.disc) return body;
-  const double angle = element.disc->ratio * element.disc->follows.of(q);
+  const double angle = element.disc->ratio * element.disc->follows.evaluate(q);
   return {body.R * balance::rotation_about(element.disc->axis, angle), body.p + body.R * element.disc->position};
 }
 

@@ -58,7 +58,7 @@ TEST_CASE("moving and turning the ground with all that acts on it leaves efforts
         displaced(here, R, axes == 2 ? length * Vector3(0.3, -0.2, 0) : length * Vector3(0.3, -0.2, 0.5));
     const Run moved = laws::run(run.name + ", displaced", there.mechanism, there.trajectory);
     if (moved.result.outcome.status != balance::MotionStatus::done) return;
-    const Result &a = run.result, &b = moved.result;
+    const RunResult &a = run.result, &b = moved.result;
     const double force =
         force_scale(run, cloud(run)) + balance::total_mass(run.mechanism) * run.mechanism.gravity.norm();
     // positions are solved to 1e-12, forces follow with the condition of the equations and the size of the accelerations
@@ -101,7 +101,7 @@ TEST_CASE("lengths, masses and times multiplied by powers of two multiply every 
       const Experiment large = scaled({run.mechanism, run.trajectory}, by);
       const Run other = laws::run(run.name + ", scaled", large.mechanism, large.trajectory);
       if (other.result.outcome.status != balance::MotionStatus::done) continue;
-      const Result &a = run.result, &b = other.result;
+      const RunResult &a = run.result, &b = other.result;
       const double size = force_scale(run, cloud(run));
       const double force = size * by.force(), moment = size * run.length() * by.moment();
       for (long c = 0; c < a.joint_position.cols(); ++c) {
@@ -156,7 +156,7 @@ Experiment mirrored(Experiment e) {
   }
   for (auto& spring : m.springs) {
     flip(spring.point_first), flip(spring.point_second);
-    if (spring.in_joint() && m.coordinates[spring.coordinate].kind == balance::CoordinateKind::angle)
+    if (spring.is_joint_spring() && m.coordinates[spring.coordinate].kind == balance::CoordinateKind::angle)
       spring.preload = -spring.preload;
   }
   for (auto& coupling : m.couplings) {

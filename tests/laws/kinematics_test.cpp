@@ -21,7 +21,7 @@ TEST_CASE("every joint's coordinates say how its two bodies lie to each other, s
       for (const balance::Joint& joint : run.mechanism.joints) {
         const VectorX q = run.result.joint_position.row(k).transpose();
         const Pose d = displacement(joint, run.result.axes == 2, q.data() + c);
-        c += balance::freedom(joint.type);
+        c += balance::joint_degrees_of_freedom(joint.type);
         const Pose &a = run.poses[k][joint.first], &b = run.poses[k][joint.second];
         const Vector3 P = a.p + a.R * (joint.point_first + d.p), Q = b.p + b.R * joint.point_second;
         worst.see((Q - P).norm() / run.length(), k);
@@ -37,7 +37,7 @@ TEST_CASE("coupled coordinates keep their ratio") {
     for (const balance::Coupling& coupling : run.mechanism.couplings)
       for (long k = 0; k < run.samples(); ++k) {
         const auto& q = run.result.joint_position;
-        const double want = coupling.ratio * coupling.leader.of(q.row(k)) + coupling.offset;
+        const double want = coupling.ratio * coupling.leader.evaluate(q.row(k)) + coupling.offset;
         CHECK(q(k, coupling.follower) == doctest::Approx(want).epsilon(1e-14));
       }
   });
@@ -115,7 +115,7 @@ TEST_CASE("what is driven goes straight from its start to its end by the law") {
       if (t.from.orientation && t.to.orientation)  // the shortest rotation, by the same law
         for (long k = 0; k <= end; ++k) {
           const Vector3 turn = balance::rotation_vector_of(t.from.orientation->transpose() * *t.to.orientation);
-          const Matrix3 want = *t.from.orientation * balance::rotation_from_vector(s[k] * turn);
+          const Matrix3 want = *t.from.orientation * balance::rotation_from_rotation_vector(s[k] * turn);
           CHECK((run.poses[k][run.mechanism.tool->body].R - want).cwiseAbs().maxCoeff() < 1e-10);
         }
     }

@@ -17,20 +17,20 @@ namespace {
 template <class S>
 void check_linear(const std::string& name, const Mechanism& mechanism, std::mt19937& random) {
   using namespace balance;
-  const Tree<S> tree = compile<S>(mechanism, {});
+  const Tree<S> tree = compile_tree<S>(mechanism, {});
   std::uniform_real_distribution<double> uniform(-2, 2);
   for (int trial = 0; trial < 5; ++trial) {
     VectorX y(tree.columns), dy(tree.columns), ddy(tree.columns), tau(tree.columns);
     for (VectorX* v : {&y, &dy, &ddy})
       for (double& x : *v) x = uniform(random);
-    State<S> state(tree.nodes.size());
-    poses(tree, y.data(), state);
-    velocities(tree, dy.data(), state);
-    accelerations<S>(tree, dy.data(), ddy.data(), -to_vector<S>(mechanism.gravity), state);
+    TreeState<S> state(tree.nodes.size());
+    compute_poses(tree, y.data(), state);
+    compute_velocities(tree, dy.data(), state);
+    compute_accelerations<S>(tree, dy.data(), ddy.data(), -to_vector<S>(mechanism.gravity), state);
     std::vector<Wrench<S>> wrenches(tree.nodes.size());
     inverse_dynamics(tree, state, wrenches, tau.data());
-    const VectorX pi = parameters_of<S>(tree);
-    const Regressor<S> Y = regressor<S>(tree, state);
+    const VectorX pi = list_inertial_parameters<S>(tree);
+    const InertiaRegressor<S> Y = compute_regressor<S>(tree, state);
     REQUIRE(Y.torque.cols() == pi.size());
     const auto near = [&](const VectorX& got, const VectorX& want, const MatrixX& rows) {
       const double scale = (rows.cwiseAbs() * pi.cwiseAbs()).maxCoeff();  // what cancels on the way
@@ -108,14 +108,14 @@ TEST_CASE(
       runs.push_back(run(file, m, trajectory));
       if (runs.back().result.outcome.status != balance::MotionStatus::done) return;
     }
-    const auto open = [&](Samples Result::*what) {
+    const auto open = [&](Samples RunResult::*what) {
       const Samples sum = runs[1].result.*what + runs[2].result.*what - runs[0].result.*what;
       return (sum - runs[3].result.*what).cwiseAbs().maxCoeff();
     };
     const double force = force_scale(runs[3], cloud(runs[3])) + balance::total_mass(base) * base.gravity.norm();
-    CHECK_MESSAGE(open(&Result::shaking_force) < 1e-10 * force, file);
-    CHECK_MESSAGE(open(&Result::shaking_moment) < 1e-10 * force * runs[0].length(), file);
-    CHECK_MESSAGE(open(&Result::torque) <
+    CHECK_MESSAGE(open(&RunResult::shaking_force) < 1e-10 * force, file);
+    CHECK_MESSAGE(open(&RunResult::shaking_moment) < 1e-10 * force * runs[0].length(), file);
+    CHECK_MESSAGE(open(&RunResult::torque) <
                       1e-10 * (force * std::max(1.0, runs[0].length()) + runs[3].result.torque.cwiseAbs().maxCoeff()),
                   file);
   }

@@ -25,13 +25,13 @@ constexpr double tolerance = 3e-5;
 TEST_CASE("the shaking force is the rate of linear momentum and the shaking moment that of angular momentum") {
   for_each_run(401, [](const Run& run) {
     const Cloud points = cloud(run);
-    const double scale = force_scale(run, points), length = run.length() + run.result.about.norm();
+    const double scale = force_scale(run, points), length = run.length() + run.result.moment_reference.norm();
     Worst force, moment;
     for (long k = 0; k < run.samples(); ++k) {
       if (!run.smooth[k]) continue;
       const Total want = sum(momentum_rates(run, points, k));
       force.see((run.row(run.result.shaking_force, k) - want.force).norm() / scale, k);
-      const Vector3 about = want.moment - run.result.about.cross(want.force);
+      const Vector3 about = want.moment - run.result.moment_reference.cross(want.force);
       moment.see((run.moment(run.result.shaking_moment, k) - about).norm() / (scale * length), k);
     }
     CHECK_MESSAGE(force.error < tolerance, run.name << " sample " << force.sample << ": " << force.error);
@@ -75,7 +75,7 @@ TEST_CASE("the frame feels weight and loads less the rate of momentum") {
     Worst force, moment;
     for (long k = 0; k < run.samples(); ++k) {
       const Total weight = sum(weights(run, points, k)), load = sum(loads(run, k));
-      const Vector3 shake = run.row(run.result.shaking_force, k), about = run.result.about;
+      const Vector3 shake = run.row(run.result.shaking_force, k), about = run.result.moment_reference;
       const double scale = rest + shake.norm() + weight.force.norm() + load.force.norm();
       force.see((run.row(run.result.ground_force, k) - weight.force - load.force + shake).norm() / scale, k);
       const Vector3 outside = weight.moment + load.moment - about.cross(weight.force + load.force);

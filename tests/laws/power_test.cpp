@@ -61,7 +61,7 @@ TEST_CASE("motors and loads supply what friction takes and the change of kinetic
         power += run.result.torque(k, static_cast<long>(a)) * run.result.joint_velocity(k, run.mechanism.actuators[a]);
       for (const balance::Friction& friction : run.mechanism.friction) {
         const double v = run.result.joint_velocity(k, friction.coordinate);
-        power -= friction.viscous * v * v + friction.dry(v < 0 ? -1 : 1) * std::abs(v);
+        power -= friction.viscous * v * v + friction.dry_friction(v < 0 ? -1 : 1) * std::abs(v);
       }
       worst.see(std::abs(power - rate(energy, k, 0, h)) / scale, k);
     }
@@ -84,7 +84,7 @@ TEST_CASE("kinetic energy is that of moving points, potential energy that of wei
           motion += 0.5 * points.mass[i] * points.velocity(k, static_cast<long>(i), run.step()).squaredNorm();
       }
       for (const balance::Spring& spring : run.mechanism.springs) {
-        if (spring.in_joint()) {
+        if (spring.is_joint_spring()) {
           const double q = run.result.joint_position(k, spring.coordinate);
           height += (0.5 * spring.stiffness * q - spring.preload) * q;
           size += 0.5 * spring.stiffness * q * q + std::abs(spring.preload * q);

@@ -95,7 +95,7 @@ class Maker {
     const std::vector<Pose> world = poses(m_, start_);
     for (int attempt = 0; attempt < 20; ++attempt) {
       const JointType kind = type();
-      const int lost = (planar_ ? 3 : 6) - freedom(kind);
+      const int lost = (planar_ ? 3 : 6) - joint_degrees_of_freedom(kind);
       if (kind == JointType::fixed || freedoms_ - lost < 1) continue;
       const bool forward = chance(0.5);
       Joint closing = joint(kind, forward ? ground : last, forward ? last : ground);
@@ -105,15 +105,15 @@ class Maker {
       m_.joints.push_back(closing);
       m_.coordinates = list_coordinates(m_.space, m_.joints);
       start_.conservativeResize(static_cast<long>(m_.coordinates.size()));
-      start_.tail(freedom(kind)).setZero();
+      start_.tail(joint_degrees_of_freedom(kind)).setZero();
       freedoms_ -= lost;
       return;
     }
   }
 
   /// The coordinate, every other time with a second and a third one over which its belt runs.
-  Followed belt(int coordinate, int but) {
-    Followed out = coordinate;
+  CoordinateCombination belt(int coordinate, int but) {
+    CoordinateCombination out = coordinate;
     for (int k = 0; k < 2 && belts_() % 2 == 0; ++k) {
       const int other = static_cast<int>(belts_() % m_.coordinates.size());
       const bool known = std::any_of(out.terms.begin(), out.terms.end(),
@@ -127,8 +127,8 @@ class Maker {
     if (freedoms_ < 2) return;
     const int n = static_cast<int>(m_.coordinates.size()), leader = pick(n), follower = (leader + 1 + pick(n - 1)) % n;
     const double ratio = chance(0.5) ? number(0.5, 2) : -number(0.5, 2);
-    const Followed led_by = belt(leader, follower);
-    m_.couplings.push_back({follower, led_by, ratio, start_[follower] - ratio * led_by.of(start_)});
+    const CoordinateCombination led_by = belt(leader, follower);
+    m_.couplings.push_back({follower, led_by, ratio, start_[follower] - ratio * led_by.evaluate(start_)});
     --freedoms_;
   }
 
@@ -185,7 +185,7 @@ class Maker {
       Experiment out{m_, {}};
       Trajectory& t = out.trajectory;
       t.name = "random";
-      t.law.kind = LawKind::polynomial_345;
+      t.law.kind = MotionLawKind::polynomial_345;
       t.drive = DriveKind::joints;
       if (attempt < 2 && chance(0.6)) t.drive = chance(0.5) ? DriveKind::tool : DriveKind::com;
       t.samples = 21;
@@ -194,7 +194,7 @@ class Maker {
         t.from.joints.push_back({c, start_[c]});
         t.to.joints.push_back({c, start_[c] + number(-0.4, 0.4)});
       }
-      const Result result = simulate(out.mechanism, t);
+      const RunResult result = simulate(out.mechanism, t);
       if (result.outcome.status != MotionStatus::done || result.mobility.minCoeff() < 0.02) continue;
       if (result.joint_velocity.cwiseAbs().maxCoeff() < 20) return out;
     }

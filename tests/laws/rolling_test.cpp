@@ -23,16 +23,17 @@ double largest(const Eigen::Ref<const VectorX>& values) { return values.cwiseAbs
 Study skating_arm() {
   Study study = doors::config("spatial-rrr.yaml");
   const Tool& tool = *study.mechanism.tool;
-  study.mechanism.constraints.push_back({"edge",
-                                         {{SpeedTerm::Of::velocity_own, 2, 1, tool.body, tool.position},
-                                          {SpeedTerm::Of::turning_own, 0, 0.3, tool.body, tool.position},
-                                          {SpeedTerm::Of::turning, 2, -0.1, tool.body, tool.position},
-                                          {SpeedTerm::Of::coordinate, 1, 0.2, 0, Vector3::Zero()}}});
+  study.mechanism.constraints.push_back(
+      {"edge",
+       {{GeneralisedSpeedTerm::Kind::velocity_body, 2, 1, tool.body, tool.position},
+        {GeneralisedSpeedTerm::Kind::angular_velocity_body, 0, 0.3, tool.body, tool.position},
+        {GeneralisedSpeedTerm::Kind::angular_velocity, 2, -0.1, tool.body, tool.position},
+        {GeneralisedSpeedTerm::Kind::coordinate, 1, 0.2, 0, Vector3::Zero()}}});
   study.mechanism.actuators.pop_back();
   Trajectory& motion = study.trajectories.front();
   motion = {};
   motion.name = "skate";
-  motion.law.kind = LawKind::cycloidal;
+  motion.law.kind = MotionLawKind::cycloidal;
   motion.drive = DriveKind::joints;
   for (const int c : study.mechanism.actuators) {
     motion.from.joints.push_back({c, 0.4});
@@ -45,7 +46,7 @@ void check_ways_agree(const Study& study, const Trajectory& trajectory) {
   CAPTURE(study.mechanism.name);
   CAPTURE(trajectory.name);
   const Mechanism& mechanism = study.mechanism;
-  const Result run = simulate(mechanism, trajectory);
+  const RunResult run = simulate(mechanism, trajectory);
   REQUIRE_MESSAGE(run.outcome.status == MotionStatus::done, run.outcome.reason);
   Plant plant(mechanism);
   const Eigen::Index last = run.time.size() - 1;
@@ -74,7 +75,7 @@ TEST_CASE(
     const Study study = doors::config(name);
     for (const Trajectory& trajectory : study.trajectories)
       if (trajectory.drive == DriveKind::joints && !trajectory.from.joints.empty() &&
-          trajectory.law.kind == LawKind::cycloidal)
+          trajectory.law.kind == MotionLawKind::cycloidal)
         check_ways_agree(study, trajectory);
   }
   check_ways_agree(skating_arm(), skating_arm().trajectories.front());
@@ -87,7 +88,7 @@ TEST_CASE("where rates are bound, motors supply the change of energy, and what i
     Trajectory trajectory = study.trajectories.front();
     trajectory.samples = 801;
     CAPTURE(study.mechanism.name);
-    const Result run = simulate(study.mechanism, trajectory);
+    const RunResult run = simulate(study.mechanism, trajectory);
     REQUIRE_MESSAGE(run.outcome.status == MotionStatus::done, run.outcome.reason);
     const VectorX energy = run.kinetic_energy + run.potential_energy;
     const VectorX power = run.power.rowwise().sum();
@@ -115,18 +116,18 @@ TEST_CASE(
   CHECK(largest(scaled_residuals(found, term_values(study.mechanism, {}))) < 1e-12);
   Trajectory trajectory = study.trajectories.front();
   trajectory.to.joints.back().value = 0;  // the right wheel stands still
-  const Result run = simulate(study.mechanism, trajectory);
+  const RunResult run = simulate(study.mechanism, trajectory);
   REQUIRE(run.outcome.status == MotionStatus::done);
   CHECK(run.torque.col(1).cwiseAbs().maxCoeff() < 1e-12 * run.torque.col(0).cwiseAbs().maxCoeff());
 }
 
 TEST_CASE("a constraint that says what holds anyway is redundant, and one too many leaves no motion") {
   Study study = doors::config("sleigh.yaml");
-  const Result once = simulate(study.mechanism, study.trajectories.front());
+  const RunResult once = simulate(study.mechanism, study.trajectories.front());
   study.mechanism.constraints.push_back(study.mechanism.constraints.front());
   study.mechanism.constraints.back().name = "again";
   study.mechanism.constraints.back().terms.front().factor = -3;
-  const Result twice = simulate(study.mechanism, study.trajectories.front());
+  const RunResult twice = simulate(study.mechanism, study.trajectories.front());
   REQUIRE(twice.outcome.status == MotionStatus::done);
   CHECK((once.torque - twice.torque).cwiseAbs().maxCoeff() < 1e-11 * once.torque.cwiseAbs().maxCoeff());
   CHECK_FALSE(twice.outcome.notes.empty());

@@ -14,7 +14,7 @@ namespace laws {
 
 using balance::Matrix3;
 using balance::Mechanism;
-using balance::Result;
+using balance::RunResult;
 using balance::Samples;
 using balance::Vector3;
 using balance::VectorX;
@@ -35,7 +35,7 @@ struct Run {
   std::string name;  ///< "file: trajectory"
   Mechanism mechanism;
   balance::Trajectory trajectory;
-  Result result;
+  RunResult result;
   std::vector<std::vector<Pose>> poses;  ///< per sample and body
   std::vector<bool> smooth;              ///< the samples up to three away lie on the same smooth piece
 

@@ -20,7 +20,8 @@ constexpr Units corners[] = {{1e-6, 1e-9, 1}, {1e6, 1e9, 1}, {1e-6, 1e9, 1}, {1e
 double largest(const Samples& a) { return a.size() == 0 ? 0 : a.cwiseAbs().maxCoeff(); }
 
 /// One run and the same run scaled.
-void compare(const Mechanism& m, const Result& a, const Result& b, const Units& by, double duration, double allowed) {
+void compare(const Mechanism& m, const RunResult& a, const RunResult& b, const Units& by, double duration,
+             double allowed) {
   REQUIRE(a.outcome.status == MotionStatus::done);
   REQUIRE_MESSAGE(b.outcome.status == MotionStatus::done, b.outcome.reason);
   const double L = characteristic_length(m);
@@ -46,10 +47,10 @@ void compare(const Mechanism& m, const Result& a, const Result& b, const Units& 
 TEST_CASE("natural coordinates scale over twelve decades of lengths and eighteen of masses") {
   for (const std::string& file : config_names()) {
     const Study study = load(file);
-    if (study.mechanism.space != SpaceKind::planar || binds_rates(study.mechanism)) continue;
+    if (study.mechanism.space != SpaceKind::planar || has_velocity_constraints(study.mechanism)) continue;
     for (Trajectory trajectory : study.trajectories) {
       trajectory.samples = 11;
-      const Result here = simulate_natural(study.mechanism, trajectory);
+      const RunResult here = simulate_natural(study.mechanism, trajectory);
       const double mobility = run(file, study.mechanism, trajectory).result.mobility.minCoeff();
       for (const Units& by : corners) {
         INFO(file << ": " << trajectory.name << ", lengths times " << by.length << ", masses times " << by.mass);
@@ -72,11 +73,11 @@ TEST_CASE("controlled runs scale over twelve decades of lengths and eighteen of 
     Trajectory trajectory = study.trajectories.front();
     trajectory.samples = 11;
     trajectory.duration = 0.1;
-    const Result here = control(study.mechanism, trajectory, *computed_torque);
+    const RunResult here = simulate_closed_loop(study.mechanism, trajectory, *computed_torque);
     for (const Units& by : corners) {
       INFO(file << ", lengths times " << by.length << ", masses times " << by.mass);
       const Experiment there = scaled({study.mechanism, trajectory}, by);
-      const Result other = control(there.mechanism, there.trajectory, *computed_torque);
+      const RunResult other = simulate_closed_loop(there.mechanism, there.trajectory, *computed_torque);
       compare(study.mechanism, here, other, by, trajectory.duration, 1e-7);  // integrated to 1e-9 a step
     }
   }

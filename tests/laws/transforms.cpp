@@ -81,7 +81,7 @@ void scale_forces(MechanismOf<T>& m, const Units& by) {
   }
   for (auto& spring : m.springs) {
     spring.point_first *= L, spring.point_second *= L, spring.free_length *= L;
-    const bool turns = spring.in_joint() && m.coordinates[spring.coordinate].kind == CoordinateKind::angle;
+    const bool turns = spring.is_joint_spring() && m.coordinates[spring.coordinate].kind == CoordinateKind::angle;
     spring.stiffness *= turns ? by.moment() : by.force() / L;
     spring.preload *= turns ? by.moment() : by.force();
   }
@@ -89,7 +89,7 @@ void scale_forces(MechanismOf<T>& m, const Units& by) {
     const bool length = m.coordinates[friction.coordinate].kind == CoordinateKind::length;
     const double effort = length ? by.force() : by.moment();
     friction.coulomb *= effort;
-    for (auto* other : {&friction.at_rest, &friction.coulomb_backward, &friction.at_rest_backward})
+    for (auto* other : {&friction.breakaway, &friction.coulomb_backward, &friction.at_rest_backward})
       if (*other) **other *= effort;
     friction.viscous *= (length ? by.force() / L : by.moment()) * by.time;
   }
@@ -100,9 +100,9 @@ void scale_geometry(MechanismOf<T>& m, double L) {
   for (auto& joint : m.joints) joint.point_first *= L, joint.point_second *= L, joint.radius *= L;
   for (auto& constraint : m.constraints) {
     const auto is_length = [&](const auto& term) {
-      using Of = typename SpeedTermOf<T>::Of;
-      return term.of == Of::coordinate ? m.coordinates[term.index].kind == CoordinateKind::length
-                                       : term.of == Of::velocity || term.of == Of::velocity_own;
+      using Of = typename GeneralisedSpeedTermOf<T>::Kind;
+      return term.kind == Of::coordinate ? m.coordinates[term.index].kind == CoordinateKind::length
+                                         : term.kind == Of::velocity || term.kind == Of::velocity_body;
     };
     const bool length = std::any_of(constraint.terms.begin(), constraint.terms.end(), is_length);
     for (auto& term : constraint.terms) {

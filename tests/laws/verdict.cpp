@@ -50,18 +50,18 @@ namespace {
 template <class S>
 void regress(const Mechanism& mechanism, Findings& findings) {
   std::mt19937 random(11);
-  const Tree<S> tree = compile<S>(mechanism, {});
+  const Tree<S> tree = compile_tree<S>(mechanism, {});
   VectorX y(tree.columns), dy(tree.columns), ddy(tree.columns), tau(tree.columns);
   for (VectorX* v : {&y, &dy, &ddy})
     for (double& x : *v) x = 4 * (random() * 0x1p-32) - 2;
-  State<S> state(tree.nodes.size());
-  balance::poses(tree, y.data(), state);
-  velocities(tree, dy.data(), state);
-  accelerations<S>(tree, dy.data(), ddy.data(), -to_vector<S>(mechanism.gravity), state);
+  TreeState<S> state(tree.nodes.size());
+  balance::compute_poses(tree, y.data(), state);
+  compute_velocities(tree, dy.data(), state);
+  compute_accelerations<S>(tree, dy.data(), ddy.data(), -to_vector<S>(mechanism.gravity), state);
   std::vector<Wrench<S>> wrenches(tree.nodes.size());
   inverse_dynamics(tree, state, wrenches, tau.data());
-  const VectorX pi = parameters_of<S>(tree);
-  const Regressor<S> Y = regressor<S>(tree, state);
+  const VectorX pi = list_inertial_parameters<S>(tree);
+  const InertiaRegressor<S> Y = compute_regressor<S>(tree, state);
   const double scale = std::max(1e-300, (Y.torque.cwiseAbs() * pi.cwiseAbs()).maxCoeff());
   findings.see("regressor of efforts", (Y.torque * pi - tau).cwiseAbs().maxCoeff() / scale, 1e-12);
   findings.see(
@@ -77,7 +77,7 @@ void compare(const Run& a, const Run& b, const Units& by, const std::string& whe
   if (b.result.outcome.status != MotionStatus::done)
     return findings.say(where + " refused: " + b.result.outcome.reason);
   const double allowed = 1e-9 / std::min(1.0, a.result.mobility.minCoeff());
-  const Result &here = a.result, &there = b.result;
+  const RunResult &here = a.result, &there = b.result;
   const double force =
       largest(here.joint_force) + largest(here.shaking_force) + total_mass(a.mechanism) * a.mechanism.gravity.norm();
   const auto off = [](const Samples& one, const Samples& other, double factor, double scale) {

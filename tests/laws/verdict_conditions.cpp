@@ -30,9 +30,9 @@ Mass unit_mass(const Parameter& parameter, bool planar) {
 
 std::size_t element_of(const Parameter& parameter, const Mechanism& m) {
   const auto index = static_cast<std::size_t>(parameter.index);
-  switch (parameter.bearer) {
-    case Bearer::body: return index - 1;
-    case Bearer::attachment: return m.bodies.size() - 1 + index;
+  switch (parameter.owner_kind) {
+    case ParameterOwner::body: return index - 1;
+    case ParameterOwner::attachment: return m.bodies.size() - 1 + index;
     default: return m.bodies.size() - 1 + m.attachments.size() + index;
   }
 }
@@ -59,15 +59,15 @@ MatrixX momenta(const Run& run, const std::vector<Parameter>& parameters, bool t
 }
 
 void judge_goal(const Run& run, GoalKind kind, int instants, Findings& findings) {
-  const std::string goal = name_of(Goal{kind, false});
+  const std::string goal = goal_name(Goal{kind, false});
   const Conditions conditions = derive_conditions(run.mechanism, {Goal{kind, false}});
   if (conditions.status == ConditionsStatus::rank_unclear) return;  // an answer, with its reason
   if (conditions.status != ConditionsStatus::done)
     return findings.say("no " + goal + " conditions: " + conditions.reason);
   std::vector<Parameter> inertial;
   std::vector<Eigen::Index> columns;
-  for (std::size_t p = 0; p < static_cast<std::size_t>(conditions.own_columns()); ++p)
-    if (conditions.parameters[p].bearer != Bearer::spring)
+  for (std::size_t p = 0; p < static_cast<std::size_t>(conditions.parameter_columns()); ++p)
+    if (conditions.parameters[p].owner_kind != ParameterOwner::spring)
       inertial.push_back(conditions.parameters[p]), columns.push_back(static_cast<Eigen::Index>(p));
   const MatrixX R = conditions.matrix(Eigen::all, columns);
   const MatrixX rows = momenta(run, inertial, kind == GoalKind::dynamic, instants);

@@ -24,10 +24,10 @@ bool more_motors(const Run& run) {
 
 void judge_formulations(const Run& run, Findings& findings) {
   if (run.mechanism.space != SpaceKind::planar) return;
-  const Result other = simulate_natural(run.mechanism, run.trajectory);
+  const RunResult other = simulate_natural(run.mechanism, run.trajectory);
   if (other.outcome.status != MotionStatus::done)
     return findings.say("natural coordinates refuse: " + other.outcome.reason);
-  const Result& one = run.result;
+  const RunResult& one = run.result;
   // positions solved to 1e-12, enlarged by the condition of the equations
   const double allowed = 1e-9 / std::min(1.0, one.mobility.minCoeff() * one.mobility.minCoeff());
   const double force = largest(one.joint_force) + largest(one.shaking_force), L = run.length();
@@ -46,7 +46,7 @@ void judge_formulations(const Run& run, Findings& findings) {
 
 /// Whether it sticks cannot be computed: forward dynamics refuse it.
 bool rubs_dry_on_a_sum(const Mechanism& mechanism) {
-  const auto roots = coupling_roots(mechanism);
+  const auto roots = resolve_couplings(mechanism);
   return std::any_of(mechanism.friction.begin(), mechanism.friction.end(), [&](const Friction& f) {
     return f.coulomb != 0 && roots[static_cast<std::size_t>(f.coordinate)].terms.size() > 1;
   });
@@ -55,7 +55,7 @@ bool rubs_dry_on_a_sum(const Mechanism& mechanism) {
 void judge_forward(const Run& run, Findings& findings) {
   if (rubs_dry_on_a_sum(run.mechanism)) return;
   ForwardDynamics forward(run.mechanism);
-  const Result& r = run.result;
+  const RunResult& r = run.result;
   for (const long k : {run.samples() / 3, 2 * run.samples() / 3}) {
     const VectorX q = r.joint_position.row(k).transpose(), v = r.joint_velocity.row(k).transpose(),
                   a = r.joint_acceleration.row(k).transpose();
@@ -63,7 +63,7 @@ void judge_forward(const Run& run, Findings& findings) {
       return f.coulomb != 0 && std::abs(v[f.coordinate]) < 2e-3 * std::max(1.0, run.length());
     });
     if (slow) continue;  // there friction is smoothed
-    const MotionOutcome outcome = forward.set(r.time[k], q, v);
+    const MotionOutcome outcome = forward.set_state(r.time[k], q, v);
     if (outcome.status != MotionStatus::done) return findings.say("forward dynamics refuse: " + outcome.reason);
     const double size = r.joint_acceleration.cwiseAbs().maxCoeff() + r.joint_velocity.cwiseAbs2().maxCoeff();
     const VectorX found = forward.acceleration(r.torque.row(k).transpose());

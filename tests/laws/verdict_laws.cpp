@@ -35,7 +35,7 @@ class Books {
     loads_ = loads(run, k), springs_ = springs(run, k), joints_ = reactions(run, k);
     for (const auto* all : {&loads_, &springs_, &joints_})
       for (const Total& one : *all) force_ = std::max(force_, one.force.norm());
-    length_ = run.length() + run.result.about.norm();
+    length_ = run.length() + run.result.moment_reference.norm();
     // at rest, and where accelerations pass zero, nothing of the moment's own has a size
     force_ += 0.01 * (run.result.joint_force.cwiseAbs().maxCoeff() + run.result.shaking_force.cwiseAbs().maxCoeff());
     force_ += run.result.joint_moment.row(k).cwiseAbs().maxCoeff() / length_ + 1e-9 * mass_ * length_;
@@ -64,8 +64,8 @@ class Books {
     for (const Total& one : rates_) rate.force += one.force, rate.moment += one.moment;
     for (const auto* all : {&weights_, &loads_})
       for (const Total& one : *all) outside.force += one.force, outside.moment += one.moment;
-    const Result& r = run_.result;
-    const auto about = [&](const Total& one) { return Vector3(one.moment - r.about.cross(one.force)); };
+    const RunResult& r = run_.result;
+    const auto about = [&](const Total& one) { return Vector3(one.moment - r.moment_reference.cross(one.force)); };
     see("shaking force", in_space(rate.force - run_.row(r.shaking_force, k_)) / force_);
     see("shaking moment", turning(about(rate) - run_.moment(r.shaking_moment, k_)) / (force_ * length_));
     const Total felt{outside.force - rate.force, outside.moment - rate.moment};
@@ -79,12 +79,12 @@ class Books {
   }
 
   void energies() const {
-    const Result& r = run_.result;
+    const RunResult& r = run_.result;
     const Mechanism& m = run_.mechanism;
     see("kinetic energy", std::abs(energy_ - r.kinetic_energy(k_, 0)) / (r.kinetic_energy.maxCoeff() + 1e-300));
     double stored = potential_, size = potential_size_;
     for (const Spring& spring : m.springs) {
-      if (spring.in_joint()) {
+      if (spring.is_joint_spring()) {
         const double q = r.joint_position(k_, spring.coordinate);
         stored += (0.5 * spring.stiffness * q - spring.preload) * q;
         size += 0.5 * spring.stiffness * q * q + std::abs(spring.preload * q);
@@ -106,12 +106,12 @@ class Books {
     for (std::size_t a = 0; a < m.actuators.size(); ++a)
       supply(r.torque(k_, static_cast<long>(a)) * r.joint_velocity(k_, m.actuators[a]));
     for (const Spring& spring : m.springs)
-      if (spring.in_joint())
+      if (spring.is_joint_spring())
         supply((spring.preload - spring.stiffness * r.joint_position(k_, spring.coordinate)) *
                r.joint_velocity(k_, spring.coordinate));
     for (const Friction& friction : m.friction) {
       const double rate = r.joint_velocity(k_, friction.coordinate);
-      supply(-friction.viscous * rate * rate - friction.dry(rate < 0 ? -1 : 1) * std::abs(rate));
+      supply(-friction.viscous * rate * rate - friction.dry_friction(rate < 0 ? -1 : 1) * std::abs(rate));
     }
     // what comes and goes in the whole run: at rest and where nothing accelerates there is nothing to compare with
     const double whole = r.kinetic_energy.maxCoeff() / run_.trajectory.duration;
@@ -143,7 +143,7 @@ class Books {
         const double rate = run_.result.joint_velocity(k_, c);
         const double fastest = run_.result.joint_velocity.row(k_).cwiseAbs().maxCoeff();
         const bool rests = std::abs(rate) <= 1e-10 * std::max(fastest, 1 / run_.trajectory.duration);
-        passed += friction.viscous * rate + (rests ? 0 : std::copysign(friction.dry(rate < 0 ? -1 : 1), rate));
+        passed += friction.viscous * rate + (rests ? 0 : std::copysign(friction.dry_friction(rate < 0 ? -1 : 1), rate));
       }
       const bool slides = m.coordinates[c].kind == CoordinateKind::length;
       see("effort along " + m.coordinates[c].name, std::abs(passed) / (force_ * (slides ? 1 : length_)));

@@ -17,8 +17,8 @@ namespace {
 
 constexpr double pi = std::numbers::pi;
 
-Schedule::Request planar(Path path) {
-  return {.law = {LawKind::cycloidal},
+PrescribedMotion::Request planar(Path path) {
+  return {.law = {MotionLawKind::cycloidal},
           .path = std::move(path),
           .duration = 0.5,
           .from = {values({1, 0, 0.2})},
@@ -27,20 +27,20 @@ Schedule::Request planar(Path path) {
           .position_components = 2};
 }
 
-Schedule::Request spatial(Path path) {
-  Schedule::Request request{.law = {LawKind::polynomial_345},
-                            .path = std::move(path),
-                            .duration = 1.5,
-                            .from = {values({1, 2, 3}), rotation_from_rpy({0.1, 0.2, 0.3})},
-                            .to = {values({-1, 0.5, 2}), rotation_from_rpy({1, -0.5, 0.3})},
-                            .via = {},
-                            .position_components = 3,
-                            .turns = true};
+PrescribedMotion::Request spatial(Path path) {
+  PrescribedMotion::Request request{.law = {MotionLawKind::polynomial_345},
+                                    .path = std::move(path),
+                                    .duration = 1.5,
+                                    .from = {values({1, 2, 3}), rotation_from_rpy({0.1, 0.2, 0.3})},
+                                    .to = {values({-1, 0.5, 2}), rotation_from_rpy({1, -0.5, 0.3})},
+                                    .via = {},
+                                    .position_components = 3,
+                                    .has_rotation = true};
   return request;
 }
 
 /// Arc length by summing speeds: Simpson's rule would do better, the trapezoidal rule on a periodic speed is exact enough.
-double travelled(const Schedule& schedule, int components) {
+double travelled(const PrescribedMotion& schedule, int components) {
   constexpr int steps = 20000;
   double length = 0;
   for (int i = 0; i <= steps; ++i) {
@@ -53,13 +53,13 @@ double travelled(const Schedule& schedule, int components) {
 }  // namespace
 
 TEST_CASE("an arc starts, passes and ends at its three points") {
-  const Schedule half(planar(ArcPath{{0, 1, 0}}));
+  const PrescribedMotion half(planar(ArcPath{{0, 1, 0}}));
   CHECK((sample_at(half, 0).value - values({1, 0, 0.2})).norm() < 1e-15);  // round-off
   CHECK((sample_at(half, 0.25).value - values({0, 1, 0.5})).norm() < 1e-15);
   CHECK((sample_at(half, 0.5).value - values({-1, 0, 0.8})).norm() < 1e-15);
 
   const Vector3 via(0.3, 2.5, 1);
-  const Schedule tilted(spatial(ArcPath{via}));
+  const PrescribedMotion tilted(spatial(ArcPath{via}));
   double nearest = 1;
   for (int i = 0; i <= 20000; ++i) {
     nearest = std::min(nearest, (sample_at(tilted, 1.5 * i / 20000).value - via).norm());
@@ -69,22 +69,22 @@ TEST_CASE("an arc starts, passes and ends at its three points") {
 }
 
 TEST_CASE("an arc turns the way its via point says") {
-  CHECK(sample_at(Schedule(planar(ArcPath{{0, 1, 0}})), 0.25).value[1] == doctest::Approx(1));
-  CHECK(sample_at(Schedule(planar(ArcPath{{0, -1, 0}})), 0.25).value[1] == doctest::Approx(-1));
+  CHECK(sample_at(PrescribedMotion(planar(ArcPath{{0, 1, 0}})), 0.25).value[1] == doctest::Approx(1));
+  CHECK(sample_at(PrescribedMotion(planar(ArcPath{{0, -1, 0}})), 0.25).value[1] == doctest::Approx(-1));
 }
 
 TEST_CASE("an arc can be longer than half a circle") {
-  Schedule::Request request = planar(ArcPath{{-1, 0, 0}});
+  PrescribedMotion::Request request = planar(ArcPath{{-1, 0, 0}});
   request.to.value = values({0, -1, 0.8});
-  CHECK(travelled(Schedule(request), 2) == doctest::Approx(1.5 * pi));
+  CHECK(travelled(PrescribedMotion(request), 2) == doctest::Approx(1.5 * pi));
   request.path = ArcPath{{std::cos(-pi / 4), std::sin(-pi / 4), 0}};
-  CHECK(travelled(Schedule(request), 2) == doctest::Approx(0.5 * pi));
+  CHECK(travelled(PrescribedMotion(request), 2) == doctest::Approx(0.5 * pi));
 }
 
 TEST_CASE("arcs and circles stay on their circle and in its plane") {
   const Vector3 start(1, 2, 3), via(0.3, 2.5, 1), end(-1, 0.5, 2);
   const Vector3 normal = (via - start).cross(end - start).normalized();
-  const Schedule schedule(spatial(ArcPath{via}));
+  const PrescribedMotion schedule(spatial(ArcPath{via}));
   // the centre from the definition: equal distances and in the plane, solved independently of the code
   Matrix3 equations;
   equations << (via - start).transpose(), (end - start).transpose(), normal.transpose();
@@ -100,22 +100,22 @@ TEST_CASE("arcs and circles stay on their circle and in its plane") {
 }
 
 TEST_CASE("the derivatives of arcs and circles meet finite differences, rotations included") {
-  check_derivatives(Schedule(spatial(ArcPath{{0.3, 2.5, 1}})), 3000);
-  check_derivatives(Schedule(spatial(CirclePath{{0, 0, 1}, Vector3(1, 1, 2).normalized(), -2 * pi})), 3000);
+  check_derivatives(PrescribedMotion(spatial(ArcPath{{0.3, 2.5, 1}})), 3000);
+  check_derivatives(PrescribedMotion(spatial(CirclePath{{0, 0, 1}, Vector3(1, 1, 2).normalized(), -2 * pi})), 3000);
   // angle 2π in 0.5 s: jerk about (4π/0.5)³ = 16,000, and its rate 25 times as much
-  check_derivatives(Schedule(planar(CirclePath{{0, 0, 0}, Vector3::UnitZ(), 2 * pi})), 1e6);
+  check_derivatives(PrescribedMotion(planar(CirclePath{{0, 0, 0}, Vector3::UnitZ(), 2 * pi})), 1e6);
 }
 
 TEST_CASE("a full circle comes back to its start and has travelled its circumference") {
-  Schedule::Request request = planar(CirclePath{{0.2, 0.1, 0}, Vector3::UnitZ(), 2 * pi});
-  const Schedule schedule(request);
+  PrescribedMotion::Request request = planar(CirclePath{{0.2, 0.1, 0}, Vector3::UnitZ(), 2 * pi});
+  const PrescribedMotion schedule(request);
   CHECK((sample_at(schedule, 0.5).value.head(2) - values({1, 0})).norm() < 1e-15);  // round-off
   CHECK(travelled(schedule, 2) == doctest::Approx(2 * pi * std::hypot(0.8, 0.1)));
 }
 
 TEST_CASE("a quarter of a circle turns counter-clockwise about its normal, clockwise for a negative angle") {
   const auto end = [](double normal, double angle) {
-    return Schedule(planar(CirclePath{{0, 0, 0}, {0, 0, normal}, angle}));
+    return PrescribedMotion(planar(CirclePath{{0, 0, 0}, {0, 0, normal}, angle}));
   };
   CHECK((sample_at(end(1, pi / 2), 0.5).value.head(2) - values({0, 1})).norm() < 1e-15);
   CHECK((sample_at(end(1, -pi / 2), 0.5).value.head(2) - values({0, -1})).norm() < 1e-15);
@@ -123,8 +123,8 @@ TEST_CASE("a quarter of a circle turns counter-clockwise about its normal, clock
 }
 
 TEST_CASE("a circle about an axis away from the start keeps the distance along the axis") {
-  Schedule::Request request = spatial(CirclePath{{0, 0, 7}, Vector3::UnitZ(), 3 * pi});
-  const Schedule schedule(request);
+  PrescribedMotion::Request request = spatial(CirclePath{{0, 0, 7}, Vector3::UnitZ(), 3 * pi});
+  const PrescribedMotion schedule(request);
   for (int i = 0; i <= 20; ++i) {
     const DriveSample sample = sample_at(schedule, 1.5 * i / 20);
     CHECK(sample.value[2] == doctest::Approx(3));
@@ -134,13 +134,13 @@ TEST_CASE("a circle about an axis away from the start keeps the distance along t
 }
 
 TEST_CASE("what does not go round a circle goes straight to its end, or stays if there is none") {
-  Schedule::Request request = planar(CirclePath{{0, 0, 0}, Vector3::UnitZ(), pi});
-  const Schedule schedule(request);
+  PrescribedMotion::Request request = planar(CirclePath{{0, 0, 0}, Vector3::UnitZ(), pi});
+  const PrescribedMotion schedule(request);
   CHECK(sample_at(schedule, 0.25).value[2] == doctest::Approx(0.5));
   CHECK(sample_at(schedule, 0.5).value[2] == doctest::Approx(0.8));
   request.to = {};
-  CHECK(sample_at(Schedule(request), 0.25).value[2] == 0.2);
-  CHECK(sample_at(Schedule(request), 0.25).rate[2] == 0);
+  CHECK(sample_at(PrescribedMotion(request), 0.25).value[2] == 0.2);
+  CHECK(sample_at(PrescribedMotion(request), 0.25).rate[2] == 0);
 }
 
 TEST_CASE("circles that do not exist are refused with their reason") {
@@ -154,7 +154,7 @@ TEST_CASE("circles that do not exist are refused with their reason") {
   CHECK(says(refusal(planar(CirclePath{{0, 0, 0}, Vector3::UnitZ(), 0})), "angle"));
   CHECK(says(refusal(spatial(CirclePath{{0, 0, 0}, Vector3(1, 2, 3), 1})), "axis"));
   for (const Path& path : {Path(CirclePath{{0, 0, 0}, Vector3::UnitZ(), 1}), Path(ArcPath{{0, 1, 0}})}) {
-    Schedule::Request request = planar(path);
+    PrescribedMotion::Request request = planar(path);
     request.position_components = 0;
     CHECK(says(refusal(request), "position of a point"));
   }

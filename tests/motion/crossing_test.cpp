@@ -133,7 +133,8 @@ TEST_CASE("what stays away from its dead centres is followed, and coarse samples
     const balance::Study study = balance::read_spec(spec(parts, space), "parts.yaml");
     balance::Trajectory fine = study.trajectories.front(), coarse = fine;
     fine.samples = 1001, coarse.samples = 2;
-    const balance::Result a = balance::simulate(study.mechanism, fine), b = balance::simulate(study.mechanism, coarse);
+    const balance::RunResult a = balance::simulate(study.mechanism, fine),
+                             b = balance::simulate(study.mechanism, coarse);
     REQUIRE(a.outcome.status == MotionStatus::done);
     REQUIRE(b.outcome.status == MotionStatus::done);
     CHECK((a.torque.row(1000) - b.torque.row(1)).norm() < 1e-8 * a.torque.norm());

@@ -86,12 +86,12 @@ std::string three_legs(Plane plane, const std::string& drive,
          drive + ", from: " + plane.pose("tool", -0.1, -0.05) + ", to: " + plane.pose("tool", -0.07, -0.04) + "}}\n";
 }
 
-balance::Result go(const std::string& text) {
+balance::RunResult go(const std::string& text) {
   const balance::Study study = balance::read_spec(text, "space.yaml");
   return balance::simulate(study.mechanism, study.trajectories.front());
 }
 
-void check_same(const balance::Result& plane, const balance::Result& space) {
+void check_same(const balance::RunResult& plane, const balance::RunResult& space) {
   REQUIRE_MESSAGE(plane.outcome.status == balance::MotionStatus::done, plane.outcome.reason);
   REQUIRE_MESSAGE(space.outcome.status == balance::MotionStatus::done, space.outcome.reason);
   CHECK((plane.torque - space.torque).norm() < 1e-8 * plane.torque.norm());
@@ -102,7 +102,7 @@ const Plane in_plane, xy{true, 0, 1}, xz{true, 0, 2}, yz{true, 1, 2}, yx{true, 1
 }  // namespace
 
 TEST_CASE("a tool that moves in a plane of space is led in that plane, its turn included (A2)") {
-  const balance::Result plane = go(three_legs(in_plane, "tool"));
+  const balance::RunResult plane = go(three_legs(in_plane, "tool"));
   for (const Plane& space : {xy, xz, yz, yx}) check_same(plane, go(three_legs(space, "tool")));
 }
 
@@ -129,8 +129,8 @@ TEST_CASE("two coordinates of a point go round circles and along arcs of their p
 TEST_CASE("of the assembly modes the nearest to the stated values is taken, in the plane and in space (A2)") {
   // The third leg is folded, 2.85 rad to one side or the other: 0.6 rad apart, and on the mean of three elbows not far.
   const auto leg = [](const Plane& plane, const std::string& elbows) { return go(three_legs(plane, "tool", elbows)); };
-  const balance::Result left = leg(in_plane, "A0: 2.18, B0: 1.655, A1: -1.15, B1: -1.714, A2: -0.77, B2: 2.85");
-  const balance::Result right = leg(in_plane, "A0: 2.18, B0: 1.655, A1: -1.15, B1: -1.714, A2: 2.08, B2: -2.85");
+  const balance::RunResult left = leg(in_plane, "A0: 2.18, B0: 1.655, A1: -1.15, B1: -1.714, A2: -0.77, B2: 2.85");
+  const balance::RunResult right = leg(in_plane, "A0: 2.18, B0: 1.655, A1: -1.15, B1: -1.714, A2: 2.08, B2: -2.85");
   CHECK((left.torque - right.torque).norm() > 0.1 * left.torque.norm());
   for (const Plane& plane : {in_plane, xy, xz}) {
     check_same(left, leg(plane, "B0: 1.6, B1: -1.55, B2: 3.02"));

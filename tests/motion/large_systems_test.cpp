@@ -53,8 +53,8 @@ Mechanism ladder(int loops) {
 VectorX parallel(const Mechanism& m, const Tree<Planar>& tree, double angle) {
   VectorX y = VectorX::Zero(tree.columns);
   for (const CoordinateValue& rough : m.assembly) {
-    REQUIRE(tree.sources[rough.coordinate].depends());
-    y[tree.sources[rough.coordinate].terms[0].first] = rough.value > 0 ? angle : -angle;
+    REQUIRE(tree.coordinate_expressions[rough.coordinate].has_terms());
+    y[tree.coordinate_expressions[rough.coordinate].terms[0].first] = rough.value > 0 ? angle : -angle;
   }
   return y;
 }
@@ -63,13 +63,13 @@ VectorX parallel(const Mechanism& m, const Tree<Planar>& tree, double angle) {
 
 TEST_CASE("the sparse matrix of all equations is the dense one") {
   const Mechanism m = ladder(12);
-  const Tree<Planar> tree = compile<Planar>(m, {});
+  const Tree<Planar> tree = compile_tree<Planar>(m, {});
   Drive<Planar> drive;
-  attach_tool(m, tree, drive);
+  set_tool_frame(m, tree, drive);
   drive.point = {0, 1};
   drive.com = {0, 1};
-  drive.linear = {coordinate_row(m, tree, 0)};
-  System<Planar> system(tree, drive);
+  drive.linear = {find_coordinate_expression(m, tree, 0)};
+  ConstraintSystem<Planar> system(tree, drive);
   DriveSample target;
   target.value = VectorX::LinSpaced(5, 0.1, 0.9);
   VectorX y = parallel(m, tree, tilt), residual, other;
@@ -85,8 +85,8 @@ TEST_CASE("the sparse matrix of all equations is the dense one") {
 TEST_CASE("twice as many loops have twice as many numbers to be stored and worked on") {
   const auto numbers = [](int loops) {
     const Mechanism m = ladder(loops);
-    const Tree<Planar> tree = compile<Planar>(m, {});
-    System<Planar> closures(tree, Drive<Planar>{});
+    const Tree<Planar> tree = compile_tree<Planar>(m, {});
+    ConstraintSystem<Planar> closures(tree, Drive<Planar>{});
     VectorX residual;
     SparseMatrix jacobian;
     closures.evaluate(parallel(m, tree, tilt), {}, residual, jacobian);
@@ -100,19 +100,19 @@ TEST_CASE(
     "a large row of loops is assembled where every parallelogram closes, and has full rank as singular values say") {
   for (const int loops : {20, 40}) {  // 41 coordinates are solved for as dense, 81 as sparse
     const Mechanism m = ladder(loops);
-    const Tree<Planar> tree = compile<Planar>(m, {});
+    const Tree<Planar> tree = compile_tree<Planar>(m, {});
     PoseTarget pose;
     pose.joints = {{0, 1.3}};
-    const PoseEquations<Planar> from = pose_equations(m, tree, pose);
-    System<Planar> system(tree, from.drive);
-    const Solution found = find_pose(m, tree, system, from.target);
+    const PoseEquations<Planar> from = make_pose_equations(m, tree, pose);
+    ConstraintSystem<Planar> system(tree, from.drive);
+    const AssemblySolution found = solve_pose(m, tree, system, from.target);
     REQUIRE(found.found);
     CHECK((found.y - parallel(m, tree, 1.3)).cwiseAbs().maxCoeff() < 1e-10);
-    System<Planar> closures(tree, Drive<Planar>{});
+    ConstraintSystem<Planar> closures(tree, Drive<Planar>{});
     VectorX residual;
     MatrixX jacobian;
     closures.evaluate(found.y, {}, residual, jacobian);
-    CHECK(generic_closure_rank(tree, found.y) == rank_of(jacobian).rank);
+    CHECK(find_generic_closure_rank(tree, found.y) == decompose_rank(jacobian).rank);
   }
 }
 
@@ -124,32 +124,32 @@ TEST_CASE("a large row of loops with a rod too many has a rank that is one short
   m.joints.push_back(pin("F", rod, 3, {0.3, 0, 0}, {0.1, 0, 0}));
   m.coordinates = list_coordinates(m.space, m.joints);
   m.assembly.push_back({static_cast<int>(m.coordinates.size()) - 2, -tilt});
-  const Tree<Planar> tree = compile<Planar>(m, {});
-  REQUIRE(tree.columns > most_dense);
+  const Tree<Planar> tree = compile_tree<Planar>(m, {});
+  REQUIRE(tree.columns > max_dense_columns);
   const VectorX y = parallel(m, tree, tilt);
-  CHECK(generic_closure_rank(tree, y) == tree.closure_rows - 1);
+  CHECK(find_generic_closure_rank(tree, y) == tree.closure_rows - 1);
 }
 
 TEST_CASE(
     "how far a large mechanism is from a singular configuration is told by sparse factors as by singular values") {
   const Mechanism m = ladder(40);
-  const Tree<Planar> tree = compile<Planar>(m, {});
+  const Tree<Planar> tree = compile_tree<Planar>(m, {});
   Drive<Planar> drive;
-  drive.linear = {coordinate_row(m, tree, 0)};
-  Equations<Planar> equations(tree, drive, false);
+  drive.linear = {find_coordinate_expression(m, tree, 0)};
+  KinematicEquations<Planar> equations(tree, drive, false);
   Actuation<Planar> actuation(m, tree, 1);
-  State<Planar> state(tree.nodes.size());
+  TreeState<Planar> state(tree.nodes.size());
   DriveSample target;
   std::vector<double> residual(static_cast<std::size_t>(tree.columns));
   for (const double angle : {1.2, 0.6, 0.01}) {  // flat, all of them are singular
     const VectorX y = parallel(m, tree, angle);
     target.value = VectorX::Constant(1, angle);
-    poses(tree, y.data(), state);
-    equations.fill(state, y.data(), target, residual.data());
+    compute_poses(tree, y.data(), state);
+    equations.evaluate(state, y.data(), target, residual.data());
     REQUIRE(equations.factorise());
     const double expected = Eigen::JacobiSVD<MatrixX>(equations.dense()).singularValues()[tree.columns - 1];
-    CHECK(equations.least_singular_value() == doctest::Approx(expected).epsilon(1e-8));
-    CHECK(equations.distance_from_singular() == doctest::Approx(expected).epsilon(1e-8));
+    CHECK(equations.min_singular_value() == doctest::Approx(expected).epsilon(1e-8));
+    CHECK(equations.distance_to_singularity() == doctest::Approx(expected).epsilon(1e-8));
     CHECK(actuation.mobility(equations) == doctest::Approx(expected).epsilon(1e-8));  // the motor is what is driven
   }
 }

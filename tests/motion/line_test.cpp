@@ -15,7 +15,7 @@ namespace {
 
 constexpr double pi = std::numbers::pi;
 
-Schedule::Request line(LawKind kind) {
+PrescribedMotion::Request line(MotionLawKind kind) {
   return {.law = {kind},
           .path = LinePath{},
           .duration = 0.1,
@@ -28,11 +28,11 @@ Schedule::Request line(LawKind kind) {
 }  // namespace
 
 TEST_CASE("on a line every component goes with the law") {
-  const Schedule::Request request = line(LawKind::cycloidal);
-  const Schedule schedule(request);
+  const PrescribedMotion::Request request = line(MotionLawKind::cycloidal);
+  const PrescribedMotion schedule(request);
   CHECK(schedule.duration() == 0.1);
-  CHECK(schedule.size() == 3);
-  CHECK(schedule.jumps().empty());
+  CHECK(schedule.component_count() == 3);
+  CHECK(schedule.jump_times().empty());
   const VectorX delta = request.to.value - request.from.value;
   for (int i = 0; i <= 10; ++i) {
     const double tau = i / 10.0;
@@ -46,16 +46,16 @@ TEST_CASE("on a line every component goes with the law") {
 }
 
 TEST_CASE("a line's derivatives meet finite differences under every law, turning or not") {
-  for (const LawKind kind :
-       {LawKind::cycloidal, LawKind::bang_bang, LawKind::uniform, LawKind::cubic, LawKind::polynomial_345,
-        LawKind::polynomial_4567, LawKind::harmonic, LawKind::trapezoidal_velocity}) {
+  for (const MotionLawKind kind : {MotionLawKind::cycloidal, MotionLawKind::bang_bang, MotionLawKind::uniform,
+                                   MotionLawKind::cubic, MotionLawKind::polynomial_345, MotionLawKind::polynomial_4567,
+                                   MotionLawKind::harmonic, MotionLawKind::trapezoidal_velocity}) {
     CAPTURE(static_cast<int>(kind));
-    Schedule::Request request = line(kind);
+    PrescribedMotion::Request request = line(kind);
     request.duration = 2;
-    request.turns = true;
+    request.has_rotation = true;
     request.from.rotation = rotation_from_rpy({0.3, -0.4, 1});
     request.to.rotation = rotation_from_rpy({-1, 0.8, 2.5});
-    check_derivatives(Schedule(request), 1000);  // fourth derivative of 4-5-6-7 below 900 / 2⁴ times 2.4 rad
+    check_derivatives(PrescribedMotion(request), 1000);  // fourth derivative of 4-5-6-7 below 900 / 2⁴ times 2.4 rad
   }
 }
 
@@ -64,15 +64,15 @@ TEST_CASE("samples of a uniform grid that fall on a jump are on the side that is
     for (const long samples : {3L, 101L, 1001L, 2001L, 4097L, 100001L}) {
       CAPTURE(duration);
       CAPTURE(samples);
-      Schedule::Request request = line(LawKind::bang_bang);
+      PrescribedMotion::Request request = line(MotionLawKind::bang_bang);
       request.duration = duration;
-      const Schedule schedule(request);
+      const PrescribedMotion schedule(request);
       const long k = (samples - 1) / 2;
       const double step = duration / static_cast<double>(samples - 1);
       const double acceleration = 4 * 0.2 / (duration * duration);
       for (const double time :
            {static_cast<double>(k) * duration / static_cast<double>(samples - 1), static_cast<double>(k) * step,
-            schedule.jumps().at(0), std::nextafter(duration / 2, 0.0), std::nextafter(duration / 2, duration)}) {
+            schedule.jump_times().at(0), std::nextafter(duration / 2, 0.0), std::nextafter(duration / 2, duration)}) {
         CHECK(sample_at(schedule, time, Side::before).acceleration[0] == doctest::Approx(acceleration));
         CHECK(sample_at(schedule, time, Side::after).acceleration[0] == doctest::Approx(-acceleration));
       }
@@ -85,24 +85,24 @@ TEST_CASE("samples of a uniform grid that fall on a jump are on the side that is
 }
 
 TEST_CASE("the jumps of a trapezoidal velocity keep their sides at rounded times") {
-  Schedule::Request request = line(LawKind::trapezoidal_velocity);
+  PrescribedMotion::Request request = line(MotionLawKind::trapezoidal_velocity);
   request.law.ramp_up = 0.1;
   request.law.ramp_down = 0.3;
   request.duration = 0.7;
-  const Schedule schedule(request);
-  REQUIRE(schedule.jumps().size() == 2);
-  for (const double time : {0.7 * 100 / 1000, 0.7 / 1000 * 100, schedule.jumps()[0]}) {
+  const PrescribedMotion schedule(request);
+  REQUIRE(schedule.jump_times().size() == 2);
+  for (const double time : {0.7 * 100 / 1000, 0.7 / 1000 * 100, schedule.jump_times()[0]}) {
     CHECK(sample_at(schedule, time, Side::before).acceleration[0] > 1);
     CHECK(sample_at(schedule, time, Side::after).acceleration[0] == 0);
   }
-  for (const double time : {0.7 * 700 / 1000, 0.7 / 1000 * 700, schedule.jumps()[1]}) {
+  for (const double time : {0.7 * 700 / 1000, 0.7 / 1000 * 700, schedule.jump_times()[1]}) {
     CHECK(sample_at(schedule, time, Side::before).acceleration[0] == 0);
     CHECK(sample_at(schedule, time, Side::after).acceleration[0] < -1);
   }
 }
 
 TEST_CASE("at the ends of a motion the inner acceleration holds on both sides") {
-  const Schedule schedule(line(LawKind::bang_bang));
+  const PrescribedMotion schedule(line(MotionLawKind::bang_bang));
   for (const Side side : {Side::before, Side::after}) {
     CHECK(sample_at(schedule, 0, side).acceleration[0] == doctest::Approx(80));
     CHECK(sample_at(schedule, 0.1, side).acceleration[0] == doctest::Approx(-80));
@@ -111,19 +111,19 @@ TEST_CASE("at the ends of a motion the inner acceleration holds on both sides") 
 }
 
 TEST_CASE("a motion that goes nowhere has no jumps") {
-  Schedule::Request request = line(LawKind::bang_bang);
+  PrescribedMotion::Request request = line(MotionLawKind::bang_bang);
   request.to = request.from;
-  CHECK(Schedule(request).jumps().empty());
+  CHECK(PrescribedMotion(request).jump_times().empty());
 }
 
 TEST_CASE("a turn takes the shortest rotation about one axis of the world") {
-  Schedule::Request request = line(LawKind::uniform);
+  PrescribedMotion::Request request = line(MotionLawKind::uniform);
   const Vector3 axis = Vector3(1, -2, 0.5).normalized();
-  request.turns = true;
+  request.has_rotation = true;
   request.from.rotation = rotation_from_rpy({0.3, -0.4, 1});
   request.to.rotation = rotation_about(axis, 3) * request.from.rotation;
   request.duration = 2;
-  const Schedule schedule(request);
+  const PrescribedMotion schedule(request);
   for (int i = 0; i <= 10; ++i) {
     const DriveSample sample = sample_at(schedule, 0.2 * i);
     CHECK((sample.rotation - rotation_about(axis, 0.3 * i) * request.from.rotation).norm() < 1e-14);  // round-off
@@ -133,11 +133,11 @@ TEST_CASE("a turn takes the shortest rotation about one axis of the world") {
 }
 
 TEST_CASE("a turn alone, without scalars, is a motion") {
-  Schedule::Request request;
-  request.turns = true;
+  PrescribedMotion::Request request;
+  request.has_rotation = true;
   request.to.rotation = rotation_about(Vector3::UnitY(), -1);
-  const Schedule schedule(request);
-  CHECK(schedule.size() == 0);
+  const PrescribedMotion schedule(request);
+  CHECK(schedule.component_count() == 0);
   CHECK((sample_at(schedule, 1).rotation - request.to.rotation).norm() < 1e-15);
   check_derivatives(schedule, 250);  // (2π)³ of the cycloid
 }
@@ -146,13 +146,13 @@ TEST_CASE("a schedule that does not turn leaves no rotation of another one in th
   DriveSample sample;
   sample.rotation = rotation_about(Vector3::UnitX(), 1);
   sample.angular_velocity = Vector3(1, 2, 3);
-  Schedule(line(LawKind::cycloidal)).at(0.05, Side::after, sample);
+  PrescribedMotion(line(MotionLawKind::cycloidal)).at(0.05, Side::after, sample);
   CHECK(sample.rotation == Matrix3::Identity());
   CHECK(sample.angular_velocity == Vector3::Zero());
 }
 
 TEST_CASE("evaluation keeps the sample's memory") {
-  const Schedule schedule(line(LawKind::cycloidal));
+  const PrescribedMotion schedule(line(MotionLawKind::cycloidal));
   DriveSample sample = sample_at(schedule, 0);
   const double* memory = sample.value.data();
   schedule.at(0.07, Side::before, sample);
@@ -160,7 +160,7 @@ TEST_CASE("evaluation keeps the sample's memory") {
 }
 
 TEST_CASE("times outside the motion are refused, round-off at its ends is not") {
-  const Schedule schedule(line(LawKind::cycloidal));
+  const PrescribedMotion schedule(line(MotionLawKind::cycloidal));
   CHECK(sample_at(schedule, 0.1 * (1 + 1e-12)).value == sample_at(schedule, 0.1).value);
   CHECK(sample_at(schedule, -1e-13).value == sample_at(schedule, 0).value);
   for (const double time : {-0.001, 0.101, std::numeric_limits<double>::quiet_NaN()}) {
@@ -170,19 +170,19 @@ TEST_CASE("times outside the motion are refused, round-off at its ends is not") 
 
 TEST_CASE("what no motion can be is refused with its reason") {
   const auto changed = [](auto change) {
-    Schedule::Request request = line(LawKind::cycloidal);
+    PrescribedMotion::Request request = line(MotionLawKind::cycloidal);
     change(request);
     return refusal(request);
   };
-  CHECK(refusal(line(LawKind::cycloidal)).empty());
+  CHECK(refusal(line(MotionLawKind::cycloidal)).empty());
   CHECK(says(changed([](auto& r) { r.duration = 0; }), "duration"));
   CHECK(says(changed([](auto& r) { r.duration = std::nan(""); }), "duration"));
   CHECK(says(changed([](auto& r) { r.to.value = values({1}); }), "starts with 3 values, but the end has 1 value"));
   CHECK(says(changed([](auto& r) { r.from.value[1] = std::nan(""); }), "the start"));
   CHECK(says(changed([](auto& r) { r.to.value[1] = INFINITY; }), "the end"));
-  CHECK(says(changed([](auto& r) { r.law = {LawKind::trapezoidal_velocity, 0.8, 0.8}; }), "ramps"));
+  CHECK(says(changed([](auto& r) { r.law = {MotionLawKind::trapezoidal_velocity, 0.8, 0.8}; }), "ramps"));
   CHECK(says(changed([](auto& r) { r.position_components = 4; }), "coordinates of a point"));
   CHECK(says(changed([](auto& r) { r.from = r.to = {}, r.position_components = 0; }), "prescribes nothing"));
-  CHECK(says(changed([](auto& r) { r.turns = true, r.to.rotation *= 1.1; }), "orientation at the end"));
-  CHECK(says(changed([](auto& r) { r.turns = true, r.from.rotation *= -1; }), "orientation at the start"));
+  CHECK(says(changed([](auto& r) { r.has_rotation = true, r.to.rotation *= 1.1; }), "orientation at the end"));
+  CHECK(says(changed([](auto& r) { r.has_rotation = true, r.from.rotation *= -1; }), "orientation at the start"));
 }

@@ -19,7 +19,7 @@ inline VectorX values(std::initializer_list<double> entries) {
   return vector;
 }
 
-inline DriveSample sample_at(const Schedule& schedule, double time, Side side = Side::after) {
+inline DriveSample sample_at(const PrescribedMotion& schedule, double time, Side side = Side::after) {
   DriveSample sample;
   schedule.at(time, side, sample);
   return sample;
@@ -32,11 +32,11 @@ inline Vector3 unskew(const Matrix3& m) {
 
 /// Every derivative against central differences on 499 times that keep clear of the jumps.
 /// @param scale of the third and fourth time derivatives: the truncation is h²/6 times them, with h = 1e-5 of the duration
-inline void check_derivatives(const Schedule& schedule, double scale) {
+inline void check_derivatives(const PrescribedMotion& schedule, double scale) {
   const double h = 1e-5 * schedule.duration(), tolerance = h * h * scale + 1e-8;
   for (int i = 1; i < 500; ++i) {
     const double time = schedule.duration() * i / 500.3;
-    const bool near = std::any_of(schedule.jumps().begin(), schedule.jumps().end(),
+    const bool near = std::any_of(schedule.jump_times().begin(), schedule.jump_times().end(),
                                   [&](double jump) { return std::abs(jump - time) < 2 * h; });
     if (near) continue;
     CAPTURE(time);
@@ -53,9 +53,9 @@ inline void check_derivatives(const Schedule& schedule, double scale) {
 }
 
 /// What a refused request says; empty if it is accepted.
-inline std::string refusal(const Schedule::Request& request) {
+inline std::string refusal(const PrescribedMotion::Request& request) {
   try {
-    const Schedule schedule(request);
+    const PrescribedMotion schedule(request);
   } catch (const std::invalid_argument& error) {
     return error.what();
   }

@@ -26,12 +26,12 @@ TablePath smooth_table(int intervals) {
   return table;
 }
 
-Schedule::Request request_of(TablePath table, bool turns = false) {
-  Schedule::Request request;
-  request.law = {LawKind::bang_bang};  // neither this nor the duration counts
+PrescribedMotion::Request request_of(TablePath table, bool turns = false) {
+  PrescribedMotion::Request request;
+  request.law = {MotionLawKind::bang_bang};  // neither this nor the duration counts
   request.path = std::move(table);
   request.duration = 77;
-  request.turns = turns;
+  request.has_rotation = turns;
   return request;
 }
 
@@ -40,7 +40,7 @@ struct Errors {
 };
 
 Errors errors_of(int intervals) {
-  const Schedule schedule(request_of(smooth_table(intervals)));
+  const PrescribedMotion schedule(request_of(smooth_table(intervals)));
   Errors worst;
   for (int i = 0; i <= 1999; ++i) {
     const double time = 2.0 * i / 1999, phase = 3 * (2 + time);
@@ -70,15 +70,15 @@ TablePath swinging_table(int intervals) {
 }  // namespace
 
 TEST_CASE("a table brings its own duration and size, and no jumps") {
-  const Schedule schedule(request_of(smooth_table(10)));
+  const PrescribedMotion schedule(request_of(smooth_table(10)));
   CHECK(schedule.duration() == doctest::Approx(2));
-  CHECK(schedule.size() == 2);
-  CHECK(schedule.jumps().empty());
+  CHECK(schedule.component_count() == 2);
+  CHECK(schedule.jump_times().empty());
 }
 
 TEST_CASE("a table's values are met at its times, counted from the first") {
   const TablePath table = smooth_table(10);
-  const Schedule schedule(request_of(table));
+  const PrescribedMotion schedule(request_of(table));
   for (std::size_t i = 0; i < table.time.size(); ++i) {
     const DriveSample sample = sample_at(schedule, table.time[i] - table.time.front());
     CHECK((sample.value - values({table.values[i][0], table.values[i][1]})).norm() < 1e-14);  // round-off of the time
@@ -98,18 +98,19 @@ TEST_CASE("a table interpolates a smooth motion with order 4, velocities with 3,
 }
 
 TEST_CASE("a table's derivatives meet finite differences, rotations included") {
-  check_derivatives(Schedule(request_of(smooth_table(20))), 1e6);  // across a knot h times the jump of the jerk
-  check_derivatives(Schedule(request_of(swinging_table(20), true)), 1e6);
+  check_derivatives(PrescribedMotion(request_of(smooth_table(20))), 1e6);  // across a knot h times the jump of the jerk
+  check_derivatives(PrescribedMotion(request_of(swinging_table(20), true)), 1e6);
 }
 
 TEST_CASE("a table of rotation vectors follows the rotation with order 4") {
   const auto error = [](int intervals) {
-    const Schedule schedule(request_of(swinging_table(intervals), true));
-    CHECK(schedule.size() == 1);
+    const PrescribedMotion schedule(request_of(swinging_table(intervals), true));
+    CHECK(schedule.component_count() == 1);
     double worst = 0;
     for (int i = 0; i <= 997; ++i) {
       const double time = 1.5 * i / 997;
-      worst = std::max(worst, (sample_at(schedule, time).rotation - rotation_from_vector(swinging(time))).norm());
+      worst =
+          std::max(worst, (sample_at(schedule, time).rotation - rotation_from_rotation_vector(swinging(time))).norm());
     }
     return worst;
   };
@@ -124,7 +125,7 @@ TEST_CASE("rotation vectors that jump from one side of half a turn to the other 
     table.time.push_back(i);
     table.values.push_back({vector.x(), vector.y(), vector.z()});
   }
-  const Schedule schedule(request_of(table, true));
+  const PrescribedMotion schedule(request_of(table, true));
   for (int i = 0; i <= 60; ++i) {
     const DriveSample sample = sample_at(schedule, 0.2 * i);
     CHECK((sample.angular_velocity - Vector3(0, 0, 0.7)).norm() < 1e-12);  // round-off
@@ -138,7 +139,7 @@ TEST_CASE("rotation vectors that run on beyond a turn are taken as they stand") 
     table.time.push_back(i);
     table.values.push_back({0, 0, i * pi / 4});  // passes 2π exactly
   }
-  const Schedule schedule(request_of(table, true));
+  const PrescribedMotion schedule(request_of(table, true));
   for (int i = 0; i <= 60; ++i) {
     CHECK((sample_at(schedule, 0.2 * i).angular_velocity - Vector3(0, 0, pi / 4)).norm() < 1e-12);  // round-off
   }
@@ -158,7 +159,7 @@ TEST_CASE("tables that state no motion are refused with their reason") {
   CHECK(says(changed([](TablePath& t) { t.time[5] = INFINITY; }), "must increase"));
   CHECK(says(changed([](TablePath& t) { t.values[2].push_back(1); }), "row 3"));
   CHECK(says(changed([](TablePath& t) { t.values[2][1] = std::nan(""); }), "row 3"));
-  Schedule::Request request = request_of(smooth_table(5));
+  PrescribedMotion::Request request = request_of(smooth_table(5));
   request.from.value = values({1, 2, 3});
   CHECK(says(refusal(request), "2 values in a row, but the drive has 3"));
   CHECK(says(refusal(request_of(smooth_table(5), true)), "2 values in a row"));  // no room for a rotation vector

@@ -20,7 +20,7 @@
 namespace {
 
 using namespace balance;
-using read::Node;
+using specification::YamlNode;
 namespace fs = std::filesystem;
 
 /// One way to spoil a value: by other text, or by taking it away.
@@ -41,14 +41,14 @@ std::string in_quotes(const std::string& text) {
 }
 
 /// The document with one node spoilt, sections on lines of their own.
-std::string written(const Node& node, const Node* spoilt, const Way* way, bool top = false) {
+std::string written(const YamlNode& node, const YamlNode* spoilt, const Way* way, bool top = false) {
   if (&node == spoilt && way->text[0] != '\0') return way->text;
-  if (node.kind == Node::Kind::null) return "~";
-  if (node.kind == Node::Kind::scalar) {
+  if (node.kind == YamlNode::Kind::null) return "~";
+  if (node.kind == YamlNode::Kind::scalar) {
     const bool plain = node.text.find_first_of(",[]{}:#\"\x27&*!|>%@`") == std::string::npos;
-    return node.quoted || !plain ? in_quotes(node.text) : node.text;
+    return node.is_quoted || !plain ? in_quotes(node.text) : node.text;
   }
-  const bool map = node.kind == Node::Kind::map;
+  const bool map = node.kind == YamlNode::Kind::map;
   std::string text = map ? "{" : "[";
   for (std::size_t i = 0; i < node.items.size(); ++i) {
     const bool here = &node.items[i] == spoilt;
@@ -60,13 +60,13 @@ std::string written(const Node& node, const Node* spoilt, const Way* way, bool t
 }
 
 struct Value {
-  const Node* node;
+  const YamlNode* node;
   std::vector<std::string> path;  ///< keys down to it; "" an entry of a list
 };
 
-void list_values(const Node& node, std::vector<std::string>& path, std::vector<Value>& all) {
+void list_values(const YamlNode& node, std::vector<std::string>& path, std::vector<Value>& all) {
   for (std::size_t i = 0; i < node.items.size(); ++i) {
-    path.push_back(node.kind == Node::Kind::map ? node.keys[i].text : "");
+    path.push_back(node.kind == YamlNode::Kind::map ? node.keys[i].text : "");
     all.push_back({&node.items[i], path});
     list_values(node.items[i], path, all);
     path.pop_back();
@@ -93,7 +93,8 @@ std::optional<std::string> excuse(const Value& value, const std::string& way) {
   if (section == "name" && way != "list" && way != "mapping" && way != "unknown key") return "any text is a name";
   if (way == "negative" && never_negative.count(name) == 0) return "numbers of either sign";
   if (way == "huge") return "large numbers";
-  if (way == "list" && value.node->kind == Node::Kind::list && value.node->items.size() == 5) return "lists as long";
+  if (way == "list" && value.node->kind == YamlNode::Kind::list && value.node->items.size() == 5)
+    return "lists as long";
   if (way == "list" && value.path.size() == 3 && section == "design" && value.path[1] == "for")
     return "values of one's own";
   if (way == "missing" && entry) return "lists of other lengths";
@@ -123,7 +124,7 @@ bool is_good(const std::string& message, const Value& value, const std::string& 
   // Without its parts, or with others, the whole misses their bodies.
   if (keys[0] == "include" && names("expected a body")) return true;
   return std::any_of(value.node->keys.begin(), value.node->keys.end(),
-                     [&](const Node& key) { return names(key.text); });
+                     [&](const YamlNode& key) { return names(key.text); });
 }
 
 }  // namespace
@@ -140,8 +141,8 @@ TEST_CASE("a config with any key spoilt is refused by name or right by its meani
   for (const fs::path& config : configs) {
     std::ifstream in(config);
     const std::string text{std::istreambuf_iterator<char>(in), {}};
-    read::Problems problems("");
-    const Node root = read::parse_yaml(text, problems);
+    specification::SpecErrorCollector problems("");
+    const YamlNode root = specification::parse_yaml(text, problems);
     const std::string name = config.string();
     REQUIRE_NOTHROW(read_spec(written(root, nullptr, nullptr, true), name));
     std::vector<Value> values;

@@ -16,7 +16,7 @@ using namespace natural_tests;
 namespace {
 
 natural::ForceConditions read_off(const Mechanism& mechanism) {
-  const NaturalStart start = find_start(mechanism);
+  const NaturalStart start = find_natural_start(mechanism);
   REQUIRE(start.outcome.status == MotionStatus::done);
   return natural::force_conditions(mechanism, start.start);
 }
@@ -36,8 +36,8 @@ int check_crowd(const Recipe& recipe, std::uint32_t first, std::uint32_t count) 
     const ConditionsVerification found = compare(linkage);
     if (!found.reason.empty()) continue;  // no room to move
     CHECK(found.sampled == found.coefficients);
-    CHECK(found.apart < 1e-9);
-    CHECK(read_off(linkage).hidden == 0);  // lengths are in general position
+    CHECK(found.subspace_angle_sine < 1e-9);
+    CHECK(read_off(linkage).special_relations == 0);  // lengths are in general position
     ++compared;
   }
   return compared;
@@ -76,16 +76,16 @@ TEST_CASE(
   for (std::uint32_t seed = 1; seed <= 6; ++seed) {
     CAPTURE(seed);
     const natural::ForceConditions found = read_off(random_linkage({.cranks = 1, .dyads = 2}, seed));
-    REQUIRE(found.done);
+    REQUIRE(found.is_valid);
     CHECK(found.matrix.rows() == 2 * (found.points - found.relations));
   }
 }
 
 TEST_CASE("C_P: a parallelogram's coupler does not turn, which no general four-bar's does") {
   const natural::ForceConditions parallelogram = read_off(load("parallelogram.yaml"));
-  CHECK(parallelogram.hidden > 0);
+  CHECK(parallelogram.special_relations > 0);
   CHECK(parallelogram.matrix.rows() == 2);
-  CHECK(read_off(load("four-bar.yaml")).hidden == 0);
+  CHECK(read_off(load("four-bar.yaml")).special_relations == 0);
 }
 
 TEST_CASE("C_P: discs whose rim follows a link exactly are found to do so") {
@@ -96,5 +96,5 @@ TEST_CASE("C_P: discs whose rim follows a link exactly are found to do so") {
   const ConditionsVerification found = compare(arm);
   CHECK(found.reason.empty());
   CHECK(found.sampled == 4);
-  CHECK(found.apart < 1e-12);
+  CHECK(found.subspace_angle_sine < 1e-12);
 }

@@ -124,7 +124,7 @@ TEST_CASE("P3 eq. 8-14: the three-point matrix as corrected is the integral of p
 TEST_CASE(
     "P3 eq. 6-14: only J = J_x + J_y shows in a rigid motion: any split of it gives the same energy and momentum") {
   const Cloud body;
-  const natural::Inertia inertia{body.m(), body.sum([](Complex r) { return r; }), body.polar()};
+  const natural::NaturalInertia inertia{body.m(), body.sum([](Complex r) { return r; }), body.polar()};
   Matrix3 moments;
   moments << body.m(), body.m() * body.x(), body.m() * body.y(), body.m() * body.x(), body.xx(), body.xy(),
       body.m() * body.y(), body.xy(), body.yy();
@@ -237,7 +237,7 @@ TEST_CASE("P3 eq. 37-46: the coefficient matrices as corrected; as printed, eq. 
 
 TEST_CASE("P3 eq. 35: the block of B2 is M4 of body 3 and M1 of body 4, not M4 of body 1") {
   const Platform3Rrr robot;
-  const natural::Model model =
+  const natural::NaturalModel model =
       natural::build_model(robot.m, {}, false, {std::vector<double>(robot.m.coordinates.size(), 0.0), 0});
   const auto B2 = static_cast<int>(std::find(model.basic.names.begin(), model.basic.names.end(), "3.B") -
                                    model.basic.names.begin());
@@ -259,13 +259,13 @@ TEST_CASE("P3 eq. 30: nine distances close the 3RRR with three freedoms; the pri
   // assembled: the configuration nearest to one in which the legs reach inwards
   const double A1 = 2.2, A2 = 0.2, A3 = -2.2;
   std::vector<double> q{A1, 1.0, 0, A2, 1.0, 0, A3, 1.0, 0};
-  const natural::Model model = natural::build_model(robot.m, {}, false, {q, 0});
+  const natural::NaturalModel model = natural::build_model(robot.m, {}, false, {q, 0});
   CHECK(model.unknowns() == 12);
   CHECK(model.constraints.size() == 9);
-  natural::Equations equations(model, {});
-  natural::Coordinates at = model.start;
-  REQUIRE(equations.approach(at, VectorX()));
-  CHECK(natural::generic_rank(model, at) == 9);
+  natural::NaturalKinematicEquations equations(model, {});
+  natural::NaturalCoordinates at = model.start;
+  REQUIRE(equations.solve_least_norm(at, VectorX()));
+  CHECK(natural::find_generic_constraint_rank(model, at) == 9);
   const auto point = [&](const std::string& name) {
     const auto found = std::find(model.basic.names.begin(), model.basic.names.end(), name);
     REQUIRE(found != model.basic.names.end());

@@ -11,12 +11,12 @@ using namespace balance;
 
 namespace {
 
-Result run(const std::string& file, const std::string& name, long samples) {
+RunResult run(const std::string& file, const std::string& name, long samples) {
   const Study study = read_spec_file(std::string(BALANCE_CONFIGS "/") + file);
   for (Trajectory trajectory : study.trajectories) {
     if (trajectory.name != name) continue;
     trajectory.samples = samples;
-    Result result = simulate_natural(study.mechanism, trajectory);
+    RunResult result = simulate_natural(study.mechanism, trajectory);
     REQUIRE_MESSAGE(result.outcome.status == MotionStatus::done, result.outcome.reason);
     return result;
   }
@@ -24,7 +24,7 @@ Result run(const std::string& file, const std::string& name, long samples) {
   return {};
 }
 
-double peak(const Result& result, const std::string& quantity) {
+double peak(const RunResult& result, const std::string& quantity) {
   return std::find_if(result.metrics.begin(), result.metrics.end(),
                       [&](const Metric& metric) { return metric.quantity == quantity; })
       ->peak;
@@ -36,7 +36,7 @@ doctest::Approx near(double value) { return doctest::Approx(value).epsilon(1e-10
 }  // namespace
 
 TEST_CASE("3RRR in natural coordinates: torques, shaking force and moment of the cycloidal tool at t = 0.03 s") {
-  const Result r = run("3rrr.yaml", "cycloid", 1001);
+  const RunResult r = run("3rrr.yaml", "cycloid", 1001);
   CHECK(r.time[300] == near(0.03));
   CHECK(r.torque(300, 0) == near(-64.97649026082));
   CHECK(r.torque(300, 1) == near(-32.09674328625));
@@ -47,7 +47,7 @@ TEST_CASE("3RRR in natural coordinates: torques, shaking force and moment of the
 }
 
 TEST_CASE("3RRR in natural coordinates: the centre of mass at the start and at the end") {
-  const Result r = run("3rrr.yaml", "cycloid", 11);
+  const RunResult r = run("3rrr.yaml", "cycloid", 11);
   CHECK(r.com_position(0, 0) == doctest::Approx(-0.0669026392).epsilon(1e-9));
   CHECK(r.com_position(0, 1) == doctest::Approx(-0.0386231395).epsilon(1e-9));
   CHECK(r.com_position(10, 0) == doctest::Approx(0.0564875650).epsilon(1e-9));
@@ -55,7 +55,7 @@ TEST_CASE("3RRR in natural coordinates: the centre of mass at the start and at t
 }
 
 TEST_CASE("3RRR in natural coordinates: with its centre of mass on bang-bang the force is constant") {
-  const Result r = run("3rrr.yaml", "bang-bang", 201);
+  const RunResult r = run("3rrr.yaml", "bang-bang", 201);
   CHECK(peak(r, "shaking_force") == near(549.2528818391));
   CHECK(r.shaking_force.rowwise().norm().minCoeff() == near(549.2528818391));
   CHECK(peak(r, "shaking_moment") == doctest::Approx(58.1842).epsilon(1e-6));
@@ -63,7 +63,7 @@ TEST_CASE("3RRR in natural coordinates: with its centre of mass on bang-bang the
 
 TEST_CASE(
     "3RRR in natural coordinates: redistributed cranks (P3 eq. 61) under a bang-bang tool give 360 sqrt(1.25) N") {
-  const Result r = run("3rrr-redistributed.yaml", "tool-bang", 201);
+  const RunResult r = run("3rrr-redistributed.yaml", "tool-bang", 201);
   CHECK(peak(r, "shaking_force") == near(360 * std::sqrt(1.25)));
   CHECK(r.shaking_force.rowwise().norm().minCoeff() == near(360 * std::sqrt(1.25)));
 }

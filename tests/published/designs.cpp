@@ -18,8 +18,8 @@ balance::DesignSpace space_of_text(const std::string& text, const Numbers& numbe
 }
 
 DesignReport designed(const balance::DesignSpace& space, balance::DesignStudyOptions options) {
-  options.trajectories = false;
-  return balance::design_study(space, options);
+  options.compare_trajectories = false;
+  return balance::run_design_study(space, options);
 }
 
 DesignReport balanced(const balance::DesignSpace& space, const balance::DesignStudyOptions& options) {
@@ -30,8 +30,8 @@ DesignReport balanced(const balance::DesignSpace& space, const balance::DesignSt
 }
 
 double found(const DesignReport& report, const std::string& path) {
-  for (std::size_t k = 0; k < report.numbers.size(); ++k)
-    if (report.numbers[k].path == path) return report.outcome.x[static_cast<long>(k)];
+  for (std::size_t k = 0; k < report.free_numbers.size(); ++k)
+    if (report.free_numbers[k].key_path == path) return report.outcome.x[static_cast<long>(k)];
   FAIL("no free number " << path);
   return 0;
 }
@@ -56,7 +56,7 @@ Trajectory wander(const Mechanism& mechanism, const VectorX& home, double reach,
 
 Trajectory wander(const balance::Study& study, const std::string& about, double reach, std::mt19937& random,
                   long samples) {
-  const Result middle = run(study.mechanism, trajectory(study, about, 3));
+  const RunResult middle = run(study.mechanism, trajectory(study, about, 3));
   VectorX home(static_cast<long>(study.mechanism.actuators.size()));
   for (long k = 0; k < home.size(); ++k)
     home[k] = middle.joint_position(1, study.mechanism.actuators[static_cast<std::size_t>(k)]);

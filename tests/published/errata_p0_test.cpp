@@ -69,7 +69,7 @@ struct State {
   double a11, a12, a21, a22;
 };
 
-State state(const Result& r, long k) {
+State state(const RunResult& r, long k) {
   const auto q = r.joint_position.row(k), p = r.joint_velocity.row(k), a = r.joint_acceleration.row(k);
   return {q[0], q[1], q[2], q[3], q[2] + q[3] - q[0] - q[1], p[0], p[1], p[2], p[3], a[0], a[1], a[2], a[3]};
 }
@@ -79,7 +79,7 @@ struct Rest {
   double one, two;
 };
 
-Rest rest(const Result& r, long k, const Leg& A, const Leg& B, const State& s) {
+Rest rest(const RunResult& r, long k, const Leg& A, const Leg& B, const State& s) {
   const double csc = 1 / std::sin(s.q33), sum = std::sin(s.q12 + s.q33), difference = std::sin(s.q22 - s.q33);
   const double c1 = std::cos(s.q12), c2 = std::cos(s.q22);
   const double accelerations_1 = (A.a2 * (A.I2 + c1 * A.I3) - csc * sum * A.a1 * (A.I1 + c1 * A.I3)) / A.a2 * s.a11 +
@@ -98,7 +98,7 @@ TEST_CASE("P0 eq. 105: the entry (4, 1) of the 5R's matrix C is negative, as in 
   std::mt19937 random(105);
   for (int trial = 0; trial < 10; ++trial) {
     const FiveBar five = random_five_bar(random);
-    const Result r =
+    const RunResult r =
         run(five.mechanism, joint_motion({0, 2}, Eigen::Vector2d(2.2, 0.9), Eigen::Vector2d(1.9, 1.2), 0.5, 21));
     for (long k = 1; k < 20; ++k) {
       const State s = state(r, k);
@@ -116,7 +116,7 @@ TEST_CASE("P0 eq. 108: the bracket behind a_1,2 ends after mu_2,2's term") {
   for (int trial = 0; trial < 10; ++trial) {
     const FiveBar five = random_five_bar(random);
     const Leg &A = five.one, &B = five.two;
-    const Result r =
+    const RunResult r =
         run(five.mechanism, joint_motion({0, 2}, Eigen::Vector2d(2.2, 0.9), Eigen::Vector2d(1.9, 1.2), 0.5, 21));
     for (long k = 0; k < 21; ++k) {
       const State s = state(r, k);
@@ -140,7 +140,7 @@ TEST_CASE("P0 eq. 109: mu_1,2's term belongs behind I_1,3's, before a_1,2 a_2,2"
   for (int trial = 0; trial < 10; ++trial) {
     const FiveBar five = random_five_bar(random);
     const Leg &A = five.one, &B = five.two;
-    const Result r =
+    const RunResult r =
         run(five.mechanism, joint_motion({0, 2}, Eigen::Vector2d(2.2, 0.9), Eigen::Vector2d(1.9, 1.2), 0.5, 21));
     for (long k = 0; k < 21; ++k) {
       const State s = state(r, k);

@@ -73,7 +73,7 @@ double misses(const Mechanism& m, Formula&& formula) {
   VectorX from(3), to(3);
   from << -0.4, 0.3, -0.8;
   to << 0.9, 1.4, 0.5;
-  const Result r = run(m, joint_motion({0, 1, 2}, from, to, 0.5, 21));
+  const RunResult r = run(m, joint_motion({0, 1, 2}, from, to, 0.5, 21));
   double worst = 0;
   for (long k = 0; k < 21; ++k) {
     const auto q = r.joint_position.row(k), p = r.joint_velocity.row(k), a = r.joint_acceleration.row(k);

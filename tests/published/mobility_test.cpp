@@ -36,10 +36,10 @@ TEST_CASE("degrees of freedom by rank and by counting, and redundant constraints
                           {"double-pendulum.yaml", 2, 2, 0, 0}};
   for (const Expected& want : all) {
     CAPTURE(std::string(want.file));
-    const balance::CheckReport report = balance::check(load(want.file));
+    const balance::CheckReport report = balance::check_mechanism(load(want.file));
     CHECK(report.outcome.status == MotionStatus::done);
     CHECK(report.degrees_of_freedom == want.freedoms);
-    CHECK(report.degrees_of_freedom_by_counting == want.counted);
+    CHECK(report.gruebler_degrees_of_freedom == want.counted);
     CHECK(static_cast<int>(report.redundant.size()) == want.redundant);
     CHECK(static_cast<int>(report.loops.size()) == want.loops);
     CHECK(report.tree_coordinates - report.closure_rank == want.freedoms);
@@ -48,7 +48,7 @@ TEST_CASE("degrees of freedom by rank and by counting, and redundant constraints
 }
 
 TEST_CASE("four-bar in space: the force along the axes and the moments across them are redundant") {
-  const balance::CheckReport report = balance::check(load("four-bar-in-space.yaml"));
+  const balance::CheckReport report = balance::check_mechanism(load("four-bar-in-space.yaml"));
   REQUIRE(report.redundant.size() == 3);
   int forces = 0, moments = 0;
   for (const std::string& line : report.redundant) {
@@ -61,7 +61,7 @@ TEST_CASE("four-bar in space: the force along the axes and the moments across th
 
 TEST_CASE("over-constrained mechanisms say that their reactions are of least norm, others say nothing") {
   for (const std::string file : {"bricard.yaml", "four-bar-in-space.yaml", "parallelogram.yaml"}) {
-    const Result r = run(file, "cycloid", 21);
+    const RunResult r = run(file, "cycloid", 21);
     REQUIRE_MESSAGE(r.outcome.notes.size() == 1, file);
     CHECK(r.outcome.notes[0].find("over-constrained") != std::string::npos);
   }
@@ -71,16 +71,16 @@ TEST_CASE("over-constrained mechanisms say that their reactions are of least nor
 
 TEST_CASE("3RRR: eight ways to assemble it at the start, one of them picked; each line picks its own") {
   balance::Study study = load("3rrr.yaml");
-  const balance::CheckReport report = balance::check(study);
+  const balance::CheckReport report = balance::check_mechanism(study);
   CHECK(report.modes.size() == 8);  // each leg bends to either side
   int selected = 0;
   for (const balance::AssemblyMode& mode : report.modes) {
-    selected += mode.selected;
+    selected += mode.is_selected;
     balance::Study other = study;
     other.mechanism.assembly.clear();
     for (std::size_t c = 0; c < mode.coordinates.size(); ++c)
       other.mechanism.assembly.push_back({static_cast<int>(c), mode.coordinates[c]});
-    const balance::CheckReport again = balance::check(other);
+    const balance::CheckReport again = balance::check_mechanism(other);
     for (std::size_t c = 0; c < mode.coordinates.size(); ++c)
       CHECK(again.start[c] == doctest::Approx(mode.coordinates[c]).epsilon(1e-9));
   }

@@ -78,17 +78,17 @@ TEST_CASE("P0: a 5R balanced leg by leg has no velocity terms if each leg carrie
 
 TEST_CASE("P0 section 2.2: the 5R without discs cannot do without velocity terms in the motors' own accelerations") {
   const DesignReport r = designed(space_of("5r-impossible.yaml"));
-  CHECK(r.outcome.status == DesignStatus::impossible);
-  REQUIRE(r.outcome.proof);
+  CHECK(r.outcome.status == DesignStatus::infeasible);
+  REQUIRE(r.outcome.certificate);
   // (0.6 / 0.65)² = 0.852071…
-  CHECK_MESSAGE(r.outcome.proof->sentence.starts_with("coupler1.J + 0.852"), r.outcome.proof->sentence);
-  CHECK_MESSAGE(r.outcome.proof->sentence.ends_with(" coupler2.J = 0 cannot hold: both are positive"),
-                r.outcome.proof->sentence);
+  CHECK_MESSAGE(r.outcome.certificate->statement.starts_with("coupler1.J + 0.852"), r.outcome.certificate->statement);
+  CHECK_MESSAGE(r.outcome.certificate->statement.ends_with(" coupler2.J = 0 cannot hold: both are positive"),
+                r.outcome.certificate->statement);
 }
 
 TEST_CASE("P0 eq. 95 for each leg: the modular strategy finds the counterweights of 5r-balanced.yaml") {
   balance::DesignStudyOptions options;
-  options.modular = true;
+  options.is_modular = true;
   const DesignReport r = balanced(space_of("5r.yaml"), options);
   const Mechanism wanted = load("5r-balanced.yaml").mechanism;
   for (const balance::Attachment& cw : wanted.attachments)
@@ -100,7 +100,7 @@ TEST_CASE("P0 eq. 95 for each leg: the modular strategy finds the counterweights
 
 TEST_CASE("the complete conditions of the 5R need less added mass than those leg by leg") {
   balance::DesignStudyOptions legs;
-  legs.modular = true;
+  legs.is_modular = true;
   const DesignReport whole = balanced(space_of("5r-design.yaml")), parts = balanced(space_of("5r-design.yaml"), legs);
   CHECK(whole.outcome.objective == doctest::Approx(14.542).epsilon(1e-9));
   CHECK(parts.outcome.objective == doctest::Approx(20.96575).epsilon(1e-9));
@@ -118,7 +118,7 @@ TEST_CASE("P3 eq. 61: the cranks of the 3RRR get their CoM to -0.09 m, and the C
   for (int motion = 0; motion < 3; ++motion) {
     const Trajectory t = wander(r.study_before, "cycloid", 0.1, random);
     const auto gap = [&](const Mechanism& m) {
-      const Result run_of = run(m, t);
+      const RunResult run_of = run(m, t);
       double worst = 0;
       for (long k = 1; k < run_of.time.size(); ++k)
         worst = std::max(worst, ((run_of.com_position.row(k) - run_of.com_position.row(0)) -
@@ -165,7 +165,7 @@ TEST_CASE("Berkof 1973: an in-line four-bar without any shaking force or moment"
   CHECK(found(r, "discs.d2.ratio") == doctest::Approx(-1 - rocker / 0.02).epsilon(1e-10));
   std::mt19937 random(1973);
   const Trajectory t = wander(r.study_before, "cycloid", 3, random);
-  const Result before = run(r.study_before.mechanism, t), after = run(r.study_after.mechanism, t);
+  const RunResult before = run(r.study_before.mechanism, t), after = run(r.study_after.mechanism, t);
   CHECK(largest(after.shaking_force) < 1e-10 * largest(before.shaking_force));
   CHECK(largest(after.shaking_moment) < 1e-10 * largest(before.shaking_moment));
 }

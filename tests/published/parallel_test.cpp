@@ -39,7 +39,7 @@ TEST_CASE("the hanging four-bar rests with its outer links at atan(sqrt 15), whe
 
 TEST_CASE("spatial slider-crank: at 6 rad/s the slider starts at x = 0.2 m with 0.24 m/s") {
   const balance::Study study = load("spatial-slider-crank.yaml");
-  const Result r = run(study.mechanism, trajectory(study, "steady", 101));
+  const RunResult r = run(study.mechanism, trajectory(study, "steady", 101));
   const long A = coordinate(study.mechanism, "A"), S = coordinate(study.mechanism, "S");
   CHECK(r.joint_velocity(0, A) == doctest::Approx(6).epsilon(1e-13));
   CHECK(r.joint_position(0, S) == doctest::Approx(0.2).epsilon(1e-12));
@@ -54,7 +54,7 @@ TEST_CASE("spatial slider-crank: at 6 rad/s the slider starts at x = 0.2 m with 
 namespace {
 
 /// Passive joint rates of the 5R per unit crank rates: both legs carry the tip at the same velocity.
-Eigen::Matrix2d passive_rates(const Mechanism& m, const Result& r, long k) {
+Eigen::Matrix2d passive_rates(const Mechanism& m, const RunResult& r, long k) {
   const auto leg = [&](const char* A, const char* B, double a1, double a2) {
     const double p = r.joint_position(k, coordinate(m, A)), q = p + r.joint_position(k, coordinate(m, B));
     const Eigen::Vector2d second(-a2 * std::sin(q), a2 * std::cos(q));
@@ -77,7 +77,7 @@ TEST_CASE("P0 section 3.3: a 5R balanced leg by leg feels no weight") {
     const Trajectory t = trajectory(study, name, 51);
     Mechanism weightless = study.mechanism;
     weightless.gravity.setZero();
-    const Result with = run(study.mechanism, t), without = run(weightless, t);
+    const RunResult with = run(study.mechanism, t), without = run(weightless, t);
     CHECK((with.torque - without.torque).cwiseAbs().maxCoeff() < 1e-11 * with.torque.cwiseAbs().maxCoeff());
     for (long k = 1; k < 51; ++k) CHECK((with.com_position.row(k) - with.com_position.row(0)).norm() < 1e-12);
     CHECK(with.shaking_force.cwiseAbs().maxCoeff() < 1e-9);
@@ -87,7 +87,7 @@ TEST_CASE("P0 section 3.3: a 5R balanced leg by leg feels no weight") {
 TEST_CASE("P0 eq. 106 and 107: its torques are the legs' constant inertias coupled, without velocity terms") {
   const balance::Study study = load("5r-balanced.yaml");
   const Mechanism& m = study.mechanism;
-  const Result r = run(m, trajectory(study, "cycloid", 51));
+  const RunResult r = run(m, trajectory(study, "cycloid", 51));
   const auto cw = [&](const std::string& name) {
     for (const balance::Attachment& extra : m.attachments)
       if (extra.name == name) return extra.mass;
@@ -115,7 +115,7 @@ TEST_CASE("P0 eq. 106 and 107: its torques are the legs' constant inertias coupl
 
 TEST_CASE("the four-bar in space moves and costs what the planar one does") {
   for (const char* name : {"cycloid", "bang-bang"}) {
-    const Result flat = run("four-bar.yaml", name, 101), space = run("four-bar-in-space.yaml", name, 101);
+    const RunResult flat = run("four-bar.yaml", name, 101), space = run("four-bar-in-space.yaml", name, 101);
     const double torque = flat.torque.cwiseAbs().maxCoeff(), force = flat.shaking_force.cwiseAbs().maxCoeff();
     CHECK((flat.torque - space.torque).cwiseAbs().maxCoeff() < 1e-9 * torque);
     CHECK((flat.shaking_force - space.shaking_force.leftCols(2)).cwiseAbs().maxCoeff() < 1e-9 * force);
@@ -126,6 +126,6 @@ TEST_CASE("the four-bar in space moves and costs what the planar one does") {
 }
 
 TEST_CASE("the geared five-bar's tool runs on the line half-way between the bearings") {
-  const Result r = run("geared-five-bar.yaml", "cycloid", 101);
+  const RunResult r = run("geared-five-bar.yaml", "cycloid", 101);
   CHECK((r.tool_position.col(0).array() - 0.15).abs().maxCoeff() < 1e-12);
 }

@@ -21,13 +21,13 @@ Trajectory trajectory(const balance::Study& study, const std::string& name, long
   return {};
 }
 
-Result run(const Mechanism& mechanism, const Trajectory& trajectory) {
-  Result result = balance::simulate(mechanism, trajectory);
+RunResult run(const Mechanism& mechanism, const Trajectory& trajectory) {
+  RunResult result = balance::simulate(mechanism, trajectory);
   REQUIRE_MESSAGE(result.outcome.status == MotionStatus::done, mechanism.name << ": " << result.outcome.reason);
   return result;
 }
 
-Result run(const std::string& file, const std::string& name, long samples) {
+RunResult run(const std::string& file, const std::string& name, long samples) {
   const balance::Study study = load(file);
   return run(study.mechanism, trajectory(study, name, samples));
 }
@@ -39,7 +39,7 @@ long coordinate(const Mechanism& mechanism, const std::string& name) {
   return -1;
 }
 
-const balance::Metric& metric(const Result& result, const std::string& quantity) {
+const balance::Metric& metric(const RunResult& result, const std::string& quantity) {
   for (const balance::Metric& one : result.metrics)
     if (one.quantity == quantity) return one;
   FAIL("no metric " << quantity);

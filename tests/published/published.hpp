@@ -12,7 +12,7 @@ namespace published {
 using balance::Matrix3;
 using balance::Mechanism;
 using balance::MotionStatus;
-using balance::Result;
+using balance::RunResult;
 using balance::Trajectory;
 using balance::Vector3;
 using balance::VectorX;
@@ -23,12 +23,12 @@ balance::Study load(const std::string& file);
 Trajectory trajectory(const balance::Study& study, const std::string& name, long samples = 0);
 
 /// simulate(), which must end well.
-Result run(const Mechanism& mechanism, const Trajectory& trajectory);
-Result run(const std::string& file, const std::string& name, long samples = 0);
+RunResult run(const Mechanism& mechanism, const Trajectory& trajectory);
+RunResult run(const std::string& file, const std::string& name, long samples = 0);
 
 /// Column of a joint coordinate.
 long coordinate(const Mechanism& mechanism, const std::string& name);
-const balance::Metric& metric(const Result& result, const std::string& quantity);
+const balance::Metric& metric(const RunResult& result, const std::string& quantity);
 
 // ---- building ----
 

@@ -31,7 +31,7 @@ Mechanism arm(double a1, double a2) {
 Trajectory line(const Vector3& from, const Vector3& to) {
   Trajectory t;
   t.name = "line";
-  t.law.kind = balance::LawKind::uniform;
+  t.law.kind = balance::MotionLawKind::uniform;
   t.from.tool = from;
   t.to.tool = to;
   t.duration = 2;
@@ -49,7 +49,7 @@ TEST_CASE("an arm driven through its stretched position stops there with a drive
   circle.centre = {0.75, 0.1, 0};
   circle.angle = 2 * std::numbers::pi;
   t.path = circle;
-  const Result r = balance::simulate(m, t);
+  const RunResult r = balance::simulate(m, t);
   CHECK(r.outcome.status == MotionStatus::drive_singularity);
   double out = 0;  // first angle at which the circle leaves the reach, by bisection
   const auto reach = [&](double a) { return (circle.centre + 0.3 * Vector3(-std::cos(a), -std::sin(a), 0)).norm(); };
@@ -65,20 +65,20 @@ TEST_CASE("an arm driven through its stretched position stops there with a drive
 
 TEST_CASE("an arm driven through the hole in the middle of its reach stops at the hole's edge") {
   const Mechanism m = arm(0.5, 0.4);  // the hole has the radius 0.1
-  const Result r = balance::simulate(m, line({0.4, 0.06, 0}, {-0.4, 0.06, 0}));
+  const RunResult r = balance::simulate(m, line({0.4, 0.06, 0}, {-0.4, 0.06, 0}));
   CHECK(r.outcome.status == MotionStatus::drive_singularity);
   CHECK(r.outcome.time == doctest::Approx(2 * (0.4 - 0.08) / 0.8).epsilon(1e-5));
 }
 
 TEST_CASE("a start that cannot be reached is called unreachable") {
-  const Result r = balance::simulate(arm(0.5, 0.4), line({0.8, 0.5, 0}, {0.3, 0.3, 0}));
+  const RunResult r = balance::simulate(arm(0.5, 0.4), line({0.8, 0.5, 0}, {0.3, 0.3, 0}));
   CHECK(r.outcome.status == MotionStatus::unreachable);
   CHECK(r.outcome.reason.find("start") != std::string::npos);
   CHECK(r.time.size() == 0);
 }
 
 TEST_CASE("an end that cannot be reached stops the run: where the way leaves the reach, or before it begins") {
-  const Result r = balance::simulate(arm(0.5, 0.4), line({0.5, 0, 0}, {1.5, 0, 0}));
+  const RunResult r = balance::simulate(arm(0.5, 0.4), line({0.5, 0, 0}, {1.5, 0, 0}));
   const bool said =
       r.outcome.status == MotionStatus::unreachable || r.outcome.status == MotionStatus::drive_singularity;
   CHECK(said);
@@ -94,7 +94,7 @@ TEST_CASE("the platform of 3rrr.yaml sent out of reach stops the run") {
   CHECK(balance::simulate(study.mechanism, t).outcome.status == MotionStatus::unreachable);
   t = trajectory(study, "cycloid", 101);
   t.to.tool = Vector3(0.6, 0, 0);
-  const Result r = balance::simulate(study.mechanism, t);
+  const RunResult r = balance::simulate(study.mechanism, t);
   CHECK(r.outcome.status != MotionStatus::done);
   CHECK(r.outcome.status != MotionStatus::unsolved);
   CHECK(!r.outcome.reason.empty());
@@ -110,7 +110,7 @@ TEST_CASE("a four-bar with a coupler that is too short cannot be assembled, and 
   add_joint(m, JointType::revolute, 2, {0.1, 0, 0}, 3, {0.1, 0, 0});
   add_joint(m, JointType::revolute, 0, {0.5, 0, 0}, 3, O);
   const VectorX from = VectorX::Constant(1, 0.3), to = VectorX::Constant(1, 0.5);
-  const Result r = balance::simulate(m, joint_motion({0}, from, to, 1, 11));
+  const RunResult r = balance::simulate(m, joint_motion({0}, from, to, 1, 11));
   CHECK(r.outcome.status == MotionStatus::not_assembled);
   CHECK(r.outcome.reason.find("0.2") != std::string::npos);  // 0.5 - 3 * 0.1 stays open
   CHECK(r.time.size() == 0);
@@ -124,7 +124,7 @@ TEST_CASE("a crank that cannot turn fully stops where the other links stretch") 
   Trajectory t = trajectory(study, "steady", 201);
   t.from.joints[0].value = 1;
   t.to.joints[0].value = 1 + 2 * std::numbers::pi;
-  const Result r = balance::simulate(m, t);
+  const RunResult r = balance::simulate(m, t);
   CHECK(r.outcome.status == MotionStatus::drive_singularity);
   // coupler and rocker in one line: 0.6^2 = 0.3^2 + 0.4^2 - 2 0.3 0.4 cos(angle)
   const double angle = std::acos((0.09 + 0.16 - 0.36) / 0.24);
@@ -134,12 +134,12 @@ TEST_CASE("a crank that cannot turn fully stops where the other links stretch") 
 TEST_CASE("a 3RRR whose platform turns until the couplers' lines meet stops with an actuation singularity") {
   const balance::Study study = load("3rrr.yaml");
   Trajectory t = trajectory(study, "cycloid", 2001);
-  t.law.kind = balance::LawKind::uniform;
+  t.law.kind = balance::MotionLawKind::uniform;
   t.from = {}, t.to = {};
   t.from.tool = t.to.tool = Vector3(0.01, -0.02, 0);
   t.from.angle = 0, t.to.angle = 0.2;
   // where the determinant of the couplers' lines (directions and moments about the tool) changes its sign
-  const auto lines = [&](const Result& r, long k) {
+  const auto lines = [&](const RunResult& r, long k) {
     Matrix3 W;
     const Eigen::Vector2d H = r.tool_position.row(k);
     const Vector3 A[3] = {{0.21651, -0.125, 0}, {-0.21651, -0.125, 0}, {0, 0.25, 0}};
@@ -158,7 +158,7 @@ TEST_CASE("a 3RRR whose platform turns until the couplers' lines meet stops with
   for (const double sense : {1.0, -1.0}) {
     for (int k = 1; k <= 30 && high < 0; ++k) {
       t.to.angle = sense * 0.1 * k;
-      const Result r = balance::simulate(study.mechanism, t);
+      const RunResult r = balance::simulate(study.mechanism, t);
       if (r.outcome.status == MotionStatus::actuation_singularity) {
         high = 0.1 * k;
         CHECK(r.outcome.reason.find("actuation singularity") != std::string::npos);
@@ -168,7 +168,7 @@ TEST_CASE("a 3RRR whose platform turns until the couplers' lines meet stops with
         Trajectory before = t;
         before.to.angle = angle * (1 - 2e-3);
         before.samples = 11;
-        const Result near = run(study.mechanism, before);
+        const RunResult near = run(study.mechanism, before);
         CHECK(std::abs(lines(near, 10)) < 0.05 * std::abs(lines(near, 0)));
       } else if (r.outcome.status == MotionStatus::done) {
         low = 0.1 * k;
@@ -185,7 +185,7 @@ TEST_CASE("a 3RRR whose platform turns until the couplers' lines meet stops with
 TEST_CASE("too few actuators are a mismatch, said in numbers") {
   balance::Study study = load("3rrr.yaml");
   study.mechanism.actuators.pop_back();
-  const Result r = balance::simulate(study.mechanism, trajectory(study, "cycloid", 11));
+  const RunResult r = balance::simulate(study.mechanism, trajectory(study, "cycloid", 11));
   CHECK(r.outcome.status == MotionStatus::mismatch);
   CHECK(r.outcome.reason.find("2 actuators") != std::string::npos);
   CHECK(r.outcome.reason.find("3 degrees") != std::string::npos);
@@ -194,15 +194,15 @@ TEST_CASE("too few actuators are a mismatch, said in numbers") {
 TEST_CASE("too many actuators share the work with least norm, and the power is the same") {
   balance::Study study = load("3rrr.yaml");
   const Trajectory t = trajectory(study, "cycloid", 51);
-  const Result alone = run(study.mechanism, t);
+  const RunResult alone = run(study.mechanism, t);
   study.mechanism.actuators.push_back(static_cast<int>(coordinate(study.mechanism, "B1")));
-  const Result shared = run(study.mechanism, t);
+  const RunResult shared = run(study.mechanism, t);
   REQUIRE(shared.outcome.notes.size() == 2);
   CHECK(shared.outcome.notes[0].find("over-actuated") != std::string::npos);
   // The motors without A1 would stop there, which they do when A1 is left out.
   CHECK(shared.outcome.notes[1].find("singularity of the actuators other than A1") != std::string::npos);
   study.mechanism.actuators.erase(study.mechanism.actuators.begin());
-  const Result without = balance::simulate(study.mechanism, t);
+  const RunResult without = balance::simulate(study.mechanism, t);
   CHECK(without.outcome.status == MotionStatus::actuation_singularity);
   CHECK(without.outcome.time == doctest::Approx(0.0380672).epsilon(1e-5));
   const double power = alone.power.rowwise().sum().cwiseAbs().maxCoeff();
@@ -221,7 +221,7 @@ TEST_CASE("two motors on one freedom carry half each") {
                  add_joint(m, JointType::revolute, 0, {0.3, 0, 0}, 2, O)};
   m.couplings.push_back({1, 0, 1, 0});
   const VectorX from = VectorX::Constant(1, 0), to = VectorX::Constant(1, 2);
-  const Result r = run(m, joint_motion({0}, from, to, 1, 21));
+  const RunResult r = run(m, joint_motion({0}, from, to, 1, 21));
   CHECK((r.torque.col(0) - r.torque.col(1)).cwiseAbs().maxCoeff() < 1e-14);
   CHECK((2 * r.torque.col(0) - 0.04 * r.joint_acceleration.col(0)).cwiseAbs().maxCoeff() < 1e-13);
 }
@@ -232,13 +232,13 @@ TEST_CASE("a drive with more or fewer values than freedoms is a mismatch") {
   t.drive = balance::DriveKind::tool;
   t.components = {balance::Component::x, balance::Component::y};
   t.from.tool = Vector3(0.2, 0.3, 0), t.to.tool = Vector3(0.25, 0.3, 0);
-  const Result r = balance::simulate(study.mechanism, t);
+  const RunResult r = balance::simulate(study.mechanism, t);
   CHECK(r.outcome.status != MotionStatus::done);
   CHECK(!r.outcome.reason.empty());
 }
 
 TEST_CASE("a run that stops says where: the spec's coordinates by name") {
-  const Result r = balance::simulate(arm(0.5, 0.4), line({0.4, 0.06, 0}, {-0.4, 0.06, 0}));
+  const RunResult r = balance::simulate(arm(0.5, 0.4), line({0.4, 0.06, 0}, {-0.4, 0.06, 0}));
   CHECK(r.outcome.reason.find("J1 ") != std::string::npos);
   CHECK(r.outcome.reason.find("J2 ") != std::string::npos);
   CHECK(r.outcome.reason.find("t = ") != std::string::npos);
@@ -271,11 +271,11 @@ TEST_CASE("few samples change nothing: whatever the grid, the same configuration
   for (const std::string file :
        {"3rrr.yaml", "four-bar.yaml", "whitworth.yaml", "stewart.yaml", "delta.yaml", "spatial-slider-crank.yaml"}) {
     const balance::Study study = load(file);
-    const Result fine = run(study.mechanism, trajectory(study, "cycloid", 401));
+    const RunResult fine = run(study.mechanism, trajectory(study, "cycloid", 401));
     for (const long samples : {2, 3, 5, 9}) {
       CAPTURE(file);
       CAPTURE(samples);
-      const Result coarse = run(study.mechanism, trajectory(study, "cycloid", samples));
+      const RunResult coarse = run(study.mechanism, trajectory(study, "cycloid", samples));
       for (long k = 0; k < samples; ++k) {
         const long same = k * 400 / (samples - 1);
         for (long c = 0; c < fine.joint_position.cols(); ++c) {

@@ -13,7 +13,7 @@ using balance::SpaceKind;
 namespace {
 
 /// torque_i = k_i θ_i'' at every sample, to 1e-10 of what the parts that must cancel amount to.
-void check_decoupled(const Result& r, const VectorX& k, double weight_torque) {
+void check_decoupled(const RunResult& r, const VectorX& k, double weight_torque) {
   const double scale = weight_torque + (r.joint_acceleration.leftCols(k.size()) * k.asDiagonal()).cwiseAbs().maxCoeff();
   for (long i = 0; i < r.time.size(); ++i)
     for (long j = 0; j < k.size(); ++j)
@@ -117,7 +117,7 @@ TEST_CASE("P1 section 3.3: a SCARA arm that meets eq. 41 and 47 has the torques 
 TEST_CASE("P1: the torques of the balanced arms in configs/ are constants times accelerations") {
   for (const char* file : {"planar-rrr.yaml", "spatial-rrr.yaml", "scara.yaml"})
     for (const char* name : {"cycloid", "bang-bang"}) {
-      const Result r = run(file, name, 101);
+      const RunResult r = run(file, name, 101);
       const long n = r.torque.cols();
       // constants by least squares; what is left over must be round-off
       for (long j = 0; j < n; ++j) {
@@ -181,7 +181,7 @@ TEST_CASE("P0 section 3.2: the RR arm's torques are those of eq. 90 and 92 to 94
     const Mechanism m = arm.mechanism();
     VectorX from(2), to(2);
     for (int j = 0; j < 2; ++j) from[j] = draw(random, -3, 3), to[j] = draw(random, -3, 3);
-    const Result r = run(m, joint_motion({0, 1}, from, to, 0.6, 21));
+    const RunResult r = run(m, joint_motion({0, 1}, from, to, 0.6, 21));
     for (long k = 0; k < 21; ++k) {
       const auto q = r.joint_position.row(k), p = r.joint_velocity.row(k), w = r.joint_acceleration.row(k);
       const Eigen::Vector2d want = arm.torque(q[0], q[1], p[0], p[1], w[0], w[1]);
@@ -198,7 +198,7 @@ TEST_CASE("P0 section 3.2: counterweights by eq. 95 leave a constant matrix of i
     arm.balance_weights();
     VectorX from(2), to(2);
     from << -1, 0.3, to << 1.2, 2;
-    const Result r = run(arm.mechanism(), joint_motion({0, 1}, from, to, 0.6, 41));
+    const RunResult r = run(arm.mechanism(), joint_motion({0, 1}, from, to, 0.6, 41));
     Eigen::Matrix2d M;  // torques for unit accelerations at rest, from anywhere: eq. 97
     M.col(0) = arm.torque(0, 0.5, 0, 0, 1, 0) - arm.torque(0, 0.5, 0, 0, 0, 0);
     M.col(1) = arm.torque(0, 0.5, 0, 0, 0, 1) - arm.torque(0, 0.5, 0, 0, 0, 0);

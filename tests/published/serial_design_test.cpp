@@ -16,7 +16,7 @@ void check_decoupled(const DesignReport& report, const VectorX& k, std::mt19937&
   const Mechanism& m = report.study_after.mechanism;
   for (int motion = 0; motion < 3; ++motion) {
     const Trajectory t = wander(m, VectorX::Zero(k.size()), 2.5, random);
-    const Result after = run(m, t), before = run(report.study_before.mechanism, t);
+    const RunResult after = run(m, t), before = run(report.study_before.mechanism, t);
     const balance::Samples want = after.joint_acceleration.leftCols(k.size()) * k.asDiagonal();
     const double scale = std::max(largest(before.torque), largest(after.torque));
     CHECK(largest(after.torque - want) < 1e-10 * scale);
@@ -210,9 +210,9 @@ TEST_CASE("the arms of P1 in configs/ have the solutions that their headers stat
     const DesignReport r = balanced(space_of(file));
     REQUIRE(r.outcome.x.size() == static_cast<long>(x.size()));
     for (std::size_t k = 0; k < x.size(); ++k)
-      CHECK_MESSAGE(near(r.outcome.x[static_cast<long>(k)], x[k]), file << ": " << r.numbers[k].path);
+      CHECK_MESSAGE(near(r.outcome.x[static_cast<long>(k)], x[k]), file << ": " << r.free_numbers[k].key_path);
     const Mechanism& m = r.study_after.mechanism;
-    const Result run_after = run(m, wander(m, VectorX::Zero(3), 2, random));
+    const RunResult run_after = run(m, wander(m, VectorX::Zero(3), 2, random));
     for (long j = 0; j < 3; ++j) {  // constants by least squares; what is left over must be round-off
       const VectorX u = run_after.torque.col(j), a = run_after.joint_acceleration.col(j);
       CHECK(largest(u - u.dot(a) / a.squaredNorm() * a) < 1e-10 * largest(run_after.torque));
@@ -230,7 +230,7 @@ TEST_CASE(
   const Mechanism& m = r.study_after.mechanism;
   for (int motion = 0; motion < 3; ++motion) {
     const Trajectory t = wander(m, VectorX::Zero(2), 3, random);
-    const Result after = run(m, t);
+    const RunResult after = run(m, t);
     const balance::Samples a = after.joint_acceleration.leftCols(2);
     const balance::MatrixX inertia = a.colPivHouseholderQr().solve(after.torque);  // torque = acceleration · inertia
     CHECK(largest(after.torque - a * inertia) < 1e-10 * largest(after.torque));

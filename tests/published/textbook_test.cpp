@@ -25,7 +25,7 @@ TEST_CASE("physical pendulum: torque = (J + m c^2) q'' + m g c sin q") {
   Mechanism m = empty(SpaceKind::planar, {0, -g, 0});
   add_body(m, 2.5, {0, -0.3, 0}, 0.04);
   m.actuators = {add_joint(m, JointType::revolute, 0, {0.1, 0.2, 0}, 1, O)};
-  const Result r = run(m, joint_motion({0}, values(-2.5), values(3), 0.8, 41));
+  const RunResult r = run(m, joint_motion({0}, values(-2.5), values(3), 0.8, 41));
   for (long k = 0; k < 41; ++k) {
     const double want =
         (0.04 + 2.5 * 0.09) * r.joint_acceleration(k, 0) + 2.5 * g * 0.3 * std::sin(r.joint_position(k, 0));
@@ -38,7 +38,7 @@ TEST_CASE("the same pendulum in space, about any axis across gravity") {
     Mechanism m = empty(SpaceKind::spatial, {0, 0, -g});
     add_body(m, 2.5, {0, 0, -0.3}, Matrix3(Vector3(0.04, 0.04, 0.01).asDiagonal()));
     m.actuators = {add_joint(m, JointType::revolute, 0, O, 1, O, {std::cos(turn), std::sin(turn), 0})};
-    const Result r = run(m, joint_motion({0}, values(-2.5), values(3), 0.8, 41));
+    const RunResult r = run(m, joint_motion({0}, values(-2.5), values(3), 0.8, 41));
     for (long k = 0; k < 41; ++k) {
       const double want =
           (0.04 + 2.5 * 0.09) * r.joint_acceleration(k, 0) + 2.5 * g * 0.3 * std::sin(r.joint_position(k, 0));
@@ -48,7 +48,7 @@ TEST_CASE("the same pendulum in space, about any axis across gravity") {
 }
 
 TEST_CASE("double pendulum of two uniform rods: Lagrange's equations") {
-  const Result r = run("double-pendulum.yaml", "cycloid", 101);
+  const RunResult r = run("double-pendulum.yaml", "cycloid", 101);
   const double scale = r.torque.cwiseAbs().maxCoeff();
   for (long k = 0; k < 101; ++k) {  // rods of 1 kg and 1 m, absolute angles a and b from the vertical
     const auto q = r.joint_position.row(k), p = r.joint_velocity.row(k), w = r.joint_acceleration.row(k);
@@ -65,7 +65,7 @@ TEST_CASE("double pendulum of two uniform rods: Lagrange's equations") {
 TEST_CASE("Scotch yoke: the displacement is exactly r cos A, and the crank feels the yoke's inertia through it") {
   const balance::Study study = load("scotch-yoke.yaml");
   for (const std::string name : {"cycloid", "steady"}) {
-    const Result r = run(study.mechanism, trajectory(study, name, 101));
+    const RunResult r = run(study.mechanism, trajectory(study, name, 101));
     const long A = coordinate(study.mechanism, "A"), S = coordinate(study.mechanism, "S");
     for (long k = 0; k < 101; ++k) {
       const double angle = r.joint_position(k, A), w = r.joint_velocity(k, A), a = r.joint_acceleration(k, A);
@@ -84,7 +84,7 @@ TEST_CASE("slider-crank: the piston's position, velocity and acceleration by the
   const balance::Study study = load("slider-crank.yaml");
   const double R = 0.1, l = 0.3;
   for (const std::string name : {"cycloid", "steady"}) {
-    const Result r = run(study.mechanism, trajectory(study, name, 101));
+    const RunResult r = run(study.mechanism, trajectory(study, name, 101));
     const long A = coordinate(study.mechanism, "A"), S = coordinate(study.mechanism, "S");
     for (long k = 0; k < 101; ++k) {
       const double t = r.joint_position(k, A), w = r.joint_velocity(k, A), a = r.joint_acceleration(k, A);
@@ -104,7 +104,7 @@ TEST_CASE("slider-crank: the piston's position, velocity and acceleration by the
 TEST_CASE("four-bar: Freudenstein's equation") {
   const balance::Study study = load("four-bar.yaml");
   const double a = 0.1, b = 0.35, c = 0.25, d = 0.4;
-  const Result r = run(study.mechanism, trajectory(study, "steady", 201));
+  const RunResult r = run(study.mechanism, trajectory(study, "steady", 201));
   for (long k = 0; k < 201; ++k) {
     const double in = r.joint_position(k, coordinate(study.mechanism, "A")),
                  out = r.joint_position(k, coordinate(study.mechanism, "D"));
@@ -117,7 +117,7 @@ TEST_CASE("quick-return shaper: lever angle, ram and time ratio") {
   const balance::Study study = load("whitworth.yaml");
   const double R = 0.1, d = 0.25, lever = 0.5, link = 0.2;
   const long N = 3601;
-  const Result r = run(study.mechanism, trajectory(study, "steady", N));
+  const RunResult r = run(study.mechanism, trajectory(study, "steady", N));
   const long A = coordinate(study.mechanism, "O"), Q = coordinate(study.mechanism, "Q"),
              S = coordinate(study.mechanism, "R");
   long first = 0, last = 0;
@@ -145,7 +145,7 @@ TEST_CASE("geared shafts: the motor feels J1 + n^2 J2") {
     m.actuators = {add_joint(m, JointType::revolute, 0, O, 1, O)};
     add_joint(m, JointType::revolute, 0, {0.3, 0, 0}, 2, O);
     m.couplings.push_back({1, 0, n, 0.1});
-    const Result r = run(m, joint_motion({0}, values(0), values(5), 0.5, 21));
+    const RunResult r = run(m, joint_motion({0}, values(0), values(5), 0.5, 21));
     for (long k = 0; k < 21; ++k) {
       CHECK(std::abs(r.torque(k, 0) - (0.02 + n * n * 0.005) * r.joint_acceleration(k, 0)) <
             1e-13 * r.torque.cwiseAbs().maxCoeff());
@@ -162,7 +162,7 @@ TEST_CASE("rack and pinion: a sliding mass at radius r adds m r^2") {
   m.actuators = {add_joint(m, JointType::revolute, 0, O, 1, O)};
   add_joint(m, JointType::prismatic, 0, {0, 0.05, 0}, 2, O, Vector3::UnitX());
   m.couplings.push_back({1, 0, -0.05, 0});
-  const Result r = run(m, joint_motion({0}, values(0), values(5), 0.5, 21));
+  const RunResult r = run(m, joint_motion({0}, values(0), values(5), 0.5, 21));
   for (long k = 0; k < 21; ++k)
     CHECK(std::abs(r.torque(k, 0) - (0.02 + 3 * 0.0025) * r.joint_acceleration(k, 0)) <
           1e-13 * r.torque.cwiseAbs().maxCoeff());
@@ -174,7 +174,7 @@ TEST_CASE("a disc on an arm that follows the arm's own joint: J + m d^2 + Jd (1 
     add_body(m, 2, {0.2, 0, 0}, 0.03);
     m.actuators = {add_joint(m, JointType::revolute, 0, O, 1, O)};
     add_disc(m, 1, {0.3, 0.1, 0}, Vector3::UnitZ(), 0, ratio, 0.7, about_z(0.004));
-    const Result r = run(m, joint_motion({0}, values(0), values(2), 0.5, 21));
+    const RunResult r = run(m, joint_motion({0}, values(0), values(2), 0.5, 21));
     const double carried = 0.03 + 2 * 0.04 + 0.7 * 0.1, spin = 1 + ratio;
     for (long k = 0; k < 21; ++k) {
       const double a = r.joint_acceleration(k, 0), scale = 1e-13 * r.torque.cwiseAbs().maxCoeff();
@@ -193,8 +193,8 @@ TEST_CASE("a gyroscope: turning a spinning rotor's axis takes the moment Omega x
   m.actuators = {add_joint(m, JointType::revolute, 0, O, 1, O),
                  add_joint(m, JointType::revolute, 1, O, 2, O, Vector3::UnitX())};
   Trajectory t = joint_motion({0, 1}, values(0, 0), values(2, 50), 1, 21);
-  t.law.kind = balance::LawKind::uniform;
-  const Result r = run(m, t);
+  t.law.kind = balance::MotionLawKind::uniform;
+  const RunResult r = run(m, t);
   for (long k = 0; k < 21; ++k) {
     const double a = r.joint_position(k, 0);
     const Vector3 along(std::cos(a), std::sin(a), 0), want = Vector3(0, 0, 2).cross(0.01 * 50 * along);
@@ -211,8 +211,8 @@ TEST_CASE("Coriolis: a mass sliding outwards on a turning rod presses on it with
   m.actuators = {add_joint(m, JointType::revolute, 0, O, 1, O),
                  add_joint(m, JointType::prismatic, 1, O, 2, O, Vector3::UnitX())};
   Trajectory t = joint_motion({0, 1}, values(0, 0.1), values(3, 0.5), 1, 21);
-  t.law.kind = balance::LawKind::uniform;
-  const Result r = run(m, t);
+  t.law.kind = balance::MotionLawKind::uniform;
+  const RunResult r = run(m, t);
   for (long k = 0; k < 21; ++k) {
     const double x = r.joint_position(k, 1), a = r.joint_position(k, 0);
     CHECK(r.torque(k, 0) == doctest::Approx(2 * 2 * 3 * 0.4 * x).epsilon(1e-12));
@@ -230,8 +230,8 @@ TEST_CASE("a mass sent by bang-bang: every metric in closed form, wherever the j
     add_body(m, mass, {0, 0.1, 0}, 0.01);
     m.actuators = {add_joint(m, JointType::prismatic, 0, O, 1, O, Vector3::UnitX())};
     Trajectory t = joint_motion({0}, values(0), values(way), T, samples);
-    t.law.kind = balance::LawKind::bang_bang;
-    const Result r = run(m, t);
+    t.law.kind = balance::MotionLawKind::bang_bang;
+    const RunResult r = run(m, t);
     for (const std::string quantity : {"shaking_force", "torque", "force[J1]"}) {
       CAPTURE(quantity);
       CHECK(metric(r, quantity).peak == doctest::Approx(force).epsilon(1e-13));
@@ -253,8 +253,8 @@ TEST_CASE("rms, mean and energy of a smooth motion meet their integrals") {
   add_body(m, mass, O, 0.01);
   m.actuators = {add_joint(m, JointType::prismatic, 0, O, 1, O, Vector3::UnitX())};
   Trajectory t = joint_motion({0}, values(0), values(way), T, 2001);
-  t.law.kind = balance::LawKind::harmonic;
-  const Result r = run(m, t);
+  t.law.kind = balance::MotionLawKind::harmonic;
+  const RunResult r = run(m, t);
   // trapezoidal rule on 2,001 samples: error of the order 1e-6
   CHECK(metric(r, "shaking_force").peak == doctest::Approx(top).epsilon(1e-13));
   CHECK(metric(r, "shaking_force").rms == doctest::Approx(top / std::sqrt(2.0)).epsilon(1e-6));

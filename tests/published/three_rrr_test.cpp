@@ -18,7 +18,7 @@ void check_digits(double got, double want, double last_digit) { CHECK(std::abs(g
 void check_close(double got, double want) { CHECK(std::abs(got - want) < 1e-10 * std::abs(want)); }
 
 /// Root of the plain average over the samples, which the published figures are; the result's own rms averages over time.
-double plain_rms(const Result& r) {
+double plain_rms(const RunResult& r) {
   return std::sqrt(r.shaking_moment.squaredNorm() / static_cast<double>(r.time.size()));
 }
 
@@ -30,28 +30,28 @@ Shake shake_at(const std::string& file, const std::string& name, double time, ba
   using namespace balance;
   const Study study = load(file);
   const Trajectory t = trajectory(study, name);
-  Tree<Planar> tree = compile<Planar>(study.mechanism, prescribed_coordinates(t));
-  Plan<Planar> plan = make_plan(study.mechanism, tree, t);
-  Stepper<Planar> stepper(study.mechanism, tree, plan);
-  Observer<Planar> observer(study.mechanism, tree, plan.freedoms, to_vector<Planar>(t.about));
+  Tree<Planar> tree = compile_tree<Planar>(study.mechanism, prescribed_coordinates(t));
+  CompiledTrajectory<Planar> plan = compile_trajectory(study.mechanism, tree, t);
+  MotionStepper<Planar> stepper(study.mechanism, tree, plan);
+  SampleEvaluator<Planar> observer(study.mechanism, tree, plan.freedoms, to_vector<Planar>(t.about));
   REQUIRE(stepper.begin());
   for (int k = 1; k <= 100; ++k) REQUIRE(stepper.advance(time * k / 100));
-  stepper.accelerate(side);
-  REQUIRE(observer.observe(stepper, Detail::forces));
-  return {observer.last().shaking_force.norm(), observer.last().shaking_moment.z()};
+  stepper.update_accelerations(side);
+  REQUIRE(observer.evaluate(stepper, Detail::forces));
+  return {observer.sample().shaking_force.norm(), observer.sample().shaking_moment.z()};
 }
 
 }  // namespace
 
 TEST_CASE("3RRR: the centre of mass starts and ends where P3 says") {
-  const Result r = run("3rrr.yaml", "cycloid", 11);
+  const RunResult r = run("3rrr.yaml", "cycloid", 11);
   const Eigen::Vector2d start = r.com_position.row(0), end = r.com_position.row(10);
   CHECK((start - Eigen::Vector2d(-0.0669026392, -0.0386231395)).cwiseAbs().maxCoeff() < 0.5001e-10);
   CHECK((end - Eigen::Vector2d(0.0564875650, 0.0511127906)).cwiseAbs().maxCoeff() < 0.5001e-10);
 }
 
 TEST_CASE("3RRR: torques, shaking force and moment at t = 0.03 s of the cycloidal motion") {
-  const Result r = run("3rrr.yaml", "cycloid", 101);
+  const RunResult r = run("3rrr.yaml", "cycloid", 101);
   const long k = 30;
   CHECK(r.time[k] == doctest::Approx(0.03).epsilon(1e-14));
   check_close(r.torque(k, 0), -64.97649026082);
@@ -63,7 +63,7 @@ TEST_CASE("3RRR: torques, shaking force and moment at t = 0.03 s of the cycloida
 }
 
 TEST_CASE("3RRR: peaks of the cycloidal motion on 2,001 samples") {
-  const Result r = run("3rrr.yaml", "cycloid", 2001);
+  const RunResult r = run("3rrr.yaml", "cycloid", 2001);
   check_close(metric(r, "shaking_force").peak, 869.7458473278);
   CHECK(metric(r, "shaking_force").peak_time == doctest::Approx(0.07505).epsilon(1e-12));
   check_close(metric(r, "shaking_moment").peak, 57.30320609995);
@@ -72,7 +72,7 @@ TEST_CASE("3RRR: peaks of the cycloidal motion on 2,001 samples") {
 
 TEST_CASE("3RRR: with the centre of mass on bang-bang the shaking force is constant, 4 m L / T^2") {
   const balance::Study study = load("3rrr.yaml");
-  const Result r = run(study.mechanism, trajectory(study, "bang-bang", 2001));
+  const RunResult r = run(study.mechanism, trajectory(study, "bang-bang", 2001));
   const double L = (r.com_position.row(2000) - r.com_position.row(0)).norm();
   for (long k = 0; k < 2001; ++k) {
     const double force = r.shaking_force.row(k).norm();
@@ -83,7 +83,7 @@ TEST_CASE("3RRR: with the centre of mass on bang-bang the shaking force is const
 }
 
 TEST_CASE("3RRR: with the centre of mass on bang-bang the tool leaves its chord by 12.21 mm") {
-  const Result r = run("3rrr.yaml", "bang-bang", 2001);
+  const RunResult r = run("3rrr.yaml", "bang-bang", 2001);
   const Eigen::Vector2d from = r.tool_position.row(0), along = Eigen::Vector2d(2, 1).normalized();
   CHECK((r.tool_position.row(2000).transpose() - Eigen::Vector2d(0.1, 0.05)).norm() < 1e-11);
   double most = 0;
@@ -103,7 +103,7 @@ TEST_CASE("3RRR: the moment under the guided centre of mass at T/2, on both side
   const Shake left = shake_at("3rrr.yaml", "bang-bang", 0.05, balance::Side::before);
   const Shake right = shake_at("3rrr.yaml", "bang-bang", 0.05, balance::Side::after);
   check_digits(right.moment, 58.1842, 1e-4);
-  const Result r = run("3rrr.yaml", "bang-bang", 2001);
+  const RunResult r = run("3rrr.yaml", "bang-bang", 2001);
   check_digits(r.shaking_moment(1000, 0), 58.1842, 1e-4);
   check_digits(r.shaking_moment(1001, 0), 58.1217, 1e-4);
   // the left value continues the samples before it: cubic extrapolation over steps of T / 2000
@@ -121,7 +121,7 @@ TEST_CASE("3RRR: peaks count both sides of a jump, whether it falls on a sample 
 }
 
 TEST_CASE("3RRR: guiding the centre of mass lowers the moment's rms and raises its peak") {
-  const Result tool = run("3rrr.yaml", "cycloid", 2001), com = run("3rrr.yaml", "bang-bang", 2001);
+  const RunResult tool = run("3rrr.yaml", "cycloid", 2001), com = run("3rrr.yaml", "bang-bang", 2001);
   // published with the value before the jump at T/2, where the sample holds the one after it
   const double before = shake_at("3rrr.yaml", "bang-bang", 0.05, balance::Side::before).moment,
                after = com.shaking_moment(1000, 0);
@@ -133,7 +133,7 @@ TEST_CASE("3RRR: guiding the centre of mass lowers the moment's rms and raises i
 TEST_CASE("3RRR redistributed: the centre of mass moves at half the tool's displacement") {
   for (const std::string name : {"cycloid", "tool-bang", "bang-bang"}) {
     CAPTURE(name);
-    const Result r = run("3rrr-redistributed.yaml", name, 201);
+    const RunResult r = run("3rrr-redistributed.yaml", name, 201);
     for (long k = 0; k < 201; ++k) {
       const auto com = (r.com_position.row(k) - r.com_position.row(0)).eval();
       const auto tool = (r.tool_position.row(k) - r.tool_position.row(0)).eval();
@@ -144,14 +144,14 @@ TEST_CASE("3RRR redistributed: the centre of mass moves at half the tool's displ
 }
 
 TEST_CASE("3RRR redistributed: the tool's bang-bang gives a constant force of 360 sqrt(1.25) N") {
-  const Result r = run("3rrr-redistributed.yaml", "tool-bang", 2001);
+  const RunResult r = run("3rrr-redistributed.yaml", "tool-bang", 2001);
   for (long k = 0; k < 2001; ++k) check_close(r.shaking_force.row(k).norm(), 360 * std::sqrt(1.25));
   check_close(360 * std::sqrt(1.25), 402.4922359500);
 }
 
 TEST_CASE("3RRR redistributed: the torques are those of the original mechanism") {
   for (const std::string name : {"cycloid", "tool-bang"}) {
-    const Result a = run("3rrr.yaml", name, 201), b = run("3rrr-redistributed.yaml", name, 201);
+    const RunResult a = run("3rrr.yaml", name, 201), b = run("3rrr-redistributed.yaml", name, 201);
     CHECK((a.torque - b.torque).cwiseAbs().maxCoeff() < 1e-10 * a.torque.cwiseAbs().maxCoeff());
   }
 }

@@ -25,23 +25,23 @@ std::optional<SpecError> error_of(const std::string& text, const ReadOptions& op
 /// Key paths of mistakes.
 using Keys = std::vector<std::string>;
 
-Keys keys_of(const std::vector<balance::Mistake>& mistakes) {
+Keys keys_of(const std::vector<balance::Diagnostic>& mistakes) {
   Keys keys;
-  for (const balance::Mistake& mistake : mistakes) keys.push_back(mistake.place.key);
+  for (const balance::Diagnostic& mistake : mistakes) keys.push_back(mistake.place.key);
   return keys;
 }
 
 /// Of all mistakes in a spec.
 Keys keys_of(const std::string& text) {
   const auto error = error_of(text);
-  return error ? keys_of(error->mistakes()) : Keys{};
+  return error ? keys_of(error->diagnostics()) : Keys{};
 }
 
-std::vector<balance::Mistake> suite_mistakes(const std::string& text) {
+std::vector<balance::Diagnostic> suite_mistakes(const std::string& text) {
   try {
-    read_suite(text, "suite.yaml");
+    parse_suite(text, "suite.yaml");
   } catch (const SpecError& error) {
-    return error.mistakes();
+    return error.diagnostics();
   }
   FAIL("it was read");
   return {};
@@ -76,8 +76,8 @@ TEST_CASE("mistakes all over a spec are told together in the document's order (D
 TEST_CASE("a mistake has its place and its parts (D7)") {
   const auto error = error_of(replaced(specs::planar, {{"mass: 1, com", "mass: -1, com"}, {"upper.A]", "uper.A]"}}));
   REQUIRE(error.has_value());
-  REQUIRE(error->mistakes().size() == 2);
-  const balance::Mistake& first = error->mistakes()[0];
+  REQUIRE(error->diagnostics().size() == 2);
+  const balance::Diagnostic& first = error->diagnostics()[0];
   CHECK(first.place.file == "s.yaml");
   CHECK(first.place.line == 10);
   CHECK(first.place.column == 17);
@@ -86,13 +86,13 @@ TEST_CASE("a mistake has its place and its parts (D7)") {
   CHECK(first.expected == "a number > 0");
   CHECK(first.found == "-1");
   CHECK(first.hint.empty());
-  const balance::Mistake& second = error->mistakes()[1];
+  const balance::Diagnostic& second = error->diagnostics()[1];
   CHECK(second.place.key == "joints.J1.connects[1]");
   CHECK(second.expected == "a body (ground, upper, lower or wheel)");
   CHECK(second.found == "'uper'");
   CHECK(second.hint == "nearest is 'upper'");
   CHECK(std::string(error->what()) == first.text() + "\n" + second.text());
-  CHECK(error->brief() == first.text() + " (and 1 more mistake)");
+  CHECK(error->summary() == first.text() + " (and 1 more mistake)");
 }
 
 TEST_CASE("what only follows from another mistake is not told (D7)") {
@@ -130,23 +130,23 @@ TEST_CASE("at most 20 mistakes are told, and the others are counted (D7)") {
       "space: planar\nbodies:\n" + bodies + "joints: {J: {type: fixed, connects: [ground.origin, b0.origin]}}\n";
   const auto error = error_of(text);
   REQUIRE(error.has_value());
-  CHECK(error->mistakes().size() == 20);
-  CHECK(error->mistakes().back().place.line == 13);
+  CHECK(error->diagnostics().size() == 20);
+  CHECK(error->diagnostics().back().place.line == 13);
   const std::string all = error->what();
   CHECK(std::count(all.begin(), all.end(), '\n') == 20);
   // 30 masses, and 29 bodies without a joint
-  CHECK(error->more() == 39);
+  CHECK(error->unlisted_count() == 39);
   CHECK(all.ends_with("\nand 39 more mistakes"));
 }
 
 TEST_CASE("mistakes in options name the option as their file (D7)") {
   const auto error = error_of(specs::planar, {.set = {{"ll", "1"}, {"k", "1 +"}}});
   REQUIRE(error.has_value());
-  REQUIRE(error->mistakes().size() == 2);
-  CHECK(error->mistakes()[0].place.file == "--set ll");
-  CHECK(error->mistakes()[0].place.is_option());
-  CHECK(error->mistakes()[0].hint == "nearest is 'l'");
-  CHECK(error->mistakes()[1].place.file == "--set k");
+  REQUIRE(error->diagnostics().size() == 2);
+  CHECK(error->diagnostics()[0].place.file == "--set ll");
+  CHECK(error->diagnostics()[0].place.is_option());
+  CHECK(error->diagnostics()[0].hint == "nearest is 'l'");
+  CHECK(error->diagnostics()[1].place.file == "--set k");
 }
 
 TEST_CASE("all mistakes of a suite are told, and none about names that mistakes hide (D7)") {
@@ -166,9 +166,9 @@ TEST_CASE("requirements are read although no case and no baseline is right, and 
       "cases: {a: {spec: a.yaml, samples: x}, b c: {spec: a.yaml}}\n"
       "baseline: z\n"
       "require: ['peak(torque) < base', 'peak(torque) <']\n";
-  const std::vector<balance::Mistake> mistakes = suite_mistakes(text);
+  const std::vector<balance::Diagnostic> mistakes = suite_mistakes(text);
   REQUIRE(keys_of(mistakes) == Keys{"cases.a.samples", "cases.b c", "baseline", "require[1]"});
-  const balance::Mistake& last = mistakes.back();
+  const balance::Diagnostic& last = mistakes.back();
   CHECK(last.expected == "a requirement such as 'peak(shaking_force) <= 0.9 * base'");
   CHECK(last.found == "'peak(torque) <'");
   CHECK(last.hint.find("column 15: ") == 0);
@@ -195,8 +195,8 @@ TEST_CASE("names are letters, digits, '_' and '-' after a letter, in every secti
       CAPTURE(old);
       const auto error = error_of(replaced(specs::planar, {{old, "  " + name + ":"}}));
       REQUIRE(error.has_value());
-      const auto& all = error->mistakes();
-      CHECK(std::any_of(all.begin(), all.end(), [](const balance::Mistake& one) {
+      const auto& all = error->diagnostics();
+      CHECK(std::any_of(all.begin(), all.end(), [](const balance::Diagnostic& one) {
         return one.expected == "a name of letters, digits, '_' and '-'";
       }));
       for (const char c : std::string(error->what())) CHECK((c == '\n' || static_cast<unsigned char>(c) >= 0x20));

@@ -34,7 +34,7 @@ const std::string& base_of(const std::string& name) {
 
 std::string suite_complaint(const std::string& text) {
   try {
-    read_suite(text, "suite.yaml");
+    parse_suite(text, "suite.yaml");
   } catch (const SpecError& error) {
     return error.what();
   }

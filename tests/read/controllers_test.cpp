@@ -35,15 +35,15 @@ TEST_CASE("controllers say what they are, in SI, per actuator, and the built-in 
   CHECK(a.kp == Vector3(3, 0.5, 5));
   CHECK(a.kd == Vector3(1, 2, 3));
   CHECK(a.torque_limit == Vector3(7, 7, 7));
-  CHECK(a.gravity == Gravity::ignored);
+  CHECK(a.gravity == GravityCompensation::ignored);
   CHECK(a.natural_frequency() == doctest::Approx(2 * std::numbers::pi * 5));
   CHECK(b.period == 0.002);
   CHECK(b.lambda == Vector3(4, 4, 4));
-  CHECK(b.k == Vector3(1, 2, 3));
+  CHECK(b.switching_gain == Vector3(1, 2, 3));
   CHECK(b.boundary_layer == Vector3(0.1, 0.1, 0.1));
   CHECK(c.lambda.size() == 1);
-  CHECK(c.k.size() == 1);
-  CHECK(c.projection == Projection::identity);
+  CHECK(c.switching_gain.size() == 1);
+  CHECK(c.projection == AccelerationProjection::identity);
   CHECK(*c.bandwidth == 3);
   const Controller& f = find(study, "f");
   CHECK(f.measurement.position_noise == Vector3(0, 0.1, 0.2));
@@ -79,8 +79,8 @@ TEST_CASE("gains have the spec's units: N m per degree is 180/pi per radian") {
   const double torque = 1e-6, force = 1e-3, turn = 180 / std::numbers::pi;  // kg mm²/s², kg mm/s²
   CHECK(find(study, "a").kp[0] == doctest::Approx(torque * turn));
   CHECK(find(study, "a").kp[2] == doctest::Approx(force / 1e-3));
-  CHECK(find(study, "s").k[0] == doctest::Approx(std::numbers::pi / 2));
-  CHECK(find(study, "s").k[2] == doctest::Approx(0.09));
+  CHECK(find(study, "s").switching_gain[0] == doctest::Approx(std::numbers::pi / 2));
+  CHECK(find(study, "s").switching_gain[2] == doctest::Approx(0.09));
 }
 
 TEST_CASE("--set reaches what the controllers believe, whose own set comes after it") {

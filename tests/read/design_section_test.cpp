@@ -38,7 +38,7 @@ TEST_CASE("every goal can be designed for") {
   for (const std::string& name : goal_names()) {
     const auto goals = request("{goal: " + name + "}").goals;
     REQUIRE(goals.size() == 1);
-    CHECK(name_of(goals[0]) == name);
+    CHECK(goal_name(goals[0]) == name);
   }
 }
 
@@ -57,15 +57,15 @@ TEST_CASE("what to minimize is a size, a figure of a quantity along a trajectory
                            .minimize;
   REQUIRE(figures.size() == 4);
   CHECK(figures[0].size == ObjectiveTerm::Size::none);
-  CHECK(figures[0].figure == Figure::rms);
+  CHECK(figures[0].figure == Statistic::rms);
   CHECK(figures[0].quantity == "shaking_force");
   CHECK(figures[0].trajectory == "swing");
   CHECK(figures[0].weight == 0.25);
-  CHECK(figures[1].figure == Figure::peak);
+  CHECK(figures[1].figure == Statistic::peak);
   CHECK(figures[1].quantity == "joint_force[J2]");
   CHECK(figures[1].trajectory == "line");  // the first one that is declared
-  CHECK(figures[2].figure == Figure::mean);
-  CHECK(figures[3].figure == Figure::range);
+  CHECK(figures[2].figure == Statistic::mean);
+  CHECK(figures[3].figure == Statistic::range);
 }
 
 TEST_CASE("trajectories that a motion brings by itself may be minimized along") {
@@ -76,14 +76,14 @@ TEST_CASE("search options that are not given keep their defaults") {
   const SearchOptions some = request("{search: {global: isres, seed: 7, seconds: \"2 * l\"}}").search, defaults;
   CHECK(some.global == "isres");
   CHECK(some.seed == 7);
-  CHECK(some.seconds == 1);
+  CHECK(some.max_time == 1);
   CHECK(some.local == defaults.local);
-  CHECK(some.restarts == defaults.restarts);
-  CHECK(some.evaluations == defaults.evaluations);
+  CHECK(some.max_restarts == defaults.max_restarts);
+  CHECK(some.max_evaluations == defaults.max_evaluations);
   const SearchOptions others = request("{search: {local: sbplx, restarts: 3, evaluations: 1.0e+8}}").search;
   CHECK(others.local == "sbplx");
-  CHECK(others.restarts == 3);
-  CHECK(others.evaluations == 100'000'000);
+  CHECK(others.max_restarts == 3);
+  CHECK(others.max_evaluations == 100'000'000);
 }
 
 TEST_CASE("mistakes in what to design for are named") {
@@ -191,7 +191,7 @@ TEST_CASE("the quantities that may be minimized are those that a simulation meas
     Study study = read_spec_file(std::string(BALANCE_CONFIGS) + "/" + name + ".yaml");
     REQUIRE(!study.trajectories.empty());
     study.trajectories[0].samples = 5;
-    const Result result = simulate(study.mechanism, study.trajectories[0]);
+    const RunResult result = simulate(study.mechanism, study.trajectories[0]);
     REQUIRE(!result.metrics.empty());
     for (const Metric& metric : result.metrics) CHECK_NOTHROW(read_objective("rms: " + metric.quantity, study));
     std::string unknown;

@@ -55,7 +55,7 @@ std::string free_everywhere() {
 TEST_CASE("a study at the start values is the study that was read") {
   for (const std::string& text : {specs::planar, free_everywhere()}) {
     const DesignSpace space = space_of(text);
-    const Study again = space.at(start_of(space.start));
+    const Study again = space.study_at(start_of(space.start));
     CHECK(numbers_of(again.mechanism) == numbers_of(space.start.mechanism));
     CHECK(numbers_of(again.trajectories) == numbers_of(space.start.trajectories));
     CHECK(again.design.goals == space.start.design.goals);
@@ -82,7 +82,7 @@ TEST_CASE("a study at other values is what a spec with these numbers in their pl
   std::string replaced = text;
   for (std::size_t i = free.size(); i-- > 0;)
     replaced.replace(free[i].begin, free[i].end - free[i].begin, fmt::format("{}", x[static_cast<Eigen::Index>(i)]));
-  const Study expected = specs::read(replaced), found = space.at(x);
+  const Study expected = specs::read(replaced), found = space.study_at(x);
   CHECK(expected.free_numbers.empty());
   CHECK(numbers_of(found.mechanism) == numbers_of(expected.mechanism));
   CHECK(numbers_of(found.trajectories) == numbers_of(expected.trajectories));
@@ -96,11 +96,11 @@ TEST_CASE("every free number changes the study") {
     const FreeNumber& number = space.start.free_numbers[static_cast<std::size_t>(i)];
     VectorX x = start;
     x[i] = number.start + 0.01 * (number.upper - number.start);
-    const Study study = space.at(x);
-    INFO(number.path);
+    const Study study = space.study_at(x);
+    INFO(number.key_path);
     const bool moves = numbers_of(study.trajectories) != numbers_of(space.start.trajectories);
     CHECK((numbers_of(study.mechanism) != numbers_of(space.start.mechanism) || moves));
-    CHECK(moves == (number.path.rfind("motion", 0) == 0 || number.path.rfind("trajectories", 0) == 0));
+    CHECK(moves == (number.key_path.rfind("motion", 0) == 0 || number.key_path.rfind("trajectories", 0) == 0));
   }
 }
 
@@ -113,17 +113,17 @@ joints: {J: {type: revolute, connects: [ground.origin, a.origin]}}
 )";
   const auto free = specs::read(text).free_numbers;
   REQUIRE(free.size() == 3);
-  CHECK(free[0].path == "bodies.a.mass");
-  CHECK(free[1].path == "parameters.p");
+  CHECK(free[0].key_path == "bodies.a.mass");
+  CHECK(free[1].key_path == "parameters.p");
   CHECK(free[1].lower == 0.25);
-  CHECK(free[2].path == "parameters.q");
+  CHECK(free[2].key_path == "parameters.q");
 }
 
 TEST_CASE("expressions follow the parameters that are free") {
   const std::string text =
       specs::with(specs::planar, "{l: 0.5, m: 2, k: \"l / 2\"}", "{k: \"l / 2\", l: {free: [0.4, 0.6]}, m: 2}");
   const DesignSpace space = space_of(text);
-  const Study study = space.at((VectorX(2) << 0.44, 1).finished());
+  const Study study = space.study_at((VectorX(2) << 0.44, 1).finished());
   CHECK(study.mechanism.bodies[1].com.x() == 0.22);
   CHECK(study.mechanism.bodies[1].points[1].position.x() == 0.44);
   CHECK(study.mechanism.joints[1].point_first.x() == 0.44);
@@ -134,17 +134,17 @@ TEST_CASE("expressions follow the parameters that are free") {
 TEST_CASE("--set holds in the whole design space") {
   const std::string text = specs::with(specs::planar, "l: 0.5", "l: {free: [0.4, 0.6]}");
   const DesignSpace tied = space_of(text, {.set = {{"m", "4 * l"}}});
-  CHECK(tied.at((VectorX(2) << 0.41, 1).finished()).mechanism.bodies[1].mass == 4 * 0.41);
+  CHECK(tied.study_at((VectorX(2) << 0.41, 1).finished()).mechanism.bodies[1].mass == 4 * 0.41);
   const DesignSpace fixed = space_of(text, {.set = {{"l", "0.7"}}});
   REQUIRE(fixed.start.free_numbers.size() == 1);
-  CHECK(fixed.at(VectorX::Constant(1, 3)).mechanism.bodies[1].points[1].position.x() == 0.7);
+  CHECK(fixed.study_at(VectorX::Constant(1, 3)).mechanism.bodies[1].points[1].position.x() == 0.7);
 }
 
 TEST_CASE("a trajectory follows a free number that --set brings into it") {
   const std::string text = specs::with(specs::with(specs::planar, "m: 2", "m: {free: [1, 3]}, T: 1"),
                                        "motion: {duration: 1", "motion: {duration: T");
   const DesignSpace space = space_of(text, {.set = {{"T", "m / 2"}}});
-  CHECK(space.at((VectorX(2) << 3, 1).finished()).trajectories[0].duration == 1.5);
+  CHECK(space.study_at((VectorX(2) << 3, 1).finished()).trajectories[0].duration == 1.5);
 }
 
 TEST_CASE("nothing of a study in the design space is judged for physical sense") {
@@ -157,7 +157,7 @@ TEST_CASE("nothing of a study in the design space is judged for physical sense")
   const DesignSpace space = space_of(text);
   const VectorX x = (VectorX(6) << -2, 0, 9, 0, 0, 0).finished();
   REQUIRE(space.start.free_numbers.size() == x.size());
-  const Study study = space.at(x);
+  const Study study = space.study_at(x);
   CHECK(study.mechanism.bodies[1].mass == -2);
   CHECK(study.mechanism.bodies[2].mass == 0);
   CHECK(study.mechanism.bodies[2].com.y() == 9);
@@ -182,15 +182,15 @@ TEST_CASE("a free parameter may have the name of anything else") {
   for (const char* name : {"J1", "J2", "upper", "lower", "wheel", "cw", "cargo", "disc", "s", "H", "cut", "line"}) {
     const std::string parameters = std::string("parameters: {") + name + ": {free: [0, 1]}, ";
     const DesignSpace space = space_of(specs::with(specs::planar, "parameters: {", parameters));
-    CHECK(numbers_of(space.at(start_of(space.start)).mechanism) == numbers_of(space.start.mechanism));
-    CHECK(numbers_of(space.at(start_of(space.start)).trajectories) == numbers_of(space.start.trajectories));
+    CHECK(numbers_of(space.study_at(start_of(space.start)).mechanism) == numbers_of(space.start.mechanism));
+    CHECK(numbers_of(space.study_at(start_of(space.start)).trajectories) == numbers_of(space.start.trajectories));
   }
 }
 
 TEST_CASE("a space of another dimension is refused") {
   const DesignSpace space = space_of(specs::planar);
-  CHECK_THROWS_AS(space.at(VectorX(0)), std::invalid_argument);
-  CHECK_THROWS_AS(space.at(VectorX::Zero(2)), std::invalid_argument);
+  CHECK_THROWS_AS(space.study_at(VectorX(0)), std::invalid_argument);
+  CHECK_THROWS_AS(space.study_at(VectorX::Zero(2)), std::invalid_argument);
 }
 
 TEST_CASE("a design space may be asked in any order, and outlives what it was read from") {
@@ -199,11 +199,11 @@ TEST_CASE("a design space may be asked in any order, and outlives what it was re
     const DesignSpace space = space_of(specs::planar);
     copy = space;
   }
-  const double first = copy.at(VectorX::Constant(1, 3)).mechanism.attachments[0].mass;
-  const double second = copy.at(VectorX::Constant(1, 4)).mechanism.attachments[0].mass;
+  const double first = copy.study_at(VectorX::Constant(1, 3)).mechanism.attachments[0].mass;
+  const double second = copy.study_at(VectorX::Constant(1, 4)).mechanism.attachments[0].mass;
   CHECK(first == 3);
   CHECK(second == 4);
-  CHECK(copy.at(VectorX::Constant(1, 3)).mechanism.attachments[0].mass == 3);
+  CHECK(copy.study_at(VectorX::Constant(1, 3)).mechanism.attachments[0].mass == 3);
   CHECK(copy.start.mechanism.attachments[0].mass == 0);
 }
 
@@ -216,6 +216,6 @@ TEST_CASE("table files are read once") {
                                        "tide: {on: lower, file: forces.csv}");
   const DesignSpace space = read_design_space(text, (folder / "s.yaml").string());
   std::filesystem::remove_all(folder);
-  const Study study = space.at(VectorX::Constant(1, 3));
+  const Study study = space.study_at(VectorX::Constant(1, 3));
   CHECK(study.mechanism.loads[1].force[1].x() == 2);
 }

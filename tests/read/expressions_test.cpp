@@ -100,7 +100,7 @@ TEST_CASE("the graph of every config gives the numbers that its text would with 
       INFO(file);
       try {
         const Study expected = read_spec(with_numbers(space.start, x), file);
-        const Study found = space.at(x);
+        const Study found = space.study_at(x);
         const auto compare = [](const std::vector<double>& a, const std::vector<double>& b) {
           REQUIRE(a.size() == b.size());
           // a number is divided by its unit and multiplied again
@@ -126,16 +126,16 @@ TEST_CASE("derivatives of a mechanism by its free numbers are central difference
     for (Eigen::Index i = 0; i < x.size(); ++i) {
       std::vector<Dual<1>> numbers(x.begin(), x.end());
       numbers[static_cast<std::size_t>(i)].d[0] = 1;
-      const MechanismOf<Dual<1>> exact = mechanism.evaluated(numbers);
+      const MechanismOf<Dual<1>> exact = mechanism.evaluate(numbers);
       const FreeNumber& free = space.start.free_numbers[static_cast<std::size_t>(i)];
       const double h = 1e-5 * (free.upper - free.lower);
       VectorX up = x, down = x;
       up[i] += h, down[i] -= h;
-      const auto a = numbers_of(space.trial(up).mechanism), b = numbers_of(space.trial(down).mechanism);
-      const auto slopes = numbers_of(converted<double>(exact, [](const Dual<1>& v) { return v.d[0]; }));
-      const auto values = numbers_of(space.trial(x).mechanism);
+      const auto a = numbers_of(space.instantiate(up).mechanism), b = numbers_of(space.instantiate(down).mechanism);
+      const auto slopes = numbers_of(convert_mechanism<double>(exact, [](const Dual<1>& v) { return v.d[0]; }));
+      const auto values = numbers_of(space.instantiate(x).mechanism);
       REQUIRE(a.size() == slopes.size());
-      INFO(file << ", " << free.path);
+      INFO(file << ", " << free.key_path);
       for (std::size_t k = 0; k < a.size(); ++k) {
         const double difference = (a[k] - b[k]) / (2 * h);
         // what is no number but an index or a count stays as it is

@@ -31,12 +31,12 @@ struct Sockets {
 Message answer_of(const std::string& file, const Message& question) {
   const Sockets sockets;
   std::thread server([&] {
-    answer_questions(file, Wire(sockets.ends[1]));
+    serve_requests(file, MessageChannel(sockets.ends[1]));
     ::shutdown(sockets.ends[1], SHUT_RDWR);
   });
-  const Wire wire(sockets.ends[0]);
+  const MessageChannel wire(sockets.ends[0]);
   Message answer = wire.receive(1 << 20);
-  if (answer.take_number() == 1) {
+  if (answer.read_number() == 1) {
     wire.send(question);
     answer = wire.receive(1 << 20);
   }
@@ -48,28 +48,28 @@ Message answer_of(const std::string& file, const Message& question) {
 }  // namespace
 
 TEST_CASE("the child's answers are the library's (C2)") {
-  CHECK(answer_of(table, question_about(Hdf5Question::has, "time")).bytes().size() == 2 * sizeof(std::uint64_t));
-  Message answer = answer_of(table, question_about(Hdf5Question::numbers, "time"));
-  CHECK(answer.take_number() == 1);
-  CHECK(answer.take_number() == 1);
-  CHECK(answer.take_number() > 1);
-  CHECK(answer.is_used_up());
-  Message complaint = answer_of(table, question_about(Hdf5Question::texts, "time", "", 10));
-  CHECK(complaint.take_number() == 0);
-  CHECK(complaint.take_text() == "'time': expected texts, found something else");
-  for (const Hdf5Question kind : {Hdf5Question::text_attribute, Hdf5Question::numbers_attribute}) {
-    Message none = answer_of(table, question_about(kind, "", "none", 10));
-    CHECK(none.take_number() == 1);
-    CHECK(none.take_number() == 0);
+  CHECK(answer_of(table, make_read_request(Hdf5Request::has, "time")).bytes().size() == 2 * sizeof(std::uint64_t));
+  Message answer = answer_of(table, make_read_request(Hdf5Request::numbers, "time"));
+  CHECK(answer.read_number() == 1);
+  CHECK(answer.read_number() == 1);
+  CHECK(answer.read_number() > 1);
+  CHECK(answer.is_at_end());
+  Message complaint = answer_of(table, make_read_request(Hdf5Request::texts, "time", "", 10));
+  CHECK(complaint.read_number() == 0);
+  CHECK(complaint.read_text() == "'time': expected texts, found something else");
+  for (const Hdf5Request kind : {Hdf5Request::text_attribute, Hdf5Request::numbers_attribute}) {
+    Message none = answer_of(table, make_read_request(kind, "", "none", 10));
+    CHECK(none.read_number() == 1);
+    CHECK(none.read_number() == 0);
   }
-  Message groups = answer_of(table, question_about(Hdf5Question::groups, "", "", 10));
-  CHECK(groups.take_number() == 1);
-  CHECK(groups.take_number() == 0);
-  CHECK(answer_of(table + "x", question_about(Hdf5Question::has, "time")).is_used_up());
+  Message groups = answer_of(table, make_read_request(Hdf5Request::groups, "", "", 10));
+  CHECK(groups.read_number() == 1);
+  CHECK(groups.read_number() == 0);
+  CHECK(answer_of(table + "x", make_read_request(Hdf5Request::has, "time")).is_at_end());
 }
 
 TEST_CASE("a file is read through a child as it is, and refused beyond the limits (C2)") {
-  const Hdf5Source source(table);
+  const Hdf5Reader source(table);
   CHECK(source.has("time"));
   CHECK_FALSE(source.has("none"));
   const auto time = source.numbers("time", 1);
@@ -83,23 +83,23 @@ TEST_CASE("a file is read through a child as it is, and refused beyond the limit
 
 TEST_CASE("messages that are too short or too long are refused (C2)") {
   Message message;
-  message.put(std::uint64_t{7});
-  message.put(std::string("seven"));
-  CHECK(message.take_number() == 7);
-  CHECK(message.take_text() == "seven");
-  CHECK(message.is_used_up());
-  CHECK_THROWS_AS(message.take_number(), WireBroken);
+  message.write(std::uint64_t{7});
+  message.write(std::string("seven"));
+  CHECK(message.read_number() == 7);
+  CHECK(message.read_text() == "seven");
+  CHECK(message.is_at_end());
+  CHECK_THROWS_AS(message.read_number(), ChannelError);
   Message lying;
-  lying.put(std::uint64_t{1} << 60);
-  CHECK_THROWS_AS(lying.take_text(), WireBroken);
+  lying.write(std::uint64_t{1} << 60);
+  CHECK_THROWS_AS(lying.read_text(), ChannelError);
 
   const Sockets sockets;
-  const Wire here(sockets.ends[0]), there(sockets.ends[1]);
+  const MessageChannel here(sockets.ends[0]), there(sockets.ends[1]);
   here.send(message);
-  CHECK_THROWS_AS(there.receive(message.bytes().size() - 1), WireBroken);
+  CHECK_THROWS_AS(there.receive(message.bytes().size() - 1), ChannelError);
 
   const Sockets silent;
   ::shutdown(silent.ends[0], SHUT_RDWR);
-  CHECK_THROWS_AS(Wire(silent.ends[1]).receive(100), WireBroken);
-  CHECK_THROWS_AS(Wire(silent.ends[0]).send(message), WireBroken);
+  CHECK_THROWS_AS(MessageChannel(silent.ends[1]).receive(100), ChannelError);
+  CHECK_THROWS_AS(MessageChannel(silent.ends[0]).send(message), ChannelError);
 }

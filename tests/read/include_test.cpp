@@ -34,19 +34,19 @@ design: {goal: static}
 )";
 
 std::string flat_text(const std::string& spec, const Files& files) {
-  read::Problems problems("s.yaml");
+  specification::SpecErrorCollector problems("s.yaml");
   const auto text = [&](const std::string& path) {
     const auto found = files.find(path);
     if (found == files.end()) throw SystemError("none at '" + path + "'");
     return found->second;
   };
   try {
-    const read::Node root = read::parse_yaml(spec, problems);
-    return read::flatten(root, "s.yaml", problems, text).text;
-  } catch (const read::Problem& problem) {
+    const specification::YamlNode root = specification::parse_yaml(spec, problems);
+    return specification::expand_includes(root, "s.yaml", problems, text).text;
+  } catch (const specification::ReadError& problem) {
     problems.add(problem);
   }
-  problems.throw_all();
+  problems.throw_if_any();
   return "";
 }
 
@@ -119,7 +119,7 @@ friction: {a.A: {viscous: 0.1}, b.A: {viscous: 0.1}}
   const Study study = specs::read(flat_text(spec, {{"leg.yaml", leg}}));
   check_same(study.mechanism, specs::read(written).mechanism);
   REQUIRE(study.free_numbers.size() == 2);
-  CHECK(study.free_numbers[1].path == "counterweights.b.cw.mass");
+  CHECK(study.free_numbers[1].key_path == "counterweights.b.cw.mass");
   CHECK_FALSE(study.mechanism.tool);
   CHECK(study.design.goals.empty());
 }

@@ -54,7 +54,8 @@ inline std::vector<double> numbers_of(const balance::Mechanism& m) {
   for (const auto& s : m.springs)
     n << s.first << s.second << s.point_first << s.point_second << s.stiffness << s.free_length;
   for (const auto& f : m.friction)
-    n << f.coordinate << f.viscous << f.dry(1) << f.dry(-1) << f.static_limit(1) << f.static_limit(-1);
+    n << f.coordinate << f.viscous << f.dry_friction(1) << f.dry_friction(-1) << f.static_limit(1)
+      << f.static_limit(-1);
   if (m.tool) n << m.tool->body << m.tool->position;
   return n.all;
 }
@@ -65,7 +66,8 @@ inline void add_pose(Numbers& n, const balance::PoseTarget& pose) {
 
 inline std::vector<double> numbers_of(const balance::Trajectory& t) {
   Numbers n;
-  n << t.duration << static_cast<double>(t.samples) << t.about << t.remaining << t.law.ramp_up << t.law.ramp_down;
+  n << t.duration << static_cast<double>(t.samples) << t.about << t.remaining_coordinates << t.law.ramp_up
+    << t.law.ramp_down;
   add_pose(n, t.from);
   add_pose(n, t.to);
   n << static_cast<double>(t.path.index());

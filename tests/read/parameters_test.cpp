@@ -74,13 +74,13 @@ TEST_CASE("free numbers hold their start value and are listed with their bounds"
   CHECK(study.mechanism.bodies[1].mass == 3);
   CHECK(study.mechanism.bodies[3].com.x() == 0.1);
   REQUIRE(study.free_numbers.size() == 3);
-  CHECK(study.free_numbers[0].path == "parameters.m");
+  CHECK(study.free_numbers[0].key_path == "parameters.m");
   CHECK(study.free_numbers[0].lower == 1);
   CHECK(study.free_numbers[0].upper == 5);
   CHECK(study.free_numbers[0].start == 3);
-  CHECK(study.free_numbers[1].path == "bodies.wheel.com[0]");
+  CHECK(study.free_numbers[1].key_path == "bodies.wheel.com[0]");
   CHECK(study.free_numbers[1].start == 0.1);
-  CHECK(study.free_numbers[2].path == "counterweights.cw.mass");
+  CHECK(study.free_numbers[2].key_path == "counterweights.cw.mass");
   CHECK(study.free_numbers[2].upper == 10);
 }
 

@@ -24,17 +24,19 @@ std::vector<MetricTable> runs() {
 
 RunNames names() { return {{"original", "bang", "rail-2"}, "original"}; }
 
-std::vector<Verdict> judged(const std::string& text) { return judge_all(read_requirement(text, names()), runs()); }
+std::vector<RequirementVerdict> judged(const std::string& text) {
+  return judge_each_run(parse_requirement(text, names()), runs());
+}
 
 bool holds(const std::string& text) {
-  const std::vector<Verdict> verdicts = judged(text);
+  const std::vector<RequirementVerdict> verdicts = judged(text);
   REQUIRE(verdicts.size() == 1);
   return verdicts.front().holds;
 }
 
 std::string message(const std::string& text) {
   try {
-    check_quantities(read_requirement(text, names()), list_quantity_names(runs()));
+    check_quantities(parse_requirement(text, names()), list_quantity_names(runs()));
   } catch (const RequirementError& error) {
     return error.what();
   }
@@ -48,7 +50,7 @@ bool says(const std::string& text, const std::string& part) {
 }
 
 TEST_CASE("a requirement without names is judged for every run but the base") {
-  const std::vector<Verdict> verdicts = judged("peak(shaking_force) <= 0.9 * base");
+  const std::vector<RequirementVerdict> verdicts = judged("peak(shaking_force) <= 0.9 * base");
   REQUIRE(verdicts.size() == 2);
   CHECK(verdicts[0].run == "bang");
   CHECK(verdicts[0].holds);
@@ -96,8 +98,8 @@ TEST_CASE("names that are numbers stand in quotes") {
   const std::vector<MetricTable> tables{{"1", {metric("shaking_force", 7, 1)}, 0},
                                         {"2", {metric("shaking_force", 9, 1)}, 0}};
   const RunNames both{{"1", "2"}, "1"};
-  CHECK(judge_all(read_requirement("peak(shaking_force) == 2 * '1' - 5", both), tables).at(0).holds);
-  CHECK(judge_all(read_requirement("peak(shaking_force, 2) == 9", both), tables).at(0).holds);
+  CHECK(judge_each_run(parse_requirement("peak(shaking_force) == 2 * '1' - 5", both), tables).at(0).holds);
+  CHECK(judge_each_run(parse_requirement("peak(shaking_force, 2) == 9", both), tables).at(0).holds);
 }
 
 TEST_CASE("arithmetic and logic bind as usual") {
@@ -127,28 +129,29 @@ TEST_CASE("what a run does not have never holds, whatever is made of it") {
   for (const char* text : {"peak(torque[A2], rail-2) < 1e9", "peak(torque[A2], rail-2) >= 0",
                            "min(peak(torque[A2], rail-2), 1) <= 1", "0 * peak(torque[A2], rail-2) == 0"}) {
     INFO(text);
-    const std::vector<Verdict> verdicts = judged(text);
+    const std::vector<RequirementVerdict> verdicts = judged(text);
     CHECK_FALSE(verdicts.at(0).holds);
     CHECK(verdicts.at(0).missing == std::vector<std::string>{"rail-2 has no torque[A2]"});
-    CHECK(in_words(verdicts.at(0)) == "rail-2 has no torque[A2]");
+    CHECK(describe_verdict(verdicts.at(0)) == "rail-2 has no torque[A2]");
   }
   CHECK(holds("peak(torque[A2], rail-2) < 1 || energy(rail-2) < 9"));
   std::vector<MetricTable> broken = runs();
   broken[1].metrics[0].peak = std::numeric_limits<double>::quiet_NaN();
-  CHECK_FALSE(judge_all(read_requirement("peak(shaking_force, bang) < 1e9", names()), broken).at(0).holds);
+  CHECK_FALSE(judge_each_run(parse_requirement("peak(shaking_force, bang) < 1e9", names()), broken).at(0).holds);
 }
 
 TEST_CASE("a verdict says by how much") {
-  CHECK(in_words(judged("peak(torque[A1]) <= 1.2 * base")[0]) == "130 N m is 8.33 % above the limit of 120 N m");
-  CHECK(in_words(judged("peak(shaking_force) <= base")[0]) == "holds: 500 N <= 800 N, margin 37.5 %");
-  CHECK(in_words(judged("peak(torque[A1]) >= base")[0]) == "holds: 130 N m >= 100 N m, margin 30 %");
-  CHECK(in_words(judged("energy(bang) < 0")[0]) == "12 J is 12 J above the limit of 0 J");
+  CHECK(describe_verdict(judged("peak(torque[A1]) <= 1.2 * base")[0]) ==
+        "130 N m is 8.33 % above the limit of 120 N m");
+  CHECK(describe_verdict(judged("peak(shaking_force) <= base")[0]) == "holds: 500 N <= 800 N, margin 37.5 %");
+  CHECK(describe_verdict(judged("peak(torque[A1]) >= base")[0]) == "holds: 130 N m >= 100 N m, margin 30 %");
+  CHECK(describe_verdict(judged("energy(bang) < 0")[0]) == "12 J is 12 J above the limit of 0 J");
   // of several that fail, the one that misses by most
-  CHECK(in_words(judged("peak(torque[A1]) <= base && peak(torque[A2]) <= base")[0]) ==
+  CHECK(describe_verdict(judged("peak(torque[A1]) <= base && peak(torque[A2]) <= base")[0]) ==
         "90 N m is 50 % above the limit of 60 N m");
-  CHECK(in_words(judged("peak(shaking_force) >= base")[0]) == "500 N is 37.5 % below the limit of 800 N");
-  CHECK(in_words(judged("peak(shaking_force, base) < 800")[0]) == "800 N is not below the limit of 800 N");
-  CHECK(in_words(judged("peak(shaking_force) == base")[0]) == "500 N is 37.5 % from 800 N");
+  CHECK(describe_verdict(judged("peak(shaking_force) >= base")[0]) == "500 N is 37.5 % below the limit of 800 N");
+  CHECK(describe_verdict(judged("peak(shaking_force, base) < 800")[0]) == "800 N is not below the limit of 800 N");
+  CHECK(describe_verdict(judged("peak(shaking_force) == base")[0]) == "500 N is 37.5 % from 800 N");
 }
 
 TEST_CASE("a comparison has a unit where both sides are numbers of it") {
@@ -219,14 +222,15 @@ TEST_CASE("no text breaks the reader") {
 
 TEST_CASE("without a base there is no base") {
   const RunNames alone{{"original", "bang"}, ""};
-  CHECK_THROWS_AS(read_requirement("energy() <= base", alone), RequirementError);
-  CHECK_NOTHROW(read_requirement("energy() <= 12", alone));
+  CHECK_THROWS_AS(parse_requirement("energy() <= base", alone), RequirementError);
+  CHECK_NOTHROW(parse_requirement("energy() <= 12", alone));
 }
 
 TEST_CASE("the runs that a requirement names are known before there are figures") {
-  const Requirement requirement = read_requirement("peak(shaking_force) <= min(0.9 * base, energy('rail-2'))", names());
+  const Requirement requirement =
+      parse_requirement("peak(shaking_force) <= min(0.9 * base, energy('rail-2'))", names());
   CHECK(requirement.named_runs() == std::vector<std::string>{"original", "rail-2"});
-  CHECK(requirement.is_about_each_run());
+  CHECK(requirement.applies_to_each_run());
 }
 
 }  // namespace

@@ -27,7 +27,7 @@ struct Folder {
   std::string operator()(const char* name) const { return (path / name).string(); }
 };
 
-Result run_of(const std::string& config) {
+RunResult run_of(const std::string& config) {
   const Study study = read_spec_file(std::string(BALANCE_CONFIGS) + "/" + config);
   Trajectory trajectory = study.trajectories.at(0);
   trajectory.samples = 21;
@@ -49,13 +49,13 @@ TEST_CASE("a run that is read back is the run that was written") {
   const Folder folder;
   for (const char* config : {"3rrr.yaml", "slider-crank.yaml", "delta.yaml", "spatial-rrr.yaml"}) {
     CAPTURE(config);
-    const Result result = run_of(config);
+    const RunResult result = run_of(config);
     REQUIRE(result.outcome.status == MotionStatus::done);
-    FileDescription description{.title = "a title", .version = "1.2", .spec_text = "name: x\n", .trajectory = "t"};
+    Provenance description{.title = "a title", .version = "1.2", .spec_text = "name: x\n", .trajectory = "t"};
     description.law = "cycloidal";
     description.drive = "tool";
-    write_result(folder("run.h5"), result, description, {.existing = Existing::replace});
-    const RunFile run = read_result_file(folder("run.h5"));
+    write_result_hdf5(folder("run.h5"), result, description, {.existing = OverwritePolicy::replace});
+    const StoredRun run = read_result_file(folder("run.h5"));
     CHECK(run.title == "a title");
     CHECK(run.spec_text == "name: x\n");
     CHECK(run.trajectory == "t");
@@ -65,10 +65,10 @@ TEST_CASE("a run that is read back is the run that was written") {
     CHECK(run.result.actuator_units == result.actuator_units);
     CHECK(run.result.joint_names == result.joint_names);
     CHECK(run.result.time == result.time);
-    CHECK(run.result.about == result.about);
+    CHECK(run.result.moment_reference == result.moment_reference);
     CHECK(run.result.newton_iterations == result.newton_iterations);
     CHECK(run.result.energy == result.energy);
-    const auto before = all_quantities(result), after = all_quantities(run.result);
+    const auto before = list_all_quantities(result), after = list_all_quantities(run.result);
     for (std::size_t i = 0; i < before.size(); ++i) {
       CAPTURE(before[i].name);
       REQUIRE(before[i].samples->size() == after[i].samples->size());  // what has no columns has no rows in a file
@@ -121,7 +121,7 @@ int refused_of(const std::string& whole, int trials, const std::string& path) {
 
 TEST_CASE("a file of ours that was damaged anywhere is refused") {
   const Folder folder;
-  write_result(folder("run.h5"), run_of("four-bar.yaml"), {.title = "t"});
+  write_result_hdf5(folder("run.h5"), run_of("four-bar.yaml"), {.title = "t"});
   const std::string whole = bytes_of(folder("run.h5"));
   CHECK(refused_of(whole, 100, folder("bad.h5")) == 100);
   std::string bytes = whole;
@@ -136,7 +136,7 @@ TEST_CASE("a file of ours that was damaged anywhere is refused") {
 
 TEST_CASE("a file that lost its checksum is read with care: refused or a run, and never anything worse") {
   const Folder folder;
-  write_result(folder("run.h5"), run_of("four-bar.yaml"), {.title = "t"});
+  write_result_hdf5(folder("run.h5"), run_of("four-bar.yaml"), {.title = "t"});
   const std::string checked = bytes_of(folder("run.h5")), bare = checked.substr(0, checked.size() - 16);
   std::ofstream(folder("bare.h5"), std::ios::binary) << bare;
   CHECK(read_result_file(folder("bare.h5")).title == "t");
@@ -154,28 +154,28 @@ TEST_CASE("the law of a run and its phase plane are read back as they were writt
   const Study study = read_spec_file(std::string(BALANCE_CONFIGS) + "/3rrr.yaml");
   Trajectory trajectory = study.trajectories.at(0);
   trajectory.samples = 21;
-  trajectory.law.kind = LawKind::gentlest;
-  trajectory.gentlest_of = "shaking_force";
+  trajectory.law.kind = MotionLawKind::min_peak;
+  trajectory.min_peak_quantity = "shaking_force";
   trajectory.limits = {{"torque", 100}};
-  const Result result = simulate(study.mechanism, trajectory);
+  const RunResult result = simulate(study.mechanism, trajectory);
   REQUIRE(result.outcome.status == MotionStatus::done);
-  write_result(folder("law.h5"), result, {.title = "a title"}, {.existing = Existing::replace});
-  const Result read = read_result_file(folder("law.h5")).result;
-  REQUIRE(read.found_law.has_value());
-  CHECK(read.found_law->duration == result.found_law->duration);
-  CHECK(read.found_law->peak == result.found_law->peak);
-  CHECK(read.found_law->unit == "N");
-  CHECK(read.found_law->of == "shaking_force");
-  CHECK(read.found_law->switches == result.found_law->switches);
-  REQUIRE(read.found_law->stretches.size() == result.found_law->stretches.size());
-  for (std::size_t i = 0; i < read.found_law->stretches.size(); ++i) {
-    CHECK(read.found_law->stretches[i].limit == result.found_law->stretches[i].limit);
-    CHECK(read.found_law->stretches[i].begin == result.found_law->stretches[i].begin);
-    CHECK(read.found_law->stretches[i].to == result.found_law->stretches[i].to);
+  write_result_hdf5(folder("law.h5"), result, {.title = "a title"}, {.existing = OverwritePolicy::replace});
+  const RunResult read = read_result_file(folder("law.h5")).result;
+  REQUIRE(read.optimised_law.has_value());
+  CHECK(read.optimised_law->duration == result.optimised_law->duration);
+  CHECK(read.optimised_law->objective_value == result.optimised_law->objective_value);
+  CHECK(read.optimised_law->unit == "N");
+  CHECK(read.optimised_law->objective == "shaking_force");
+  CHECK(read.optimised_law->switch_times == result.optimised_law->switch_times);
+  REQUIRE(read.optimised_law->active_limits.size() == result.optimised_law->active_limits.size());
+  for (std::size_t i = 0; i < read.optimised_law->active_limits.size(); ++i) {
+    CHECK(read.optimised_law->active_limits[i].limit == result.optimised_law->active_limits[i].limit);
+    CHECK(read.optimised_law->active_limits[i].begin == result.optimised_law->active_limits[i].begin);
+    CHECK(read.optimised_law->active_limits[i].path_end == result.optimised_law->active_limits[i].path_end);
   }
   CHECK(read.phase_plane.time == result.phase_plane.time);
-  CHECK(read.phase_plane.place == result.phase_plane.place);
-  CHECK(read.phase_plane.rate == result.phase_plane.rate);
-  CHECK(read.phase_plane.ceiling_place == result.phase_plane.ceiling_place);
-  CHECK(read.phase_plane.ceiling == result.phase_plane.ceiling);
+  CHECK(read.phase_plane.path_parameter == result.phase_plane.path_parameter);
+  CHECK(read.phase_plane.path_rate == result.phase_plane.path_rate);
+  CHECK(read.phase_plane.mvc_path_parameter == result.phase_plane.mvc_path_parameter);
+  CHECK(read.phase_plane.mvc_path_rate == result.phase_plane.mvc_path_rate);
 }

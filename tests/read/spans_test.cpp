@@ -71,7 +71,7 @@ TEST_CASE("a free parameter is found where it is defined") {
 
 TEST_CASE("a free number knows the unit that it is written in") {
   const Study study = specs::read(specs::with(specs::planar, "{length: m, angle: rad}", "{mass: g}"));
-  CHECK(study.free_numbers[0].path == "counterweights.cw.mass");
+  CHECK(study.free_numbers[0].key_path == "counterweights.cw.mass");
   CHECK(study.free_numbers[0].unit == 1e-3);
   CHECK(study.free_numbers[0].upper == 1e-2);
 }

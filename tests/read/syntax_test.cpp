@@ -19,7 +19,7 @@ KeyPaths key_paths_of(const std::string& text) {
   try {
     specs::read(text, {});
   } catch (const balance::SpecError& error) {
-    for (const balance::Mistake& mistake : error.mistakes()) keys.push_back(mistake.place.key);
+    for (const balance::Diagnostic& mistake : error.diagnostics()) keys.push_back(mistake.place.key);
   }
   return keys;
 }

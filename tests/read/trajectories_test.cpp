@@ -35,7 +35,7 @@ TEST_CASE("declared trajectories come first and take from motion what they do no
   CHECK(study.trajectories[3].name == "cycloid");
   CHECK(study.trajectories[4].name == "bang-bang");
   const Trajectory& l = study.trajectories[0];
-  CHECK(l.law.kind == LawKind::cubic);
+  CHECK(l.law.kind == MotionLawKind::cubic);
   CHECK(l.drive == DriveKind::tool);
   CHECK(l.duration == 1);
   CHECK(l.samples == 101);
@@ -43,7 +43,7 @@ TEST_CASE("declared trajectories come first and take from motion what they do no
   CHECK(*l.to.angle == 2);
   CHECK(std::holds_alternative<LinePath>(l.path));
   const Trajectory& swing = study.trajectories[1];
-  CHECK(swing.law.kind == LawKind::trapezoidal_velocity);
+  CHECK(swing.law.kind == MotionLawKind::trapezoidal_velocity);
   CHECK(swing.law.ramp_up == 0.2);
   CHECK(swing.law.ramp_down == 0.2);
   CHECK(swing.to.joints[1].value == 2);
@@ -71,22 +71,22 @@ TEST_CASE("the built-in trajectories drive what motion gives") {
 TEST_CASE("a declared cycloid replaces the built-in one") {
   const Study study = specs::read(specs::with(specs::planar, "  line:", "  cycloid:"));
   CHECK(study.trajectories.size() == 4);
-  CHECK(named(study, "cycloid").law.kind == LawKind::cubic);
+  CHECK(named(study, "cycloid").law.kind == MotionLawKind::cubic);
 }
 
 TEST_CASE("every law of motion has its name") {
-  const std::pair<const char*, LawKind> laws[] = {{"cycloidal", LawKind::cycloidal},
-                                                  {"cycloid", LawKind::cycloidal},
-                                                  {"bang-bang", LawKind::bang_bang},
-                                                  {"uniform", LawKind::uniform},
-                                                  {"cubic", LawKind::cubic},
-                                                  {"3-4-5", LawKind::polynomial_345},
-                                                  {"poly-345", LawKind::polynomial_345},
-                                                  {"4-5-6-7", LawKind::polynomial_4567},
-                                                  {"harmonic", LawKind::harmonic},
-                                                  {"modified-sine", LawKind::modified_sine},
-                                                  {"modified-trapezoidal", LawKind::modified_trapezoidal},
-                                                  {"trapezoidal-velocity", LawKind::trapezoidal_velocity}};
+  const std::pair<const char*, MotionLawKind> laws[] = {{"cycloidal", MotionLawKind::cycloidal},
+                                                        {"cycloid", MotionLawKind::cycloidal},
+                                                        {"bang-bang", MotionLawKind::bang_bang},
+                                                        {"uniform", MotionLawKind::uniform},
+                                                        {"cubic", MotionLawKind::cubic},
+                                                        {"3-4-5", MotionLawKind::polynomial_345},
+                                                        {"poly-345", MotionLawKind::polynomial_345},
+                                                        {"4-5-6-7", MotionLawKind::polynomial_4567},
+                                                        {"harmonic", MotionLawKind::harmonic},
+                                                        {"modified-sine", MotionLawKind::modified_sine},
+                                                        {"modified-trapezoidal", MotionLawKind::modified_trapezoidal},
+                                                        {"trapezoidal-velocity", MotionLawKind::trapezoidal_velocity}};
   for (const auto& [name, kind] : laws) CHECK(line("drive: tool, law: " + std::string(name)).law.kind == kind);
 }
 
@@ -114,21 +114,22 @@ TEST_CASE("a circle needs no end") {
 TEST_CASE("components and remaining coordinates are read in their order") {
   CHECK(line("law: cubic, drive: tool, components: [y, angle]").components ==
         std::vector<Component>{Component::y, Component::rz});
-  CHECK(line("law: cubic, drive: com, remaining: [J2, D.slide]").remaining == std::vector<CoordinateId>{1, 2});
+  CHECK(line("law: cubic, drive: com, remaining: [J2, D.slide]").remaining_coordinates ==
+        std::vector<CoordinateId>{1, 2});
 }
 
 TEST_CASE("remaining quantities have courses of their own") {
   const Trajectory t = line("law: cubic, drive: com, remaining: {J2: line, angle: {spline: [0.1, l], jump: true}}");
-  CHECK(t.remaining == std::vector<CoordinateId>{1});
+  CHECK(t.remaining_coordinates == std::vector<CoordinateId>{1});
   CHECK(t.remaining_angle);
-  REQUIRE(t.courses.size() == 1);
-  CHECK(t.courses[0].coordinate == -1);
-  const auto& spline = std::get<AddedSpline>(t.courses[0].kind);
+  REQUIRE(t.secondary_tasks.size() == 1);
+  CHECK(t.secondary_tasks[0].coordinate == -1);
+  const auto& spline = std::get<SplineTask>(t.secondary_tasks[0].kind);
   CHECK(spline.coefficients == std::vector<double>{0.1, 0.5});
-  CHECK(spline.jump);
+  CHECK(spline.has_middle_jump);
   CHECK(spline.over_time);
   const Trajectory kept = line("law: cubic, drive: com, remaining: {D.slide: {momentum: zero}}");
-  CHECK(std::holds_alternative<KeptMomentum>(kept.courses.at(0).kind));
+  CHECK(std::holds_alternative<MomentumTask>(kept.secondary_tasks.at(0).kind));
 }
 
 TEST_CASE("free coefficients are a list of free numbers, and are written as one") {
@@ -137,14 +138,15 @@ TEST_CASE("free coefficients are a list of free numbers, and are written as one"
       "law: cubic, drive: com, remaining: {angle: {spline: {free: [-1, 1], knots: 3, start: 0.5}, jump: true}}");
   const Study study = specs::read(text);
   std::vector<std::string> paths;
-  for (const FreeNumber& number : study.free_numbers) paths.push_back(number.path);
+  for (const FreeNumber& number : study.free_numbers) paths.push_back(number.key_path);
   REQUIRE(paths.size() == 5);  // and the counterweight's mass
   CHECK(paths[0] == "trajectories.line.remaining.angle.spline[0]");
   CHECK(paths[3] == "trajectories.line.remaining.angle.spline[3]");
-  CHECK(std::get<AddedSpline>(study.trajectories[0].courses[0].kind).coefficients == std::vector<double>(4, 0.5));
+  CHECK(std::get<SplineTask>(study.trajectories[0].secondary_tasks[0].kind).coefficients ==
+        std::vector<double>(4, 0.5));
   VectorX x(5);
   x << 0.1, 0.2, 0.3, 0.4, 2;
-  const std::string written = balanced_spec(study, x);
+  const std::string written = format_balanced_spec(study, x);
   CHECK(written.find("remaining: {angle: {spline: [0.1, 0.2, 0.3, 0.4], jump: true}}") != std::string::npos);
 }
 

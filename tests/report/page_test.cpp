@@ -48,9 +48,9 @@ std::vector<Number> numbers(const std::string& text) {
   return result;
 }
 
-Page sample_page(const std::string& config, long samples) {
+HtmlReport sample_page(const std::string& config, long samples) {
   const Study study = read_spec_file(std::string(BALANCE_CONFIGS) + "/" + config);
-  Page page;
+  HtmlReport page;
   page.version = "1.2.3";
   page.spec_text = study.spec_text;
   page.before = study.mechanism;
@@ -83,9 +83,9 @@ TEST_CASE("numbers come back from their base64") {
 }
 
 TEST_CASE("nothing in the data can end its script, and the data stay the same") {
-  Page page = sample_page("rr.yaml", 3);
+  HtmlReport page = sample_page("rr.yaml", 3);
   page.spec_text = "# </script><script>alert(1)</script><!-- \xff \"quoted\"";
-  const std::string safe = script_safe(page_json(page));
+  const std::string safe = escape_script_json(format_report_data(page));
   CHECK(safe.find('<') == std::string::npos);
   const auto json = nlohmann::json::parse(safe);
   const std::string text = json["spec"];
@@ -93,14 +93,14 @@ TEST_CASE("nothing in the data can end its script, and the data stay the same") 
 }
 
 TEST_CASE("names become text in HTML") {
-  CHECK(html_escaped("a<b> & \"c\" 'd'") == "a&lt;b&gt; &amp; &quot;c&quot; &#39;d&#39;");
+  CHECK(escape_html("a<b> & \"c\" 'd'") == "a&lt;b&gt; &amp; &quot;c&quot; &#39;d&#39;");
 }
 
 TEST_CASE("every quantity of the page has a value for every sample and column") {
   for (const std::string config : {"3rrr.yaml", "delta.yaml", "scotch-yoke.yaml", "stewart.yaml"}) {
     CAPTURE(config);
-    const Page page = sample_page(config, 11);
-    const auto json = nlohmann::json::parse(page_json(page));
+    const HtmlReport page = sample_page(config, 11);
+    const auto json = nlohmann::json::parse(format_report_data(page));
     const auto& run = json["trajectories"][0]["before"];
     CHECK(numbers<double>(run["time"]["f64"]).size() == 11);
     const bool planar = json["space"] == "planar";
@@ -117,11 +117,11 @@ TEST_CASE("every quantity of the page has a value for every sample and column") 
 }
 
 TEST_CASE("a page of very many samples shows few of them, every extreme among them (C10)") {
-  Page page = sample_page("rr.yaml", 20001);
-  Result& run = *page.trajectories[0].before;
+  HtmlReport page = sample_page("rr.yaml", 20001);
+  RunResult& run = *page.trajectories[0].before;
   run.torque(12345, 1) = 1e4;  // a spike between two evenly spread samples
   for (const Eigen::Index k : {7001, 7003, 7005}) run.power(k, 0) += 3e3;
-  const auto json = nlohmann::json::parse(page_json(page));
+  const auto json = nlohmann::json::parse(format_report_data(page));
   const auto& shown = json["trajectories"][0]["before"];
   CHECK(shown["samples"] == 20001);
   const std::vector<double> time = numbers<double>(shown["time"]["f64"]);
@@ -132,45 +132,45 @@ TEST_CASE("a page of very many samples shows few of them, every extreme among th
   CHECK(time.back() == run.time[20000]);
   CHECK(std::find(time.begin(), time.end(), run.time[12345]) != time.end());
   for (const Eigen::Index k : {7001, 7003, 7005}) CHECK(std::find(time.begin(), time.end(), run.time[k]) != time.end());
-  for (const Quantity& quantity : list_quantities(run))
+  for (const Quantity& quantity : list_sampled_quantities(run))
     for (const auto& series : shown["series"]) {
-      if (series["quantity"] != quantity.name || quantity.columns == Columns::joint_axis) continue;
+      if (series["quantity"] != quantity.name || quantity.columns == ColumnKind::joint_axis) continue;
       CAPTURE(quantity.name);
       const std::vector<float> values = numbers<float>(series["values"]["f32"]);
       for (Eigen::Index c = 0; c < quantity.samples->cols(); ++c) {
         const auto begin = values.begin() + c * static_cast<std::ptrdiff_t>(time.size());
         const auto [low, high] = std::minmax_element(begin, begin + static_cast<std::ptrdiff_t>(time.size()));
-        const double round_off = round_off_of(run, quantity.member, c);
-        CHECK(*low == static_cast<float>(above(round_off, quantity.samples->col(c).minCoeff())));
-        CHECK(*high == static_cast<float>(above(round_off, quantity.samples->col(c).maxCoeff())));
+        const double round_off = column_round_off(run, quantity.member, c);
+        CHECK(*low == static_cast<float>(suppress_round_off(round_off, quantity.samples->col(c).minCoeff())));
+        CHECK(*high == static_cast<float>(suppress_round_off(round_off, quantity.samples->col(c).maxCoeff())));
       }
     }
 }
 
 TEST_CASE("before and after are shown at the same of very many samples (C10)") {
-  Page page = sample_page("rr.yaml", 6001);
+  HtmlReport page = sample_page("rr.yaml", 6001);
   page.trajectories[0].after = page.trajectories[0].before;
   page.trajectories[0].after->torque(3333, 0) = 1e4;
-  const auto json = nlohmann::json::parse(page_json(page));
+  const auto json = nlohmann::json::parse(format_report_data(page));
   const auto& trajectory = json["trajectories"][0];
   CHECK(trajectory["before"]["time"] == trajectory["after"]["time"]);
   CHECK(numbers<double>(trajectory["before"]["time"]["f64"]).size() < 4001);
 }
 
 TEST_CASE("a page shows round-off as zero (D2)") {
-  Page page = sample_page("planar-rrr.yaml", 101);
+  HtmlReport page = sample_page("planar-rrr.yaml", 101);
   page.trajectories[0].before->shaking_force.array() += 1e-15;
-  const auto json = nlohmann::json::parse(page_json(page));
+  const auto json = nlohmann::json::parse(format_report_data(page));
   for (const auto& series : json["trajectories"][0]["before"]["series"])
     if (series["quantity"] == "shaking_force")
       for (const float value : numbers<float>(series["values"]["f32"])) CHECK(value == 0);
 }
 
 TEST_CASE("a page's policy allows its own script and style by their hashes, and nothing else (C12)") {
-  if (!has_page_scripts()) return;
+  if (!has_report_scripts()) return;
   for (const char* config : {"rr.yaml", "delta.yaml"}) {
     CAPTURE(config);
-    const std::string html = page_html(sample_page(config, 3));
+    const std::string html = format_html_report(sample_page(config, 3));
     const auto between = [&](const std::string& from, const std::string& to, std::size_t start) {
       const std::size_t begin = html.find(from, start) + from.size();
       return html.substr(begin, html.find(to, begin) - begin);
@@ -196,35 +196,35 @@ TEST_CASE("a page's policy allows its own script and style by their hashes, and 
 }
 
 TEST_CASE("what acts on a mechanism is in its page (D5)") {
-  const auto json = nlohmann::json::parse(page_json(sample_page("spring-press.yaml", 3)));
+  const auto json = nlohmann::json::parse(format_report_data(sample_page("spring-press.yaml", 3)));
   const auto& mechanism = json["mechanism"]["before"];
   for (const char* list : {"loads", "springs", "friction", "coordinates"}) {
     CAPTURE(list);
     CHECK(mechanism[list].size() > 0);
   }
-  const auto geared = nlohmann::json::parse(page_json(sample_page("geared-five-bar.yaml", 3)));
+  const auto geared = nlohmann::json::parse(format_report_data(sample_page("geared-five-bar.yaml", 3)));
   CHECK(geared["mechanism"]["before"]["couplings"][0]["ratio"] == -1);
 }
 
 TEST_CASE("a run that could not be made is in the page with its reason") {
-  Page page = sample_page("rr.yaml", 3);
+  HtmlReport page = sample_page("rr.yaml", 3);
   page.trajectories[0].before->outcome = {MotionStatus::unreachable, 0.5, "too far away", {}};
-  const auto json = nlohmann::json::parse(page_json(page));
+  const auto json = nlohmann::json::parse(format_report_data(page));
   CHECK(json["trajectories"][0]["before"]["outcome"]["reason"] == "too far away");
   CHECK(!json["trajectories"][0]["before"].contains("series"));
 }
 
 TEST_CASE("a page is one document in itself, or says that its scripts are missing") {
-  const Page page = sample_page("3rrr.yaml", 5);
-  if (!has_page_scripts()) {
-    CHECK_THROWS_WITH_AS(page_html(page), doctest::Contains("node 18"), SystemError);
+  const HtmlReport page = sample_page("3rrr.yaml", 5);
+  if (!has_report_scripts()) {
+    CHECK_THROWS_WITH_AS(format_html_report(page), doctest::Contains("node 18"), SystemError);
     return;
   }
-  const std::string html = page_html(page);
+  const std::string html = format_html_report(page);
   CHECK(html.starts_with("<!doctype html>"));
   CHECK(html.ends_with("</html>\n"));
   for (const char* foreign : {"src=", "@import", "<link rel=\"stylesheet", "url(http"})
     CHECK(html.find(foreign) == std::string::npos);
   // Three.js comes only with mechanisms that need it.
-  CHECK(html.size() < page_html(sample_page("delta.yaml", 5)).size() - 300'000);
+  CHECK(html.size() < format_html_report(sample_page("delta.yaml", 5)).size() - 300'000);
 }

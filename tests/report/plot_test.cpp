@@ -14,7 +14,7 @@ using namespace balance;
 
 namespace {
 
-Result run_of(const std::string& spec, const std::string& trajectory, int samples = 101) {
+RunResult run_of(const std::string& spec, const std::string& trajectory, int samples = 101) {
   const Study study = read_spec_file(std::string(BALANCE_CONFIGS) + "/" + spec);
   for (Trajectory candidate : study.trajectories) {
     if (candidate.name != trajectory) continue;
@@ -24,8 +24,8 @@ Result run_of(const std::string& spec, const std::string& trajectory, int sample
   throw std::invalid_argument(trajectory);
 }
 
-const Result& bang_bang() {
-  static const Result result = run_of("3rrr.yaml", "bang-bang");
+const RunResult& bang_bang() {
+  static const RunResult result = run_of("3rrr.yaml", "bang-bang");
   return result;
 }
 
@@ -36,14 +36,14 @@ std::size_t count(const std::string& text, const std::string& part) {
 }
 
 std::string script_of(const std::vector<std::string>& quantities, const std::string& label = "run") {
-  return gnuplot_script(
-      picture_over_time({{label, &bang_bang()}}, quantities, VectorView::magnitude, TimeAxis::seconds), {});
+  return gnuplot_script(plot_over_time({{label, &bang_bang()}}, quantities, VectorView::magnitude, TimeAxis::seconds),
+                        {});
 }
 
 }  // namespace
 
 TEST_CASE("a plot draws round-off as zero (D2)") {
-  Result result = run_of("planar-rrr.yaml", "cycloid");
+  RunResult result = run_of("planar-rrr.yaml", "cycloid");
   result.shaking_force.array() += 1e-15;
   for (const char* name : {"shaking_force", "shaking_force.x", "com_acceleration", "com_velocity"}) {
     const auto quantity = find_plot_quantity(result, name, VectorView::both);
@@ -56,7 +56,7 @@ TEST_CASE("a plot draws round-off as zero (D2)") {
 
 TEST_CASE("every quantity of a run can be drawn, by every name that the list has") {
   for (const char* spec : {"3rrr.yaml", "scara.yaml"}) {
-    const Result result = run_of(spec, "cycloid", 11);
+    const RunResult result = run_of(spec, "cycloid", 11);
     const std::vector<std::string> names = list_plot_names(result);
     CHECK(names.size() > 60);
     for (const std::string& name : names) {
@@ -93,14 +93,15 @@ TEST_CASE("members of a quantity keep their column") {
 TEST_CASE("bang-bang jumps in the middle and smooth laws nowhere, however many samples there are") {
   for (const int samples : {11, 101, 1001}) {
     CAPTURE(samples);
-    CHECK(find_jumps(run_of("3rrr.yaml", "bang-bang", samples)) == std::vector<Eigen::Index>{(samples - 1) / 2});
-    CHECK(find_jumps(run_of("3rrr.yaml", "cycloid", samples)).empty());
-    CHECK(find_jumps(run_of("spatial-rrr.yaml", "cycloid", samples)).empty());
+    CHECK(find_sampled_jumps(run_of("3rrr.yaml", "bang-bang", samples)) ==
+          std::vector<Eigen::Index>{(samples - 1) / 2});
+    CHECK(find_sampled_jumps(run_of("3rrr.yaml", "cycloid", samples)).empty());
+    CHECK(find_sampled_jumps(run_of("spatial-rrr.yaml", "cycloid", samples)).empty());
   }
 }
 
 TEST_CASE("a jump is drawn upright, from the value before it to the value after it") {
-  const std::vector<Eigen::Index> jumps = find_jumps(bang_bang());
+  const std::vector<Eigen::Index> jumps = find_sampled_jumps(bang_bang());
   const VectorX values = bang_bang().com_acceleration.col(0);
   const std::vector<PlotPoint> points = trace_values(bang_bang().time, values, jumps);
   REQUIRE(points.size() == 102);
@@ -113,8 +114,8 @@ TEST_CASE("a jump is drawn upright, from the value before it to the value after 
 }
 
 TEST_CASE("the value before a jump of the moment is its limit from the left") {
-  const Result fine = run_of("3rrr.yaml", "bang-bang", 1001);
-  const std::vector<PlotPoint> points = trace_values(fine.time, fine.shaking_moment.col(0), find_jumps(fine));
+  const RunResult fine = run_of("3rrr.yaml", "bang-bang", 1001);
+  const std::vector<PlotPoint> points = trace_values(fine.time, fine.shaking_moment.col(0), find_sampled_jumps(fine));
   REQUIRE(points.size() == 1002);
   CHECK(points[500].y == doctest::Approx(47.83).epsilon(2e-4));  // docs/errata.md
   CHECK(points[501].y == doctest::Approx(58.1842).epsilon(1e-5));
@@ -125,27 +126,28 @@ TEST_CASE("thinning keeps ends, extremes and order") {
   for (int i = 0; i < 100000; ++i) points.push_back({i * 1e-5, std::sin(i * 1e-3)});
   points[54321].y = 7;
   points[12345].y = -7;
-  const std::vector<PlotPoint> kept = thin_values(points, 4000);
+  const std::vector<PlotPoint> kept = decimate_series(points, 4000);
   CHECK(kept.size() <= 4000);
   CHECK(std::is_sorted(kept.begin(), kept.end(), [](const auto& a, const auto& b) { return a.x < b.x; }));
   CHECK(kept.front().x == points.front().x);
   CHECK(kept.back().x == points.back().x);
   CHECK(std::any_of(kept.begin(), kept.end(), [](const auto& point) { return point.y == 7; }));
   CHECK(std::any_of(kept.begin(), kept.end(), [](const auto& point) { return point.y == -7; }));
-  const std::vector<PlotPoint> path = thin_path(points, 1000);
+  const std::vector<PlotPoint> path = decimate_path(points, 1000);
   CHECK(path.size() == 1000);
   CHECK(path.back().x == points.back().x);
 }
 
 TEST_CASE("no two of the first six pens look alike on a grey printer") {
   for (std::size_t i = 0; i < 6; ++i) {
-    CHECK(lightness(make_pen(i, i).colour) < 72);  // dark enough on white
+    CHECK(lightness(make_line_style(i, i).colour) < 72);  // dark enough on white
     for (std::size_t j = 0; j < i; ++j) {
       CAPTURE(i);
       CAPTURE(j);
-      CHECK(make_pen(i, i).dashes != make_pen(j, j).dashes);
+      CHECK(make_line_style(i, i).dashes != make_line_style(j, j).dashes);
     }
-    if (i > 0 && i < 3) CHECK(lightness(make_pen(i, i).colour) > lightness(make_pen(i - 1, i - 1).colour) + 10);
+    if (i > 0 && i < 3)
+      CHECK(lightness(make_line_style(i, i).colour) > lightness(make_line_style(i - 1, i - 1).colour) + 10);
   }
   CHECK(lightness("#000000") == doctest::Approx(0));
   CHECK(lightness("#ffffff") == doctest::Approx(100));
@@ -174,10 +176,9 @@ TEST_CASE("a script has a panel for each quantity and a line for each curve, and
 }
 
 TEST_CASE("runs over each other share a panel, and a legend is not said twice") {
-  const Result other = run_of("3rrr.yaml", "cycloid");
-  const Picture picture =
-      picture_over_time({{"one", &bang_bang()}, {"two", &other}}, {"shaking_force", "shaking_moment"},
-                        VectorView::magnitude, TimeAxis::normalised);
+  const RunResult other = run_of("3rrr.yaml", "cycloid");
+  const Plot picture = plot_over_time({{"one", &bang_bang()}, {"two", &other}}, {"shaking_force", "shaking_moment"},
+                                      VectorView::magnitude, TimeAxis::normalised);
   REQUIRE(picture.panels.size() == 2);
   CHECK(picture.panels[0].lines.size() == 2);
   CHECK(picture.panels[0].legend);
@@ -187,22 +188,22 @@ TEST_CASE("runs over each other share a panel, and a legend is not said twice") 
 }
 
 TEST_CASE("curves of different units do not share an axis") {
-  const Result result = run_of("slider-crank.yaml", "cycloid", 11);
+  const RunResult result = run_of("slider-crank.yaml", "cycloid", 11);
   const std::vector<PlotRun> runs = {{"run", &result}};
-  CHECK_THROWS_WITH_AS(picture_over_time(runs, {"joint_position"}, VectorView::magnitude, TimeAxis::seconds),
+  CHECK_THROWS_WITH_AS(plot_over_time(runs, {"joint_position"}, VectorView::magnitude, TimeAxis::seconds),
                        "joint_position has different units: name one, such as joint_position[A]",
                        std::invalid_argument);
-  const Picture slider = picture_over_time(runs, {"joint_position[S]"}, VectorView::magnitude, TimeAxis::seconds);
+  const Plot slider = plot_over_time(runs, {"joint_position[S]"}, VectorView::magnitude, TimeAxis::seconds);
   CHECK(slider.panels.front().y_label == "joint position S [m]");
-  CHECK_THROWS_AS(picture_of_paths(runs, "xz"), std::invalid_argument);
+  CHECK_THROWS_AS(plot_paths(runs, "xz"), std::invalid_argument);
 }
 
 TEST_CASE("on a path a metre is as long upwards as to the right") {
-  const Picture picture = picture_of_paths({{"run", &bang_bang()}}, "xy");
+  const Plot picture = plot_paths({{"run", &bang_bang()}}, "xy");
   for (const double height : {60.0, 150.0}) {
-    const PageOptions page{.width = 120, .height = height};
+    const PlotPage page{.width = 120, .height = height};
     const std::string script = gnuplot_script(picture, page);
-    const PanelPlace place = lay_out(picture, page).panels.front();
+    const PanelLayout place = compute_layout(picture, page).panels.front();
     double x0 = 0, x1 = 0, y0 = 0, y1 = 0;
     REQUIRE(std::sscanf(script.c_str() + script.find("set xrange"), "set xrange [%lf:%lf]", &x0, &x1) == 2);
     REQUIRE(std::sscanf(script.c_str() + script.find("set yrange"), "set yrange [%lf:%lf]", &y0, &y1) == 2);
@@ -218,33 +219,33 @@ TEST_CASE("on a path a metre is as long upwards as to the right") {
 
 TEST_CASE("a PDF's date becomes the epoch, and no byte moves") {
   const std::string pdf = "1 0 obj << /CreationDate (D:20261121155111Z) >> xref";
-  CHECK(finish_pdf(pdf) == "1 0 obj << /CreationDate (D:19700101000000Z) >> xref");
-  CHECK(finish_pdf("nothing") == "nothing");
+  CHECK(remove_pdf_date(pdf) == "1 0 obj << /CreationDate (D:19700101000000Z) >> xref");
+  CHECK(remove_pdf_date("nothing") == "nothing");
 }
 
 TEST_CASE("a phase plane has a pen for every limit, a ring at every switch, and ends below its top") {
   const Study study = read_spec_file(std::string(BALANCE_CONFIGS) + "/3rrr.yaml");
   Trajectory trajectory = study.trajectories.at(0);
   trajectory.samples = 11;
-  trajectory.law.kind = LawKind::fastest;
+  trajectory.law.kind = MotionLawKind::time_optimal;
   trajectory.limits = {{"shaking_force", 549.2528818391}, {"shaking_moment", 30}};
-  const Result result = simulate(study.mechanism, trajectory);
-  const Picture picture = picture_of_phase({{"run", &result}});
+  const RunResult result = simulate(study.mechanism, trajectory);
+  const Plot picture = plot_phase_plane({{"run", &result}});
   REQUIRE(picture.panels.size() == 1);
-  const PicturePanel& panel = picture.panels.front();
+  const PlotPanel& panel = picture.panels.front();
   std::vector<std::string> labels;
   double top = 0;
-  for (const PictureLine& line : panel.lines) {
+  for (const PlotLine& line : panel.lines) {
     if (!line.label.empty()) labels.push_back(line.label);
     for (const PlotPoint& point : line.points) top = std::max(top, point.y);
   }
   CHECK(labels == std::vector<std::string>{"largest rate within the limits", "shaking_force", "shaking_moment"});
-  CHECK(top <= 1.4 * result.phase_plane.rate.maxCoeff() * (1 + 1e-12));
+  CHECK(top <= 1.4 * result.phase_plane.path_rate.maxCoeff() * (1 + 1e-12));
   REQUIRE(panel.marks.size() == 1);
-  CHECK(panel.marks.front().points.size() == result.found_law->switches.size());
+  CHECK(panel.marks.front().points.size() == result.optimised_law->switch_times.size());
   CHECK(gnuplot_script(picture, {}) == gnuplot_script(picture, {}));
-  const Picture both = picture_of_phase({{"one", &result}, {"two", &bang_bang()}});
+  const Plot both = plot_phase_plane({{"one", &result}, {"two", &bang_bang()}});
   CHECK(both.panels.front().lines.back().label == "two");
-  const Result empty;
-  CHECK_THROWS_AS(picture_of_phase({{"run", &empty}}), std::invalid_argument);
+  const RunResult empty;
+  CHECK_THROWS_AS(plot_phase_plane({{"run", &empty}}), std::invalid_argument);
 }

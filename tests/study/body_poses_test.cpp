@@ -15,7 +15,7 @@ namespace {
 
 struct Moved {
   Study study;
-  Result result;
+  RunResult result;
   BodyPoses poses;
 
   explicit Moved(const std::string& config, long samples = 21)

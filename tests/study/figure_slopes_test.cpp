@@ -51,7 +51,7 @@ VectorX somewhere(const DesignSpace& space, std::mt19937& random) {
 }
 
 struct Differences {
-  std::vector<Result> runs;  ///< moved by −2, −1, 1 and 2 steps
+  std::vector<RunResult> runs;  ///< moved by −2, −1, 1 and 2 steps
   double h = 0;
   bool done = true;
 
@@ -67,7 +67,7 @@ Differences moved(const DesignSpace& space, const VectorX& x, std::size_t trajec
   for (const double place : {-2., -1., 1., 2.}) {
     VectorX there = x;
     there[number] += place * out.h;
-    const Trial trial = space.trial(there);
+    const DesignInstance trial = space.instantiate(there);
     out.runs.push_back(simulate(trial.mechanism, trial.trajectories[trajectory]));
     out.done = out.done && out.runs.back().outcome.status == MotionStatus::done;
   }
@@ -76,26 +76,26 @@ Differences moved(const DesignSpace& space, const VectorX& x, std::size_t trajec
 
 /// Steps are a five-thousandth of a number's range: what fourth order leaves is below 1e-6 of a derivative, unless it has a kink there (a magnitude
 /// that vanishes, another member that becomes the worst).
-int compare(const std::string& name, const QuantitySlopes& found, std::size_t q, Eigen::Index number,
+int compare(const std::string& name, const QuantityGradients& found, std::size_t q, Eigen::Index number,
             const Differences& near, bool jumps) {
-  const auto metric = [q](const Result& run) -> const Metric& { return run.metrics[q]; };
+  const auto metric = [q](const RunResult& run) -> const Metric& { return run.metrics[q]; };
   const double noise = 1e4 * metric(near.runs[0]).round_off / near.h;
   INFO(name << ": " << found.quantity);
   REQUIRE(metric(near.runs[0]).quantity == found.quantity);
-  const double rms = near.of([&](const Result& run) { return metric(run).rms; });
-  const bool kink = std::any_of(near.runs.begin(), near.runs.end(), [&](const Result& run) {
+  const double rms = near.of([&](const RunResult& run) { return metric(run).rms; });
+  const bool kink = std::any_of(near.runs.begin(), near.runs.end(), [&](const RunResult& run) {
     return metric(run).rms <= 1e4 * metric(run).round_off ||
            std::abs(metric(run).rms - found.rms.value) > 0.02 * found.rms.value;
   });
   if (kink) return 0;
   const double size = found.rms.value / near.h;
-  CHECK(std::abs(found.rms.by_number[number] - rms) <= 1e-6 * std::abs(rms) + 1e-10 * size + noise);
-  const double peak = near.of([&](const Result& run) { return metric(run).peak; });
-  const bool stays = std::all_of(near.runs.begin(), near.runs.end(), [&](const Result& run) {
+  CHECK(std::abs(found.rms.gradient[number] - rms) <= 1e-6 * std::abs(rms) + 1e-10 * size + noise);
+  const double peak = near.of([&](const RunResult& run) { return metric(run).peak; });
+  const bool stays = std::all_of(near.runs.begin(), near.runs.end(), [&](const RunResult& run) {
     return metric(run).peak_time == metric(near.runs[0]).peak_time;
   });
   if (stays && !jumps && found.quantity != "mobility" && found.quantity.find('[') != std::string::npos)
-    CHECK(std::abs(found.peak.by_number[number] - peak) <=
+    CHECK(std::abs(found.peak.gradient[number] - peak) <=
           1e-5 * std::abs(peak) + 1e-9 * found.peak.value / near.h + noise);
   return 1;
 }
@@ -111,24 +111,24 @@ bool kink_of_energy(const Differences& near) {
 }
 
 int compare_all(const std::string& name, const DesignSpace& space, const VectorX& x, std::size_t trajectory) {
-  const FigureSlopes slopes = figure_slopes(space, x, space.start.trajectories[trajectory].name);
+  const SpecFigureGradients slopes = compute_figure_gradients(space, x, space.start.trajectories[trajectory].name);
   if (slopes.outcome.status != MotionStatus::done) return 0;
   // on both sides of a jump the same peak is often felt
-  const bool jumps = !balance::jumps(space.start.trajectories[trajectory].law).empty();
+  const bool jumps = !balance::find_acceleration_jumps(space.start.trajectories[trajectory].law).empty();
   int compared = 0;
   for (Eigen::Index i = 0; i < x.size(); ++i) {
     const Differences near = moved(space, x, trajectory, i);
     if (!near.done) continue;
     const std::string which = name + ", " + slopes.quantities[0].quantity + " by " +
-                              space.start.free_numbers[static_cast<std::size_t>(i)].path;
+                              space.start.free_numbers[static_cast<std::size_t>(i)].key_path;
     for (std::size_t q = 0; q < slopes.quantities.size(); ++q)
       compared += compare(which, slopes.quantities[q], q, i, near, jumps);
     if (kink_of_energy(near)) continue;
-    const double energy = near.of([](const Result& run) { return run.energy; });
+    const double energy = near.of([](const RunResult& run) { return run.energy; });
     // samples whose power changes its sign from one step to the next are kinks as well, of the size of one sample's part of the sum
     CHECK_MESSAGE(
-        std::abs(slopes.energy.by_number[i] - energy) <= 1e-4 * std::abs(energy) + 1e-9 * slopes.energy.value / near.h,
-        which << ": energy " << slopes.energy.by_number[i] << " is not " << energy);
+        std::abs(slopes.energy.gradient[i] - energy) <= 1e-4 * std::abs(energy) + 1e-9 * slopes.energy.value / near.h,
+        which << ": energy " << slopes.energy.gradient[i] << " is not " << energy);
   }
   return compared;
 }
@@ -158,7 +158,7 @@ TEST_CASE("figures change with the free numbers of every config as their derivat
     if (space.start.free_numbers.empty()) continue;
     const VectorX x = somewhere(space, random);
     for (std::size_t t = 0; t < space.start.trajectories.size(); ++t)
-      if (!is_searched(space.start.trajectories[t].law.kind))
+      if (!is_mechanism_dependent(space.start.trajectories[t].law.kind))
         compared += compare_all(file + " " + space.start.trajectories[t].name, space, x, t);
   }
   CHECK(compared > 1000);
@@ -175,6 +175,6 @@ TEST_CASE("lengths, expressions over them and numbers of the motion have derivat
 TEST_CASE("what cannot be differentiated is refused or says why") {
   const DesignSpace space = read_design_space_file(BALANCE_CONFIGS "/starters/four-bar.yaml");
   const VectorX x = space.start_values();
-  CHECK_THROWS_AS(figure_slopes(space, x, "elsewhere"), std::invalid_argument);
-  CHECK_THROWS_AS(figure_slopes(space, VectorX::Zero(2), "cycloid"), std::invalid_argument);
+  CHECK_THROWS_AS(compute_figure_gradients(space, x, "elsewhere"), std::invalid_argument);
+  CHECK_THROWS_AS(compute_figure_gradients(space, VectorX::Zero(2), "cycloid"), std::invalid_argument);
 }

@@ -24,7 +24,7 @@ trajectories:
   cubic: {law: cubic, drive: joints}
 )";
 
-Result run(Study study, const std::string& name, long samples, bool natural = false) {
+RunResult run(Study study, const std::string& name, long samples, bool natural = false) {
   for (Trajectory& trajectory : study.trajectories) {
     if (trajectory.name != name) continue;
     trajectory.samples = samples;
@@ -34,7 +34,7 @@ Result run(Study study, const std::string& name, long samples, bool natural = fa
   return {};
 }
 
-const Metric& metric(const Result& result, const std::string& quantity) {
+const Metric& metric(const RunResult& result, const std::string& quantity) {
   for (const Metric& one : result.metrics)
     if (one.quantity == quantity) return one;
   FAIL("no metric " << quantity);
@@ -50,7 +50,7 @@ TEST_CASE("the energy moved by a motor is that of the motion, however few sample
   const Study study = read_spec(block, "block.yaml");
   for (const bool natural : {false, true}) {
     for (const long samples : {2L, 3L, 4L, 7L, 50L, 401L, 1000L}) {
-      const Result result = run(study, "cubic", samples, natural);
+      const RunResult result = run(study, "cubic", samples, natural);
       REQUIRE(result.outcome.status == MotionStatus::done);
       CHECK(result.time.size() == samples);
       CHECK(result.energy == doctest::Approx(energy).epsilon(2e-5));  // trapezoids of 400 steps: 1 / 400²
@@ -63,7 +63,7 @@ TEST_CASE("the energy moved by a motor is that of the motion, however few sample
 
 TEST_CASE("samples keep their places in time whatever lies between them (A6)") {
   const Study study = read_spec(block, "block.yaml");
-  const Result few = run(study, "cubic", 5), many = run(study, "cubic", 4 * 500 + 1);
+  const RunResult few = run(study, "cubic", 5), many = run(study, "cubic", 4 * 500 + 1);
   for (Eigen::Index k = 0; k < 5; ++k) {
     CHECK(few.time[k] == many.time[500 * k]);
     CHECK(few.joint_position(k, 0) == many.joint_position(500 * k, 0));
@@ -85,7 +85,7 @@ trajectories: {turn: {law: cycloidal, drive: joints}}
     std::string text = crank;
     text.replace(text.find("TURNS"), 5, end);
     text.replace(text.find("cycloidal"), 9, law);
-    const Result result = run(read_spec(text, "crank.yaml"), "turn", 1001);
+    const RunResult result = run(read_spec(text, "crank.yaml"), "turn", 1001);
     REQUIRE(result.outcome.status == MotionStatus::done);
     for (const std::string& note : result.outcome.notes)
       if (note.find("ask for more samples") != std::string::npos) return true;
@@ -100,11 +100,11 @@ trajectories: {turn: {law: cycloidal, drive: joints}}
 TEST_CASE("numbers beyond what can be computed with end a run with their name and time (A7)") {
   Study study = read_spec(block, "block.yaml");
   study.mechanism.bodies.back().mass = 1e300;  // as a program may build it
-  const Result result = run(study, "cubic", 101);
+  const RunResult result = run(study, "cubic", 101);
   REQUIRE(result.outcome.status == MotionStatus::overflow);
   CHECK(result.outcome.reason.find("numbers overflow at t = ") == 0);
   CHECK(result.metrics.empty());
-  const Result natural = run(study, "cubic", 101, true);  // may find it out earlier
+  const RunResult natural = run(study, "cubic", 101, true);  // may find it out earlier
   CHECK(natural.outcome.status != MotionStatus::done);
   CHECK(natural.metrics.empty());
 }

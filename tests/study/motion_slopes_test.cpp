@@ -27,7 +27,7 @@ DesignSpace with_trajectories(const std::string& config, const std::string& traj
   return read_design_space(text, config);
 }
 
-const Metric& metric_of(const Result& run, const std::string& quantity) {
+const Metric& metric_of(const RunResult& run, const std::string& quantity) {
   for (const Metric& metric : run.metrics)
     if (metric.quantity == quantity) return metric;
   FAIL("no figure of " << quantity);
@@ -43,8 +43,8 @@ double difference(const DesignSpace& space, const VectorX& x, Eigen::Index numbe
   const auto at = [&](double place) {
     VectorX there = x;
     there[number] += place * h;
-    const Trial trial = space.trial(there);
-    const Result run = simulate(trial.mechanism, trial.trajectories.front());
+    const DesignInstance trial = space.instantiate(there);
+    const RunResult run = simulate(trial.mechanism, trial.trajectories.front());
     REQUIRE(run.outcome.status == MotionStatus::done);
     return read(run);
   };
@@ -60,23 +60,25 @@ void compare(const std::string& config, const std::string& trajectory, const std
     x[i] += 0.1 * (free.upper - free.lower) / static_cast<double>(i + 2);
   }
   const std::string name = space.start.trajectories.front().name;
-  const FigureSlopes all = figure_slopes(space, x, name), few = figure_slopes(space, x, name, {quantity, "power"});
+  const SpecFigureGradients all = compute_figure_gradients(space, x, name),
+                            few = compute_figure_gradients(space, x, name, {quantity, "power"});
   REQUIRE(all.outcome.status == MotionStatus::done);
   for (Eigen::Index i = 0; i < x.size(); ++i) {
-    INFO(config << " " << trajectory << " by " << space.start.free_numbers[static_cast<std::size_t>(i)].path);
+    INFO(config << " " << trajectory << " by " << space.start.free_numbers[static_cast<std::size_t>(i)].key_path);
     const double range = space.start.free_numbers[static_cast<std::size_t>(i)].upper -
                          space.start.free_numbers[static_cast<std::size_t>(i)].lower;
     const auto check = [&](double found, double size, const auto& read) {
       const double expected = difference(space, x, i, read);
       CHECK(std::abs(found - expected) <= 1e-6 * (std::abs(expected) + size / range));
     };
-    const QuantitySlopes& figures = *find_quantity(all, quantity);
-    check(figures.rms.by_number[i], figures.rms.value, [&](const Result& run) { return metric_of(run, quantity).rms; });
-    check(all.duration.by_number[i], all.duration.value, [](const Result& run) { return run.outcome.time; });
-    const QuantitySlopes& same = *find_quantity(few, quantity);
-    CHECK(same.rms.by_number[i] == doctest::Approx(figures.rms.by_number[i]).epsilon(1e-12));
-    CHECK(same.peak.by_number[i] == doctest::Approx(figures.peak.by_number[i]).epsilon(1e-12));
-    CHECK(few.energy.by_number[i] == doctest::Approx(all.energy.by_number[i]).epsilon(1e-12));
+    const QuantityGradients& figures = *find_quantity(all, quantity);
+    check(figures.rms.gradient[i], figures.rms.value,
+          [&](const RunResult& run) { return metric_of(run, quantity).rms; });
+    check(all.duration.gradient[i], all.duration.value, [](const RunResult& run) { return run.outcome.time; });
+    const QuantityGradients& same = *find_quantity(few, quantity);
+    CHECK(same.rms.gradient[i] == doctest::Approx(figures.rms.gradient[i]).epsilon(1e-12));
+    CHECK(same.peak.gradient[i] == doctest::Approx(figures.peak.gradient[i]).epsilon(1e-12));
+    CHECK(few.energy.gradient[i] == doctest::Approx(all.energy.gradient[i]).epsilon(1e-12));
   }
 }
 
@@ -87,10 +89,10 @@ void minimum(const std::string& config, const std::string& trajectory, const std
     const DesignSpace space = with_trajectories(config, trajectory, minimize);
     DesignStudyOptions options;
     options.search.seed = static_cast<std::uint64_t>(seed);
-    options.trajectories = false;
-    const DesignReport report = design_study(space, options);
+    options.compare_trajectories = false;
+    const DesignReport report = run_design_study(space, options);
     INFO(trajectory << " from seed " << seed);
-    CHECK(report.outcome.status == DesignStatus::not_asked);
+    CHECK(report.outcome.status == DesignStatus::no_goal);
     CHECK(report.outcome.objective == doctest::Approx(known).epsilon(tolerance));
   }
 }
@@ -133,14 +135,14 @@ TEST_CASE("duration and torque against each other: in the plane without weight t
   const std::string trajectory = "  t: {law: cycloidal, drive: tool, samples: 401, duration: {free: [0.05, 0.5]}}\n";
   const DesignSpace space =
       with_trajectories("3rrr.yaml", trajectory, "[{peak: torque, along: t}, {of: duration, along: t, weight: 2000}]");
-  Trial trial = space.trial(VectorX::Constant(1, 0.1));
+  DesignInstance trial = space.instantiate(VectorX::Constant(1, 0.1));
   const double a = metric_of(simulate(trial.mechanism, trial.trajectories.front()), "torque").peak * 0.01;
   // and the work done on the motors and by them does, too
-  const FigureSlopes slopes = figure_slopes(space, VectorX::Constant(1, 0.1), "t");
-  CHECK(slopes.energy.by_number[0] == doctest::Approx(-2 * slopes.energy.value / 0.1).epsilon(1e-10));
+  const SpecFigureGradients slopes = compute_figure_gradients(space, VectorX::Constant(1, 0.1), "t");
+  CHECK(slopes.energy.gradient[0] == doctest::Approx(-2 * slopes.energy.value / 0.1).epsilon(1e-10));
   DesignStudyOptions options;
-  options.trajectories = false;
-  const DesignReport report = design_study(space, options);
+  options.compare_trajectories = false;
+  const DesignReport report = run_design_study(space, options);
   CHECK(report.outcome.x[0] == doctest::Approx(std::cbrt(2 * a / 2000)).epsilon(1e-5));
 }
 
@@ -148,12 +150,12 @@ TEST_CASE("the masses with which the fastest law is quickest: no other masses ne
   const DesignSpace space = with_trajectories("rr.yaml", "  fast: {law: fastest, drive: tool, limits: {torque: 40}}\n",
                                               "{of: duration, along: fast}");
   DesignStudyOptions options;
-  options.trajectories = false;
-  const DesignReport report = design_study(space, options);
-  REQUIRE(report.outcome.status == DesignStatus::not_asked);
+  options.compare_trajectories = false;
+  const DesignReport report = run_design_study(space, options);
+  REQUIRE(report.outcome.status == DesignStatus::no_goal);
   const auto least_time = [&](const VectorX& x) {
-    const Trial trial = space.trial(x);
-    const Result run = simulate(trial.mechanism, trial.trajectories.front());
+    const DesignInstance trial = space.instantiate(x);
+    const RunResult run = simulate(trial.mechanism, trial.trajectories.front());
     return run.outcome.status == MotionStatus::done ? run.outcome.time : INFINITY;
   };
   const double best = least_time(report.outcome.x);

@@ -31,11 +31,12 @@ TEST_CASE("a condition depends on the free numbers that its terms are made of, l
   const auto derive = [](const Mechanism& m) { return derive_conditions(m, {{GoalKind::statics}}); };
   const Conditions c = derive(space.start.mechanism);
   REQUIRE(c.status == ConditionsStatus::done);
-  const auto occurring = list_occurring(space, c, derive);
+  const auto occurring = probe_condition_variables(space, c, derive);
   std::vector<std::string> found;
   for (std::size_t row = 0; row < occurring.size(); ++row) {
     found.push_back(c.parameters[static_cast<std::size_t>(c.pivots[row])].name + ":");
-    for (const int i : occurring[row]) found.back() += " " + space.start.free_numbers[static_cast<std::size_t>(i)].path;
+    for (const int i : occurring[row])
+      found.back() += " " + space.start.free_numbers[static_cast<std::size_t>(i)].key_path;
   }
   // The arm's static conditions by hand: m1 x1 + l (m2 + mc) = 0, m1 y1 = 0, m2 x2 + mc xc = 0, m2 y2 = 0.
   CHECK(found == std::vector<std::string>{"link1.mx: parameters.w bodies.link1.com[0] bodies.link1.points.B[0]",
@@ -54,6 +55,6 @@ actuators: [J]
 )",
                                               "arm.yaml");
   const auto derive = [](const Mechanism& m) { return derive_conditions(m, {{GoalKind::statics}}); };
-  const auto occurring = list_occurring(space, derive(space.start.mechanism), derive);
+  const auto occurring = probe_condition_variables(space, derive(space.start.mechanism), derive);
   CHECK(occurring == std::vector<std::vector<int>>(2));
 }

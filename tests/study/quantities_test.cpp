@@ -20,18 +20,18 @@ namespace {
 
 Study config(const std::string& name) { return read_spec_file(std::string(BALANCE_CONFIGS) + "/" + name); }
 
-const Metric& metric(const Result& result, const std::string& quantity) {
+const Metric& metric(const RunResult& result, const std::string& quantity) {
   const auto found = std::find_if(result.metrics.begin(), result.metrics.end(),
                                   [&](const Metric& one) { return one.quantity == quantity; });
   REQUIRE_MESSAGE(found != result.metrics.end(), quantity);
   return *found;
 }
 
-Result run(const Study& study, long samples, const Vector3& about = Vector3::Zero()) {
+RunResult run(const Study& study, long samples, const Vector3& about = Vector3::Zero()) {
   Trajectory trajectory = study.trajectories.front();
   trajectory.samples = samples;
   trajectory.about = about;
-  Result result = simulate(study.mechanism, trajectory);
+  RunResult result = simulate(study.mechanism, trajectory);
   REQUIRE(result.outcome.status == MotionStatus::done);
   return result;
 }
@@ -49,9 +49,9 @@ Vector3 in_space(const Samples& samples, Eigen::Index row) {
 
 TEST_CASE("every quantity has a name of its own and an array of its own") {
   std::set<std::string> names;
-  for (const QuantityKind& kind : quantity_table()) {
+  for (const QuantityDefinition& kind : quantity_table()) {
     CHECK_MESSAGE(names.insert(kind.name).second, kind.name);
-    const auto same = [&](const QuantityKind& other) { return other.member == kind.member; };
+    const auto same = [&](const QuantityDefinition& other) { return other.member == kind.member; };
     CHECK_MESSAGE(std::count_if(quantity_table().begin(), quantity_table().end(), same) == 1, kind.name);
   }
 }
@@ -60,9 +60,9 @@ TEST_CASE("the moment about the moving centre of mass is that about the fixed po
   for (const char* name : {"3rrr.yaml", "delta.yaml", "stewart.yaml", "four-bar-in-space.yaml"}) {
     CAPTURE(name);
     const Study study = config(name);
-    const Result result = run(study, 9);
+    const RunResult result = run(study, 9);
     for (const Eigen::Index row : {2, 3, 7}) {
-      const Result there = run(study, 9, in_space(result.com_position, row));
+      const RunResult there = run(study, 9, in_space(result.com_position, row));
       const double scale = 1 + metric(result, "shaking_moment").peak;
       CHECK((in_space(there.shaking_moment, row) - in_space(result.shaking_moment_com, row)).norm() < 1e-9 * scale);
     }
@@ -71,7 +71,7 @@ TEST_CASE("the moment about the moving centre of mass is that about the fixed po
 
 TEST_CASE("the moment about the moving centre of mass does not depend on the point that moments are about") {
   const Study study = config("3rrr.yaml");
-  const Result here = run(study, 41), there = run(study, 41, {0.3, -2, 0});
+  const RunResult here = run(study, 41), there = run(study, 41, {0.3, -2, 0});
   const double scale = metric(there, "shaking_moment").peak;
   CHECK((here.shaking_moment - there.shaking_moment).cwiseAbs().maxCoeff() > 0.1 * scale);
   CHECK((here.shaking_moment_com - there.shaking_moment_com).cwiseAbs().maxCoeff() < 1e-12 * scale);
@@ -81,7 +81,7 @@ TEST_CASE("the rms of the total torque squared is the sum of the motors' rms squ
   for (const char* name : {"3rrr.yaml", "delta.yaml", "rr.yaml"}) {
     CAPTURE(name);
     const Study study = config(name);
-    const Result result = run(study, 101);
+    const RunResult result = run(study, 101);
     double sum = 0;
     for (const std::string& motor : result.actuator_names)
       sum += std::pow(metric(result, "torque[" + motor + "]").rms, 2);
@@ -93,7 +93,7 @@ TEST_CASE("the rms of the total torque squared is the sum of the motors' rms squ
 TEST_CASE("torques and forces have no total, nor has one motor") {
   for (const char* name : {"scara.yaml", "four-bar.yaml"}) {
     CAPTURE(name);
-    const Result result = run(config(name), 11);
+    const RunResult result = run(config(name), 11);
     const std::set<std::string> units(result.actuator_units.begin(), result.actuator_units.end());
     REQUIRE((units.size() > 1 || result.actuator_names.size() == 1));
     CHECK(result.total_torque.size() == 0);
@@ -104,16 +104,16 @@ TEST_CASE("both formulations and a controller without errors record the same qua
   const Study study = config("3rrr.yaml");
   Trajectory trajectory = study.trajectories.front();
   trajectory.samples = 21;
-  const Result tree = simulate(study.mechanism, trajectory), natural = simulate_natural(study.mechanism, trajectory);
+  const RunResult tree = simulate(study.mechanism, trajectory), natural = simulate_natural(study.mechanism, trajectory);
   REQUIRE(natural.outcome.status == MotionStatus::done);
-  for (Samples Result::*array : {&Result::total_torque, &Result::shaking_moment_com}) {
+  for (Samples RunResult::*array : {&RunResult::total_torque, &RunResult::shaking_moment_com}) {
     const double scale = (tree.*array).cwiseAbs().maxCoeff();
     CHECK((tree.*array - natural.*array).cwiseAbs().maxCoeff() < 1e-9 * scale);
   }
   Controller controller;
   controller.type = ControllerType::computed_torque;
   controller.period = 1e-4;
-  const Result led = control(study.mechanism, trajectory, controller);
+  const RunResult led = simulate_closed_loop(study.mechanism, trajectory, controller);
   REQUIRE(led.outcome.status == MotionStatus::done);
   // A torque held for a tenth of a millisecond of a motion of a tenth of a second.
   const double scale = tree.total_torque.maxCoeff();
@@ -122,7 +122,7 @@ TEST_CASE("both formulations and a controller without errors record the same qua
 
 TEST_CASE("poses of the bodies are where the tool and the joints say") {
   const Study planar = config("3rrr.yaml");
-  Result result = run(planar, 31);
+  RunResult result = run(planar, 31);
   add_body_poses(planar.mechanism, result);
   const Tool& tool = *planar.mechanism.tool;
   CHECK(result.body_names.size() == planar.mechanism.bodies.size() - 1);
@@ -135,7 +135,7 @@ TEST_CASE("poses of the bodies are where the tool and the joints say") {
     CHECK(std::remainder(angle - result.tool_orientation(k, 0), 2 * std::numbers::pi) == doctest::Approx(0));
   }
   const Study spatial = config("delta.yaml");
-  Result moved = run(spatial, 31);
+  RunResult moved = run(spatial, 31);
   add_body_poses(spatial.mechanism, moved);
   const Eigen::Index platform = spatial.mechanism.tool->body - 1;
   for (Eigen::Index k = 0; k < moved.time.size(); ++k) {
@@ -149,7 +149,7 @@ TEST_CASE("poses of the bodies are where the tool and the joints say") {
 
 TEST_CASE("planar orientations run on past a half turn") {
   Study study = config("four-bar.yaml");
-  Result result = run(study, 201);
+  RunResult result = run(study, 201);
   add_body_poses(study.mechanism, result);
   double largest = 0;
   for (Eigen::Index k = 1; k < result.time.size(); ++k)

@@ -38,14 +38,14 @@ motion: {{duration: 1, samples: 101, from: {{joints: {{J: 0.3}}}}, to: {{joints:
                      0.7 * heavy, 0.3 * large, 0.02 * heavy * large * large, 2.1 * heavy * (1 + off), -0.1 * large);
 }
 
-Result run(const std::string& text) {
+RunResult run(const std::string& text) {
   const Study study = read_spec(text, "link.yaml");
-  const Result result = simulate(study.mechanism, study.trajectories.at(0));
+  const RunResult result = simulate(study.mechanism, study.trajectories.at(0));
   REQUIRE_MESSAGE(result.outcome.status == MotionStatus::done, result.outcome.reason);
   return result;
 }
 
-const Metric& figures(const Result& result, const std::string& quantity) {
+const Metric& figures(const RunResult& result, const std::string& quantity) {
   const auto found = std::find_if(result.metrics.begin(), result.metrics.end(),
                                   [&](const Metric& metric) { return metric.quantity == quantity; });
   REQUIRE(found != result.metrics.end());
@@ -53,7 +53,7 @@ const Metric& figures(const Result& result, const std::string& quantity) {
 }
 
 /// What sums in a unit are made of: weights, inertia forces and motions of the whole mechanism.
-double scale_of(const std::string& unit, const Mechanism& mechanism, const Result& run) {
+double scale_of(const std::string& unit, const Mechanism& mechanism, const RunResult& run) {
   const double length = characteristic_length(mechanism), duration = run.time[run.time.size() - 1] - run.time[0];
   double rate = 0, acceleration = 0;
   for (std::size_t c = 0; c < run.coordinate_units.size(); ++c) {
@@ -81,7 +81,7 @@ Study config(const std::string& name) { return read_spec_file(std::string(BALANC
 
 TEST_CASE("what round-off leaves of a balanced force is 0, in figures and samples (D2)") {
   const Study study = config("planar-rrr.yaml");
-  const Result result = simulate(study.mechanism, study.trajectories.at(0));
+  const RunResult result = simulate(study.mechanism, study.trajectories.at(0));
   for (const char* quantity : {"shaking_force", "com_velocity", "com_acceleration"}) {
     CAPTURE(quantity);
     const Metric& metric = figures(result, quantity);
@@ -100,7 +100,7 @@ TEST_CASE("a small imbalance is no round-off, whatever the units (D2)") {
   // a part in 10⁹ of one mass, on a scale of grams and micrometres and on one of ships
   for (const auto& [heavy, large] : {std::pair{1.0, 1.0}, {1e-15, 1e-6}, {1e9, 1e3}, {1e-30, 1.0}}) {
     CAPTURE(heavy);
-    const Result balanced = run(link(0, heavy, large)), off = run(link(1e-9, heavy, large));
+    const RunResult balanced = run(link(0, heavy, large)), off = run(link(1e-9, heavy, large));
     CHECK(figures(balanced, "shaking_force").peak == 0);
     CHECK(figures(balanced, "torque[J]").peak > 0);
     const double whole = figures(run(link(1, heavy, large)), "shaking_force").peak;
@@ -109,14 +109,15 @@ TEST_CASE("a small imbalance is no round-off, whatever the units (D2)") {
 }
 
 TEST_CASE("the terms are at least as large as their sum, in every quantity of every kind of run (D2)") {
-  const auto check = [](const Result& result) {
+  const auto check = [](const RunResult& result) {
     REQUIRE_MESSAGE(result.outcome.status == MotionStatus::done, result.outcome.reason);
-    for (const Quantity& quantity : list_quantities(result)) {
+    for (const Quantity& quantity : list_sampled_quantities(result)) {
       CAPTURE(quantity.name);
-      VectorX TermSizes::*const size = term_size_of(quantity.member);
-      if (size == nullptr || size == &TermSizes::sliding_variable || quantity.member == &Result::torque_variation)
+      VectorX TermMagnitudes::*const size = term_magnitude_of(quantity.member);
+      if (size == nullptr || size == &TermMagnitudes::sliding_variable ||
+          quantity.member == &RunResult::torque_variation)
         continue;
-      const VectorX& terms = result.term_sizes.*size;
+      const VectorX& terms = result.term_magnitudes.*size;
       REQUIRE(terms.size() > 0);
       const Eigen::Index columns = quantity.samples->cols(), width = columns / terms.size();
       // Sizes are taken at some hundred moments only, and those of unit quaternions and turns are the unit.
@@ -138,7 +139,7 @@ TEST_CASE("the terms are at least as large as their sum, in every quantity of ev
   REQUIRE(law != controllers.end());
   Trajectory trajectory = study.trajectories.at(0);
   trajectory.samples = 51;
-  check(control(study.mechanism, trajectory, *law, {}));
+  check(simulate_closed_loop(study.mechanism, trajectory, *law, {}));
 }
 
 TEST_CASE("nothing in a run lies between 0 and 1e-12 of what its sums are made of: every config (D2)") {
@@ -147,12 +148,12 @@ TEST_CASE("nothing in a run lies between 0 and 1e-12 of what its sums are made o
     const Study study = read_spec_file(entry.path().string());
     for (Trajectory trajectory : study.trajectories) {
       trajectory.samples = std::min(trajectory.samples, 51L);
-      const Result run = simulate(study.mechanism, trajectory);
+      const RunResult run = simulate(study.mechanism, trajectory);
       if (run.outcome.status != MotionStatus::done) continue;
       CAPTURE(entry.path().filename().string());
       CAPTURE(trajectory.name);
-      for (const Quantity& quantity : list_quantities(run)) {
-        if (quantity.member == &Result::mobility) continue;
+      for (const Quantity& quantity : list_sampled_quantities(run)) {
+        if (quantity.member == &RunResult::mobility) continue;
         CAPTURE(quantity.name);
         for (Eigen::Index c = 0; c < quantity.samples->cols(); ++c) {
           const std::string& unit = quantity.units[quantity.units.size() == 1 ? 0 : static_cast<std::size_t>(c)];
@@ -178,23 +179,23 @@ TEST_CASE("a mechanism that is held has neither rates nor energy of motion, and 
     Trajectory held = study.trajectories.front();
     held.to = held.from;
     held.path = LinePath{};
-    held.courses.clear();
+    held.secondary_tasks.clear();
     held.law = {};
     held.samples = 3;
     // in a microsecond as in a year: a rate of a radian in that time has nothing to do with the weight
     Samples weight;
     for (const double duration : {1e-6, 1.0, 3e7}) {
       held.duration = duration;
-      Result result;
+      RunResult result;
       try {
         result = simulate(study.mechanism, held);
       } catch (const std::invalid_argument&) {
         break;
       }
       if (result.outcome.status != MotionStatus::done) break;
-      for (const auto member :
-           {&Result::joint_velocity, &Result::joint_acceleration, &Result::power, &Result::com_velocity,
-            &Result::com_acceleration, &Result::shaking_force, &Result::shaking_moment, &Result::kinetic_energy})
+      for (const auto member : {&RunResult::joint_velocity, &RunResult::joint_acceleration, &RunResult::power,
+                                &RunResult::com_velocity, &RunResult::com_acceleration, &RunResult::shaking_force,
+                                &RunResult::shaking_moment, &RunResult::kinetic_energy})
         CHECK((result.*member).isZero(0));
       const auto& loads = study.mechanism.loads;
       if (std::any_of(loads.begin(), loads.end(), [](const auto& load) { return load.time.size() > 1; })) continue;
@@ -206,7 +207,7 @@ TEST_CASE("a mechanism that is held has neither rates nor energy of motion, and 
 
 TEST_CASE("natural coordinates find the same zeros (D2)") {
   const Study study = config("planar-rrr.yaml");
-  const Result result = simulate_natural(study.mechanism, study.trajectories.at(0));
+  const RunResult result = simulate_natural(study.mechanism, study.trajectories.at(0));
   REQUIRE(result.outcome.status == MotionStatus::done);
   CHECK(figures(result, "shaking_force").peak == 0);
   CHECK(figures(result, "shaking_moment").peak > 10);
@@ -219,7 +220,7 @@ TEST_CASE("motors that need nothing show nothing (D2)") {
   const auto even = std::find_if(study.trajectories.begin(), study.trajectories.end(),
                                  [](const Trajectory& trajectory) { return trajectory.name == "even"; });
   REQUIRE(even != study.trajectories.end());
-  const Result result = simulate(study.mechanism, *even);
+  const RunResult result = simulate(study.mechanism, *even);
   REQUIRE(result.outcome.status == MotionStatus::done);
   for (const char* quantity : {"torque[J]", "power[J]", "shaking_force", "shaking_moment"})
     CHECK(figures(result, quantity).peak == 0);
@@ -229,8 +230,8 @@ TEST_CASE("motors that need nothing show nothing (D2)") {
 
 TEST_CASE("curves that differ by round-off only do not differ, and zeros have no ratio (D2)") {
   const Study study = config("planar-rrr.yaml");
-  const Result one = simulate(study.mechanism, study.trajectories.at(0));
-  Result other = one;
+  const RunResult one = simulate(study.mechanism, study.trajectories.at(0));
+  RunResult other = one;
   other.shaking_force.setConstant(one.round_off.shaking_force[0] / 2);  // another round-off
   for (const auto& [quantity, difference] : list_differences(one, other)) {
     CAPTURE(quantity);
@@ -239,5 +240,5 @@ TEST_CASE("curves that differ by round-off only do not differ, and zeros have no
   }
   const ComparedRuns compared = compare_runs({{"a", "", "", "", "", "", one}, {"b", "", "", "", "", "", other}});
   for (const ComparedQuantity& quantity : compared.quantities)
-    if (quantity.quantity == "shaking_force") CHECK(std::isnan(ratio_to_base(quantity, 1, Figure::peak)));
+    if (quantity.quantity == "shaking_force") CHECK(std::isnan(ratio_to_base(quantity, 1, Statistic::peak)));
 }

@@ -26,7 +26,7 @@ tool: lower.T
 )" + rest;
 }
 
-Result run(const std::string& text, std::size_t trajectory = 0) {
+RunResult run(const std::string& text, std::size_t trajectory = 0) {
   const Study study = read_spec(text, "arm.yaml");
   return simulate(study.mechanism, study.trajectories.at(trajectory));
 }
@@ -34,7 +34,7 @@ Result run(const std::string& text, std::size_t trajectory = 0) {
 }  // namespace
 
 TEST_CASE("joints driven between two tool poses move the tool from the one to the other") {
-  const Result result = run(arm(R"(
+  const RunResult result = run(arm(R"(
 assembly: {J2: 1}
 motion: {duration: 1, samples: 51, from: {tool: [0.6, 0.2]}, to: {tool: [0.3, 0.5]}}
 trajectories: {swing: {law: cycloidal, drive: joints}}
@@ -49,7 +49,7 @@ trajectories: {swing: {law: cycloidal, drive: joints}}
 
 TEST_CASE("a path through the stretched arm stops at a drive singularity, at the time it is reached") {
   // straight through the outer border of the workspace at x = 0.9
-  const Result result = run(arm(R"(
+  const RunResult result = run(arm(R"(
 assembly: {J2: 1}
 motion: {duration: 1, samples: 101, from: {tool: [0.5, 0]}, to: {tool: [1.1, 0]}}
 trajectories: {out: {law: uniform, drive: tool}}
@@ -77,7 +77,7 @@ joints:
 actuators: [A]
 motion: {duration: 1, from: {joints: {A: 0}}, to: {joints: {A: 1}}}
 )";
-  const Result result = run(open_loop);
+  const RunResult result = run(open_loop);
   CHECK(result.outcome.status == MotionStatus::not_assembled);
   CHECK(result.outcome.reason.find(" m at best") != std::string::npos);
 }
@@ -91,7 +91,7 @@ motion: {duration: 1, samples: SAMPLES, from: {tool: [0.8, 0.1]}, to: {tool: [-0
     std::string text = motion;
     return run(arm(text.replace(text.find("SAMPLES"), 7, samples)));
   };
-  const Result coarse = with("5"), fine = with("4001");
+  const RunResult coarse = with("5"), fine = with("4001");
   REQUIRE(coarse.outcome.status == MotionStatus::done);
   for (int k = 0; k < 5; ++k) {
     CHECK(coarse.joint_position(k, 1) == doctest::Approx(fine.joint_position(1000 * k, 1)).epsilon(1e-10));
@@ -102,11 +102,11 @@ motion: {duration: 1, samples: SAMPLES, from: {tool: [0.8, 0.1]}, to: {tool: [-0
 TEST_CASE("too few actuators are refused, too many share the effort with least norm") {
   std::string one = arm("motion: {duration: 1, from: {joints: {J1: 0, J2: 1}}, to: {joints: {J1: 1, J2: 1}}}");
   one.replace(one.find("[J1, J2]"), 8, "[J1]");
-  const Result under = run(one);
+  const RunResult under = run(one);
   CHECK(under.outcome.status == MotionStatus::mismatch);
   CHECK(under.outcome.reason.find("under-actuated: 1 actuators for 2") != std::string::npos);
 
-  const Result over = run(R"(
+  const RunResult over = run(R"(
 space: planar
 ground: {points: {A: [0, 0], D: [1, 0]}}
 bodies:

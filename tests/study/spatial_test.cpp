@@ -37,14 +37,15 @@ motion: {duration: 1, samples: 51, from: {joints: {A: 0.3}}, to: {joints: {A: 2.
 TEST_CASE("a thin rod between two spherical joints moves and costs what it does with a universal one") {
   const Study idle = rssr("{type: spherical, connects: [crank.B, rod.B]}");
   const Study held = rssr("{type: universal, connects: [crank.B, rod.B], axis: [0, 1, 0], axis2: [0, 0, 1]}");
-  const CheckReport report = check(idle);
+  const CheckReport report = check_mechanism(idle);
   CHECK(report.degrees_of_freedom == 1);
-  CHECK(report.degrees_of_freedom_by_counting == 2);
+  CHECK(report.gruebler_degrees_of_freedom == 2);
   REQUIRE(report.passive_freedoms.size() == 1);
   CHECK(report.passive_freedoms[0].find("rod could spin") == 0);
-  CHECK(check(held).passive_freedoms.empty());
+  CHECK(check_mechanism(held).passive_freedoms.empty());
 
-  const Result a = simulate(idle.mechanism, idle.trajectories[0]), b = simulate(held.mechanism, held.trajectories[0]);
+  const RunResult a = simulate(idle.mechanism, idle.trajectories[0]),
+                  b = simulate(held.mechanism, held.trajectories[0]);
   REQUIRE(a.outcome.status == MotionStatus::done);
   REQUIRE(b.outcome.status == MotionStatus::done);
   // what remains is the inertia about the rod's line, 1e-7 of the least of the others
@@ -83,8 +84,8 @@ motion:
 trajectories: {t: {law: 3-4-5, drive: tool, remaining: [J3]}}
 )",
                                 "arm.yaml");
-  CHECK(check(study).modes.size() == 8);
-  const Result result = simulate(study.mechanism, study.trajectories[0]);
+  CHECK(check_mechanism(study).modes.size() == 8);
+  const RunResult result = simulate(study.mechanism, study.trajectories[0]);
   REQUIRE(result.outcome.status == MotionStatus::done);
   // the quaternion of a turn by 3 rad about y
   CHECK(result.tool_orientation(0, 0) == doctest::Approx(std::cos(1.5)).epsilon(1e-12));

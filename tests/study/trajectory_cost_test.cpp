@@ -63,19 +63,19 @@ Mechanism other_masses(Mechanism m, std::mt19937& random) {
   return m;
 }
 
-double value_of(const Metric& metric, Figure figure) {
+double value_of(const Metric& metric, Statistic figure) {
   switch (figure) {
-    case Figure::peak: return metric.peak;
-    case Figure::rms: return metric.rms;
-    case Figure::mean: return metric.mean;
-    case Figure::range: return metric.range;
+    case Statistic::peak: return metric.peak;
+    case Statistic::rms: return metric.rms;
+    case Statistic::mean: return metric.mean;
+    case Statistic::range: return metric.range;
   }
   return NAN;
 }
 
 using Names = std::vector<std::string>;
 
-constexpr Figure all_figures[] = {Figure::peak, Figure::rms, Figure::mean, Figure::range};
+constexpr Statistic all_figures[] = {Statistic::peak, Statistic::rms, Statistic::mean, Statistic::range};
 
 /// Not linear in the parameters.
 bool left_out(const std::string& quantity) {
@@ -83,7 +83,7 @@ bool left_out(const std::string& quantity) {
 }
 
 /// Largest peak of anything in this unit: what may have cancelled in a quantity that is balanced.
-double largest_peak(const Result& result, const std::string& unit) {
+double largest_peak(const RunResult& result, const std::string& unit) {
   double largest = 0;
   for (const Metric& metric : result.metrics)
     if (metric.unit == unit) largest = std::max(largest, metric.peak);
@@ -92,10 +92,10 @@ double largest_peak(const Result& result, const std::string& unit) {
 
 /// Every metric of the result is what the cost says of the parameters. Differences are measured by the quantity's peak, which
 /// its range may be far below; of a balanced quantity only round-off is left.
-void compare(const TrajectoryCost& cost, const VectorX& parameters, const Result& result) {
+void compare(const TrajectoryCost& cost, const VectorX& parameters, const RunResult& result) {
   REQUIRE(result.outcome.status == MotionStatus::done);
   for (const Metric& metric : result.metrics)
-    for (const Figure figure : all_figures) {
+    for (const Statistic figure : all_figures) {
       const auto function = cost.figure(figure, metric.quantity);
       CHECK_MESSAGE(function.has_value() == !left_out(metric.quantity), metric.quantity);
       if (!function) continue;
@@ -159,7 +159,7 @@ TEST_CASE("of loose springs the end points may change too") {
     const Mechanism& mechanism = study.mechanism;
     Trajectory trajectory = find(study, "cycloid");
     trajectory.samples = 41;
-    LooseSprings loose;
+    FreeSprings loose;
     for (const Spring& spring : mechanism.springs) loose.push_back(spring.free_length == 0);
     const TrajectoryCost cost(mechanism, trajectory, loose);
     Mechanism other = other_masses(mechanism, random);
@@ -188,8 +188,8 @@ TEST_CASE("more motors than freedoms share the effort as in a simulation") {
 TEST_CASE("where the centre of mass is driven, the figures are those of the mechanism's own masses") {
   const Study study = config("3rrr.yaml");
   Trajectory trajectory = find(study, "bang-bang");
-  CHECK(depends_on_masses(trajectory));
-  CHECK_FALSE(depends_on_masses(find(study, "cycloid")));
+  CHECK(is_mass_dependent(trajectory));
+  CHECK_FALSE(is_mass_dependent(find(study, "cycloid")));
   trajectory.samples = 42;
   compare(TrajectoryCost(study.mechanism, trajectory), parameter_values(study.mechanism),
           simulate(study.mechanism, trajectory));
@@ -204,7 +204,7 @@ TEST_CASE("the gradient is what finite differences say, along random directions"
     const VectorX pi = parameter_values(other_masses(mechanism, random));
     for (const std::string& quantity :
          Names{"torque", "power", "shaking_force", "shaking_moment", "ground_force", "ground_moment", "kinetic_energy"})
-      for (const Figure figure : all_figures) {
+      for (const Statistic figure : all_figures) {
         const auto function = cost.figure(figure, quantity);
         if (!function) continue;  // torque and force are no common quantity
         VectorX gradient, direction(pi.size());
@@ -234,12 +234,12 @@ TEST_CASE("peak and rms are convex") {
     const TrajectoryCost cost(mechanism, trajectory);
     const VectorX a = parameter_values(mechanism), b = parameter_values(other_masses(mechanism, random));
     for (const std::string& quantity : Names{"torque", "shaking_force", "ground_moment"})
-      for (const Figure figure : {Figure::peak, Figure::rms})
+      for (const Statistic figure : {Statistic::peak, Statistic::rms})
         if (const auto f = cost.figure(figure, quantity)) {
           const double ends = ((*f)(a, nullptr) + (*f)(b, nullptr)) / 2, middle = (*f)((a + b) / 2, nullptr);
           CHECK_MESSAGE(middle <= ends * (1 + 1e-12), quantity);  // round-off
           // strictly where parameters are no multiples; a scalar may have its peak at the same sample all the way
-          if (figure == Figure::rms) CHECK_MESSAGE(middle < ends, quantity);
+          if (figure == Statistic::rms) CHECK_MESSAGE(middle < ends, quantity);
         }
   });
 }
@@ -248,9 +248,9 @@ TEST_CASE(
     "a billionth of a counterweight off balance, the force's rms is a billionth of what the counterweight makes") {
   const Study study = config("5r-balanced.yaml");
   const TrajectoryCost cost(study.mechanism, find(study, "cycloid"));
-  const CostFunction rms = cost.figure(Figure::rms, "shaking_force").value();
+  const CostFunction rms = cost.figure(Statistic::rms, "shaking_force").value();
   VectorX pi = parameter_values(study.mechanism);
-  const double scale = cost.figure(Figure::rms, "ground_force").value()(pi, nullptr);
+  const double scale = cost.figure(Statistic::rms, "ground_force").value()(pi, nullptr);
   CHECK(rms(pi, nullptr) < 1e-13 * scale);
   VectorX without = pi, nearly = pi;
   const Eigen::Index first =
@@ -268,7 +268,7 @@ TEST_CASE("a trajectory that cannot be followed has a reason and no figures") {
   const TrajectoryCost cost(mechanism, find(study, "cycloid"));
   CHECK(cost.outcome().status == MotionStatus::mismatch);
   CHECK(cost.outcome().reason == simulate(mechanism, find(study, "cycloid")).outcome.reason);
-  CHECK_FALSE(cost.figure(Figure::rms, "shaking_force").has_value());
+  CHECK_FALSE(cost.figure(Statistic::rms, "shaking_force").has_value());
 }
 
 TEST_CASE("a singularity on the way ends the cost where it ends the simulation") {
@@ -287,15 +287,15 @@ TEST_CASE("quantities that do not exist have no figure") {
   const TrajectoryCost of_arm(arm.mechanism, find(arm, "cycloid"));
   for (const std::string& name :
        Names{"", "torque[", "torque[]", "torque[nobody]", "power[nobody]", "shaking_force[J1]", "noise"})
-    CHECK_MESSAGE(!of_arm.figure(Figure::rms, name), name);
+    CHECK_MESSAGE(!of_arm.figure(Statistic::rms, name), name);
   // torques and forces cannot be compared, powers can
   const TrajectoryCost of_scara(scara.mechanism, find(scara, "cycloid"));
-  CHECK_FALSE(of_scara.figure(Figure::rms, "torque"));
-  CHECK(of_scara.figure(Figure::rms, "power"));
+  CHECK_FALSE(of_scara.figure(Statistic::rms, "torque"));
+  CHECK(of_scara.figure(Statistic::rms, "power"));
 }
 
 TEST_CASE("parameters of another number are refused") {
   const Study arm = config("planar-rrr.yaml");
-  const auto function = TrajectoryCost(arm.mechanism, find(arm, "cycloid")).figure(Figure::rms, "torque").value();
+  const auto function = TrajectoryCost(arm.mechanism, find(arm, "cycloid")).figure(Statistic::rms, "torque").value();
   CHECK_THROWS_AS(function(VectorX::Ones(3), nullptr), std::invalid_argument);
 }

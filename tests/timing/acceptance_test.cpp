@@ -33,7 +33,7 @@ Case take(const std::string& config, DriveKind drive, const std::vector<MotionLi
                                     [](const Trajectory& t) { return t.name == "cycloid"; });
   REQUIRE(cycloid != study.trajectories.end());
   Case result{study.mechanism, *cycloid};
-  result.trajectory.law.kind = LawKind::fastest;
+  result.trajectory.law.kind = MotionLawKind::time_optimal;
   result.trajectory.drive = drive;
   result.trajectory.limits = limits;
   result.trajectory.samples = 2001;
@@ -42,13 +42,13 @@ Case take(const std::string& config, DriveKind drive, const std::vector<MotionLi
 
 Case gentle(const std::string& config, const std::string& quantity, double duration) {
   Case result = take(config, DriveKind::tool, {});
-  result.trajectory.law.kind = LawKind::gentlest;
-  result.trajectory.gentlest_of = quantity;
+  result.trajectory.law.kind = MotionLawKind::min_peak;
+  result.trajectory.min_peak_quantity = quantity;
   result.trajectory.duration = duration;
   return result;
 }
 
-double peak(const Result& result, const std::string& quantity) {
+double peak(const RunResult& result, const std::string& quantity) {
   for (const Metric& metric : result.metrics)
     if (metric.quantity == quantity) return metric.peak;
   FAIL("no figure of " << quantity);
@@ -57,12 +57,12 @@ double peak(const Result& result, const std::string& quantity) {
 
 /// Simulates by both formulations what was found, and checks that limits are kept, one of them fully used.
 void check_limits(const Case& c, const Trajectory& found, const std::vector<MotionLimit>& limits) {
-  for (const Result& run : {simulate(c.mechanism, found), simulate_natural(c.mechanism, found)}) {
+  for (const RunResult& run : {simulate(c.mechanism, found), simulate_natural(c.mechanism, found)}) {
     INFO(run.outcome.reason);
     REQUIRE(run.outcome.status == MotionStatus::done);
     double fullest = 0;
     for (const MotionLimit& limit : limits) {
-      const double used = peak(run, limit.quantity) / limit.bound;
+      const double used = peak(run, limit.quantity) / limit.upper_bound;
       CAPTURE(limit.quantity);
       CHECK(used < 1 + 1e-5);
       fullest = std::max(fullest, used);
@@ -72,7 +72,7 @@ void check_limits(const Case& c, const Trajectory& found, const std::vector<Moti
 }
 
 void check_fastest(const Case& c, double duration, double tolerance = digits) {
-  const TimedTrajectory timed = time_law(c.mechanism, c.trajectory);
+  const ResolvedTrajectory timed = resolve_trajectory(c.mechanism, c.trajectory);
   INFO(timed.outcome.reason);
   REQUIRE(timed.outcome.status == MotionStatus::done);
   CHECK(timed.trajectory.duration == doctest::Approx(duration).epsilon(tolerance));
@@ -81,12 +81,12 @@ void check_fastest(const Case& c, double duration, double tolerance = digits) {
 
 /// @param digit one in the value's last digit, which is not sure
 void check_gentlest(const Case& c, double value, double digit) {
-  const TimedTrajectory timed = time_law(c.mechanism, c.trajectory);
+  const ResolvedTrajectory timed = resolve_trajectory(c.mechanism, c.trajectory);
   INFO(timed.outcome.reason);
   REQUIRE(timed.outcome.status == MotionStatus::done);
-  CHECK(std::abs(timed.found->peak - value) <= digit);
+  CHECK(std::abs(timed.optimised_law->objective_value - value) <= digit);
   CHECK(timed.trajectory.duration == c.trajectory.duration);
-  check_limits(c, timed.trajectory, {{c.trajectory.gentlest_of, value}});
+  check_limits(c, timed.trajectory, {{c.trajectory.min_peak_quantity, value}});
 }
 
 }  // namespace

@@ -15,7 +15,7 @@ namespace {
 constexpr double distance = 0.6, force = 30, mass = 2;
 
 double fastest(const Mechanism& mechanism, const Trajectory& trajectory) {
-  const TimedTrajectory timed = time_law(mechanism, trajectory);
+  const ResolvedTrajectory timed = resolve_trajectory(mechanism, trajectory);
   INFO(timed.outcome.reason);
   REQUIRE(timed.outcome.status == MotionStatus::done);
   return timed.trajectory.duration;
@@ -27,14 +27,15 @@ double bang_bang(double a, double b) { return std::sqrt(2 * distance * (1 / a + 
 }  // namespace
 
 TEST_CASE("a mass under a limited force goes by bang-bang") {
-  const TimedTrajectory timed = time_law(make_slider({.mass = mass}), slide(distance, {{"force[D]", force}}));
+  const ResolvedTrajectory timed =
+      resolve_trajectory(make_slider({.mass = mass}), slide(distance, {{"force[D]", force}}));
   REQUIRE(timed.outcome.status == MotionStatus::done);
   const double a = force / mass;
   CHECK(timed.trajectory.duration == doctest::Approx(bang_bang(a, a)).epsilon(1e-9));
-  REQUIRE(timed.found->switches.size() == 1);
-  CHECK(timed.found->switches[0] == doctest::Approx(timed.trajectory.duration / 2).epsilon(1e-8));
-  REQUIRE(timed.found->stretches.size() == 2);
-  CHECK(timed.found->stretches[0].limit == "force[D]");
+  REQUIRE(timed.optimised_law->switch_times.size() == 1);
+  CHECK(timed.optimised_law->switch_times[0] == doctest::Approx(timed.trajectory.duration / 2).epsilon(1e-8));
+  REQUIRE(timed.optimised_law->active_limits.size() == 2);
+  CHECK(timed.optimised_law->active_limits[0].limit == "force[D]");
 }
 
 TEST_CASE("weight and dry friction take their part of the force") {
@@ -65,11 +66,11 @@ TEST_CASE("a limit of the speed makes a trapezoid") {
        {"joint_velocity", "joint_velocity[D]", "tool_velocity", "com_velocity", "tool_velocity[x]"}) {
     CAPTURE(speed);
     const Trajectory trajectory = slide(distance, {{"torque", force}, {speed, v}});
-    const TimedTrajectory timed = time_law(make_slider({.mass = mass}), trajectory);
+    const ResolvedTrajectory timed = resolve_trajectory(make_slider({.mass = mass}), trajectory);
     INFO(timed.outcome.reason);
     REQUIRE(timed.outcome.status == MotionStatus::done);
     CHECK(timed.trajectory.duration == doctest::Approx(expected).epsilon(1e-9));
-    CHECK(timed.found->switches.size() == 2);
+    CHECK(timed.optimised_law->switch_times.size() == 2);
   }
   const Trajectory by_energy = slide(distance, {{"torque", force}, {"kinetic_energy", 0.5 * mass * v * v}});
   CHECK(fastest(make_slider({.mass = mass}), by_energy) == doctest::Approx(expected).epsilon(1e-9));
@@ -95,71 +96,73 @@ TEST_CASE("stated speeds at the ends are met") {
   const Mechanism slider = make_slider({.mass = mass});
   CHECK(fastest(slider, trajectory) == doctest::Approx((2 * top - v0 - v1) / a).epsilon(1e-9));
   trajectory.samples = 11;
-  const Result run = simulate(slider, trajectory);
+  const RunResult run = simulate(slider, trajectory);
   REQUIRE(run.outcome.status == MotionStatus::done);
   CHECK(run.joint_velocity(0, 0) == doctest::Approx(v0).epsilon(1e-9));
   CHECK(run.joint_velocity(10, 0) == doctest::Approx(v1).epsilon(1e-9));
   trajectory.end_speed = 5;  // √(1 + 2 · 15 · 0.6) = 4.36 is what can be reached
-  CHECK(time_law(slider, trajectory).outcome.status == MotionStatus::limits_not_held);
+  CHECK(resolve_trajectory(slider, trajectory).outcome.status == MotionStatus::limits_not_held);
   trajectory.end_speed = 0;
   trajectory.start_speed = 5;
-  CHECK(time_law(slider, trajectory).outcome.status == MotionStatus::limits_not_held);
+  CHECK(resolve_trajectory(slider, trajectory).outcome.status == MotionStatus::limits_not_held);
 }
 
 TEST_CASE("the gentlest law of one mass is bang-bang, with weight, too") {
   for (const double g : {0.0, 4.0}) {
     CAPTURE(g);
     Trajectory trajectory = slide(distance, {});
-    trajectory.law.kind = LawKind::gentlest;
-    trajectory.gentlest_of = "torque";
+    trajectory.law.kind = MotionLawKind::min_peak;
+    trajectory.min_peak_quantity = "torque";
     trajectory.duration = 0.3;
-    const TimedTrajectory timed = time_law(make_slider({.mass = mass, .gravity = g}), trajectory);
+    const ResolvedTrajectory timed = resolve_trajectory(make_slider({.mass = mass, .gravity = g}), trajectory);
     INFO(timed.outcome.reason);
     REQUIRE(timed.outcome.status == MotionStatus::done);
     // T² = 2 d (1/(f/m − g) + 1/(f/m + g)) = 4 d (f/m)/((f/m)² − g²)
     const double p = 2 * distance / (0.3 * 0.3);
-    CHECK(timed.found->peak == doctest::Approx(mass * (p + std::sqrt(p * p + g * g))).epsilon(1e-8));
+    CHECK(timed.optimised_law->objective_value == doctest::Approx(mass * (p + std::sqrt(p * p + g * g))).epsilon(1e-8));
     CHECK(timed.trajectory.duration == 0.3);
   }
 }
 
 TEST_CASE("a law that has time enough is slackened, and its peak is that of rest") {
   Trajectory trajectory = slide(distance, {});
-  trajectory.law.kind = LawKind::gentlest;
-  trajectory.gentlest_of = "torque";
+  trajectory.law.kind = MotionLawKind::min_peak;
+  trajectory.min_peak_quantity = "torque";
   trajectory.duration = 1e6;
-  const TimedTrajectory timed = time_law(make_slider({.mass = mass, .gravity = 4}), trajectory);
+  const ResolvedTrajectory timed = resolve_trajectory(make_slider({.mass = mass, .gravity = 4}), trajectory);
   INFO(timed.outcome.reason);
   REQUIRE(timed.outcome.status == MotionStatus::done);
-  CHECK(timed.found->peak == doctest::Approx(8).epsilon(1e-5));
+  CHECK(timed.optimised_law->objective_value == doctest::Approx(8).epsilon(1e-5));
   CHECK(timed.trajectory.duration == 1e6);
 }
 
 TEST_CASE("other limits are kept by a gentlest law, or it says what they need") {
   Trajectory trajectory = slide(distance, {{"joint_velocity", 2.5}});
-  trajectory.law.kind = LawKind::gentlest;
-  trajectory.gentlest_of = "torque";
+  trajectory.law.kind = MotionLawKind::min_peak;
+  trajectory.min_peak_quantity = "torque";
   trajectory.duration = 0.3;
   // trapezoid: T = d/v + v/a
-  const TimedTrajectory timed = time_law(make_slider({.mass = mass}), trajectory);
+  const ResolvedTrajectory timed = resolve_trajectory(make_slider({.mass = mass}), trajectory);
   INFO(timed.outcome.reason);
   REQUIRE(timed.outcome.status == MotionStatus::done);
-  CHECK(timed.found->peak == doctest::Approx(mass * 2.5 / (0.3 - distance / 2.5)).epsilon(1e-8));
+  CHECK(timed.optimised_law->objective_value == doctest::Approx(mass * 2.5 / (0.3 - distance / 2.5)).epsilon(1e-8));
   trajectory.duration = 0.2;  // 0.24 s at full speed
-  const TimedTrajectory refused = time_law(make_slider({.mass = mass}), trajectory);
+  const ResolvedTrajectory refused = resolve_trajectory(make_slider({.mass = mass}), trajectory);
   CHECK(refused.outcome.status == MotionStatus::limits_not_held);
   CHECK(refused.outcome.reason.find("the other limits alone need 0.24") != std::string::npos);
 }
 
 TEST_CASE("what cannot be is refused with its reason") {
   const Mechanism heavy = make_slider({.mass = mass, .gravity = 10});
-  const auto reason = [&](const Trajectory& trajectory) { return time_law(heavy, trajectory).outcome.reason; };
+  const auto reason = [&](const Trajectory& trajectory) {
+    return resolve_trajectory(heavy, trajectory).outcome.reason;
+  };
   CHECK(reason(slide(distance, {{"torque", 15}})).find("force[D] needs 20 N at rest, 5 N more than its limit") !=
         std::string::npos);
   CHECK(reason(slide(distance, {{"joint_velocity", 1}})).find("no limit bounds the acceleration") != std::string::npos);
   CHECK(reason(slide(distance, {{"torque", 20}})).find("leave nothing to") != std::string::npos);
   CHECK(reason(slide(0, {{"torque", 40}})) == "the path ends where it begins, and nothing moves on it");
   CHECK(reason(slide(1e-16, {{"torque", 40}})) == "the path ends where it begins, and nothing moves on it");
-  CHECK_THROWS_WITH_AS(time_law(heavy, slide(distance, {{"power", 5}})),
+  CHECK_THROWS_WITH_AS(resolve_trajectory(heavy, slide(distance, {{"power", 5}})),
                        "no law of motion can limit 'power' of this mechanism", std::invalid_argument);
 }

@@ -32,7 +32,7 @@ inline Mechanism make_slider(const SliderOptions& o) {
 inline Trajectory slide(double distance, const std::vector<MotionLimit>& limits) {
   Trajectory t;
   t.name = "slide";
-  t.law.kind = LawKind::fastest;
+  t.law.kind = MotionLawKind::time_optimal;
   t.drive = DriveKind::joints;
   t.limits = limits;
   t.from.joints = {{0, 0}};

@@ -35,7 +35,7 @@ Study heavy(const std::string& trajectories) {
 }
 
 /// Angular momentum of a sample: the moment that would give the resting mechanism its rates as accelerations.
-Vector3 momentum_at(InverseDynamics& dynamics, const Result& run, Eigen::Index row) {
+Vector3 momentum_at(InverseDynamics& dynamics, const RunResult& run, Eigen::Index row) {
   const auto n = static_cast<Eigen::Index>(dynamics.independent().size());
   VectorX q(n), dq(n);
   for (Eigen::Index i = 0; i < n; ++i) {
@@ -44,13 +44,13 @@ Vector3 momentum_at(InverseDynamics& dynamics, const Result& run, Eigen::Index r
     q[i] = run.joint_position(row, name - names.begin());
     dq[i] = run.joint_velocity(row, name - names.begin());
   }
-  const Answer<Sample> seen = dynamics.at(q, VectorX::Zero(n), dq);
+  const Expected<Sample> seen = dynamics.at(q, VectorX::Zero(n), dq);
   REQUIRE(seen);
   return seen.value.shaking_moment;
 }
 
-Result done(const Study& study, std::size_t trajectory = 0) {
-  const Result run = simulate(study.mechanism, study.trajectories[trajectory]);
+RunResult done(const Study& study, std::size_t trajectory = 0) {
+  const RunResult run = simulate(study.mechanism, study.trajectories[trajectory]);
   INFO(run.outcome.reason);
   REQUIRE(run.outcome.status == MotionStatus::done);
   return run;
@@ -65,12 +65,12 @@ TEST_CASE("a constant angular momentum is kept, whatever the law, and there is n
       "  plain: {law: bang-bang, drive: com, samples: 201}\n");
   const double usual = done(study, 2).shaking_moment.cwiseAbs().maxCoeff();
   for (const auto& [index, stated] : {std::pair<std::size_t, double>{0, 0.05}, {1, -0.03}}) {
-    const Result run = done(study, index);
+    const RunResult run = done(study, index);
     InverseDynamics dynamics(study.mechanism);
     for (Eigen::Index row = 0; row < run.time.size(); row += 10)
       CHECK(std::abs(momentum_at(dynamics, run, row).z() - stated) < 1e-8 * std::abs(stated));
     CHECK(run.shaking_moment.cwiseAbs().maxCoeff() < 1e-8 * usual);
-    const Result natural = simulate_natural(study.mechanism, study.trajectories[index]);
+    const RunResult natural = simulate_natural(study.mechanism, study.trajectories[index]);
     REQUIRE(natural.outcome.status == MotionStatus::done);
     CHECK(natural.shaking_moment.cwiseAbs().maxCoeff() < 1e-8 * usual);
   }
@@ -82,7 +82,7 @@ TEST_CASE("a table of the angular momentum is followed, and its slope is the sha
       "    {table: [[0, 0], [0.03, 0.02], [0.05, 0.01], [0.08, 0.03], [0.1, 0]]}}}}\n");
   const VectorX values = (VectorX(5) << 0, 0.02, 0.01, 0.03, 0).finished();
   const CubicSpline stated({0, 0.03, 0.05, 0.08, 0.1}, Samples(values), SplineEnd::not_a_knot);
-  const Result run = done(study), natural = simulate_natural(study.mechanism, study.trajectories[0]);
+  const RunResult run = done(study), natural = simulate_natural(study.mechanism, study.trajectories[0]);
   REQUIRE(natural.outcome.status == MotionStatus::done);
   InverseDynamics dynamics(study.mechanism);
   const double most = 0.03, steepest = run.shaking_moment.cwiseAbs().maxCoeff();
@@ -102,7 +102,7 @@ TEST_CASE("in space every quantity keeps a component of its own") {
                  "  two: {law: cycloidal, drive: tool, components: [x], samples: 101, from: {joints: {J1: -0.5, "
                  "J2: 0.3, J3: -0.6}}, to: {tool: [0.25, 0.4, 0.5]}, remaining: {J2: {momentum: 0.05, axis: x}, "
                  "J1: {momentum: {table: [[0, 0], [0.4, 0.01], [1, 0.04]]}, axis: z}}}\n");
-  const Result run = done(study);
+  const RunResult run = done(study);
   const VectorX values = (VectorX(3) << 0, 0.01, 0.04).finished();
   const CubicSpline stated({0, 0.4, 1}, Samples(values), SplineEnd::natural);
   InverseDynamics dynamics(study.mechanism);
@@ -121,7 +121,7 @@ TEST_CASE("a spline over the time beside a kept momentum goes by the law's own t
                  "  still: {law: bang-bang, drive: tool, components: [x], samples: 201, from: {joints: {J1: 0.3, J2: "
                  "0.8, J3: 0.4}}, "
                  "to: {tool: [0.3, 0.4]}, remaining: {J2: {spline: [0.2, -0.3, 0.1]}, J3: {momentum: zero}}}\n");
-  const Result run = done(study);
+  const RunResult run = done(study);
   InverseDynamics dynamics(study.mechanism);
   for (Eigen::Index row = 0; row < run.time.size(); row += 20)
     CHECK(std::abs(momentum_at(dynamics, run, row).z()) < 1e-10);
@@ -130,13 +130,13 @@ TEST_CASE("a spline over the time beside a kept momentum goes by the law's own t
 TEST_CASE("a momentum that cannot be kept, or is not stated to the end, is refused with the place") {
   const Study light =
       study_with("3rrr.yaml", "  up: {law: bang-bang, drive: com, remaining: {angle: {momentum: 0.01}}}\n");
-  const Result lost = simulate(light.mechanism, light.trajectories.front());
+  const RunResult lost = simulate(light.mechanism, light.trajectories.front());
   CHECK(lost.outcome.status == MotionStatus::drive_singularity);
   CHECK(lost.outcome.reason.starts_with("at t = "));
   CHECK(lost.outcome.reason.find("% of the path") != std::string::npos);
   const Study brief =
       heavy("  short: {law: bang-bang, drive: com, remaining: {angle: {momentum: {table: [[0, 0], [0.05, 0.01]]}}}}\n");
-  const Result gap = simulate(brief.mechanism, brief.trajectories.front());
+  const RunResult gap = simulate(brief.mechanism, brief.trajectories.front());
   CHECK(gap.outcome.reason ==
         "the angular momentum is stated from 0 s to 0.05 s, but the motion lasts from 0 to 0.1 s");
 }

@@ -27,11 +27,11 @@ struct Row {
 };
 
 /// Torques by a law: one row per sample.
-Samples torques(const Mechanism& mechanism, Trajectory trajectory, LawKind law, double duration, long samples) {
+Samples torques(const Mechanism& mechanism, Trajectory trajectory, MotionLawKind law, double duration, long samples) {
   trajectory.law = {.kind = law};
   trajectory.duration = duration;
   trajectory.samples = samples;
-  const Result run = simulate_natural(mechanism, trajectory);
+  const RunResult run = simulate_natural(mechanism, trajectory);
   REQUIRE(run.outcome.status == MotionStatus::done);
   return run.torque;
 }
@@ -42,9 +42,9 @@ class Rows {
  public:
   Rows(const Mechanism& mechanism, const Trajectory& trajectory, const std::vector<double>& bounds) : bounds_(bounds) {
     constexpr long count = 2001;
-    const Samples once = torques(mechanism, trajectory, LawKind::uniform, 1, count);
-    const Samples twice = torques(mechanism, trajectory, LawKind::uniform, 2, count);
-    const Samples bang = torques(mechanism, trajectory, LawKind::bang_bang, 1, count);
+    const Samples once = torques(mechanism, trajectory, MotionLawKind::uniform, 1, count);
+    const Samples twice = torques(mechanism, trajectory, MotionLawKind::uniform, 2, count);
+    const Samples bang = torques(mechanism, trajectory, MotionLawKind::bang_bang, 1, count);
     std::vector<double> even, graded;
     for (long k = 0; k < count; ++k) {
       const double t = static_cast<double>(k) / (count - 1);
@@ -128,9 +128,9 @@ void compare(const std::string& config, const std::vector<MotionLimit>& limits, 
   const Study study = read_spec_file(std::string(BALANCE_CONFIGS) + "/" + config);
   Trajectory trajectory = study.trajectories.front();
   const double swept = sweep(Rows(study.mechanism, trajectory, bounds));
-  trajectory.law.kind = LawKind::fastest;
+  trajectory.law.kind = MotionLawKind::time_optimal;
   trajectory.limits = limits;
-  const TimedTrajectory timed = time_law(study.mechanism, trajectory);
+  const ResolvedTrajectory timed = resolve_trajectory(study.mechanism, trajectory);
   INFO(timed.outcome.reason);
   REQUIRE(timed.outcome.status == MotionStatus::done);
   // the sweeps chatter beside places without inertia and miss switches by up to a cell

@@ -51,14 +51,14 @@ Task make_point_on_arc(double rise) {
   m.tool = Tool{2, "P", Vector3::Zero()};
   Trajectory& t = task.trajectory;
   t.name = "arc";
-  t.law.kind = LawKind::fastest;
+  t.law.kind = MotionLawKind::time_optimal;
   t.path = ArcPath{Vector3(0.1, rise, 0)};
   t.from.tool = Vector3::Zero();
   t.to.tool = Vector3(0.2, 0, 0);
   return task;
 }
 
-double peak_of(const Result& result, const std::string& quantity) {
+double peak_of(const RunResult& result, const std::string& quantity) {
   for (const Metric& metric : result.metrics)
     if (metric.quantity == quantity) return metric.peak;
   return 0;
@@ -66,14 +66,14 @@ double peak_of(const Result& result, const std::string& quantity) {
 
 /// The law is found and the simulation keeps the limits of whatever it has figures of.
 double check_found(const Task& task) {
-  const TimedTrajectory timed = time_law(task.mechanism, task.trajectory);
+  const ResolvedTrajectory timed = resolve_trajectory(task.mechanism, task.trajectory);
   INFO(timed.outcome.reason);
   REQUIRE(timed.outcome.status == MotionStatus::done);
-  const Result run = simulate(task.mechanism, timed.trajectory);
+  const RunResult run = simulate(task.mechanism, timed.trajectory);
   REQUIRE(run.outcome.status == MotionStatus::done);
   double fullest = 0;
   for (const MotionLimit& limit : task.trajectory.limits)
-    fullest = std::max(fullest, peak_of(run, limit.quantity) / limit.bound);
+    fullest = std::max(fullest, peak_of(run, limit.quantity) / limit.upper_bound);
   CHECK(fullest < 1 + 1e-5);
   return timed.trajectory.duration;
 }
@@ -84,20 +84,21 @@ struct Tally {
 
 /// One set of limits.
 void try_limits(const Task& task, bool compare, Tally& tally) {
-  const StatedLimits limits = list_limits(task.mechanism, task.trajectory);
-  const PathModel model = model_limits(task.mechanism, task.trajectory, limits);
-  if (model.outcome.status != MotionStatus::done || !find_unholdable(model, limits.bounds).empty()) return;
-  const FastestLaw law = find_fastest(model, limits.bounds, {});
-  INFO(law.refusal);
-  REQUIRE(law.refusal.empty());
-  CHECK(worst_load(model, limits.bounds, law) < 1 + kept);
+  const PathLimits limits = collect_limits(task.mechanism, task.trajectory);
+  const PathModel model = build_limited_path_model(task.mechanism, task.trajectory, limits);
+  if (model.outcome.status != MotionStatus::done || !check_static_feasibility(model, limits.half_widths).empty())
+    return;
+  const TimeOptimalLaw law = find_time_optimal_law(model, limits.half_widths, {});
+  INFO(law.infeasibility_reason);
+  REQUIRE(law.infeasibility_reason.empty());
+  CHECK(find_max_limit_ratio(model, limits.half_widths, law) < 1 + limit_violation_tolerance);
   ++tally.found;
-  const LegOfPath leg = cut_legs(model).front();
-  const FastestLaw arcs = find_leg_by_arcs(model, limits.bounds, leg, {});
-  if (!arcs.refusal.empty()) ++tally.swept;
-  if (!compare || !arcs.refusal.empty()) return;
-  const FastestLaw swept = sweep_leg(model, limits.bounds, leg, {});
-  REQUIRE(swept.refusal.empty());
+  const SegmentRange leg = split_into_segments(model).front();
+  const TimeOptimalLaw arcs = integrate_phase_plane(model, limits.half_widths, leg, {});
+  if (!arcs.infeasibility_reason.empty()) ++tally.swept;
+  if (!compare || !arcs.infeasibility_reason.empty()) return;
+  const TimeOptimalLaw swept = solve_by_reachability(model, limits.half_widths, leg, {});
+  REQUIRE(swept.infeasibility_reason.empty());
   CHECK(swept.duration() == doctest::Approx(arcs.duration()).epsilon(1e-5));
   ++tally.compared;
 }
@@ -105,19 +106,19 @@ void try_limits(const Task& task, bool compare, Tally& tally) {
 /// Limits on up to three quantities, from half to three times of what the stated law needs.
 void try_random(Task task, unsigned seed, int sets, Tally& tally) {
   task.trajectory.samples = 201;
-  const Result base = simulate(task.mechanism, task.trajectory);
+  const RunResult base = simulate(task.mechanism, task.trajectory);
   REQUIRE(base.outcome.status == MotionStatus::done);
   std::vector<MotionLimit> quantities;
   for (const char* name : {"torque", "tool_acceleration", "com_acceleration", "shaking_force", "shaking_moment",
                            "joint_acceleration", "tool_velocity", "kinetic_energy"})
     if (const double peak = peak_of(base, name); peak > 1e-9) quantities.push_back({name, peak});
-  task.trajectory.law.kind = LawKind::fastest;
+  task.trajectory.law.kind = MotionLawKind::time_optimal;
   std::mt19937 random(seed);
   for (int set = 0; set < sets; ++set) {
     task.trajectory.limits.clear();
     for (unsigned more = 1 + random() % 3; more > 0; --more) {
       MotionLimit limit = quantities[random() % quantities.size()];
-      limit.bound *= std::vector<double>{0.5, 0.8, 1.1, 1.5, 3}[random() % 5];
+      limit.upper_bound *= std::vector<double>{0.5, 0.8, 1.1, 1.5, 3}[random() % 5];
       task.trajectory.limits.push_back(limit);
     }
     const auto bounds_acceleration = [](const MotionLimit& limit) {
@@ -164,7 +165,7 @@ TEST_CASE("a way with waves under limits of force, moment and speed has a fastes
   }
   task.trajectory.path = waves;
   task.trajectory.limits = {{"shaking_force", 540}, {"shaking_moment", 30}, {"tool_velocity", 3}};
-  task.trajectory.law.kind = LawKind::fastest;
+  task.trajectory.law.kind = MotionLawKind::time_optimal;
   check_found(task);
 }
 

@@ -36,7 +36,7 @@ VectorX values(const Study& study, double first) {
 /// The counterweights' text when the free numbers become 3.25, 4.25, …
 std::string balanced(const std::string& counterweights, const ReadOptions& options = {}) {
   const Study study = specs::read(arm(counterweights), options);
-  const std::string text = balanced_spec(study, values(study, 3.25));
+  const std::string text = format_balanced_spec(study, values(study, 3.25));
   REQUIRE(text.rfind(arm("").substr(0, 20), 0) == 0);
   return text.substr(text.find("counterweights:\n") + 16);
 }
@@ -44,10 +44,10 @@ std::string balanced(const std::string& counterweights, const ReadOptions& optio
 /// Reads what is written and compares it with the mechanism that was meant.
 void check_round_trip(const std::string& text, const std::string& file, const VectorX& x, const ReadOptions& options) {
   const DesignSpace space = read_design_space(text, file, options);
-  const std::string written = balanced_spec(space.start, x);
+  const std::string written = format_balanced_spec(space.start, x);
   CAPTURE(text);
   CAPTURE(written);
-  const Study meant = space.at(x);
+  const Study meant = space.study_at(x);
   const Study read = read_spec(written, file);
   CHECK(read.free_numbers.empty());
   CHECK(specs::difference(numbers_of(read.mechanism), numbers_of(meant.mechanism)) <= rounding);
@@ -131,7 +131,7 @@ TEST_CASE("what --set said is written where the parameter is defined") {
     const Study study = specs::read(
         specs::with(arm("  cw: {on: a, at: [0, 0], mass: {free: [0, 9]}}"), "parameters: {l: 0.5}\n", parameters),
         options);
-    const std::string text = balanced_spec(study, values(study, 3.25));
+    const std::string text = format_balanced_spec(study, values(study, 3.25));
     CHECK(text.find("mass: 3.25}") != std::string::npos);
     return text.substr(text.find("parameters"), text.find("bodies:") - text.find("parameters"));
   };
@@ -165,7 +165,7 @@ TEST_CASE("numbers are written in the spec's units with as few digits as it take
       "counterweights: {c: {on: a, at: [0, 0], mass: {free: [0, 1e30]}}}\n";
   const Study study = specs::read(text);
   const auto written = [&](double com, double angle, double mass) {
-    const std::string all = balanced_spec(study, (VectorX(3) << com, angle, mass).finished());
+    const std::string all = format_balanced_spec(study, (VectorX(3) << com, angle, mass).finished());
     std::string numbers;
     for (const char* before : {"com: [", "angle: ", "mass: "}) {
       const auto from = all.rfind(before) + std::string(before).size();
@@ -181,9 +181,9 @@ TEST_CASE("numbers are written in the spec's units with as few digits as it take
 
 TEST_CASE("values that are missing or not finite are refused") {
   const Study study = specs::read(arm("  cw: {on: a, at: [0, 0], mass: {free: [0, 9]}}"));
-  CHECK_THROWS_AS(balanced_spec(study, VectorX(0)), std::invalid_argument);
-  CHECK_THROWS_AS(balanced_spec(study, VectorX::Constant(1, NAN)), std::invalid_argument);
-  CHECK_THROWS_AS(balanced_spec(study, VectorX::Constant(1, INFINITY)), std::invalid_argument);
+  CHECK_THROWS_AS(format_balanced_spec(study, VectorX(0)), std::invalid_argument);
+  CHECK_THROWS_AS(format_balanced_spec(study, VectorX::Constant(1, NAN)), std::invalid_argument);
+  CHECK_THROWS_AS(format_balanced_spec(study, VectorX::Constant(1, INFINITY)), std::invalid_argument);
 }
 
 TEST_CASE("every mechanism in configs is written as it was designed") {
@@ -224,9 +224,9 @@ TEST_CASE("whatever the layout, the spec that is written says what was designed,
     VectorX x(static_cast<Eigen::Index>(study.free_numbers.size()));
     for (Eigen::Index i = 0; i < x.size(); ++i) x[i] = 0.001 * (1 + writer.number(9000));
     check_round_trip(text, "s.yaml", x, options);
-    const std::string written = balanced_spec(study, x);
+    const std::string written = format_balanced_spec(study, x);
     CHECK(comments_of(written) == comments_of(text));
-    CHECK(balanced_spec(specs::read(written), VectorX(0)) == written);
+    CHECK(format_balanced_spec(specs::read(written), VectorX(0)) == written);
     free += static_cast<int>(x.size());
     changed += written != text ? 1 : 0;
   }

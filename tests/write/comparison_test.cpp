@@ -23,9 +23,10 @@ ComparedRuns sample() {
   return compared;
 }
 
-std::vector<Verdict> verdicts() {
-  Verdict good{"peak(x) <= base || 1 < 0", "a|b", true, {{"peak(x)", "base", Relation::at_most, 2, 8, "N"}}, {}};
-  Verdict bad{"rms(x) < 2", "", false, {{"rms(x)", "2", Relation::less, 3, 2}}, {}};
+std::vector<RequirementVerdict> verdicts() {
+  RequirementVerdict good{
+      "peak(x) <= base || 1 < 0", "a|b", true, {{"peak(x)", "base", Relation::at_most, 2, 8, "N"}}, {}};
+  RequirementVerdict bad{"rms(x) < 2", "", false, {{"rms(x)", "2", Relation::less, 3, 2}}, {}};
   return {good, bad};
 }
 
@@ -35,7 +36,7 @@ bool has(const std::string& text, const std::string& part) {
 }
 
 TEST_CASE("people see figures, ratios, differences and verdicts") {
-  const std::string text = comparison_text(sample(), verdicts(), ShownQuantities::main);
+  const std::string text = comparison_text(sample(), verdicts(), QuantitySelection::main);
   CHECK(has(text, "shaking_force  N      8.00000  2.00000  0.2500\n"));
   CHECK(has(text, "power[A,1]     W      1.00000        -       -\n"));
   CHECK(has(text, "shaking_force  N     7.00000   87.5 %  3.00000\n"));
@@ -45,11 +46,11 @@ TEST_CASE("people see figures, ratios, differences and verdicts") {
   CHECK(has(text, "FAILED rms(x) < 2: 3 is 50 % above the limit of 2\n"));
   CHECK(has(text, "\n1 of 2 requirements met\n"));
   CHECK(text.find("com_velocity") == std::string::npos);
-  CHECK(has(comparison_text(sample(), {}, ShownQuantities::all), "com_velocity"));
+  CHECK(has(comparison_text(sample(), {}, QuantitySelection::all), "com_velocity"));
 }
 
 TEST_CASE("every row of a Markdown table has as many cells as its heading") {
-  std::istringstream lines(comparison_markdown(sample(), verdicts(), ShownQuantities::all));
+  std::istringstream lines(comparison_markdown(sample(), verdicts(), QuantitySelection::all));
   std::size_t cells = 0;
   int tables = 0;
   for (std::string line; std::getline(lines, line);) {
@@ -72,7 +73,7 @@ TEST_CASE("values for programs are complete and exact") {
   CHECK(has(csv, "\nshaking_force,N,largest_difference,a|b,7,\n"));
   CHECK(has(csv, "\n\"power[A,1]\",W,peak,a|b,,\n"));
   CHECK(has(csv, "\nenergy,J,total,a|b,5,1.25\n"));
-  CHECK(csv_field("say \"a\"") == "\"say \"\"a\"\"\"");
+  CHECK(escape_csv_field("say \"a\"") == "\"say \"\"a\"\"\"");
 }
 
 TEST_CASE("what is missing is null in JSON") {
@@ -83,11 +84,11 @@ TEST_CASE("what is missing is null in JSON") {
 }
 
 TEST_CASE("a verdict is a test case: the requirement of the run") {
-  const TestSuite suite = verdict_suite("requirements", verdicts());
+  const JunitSuite suite = make_verdict_suite("requirements", verdicts());
   REQUIRE(suite.cases.size() == 2);
-  CHECK(suite.cases[0].status == TestCase::Status::passed);
+  CHECK(suite.cases[0].status == JunitCase::Status::passed);
   CHECK(suite.cases[0].group == "a|b");
-  CHECK(suite.cases[1].status == TestCase::Status::failed);
+  CHECK(suite.cases[1].status == JunitCase::Status::failed);
   CHECK(suite.cases[1].group == "requirements");
   CHECK(suite.cases[1].message == "3 is 50 % above the limit of 2");
   CHECK(suite.cases[1].details == "rms(x) = 3\n2 = 2\n");

@@ -27,35 +27,35 @@ TEST_CASE("conditions stand in a table with what they miss and depend on; what n
 }
 
 TEST_CASE("a spec without free numbers has no column for them, without conditions no table") {
-  ConditionsView view = sample::conditions_view();
+  ConditionsReportData view = sample::conditions_view();
   view.numbers.clear();
-  view.occurring = {{}, {}, {}};
+  view.free_number_indices = {{}, {}, {}};
   CHECK(conditions_text(view).find("depends on") == std::string::npos);
   view.conditions.matrix.resize(0, 5);
   view.conditions.rank = 0;
   view.residuals.resize(0);
-  view.by_definition.clear();
+  view.holds_by_definition.clear();
   const std::string text = conditions_text(view);
   CHECK(text.find("no  condition") == std::string::npos);
   CHECK(text.find("nothing is asked for") != std::string::npos);
 }
 
 TEST_CASE("long conditions are broken between terms, never inside brackets") {
-  ConditionsView view = sample::conditions_view();
-  const Monomial l{1, 1, {{0, 1}}}, one{1, 1, {}};
+  ConditionsReportData view = sample::conditions_view();
+  const RationalMonomial l{1, 1, {{0, 1}}}, one{1, 1, {}};
   for (int p = 0; p < 5; ++p) {
     view.conditions.matrix(0, p) = 1;
-    view.names.formulas[0][static_cast<std::size_t>(p)] = Formula{one, {l, one}};
+    view.names.formulas[0][static_cast<std::size_t>(p)] = CoefficientFormula{one, {l, one}};
   }
-  const auto lines = wrapped_condition(view, 0, 30);
+  const auto lines = wrap_condition(view, 0, 30);
   CHECK(lines == std::vector<std::string>{"(l1 + 1) a.m + (l1 + 1) a.mx", "    + (l1 + 1) b.m", "    + (l1 + 1) d.mx",
                                           "    + (l1 + 1) e.J = 0"});
 }
 
 TEST_CASE("numbers in a row are ranges") {
-  CHECK(ranges_text({1, 2, 3, 4, 7, 9, 10}) == "1-4, 7, 9, 10");
-  CHECK(ranges_text({5}) == "5");
-  CHECK(ranges_text({}) == "");
+  CHECK(format_ranges({1, 2, 3, 4, 7, 9, 10}) == "1-4, 7, 9, 10");
+  CHECK(format_ranges({5}) == "5");
+  CHECK(format_ranges({}) == "");
 }
 
 TEST_CASE("conditions in JSON hold every coefficient, with its name where it has one") {
@@ -75,7 +75,7 @@ TEST_CASE("conditions in JSON hold every coefficient, with its name where it has
   CHECK(first["free"] == std::vector<std::string>{"bodies.a.com[0]", "counterweights.b.mass"});
   CHECK(json["conditions"][2]["by_definition"] == true);
   CHECK(json["warnings"] == std::vector<std::string>{"odd"});
-  ConditionsView two = sample::conditions_view();
+  ConditionsReportData two = sample::conditions_view();
   two.conditions.goals.push_back({GoalKind::force});
   CHECK(nlohmann::json::parse(conditions_json(two, {}))["goal"] == std::vector<std::string>{"static", "force"});
 }

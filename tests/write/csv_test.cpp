@@ -30,10 +30,10 @@ std::vector<std::vector<std::string>> table(const std::string& path) {
 
 TEST_CASE("a table has one row per sample and gives every number back") {
   const Folder folder;
-  Result r = sample::result(SpaceKind::planar);
+  RunResult r = sample::result(SpaceKind::planar);
   r.torque(3, 1) = 1.0 / 3.0;
   r.torque(4, 1) = -1e-300;
-  write_csv(folder / "out.csv", r);
+  write_result_csv(folder / "out.csv", r);
   const auto rows = table(folder / "out.csv");
   REQUIRE(rows.size() == 6);
   const auto column = [&](const std::string& name) {
@@ -59,7 +59,7 @@ TEST_CASE("a table has one row per sample and gives every number back") {
 
 TEST_CASE("the columns of a spatial result name their axes") {
   const Folder folder;
-  write_csv(folder / "out.csv", sample::result(SpaceKind::spatial));
+  write_result_csv(folder / "out.csv", sample::result(SpaceKind::spatial));
   const std::string text = sample::content(folder / "out.csv");
   for (const std::string name : {"tool_orientation.w [1]", "shaking_moment.z [N m]", "weld.moment.z [N m]"}) {
     CHECK_MESSAGE(text.find(name) < text.find('\n'), name);
@@ -68,22 +68,22 @@ TEST_CASE("the columns of a spatial result name their axes") {
 
 TEST_CASE("a name with a comma stays one field") {
   const Folder folder;
-  Result r = sample::result(SpaceKind::planar);
+  RunResult r = sample::result(SpaceKind::planar);
   r.joint_names[2] = "a \"b\", c";
-  write_csv(folder / "out.csv", r);
+  write_result_csv(folder / "out.csv", r);
   CHECK(sample::content(folder / "out.csv").find("\"a \"\"b\"\", c.moment [N m]\"") != std::string::npos);
 }
 
 TEST_CASE("a table is written whole or not at all") {
   const Folder folder;
-  const Result r = sample::result(SpaceKind::planar);
-  write_csv(folder / "out.csv", r);
+  const RunResult r = sample::result(SpaceKind::planar);
+  write_result_csv(folder / "out.csv", r);
   const std::string old = sample::content(folder / "out.csv");
-  CHECK_THROWS_AS(write_csv(folder / "out.csv", r), SystemError);
+  CHECK_THROWS_AS(write_result_csv(folder / "out.csv", r), SystemError);
   WriteOptions options;
-  options.existing = Existing::replace;
-  options.cancelled = [] { return true; };
-  CHECK_THROWS_AS(write_csv(folder / "out.csv", sample::result(SpaceKind::spatial), options), Cancelled);
+  options.existing = OverwritePolicy::replace;
+  options.is_cancelled = [] { return true; };
+  CHECK_THROWS_AS(write_result_csv(folder / "out.csv", sample::result(SpaceKind::spatial), options), Cancelled);
   CHECK(sample::content(folder / "out.csv") == old);
   CHECK(folder.entries() == 1);
 }

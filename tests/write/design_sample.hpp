@@ -8,12 +8,13 @@
 
 namespace sample {
 
-inline Parameter parameter(const std::string& owner, const std::string& symbol, Bearer bearer = Bearer::body) {
+inline Parameter parameter(const std::string& owner, const std::string& symbol,
+                           ParameterOwner bearer = ParameterOwner::body) {
   Parameter p;
   p.owner = owner;
   p.symbol = symbol;
   p.name = owner + "." + symbol;
-  p.bearer = bearer;
+  p.owner_kind = bearer;
   return p;
 }
 
@@ -21,47 +22,48 @@ inline Conditions conditions() {
   Conditions c;
   c.status = ConditionsStatus::done;
   c.goals = {{GoalKind::statics}};
-  c.parameters = {parameter("a", "m"), parameter("a", "mx"), parameter("b", "m"), parameter("d", "mx", Bearer::disc),
-                  parameter("e", "J")};
+  c.parameters = {parameter("a", "m"), parameter("a", "mx"), parameter("b", "m"),
+                  parameter("d", "mx", ParameterOwner::disc), parameter("e", "J")};
   c.matrix.resize(3, 5);
   c.matrix << 0, 1, 0.5, 0, 0,  //
       -0.25, 0, 0, 0, 1,        //
       0, 0, 0, 1, 0;
   c.pivots = {1, 4, 3};
-  c.scale = Eigen::Vector3d(2, 4, 1);
+  c.row_scales = Eigen::Vector3d(2, 4, 1);
   c.rank = 3;
-  c.smallest_kept = 0.1;
-  c.largest_dropped = 1e-15;
-  c.gap = 1e14;
+  c.min_kept_singular_value = 0.1;
+  c.max_dropped_singular_value = 1e-15;
+  c.singular_value_gap = 1e14;
   c.samples = 17;
   c.notes = {"a note"};
   return c;
 }
 
-inline ConditionsView conditions_view() {
-  ConditionsView view;
+inline ConditionsReportData conditions_view() {
+  ConditionsReportData view;
   view.title = "made up";
   view.strategy = "complete";
   view.conditions = conditions();
   view.names.symbols = {{"l1", "m", 0.5, {}}};
-  view.names.formulas = {std::vector<std::optional<Formula>>(5), std::vector<std::optional<Formula>>(5),
-                         std::vector<std::optional<Formula>>(5)};
-  view.names.formulas[0][2] = Formula{{1, 1, {{0, 1}}}, {}};
-  view.names.formulas[1][0] = Formula{{-1, 1, {{0, 2}}}, {}};
+  view.names.formulas = {std::vector<std::optional<CoefficientFormula>>(5),
+                         std::vector<std::optional<CoefficientFormula>>(5),
+                         std::vector<std::optional<CoefficientFormula>>(5)};
+  view.names.formulas[0][2] = CoefficientFormula{{1, 1, {{0, 1}}}, {}};
+  view.names.formulas[1][0] = CoefficientFormula{{-1, 1, {{0, 2}}}, {}};
   view.residuals = Eigen::Vector3d(0.125, 1e-12, 0);
-  view.by_definition = {false, false, true};
+  view.holds_by_definition = {false, false, true};
   view.numbers.resize(2);
-  view.numbers[0].path = "bodies.a.com[0]";
+  view.numbers[0].key_path = "bodies.a.com[0]";
   view.numbers[0].lower = -1;
   view.numbers[0].upper = 1;
-  view.numbers[1].path = "counterweights.b.mass";
+  view.numbers[1].key_path = "counterweights.b.mass";
   view.numbers[1].upper = 10;
-  view.occurring = {{0, 1}, {}, {}};
+  view.free_number_indices = {{0, 1}, {}, {}};
   return view;
 }
 
-inline DesignView design() {
-  DesignView view;
+inline DesignReportData design() {
+  DesignReportData view;
   view.conditions = conditions_view();
   view.conditions.residuals[0] = 0;
   view.residuals_before = Eigen::Vector3d(0.125, 0, 0);
@@ -76,13 +78,13 @@ inline DesignView design() {
   r.outcome.x = Eigen::Vector2d(-0.25, 10);
   r.outcome.conditions = conditions();
   r.outcome.objective = 10;
-  r.outcome.objective_start = 0;
+  r.outcome.start_objective = 0;
   r.outcome.lower_bound = 10;
-  r.outcome.optimality = Optimality::proved_best;
-  r.outcome.freedom = {1, 0, {}};
+  r.outcome.optimality = Optimality::proved_global;
+  r.outcome.solution_set = {1, 0, {}};
   r.added_mass = 10;
   r.added_inertia = 0.125;
-  r.numbers = view.conditions.numbers;
+  r.free_numbers = view.conditions.numbers;
   r.before = Eigen::Vector2d(0.5, 0);
   r.mass_before = 3;
   r.mass_after = 13;

@@ -45,28 +45,28 @@ TEST_CASE("a design says what was reached, the numbers, the conditions, the cost
 }
 
 TEST_CASE("a compromise and an impossibility are not called solutions, and the proof is said once") {
-  DesignView view = sample::design();
+  DesignReportData view = sample::design();
   DesignOutcome& outcome = view.report.outcome;
-  outcome.optimality = Optimality::local_best;
+  outcome.optimality = Optimality::local_optimum;
   outcome.status = DesignStatus::compromise;
   outcome.reason = "1 of 3 conditions stays open";
   CHECK(design_text(view).find("made up: a compromise: not balanced for static\n1 of 3 conditions stays open\n") == 0);
-  outcome.status = DesignStatus::impossible;
-  outcome.proof = Impossibility{};
-  outcome.proof->sentence = "a.m + b.m = 0 cannot hold: both are positive";
-  outcome.reason = outcome.proof->sentence;
+  outcome.status = DesignStatus::infeasible;
+  outcome.certificate = InfeasibilityCertificate{};
+  outcome.certificate->statement = "a.m + b.m = 0 cannot hold: both are positive";
+  outcome.reason = outcome.certificate->statement;
   const std::string text = design_text(view);
   CHECK(text.find("impossible: no choice of the free numbers balances it for static\na.m + b.m") != std::string::npos);
   CHECK(text.find("cannot hold") == text.rfind("cannot hold"));
   CHECK(text.find("impossibility: not proved\n") != std::string::npos);
-  outcome.proved = true;
+  outcome.is_proved_infeasible = true;
   CHECK(design_text(view).find("impossibility: proved\n") != std::string::npos);
 }
 
 TEST_CASE("what is not proved the best shows what the least could be") {
-  DesignView view = sample::design();
-  view.report.outcome.optimality = Optimality::local_best;
-  view.report.outcome.tried = "6 starts";
+  DesignReportData view = sample::design();
+  view.report.outcome.optimality = Optimality::local_optimum;
+  view.report.outcome.search_summary = "6 starts";
   view.report.outcome.lower_bound = 8;
   CHECK(design_text(view).find(
             "made up: balanced exactly for static\n3 conditions are met\n"
@@ -75,8 +75,9 @@ TEST_CASE("what is not proved the best shows what the least could be") {
 }
 
 TEST_CASE("the least there is stands only where it is proved (B6)") {
-  DesignView view = sample::design();
-  for (const Optimality optimality : {Optimality::not_asked, Optimality::local_best, Optimality::stopped}) {
+  DesignReportData view = sample::design();
+  for (const Optimality optimality :
+       {Optimality::not_optimised, Optimality::local_optimum, Optimality::budget_exhausted}) {
     view.report.outcome.optimality = optimality;
     CHECK(design_text(view).find("there is") == std::string::npos);
     CHECK(nlohmann::json::parse(design_json(view, {}))["objective"]["global"] == false);
@@ -86,42 +87,42 @@ TEST_CASE("the least there is stands only where it is proved (B6)") {
 }
 
 TEST_CASE("what a search leaves free is counted and named (B11)") {
-  DesignView view = sample::design();
-  view.report.outcome.freedom = {2, 1, {0, 1}};
+  DesignReportData view = sample::design();
+  view.report.outcome.solution_set = {2, 1, {0, 1}};
   CHECK(design_text(view).find("freedom: 1 is left, with the same added mass: one of many solutions; what may still "
                                "change: bodies.a.com[0], counterweights.b.mass\n") != std::string::npos);
-  view.report.outcome.freedom = {2, -1, {0, 1}};
+  view.report.outcome.solution_set = {2, -1, {0, 1}};
   CHECK(design_text(view).find("freedom: the conditions leave 2, spent on a small added mass: bodies.a.com[0], "
                                "counterweights.b.mass\n") != std::string::npos);
 }
 
 TEST_CASE("without a goal nothing is called balanced (B12)") {
-  DesignView view = sample::design();
-  view.report.outcome.status = DesignStatus::not_asked;
+  DesignReportData view = sample::design();
+  view.report.outcome.status = DesignStatus::no_goal;
   CHECK(design_text(view).find("made up: the least added mass there is; no goal was asked for\n") == 0);
-  view.report.outcome.optimality = Optimality::local_best;
+  view.report.outcome.optimality = Optimality::local_optimum;
   CHECK(design_text(view).find("made up: a small added mass; no goal was asked for\n") == 0);
-  view.report.outcome.status = DesignStatus::not_found;
+  view.report.outcome.status = DesignStatus::no_feasible_start;
   CHECK(nlohmann::json::parse(design_json(view, {}))["status"] == "not-found");
 }
 
 TEST_CASE("changes drop what round-off leaves, but not what is small") {
   TrajectoryComparison c = sample::design().report.comparisons[0];
-  auto changes = list_changes(c);
+  auto changes = list_metric_changes(c);
   REQUIRE(changes.size() == 4);
   CHECK(changes[2].after == 0);
   c.after.metrics[1].peak = 1e-11;  // the terms before leave 2e-12
-  CHECK(list_changes(c)[2].after == 1e-11);
+  CHECK(list_metric_changes(c)[2].after == 1e-11);
   std::swap(c.before, c.after);
   c.after.metrics[1].rms = 7;
   c.before.metrics[1].rms = 1e-13;
-  changes = list_changes(c);
+  changes = list_metric_changes(c);
   CHECK(changes[3].before == 0);
   CHECK(changes[3].after == 7);
 }
 
 TEST_CASE("a design tells what a user should know of the motions before and after (A1)") {
-  DesignView view = sample::design();
+  DesignReportData view = sample::design();
   view.report.comparisons[0].before.outcome.notes = {"both", "first"};
   view.report.comparisons[0].after.outcome.notes = {"both", "then"};
   CHECK(design_text(view).find("note: both\nnote, before: first\nnote, after: then\n") != std::string::npos);
@@ -173,7 +174,7 @@ TEST_CASE("a design in JSON holds the same, unrounded") {
 
 TEST_CASE("a design's file holds numbers, conditions and both runs of every trajectory, to the last bit") {
   const Folder folder;
-  const DesignView view = sample::design();
+  const DesignReportData view = sample::design();
   write_design(folder / "out.h5", view, sample::description());
   const Reader file(folder / "out.h5");
   CHECK(file.texts("free_number") == std::vector<std::string>{"bodies.a.com[0]", "counterweights.b.mass"});
@@ -188,7 +189,7 @@ TEST_CASE("a design's file holds numbers, conditions and both runs of every traj
   CHECK(file.numbers("mass_after") == std::vector<double>{13});
   CHECK(file.text_attribute("/", "status") == "balanced");
   CHECK(file.text_attribute("/", "objective") == "added mass");
-  const Result& before = view.report.comparisons[0].before;
+  const RunResult& before = view.report.comparisons[0].before;
   CHECK(file.numbers("before/cycloid/joint_force") ==
         std::vector<double>(before.joint_force.data(), before.joint_force.data() + before.joint_force.size()));
   CHECK(file.numbers("after/cycloid/metrics/peak") == std::vector<double>{25, 1e-12});
@@ -201,7 +202,7 @@ TEST_CASE("a design's file holds numbers, conditions and both runs of every traj
 
 TEST_CASE("a design without conditions or trajectories still makes a file, the same bytes each time") {
   const Folder folder;
-  DesignView view = sample::design();
+  DesignReportData view = sample::design();
   view.report.comparisons.clear();
   view.conditions.conditions.matrix.resize(0, 5);
   for (const char* name : {"a", "b"}) write_design(folder / name, view, sample::description());

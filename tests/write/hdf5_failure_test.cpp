@@ -14,12 +14,12 @@ using sample::Folder;
 
 TEST_CASE("a result that is not done, or whose sizes contradict each other, is misuse and leaves no file") {
   const Folder folder;
-  Result unsolved = sample::result(SpaceKind::planar);
+  RunResult unsolved = sample::result(SpaceKind::planar);
   unsolved.outcome.status = MotionStatus::unsolved;
-  CHECK_THROWS_AS(write_result(folder / "out.h5", unsolved, sample::description()), std::invalid_argument);
-  Result short_rows = sample::result(SpaceKind::planar);
+  CHECK_THROWS_AS(write_result_hdf5(folder / "out.h5", unsolved, sample::description()), std::invalid_argument);
+  RunResult short_rows = sample::result(SpaceKind::planar);
   short_rows.torque.resize(2, 2);
-  CHECK_THROWS_AS(write_result(folder / "out.h5", short_rows, sample::description()), std::invalid_argument);
+  CHECK_THROWS_AS(write_result_hdf5(folder / "out.h5", short_rows, sample::description()), std::invalid_argument);
   CHECK(folder.entries() == 0);
 }
 
@@ -27,11 +27,12 @@ TEST_CASE("a user who stops the writing finds the older file and nothing else") 
   const Folder folder;
   std::ofstream(folder / "out.h5") << "old";
   WriteOptions options;
-  options.existing = Existing::replace;
+  options.existing = OverwritePolicy::replace;
   int questions = 0;
-  options.cancelled = [&] { return ++questions == 5; };
-  CHECK_THROWS_AS(write_result(folder / "out.h5", sample::result(SpaceKind::planar), sample::description(), options),
-                  Cancelled);
+  options.is_cancelled = [&] { return ++questions == 5; };
+  CHECK_THROWS_AS(
+      write_result_hdf5(folder / "out.h5", sample::result(SpaceKind::planar), sample::description(), options),
+      Cancelled);
   CHECK(questions == 5);
   CHECK(sample::content(folder / "out.h5") == "old");
   CHECK(folder.entries() == 1);
@@ -40,10 +41,10 @@ TEST_CASE("a user who stops the writing finds the older file and nothing else") 
 TEST_CASE("a file that outgrows its room at any byte is refused with the system's reason and leaves nothing") {
   const Folder folder;
   std::ofstream(folder / "out.h5") << "old";
-  const Result r = sample::result(SpaceKind::spatial, 50);
+  const RunResult r = sample::result(SpaceKind::spatial, 50);
   WriteOptions options;
-  options.existing = Existing::replace;
-  write_result(folder / "whole", r, sample::description());
+  options.existing = OverwritePolicy::replace;
+  write_result_hdf5(folder / "whole", r, sample::description());
   const auto whole = static_cast<rlim_t>(std::filesystem::file_size(folder / "whole"));
   rlimit before{};
   getrlimit(RLIMIT_FSIZE, &before);
@@ -53,7 +54,7 @@ TEST_CASE("a file that outgrows its room at any byte is refused with the system'
     setrlimit(RLIMIT_FSIZE, &limit);
     std::string message;
     try {
-      write_result(folder / "out.h5", r, sample::description(), options);
+      write_result_hdf5(folder / "out.h5", r, sample::description(), options);
     } catch (const SystemError& error) {
       message = error.what();
     }
@@ -63,6 +64,6 @@ TEST_CASE("a file that outgrows its room at any byte is refused with the system'
     CHECK(folder.entries() == 2);
   }
   std::signal(SIGXFSZ, handler);
-  write_result(folder / "out.h5", r, sample::description(), options);  // the failures have not harmed what follows
+  write_result_hdf5(folder / "out.h5", r, sample::description(), options);  // the failures have not harmed what follows
   CHECK(sample::content(folder / "out.h5") == sample::content(folder / "whole"));
 }

@@ -16,7 +16,7 @@ std::vector<double> flat(const Samples& samples) { return {samples.data(), sampl
 using Names = std::vector<std::string>;
 
 /// Everything that one file must hold, whatever way it is stored.
-void check_file(const Reader& file, const Result& r) {
+void check_file(const Reader& file, const RunResult& r) {
   CHECK(file.numbers("time") == std::vector<double>(r.time.begin(), r.time.end()));
   CHECK(file.numbers("joint_position") == flat(r.joint_position));
   CHECK(file.numbers("joint_velocity") == flat(r.joint_velocity));
@@ -64,8 +64,8 @@ TEST_CASE("what is read back is what was written, to the last bit, stored plainl
   for (const SpaceKind space : {SpaceKind::planar, SpaceKind::spatial}) {
     for (const Compression compression : {Compression::none, Compression::gzip}) {
       const Folder folder;
-      const Result r = sample::result(space);
-      write_result(folder / "out.h5", r, sample::description(), with(compression));
+      const RunResult r = sample::result(space);
+      write_result_hdf5(folder / "out.h5", r, sample::description(), with(compression));
       check_file(Reader(folder / "out.h5"), r);
       CHECK(folder.entries() == 1);
     }
@@ -74,8 +74,8 @@ TEST_CASE("what is read back is what was written, to the last bit, stored plainl
 
 TEST_CASE("every dimension of every dataset has one scale that knows it") {
   const Folder folder;
-  write_result(folder / "planar", sample::result(SpaceKind::planar), sample::description());
-  write_result(folder / "spatial", sample::result(SpaceKind::spatial), sample::description());
+  write_result_hdf5(folder / "planar", sample::result(SpaceKind::planar), sample::description());
+  write_result_hdf5(folder / "spatial", sample::result(SpaceKind::spatial), sample::description());
   for (const std::string name : {"planar", "spatial"}) {
     const Reader file(folder / name);
     for (const std::string& dataset : file.datasets()) {
@@ -100,7 +100,7 @@ TEST_CASE("every dimension of every dataset has one scale that knows it") {
 
 TEST_CASE("every dataset has a unit and a long name") {
   const Folder folder;
-  write_result(folder / "out.h5", sample::result(SpaceKind::spatial), sample::description());
+  write_result_hdf5(folder / "out.h5", sample::result(SpaceKind::spatial), sample::description());
   const Reader file(folder / "out.h5");
   for (const std::string& dataset : file.datasets()) {
     CHECK_MESSAGE(!file.text_attribute(dataset, "units").empty(), dataset);
@@ -114,11 +114,11 @@ TEST_CASE("every dataset has a unit and a long name") {
 
 TEST_CASE("units that differ between columns are said column by column, and only then") {
   const Folder folder;
-  Result r = sample::result(SpaceKind::planar);
-  write_result(folder / "mixed", r, sample::description());
+  RunResult r = sample::result(SpaceKind::planar);
+  write_result_hdf5(folder / "mixed", r, sample::description());
   r.coordinate_units = {"rad", "rad"};
   r.actuator_units = {"N m", "N m"};
-  write_result(folder / "alike", r, sample::description());
+  write_result_hdf5(folder / "alike", r, sample::description());
   const Reader mixed(folder / "mixed"), alike(folder / "alike");
   CHECK(mixed.text_attribute("joint_velocity", "units") == "mixed");
   CHECK(mixed.texts("coordinate_unit") == Names{"rad", "m"});
@@ -132,10 +132,10 @@ TEST_CASE("units that differ between columns are said column by column, and only
 
 TEST_CASE("the root says where the result comes from, however long the spec is") {
   const Folder folder;
-  FileDescription description = sample::description();
+  Provenance description = sample::description();
   description.spec_text =
       "name: long\n#" + std::string(200000, 'x');  // an HDF5 attribute in the usual place ends at 64 kB
-  write_result(folder / "out.h5", sample::result(SpaceKind::planar), description);
+  write_result_hdf5(folder / "out.h5", sample::result(SpaceKind::planar), description);
   const Reader file(folder / "out.h5");
   CHECK(file.text_attribute("/", "title") == description.title);
   CHECK(file.text_attribute("/", "Conventions") == "balance-1");
@@ -151,7 +151,7 @@ TEST_CASE("the root says where the result comes from, however long the spec is")
 
 TEST_CASE("quantities that a mechanism does not have are left out") {
   const Folder folder;
-  Result r = sample::result(SpaceKind::planar);
+  RunResult r = sample::result(SpaceKind::planar);
   r.actuator_names.clear();
   r.actuator_units.clear();
   r.torque.resize(r.time.size(), 0);
@@ -159,7 +159,7 @@ TEST_CASE("quantities that a mechanism does not have are left out") {
   r.tool_position.resize(0, 0);
   r.tool_orientation.resize(0, 0);
   r.metrics.clear();
-  write_result(folder / "out.h5", r, sample::description());
+  write_result_hdf5(folder / "out.h5", r, sample::description());
   const Reader file(folder / "out.h5");
   for (const std::string name :
        {"torque", "power", "actuator", "tool_position", "tool_orientation", "metrics/quantity"}) {
@@ -171,18 +171,18 @@ TEST_CASE("quantities that a mechanism does not have are left out") {
 TEST_CASE("the same result gives the same bytes") {
   for (const Compression compression : {Compression::none, Compression::gzip}) {
     const Folder folder;
-    const Result r = sample::result(SpaceKind::spatial, 300);
-    write_result(folder / "a", r, sample::description(), with(compression));
-    write_result(folder / "b", r, sample::description(), with(compression));
+    const RunResult r = sample::result(SpaceKind::spatial, 300);
+    write_result_hdf5(folder / "a", r, sample::description(), with(compression));
+    write_result_hdf5(folder / "b", r, sample::description(), with(compression));
     CHECK(sample::content(folder / "a") == sample::content(folder / "b"));
   }
 }
 
 TEST_CASE("plain samples take no more room than their numbers, and compressed ones less") {
   const Folder folder;
-  const Result r = sample::result(SpaceKind::spatial, 5000);
-  write_result(folder / "plain", r, sample::description());
-  write_result(folder / "compressed", r, sample::description(), with(Compression::gzip));
+  const RunResult r = sample::result(SpaceKind::spatial, 5000);
+  write_result_hdf5(folder / "plain", r, sample::description());
+  write_result_hdf5(folder / "compressed", r, sample::description(), with(Compression::gzip));
   const hid_t file = H5Fopen((folder / "plain").c_str(), H5F_ACC_RDONLY, H5P_DEFAULT);
   const hid_t dataset = H5Dopen2(file, "joint_force", H5P_DEFAULT);
   CHECK(H5Dget_storage_size(dataset) == r.joint_force.size() * sizeof(double));

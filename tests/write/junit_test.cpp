@@ -6,7 +6,7 @@
 namespace balance {
 namespace {
 
-using Status = TestCase::Status;
+using Status = JunitCase::Status;
 
 TEST_CASE("a report counts what became of its cases") {
   const std::string xml = junit_xml(
@@ -37,7 +37,7 @@ TEST_CASE("a report counts what became of its cases") {
 }
 
 TEST_CASE("nothing in a file of results turns the direction of writing (C8)") {
-  TestCase one;
+  JunitCase one;
   one.name = "a\u202Eb";
   one.output = "two\nlines\u2066\x1b";
   const std::string xml = junit_xml("s\u200Fs", {{"suite\u061C", {one}}});
@@ -48,18 +48,18 @@ TEST_CASE("nothing in a file of results turns the direction of writing (C8)") {
 }
 
 TEST_CASE("texts become what XML can hold") {
-  CHECK(xml_text("a < b && c > \"d\"") == "a &lt; b &amp;&amp; c &gt; &quot;d&quot;");
-  CHECK(xml_text("two\nlines\t\r") == "two&#10;lines&#9;&#13;");
-  CHECK(xml_text("Schüttelkraft ≤ 1 𝛼") == "Schüttelkraft ≤ 1 𝛼");
+  CHECK(escape_xml("a < b && c > \"d\"") == "a &lt; b &amp;&amp; c &gt; &quot;d&quot;");
+  CHECK(escape_xml("two\nlines\t\r") == "two&#10;lines&#9;&#13;");
+  CHECK(escape_xml("Schüttelkraft ≤ 1 𝛼") == "Schüttelkraft ≤ 1 𝛼");
   const std::string replaced = "\xEF\xBF\xBD";
-  CHECK(xml_text(std::string("a\0b\x1f", 4)) == "a" + replaced + "b" + replaced);
-  CHECK(xml_text("\xff") == replaced);
-  CHECK(xml_text("\xc3") == replaced);                                // cut off
-  CHECK(xml_text("\xc0\xaf") == replaced + replaced);                 // a slash in two bytes
-  CHECK(xml_text("\xed\xa0\x80") == replaced + replaced + replaced);  // half of a pair is no UTF-8: byte by byte
-  CHECK(xml_text("\xef\xbf\xbf") == replaced);                        // no character
-  CHECK(xml_text("\xf4\x90\x80\x80") == replaced + replaced + replaced + replaced);  // beyond the last
-  CHECK(xml_text("\xe2\x82(") == replaced + replaced + "(");
+  CHECK(escape_xml(std::string("a\0b\x1f", 4)) == "a" + replaced + "b" + replaced);
+  CHECK(escape_xml("\xff") == replaced);
+  CHECK(escape_xml("\xc3") == replaced);                                // cut off
+  CHECK(escape_xml("\xc0\xaf") == replaced + replaced);                 // a slash in two bytes
+  CHECK(escape_xml("\xed\xa0\x80") == replaced + replaced + replaced);  // half of a pair is no UTF-8: byte by byte
+  CHECK(escape_xml("\xef\xbf\xbf") == replaced);                        // no character
+  CHECK(escape_xml("\xf4\x90\x80\x80") == replaced + replaced + replaced + replaced);  // beyond the last
+  CHECK(escape_xml("\xe2\x82(") == replaced + replaced + "(");
 }
 
 }  // namespace

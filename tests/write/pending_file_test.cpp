@@ -21,7 +21,7 @@ void put(const std::string& path, const std::string& text) { std::ofstream(path)
 TEST_CASE("a file has its name only after it is committed") {
   const Folder folder;
   const std::string path = folder / "out";
-  PendingFile file(path, Existing::keep);
+  AtomicFile file(path, OverwritePolicy::forbid);
   file.write("complete");
   CHECK_FALSE(std::filesystem::exists(path));
   CHECK(std::filesystem::path(file.temporary()).parent_path() == std::filesystem::path(path).parent_path());
@@ -35,7 +35,7 @@ TEST_CASE("a file that is given up leaves nothing and keeps the older one") {
   const std::string path = folder / "out";
   put(path, "old");
   {
-    PendingFile file(path, Existing::replace);
+    AtomicFile file(path, OverwritePolicy::replace);
     file.write("half");
     CHECK(content(path) == "old");
   }
@@ -47,11 +47,11 @@ TEST_CASE("an older file is replaced only when that is asked for") {
   const Folder folder;
   const std::string path = folder / "out";
   put(path, "old");
-  CHECK_THROWS_WITH_AS(PendingFile(path, Existing::keep),
+  CHECK_THROWS_WITH_AS(AtomicFile(path, OverwritePolicy::forbid),
                        ("cannot write " + path + ": it exists already; --force replaces it").c_str(), SystemError);
-  CHECK_THROWS_AS(check_writable(path, Existing::keep), SystemError);
-  CHECK_NOTHROW(check_writable(path, Existing::replace));
-  PendingFile file(path, Existing::replace);
+  CHECK_THROWS_AS(check_writable(path, OverwritePolicy::forbid), SystemError);
+  CHECK_NOTHROW(check_writable(path, OverwritePolicy::replace));
+  AtomicFile file(path, OverwritePolicy::replace);
   file.write("new");
   file.commit();
   CHECK(content(path) == "new");
@@ -61,7 +61,7 @@ TEST_CASE("a file that appears while another of its name is being written is not
   const Folder folder;
   const std::string path = folder / "out";
   {
-    PendingFile file(path, Existing::keep);
+    AtomicFile file(path, OverwritePolicy::forbid);
     file.write("mine");
     put(path, "theirs");
     CHECK_THROWS_AS(file.commit(), SystemError);
@@ -77,10 +77,10 @@ TEST_CASE("a symbolic link is not followed, wherever it leads (C6)") {
   std::filesystem::create_symlink(target, link);
   std::filesystem::create_symlink(folder / "nothing", dangling);
   for (const std::string& path : {link, dangling}) {
-    for (const Existing existing : {Existing::keep, Existing::replace}) {
+    for (const OverwritePolicy existing : {OverwritePolicy::forbid, OverwritePolicy::replace}) {
       CHECK_THROWS_AS(check_writable(path, existing), SystemError);
       CHECK_THROWS_WITH_AS(
-          PendingFile(path, existing),
+          AtomicFile(path, existing),
           ("cannot write " + path + ": it is a symbolic link, which is not followed; name the file itself").c_str(),
           SystemError);
     }
@@ -94,7 +94,7 @@ TEST_CASE("a link to a folder on the way to a file is the user's own") {
   const Folder folder;
   std::filesystem::create_directory(folder / "real");
   std::filesystem::create_directory_symlink(folder / "real", folder / "other");
-  PendingFile file(folder / "other/out", Existing::keep);
+  AtomicFile file(folder / "other/out", OverwritePolicy::forbid);
   file.write("x");
   file.commit();
   CHECK(content(folder / "real/out") == "x");
@@ -104,33 +104,34 @@ TEST_CASE("an unfinished file is known by its mark, and whether its writer lives
   const Folder folder;
   std::string living;
   {
-    const PendingFile file(folder / "a.h5", Existing::keep, "batch-"), plain(folder / "a.h5", Existing::keep);
+    const AtomicFile file(folder / "a.h5", OverwritePolicy::forbid, "batch-"),
+        plain(folder / "a.h5", OverwritePolicy::forbid);
     living = file.temporary();
     const auto target = [](const std::string& path, std::string_view mark) {
-      return target_of_temporary(std::filesystem::path(path).filename().string(), mark);
+      return parse_temporary_name(std::filesystem::path(path).filename().string(), mark);
     };
     CHECK(target(living, "batch-") == "a.h5");
     CHECK(target(living, "") == "");
     CHECK(target(plain.temporary(), "") == "a.h5");
     CHECK(target(plain.temporary(), "batch-") == "");
-    remove_if_abandoned(living);
+    remove_stale_temporary(living);
     CHECK(std::filesystem::exists(living));
   }
   put(living, "left by a killed writer");
-  remove_if_abandoned(living);
+  remove_stale_temporary(living);
   CHECK_FALSE(std::filesystem::exists(living));
   for (const std::string name : {"", ".", ".tmp", ".batch-00000000.tmp", ".a.batch-0000000g.tmp",
                                  "a.batch-00000000.tmp", ".a.batch-000000000.tmp"})
-    CHECK(target_of_temporary(name, "batch-") == "");
+    CHECK(parse_temporary_name(name, "batch-") == "");
 }
 
 TEST_CASE("what is no regular file is never replaced") {
   const Folder folder;
-  CHECK_THROWS_WITH_AS(check_writable("/dev/null", Existing::replace),
+  CHECK_THROWS_WITH_AS(check_writable("/dev/null", OverwritePolicy::replace),
                        "cannot write /dev/null: it is not a regular file", SystemError);
-  CHECK_THROWS_AS(PendingFile("/dev/null", Existing::replace), SystemError);
-  CHECK_THROWS_AS(check_writable(folder / ".", Existing::replace), SystemError);
-  CHECK_THROWS_AS(check_writable("", Existing::replace), SystemError);
+  CHECK_THROWS_AS(AtomicFile("/dev/null", OverwritePolicy::replace), SystemError);
+  CHECK_THROWS_AS(check_writable(folder / ".", OverwritePolicy::replace), SystemError);
+  CHECK_THROWS_AS(check_writable("", OverwritePolicy::replace), SystemError);
 }
 
 TEST_CASE("a file where a folder should be is named") {
@@ -139,17 +140,17 @@ TEST_CASE("a file where a folder should be is named") {
   for (const std::string below : {"file/out", "file/deep/out", "new/../file/out"}) {
     const std::string path = folder / below;
     const std::string reason = "cannot write " + path + ": " + (folder / "file") + " is a file, not a folder";
-    CHECK_THROWS_WITH_AS(PendingFile(path, Existing::keep), reason.c_str(), SystemError);
-    CHECK_THROWS_WITH_AS(check_writable(path, Existing::keep), reason.c_str(), SystemError);
+    CHECK_THROWS_WITH_AS(AtomicFile(path, OverwritePolicy::forbid), reason.c_str(), SystemError);
+    CHECK_THROWS_WITH_AS(check_writable(path, OverwritePolicy::forbid), reason.c_str(), SystemError);
   }
 }
 
 TEST_CASE("a folder that is missing is made for the file, not for the question whether it can be written") {
   const Folder folder;
   const std::string path = folder / "new/er/out";
-  CHECK_NOTHROW(check_writable(path, Existing::keep));
+  CHECK_NOTHROW(check_writable(path, OverwritePolicy::forbid));
   CHECK(folder.entries() == 0);
-  PendingFile file(path, Existing::keep);
+  AtomicFile file(path, OverwritePolicy::forbid);
   file.write("x");
   file.commit();
   CHECK(content(path) == "x");
@@ -161,13 +162,15 @@ TEST_CASE("behind a folder that is still to be made a path means what it will me
   std::filesystem::create_directory_symlink(folder / ".", folder / "link");
   for (const std::string name :
        {"out", "./out", "new/../out", "new/er/../../out", "link/out", "new/../link/new/../out"}) {
-    CHECK(same_file(folder / name, folder / "out"));
-    CHECK_THROWS_AS(check_writable(folder / name, Existing::keep), SystemError);
+    CHECK(is_same_file(folder / name, folder / "out"));
+    CHECK_THROWS_AS(check_writable(folder / name, OverwritePolicy::forbid), SystemError);
   }
-  CHECK(same_file(folder / "new/../x", folder / "link/x"));
-  CHECK_FALSE(same_file(folder / "new/x", folder / "x"));
-  CHECK(find_replaced(folder / "new/../out", {{folder / "other", ""}, {folder / "link/out", "it"}})->what == "it");
-  CHECK(find_replaced(standard_output, {{"-", ""}}) == nullptr);
+  CHECK(is_same_file(folder / "new/../x", folder / "link/x"));
+  CHECK_FALSE(is_same_file(folder / "new/x", folder / "x"));
+  CHECK(
+      find_replaced_input(folder / "new/../out", {{folder / "other", ""}, {folder / "link/out", "it"}})->description ==
+      "it");
+  CHECK(find_replaced_input(standard_output_path, {{"-", ""}}) == nullptr);
 }
 
 TEST_CASE("a file that is replaced leaves its permissions to the new one") {
@@ -176,7 +179,7 @@ TEST_CASE("a file that is replaced leaves its permissions to the new one") {
   for (const mode_t mode : {0600U, 0664U, 0755U}) {
     put(path, "old");
     ::chmod(path.c_str(), mode);
-    PendingFile file(path, Existing::replace);
+    AtomicFile file(path, OverwritePolicy::replace);
     file.commit();
     struct stat status {};
     REQUIRE(stat(path.c_str(), &status) == 0);
@@ -187,7 +190,7 @@ TEST_CASE("a file that is replaced leaves its permissions to the new one") {
 TEST_CASE("a name of the longest length that file systems allow can be written") {
   const Folder folder;
   const std::string path = folder / std::string(255, 'n');
-  PendingFile file(path, Existing::keep);
+  AtomicFile file(path, OverwritePolicy::forbid);
   file.write("x");
   file.commit();
   CHECK(content(path) == "x");
@@ -196,7 +199,7 @@ TEST_CASE("a name of the longest length that file systems allow can be written")
 TEST_CASE("a new file has the permissions that the user's mask allows") {
   const Folder folder;
   const mode_t mask = umask(027);
-  PendingFile file(folder / "out", Existing::keep);
+  AtomicFile file(folder / "out", OverwritePolicy::forbid);
   file.commit();
   umask(mask);
   struct stat status {};

@@ -26,7 +26,7 @@ inline Samples distinct(Eigen::Index rows, Eigen::Index columns, int quantity) {
   return samples;
 }
 
-inline void fill_samples(Result& r, Eigen::Index rows) {
+inline void fill_samples(RunResult& r, Eigen::Index rows) {
   const Eigen::Index axes = r.axes, moment_axes = r.moment_axes;
   const auto coordinates = static_cast<Eigen::Index>(r.coordinate_names.size());
   const auto joints = static_cast<Eigen::Index>(r.joint_names.size());
@@ -49,8 +49,8 @@ inline void fill_samples(Result& r, Eigen::Index rows) {
 }
 
 /// A mechanism with a revolute, a prismatic and a fixed joint: coordinates and joints differ in number, units are mixed.
-inline Result result(SpaceKind space, Eigen::Index rows = 5) {
-  Result r;
+inline RunResult result(SpaceKind space, Eigen::Index rows = 5) {
+  RunResult r;
   r.outcome.status = MotionStatus::done;
   r.axes = space == SpaceKind::planar ? 2 : 3;
   r.moment_axes = space == SpaceKind::planar ? 1 : 3;
@@ -59,7 +59,7 @@ inline Result result(SpaceKind space, Eigen::Index rows = 5) {
   r.joint_names = {"A", "S", "weld"};
   r.actuator_names = {"A", "S"};
   r.actuator_units = {"N m", "N"};
-  r.about = Vector3(0.5, -0.25, 0);
+  r.moment_reference = Vector3(0.5, -0.25, 0);
   fill_samples(r, rows);
   r.metrics = {{"torque[A]", "N m", 103.24281233, 0.03, 50.5, 40.25, 200},
                {"shaking_force", "N", 869.7458, 0.07505, 500, 400, 860}};
@@ -67,7 +67,7 @@ inline Result result(SpaceKind space, Eigen::Index rows = 5) {
   return r;
 }
 
-inline FileDescription description() {
+inline Provenance description() {
   return {"Kurbel-Schwinge für Tests",
           "0.1.0",
           "name: made up\n",

@@ -33,7 +33,7 @@ CheckReport report() {
   r.closure_equations = 3;
   r.closure_rank = 2;
   r.degrees_of_freedom = 2;
-  r.degrees_of_freedom_by_counting = 1;
+  r.gruebler_degrees_of_freedom = 1;
   r.redundant = {"weld: moment about x"};
   r.total_mass = 2.5;
   r.com = Vector3(0.25, -0.5, 0);
@@ -45,7 +45,7 @@ CheckReport report() {
 }  // namespace
 
 TEST_CASE("columns are as wide as their widest cell, counted in characters") {
-  const Table table{{"name", "n"}, {Align::left, Align::right}, {{"ä", "10"}, {"longer", "9"}}};
+  const TextTable table{{"name", "n"}, {Align::left, Align::right}, {{"ä", "10"}, {"longer", "9"}}};
   CHECK(format_table(table) == "name     n\nä       10\nlonger   9\n");
   CHECK_THROWS_AS(format_table({{"a"}, {Align::left}, {{"1", "2"}}}), std::invalid_argument);
 }
@@ -58,7 +58,7 @@ TEST_CASE("numbers for people have six significant digits") {
 }
 
 TEST_CASE("the summary shows every metric with its unit in aligned columns") {
-  const std::string text = summary_text(sample::result(SpaceKind::planar), sample::description());
+  const std::string text = format_result_summary(sample::result(SpaceKind::planar), sample::description());
   CHECK(text ==
         "Kurbel-Schwinge für Tests: trajectory cycloid (cycloidal, drive tool), 0.1 s, 5 samples\n"
         "\n"
@@ -86,8 +86,8 @@ TEST_CASE("a mechanism that cannot be assembled has no degrees of freedom to sho
 }
 
 TEST_CASE("JSON holds the same figures, unrounded") {
-  const Result r = sample::result(SpaceKind::planar);
-  const auto json = nlohmann::json::parse(result_json(r, sample::description(), {"out.h5"}));
+  const RunResult r = sample::result(SpaceKind::planar);
+  const auto json = nlohmann::json::parse(format_result_json(r, sample::description(), {"out.h5"}));
   CHECK(json["outcome"]["status"] == "done");
   CHECK(json["metrics"][0]["quantity"] == "torque[A]");
   CHECK(json["metrics"][0]["peak"] == 103.24281233);
@@ -104,11 +104,11 @@ TEST_CASE("JSON holds the same figures, unrounded") {
 }
 
 TEST_CASE("an error in JSON says its kind, and a motion that stopped its status and time") {
-  const auto spec = nlohmann::json::parse(error_json("spec", "a.yaml:1:1: \"x\"\n\xff"));
+  const auto spec = nlohmann::json::parse(format_error_json("spec", "a.yaml:1:1: \"x\"\n\xff"));
   CHECK(spec["error"]["kind"] == "spec");
   CHECK(spec["error"]["message"] == "a.yaml:1:1: \"x\"\n\uFFFD");  // what is no UTF-8 is shown as such
   const auto motion =
-      nlohmann::json::parse(error_json("mechanism", {MotionStatus::drive_singularity, 0.03, "stuck", {}}));
+      nlohmann::json::parse(format_error_json("mechanism", {MotionStatus::drive_singularity, 0.03, "stuck", {}}));
   CHECK(motion["error"]["status"] == "drive-singularity");
   CHECK(motion["error"]["time"] == 0.03);
   CHECK(motion["error"]["message"] == "stuck");

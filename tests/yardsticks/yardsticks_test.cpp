@@ -17,8 +17,8 @@ constexpr double exact = 1e-12;  // of the largest: round-off
 /// Random states, torques by the yardstick against those of the recursion, relative to the largest.
 template <class S, int Joints, class Yardstick>
 double farthest_torque(const Mechanism& mechanism, const Yardstick& yardstick) {
-  const Tree<S> tree = compile<S>(mechanism, {});
-  State<S> state(tree.nodes.size());
+  const Tree<S> tree = compile_tree<S>(mechanism, {});
+  TreeState<S> state(tree.nodes.size());
   std::vector<Wrench<S>> wrenches(tree.nodes.size());
   std::mt19937 random(1);
   std::uniform_real_distribution<double> any(-4, 4);
@@ -26,7 +26,7 @@ double farthest_torque(const Mechanism& mechanism, const Yardstick& yardstick) {
   for (int k = 0; k < 100; ++k) {
     double q[Joints], dq[Joints], ddq[Joints], expected[Joints], found[Joints];
     for (int j = 0; j < Joints; ++j) q[j] = any(random), dq[j] = any(random), ddq[j] = any(random);
-    tree_torques<S>(tree, q, dq, ddq, to_vector<S>(mechanism.gravity), state, wrenches, expected);
+    open_tree_inverse_dynamics<S>(tree, q, dq, ddq, to_vector<S>(mechanism.gravity), state, wrenches, expected);
     yardstick.torques(q, dq, ddq, found);
     for (int j = 0; j < Joints; ++j) {
       worst = std::max(worst, std::abs(found[j] - expected[j]));
@@ -51,7 +51,7 @@ TEST_CASE("the yardsticks of open chains give the torques of the recursion") {
 TEST_CASE("the yardstick of the 3RRR gives what a run along the tool's line finds") {
   const Mechanism mechanism = bench::three_rrr();
   const Trajectory trajectory = bench::three_rrr_cycloid(41);
-  const Result result = simulate(mechanism, trajectory);
+  const RunResult result = simulate(mechanism, trajectory);
   const bench::ThreeRrrYardstick yardstick(mechanism, {1, 1, 1});
   const Vector3 &from = *trajectory.from.tool, &to = *trajectory.to.tool;
   const double force = result.joint_force.cwiseAbs().maxCoeff(), torque = result.torque.cwiseAbs().maxCoeff();

@@ -16,18 +16,18 @@ namespace balance {
 namespace {
 
 /// Where a case's parameters and springs stand among those of all cases side by side.
-struct CasePlace {
+struct CaseOffsets {
   std::vector<int> parameters;
-  LooseSprings loose;
+  FreeSprings loose;
 };
 
-std::vector<CasePlace> places_of(const CaseSpace& space, const LooseSprings& loose) {
+std::vector<CaseOffsets> case_offsets(const CaseSpace& space, const FreeSprings& loose) {
   // every list is one case after the other; parameters go by bearers of one sort, cases within them
-  std::vector<CasePlace> places;
+  std::vector<CaseOffsets> places;
   std::vector<std::vector<Parameter>> lists;
   std::size_t spring = 0;
   for (const DesignSpace& one : space.cases) {
-    CasePlace place;
+    CaseOffsets place;
     const std::size_t springs = one.start.mechanism.springs.size();
     for (std::size_t s = 0; s < springs && !loose.empty(); ++s) place.loose.push_back(loose[spring + s]);
     spring += springs;
@@ -36,28 +36,32 @@ std::vector<CasePlace> places_of(const CaseSpace& space, const LooseSprings& loo
     places.push_back(std::move(place));
   }
   int next = 0;
-  for (const Bearer bearer : {Bearer::body, Bearer::attachment, Bearer::disc, Bearer::spring})
+  for (const ParameterOwner bearer :
+       {ParameterOwner::body, ParameterOwner::attachment, ParameterOwner::disc, ParameterOwner::spring})
     for (std::size_t k = 0; k < lists.size(); ++k)
       for (std::size_t p = 0; p < lists[k].size(); ++p)
-        if (lists[k][p].bearer == bearer) places[k].parameters[p] = next++;
+        if (lists[k][p].owner_kind == bearer) places[k].parameters[p] = next++;
   return places;
 }
 
-Eigen::Index count_parameters(const std::vector<CasePlace>& places) {
+Eigen::Index count_parameters(const std::vector<CaseOffsets>& places) {
   Eigen::Index total = 0;
-  for (const CasePlace& place : places) total += static_cast<Eigen::Index>(place.parameters.size());
+  for (const CaseOffsets& place : places) total += static_cast<Eigen::Index>(place.parameters.size());
   return total;
 }
 
 /// What of the cases' values counts.
-enum class Counts { largest, mean, least };
+enum class CaseReduction { largest, mean, least };
 
-Counts counted(AcrossCases across) { return across == AcrossCases::mean ? Counts::mean : Counts::largest; }
+CaseReduction case_reduction(CaseAggregation across) {
+  return across == CaseAggregation::mean ? CaseReduction::mean : CaseReduction::largest;
+}
 
-class Cases {
+class CaseObjectives {
  public:
-  Cases(const CaseSpace& space, const std::vector<ObjectiveTerm>& terms, Counts counts, const LooseSprings& loose)
-      : space_(space), counts_(counts), places_(places_of(space, loose)) {
+  CaseObjectives(const CaseSpace& space, const std::vector<ObjectiveTerm>& terms, CaseReduction counts,
+                 const FreeSprings& loose)
+      : space_(space), counts_(counts), places_(case_offsets(space, loose)) {
     for (std::size_t k = 0; k < space.cases.size(); ++k)
       each_.push_back(build_objective(space.cases[k], terms, space.values(k, space.start_values()), places_[k].loose));
   }
@@ -71,13 +75,13 @@ class Cases {
     for (std::size_t k = 0; k < each_.size(); ++k)
       values[static_cast<Eigen::Index>(k)] =
           each_[k].of_parameters(parameters(places_[k].parameters), gradient != nullptr ? &slopes[k] : nullptr);
-    const Eigen::Index worst = counts_ == Counts::least ? min_index(values) : max_index(values);
+    const Eigen::Index worst = counts_ == CaseReduction::least ? min_index(values) : max_index(values);
     for (std::size_t k = 0; k < slopes.size() && gradient != nullptr; ++k)
-      if (counts_ == Counts::mean)
+      if (counts_ == CaseReduction::mean)
         (*gradient)(places_[k].parameters) += slopes[k] / static_cast<double>(size());
       else if (static_cast<Eigen::Index>(k) == worst)
         (*gradient)(places_[k].parameters) = slopes[k];
-    return together(values);
+    return reduce(values);
   }
 
   double of_variables(const VectorX& x) const {
@@ -87,41 +91,41 @@ class Cases {
       values[static_cast<Eigen::Index>(k)] =
           each_[k].of_variables
               ? each_[k].of_variables(own)
-              : each_[k].of_parameters(parameter_values(finite_trial(space_.cases[k], own).mechanism, places_[k].loose),
-                                       nullptr);
+              : each_[k].of_parameters(
+                    parameter_values(instantiate_checked(space_.cases[k], own).mechanism, places_[k].loose), nullptr);
     }
-    return together(values);
+    return reduce(values);
   }
 
-  std::string trouble(const VectorX& x) const {
+  std::string failure_reason(const VectorX& x) const {
     for (std::size_t k = 0; k < each_.size(); ++k)
-      if (const std::string why = each_[k].trouble(space_.values(k, x)); !why.empty())
+      if (const std::string why = each_[k].failure_reason(space_.values(k, x)); !why.empty())
         return fmt::format("in case {}, {}", k + 1, why);
     return "";
   }
 
  private:
   Eigen::Index size() const { return static_cast<Eigen::Index>(each_.size()); }
-  double together(const VectorX& values) const {
+  double reduce(const VectorX& values) const {
     if (!values.allFinite()) return NAN;
-    if (counts_ == Counts::mean) return values.mean();
-    return counts_ == Counts::least ? min_coefficient(values) : max_coefficient(values);
+    if (counts_ == CaseReduction::mean) return values.mean();
+    return counts_ == CaseReduction::least ? min_coefficient(values) : max_coefficient(values);
   }
 
   CaseSpace space_;
-  Counts counts_;
-  std::vector<CasePlace> places_;
+  CaseReduction counts_;
+  std::vector<CaseOffsets> places_;
   std::vector<Objective> each_;
 };
 
 /// The figure of one case as one of all parameters.
-LinearFigure widened(LinearFigure figure, const CasePlace& place, Eigen::Index total) {
+AffineFigure expand_to_all_cases(AffineFigure figure, const CaseOffsets& place, Eigen::Index total) {
   if (figure.coefficients.size() > 0) {
     const VectorX own = figure.coefficients;
     figure.coefficients.setZero(total);
     figure.coefficients(place.parameters) = own;
   }
-  for (PlaceRows& series : figure.series) {
+  for (AffineSeries& series : figure.series) {
     const MatrixX own = series.rows;
     series.rows.setZero(own.rows(), total + 1);
     series.rows(Eigen::all, place.parameters) = own.leftCols(own.cols() - 1);
@@ -130,27 +134,27 @@ LinearFigure widened(LinearFigure figure, const CasePlace& place, Eigen::Index t
   return figure;
 }
 
-using Figures = std::optional<std::vector<LinearFigure>>;
+using Figures = std::optional<std::vector<AffineFigure>>;
 
 /// A sum of parameters that is never negative, as the peak of a series of one sample.
-void make_series(LinearFigure& figure) {
+void make_series(AffineFigure& figure) {
   if (figure.coefficients.size() == 0) return;
-  PlaceRows one;
+  AffineSeries one;
   one.rows.setZero(1, figure.coefficients.size() + 1);
   one.rows.leftCols(figure.coefficients.size()) = figure.coefficients.transpose();
   one.components = 1;
-  one.share = VectorX::Ones(1);
-  figure = {figure.weight, {}, Figure::peak, {std::move(one)}};
+  one.time_weights = VectorX::Ones(1);
+  figure = {figure.weight, {}, Statistic::peak, {std::move(one)}};
 }
 
 /// The worst of one figure is one figure again: the worst of all series counts.
-Figures join(std::vector<std::vector<LinearFigure>> each, AcrossCases across) {
-  std::vector<LinearFigure> all;
-  const double share = across == AcrossCases::mean ? 1.0 / static_cast<double>(each.size()) : 1;
-  for (std::vector<LinearFigure>& figures : each)
-    for (LinearFigure& figure : figures) {
-      if (across == AcrossCases::worst) make_series(figure);
-      if (across == AcrossCases::worst && !all.empty()) {
+Figures combine_case_figures(std::vector<std::vector<AffineFigure>> each, CaseAggregation across) {
+  std::vector<AffineFigure> all;
+  const double share = across == CaseAggregation::mean ? 1.0 / static_cast<double>(each.size()) : 1;
+  for (std::vector<AffineFigure>& figures : each)
+    for (AffineFigure& figure : figures) {
+      if (across == CaseAggregation::worst) make_series(figure);
+      if (across == CaseAggregation::worst && !all.empty()) {
         std::move(figure.series.begin(), figure.series.end(), std::back_inserter(all.front().series));
         continue;
       }
@@ -164,16 +168,17 @@ Figures join(std::vector<std::vector<LinearFigure>> each, AcrossCases across) {
 
 namespace {
 
-Objective build(const CaseSpace& space, const std::vector<ObjectiveTerm>& terms, Counts counts,
-                const LooseSprings& loose) {
-  const auto cases = std::make_shared<const Cases>(space, terms, counts, loose);
+Objective build_reduced_objective(const CaseSpace& space, const std::vector<ObjectiveTerm>& terms, CaseReduction counts,
+                                  const FreeSprings& loose) {
+  const auto cases = std::make_shared<const CaseObjectives>(space, terms, counts, loose);
   const std::vector<Objective>& each = cases->each();
   const auto all = [&](auto&& holds) { return std::all_of(each.begin(), each.end(), holds); };
   Objective objective;
-  objective.name = each.front().name + (counts == Counts::mean ? " on average over the cases" : " in the worst case");
+  objective.name =
+      each.front().name + (counts == CaseReduction::mean ? " on average over the cases" : " in the worst case");
   objective.unit = each.front().unit;
-  objective.convex = all([](const Objective& one) { return one.convex; });
-  objective.size = all([](const Objective& one) { return one.size; });
+  objective.is_convex = all([](const Objective& one) { return one.is_convex; });
+  objective.is_secondary = all([](const Objective& one) { return one.is_secondary; });
   objective.lower_bound = each.front().lower_bound;
   if (all([](const Objective& one) { return bool(one.of_parameters); }))
     objective.of_parameters = [cases](const VectorX& p, VectorX* gradient) {
@@ -181,46 +186,48 @@ Objective build(const CaseSpace& space, const std::vector<ObjectiveTerm>& terms,
     };
   else
     objective.of_variables = [cases](const VectorX& x) { return cases->of_variables(x); };
-  objective.trouble = [cases](const VectorX& x) { return cases->trouble(x); };
+  objective.failure_reason = [cases](const VectorX& x) { return cases->failure_reason(x); };
   return objective;
 }
 
 }  // namespace
 
-Objective build_case_objective(const CaseSpace& space, const std::vector<ObjectiveTerm>& terms, AcrossCases across,
-                               const LooseSprings& loose) {
-  return build(space, terms, counted(across), loose);
+Objective build_case_objective(const CaseSpace& space, const std::vector<ObjectiveTerm>& terms, CaseAggregation across,
+                               const FreeSprings& loose) {
+  return build_reduced_objective(space, terms, case_reduction(across), loose);
 }
 
 std::vector<DesignLimit> build_case_limits(const CaseSpace& space, const std::vector<FigureLimit>& limits,
-                                           const LooseSprings& loose) {
+                                           const FreeSprings& loose) {
   std::vector<DesignLimit> built;
   for (const FigureLimit& limit : limits)
-    built.push_back({limit.text,
-                     build(space, limit.terms, limit.at_least ? Counts::least : counted(limit.across), loose),
-                     limit.at_least, limit.bound});
+    built.push_back(
+        {limit.text,
+         build_reduced_objective(space, limit.terms,
+                                 limit.is_lower ? CaseReduction::least : case_reduction(limit.aggregation), loose),
+         limit.is_lower, limit.bound});
   return built;
 }
 
 namespace {
 
-using Bounded = std::function<std::optional<std::vector<BoundedFigures>>(const VectorX& x)>;
+using Bounded = std::function<std::optional<std::vector<ConvexLimit>>(const VectorX& x)>;
 
 /// One limit in every case.
 struct CaseLimit {
-  AcrossCases across;
+  CaseAggregation across;
   std::vector<Bounded> each;
 };
 
 /// Limits on means add up to one, of all cases' figures; those on the worst value are as many as cases.
-void add_limit(std::vector<BoundedFigures> each, AcrossCases across, std::vector<BoundedFigures>& all) {
-  if (across == AcrossCases::worst) {
+void add_limit(std::vector<ConvexLimit> each, CaseAggregation across, std::vector<ConvexLimit>& all) {
+  if (across == CaseAggregation::worst) {
     std::move(each.begin(), each.end(), std::back_inserter(all));
     return;
   }
-  BoundedFigures mean{{}, each.front().bound};
-  for (BoundedFigures& own : each)
-    for (LinearFigure& figure : own.figures) {
+  ConvexLimit mean{{}, each.front().bound};
+  for (ConvexLimit& own : each)
+    for (AffineFigure& figure : own.figures) {
       figure.weight /= static_cast<double>(each.size());
       mean.figures.push_back(std::move(figure));
     }
@@ -229,28 +236,29 @@ void add_limit(std::vector<BoundedFigures> each, AcrossCases across, std::vector
 
 }  // namespace
 
-Bounded build_case_bounded(const CaseSpace& space, const std::vector<FigureLimit>& limits, const LooseSprings& loose,
-                           int& known) {
-  const std::vector<CasePlace> places = places_of(space, loose);
+Bounded build_case_convex_limits(const CaseSpace& space, const std::vector<FigureLimit>& limits,
+                                 const FreeSprings& loose, int& known) {
+  const std::vector<CaseOffsets> places = case_offsets(space, loose);
   std::vector<CaseLimit> built;
   for (const FigureLimit& limit : limits) {
-    CaseLimit one{limit.across, {}};
+    CaseLimit one{limit.aggregation, {}};
     int is_known = 0;
     for (std::size_t k = 0; k < space.cases.size(); ++k)
-      one.each.push_back(build_bounded(space.cases[k], {limit}, places[k].loose, is_known));
+      one.each.push_back(build_convex_limits(space.cases[k], {limit}, places[k].loose, is_known));
     if (is_known > 0) built.push_back(std::move(one));
   }
   known = static_cast<int>(built.size());
   if (built.empty()) return {};
   return [space, built, places,
-          total = count_parameters(places)](const VectorX& x) -> std::optional<std::vector<BoundedFigures>> {
-    std::vector<BoundedFigures> all;
+          total = count_parameters(places)](const VectorX& x) -> std::optional<std::vector<ConvexLimit>> {
+    std::vector<ConvexLimit> all;
     for (const CaseLimit& limit : built) {
-      std::vector<BoundedFigures> each;
+      std::vector<ConvexLimit> each;
       for (std::size_t k = 0; k < limit.each.size(); ++k) {
         auto own = limit.each[k](space.values(k, x));
         if (!own) return std::nullopt;
-        for (LinearFigure& figure : own->front().figures) figure = widened(std::move(figure), places[k], total);
+        for (AffineFigure& figure : own->front().figures)
+          figure = expand_to_all_cases(std::move(figure), places[k], total);
         each.push_back(std::move(own->front()));
       }
       add_limit(std::move(each), limit.across, all);
@@ -259,26 +267,27 @@ Bounded build_case_bounded(const CaseSpace& space, const std::vector<FigureLimit
   };
 }
 
-std::function<Figures(const VectorX& x)> build_case_figures(const CaseSpace& space,
-                                                            const std::vector<ObjectiveTerm>& terms, AcrossCases across,
-                                                            const LooseSprings& loose, FigureSamples samples) {
-  if (across == AcrossCases::worst && terms.size() > 1) return {};
-  const std::vector<CasePlace> places = places_of(space, loose);
+std::function<Figures(const VectorX& x)> build_case_convex_terms(const CaseSpace& space,
+                                                                 const std::vector<ObjectiveTerm>& terms,
+                                                                 CaseAggregation across, const FreeSprings& loose,
+                                                                 FigureSampling samples) {
+  if (across == CaseAggregation::worst && terms.size() > 1) return {};
+  const std::vector<CaseOffsets> places = case_offsets(space, loose);
   const Eigen::Index total = count_parameters(places);
   std::vector<std::function<Figures(const VectorX&)>> each;
   for (std::size_t k = 0; k < space.cases.size(); ++k) {
-    each.push_back(build_figures(space.cases[k], terms, places[k].loose, samples));
+    each.push_back(build_convex_terms(space.cases[k], terms, places[k].loose, samples));
     if (!each.back()) return {};
   }
   return [space, each, places, total, across](const VectorX& x) -> Figures {
-    std::vector<std::vector<LinearFigure>> found;
+    std::vector<std::vector<AffineFigure>> found;
     for (std::size_t k = 0; k < each.size(); ++k) {
       Figures own = each[k](space.values(k, x));
       if (!own) return std::nullopt;
-      for (LinearFigure& figure : *own) figure = widened(std::move(figure), places[k], total);
+      for (AffineFigure& figure : *own) figure = expand_to_all_cases(std::move(figure), places[k], total);
       found.push_back(std::move(*own));
     }
-    return join(std::move(found), across);
+    return combine_case_figures(std::move(found), across);
   };
 }
 

@@ -6,7 +6,7 @@
 
 namespace balance {
 
-VectorX CaseSpace::values(std::size_t which, const VectorX& x) const { return x(position[which]); }
+VectorX CaseSpace::values(std::size_t which, const VectorX& x) const { return x(variable_index[which]); }
 
 VectorX CaseSpace::start_values() const {
   VectorX x(static_cast<Eigen::Index>(numbers.size()));
@@ -14,7 +14,7 @@ VectorX CaseSpace::start_values() const {
   return x;
 }
 
-CaseSpace CaseSpace::held(const VectorX& x, const std::vector<int>& kept) const {
+CaseSpace CaseSpace::fix_others(const VectorX& x, const std::vector<int>& kept) const {
   CaseSpace part;
   for (const int i : kept) {
     part.numbers.push_back(numbers[static_cast<std::size_t>(i)]);
@@ -22,19 +22,19 @@ CaseSpace CaseSpace::held(const VectorX& x, const std::vector<int>& kept) const 
   }
   for (std::size_t k = 0; k < cases.size(); ++k) {
     std::vector<int> own, place;
-    for (std::size_t i = 0; i < position[k].size(); ++i) {
-      const auto at = std::find(kept.begin(), kept.end(), position[k][i]);
+    for (std::size_t i = 0; i < variable_index[k].size(); ++i) {
+      const auto at = std::find(kept.begin(), kept.end(), variable_index[k][i]);
       if (at == kept.end()) continue;
       own.push_back(static_cast<int>(i));
       place.push_back(static_cast<int>(at - kept.begin()));
     }
-    part.cases.push_back(cases[k].held(values(k, x), own));
-    part.position.push_back(std::move(place));
+    part.cases.push_back(cases[k].fix_others(values(k, x), own));
+    part.variable_index.push_back(std::move(place));
   }
   return part;
 }
 
-CaseSpace case_space(const DesignSpace& space) {
+CaseSpace make_case_space(const DesignSpace& space) {
   const LoadCases& loads = space.start.design.cases;
   const auto& free = space.start.free_numbers;
   const auto adapted = [&](std::size_t i) {
@@ -50,12 +50,12 @@ CaseSpace case_space(const DesignSpace& space) {
   for (Eigen::Index k = 0; k < loads.size(); ++k) {
     const VectorX load = loads.values.row(k);
     whole.cases.push_back(at_load(space, load));
-    whole.position.push_back(shared);
+    whole.variable_index.push_back(shared);
     for (std::size_t i = 0; i < free.size(); ++i) {
       if (!adapted(i)) continue;
-      whole.position.back()[i] = static_cast<int>(whole.numbers.size());
+      whole.variable_index.back()[i] = static_cast<int>(whole.numbers.size());
       whole.numbers.push_back(free[i]);
-      whole.numbers.back().path += fmt::format(" ({})", load_text(loads.numbers, load));
+      whole.numbers.back().key_path += fmt::format(" ({})", load_text(loads.numbers, load));
     }
   }
   return whole;
@@ -66,18 +66,18 @@ DesignSpace at_load(const DesignSpace& space, const VectorX& loads) {
   const auto& numbers = space.start.design.cases.numbers;
   for (std::size_t i = 0; i < numbers.size(); ++i)
     loaded.inputs[static_cast<std::size_t>(numbers[i].input)] = loads[static_cast<Eigen::Index>(i)];
-  loaded.start = loaded.at(space.start_values());
+  loaded.start = loaded.study_at(space.start_values());
   return loaded;
 }
 
-VectorX own_load(const DesignSpace& space) {
+VectorX nominal_load(const DesignSpace& space) {
   const auto& numbers = space.start.design.cases.numbers;
   VectorX loads(static_cast<Eigen::Index>(numbers.size()));
-  for (std::size_t i = 0; i < numbers.size(); ++i) loads[static_cast<Eigen::Index>(i)] = numbers[i].own;
+  for (std::size_t i = 0; i < numbers.size(); ++i) loads[static_cast<Eigen::Index>(i)] = numbers[i].nominal;
   return loads;
 }
 
-std::string load_text(const std::vector<LoadNumber>& numbers, const VectorX& loads) {
+std::string load_text(const std::vector<LoadParameter>& numbers, const VectorX& loads) {
   std::string text;
   for (std::size_t i = 0; i < numbers.size(); ++i)
     text += fmt::format("{}{} = {:.6g}", i == 0 ? "" : ", ", numbers[i].name,

@@ -16,36 +16,36 @@ namespace balance {
 namespace {
 
 /// Coordinates times steps that the search for assembly modes may take: a second or two. Mechanisms of a thousand coordinates need less.
-constexpr long most_work = 1'500'000;
+constexpr long max_assembly_search_work = 1'500'000;
 
 template <class S>
-class Checker {
+class MechanismChecker {
  public:
-  Checker(const Study& study, const std::function<void(double)>& progress)
+  MechanismChecker(const Study& study, const std::function<void(double)>& progress)
       : study_(study),
         progress_(progress),
         mechanism_(study.mechanism),
-        tree_(compile<S>(mechanism_, needed(study))),
-        from_(pose_equations(mechanism_, tree_, start_pose())),
+        tree_(compile_tree<S>(mechanism_, list_required_coordinates(study))),
+        from_(make_pose_equations(mechanism_, tree_, start_pose())),
         system_(tree_, from_.drive) {}
 
   CheckReport run() {
-    count();
-    const Solution start = find_pose(mechanism_, tree_, system_, from_.target);
+    count_elements();
+    const AssemblySolution start = solve_pose(mechanism_, tree_, system_, from_.target);
     if (!start.found) {
-      report_.outcome = explain_missing_start(mechanism_, tree_, start, start_pose());
+      report_.outcome = explain_assembly_failure(mechanism_, tree_, start, start_pose());
       return report_;
     }
-    ranks(start.y);
+    compute_ranks(start.y);
     describe_start(start.y);
     find_modes(start.y);
-    judge_actuators();
+    check_actuators();
     report_.outcome.status = MotionStatus::done;
     return report_;
   }
 
  private:
-  static std::vector<CoordinateId> needed(const Study& study) {
+  static std::vector<CoordinateId> list_required_coordinates(const Study& study) {
     return study.trajectories.empty() ? std::vector<CoordinateId>{}
                                       : prescribed_coordinates(study.trajectories.front());
   }
@@ -63,19 +63,19 @@ class Checker {
     return pose;
   }
 
-  void count() {
+  void count_elements() {
     report_.bodies = static_cast<int>(mechanism_.bodies.size()) - 1;
     report_.joints = static_cast<int>(mechanism_.joints.size());
     report_.tree_coordinates = tree_.columns;
-    report_.closure_equations = tree_.place_rows;
-    report_.rate_equations = tree_.closure_rows - tree_.place_rows;
-    report_.degrees_of_freedom_by_counting = count_freedoms(mechanism_);
+    report_.closure_equations = tree_.position_rows;
+    report_.rate_equations = tree_.closure_rows - tree_.position_rows;
+    report_.gruebler_degrees_of_freedom = count_degrees_of_freedom(mechanism_);
     report_.total_mass = tree_.mass;
-    const SpanningTree spanning = span(mechanism_, needed(study_));
+    const SpanningTree spanning = build_spanning_tree(mechanism_, list_required_coordinates(study_));
     for (std::size_t j = 0; j < mechanism_.joints.size(); ++j)
       if (tree_.joint_nodes[j] >= 0) report_.tree_joints.push_back(mechanism_.joints[j].name);
     for (const Closure<S>& closure : tree_.closures) {
-      if (closure.of_rates()) break;
+      if (closure.is_velocity_level()) break;
       Loop loop;
       loop.cut_joint = mechanism_.joints[closure.joint].name;
       loop.constraints = static_cast<int>(closure.rows.size());
@@ -85,9 +85,9 @@ class Checker {
     }
   }
 
-  void ranks(const VectorX& y) {
-    const int rank = generic_closure_rank(tree_, y);
-    report_.closure_rank = report_.rate_equations > 0 ? generic_place_rank(tree_, y) : rank;
+  void compute_ranks(const VectorX& y) {
+    const int rank = find_generic_closure_rank(tree_, y);
+    report_.closure_rank = report_.rate_equations > 0 ? find_generic_position_rank(tree_, y) : rank;
     report_.rate_rank = rank - report_.closure_rank;
     report_.configuration_freedoms = tree_.columns - report_.closure_rank;
     report_.degrees_of_freedom = tree_.columns - rank;
@@ -97,9 +97,9 @@ class Checker {
 
   /// Rows of the closures that depend on the others; which of a dependent set is called redundant is a choice: the last ones.
   void name_redundant(const VectorX& y, int rank) {
-    System<S> closures(tree_, Drive<S>{});
+    ConstraintSystem<S> closures(tree_, Drive<S>{});
     MatrixX jacobian;
-    closures.rates(y, {}, jacobian);
+    closures.velocity_jacobian(y, {}, jacobian);
     MatrixX kept(0, tree_.columns);
     int r = 0;
     auto constraint = mechanism_.constraints.begin();
@@ -109,7 +109,7 @@ class Checker {
       for (const ClosureRow& row : closure.rows) {
         MatrixX more(kept.rows() + 1, tree_.columns);
         more << kept, jacobian.row(r++);
-        if (kept.rows() < rank && rank_of(more).rank == more.rows())
+        if (kept.rows() < rank && decompose_rank(more).rank == more.rows())
           kept = more;
         else
           report_.redundant.push_back(name + ": " + meaning(row));
@@ -135,15 +135,15 @@ class Checker {
   }
 
   void describe_start(const VectorX& y) {
-    report_.start = read_coordinates(mechanism_, tree_, y);
-    clear_pose_round_off(mechanism_, tree_.length, report_.start);
-    State<S> state(tree_.nodes.size());
-    poses(tree_, y.data(), state);
+    report_.start = compute_coordinates(mechanism_, tree_, y);
+    clear_pose_round_off(mechanism_, tree_.characteristic_length, report_.start);
+    TreeState<S> state(tree_.nodes.size());
+    compute_poses(tree_, y.data(), state);
     MassDistribution<S> masses(tree_);
     masses.update(tree_, state);
     report_.com = to_3d(masses.com());
     for (double& place : report_.com)
-      if (std::abs(place) < pose_round_off * tree_.length) place = 0;
+      if (std::abs(place) < pose_round_off * tree_.characteristic_length) place = 0;
   }
 
   /// Other ways to close the loops at the same start pose.
@@ -153,7 +153,7 @@ class Checker {
     const int restarts = tree_.columns > 100 ? 24 : std::clamp(6000 / (tree_.columns * tree_.columns + 1), 24, 400);
     long spent = 0;
     for (int start = 1; start <= restarts; ++start) {
-      if (spent > most_work) {
+      if (spent > max_assembly_search_work) {
         report_.notes.push_back("the search for assembly modes stopped after " + std::to_string(start - 1) + " of " +
                                 std::to_string(restarts) + " random starts: the mechanism is large");
         break;
@@ -162,27 +162,27 @@ class Checker {
       spent += modes.search_from(static_cast<std::uint64_t>(start));
     }
     // a pose that leaves freedoms open has a continuum of solutions, not modes
-    const bool distinct = from_.drive.rows() >= report_.configuration_freedoms;
-    for (const std::vector<double>& mode : modes.all()) {
+    const bool distinct = from_.drive.row_count() >= report_.configuration_freedoms;
+    for (const std::vector<double>& mode : modes.modes()) {
       if (!distinct && !report_.modes.empty()) break;
-      report_.modes.push_back({.coordinates = mode, .selected = report_.modes.empty()});
-      clear_pose_round_off(mechanism_, tree_.length, report_.modes.back().coordinates);
+      report_.modes.push_back({.coordinates = mode, .is_selected = report_.modes.empty()});
+      clear_pose_round_off(mechanism_, tree_.characteristic_length, report_.modes.back().coordinates);
     }
     std::sort(report_.modes.begin() + 1, report_.modes.end(),
               [](const AssemblyMode& a, const AssemblyMode& b) { return a.coordinates < b.coordinates; });
     for (AssemblyMode& mode : report_.modes)
-      mode.assembly_line = assembly_line(mechanism_, tree_, from_.drive, mode.coordinates);
+      mode.assembly_line = format_assembly_line(mechanism_, tree_, from_.drive, mode.coordinates);
   }
 
-  void judge_actuators() {
+  void check_actuators() {
     const Actuation<S> actuation(mechanism_, tree_, report_.degrees_of_freedom);
     if (!actuation.mismatch().empty()) report_.notes.push_back(actuation.mismatch());
     report_.notes.insert(report_.notes.end(), actuation.notes().begin(), actuation.notes().end());
-    if (from_.drive.rows() < report_.degrees_of_freedom)
-      report_.notes.push_back("the start pose states " + std::to_string(from_.drive.rows()) + " values for " +
+    if (from_.drive.row_count() < report_.degrees_of_freedom)
+      report_.notes.push_back("the start pose states " + std::to_string(from_.drive.row_count()) + " values for " +
                               std::to_string(report_.degrees_of_freedom) + " degrees of freedom");
-    else if (from_.drive.rows() < report_.configuration_freedoms)
-      report_.notes.push_back("the start pose states " + std::to_string(from_.drive.rows()) + " of " +
+    else if (from_.drive.row_count() < report_.configuration_freedoms)
+      report_.notes.push_back("the start pose states " + std::to_string(from_.drive.row_count()) + " of " +
                               std::to_string(report_.configuration_freedoms) +
                               " values; the others are those of 'assembly', or the nearest to them");
   }
@@ -192,17 +192,18 @@ class Checker {
   const Mechanism& mechanism_;
   Tree<S> tree_;
   PoseEquations<S> from_;
-  System<S> system_;
+  ConstraintSystem<S> system_;
   CheckReport report_;
 };
 
 }  // namespace
 
-CheckReport check(const Study& study, const std::function<void(double)>& progress) {
-  CheckReport report = in_space(study.mechanism.space, [&]<class S>(S) { return Checker<S>(study, progress).run(); });
+CheckReport check_mechanism(const Study& study, const std::function<void(double)>& progress) {
+  CheckReport report =
+      dispatch_space(study.mechanism.space, [&]<class S>(S) { return MechanismChecker<S>(study, progress).run(); });
   if (report.outcome.status == MotionStatus::done && !(report.com.allFinite() && std::isfinite(report.total_mass)))
-    report.outcome = numbers_overflow(0, "the centre of mass", study.mechanism);
-  for (const PassingPayload& payload : study.passing_payloads)
+    report.outcome = make_overflow_outcome(0, "the centre of mass", study.mechanism);
+  for (const TemporaryPayload& payload : study.temporary_payloads)
     report.notes.push_back("payload '" + payload.name +
                            "' is not always there; mass and centre of mass are those with it");
   return report;

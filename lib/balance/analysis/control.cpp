@@ -31,17 +31,17 @@ namespace {
 
 /// A moment at which something happens: a sample of the result, a sample of the controller, or both. Neither is a place that
 /// figures rest on besides.
-struct Event {
+struct SampleEvent {
   double time;
   long sample;  ///< the first sample at or after it
   bool on_sample;
   bool tick;
 };
 
-std::vector<Event> list_events(double step, long samples, const Controller& controller) {
-  std::vector<Event> events;
+std::vector<SampleEvent> list_events(double step, long samples, const Controller& controller) {
+  std::vector<SampleEvent> events;
   const double end = step * static_cast<double>(samples - 1), same = 1e-9 * std::min(step, controller.period);
-  long tick = controller.samples() ? 0 : -1;
+  long tick = controller.is_sampled() ? 0 : -1;
   for (long k = 0; k < samples; ++k) {
     const double time = k == samples - 1 ? end : step * static_cast<double>(k);
     for (; tick >= 0; ++tick) {
@@ -58,12 +58,12 @@ std::vector<Event> list_events(double step, long samples, const Controller& cont
 }
 
 /// With the moments at which stated efforts are not smooth, which may be their largest.
-std::vector<Event> with_knots(std::vector<Event> events, const EffortCourse& course) {
-  std::vector<Event> out;
+std::vector<SampleEvent> insert_knot_times(std::vector<SampleEvent> events, const EffortProfile& course) {
+  std::vector<SampleEvent> out;
   const double time_tolerance = 1e-9 * (events.size() > 1 ? events[1].time - events[0].time : 1);
   auto knot = course.knots().begin();
   const auto end = course.knots().end();
-  for (const Event& event : events) {
+  for (const SampleEvent& event : events) {
     for (; knot != end && *knot < event.time - time_tolerance; ++knot)
       if (!out.empty() && *knot > out.back().time + time_tolerance) out.push_back({*knot, event.sample, false, false});
     out.push_back(event);
@@ -73,10 +73,10 @@ std::vector<Event> with_knots(std::vector<Event> events, const EffortCourse& cou
 
 /// With places between events that are so far apart that figures need them.
 /// @param steps that the whole run has at least
-std::vector<Event> with_places(const std::vector<Event>& events, long steps) {
-  std::vector<Event> out;
+std::vector<SampleEvent> insert_figure_samples(const std::vector<SampleEvent>& events, long steps) {
+  std::vector<SampleEvent> out;
   const double longest = events.back().time / static_cast<double>(steps);
-  for (const Event& event : events) {
+  for (const SampleEvent& event : events) {
     const double last = out.empty() ? event.time : out.back().time, gap = event.time - last;
     const auto pieces = static_cast<int>(std::ceil(gap / longest - 1e-9));
     for (int i = 1; i < pieces; ++i) out.push_back({last + gap * i / pieces, event.sample, false, false});
@@ -89,18 +89,19 @@ DesiredState state_of(const DesiredMotion& motion, Eigen::Index row) {
   return {motion.position.row(row), motion.velocity.row(row), motion.acceleration.row(row)};
 }
 
-constexpr double enormous = 1e100;  // of rates and positions: what comes of them are no numbers
+constexpr double state_overflow_limit = 1e100;  // of rates and positions: what comes of them are no numbers
 
-std::string lost_track(const std::string& name, const std::string& error, const std::string& range, double time) {
+std::string tracking_loss_text(const std::string& name, const std::string& error, const std::string& range,
+                               double time) {
   return fmt::format(
       "the controller does not lead {}: the error grows to {} (at t = {:.6g} s), where the motion's range is {}", name,
       error, time, range);
 }
 
-class ControlRun {
+class ClosedLoopRun {
  public:
-  ControlRun(const Mechanism& mechanism, const Trajectory& trajectory, const Controller& controller,
-             const ControlOptions& options)
+  ClosedLoopRun(const Mechanism& mechanism, const Trajectory& trajectory, const Controller& controller,
+                const ClosedLoopOptions& options)
       : mechanism_(mechanism),
         trajectory_(trajectory),
         controller_(controller),
@@ -111,41 +112,43 @@ class ControlRun {
         record_(mechanism, law_, desired_),
         efforts_(VectorX::Zero(static_cast<Eigen::Index>(mechanism.actuators.size()))),
         variation_(efforts_) {
-    const double duration = duration_of(trajectory), step = duration / static_cast<double>(trajectory.samples - 1);
-    if (!(duration >= shortest_run)) throw std::invalid_argument("the trajectory takes less than 1e-12 s");
-    const double extra = std::ceil(options.settle / step - 1e-9),
+    const double duration = find_trajectory_duration(trajectory),
+                 step = duration / static_cast<double>(trajectory.samples - 1);
+    if (!(duration >= min_closed_loop_duration)) throw std::invalid_argument("the trajectory takes less than 1e-12 s");
+    const double extra = std::ceil(options.hold_time / step - 1e-9),
                  steps = static_cast<double>(trajectory.samples) + extra;
-    if (controller.is_continuous()) course_.emplace(controller.efforts, controller.torque_limit);
-    const double all = steps + (controller.samples() ? (duration + options.settle) / controller.period : 0) +
-                       (course_ ? static_cast<double>(course_->knots().size()) : 0);
-    if (!(all <= most_control_steps))
-      throw std::invalid_argument("the run has more than " + std::to_string(static_cast<long>(most_control_steps)) +
+    if (controller.is_continuous()) effort_profile_.emplace(controller.efforts, controller.torque_limit);
+    const double all = steps + (controller.is_sampled() ? (duration + options.hold_time) / controller.period : 0) +
+                       (effort_profile_ ? static_cast<double>(effort_profile_->knots().size()) : 0);
+    if (!(all <= max_closed_loop_samples))
+      throw std::invalid_argument("the run has more than " +
+                                  std::to_string(static_cast<long>(max_closed_loop_samples)) +
                                   " samples of controller and result together");
     samples_ = trajectory.samples + static_cast<long>(extra);
-    std::vector<Event> stated = list_events(step, samples_, controller);
-    if (course_) stated = with_knots(std::move(stated), *course_);
+    std::vector<SampleEvent> stated = list_events(step, samples_, controller);
+    if (effort_profile_) stated = insert_knot_times(std::move(stated), *effort_profile_);
     // what is not sampled has no samples of a controller to rest on
-    events_ = with_places(stated, course_ ? 5 * least_steps : least_steps);
+    events_ = insert_figure_samples(stated, effort_profile_ ? 5 * min_time_steps : min_time_steps);
     PlantOptions plant{.dynamics = {.preferred = mechanism.actuators}};
     const auto default_steps = 500'000 + 50 * static_cast<long>(stated.size());
-    plant.most_steps = options.most_steps > 0 ? options.most_steps : default_steps;
+    plant.max_steps = options.max_steps > 0 ? options.max_steps : default_steps;
     plant_.emplace(mechanism, plant, trajectory.about);
   }
 
-  Result run() {
+  RunResult run() {
     std::vector<double> times;
-    for (const Event& event : events_) times.push_back(event.time);
-    desired_ = desired_motion(mechanism_, trajectory_, times);
+    for (const SampleEvent& event : events_) times.push_back(event.time);
+    desired_ = compute_desired_motion(mechanism_, trajectory_, times);
     const bool wanted = desired_.outcome.status == MotionStatus::done;
-    if (!wanted && needs_desired_motion(controller_)) return refused();
-    if (!begin()) return refused();
+    if (!wanted && needs_desired_motion(controller_)) return make_rejected_result();
+    if (!initialise()) return make_rejected_result();
     long done_rows = 0;
     for (std::size_t e = 0; e < events_.size(); ++e) {
-      if (!pass(e, done_rows)) break;
+      if (!advance_to_event(e, done_rows)) break;
     }
     if (done_rows < samples_) {
-      cut_rows(done_rows, result_);
-      cut_rows(static_cast<long>(between_.next_sample.size()), between_.rows);
+      truncate_rows(done_rows, result_);
+      truncate_rows(static_cast<long>(between_.next_sample.size()), between_.rows);
     }
     add_round_off();
     if (result_.time.size() >= 2) {
@@ -159,24 +162,24 @@ class ControlRun {
     const std::vector<std::string>& own = law_.notes();
     result_.outcome.notes.insert(result_.outcome.notes.end(), own.begin(), own.end());
     if (result_.time.size() >= 2) {
-      const std::string note = sampling_note(result_, between_);
+      const std::string note = check_sampling_density(result_, between_);
       if (!note.empty()) result_.outcome.notes.push_back(note);
     }
     if (!wanted)
       result_.outcome.notes.push_back("no errors are reported, because the desired motion does not exist: " +
                                       desired_.outcome.reason);
-    note_lost_track();
+    warn_of_tracking_loss();
     return std::move(result_);
   }
 
  private:
-  Result refused() const {
-    Result result;
+  RunResult make_rejected_result() const {
+    RunResult result;
     result.outcome = outcome_.status == MotionStatus::unsolved ? desired_.outcome : outcome_;
     return result;
   }
 
-  bool good(MotionOutcome outcome) {
+  bool is_successful(MotionOutcome outcome) {
     outcome_ = std::move(outcome);
     return outcome_.status == MotionStatus::done;
   }
@@ -188,75 +191,78 @@ class ControlRun {
   }
 
   /// Puts the mechanism where it starts and makes room for the rows.
-  bool begin() {
+  bool initialise() {
     const auto coordinates = static_cast<Eigen::Index>(mechanism_.coordinates.size());
     VectorX position(coordinates), velocity = VectorX::Zero(coordinates);
     if (desired_.rows > 0) {
       position = desired_.position.row(0);
       velocity = desired_.velocity.row(0);
-    } else if (!good(start_position(mechanism_, trajectory_, position))) {
+    } else if (!is_successful(solve_start_position(mechanism_, trajectory_, position))) {
       return false;
     }
     const InitialError& error = controller_.initial_error;
-    if (error.tool && !good(displace_tool(mechanism_, trajectory_, *error.tool, error.angle, position))) return false;
+    if (error.tool && !is_successful(displace_tool(mechanism_, trajectory_, *error.tool, error.angle, position)))
+      return false;
     for (const CoordinateValue& joint : error.joints) position[joint.coordinate] += joint.value;
-    if (!good(plant_->start(0, position, velocity))) return false;
+    if (!is_successful(plant_->start(0, position, velocity))) return false;
     if (mechanism_.actuators.empty() && controller_.type != ControllerType::none)
-      return good({MotionStatus::mismatch, 0, under_actuated(0, plant_->freedoms()), {}});
-    if (!good(law_.start(plant_->position(), plant_->velocity(), basis()))) return false;
+      return is_successful({MotionStatus::mismatch, 0, describe_under_actuation(0, plant_->freedoms()), {}});
+    if (!is_successful(law_.start(plant_->position(), plant_->velocity(), make_gain_basis()))) return false;
     long rows = 0;
     for (std::size_t e = 1; e < events_.size(); ++e) rows += events_[e].tick ? 2 : events_[e].on_sample ? 0 : 1;
-    record_.shape(samples_, trajectory_.about, result_);
-    record_.shape(rows, trajectory_.about, between_.rows);
+    record_.allocate_rows(samples_, trajectory_.about, result_);
+    record_.allocate_rows(rows, trajectory_.about, between_.rows);
     return true;
   }
 
   /// What gains follow from: the desired motion at moments of its own, so that they do not depend on what is sampled.
-  GainBasis basis() const {
-    GainBasis basis{VectorX::Zero(efforts_.size()), {}};
+  GainDesignMotion make_gain_basis() const {
+    GainDesignMotion basis{VectorX::Zero(efforts_.size()), {}};
     if (!needs_desired_motion(controller_)) return basis;
-    constexpr int moments = 40, finer = 10;
+    constexpr int gain_samples = 40, gain_sample_refinement = 10;
     std::vector<double> times;
-    for (int k = 0; k <= moments * finer; ++k) times.push_back(duration_of(trajectory_) * k / (moments * finer));
-    const DesiredMotion motion = desired_motion(mechanism_, trajectory_, times);
+    for (int k = 0; k <= gain_samples * gain_sample_refinement; ++k)
+      times.push_back(find_trajectory_duration(trajectory_) * k / (gain_samples * gain_sample_refinement));
+    const DesiredMotion motion = compute_desired_motion(mechanism_, trajectory_, times);
     for (Eigen::Index k = 0; k < motion.rows; ++k) {
       basis.peak_acceleration =
           basis.peak_acceleration.cwiseMax(actuated(motion.acceleration.row(k).transpose()).cwiseAbs());
-      if (k % finer == 0) basis.along.push_back(state_of(motion, k));
+      if (k % gain_sample_refinement == 0) basis.along.push_back(state_of(motion, k));
     }
     return basis;
   }
 
   MotionOutcome advance(double time) {
-    return course_ ? plant_->advance(time, *course_) : plant_->advance(time, efforts_);
+    return effort_profile_ ? plant_->advance(time, *effort_profile_) : plant_->advance(time, efforts_);
   }
 
-  void follow_course(std::size_t e) {
-    efforts_ = course_->at(events_[e].time);
-    saturated_ = course_->at_limit(events_[e].time);
-    if (e > 0) variation_ += course_->variation(events_[e - 1].time, events_[e].time);
+  void sample_effort_profile(std::size_t e) {
+    efforts_ = effort_profile_->evaluate(events_[e].time);
+    saturated_ = effort_profile_->saturation(events_[e].time);
+    if (e > 0) variation_ += effort_profile_->total_variation(events_[e - 1].time, events_[e].time);
   }
 
   /// On to the event, and through it. @return false if the run ends here
-  bool pass(std::size_t e, long& done_rows) {
-    const Event& event = events_[e];
-    if (e > 0 && !good(advance(event.time))) return false;
-    if (course_) follow_course(e);
-    if (!(max_abs(plant_->velocity()) < enormous) || !(max_abs(plant_->position()) < enormous))
-      return good(numbers_overflow(event.time, "the motion"));
+  bool advance_to_event(std::size_t e, long& done_rows) {
+    const SampleEvent& event = events_[e];
+    if (e > 0 && !is_successful(advance(event.time))) return false;
+    if (effort_profile_) sample_effort_profile(e);
+    if (!(max_abs(plant_->velocity()) < state_overflow_limit) || !(max_abs(plant_->position()) < state_overflow_limit))
+      return is_successful(make_overflow_outcome(event.time, "the motion"));
     if (options_.progress) options_.progress(static_cast<double>(e) / static_cast<double>(events_.size()));
-    const bool looks = inverts(controller_) && (event.tick || !event.on_sample);
-    if (looks && !good(watch_.look(event.time, plant_->position(), plant_->velocity()))) return false;
+    const bool looks = is_inverse_dynamics_based(controller_) && (event.tick || !event.on_sample);
+    if (looks && !is_successful(watch_.check(event.time, plant_->position(), plant_->velocity()))) return false;
     if (!event.tick && !event.on_sample) write(between_.rows, between_.add(event.sample), e);
     if (event.tick) {
       if (e > 0) write(between_.rows, between_.add(event.sample), e);
       const DesiredState wanted = state_of(desired_, static_cast<Eigen::Index>(e));
       sensor_.read(actuated(plant_->position()), actuated(plant_->velocity()), actuated(wanted.velocity));
-      if (!good(law_.command(event.time, wanted, sensor_.position(), sensor_.velocity()))) return false;
-      if (!law_.efforts().allFinite()) return good(numbers_overflow(event.time, "the torque"));
+      if (!is_successful(law_.compute_efforts(event.time, wanted, sensor_.position(), sensor_.velocity())))
+        return false;
+      if (!law_.efforts().allFinite()) return is_successful(make_overflow_outcome(event.time, "the torque"));
       if (e > 0) variation_ += (law_.efforts() - efforts_).cwiseAbs();
       efforts_ = law_.efforts();
-      saturated_ = law_.at_limit();
+      saturated_ = law_.saturation();
       if (e > 0 && !event.on_sample) write(between_.rows, between_.add(event.sample), e);
     }
     if (!event.on_sample) return true;
@@ -265,13 +271,13 @@ class ControlRun {
     return true;
   }
 
-  void write(Result& result, long row, std::size_t e) {
-    record_.write(plant_->observe(efforts_), {variation_, saturated_}, events_[e].time, static_cast<Eigen::Index>(e),
-                  row, result);
+  void write(RunResult& result, long row, std::size_t e) {
+    record_.write_row(plant_->observe(efforts_), {variation_, saturated_}, events_[e].time,
+                      static_cast<Eigen::Index>(e), row, result);
   }
 
   /// An error larger than all that the coordinate was to move, or than a radian, says that the controller does not lead it.
-  void note_lost_track() {
+  void warn_of_tracking_loss() {
     if (result_.tracking_error.size() == 0 || controller_.type == ControllerType::none) return;
     for (const int c : mechanism_.actuators) {
       const double range = max_coefficient(desired_.position.col(c)) - min_coefficient(desired_.position.col(c));
@@ -279,21 +285,22 @@ class ControlRun {
       const double error = std::abs(result_.tracking_error(worst, c));
       const double start = std::abs(result_.tracking_error(0, c));
       const Coordinate& coordinate = mechanism_.coordinates[static_cast<std::size_t>(c)];
-      const double unit = is_length(mechanism_, c) ? characteristic_length(mechanism_) : 1;
+      const double unit = is_length_coordinate(mechanism_, c) ? characteristic_length(mechanism_) : 1;
       const double bound = range > 1e-9 * unit ? std::min(range, unit) : 0.1 * unit;
       if (!(error > std::max(bound, 2 * start))) continue;
-      const auto text_of = [&](double value) { return coordinate_text(mechanism_, c, value); };
-      result_.outcome.notes.push_back(lost_track(coordinate.name, text_of(error), text_of(range), result_.time[worst]));
+      const auto text_of = [&](double value) { return format_coordinate(mechanism_, c, value); };
+      result_.outcome.notes.push_back(
+          tracking_loss_text(coordinate.name, text_of(error), text_of(range), result_.time[worst]));
     }
   }
 
   /// Of a sliding variable −(ė + λ e), what its rate and its position have.
   void add_round_off() {
     set_round_off(result_, plant_->term_sizes(), plant_->term_sizes_over_mobility());
-    const auto count = static_cast<Eigen::Index>(law_.sliding().size());
+    const auto count = static_cast<Eigen::Index>(law_.sliding_coordinates().size());
     result_.round_off.sliding_variable.setZero(count);
     for (Eigen::Index i = 0; i < count; ++i) {
-      const int c = law_.sliding()[static_cast<std::size_t>(i)];
+      const int c = law_.sliding_coordinates()[static_cast<std::size_t>(i)];
       result_.round_off.sliding_variable[i] =
           result_.round_off.velocity[c] + law_.sliding_lambda()[i] * result_.round_off.position[c];
     }
@@ -304,37 +311,37 @@ class ControlRun {
   const Controller& controller_;
   ControlLaw law_;
   Sensor sensor_;
-  SingularityWatch watch_;
-  ControlOptions options_;
-  ControlRecord record_;
-  std::optional<EffortCourse> course_;  ///< of efforts that are not the controller's samples
+  ActuationMonitor watch_;
+  ClosedLoopOptions options_;
+  ClosedLoopRecorder record_;
+  std::optional<EffortProfile> effort_profile_;  ///< of efforts that are not the controller's samples
   std::optional<Plant> plant_;
   long samples_ = 0;
-  std::vector<Event> events_;
+  std::vector<SampleEvent> events_;
   DesiredMotion desired_;  ///< a row per event
   VectorX efforts_, variation_, saturated_;
-  Result result_;
-  BetweenSamples between_;
+  RunResult result_;
+  IntermediateSamples between_;
   MotionOutcome outcome_;
 };
 
 }  // namespace
 
-Result control(const Mechanism& mechanism, const Trajectory& trajectory, const Controller& controller,
-               const ControlOptions& options) {
+RunResult simulate_closed_loop(const Mechanism& mechanism, const Trajectory& trajectory, const Controller& controller,
+                               const ClosedLoopOptions& options) {
   check_timing(trajectory);
-  if (has_passing_payloads(mechanism))
+  if (has_temporary_payloads(mechanism))
     throw std::invalid_argument("a controlled run needs payloads that are always there");
   if (!(controller.period > 0)) throw std::invalid_argument("a controller needs a positive period");
-  if (options.most_steps < 0) throw std::invalid_argument("a run cannot have a negative number of steps");
-  if (!(options.settle >= 0)) throw std::invalid_argument("the time to settle cannot be negative");
-  const TimedTrajectory timed = time_law(mechanism, trajectory);
-  Result result;
+  if (options.max_steps < 0) throw std::invalid_argument("a run cannot have a negative number of steps");
+  if (!(options.hold_time >= 0)) throw std::invalid_argument("the time to settle cannot be negative");
+  const ResolvedTrajectory timed = resolve_trajectory(mechanism, trajectory);
+  RunResult result;
   result.outcome = timed.outcome;
   if (timed.outcome.status != MotionStatus::done) return result;
-  result = ControlRun(mechanism, timed.trajectory, controller, options).run();
-  result.found_law = timed.found;
-  result.found_corridor = timed.corridor;
+  result = ClosedLoopRun(mechanism, timed.trajectory, controller, options).run();
+  result.optimised_law = timed.optimised_law;
+  result.corridor_result = timed.corridor;
   return result;
 }
 

@@ -16,26 +16,26 @@ struct ControllerState {
   const VectorX& saturated;  ///< 1 where the limit cuts, per actuator; may be empty
 };
 
-class ControlRecord {
+class ClosedLoopRecorder {
  public:
   /// @param desired may be filled in later, but stays where it is; law must be started before rows are written
-  ControlRecord(const Mechanism& mechanism, const ControlLaw& law, const DesiredMotion& desired)
+  ClosedLoopRecorder(const Mechanism& mechanism, const ControlLaw& law, const DesiredMotion& desired)
       : mechanism_(mechanism), law_(law), desired_(desired) {}
 
   /// Names and room for as many rows. Nothing that a desired motion is needed for if that motion is not known.
-  void shape(long rows, const Vector3& about, Result& result) const;
+  void allocate_rows(long rows, const Vector3& about, RunResult& result) const;
 
   /// @param event row of the desired motion
-  void write(const Sample& seen, const ControllerState& state, double time, Eigen::Index event, long row,
-             Result& result);
+  void write_row(const Sample& seen, const ControllerState& state, double time, Eigen::Index event, long row,
+                 RunResult& result);
 
  private:
-  void compare(Eigen::Index event);
+  void write_tracking_errors(Eigen::Index event);
 
   const Mechanism& mechanism_;
   const ControlLaw& law_;
   const DesiredMotion& desired_;
-  std::optional<Recorder> recorder_;
+  std::optional<ResultRecorder> recorder_;
   Sample sample_;
 };
 

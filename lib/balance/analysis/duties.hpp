@@ -10,14 +10,14 @@ namespace balance {
 
 /// Those that do not depend on masses and can be followed to begin with. Where the mechanism cannot be assembled to begin with, all that
 /// do not depend on masses.
-class Duties {
+class RequiredMotions {
  public:
-  explicit Duties(const Study& start);
+  explicit RequiredMotions(const Study& start);
 
   /// Where the start is assembled; empty if it cannot be.
-  const std::vector<CoordinateValue>& coordinates() const { return coordinates_; }
+  const std::vector<CoordinateValue>& start_coordinates() const { return coordinates_; }
   /// The first motion that cannot be made, and why; empty: there is none.
-  std::string obstacle(const Trial& trial) const;
+  std::string infeasibility_reason(const DesignInstance& trial) const;
 
  private:
   std::vector<CoordinateValue> coordinates_;

@@ -15,17 +15,18 @@ namespace balance {
 
 namespace {
 
-std::vector<bool> are_lengths(const Mechanism& mechanism, const std::vector<CoordinateId>& coordinates) {
+std::vector<bool> flag_lengths(const Mechanism& mechanism, const std::vector<CoordinateId>& coordinates) {
   std::vector<bool> lengths;
-  for (const CoordinateId c : coordinates) lengths.push_back(is_length(mechanism, c));
+  for (const CoordinateId c : coordinates) lengths.push_back(is_length_coordinate(mechanism, c));
   return lengths;
 }
 
-constexpr double vanishing = 1e-9;  ///< of the largest term of its kind: what counts as zero
+constexpr double zero_term_tolerance = 1e-9;  ///< of the largest term of its kind: what counts as zero
 
-class Report {
+class EquationsReporter {
  public:
-  Report(const Mechanism& mechanism, const EquationsQuery& query, const std::vector<Symbol>& symbols)
+  EquationsReporter(const Mechanism& mechanism, const EquationsQuery& query,
+                    const std::vector<GeometricSymbol>& symbols)
       : mechanism_(mechanism),
         query_(query),
         symbols_(symbols),
@@ -34,37 +35,37 @@ class Report {
 
   EquationsReport run() {
     name();
-    place();
+    set_configuration();
     if (!add_terms() || !add_speeds()) return std::move(out_);
-    if (wants(EquationSection::torques)) add_split();
-    if (wants(EquationSection::redundant) && !take(terms_.redundant_terms(at_.q, query_.time), at_.loops))
+    if (is_requested(EquationSection::torques)) add_split();
+    if (is_requested(EquationSection::redundant) && !store(terms_.redundant_terms(at_.q, query_.time), at_.loops))
       return std::move(out_);
-    if (wants(EquationSection::regressor)) add_regressor();
-    if (wants(EquationSection::natural)) add_natural();
-    if (wants(EquationSection::parameters)) add_parameters();
+    if (is_requested(EquationSection::regressor)) add_regressor();
+    if (is_requested(EquationSection::natural)) add_natural();
+    if (is_requested(EquationSection::parameters)) add_parameters();
     clear_round_off();
     out_.outcome.status = MotionStatus::done;
     return std::move(out_);
   }
 
  private:
-  bool wants(EquationSection section) const { return query_.sections.count(section) > 0; }
+  bool is_requested(EquationSection section) const { return query_.sections.count(section) > 0; }
 
   const Coordinate& coordinate(int c) const { return mechanism_.coordinates[static_cast<std::size_t>(c)]; }
 
   void name() {
     for (const int c : terms_.independent()) at_.independent.push_back(coordinate(c).name);
     for (const int c : mechanism_.actuators) at_.actuators.push_back(coordinate(c).name);
-    at_.lengths = are_lengths(mechanism_, terms_.independent());
-    at_.forces = are_lengths(mechanism_, mechanism_.actuators);
+    at_.is_length = flag_lengths(mechanism_, terms_.independent());
+    at_.is_force = flag_lengths(mechanism_, mechanism_.actuators);
     at_.redundant = terms_.redundant();
-    at_.binds_rates = balance::binds_rates(mechanism_);
+    at_.has_rate_constraints = balance::has_velocity_constraints(mechanism_);
     at_.closures = terms_.closures();
     at_.notes = terms_.notes();
-    at_.weight = sizes_.weight;
+    at_.torque_scale = scales_.gravity_moment;
   }
 
-  void place() {
+  void set_configuration() {
     const std::vector<CoordinateId>& own = terms_.independent();
     at_.q = independent_positions(own, query_.configuration);
     at_.dq = independent_rates(mechanism_, own, query_.rates);
@@ -72,7 +73,7 @@ class Report {
   }
 
   template <class T>
-  bool take(Answer<T>&& answer, std::optional<T>& slot) {
+  bool store(Expected<T>&& answer, std::optional<T>& slot) {
     if (!answer) {
       out_.outcome = answer.outcome;
       return false;
@@ -93,55 +94,56 @@ class Report {
       return false;
     }
     at_.configuration = assembled.value;
-    if (!take(terms_.independent_terms(at_.q, query_.time), at_.terms)) return false;
+    if (!store(terms_.independent_terms(at_.q, query_.time), at_.terms)) return false;
     find_factors();
     return true;
   }
 
   void clear_round_off() {
-    balance::clear_round_off(sizes_, at_.lengths, *at_.terms);
-    if (at_.in_speeds) balance::clear_round_off(sizes_, *at_.in_speeds);
-    if (at_.loops) balance::clear_round_off(sizes_, terms_.redundant_lengths(), *at_.loops);
-    if (at_.split) balance::clear_round_off(sizes_, at_.forces, *at_.split);
+    balance::clear_round_off(scales_, at_.is_length, *at_.terms);
+    if (at_.in_speeds) balance::clear_round_off(scales_, *at_.in_speeds);
+    if (at_.loops) balance::clear_round_off(scales_, terms_.redundant_lengths(), *at_.loops);
+    if (at_.split) balance::clear_round_off(scales_, at_.is_force, *at_.split);
     if (at_.regressor)
       for (MatrixX* matrix : {&at_.regressor->effort, &at_.regressor->shaking_force, &at_.regressor->shaking_moment})
-        clear_below_largest(*matrix);
-    clear_pose_round_off(mechanism_, sizes_.length, at_.configuration);
+        clear_relative_round_off(*matrix);
+    clear_pose_round_off(mechanism_, scales_.length, at_.configuration);
     for (Eigen::Index i = 0; i < at_.q.size(); ++i)
       at_.q[i] = at_.configuration[terms_.independent()[static_cast<std::size_t>(i)]];
   }
 
   bool add_speeds() {
     const SpeedChoice& choice = query_.speeds;
-    if (choice.speeds.empty() && choice.zero.empty()) return true;
-    for (const Speed& speed : choice.speeds) at_.speeds.push_back(speed.name);
-    for (const Speed& zero : choice.zero) at_.zero.push_back(zero.name);
-    return take(terms_.speed_terms(at_.q, choice, query_.time), at_.in_speeds);
+    if (choice.speeds.empty() && choice.constrained.empty()) return true;
+    for (const GeneralisedSpeed& speed : choice.speeds) at_.speeds.push_back(speed.name);
+    for (const GeneralisedSpeed& zero : choice.constrained) at_.zero.push_back(zero.name);
+    return store(terms_.speed_terms(at_.q, choice, query_.time), at_.in_speeds);
   }
 
   /// P1 eq. 27: u_k = k q̈_k.
   void find_factors() {
     const IndependentTerms& t = *at_.terms;
     const Eigen::Index d = t.mass.rows();
-    if (t.input.rows() != t.input.cols() || !t.input.isApprox(MatrixX::Identity(d, d), vanishing)) return;
+    if (t.input.rows() != t.input.cols() || !t.input.isApprox(MatrixX::Identity(d, d), zero_term_tolerance)) return;
     const VectorX k = t.mass.diagonal();
     const VectorX size = k.cwiseAbs().cwiseSqrt();
     const auto small = [&](const MatrixX& matrix) {
       for (Eigen::Index r = 0; r < d; ++r)
         for (Eigen::Index s = 0; s < d; ++s)
-          if (std::abs(matrix(r, s)) > vanishing * size[r] * size[s]) return false;
+          if (std::abs(matrix(r, s)) > zero_term_tolerance * size[r] * size[s]) return false;
       return true;
     };
     MatrixX beside = t.mass;
     beside.diagonal().setZero();
     bool decoupled = small(beside) && t.viscous.isZero(0);
     for (const MatrixX& form : t.velocity) decoupled = decoupled && small(form);
-    decoupled = decoupled && max_abs(t.rest.sum()) <= vanishing * std::max(at_.weight, max_coefficient(k));
-    if (decoupled) at_.factors = k;
+    decoupled = decoupled &&
+                max_abs(t.static_terms.sum()) <= zero_term_tolerance * std::max(at_.torque_scale, max_coefficient(k));
+    if (decoupled) at_.diagonal_factors = k;
   }
 
   void add_split() {
-    auto split = terms_.split(at_.q, at_.dq, at_.ddq, query_.time);
+    auto split = terms_.split_efforts(at_.q, at_.dq, at_.ddq, query_.time);
     if (split)
       at_.split = std::move(split.value);
     else
@@ -149,12 +151,12 @@ class Report {
   }
 
   void add_regressor() {
-    if (binds_rates(mechanism_)) {
+    if (has_velocity_constraints(mechanism_)) {
       at_.notes.push_back("no regressor: rates are bound, and it is one of the independent coordinates alone");
       return;
     }
     InverseDynamics door(mechanism_, options_);
-    std::vector<NamedValue> near;
+    std::vector<CoordinateGuess> near;
     for (const CoordinateValue& value : query_.configuration)
       near.push_back({coordinate(value.coordinate).name, value.value});
     door.assemble(at_.q, near);
@@ -168,16 +170,16 @@ class Report {
   void add_natural() {
     if (mechanism_.space == SpaceKind::spatial)
       at_.notes.push_back("no natural coordinates: they are for planar mechanisms");
-    else if (binds_rates(mechanism_))
+    else if (has_velocity_constraints(mechanism_))
       at_.notes.push_back("no natural coordinates: they know no constraints on speeds");
     else
-      at_.natural = natural::natural_terms(mechanism_, at_.configuration);
+      at_.natural = natural::compute_natural_terms(mechanism_, at_.configuration);
   }
 
   void add_parameters() {
     Mechanism here = mechanism_;
     here.assembly = query_.configuration;
-    Conditions found = base_parameters(here);
+    Conditions found = compute_base_parameters(here);
     if (found.status != ConditionsStatus::done) {
       at_.notes.push_back("no base parameters: " + found.reason);
       return;
@@ -186,45 +188,47 @@ class Report {
       at_.parameter_names = name_coefficients(here, found, symbols_, [&](const Mechanism& other) {
         Mechanism moved = other;
         moved.assembly = query_.configuration;
-        return base_parameters(moved);
+        return compute_base_parameters(moved);
       });
     at_.parameters = std::move(found);
   }
 
   const Mechanism& mechanism_;
   const EquationsQuery& query_;
-  const std::vector<Symbol>& symbols_;
+  const std::vector<GeometricSymbol>& symbols_;
   InverseOptions options_;
   EquationTerms terms_;
-  const EquationSizes sizes_ = equation_sizes(mechanism_);
+  const EquationScales scales_ = compute_equation_scales(mechanism_);
   EquationsReport out_;
-  EquationsAt& at_ = out_.at;
+  EquationsAtConfiguration& at_ = out_.at;
 };
 
 /// A matrix as a row of numbers, row by row.
 template <class Row>
-void put(const MatrixX& matrix, Eigen::Index first, Row&& row) {
+void write_matrix_row(const MatrixX& matrix, Eigen::Index first, Row&& row) {
   const Samples by_rows = matrix;
   row.segment(first, by_rows.size()) = Eigen::Map<const Eigen::RowVectorXd>(by_rows.data(), by_rows.size());
 }
 
 /// Room for N samples; the coordinates have their names.
-void size_arrays(Eigen::Index N, Eigen::Index actuators, EquationsAlong& out) {
+void size_arrays(Eigen::Index N, Eigen::Index actuators, EquationsAlongRun& out) {
   const auto d = static_cast<Eigen::Index>(out.independent.size()), n = static_cast<Eigen::Index>(out.redundant.size());
-  out.mass.resize(N, d * d), out.viscous.resize(N, d * d), out.velocity.resize(N, d * d * d), out.rest.resize(N, d);
+  out.mass.resize(N, d * d), out.viscous.resize(N, d * d), out.velocity.resize(N, d * d * d),
+      out.static_terms.resize(N, d);
   out.transformation.resize(N, n * d);
   out.constraints.resize(N, static_cast<Eigen::Index>(out.closures.size()) * n);
   out.parts.resize(N, actuators * static_cast<Eigen::Index>(effort_part_names.size()));
 }
 
-void write_row(const IndependentTerms& terms, const RedundantTerms& loops, Eigen::Index k, EquationsAlong& out) {
-  put(terms.mass, 0, out.mass.row(k));
-  put(terms.viscous, 0, out.viscous.row(k));
+void write_row(const IndependentTerms& terms, const RedundantTerms& loops, Eigen::Index k, EquationsAlongRun& out) {
+  write_matrix_row(terms.mass, 0, out.mass.row(k));
+  write_matrix_row(terms.viscous, 0, out.viscous.row(k));
   const Eigen::Index d = terms.mass.rows();
-  for (Eigen::Index i = 0; i < d; ++i) put(terms.velocity[static_cast<std::size_t>(i)], i * d * d, out.velocity.row(k));
-  out.rest.row(k) = terms.rest.sum();
-  put(loops.transformation, 0, out.transformation.row(k));
-  put(loops.constraints, 0, out.constraints.row(k));
+  for (Eigen::Index i = 0; i < d; ++i)
+    write_matrix_row(terms.velocity[static_cast<std::size_t>(i)], i * d * d, out.velocity.row(k));
+  out.static_terms.row(k) = terms.static_terms.sum();
+  write_matrix_row(loops.transformation, 0, out.transformation.row(k));
+  write_matrix_row(loops.constraints, 0, out.constraints.row(k));
 }
 
 }  // namespace
@@ -235,17 +239,17 @@ const std::vector<std::string>& equation_section_names() {
   return names;
 }
 
-EquationsReport equations_at(const Mechanism& mechanism, const EquationsQuery& query,
-                             const std::vector<Symbol>& symbols) {
-  if (!has_passing_payloads(mechanism)) return Report(mechanism, query, symbols).run();
-  const Mechanism there = at_time(mechanism, query.time);
-  EquationsReport report = Report(there, query, symbols).run();
-  for (std::string& note : payload_notes(mechanism, query.time)) report.at.notes.push_back(std::move(note));
+EquationsReport compute_equations_at(const Mechanism& mechanism, const EquationsQuery& query,
+                                     const std::vector<GeometricSymbol>& symbols) {
+  if (!has_temporary_payloads(mechanism)) return EquationsReporter(mechanism, query, symbols).run();
+  const Mechanism there = mechanism_at_time(mechanism, query.time);
+  EquationsReport report = EquationsReporter(there, query, symbols).run();
+  for (std::string& note : list_payload_notes(mechanism, query.time)) report.at.notes.push_back(std::move(note));
   return report;
 }
 
-EquationsAlong as_one_sample(const EquationsAt& at) {
-  EquationsAlong out;
+EquationsAlongRun as_one_sample(const EquationsAtConfiguration& at) {
+  EquationsAlongRun out;
   out.outcome.status = MotionStatus::done;
   out.independent = at.independent;
   out.redundant = at.redundant;
@@ -255,20 +259,20 @@ EquationsAlong as_one_sample(const EquationsAt& at) {
   write_row(*at.terms, *at.loops, 0, out);
   out.position = at.q.transpose();
   if (at.split)
-    put(at.split->parts, 0, out.parts.row(0));
+    write_matrix_row(at.split->parts, 0, out.parts.row(0));
   else
     out.parts.resize(0, 0);
   return out;
 }
 
-EquationsAlong equations_along(const Mechanism& mechanism, const Result& result,
-                               const std::vector<std::string>& independent) {
-  EquationsAlong out;
+EquationsAlongRun compute_equations_along(const Mechanism& mechanism, const RunResult& result,
+                                          const std::vector<std::string>& independent) {
+  EquationsAlongRun out;
   InverseOptions options{independent, Vector3::Zero(), 1};
   const double duration = result.time[result.time.size() - 1] - result.time[0];
   if (duration > 0) options.time_scale = duration;
   EquationTerms terms(mechanism, options);
-  const StateTable states = independent_states(terms, result);
+  const StateTable states = extract_independent_states(terms, result);
   for (const int c : terms.independent())
     out.independent.push_back(mechanism.coordinates[static_cast<std::size_t>(c)].name);
   out.redundant = terms.redundant();
@@ -277,24 +281,24 @@ EquationsAlong equations_along(const Mechanism& mechanism, const Result& result,
   out.time = result.time;
   out.position = states.q;
   size_arrays(N, result.torque.cols(), out);
-  out.outcome = assemble_as(terms, result);
-  const std::vector<bool> lengths = are_lengths(mechanism, terms.independent()),
-                          forces = are_lengths(mechanism, mechanism.actuators), redundant = terms.redundant_lengths();
-  const EquationSizes sizes = equation_sizes(mechanism);
-  const bool anew = binds_rates(mechanism);  // the independent coordinates then do not tell the others
+  out.outcome = assemble_at_row(terms, result);
+  const std::vector<bool> lengths = flag_lengths(mechanism, terms.independent()),
+                          forces = flag_lengths(mechanism, mechanism.actuators), redundant = terms.redundant_lengths();
+  const EquationScales sizes = compute_equation_scales(mechanism);
+  const bool anew = has_velocity_constraints(mechanism);  // the independent coordinates then do not tell the others
   for (Eigen::Index k = 0; k < N && out.outcome.status == MotionStatus::done; ++k) {
-    if (anew) out.outcome = assemble_as(terms, result, k);
+    if (anew) out.outcome = assemble_at_row(terms, result, k);
     if (out.outcome.status != MotionStatus::done) break;
     auto own = terms.independent_terms(states.q.row(k), result.time[k]);
     auto loops = terms.redundant_terms(states.q.row(k), result.time[k]);
-    auto split = terms.split(states.q.row(k), states.dq.row(k), states.ddq.row(k), result.time[k]);
+    auto split = terms.split_efforts(states.q.row(k), states.dq.row(k), states.ddq.row(k), result.time[k]);
     out.outcome = !own ? own.outcome : !loops ? loops.outcome : split.outcome;
     if (out.outcome.status != MotionStatus::done) break;
     clear_round_off(sizes, lengths, own.value);
     clear_round_off(sizes, redundant, loops.value);
     clear_round_off(sizes, forces, split.value);
     write_row(own.value, loops.value, k, out);
-    put(split.value.parts, 0, out.parts.row(k));
+    write_matrix_row(split.value.parts, 0, out.parts.row(k));
   }
   return out;
 }

@@ -29,43 +29,45 @@ struct EquationsQuery {
 };
 
 /// One configuration; what was not asked for, or has no answer there, is empty.
-struct EquationsAt {
+struct EquationsAtConfiguration {
   std::vector<std::string> independent;  ///< d names
-  std::vector<bool> lengths;             ///< per independent coordinate: whether it is a length
+  std::vector<bool> is_length;           ///< per independent coordinate: whether it is a length
   std::vector<std::string> redundant;    ///< n names
   std::vector<std::string> closures;     ///< per closure row: its joint
   std::vector<std::string> actuators;
-  std::vector<bool> forces;  ///< per actuator: whether its effort is a force
-  VectorX configuration;     ///< of all coordinates of the mechanism
+  std::vector<bool> is_force;  ///< per actuator: whether its effort is a force
+  VectorX configuration;       ///< of all coordinates of the mechanism
   VectorX q, dq, ddq;
   std::optional<IndependentTerms> terms;
   std::optional<SpeedTerms> in_speeds;
-  bool binds_rates = false;  ///< the mechanism itself does: the configuration has more freedoms than `independent`
+  bool has_rate_constraints =
+      false;  ///< the mechanism itself does: the configuration has more freedoms than `independent`
   std::vector<std::string> speeds, zero;  ///< their names, and those of what is zero
   std::optional<RedundantTerms> loops;
-  std::optional<EffortSplit> split;
+  std::optional<EffortBreakdown> split;
   std::optional<EffortRegressor> regressor;
-  std::optional<natural::Terms> natural;
+  std::optional<natural::NaturalTerms> natural;
   std::optional<Conditions> parameters;  ///< base_parameters
   ConditionNames parameter_names;
-  double weight =
+  double torque_scale =
       0;  ///< of everything that moves times the mechanism's length [N m]: what round-off of forces is measured by
-  std::optional<VectorX> factors;  ///< k of u_k = k q̈_k: if nothing but a diagonal M′ is left there (P1 eq. 27, 28)
+  std::optional<VectorX>
+      diagonal_factors;  ///< k of u_k = k q̈_k: if nothing but a diagonal M′ is left there (P1 eq. 27, 28)
   std::vector<std::string> notes;
 };
 
 struct EquationsReport {
   MotionOutcome outcome;  ///< done, or why there are no equations there
-  EquationsAt at;
+  EquationsAtConfiguration at;
 };
 
 /// @param symbols that base parameters are written in; empty: numbers only
 /// @throws std::invalid_argument for coordinates that do not exist or do not determine the motion
-EquationsReport equations_at(const Mechanism& mechanism, const EquationsQuery& query,
-                             const std::vector<Symbol>& symbols);
+EquationsReport compute_equations_at(const Mechanism& mechanism, const EquationsQuery& query,
+                                     const std::vector<GeometricSymbol>& symbols);
 
 /// The matrices at every sample of a run; row k belongs to result.time[k], entries row by row.
-struct EquationsAlong {
+struct EquationsAlongRun {
   MotionOutcome outcome;
   std::vector<std::string> independent, redundant, closures;
   VectorX time;            ///< N [s]
@@ -73,17 +75,17 @@ struct EquationsAlong {
   Samples mass;            ///< N×(d d)
   Samples velocity;        ///< N×(d d d)
   Samples viscous;         ///< N×(d d)
-  Samples rest;            ///< N×d
+  Samples static_terms;    ///< N×d
   Samples transformation;  ///< N×(n d)
   Samples constraints;     ///< N×(closure rows n)
   Samples parts;           ///< N×(actuators parts); empty if the actuators do not fit
 };
 
 /// @param at with terms and loops
-EquationsAlong as_one_sample(const EquationsAt& at);
+EquationsAlongRun as_one_sample(const EquationsAtConfiguration& at);
 
 /// @param result a run of this mechanism that is done
-EquationsAlong equations_along(const Mechanism& mechanism, const Result& result,
-                               const std::vector<std::string>& independent);
+EquationsAlongRun compute_equations_along(const Mechanism& mechanism, const RunResult& result,
+                                          const std::vector<std::string>& independent);
 
 }  // namespace balance

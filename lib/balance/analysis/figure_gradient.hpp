@@ -10,24 +10,24 @@
 namespace balance {
 
 /// A figure and one derivative per free number.
-struct Slope {
+struct ValueWithGradient {
   double value = 0;
-  VectorX by_number;
+  VectorX gradient;
 };
 
 /// Of one quantity: "torque[A1]", "torque" (the worst of them), "mobility".
-struct QuantitySlopes {
+struct QuantityGradients {
   std::string quantity;
-  Slope peak, rms, mean, range;
+  ValueWithGradient peak, rms, mean, range;
   /// Stretch by stretch of the run, of the worst ones all of them: the largest and the least value.
-  std::vector<Slope> highest, lowest;
+  std::vector<ValueWithGradient> segment_maxima, segment_minima;
 };
 
-struct FigureSlopes {
-  MotionOutcome outcome;                   ///< of the run; what follows is there if it is done
-  std::vector<QuantitySlopes> quantities;  ///< as a run's metrics, before round-off is dropped
-  Slope energy;                            ///< [J], zero where powers were not asked for
-  Slope duration;                          ///< [s]
+struct SpecFigureGradients {
+  MotionOutcome outcome;                      ///< of the run; what follows is there if it is done
+  std::vector<QuantityGradients> quantities;  ///< as a run's metrics, before round-off is dropped
+  ValueWithGradient energy;                   ///< [J], zero where powers were not asked for
+  ValueWithGradient duration;                 ///< [s]
 };
 
 /// By the chain rule: the spec's expressions over numbers with derivatives make a mechanism and a trajectory with derivatives, and the
@@ -36,10 +36,10 @@ struct FigureSlopes {
 /// @param quantities as "torque[A1]", "shaking_moment"; those that are computed with them come along. Empty: all there are
 /// @throws std::invalid_argument for a vector of another length, a trajectory that the spec has not, one whose law is searched for, and
 ///         where a motion cannot be stated
-FigureSlopes figure_slopes(const DesignSpace& space, const VectorX& x, const std::string& trajectory,
-                           const std::vector<std::string>& quantities = {});
+SpecFigureGradients compute_figure_gradients(const DesignSpace& space, const VectorX& x, const std::string& trajectory,
+                                             const std::vector<std::string>& quantities = {});
 
 /// The quantity of that name; null if there is none.
-const QuantitySlopes* find_quantity(const FigureSlopes& slopes, const std::string& quantity);
+const QuantityGradients* find_quantity(const SpecFigureGradients& slopes, const std::string& quantity);
 
 }  // namespace balance

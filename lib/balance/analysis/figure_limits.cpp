@@ -6,37 +6,37 @@
 
 namespace balance {
 
-std::vector<DesignLimit> build_limits(const DesignSpace& space, const std::vector<FigureLimit>& limits,
-                                      const VectorX& start, const LooseSprings& loose) {
+std::vector<DesignLimit> build_design_limits(const DesignSpace& space, const std::vector<FigureLimit>& limits,
+                                             const VectorX& start, const FreeSprings& loose) {
   std::vector<DesignLimit> built;
   for (const FigureLimit& limit : limits)
-    built.push_back({limit.text, build_objective(space, limit.terms, start, loose), limit.at_least, limit.bound});
+    built.push_back({limit.text, build_objective(space, limit.terms, start, loose), limit.is_lower, limit.bound});
   return built;
 }
 
 namespace {
 
 /// A root of a mean square is as cheap from all samples; of a peak each is an inequality.
-FigureSamples samples_for(const FigureLimit& limit) {
+FigureSampling samples_for(const FigureLimit& limit) {
   const bool peak = std::any_of(limit.terms.begin(), limit.terms.end(),
-                                [](const ObjectiveTerm& term) { return term.figure == Figure::peak; });
-  return peak ? FigureSamples::few : FigureSamples::all;
+                                [](const ObjectiveTerm& term) { return term.figure == Statistic::peak; });
+  return peak ? FigureSampling::coarse : FigureSampling::full;
 }
 
 }  // namespace
 
-std::function<std::optional<std::vector<BoundedFigures>>(const VectorX& x)> build_bounded(
-    const DesignSpace& space, const std::vector<FigureLimit>& limits, const LooseSprings& loose, int& known) {
-  using Figures = std::function<std::optional<std::vector<LinearFigure>>(const VectorX&)>;
+std::function<std::optional<std::vector<ConvexLimit>>(const VectorX& x)> build_convex_limits(
+    const DesignSpace& space, const std::vector<FigureLimit>& limits, const FreeSprings& loose, int& known) {
+  using Figures = std::function<std::optional<std::vector<AffineFigure>>(const VectorX&)>;
   std::vector<std::pair<Figures, double>> built;
   for (const FigureLimit& limit : limits)
-    if (!limit.at_least)
-      if (Figures figures = build_figures(space, limit.terms, loose, samples_for(limit)))
+    if (!limit.is_lower)
+      if (Figures figures = build_convex_terms(space, limit.terms, loose, samples_for(limit)))
         built.emplace_back(std::move(figures), limit.bound);
   known = static_cast<int>(built.size());
   if (built.empty()) return {};
-  return [built](const VectorX& x) -> std::optional<std::vector<BoundedFigures>> {
-    std::vector<BoundedFigures> all;
+  return [built](const VectorX& x) -> std::optional<std::vector<ConvexLimit>> {
+    std::vector<ConvexLimit> all;
     for (const auto& [figures_at, bound] : built) {
       auto figures = figures_at(x);
       if (!figures) return std::nullopt;

@@ -15,10 +15,10 @@ namespace balance {
 namespace {
 
 /// The springs whose ends' products are parameters of the conditions.
-LooseSprings springs_with_products(const Conditions& conditions, const DesignReport& report) {
-  LooseSprings loose(report.study_before.mechanism.springs.size(), false);
+FreeSprings springs_with_products(const Conditions& conditions, const DesignReport& report) {
+  FreeSprings loose(report.study_before.mechanism.springs.size(), false);
   for (const Parameter& p : conditions.parameters)
-    if (p.bearer == Bearer::spring && p.slot > 0) loose[static_cast<std::size_t>(p.index)] = true;
+    if (p.owner_kind == ParameterOwner::spring && p.slot > 0) loose[static_cast<std::size_t>(p.index)] = true;
   return loose;
 }
 
@@ -28,14 +28,14 @@ bool dominates(const VectorX& a, const VectorX& b, const VectorX& slack) {
   return (a.array() <= b.array()).all() && (a.array() < (b - slack).array()).any();
 }
 
-int middle_of(const Front& front) {
+int find_compromise_point(const ParetoFront& front) {
   if (front.points.empty()) throw std::invalid_argument("the front has no points");
   VectorX least = front.points.front().values, most = least;
-  for (const FrontPoint& point : front.points) {
+  for (const ParetoPoint& point : front.points) {
     least = least.cwiseMin(point.values);
     most = most.cwiseMax(point.values);
   }
-  const auto distance = [&](const FrontPoint& point) {
+  const auto distance = [&](const ParetoPoint& point) {
     double sum = 0;
     for (Eigen::Index j = 0; j < least.size(); ++j)
       if (most[j] > least[j]) sum += elementary::pow((point.values[j] - least[j]) / (most[j] - least[j]), 2);
@@ -46,17 +46,17 @@ int middle_of(const Front& front) {
   return static_cast<int>(nearest - front.points.begin());
 }
 
-DesignReport front_design(const DesignSpace& space, const FrontPoint& point, bool trajectories) {
+DesignReport make_pareto_design(const DesignSpace& space, const ParetoPoint& point, bool trajectories) {
   DesignReport report = point.report;
-  report.numbers = space.start.free_numbers;
+  report.free_numbers = space.start.free_numbers;
   report.before = space.start_values();
-  report.choices = list_choices(space);
+  report.cardinality_constraints = list_optional_elements(space);
   DesignSpace own = point.space;
-  own.start.free_numbers = report.numbers;
+  own.start.free_numbers = report.free_numbers;
   measure_design(own, report);
   const Conditions& conditions = report.outcome.conditions;
-  if (report.outcome.before.size() > 0)
-    report.outcome.before = scaled_residuals(
+  if (report.outcome.residuals_before.size() > 0)
+    report.outcome.residuals_before = scaled_residuals(
         conditions, term_values(report.study_before.mechanism, springs_with_products(conditions, report)));
   if (trajectories) {
     compare_trajectories(report);
@@ -64,7 +64,7 @@ DesignReport front_design(const DesignSpace& space, const FrontPoint& point, boo
   }
   for (LoadCaseReport& one : report.load_cases) one.runs.clear();
   if (report.adaptive)
-    for (LoadCaseReport& one : report.adaptive->fixed) one.runs.clear();
+    for (LoadCaseReport& one : report.adaptive->fixed_design_cases) one.runs.clear();
   return report;
 }
 

@@ -9,42 +9,42 @@
 namespace balance {
 
 /// min figure `minimized`, the others within `limits`.
-struct FrontWish {
+struct EpsilonConstraint {
   int minimized = 0;
   VectorX limits;  ///< per figure; NaN: none
   VectorX start;   ///< free numbers; empty: the spec's
 };
 
-class FrontSearch {
+class EpsilonConstraintSearch {
  public:
   /// @param planned searches that the budget is shared among
-  FrontSearch(const DesignSpace& space, const DesignStudyOptions& options, int planned);
+  EpsilonConstraintSearch(const DesignSpace& space, const DesignStudyOptions& options, int planned);
 
-  int figures() const { return static_cast<int>(request_.figures.size()); }
+  int figure_count() const { return static_cast<int>(request_.figures.size()); }
   /// Without limits. @return none was found
-  std::optional<FrontPoint> find(const FrontWish& wish);
+  std::optional<ParetoPoint> solve(const EpsilonConstraint& wish);
   /// What the last search found, if it was no design.
   DesignReport failure() const;
   /// Completes a point with what its design does with the loads of all cases.
-  void tell_cases(FrontPoint& point) const;
-  bool stopped() const { return stopped_; }
-  int searches() const { return searches_; }
+  void add_load_cases(ParetoPoint& point) const;
+  bool is_budget_exhausted() const { return stopped_; }
+  int search_count() const { return searches_; }
   VectorX no_limits() const;
 
  private:
   bool has_cases() const { return base_.start.design.cases.size() > 0; }
-  DesignSpace space_for(const FrontWish& wish) const;
+  DesignSpace space_for(const EpsilonConstraint& wish) const;
   DesignStudyOptions options_for_one();
-  void search(FrontPoint& point, const DesignStudyOptions& options) const;
+  void search(ParetoPoint& point, const DesignStudyOptions& options) const;
   VectorX values_at(const VectorX& x) const;
 
-  FrontRequest request_;
+  ParetoRequest request_;
   DesignSpace base_;  ///< asks for the first figure alone
   DesignStudyOptions options_;
   std::optional<LoadCaseStudy> cases_;
   DesignProblem problem_;
   std::vector<Objective> merits_;
-  FrontPoint failure_;
+  ParetoPoint failure_;
   double begin_, before_ = 0;  ///< [s] of computing: at the start, spent in searches that are over
   int planned_, searches_ = 0;
   bool stopped_ = false;

@@ -20,10 +20,11 @@ struct LoadCaseRun {
 };
 
 struct LoadCaseReport {
-  VectorX loads;                       ///< values of LoadCases::numbers
-  VectorX x;                           ///< of the spec's free numbers with this load
-  double residual = 0;                 ///< largest scaled residual of the goal's conditions; without a goal 0
-  std::vector<LargestEffort> at_rest;  ///< of every actuator over random poses; those that carry nothing are left out
+  VectorX loads;        ///< values of LoadCases::numbers
+  VectorX x;            ///< of the spec's free numbers with this load
+  double residual = 0;  ///< largest scaled residual of the goal's conditions; without a goal 0
+  std::vector<PeakEffort>
+      static_efforts;  ///< of every actuator over random poses; those that carry nothing are left out
   std::vector<LoadCaseRun> runs;
 };
 
@@ -31,7 +32,7 @@ struct LoadCaseReport {
 struct AdaptedTable {
   std::vector<VectorX> loads, values;
   std::vector<double> residuals;  ///< largest scaled residual at each load
-  double between =
+  double midpoint_residual =
       0;  ///< the same halfway between two loads, by the spline through the values; one number of the load only
 };
 
@@ -39,12 +40,12 @@ struct AdaptiveReport {
   std::vector<int> numbers;        ///< places of the adapted numbers among the spec's free numbers
   std::optional<AdaptiveLaw> law;  ///< else there is a table
   AdaptedTable table;
-  VectorX least, most;        ///< of every adapted number over the range of the loads
-  bool within_bounds = true;  ///< the law keeps the bounds of the free numbers
+  VectorX min_values, max_values;  ///< of every adapted number over the range of the loads
+  bool is_within_bounds = true;    ///< the law keeps the bounds of the free numbers
   std::optional<double>
-      work;  ///< against gravity and springs, from the least to the largest loads, at the start of the first
-             ///< trajectory [J]; nothing where masses change or there is no trajectory
-  std::vector<LoadCaseReport> fixed;  ///< the cases with the numbers that suit the spec's own load
+      adjustment_work;  ///< against gravity and springs, from the least to the largest loads, at the start of the first
+                        ///< trajectory [J]; nothing where masses change or there is no trajectory
+  std::vector<LoadCaseReport> fixed_design_cases;  ///< the cases with the numbers that suit the spec's own load
 };
 
 }  // namespace balance

@@ -6,15 +6,15 @@
 namespace balance {
 
 /// Conditions of the goals as derived for a study, about its first trajectory's point.
-class LoadJudge {
+class LoadCaseEvaluator {
  public:
   /// @param problem goals and options; must outlive the judge
-  LoadJudge(const DesignProblem& problem, bool trajectories) : problem_(problem), trajectories_(trajectories) {}
+  LoadCaseEvaluator(const DesignProblem& problem, bool trajectories) : problem_(problem), trajectories_(trajectories) {}
 
-  Conditions conditions(const Study& loaded) const;
-  Conditions conditions(const Mechanism& assembled) const;
+  Conditions derive_conditions(const Study& loaded) const;
+  Conditions derive_conditions(const Mechanism& assembled) const;
   /// Largest scaled residual of a study's mechanism; NaN where there are no conditions, 0 without a goal.
-  double residual(const Study& loaded) const;
+  double max_residual(const Study& loaded) const;
   /// @param space at the load @param x values of its free numbers
   LoadCaseReport report(const DesignSpace& space, const VectorX& loads, const VectorX& x) const;
 

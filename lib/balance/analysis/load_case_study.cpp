@@ -19,12 +19,12 @@ namespace balance {
 
 namespace {
 
-std::string in_case(const std::string& name, std::size_t k) { return fmt::format("{} (case {})", name, k + 1); }
+std::string case_label(const std::string& name, std::size_t k) { return fmt::format("{} (case {})", name, k + 1); }
 
 /// The same with names that proofs can tell apart.
-Mechanism labelled(Mechanism mechanism, std::size_t k) {
+Mechanism label_elements(Mechanism mechanism, std::size_t k) {
   const auto label = [k](auto& list, std::size_t first) {
-    for (std::size_t i = first; i < list.size(); ++i) list[i].name = in_case(list[i].name, k);
+    for (std::size_t i = first; i < list.size(); ++i) list[i].name = case_label(list[i].name, k);
   };
   label(mechanism.bodies, 1);
   label(mechanism.attachments, 0);
@@ -34,12 +34,12 @@ Mechanism labelled(Mechanism mechanism, std::size_t k) {
   return mechanism;
 }
 
-void check(const DesignSpace& space, const DesignProblem& problem) {
+void check_case_problem(const DesignSpace& space, const DesignProblem& problem) {
   for (const Goal& goal : problem.goals)
     if (goal.kind == GoalKind::proportional || goal.kind == GoalKind::affine)
       throw std::invalid_argument(
-          fmt::format("the goal {} knows no load cases: every load has its own centre of mass", name_of(goal)));
-  if (problem.modular) throw std::invalid_argument("the modular strategy knows no load cases");
+          fmt::format("the goal {} knows no load cases: every load has its own centre of mass", goal_name(goal)));
+  if (problem.is_modular) throw std::invalid_argument("the modular strategy knows no load cases");
   const Vector3 gravity = space.start.mechanism.gravity;
   for (Eigen::Index k = 0; k < space.start.design.cases.size(); ++k)
     if (at_load(space, space.start.design.cases.values.row(k)).start.mechanism.gravity != gravity)
@@ -47,22 +47,22 @@ void check(const DesignSpace& space, const DesignProblem& problem) {
 }
 
 /// Goals, conditions and search of a problem, without numbers and figures.
-DesignProblem question_of(const DesignProblem& own) {
+DesignProblem strip_to_conditions(const DesignProblem& own) {
   DesignProblem question;
   question.goals = own.goals;
   question.options = own.options;
-  question.derive = own.derive;
-  question.modular = own.modular;
+  question.derive_conditions = own.derive_conditions;
+  question.is_modular = own.is_modular;
   question.search = own.search;
-  question.watch = own.watch;
-  question.choices = own.choices;
+  question.on_progress = own.on_progress;
+  question.cardinality_constraints = own.cardinality_constraints;
   return question;
 }
 
 /// Where the spec's free numbers stand among those of all cases.
-std::vector<int> in_all_cases(const CaseSpace& cases, const std::vector<int>& numbers) {
+std::vector<int> map_to_all_cases(const CaseSpace& cases, const std::vector<int>& numbers) {
   std::vector<int> all;
-  for (const auto& position : cases.position)
+  for (const auto& position : cases.variable_index)
     for (const int i : numbers)
       if (const int at = position[static_cast<std::size_t>(i)]; std::find(all.begin(), all.end(), at) == all.end())
         all.push_back(at);
@@ -70,37 +70,38 @@ std::vector<int> in_all_cases(const CaseSpace& cases, const std::vector<int>& nu
 }
 
 /// Free numbers of the spec that may still change, for those of all cases.
-void own_freedom(const CaseSpace& cases, Freedom& freedom) {
+void map_solution_set(const CaseSpace& cases, SolutionSet& freedom) {
   std::vector<int> numbers;
-  for (std::size_t i = 0; i < cases.position.front().size(); ++i)
-    for (const auto& position : cases.position)
-      if (std::find(freedom.numbers.begin(), freedom.numbers.end(), position[i]) != freedom.numbers.end()) {
+  for (std::size_t i = 0; i < cases.variable_index.front().size(); ++i)
+    for (const auto& position : cases.variable_index)
+      if (std::find(freedom.free_variables.begin(), freedom.free_variables.end(), position[i]) !=
+          freedom.free_variables.end()) {
         numbers.push_back(static_cast<int>(i));
         break;
       }
-  freedom.numbers = std::move(numbers);
+  freedom.free_variables = std::move(numbers);
 }
 
 /// Conditions, residuals and open rows at the spec's own load.
-void own_conditions(const DesignSpace& space, const LoadJudge& judge, const LooseSprings& loose,
-                    DesignOutcome& outcome) {
-  const Study after = space.at(outcome.x);
-  outcome.conditions = judge.conditions(after);
-  outcome.unmet_fixed.clear();
-  outcome.open.clear();
-  outcome.occurring.clear();
-  if (outcome.proof) outcome.proof->combination = outcome.proof->coefficients = VectorX(0);
+void evaluate_nominal_conditions(const DesignSpace& space, const LoadCaseEvaluator& judge, const FreeSprings& loose,
+                                 DesignOutcome& outcome) {
+  const Study after = space.study_at(outcome.x);
+  outcome.conditions = judge.derive_conditions(after);
+  outcome.unmet_fixed_conditions.clear();
+  outcome.unmet_conditions.clear();
+  outcome.condition_variables.clear();
+  if (outcome.certificate) outcome.certificate->combination = outcome.certificate->coefficients = VectorX(0);
   if (outcome.conditions.status != ConditionsStatus::done) {
     outcome.status = DesignStatus::unsolved;
     outcome.reason = outcome.conditions.reason;
     return;
   }
-  outcome.before = scaled_residuals(outcome.conditions, term_values(space.start.mechanism, loose));
-  outcome.after = scaled_residuals(outcome.conditions, term_values(after.mechanism, loose));
-  for (int row = 0; row < outcome.after.size(); ++row)
-    if (!(std::abs(outcome.after[row]) <= met)) outcome.open.push_back(row);
-  outcome.occurring = list_occurring(
-      space, outcome.conditions, [&](const Mechanism& m) { return judge.conditions(m); }, loose);
+  outcome.residuals_before = scaled_residuals(outcome.conditions, term_values(space.start.mechanism, loose));
+  outcome.residuals_after = scaled_residuals(outcome.conditions, term_values(after.mechanism, loose));
+  for (int row = 0; row < outcome.residuals_after.size(); ++row)
+    if (!(std::abs(outcome.residuals_after[row]) <= condition_tolerance)) outcome.unmet_conditions.push_back(row);
+  outcome.condition_variables = probe_condition_variables(
+      space, outcome.conditions, [&](const Mechanism& m) { return judge.derive_conditions(m); }, loose);
 }
 
 /// Values of the adapted numbers per case.
@@ -112,38 +113,40 @@ MatrixX adapted_values(const CaseSpace& cases, const std::vector<int>& adapted, 
 }
 
 template <class Together>
-DesignProblem state_cases(const DesignSpace& space, const DesignStudyOptions& options, const DesignProblem& question,
-                          const std::shared_ptr<const Together>& together) {
+DesignProblem make_case_problem(const DesignSpace& space, const DesignStudyOptions& options,
+                                const DesignProblem& question, const std::shared_ptr<const Together>& together) {
   DesignProblem problem = question;
   problem.options.loose_springs.clear();
-  check(space, problem);
+  check_case_problem(space, problem);
   const CaseSpace& cases = together->space();
-  for (const std::string& name : options.without)  // sections and friction are called so in all cases
-    for (std::size_t k = 0; k < cases.cases.size(); ++k) problem.options.without.push_back(in_case(name, k));
+  for (const std::string& name : options.excluded)  // sections and friction are called so in all cases
+    for (std::size_t k = 0; k < cases.cases.size(); ++k) problem.options.excluded.push_back(case_label(name, k));
   for (const FreeNumber& number : cases.numbers)
-    problem.variables.push_back({number.path, number.lower, number.upper, number.start, number.sizes});
-  for (Choice& choice : problem.choices)
-    for (OptionalElement& element : choice.elements) element.numbers = in_all_cases(cases, element.numbers);
-  problem.mechanism_at = [together](const VectorX& x) { return together->mechanism(x); };
-  problem.fault = [together](const VectorX& x) { return together->fault(x); };
-  problem.obstacle = [together](const VectorX& x) { return together->obstacle(x); };
+    problem.variables.push_back({number.key_path, number.lower, number.upper, number.start, number.discrete_values});
+  for (CardinalityConstraint& choice : problem.cardinality_constraints)
+    for (OptionalElement& element : choice.elements) element.variables = map_to_all_cases(cases, element.variables);
+  problem.build_mechanism = [together](const VectorX& x) { return together->mechanism(x); };
+  problem.invalidity_reason = [together](const VectorX& x) { return together->invalidity_reason(x); };
+  problem.infeasibility_reason = [together](const VectorX& x) { return together->obstacle(x); };
   problem.options.loose_springs = find_loose_springs(problem);
   const std::vector<FigureLimit>& limits = space.start.design.subject_to;
   problem.limits = build_case_limits(cases, limits, problem.options.loose_springs);
-  problem.limits_at = [together, limits](const VectorX& x, const std::vector<int>& kept, const LooseSprings& loose) {
-    return build_case_limits(together->space().held(x, kept), limits, loose);
+  problem.limits_at_geometry = [together, limits](const VectorX& x, const std::vector<int>& kept,
+                                                  const FreeSprings& loose) {
+    return build_case_limits(together->space().fix_others(x, kept), limits, loose);
   };
-  problem.bounded_at = build_case_bounded(cases, limits, problem.options.loose_springs, problem.bounded);
+  problem.convex_limits =
+      build_case_convex_limits(cases, limits, problem.options.loose_springs, problem.convex_limit_count);
   const auto& terms = options.minimize.empty() ? space.start.design.minimize : options.minimize;
   if (terms.empty()) return problem;
-  const AcrossCases across = space.start.design.cases.across;
+  const CaseAggregation across = space.start.design.cases.aggregation;
   problem.objective = build_case_objective(cases, terms, across, problem.options.loose_springs);
-  problem.figures_at = build_case_figures(cases, terms, across, problem.options.loose_springs);
-  problem.whole_figures_at =
-      build_case_figures(cases, terms, across, problem.options.loose_springs, FigureSamples::all);
-  problem.objective_at = [together, terms, across](const VectorX& x, const std::vector<int>& kept,
-                                                   const LooseSprings& loose) {
-    return build_case_objective(together->space().held(x, kept), terms, across, loose);
+  problem.convex_terms_at = build_case_convex_terms(cases, terms, across, problem.options.loose_springs);
+  problem.all_convex_terms_at =
+      build_case_convex_terms(cases, terms, across, problem.options.loose_springs, FigureSampling::full);
+  problem.objective_at_geometry = [together, terms, across](const VectorX& x, const std::vector<int>& kept,
+                                                            const FreeSprings& loose) {
+    return build_case_objective(together->space().fix_others(x, kept), terms, across, loose);
   };
   return problem;
 }
@@ -151,45 +154,47 @@ DesignProblem state_cases(const DesignSpace& space, const DesignStudyOptions& op
 }  // namespace
 
 /// What all cases ask for at once.
-class LoadCaseStudy::Together {
+class LoadCaseStudy::CombinedCases {
  public:
-  explicit Together(CaseSpace space) : space_(std::move(space)) {
+  explicit CombinedCases(CaseSpace space) : space_(std::move(space)) {
     for (const DesignSpace& one : space_.cases) duties_.emplace_back(one.start);
   }
 
   Mechanism mechanism(const VectorX& x) const {
     std::vector<Mechanism> all;
     for (std::size_t k = 0; k < duties_.size(); ++k)
-      all.push_back(labelled(assembled_at(trial(k, x).mechanism, duties_[k].coordinates()), k));
-    return side_by_side(all);
+      all.push_back(label_elements(assembled_at(trial(k, x).mechanism, duties_[k].start_coordinates()), k));
+    return disjoint_union(all);
   }
-  std::string fault(const VectorX& x) const {
+  std::string invalidity_reason(const VectorX& x) const {
     for (std::size_t k = 0; k < duties_.size(); ++k)
-      if (const std::string why = first_fault(trial(k, x).mechanism); !why.empty())
+      if (const std::string why = find_validation_issue(trial(k, x).mechanism); !why.empty())
         return fmt::format("in case {}, {}", k + 1, why);
     return "";
   }
   std::string obstacle(const VectorX& x) const {
     for (std::size_t k = 0; k < duties_.size(); ++k)
-      if (const std::string why = duties_[k].obstacle(trial(k, x)); !why.empty())
+      if (const std::string why = duties_[k].infeasibility_reason(trial(k, x)); !why.empty())
         return fmt::format("in case {}, {}", k + 1, why);
     return "";
   }
   const CaseSpace& space() const { return space_; }
 
  private:
-  Trial trial(std::size_t k, const VectorX& x) const { return finite_trial(space_.cases[k], space_.values(k, x)); }
+  DesignInstance trial(std::size_t k, const VectorX& x) const {
+    return instantiate_checked(space_.cases[k], space_.values(k, x));
+  }
 
   CaseSpace space_;
-  std::vector<Duties> duties_;
+  std::vector<RequiredMotions> duties_;
 };
 
 LoadCaseStudy::LoadCaseStudy(const DesignSpace& space, const DesignStudyOptions& options)
     : space_(space),
       options_(options),
-      together_(std::make_shared<const Together>(case_space(space))),
-      question_(question_of(state_problem(space_, options_))),
-      problem_(state_cases(space_, options_, question_, together_)) {}
+      together_(std::make_shared<const CombinedCases>(make_case_space(space))),
+      conditions_problem_(strip_to_conditions(make_design_problem(space_, options_))),
+      problem_(make_case_problem(space_, options_, conditions_problem_, together_)) {}
 
 LoadCaseStudy::~LoadCaseStudy() = default;
 
@@ -201,22 +206,22 @@ void LoadCaseStudy::describe(DesignReport& report) const {
   if (outcome.status == DesignStatus::unsolved) return;
 
   const VectorX whole = outcome.x;
-  const LoadJudge judge(question_, options_.trajectories);
-  own_freedom(cases(), outcome.freedom);
+  const LoadCaseEvaluator judge(conditions_problem_, options_.compare_trajectories);
+  map_solution_set(cases(), outcome.solution_set);
   outcome.x = cases().values(0, whole);
   std::optional<AdaptiveStudy> adaptive;
   if (!loads.adapted.empty()) {
     adaptive.emplace(space_, options_, judge, outcome.x, adapted_values(cases(), loads.adapted, whole));
-    outcome.x = adaptive->all_at(own_load(space_)).array() + 0.0;  // a law may give −0
+    outcome.x = adaptive->variable_values(nominal_load(space_)).array() + 0.0;  // a law may give −0
     report.adaptive = adaptive->report();
   }
   for (Eigen::Index k = 0; k < loads.size(); ++k) {
     const auto which = static_cast<std::size_t>(k);
     const VectorX load = loads.values.row(k);
     report.load_cases.push_back(judge.report(cases().cases[which], load, cases().values(which, whole)));
-    if (adaptive) report.adaptive->fixed.push_back(judge.report(cases().cases[which], load, outcome.x));
+    if (adaptive) report.adaptive->fixed_design_cases.push_back(judge.report(cases().cases[which], load, outcome.x));
   }
-  own_conditions(space_, judge, question_.options.loose_springs, outcome);
+  evaluate_nominal_conditions(space_, judge, conditions_problem_.options.loose_springs, outcome);
 }
 
 }  // namespace balance

@@ -10,8 +10,8 @@ namespace balance {
 
 /// What a spec asks a design for with its own load.
 /// @param space must outlive the problem, and so must the terms of the options
-/// @throws std::invalid_argument as design_study
-DesignProblem state_problem(const DesignSpace& space, const DesignStudyOptions& options);
+/// @throws std::invalid_argument as run_design_study
+DesignProblem make_design_problem(const DesignSpace& space, const DesignStudyOptions& options);
 
 /// Studies, masses and inertias before and after, of the report's numbers.
 void measure_design(const DesignSpace& space, DesignReport& report);
@@ -22,7 +22,7 @@ void compare_trajectories(DesignReport& report);
 /// One design for several loads: what is solved, and what is told of it.
 class LoadCaseStudy {
  public:
-  /// @param space must outlive the study @throws std::invalid_argument as design_study
+  /// @param space must outlive the study @throws std::invalid_argument as run_design_study
   LoadCaseStudy(const DesignSpace& space, const DesignStudyOptions& options);
   ~LoadCaseStudy();
 
@@ -34,12 +34,12 @@ class LoadCaseStudy {
   void describe(DesignReport& report) const;
 
  private:
-  class Together;
+  class CombinedCases;
 
   const DesignSpace& space_;
   DesignStudyOptions options_;
-  std::shared_ptr<const Together> together_;
-  DesignProblem question_, problem_;
+  std::shared_ptr<const CombinedCases> together_;
+  DesignProblem conditions_problem_, problem_;
 };
 
 }  // namespace balance

@@ -6,17 +6,17 @@
 
 namespace balance {
 
-std::string name_of(Figure figure) {
+std::string objective_term_name(Statistic figure) {
   switch (figure) {
-    case Figure::peak: return "peak";
-    case Figure::rms: return "rms";
-    case Figure::mean: return "mean";
-    case Figure::range: return "range";
+    case Statistic::peak: return "peak";
+    case Statistic::rms: return "rms";
+    case Statistic::mean: return "mean";
+    case Statistic::range: return "range";
   }
   return "";
 }
 
-std::string name_of(const ObjectiveTerm& term) {
+std::string objective_term_name(const ObjectiveTerm& term) {
   switch (term.size) {
     case ObjectiveTerm::Size::added_mass: return "added mass";
     case ObjectiveTerm::Size::added_inertia: return "added inertia";
@@ -24,15 +24,16 @@ std::string name_of(const ObjectiveTerm& term) {
     case ObjectiveTerm::Size::none: break;
   }
   switch (term.run) {
-    case ObjectiveTerm::Run::energy: return "energy along " + term.trajectory;
-    case ObjectiveTerm::Run::mobility: return "mobility along " + term.trajectory;
-    case ObjectiveTerm::Run::clearance: return "clearance along " + term.trajectory;
-    case ObjectiveTerm::Run::duration: return "duration of " + term.trajectory;
-    case ObjectiveTerm::Run::figure: break;
+    case ObjectiveTerm::RunMeasure::energy: return "energy along " + term.trajectory;
+    case ObjectiveTerm::RunMeasure::mobility: return "mobility along " + term.trajectory;
+    case ObjectiveTerm::RunMeasure::clearance: return "clearance along " + term.trajectory;
+    case ObjectiveTerm::RunMeasure::duration: return "duration of " + term.trajectory;
+    case ObjectiveTerm::RunMeasure::figure: break;
   }
-  const std::string figure = name_of(term.figure) + "(" + term.quantity + ") along " + term.trajectory;
-  return term.plus ? fmt::format("mean plus {:g} deviation{} of {}", *term.plus, *term.plus == 1 ? "" : "s", figure)
-                   : figure;
+  const std::string figure = objective_term_name(term.figure) + "(" + term.quantity + ") along " + term.trajectory;
+  return term.deviation_multiple ? fmt::format("mean plus {:g} deviation{} of {}", *term.deviation_multiple,
+                                               *term.deviation_multiple == 1 ? "" : "s", figure)
+                                 : figure;
 }
 
 }  // namespace balance

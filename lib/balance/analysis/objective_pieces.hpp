@@ -14,8 +14,7 @@ namespace balance {
 /// themselves alone.
 /// @return nothing where a trajectory cannot be followed
 /// @throws SpecError, std::invalid_argument where the numbers make no mechanism or motion
-std::optional<std::vector<MaximumTerm>> objective_pieces(const DesignSpace& space,
-                                                         const std::vector<ObjectiveTerm>& terms,
-                                                         const LooseSprings& loose, const VectorX& x);
+std::optional<std::vector<MaxTerm>> compute_max_terms(const DesignSpace& space, const std::vector<ObjectiveTerm>& terms,
+                                                      const FreeSprings& loose, const VectorX& x);
 
 }  // namespace balance

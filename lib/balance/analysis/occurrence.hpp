@@ -14,8 +14,8 @@ namespace balance {
 /// @param conditions of the study at its start
 /// @param derive as they were derived; asked again where lengths or ratios are free
 /// @param loose as the conditions were derived with
-std::vector<std::vector<int>> list_occurring(const DesignSpace& space, const Conditions& conditions,
-                                             const std::function<Conditions(const Mechanism&)>& derive,
-                                             const LooseSprings& loose = {});
+std::vector<std::vector<int>> probe_condition_variables(const DesignSpace& space, const Conditions& conditions,
+                                                        const std::function<Conditions(const Mechanism&)>& derive,
+                                                        const FreeSprings& loose = {});
 
 }  // namespace balance

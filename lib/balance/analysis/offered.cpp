@@ -12,7 +12,7 @@ namespace balance {
 namespace {
 
 /// Masses, moments of inertia, stiffness and preload of an element: what makes it something.
-VectorX quantities(const Mechanism& mechanism, const std::string& section, const std::string& name) {
+VectorX element_quantities(const Mechanism& mechanism, const std::string& section, const std::string& name) {
   const auto of_rotor = [](const auto& one) {
     VectorX all(10);
     all << one.mass, one.inertia.reshaped();
@@ -30,13 +30,14 @@ VectorX quantities(const Mechanism& mechanism, const std::string& section, const
   throw std::invalid_argument(fmt::format("design.choose.{}: there is no {}", section, name));
 }
 
-bool may_be_zero(const FreeNumber& number) {
+bool can_be_zero(const FreeNumber& number) {
   if (!(number.lower <= 0 && number.upper >= 0)) return false;
-  return number.sizes.empty() || std::find(number.sizes.begin(), number.sizes.end(), 0.0) != number.sizes.end();
+  return number.discrete_values.empty() ||
+         std::find(number.discrete_values.begin(), number.discrete_values.end(), 0.0) != number.discrete_values.end();
 }
 
 /// Inside all bounds and not zero.
-VectorX somewhere(const std::vector<FreeNumber>& numbers) {
+VectorX generic_design_point(const std::vector<FreeNumber>& numbers) {
   VectorX x(static_cast<Eigen::Index>(numbers.size()));
   for (Eigen::Index i = 0; i < x.size(); ++i) {
     const FreeNumber& number = numbers[static_cast<std::size_t>(i)];
@@ -47,17 +48,17 @@ VectorX somewhere(const std::vector<FreeNumber>& numbers) {
 }
 
 /// Numbers whose zeros make all of them vanish; nothing if something stays.
-std::optional<std::vector<int>> find_numbers(const DesignSpace& space, const std::string& section,
-                                             const std::string& name) {
+std::optional<std::vector<int>> find_vanishing_variables(const DesignSpace& space, const std::string& section,
+                                                         const std::string& name) {
   const std::vector<FreeNumber>& free = space.start.free_numbers;
-  const VectorX x = somewhere(free);
-  VectorX left = quantities(space.trial(x).mechanism, section, name);
+  const VectorX x = generic_design_point(free);
+  VectorX left = element_quantities(space.instantiate(x).mechanism, section, name);
   std::vector<int> numbers;
   for (std::size_t i = 0; i < free.size() && !left.isZero(0); ++i) {
-    if (!may_be_zero(free[i])) continue;
+    if (!can_be_zero(free[i])) continue;
     VectorX without = x;
     without[static_cast<Eigen::Index>(i)] = 0;
-    const VectorX other = quantities(space.trial(without).mechanism, section, name);
+    const VectorX other = element_quantities(space.instantiate(without).mechanism, section, name);
     bool helps = false;
     for (Eigen::Index k = 0; k < left.size(); ++k)
       if (left[k] != 0 && other[k] == 0) {
@@ -72,15 +73,15 @@ std::optional<std::vector<int>> find_numbers(const DesignSpace& space, const std
 
 }  // namespace
 
-std::vector<Choice> list_choices(const DesignSpace& space) {
-  std::vector<Choice> choices;
-  for (const ElementChoice& asked : space.start.design.choose) {
-    Choice choice{asked.section, {}, asked.most};
-    for (const OfferedElement& element : asked.from) {
-      const auto numbers = find_numbers(space, asked.section, element.name);
+std::vector<CardinalityConstraint> list_optional_elements(const DesignSpace& space) {
+  std::vector<CardinalityConstraint> choices;
+  for (const CardinalityRequest& asked : space.start.design.cardinality) {
+    CardinalityConstraint choice{asked.section, {}, asked.max_count};
+    for (const OptionalElementText& element : asked.elements) {
+      const auto numbers = find_vanishing_variables(space, asked.section, element.name);
       if (numbers)
         choice.elements.push_back({element.name, *numbers});
-      else if (!asked.all)
+      else if (!asked.is_whole_section)
         throw std::invalid_argument(fmt::format(
             "design.choose.{}: {} cannot be left out: no free number that may be zero is its mass, inertia, "
             "stiffness or preload",

@@ -9,6 +9,6 @@ namespace balance {
 /// An element can be left out if each of its masses, moments of inertia, stiffness and preload vanishes where one free number is zero.
 /// @return of design.choose; numbers are positions among start.free_numbers
 /// @throws std::invalid_argument for one that is named and cannot, or where none can
-std::vector<Choice> list_choices(const DesignSpace& space);
+std::vector<CardinalityConstraint> list_optional_elements(const DesignSpace& space);
 
 }  // namespace balance

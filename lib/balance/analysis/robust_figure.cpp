@@ -16,10 +16,10 @@ namespace balance {
 
 namespace {
 
-constexpr double no_figure = std::numeric_limits<double>::quiet_NaN();
+constexpr double undefined_figure = std::numeric_limits<double>::quiet_NaN();
 
 /// What is there at one moment of a run.
-struct Moment {
+struct RunMoment {
   double weight = 0;  ///< part of the duration
   VectorX value;      ///< of the track's components
   MatrixX change;     ///< numbers × components
@@ -29,17 +29,17 @@ struct Moment {
 
 class RobustTrack {
  public:
-  RobustTrack(const TolerancedRun& off, const Tolerances& numbers, const Track& track) : numbers_(numbers) {
-    for (const Instant& place : off.places())
-      moments_.push_back({place.weight, off.value(track, place), off.changes(track, place)});
+  RobustTrack(const TolerancedRun& off, const Tolerances& numbers, const MetricSeries& track) : numbers_(numbers) {
+    for (const ToleranceSample& place : off.samples())
+      moments_.push_back({place.weight, off.value(track, place), off.contributions(track, place)});
   }
 
-  RobustFigure look(Figure figure, double k) const {
+  RobustFigure compute(Statistic figure, double k) const {
     switch (figure) {
-      case Figure::peak: return peak(k);
-      case Figure::rms: return rms(k);
-      case Figure::mean: return mean(k);
-      case Figure::range: return range(k);
+      case Statistic::peak: return peak(k);
+      case Statistic::rms: return rms(k);
+      case Statistic::mean: return mean(k);
+      case Statistic::range: return range(k);
     }
     return {};
   }
@@ -48,7 +48,7 @@ class RobustTrack {
   RobustFigure peak(double k) const {
     RobustFigure out;
     out.value = -1;
-    for (const Moment& moment : moments_) {
+    for (const RunMoment& moment : moments_) {
       const double size = moment.value.norm(), deviation = std::sqrt(moment.variance());
       out.nominal = std::max(out.nominal, size);
       if (size + k * deviation > out.value) {
@@ -62,31 +62,31 @@ class RobustTrack {
 
   RobustFigure rms(double k) const {
     double own = 0, expected = 0;
-    for (const Moment& moment : moments_) {
+    for (const RunMoment& moment : moments_) {
       own += moment.weight * moment.value.squaredNorm();
       expected += moment.weight * moment.expected_square();
     }
     const double root = std::sqrt(expected);
-    return plus(std::sqrt(own), root, k, [&](const Moment&) { return root; });
+    return root_figure(std::sqrt(own), root, k, [&](const RunMoment&) { return root; });
   }
 
   RobustFigure mean(double k) const {
     double own = 0, expected = 0;
-    for (const Moment& moment : moments_) {
+    for (const RunMoment& moment : moments_) {
       own += moment.weight * moment.value.norm();
       expected += moment.weight * std::sqrt(moment.expected_square());
     }
-    return plus(own, expected, k, [](const Moment& moment) { return std::sqrt(moment.expected_square()); });
+    return root_figure(own, expected, k, [](const RunMoment& moment) { return std::sqrt(moment.expected_square()); });
   }
 
   /// Of Σ w √E with E the expected squares at the moments or over all of them: squares q are off by q − E = 2 bᵀ z + zᵀ G z − tr G, and
   /// their roots by (q − E) / (2 √E).
   template <class Root>
-  RobustFigure plus(double nominal, double mean, double k, Root&& root) const {
+  RobustFigure root_figure(double nominal, double mean, double k, Root&& root) const {
     const auto size = static_cast<Eigen::Index>(numbers_.size());
     VectorX cross = VectorX::Zero(size);
     MatrixX squares = MatrixX::Zero(size, size);
-    for (const Moment& moment : moments_) {
+    for (const RunMoment& moment : moments_) {
       const double there = root(moment);
       if (!(there > 0)) continue;
       cross += moment.weight / there * moment.change * moment.value;
@@ -94,18 +94,19 @@ class RobustTrack {
     }
     double variance = cross.squaredNorm() + squares.squaredNorm() / 2;
     for (Eigen::Index i = 0; i < size; ++i)
-      variance += excess(numbers_[static_cast<std::size_t>(i)].spread) * squares(i, i) * squares(i, i) / 4;
+      variance +=
+          excess_kurtosis(numbers_[static_cast<std::size_t>(i)].distribution) * squares(i, i) * squares(i, i) / 4;
     const double deviation = std::sqrt(std::max(0.0, variance));
     return {nominal, mean, deviation, mean + k * deviation};
   }
 
   /// A scalar or a magnitude, and its derivatives times the deviations. A magnitude of zero has none.
-  struct Height {
+  struct ValueWithGradient {
     double value = 0;
     VectorX change;
   };
 
-  static Height height_of(const Moment& moment) {
+  static ValueWithGradient magnitude_with_gradient(const RunMoment& moment) {
     if (moment.value.size() == 1) return {moment.value[0], moment.change.col(0)};
     const double size = moment.value.norm();
     if (size > 0) return {size, moment.change * moment.value / size};
@@ -114,8 +115,8 @@ class RobustTrack {
 
   /// The largest of all pairs. Those that even deviations against each other would not make larger need no look.
   RobustFigure range(double k) const {
-    std::vector<Height> heights;
-    for (const Moment& moment : moments_) heights.push_back(height_of(moment));
+    std::vector<ValueWithGradient> heights;
+    for (const RunMoment& moment : moments_) heights.push_back(magnitude_with_gradient(moment));
     const auto ordered = [&](double sign) {
       std::vector<std::pair<double, std::size_t>> bounds;
       for (std::size_t i = 0; i < heights.size(); ++i)
@@ -124,7 +125,7 @@ class RobustTrack {
       return bounds;
     };
     const auto tops = ordered(1), bottoms = ordered(-1);
-    const auto compare = [](const Height& a, const Height& b) { return a.value < b.value; };
+    const auto compare = [](const ValueWithGradient& a, const ValueWithGradient& b) { return a.value < b.value; };
     const auto [least, most] = std::minmax_element(heights.begin(), heights.end(), compare);
     RobustFigure out{most->value - least->value, 0, 0, -1};
     for (const auto& [top, s] : tops) {
@@ -140,16 +141,16 @@ class RobustTrack {
   }
 
   const Tolerances& numbers_;
-  std::vector<Moment> moments_;
+  std::vector<RunMoment> moments_;
 };
 
 /// The worst of the tracks that the quantity is of.
-RobustFigure worst_of(const TolerancedRun& off, const Tolerances& numbers, const ObjectiveTerm& term) {
+RobustFigure max_robust_figure(const TolerancedRun& off, const Tolerances& numbers, const ObjectiveTerm& term) {
   std::optional<RobustFigure> worst;
   double nominal = 0;
-  for (const Track& track : list_tracks(off.run())) {
-    if (!is_name_of(term.quantity, track.quantity) && track.of_worst != term.quantity) continue;
-    const RobustFigure found = RobustTrack(off, numbers, track).look(term.figure, *term.plus);
+  for (const MetricSeries& track : list_metric_series(off.run())) {
+    if (!is_quantity_name(term.quantity, track.quantity) && track.worst_group != term.quantity) continue;
+    const RobustFigure found = RobustTrack(off, numbers, track).compute(term.figure, *term.deviation_multiple);
     nominal = std::max(nominal, found.nominal);
     if (!worst || found.value > worst->value) worst = found;
   }
@@ -161,25 +162,26 @@ RobustFigure worst_of(const TolerancedRun& off, const Tolerances& numbers, const
 
 }  // namespace
 
-Tolerances tolerances_at(const DesignSpace& space) {
+Tolerances evaluate_tolerances(const DesignSpace& space) {
   const RecordedValues<double> values(*space.recording, space.inputs);
   Tolerances numbers = space.start.tolerances;
-  for (ToleranceNumber& one : numbers) {
-    const double now = values(space.recording->toleranced.at(static_cast<std::size_t>(one.number)));
-    if (one.part > 0) one.width = one.part * std::abs(now);
+  for (TolerancedParameter& one : numbers) {
+    const double now = values(space.recording->toleranced.at(static_cast<std::size_t>(one.recording_index)));
+    if (one.relative_width > 0) one.width = one.relative_width * std::abs(now);
     one.value = now;
   }
   return numbers;
 }
 
-RobustFigure robust_figure(const DesignSpace& space, const VectorX& x, const ObjectiveTerm& term) {
-  const DesignSpace here = space.held(x, {});
-  const Tolerances numbers = tolerances_at(here);
-  const Trial trial{here.start.mechanism, here.start.trajectories};
-  const TolerancedRun off(here, numbers, trajectory_of(trial, term), {term.quantity});
-  if (off.outcome().status != MotionStatus::done) return {no_figure, no_figure, no_figure, no_figure};
-  RobustFigure found = worst_of(off, numbers, term);
-  found.openings = off.openings();
+RobustFigure compute_robust_figure(const DesignSpace& space, const VectorX& x, const ObjectiveTerm& term) {
+  const DesignSpace here = space.fix_others(x, {});
+  const Tolerances numbers = evaluate_tolerances(here);
+  const DesignInstance trial{here.start.mechanism, here.start.trajectories};
+  const TolerancedRun off(here, numbers, find_trajectory(trial, term), {term.quantity});
+  if (off.outcome().status != MotionStatus::done)
+    return {undefined_figure, undefined_figure, undefined_figure, undefined_figure};
+  RobustFigure found = max_robust_figure(off, numbers, term);
+  found.incompatible_parameters = off.incompatible_parameters();
   return found;
 }
 
@@ -187,7 +189,7 @@ std::vector<RobustTerm> robust_terms(const DesignSpace& space, const VectorX& x,
                                      const std::vector<ObjectiveTerm>& terms) {
   std::vector<RobustTerm> found;
   for (const ObjectiveTerm& term : terms)
-    if (term.plus) found.push_back({term, robust_figure(space, x, term)});
+    if (term.deviation_multiple) found.push_back({term, compute_robust_figure(space, x, term)});
   return found;
 }
 

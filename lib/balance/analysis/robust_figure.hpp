@@ -17,17 +17,17 @@ namespace balance {
 struct RobustFigure {
   double nominal = 0;  ///< the figure where no number is off
   double mean = 0, deviation = 0;
-  double value = 0;                     ///< mean + k deviation
-  std::vector<NumberOpening> openings;  ///< numbers that are left out
+  double value = 0;                                            ///< mean + k deviation
+  std::vector<IncompatibleParameter> incompatible_parameters;  ///< numbers that are left out
 };
 
 /// The numbers as they are where the space has its inputs: percentages follow values.
-Tolerances tolerances_at(const DesignSpace& space);
+Tolerances evaluate_tolerances(const DesignSpace& space);
 
 /// @param term a figure with deviations @param x values of space.start.free_numbers
 /// @return NaN where the motion cannot be made
 /// @throws std::invalid_argument as tolerance(), and if the run does not have the quantity
-RobustFigure robust_figure(const DesignSpace& space, const VectorX& x, const ObjectiveTerm& term);
+RobustFigure compute_robust_figure(const DesignSpace& space, const VectorX& x, const ObjectiveTerm& term);
 
 /// A robust figure among those that a design was made for.
 struct RobustTerm {

@@ -17,12 +17,12 @@ namespace balance {
 namespace {
 
 /// A landmark's place in the axes of the body that carries it.
-struct Placed {
+struct BodyPoint {
   BodyId body = 0;
   Vector3 position = Vector3::Zero();
 };
 
-Placed placed(const Mechanism& mechanism, const Landmark& mark) {
+BodyPoint locate_landmark(const Mechanism& mechanism, const Landmark& mark) {
   const auto index = static_cast<std::size_t>(mark.index), body = static_cast<std::size_t>(mark.body);
   switch (mark.kind) {
     case Landmark::Kind::origin: break;
@@ -34,14 +34,14 @@ Placed placed(const Mechanism& mechanism, const Landmark& mark) {
   return {mark.body, Vector3::Zero()};
 }
 
-Vector3 in_world(const BodyPoses& poses, long row, const Placed& mark) {
+Vector3 in_world(const BodyPoses& poses, long row, const BodyPoint& mark) {
   const double* origin = &poses.position(row, 3 * mark.body);
   const double* q = &poses.orientation(row, 4 * mark.body);
   return Vector3(origin[0], origin[1], origin[2]) + Eigen::Quaterniond(q[0], q[1], q[2], q[3]) * mark.position;
 }
 
 /// From a point to the straight line between two others, ends included.
-double distance(const Vector3& point, const Vector3& begin, const Vector3& end) {
+double distance_to_segment(const Vector3& point, const Vector3& begin, const Vector3& end) {
   const Vector3 along = end - begin;
   const double square = along.squaredNorm();
   const double part = square > 0 ? std::clamp((point - begin).dot(along) / square, 0.0, 1.0) : 0;
@@ -50,45 +50,48 @@ double distance(const Vector3& point, const Vector3& begin, const Vector3& end) 
 
 }  // namespace
 
-const Trajectory& trajectory_of(const Trial& trial, const ObjectiveTerm& term) {
+const Trajectory& find_trajectory(const DesignInstance& trial, const ObjectiveTerm& term) {
   for (const Trajectory& trajectory : trial.trajectories)
     if (trajectory.name == term.trajectory) return trajectory;
   throw std::invalid_argument("there is no trajectory '" + term.trajectory + "' to minimize along");
 }
 
-double least_clearance(const Mechanism& mechanism, const Result& run, const Clearance& clearance) {
+double min_clearance(const Mechanism& mechanism, const RunResult& run, const Clearance& clearance) {
   const BodyPoses poses = body_poses(mechanism, run);
-  const Placed point = placed(mechanism, clearance.of);
-  const Placed begin = placed(mechanism, clearance.to.front()), end = placed(mechanism, clearance.to.back());
+  const BodyPoint point = locate_landmark(mechanism, clearance.point);
+  const BodyPoint begin = locate_landmark(mechanism, clearance.target.front()),
+                  end = locate_landmark(mechanism, clearance.target.back());
   double least = std::numeric_limits<double>::infinity();
   for (long row = 0; row < run.time.size(); ++row)
-    least =
-        std::min(least, distance(in_world(poses, row, point), in_world(poses, row, begin), in_world(poses, row, end)));
+    least = std::min(least, distance_to_segment(in_world(poses, row, point), in_world(poses, row, begin),
+                                                in_world(poses, row, end)));
   return least;
 }
 
-double run_figure(const Mechanism& mechanism, const Result& run, const ObjectiveTerm& term) {
+double compute_run_figure(const Mechanism& mechanism, const RunResult& run, const ObjectiveTerm& term) {
   if (run.outcome.status != MotionStatus::done) return std::numeric_limits<double>::quiet_NaN();
   switch (term.run) {
-    case ObjectiveTerm::Run::duration: return run.outcome.time;
-    case ObjectiveTerm::Run::energy: return run.energy;
-    case ObjectiveTerm::Run::clearance: return least_clearance(mechanism, run, term.clearance);
-    case ObjectiveTerm::Run::mobility:
+    case ObjectiveTerm::RunMeasure::duration: return run.outcome.time;
+    case ObjectiveTerm::RunMeasure::energy: return run.energy;
+    case ObjectiveTerm::RunMeasure::clearance: return min_clearance(mechanism, run, term.clearance);
+    case ObjectiveTerm::RunMeasure::mobility:
       if (run.mobility.size() == 0) break;
       return min_coefficient(run.mobility);
-    case ObjectiveTerm::Run::figure:
+    case ObjectiveTerm::RunMeasure::figure:
       for (const Metric& metric : run.metrics)
-        if (is_name_of(term.quantity, metric.quantity)) return above(metric.round_off, figure_of(metric, term.figure));
+        if (is_quantity_name(term.quantity, metric.quantity))
+          return suppress_round_off(metric.round_off, statistic_of(metric, term.figure));
       break;
   }
   throw std::invalid_argument("a run along '" + term.trajectory + "' has no quantity '" +
-                              (term.run == ObjectiveTerm::Run::figure ? term.quantity : "mobility") + "'");
+                              (term.run == ObjectiveTerm::RunMeasure::figure ? term.quantity : "mobility") + "'");
 }
 
-double by_simulation(const Trial& trial, const ObjectiveTerm& term) {
-  const Trajectory& trajectory = trajectory_of(trial, term);
-  if (term.run == ObjectiveTerm::Run::duration && !depends_on_mechanism(trajectory)) return trajectory.duration;
-  return run_figure(trial.mechanism, simulate(trial.mechanism, trajectory), term);
+double simulate_figure(const DesignInstance& trial, const ObjectiveTerm& term) {
+  const Trajectory& trajectory = find_trajectory(trial, term);
+  if (term.run == ObjectiveTerm::RunMeasure::duration && !is_mechanism_dependent(trajectory))
+    return trajectory.duration;
+  return compute_run_figure(trial.mechanism, simulate(trial.mechanism, trajectory), term);
 }
 
 }  // namespace balance

@@ -7,17 +7,17 @@
 namespace balance {
 
 /// @throws std::invalid_argument if there is none of that name
-const Trajectory& trajectory_of(const Trial& trial, const ObjectiveTerm& term);
+const Trajectory& find_trajectory(const DesignInstance& trial, const ObjectiveTerm& term);
 
 /// The term's number of a run [SI]. NaN if the motion was not made.
 /// @param mechanism whose places a clearance is between; it makes the run's motion
 /// @throws std::invalid_argument if the run does not have the quantity
-double run_figure(const Mechanism& mechanism, const Result& run, const ObjectiveTerm& term);
+double compute_run_figure(const Mechanism& mechanism, const RunResult& run, const ObjectiveTerm& term);
 
 /// The same of a run to be made.
-double by_simulation(const Trial& trial, const ObjectiveTerm& term);
+double simulate_figure(const DesignInstance& trial, const ObjectiveTerm& term);
 
 /// The least distance in a run that is done [m].
-double least_clearance(const Mechanism& mechanism, const Result& run, const Clearance& clearance);
+double min_clearance(const Mechanism& mechanism, const RunResult& run, const Clearance& clearance);
 
 }  // namespace balance

@@ -18,15 +18,15 @@ namespace balance {
 namespace {
 
 /// A magnitude below so many of its deviations is not taken for linear in the numbers.
-constexpr double clear_of_zero = 3;
+constexpr double min_linear_ratio = 3;
 /// Other moments that change a deviation by less are no rivals.
-constexpr double rival_tolerance = 0.02;
-constexpr double no_deviation = std::numeric_limits<double>::quiet_NaN();
+constexpr double extreme_deviation_tolerance = 0.02;
+constexpr double undefined_deviation = std::numeric_limits<double>::quiet_NaN();
 
-class Deviations {
+class ToleranceAnalysis {
  public:
-  Deviations(const DesignSpace& space, const Tolerances& numbers, const Trajectory& trajectory,
-             const std::vector<std::string>& quantities)
+  ToleranceAnalysis(const DesignSpace& space, const Tolerances& numbers, const Trajectory& trajectory,
+                    const std::vector<std::string>& quantities)
       : numbers_(numbers),
         nominal_(simulate(space.start.mechanism, trajectory)),
         off_(space, numbers, trajectory, quantities) {}
@@ -38,16 +38,16 @@ class Deviations {
     out.run = nominal_;
     if (nominal_.outcome.status == MotionStatus::done) out.outcome = run().outcome;
     if (out.outcome.status != MotionStatus::done) return out;
-    out.openings = off_.openings();
+    out.incompatible_parameters = off_.incompatible_parameters();
     out.deviation = deviations();
-    const std::vector<Track> all = list_tracks(run());
-    std::vector<Track> tracks;
+    const std::vector<MetricSeries> all = list_metric_series(run());
+    std::vector<MetricSeries> tracks;
     for (std::size_t t = 0; t < all.size(); ++t) {
-      if (!wanted(all[t], quantities)) continue;
+      if (!is_requested(all[t], quantities)) continue;
       tracks.push_back(all[t]);
-      out.quantities.push_back(measure(all[t], t));
+      out.quantities.push_back(analyse_quantity(all[t], t));
     }
-    settle_rivals(tracks, out.quantities);
+    apply_extreme_statistics(tracks, out.quantities);
     for (QuantityTolerance& one : out.quantities) drop_round_off(one);
     out.energy = figure([](const FigureGradients& one) { return one.energy; },
                         [](const FigureGradients& one) { return one.d_energy; });
@@ -57,18 +57,18 @@ class Deviations {
 
  private:
   Eigen::Index size() const { return off_.deviations().size(); }
-  const Result& run() const { return off_.run(); }
+  const RunResult& run() const { return off_.run(); }
 
-  static bool wanted(const Track& track, const std::vector<std::string>& quantities) {
+  static bool is_requested(const MetricSeries& track, const std::vector<std::string>& quantities) {
     return quantities.empty() || std::any_of(quantities.begin(), quantities.end(), [&](const std::string& one) {
-             return names_quantity(one, track.quantity);
+             return is_quantity_or_array_name(one, track.quantity);
            });
   }
 
   /// Every entry's standard deviation.
-  Result deviations() const {
-    Result out = run();
-    for (const QuantityKind& kind : quantity_table()) {
+  RunResult deviations() const {
+    RunResult out = run();
+    for (const QuantityDefinition& kind : quantity_table()) {
       Samples& array = out.*kind.member;
       if (array.size() == 0) continue;
       array.setZero();
@@ -78,7 +78,8 @@ class Deviations {
           array.array() += (off_.deviations()[i] * change.array()).square();
       }
       array = array.cwiseSqrt();
-      for (Eigen::Index c = 0; c < array.cols(); ++c) clear_column(array, c, round_off_of(nominal_, kind.member, c));
+      for (Eigen::Index c = 0; c < array.cols(); ++c)
+        clear_column(array, c, column_round_off(nominal_, kind.member, c));
     }
     return out;
   }
@@ -88,48 +89,50 @@ class Deviations {
     FigureDeviation out{value(off_.figures().front()), 0, VectorX(size())};
     for (Eigen::Index i = 0; i < size(); ++i) {
       const std::size_t k = static_cast<std::size_t>(i);
-      out.by_number[i] = derivative(off_.figures()[k / dual_width])[k % dual_width] * off_.deviations()[i];
+      out.contributions[i] = derivative(off_.figures()[k / dual_width])[k % dual_width] * off_.deviations()[i];
     }
-    out.deviation = out.by_number.norm();
+    out.deviation = out.contributions.norm();
     return out;
   }
 
-  void blank_openings(VectorX& by_number) const {
-    for (const NumberOpening& one : off_.openings()) by_number[static_cast<Eigen::Index>(one.number)] = no_deviation;
+  void blank_incompatible_parameters(VectorX& by_number) const {
+    for (const IncompatibleParameter& one : off_.incompatible_parameters())
+      by_number[static_cast<Eigen::Index>(one.index)] = undefined_deviation;
   }
 
   /// Peaks and ranges that may come to be elsewhere.
-  void settle_rivals(const std::vector<Track>& tracks, std::vector<QuantityTolerance>& quantities) const {
-    struct Contest {
+  void apply_extreme_statistics(const std::vector<MetricSeries>& tracks,
+                                std::vector<QuantityTolerance>& quantities) const {
+    struct ExtremeFigureTask {
       FigureDeviation* figure;
       ExtremeFigure extreme;
     };
-    std::vector<Contest> contests;
+    std::vector<ExtremeFigureTask> contests;
     for (std::size_t t = 0; t < tracks.size(); ++t) {
-      Track track = tracks[t];
-      if (track.array == &Result::total_torque) {  // a magnitude, not linear near zero
-        track.array = &Result::torque;
+      MetricSeries track = tracks[t];
+      if (track.array == &RunResult::total_torque) {  // a magnitude, not linear near zero
+        track.array = &RunResult::torque;
         track.first = 0, track.count = static_cast<int>(run().torque.cols());
       }
-      std::vector<LinearMoment> moments;
-      for (const Instant& place : off_.places())
-        moments.push_back({place.time, off_.value(track, place), off_.changes(track, place)});
+      std::vector<LinearizedSample> moments;
+      for (const ToleranceSample& place : off_.samples())
+        moments.push_back({place.time, off_.value(track, place), off_.contributions(track, place)});
       using enum ExtremeFigure::Kind;
       for (const auto& [figure, kind] : {std::pair{&quantities[t].peak, peak}, {&quantities[t].range, range}}) {
         if (std::isnan(figure->deviation)) continue;
         ExtremeFigure extreme(moments, kind);
-        if (extreme.has_rivals()) contests.push_back({figure, std::move(extreme)});
+        if (extreme.has_several_candidates()) contests.push_back({figure, std::move(extreme)});
       }
     }
     std::vector<ExtremeFigure*> extremes;
-    for (Contest& contest : contests) extremes.push_back(&contest.extreme);
-    meet_draws(extremes, numbers_);
+    for (ExtremeFigureTask& contest : contests) extremes.push_back(&contest.extreme);
+    sample_extreme_figures(extremes, numbers_);
     for (const auto& [figure, extreme] : contests) {
       const double deviation = extreme.deviation();
-      if (std::abs(deviation - figure->deviation) <= rival_tolerance * figure->deviation) continue;
+      if (std::abs(deviation - figure->deviation) <= extreme_deviation_tolerance * figure->deviation) continue;
       figure->deviation = deviation;
-      figure->by_number = extreme.by_number();
-      figure->rivals = extreme.times();
+      figure->contributions = extreme.contributions();
+      figure->extremum_times = extreme.extremum_times();
     }
   }
 
@@ -139,7 +142,7 @@ class Deviations {
                   [&](const FigureGradients& all) { return all.figures[t].*derivative; });
   }
 
-  QuantityTolerance measure(const Track& track, std::size_t t) const {
+  QuantityTolerance analyse_quantity(const MetricSeries& track, std::size_t t) const {
     QuantityTolerance out{.quantity = track.quantity, .unit = track.unit};
     out.peak = figure_of_track(t, &FigureGradient::peak, &FigureGradient::d_peak);
     out.rms = figure_of_track(t, &FigureGradient::rms, &FigureGradient::d_rms);
@@ -148,19 +151,19 @@ class Deviations {
     MatrixX squares = MatrixX::Zero(size(), size());
     VectorX cross = VectorX::Zero(size());
     double own = 0;
-    for (const Instant& place : off_.places()) {
+    for (const ToleranceSample& place : off_.samples()) {
       const VectorX value = off_.value(track, place);
-      const MatrixX change = off_.changes(track, place);
+      const MatrixX change = off_.contributions(track, place);
       squares += place.weight * change * change.transpose();
       cross += place.weight * change * value;
       own += place.weight * value.squaredNorm();
-      if (!place.between) meet(place, value.norm(), change, out.worst);
+      if (!place.is_intermediate) update_worst(place, value.norm(), change, out.worst);
     }
     finish(squares, cross, own, out);
     return out;
   }
 
-  static void meet(const Instant& place, double value, const MatrixX& change, WorstSample& worst) {
+  static void update_worst(const ToleranceSample& place, double value, const MatrixX& change, WorstSample& worst) {
     const VectorX parts = change.rowwise().squaredNorm();
     const double deviation = std::sqrt(parts.sum());
     if (worst.shares.size() > 0 && !(deviation > worst.deviation)) return;
@@ -172,14 +175,14 @@ class Deviations {
     double variance = 4 * cross.squaredNorm() + 2 * squares.squaredNorm();
     for (std::size_t i = 0; i < numbers_.size(); ++i) {
       const double square = squares(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(i));
-      variance += excess(numbers_[i].spread) * square * square;
+      variance += excess_kurtosis(numbers_[i].distribution) * square * square;
     }
     out.expected_rms = std::sqrt(own + spread * spread);
     out.square_deviation = std::sqrt(std::max(0.0, variance));
-    if (spread > 0 && std::sqrt(own) < clear_of_zero * spread)
-      for (FigureDeviation* one : {&out.peak, &out.rms, &out.mean}) one->deviation = no_deviation;
-    if (out.worst.deviation > 0 && out.range.value < clear_of_zero * out.worst.deviation)
-      out.range.deviation = no_deviation;
+    if (spread > 0 && std::sqrt(own) < min_linear_ratio * spread)
+      for (FigureDeviation* one : {&out.peak, &out.rms, &out.mean}) one->deviation = undefined_deviation;
+    if (out.worst.deviation > 0 && out.range.value < min_linear_ratio * out.worst.deviation)
+      out.range.deviation = undefined_deviation;
   }
 
   /// As in a run's metrics: a deviation that is below what its quantity leaves of zero is none.
@@ -188,16 +191,16 @@ class Deviations {
     const auto same = [&](const Metric& one) { return one.quantity == out.quantity; };
     const auto metric = std::find_if(all.begin(), all.end(), same);
     if (metric == all.end()) return;
-    const auto drop = [&](double& value) { value = above(metric->round_off, value); };
+    const auto drop = [&](double& value) { value = suppress_round_off(metric->round_off, value); };
     drop(out.expected_rms);
     if (out.expected_rms == 0) out.square_deviation = 0;
     for (FigureDeviation* figure : {&out.peak, &out.rms, &out.mean, &out.range}) {
       drop(figure->value);
       drop(figure->deviation);
-      for (double& part : figure->by_number) drop(part);
-      if (out.expected_rms == 0) figure->deviation = 0, figure->by_number.setZero(), figure->rivals.clear();
+      for (double& part : figure->contributions) drop(part);
+      if (out.expected_rms == 0) figure->deviation = 0, figure->contributions.setZero(), figure->extremum_times.clear();
     }
-    blank_openings(out);
+    blank_incompatible_parameters(out);
     for (double* value : {&out.worst.value, &out.worst.deviation}) drop(*value);
     if (out.worst.deviation == 0) out.worst.shares.setZero();
   }
@@ -206,26 +209,27 @@ class Deviations {
     const VectorX& time = nominal_.time;
     double round_off = 0;
     for (Eigen::Index a = 0; a < nominal_.power.cols(); ++a)
-      round_off += round_off_of(nominal_, &Result::power, a) * (time[time.size() - 1] - time[0]);
-    for (double* value : {&energy.value, &energy.deviation}) *value = above(round_off, *value);
-    for (double& part : energy.by_number) part = above(round_off, part);
-    blank_openings(energy.by_number);
+      round_off += column_round_off(nominal_, &RunResult::power, a) * (time[time.size() - 1] - time[0]);
+    for (double* value : {&energy.value, &energy.deviation}) *value = suppress_round_off(round_off, *value);
+    for (double& part : energy.contributions) part = suppress_round_off(round_off, part);
+    blank_incompatible_parameters(energy.contributions);
   }
 
-  void blank_openings(QuantityTolerance& out) const {
-    for (FigureDeviation* figure : {&out.peak, &out.rms, &out.mean, &out.range}) blank_openings(figure->by_number);
+  void blank_incompatible_parameters(QuantityTolerance& out) const {
+    for (FigureDeviation* figure : {&out.peak, &out.rms, &out.mean, &out.range})
+      blank_incompatible_parameters(figure->contributions);
   }
 
   const Tolerances& numbers_;
-  Result nominal_;
+  RunResult nominal_;
   TolerancedRun off_;
 };
 
 }  // namespace
 
-ToleranceReport tolerance(const DesignSpace& space, const Tolerances& numbers, const Trajectory& trajectory,
-                          const std::vector<std::string>& quantities) {
-  return Deviations(space, numbers, trajectory, quantities).report(quantities);
+ToleranceReport analyse_tolerance(const DesignSpace& space, const Tolerances& numbers, const Trajectory& trajectory,
+                                  const std::vector<std::string>& quantities) {
+  return ToleranceAnalysis(space, numbers, trajectory, quantities).report(quantities);
 }
 
 }  // namespace balance

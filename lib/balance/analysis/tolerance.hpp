@@ -20,10 +20,10 @@ struct FigureDeviation {
   /// within their reach.
   double deviation = 0;
   /// Per number its derivative times the number's deviation, whose squares add up to that of the deviation; NaN of those that open a joint.
-  VectorX by_number;
+  VectorX contributions;
   /// Times of the moments of which any may become the largest (or the least), if there are several and that matters: the deviation is then
   /// that of the largest of them, good to a hundredth, and by_number has averages. Empty where the figure has a slope.
-  std::vector<double> rivals;
+  std::vector<double> extremum_times;
 };
 
 /// The sample that is off most.
@@ -49,19 +49,19 @@ struct QuantityTolerance {
 struct ToleranceReport {
   MotionOutcome outcome;  ///< of the run; what follows is there if it is done
   Tolerances numbers;
-  std::vector<NumberOpening> openings;  ///< numbers that are left out of all deviations
-  Result run;                           ///< as the spec has it
-  Result deviation;  ///< of every entry of the run's arrays: its standard deviation; orientations in space have none
+  std::vector<IncompatibleParameter> incompatible_parameters;  ///< numbers that are left out of all deviations
+  RunResult run;                                               ///< as the spec has it
+  RunResult deviation;  ///< of every entry of the run's arrays: its standard deviation; orientations in space have none
   std::vector<QuantityTolerance> quantities;
   FigureDeviation energy;
 };
 
 /// So many samples times numbers are kept at most.
-inline constexpr long most_tolerance_samples = 400'000;
+inline constexpr long max_tolerance_samples = 400'000;
 
 /// @param space its start values are taken for the free numbers @param quantities "torque", "shaking_force[…]"; empty: all
 /// @throws std::invalid_argument if there are no numbers or too many samples, or a trajectory whose law is searched for
-ToleranceReport tolerance(const DesignSpace& space, const Tolerances& numbers, const Trajectory& trajectory,
-                          const std::vector<std::string>& quantities = {});
+ToleranceReport analyse_tolerance(const DesignSpace& space, const Tolerances& numbers, const Trajectory& trajectory,
+                                  const std::vector<std::string>& quantities = {});
 
 }  // namespace balance

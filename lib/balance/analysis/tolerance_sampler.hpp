@@ -13,25 +13,27 @@ namespace balance {
 
 class ToleranceSampler {
  public:
-  explicit ToleranceSampler(std::uint64_t seed) : bits_(seed) {}
+  explicit ToleranceSampler(std::uint64_t seed) : generator_(seed) {}
 
   /// By how much the number is off.
-  double draw(const ToleranceNumber& number) { return draw(number.spread, number.width); }
+  double draw(const TolerancedParameter& number) { return draw(number.distribution, number.width); }
   /// The same of a number whose deviation is 1.
-  double draw_standard(Spread spread) { return draw(spread, spread == Spread::uniform ? std::numbers::sqrt3 : 1); }
+  double draw_standard(Distribution spread) {
+    return draw(spread, spread == Distribution::uniform ? std::numbers::sqrt3 : 1);
+  }
 
  private:
-  double draw(Spread spread, double width) {
-    if (spread == Spread::uniform) return width * (2 * unit() - 1);
+  double draw(Distribution spread, double width) {
+    if (spread == Distribution::uniform) return width * (2 * draw_uniform() - 1);
     // Box and Muller; the second of the pair is left.
-    const double radius = std::sqrt(-2 * elementary::log1p(-unit()));
-    return width * radius * elementary::cos(2 * std::numbers::pi * unit());
+    const double radius = std::sqrt(-2 * elementary::log1p(-draw_uniform()));
+    return width * radius * elementary::cos(2 * std::numbers::pi * draw_uniform());
   }
 
   /// In [0, 1).
-  double unit() { return static_cast<double>(bits_() >> 11) * 0x1p-53; }
+  double draw_uniform() { return static_cast<double>(generator_() >> 11) * 0x1p-53; }
 
-  std::mt19937_64 bits_;
+  std::mt19937_64 generator_;
 };
 
 }  // namespace balance

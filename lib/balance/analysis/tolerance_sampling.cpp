@@ -14,10 +14,10 @@ namespace balance {
 
 namespace {
 
-constexpr std::array all_figures = {Figure::peak, Figure::rms, Figure::mean, Figure::range};
+constexpr std::array all_figures = {Statistic::peak, Statistic::rms, Statistic::mean, Statistic::range};
 
 /// A figure's values in all mechanisms that ran.
-struct Column {
+struct FigureDraws {
   std::string quantity, unit;
   std::vector<double> values[all_figures.size()];
 };
@@ -30,7 +30,7 @@ double quantile(const std::vector<double>& sorted, double part) {
   return sorted[low] + (place - static_cast<double>(low)) * (sorted[high] - sorted[low]);
 }
 
-SampledFigure summed_up(const Column& column, std::size_t f) {
+SampledFigure summarise_draws(const FigureDraws& column, std::size_t f) {
   std::vector<double> values = column.values[f];
   const auto count = static_cast<double>(values.size());
   SampledFigure out{.quantity = column.quantity, .unit = column.unit, .figure = all_figures[f]};
@@ -53,10 +53,10 @@ SampledFigure summed_up(const Column& column, std::size_t f) {
   return out;
 }
 
-class Draws {
+class MonteCarloRun {
  public:
-  Draws(const DesignSpace& space, const Tolerances& numbers, const Trajectory& trajectory,
-        const std::vector<std::string>& quantities, std::uint64_t seed)
+  MonteCarloRun(const DesignSpace& space, const Tolerances& numbers, const Trajectory& trajectory,
+                const std::vector<std::string>& quantities, std::uint64_t seed)
       : space_(space), numbers_(numbers), quantities_(quantities), samples_(trajectory.samples), random_(seed) {
     const auto& all = space.start.trajectories;
     const auto same = [&](const Trajectory& one) { return one.name == trajectory.name; };
@@ -66,19 +66,19 @@ class Draws {
   void draw() {
     DesignSpace drawn = space_;
     std::string why;
-    for (const ToleranceNumber& number : numbers_) {
+    for (const TolerancedParameter& number : numbers_) {
       const double off = random_.draw(number);
       drawn.inputs[static_cast<std::size_t>(number.input)] += off;
-      if (number.positive && number.value + off < 0) why = number.path + " below zero";
+      if (number.is_positive && number.value + off < 0) why = number.path + " below zero";
     }
     if (why.empty()) why = run(drawn);
-    why.empty() ? ++out_.drawn : ++out_.refused[why];
+    why.empty() ? ++out_.run_count : ++out_.rejections[why];
   }
 
-  SampledTolerance result() {
-    if (out_.drawn >= 2)
-      for (const Column& column : columns_)
-        for (std::size_t f = 0; f < all_figures.size(); ++f) out_.figures.push_back(summed_up(column, f));
+  MonteCarloReport result() {
+    if (out_.run_count >= 2)
+      for (const FigureDraws& column : columns_)
+        for (std::size_t f = 0; f < all_figures.size(); ++f) out_.figures.push_back(summarise_draws(column, f));
     return std::move(out_);
   }
 
@@ -87,34 +87,35 @@ class Draws {
   std::string run(const DesignSpace& drawn) {
     const RecordedValues<double> values(*drawn.recording, drawn.inputs);
     const Mechanism mechanism = values.mechanism();
-    if (const std::vector<Fault> faults = validate(mechanism); !faults.empty())
-      return faults.front().sentence.substr(0, faults.front().sentence.find(", is "));
-    Trajectory trajectory = converted<double>(drawn.recording->trajectories.at(which_), values);
+    if (const std::vector<ValidationIssue> faults = validate(mechanism); !faults.empty())
+      return faults.front().message.substr(0, faults.front().message.find(", is "));
+    Trajectory trajectory = cast_scalar<double>(drawn.recording->trajectories.at(which_), values);
     trajectory.samples = samples_;
     try {
-      const Result result = simulate(mechanism, trajectory);
+      const RunResult result = simulate(mechanism, trajectory);
       if (result.outcome.status != MotionStatus::done) return "a motion that cannot be made";
-      take(result);
+      record(result);
     } catch (const std::invalid_argument&) {
       return "a motion that cannot be stated";
     }
     return "";
   }
 
-  void take(const Result& result) {
+  void record(const RunResult& result) {
     std::size_t c = 0;
     for (const Metric& metric : result.metrics) {
       if (!wanted(metric.quantity)) continue;
       if (c == columns_.size()) columns_.push_back({metric.quantity, metric.unit, {}});
       for (std::size_t f = 0; f < all_figures.size(); ++f)
-        columns_[c].values[f].push_back(figure_of(metric, all_figures[f]));
+        columns_[c].values[f].push_back(statistic_of(metric, all_figures[f]));
       ++c;
     }
   }
 
   bool wanted(const std::string& quantity) const {
-    return quantities_.empty() || std::any_of(quantities_.begin(), quantities_.end(),
-                                              [&](const std::string& one) { return names_quantity(one, quantity); });
+    return quantities_.empty() || std::any_of(quantities_.begin(), quantities_.end(), [&](const std::string& one) {
+             return is_quantity_or_array_name(one, quantity);
+           });
   }
 
   const DesignSpace& space_;
@@ -123,17 +124,17 @@ class Draws {
   long samples_;
   std::size_t which_ = 0;
   ToleranceSampler random_;
-  std::vector<Column> columns_;
-  SampledTolerance out_;
+  std::vector<FigureDraws> columns_;
+  MonteCarloReport out_;
 };
 
 }  // namespace
 
-SampledTolerance sample_tolerance(const DesignSpace& space, const Tolerances& numbers, const Trajectory& trajectory,
-                                  const std::vector<std::string>& quantities, const ToleranceDraws& draws,
+MonteCarloReport sample_tolerance(const DesignSpace& space, const Tolerances& numbers, const Trajectory& trajectory,
+                                  const std::vector<std::string>& quantities, const MonteCarloOptions& draws,
                                   const std::function<void(double part)>& progress) {
   if (draws.count < 2) throw std::invalid_argument("at least two draws are needed");
-  Draws all(space, numbers, trajectory, quantities, draws.seed);
+  MonteCarloRun all(space, numbers, trajectory, quantities, draws.seed);
   for (long k = 0; k < draws.count; ++k) {
     if (progress) progress(static_cast<double>(k) / static_cast<double>(draws.count));
     all.draw();

@@ -16,32 +16,32 @@
 namespace balance {
 
 /// More are likelier a misprint than a wish.
-inline constexpr long most_tolerance_draws = 1'000'000;
+inline constexpr long max_tolerance_draws = 1'000'000;
 
-struct ToleranceDraws {
+struct MonteCarloOptions {
   long count = 1000;
   std::uint64_t seed = 1;
 };
 
 struct SampledFigure {
   std::string quantity, unit;
-  Figure figure = Figure::rms;
+  Statistic figure = Statistic::rms;
   double mean = 0, deviation = 0;
   double mean_error = 0, deviation_error = 0;  ///< standard errors of both; the second by the draws' own fourth moment
   std::array<double, 3> quantiles{};           ///< 5, 50 and 95 %
 };
 
-struct SampledTolerance {
-  long drawn = 0;                       ///< mechanisms that ran
-  std::map<std::string, long> refused;  ///< by reason, how many draws are no mechanism or cannot move so
+struct MonteCarloReport {
+  long run_count = 0;                      ///< mechanisms that ran
+  std::map<std::string, long> rejections;  ///< by reason, how many draws are no mechanism or cannot move so
   std::vector<SampledFigure>
       figures;  ///< of every metric peak, rms, mean and range; empty if fewer than two mechanisms ran
 };
 
 /// @param quantities as for tolerance() @param progress told now and then which part is done, 0 to 1
 /// @throws std::invalid_argument if there are fewer than two draws
-SampledTolerance sample_tolerance(const DesignSpace& space, const Tolerances& numbers, const Trajectory& trajectory,
-                                  const std::vector<std::string>& quantities, const ToleranceDraws& draws,
+MonteCarloReport sample_tolerance(const DesignSpace& space, const Tolerances& numbers, const Trajectory& trajectory,
+                                  const std::vector<std::string>& quantities, const MonteCarloOptions& draws,
                                   const std::function<void(double part)>& progress = {});
 
 }  // namespace balance

@@ -22,7 +22,7 @@ class TolerancedDuals {
     const auto& all = space_.start.trajectories;
     const auto same = [&](const Trajectory& one) { return one.name == trajectory.name; };
     const auto which = std::find_if(all.begin(), all.end(), same) - all.begin();
-    auto duals = converted<DualNumber>(space_.recording->trajectories.at(static_cast<std::size_t>(which)), values_);
+    auto duals = cast_scalar<DualNumber>(space_.recording->trajectories.at(static_cast<std::size_t>(which)), values_);
     duals.samples = trajectory.samples;
     return duals;
   }

@@ -13,8 +13,8 @@
 namespace balance {
 
 /// One row of the run or of what lies between its samples, and its part of the duration.
-struct Instant {
-  bool between = false;
+struct ToleranceSample {
+  bool is_intermediate = false;
   long row = 0;
   double time = 0;
   double weight = 0;
@@ -30,28 +30,28 @@ class TolerancedRun {
 
   const MotionOutcome& outcome() const { return run().outcome; }
   // What follows is there if the run is done.
-  const Result& run() const { return gradients_.back().run; }
-  const std::vector<Instant>& places() const { return places_; }
+  const RunResult& run() const { return gradients_.back().run; }
+  const std::vector<ToleranceSample>& samples() const { return places_; }
   /// dual_width numbers each.
   const std::vector<FigureGradients>& figures() const { return figures_; }
   /// Those of numbers that open a joint are 0.
   const VectorX& deviations() const { return sigma_; }
-  const std::vector<NumberOpening>& openings() const { return openings_; }
+  const std::vector<IncompatibleParameter>& incompatible_parameters() const { return incompatible_parameters_; }
 
-  const Result& derivative(Eigen::Index number, bool between) const;
-  VectorX value(const Track& track, const Instant& place) const;
+  const RunResult& derivative(Eigen::Index number, bool between) const;
+  VectorX value(const MetricSeries& track, const ToleranceSample& place) const;
   /// A row per number: what its deviation changes the track's components by.
-  MatrixX changes(const Track& track, const Instant& place) const;
+  MatrixX contributions(const MetricSeries& track, const ToleranceSample& place) const;
 
  private:
   VectorX sigma_;
   std::vector<RunGradient> gradients_;  ///< dual_width numbers each
   std::vector<FigureGradients> figures_;
-  std::vector<NumberOpening> openings_;
-  std::vector<Instant> places_;
+  std::vector<IncompatibleParameter> incompatible_parameters_;
+  std::vector<ToleranceSample> places_;
 };
 
 /// Fourth moment over the squared second one, less that of a normal distribution.
-double excess(Spread spread);
+double excess_kurtosis(Distribution spread);
 
 }  // namespace balance

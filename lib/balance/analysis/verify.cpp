@@ -21,17 +21,17 @@ namespace balance {
 namespace {
 
 /// A force that is zero, or nearly so, is measured by what it is the small sum of: by this part of energy / length.
-constexpr double smallest_part = 1e-3;
+constexpr double min_relative_force_scale = 1e-3;
 
 /// With a mobility below this, what round-off leaves in positions is magnified: by its inverse in them, by its square in rates.
-constexpr double easy_mobility = 0.02;
+constexpr double mobility_threshold = 0.02;
 
 /// Sizes that the run as a whole suggests. Positions are measured by the characteristic length, rates and accelerations by the
 /// largest of any joint: what does not move in all the motion is no less accurate than that.
-struct Scales {
+struct QuantityScales {
   double length = 1, duration = 1, energy = 0, rate = 0, acceleration = 0;
 
-  Scales(const Mechanism& mechanism, const Result& r) : length(characteristic_length(mechanism)) {
+  QuantityScales(const Mechanism& mechanism, const RunResult& r) : length(characteristic_length(mechanism)) {
     duration = r.time[r.time.size() - 1] - r.time[0];
     for (std::size_t c = 0; c < r.coordinate_units.size(); ++c) {
       const double unit = r.coordinate_units[c] == "m" ? length : 1;
@@ -56,17 +56,17 @@ struct Scales {
     if (unit == "m/s") return length * rate;
     if (unit == "rad/s^2") return acceleration;
     if (unit == "m/s^2") return length * acceleration;
-    if (unit == "N") return smallest_part * energy / length;
-    if (unit == "W") return smallest_part * energy * std::max(rate, 1 / duration);
-    return smallest_part * energy;  // N m, J
+    if (unit == "N") return min_relative_force_scale * energy / length;
+    if (unit == "W") return min_relative_force_scale * energy * std::max(rate, 1 / duration);
+    return min_relative_force_scale * energy;  // N m, J
   }
 };
 
 /// Samples at which friction's sign is anybody's guess: the velocity of a coordinate with dry friction is round-off.
-std::vector<bool> dead_centres(const Mechanism& mechanism, const Result& r) {
+std::vector<bool> find_friction_reversals(const Mechanism& mechanism, const RunResult& r) {
   std::vector<bool> dead(static_cast<std::size_t>(r.time.size()), false);
   for (const Friction& friction : mechanism.friction) {
-    if (friction.dry(1) == 0 && friction.dry(-1) == 0) continue;
+    if (friction.dry_friction(1) == 0 && friction.dry_friction(-1) == 0) continue;
     const auto rate = r.joint_velocity.col(friction.coordinate);
     const double least = 1e-9 * max_abs(rate);
     for (Eigen::Index k = 0; k < rate.size(); ++k)
@@ -75,13 +75,13 @@ std::vector<bool> dead_centres(const Mechanism& mechanism, const Result& r) {
   return dead;
 }
 
-class Comparison {
+class FormulationComparison {
  public:
-  Comparison(const Mechanism& mechanism, const Result& tree, const Result& natural)
-      : tree_(tree), natural_(natural), scales_(mechanism, tree), dead_(dead_centres(mechanism, tree)) {}
+  FormulationComparison(const Mechanism& mechanism, const RunResult& tree, const RunResult& natural)
+      : tree_(tree), natural_(natural), scales_(mechanism, tree), dead_(find_friction_reversals(mechanism, tree)) {}
 
   std::vector<QuantityDifference> run() {
-    for (const Quantity& quantity : list_quantities(tree_)) {
+    for (const Quantity& quantity : list_sampled_quantities(tree_)) {
       if ((natural_.*quantity.member).size() == 0) continue;
       const std::string unit = common_unit(quantity.units);
       if (unit != "mixed") {
@@ -120,7 +120,7 @@ class Comparison {
     const bool friction = quantity.name == "torque" || quantity.name == "power";
     for (const Eigen::Index c : columns) {
       // What cancels is measured by what it is the sum of, anywhere along the motion.
-      worst.scale = std::max(worst.scale, of_column(tree_, tree_.term_sizes, quantity.member, c));
+      worst.scale = std::max(worst.scale, column_term_magnitude(tree_, tree_.term_magnitudes, quantity.member, c));
       double turns = 0;  // a tool's whole turns at the start are a matter of counting
       if (quantity.name == "tool_orientation")
         turns = 2 * std::numbers::pi * std::round((a(0, c) - b(0, c)) / (2 * std::numbers::pi));
@@ -136,8 +136,8 @@ class Comparison {
     all_.push_back(worst);
   }
 
-  const Result &tree_, &natural_;
-  Scales scales_;
+  const RunResult &tree_, &natural_;
+  QuantityScales scales_;
   std::vector<bool> dead_;
   std::vector<QuantityDifference> all_;
 };
@@ -153,18 +153,18 @@ MatrixX row_space(const MatrixX& rows, const VectorX& unit) {
 TrajectoryVerification verify_trajectory(const Mechanism& mechanism, const Trajectory& trajectory) {
   TrajectoryVerification found;
   found.trajectory = trajectory.name;
-  const Result tree = simulate(mechanism, trajectory), natural = simulate_natural(mechanism, trajectory);
+  const RunResult tree = simulate(mechanism, trajectory), natural = simulate_natural(mechanism, trajectory);
   found.tree = tree.outcome;
   found.natural = natural.outcome;
   const bool moved = tree.outcome.status == MotionStatus::done;
-  found.agree = moved == (natural.outcome.status == MotionStatus::done);
-  if (!found.agree || !moved) return found;
+  found.is_consistent = moved == (natural.outcome.status == MotionStatus::done);
+  if (!found.is_consistent || !moved) return found;
   found.samples = static_cast<long>(tree.time.size());
-  found.differences = Comparison(mechanism, tree, natural).run();
-  const double hard = easy_mobility / std::max(1e-6, min_coefficient(tree.mobility));
+  found.differences = FormulationComparison(mechanism, tree, natural).run();
+  const double hard = mobility_threshold / std::max(1e-6, min_coefficient(tree.mobility));
   found.tolerance = verify_tolerance * std::max(1.0, hard * hard);
   for (const QuantityDifference& difference : found.differences)
-    found.agree = found.agree && difference.relative() <= found.tolerance;
+    found.is_consistent = found.is_consistent && difference.relative() <= found.tolerance;
   return found;
 }
 
@@ -172,19 +172,19 @@ ConditionsVerification verify_conditions(const Study& study) {
   ConditionsVerification found;
   const auto nothing = [&](std::string reason) {
     found.reason = std::move(reason);
-    found.agree = true;
+    found.is_consistent = true;
     return found;
   };
-  if (!study.passing_payloads.empty()) return nothing("payloads come and go");
+  if (!study.temporary_payloads.empty()) return nothing("payloads come and go");
   const Mechanism mechanism = assembled_at(study.mechanism, start_coordinates(study));
   NaturalStart start;
-  if (!study.trajectories.empty()) start = find_start(mechanism, study.trajectories.front());
-  if (start.outcome.status != MotionStatus::done) start = find_start(mechanism);  // conditions need no drive
+  if (!study.trajectories.empty()) start = find_natural_start(mechanism, study.trajectories.front());
+  if (start.outcome.status != MotionStatus::done) start = find_natural_start(mechanism);  // conditions need no drive
   if (start.outcome.status != MotionStatus::done) return nothing(start.outcome.reason);
   const Conditions sampled = derive_conditions(mechanism, {{GoalKind::force}});
   if (sampled.status != ConditionsStatus::done) return nothing(sampled.reason);
   const natural::ForceConditions read_off = natural::force_conditions(mechanism, start.start);
-  if (!read_off.done) return nothing(read_off.reason);
+  if (!read_off.is_valid) return nothing(read_off.reason);
   found.sampled = sampled.rank;
   found.coefficients = static_cast<int>(read_off.matrix.rows());
   const Eigen::Index inertial = read_off.matrix.cols();
@@ -192,30 +192,30 @@ ConditionsVerification verify_conditions(const Study& study) {
   for (Eigen::Index p = 0; p < inertial; ++p)
     unit[p] =
         elementary::pow(characteristic_length(mechanism), sampled.parameters[static_cast<std::size_t>(p)].length_power);
-  found.apart = found.sampled == found.coefficients ? 0 : 1;
+  found.subspace_angle_sine = found.sampled == found.coefficients ? 0 : 1;
   if (found.sampled > 0 && found.sampled == found.coefficients) {
     const MatrixX a = row_space(sampled.matrix.leftCols(inertial), unit), b = row_space(read_off.matrix, unit);
-    found.apart = (b - a * (a.transpose() * b)).norm();
+    found.subspace_angle_sine = (b - a * (a.transpose() * b)).norm();
   }
-  found.agree = found.apart <= verify_tolerance;
+  found.is_consistent = found.subspace_angle_sine <= verify_tolerance;
   return found;
 }
 
-VerifyReport verify(const Study& study) {
+VerifyReport verify_formulations(const Study& study) {
   if (study.mechanism.space != SpaceKind::planar)
     throw std::invalid_argument("there is no second formulation for spatial mechanisms");
-  if (binds_rates(study.mechanism))
+  if (has_velocity_constraints(study.mechanism))
     throw std::invalid_argument("there is no second formulation for mechanisms with constraints on speeds");
   VerifyReport report;
   report.conditions = verify_conditions(study);
-  report.agree = report.conditions.agree;
+  report.is_consistent = report.conditions.is_consistent;
   for (const Trajectory& trajectory : study.trajectories) {
     report.trajectories.push_back(verify_trajectory(study.mechanism, trajectory));
     const TrajectoryVerification& last = report.trajectories.back();
-    report.agree = report.agree && last.agree;
-    if (report.refused.status == MotionStatus::done && last.tree.status != MotionStatus::done &&
+    report.is_consistent = report.is_consistent && last.is_consistent;
+    if (report.failed_outcome.status == MotionStatus::done && last.tree.status != MotionStatus::done &&
         last.natural.status != MotionStatus::done)
-      report.refused = last.tree;
+      report.failed_outcome = last.tree;
   }
   return report;
 }

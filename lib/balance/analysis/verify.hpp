@@ -30,27 +30,27 @@ struct TrajectoryVerification {
   std::vector<QuantityDifference> differences;  ///< empty unless both are done
   long samples = 0;
   double tolerance = verify_tolerance;  ///< larger where the path comes near a singularity (mobility below 0.02)
-  bool agree = false;                   ///< within the tolerance, or both stop for a reason
+  bool is_consistent = false;           ///< within the tolerance, or both stop for a reason
 };
 
 /// The force-balancing conditions by sampling and from the coefficient matrices C_P.
 struct ConditionsVerification {
   std::string reason;                 ///< why there is nothing to compare; empty if there is
   int sampled = 0, coefficients = 0;  ///< numbers of conditions
-  double apart = 0;  ///< sine of the largest angle between the spaces they span; 1 if the numbers differ
-  bool agree = false;
+  double subspace_angle_sine = 0;  ///< sine of the largest angle between the spaces they span; 1 if the numbers differ
+  bool is_consistent = false;
 };
 
 struct VerifyReport {
   std::vector<TrajectoryVerification> trajectories;
   ConditionsVerification conditions;
-  bool agree = false;
+  bool is_consistent = false;
   /// The first trajectory that both formulations refuse; done if there is none.
-  MotionOutcome refused{MotionStatus::done, 0, "", {}};
+  MotionOutcome failed_outcome{MotionStatus::done, 0, "", {}};
 };
 
 /// @throws std::invalid_argument for a spatial mechanism, which has no second formulation
-VerifyReport verify(const Study& study);
+VerifyReport verify_formulations(const Study& study);
 
 TrajectoryVerification verify_trajectory(const Mechanism& mechanism, const Trajectory& trajectory);
 ConditionsVerification verify_conditions(const Study& study);

@@ -13,20 +13,21 @@ namespace balance {
 
 namespace {
 
-constexpr long most_samples_watched = 1001;
+constexpr long max_remainder_samples = 1001;
 
 /// The mechanism without what stays of an element; nothing if masses could help with all of it.
-std::optional<Mechanism> without(const Mechanism& mechanism, const Remainder& remainder, const Conditions& conditions) {
+std::optional<Mechanism> remove_element(const Mechanism& mechanism, const UnbalanceableElement& remainder,
+                                        const Conditions& conditions) {
   Mechanism other = mechanism;
   bool changed = false;
   const auto i = static_cast<std::size_t>(remainder.index);
   for (const int t : remainder.terms) {
     const Parameter& term = conditions.parameters[static_cast<std::size_t>(t)];
-    if (!is_change(term) && !conditions.matrix.col(t).head(conditions.own_rows()).isZero(0)) continue;
+    if (!is_load_change(term) && !conditions.matrix.col(t).head(conditions.parameter_rows()).isZero(0)) continue;
     changed = true;
-    if (term.bearer == Bearer::friction) {
-      friction_number(other.friction[i], term) = 0;
-    } else if (is_change(term)) {
+    if (term.owner_kind == ParameterOwner::friction) {
+      friction_coefficient(other.friction[i], term) = 0;
+    } else if (is_load_change(term)) {
       other.loads[i].time.clear();
       other.loads[i].force.resize(1);
       other.loads[i].moment.resize(1);
@@ -39,17 +40,18 @@ std::optional<Mechanism> without(const Mechanism& mechanism, const Remainder& re
   return changed ? std::optional(other) : std::nullopt;
 }
 
-Result moved(const Mechanism& mechanism, const Trajectory& trajectory) {
+RunResult simulate_samples(const Mechanism& mechanism, const Trajectory& trajectory) {
   try {
     return simulate(mechanism, trajectory);
   } catch (const std::invalid_argument& error) {
-    Result result;
+    RunResult result;
     result.outcome = {MotionStatus::mismatch, 0, error.what(), {}};
     return result;
   }
 }
 
-void add_efforts(const Result& with, const Result& less, const std::string& trajectory, Staying& staying) {
+void add_efforts(const RunResult& with, const RunResult& less, const std::string& trajectory,
+                 UnbalancedRemainder& staying) {
   const Samples difference = with.torque - less.torque;
   for (Eigen::Index a = 0; a < difference.cols(); ++a) {
     const double size = max_abs(difference.col(a));
@@ -60,40 +62,45 @@ void add_efforts(const Result& with, const Result& less, const std::string& traj
 }
 
 /// A spring has no fixed part to take away: its stiffness is a parameter.
-bool is_fixed(const Staying& staying) { return staying.remainder.bearer != Bearer::spring; }
+bool is_removable(const UnbalancedRemainder& staying) { return staying.element.bearer != ParameterOwner::spring; }
 
 }  // namespace
 
-std::vector<Staying> list_staying(const Mechanism& mechanism, const std::vector<Trajectory>& trajectories,
-                                  const Conditions& conditions, const ConditionOptions& options) {
+std::vector<UnbalancedRemainder> list_unbalanced_remainders(const Mechanism& mechanism,
+                                                            const std::vector<Trajectory>& trajectories,
+                                                            const Conditions& conditions,
+                                                            const ConditionOptions& options) {
   const VectorX values = term_values(mechanism, options.loose_springs);
-  std::vector<Staying> all;
-  for (const Remainder& remainder : list_remainders(conditions, values, mechanism, met)) {
-    Staying staying{remainder, remainder_text(remainder, conditions, values, mechanism), {}, {}};
-    for (const LargestEffort& effort : efforts_at_rest(mechanism, conditions, remainder, options)) {
+  std::vector<UnbalancedRemainder> all;
+  for (const UnbalanceableElement& remainder :
+       list_unbalanceable_elements(conditions, values, mechanism, condition_tolerance)) {
+    UnbalancedRemainder staying{
+        remainder, unbalanceable_element_text(remainder, conditions, values, mechanism), {}, {}};
+    for (const PeakEffort& effort : find_peak_static_efforts(mechanism, conditions, remainder, options)) {
       const Coordinate& coordinate = mechanism.coordinates[static_cast<std::size_t>(effort.actuator)];
-      if (!std::isfinite(effort.size)) {
-        staying.unknown.push_back({"", "the effort of " + coordinate.name + " grows too large to be computed with"});
+      if (!std::isfinite(effort.magnitude)) {
+        staying.failed_trajectories.push_back(
+            {"", "the effort of " + coordinate.name + " grows too large to be computed with"});
         continue;
       }
       staying.efforts.push_back(
-          {"", coordinate.name, coordinate.kind == CoordinateKind::length ? "N" : "N m", effort.size});
+          {"", coordinate.name, coordinate.kind == CoordinateKind::length ? "N" : "N m", effort.magnitude});
     }
     all.push_back(std::move(staying));
   }
-  if (std::none_of(all.begin(), all.end(), is_fixed) || mechanism.actuators.empty()) return all;
+  if (std::none_of(all.begin(), all.end(), is_removable) || mechanism.actuators.empty()) return all;
   for (Trajectory trajectory : trajectories) {
-    trajectory.samples = std::min(trajectory.samples, most_samples_watched);
-    const Result with = moved(mechanism, trajectory);
-    for (Staying& staying : all) {
+    trajectory.samples = std::min(trajectory.samples, max_remainder_samples);
+    const RunResult with = simulate_samples(mechanism, trajectory);
+    for (UnbalancedRemainder& staying : all) {
       const auto other =
-          is_fixed(staying) ? without(mechanism, staying.remainder, conditions) : std::optional<Mechanism>();
+          is_removable(staying) ? remove_element(mechanism, staying.element, conditions) : std::optional<Mechanism>();
       if (!other) continue;
-      const Result less = with.outcome.status == MotionStatus::done ? moved(*other, trajectory) : with;
+      const RunResult less = with.outcome.status == MotionStatus::done ? simulate_samples(*other, trajectory) : with;
       if (less.outcome.status == MotionStatus::done)
         add_efforts(with, less, trajectory.name, staying);
       else
-        staying.unknown.push_back({trajectory.name, less.outcome.reason});
+        staying.failed_trajectories.push_back({trajectory.name, less.outcome.reason});
     }
   }
   return all;

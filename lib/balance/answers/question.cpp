@@ -6,8 +6,8 @@
 
 namespace balance {
 
-Derive make_derive(const std::vector<Goal>& goals, bool modular, const ConditionOptions& options,
-                   const std::vector<CoordinateValue>& start) {
+DeriveConditions make_conditions_deriver(const std::vector<Goal>& goals, bool modular, const ConditionOptions& options,
+                                         const std::vector<CoordinateValue>& start) {
   return [=](const Mechanism& any) {
     const Mechanism mechanism = assembled_at(any, start);
     return modular ? derive_modular_conditions(mechanism, goals, options)
@@ -15,11 +15,11 @@ Derive make_derive(const std::vector<Goal>& goals, bool modular, const Condition
   };
 }
 
-Derive make_derive_nearby(const Derive& derive, bool modular, const ConditionOptions& options,
-                          const std::vector<CoordinateValue>& start, const Mechanism& mechanism,
-                          const Conditions& conditions) {
+DeriveConditions make_perturbed_deriver(const DeriveConditions& derive, bool modular, const ConditionOptions& options,
+                                        const std::vector<CoordinateValue>& start, const Mechanism& mechanism,
+                                        const Conditions& conditions) {
   if (modular) return derive;
-  return nearby_or(
+  return make_perturbed_derivation(
       derive, [start](const Mechanism& any) { return assembled_at(any, start); }, mechanism, conditions, options);
 }
 

@@ -10,29 +10,29 @@
 namespace balance {
 
 /// Why a mechanism cannot have what was asked: no conditions, no design.
-struct Refusal {
+struct RequestFailure {
   std::string status;  ///< "not-assembled", "mismatch", "overflow", …; empty: it is not refused
   std::string reason;  ///< one sentence
 
   explicit operator bool() const { return !status.empty(); }
 };
 
-struct ConditionsAnswer {
-  Refusal refusal;
-  ConditionsView view;  ///< means something unless refused
+struct ConditionsOutcome {
+  RequestFailure refusal;
+  ConditionsReportData view;  ///< means something unless refused
 };
 
 /// The conditions of the goals with the names of their coefficients, judged with the numbers that the study holds.
 /// @param named whether coefficients get the names of the lengths that they are made of
-ConditionsAnswer derive_view(const BalanceQuestion& question, const DesignSpace& space, bool named = true);
+ConditionsOutcome derive_conditions_data(const BalanceRequest& question, const DesignSpace& space, bool named = true);
 
 /// Why a design has no numbers to show.
-Refusal refusal_of(const DesignReport& report);
+RequestFailure find_failure(const DesignReport& report);
 
 /// @param options that the design was made with
 /// @param balanced the text of the designed spec
 /// @param report one that is not refused
-DesignView make_view(const DesignStudyOptions& options, const DesignSpace& space, const std::string& balanced,
-                     DesignReport report);
+DesignReportData make_design_data(const DesignStudyOptions& options, const DesignSpace& space,
+                                  const std::string& balanced, DesignReport report);
 
 }  // namespace balance

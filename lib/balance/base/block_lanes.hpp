@@ -13,28 +13,28 @@ namespace balance {
 
 /// @tparam T Pack<W>
 template <class T>
-class BlockLanes {
+class LaneBlockTriangular {
  public:
   /// @param scalar factorised, for a state near those of the lanes
-  explicit BlockLanes(const BlockTriangular& scalar) : scalar_(scalar), structure_(scalar.structure()) {
+  explicit LaneBlockTriangular(const BlockTriangular& scalar) : scalar_(scalar), structure_(scalar.structure()) {
     const auto n = static_cast<std::size_t>(size());
-    values_.assign(scalar.stored(), T(0.0));
+    values_.assign(scalar.entry_count(), T(0.0));
     work_.assign(n, T(0.0));
-    factors_.assign(static_cast<std::size_t>(structure_.inside), T(0.0));
+    factors_.assign(static_cast<std::size_t>(structure_.diagonal_entries), T(0.0));
     exchanged_.resize(structure_.blocks.size());
     quality_.assign(structure_.blocks.size(), T(0.0));
     order_.resize(n);
-    take_order(scalar);
+    set_pivot_order(scalar);
   }
 
   /// The rows in the order of pivots of another matrix of the same pattern.
-  void take_order(const BlockTriangular& scalar) {
-    structure_.exchanges = scalar.structure().exchanges;
+  void set_pivot_order(const BlockTriangular& scalar) {
+    structure_.row_exchanges = scalar.structure().row_exchanges;
     for (const BlockTriangular::Block& block : structure_.blocks) {
       for (int i = 0; i < block.size; ++i) order_[block.begin + i] = block.begin + i;
-      if (block.size > lane_blocks::inverted)
+      if (block.size > lane_blocks::max_inverted_size)
         for (int i = 0; i < block.size; ++i)
-          std::swap(order_[block.begin + i], order_[block.begin + structure_.exchanges[block.begin + i]]);
+          std::swap(order_[block.begin + i], order_[block.begin + structure_.row_exchanges[block.begin + i]]);
     }
   }
 
@@ -50,8 +50,8 @@ class BlockLanes {
     T quality = 1.0;
     for (std::size_t b = 0; b < structure_.blocks.size(); ++b) {
       const BlockTriangular::Block& block = structure_.blocks[b];
-      quality_[b] =
-          small_blocks::by_size(block.size, [&](auto size) { return factorise_block<size>(block, exchanged_[b]); });
+      quality_[b] = small_blocks::dispatch_by_size(
+          block.size, [&](auto size) { return factorise_block<size>(block, exchanged_[b]); });
       quality = min(quality, quality_[b]);
     }
     return select(quality > 0.0, quality, T(0.0));
@@ -59,13 +59,14 @@ class BlockLanes {
 
   const std::vector<BlockTriangular::Block>& blocks() const { return structure_.blocks; }
   /// Of one diagonal block, of the last factorisation; as factorise() returns it.
-  const T& quality(std::size_t block) const { return quality_[block]; }
+  const T& min_pivot(std::size_t block) const { return quality_[block]; }
   /// x := A_bb⁻¹ x for diagonal block b. @param x twice as long as the block: behind the right-hand side there is room to work in
   void solve_in_block(std::size_t b, T* x) {
     const Block& block = structure_.blocks[b];
     T* work = &work_[block.begin];
     std::copy_n(x, block.size, work);
-    small_blocks::by_size(block.size, [&](auto size) { solve_block<size>(block, exchanged_[b], x + block.size); });
+    small_blocks::dispatch_by_size(block.size,
+                                   [&](auto size) { solve_block<size>(block, exchanged_[b], x + block.size); });
     std::copy_n(work, block.size, x);
   }
 
@@ -76,9 +77,9 @@ class BlockLanes {
     for (std::size_t b = 0; b < structure_.blocks.size(); ++b) {
       const BlockTriangular::Block& block = structure_.blocks[b];
       for (int i = block.begin; i < block.begin + block.size; ++i)
-        for (int k = structure_.start[i]; k < structure_.start[i + 1]; ++k)
-          work_[i] -= values_[structure_.inside + k] * work_[structure_.columns[k]];
-      small_blocks::by_size(block.size, [&](auto size) { solve_block<size>(block, exchanged_[b], x); });
+        for (int k = structure_.row_begin[i]; k < structure_.row_begin[i + 1]; ++k)
+          work_[i] -= values_[structure_.diagonal_entries + k] * work_[structure_.column_index[k]];
+      small_blocks::dispatch_by_size(block.size, [&](auto size) { solve_block<size>(block, exchanged_[b], x); });
     }
     for (int column = 0; column < n; ++column) x[column] = work_[structure_.column_position[column]];
   }
@@ -89,17 +90,18 @@ class BlockLanes {
     for (int column = 0; column < n; ++column) work_[structure_.column_position[column]] = x[column];
     for (std::size_t b = structure_.blocks.size(); b-- > 0;) {
       const BlockTriangular::Block& block = structure_.blocks[b];
-      small_blocks::by_size(block.size, [&](auto size) { solve_block_transposed<size>(block, exchanged_[b], x); });
+      small_blocks::dispatch_by_size(block.size,
+                                     [&](auto size) { solve_block_transposed<size>(block, exchanged_[b], x); });
       for (int i = block.begin; i < block.begin + block.size; ++i)
-        for (int k = structure_.start[i]; k < structure_.start[i + 1]; ++k)
-          work_[structure_.columns[k]] -= values_[structure_.inside + k] * work_[i];
+        for (int k = structure_.row_begin[i]; k < structure_.row_begin[i + 1]; ++k)
+          work_[structure_.column_index[k]] -= values_[structure_.diagonal_entries + k] * work_[i];
     }
     for (int row = 0; row < n; ++row) x[row] = work_[structure_.row_position[row]];
   }
 
  private:
   using Block = BlockTriangular::Block;
-  using Exchanges = lane_blocks::Exchanges<T>;
+  using Exchanges = lane_blocks::RowExchanges<T>;
 
   void fill(const Block& block, const std::vector<int>& order, T* factors) const {
     for (int i = 0; i < block.size; ++i)
@@ -111,16 +113,16 @@ class BlockLanes {
   T factorise_block(const Block& block, Exchanges& exchanges) {
     T* factors = factors_.data() + block.offset;
     fill(block, order_, factors);
-    if constexpr (N > 0 && N <= lane_blocks::inverted) {
+    if constexpr (N > 0 && N <= lane_blocks::max_inverted_size) {
       return lane_blocks::invert(std::integral_constant<int, N>{}, factors);
     } else {
       exchanges.clear();
       auto grown = lane_blocks::eliminate<N>(factors, block.size);
-      if (any(grown.lanes)) {
+      if (any(grown.needs_pivoting)) {
         fill(block, order_, factors);
-        grown = lane_blocks::eliminate_exchanging<N>(factors, block.size, grown.lanes, exchanges);
+        grown = lane_blocks::eliminate_with_pivoting<N>(factors, block.size, grown.needs_pivoting, exchanges);
       }
-      return grown.quality;
+      return grown.min_pivot;
     }
   }
 
@@ -128,7 +130,7 @@ class BlockLanes {
   void solve_block(const Block& block, const Exchanges& exchanges, T* scratch) {
     const T* factors = factors_.data() + block.offset;
     T* work = &work_[block.begin];
-    if constexpr (N > 0 && N <= lane_blocks::inverted) {
+    if constexpr (N > 0 && N <= lane_blocks::max_inverted_size) {
       lane_blocks::multiply<N>(factors, work);
     } else {
       for (int i = 0; i < block.size; ++i) scratch[i] = work_[order_[block.begin + i]];
@@ -142,7 +144,7 @@ class BlockLanes {
   void solve_block_transposed(const Block& block, const Exchanges& exchanges, T* scratch) {
     const T* factors = factors_.data() + block.offset;
     T* work = &work_[block.begin];
-    if constexpr (N > 0 && N <= lane_blocks::inverted) {
+    if constexpr (N > 0 && N <= lane_blocks::max_inverted_size) {
       lane_blocks::multiply_transposed<N>(factors, work);
     } else {
       lane_blocks::solve_transposed<N>(factors, block.size, work);

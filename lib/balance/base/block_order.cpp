@@ -7,15 +7,15 @@ namespace balance {
 namespace {
 
 /// A row whose columns are being gone through. Kept on a stack of our own: a path may be as long as the matrix is large.
-struct Visit {
+struct SearchFrame {
   int row;
   std::size_t next;  ///< of its columns
 };
 
 /// Augmenting paths: a column for every row.
-class Matching {
+class MaximumMatching {
  public:
-  explicit Matching(const SparsityPattern& pattern)
+  explicit MaximumMatching(const SparsityPattern& pattern)
       : pattern_(pattern), column_of(pattern.size(), -1), row_of(pattern.size(), -1), seen_(pattern.size(), -1) {}
 
   bool run() {
@@ -28,7 +28,7 @@ class Matching {
   bool augment(int from) {
     path_.assign(1, {from, 0});
     while (!path_.empty()) {
-      Visit& last = path_.back();
+      SearchFrame& last = path_.back();
       const std::vector<int>& columns = pattern_[last.row];
       if (last.next == columns.size()) {
         path_.pop_back();
@@ -41,7 +41,7 @@ class Matching {
         path_.push_back({row_of[column], 0});
         continue;
       }
-      for (const Visit& visit : path_) {
+      for (const SearchFrame& visit : path_) {
         const int taken = pattern_[visit.row][visit.next - 1];
         row_of[taken] = visit.row;
         column_of[visit.row] = taken;
@@ -58,14 +58,14 @@ class Matching {
 
  private:
   std::vector<int> seen_;  ///< per column: the row that last looked for one
-  std::vector<Visit> path_;
+  std::vector<SearchFrame> path_;
 };
 
 /// Tarjan's strongly connected components of the graph row → row matched to a column that the row needs; they come out in the
 /// order in which they must be solved.
-class Components {
+class StronglyConnectedComponents {
  public:
-  Components(const SparsityPattern& pattern, const Matching& matching)
+  StronglyConnectedComponents(const SparsityPattern& pattern, const MaximumMatching& matching)
       : pattern_(pattern),
         matching_(matching),
         index_(pattern.size(), -1),
@@ -83,23 +83,23 @@ class Components {
     index_[row] = low_[row] = counter_++;
     stack_.push_back(row);
     open_[row] = true;
-    way_.push_back({row, 0});
+    search_stack_.push_back({row, 0});
   }
 
   void visit(int from) {
     enter(from);
-    while (!way_.empty()) {
-      const int row = way_.back().row;
-      if (way_.back().next < pattern_[row].size()) {
-        const int next = matching_.row_of[pattern_[row][way_.back().next++]];
+    while (!search_stack_.empty()) {
+      const int row = search_stack_.back().row;
+      if (search_stack_.back().next < pattern_[row].size()) {
+        const int next = matching_.row_of[pattern_[row][search_stack_.back().next++]];
         if (index_[next] < 0)
           enter(next);
         else if (open_[next])
           low_[row] = std::min(low_[row], index_[next]);
         continue;
       }
-      way_.pop_back();
-      if (!way_.empty()) low_[way_.back().row] = std::min(low_[way_.back().row], low_[row]);
+      search_stack_.pop_back();
+      if (!search_stack_.empty()) low_[search_stack_.back().row] = std::min(low_[search_stack_.back().row], low_[row]);
       if (low_[row] == index_[row]) close(row);
     }
   }
@@ -118,18 +118,18 @@ class Components {
   }
 
   const SparsityPattern& pattern_;
-  const Matching& matching_;
+  const MaximumMatching& matching_;
   std::vector<int> index_, low_;
   std::vector<bool> open_;
   std::vector<int> stack_;
-  std::vector<Visit> way_;
+  std::vector<SearchFrame> search_stack_;
   std::vector<std::vector<int>> components_;
   int counter_ = 0;
 };
 
 }  // namespace
 
-std::size_t number_of(const SparsityPattern& pattern) {
+std::size_t hash_pattern(const SparsityPattern& pattern) {
   std::size_t number = 0xcbf29ce484222325;
   const auto mix = [&number](int value) { number = (number ^ static_cast<unsigned>(value)) * 0x100000001b3; };
   for (const std::vector<int>& row : pattern) {
@@ -139,13 +139,13 @@ std::size_t number_of(const SparsityPattern& pattern) {
   return number | 1;
 }
 
-BlockOrder block_order(const SparsityPattern& pattern) {
-  BlockOrder order;
-  Matching matching(pattern);
-  order.regular = matching.run();
-  if (!order.regular) return order;
-  order.blocks = Components(pattern, matching).run();
-  order.column_of = matching.column_of;
+BlockTriangularForm find_block_triangular_form(const SparsityPattern& pattern) {
+  BlockTriangularForm order;
+  MaximumMatching matching(pattern);
+  order.is_structurally_regular = matching.run();
+  if (!order.is_structurally_regular) return order;
+  order.blocks = StronglyConnectedComponents(pattern, matching).run();
+  order.matched_column = matching.column_of;
   return order;
 }
 

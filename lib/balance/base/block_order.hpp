@@ -8,22 +8,22 @@
 namespace balance {
 
 /// Matrices with more columns than this are treated as sparse ones.
-inline constexpr int most_dense = 48;
+inline constexpr int max_dense_columns = 48;
 
 /// Where a sparse matrix may be non-zero: per row its columns, increasing.
 using SparsityPattern = std::vector<std::vector<int>>;
 
 /// Odd, and not the same where patterns differ (Fowler, Noll and Vo's hash).
-std::size_t number_of(const SparsityPattern& pattern);
+std::size_t hash_pattern(const SparsityPattern& pattern);
 
-struct BlockOrder {
-  bool regular = false;  ///< some choice of values makes the matrix regular; else there is no order
+struct BlockTriangularForm {
+  bool is_structurally_regular = false;  ///< some choice of values makes the matrix regular; else there is no order
   std::vector<std::vector<int>>
-      blocks;                  ///< rows of each diagonal block, increasing, in the order in which they are solved
-  std::vector<int> column_of;  ///< per row: the column matched to it, in the same block
+      blocks;                       ///< rows of each diagonal block, increasing, in the order in which they are solved
+  std::vector<int> matched_column;  ///< per row: the column matched to it, in the same block
 };
 
 /// @param pattern of a square matrix
-BlockOrder block_order(const SparsityPattern& pattern);
+BlockTriangularForm find_block_triangular_form(const SparsityPattern& pattern);
 
 }  // namespace balance

@@ -12,8 +12,8 @@ bool BlockTriangular::analyse(const SparsityPattern& pattern) {
   row_position_.assign(n, 0);
   column_position_.assign(n, 0);
   blocks_.clear();
-  const BlockOrder order = block_order(pattern);
-  if (!order.regular) return false;
+  const BlockTriangularForm order = find_block_triangular_form(pattern);
+  if (!order.is_structurally_regular) return false;
   int position = 0;
   inside_ = 0;
   block_at_.clear();
@@ -26,7 +26,7 @@ bool BlockTriangular::analyse(const SparsityPattern& pattern) {
     for (const int row : component) {
       rows.push_back(row);
       row_position_[row] = position;
-      column_position_[order.column_of[row]] = position++;
+      column_position_[order.matched_column[row]] = position++;
     }
   }
   start_.assign(1, 0);
@@ -39,7 +39,7 @@ bool BlockTriangular::analyse(const SparsityPattern& pattern) {
   }
   values_.assign(inside_ + columns_.size(), 0);
   factors_.assign(inside_, 0);
-  kept_.assign(inside_, 0);
+  stored_.assign(inside_, 0);
   pivots_.resize(n);
   for (const Block& block : blocks_)
     for (int i = 0; i < block.size; ++i) pivots_[block.begin + i] = i;
@@ -59,7 +59,7 @@ int BlockTriangular::index(int row, int column) const {
   return found != end && *found == j ? inside_ + static_cast<int>(found - columns_.begin()) : -1;
 }
 
-void BlockTriangular::write_normal(double* normal) const {
+void BlockTriangular::write_normal_matrix(double* normal) const {
   const auto n = static_cast<std::size_t>(size());
   std::fill_n(normal, n * n, 0);
   const double* left = values_.data() + inside_;
@@ -84,23 +84,23 @@ double BlockTriangular::factorise() {
   double quality = 1;
   for (Block& block : blocks_) {
     double* factors = factors_.data() + block.offset;
-    block.quality = by_size(block.size, [&](auto block_size) {
-      if constexpr (block_size > 0 && block_size <= inverted)
+    block.min_pivot = dispatch_by_size(block.size, [&](auto block_size) {
+      if constexpr (block_size > 0 && block_size <= max_inverted_size)
         return invert(block_size, factors);
       else
         return factorise_block<block_size>(factors, &pivots_[block.begin], block.size);
     });
-    quality = std::min(quality, block.quality);
+    quality = std::min(quality, block.min_pivot);
     if (quality == 0) return 0;
   }
   return quality;
 }
 
-void BlockTriangular::keep() { std::copy_n(values_.begin(), inside_, kept_.begin()); }
+void BlockTriangular::store() { std::copy_n(values_.begin(), inside_, stored_.begin()); }
 
-bool BlockTriangular::near_kept(double limit) {
+bool BlockTriangular::is_near_stored(double limit) {
   for (const Block& block : blocks_) {
-    const double *now = values_.data() + block.offset, *kept = kept_.data() + block.offset;
+    const double *now = values_.data() + block.offset, *kept = stored_.data() + block.offset;
     double widest = 0;
     for (int i = 0; i < block.size; ++i) {
       double sum = 0;
@@ -108,14 +108,14 @@ bool BlockTriangular::near_kept(double limit) {
       widest = std::max(widest, sum);
     }
     // The inverse is hardly ever larger than size / quality: most steps need no more than this.
-    const bool plain = 4 * block.size * widest <= limit * block.quality;
-    if (!plain && !block_near_kept(block, limit)) return false;
+    const bool plain = 4 * block.size * widest <= limit * block.min_pivot;
+    if (!plain && !is_block_near_stored(block, limit)) return false;
   }
   return true;
 }
 
-bool BlockTriangular::block_near_kept(const Block& block, double limit) {
-  const double *now = values_.data() + block.offset, *kept = kept_.data() + block.offset;
+bool BlockTriangular::is_block_near_stored(const Block& block, double limit) {
+  const double *now = values_.data() + block.offset, *kept = stored_.data() + block.offset;
   std::fill_n(sums_.begin(), block.size, 0);
   for (int j = 0; j < block.size; ++j) {
     for (int i = 0; i < block.size; ++i) work_[i] = now[i * block.size + j] - kept[i * block.size + j];

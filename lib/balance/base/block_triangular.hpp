@@ -32,23 +32,23 @@ class BlockTriangular {
   double* storage() { return values_.data(); }
   const double* storage() const { return values_.data(); }
   /// How many entries have a place.
-  std::size_t stored() const { return values_.size(); }
+  std::size_t entry_count() const { return values_.size(); }
   /// AᵀA with its rows and columns in another order: the upper triangle, row-major, n×n, zeros below.
-  void write_normal(double* normal) const;
+  void write_normal_matrix(double* normal) const;
 
   struct Block {
     int begin, size, offset;  ///< first row, rows, where its factors start
-    double quality;           ///< smallest |pivot| of the last factorisation
+    double min_pivot;         ///< smallest |pivot| of the last factorisation
   };
-  /// What the analysis found, and the exchanges of rows that the last factorisation of blocks above `inverted` rows made:
+  /// What the analysis found, and the exchanges of rows that the last factorisation of blocks above `max_inverted_size` rows made:
   /// per permuted row, in turn, the row of the block that it is exchanged with.
   struct Structure {
     std::vector<int> row_position, column_position;  ///< of an original row or column in the permuted matrix
     std::vector<Block> blocks;
-    std::vector<int> start,
-        columns;  ///< per permuted row: its entries left of the diagonal block, in columns; and the end
-    int inside;   ///< entries of the diagonal blocks, stored before those
-    std::vector<int> exchanges;
+    std::vector<int> row_begin,
+        column_index;      ///< per permuted row: its entries left of the diagonal block, in columns; and the end
+    int diagonal_entries;  ///< entries of the diagonal blocks, stored before those
+    std::vector<int> row_exchanges;
   };
   Structure structure() const { return {row_position_, column_position_, blocks_, start_, columns_, inside_, pivots_}; }
 
@@ -57,10 +57,10 @@ class BlockTriangular {
   double factorise();
 
   /// Remembers the matrix last factorised for near_kept().
-  void keep();
+  void store();
   /// Whether every matrix on the straight way from the kept one K to the one last factorised, A, is regular by a margin: in every
   /// diagonal block ‖A⁻¹ (A − K)‖ ≤ limit < 1 (largest sum along a row). Allocates nothing.
-  bool near_kept(double limit);
+  bool is_near_stored(double limit);
 
   /// x := A⁻¹ x, both in the original order. Allocates nothing.
   void solve(double* x) { solve(x, work_.data()); }
@@ -82,7 +82,7 @@ class BlockTriangular {
   /// x := A_bb⁻¹ x for a diagonal block.
   template <class X>
   void solve_block(const Block& block, X* x) const;
-  bool block_near_kept(const Block& block, double limit);
+  bool is_block_near_stored(const Block& block, double limit);
 
   std::vector<int> row_position_, column_position_;  ///< of an original row or column in the permuted matrix
   std::vector<Block> blocks_;
@@ -92,7 +92,7 @@ class BlockTriangular {
   std::vector<double> values_;   ///< the diagonal blocks, row-major one after another, then the entries left of them
   int inside_ = 0;               ///< how many values the diagonal blocks have
   std::vector<double> factors_;  ///< of the diagonal blocks, in the same order
-  std::vector<double> kept_;     ///< the diagonal blocks of an earlier matrix
+  std::vector<double> stored_;   ///< the diagonal blocks of an earlier matrix
   std::vector<int> pivots_;      ///< row exchanges, per permuted row
   struct Pair {
     double x, z;
@@ -105,9 +105,9 @@ class BlockTriangular {
 template <class X>
 void BlockTriangular::solve_block(const Block& block, X* x) const {
   using namespace small_blocks;
-  by_size(block.size, [&](auto block_size) {
+  dispatch_by_size(block.size, [&](auto block_size) {
     const double* factors = factors_.data() + block.offset;
-    if constexpr (block_size > 0 && block_size <= inverted)
+    if constexpr (block_size > 0 && block_size <= max_inverted_size)
       multiply<block_size>(factors, x);
     else
       small_blocks::solve_block<block_size>(factors, &pivots_[block.begin], block.size, x);
@@ -143,9 +143,9 @@ void BlockTriangular::solve_transposed(X* x, X* work) const {
   const double* values = values_.data() + inside_;
   for (int column = 0; column < n; ++column) work[column_position_[column]] = x[column];
   for (auto block = blocks_.rbegin(); block != blocks_.rend(); ++block) {
-    by_size(block->size, [&](auto block_size) {
+    dispatch_by_size(block->size, [&](auto block_size) {
       const double* factors = factors_.data() + block->offset;
-      if constexpr (block_size > 0 && block_size <= inverted)
+      if constexpr (block_size > 0 && block_size <= max_inverted_size)
         multiply_transposed<block_size>(factors, work + block->begin);
       else
         solve_block_transposed<block_size>(factors, &pivots_[block->begin], block->size, work + block->begin);

@@ -13,12 +13,12 @@ namespace duals {
 using Pair __attribute__((vector_size(16), aligned(8), may_alias)) = double;
 
 template <int N, bool Even = N % 2 == 0>
-struct Row {
+struct DerivativeStorage {
   static constexpr int count = N / 2;
   Pair parts[count] = {};
 };
 template <int N>
-struct Row<N, false> {
+struct DerivativeStorage<N, false> {
   static constexpr int count = N;
   double parts[count] = {};
 };
@@ -56,7 +56,7 @@ class Derivatives {
  private:
   template <class Part>
   static Derivatives each(const Part& part) {
-    return all(part, std::make_integer_sequence<int, duals::Row<N>::count>());
+    return all(part, std::make_integer_sequence<int, duals::DerivativeStorage<N>::count>());
   }
   // Not a loop: compilers keep what is counted by one in memory, and this in registers.
   template <class Part, int... I>
@@ -66,7 +66,7 @@ class Derivatives {
     return out;
   }
 
-  duals::Row<N> row_;
+  duals::DerivativeStorage<N> row_;
 };
 
 }  // namespace balance

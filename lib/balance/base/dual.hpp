@@ -90,7 +90,7 @@ double value_of(const Dual<N>& x) {
 
 /// f(x) where f has this value and this derivative at x.
 template <int N>
-Dual<N> chained(const Dual<N>& x, double value, double derivative) {
+Dual<N> apply_chain_rule(const Dual<N>& x, double value, double derivative) {
   Dual<N> out(value);
   out.d = derivative * x.d;
   return out;
@@ -98,43 +98,43 @@ Dual<N> chained(const Dual<N>& x, double value, double derivative) {
 
 template <int N>
 Dual<N> sin(const Dual<N>& x) {
-  return chained(x, elementary::sin(x.value), elementary::cos(x.value));
+  return apply_chain_rule(x, elementary::sin(x.value), elementary::cos(x.value));
 }
 template <int N>
 Dual<N> cos(const Dual<N>& x) {
-  return chained(x, elementary::cos(x.value), -elementary::sin(x.value));
+  return apply_chain_rule(x, elementary::cos(x.value), -elementary::sin(x.value));
 }
 template <int N>
 Dual<N> tan(const Dual<N>& x) {
   const double t = elementary::tan(x.value);
-  return chained(x, t, 1 + t * t);
+  return apply_chain_rule(x, t, 1 + t * t);
 }
 template <int N>
 Dual<N> asin(const Dual<N>& x) {
-  return chained(x, elementary::asin(x.value), 1 / std::sqrt(1 - x.value * x.value));
+  return apply_chain_rule(x, elementary::asin(x.value), 1 / std::sqrt(1 - x.value * x.value));
 }
 template <int N>
 Dual<N> acos(const Dual<N>& x) {
-  return chained(x, elementary::acos(x.value), -1 / std::sqrt(1 - x.value * x.value));
+  return apply_chain_rule(x, elementary::acos(x.value), -1 / std::sqrt(1 - x.value * x.value));
 }
 template <int N>
 Dual<N> atan(const Dual<N>& x) {
-  return chained(x, elementary::atan(x.value), 1 / (1 + x.value * x.value));
+  return apply_chain_rule(x, elementary::atan(x.value), 1 / (1 + x.value * x.value));
 }
 template <int N>
 Dual<N> exp(const Dual<N>& x) {
   const double e = elementary::exp(x.value);
-  return chained(x, e, e);
+  return apply_chain_rule(x, e, e);
 }
 template <int N>
 Dual<N> log(const Dual<N>& x) {
-  return chained(x, elementary::log(x.value), 1 / x.value);
+  return apply_chain_rule(x, elementary::log(x.value), 1 / x.value);
 }
 /// At zero, where the root has no derivative, those of zero: a length that vanishes with its whole neighbourhood has none to show.
 template <int N>
 Dual<N> sqrt(const Dual<N>& x) {
   const double root = std::sqrt(x.value);
-  return chained(x, root, root > 0 ? 0.5 / root : 0);
+  return apply_chain_rule(x, root, root > 0 ? 0.5 / root : 0);
 }
 template <int N>
 Dual<N> abs(const Dual<N>& x) {
@@ -154,7 +154,8 @@ Dual<N> hypot(const Dual<N>& x, const Dual<N>& y) {
 /// x to a constant power.
 template <int N>
 Dual<N> pow(const Dual<N>& x, double power) {
-  return chained(x, elementary::pow(x.value, power), power == 0 ? 0 : power * elementary::pow(x.value, power - 1));
+  return apply_chain_rule(x, elementary::pow(x.value, power),
+                          power == 0 ? 0 : power * elementary::pow(x.value, power - 1));
 }
 template <int N>
 bool isfinite(const Dual<N>& x) {
@@ -164,11 +165,11 @@ bool isfinite(const Dual<N>& x) {
 }
 
 template <int N>
-void sine_and_cosine(const Dual<N>& x, Dual<N>& s, Dual<N>& c) {
+void sine_cosine_into(const Dual<N>& x, Dual<N>& s, Dual<N>& c) {
   double sine, cosine;
-  sine_and_cosine(x.value, sine, cosine);
-  s = chained(x, sine, cosine);
-  c = chained(x, cosine, -sine);
+  sine_cosine_into(x.value, sine, cosine);
+  s = apply_chain_rule(x, sine, cosine);
+  c = apply_chain_rule(x, cosine, -sine);
 }
 
 }  // namespace balance

@@ -7,14 +7,14 @@
 #if LDBL_MANT_DIG == 113
 #define BALANCE_WIDE(name) name##l
 namespace balance {
-using Wide = long double;
+using Binary128 = long double;
 }
 #elif defined(__SIZEOF_FLOAT128__) && defined(__GLIBC__)
 #define BALANCE_WIDE(name) name##f128
 namespace balance {
-__extension__ typedef __float128 Wide;
+__extension__ typedef __float128 Binary128;
 }
-#define BALANCE_DECLARE(name) balance::Wide name##f128(balance::Wide) noexcept
+#define BALANCE_DECLARE(name) balance::Binary128 name##f128(balance::Binary128) noexcept
 extern "C" {  // <cmath> shows them to GCC alone
 BALANCE_DECLARE(sinh);
 BALANCE_DECLARE(cosh);
@@ -27,13 +27,13 @@ BALANCE_DECLARE(log);
 BALANCE_DECLARE(log10);
 BALANCE_DECLARE(log2);
 BALANCE_DECLARE(log1p);
-balance::Wide powf128(balance::Wide, balance::Wide) noexcept;
+balance::Binary128 powf128(balance::Binary128, balance::Binary128) noexcept;
 }
 #undef BALANCE_DECLARE
 #else  // other machines have their own last digits
 #define BALANCE_WIDE(name) name
 namespace balance {
-using Wide = double;
+using Binary128 = double;
 }
 #endif
 
@@ -44,7 +44,7 @@ namespace {
 constexpr double pi_high = 3.14159265358979311600e+00, pi_low = 1.2246467991473531772e-16;
 
 /// atan q for |q| ≤ 7/16, as q minus what it returns: the polynomial of fdlibm (s_atan.c).
-double below_argument(double q) {
+double atan_reduction(double q) {
   const double z = q * q, w = z * z;
   const double odd = z * (3.33333333333329318027e-01 +
                           w * (1.42857142725034663711e-01 +
@@ -60,16 +60,16 @@ double below_argument(double q) {
 }
 
 /// atan(a/b) for 0 ≤ a ≤ b: the differences of what lies near each other are exact.
-double of_octant(double a, double b) {
+double atan_in_octant(double a, double b) {
   if (16 * a < 7 * b) {
     const double q = a / b;
-    return q - below_argument(q);
+    return q - atan_reduction(q);
   }
   const bool middle = 16 * a < 11 * b;  // about atan(1/2), else about π/4
   const double q = middle ? ((a + a) - b) / ((b + b) + a) : (a - b) / (a + b);
   const double high = middle ? 4.63647609000806093515e-01 : pi_high / 4;
   const double low = middle ? 2.26987774529616870924e-17 : pi_low / 4;
-  return high - ((below_argument(q) - low) - q);
+  return high - ((atan_reduction(q) - low) - q);
 }
 
 }  // namespace
@@ -81,7 +81,7 @@ double atan2(double y, double x) {
   if (largest > 0x1p1000) a *= 0x1p-100, b *= 0x1p-100;
   if (largest < 0x1p-900) a *= 0x1p150, b *= 0x1p150;
   const bool behind = std::signbit(x);
-  double angle = of_octant(std::fmin(a, b), std::fmax(a, b));
+  double angle = atan_in_octant(std::fmin(a, b), std::fmax(a, b));
   if (a > b)
     angle = behind ? pi_high / 2 + (angle + pi_low / 2) : pi_high / 2 - (angle - pi_low / 2);
   else if (behind)
@@ -113,10 +113,10 @@ BALANCE_ROUNDED(log1p)
 #undef BALANCE_ROUNDED
 
 double pow(double x, double y) {
-  constexpr int most_products = 16;  // beyond that the general way is as quick
+  constexpr int max_integer_exponent = 16;  // beyond that the general way is as quick
   if (y == 2) return x * x;
-  if (std::fabs(y) <= most_products && y == std::nearbyint(y)) {
-    Wide product = 1;
+  if (std::fabs(y) <= max_integer_exponent && y == std::nearbyint(y)) {
+    Binary128 product = 1;
     for (int k = static_cast<int>(std::fabs(y)); k > 0; --k) product *= x;
     return static_cast<double>(y < 0 ? 1 / product : product);
   }

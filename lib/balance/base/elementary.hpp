@@ -37,7 +37,7 @@ double pow(double x, double y);
 }  // namespace elementary
 
 /// Under the name that the recursions call.
-inline void sine_and_cosine(double x, double& sine, double& cosine) {
+inline void sine_cosine_into(double x, double& sine, double& cosine) {
   const auto both = sine_cosine(x);
   sine = both.sine, cosine = both.cosine;
 }

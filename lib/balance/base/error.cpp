@@ -8,52 +8,52 @@ namespace balance {
 namespace {
 
 /// @param kept those that are told one by one
-std::string counted(std::size_t kept, std::size_t more) {
-  const bool stopped = kept + more >= SpecError::most_counted;
+std::string format_unlisted_count(std::size_t kept, std::size_t more) {
+  const bool stopped = kept + more >= SpecError::max_counted_diagnostics;
   return std::string("and ") + (stopped ? "at least " : "") + std::to_string(more) + " more mistake" +
          (more == 1 ? "" : "s");
 }
 
-std::string all_lines(const std::vector<Mistake>& mistakes, std::size_t more) {
+std::string format_diagnostics(const std::vector<Diagnostic>& mistakes, std::size_t more) {
   std::string text;
-  for (const Mistake& mistake : mistakes) text += (text.empty() ? "" : "\n") + mistake.text();
-  return more == 0 ? text : text + "\n" + counted(mistakes.size(), more);
+  for (const Diagnostic& mistake : mistakes) text += (text.empty() ? "" : "\n") + mistake.text();
+  return more == 0 ? text : text + "\n" + format_unlisted_count(mistakes.size(), more);
 }
 
-std::size_t beyond(std::size_t count) {
-  return count > SpecError::most_mistakes ? count - SpecError::most_mistakes : 0;
+std::size_t count_unlisted(std::size_t count) {
+  return count > SpecError::max_diagnostics ? count - SpecError::max_diagnostics : 0;
 }
 
-std::vector<Mistake> first_of(std::vector<Mistake> mistakes) {
+std::vector<Diagnostic> take_first_listed(std::vector<Diagnostic> mistakes) {
   if (mistakes.empty()) throw std::invalid_argument("a SpecError needs a mistake");
-  if (mistakes.size() > SpecError::most_mistakes) mistakes.resize(SpecError::most_mistakes);
+  if (mistakes.size() > SpecError::max_diagnostics) mistakes.resize(SpecError::max_diagnostics);
   return mistakes;
 }
 
 }  // namespace
 
-std::string SpecPlace::text() const {
+std::string SourceLocation::text() const {
   std::string place = file;
   if (line > 0) place += ":" + std::to_string(line) + ":" + std::to_string(column);
   if (key.empty()) return place;
   return place.empty() ? key : place + ": " + key;
 }
 
-std::string Mistake::text() const {
+std::string Diagnostic::text() const {
   const std::string where = place.text();
-  return visible(where.empty() ? message : where + ": " + message);
+  return escape_for_terminal(where.empty() ? message : where + ": " + message);
 }
 
-SpecError::SpecError(Mistake mistake) : SpecError(std::vector<Mistake>{std::move(mistake)}) {}
+SpecError::SpecError(Diagnostic mistake) : SpecError(std::vector<Diagnostic>{std::move(mistake)}) {}
 
-SpecError::SpecError(std::vector<Mistake> mistakes, std::size_t more)
-    : std::runtime_error(all_lines(first_of(mistakes), more + beyond(mistakes.size()))),
-      mistakes_(first_of(mistakes)),
-      more_(more + beyond(std::exchange(mistakes, {}).size())) {}
+SpecError::SpecError(std::vector<Diagnostic> mistakes, std::size_t more)
+    : std::runtime_error(format_diagnostics(take_first_listed(mistakes), more + count_unlisted(mistakes.size()))),
+      mistakes_(take_first_listed(mistakes)),
+      more_(more + count_unlisted(std::exchange(mistakes, {}).size())) {}
 
-std::string SpecError::brief() const {
+std::string SpecError::summary() const {
   const std::size_t others = mistakes_.size() - 1 + more_;
-  return mistakes_.front().text() + (others == 0 ? "" : " (" + counted(1, others) + ")");
+  return mistakes_.front().text() + (others == 0 ? "" : " (" + format_unlisted_count(1, others) + ")");
 }
 
 }  // namespace balance

@@ -11,7 +11,7 @@
 namespace balance {
 
 /// Where something is said in a spec, a suite or an option.
-struct SpecPlace {
+struct SourceLocation {
   std::string file;  ///< as the user named it; of an option its name, `--minimize`
   int line = 0;      ///< from 1; 0: what is meant has no place of its own
   int column = 0;    ///< from 1, in characters
@@ -23,8 +23,8 @@ struct SpecPlace {
 };
 
 /// One thing that is wrong with a spec.
-struct Mistake {
-  SpecPlace place;
+struct Diagnostic {
+  SourceLocation place;
   std::string message;   ///< the whole sentence: `must be positive: expected a number > 0, found -1`
   std::string expected;  ///< `a number > 0`; empty where the message says it in its own way, like the next two
   std::string found;     ///< `-1`
@@ -39,23 +39,23 @@ struct Mistake {
 class SpecError : public std::runtime_error {
  public:
   /// The first so many are kept.
-  static constexpr std::size_t most_mistakes = 20;
+  static constexpr std::size_t max_diagnostics = 20;
   /// Reading ends at so many; from there on it is not known how many more there are.
-  static constexpr std::size_t most_counted = 100;
+  static constexpr std::size_t max_counted_diagnostics = 100;
 
-  explicit SpecError(Mistake mistake);
+  explicit SpecError(Diagnostic mistake);
   /// @param mistakes in the order of the document, at least one
   /// @param more how many there are besides these
-  explicit SpecError(std::vector<Mistake> mistakes, std::size_t more = 0);
+  explicit SpecError(std::vector<Diagnostic> mistakes, std::size_t more = 0);
 
-  const std::vector<Mistake>& mistakes() const { return mistakes_; }
+  const std::vector<Diagnostic>& diagnostics() const { return mistakes_; }
   /// How many there are besides mistakes().
-  std::size_t more() const { return more_; }
+  std::size_t unlisted_count() const { return more_; }
   /// One line: the first mistake, and how many follow.
-  std::string brief() const;
+  std::string summary() const;
 
  private:
-  std::vector<Mistake> mistakes_;
+  std::vector<Diagnostic> mistakes_;
   std::size_t more_ = 0;
 };
 

@@ -11,19 +11,20 @@ namespace balance {
 /// of another kind it is neither made nor compared with it.
 /// @tparam Kind any type that stands for the list, declared or not
 template <class Kind>
-class IdOf {
+class TypedIndex {
  public:
-  constexpr IdOf(int index = 0) : index_(index) {}  // NOLINT(google-explicit-constructor): lists are counted by numbers
+  constexpr TypedIndex(int index = 0)
+      : index_(index) {}  // NOLINT(google-explicit-constructor): lists are counted by numbers
   template <class Other>
-  requires(!std::is_same_v<Other, Kind>) IdOf(IdOf<Other>)
+  requires(!std::is_same_v<Other, Kind>) TypedIndex(TypedIndex<Other>)
   = delete;
 
   constexpr operator int() const { return index_; }  // NOLINT(google-explicit-constructor): as above
-  constexpr IdOf& operator++() {
+  constexpr TypedIndex& operator++() {
     ++index_;
     return *this;
   }
-  constexpr IdOf& operator+=(int more) {
+  constexpr TypedIndex& operator+=(int more) {
     index_ += more;
     return *this;
   }
@@ -33,12 +34,12 @@ class IdOf {
 };
 
 template <class A, class B>
-requires(!std::is_same_v<A, B>) bool operator==(IdOf<A>, IdOf<B>) = delete;
+requires(!std::is_same_v<A, B>) bool operator==(TypedIndex<A>, TypedIndex<B>) = delete;
 template <class A, class B>
-requires(!std::is_same_v<A, B>) auto operator<=>(IdOf<A>, IdOf<B>) = delete;
+requires(!std::is_same_v<A, B>) auto operator<=>(TypedIndex<A>, TypedIndex<B>) = delete;
 
 }  // namespace balance
 
 /// Entries of matrices are found by them as by numbers.
 template <class Kind>
-struct Eigen::internal::is_valid_index_type<balance::IdOf<Kind>> : std::true_type {};
+struct Eigen::internal::is_valid_index_type<balance::TypedIndex<Kind>> : std::true_type {};

@@ -2,7 +2,7 @@
 
 namespace balance {
 
-const char* name(InstructionSet set) {
+const char* instruction_set_name(InstructionSet set) {
   switch (set) {
     case InstructionSet::baseline: return "baseline";
     case InstructionSet::avx2: return "avx2";
@@ -11,7 +11,7 @@ const char* name(InstructionSet set) {
   return "";
 }
 
-std::vector<InstructionSet> instruction_sets() {
+std::vector<InstructionSet> list_instruction_sets() {
   std::vector<InstructionSet> sets = {InstructionSet::baseline};
 #ifdef BALANCE_LANES_avx2
   if (__builtin_cpu_supports("avx2")) sets.push_back(InstructionSet::avx2);

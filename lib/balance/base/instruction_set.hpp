@@ -11,9 +11,9 @@ enum class InstructionSet {
   avx512,    ///< AVX-512 F, DQ, VL: eight lanes
 };
 
-const char* name(InstructionSet set);
+const char* instruction_set_name(InstructionSet set);
 
 /// Those that the library was compiled for and this machine has, the widest last; never empty.
-std::vector<InstructionSet> instruction_sets();
+std::vector<InstructionSet> list_instruction_sets();
 
 }  // namespace balance

@@ -11,7 +11,7 @@
 namespace balance::lane_blocks {
 
 /// Larger multipliers than this show that the order of rows does not suit a lane.
-inline constexpr double largest_multiplier = 8;
+inline constexpr double max_multiplier = 8;
 
 template <class M, class T>
 void exchange(const M& lanes, T& a, T& b) {
@@ -21,26 +21,26 @@ void exchange(const M& lanes, T& a, T& b) {
 }
 
 template <class T>
-using Truth = decltype(T() < T());
+using MaskOf = decltype(T() < T());
 
 /// Two rows that change places in some lanes.
 template <class T>
-struct Exchange {
-  Truth<T> lanes;
+struct RowExchange {
+  MaskOf<T> lanes;
   int row, other;
 };
 template <class T>
-using Exchanges = std::vector<Exchange<T>>;
+using RowExchanges = std::vector<RowExchange<T>>;
 
 template <class T>
 struct Elimination {
-  Truth<T> lanes;  ///< where the multipliers grew
-  T quality;       ///< smallest |pivot|
+  MaskOf<T> needs_pivoting;  ///< where the multipliers grew
+  T min_pivot;               ///< smallest |pivot|
 };
 
 /// The smallest pivot so far; 0 once one is none.
 template <class T>
-void take_pivot(T& quality, const T& pivot) {
+void update_min_pivot(T& quality, const T& pivot) {
   quality = select(pivot > 0.0, min(quality, pivot), T(0.0));
 }
 
@@ -65,25 +65,25 @@ Elimination<T> eliminate(T* a, int size) {
   const int n = N > 0 ? N : size;
   T quality = std::numeric_limits<double>::infinity(), largest = 0.0;
   for (int k = 0; k < n; ++k) {
-    take_pivot(quality, abs(a[k * n + k]));
+    update_min_pivot(quality, abs(a[k * n + k]));
     largest = max(largest, eliminate_column(a, n, k));
   }
-  return {(largest > largest_multiplier) | (quality <= 0.0), quality};
+  return {(largest > max_multiplier) | (quality <= 0.0), quality};
 }
 
 /// The same with the largest pivot of every column in the `lanes` given; the others keep their order, and thus every bit.
 template <int N, class T>
-Elimination<T> eliminate_exchanging(T* a, int size, const Truth<T>& lanes, Exchanges<T>& exchanges) {
+Elimination<T> eliminate_with_pivoting(T* a, int size, const MaskOf<T>& lanes, RowExchanges<T>& exchanges) {
   const int n = N > 0 ? N : size;
   T quality = std::numeric_limits<double>::infinity();
   for (int k = 0; k < n; ++k) {
     for (int i = k + 1; i < n; ++i) {
-      const Truth<T> larger = lanes & (abs(a[i * n + k]) > abs(a[k * n + k]));
+      const MaskOf<T> larger = lanes & (abs(a[i * n + k]) > abs(a[k * n + k]));
       if (!any(larger)) continue;
       for (int j = 0; j < n; ++j) exchange(larger, a[k * n + j], a[i * n + j]);
       exchanges.push_back({larger, k, i});
     }
-    take_pivot(quality, abs(a[k * n + k]));
+    update_min_pivot(quality, abs(a[k * n + k]));
     eliminate_column(a, n, k);
   }
   return {lanes, quality};

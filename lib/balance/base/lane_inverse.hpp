@@ -8,12 +8,12 @@
 namespace balance::lane_blocks {
 
 /// Largest block that is inverted.
-inline constexpr int inverted = 4;
+inline constexpr int max_inverted_size = 4;
 
 /// The matrix of cofactors over the determinant.
 /// @return 1/largest entry, no larger than the smallest singular value times the size
 template <int N, class T>
-T finish_inverse(const T (&cofactors)[N * N], const T& determinant, T* inverse) {
+T scale_inverse(const T (&cofactors)[N * N], const T& determinant, T* inverse) {
   const T scale = 1.0 / determinant;
   T largest = 0.0;
   for (int i = 0; i < N * N; ++i) {
@@ -26,13 +26,13 @@ T finish_inverse(const T (&cofactors)[N * N], const T& determinant, T* inverse) 
 template <class T>
 T invert(std::integral_constant<int, 1>, T* a) {
   const T one[1] = {1.0};
-  return finish_inverse<1>(one, T(a[0]), a);
+  return scale_inverse<1>(one, T(a[0]), a);
 }
 
 template <class T>
 T invert(std::integral_constant<int, 2>, T* a) {
   const T c[4] = {a[3], -a[1], -a[2], a[0]};
-  return finish_inverse<2>(c, T(a[0] * a[3] - a[1] * a[2]), a);
+  return scale_inverse<2>(c, T(a[0] * a[3] - a[1] * a[2]), a);
 }
 
 template <class T>
@@ -40,7 +40,7 @@ T invert(std::integral_constant<int, 3>, T* a) {
   const T c[9] = {a[4] * a[8] - a[5] * a[7], a[2] * a[7] - a[1] * a[8], a[1] * a[5] - a[2] * a[4],
                   a[5] * a[6] - a[3] * a[8], a[0] * a[8] - a[2] * a[6], a[2] * a[3] - a[0] * a[5],
                   a[3] * a[7] - a[4] * a[6], a[1] * a[6] - a[0] * a[7], a[0] * a[4] - a[1] * a[3]};
-  return finish_inverse<3>(c, T(a[0] * c[0] + a[1] * c[3] + a[2] * c[6]), a);
+  return scale_inverse<3>(c, T(a[0] * c[0] + a[1] * c[3] + a[2] * c[6]), a);
 }
 
 /// Laplace's expansion along the first two rows.
@@ -57,7 +57,7 @@ T invert(std::integral_constant<int, 4>, T* a) {
       a[1] * c2 - a[0] * c4 - a[3] * c0,    a[12] * s4 - a[13] * s2 + a[15] * s0, a[9] * s2 - a[8] * s4 - a[11] * s0,
       a[5] * c1 - a[4] * c3 - a[6] * c0,    a[0] * c3 - a[1] * c1 + a[2] * c0,    a[13] * s1 - a[12] * s3 - a[14] * s0,
       a[8] * s3 - a[9] * s1 + a[10] * s0};
-  return finish_inverse<4>(c, T(s0 * c5 - s1 * c4 + s2 * c3 + s3 * c2 - s4 * c1 + s5 * c0), a);
+  return scale_inverse<4>(c, T(s0 * c5 - s1 * c4 + s2 * c3 + s3 * c2 - s4 * c1 + s5 * c0), a);
 }
 
 template <int N, class T>

@@ -15,7 +15,7 @@ namespace balance {
 /// The interface is that of BlockTriangular. What is told of all lanes together is that of the worst; the matrix kept is that of the
 /// last lane, and nearness that of every lane to the one before it.
 template <int W>
-class LaneSystem {
+class LaneSquareSystem {
  public:
   using T = Pack<W>;
 
@@ -23,15 +23,15 @@ class LaneSystem {
     BlockTriangular scalar;
     if (!scalar.analyse(pattern)) return false;
     lanes_.emplace(scalar);
-    inside_ = static_cast<std::size_t>(scalar.structure().inside);
-    kept_.assign(scalar.stored(), 0);
+    inside_ = static_cast<std::size_t>(scalar.structure().diagonal_entries);
+    kept_.assign(scalar.entry_count(), 0);
     change_.assign(inside_, T(0.0));
     sums_.assign(static_cast<std::size_t>(scalar.size()), T(0.0));
     column_.assign(2 * sums_.size(), T(0.0));
     return true;
   }
-  /// See BlockLanes.
-  void take_order(const BlockTriangular& scalar) { lanes_->take_order(scalar); }
+  /// See LaneBlockTriangular.
+  void take_order(const BlockTriangular& scalar) { lanes_->set_pivot_order(scalar); }
 
   int size() const { return lanes_->size(); }
   int index(int row, int column) const { return lanes_->index(row, column); }
@@ -45,17 +45,17 @@ class LaneSystem {
 
   double factorise() {
     quality_ = lanes_->factorise();
-    return least(quality_);
+    return reduce_min(quality_);
   }
   /// Per lane, of the last factorisation.
-  const T& quality() const { return quality_; }
+  const T& min_pivot() const { return quality_; }
 
-  void keep() {
+  void store() {
     for (std::size_t k = 0; k < inside_; ++k) kept_[k] = storage()[k][W - 1];
   }
   /// A matrix of the same pattern, as stored by a BlockTriangular.
-  void keep(const double* matrix) { std::copy_n(matrix, inside_, kept_.begin()); }
-  bool near_kept(double limit) {
+  void store(const double* matrix) { std::copy_n(matrix, inside_, kept_.begin()); }
+  bool is_near_stored(double limit) {
     for (std::size_t b = 0; b < lanes_->blocks().size(); ++b)
       if (!block_near_kept(b, limit)) return false;
     return true;
@@ -79,12 +79,12 @@ class LaneSystem {
     for (int i = 0, k = 0; i < n; ++i) {
       T sum = 0.0;
       for (int j = 0; j < n; ++j, ++k) {
-        change_[k] = now[k] - behind(now[k], kept[k]);
+        change_[k] = now[k] - shift_lanes(now[k], kept[k]);
         sum += abs(change_[k]);
       }
       widest = max(widest, sum);
     }
-    if (all(4.0 * n * widest <= limit * lanes_->quality(b))) return true;
+    if (all(4.0 * n * widest <= limit * lanes_->min_pivot(b))) return true;
     for (int i = 0; i < n; ++i) sums_[i] = 0.0;
     for (int j = 0; j < n; ++j) {
       for (int i = 0; i < n; ++i) column_[i] = change_[i * n + j];
@@ -95,7 +95,7 @@ class LaneSystem {
     return std::all_of(sums_.begin(), sums_.begin() + n, within);
   }
 
-  std::optional<BlockLanes<T>> lanes_;
+  std::optional<LaneBlockTriangular<T>> lanes_;
   std::size_t inside_ = 0;  ///< entries of diagonal blocks
   std::vector<double> kept_;
   std::vector<T> change_, sums_, column_;  ///< for near_kept()
@@ -104,25 +104,25 @@ class LaneSystem {
 
 template <int W>
 struct SquareSystemOf<Pack<W>> {
-  using Type = LaneSystem<W>;
+  using Type = LaneSquareSystem<W>;
 };
 
 /// Redundant constraints are solved one sample after another: nobody may ask this of lanes.
 template <int W>
-class TallSystem<Pack<W>> {
+class OverdeterminedSystem<Pack<W>> {
  public:
   using T = Pack<W>;
-  void resize(int, int) { refuse(); }
-  T* storage() { return refuse(); }
-  const T* storage() const { return refuse(); }
-  const T& at(int, int) const { return *refuse(); }
-  double factorise() { return refuse(), 0; }
-  void keep() { refuse(); }
-  bool near_kept(double) const { return refuse(), false; }
-  void solve(T*) const { refuse(); }
+  void resize(int, int) { throw_unsupported(); }
+  T* storage() { return throw_unsupported(); }
+  const T* storage() const { return throw_unsupported(); }
+  const T& at(int, int) const { return *throw_unsupported(); }
+  double factorise() { return throw_unsupported(), 0; }
+  void keep() { throw_unsupported(); }
+  bool near_kept(double) const { return throw_unsupported(), false; }
+  void solve(T*) const { throw_unsupported(); }
 
  private:
-  [[noreturn]] static T* refuse() { throw std::logic_error("redundant constraints have no lanes"); }
+  [[noreturn]] static T* throw_unsupported() { throw std::logic_error("redundant constraints have no lanes"); }
 };
 
 }  // namespace balance

@@ -12,7 +12,7 @@ namespace balance {
 
 namespace {
 
-constexpr int most_steps = 200;  // four or five, more where the smallest eigenvalue is a multiple one
+constexpr int max_laguerre_iterations = 200;  // four or five, more where the smallest eigenvalue is a multiple one
 
 struct LaguerreSums {
   double first = 0, second = 0;  ///< Σ 1/(λ − x) and Σ 1/(λ − x)² over all eigenvalues
@@ -38,27 +38,27 @@ LaguerreSums laguerre_sums(const std::vector<double>& diagonal, const std::vecto
 
 }  // namespace
 
-double* LeastSingular::normal(int n) {
+double* MinSingularValue::normal_matrix(int n) {
   n_ = n;
   matrix_.resize(static_cast<std::size_t>(n) * n);
-  for (std::vector<double>* vector : {&diagonal_, &beside_, &vector_, &image_}) vector->resize(n);
+  for (std::vector<double>* vector : {&diagonal_, &off_diagonal_, &vector_, &image_}) vector->resize(n);
   return matrix_.data();
 }
 
 /// To diagonal_ and beside_: reflections from both sides, one column after another.
-void LeastSingular::reduce() {
+void MinSingularValue::tridiagonalise() {
   for (int k = 0; k < n_; ++k) {
     const double* pivot_row = &matrix_[k * n_];
     diagonal_[k] = pivot_row[k];
-    beside_[k] = 0;
+    off_diagonal_[k] = 0;
     double tail = 0;
     for (int i = k + 2; i < n_; ++i) tail += pivot_row[i] * pivot_row[i];
-    if (k + 1 < n_) beside_[k] = pivot_row[k + 1];
+    if (k + 1 < n_) off_diagonal_[k] = pivot_row[k + 1];
     if (tail == 0) continue;
     const double head = pivot_row[k + 1];
-    beside_[k] = -std::copysign(std::sqrt(head * head + tail), head);
+    off_diagonal_[k] = -std::copysign(std::sqrt(head * head + tail), head);
     std::copy(pivot_row + k + 1, pivot_row + n_, &vector_[k + 1]);
-    vector_[k + 1] -= beside_[k];
+    vector_[k + 1] -= off_diagonal_[k];
     const double factor = 2 / (vector_[k + 1] * vector_[k + 1] + tail);
     double along = 0;
     for (int i = k + 1; i < n_; ++i) {
@@ -73,13 +73,13 @@ void LeastSingular::reduce() {
   }
 }
 
-double LeastSingular::of_normal() {
+double MinSingularValue::compute_from_normal_matrix() {
   for (int i = 0; i < n_; ++i)
     for (int j = 0; j < i; ++j) matrix_[i * n_ + j] = matrix_[j * n_ + i];
-  reduce();
+  tridiagonalise();
   double least = 0;
-  for (int steps = 0; steps < most_steps; ++steps) {
-    const LaguerreSums sums = laguerre_sums(diagonal_, beside_, least);
+  for (int steps = 0; steps < max_laguerre_iterations; ++steps) {
+    const LaguerreSums sums = laguerre_sums(diagonal_, off_diagonal_, least);
     if (!sums.below) break;  // there, up to round-off
     const double spread = std::max(0.0, (n_ - 1) * (n_ * sums.second - sums.first * sums.first));
     const double step = n_ / (sums.first + std::sqrt(spread));
@@ -90,7 +90,7 @@ double LeastSingular::of_normal() {
 }
 
 /// AᵀA − value² is positive definite beyond the doubt of round-off.
-bool LeastSingular::is_below_all(double value) {
+bool MinSingularValue::is_below_spectrum(double value) {
   double trace = 0;
   for (int i = 0; i < n_; ++i) trace += matrix_[i * n_ + i];
   const double doubt = 4e-16 * n_ * trace;
@@ -109,11 +109,11 @@ bool LeastSingular::is_below_all(double value) {
   return true;
 }
 
-std::optional<double> LeastSingular::of_factors(BlockTriangular& factors) {
+std::optional<double> MinSingularValue::compute_from_factors(BlockTriangular& factors) {
   constexpr int most = 12;
-  constexpr double settled = 1e-10, proof = 2e-9;
-  if (rest_ > 0) {
-    --rest_;
+  constexpr double inverse_iteration_tolerance = 1e-10, lower_bound_margin = 2e-9;
+  if (skipped_ > 0) {
+    --skipped_;
     return {};
   }
   if (static_cast<int>(guess_.size()) != n_) {
@@ -132,28 +132,28 @@ std::optional<double> LeastSingular::of_factors(BlockTriangular& factors) {
     for (int i = 0; i < n_; ++i) guess_[i] *= scale;
     const double rate = std::abs(value - last) / change;
     change = std::abs(value - last);
-    if (!(change <= settled * value)) {
-      if (step < 3 || elementary::pow(rate, most - step) * change <= settled * value) continue;
+    if (!(change <= inverse_iteration_tolerance * value)) {
+      if (step < 3 || elementary::pow(rate, most - step) * change <= inverse_iteration_tolerance * value) continue;
       break;  // two values are near each other
     }
-    if (!is_below_all((1 - proof) * value)) break;
-    pause_ = 0;
+    if (!is_below_spectrum((1 - lower_bound_margin) * value)) break;
+    backoff_ = 0;
     return value;
   }
   guess_.clear();
-  rest_ = pause_ = std::min(2 * pause_ + 1, 63);
+  skipped_ = backoff_ = std::min(2 * backoff_ + 1, 63);
   return {};
 }
 
-std::optional<double> least_singular_by_inverse(BlockTriangular& matrix) {
+std::optional<double> min_singular_value_by_lanczos(BlockTriangular& matrix) {
   const auto inverse = [&](VectorX& x) {
     matrix.solve_transposed(x.data());
     matrix.solve(x.data());
   };
-  return least_singular_by_inverse(matrix.size(), inverse, 1);
+  return min_singular_value_by_lanczos(matrix.size(), inverse, 1);
 }
 
-std::optional<double> least_singular_by_inverse(int n, const std::function<void(VectorX&)>& inverse, int steps) {
+std::optional<double> min_singular_value_by_lanczos(int n, const std::function<void(VectorX&)>& inverse, int steps) {
   constexpr int most = 60;
   std::minstd_rand random(1);
   MatrixX basis(n, std::min(most, n));

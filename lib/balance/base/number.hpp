@@ -15,11 +15,11 @@ namespace balance {
 inline constexpr int dual_width = 8;
 
 #ifdef BALANCE_DUALS
-using Number = Dual<dual_width>;
+using EngineScalar = Dual<dual_width>;
 #elif defined(BALANCE_LANES_TABLE)
-using Number = Pack<native_lanes>;
+using EngineScalar = Pack<native_lanes>;
 #else
-using Number = double;
+using EngineScalar = double;
 #endif
 
 }  // namespace balance

@@ -32,36 +32,36 @@ BALANCE_VECTORS(8)
 
 // Correctly rounded, like std::sqrt; written for the processor where a loop would take the lanes apart.
 template <class Numbers>
-Numbers root(const Numbers& x) {
+Numbers sqrt_lanes(const Numbers& x) {
   Numbers out;
   for (unsigned l = 0; l < sizeof x / sizeof x[0]; ++l) out[l] = std::sqrt(x[l]);
   return out;
 }
 #ifdef __SSE2__
-inline Vectors<2>::Numbers root(const Vectors<2>::Numbers& x) { return _mm_sqrt_pd(x); }
+inline Vectors<2>::Numbers sqrt_lanes(const Vectors<2>::Numbers& x) { return _mm_sqrt_pd(x); }
 #endif
 #ifdef __AVX__
-inline Vectors<4>::Numbers root(const Vectors<4>::Numbers& x) { return _mm256_sqrt_pd(x); }
+inline Vectors<4>::Numbers sqrt_lanes(const Vectors<4>::Numbers& x) { return _mm256_sqrt_pd(x); }
 #endif
 #ifdef __AVX512F__
-inline Vectors<8>::Numbers root(const Vectors<8>::Numbers& x) { return _mm512_maskz_sqrt_pd(0xff, x); }
+inline Vectors<8>::Numbers sqrt_lanes(const Vectors<8>::Numbers& x) { return _mm512_maskz_sqrt_pd(0xff, x); }
 #endif
 
 // Whether any lane is true: one test where the processor has it.
 template <class Bits>
-bool any_set(const Bits& bits) {
+bool any_lane(const Bits& bits) {
   long long found = 0;
   for (unsigned l = 0; l < sizeof bits / sizeof bits[0]; ++l) found |= bits[l];
   return found != 0;
 }
 #ifdef __SSE2__
-inline bool any_set(const Vectors<2>::Bits& bits) { return _mm_movemask_pd((__m128d)bits) != 0; }
+inline bool any_lane(const Vectors<2>::Bits& bits) { return _mm_movemask_pd((__m128d)bits) != 0; }
 #endif
 #ifdef __AVX__
-inline bool any_set(const Vectors<4>::Bits& bits) { return _mm256_movemask_pd((__m256d)bits) != 0; }
+inline bool any_lane(const Vectors<4>::Bits& bits) { return _mm256_movemask_pd((__m256d)bits) != 0; }
 #endif
 #ifdef __AVX512F__
-inline bool any_set(const Vectors<8>::Bits& bits) { return _mm512_test_epi64_mask((__m512i)bits, (__m512i)bits) != 0; }
+inline bool any_lane(const Vectors<8>::Bits& bits) { return _mm512_test_epi64_mask((__m512i)bits, (__m512i)bits) != 0; }
 #endif
 
 }  // namespace packs
@@ -78,7 +78,7 @@ struct Mask {
   friend Mask operator&(const Mask& a, const Mask& b) { return {a.bits & b.bits}; }
   friend Mask operator|(const Mask& a, const Mask& b) { return {a.bits | b.bits}; }
   friend Mask operator!(const Mask& a) { return {~a.bits}; }
-  friend bool any(const Mask& a) { return packs::any_set(a.bits); }
+  friend bool any(const Mask& a) { return packs::any_lane(a.bits); }
   friend bool all(const Mask& a) { return !any(!a); }
 };
 
@@ -123,18 +123,18 @@ struct Pack {
   friend Pack max(const Pack& a, const Pack& b) { return select(a < b, b, a); }
   friend Pack abs(const Pack& a) { return Pack((Numbers)((Bits)a.v & 0x7fffffffffffffffLL)); }
   /// Every lane's neighbour before it, `first` before the first.
-  friend Pack behind(const Pack& a, double first) {
+  friend Pack shift_lanes(const Pack& a, double first) {
     Pack out;
     out.v[0] = first;
     for (int l = 1; l < W; ++l) out.v[l] = a.v[l - 1];
     return out;
   }
-  friend double least(const Pack& a) {
+  friend double reduce_min(const Pack& a) {
     double smallest = a.v[0];
     for (int l = 1; l < W; ++l) smallest = a.v[l] < smallest ? a.v[l] : smallest;
     return smallest;
   }
-  friend Pack sqrt(const Pack& a) { return Pack(packs::root(a.v)); }
+  friend Pack sqrt(const Pack& a) { return Pack(packs::sqrt_lanes(a.v)); }
 };
 
 // What is written for packs serves a single number as well.

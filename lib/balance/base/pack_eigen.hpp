@@ -6,11 +6,11 @@
 
 /// A pack that lies across two lines of the processor's cache is read twice.
 template <int W>
-inline constexpr std::size_t balance::line_alignment<balance::Pack<W>> = sizeof(double) * W;
+inline constexpr std::size_t balance::storage_alignment<balance::Pack<W>> = sizeof(double) * W;
 
 /// All lanes move the same mechanism.
 template <int W>
-struct balance::ConstantOfNumber<balance::Pack<W>> {
+struct balance::ModelScalarTraits<balance::Pack<W>> {
   using Type = double;
 };
 

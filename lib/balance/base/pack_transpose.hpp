@@ -18,10 +18,10 @@ void exchange(Pack<W>& a, Pack<W>& b, std::integer_sequence<int, Lane...>) {
 }
 
 template <int D, int W>
-inline void transpose_by(Pack<W> (&rows)[W]) {
+inline void transpose_stage(Pack<W> (&rows)[W]) {
   for (int i = 0; i < W; ++i)
     if ((i & D) == 0) exchange<D>(rows[i], rows[i + D], std::make_integer_sequence<int, W>());
-  if constexpr (2 * D < W) transpose_by<2 * D>(rows);
+  if constexpr (2 * D < W) transpose_stage<2 * D>(rows);
 }
 
 }  // namespace packs
@@ -29,7 +29,7 @@ inline void transpose_by(Pack<W> (&rows)[W]) {
 /// rows[i][j] becomes rows[j][i].
 template <int W>
 inline void transpose(Pack<W> (&rows)[W]) {
-  packs::transpose_by<1>(rows);
+  packs::transpose_stage<1>(rows);
 }
 
 }  // namespace balance

@@ -12,38 +12,38 @@ namespace balance {
 /// A stretch of the parameter, and the series of every function on it.
 struct Panel {
   double begin = 0, end = 1;
-  Samples terms;  ///< one row per term, one column per function
+  Samples coefficients;  ///< one row per term, one column per function
 };
 
 /// Several functions of one parameter. Immutable; evaluation allocates nothing.
-class PiecewiseSeries {
+class PiecewiseChebyshevSeries {
  public:
-  static constexpr int terms = 16;
+  static constexpr int coefficient_count = 16;
 
-  PiecewiseSeries() = default;
+  PiecewiseChebyshevSeries() = default;
   /// @param panels in order, each beginning where the one before ends
-  explicit PiecewiseSeries(std::vector<Panel> panels) : panels_(std::move(panels)) {}
+  explicit PiecewiseChebyshevSeries(std::vector<Panel> panels) : panels_(std::move(panels)) {}
 
   const std::vector<Panel>& panels() const { return panels_; }
-  Eigen::Index functions() const { return panels_.empty() ? 0 : panels_.front().terms.cols(); }
+  Eigen::Index function_count() const { return panels_.empty() ? 0 : panels_.front().coefficients.cols(); }
 
   /// The panel that holds a parameter within [first, last).
-  std::size_t panel_at(double parameter, std::size_t first, std::size_t last) const;
+  std::size_t find_panel(double parameter, std::size_t first, std::size_t last) const;
 
   /// Values of all functions by one panel's series, which go on beyond its ends. @param out functions() entries
-  void at(std::size_t panel, double parameter, double* out) const;
+  void evaluate(std::size_t panel, double parameter, double* out) const;
 
   /// The derivatives of the functions with respect to the parameter.
-  PiecewiseSeries derivative() const;
+  PiecewiseChebyshevSeries derivative() const;
 
   /// Their integrals from the first panel's beginning on. What a further term would add is left out: series end before.
-  PiecewiseSeries integral() const;
+  PiecewiseChebyshevSeries integral() const;
 
   /// Chebyshev's points of the first kind on [−1, 1], increasing with k < terms: the ends, where functions may jump, are none of them.
-  static double point(int k);
-  using Transform = Eigen::Matrix<double, terms, terms>;
+  static double chebyshev_point(int k);
+  using Transform = Eigen::Matrix<double, coefficient_count, coefficient_count>;
   /// From values at the points to terms.
-  static const Transform& transform();
+  static const Transform& values_to_coefficients();
 
  private:
   std::vector<Panel> panels_;

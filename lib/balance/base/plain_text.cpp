@@ -13,14 +13,14 @@ struct CodeRange {
 };
 
 template <std::size_t Size>
-bool is_among(const CodeRange (&ranges)[Size], std::uint32_t code) {
+bool is_in_ranges(const CodeRange (&ranges)[Size], std::uint32_t code) {
   const auto* after = std::upper_bound(std::begin(ranges), std::end(ranges), code,
                                        [](std::uint32_t c, const CodeRange& range) { return c < range.first; });
   return after != std::begin(ranges) && code <= std::prev(after)->last;
 }
 
 /// Unicode's categories Cc, Cf, Zl, Zp, and fillers that are letters only by name.
-constexpr CodeRange unseen[]{
+constexpr CodeRange invisible_ranges[]{
     {0x0000, 0x001F},   {0x007F, 0x009F},   {0x00AD, 0x00AD},   {0x034F, 0x034F},   {0x0600, 0x0605},
     {0x061C, 0x061C},   {0x06DD, 0x06DD},   {0x070F, 0x070F},   {0x0890, 0x0891},   {0x08E2, 0x08E2},
     {0x115F, 0x1160},   {0x17B4, 0x17B5},   {0x180B, 0x180F},   {0x200B, 0x200F},   {0x2028, 0x202E},
@@ -30,7 +30,7 @@ constexpr CodeRange unseen[]{
 };
 
 /// Beyond ASCII and besides what is unseen: blocks of punctuation, symbols, private use, and what is no character.
-constexpr CodeRange no_letters[]{
+constexpr CodeRange non_letter_ranges[]{
     {0x0080, 0x00A9}, {0x00AB, 0x00B4}, {0x00B6, 0x00B9},   {0x00BB, 0x00BF},   {0x00D7, 0x00D7},    {0x00F7, 0x00F7},
     {0x02C2, 0x02C5}, {0x02D2, 0x02DF}, {0x02E5, 0x02EB},   {0x02ED, 0x02ED},   {0x02EF, 0x02FF},    {0x0375, 0x0375},
     {0x037E, 0x037E}, {0x0384, 0x0385}, {0x0387, 0x0387},   {0x03F6, 0x03F6},   {0x0482, 0x0482},    {0x055A, 0x055F},
@@ -44,7 +44,7 @@ constexpr CodeRange no_letters[]{
 };
 
 /// Marks that combine with the character before them, of the scripts that names are likely to be in.
-constexpr CodeRange marks[]{
+constexpr CodeRange combining_mark_ranges[]{
     {0x0300, 0x036F}, {0x0483, 0x0489}, {0x0591, 0x05C7}, {0x0610, 0x061A}, {0x064B, 0x065F}, {0x0670, 0x0670},
     {0x06D6, 0x06ED}, {0x0900, 0x0903}, {0x093A, 0x094F}, {0x0E31, 0x0E3A}, {0x0E47, 0x0E4E}, {0x1AB0, 0x1AFF},
     {0x1DC0, 0x1DFF}, {0x302A, 0x302F}, {0x3099, 0x309A}, {0xFE20, 0xFE2F},
@@ -54,26 +54,26 @@ bool is_ascii_letter(std::uint32_t code) { return (code >= 'a' && code <= 'z') |
 
 bool is_letter(std::uint32_t code) {
   if (code < 0x80) return is_ascii_letter(code);
-  return !is_unseen(code) && !is_among(no_letters, code);
+  return !is_invisible(code) && !is_in_ranges(non_letter_ranges, code);
 }
 
 /// A number in hexadecimal digits. @param form of printf, for one unsigned int
-std::string in_digits(const char* form, unsigned code) {
+std::string format_code(const char* form, unsigned code) {
   std::array<char, 16> digits{};
   std::snprintf(digits.data(), digits.size(), form, code);
   return digits.data();
 }
 
-std::string shown(std::string_view text, bool lines) {
+std::string escape_text(std::string_view text, bool lines) {
   std::string out;
   while (!text.empty()) {
-    const Utf8Character one = first_character(text);
+    const Utf8CodePoint one = decode_utf8(text);
     const std::size_t bytes = std::max<std::size_t>(one.bytes, 1);
     const bool kept = lines && (one.code == '\n' || one.code == '\t');
-    if (one.bytes == 0 || (one.code < 0x80 && !kept && is_unseen(one.code)))
-      out += in_digits("\\x%02x", static_cast<unsigned char>(text[0]));
-    else if (!kept && is_unseen(one.code))
-      out += in_digits("<U+%04X>", one.code);
+    if (one.bytes == 0 || (one.code < 0x80 && !kept && is_invisible(one.code)))
+      out += format_code("\\x%02x", static_cast<unsigned char>(text[0]));
+    else if (!kept && is_invisible(one.code))
+      out += format_code("<U+%04X>", one.code);
     else
       out += text.substr(0, bytes);
     text.remove_prefix(bytes);
@@ -83,7 +83,7 @@ std::string shown(std::string_view text, bool lines) {
 
 }  // namespace
 
-Utf8Character first_character(std::string_view text) {
+Utf8CodePoint decode_utf8(std::string_view text) {
   const auto byte = [&](std::size_t i) { return static_cast<unsigned char>(text[i]); };
   const unsigned char first = byte(0);
   if (first < 0x80) return {first, 1};
@@ -94,35 +94,36 @@ Utf8Character first_character(std::string_view text) {
     if ((byte(i) & 0xC0) != 0x80) return {};
     code = code << 6 | (byte(i) & 0x3FU);
   }
-  constexpr std::uint32_t smallest[] = {0, 0, 0x80, 0x800, 0x10000};
+  constexpr std::uint32_t min_code_by_length[] = {0, 0, 0x80, 0x800, 0x10000};
   const bool surrogate = code >= 0xD800 && code <= 0xDFFF;
-  return code < smallest[bytes] || code > 0x10FFFF || surrogate ? Utf8Character{} : Utf8Character{code, bytes};
+  return code < min_code_by_length[bytes] || code > 0x10FFFF || surrogate ? Utf8CodePoint{}
+                                                                          : Utf8CodePoint{code, bytes};
 }
 
 bool is_utf8(std::string_view text) {
   while (!text.empty()) {
-    const std::size_t bytes = first_character(text).bytes;
+    const std::size_t bytes = decode_utf8(text).bytes;
     if (bytes == 0) return false;
     text.remove_prefix(bytes);
   }
   return true;
 }
 
-bool is_unseen(std::uint32_t code) {
+bool is_invisible(std::uint32_t code) {
   // Every plane ends in two that are no characters.
-  return is_among(unseen, code) || (code & 0xFFFE) == 0xFFFE;
+  return is_in_ranges(invisible_ranges, code) || (code & 0xFFFE) == 0xFFFE;
 }
 
-std::string visible(std::string_view text) { return shown(text, false); }
+std::string escape_for_terminal(std::string_view text) { return escape_text(text, false); }
 
-std::string visible_lines(std::string_view text) { return shown(text, true); }
+std::string escape_lines_for_terminal(std::string_view text) { return escape_text(text, true); }
 
-bool is_name(std::string_view text) {
+bool is_unicode_identifier(std::string_view text) {
   bool first = true;
   while (!text.empty()) {
-    const Utf8Character one = first_character(text);
+    const Utf8CodePoint one = decode_utf8(text);
     if (one.bytes == 0) return false;
-    const bool letter = is_letter(one.code) && !(first && is_among(marks, one.code));
+    const bool letter = is_letter(one.code) && !(first && is_in_ranges(combining_mark_ranges, one.code));
     const bool other = !first && ((one.code >= '0' && one.code <= '9') || one.code == '_' || one.code == '-');
     if (!letter && !other) return false;
     first = false;

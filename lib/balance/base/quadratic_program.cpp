@@ -11,9 +11,9 @@ namespace balance {
 namespace {
 
 /// With y = Lᵀ x, H = L Lᵀ, the optimum is the point of the feasible set that is nearest to −L⁻¹ g.
-class DualMethod {
+class GoldfarbIdnaniSolver {
  public:
-  explicit DualMethod(const QuadraticProgram& program)
+  explicit GoldfarbIdnaniSolver(const QuadraticProgram& program)
       : equalities_(program.equalities.rows()), total_(equalities_ + program.inequalities.rows()) {
     const Eigen::LLT<MatrixX> cholesky(program.hessian);
     l_ = cholesky.matrixL();
@@ -22,34 +22,34 @@ class DualMethod {
     rows << program.equalities, program.inequalities;
     normals_ = l_.triangularView<Eigen::Lower>().solve(rows.transpose());
     right_.resize(total_);
-    right_ << program.equal_to, program.at_least;
-    length_ = normals_.colwise().norm().transpose();
+    right_ << program.equality_values, program.inequality_lower_bounds;
+    normal_norms_ = normals_.colwise().norm().transpose();
     multipliers_ = VectorX::Zero(total_);
   }
 
   std::optional<QuadraticOptimum> run() {
     for (Eigen::Index e = 0; e < equalities_; ++e)
-      if (!enforce(e)) return std::nullopt;
+      if (!add_constraint(e)) return std::nullopt;
     const auto limit = 50 * (total_ + y_.size()) + 100;
     for (Eigen::Index iteration = 0; iteration < limit; ++iteration) {
       const Eigen::Index worst = most_violated();
       if (worst < 0) return finish();
-      if (!enforce(worst)) return std::nullopt;
+      if (!add_constraint(worst)) return std::nullopt;
     }
     return std::nullopt;
   }
 
  private:
-  double gap(Eigen::Index i) const { return normals_.col(i).dot(y_) - right_[i]; }
-  double tolerance(Eigen::Index i) const { return 1e-13 * (std::abs(right_[i]) + length_[i] * (1 + y_.norm())); }
+  double slack(Eigen::Index i) const { return normals_.col(i).dot(y_) - right_[i]; }
+  double tolerance(Eigen::Index i) const { return 1e-13 * (std::abs(right_[i]) + normal_norms_[i] * (1 + y_.norm())); }
 
   Eigen::Index most_violated() const {
     Eigen::Index worst = -1;
     double most = 0;
     for (Eigen::Index i = equalities_; i < total_; ++i) {
-      if (length_[i] == 0) continue;
-      const double violation = -gap(i) - tolerance(i);
-      if (violation / length_[i] > most && !is_active(i)) most = violation / length_[i], worst = i;
+      if (normal_norms_[i] == 0) continue;
+      const double violation = -slack(i) - tolerance(i);
+      if (violation / normal_norms_[i] > most && !is_active(i)) most = violation / normal_norms_[i], worst = i;
     }
     return worst;
   }
@@ -61,10 +61,10 @@ class DualMethod {
   }
 
   /// Moves to the nearest point that meets constraint p too, dropping constraints that hold it back.
-  bool enforce(Eigen::Index p) {
-    if (std::abs(gap(p)) <= tolerance(p) && p >= equalities_) return true;
+  bool add_constraint(Eigen::Index p) {
+    if (std::abs(slack(p)) <= tolerance(p) && p >= equalities_) return true;
     for (std::size_t guard = 0; guard < 4 * static_cast<std::size_t>(total_) + 10; ++guard) {
-      const double sign = p < equalities_ && gap(p) > 0 ? -1 : 1;  // an equality is approached from its side
+      const double sign = p < equalities_ && slack(p) > 0 ? -1 : 1;  // an equality is approached from its side
       const VectorX normal = sign * normals_.col(p);
       const auto q = static_cast<Eigen::Index>(active_.size());
       VectorX z = normal, r(q);
@@ -78,7 +78,8 @@ class DualMethod {
       }
       const double slope = z.squaredNorm();
       const bool blocked = !(slope > 1e-20 * normal.squaredNorm());
-      if (blocked && p < equalities_ && std::abs(gap(p)) <= 1e-9 * (std::abs(right_[p]) + length_[p] * (1 + y_.norm())))
+      if (blocked && p < equalities_ &&
+          std::abs(slack(p)) <= 1e-9 * (std::abs(right_[p]) + normal_norms_[p] * (1 + y_.norm())))
         return true;  // follows from the others
       double limit = std::numeric_limits<double>::infinity();
       Eigen::Index drop = -1;
@@ -86,7 +87,7 @@ class DualMethod {
         const Eigen::Index a = active_[static_cast<std::size_t>(k)];
         if (a >= equalities_ && r[k] > 0 && multipliers_[a] / r[k] < limit) limit = multipliers_[a] / r[k], drop = k;
       }
-      const double full = blocked ? std::numeric_limits<double>::infinity() : std::abs(gap(p)) / slope;
+      const double full = blocked ? std::numeric_limits<double>::infinity() : std::abs(slack(p)) / slope;
       const double t = std::min(limit, full);
       if (!std::isfinite(t)) return false;
       if (!blocked) y_ += t * z;
@@ -111,12 +112,14 @@ class DualMethod {
   MatrixX l_;
   VectorX y_;
   MatrixX normals_;  ///< columns
-  VectorX right_, length_, multipliers_;
+  VectorX right_, normal_norms_, multipliers_;
   std::vector<Eigen::Index> active_;
 };
 
 }  // namespace
 
-std::optional<QuadraticOptimum> solve(const QuadraticProgram& program) { return DualMethod(program).run(); }
+std::optional<QuadraticOptimum> solve_quadratic_program(const QuadraticProgram& program) {
+  return GoldfarbIdnaniSolver(program).run();
+}
 
 }  // namespace balance

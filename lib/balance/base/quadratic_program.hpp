@@ -11,10 +11,10 @@ namespace balance {
 struct QuadraticProgram {
   MatrixX hessian;  ///< symmetric positive definite
   VectorX gradient;
-  MatrixX equalities;    ///< E
-  VectorX equal_to;      ///< e
-  MatrixX inequalities;  ///< C
-  VectorX at_least;      ///< c
+  MatrixX equalities;               ///< E
+  VectorX equality_values;          ///< e
+  MatrixX inequalities;             ///< C
+  VectorX inequality_lower_bounds;  ///< c
 };
 
 struct QuadraticOptimum {
@@ -26,6 +26,6 @@ struct QuadraticOptimum {
 /// @return nothing if the constraints contradict each other
 /// Source: Goldfarb & Idnani, A numerically stable dual method for solving strictly convex quadratic programs,
 /// Mathematical Programming 27 (1983); the active set is factorised anew in every step.
-std::optional<QuadraticOptimum> solve(const QuadraticProgram& program);
+std::optional<QuadraticOptimum> solve_quadratic_program(const QuadraticProgram& program);
 
 }  // namespace balance

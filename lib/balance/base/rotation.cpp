@@ -33,7 +33,7 @@ Vector3 rotation_vector_of(const Matrix3& rotation) {
   return sine < 1e-9 ? Vector3(2 * v) : Vector3(2 * elementary::atan2(sine, q[0]) / sine * v);
 }
 
-Matrix3 rotation_from_vector(const Vector3& v) {
+Matrix3 rotation_from_rotation_vector(const Vector3& v) {
   const double angle = v.norm();
   return angle == 0 ? Matrix3::Identity() : rotation_about(v / angle, angle);
 }

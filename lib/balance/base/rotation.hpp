@@ -27,7 +27,7 @@ Eigen::Vector4d quaternion_of(const Matrix3& rotation);
 Vector3 rotation_vector_of(const Matrix3& rotation);
 
 /// exp(skew(v)).
-Matrix3 rotation_from_vector(const Vector3& v);
+Matrix3 rotation_from_rotation_vector(const Vector3& v);
 
 /// The rotation with the least angle that takes z to the unit vector `direction`; exact for the coordinate directions. About −z, where
 /// there are many, half a turn about x and then the least.

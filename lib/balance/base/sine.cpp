@@ -33,7 +33,7 @@ constexpr std::uint64_t two_over_pi[] = {0,
                                          0xf0cfbc209af4361d};
 
 /// 64 digits from the one that stands for 2^−first on.
-std::uint64_t digits_from(int first) {
+std::uint64_t two_over_pi_bits(int first) {
   const int bit = first + 63;
   const std::uint64_t *word = two_over_pi + bit / 64, shift = bit % 64;
   return shift ? word[0] << shift | word[1] >> (64 - shift) : word[0];
@@ -41,24 +41,25 @@ std::uint64_t digits_from(int first) {
 
 }  // namespace
 
-Reduced<double, long long> reduce_large(double x) {
+ReducedArgument<double, long long> reduce_payne_hanek(double x) {
   if (!std::isfinite(x)) return {std::numeric_limits<double>::quiet_NaN(), 0, 0};
-  __extension__ using Wide = unsigned __int128;
+  __extension__ using UInt128 = unsigned __int128;
   int exponent;
   const auto mantissa = static_cast<std::uint64_t>(std::ldexp(std::frexp(std::abs(x), &exponent), 53));
   // |x| · 2/π = mantissa · 2^(exponent − 53) · 0.d₁d₂…: digits in front of these add multiples of four.
   const int first = exponent - 53 - 1;
-  Wide sum = static_cast<Wide>(mantissa) * digits_from(first + 128) >> 64;
-  const std::uint64_t low = static_cast<std::uint64_t>(sum += static_cast<Wide>(mantissa) * digits_from(first + 64));
-  const std::uint64_t high = static_cast<std::uint64_t>(sum >> 64) + mantissa * digits_from(first);
+  UInt128 sum = static_cast<UInt128>(mantissa) * two_over_pi_bits(first + 128) >> 64;
+  const std::uint64_t low =
+      static_cast<std::uint64_t>(sum += static_cast<UInt128>(mantissa) * two_over_pi_bits(first + 64));
+  const std::uint64_t high = static_cast<std::uint64_t>(sum >> 64) + mantissa * two_over_pi_bits(first);
   // The product is high, low in units of 2^−62 of `high`: two bits of quadrant, then the fraction of a quadrant.
-  Wide fraction = (static_cast<Wide>(high) << 64 | low) << 2;
+  UInt128 fraction = (static_cast<UInt128>(high) << 64 | low) << 2;
   auto quadrant = static_cast<long long>(high >> 62);
   const bool above = (fraction >> 127) != 0;  // nearer to the next quadrant
   if (above) fraction = -fraction, ++quadrant;
   const int zeros = std::countl_zero(static_cast<std::uint64_t>(fraction >> 64));
   const auto leading = static_cast<std::uint64_t>(fraction << zeros >> 64);
-  const auto turned = static_cast<std::uint64_t>(static_cast<Wide>(leading) * 0xc90fdaa22168c235 >> 64);
+  const auto turned = static_cast<std::uint64_t>(static_cast<UInt128>(leading) * 0xc90fdaa22168c235 >> 64);
   const double scale = std::ldexp((x < 0) != above ? -1 : 1, -63 - zeros);
   const std::uint64_t last = turned & 0x7ff;
   return {scale * static_cast<double>(turned - last), scale * static_cast<double>(last), x < 0 ? -quadrant : quadrant};

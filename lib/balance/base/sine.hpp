@@ -17,15 +17,15 @@ namespace sines {
 /// x = (4 k + quadrant) π/2 + y + t for an integer k, with |y| ≤ π/4 and t below the last place of y. Not-a-number for others
 /// than finite x.
 template <class Numbers, class Bits>
-struct Reduced {
+struct ReducedArgument {
   Numbers y, t;
   Bits quadrant;
 };
 
 /// Any x, by multiplying with as many digits of 2/π as matter (M. Payne, R. Hanek, 1983).
-Reduced<double, long long> reduce_large(double x);
+ReducedArgument<double, long long> reduce_payne_hanek(double x);
 
-inline constexpr double largest_small = 1e5;
+inline constexpr double max_cody_waite_argument = 1e5;
 
 template <class To, class From>
 inline To bits_as(const From& from) {
@@ -35,10 +35,10 @@ inline To bits_as(const From& from) {
   return to;
 }
 
-/// |x| ≤ largest_small: the products with the first two parts of π/2, of 37 bits each, are exact. By value: a template's parameter has
+/// |x| ≤ max_cody_waite_argument: the products with the first two parts of π/2, of 37 bits each, are exact. By value: a template's parameter has
 /// forgotten how little a pack is aligned.
 template <class Numbers, class Bits>
-inline Reduced<Numbers, Bits> reduce_small(Numbers x) {
+inline ReducedArgument<Numbers, Bits> reduce_cody_waite(Numbers x) {
   const double round = 0x1.8p52;  // the sum's last bits are the integer
   const Numbers shifted = x * 0x1.45f306dc9c883p-1 + round;
   const Numbers n = shifted - round;
@@ -51,7 +51,7 @@ inline Reduced<Numbers, Bits> reduce_small(Numbers x) {
 }
 
 template <class Numbers, class Bits>
-inline SineCosine<Numbers> of_reduced(const Reduced<Numbers, Bits>& reduced) {
+inline SineCosine<Numbers> sine_cosine_of_reduced(const ReducedArgument<Numbers, Bits>& reduced) {
   // The polynomials in halves, which need not wait for each other.
   const Numbers y = reduced.y, t = reduced.t, z = y * y, cube = z * y, zz = z * z;
   const Numbers odd_terms =
@@ -72,8 +72,9 @@ inline SineCosine<Numbers> of_reduced(const Reduced<Numbers, Bits>& reduced) {
 }  // namespace sines
 
 inline SineCosine<double> sine_cosine(double x) {
-  return sines::of_reduced(__builtin_fabs(x) <= sines::largest_small ? sines::reduce_small<double, long long>(x)
-                                                                     : sines::reduce_large(x));
+  return sines::sine_cosine_of_reduced(__builtin_fabs(x) <= sines::max_cody_waite_argument
+                                           ? sines::reduce_cody_waite<double, long long>(x)
+                                           : sines::reduce_payne_hanek(x));
 }
 
 }  // namespace balance

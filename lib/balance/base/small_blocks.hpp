@@ -52,9 +52,9 @@ void scale(Pair& x, double a) {
 
 /// The unknowns of a small block live in registers. X: a number or several.
 template <int N, class X>
-struct Local {
+struct RegisterVector {
   X values[N];
-  explicit Local(const X* x) {
+  explicit RegisterVector(const X* x) {
     for (int i = 0; i < N; ++i) values[i] = x[i];
   }
   void store(X* x) const {
@@ -63,9 +63,9 @@ struct Local {
   X& operator[](int i) { return values[i]; }
 };
 template <class X>
-struct Local<0, X> {
+struct RegisterVector<0, X> {
   X* x;
-  explicit Local(X* values) : x(values) {}
+  explicit RegisterVector(X* values) : x(values) {}
   void store(X*) const {}
   X& operator[](int i) { return x[i]; }
 };
@@ -75,7 +75,7 @@ void solve_block(const double* a, const int* pivots, int size, X* x) {
   const int n = N > 0 ? N : size;
   for (int k = 0; k < n; ++k)
     if (pivots[k] != k) std::swap(x[k], x[pivots[k]]);
-  Local<N, X> v(x);
+  RegisterVector<N, X> v(x);
   for (int i = 1; i < n; ++i)
     for (int j = 0; j < i; ++j) subtract(v[i], a[i * n + j], v[j]);
   for (int i = n - 1; i >= 0; --i) {
@@ -88,7 +88,7 @@ void solve_block(const double* a, const int* pivots, int size, X* x) {
 template <int N, class X>
 void solve_block_transposed(const double* a, const int* pivots, int size, X* x) {
   const int n = N > 0 ? N : size;
-  Local<N, X> v(x);
+  RegisterVector<N, X> v(x);
   for (int i = 0; i < n; ++i) {
     for (int j = 0; j < i; ++j) subtract(v[i], a[j * n + i], v[j]);
     scale(v[i], a[i * n + i]);
@@ -102,10 +102,10 @@ void solve_block_transposed(const double* a, const int* pivots, int size, X* x) 
 
 /// Largest block that is inverted by cofactors: one division instead of a chain of them, and products that need not wait for
 /// each other.
-inline constexpr int inverted = 3;
+inline constexpr int max_inverted_size = 3;
 
 /// 1/largest entry of the inverse: no larger than the smallest singular value times the size. 0 if singular.
-inline double accept_inverse(double* inverse, int entries, double determinant) {
+inline double scale_inverse(double* inverse, int entries, double determinant) {
   if (!(std::abs(determinant) > 0)) return 0;
   const double scale = 1 / determinant;
   double largest = 0;
@@ -119,7 +119,7 @@ inline double accept_inverse(double* inverse, int entries, double determinant) {
 inline double invert(std::integral_constant<int, 1>, double* a) {
   const double determinant = a[0];
   a[0] = 1;
-  return accept_inverse(a, 1, determinant);
+  return scale_inverse(a, 1, determinant);
 }
 
 inline double invert(std::integral_constant<int, 2>, double* a) {
@@ -127,7 +127,7 @@ inline double invert(std::integral_constant<int, 2>, double* a) {
   std::swap(a[0], a[3]);
   a[1] = -a[1];
   a[2] = -a[2];
-  return accept_inverse(a, 4, determinant);
+  return scale_inverse(a, 4, determinant);
 }
 
 inline double invert(std::integral_constant<int, 3>, double* a) {
@@ -136,12 +136,12 @@ inline double invert(std::integral_constant<int, 3>, double* a) {
                        a[3] * a[7] - a[4] * a[6], a[1] * a[6] - a[0] * a[7], a[0] * a[4] - a[1] * a[3]};
   const double determinant = a[0] * c[0] + a[1] * c[3] + a[2] * c[6];
   std::copy_n(c, 9, a);
-  return accept_inverse(a, 9, determinant);
+  return scale_inverse(a, 9, determinant);
 }
 
 template <int N, class X>
 void multiply(const double* inverse, X* x) {
-  const Local<N, X> v(x);
+  const RegisterVector<N, X> v(x);
   for (int i = 0; i < N; ++i) {
     X sum = v.values[0];
     scale(sum, inverse[i * N]);
@@ -152,7 +152,7 @@ void multiply(const double* inverse, X* x) {
 
 template <int N, class X>
 void multiply_transposed(const double* inverse, X* x) {
-  const Local<N, X> v(x);
+  const RegisterVector<N, X> v(x);
   for (int i = 0; i < N; ++i) {
     X sum{};
     for (int j = 0; j < N; ++j) subtract(sum, -inverse[j * N + i], v.values[j]);
@@ -162,7 +162,7 @@ void multiply_transposed(const double* inverse, X* x) {
 
 /// Calls `work` with the size as a compile-time constant where it is small, else 0.
 template <class Work>
-auto by_size(int n, const Work& work) {
+auto dispatch_by_size(int n, const Work& work) {
   switch (n) {
     case 1: return work(std::integral_constant<int, 1>{});
     case 2: return work(std::integral_constant<int, 2>{});

@@ -12,7 +12,7 @@ namespace balance {
 namespace {
 
 /// Bound on the entries of AᵀA.
-double squares(const Eigen::VectorXi& entries) { return entries.cast<double>().squaredNorm(); }
+double bound_normal_entries(const Eigen::VectorXi& entries) { return entries.cast<double>().squaredNorm(); }
 
 Eigen::VectorXi entries_per_row(const SparseMatrix& A) {
   Eigen::VectorXi count = Eigen::VectorXi::Zero(A.rows());
@@ -33,8 +33,8 @@ SparseMatrix identity(Eigen::Index n) {
 
 }  // namespace
 
-VectorX damped_solution(const SparseMatrix& A, const VectorX& b, double shift) {
-  const bool rows = squares(entries_per_column(A)) <= squares(entries_per_row(A));
+VectorX solve_damped_least_squares(const SparseMatrix& A, const VectorX& b, double shift) {
+  const bool rows = bound_normal_entries(entries_per_column(A)) <= bound_normal_entries(entries_per_row(A));
   const SparseMatrix transposed = A.transpose();
   SparseMatrix normal = rows ? SparseMatrix(A * transposed) : SparseMatrix(transposed * A);
   normal += shift * identity(normal.rows());
@@ -43,17 +43,18 @@ VectorX damped_solution(const SparseMatrix& A, const VectorX& b, double shift) {
   return factors.solve(transposed * b);
 }
 
-std::optional<double> smallest_singular_value(const SparseMatrix& A) {
-  constexpr double visible = 1e-6;
-  constexpr int steps = 20;  // a misjudgement by a factor of two then has a probability below 1e-12
+std::optional<double> min_singular_value(const SparseMatrix& A) {
+  constexpr double min_relative_singular_value = 1e-6;
+  constexpr int min_lanczos_steps = 20;  // a misjudgement by a factor of two then has a probability below 1e-12
   if (A.nonZeros() == 0) return {};
   const SparseMatrix transposed = A.transpose();
   const Eigen::SimplicialLDLT<SparseMatrix> factors(A.rows() <= A.cols() ? SparseMatrix(A * transposed)
                                                                          : SparseMatrix(transposed * A));
   if (factors.info() != Eigen::Success || !(min_coefficient(factors.vectorD()) > 0)) return {};
   const auto inverse = [&](VectorX& x) { x = factors.solve(x).eval(); };
-  const std::optional<double> found = least_singular_by_inverse(static_cast<int>(factors.rows()), inverse, steps);
-  return found && *found > visible * A.norm() ? found : std::nullopt;
+  const std::optional<double> found =
+      min_singular_value_by_lanczos(static_cast<int>(factors.rows()), inverse, min_lanczos_steps);
+  return found && *found > min_relative_singular_value * A.norm() ? found : std::nullopt;
 }
 
 }  // namespace balance

@@ -32,10 +32,10 @@ class DualBlockTriangular {
     for (int row = 0; row < values_.size(); ++row)
       for (const int column : pattern[static_cast<std::size_t>(row)])
         nonzeros_.push_back({row, column, values_.index(row, column)});
-    entries_.assign(values_.stored(), 0);
-    side_.assign(static_cast<std::size_t>(values_.size()), 0);
-    solution_ = side_;
-    work_.assign(side_.size(), 0);
+    entries_.assign(values_.entry_count(), 0);
+    right_hand_side_.assign(static_cast<std::size_t>(values_.size()), 0);
+    solution_ = right_hand_side_;
+    work_.assign(right_hand_side_.size(), 0);
     return true;
   }
 
@@ -54,8 +54,8 @@ class DualBlockTriangular {
     for (const Nonzero& entry : nonzeros_) values_.storage()[entry.index] = entries_[at(entry)].value;
     return values_.factorise();
   }
-  void keep() { values_.keep(); }
-  bool near_kept(double limit) { return values_.near_kept(limit); }
+  void store() { values_.store(); }
+  bool is_near_stored(double limit) { return values_.is_near_stored(limit); }
 
   void solve(T* x) {
     solve_with(
@@ -82,7 +82,7 @@ class DualBlockTriangular {
   template <class Solve, class Place>
   void solve_with(T* x, const Solve& solve_values, const Place& place) {
     for (int i = 0; i < size(); ++i) solution_[i] = x[i].value;
-    solve_values(solution_.data(), side_.data());
+    solve_values(solution_.data(), right_hand_side_.data());
     for (const Nonzero& entry : nonzeros_) {
       const auto [row, column] = place(entry);
       const T& a = entries_[at(entry)];
@@ -94,7 +94,7 @@ class DualBlockTriangular {
   BlockTriangular values_;
   std::vector<T> entries_;
   std::vector<Nonzero> nonzeros_;
-  std::vector<double> side_, solution_;
+  std::vector<double> right_hand_side_, solution_;
   std::vector<T> work_;
 };
 

@@ -10,7 +10,7 @@
 
 namespace balance {
 
-double smallest_pivot(const ColumnPivotingQr& factors) {
+double pivot_ratio(const ColumnPivotingQr& factors) {
   const Eigen::Index n = factors.cols();
   if (n == 0) return 1;
   if (factors.rows() < n) return 0;
@@ -22,7 +22,7 @@ double smallest_pivot(const ColumnPivotingQr& factors) {
 double pseudo_inverse_regularity(const ColumnPivotingQr& factors) {
   const Eigen::Index n = factors.cols();
   if (n == 0) return 1;
-  if (!(smallest_pivot(factors) > 0)) return 0;
+  if (!(pivot_ratio(factors) > 0)) return 0;
   const auto R = factors.matrixR().topLeftCorner(n, n).triangularView<Eigen::Upper>();
   const MatrixX inverse = R.solve(MatrixX::Identity(n, n));
   Eigen::Index longest = 0;
@@ -35,12 +35,12 @@ double pseudo_inverse_regularity(const ColumnPivotingQr& factors) {
   return std::isfinite(regularity) ? std::min(1.0, regularity) : 0;
 }
 
-bool near_kept(const ColumnPivotingQr& factors, const MatrixX& now, const MatrixX& kept, double limit) {
+bool is_near_stored(const ColumnPivotingQr& factors, const MatrixX& now, const MatrixX& kept, double limit) {
   if (now.cols() == 0) return true;
   const MatrixX change = now - kept;
   // The pseudo-inverse is hardly ever larger than the reciprocal of the smallest pivot times the size.
   const double widest = max_abs(change.cwiseAbs().rowwise().sum());
-  const double pivot = smallest_pivot(factors) * factors.maxPivot();
+  const double pivot = pivot_ratio(factors) * factors.maxPivot();
   if (4 * static_cast<double>(now.cols()) * widest <= limit * pivot) return true;
   const MatrixX relative = factors.solve(change);
   return max_abs(relative.cwiseAbs().rowwise().sum()) <= limit;  // false for NaN
@@ -51,21 +51,22 @@ double smallest_singular_value(const MatrixX& matrix) {
   return singular_values(matrix)[matrix.cols() - 1];
 }
 
-double TallMatrix::look(MatrixX matrix) {
+double RankMonitor::factorise(MatrixX matrix) {
   now_ = std::move(matrix);
   factors_.compute(now_);
   return pseudo_inverse_regularity(factors_);
 }
 
 /// A − θ (A − K) = A (1 − θ (1 − A⁺K)) is singular where A⁺K has the eigenvalue 1 − 1/θ, which is not positive for 0 ≤ θ ≤ 1.
-bool TallMatrix::loses_rank_since_kept() const {
-  constexpr double plainly = 0.7, real = 1e-6;  // round-off makes complex pairs of eigenvalues that are equal
-  if (near_kept(plainly)) return false;
+bool RankMonitor::loses_rank_since_stored() const {
+  constexpr double max_relative_change = 0.7,
+                   real_eigenvalue_tolerance = 1e-6;  // round-off makes complex pairs of eigenvalues that are equal
+  if (is_near_stored(max_relative_change)) return false;
   const MatrixX relative = factors_.solve(kept_);
   if (!relative.allFinite()) return true;
   const Eigen::VectorXcd values = Eigen::EigenSolver<MatrixX>(relative, false).eigenvalues();
   return std::any_of(values.begin(), values.end(), [](const std::complex<double>& value) {
-    return value.real() <= 0 && std::abs(value.imag()) <= real * std::abs(value);
+    return value.real() <= 0 && std::abs(value.imag()) <= real_eigenvalue_tolerance * std::abs(value);
   });
 }
 

@@ -9,7 +9,7 @@
 namespace balance {
 
 template <class T>
-class TallSystem {
+class OverdeterminedSystem {
  public:
   void resize(int rows, int columns) { dense_.setZero(rows, columns); }
   T* storage() { return dense_.data(); }  ///< row by row
@@ -24,7 +24,7 @@ class TallSystem {
     return pseudo_inverse_regularity(factors_);
   }
   void keep() { kept_ = values(); }
-  bool near_kept(double limit) const { return balance::near_kept(factors_, values_, kept_, limit); }
+  bool near_kept(double limit) const { return balance::is_near_stored(factors_, values_, kept_, limit); }
 
   /// As many right-hand sides as rows into as many unknowns as columns, in place.
   void solve(T* x) const {

@@ -23,18 +23,18 @@ using VectorXOf = Eigen::Matrix<T, Eigen::Dynamic, 1>;
 /// What the numbers of a mechanism are where those of its motion are T: the same, unless a T holds those of several motions
 /// (base/pack_eigen.hpp).
 template <class T>
-struct ConstantOfNumber {
+struct ModelScalarTraits {
   using Type = T;
 };
 template <class T>
-using ConstantOf = typename ConstantOfNumber<T>::Type;
+using ModelScalarOf = typename ModelScalarTraits<T>::Type;
 
 template <class A, class B>
 using ProductOf = decltype(std::declval<A>() * std::declval<B>());
 
 /// What is made of such numbers begins at multiples of so many bytes: more than usual where one fills a register (base/pack_eigen.hpp).
 template <class T>
-inline constexpr std::size_t line_alignment = alignof(std::max_align_t);
+inline constexpr std::size_t storage_alignment = alignof(std::max_align_t);
 
 using Vector2 = Vector2Of<double>;
 using Vector3 = Vector3Of<double>;

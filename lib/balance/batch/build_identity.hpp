@@ -8,6 +8,6 @@ namespace balance {
 /// SHA-256 of the file that holds this code, the program or a library that it loaded. Another compiler, another option or one
 /// changed line make another; the same build gives the same everywhere.
 /// @throws SystemError if the file cannot be read
-std::string build_identity();
+std::string hash_build();
 
 }  // namespace balance

@@ -20,7 +20,7 @@ std::string path_in(const std::string& folder, const std::string& file) {
 }
 
 /// Far more than the thousands of metrics of the largest mechanism need.
-constexpr std::uintmax_t largest_record = std::uintmax_t{64} << 20;
+constexpr std::uintmax_t max_record_bytes = std::uintmax_t{64} << 20;
 
 /// No link, no device.
 bool is_plain_file(const std::string& path) {
@@ -47,7 +47,7 @@ Metric metric_of(const Json& json) {
 constexpr const char* digest_key = "sha256";
 
 /// Of what is worth remembering.
-bool is_status(const std::string& word) {
+bool is_stored_status(const std::string& word) {
   constexpr std::array words{"done", "compromise", "spec", "mechanism", "failed"};
   return std::find(words.begin(), words.end(), word) != words.end();
 }
@@ -55,7 +55,7 @@ bool is_status(const std::string& word) {
 CaseRecord record_of(const Json& json) {
   CaseRecord record;
   record.name = json.at("name");
-  record.key = json.at("key");
+  record.cache_key = json.at("key");
   record.status = json.at("status");
   record.message = json.at("message");
   record.title = json.at("title");
@@ -79,9 +79,9 @@ CaseRecord record_of(const Json& json) {
 
 }  // namespace
 
-bool CaseRecord::has_series() const {
+bool CaseRecord::has_samples() const {
   return std::any_of(files.begin(), files.end(),
-                     [&](const RecordedFile& file) { return file.name == result_file(name); });
+                     [&](const RecordedFile& file) { return file.name == result_file_name(name); });
 }
 
 int CaseRecord::exit_code() const {
@@ -92,8 +92,8 @@ int CaseRecord::exit_code() const {
   return 5;
 }
 
-std::string encode(const CaseRecord& record) {
-  Json json = {{"name", record.name},       {"key", record.key},        {"status", record.status},
+std::string encode_record(const CaseRecord& record) {
+  Json json = {{"name", record.name},       {"key", record.cache_key},  {"status", record.status},
                {"message", record.message}, {"title", record.title},    {"trajectory", record.trajectory},
                {"samples", record.samples}, {"seconds", record.seconds}};
   if (record.failure) json["failure"] = {{"cause", record.failure->cause}, {"limit", record.failure->limit}};
@@ -111,44 +111,46 @@ std::string encode(const CaseRecord& record) {
   json["files"] = Json::array();
   for (const RecordedFile& file : record.files) json["files"].push_back({{"name", file.name}, {"sha256", file.sha256}});
   // the last key, written by hand: numbers take long to become digits
-  std::string text = dump(json);
+  std::string text = format_json(json);
   const std::string digest = sha256(text);
   constexpr std::string_view end = "\n}\n";
   text.resize(text.size() - end.size());
   return text.append(",\n  \"").append(digest_key).append("\": \"").append(digest).append("\"").append(end);
 }
 
-std::optional<CaseRecord> decode(const std::string& text) {
+std::optional<CaseRecord> decode_record(const std::string& text) {
   try {
     CaseRecord record = record_of(Json::parse(text));
-    return encode(record) == text ? std::optional(std::move(record)) : std::nullopt;
+    return encode_record(record) == text ? std::optional(std::move(record)) : std::nullopt;
   } catch (const Json::exception&) {
     return std::nullopt;
   }
 }
 
-std::string record_file(const std::string& case_name) { return case_name + ".case.json"; }
-std::string result_file(const std::string& case_name) { return case_name + ".h5"; }
-std::string balanced_file(const std::string& case_name) { return case_name + ".yaml"; }
+std::string record_file_name(const std::string& case_name) { return case_name + ".case.json"; }
+std::string result_file_name(const std::string& case_name) { return case_name + ".h5"; }
+std::string balanced_spec_file_name(const std::string& case_name) { return case_name + ".yaml"; }
 
 void store_record(const std::string& folder, const CaseRecord& record, const std::string& text) {
-  PendingFile file(path_in(folder, record_file(record.name)), Existing::replace, temporary_mark);
+  AtomicFile file(path_in(folder, record_file_name(record.name)), OverwritePolicy::replace, temporary_tag);
   file.write(text);
-  file.commit(Durability::later);
+  file.commit(Durability::deferred);
 }
 
-std::optional<CaseRecord> find_record(const std::string& folder, const std::string& case_name, const std::string& key) {
-  const std::string path = path_in(folder, record_file(case_name));
+std::optional<CaseRecord> load_valid_record(const std::string& folder, const std::string& case_name,
+                                            const std::string& key) {
+  const std::string path = path_in(folder, record_file_name(case_name));
   std::error_code error;
-  if (!is_plain_file(path) || std::filesystem::file_size(path, error) > largest_record) return std::nullopt;
+  if (!is_plain_file(path) || std::filesystem::file_size(path, error) > max_record_bytes) return std::nullopt;
   std::ifstream file(path, std::ios::binary);
   if (!file) return std::nullopt;
   std::ostringstream text;
   text << file.rdbuf();
-  std::optional<CaseRecord> record = decode(text.str());
-  if (!record || record->name != case_name || record->key != key || !is_status(record->status)) return std::nullopt;
+  std::optional<CaseRecord> record = decode_record(text.str());
+  if (!record || record->name != case_name || record->cache_key != key || !is_stored_status(record->status))
+    return std::nullopt;
   const bool intact = std::all_of(record->files.begin(), record->files.end(), [&](const RecordedFile& one) {
-    if (one.name != result_file(case_name) && one.name != balanced_file(case_name)) return false;
+    if (one.name != result_file_name(case_name) && one.name != balanced_spec_file_name(case_name)) return false;
     const std::string name = path_in(folder, one.name);
     return is_plain_file(name) && sha256_of_file(name) == one.sha256;
   });

@@ -31,7 +31,7 @@ struct RecordedFailure {
 
 struct CaseRecord {
   std::string name;
-  std::string key;  ///< as PlannedCase::key
+  std::string cache_key;  ///< as PlannedCase::key
   /// "done", "compromise", "spec", "mechanism", "failed" (its process crashed or went beyond a limit), "system", "missing"
   std::string status;
   std::string message;  ///< one sentence on what is not as it should be
@@ -49,24 +49,24 @@ struct CaseRecord {
   /// Whether there is a result.
   bool has_result() const { return status == "done" || status == "compromise"; }
   /// Whether there is a file with the samples.
-  bool has_series() const;
+  bool has_samples() const;
   /// The program's exit code for this case alone: 0, 1, 3, 4 or 5.
   int exit_code() const;
 };
 
 /// JSON whose last entry, the SHA-256 of all that stands before, tells what was damaged or edited from what was written.
-std::string encode(const CaseRecord& record);
+std::string encode_record(const CaseRecord& record);
 
 /// Nothing if the text is not, byte for byte, what encode makes of a record.
-std::optional<CaseRecord> decode(const std::string& text);
+std::optional<CaseRecord> decode_record(const std::string& text);
 
 /// Names in the output folder.
-std::string record_file(const std::string& case_name);
-std::string result_file(const std::string& case_name);
-std::string balanced_file(const std::string& case_name);
+std::string record_file_name(const std::string& case_name);
+std::string result_file_name(const std::string& case_name);
+std::string balanced_spec_file_name(const std::string& case_name);
 
 /// Marks the temporary files of a batch.
-inline constexpr const char* temporary_mark = "batch-";
+inline constexpr const char* temporary_tag = "batch-";
 
 /// Remembers a case that a system's failure did not spoil.
 /// @param text encode(record)
@@ -75,6 +75,7 @@ void store_record(const std::string& folder, const CaseRecord& record, const std
 
 /// The record of a case, if it was computed from the same, and it and all its files are as they were written. What a symbolic link
 /// leads to is none of its files.
-std::optional<CaseRecord> find_record(const std::string& folder, const std::string& case_name, const std::string& key);
+std::optional<CaseRecord> load_valid_record(const std::string& folder, const std::string& case_name,
+                                            const std::string& key);
 
 }  // namespace balance

@@ -29,11 +29,11 @@ extern "C" void __gcov_dump();
 namespace balance {
 namespace {
 
-constexpr int no_memory = 86;  // exit codes of a child that has no text
-constexpr int no_text = 87;
+constexpr int exit_out_of_memory = 86;  // exit codes of a child that has no text
+constexpr int exit_without_reply = 87;
 
 /// Bytes of data that this process has now.
-[[maybe_unused]] std::uintmax_t data_of_this_process() {
+[[maybe_unused]] std::uintmax_t data_segment_bytes() {
   std::uintmax_t pages = 0;
   if (std::FILE* file = std::fopen("/proc/self/statm", "re")) {
     if (std::fscanf(file, "%*u %*u %*u %*u %*u %ju", &pages) != 1) pages = 0;
@@ -47,7 +47,7 @@ void limit_memory([[maybe_unused]] std::uintmax_t bytes) {
 #ifndef BALANCE_SANITIZED
   struct rlimit now {};
   if (bytes == 0 || ::getrlimit(RLIMIT_DATA, &now) != 0) return;
-  const std::uintmax_t before = data_of_this_process();
+  const std::uintmax_t before = data_segment_bytes();
   const std::uintmax_t most = bytes > UINTMAX_MAX / 2 ? bytes : before + bytes;
   now.rlim_cur = std::min<std::uintmax_t>({most, now.rlim_cur, now.rlim_max});
   ::setrlimit(RLIMIT_DATA, &now);
@@ -56,12 +56,12 @@ void limit_memory([[maybe_unused]] std::uintmax_t bytes) {
 
 /// A process group of its own, so that the keyboard's signals go to the parent alone, which decides, and so that whatever the work
 /// starts ends with it. The parent's end is the child's.
-void obey(pid_t parent) {
+void setup_child(pid_t parent) {
   ::setpgid(0, 0);
   for (const int signal : {SIGINT, SIGTERM, SIGHUP, SIGSEGV, SIGBUS, SIGILL, SIGFPE, SIGABRT})
     std::signal(signal, SIG_DFL);
   ::prctl(PR_SET_PDEATHSIG, SIGKILL);
-  if (::getppid() != parent) ::_exit(no_text);  // it ended before we could ask for its signal
+  if (::getppid() != parent) ::_exit(exit_without_reply);  // it ended before we could ask for its signal
 }
 
 bool send_all(int to, std::string_view bytes) {
@@ -88,26 +88,26 @@ bool receive_task(int from, std::uint64_t& task) {
 }
 
 /// Without the parent's clean-up: its buffers and temporary files are its own.
-[[noreturn]] void leave(int code) {
+[[noreturn]] void exit_child(int code) {
 #ifdef BALANCE_COVERAGE
   __gcov_dump();
 #endif
   ::_exit(code);
 }
 
-[[noreturn]] void run_in_child(const FencedWorker::Work& work, std::uintmax_t bytes, int parent) {
+[[noreturn]] void run_in_child(const SandboxedWorker::Work& work, std::uintmax_t bytes, int parent) {
   limit_memory(bytes);
   try {
     for (std::uint64_t task = 0; receive_task(parent, task);) {
       const std::string text = work(static_cast<std::size_t>(task));
-      if (!send_all(parent, bytes_of(text.size())) || !send_all(parent, text)) leave(no_text);
+      if (!send_all(parent, bytes_of(text.size())) || !send_all(parent, text)) exit_child(exit_without_reply);
     }
   } catch (const std::bad_alloc&) {
-    leave(no_memory);
+    exit_child(exit_out_of_memory);
   } catch (...) {
-    leave(no_text);
+    exit_child(exit_without_reply);
   }
-  leave(0);
+  exit_child(0);
 }
 
 std::string name_of_signal(int signal) {
@@ -115,7 +115,7 @@ std::string name_of_signal(int signal) {
   return name == nullptr ? fmt::format("signal {}", signal) : std::string("SIG") + name;
 }
 
-int watch_life(pid_t child) {
+int open_pidfd(pid_t child) {
 #ifdef SYS_pidfd_open
   return static_cast<int>(::syscall(SYS_pidfd_open, child, 0));
 #else
@@ -125,19 +125,19 @@ int watch_life(pid_t child) {
 
 }  // namespace
 
-FencedWorker::FencedWorker(const Work& work, const FenceLimits& limits) : limits_(limits) {
+SandboxedWorker::SandboxedWorker(const Work& work, const WorkerLimits& limits) : limits_(limits) {
   int ends[2];
   if (::socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends) != 0)
     throw SystemError(fmt::format("cannot talk to a process: {}", std::strerror(errno)));
   const pid_t parent = ::getpid();
   {
-    const Hdf5Turn turn;  // HDF5 is at rest in the copy, too
+    const Hdf5Lock turn;  // HDF5 is at rest in the copy, too
     child_ = ::fork();
     if (child_ == 0) {
-      Hdf5Turn::begin_in_child();
-      obey(parent);
+      Hdf5Lock::reset_after_fork();
+      setup_child(parent);
       ::close(ends[0]);
-      run_in_child(work, limits.bytes, ends[1]);
+      run_in_child(work, limits.memory_bytes, ends[1]);
     }
   }
   const int error = errno;
@@ -148,36 +148,36 @@ FencedWorker::FencedWorker(const Work& work, const FenceLimits& limits) : limits
     throw SystemError(fmt::format("cannot start a process: {}", std::strerror(error)));
   }
   ::setpgid(child_, child_);  // whoever comes first
-  life_ = watch_life(child_);
+  pidfd_ = open_pidfd(child_);
 }
 
-FencedWorker::~FencedWorker() {
-  if (state_ == FenceState::busy) kill();
-  if (state_ == FenceState::idle) {
+SandboxedWorker::~SandboxedWorker() {
+  if (state_ == WorkerState::busy) kill();
+  if (state_ == WorkerState::idle) {
     ::shutdown(socket_, SHUT_RDWR);  // closing is not enough: later children have copies
     reap(0);
   }
-  for (const int descriptor : {socket_, life_})
+  for (const int descriptor : {socket_, pidfd_})
     if (descriptor >= 0) ::close(descriptor);
 }
 
-void FencedWorker::begin(std::size_t task) {
+void SandboxedWorker::submit(std::size_t task) {
   ++tasks_;
   text_.clear();
   incoming_.clear();
-  state_ = FenceState::busy;
+  state_ = WorkerState::busy;
   deadline_ = Clock::time_point::max();
-  if (limits_.seconds > 0 && limits_.seconds < 1e9)
+  if (limits_.wall_seconds > 0 && limits_.wall_seconds < 1e9)
     deadline_ =
-        Clock::now() + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(limits_.seconds));
+        Clock::now() + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(limits_.wall_seconds));
   send_all(socket_, bytes_of(task));  // one that has died meanwhile is noticed by whoever looks
 }
 
-void FencedWorker::watch(std::vector<pollfd>& events, std::chrono::milliseconds& wait) const {
+void SandboxedWorker::add_poll_events(std::vector<pollfd>& events, std::chrono::milliseconds& wait) const {
   using std::chrono::milliseconds;
   if (socket_ >= 0) events.push_back({socket_, POLLIN, 0});
-  if (life_ >= 0)
-    events.push_back({life_, POLLIN, 0});
+  if (pidfd_ >= 0)
+    events.push_back({pidfd_, POLLIN, 0});
   else
     wait = std::min(wait, milliseconds(5));
   if (deadline_ == Clock::time_point::max()) return;
@@ -185,7 +185,7 @@ void FencedWorker::watch(std::vector<pollfd>& events, std::chrono::milliseconds&
   wait = std::clamp(left, milliseconds(0), wait);
 }
 
-void FencedWorker::drain() {
+void SandboxedWorker::drain() {
   char part[16384];
   while (socket_ >= 0) {
     const ssize_t count = ::recv(socket_, part, sizeof part, MSG_DONTWAIT);
@@ -201,52 +201,52 @@ void FencedWorker::drain() {
 }
 
 /// @return whether the text of the task is complete
-bool FencedWorker::take_text() {
+bool SandboxedWorker::take_reply() {
   std::uint64_t size = 0;
   if (incoming_.size() < sizeof size) return false;
   std::memcpy(&size, incoming_.data(), sizeof size);
   if (incoming_.size() - sizeof size < size) return false;
   text_ = incoming_.substr(sizeof size, size);
-  state_ = FenceState::idle;
+  state_ = WorkerState::idle;
   return true;
 }
 
-FenceState FencedWorker::judge(int status) {
+WorkerState SandboxedWorker::classify_exit(int status) {
   const int code = WIFEXITED(status) ? WEXITSTATUS(status) : 0;
-  if (code == no_memory) return FenceState::memory;
+  if (code == exit_out_of_memory) return WorkerState::out_of_memory;
   reason_ = WIFSIGNALED(status) ? name_of_signal(WTERMSIG(status)) : fmt::format("exit code {} without a result", code);
-  return FenceState::crashed;
+  return WorkerState::crashed;
 }
 
 /// @return whether the child has ended
-bool FencedWorker::reap(int options) {
+bool SandboxedWorker::reap(int options) {
   int status = 0;
   pid_t found = 0;
   do found = ::waitpid(child_, &status, options);
   while (found < 0 && errno == EINTR);
   if (found == 0) return false;
-  state_ = judge(status);
+  state_ = classify_exit(status);
   return true;
 }
 
-void FencedWorker::kill() {
+void SandboxedWorker::kill() {
   ::kill(-child_, SIGKILL);
   ::kill(child_, SIGKILL);  // if it has not come to having a group
   reap(0);
 }
 
-FenceState FencedWorker::look() {
-  if (state_ != FenceState::busy) return state_;
+WorkerState SandboxedWorker::update_state() {
+  if (state_ != WorkerState::busy) return state_;
   drain();
-  if (take_text() || reap(WNOHANG) || Clock::now() < deadline_) return state_;
+  if (take_reply() || reap(WNOHANG) || Clock::now() < deadline_) return state_;
   kill();
-  return state_ = FenceState::timeout;
+  return state_ = WorkerState::timed_out;
 }
 
-void wait_for_any(const std::vector<const FencedWorker*>& all, std::chrono::milliseconds most) {
+void wait_for_any(const std::vector<const SandboxedWorker*>& all, std::chrono::milliseconds most) {
   std::vector<pollfd> events;
   std::chrono::milliseconds wait = most;
-  for (const FencedWorker* one : all) one->watch(events, wait);
+  for (const SandboxedWorker* one : all) one->add_poll_events(events, wait);
   ::poll(events.data(), events.size(), static_cast<int>(wait.count()));
 }
 

@@ -27,14 +27,14 @@ class BatchFolder {
   const std::string& path() const { return path_; }
 
   /// Removes the unfinished files of a case whose process did not come to its end.
-  void clean(const std::string& case_name) const;
+  void remove_unfinished(const std::string& case_name) const;
 
   /// Waits until everything that was written is on disk.
   void sync() const;
 
  private:
-  void take(const std::string& name, int operation, const std::string& whose);
-  void make_room(const std::optional<Shard>& shard, const std::vector<std::string>& own) const;
+  void lock(const std::string& name, int operation, const std::string& whose);
+  void remove_stale_files(const std::optional<Shard>& shard, const std::vector<std::string>& own) const;
   void remove_abandoned(const std::set<std::string>& targets) const;
 
   std::string path_;
@@ -43,6 +43,6 @@ class BatchFolder {
 
 /// What a batch would replace although it reads it: a file of the suite's that has the identity of one that the batch writes into the
 /// folder, whatever the names are. A sentence about the first that is found; empty if there is none.
-std::string input_in_the_way(const BatchPlan& plan, const std::string& folder);
+std::string find_overwritten_input(const BatchPlan& plan, const std::string& folder);
 
 }  // namespace balance

@@ -23,7 +23,7 @@ std::uintmax_t limit_in(const fs::path& file, std::uintmax_t otherwise) {
 }
 
 /// The least of this process's control group and all above it.
-std::uintmax_t limit_of_groups(std::uintmax_t otherwise) {
+std::uintmax_t cgroup_memory_limit(std::uintmax_t otherwise) {
   const fs::path root = "/sys/fs/cgroup";
   std::uintmax_t least = limit_in(root / "memory/memory.limit_in_bytes", otherwise);
   std::ifstream stream("/proc/self/cgroup");
@@ -38,21 +38,21 @@ std::uintmax_t limit_of_groups(std::uintmax_t otherwise) {
 
 }  // namespace
 
-std::uintmax_t memory_of_machine() {
+std::uintmax_t available_memory() {
   const long pages = ::sysconf(_SC_PHYS_PAGES), size = ::sysconf(_SC_PAGESIZE);
   if (pages <= 0 || size <= 0) return 0;
-  return limit_of_groups(static_cast<std::uintmax_t>(pages) * static_cast<std::uintmax_t>(size));
+  return cgroup_memory_limit(static_cast<std::uintmax_t>(pages) * static_cast<std::uintmax_t>(size));
 }
 
-std::uintmax_t case_memory(const CaseLimits& limits, unsigned jobs) {
-  if (limits.bytes) return *limits.bytes;
-  const std::uintmax_t all = memory_of_machine();
+std::uintmax_t memory_per_case(const CaseLimits& limits, unsigned jobs) {
+  if (limits.memory_bytes) return *limits.memory_bytes;
+  const std::uintmax_t all = available_memory();
   return all == 0 ? 0 : std::max(all / std::max(jobs, 1U), 256 * mebibyte);
 }
 
-std::string in_seconds(double seconds) { return fmt::format("{} s", seconds); }
+std::string format_seconds(double seconds) { return fmt::format("{} s", seconds); }
 
-std::string in_bytes(std::uintmax_t bytes) {
+std::string format_bytes(std::uintmax_t bytes) {
   return bytes % mebibyte == 0 ? fmt::format("{} MiB", bytes / mebibyte)
                                : fmt::format("{:.1f} MiB", static_cast<double>(bytes) / static_cast<double>(mebibyte));
 }

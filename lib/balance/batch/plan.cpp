@@ -29,62 +29,65 @@ SpecSource read_source(const std::string& path) {
   source.path = path;
   std::error_code ignored;
   if (path == "-" || (fs::exists(path, ignored) && !is_regular(path))) {
-    source.trouble = path + ": expected a spec file, found something else";
+    source.failure_reason = path + ": expected a spec file, found something else";
     return source;
   }
   try {
     source.text = read_text_file(path, "spec");
   } catch (const SystemError& error) {
-    source.trouble = error.what();
+    source.failure_reason = error.what();
   }
-  source.tables = files_read_with(source.text, path);
+  source.referenced_files = list_referenced_files(source.text, path);
   return source;
 }
 
 /// Text with its length, so that no two lists of texts read alike.
-void add(std::string& all, const std::string& text) { all += fmt::format("{}:{},", text.size(), text); }
+void append_length_prefixed(std::string& all, const std::string& text) {
+  all += fmt::format("{}:{},", text.size(), text);
+}
 
 /// What depends on the spec alone.
 std::string spec_part(const SpecSource& source, const std::string& build) {
   std::string all;
-  add(all, "balance case 2");
-  add(all, version());
-  add(all, build);
-  add(all, fs::path(source.path).filename().string());  // the result's command line names it
-  add(all, sha256(source.text));
-  for (const std::string& table : source.tables) add(all, is_regular(table) ? sha256_of_file(table) : "");
+  append_length_prefixed(all, "balance case 2");
+  append_length_prefixed(all, version());
+  append_length_prefixed(all, build);
+  append_length_prefixed(all, fs::path(source.path).filename().string());  // the result's command line names it
+  append_length_prefixed(all, sha256(source.text));
+  for (const std::string& table : source.referenced_files)
+    append_length_prefixed(all, is_regular(table) ? sha256_of_file(table) : "");
   return all;
 }
 
-std::string key_of(const SuiteCase& one, std::string all) {
-  add(all, one.name);  // a balanced spec is called by it
-  for (const auto& [name, value] : one.set) {
-    add(all, "set");
-    add(all, name);
-    add(all, value);
+std::string make_cache_key(const SuiteCase& one, std::string all) {
+  append_length_prefixed(all, one.name);  // a balanced spec is called by it
+  for (const auto& [name, value] : one.overrides) {
+    append_length_prefixed(all, "set");
+    append_length_prefixed(all, name);
+    append_length_prefixed(all, value);
   }
-  add(all, "trajectory");
-  add(all, one.trajectory);
-  add(all, one.samples ? std::to_string(*one.samples) : "");
+  append_length_prefixed(all, "trajectory");
+  append_length_prefixed(all, one.trajectory);
+  append_length_prefixed(all, one.samples ? std::to_string(*one.samples) : "");
   if (!one.controller.empty()) {
-    add(all, "controller");
-    add(all, one.controller);
+    append_length_prefixed(all, "controller");
+    append_length_prefixed(all, one.controller);
   }
   if (one.design) {
-    add(all, one.design->modular ? "modular design" : "design");
-    for (const Goal& goal : one.design->goals) add(all, name_of(goal));
-    add(all, one.design->minimize);
-    add(all, one.design->seed ? std::to_string(*one.design->seed) : "");
+    append_length_prefixed(all, one.design->modular ? "modular design" : "design");
+    for (const Goal& goal : one.design->goals) append_length_prefixed(all, goal_name(goal));
+    append_length_prefixed(all, one.design->minimize);
+    append_length_prefixed(all, one.design->seed ? std::to_string(*one.design->seed) : "");
   }
   return sha256(all);
 }
 
 }  // namespace
 
-BatchPlan make_plan(Suite suite) {
+BatchPlan make_batch_plan(Suite suite) {
   BatchPlan plan;
   const fs::path folder = fs::path(suite.file).parent_path();
-  const std::string build = build_identity();
+  const std::string build = hash_build();
   std::map<std::string, std::size_t> index;
   std::vector<std::string> parts;
   for (const SuiteCase& one : suite.cases) {
@@ -94,13 +97,13 @@ BatchPlan make_plan(Suite suite) {
       plan.specs.push_back(read_source(path));
       parts.push_back(spec_part(plan.specs.back(), build));
     }
-    plan.cases.push_back({at->second, key_of(one, parts[at->second])});
+    plan.cases.push_back({at->second, make_cache_key(one, parts[at->second])});
   }
   plan.suite = std::move(suite);
   return plan;
 }
 
-bool belongs(const std::string& case_name, const Shard& shard) {
+bool is_in_shard(const std::string& case_name, const Shard& shard) {
   // The first 15 digits fit into 60 bits.
   const std::uint64_t number = std::stoull(sha256(case_name).substr(0, 15), nullptr, 16);
   return number % static_cast<std::uint64_t>(shard.count) == static_cast<std::uint64_t>(shard.index - 1);

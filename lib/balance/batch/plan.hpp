@@ -10,10 +10,10 @@ namespace balance {
 
 /// A spec that some cases share, read once so that all of them see the same.
 struct SpecSource {
-  std::string path;                 ///< with the suite's folder
-  std::string text;                 ///< empty if it cannot be read
-  std::string trouble;              ///< why it cannot be read; empty: it can
-  std::vector<std::string> tables;  ///< files that the spec is read with, its parts too
+  std::string path;                           ///< with the suite's folder
+  std::string text;                           ///< empty if it cannot be read
+  std::string failure_reason;                 ///< why it cannot be read; empty: it can
+  std::vector<std::string> referenced_files;  ///< files that the spec is read with, its parts too
 };
 
 struct PlannedCase {
@@ -31,7 +31,7 @@ struct BatchPlan {
 
 /// Reads the specs. A spec that cannot be read is trouble of its cases, not of the plan.
 /// @throws SystemError if the program cannot read itself
-BatchPlan make_plan(Suite suite);
+BatchPlan make_batch_plan(Suite suite);
 
 /// A part of the cases, 1 ≤ index ≤ count.
 struct Shard {
@@ -39,6 +39,6 @@ struct Shard {
 };
 
 /// Every case is in exactly one shard, which depends on the case's name and the number of shards alone.
-bool belongs(const std::string& case_name, const Shard& shard);
+bool is_in_shard(const std::string& case_name, const Shard& shard);
 
 }  // namespace balance

@@ -29,17 +29,17 @@ class WorkerPool {
     progress_.total = cases_.size();
     const std::size_t most = std::max<std::size_t>(cases_.size(), 1);
     jobs_ = static_cast<unsigned>(std::clamp<std::size_t>(options_.jobs, 1, most));
-    bytes_ = case_memory(options_.limits, jobs_);
+    bytes_ = memory_per_case(options_.limits, jobs_);
   }
 
   BatchOutcome run() {
     {
       std::atomic<std::size_t> next{0};
       std::vector<std::jthread> threads;
-      for (unsigned i = 1; i < jobs_; ++i) threads.emplace_back([&] { find_all(next); });
-      find_all(next);
+      for (unsigned i = 1; i < jobs_; ++i) threads.emplace_back([&] { load_finished(next); });
+      load_finished(next);
     }
-    compute_all();
+    run_pending();
     BatchOutcome outcome{{}, progress_};
     for (std::optional<CaseRecord>& record : records_) outcome.records.push_back(std::move(*record));
     return outcome;
@@ -47,16 +47,16 @@ class WorkerPool {
 
  private:
   /// A process and the case that it has, an index into cases_.
-  struct Hand {
-    std::unique_ptr<FencedWorker> worker;
+  struct WorkerSlot {
+    std::unique_ptr<SandboxedWorker> worker;
     std::size_t index = 0;
-    std::chrono::steady_clock::time_point begin = {};
+    std::chrono::steady_clock::time_point begin_time = {};
   };
 
-  void find_all(std::atomic<std::size_t>& next) {
+  void load_finished(std::atomic<std::size_t>& next) {
     for (std::size_t i = next++; i < cases_.size(); i = next++) {
       std::optional<CaseRecord> record =
-          find_record(options_.folder, plan_.suite.cases[cases_[i]].name, plan_.cases[cases_[i]].key);
+          load_valid_record(options_.folder, plan_.suite.cases[cases_[i]].name, plan_.cases[cases_[i]].key);
       if (!record || !is_final(*record)) continue;
       records_[i] = std::move(record);
       const std::lock_guard lock(mutex_);
@@ -66,107 +66,108 @@ class WorkerPool {
 
   /// Mistakes are looked at again: the suite may say them elsewhere now. What went beyond a limit is tried again with a wider one.
   bool is_final(const CaseRecord& record) const {
-    if (record.has_result()) return options_.keep == Keep::metrics_only || record.has_series();
+    if (record.has_result()) return options_.stored_output == StoredOutput::metrics_only || record.has_samples();
     if (options_.retry_failed) return false;
     if (record.status == "mechanism") return true;
     if (record.status != "failed" || !record.failure) return false;
     const auto covers = [&](double limit) { return limit > 0 && limit <= record.failure->limit; };
-    if (record.failure->cause == "timeout") return covers(options_.limits.seconds);
+    if (record.failure->cause == "timeout") return covers(options_.limits.wall_seconds);
     if (record.failure->cause == "memory") return covers(static_cast<double>(bytes_));
     return true;
   }
 
-  void compute_all() {
+  void run_pending() {
     for (std::size_t i = 0; i < cases_.size(); ++i)
       if (!records_[i]) waiting_.push_back(i);
-    std::vector<Hand> hands(jobs_);
+    std::vector<WorkerSlot> hands(jobs_);
     std::size_t busy = 0;
-    for (Hand& hand : hands) busy += begin_next(hand, busy > 0) ? 1 : 0;
+    for (WorkerSlot& hand : hands) busy += assign_next(hand, busy > 0) ? 1 : 0;
     while (busy > 0) {
-      std::vector<const FencedWorker*> working;
-      for (const Hand& hand : hands)
+      std::vector<const SandboxedWorker*> working;
+      for (const WorkerSlot& hand : hands)
         if (hand.worker) working.push_back(hand.worker.get());
       wait_for_any(working, options_.cancelled ? std::chrono::milliseconds(100) : std::chrono::minutes(1));
       if (options_.cancelled && options_.cancelled())
         throw Cancelled("the batch was stopped; what is finished is kept");
-      for (Hand& hand : hands)
-        if (hand.worker && hand.worker->look() != FenceState::busy && !go_on(hand, busy > 1)) --busy;
+      for (WorkerSlot& hand : hands)
+        if (hand.worker && hand.worker->update_state() != WorkerState::busy && !collect_and_assign(hand, busy > 1))
+          --busy;
     }
   }
 
   /// @param others whether other hands are at work
   /// @return whether the hand has another case; without one it rests and has no process
-  bool begin_next(Hand& hand, bool others) {
+  bool assign_next(WorkerSlot& hand, bool others) {
     if (waiting_.empty()) {
       hand.worker.reset();
       return false;
     }
     hand.index = waiting_.front();
     // What one case left in the memory of its process ends with it before long.
-    constexpr std::size_t most_cases_of_a_process = 50;
-    const bool tired = hand.worker && (hand.worker->look() != FenceState::idle ||
-                                       hand.worker->tasks() >= most_cases_of_a_process || hand.index == again_);
+    constexpr std::size_t max_cases_per_worker = 50;
+    const bool tired = hand.worker && (hand.worker->update_state() != WorkerState::idle ||
+                                       hand.worker->task_count() >= max_cases_per_worker || hand.index == retry_index_);
     if (tired) hand.worker.reset();
     try {
       if (!hand.worker)
-        hand.worker = std::make_unique<FencedWorker>(work(), FenceLimits{options_.limits.seconds, bytes_});
+        hand.worker = std::make_unique<SandboxedWorker>(work(), WorkerLimits{options_.limits.wall_seconds, bytes_});
     } catch (const SystemError&) {
       if (!others) throw;
       return false;  // fewer hands do the same
     }
     waiting_.pop_front();
-    hand.begin = std::chrono::steady_clock::now();
-    hand.worker->begin(hand.index);
+    hand.begin_time = std::chrono::steady_clock::now();
+    hand.worker->submit(hand.index);
     return true;
   }
 
   /// Takes what has become of the hand's case and begins the next one.
-  bool go_on(Hand& hand, bool others) {
+  bool collect_and_assign(WorkerSlot& hand, bool others) {
     const std::size_t index = hand.index;
-    const FenceState state = hand.worker->look();
-    if (state == FenceState::memory && hand.worker->tasks() > 1) {  // perhaps it was the others' memory
-      again_ = index;
+    const WorkerState state = hand.worker->update_state();
+    if (state == WorkerState::out_of_memory && hand.worker->task_count() > 1) {  // perhaps it was the others' memory
+      retry_index_ = index;
       waiting_.push_front(index);
-      return begin_next(hand, others);
+      return assign_next(hand, others);
     }
-    std::optional<CaseRecord> told = state == FenceState::idle ? decode(hand.worker->text()) : std::nullopt;
+    std::optional<CaseRecord> told = state == WorkerState::idle ? decode_record(hand.worker->reply()) : std::nullopt;
     if (told)
-      finish(index, std::move(*told), hand.worker->text());
+      finish(index, std::move(*told), hand.worker->reply());
     else
-      finish(index, what_befell(hand, state));
-    return begin_next(hand, others);
+      finish(index, make_failure_record(hand, state));
+    return assign_next(hand, others);
   }
 
-  FencedWorker::Work work() const {
-    return [this, last = LastSpec{}](std::size_t index) mutable {
-      return encode(run_case(plan_, cases_[index], options_.folder, options_.keep, last));
+  SandboxedWorker::Work work() const {
+    return [this, last = ParsedSpecCache{}](std::size_t index) mutable {
+      return encode_record(run_case(plan_, cases_[index], options_.folder, options_.stored_output, last));
     };
   }
 
   /// @param text of the record, where it is at hand
   void finish(std::size_t index, CaseRecord record, const std::string& text = {}) {
-    if (record.status == "failed") folder_.clean(record.name);
+    if (record.status == "failed") folder_.remove_unfinished(record.name);
     store(record, text);
     count(record, false);
     records_[index] = std::move(record);
   }
 
   /// Of a case that says nothing of itself.
-  CaseRecord what_befell(const Hand& hand, FenceState state) const {
+  CaseRecord make_failure_record(const WorkerSlot& hand, WorkerState state) const {
     const SuiteCase& wanted = plan_.suite.cases[cases_[hand.index]];
-    const FencedWorker& worker = *hand.worker;
+    const SandboxedWorker& worker = *hand.worker;
     CaseRecord record;
-    record.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - hand.begin).count();
+    record.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - hand.begin_time).count();
     record.name = wanted.name;
-    record.key = plan_.cases[cases_[hand.index]].key;
+    record.cache_key = plan_.cases[cases_[hand.index]].key;
     record.trajectory = wanted.trajectory;
     record.status = "failed";
-    if (state == FenceState::timeout) {
-      record.failure = {"timeout", options_.limits.seconds};
-      record.message = "exceeded --case-timeout " + in_seconds(options_.limits.seconds);
-    } else if (state == FenceState::memory) {
+    if (state == WorkerState::timed_out) {
+      record.failure = {"timeout", options_.limits.wall_seconds};
+      record.message = "exceeded --case-timeout " + format_seconds(options_.limits.wall_seconds);
+    } else if (state == WorkerState::out_of_memory) {
       record.failure = {"memory", static_cast<double>(bytes_)};
-      record.message = bytes_ == 0 ? "the system had no memory left" : "exceeded --case-memory " + in_bytes(bytes_);
+      record.message = bytes_ == 0 ? "the system had no memory left" : "exceeded --case-memory " + format_bytes(bytes_);
     } else {
       record.failure = {"crashed", 0};
       record.message = "crashed: " + (worker.reason().empty() ? "its record is not whole" : worker.reason());
@@ -177,7 +178,7 @@ class WorkerPool {
   void store(CaseRecord& record, const std::string& text) const {
     if (record.status == "system") return;  // next time it may go well
     try {
-      store_record(options_.folder, record, text.empty() ? encode(record) : text);
+      store_record(options_.folder, record, text.empty() ? encode_record(record) : text);
     } catch (const SystemError& error) {
       record.status = "system";
       record.message = error.what();
@@ -199,7 +200,7 @@ class WorkerPool {
   unsigned jobs_ = 1;
   std::uintmax_t bytes_ = 0;                        ///< that a case may have
   std::deque<std::size_t> waiting_;                 ///< indices into cases_
-  std::size_t again_ = SIZE_MAX;                    ///< what needs a new process
+  std::size_t retry_index_ = SIZE_MAX;              ///< what needs a new process
   std::vector<std::optional<CaseRecord>> records_;  ///< of cases_
   std::mutex mutex_;                                ///< of the progress, while there are threads
   BatchProgress progress_;
@@ -208,13 +209,13 @@ class WorkerPool {
 }  // namespace
 
 BatchOutcome run_batch(const BatchPlan& plan, const BatchOptions& options) {
-  if (const std::string trouble = input_in_the_way(plan, options.folder); !trouble.empty())
+  if (const std::string trouble = find_overwritten_input(plan, options.folder); !trouble.empty())
     throw std::invalid_argument(trouble);
   std::vector<std::size_t> cases;
   std::vector<std::string> names;
   for (std::size_t i = 0; i < plan.cases.size(); ++i) {
     const std::string& name = plan.suite.cases[i].name;
-    if (options.shard && !belongs(name, *options.shard)) continue;
+    if (options.shard && !is_in_shard(name, *options.shard)) continue;
     cases.push_back(i);
     names.push_back(name);
   }
@@ -231,7 +232,7 @@ BatchOutcome collect_batch(const BatchPlan& plan, const std::string& folder) {
   const BatchFolder taken(folder, std::nullopt, {}, false);
   for (std::size_t i = 0; i < plan.cases.size(); ++i) {
     const std::string& name = plan.suite.cases[i].name;
-    std::optional<CaseRecord> record = find_record(folder, name, plan.cases[i].key);
+    std::optional<CaseRecord> record = load_valid_record(folder, name, plan.cases[i].key);
     if (!record) {
       record.emplace();
       record->name = name;

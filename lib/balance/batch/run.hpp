@@ -29,7 +29,7 @@ struct BatchOptions {
   std::function<void(const BatchProgress&)> progress;  ///< called after every case, by one thread at a time
   std::function<bool()> cancelled;                     ///< asked ten times a second if set; true ends the batch
   CaseLimits limits;
-  Keep keep = Keep::series;
+  StoredOutput stored_output = StoredOutput::series;
   bool retry_failed = false;  ///< compute cases again that had no result although nothing has changed
 };
 
@@ -43,7 +43,7 @@ struct BatchOutcome {
 /// the batch was interrupted. Children are copies of the calling thread, as FencedWork tells.
 /// @throws SystemError if the folder cannot be used; failures of cases are in their records
 /// @throws Cancelled if options.cancelled says so: what is finished is kept
-/// @throws std::invalid_argument if it would replace what it reads: see input_in_the_way
+/// @throws std::invalid_argument if it would replace what it reads: see find_overwritten_input
 BatchOutcome run_batch(const BatchPlan& plan, const BatchOptions& options);
 
 /// What shards have computed. A case that none has is "missing". @throws SystemError as above

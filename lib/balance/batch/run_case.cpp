@@ -28,13 +28,13 @@ namespace balance {
 namespace {
 
 /// The mechanism cannot do what the case asks.
-struct Unable : std::runtime_error {
+struct CaseFailed : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
 class CaseRun {
  public:
-  CaseRun(const BatchPlan& plan, std::size_t index, const std::string& folder, Keep keep, LastSpec& last,
+  CaseRun(const BatchPlan& plan, std::size_t index, const std::string& folder, StoredOutput keep, ParsedSpecCache& last,
           CaseRecord& record)
       : wanted_(plan.suite.cases[index]),
         spec_(plan.specs[plan.cases[index].spec]),
@@ -47,15 +47,16 @@ class CaseRun {
   }
 
   void run() {
-    if (!spec_.trouble.empty()) throw SystemError(wanted_.place_of("spec").text() + ": " + spec_.trouble);
-    const Study study = wanted_.design ? balance() : read([this](const ReadOptions& options) {
+    if (!spec_.failure_reason.empty())
+      throw SystemError(wanted_.location_of("spec").text() + ": " + spec_.failure_reason);
+    const Study study = wanted_.design ? run_design() : read([this](const ReadOptions& options) {
       return read_spec(*last_.document, spec_.path, options);
     });
     record_.title = study.mechanism.name;
     record_.warnings = study.warnings;
     // a design needs no motion: its figures are all there is then
     if (!record_.design || !study.trajectories.empty() || !wanted_.trajectory.empty() || !wanted_.controller.empty())
-      move(study);
+      run_trajectory(study);
     record_.status = "done";
     if (!record_.design || record_.design->status == "balanced" || record_.design->status == "not-asked") return;
     record_.status = "compromise";
@@ -63,26 +64,27 @@ class CaseRun {
   }
 
  private:
-  void move(const Study& study) {
+  void run_trajectory(const Study& study) {
     const Trajectory trajectory = choose_trajectory(study);
     record_.trajectory = trajectory.name;
     record_.samples = trajectory.samples;
-    const Result result = run_or_throw(study, trajectory);
+    const RunResult result = run_or_throw(study, trajectory);
     record_.notes.insert(record_.notes.end(), result.outcome.notes.begin(), result.outcome.notes.end());
-    MetricTable table = tabulate(wanted_.name, result);
+    MetricTable table = make_metric_table(wanted_.name, result);
     record_.metrics = std::move(table.metrics);
     record_.energy = table.energy;
-    if (keep_ == Keep::series) write(result, describe(study, trajectory));
+    if (keep_ == StoredOutput::series) write(result, describe(study, trajectory));
   }
 
   std::string path_of(const std::string& file) const { return (std::filesystem::path(folder_) / file).string(); }
 
   void note_file(const std::string& file) { record_.files.push_back({file, sha256_of_file(path_of(file))}); }
 
-  void write(const Result& result, const FileDescription& description) {
-    const std::string file = result_file(wanted_.name);
-    write_result(path_of(file), result, description,
-                 {.existing = Existing::replace, .durability = Durability::later, .mark = temporary_mark});
+  void write(const RunResult& result, const Provenance& description) {
+    const std::string file = result_file_name(wanted_.name);
+    write_result_hdf5(
+        path_of(file), result, description,
+        {.existing = OverwritePolicy::replace, .durability = Durability::deferred, .temporary_tag = temporary_tag});
     note_file(file);
   }
 
@@ -90,22 +92,23 @@ class CaseRun {
   template <class Reader>
   std::invoke_result_t<Reader, const ReadOptions&> read(const Reader& reader) const {
     try {
-      return reader(ReadOptions{.set = wanted_.set});
+      return reader(ReadOptions{.set = wanted_.overrides});
     } catch (const SpecError& error) {
-      std::vector<Mistake> mistakes = error.mistakes();
-      for (const auto& [name, value] : wanted_.set)
-        for (Mistake& mistake : mistakes)
-          if (mistake.place.file == "--set " + name) mistake.place = wanted_.place_of("set." + name);
-      throw SpecError(std::move(mistakes), error.more());
+      std::vector<Diagnostic> mistakes = error.diagnostics();
+      for (const auto& [name, value] : wanted_.overrides)
+        for (Diagnostic& mistake : mistakes)
+          if (mistake.place.file == "--set " + name) mistake.place = wanted_.location_of("set." + name);
+      throw SpecError(std::move(mistakes), error.unlisted_count());
     }
   }
 
   [[noreturn]] void fail_choice(const char* what, const Study& study, const std::vector<std::string>& names,
                                 const std::string& found) const {
-    const read::Complaint complaint{.expected = fmt::format("a {} of {} ({})", what, study.spec_file, one_of(names)),
-                                    .found = in_quotes(found),
-                                    .hint = nearest_is(found, names)};
-    throw SpecError({wanted_.place_of(what), complaint.text(), complaint.expected, complaint.found, complaint.hint});
+    const specification::ErrorMessage complaint{
+        .expected = fmt::format("a {} of {} ({})", what, study.spec_file, join_alternatives(names)),
+        .found = quote_for_message(found),
+        .hint = format_nearest_name(found, names)};
+    throw SpecError({wanted_.location_of(what), complaint.text(), complaint.expected, complaint.found, complaint.hint});
   }
 
   Trajectory choose_trajectory(const Study& study) const {
@@ -132,12 +135,13 @@ class CaseRun {
     fail_choice("controller", study, names, wanted_.controller);
   }
 
-  Result run_or_throw(const Study& study, const Trajectory& trajectory) const {
+  RunResult run_or_throw(const Study& study, const Trajectory& trajectory) const {
     try {
-      Result result = wanted_.controller.empty() ? simulate(study.mechanism, trajectory)
-                                                 : control(study.mechanism, trajectory, choose_controller(study));
+      RunResult result = wanted_.controller.empty()
+                             ? simulate(study.mechanism, trajectory)
+                             : simulate_closed_loop(study.mechanism, trajectory, choose_controller(study));
       if (result.outcome.status != MotionStatus::done)
-        throw Unable(fmt::format("{}: {}", name_of(result.outcome.status), result.outcome.reason));
+        throw CaseFailed(fmt::format("{}: {}", name_of(result.outcome.status), result.outcome.reason));
       return result;
     } catch (const std::invalid_argument& error) {
       // The library was asked something that the spec should not have asked.
@@ -147,24 +151,24 @@ class CaseRun {
   }
 
   /// What `balance simulate` would write; of a designed case, from its balanced spec.
-  FileDescription describe(const Study& study, const Trajectory& trajectory) const {
-    SimulateCall call{.spec_file = wanted_.design ? balanced_file(wanted_.name) : spec_.path,
-                      .trajectory = trajectory.name,
-                      .samples = wanted_.samples,
-                      .controller = wanted_.controller};
+  Provenance describe(const Study& study, const Trajectory& trajectory) const {
+    SimulateCommand call{.spec_file = wanted_.design ? balanced_spec_file_name(wanted_.name) : spec_.path,
+                         .trajectory = trajectory.name,
+                         .samples = wanted_.samples,
+                         .controller = wanted_.controller};
     if (!wanted_.design)
-      for (const auto& [name, value] : wanted_.set) call.set.push_back(name + "=" + value);
-    return describe_simulation(study, trajectory, call);
+      for (const auto& [name, value] : wanted_.overrides) call.set.push_back(name + "=" + value);
+    return make_simulation_provenance(study, trajectory, call);
   }
 
   DesignStudyOptions design_options(const Study& start) const {
-    const SpecPlace place = wanted_.place_of("design");
+    const SourceLocation place = wanted_.location_of("design");
     DesignStudyOptions options;
-    options.modular = wanted_.design->modular;
+    options.is_modular = wanted_.design->modular;
     options.goals = wanted_.design->goals.empty() ? start.design.goals : wanted_.design->goals;
     options.search = start.design.search;
     if (wanted_.design->seed) options.search.seed = *wanted_.design->seed;
-    options.trajectories = false;
+    options.compare_trajectories = false;
     if (start.free_numbers.empty())
       throw SpecError({place, fmt::format("there is nothing to design: no number of {} is free", start.spec_file)});
     if (start.design.front && wanted_.design->minimize.empty())
@@ -178,55 +182,56 @@ class CaseRun {
     try {
       options.minimize = read_objective(wanted_.design->minimize, start);
     } catch (const SpecError& error) {
-      std::vector<Mistake> mistakes = error.mistakes();
-      for (Mistake& mistake : mistakes) {
+      std::vector<Diagnostic> mistakes = error.diagnostics();
+      for (Diagnostic& mistake : mistakes) {
         mistake.message = "minimize: " + (mistake.place.key.empty() ? "" : mistake.place.key + ": ") + mistake.message;
         mistake.place = place;
       }
-      throw SpecError(std::move(mistakes), error.more());
+      throw SpecError(std::move(mistakes), error.unlisted_count());
     }
     return options;
   }
 
-  Study balance() {
+  Study run_design() {
     const DesignSpace space =
         read([this](const ReadOptions& options) { return read_design_space(spec_.text, spec_.path, options); });
     const DesignStudyOptions options = design_options(space.start);
     DesignReport report;
     try {
-      report = design_study(space, options);
+      report = run_design_study(space, options);
     } catch (const std::invalid_argument& error) {
-      throw SpecError({wanted_.place_of("design"), error.what()});
+      throw SpecError({wanted_.location_of("design"), error.what()});
     }
     const DesignOutcome& outcome = report.outcome;
     if (outcome.status == DesignStatus::unsolved)
-      throw Unable(outcome.reason.empty() ? outcome.conditions.reason : outcome.reason);
+      throw CaseFailed(outcome.reason.empty() ? outcome.conditions.reason : outcome.reason);
     record_.design = {name_of(outcome.status), outcome.reason, report.mass_before, report.mass_after,
                       report.added_mass};
     record_.notes = report.notes;  // those of the designed motion come with its own run
-    const auto [text, refusal] = designed_spec(space, report);
-    if (refusal) throw Unable(refusal.reason);
-    PendingFile file(path_of(balanced_file(wanted_.name)), Existing::replace, temporary_mark);
+    const auto [text, refusal] = format_designed_spec(space, report);
+    if (refusal) throw CaseFailed(refusal.reason);
+    AtomicFile file(path_of(balanced_spec_file_name(wanted_.name)), OverwritePolicy::replace, temporary_tag);
     file.write(text);
-    file.commit(Durability::later);
-    note_file(balanced_file(wanted_.name));
+    file.commit(Durability::deferred);
+    note_file(balanced_spec_file_name(wanted_.name));
     return read_spec(text, spec_.path);
   }
 
   const SuiteCase& wanted_;
   const SpecSource& spec_;
   const std::string& folder_;
-  const Keep keep_;
-  const LastSpec& last_;
+  const StoredOutput keep_;
+  const ParsedSpecCache& last_;
   CaseRecord& record_;
 };
 
 }  // namespace
 
-CaseRecord run_case(const BatchPlan& plan, std::size_t index, const std::string& folder, Keep keep, LastSpec& last) {
+CaseRecord run_case(const BatchPlan& plan, std::size_t index, const std::string& folder, StoredOutput keep,
+                    ParsedSpecCache& last) {
   CaseRecord record;
   record.name = plan.suite.cases[index].name;
-  record.key = plan.cases[index].key;
+  record.cache_key = plan.cases[index].key;
   const auto begin = std::chrono::steady_clock::now();
   const auto failed = [&record](const char* status, const std::string& message) {
     record.status = status;
@@ -235,10 +240,10 @@ CaseRecord run_case(const BatchPlan& plan, std::size_t index, const std::string&
   try {
     CaseRun(plan, index, folder, keep, last, record).run();
   } catch (const SpecError& error) {
-    failed("spec", error.brief());
-  } catch (const Unable& error) {
+    failed("spec", error.summary());
+  } catch (const CaseFailed& error) {
     failed("mechanism", error.what());
-  } catch (const OutOfTime& error) {
+  } catch (const DeadlineExceeded& error) {
     failed("mechanism", error.what());
   } catch (const std::bad_alloc&) {
     throw;

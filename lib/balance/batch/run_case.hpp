@@ -11,13 +11,13 @@
 namespace balance {
 
 /// What is kept of a case.
-enum class Keep {
+enum class StoredOutput {
   series,        ///< its samples, in a file, and its metrics
   metrics_only,  ///< no samples
 };
 
 /// The spec of the last case, parsed: the next one often has the same.
-struct LastSpec {
+struct ParsedSpecCache {
   std::size_t index = 0;  ///< into BatchPlan::specs
   std::optional<SpecDocument> document;
 };
@@ -25,6 +25,7 @@ struct LastSpec {
 /// Computes a case and writes its result into the folder, and its balanced spec if it is designed. Whatever goes wrong is told by
 /// the record, but for a lack of memory. May run in several threads at once, each with a `last` of its own.
 /// @throws std::bad_alloc
-CaseRecord run_case(const BatchPlan& plan, std::size_t index, const std::string& folder, Keep keep, LastSpec& last);
+CaseRecord run_case(const BatchPlan& plan, std::size_t index, const std::string& folder, StoredOutput keep,
+                    ParsedSpecCache& last);
 
 }  // namespace balance

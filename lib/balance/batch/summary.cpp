@@ -15,9 +15,9 @@ namespace {
 
 using Status = RequirementOutcome::Status;
 
-class Judge {
+class RequirementEvaluator {
  public:
-  Judge(const Suite& suite, const std::vector<CaseRecord>& records) : suite_(suite) {
+  RequirementEvaluator(const Suite& suite, const std::vector<CaseRecord>& records) : suite_(suite) {
     for (std::size_t i = 0; i < records.size(); ++i) {
       if (!records[i].has_result()) continue;
       table_of_[records[i].name] = tables_.size();
@@ -28,7 +28,7 @@ class Judge {
 
   std::vector<RequirementOutcome> judge() {
     for (const SuiteRequirement& one : suite_.require) {
-      if (!one.requirement.is_about_each_run()) {
+      if (!one.requirement.applies_to_each_run()) {
         judge_one(one, "");
         continue;
       }
@@ -36,8 +36,8 @@ class Judge {
         if (each.name != suite_.baseline) judge_one(one, each.name);
     }
     for (const SuiteCase& each : suite_.cases)
-      for (const SuiteRequirement& one : each.require)
-        judge_one(one, one.requirement.is_about_each_run() ? each.name : "");
+      for (const SuiteRequirement& one : each.requirements)
+        judge_one(one, one.requirement.applies_to_each_run() ? each.name : "");
     return std::move(outcomes_);
   }
 
@@ -62,16 +62,17 @@ class Judge {
     try {
       check_quantities(one.requirement, quantities_);
     } catch (const RequirementError& error) {
-      outcome.status = Status::wrong;
-      outcome.message = one.place.text() + ": " + error.what();
+      outcome.status = Status::invalid;
+      outcome.message = one.location.text() + ": " + error.what();
       return;
     }
     // Of thousands of cases a requirement is about two or three.
     std::vector<MetricTable> tables;
     for (const std::string& name : needed) tables.push_back(tables_[table_of_.at(name)]);
-    const Verdict verdict = balance::judge(one.requirement, tables, run.empty() ? 0 : tables.size() - 1);
-    outcome.status = verdict.holds ? Status::holds : Status::missed;
-    outcome.message = in_words(verdict);
+    const RequirementVerdict verdict =
+        balance::judge_requirement(one.requirement, tables, run.empty() ? 0 : tables.size() - 1);
+    outcome.status = verdict.holds ? Status::holds : Status::violated;
+    outcome.message = describe_verdict(verdict);
   }
 
   const Suite& suite_;
@@ -83,38 +84,38 @@ class Judge {
 
 }  // namespace
 
-const CaseRecord* Summary::base() const {
+const CaseRecord* BatchSummary::baseline_record() const {
   const auto at = std::find_if(cases.begin(), cases.end(), [&](const CaseRecord& c) { return c.name == baseline; });
   return at != cases.end() && at->has_result() ? &*at : nullptr;
 }
 
-int Summary::exit_code() const {
+int BatchSummary::exit_code() const {
   int code = 0;
   for (const CaseRecord& one : cases) code = std::max(code, one.exit_code());
   for (const RequirementOutcome& one : requirements) {
-    if (one.status == Status::missed) code = std::max(code, 1);
-    if (one.status == Status::wrong) code = std::max(code, 3);
+    if (one.status == Status::violated) code = std::max(code, 1);
+    if (one.status == Status::invalid) code = std::max(code, 3);
   }
   return code;
 }
 
-Summary summarise(const Suite& suite, std::vector<CaseRecord> records) {
-  Summary summary;
+BatchSummary summarise_batch(const Suite& suite, std::vector<CaseRecord> records) {
+  BatchSummary summary;
   summary.name = suite.name;
   summary.baseline = suite.baseline;
   for (const SuiteCase& one : suite.cases) summary.specs.push_back(one.spec);
-  summary.requirements = Judge(suite, records).judge();
+  summary.requirements = RequirementEvaluator(suite, records).judge();
   summary.cases = std::move(records);
   return summary;
 }
 
-std::vector<std::string> write_summary(const std::string& folder, const Summary& summary) {
-  constexpr std::array<std::string (*)(const Summary&), summary_files.size()> documents{
+std::vector<std::string> write_summary(const std::string& folder, const BatchSummary& summary) {
+  constexpr std::array<std::string (*)(const BatchSummary&), summary_file_names.size()> documents{
       summary_json, summary_csv, summary_markdown, summary_junit};
   std::vector<std::string> files;
   for (std::size_t i = 0; i < documents.size(); ++i) {
-    files.push_back((std::filesystem::path(folder) / summary_files[i]).string());
-    PendingFile file(files.back(), Existing::replace, temporary_mark);
+    files.push_back((std::filesystem::path(folder) / summary_file_names[i]).string());
+    AtomicFile file(files.back(), OverwritePolicy::replace, temporary_tag);
     file.write(documents[i](summary));
     file.commit();
   }

@@ -16,9 +16,9 @@ namespace balance {
 struct RequirementOutcome {
   enum class Status {
     holds,
-    missed,
+    violated,
     not_judged,  ///< a case that it needs has no result
-    wrong,       ///< it asks for a quantity that no case has
+    invalid,     ///< it asks for a quantity that no case has
   };
   Status status = Status::holds;
   std::string text;     ///< of the requirement
@@ -26,7 +26,7 @@ struct RequirementOutcome {
   std::string message;  ///< one line: by how much it holds or misses, or why it was not judged
 };
 
-struct Summary {
+struct BatchSummary {
   std::string name;                ///< the suite's
   std::string baseline;            ///< empty: none
   std::vector<std::string> specs;  ///< per case, as the suite names it
@@ -34,30 +34,31 @@ struct Summary {
   std::vector<RequirementOutcome> requirements;
 
   /// The baseline's record; null if there is none or it has no result.
-  const CaseRecord* base() const;
+  const CaseRecord* baseline_record() const;
   /// 0: all cases have results and the requirements hold; 1: a requirement is missed or a design is only a compromise; else
   /// the largest of 3, 4 and 5 among the cases.
   int exit_code() const;
 };
 
 /// @param records one per case of the suite, in its order
-Summary summarise(const Suite& suite, std::vector<CaseRecord> records);
+BatchSummary summarise_batch(const Suite& suite, std::vector<CaseRecord> records);
 
 /// A table of the cases, the requirements that do not hold, and what went wrong; for a terminal.
-std::string summary_text(const Summary& summary);
+std::string format_batch_text(const BatchSummary& summary);
 /// A line "FAILED …" for every case that is not done and every requirement that is missed or wrong.
-std::string failures_text(const Summary& summary);
-std::string summary_markdown(const Summary& summary);
+std::string format_failures(const BatchSummary& summary);
+std::string summary_markdown(const BatchSummary& summary);
 /// One line per case and quantity.
-std::string summary_csv(const Summary& summary);
-std::string summary_json(const Summary& summary);
-std::string summary_junit(const Summary& summary);
+std::string summary_csv(const BatchSummary& summary);
+std::string summary_json(const BatchSummary& summary);
+std::string summary_junit(const BatchSummary& summary);
 
 /// Names of the files that write_summary writes.
-inline constexpr std::array<const char*, 4> summary_files{"summary.json", "summary.csv", "summary.md", "junit.xml"};
+inline constexpr std::array<const char*, 4> summary_file_names{"summary.json", "summary.csv", "summary.md",
+                                                               "junit.xml"};
 
 /// Writes them, each complete or not at all. @return their names with the folder
 /// @throws SystemError
-std::vector<std::string> write_summary(const std::string& folder, const Summary& summary);
+std::vector<std::string> write_summary(const std::string& folder, const BatchSummary& summary);
 
 }  // namespace balance

@@ -21,18 +21,18 @@ std::string csv_number(double value) { return std::isfinite(value) ? fmt::format
 std::string csv_ratio(double value, double base) { return base > 0 ? csv_number(value / base) : ""; }
 
 void add_csv_lines(const CaseRecord& record, const std::string& spec, const MetricTable* base, std::string& text) {
-  const std::string begin =
-      fmt::format("{},{},{},{}", csv_field(record.name), csv_field(spec), csv_field(record.trajectory), record.status);
+  const std::string begin = fmt::format("{},{},{},{}", escape_csv_field(record.name), escape_csv_field(spec),
+                                        escape_csv_field(record.trajectory), record.status);
   if (!record.has_result()) {
     text += begin + ",,,,,,,,,,\n";
     return;
   }
   for (const Metric& metric : record.metrics) {
     const Metric* other = base == nullptr ? nullptr : find_metric(*base, metric.quantity);
-    fmt::format_to(std::back_inserter(text), "{},{},{},{},{},{},{},{},,{},{}\n", begin, csv_field(metric.quantity),
-                   metric.unit, csv_number(metric.peak), csv_number(metric.peak_time), csv_number(metric.rms),
-                   csv_number(metric.mean), csv_number(metric.range),
-                   other == nullptr ? "" : csv_ratio(metric.peak, other->peak),
+    fmt::format_to(std::back_inserter(text), "{},{},{},{},{},{},{},{},,{},{}\n", begin,
+                   escape_csv_field(metric.quantity), metric.unit, csv_number(metric.peak),
+                   csv_number(metric.peak_time), csv_number(metric.rms), csv_number(metric.mean),
+                   csv_number(metric.range), other == nullptr ? "" : csv_ratio(metric.peak, other->peak),
                    other == nullptr ? "" : csv_ratio(metric.rms, other->rms));
   }
   text += fmt::format("{},energy,J,,,,,,{},,\n", begin, csv_number(record.energy));
@@ -60,33 +60,33 @@ Json case_json(const CaseRecord& record, const std::string& spec) {
   return json;
 }
 
-TestCase test_of(const CaseRecord& record, const std::string& spec, const std::string& group) {
-  TestCase test{
+JunitCase test_of(const CaseRecord& record, const std::string& spec, const std::string& group) {
+  JunitCase test{
       .group = group, .name = record.name, .message = record.message, .kind = record.status, .seconds = record.seconds};
-  if (record.status == "compromise") test.status = TestCase::Status::failed;
-  if (!record.has_result()) test.status = TestCase::Status::error;
-  if (test.status != TestCase::Status::passed)
+  if (record.status == "compromise") test.status = JunitCase::Status::failed;
+  if (!record.has_result()) test.status = JunitCase::Status::error;
+  if (test.status != JunitCase::Status::passed)
     test.details = fmt::format("spec: {}\ntrajectory: {}\n", spec, record.trajectory);
   return test;
 }
 
-TestCase test_of(const RequirementOutcome& one, const std::string& group) {
-  TestCase test{.group = group, .name = title_of(one), .message = one.message, .kind = "requirement"};
+JunitCase test_of(const RequirementOutcome& one, const std::string& group) {
+  JunitCase test{.group = group, .name = requirement_title(one), .message = one.message, .kind = "requirement"};
   switch (one.status) {
     case RequirementOutcome::Status::holds: test.message.clear(); break;
-    case RequirementOutcome::Status::missed: test.status = TestCase::Status::failed; break;
-    case RequirementOutcome::Status::not_judged: test.status = TestCase::Status::skipped; break;
-    case RequirementOutcome::Status::wrong: test.status = TestCase::Status::error; break;
+    case RequirementOutcome::Status::violated: test.status = JunitCase::Status::failed; break;
+    case RequirementOutcome::Status::not_judged: test.status = JunitCase::Status::skipped; break;
+    case RequirementOutcome::Status::invalid: test.status = JunitCase::Status::error; break;
   }
   return test;
 }
 
 }  // namespace
 
-std::string summary_csv(const Summary& summary) {
+std::string summary_csv(const BatchSummary& summary) {
   std::string text =
       "case,spec,trajectory,status,quantity,unit,peak,peak_time,rms,mean,range,total,peak_ratio,rms_ratio\n";
-  const CaseRecord* record = summary.base();
+  const CaseRecord* record = summary.baseline_record();
   const MetricTable base =
       record == nullptr ? MetricTable{} : MetricTable{record->name, record->metrics, record->energy};
   for (std::size_t i = 0; i < summary.cases.size(); ++i)
@@ -94,28 +94,28 @@ std::string summary_csv(const Summary& summary) {
   return text;
 }
 
-std::string summary_json(const Summary& summary) {
+std::string summary_json(const BatchSummary& summary) {
   Json json = {{"suite", summary.name}, {"exit_code", summary.exit_code()}};
   json["baseline"] = summary.baseline.empty() ? Json(nullptr) : Json(summary.baseline);
   json["requirements"] = Json::array();
   for (const RequirementOutcome& one : summary.requirements)
     json["requirements"].push_back({{"requirement", one.text},
                                     {"case", one.run.empty() ? Json(nullptr) : Json(one.run)},
-                                    {"status", name_of(one.status)},
+                                    {"status", requirement_status_name(one.status)},
                                     {"verdict", one.message}});
   json["cases"] = Json::array();
   for (std::size_t i = 0; i < summary.cases.size(); ++i)
     json["cases"].push_back(case_json(summary.cases[i], summary.specs[i]));
-  return dump(json);
+  return format_json(json);
 }
 
-std::string summary_junit(const Summary& summary) {
-  TestSuite cases{summary.name + ".cases", {}}, requirements{summary.name + ".requirements", {}};
+std::string summary_junit(const BatchSummary& summary) {
+  JunitSuite cases{summary.name + ".cases", {}}, requirements{summary.name + ".requirements", {}};
   for (std::size_t i = 0; i < summary.cases.size(); ++i)
     cases.cases.push_back(test_of(summary.cases[i], summary.specs[i], cases.name));
   for (const RequirementOutcome& one : summary.requirements)
     requirements.cases.push_back(test_of(one, requirements.name));
-  std::vector<TestSuite> suites = {std::move(cases)};
+  std::vector<JunitSuite> suites = {std::move(cases)};
   if (!requirements.cases.empty()) suites.push_back(std::move(requirements));
   return junit_xml(summary.name, suites);
 }

@@ -8,7 +8,7 @@
 namespace balance {
 namespace {
 
-constexpr std::array<const char*, 3> shown{"torque", "shaking_force", "shaking_moment"};
+constexpr std::array<const char*, 3> shown_quantities{"torque", "shaking_force", "shaking_moment"};
 
 const Metric* find(const CaseRecord& record, const std::string& quantity) {
   const auto at = std::find_if(record.metrics.begin(), record.metrics.end(),
@@ -16,15 +16,15 @@ const Metric* find(const CaseRecord& record, const std::string& quantity) {
   return at == record.metrics.end() ? nullptr : &*at;
 }
 
-struct Columns {
+struct SummaryColumns {
   std::vector<std::pair<std::string, std::string>> quantities;  ///< that some case has, with units
   bool designs = false;
 };
 
 /// A unit only where all cases agree on it.
-Columns choose_columns(const Summary& summary) {
-  Columns columns;
-  for (const char* quantity : shown) {
+SummaryColumns choose_columns(const BatchSummary& summary) {
+  SummaryColumns columns;
+  for (const char* quantity : shown_quantities) {
     std::vector<std::string> units;
     for (const CaseRecord& record : summary.cases)
       if (const Metric* metric = find(record, quantity)) units.push_back(metric->unit);
@@ -52,10 +52,10 @@ void add_quantity(const CaseRecord& record, const std::string& quantity, const C
 
 }  // namespace
 
-Table case_table(const Summary& summary) {
-  const Columns columns = choose_columns(summary);
-  const CaseRecord* base = summary.base();
-  Table table{{"case", "status"}, {Align::left, Align::left}, {}};
+TextTable case_table(const BatchSummary& summary) {
+  const SummaryColumns columns = choose_columns(summary);
+  const CaseRecord* base = summary.baseline_record();
+  TextTable table{{"case", "status"}, {Align::left, Align::left}, {}};
   const auto add_column = [&](const std::string& heading) {
     table.heading.push_back(heading);
     table.align.push_back(Align::right);
@@ -75,7 +75,7 @@ Table case_table(const Summary& summary) {
   return table;
 }
 
-std::string in_one_line(const Summary& summary) {
+std::string format_summary_line(const BatchSummary& summary) {
   const auto count = [&](const char* status) {
     return std::count_if(summary.cases.begin(), summary.cases.end(),
                          [&](const CaseRecord& record) { return record.status == status; });
@@ -93,17 +93,17 @@ std::string in_one_line(const Summary& summary) {
   return text + fmt::format("; {} of {} requirements hold", held, summary.requirements.size());
 }
 
-const char* name_of(RequirementOutcome::Status status) {
+const char* requirement_status_name(RequirementOutcome::Status status) {
   switch (status) {
     case RequirementOutcome::Status::holds: return "holds";
-    case RequirementOutcome::Status::missed: return "missed";
+    case RequirementOutcome::Status::violated: return "missed";
     case RequirementOutcome::Status::not_judged: return "not-judged";
-    case RequirementOutcome::Status::wrong: return "wrong";
+    case RequirementOutcome::Status::invalid: return "wrong";
   }
   return "";
 }
 
-std::string title_of(const RequirementOutcome& one) {
+std::string requirement_title(const RequirementOutcome& one) {
   return one.run.empty() ? one.text : fmt::format("{} [{}]", one.text, one.run);
 }
 

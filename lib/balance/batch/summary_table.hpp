@@ -8,14 +8,14 @@ namespace balance {
 
 /// Status, peak and rms of the torque, the shaking force and the shaking moment, and the peaks' ratios to the baseline's where
 /// there is one. Mass added by designs where there are designs.
-Table case_table(const Summary& summary);
+TextTable case_table(const BatchSummary& summary);
 
 /// "3 cases: 2 done, 1 failed; 4 of 5 requirements hold"
-std::string in_one_line(const Summary& summary);
+std::string format_summary_line(const BatchSummary& summary);
 
-const char* name_of(RequirementOutcome::Status status);  ///< "holds", "missed", …
+const char* requirement_status_name(RequirementOutcome::Status status);  ///< "holds", "missed", …
 
 /// "peak(shaking_force) <= base [cycloid]": the requirement and the case that it is about.
-std::string title_of(const RequirementOutcome& one);
+std::string requirement_title(const RequirementOutcome& one);
 
 }  // namespace balance

@@ -16,7 +16,8 @@
 namespace balance {
 namespace {
 
-constexpr double round_off = 1e-12;  ///< of a quantity's largest peak: what is smaller has no meaning of its own
+constexpr double zero_base_tolerance =
+    1e-12;  ///< of a quantity's largest peak: what is smaller has no meaning of its own
 
 /// The first metric of every quantity's name in one table.
 using MetricIndex = std::unordered_map<std::string_view, const Metric*>;
@@ -66,7 +67,7 @@ void add_differences(ComparedRuns& compared, const std::vector<NamedRun>& runs) 
   }
 }
 
-std::string sampling_of(const Result& result) {
+std::string sampling_of(const RunResult& result) {
   return fmt::format("{} samples over {:.6g} s", result.time.size(), duration_of(result));
 }
 
@@ -85,15 +86,15 @@ void add_notes(ComparedRuns& compared, const std::vector<NamedRun>& runs) {
                        base.result.time.size(), other.result.time.size()));
     }
     if (base.result.axes != other.result.axes) note("one is planar, one spatial: vectors have no differences");
-    if (base.result.about != other.result.about) note("their moments are about different points");
+    if (base.result.moment_reference != other.result.moment_reference) note("their moments are about different points");
   }
 }
 
 }  // namespace
 
-std::vector<MetricTable> tabulate(const std::vector<NamedRun>& runs) {
+std::vector<MetricTable> make_metric_tables(const std::vector<NamedRun>& runs) {
   std::vector<MetricTable> tables;
-  for (const NamedRun& run : runs) tables.push_back(tabulate(run.name, run.result));
+  for (const NamedRun& run : runs) tables.push_back(make_metric_table(run.name, run.result));
   return tables;
 }
 
@@ -104,7 +105,7 @@ ComparedRuns compare_runs(const std::vector<NamedRun>& runs) {
     compared.runs.push_back({run.name, run.file, run.title, run.trajectory, run.law, run.drive,
                              static_cast<long>(run.result.time.size()), duration_of(run.result), run.result.energy});
   }
-  const std::vector<MetricTable> tables = tabulate(runs);
+  const std::vector<MetricTable> tables = make_metric_tables(runs);
   const std::vector<MetricIndex> indices = index_metrics(tables);
   for (const std::string& quantity : list_quantity_names(tables))
     compared.quantities.push_back(compare_metrics(quantity, indices));
@@ -113,7 +114,7 @@ ComparedRuns compare_runs(const std::vector<NamedRun>& runs) {
   return compared;
 }
 
-double ratio_to_base(const ComparedQuantity& quantity, std::size_t run, Figure figure) {
+double ratio_to_base(const ComparedQuantity& quantity, std::size_t run, Statistic figure) {
   const auto& base = quantity.metrics.front();
   const auto& metric = quantity.metrics.at(run);
   const double missing = std::numeric_limits<double>::quiet_NaN();
@@ -121,8 +122,8 @@ double ratio_to_base(const ComparedQuantity& quantity, std::size_t run, Figure f
   double largest = 0;
   for (const auto& any : quantity.metrics)
     if (any) largest = std::max(largest, any->peak);
-  if (!(figure_of(*base, figure) > round_off * largest)) return missing;
-  return figure_of(*metric, figure) / figure_of(*base, figure);
+  if (!(statistic_of(*base, figure) > zero_base_tolerance * largest)) return missing;
+  return statistic_of(*metric, figure) / statistic_of(*base, figure);
 }
 
 }  // namespace balance

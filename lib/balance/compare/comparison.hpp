@@ -13,7 +13,7 @@ struct NamedRun {
   std::string name;  ///< no two alike
   std::string file;  ///< as named by the user; "": none
   std::string title, trajectory, law, drive;
-  Result result;
+  RunResult result;
 };
 
 /// How far two runs' samples of a quantity are apart, at the samples of the run that has fewer; the other is interpolated.
@@ -47,8 +47,8 @@ struct ComparedRuns {
 ComparedRuns compare_runs(const std::vector<NamedRun>& runs);
 
 /// A figure of a run as a multiple of the base's. NaN where one of both is missing or the base's is zero but for round-off.
-double ratio_to_base(const ComparedQuantity& quantity, std::size_t run, Figure figure);
+double ratio_to_base(const ComparedQuantity& quantity, std::size_t run, Statistic figure);
 
-std::vector<MetricTable> tabulate(const std::vector<NamedRun>& runs);
+std::vector<MetricTable> make_metric_tables(const std::vector<NamedRun>& runs);
 
 }  // namespace balance

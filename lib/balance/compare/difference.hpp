@@ -10,13 +10,13 @@
 namespace balance {
 
 /// Whether their times can be compared as they are: durations differ by round-off only.
-bool have_equal_durations(const Result& a, const Result& b);
+bool have_equal_durations(const RunResult& a, const RunResult& b);
 
 /// [s]; 0 without samples.
-double duration_of(const Result& result);
+double duration_of(const RunResult& result);
 
 /// Of every quantity that both have with as many components. Behind them the worst of each that is several: "torque" of "torque[A1]", …,
 /// by the largest of their figures.
-std::vector<std::pair<std::string, Difference>> list_differences(const Result& base, const Result& other);
+std::vector<std::pair<std::string, Difference>> list_differences(const RunResult& base, const RunResult& other);
 
 }  // namespace balance

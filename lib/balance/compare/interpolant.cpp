@@ -6,21 +6,21 @@
 namespace balance {
 namespace {
 
-constexpr double steeper = 10;       // than its neighbours: smooth samples that are worth comparing never come near
-constexpr double same_time = 1e-9;   // of the whole time
-constexpr double noise = 1e-9;       // of the largest sample: steps of round-off are no jumps
-constexpr Eigen::Index stencil = 4;  // samples that a value between is made of
+constexpr double jump_slope_ratio = 10;  // than its neighbours: smooth samples that are worth comparing never come near
+constexpr double sample_time_tolerance = 1e-9;  // of the whole time
+constexpr double jump_epsilon = 1e-9;           // of the largest sample: steps of round-off are no jumps
+constexpr Eigen::Index stencil_size = 4;        // samples that a value between is made of
 
 }  // namespace
 
-Interpolant::Interpolant(VectorX time, const Samples& samples, int first, int count)
+SampleInterpolant::SampleInterpolant(VectorX time, const Samples& samples, int first, int count)
     : time_(std::move(time)), samples_(samples), first_(first), count_(count) {
   find_jumps();
 }
 
-VectorX Interpolant::row(Eigen::Index k) const { return samples_.row(k).segment(first_, count_).transpose(); }
+VectorX SampleInterpolant::row(Eigen::Index k) const { return samples_.row(k).segment(first_, count_).transpose(); }
 
-void Interpolant::find_jumps() {
+void SampleInterpolant::find_jumps() {
   const Eigen::Index n = time_.size();
   VectorX step(std::max<Eigen::Index>(n, 1)), slope(step.size());
   step[0] = slope[0] = 0;
@@ -30,29 +30,29 @@ void Interpolant::find_jumps() {
     step[k] = (row(k) - row(k - 1)).norm();
     slope[k] = step[k] / (time_[k] - time_[k - 1]);
   }
-  begins_ = {0};
+  piece_begins_ = {0};
   for (Eigen::Index k = 1; k < n; ++k) {
     // Two steps beside it; one alone may happen to be flat.
     const Eigen::Index from = std::clamp<Eigen::Index>(k - 1, 1, std::max<Eigen::Index>(n - 3, 1));
     double beside = 0;
     for (Eigen::Index i = from; i < std::min(from + 3, n); ++i) beside = i == k ? beside : std::max(beside, slope[i]);
-    if (n > 3 && step[k] > noise * largest && slope[k] > steeper * beside) begins_.push_back(k);
+    if (n > 3 && step[k] > jump_epsilon * largest && slope[k] > jump_slope_ratio * beside) piece_begins_.push_back(k);
   }
-  begins_.push_back(n);
+  piece_begins_.push_back(n);
 }
 
-std::optional<VectorX> Interpolant::at(double time) const {
+std::optional<VectorX> SampleInterpolant::evaluate(double time) const {
   const Eigen::Index n = time_.size();
   if (n == 0) return std::nullopt;
-  const double tolerance = same_time * (time_[n - 1] - time_[0]);
+  const double tolerance = sample_time_tolerance * (time_[n - 1] - time_[0]);
   const auto later = std::lower_bound(time_.begin(), time_.end(), time - tolerance);
   const Eigen::Index k = later - time_.begin();
   if (k == n) return std::nullopt;
   if (std::abs(time_[k] - time) <= tolerance) return row(k);
   if (k == 0) return std::nullopt;
-  const auto end = std::upper_bound(begins_.begin(), begins_.end(), k - 1);
+  const auto end = std::upper_bound(piece_begins_.begin(), piece_begins_.end(), k - 1);
   if (*end == k) return std::nullopt;  // a piece begins with the later of the two
-  const Eigen::Index points = std::min(stencil, *end - *(end - 1));
+  const Eigen::Index points = std::min(stencil_size, *end - *(end - 1));
   const Eigen::Index from = std::clamp(k - points / 2, *(end - 1), *end - points);
   VectorX value = VectorX::Zero(count_);
   for (Eigen::Index i = from; i < from + points; ++i) {

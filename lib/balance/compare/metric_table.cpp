@@ -9,7 +9,7 @@ namespace balance {
 namespace {
 
 /// The largest of each figure of `quantity[…]`, at the place of the first of them; nothing if it is there already.
-void add_worst(MetricTable& table, const std::string& quantity) {
+void add_worst_case(MetricTable& table, const std::string& quantity) {
   std::vector<Metric>& metrics = table.metrics;
   if (find_metric(table, quantity) != nullptr) return;
   const auto is_part = [part = quantity + "["](const Metric& metric) { return metric.quantity.starts_with(part); };
@@ -31,9 +31,9 @@ void add_worst(MetricTable& table, const std::string& quantity) {
 
 }  // namespace
 
-MetricTable tabulate(std::string name, const Result& result) {
+MetricTable make_metric_table(std::string name, const RunResult& result) {
   MetricTable table{std::move(name), result.metrics, result.energy};
-  for (const char* quantity : {"joint_force", "joint_moment"}) add_worst(table, quantity);
+  for (const char* quantity : {"joint_force", "joint_moment"}) add_worst_case(table, quantity);
   return table;
 }
 
@@ -44,12 +44,12 @@ const Metric* find_metric(const MetricTable& table, std::string_view quantity) {
     return found == table.metrics.end() ? nullptr : &*found;
   };
   const Metric* exact = find(quantity);
-  return exact != nullptr ? exact : find(force_name(std::string(quantity)));
+  return exact != nullptr ? exact : find(to_force_name(std::string(quantity)));
 }
 
-double find_figure(const MetricTable& table, Figure figure, std::string_view quantity) {
+double find_figure(const MetricTable& table, Statistic figure, std::string_view quantity) {
   const Metric* metric = find_metric(table, quantity);
-  return metric == nullptr ? std::numeric_limits<double>::quiet_NaN() : figure_of(*metric, figure);
+  return metric == nullptr ? std::numeric_limits<double>::quiet_NaN() : statistic_of(*metric, figure);
 }
 
 std::vector<std::string> list_quantity_names(const std::vector<MetricTable>& tables) {

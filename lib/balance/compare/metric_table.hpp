@@ -18,13 +18,13 @@ struct MetricTable {
 };
 
 /// The run's own metrics and, behind those of the joints, the worst reaction of all: `joint_force`, `joint_moment`.
-MetricTable tabulate(std::string name, const Result& result);
+MetricTable make_metric_table(std::string name, const RunResult& result);
 
 /// Null if the run has no such quantity. A slide's force is found by its older name, `torque[S]`, too.
 const Metric* find_metric(const MetricTable& table, std::string_view quantity);
 
 /// NaN if the run has no such quantity.
-double find_figure(const MetricTable& table, Figure figure, std::string_view quantity);
+double find_figure(const MetricTable& table, Statistic figure, std::string_view quantity);
 
 /// Every quantity that at least one of the runs has, in the order in which they first appear.
 std::vector<std::string> list_quantity_names(const std::vector<MetricTable>& tables);

@@ -9,16 +9,16 @@ namespace balance {
 namespace {
 
 /// From the shortest name to the longest.
-std::vector<std::string> list_candidates(const RunPlace& place) {
+std::vector<std::string> list_candidates(const RunLocation& place) {
   const std::filesystem::path path = std::filesystem::path(place.path).lexically_normal();
-  const std::string stem = visible(path.stem().string());
-  const std::string folder = visible(path.parent_path().filename().string());
+  const std::string stem = escape_for_terminal(path.stem().string());
+  const std::string folder = escape_for_terminal(path.parent_path().filename().string());
   const std::string behind = place.group.empty() ? "" : ":" + place.group;
   std::vector<std::string> names;
   if (!place.group.empty()) names.push_back(place.group);
   names.push_back(stem + behind);
   if (!folder.empty()) names.push_back(folder + "/" + stem + behind);
-  names.push_back(visible((path.parent_path() / path.stem()).string()) + behind);
+  names.push_back(escape_for_terminal((path.parent_path() / path.stem()).string()) + behind);
   return names;
 }
 
@@ -29,11 +29,11 @@ bool is_taken(const std::vector<std::string>& names, std::size_t run) {
 
 }  // namespace
 
-std::vector<std::string> name_runs(const std::vector<RunPlace>& places) {
+std::vector<std::string> make_run_names(const std::vector<RunLocation>& places) {
   std::vector<std::vector<std::string>> candidates;
   std::vector<std::string> names;
   std::size_t longest = 0;
-  for (const RunPlace& place : places) {
+  for (const RunLocation& place : places) {
     candidates.push_back(list_candidates(place));
     names.push_back(candidates.back().front());
     longest = std::max(longest, candidates.back().size());

@@ -17,6 +17,6 @@ struct QuantitySeries {
 };
 
 /// Quantities without samples are left out.
-std::vector<QuantitySeries> list_series(const Result& result);
+std::vector<QuantitySeries> list_series(const RunResult& result);
 
 }  // namespace balance

@@ -10,10 +10,11 @@
 namespace balance {
 namespace {
 
-constexpr double equality = 1e-9;  // above the round-off of a run, far below what anybody could build
+constexpr double requirement_equality_tolerance =
+    1e-9;  // above the round-off of a run, far below what anybody could build
 
 /// What a comparison is judged by when several could be named: nothing is worse than a number that is not there.
-double relative_margin(const Judged& judged) {
+double relative_margin(const JudgedComparison& judged) {
   const double percent = judged.margin_percent();
   if (!std::isnan(percent)) return percent;
   const double margin = judged.margin();
@@ -22,7 +23,7 @@ double relative_margin(const Judged& judged) {
 }
 
 /// @param by how much; empty: the sides are equal
-std::string miss_in_words(Relation relation, const std::string& by) {
+std::string format_violation(Relation relation, const std::string& by) {
   const bool above = relation == Relation::less || relation == Relation::at_most;
   if (relation == Relation::equal) return fmt::format("is {} from", by);
   if (by.empty()) return above ? "is not below the limit of" : "is not above the limit of";
@@ -31,7 +32,7 @@ std::string miss_in_words(Relation relation, const std::string& by) {
 
 }  // namespace
 
-const char* symbol_of(Relation relation) {
+const char* relation_symbol(Relation relation) {
   switch (relation) {
     case Relation::less: return "<";
     case Relation::at_most: return "<=";
@@ -42,19 +43,20 @@ const char* symbol_of(Relation relation) {
   return "?";
 }
 
-bool Judged::holds() const {
+bool JudgedComparison::holds() const {
   switch (relation) {
     case Relation::less: return left < right;
     case Relation::at_most: return left <= right;
     case Relation::greater: return left > right;
     case Relation::at_least: return left >= right;
     case Relation::equal:
-      return left == right || std::abs(left - right) <= equality * std::max(std::abs(left), std::abs(right));
+      return left == right ||
+             std::abs(left - right) <= requirement_equality_tolerance * std::max(std::abs(left), std::abs(right));
   }
   return false;
 }
 
-double Judged::margin() const {
+double JudgedComparison::margin() const {
   if (left == right) return 0;  // infinities too
   switch (relation) {
     case Relation::less:
@@ -66,43 +68,44 @@ double Judged::margin() const {
   return std::numeric_limits<double>::quiet_NaN();
 }
 
-double Judged::margin_percent() const {
+double JudgedComparison::margin_percent() const {
   return right == 0 ? std::numeric_limits<double>::quiet_NaN() : 100 * margin() / std::abs(right);
 }
 
-const Judged* Verdict::decisive() const {
-  const Judged* found = nullptr;
-  for (const Judged& judged : compared) {
+const JudgedComparison* RequirementVerdict::deciding_comparison() const {
+  const JudgedComparison* found = nullptr;
+  for (const JudgedComparison& judged : compared) {
     if (judged.holds() != holds) continue;
     if (found == nullptr || relative_margin(judged) < relative_margin(*found)) found = &judged;
   }
   return found;
 }
 
-std::string in_words(const Verdict& verdict) {
+std::string describe_verdict(const RequirementVerdict& verdict) {
   if (!verdict.holds && !verdict.missing.empty()) return fmt::format("{}", fmt::join(verdict.missing, ", "));
-  const Judged* judged = verdict.decisive();
+  const JudgedComparison* judged = verdict.deciding_comparison();
   if (judged == nullptr) return verdict.holds ? "holds" : "missed";
   const auto number = [&](double value) {
     return fmt::format("{:.6g}{}{}", value, judged->unit.empty() ? "" : " ", judged->unit);
   };
   const std::string left = number(judged->left), right = number(judged->right);
   const double percent = judged->margin_percent(), margin = judged->margin();
-  if (std::isnan(margin)) return fmt::format("{} {} {} has no number", left, symbol_of(judged->relation), right);
+  if (std::isnan(margin)) return fmt::format("{} {} {} has no number", left, relation_symbol(judged->relation), right);
   constexpr double max_percent = 1e6;  // more is a limit that is next to nothing
-  const std::string by = std::abs(percent) < max_percent ? percent_text(std::abs(percent)) : number(std::abs(margin));
-  if (verdict.holds) return fmt::format("holds: {} {} {}, margin {}", left, symbol_of(judged->relation), right, by);
-  return fmt::format("{} {} {}", left, miss_in_words(judged->relation, margin == 0 ? "" : by), right);
+  const std::string by = std::abs(percent) < max_percent ? format_percent(std::abs(percent)) : number(std::abs(margin));
+  if (verdict.holds)
+    return fmt::format("holds: {} {} {}, margin {}", left, relation_symbol(judged->relation), right, by);
+  return fmt::format("{} {} {}", left, format_violation(judged->relation, margin == 0 ? "" : by), right);
 }
 
-std::string percent_text(double percent) {
+std::string format_percent(double percent) {
   // Three digits, but no powers of ten where people expect none.
   return std::abs(percent) >= 100 && std::abs(percent) < 1e6 ? fmt::format("{:.0f} %", percent)
                                                              : fmt::format("{:.3g} %", percent);
 }
 
-bool all_hold(const std::vector<Verdict>& verdicts) {
-  return std::all_of(verdicts.begin(), verdicts.end(), [](const Verdict& verdict) { return verdict.holds; });
+bool do_all_hold(const std::vector<RequirementVerdict>& verdicts) {
+  return std::all_of(verdicts.begin(), verdicts.end(), [](const RequirementVerdict& verdict) { return verdict.holds; });
 }
 
 }  // namespace balance

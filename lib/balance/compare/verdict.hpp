@@ -8,10 +8,10 @@ namespace balance {
 
 enum class Relation { less, at_most, greater, at_least, equal };
 
-const char* symbol_of(Relation relation);  ///< "<", "<=", …
+const char* relation_symbol(Relation relation);  ///< "<", "<=", …
 
 /// One comparison with the numbers that it came to.
-struct Judged {
+struct JudgedComparison {
   std::string left_text, right_text;  ///< as written
   Relation relation = Relation::at_most;
   double left = 0, right = 0;  ///< SI; NaN where a run lacks a quantity
@@ -25,23 +25,23 @@ struct Judged {
   double margin_percent() const;
 };
 
-struct Verdict {
+struct RequirementVerdict {
   std::string requirement;  ///< as written
   std::string run;          ///< that it was judged for; empty: it names all its runs itself
   bool holds = false;
-  std::vector<Judged> compared;      ///< in the order in which they stand; `&&` and `||` join them
-  std::vector<std::string> missing;  ///< "rail has no torque[A4]"
+  std::vector<JudgedComparison> compared;  ///< in the order in which they stand; `&&` and `||` join them
+  std::vector<std::string> missing;        ///< "rail has no torque[A4]"
 
   /// The comparison that decides: of those that fail the one that misses by most; if it holds, the tightest. Null: none.
-  const Judged* decisive() const;
+  const JudgedComparison* deciding_comparison() const;
 };
 
 /// One line: "holds: 402.492 N <= 782.771 N, margin 48.6 %", "900 N is 12.5 % above the limit of 800 N", "rail has no torque[A4]".
-std::string in_words(const Verdict& verdict);
+std::string describe_verdict(const RequirementVerdict& verdict);
 
 /// "12.5 %", "0.031 %", "1640 %".
-std::string percent_text(double percent);
+std::string format_percent(double percent);
 
-bool all_hold(const std::vector<Verdict>& verdicts);
+bool do_all_hold(const std::vector<RequirementVerdict>& verdicts);
 
 }  // namespace balance

@@ -10,6 +10,6 @@ namespace balance {
 /// occurs nowhere. Springs, loads and friction are left out.
 /// @param seed of the configurations
 /// @return conditions without goals; mismatch never
-Conditions base_parameters(const Mechanism& mechanism, std::uint64_t seed = 1);
+Conditions compute_base_parameters(const Mechanism& mechanism, std::uint64_t seed = 1);
 
 }  // namespace balance

@@ -7,7 +7,7 @@ namespace balance {
 
 using Eigen::Index;
 
-VectorX point_mass(SpaceKind space, const Vector3& r) {
+VectorX point_mass_parameters(SpaceKind space, const Vector3& r) {
   if (space == SpaceKind::planar) return Eigen::Vector4d(1, r.x(), r.y(), r.head<2>().squaredNorm());
   VectorX pi(10);
   pi << 1, r, r.y() * r.y() + r.z() * r.z(), r.x() * r.x() + r.z() * r.z(), r.x() * r.x() + r.y() * r.y(),
@@ -15,14 +15,15 @@ VectorX point_mass(SpaceKind space, const Vector3& r) {
   return pi;
 }
 
-Columns::Columns(const std::vector<Parameter>& parameters) : count_(static_cast<Index>(parameters.size())) {
+ParameterColumns::ParameterColumns(const std::vector<Parameter>& parameters)
+    : count_(static_cast<Index>(parameters.size())) {
   for (Index p = 0; p < count_; ++p) {
     const Parameter& parameter = parameters[static_cast<std::size_t>(p)];
-    ++ranges_.try_emplace({parameter.bearer, parameter.index}, p, 0).first->second.second;
+    ++ranges_.try_emplace({parameter.owner_kind, parameter.index}, p, 0).first->second.second;
   }
 }
 
-ChainBuilder::ChainBuilder(const Mechanism& whole, const LooseSprings& loose, const Columns& columns)
+ChainBuilder::ChainBuilder(const Mechanism& whole, const FreeSprings& loose, const ParameterColumns& columns)
     : whole_(whole),
       loose_(loose),
       columns_(columns),
@@ -39,7 +40,7 @@ void ChainBuilder::add_body(BodyId b) {
   const Body& body = whole_.bodies[static_cast<std::size_t>(b)];
   body_[static_cast<std::size_t>(b)] = append(body);
   chain_.name += (chain_.name.empty() ? "" : ", ") + body.name;
-  carried_.push_back({Bearer::body, body_[static_cast<std::size_t>(b)], b});
+  carried_.push_back({ParameterOwner::body, body_[static_cast<std::size_t>(b)], b});
 }
 
 void ChainBuilder::add_joint(JointId j) {
@@ -49,14 +50,14 @@ void ChainBuilder::add_joint(JointId j) {
   append(joint, j);
 }
 
-void ChainBuilder::add_tip(const Tip& tip, const VectorX& present) {
+void ChainBuilder::add_tip(const TipMass& tip, const VectorX& present) {
   Joint joint = whole_.joints[static_cast<std::size_t>(tip.joint)];
   const bool beyond_first = joint.first == tip.other;
   Attachment mass;
   mass.name = "share at " + joint.name;
   mass.kind = AttachmentKind::payload;
   mass.mass = tip.mass.dot(present);
-  if (holds_point(joint.type)) {
+  if (is_point_joint(joint.type)) {
     mass.body = body_[static_cast<std::size_t>(beyond_first ? joint.second : joint.first)];
     mass.position = beyond_first ? joint.point_second : joint.point_first;
   } else {
@@ -71,7 +72,7 @@ void ChainBuilder::add_tip(const Tip& tip, const VectorX& present) {
   add_mass(mass, tip.mass);
 }
 
-void ChainBuilder::add_fittings() {
+void ChainBuilder::add_attached_elements() {
   Mechanism& m = chain_.mechanism;
   m.coordinates = list_coordinates(m.space, m.joints);
   find_coordinates();
@@ -80,29 +81,30 @@ void ChainBuilder::add_fittings() {
   for (std::size_t s = 0; s < whole_.springs.size(); ++s) add_spring(static_cast<int>(s));
   add_loads_and_friction();
   for (Coupling coupling : whole_.couplings) {
-    coupling.follower = here(coupling.follower);
-    if (coupling.follower >= 0 && bring_here(coupling.leader)) m.couplings.push_back(coupling);
+    coupling.follower = to_chain_coordinate(coupling.follower);
+    if (coupling.follower >= 0 && map_to_chain(coupling.leader)) m.couplings.push_back(coupling);
   }
   for (const int c : whole_.actuators)
-    if (here(c) >= 0) m.actuators.push_back(here(c));
+    if (to_chain_coordinate(c) >= 0) m.actuators.push_back(to_chain_coordinate(c));
   for (const CoordinateValue& value : whole_.assembly)
-    if (here(value.coordinate) >= 0) m.assembly.push_back({here(value.coordinate), value.value});
+    if (to_chain_coordinate(value.coordinate) >= 0)
+      m.assembly.push_back({to_chain_coordinate(value.coordinate), value.value});
 }
 
-Chain ChainBuilder::finish(MatrixX& left_over) {
-  const Columns own(list_terms(chain_.mechanism, chain_.loose_springs));
+Chain ChainBuilder::build(MatrixX& left_over) {
+  const ParameterColumns own(list_terms(chain_.mechanism, chain_.loose_springs));
   chain_.parameters = MatrixX::Zero(own.count(), columns_.count());
-  for (const Carried& c : carried_) {
+  for (const SharedParameters& c : carried_) {
     const Index size = own.size(c.bearer, c.index), from = columns_.first(c.bearer, c.whole_index);
     chain_.parameters.block(own.first(c.bearer, c.index), from, size, size).setIdentity();
     left_over.block(from, from, size, size).setZero();
   }
-  for (const Point& p : points_) {
+  for (const TipAttachment& p : points_) {
     const Vector3& r = chain_.mechanism.attachments[static_cast<std::size_t>(p.attachment)].position;
-    chain_.parameters.middleRows(own.first(Bearer::attachment, p.attachment),
-                                 own.size(Bearer::attachment, p.attachment)) +=
-        point_mass(whole_.space, r) * p.mass.transpose();
-    if (p.taken >= 0) left_over(p.taken, p.taken) = 0;
+    chain_.parameters.middleRows(own.first(ParameterOwner::attachment, p.attachment),
+                                 own.size(ParameterOwner::attachment, p.attachment)) +=
+        point_mass_parameters(whole_.space, r) * p.mass.transpose();
+    if (p.parameter >= 0) left_over(p.parameter, p.parameter) = 0;
   }
   return std::move(chain_);
 }
@@ -136,13 +138,13 @@ void ChainBuilder::add_attachment(int a) {
   if (!is_own(attachment.body)) return;
   attachment.body = body_[static_cast<std::size_t>(attachment.body)];
   chain_.mechanism.attachments.push_back(attachment);
-  carried_.push_back({Bearer::attachment, static_cast<int>(chain_.mechanism.attachments.size()) - 1, a});
+  carried_.push_back({ParameterOwner::attachment, static_cast<int>(chain_.mechanism.attachments.size()) - 1, a});
 }
 
 /// @return whether all that is followed are coordinates of this chain
-bool ChainBuilder::bring_here(Followed& followed) const {
+bool ChainBuilder::map_to_chain(CoordinateCombination& followed) const {
   for (CoordinateTerm& term : followed.terms) {
-    term.coordinate = here(term.coordinate);
+    term.coordinate = to_chain_coordinate(term.coordinate);
     if (term.coordinate < 0) return false;
   }
   return true;
@@ -151,14 +153,14 @@ bool ChainBuilder::bring_here(Followed& followed) const {
 /// A disc that follows a coordinate of another chain loads this one with its mass; what its spin does is left over.
 void ChainBuilder::add_disc(int d) {
   Disc disc = whole_.discs[static_cast<std::size_t>(d)];
-  const bool led_here = bring_here(disc.follows);
-  if (!has(disc.body) || (disc.body == ground && !led_here)) return;
+  const bool led_here = map_to_chain(disc.follows);
+  if (!has_body(disc.body) || (disc.body == ground && !led_here)) return;
   disc.body = body_[static_cast<std::size_t>(disc.body)];
   if (led_here) {
     chain_.mechanism.discs.push_back(disc);
-    carried_.push_back({Bearer::disc, static_cast<int>(chain_.mechanism.discs.size()) - 1, d});
+    carried_.push_back({ParameterOwner::disc, static_cast<int>(chain_.mechanism.discs.size()) - 1, d});
   } else {
-    const Index mass = columns_.first(Bearer::disc, d);
+    const Index mass = columns_.first(ParameterOwner::disc, d);
     add_mass({disc.name, AttachmentKind::counterweight, disc.body, disc.position, disc.mass, Matrix3::Zero()},
              VectorX::Unit(columns_.count(), mass), mass);
   }
@@ -171,31 +173,32 @@ void ChainBuilder::add_loads_and_friction() {
     if (!is_own(load.body)) continue;
     load.body = body_[static_cast<std::size_t>(load.body)];
     m.loads.push_back(load);
-    carried_.push_back({Bearer::load, static_cast<int>(m.loads.size()) - 1, static_cast<int>(l)});
+    carried_.push_back({ParameterOwner::load, static_cast<int>(m.loads.size()) - 1, static_cast<int>(l)});
   }
   for (std::size_t f = 0; f < whole_.friction.size(); ++f) {
     Friction friction = whole_.friction[f];
-    if (here(friction.coordinate) < 0) continue;
-    friction.coordinate = here(friction.coordinate);
+    if (to_chain_coordinate(friction.coordinate) < 0) continue;
+    friction.coordinate = to_chain_coordinate(friction.coordinate);
     m.friction.push_back(friction);
-    carried_.push_back({Bearer::friction, static_cast<int>(m.friction.size()) - 1, static_cast<int>(f)});
+    carried_.push_back({ParameterOwner::friction, static_cast<int>(m.friction.size()) - 1, static_cast<int>(f)});
   }
 }
 
 void ChainBuilder::add_spring(int s) {
   Spring spring = whole_.springs[static_cast<std::size_t>(s)];
-  if (spring.in_joint()) {
-    spring.coordinate = here(spring.coordinate);
-    if (!spring.in_joint()) return;
+  if (spring.is_joint_spring()) {
+    spring.coordinate = to_chain_coordinate(spring.coordinate);
+    if (!spring.is_joint_spring()) return;
   } else {
-    if (!has(spring.first) || !has(spring.second) || (!is_own(spring.first) && !is_own(spring.second))) return;
+    if (!has_body(spring.first) || !has_body(spring.second) || (!is_own(spring.first) && !is_own(spring.second)))
+      return;
     spring.first = body_[static_cast<std::size_t>(spring.first)];
     spring.second = body_[static_cast<std::size_t>(spring.second)];
   }
   chain_.mechanism.springs.push_back(spring);
   const auto index = static_cast<std::size_t>(s);
   chain_.loose_springs.push_back(index < loose_.size() && loose_[index]);
-  carried_.push_back({Bearer::spring, static_cast<int>(chain_.mechanism.springs.size()) - 1, s});
+  carried_.push_back({ParameterOwner::spring, static_cast<int>(chain_.mechanism.springs.size()) - 1, s});
 }
 
 }  // namespace balance

@@ -9,23 +9,23 @@
 namespace balance {
 
 /// Parameters of a point of mass one about the origin of the frame that it is given in.
-VectorX point_mass(SpaceKind space, const Vector3& place);
+VectorX point_mass_parameters(SpaceKind space, const Vector3& place);
 
 /// Where the parameters of each bearer stand.
-class Columns {
+class ParameterColumns {
  public:
-  explicit Columns(const std::vector<Parameter>& parameters);
-  Eigen::Index first(Bearer bearer, int index) const { return ranges_.at({bearer, index}).first; }
-  Eigen::Index size(Bearer bearer, int index) const { return ranges_.at({bearer, index}).second; }
+  explicit ParameterColumns(const std::vector<Parameter>& parameters);
+  Eigen::Index first(ParameterOwner bearer, int index) const { return ranges_.at({bearer, index}).first; }
+  Eigen::Index size(ParameterOwner bearer, int index) const { return ranges_.at({bearer, index}).second; }
   Eigen::Index count() const { return count_; }
 
  private:
   Eigen::Index count_;
-  std::map<std::pair<Bearer, int>, std::pair<Eigen::Index, Eigen::Index>> ranges_;
+  std::map<std::pair<ParameterOwner, int>, std::pair<Eigen::Index, Eigen::Index>> ranges_;
 };
 
 /// A point mass that a chain carries at the end of a joint that was cut.
-struct Tip {
+struct TipMass {
   JointId joint = 0;
   int other = 0;  ///< the body beyond the joint
   VectorX mass;   ///< P: linear in the whole mechanism's parameters
@@ -35,31 +35,31 @@ struct Tip {
 class ChainBuilder {
  public:
   /// @param whole, loose, columns must outlive the builder
-  ChainBuilder(const Mechanism& whole, const LooseSprings& loose, const Columns& columns);
+  ChainBuilder(const Mechanism& whole, const FreeSprings& loose, const ParameterColumns& columns);
 
   void add_body(BodyId body);
   void add_joint(JointId joint);
   /// At the joint's point; where that point wanders over the chain's last body, on a body of its own that has no other mass.
   /// @param present the whole mechanism's parameters
-  void add_tip(const Tip& tip, const VectorX& present);
+  void add_tip(const TipMass& tip, const VectorX& present);
   /// What hangs on the bodies and what refers to coordinates.
-  void add_fittings();
+  void add_attached_elements();
   /// @param left_over loses what this chain carries
-  Chain finish(MatrixX& left_over);
+  Chain build(MatrixX& left_over);
 
-  bool has(BodyId body) const { return body_[static_cast<std::size_t>(body)] >= 0; }
+  bool has_body(BodyId body) const { return body_[static_cast<std::size_t>(body)] >= 0; }
 
  private:
   /// Parameters that are the same in the chain and in the whole.
-  struct Carried {
-    Bearer bearer;
+  struct SharedParameters {
+    ParameterOwner bearer;
     int index;
     int whole_index;
   };
-  struct Point {
+  struct TipAttachment {
     int attachment;
     VectorX mass;
-    Eigen::Index taken = -1;  ///< parameter of the whole that it is, if it is one
+    Eigen::Index parameter = -1;  ///< parameter of the whole that it is, if it is one
   };
 
   BodyId append(const Body& body);
@@ -70,20 +70,22 @@ class ChainBuilder {
   void add_spring(int spring);
   void add_loads_and_friction();
   void find_coordinates();
-  CoordinateId here(CoordinateId coordinate) const { return coordinate_[static_cast<std::size_t>(coordinate)]; }
-  bool bring_here(Followed& followed) const;
-  bool is_own(BodyId body) const { return body != ground && has(body); }
+  CoordinateId to_chain_coordinate(CoordinateId coordinate) const {
+    return coordinate_[static_cast<std::size_t>(coordinate)];
+  }
+  bool map_to_chain(CoordinateCombination& followed) const;
+  bool is_own(BodyId body) const { return body != ground && has_body(body); }
 
   const Mechanism& whole_;
-  const LooseSprings& loose_;
-  const Columns& columns_;
+  const FreeSprings& loose_;
+  const ParameterColumns& columns_;
   Chain chain_;
   // of the whole to those of the chain, −1 for none
   std::vector<BodyId> body_;
   std::vector<CoordinateId> coordinate_;
   std::vector<JointId> joints_;  ///< of the chain to those of the whole
-  std::vector<Carried> carried_;
-  std::vector<Point> points_;
+  std::vector<SharedParameters> carried_;
+  std::vector<TipAttachment> points_;
 };
 
 }  // namespace balance

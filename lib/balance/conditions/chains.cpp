@@ -17,24 +17,24 @@ namespace {
 
 using Eigen::Index;
 
-class Splitting {
+class ChainSplitter {
  public:
-  Splitting(const Mechanism& whole, const LooseSprings& loose)
+  ChainSplitter(const Mechanism& whole, const FreeSprings& loose)
       : whole_(whole),
         loose_(loose),
         d_(whole.space == SpaceKind::planar ? 2 : 3),
         parameters_(list_terms(whole, loose)),
         columns_(parameters_),
-        cuts_(find_cuts(whole)),
+        cuts_(partition_graph(whole)),
         tips_(static_cast<std::size_t>(cuts_.chains)) {}
 
   ChainSplit run() {
-    split_.refusal = cuts_.refusal;
-    split_.serial = cuts_.platforms.empty() && cuts_.opened.empty();
-    if (!split_.refusal.empty() || split_.serial) return std::move(split_);
-    split_.left_over = MatrixX::Identity(columns_.count(), columns_.count());
-    for (const Platform& platform : cuts_.platforms) share(platform);
-    for (const JointId joint : cuts_.opened) open(joint);
+    split_.failure_reason = cuts_.failure_reason;
+    split_.is_serial = cuts_.platforms.empty() && cuts_.opened_joints.empty();
+    if (!split_.failure_reason.empty() || split_.is_serial) return std::move(split_);
+    split_.unassigned = MatrixX::Identity(columns_.count(), columns_.count());
+    for (const Platform& platform : cuts_.platforms) distribute_platform_mass(platform);
+    for (const JointId joint : cuts_.opened_joints) open_loop(joint);
     for (int chain = 0; chain < cuts_.chains; ++chain) build(chain);
     describe();
     return std::move(split_);
@@ -52,16 +52,16 @@ class Splitting {
   /// Mass and first moments of a body with everything on it, linear in the parameters: (1 + d) × P.
   MatrixX moments(BodyId body) const {
     MatrixX sum = MatrixX::Zero(1 + d_, columns_.count());
-    const auto add = [&](Bearer bearer, std::size_t index) {
+    const auto add = [&](ParameterOwner bearer, std::size_t index) {
       const Index first = columns_.first(bearer, static_cast<int>(index));
       sum.middleCols(first, 1 + d_) += MatrixX::Identity(1 + d_, 1 + d_);
     };
-    add(Bearer::body, static_cast<std::size_t>(body));
+    add(ParameterOwner::body, static_cast<std::size_t>(body));
     for (std::size_t a = 0; a < whole_.attachments.size(); ++a)
-      if (whole_.attachments[a].body == body) add(Bearer::attachment, a);
+      if (whole_.attachments[a].body == body) add(ParameterOwner::attachment, a);
     for (std::size_t k = 0; k < whole_.discs.size(); ++k)
       if (whole_.discs[k].body == body) {
-        const Index mass = columns_.first(Bearer::disc, static_cast<int>(k));
+        const Index mass = columns_.first(ParameterOwner::disc, static_cast<int>(k));
         sum(0, mass) += 1;
         sum.col(mass).tail(d_) += whole_.discs[k].position.head(d_);
       }
@@ -70,7 +70,7 @@ class Splitting {
 
   /// Equal masses at the joints and smallest additions that move the CoM: wᵢ = m / n + dᵢᵀ (Σ d dᵀ)⁺ (m r − m r̄), with d the
   /// joints' places from their mean r̄.
-  void share(const Platform& platform) {
+  void distribute_platform_mass(const Platform& platform) {
     const auto n = static_cast<Index>(platform.joints.size());
     MatrixX places(d_, n);
     for (Index i = 0; i < n; ++i) {
@@ -80,24 +80,25 @@ class Splitting {
     const VectorX mean = places.rowwise().mean();
     const MatrixX total = moments(platform.body);
     CompleteOrthogonalDecomposition solver;
-    solver.setThreshold(coincident);
+    solver.setThreshold(coincidence_tolerance);
     solver.compute(places.colwise() - mean);
     MatrixX shares = solver.solve(total.bottomRows(d_) - mean * total.row(0));
     shares.rowwise() += total.row(0) / static_cast<double>(n);
     std::string text;
-    const Index own = columns_.first(Bearer::body, platform.body), size = columns_.size(Bearer::body, platform.body);
+    const Index own = columns_.first(ParameterOwner::body, platform.body),
+                size = columns_.size(ParameterOwner::body, platform.body);
     for (Index i = 0; i < n; ++i) {
       Vector3 place = Vector3::Zero();
       place.head(d_) = places.col(i);
       const VectorX mass = shares.row(i).transpose();
-      split_.left_over.middleRows(own, size) -= point_mass(whole_.space, place) * mass.transpose();
+      split_.unassigned.middleRows(own, size) -= point_mass_parameters(whole_.space, place) * mass.transpose();
       const int at = platform.joints[static_cast<std::size_t>(i)];
       add_tip(at, platform.body, mass);
-      text += (text.empty() ? "" : "; ") + ("at " + joint(at).name + ": " + linear_text(parameters_, mass));
+      text += (text.empty() ? "" : "; ") + ("at " + joint(at).name + ": " + linear_combination_text(parameters_, mass));
     }
     split_.notes.push_back("the chains carry point masses " + text);
     // Cancelled to round-off.
-    for (double& entry : split_.left_over.reshaped())
+    for (double& entry : split_.unassigned.reshaped())
       if (std::abs(entry) < 1e-14 * std::max(1.0, max_abs(places))) entry = 0;
     if (solver.rank() < d_)
       split_.notes.push_back(
@@ -108,18 +109,18 @@ class Splitting {
 
   /// Half of every payload at the joint's point goes over to the chain beyond. With payloads there on both bodies the spec says itself
   /// which share is whose.
-  void open(int j) {
+  void open_loop(int j) {
     const Joint& at = joint(j);
     bool on_first = false, on_second = false;
     VectorX over = VectorX::Zero(columns_.count());  // from the first body's chain to the second's
-    for (std::size_t a = 0; a < whole_.attachments.size() && holds_point(at.type); ++a) {
+    for (std::size_t a = 0; a < whole_.attachments.size() && is_point_joint(at.type); ++a) {
       const Attachment& payload = whole_.attachments[a];
       const bool first = payload.body == at.first, second = payload.body == at.second;
       if (payload.kind != AttachmentKind::payload || (!first && !second)) continue;
       const Vector3 gap = payload.position - (first ? at.point_first : at.point_second);
-      if (gap.norm() > coincident * characteristic_length(whole_)) continue;
+      if (gap.norm() > coincidence_tolerance * characteristic_length(whole_)) continue;
       (first ? on_first : on_second) = true;
-      over[columns_.first(Bearer::attachment, static_cast<int>(a))] = first ? 0.5 : -0.5;
+      over[columns_.first(ParameterOwner::attachment, static_cast<int>(a))] = first ? 0.5 : -0.5;
     }
     if (on_first && on_second) {
       split_.notes.push_back(
@@ -129,8 +130,8 @@ class Splitting {
     if (over.isZero(0)) return;
     add_tip(j, at.second, -over);
     add_tip(j, at.first, over);
-    split_.notes.push_back(fmt::format("at {}, {} goes over from {} to {}", at.name, linear_text(parameters_, over),
-                                       name(at.first), name(at.second)));
+    split_.notes.push_back(fmt::format("at {}, {} goes over from {} to {}", at.name,
+                                       linear_combination_text(parameters_, over), name(at.first), name(at.second)));
   }
 
   void build(int chain) {
@@ -139,15 +140,15 @@ class Splitting {
       if (cuts_.chain_of[b] == chain) builder.add_body(static_cast<int>(b));
     for (std::size_t j = 0; j < whole_.joints.size(); ++j) {
       const int a = whole_.joints[j].first, b = whole_.joints[j].second;
-      const bool opened =
-          std::find(cuts_.opened.begin(), cuts_.opened.end(), static_cast<int>(j)) != cuts_.opened.end();
-      if (!opened && builder.has(a) && builder.has(b) && (a != ground || b != ground))
+      const bool opened = std::find(cuts_.opened_joints.begin(), cuts_.opened_joints.end(), static_cast<int>(j)) !=
+                          cuts_.opened_joints.end();
+      if (!opened && builder.has_body(a) && builder.has_body(b) && (a != ground || b != ground))
         builder.add_joint(static_cast<int>(j));
     }
     const VectorX present = term_values(whole_, loose_);
-    for (const Tip& tip : tips_[static_cast<std::size_t>(chain)]) builder.add_tip(tip, present);
-    builder.add_fittings();
-    split_.chains.push_back(builder.finish(split_.left_over));
+    for (const TipMass& tip : tips_[static_cast<std::size_t>(chain)]) builder.add_tip(tip, present);
+    builder.add_attached_elements();
+    split_.chains.push_back(builder.build(split_.unassigned));
   }
 
   const std::string& name(BodyId body) const { return whole_.bodies[static_cast<std::size_t>(body)].name; }
@@ -156,7 +157,7 @@ class Splitting {
     std::string names, cut;
     for (const Chain& chain : split_.chains) names += (names.empty() ? "(" : ", (") + chain.name + ")";
     for (const Platform& platform : cuts_.platforms) cut += (cut.empty() ? "at " : " and at ") + name(platform.body);
-    for (const int j : cuts_.opened) cut += (cut.empty() ? "at joint " : " and at joint ") + joint(j).name;
+    for (const int j : cuts_.opened_joints) cut += (cut.empty() ? "at joint " : " and at joint ") + joint(j).name;
     split_.notes.insert(split_.notes.begin(), fmt::format("split {} into the chains {}", cut, names));
     std::size_t couplings = 0;
     for (const Chain& chain : split_.chains) couplings += chain.mechanism.couplings.size();
@@ -168,24 +169,25 @@ class Splitting {
       for (const Platform& platform : cuts_.platforms)
         split_.notes.push_back(fmt::format(
             "the point masses have another moment of inertia than {}: {} is left over", name(platform.body),
-            linear_text(parameters_,
-                        split_.left_over.row(columns_.first(Bearer::body, platform.body) + 3).transpose())));
+            linear_combination_text(
+                parameters_,
+                split_.unassigned.row(columns_.first(ParameterOwner::body, platform.body) + 3).transpose())));
   }
 
   const Mechanism& whole_;
-  const LooseSprings& loose_;
+  const FreeSprings& loose_;
   Index d_;
   std::vector<Parameter> parameters_;
-  Columns columns_;
-  Cuts cuts_;
-  std::vector<std::vector<Tip>> tips_;  ///< per chain
+  ParameterColumns columns_;
+  GraphPartition cuts_;
+  std::vector<std::vector<TipMass>> tips_;  ///< per chain
   ChainSplit split_;
 };
 
 }  // namespace
 
-ChainSplit split_into_chains(const Mechanism& mechanism, const LooseSprings& loose) {
-  return Splitting(mechanism, loose).run();
+ChainSplit split_into_chains(const Mechanism& mechanism, const FreeSprings& loose) {
+  return ChainSplitter(mechanism, loose).run();
 }
 
 }  // namespace balance

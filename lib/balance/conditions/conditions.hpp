@@ -28,36 +28,38 @@ struct Conditions {
   std::string reason;  ///< one sentence if not done
   std::vector<Goal> goals;
   std::vector<Parameter> parameters;  ///< P columns: list_terms
-  VectorX known;                      ///< values of the last ones, which are known terms [SI]
-  std::vector<bool> open_terms;       ///< of the known terms: as in ConditionOptions
+  VectorX known_term_values;          ///< values of the last ones, which are known terms [SI]
+  std::vector<bool> variable_terms;   ///< of the known terms: as in ConditionOptions
   MatrixX matrix;           ///< rank × P [SI], reduced: each row is solved for its pivot, whose coefficient is 1
   std::vector<int> pivots;  ///< per row: a parameter that occurs in no other row
   VectorX
-      scale;  ///< per row: the size of its terms in a mechanism of this mass and length; residuals are divided by it
+      row_scales;  ///< per row: the size of its terms in a mechanism of this mass and length; residuals are divided by it
   int rank = 0;
-  double smallest_kept = 0;        ///< singular value, the largest being 1
-  double largest_dropped = 0;      ///< the next one
-  double gap = 0;                  ///< their ratio; finite (round-off stands in for an exact zero)
-  int samples = 0;                 ///< configurations that the rows were taken at
-  std::vector<std::string> notes;  ///< what a user should know (which joints' accelerations are meant, …)
+  double min_kept_singular_value = 0;     ///< singular value, the largest being 1
+  double max_dropped_singular_value = 0;  ///< the next one
+  double singular_value_gap = 0;          ///< their ratio; finite (round-off stands in for an exact zero)
+  int samples = 0;                        ///< configurations that the rows were taken at
+  std::vector<std::string> notes;         ///< what a user should know (which joints' accelerations are meant, …)
 
   /// Known term k is one that free numbers change.
-  bool is_open(Eigen::Index k) const {
-    return static_cast<std::size_t>(k) < open_terms.size() && open_terms[static_cast<std::size_t>(k)];
+  bool is_variable_term(Eigen::Index k) const {
+    return static_cast<std::size_t>(k) < variable_terms.size() && variable_terms[static_cast<std::size_t>(k)];
   }
   /// Columns that are no known terms.
-  Eigen::Index own_columns() const { return static_cast<Eigen::Index>(parameters.size()) - known.size(); }
+  Eigen::Index parameter_columns() const {
+    return static_cast<Eigen::Index>(parameters.size()) - known_term_values.size();
+  }
   /// Rows that hold a parameter; those behind them hold known terms alone.
-  Eigen::Index own_rows() const;
+  Eigen::Index parameter_rows() const;
 };
 
 struct ConditionOptions {
   Vector3 about =
       Vector3::Zero();  ///< world point of the angular momentum [m]; matters only while the force is not met
-  LooseSprings loose_springs;
-  std::vector<std::string> without;  ///< sections and elements that the goals leave out (left_out)
-  std::vector<bool> open_terms;      ///< known terms that free numbers change: asked for even where they are zero
-  std::uint64_t seed = 1;            ///< of the configurations
+  FreeSprings loose_springs;
+  std::vector<std::string> excluded;  ///< sections and elements that the goals leave out (left_out)
+  std::vector<bool> variable_terms;   ///< known terms that free numbers change: asked for even where they are zero
+  std::uint64_t seed = 1;             ///< of the configurations
 };
 
 /// Stacks the goals' rows at random admissible configurations and velocities, decides the rank and reduces the row space.

@@ -9,7 +9,7 @@
 namespace balance {
 
 /// Points closer than this, beside the mechanism's length, are the same.
-inline constexpr double coincident = 1e-9;
+inline constexpr double coincidence_tolerance = 1e-9;
 
 /// A body that several chains carry together.
 struct Platform {
@@ -17,12 +17,12 @@ struct Platform {
   std::vector<JointId> joints;  ///< to the chains
 };
 
-struct Cuts {
-  std::string refusal;        ///< why the mechanism cannot be split; empty if it can, or need not be
-  int chains = 0;             ///< connected pieces that reach the ground; they may branch
-  std::vector<int> chain_of;  ///< per body: its chain, −1 for the ground and platforms
+struct GraphPartition {
+  std::string failure_reason;  ///< why the mechanism cannot be split; empty if it can, or need not be
+  int chains = 0;              ///< connected pieces that reach the ground; they may branch
+  std::vector<int> chain_of;   ///< per body: its chain, −1 for the ground and platforms
   std::vector<Platform> platforms;
-  std::vector<JointId> opened;  ///< joints of loops without a platform
+  std::vector<JointId> opened_joints;  ///< joints of loops without a platform
 };
 
 /// Everything that moves in one piece, the ground aside, is looked at by itself. Without loops it is a chain. With loops its
@@ -31,9 +31,9 @@ struct Cuts {
 ///
 /// Parts that the spec is made of (bodies `leg1.crank`, `leg1.coupler`) stay in one piece each where that is possible: then the platform is
 /// the body of the whole that most parts carry, at least two, and a single loop is opened between two of them.
-Cuts find_cuts(const Mechanism& mechanism);
+GraphPartition partition_graph(const Mechanism& mechanism);
 
 /// Whether a joint holds one point of its first body at one point of its second.
-bool holds_point(JointType type);
+bool is_point_joint(JointType type);
 
 }  // namespace balance

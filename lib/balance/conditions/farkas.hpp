@@ -10,23 +10,23 @@
 namespace balance {
 
 /// c = rowsᵀ λ.
-struct Certificate {
+struct FarkasCertificate {
   VectorX combination;   ///< λ
   VectorX coefficients;  ///< c, with exact zeros
 };
 
 /// Coefficients of this size, in natural units and beside one, are round-off.
-inline constexpr double coefficient_rounding = 1e-9;
+inline constexpr double certificate_coefficient_tolerance = 1e-9;
 
 /// A combination with no parameter whose sign is unknown, no negative coefficient, and a body's mass or moment of inertia among
 /// its terms; of several the one with fewest terms that a few linear programs find.
-std::optional<Certificate> find_sign_certificate(const MatrixX& rows, const std::vector<Parameter>& parameters);
+std::optional<FarkasCertificate> find_sign_certificate(const MatrixX& rows, const std::vector<Parameter>& parameters);
 
 /// A combination that lies in the cone and is not zero for all bodies. Its matrices are positive semidefinite up to 1e-10.
-std::optional<Certificate> find_cone_certificate(const MatrixX& rows, const MassCone& cone);
+std::optional<FarkasCertificate> find_cone_certificate(const MatrixX& rows, const PseudoInertiaCone& cone);
 
 /// A combination that is positive for all z in a box: λᵀ(constant + gradient z) ≥ 1 with lower ≤ z ≤ upper, of least Σ|λ|.
-std::optional<VectorX> find_bounds_combination(const VectorX& constant, const MatrixX& gradient, const VectorX& lower,
+std::optional<VectorX> find_bounds_certificate(const VectorX& constant, const MatrixX& gradient, const VectorX& lower,
                                                const VectorX& upper);
 
 }  // namespace balance

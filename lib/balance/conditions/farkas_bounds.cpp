@@ -3,7 +3,7 @@
 
 namespace balance {
 
-std::optional<VectorX> find_bounds_combination(const VectorX& constant, const MatrixX& gradient, const VectorX& lower,
+std::optional<VectorX> find_bounds_certificate(const VectorX& constant, const MatrixX& gradient, const VectorX& lower,
                                                const VectorX& upper) {
   const Eigen::Index n = gradient.rows(), z = gradient.cols();
   // Unknowns: λ⁺, λ⁻ and the rates of the left-hand side split into rises and falls, gᵀ = λᵀ gradient = rise − fall. Where it
@@ -20,12 +20,12 @@ std::optional<VectorX> find_bounds_combination(const VectorX& constant, const Ma
     rate[2 * n + j] = -1;
     rate[2 * n + z + j] = 1;
     program.add_row(0, rate, 0);
-    if (lower[j] == -unbounded) program.upper[2 * n + j] = least[2 * n + j] = 0;
-    if (upper[j] == unbounded) program.upper[2 * n + z + j] = least[2 * n + z + j] = 0;
+    if (lower[j] == -no_bound) program.upper[2 * n + j] = least[2 * n + j] = 0;
+    if (upper[j] == no_bound) program.upper[2 * n + z + j] = least[2 * n + z + j] = 0;
   }
-  program.add_row(1, least, unbounded);
-  const ProgramSolution solution = minimize(program);
-  if (solution.status != ProgramStatus::solved) return std::nullopt;
+  program.add_row(1, least, no_bound);
+  const LinearProgramSolution solution = solve_linear_program(program);
+  if (solution.status != LinearProgramStatus::optimal) return std::nullopt;
   return solution.x.head(n) - solution.x.segment(n, n);
 }
 

@@ -16,36 +16,37 @@ namespace balance {
 namespace {
 
 /// What an eigenvalue may fall short of zero, beside the largest of all matrices; conditions are not known better.
-constexpr double definite = 1e-10;
+constexpr double eigenvalue_tolerance = 1e-10;
 /// Room that is sought inside the cone, beside a matrix' size.
-constexpr double room = 1e-3;
+constexpr double interior_margin = 1e-3;
 /// A matrix of this size stands for zero.
-constexpr double vanished = 1e-8;
-constexpr double largest_factor = 1e4;
-constexpr int most_rounds = 80;
+constexpr double zero_matrix_tolerance = 1e-8;
+constexpr double max_multiplier = 1e4;
+constexpr int max_cutting_plane_rounds = 80;
 
 using Eigen::Index;
 
-class ConeSearch {
+class ConeCertificateSearch {
  public:
-  ConeSearch(const MatrixX& rows, const MassCone& cone) : rows_(rows), cone_(cone), n_(rows.rows()), trace_(n_) {
+  ConeCertificateSearch(const MatrixX& rows, const PseudoInertiaCone& cone)
+      : rows_(rows), cone_(cone), n_(rows.rows()), trace_(n_) {
     trace_.setZero();
-    for (const ConeBlock& block : cone_.blocks)
-      for (Index i = 0; block.body && i < block.size; ++i) {
+    for (const PseudoInertiaBlock& block : cone_.blocks)
+      for (Index i = 0; block.is_body && i < block.size; ++i) {
         const VectorX v = VectorX::Unit(block.size, i);
         trace_ += form(block, v, v);
       }
     for (std::size_t b = 0; b < cone_.blocks.size(); ++b) add_first_cuts(b);
   }
 
-  std::optional<Certificate> find() {
+  std::optional<FarkasCertificate> find() {
     const std::optional<VectorX> start = search(first_program());
     if (!start) return std::nullopt;
     const std::optional<VectorX> inside = search(inner_program(*start));
     for (const VectorX& candidate : {inside.value_or(*start), *start}) {
-      if (std::optional<Certificate> found = verified(centred(candidate))) return found;
+      if (std::optional<FarkasCertificate> found = verify(refine_at_tangency(candidate))) return found;
       for (const double singular : {1e-5, 1e-3, 1e-7, 0.0})
-        if (std::optional<Certificate> found = verified(repaired(candidate, singular))) return found;
+        if (std::optional<FarkasCertificate> found = verify(refine_by_newton(candidate, singular))) return found;
     }
     return std::nullopt;
   }
@@ -57,12 +58,12 @@ class ConeSearch {
   };
 
   /// The row by which λ gives uᵀ Q v.
-  VectorX form(const ConeBlock& block, const VectorX& u, const VectorX& v) const {
-    return rows_ * block.form(u, v, rows_.cols());
+  VectorX form(const PseudoInertiaBlock& block, const VectorX& u, const VectorX& v) const {
+    return rows_ * block.bilinear_form_row(u, v, rows_.cols());
   }
 
   void add_first_cuts(std::size_t b) {
-    const ConeBlock& block = cone_.blocks[b];
+    const PseudoInertiaBlock& block = cone_.blocks[b];
     for (Index i = 0; i < block.size; ++i) {
       add_cut(b, VectorX::Unit(block.size, i));
       for (Index j = 0; j < i; ++j)
@@ -89,7 +90,7 @@ class ConeSearch {
   LinearProgram common_program() const {
     LinearProgram program(2 * n_ + blocks());
     program.lower.setZero();
-    program.upper.head(2 * n_).setConstant(largest_factor);
+    program.upper.head(2 * n_).setConstant(max_multiplier);
     program.upper.tail(blocks()).setZero();
     program.cost.head(2 * n_).setOnes();
     program.add_row(1, program_row(trace_), 1);
@@ -109,12 +110,13 @@ class ConeSearch {
       if (start[r] == 0) program.upper[r] = program.upper[n_ + r] = 0;
     const VectorX coefficients = rows_.transpose() * start;
     for (Index b = 0; b < blocks(); ++b) {
-      const ConeBlock& block = cone_.blocks[static_cast<std::size_t>(b)];
+      const PseudoInertiaBlock& block = cone_.blocks[static_cast<std::size_t>(b)];
       const double size = block.matrix(coefficients).norm();
-      if (size > coefficient_rounding) {
-        program.upper[2 * n_ + b] = room * size;
+      if (size > certificate_coefficient_tolerance) {
+        program.upper[2 * n_ + b] = interior_margin * size;
       } else {
-        for (const ConeBlock::Term& term : block.terms) program.add_row(0, program_row(rows_.col(term.parameter)), 0);
+        for (const PseudoInertiaBlock::Term& term : block.terms)
+          program.add_row(0, program_row(rows_.col(term.parameter)), 0);
       }
     }
     return program;
@@ -123,26 +125,26 @@ class ConeSearch {
   /// Solves, cuts, solves again until no matrix is indefinite.
   std::optional<VectorX> search(LinearProgram program) {
     std::size_t known = 0;
-    for (int round = 0; round < most_rounds; ++round) {
-      for (; known < cuts_.size(); ++known) program.add_row(0, program_row(cuts_[known].row, &cuts_[known]), unbounded);
-      const ProgramSolution solution = minimize(program);
-      if (solution.status != ProgramStatus::solved) return std::nullopt;
+    for (int round = 0; round < max_cutting_plane_rounds; ++round) {
+      for (; known < cuts_.size(); ++known) program.add_row(0, program_row(cuts_[known].row, &cuts_[known]), no_bound);
+      const LinearProgramSolution solution = solve_linear_program(program);
+      if (solution.status != LinearProgramStatus::optimal) return std::nullopt;
       VectorX lambda = solution.x.head(n_) - solution.x.segment(n_, n_);
       for (double& factor : lambda)
-        if (std::abs(factor) < coefficient_rounding) factor = 0;
-      if (!cut_off(lambda, solution.x.tail(blocks()))) return lambda;
+        if (std::abs(factor) < certificate_coefficient_tolerance) factor = 0;
+      if (!add_eigenvector_cuts(lambda, solution.x.tail(blocks()))) return lambda;
     }
     return std::nullopt;
   }
 
   /// @return false if there was nothing to cut off
-  bool cut_off(const VectorX& lambda, const VectorX& inside) {
+  bool add_eigenvector_cuts(const VectorX& lambda, const VectorX& inside) {
     const VectorX coefficients = rows_.transpose() * lambda;
     const std::size_t before = cuts_.size();
     for (std::size_t b = 0; b < cone_.blocks.size(); ++b) {
       const SymmetricEigenSolver solver(cone_.blocks[b].matrix(coefficients));
       for (Index i = 0; i < solver.eigenvalues().size(); ++i)
-        if (solver.eigenvalues()[i] < inside[static_cast<Index>(b)] - 10 * coefficient_rounding)
+        if (solver.eigenvalues()[i] < inside[static_cast<Index>(b)] - 10 * certificate_coefficient_tolerance)
           add_cut(b, solver.eigenvectors().col(i));
     }
     return cuts_.size() > before;
@@ -150,17 +152,17 @@ class ConeSearch {
 
   /// Newton's method on: what is excluded is zero, the trace is one, matrices of size zero vanish, and eigenvalues below
   /// `singular` (relative to their matrix) are zero.
-  VectorX repaired(VectorX lambda, double singular) const {
-    const std::vector<Index> part = taking_part(lambda);
+  VectorX refine_by_newton(VectorX lambda, double singular) const {
+    const std::vector<Index> part = active_conditions(lambda);
     for (int round = 0; round < 8; ++round) {
       const VectorX coefficients = rows_.transpose() * lambda;
       std::vector<VectorX> rows = equations(coefficients);
-      for (const ConeBlock& block : cone_.blocks) {
+      for (const PseudoInertiaBlock& block : cone_.blocks) {
         const Spectrum spectrum(block, coefficients, singular);
         for (Index i = 0; i < spectrum.null; ++i)
           for (Index k = 0; k <= i; ++k) rows.push_back(form(block, spectrum.vectors.col(i), spectrum.vectors.col(k)));
       }
-      const MatrixX jacobian = stacked(rows);
+      const MatrixX jacobian = stack_rows(rows);
       VectorX residual = -jacobian * lambda;
       residual[0] += 1;
       lambda(part) += least_squares(jacobian(Eigen::all, part), residual);
@@ -170,13 +172,13 @@ class ConeSearch {
 
   /// Where the family of matrices only touches the cone its smallest eigenvalues are zero at their maximum, and Newton's method
   /// on their values is blind: this is Newton's method on the gradient of their sum, everything else kept.
-  VectorX centred(VectorX lambda) const {
-    const std::vector<Index> part = taking_part(lambda);
+  VectorX refine_at_tangency(VectorX lambda) const {
+    const std::vector<Index> part = active_conditions(lambda);
     for (int round = 0; round < 3; ++round) {
       const VectorX coefficients = rows_.transpose() * lambda;
       VectorX gradient = VectorX::Zero(n_);
       MatrixX hessian = MatrixX::Zero(n_, n_);
-      for (const ConeBlock& block : cone_.blocks) {
+      for (const PseudoInertiaBlock& block : cone_.blocks) {
         const Spectrum s(block, coefficients, 1e-5);
         for (Index a = 0; a < s.null; ++a) {
           gradient += form(block, s.vectors.col(a), s.vectors.col(a));
@@ -186,7 +188,7 @@ class ConeSearch {
           }
         }
       }
-      const Eigen::FullPivLU<MatrixX> kept(stacked(equations(coefficients))(Eigen::all, part));
+      const Eigen::FullPivLU<MatrixX> kept(stack_rows(equations(coefficients))(Eigen::all, part));
       const MatrixX free = kept.kernel();
       if (free.isZero(0)) break;
       const MatrixX curvature = free.transpose() * hessian(part, part) * free;
@@ -201,17 +203,17 @@ class ConeSearch {
     MatrixX vectors;
     Index null = 0;
 
-    Spectrum(const ConeBlock& block, const VectorX& coefficients, double singular) {
+    Spectrum(const PseudoInertiaBlock& block, const VectorX& coefficients, double singular) {
       const MatrixX matrix = block.matrix(coefficients);
       const double size = matrix.norm();
       const SymmetricEigenSolver solver(matrix);
       values = solver.eigenvalues(), vectors = solver.eigenvectors();
-      if (size >= vanished) null = (values.array() < singular * size).count();
+      if (size >= zero_matrix_tolerance) null = (values.array() < singular * size).count();
       if (singular == 0) null = 0;
     }
   };
 
-  static std::vector<Index> taking_part(const VectorX& lambda) {
+  static std::vector<Index> active_conditions(const VectorX& lambda) {
     std::vector<Index> part;
     for (Index r = 0; r < lambda.size(); ++r)
       if (lambda[r] != 0) part.push_back(r);
@@ -222,13 +224,13 @@ class ConeSearch {
   std::vector<VectorX> equations(const VectorX& coefficients) const {
     std::vector<VectorX> rows = {trace_};
     for (const Index p : cone_.excluded) rows.emplace_back(rows_.col(p));
-    for (const ConeBlock& block : cone_.blocks)
-      if (block.matrix(coefficients).norm() < vanished)
-        for (const ConeBlock::Term& term : block.terms) rows.emplace_back(rows_.col(term.parameter));
+    for (const PseudoInertiaBlock& block : cone_.blocks)
+      if (block.matrix(coefficients).norm() < zero_matrix_tolerance)
+        for (const PseudoInertiaBlock::Term& term : block.terms) rows.emplace_back(rows_.col(term.parameter));
     return rows;
   }
 
-  MatrixX stacked(const std::vector<VectorX>& rows) const {
+  MatrixX stack_rows(const std::vector<VectorX>& rows) const {
     MatrixX all(static_cast<Index>(rows.size()), n_);
     for (std::size_t i = 0; i < rows.size(); ++i) all.row(static_cast<Index>(i)) = rows[i].transpose();
     return all;
@@ -236,29 +238,29 @@ class ConeSearch {
 
   static VectorX least_squares(const MatrixX& matrix, const VectorX& right) {
     CompleteOrthogonalDecomposition solver;
-    solver.setThreshold(coefficient_rounding);
+    solver.setThreshold(certificate_coefficient_tolerance);
     return solver.compute(matrix).solve(right);
   }
 
-  std::optional<Certificate> verified(const VectorX& lambda) const {
-    Certificate out{lambda, rows_.transpose() * lambda};
+  std::optional<FarkasCertificate> verify(const VectorX& lambda) const {
+    FarkasCertificate out{lambda, rows_.transpose() * lambda};
     const double bodies = trace_.dot(lambda), size = max_abs(out.coefficients);
-    if (!(bodies > 0.5) || !(size < largest_factor)) return std::nullopt;
+    if (!(bodies > 0.5) || !(size < max_multiplier)) return std::nullopt;
     for (const Index p : cone_.excluded) {
-      if (std::abs(out.coefficients[p]) > coefficient_rounding * size) return std::nullopt;
+      if (std::abs(out.coefficients[p]) > certificate_coefficient_tolerance * size) return std::nullopt;
       out.coefficients[p] = 0;
     }
     for (double& c : out.coefficients)
-      if (std::abs(c) < definite * size) c = 0;
-    for (const ConeBlock& block : cone_.blocks) {
+      if (std::abs(c) < eigenvalue_tolerance * size) c = 0;
+    for (const PseudoInertiaBlock& block : cone_.blocks) {
       const SymmetricEigenSolver solver(block.matrix(out.coefficients), Eigen::EigenvaluesOnly);
-      if (solver.eigenvalues()[0] < -definite * size) return std::nullopt;
+      if (solver.eigenvalues()[0] < -eigenvalue_tolerance * size) return std::nullopt;
     }
     return out;
   }
 
   MatrixX rows_;
-  const MassCone& cone_;
+  const PseudoInertiaCone& cone_;
   Index n_;
   VectorX trace_;  ///< of λ: the sum of the traces of all bodies' matrices, normalised to one
   std::vector<Cut> cuts_;
@@ -266,8 +268,8 @@ class ConeSearch {
 
 }  // namespace
 
-std::optional<Certificate> find_cone_certificate(const MatrixX& rows, const MassCone& cone) {
-  return ConeSearch(rows, cone).find();
+std::optional<FarkasCertificate> find_cone_certificate(const MatrixX& rows, const PseudoInertiaCone& cone) {
+  return ConeCertificateSearch(rows, cone).find();
 }
 
 }  // namespace balance

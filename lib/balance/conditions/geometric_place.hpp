@@ -7,8 +7,8 @@ namespace balance {
 
 /// The number's own place, writable if the mechanism is.
 template <class AMechanism>
-auto& number_at(AMechanism& m, const GeometricPlace& p) {
-  using Kind = GeometricPlace::Kind;
+auto& geometric_value_at(AMechanism& m, const GeometricParameterLocation& p) {
+  using Kind = GeometricParameterLocation::Kind;
   const auto at = [](int index) { return static_cast<std::size_t>(index); };
   switch (p.kind) {
     case Kind::joint_first: return m.joints[at(p.index)].point_first[p.axis];

@@ -12,21 +12,21 @@ namespace balance {
 
 namespace {
 
-using Kind = GeometricPlace::Kind;
+using Kind = GeometricParameterLocation::Kind;
 
 std::size_t at(int index) { return static_cast<std::size_t>(index); }
 
 /// Collects numbers; those of one named point under one entry per axis.
-class NumberList {
+class GeometricParameterList {
  public:
-  explicit NumberList(const Mechanism& mechanism) : mechanism_(mechanism) {}
+  explicit GeometricParameterList(const Mechanism& mechanism) : mechanism_(mechanism) {}
 
-  void add(const std::string& label, const std::string& unit, const GeometricPlace& place) {
-    numbers_.push_back({label, unit, number_at(mechanism_, place), {place}});
+  void add(const std::string& label, const std::string& unit, const GeometricParameterLocation& place) {
+    numbers_.push_back({label, unit, geometric_value_at(mechanism_, place), {place}});
   }
 
   /// A place on a body: a named point of it, or one of its own.
-  void add_point(BodyId body, const Vector3& position, GeometricPlace place, const std::string& own_label) {
+  void add_point(BodyId body, const Vector3& position, GeometricParameterLocation place, const std::string& own_label) {
     const int axes = mechanism_.space == SpaceKind::planar ? 2 : 3;
     const std::optional<int> point = find_point(body, position);
     for (place.axis = 0; place.axis < axes; ++place.axis) {
@@ -41,12 +41,12 @@ class NumberList {
         add(owner.name + "." + owner.points[at(*point)].name + "." + axis, "m",
             {Kind::body_point, body, *point, place.axis});
       }
-      numbers_[entry->second].places.push_back(place);
+      numbers_[entry->second].locations.push_back(place);
     }
   }
 
   /// The ratios of a belt over several joints.
-  void add_terms(const Followed& followed, const std::string& owner, GeometricPlace place) {
+  void add_terms(const CoordinateCombination& followed, const std::string& owner, GeometricParameterLocation place) {
     if (followed.terms.size() < 2) return;
     for (; place.item < static_cast<int>(followed.terms.size()); ++place.item) {
       const CoordinateId coordinate = followed.terms[at(place.item)].coordinate;
@@ -55,18 +55,18 @@ class NumberList {
   }
 
   /// Factors but plain ones, which scale nothing, and points.
-  void add_constraint(const Speed& constraint, int index) {
+  void add_constraint(const GeneralisedSpeed& constraint, int index) {
     for (int item = 0; item < static_cast<int>(constraint.terms.size()); ++item) {
-      const SpeedTerm& term = constraint.terms[at(item)];
+      const GeneralisedSpeedTerm& term = constraint.terms[at(item)];
       const std::string name = constraint.name + "[" + std::to_string(item) + "]";
       if (std::abs(term.factor) != 1) add(name, "1", {Kind::constraint_factor, index, item, 0});
-      using enum SpeedTerm::Of;
-      if (term.of == velocity || term.of == velocity_own)
+      using enum GeneralisedSpeedTerm::Kind;
+      if (term.kind == velocity || term.kind == velocity_body)
         add_point(term.body, term.position, {Kind::constraint_point, index, item, 0}, name + ".at");
     }
   }
 
-  std::vector<GeometricNumber> finish() { return std::move(numbers_); }
+  std::vector<GeometricParameter> finish() { return std::move(numbers_); }
 
  private:
   std::optional<int> find_point(BodyId body, const Vector3& position) const {
@@ -77,26 +77,26 @@ class NumberList {
   }
 
   const Mechanism& mechanism_;
-  std::vector<GeometricNumber> numbers_;
+  std::vector<GeometricParameter> numbers_;
   std::map<std::tuple<int, int, int>, std::size_t> named_;  // body, point, axis -> place in numbers_
 };
 
-void add_gravity(const Mechanism& mechanism, std::vector<GeometricNumber>& numbers) {
-  GeometricNumber g{"g", "m/s^2", mechanism.gravity.norm(), {}};
-  for (int axis = 0; axis < 3; ++axis) g.places.push_back({Kind::gravity, 0, 0, axis});
+void add_gravity(const Mechanism& mechanism, std::vector<GeometricParameter>& numbers) {
+  GeometricParameter g{"g", "m/s^2", mechanism.gravity.norm(), {}};
+  for (int axis = 0; axis < 3; ++axis) g.locations.push_back({Kind::gravity, 0, 0, axis});
   numbers.push_back(std::move(g));
 }
 
 }  // namespace
 
-std::vector<GeometricNumber> list_geometry(const Mechanism& m) {
-  NumberList list(m);
+std::vector<GeometricParameter> list_geometric_parameters(const Mechanism& m) {
+  GeometricParameterList list(m);
   for (std::size_t j = 0; j < m.joints.size(); ++j) {
     const Joint& joint = m.joints[j];
     const int index = static_cast<int>(j);
     list.add_point(joint.first, joint.point_first, {Kind::joint_first, index, 0, 0}, joint.name + ".first");
     list.add_point(joint.second, joint.point_second, {Kind::joint_second, index, 0, 0}, joint.name + ".second");
-    if (rolls(joint.type)) list.add(joint.name + ".radius", "m", {Kind::joint_radius, index, 0, 0});
+    if (is_rolling(joint.type)) list.add(joint.name + ".radius", "m", {Kind::joint_radius, index, 0, 0});
   }
   for (std::size_t c = 0; c < m.constraints.size(); ++c) list.add_constraint(m.constraints[c], static_cast<int>(c));
   if (m.tool) list.add_point(m.tool->body, m.tool->position, {Kind::tool, 0, 0, 0}, "tool");
@@ -113,7 +113,7 @@ std::vector<GeometricNumber> list_geometry(const Mechanism& m) {
   }
   for (std::size_t s = 0; s < m.springs.size(); ++s) {
     const Spring& spring = m.springs[s];
-    if (spring.in_joint()) continue;
+    if (spring.is_joint_spring()) continue;
     const int index = static_cast<int>(s);
     list.add_point(spring.first, spring.point_first, {Kind::spring_first, index, 0, 0}, spring.name + ".first");
     list.add_point(spring.second, spring.point_second, {Kind::spring_second, index, 0, 0}, spring.name + ".second");
@@ -121,7 +121,7 @@ std::vector<GeometricNumber> list_geometry(const Mechanism& m) {
   }
   for (std::size_t l = 0; l < m.loads.size(); ++l)
     list.add_point(m.loads[l].body, m.loads[l].point, {Kind::load, static_cast<int>(l), 0, 0}, m.loads[l].name + ".at");
-  std::vector<GeometricNumber> numbers = list.finish();
+  std::vector<GeometricParameter> numbers = list.finish();
   add_gravity(m, numbers);
   return numbers;
 }
@@ -129,24 +129,24 @@ std::vector<GeometricNumber> list_geometry(const Mechanism& m) {
 namespace {
 
 /// Whether every joint only moves its bodies in planes across an axis of both of them.
-bool moves_across(const Mechanism& mechanism, int axis) {
+bool is_planar_across(const Mechanism& mechanism, int axis) {
   const Vector3 across = Vector3::Unit(axis);
-  constexpr double straight = 1e-12;
+  constexpr double parallel_tolerance = 1e-12;
   for (const Joint& joint : mechanism.joints) {
     const bool turns = joint.type == JointType::revolute, slides = joint.type == JointType::prismatic;
     if (!turns && !slides && joint.type != JointType::fixed) return false;
-    if (turns && joint.axis.cross(across).norm() > straight) return false;
-    if (slides && std::abs(joint.axis.dot(across)) > straight) return false;
-    if ((joint.rotation * across).cross(across).norm() > straight) return false;
+    if (turns && joint.axis.cross(across).norm() > parallel_tolerance) return false;
+    if (slides && std::abs(joint.axis.dot(across)) > parallel_tolerance) return false;
+    if ((joint.rotation * across).cross(across).norm() > parallel_tolerance) return false;
   }
   return true;
 }
 
 /// The axis across which everything moves; nothing if there is none.
-std::optional<int> common_axis(const Mechanism& mechanism) {
+std::optional<int> find_common_axis(const Mechanism& mechanism) {
   if (mechanism.space == SpaceKind::planar) return 2;
   for (const int axis : {2, 0, 1})
-    if (moves_across(mechanism, axis)) return axis;
+    if (is_planar_across(mechanism, axis)) return axis;
   return std::nullopt;
 }
 
@@ -154,49 +154,50 @@ std::optional<int> common_axis(const Mechanism& mechanism) {
 
 std::vector<PolarPoint> list_polar_points(const Mechanism& mechanism) {
   std::vector<PolarPoint> points;
-  const std::optional<int> across = common_axis(mechanism);
+  const std::optional<int> across = find_common_axis(mechanism);
   if (!across) return points;
   const char first = "yzx"[*across], second = "zxy"[*across];
-  const std::vector<GeometricNumber> numbers = list_geometry(mechanism);
-  for (const GeometricNumber& x : numbers) {
+  const std::vector<GeometricParameter> numbers = list_geometric_parameters(mechanism);
+  for (const GeometricParameter& x : numbers) {
     if (x.label.size() < 2 || x.label[x.label.size() - 2] != '.' || x.label.back() != first || x.value == 0) continue;
     const std::string name = x.label.substr(0, x.label.size() - 1);
     const auto y = std::find_if(numbers.begin(), numbers.end(),
-                                [&](const GeometricNumber& other) { return other.label == name + second; });
-    if (y == numbers.end() || y->value == 0 || y->places.size() != x.places.size()) continue;
+                                [&](const GeometricParameter& other) { return other.label == name + second; });
+    if (y == numbers.end() || y->value == 0 || y->locations.size() != x.locations.size()) continue;
     PolarPoint point{{name + "r", "m", std::hypot(x.value, y->value), {}},
                      {name + "angle", "rad", elementary::atan2(y->value, x.value), {}},
                      x.label,
                      y->label};
-    for (std::size_t p = 0; p < x.places.size(); ++p) {
-      point.distance.places.push_back(x.places[p]);
-      point.distance.places.push_back(y->places[p]);
+    for (std::size_t p = 0; p < x.locations.size(); ++p) {
+      point.distance.locations.push_back(x.locations[p]);
+      point.distance.locations.push_back(y->locations[p]);
     }
-    point.angle.places = point.distance.places;
+    point.angle.locations = point.distance.locations;
     points.push_back(std::move(point));
   }
   return points;
 }
 
-Mechanism turned(const Mechanism& mechanism, const GeometricNumber& angle, double by) {
+Mechanism rotate_point_direction(const Mechanism& mechanism, const GeometricParameter& angle, double by) {
   Mechanism result = mechanism;
   const double c = elementary::cos(by), s = elementary::sin(by);
-  for (std::size_t p = 0; p + 1 < angle.places.size(); p += 2) {
-    const double x = number_at(mechanism, angle.places[p]), y = number_at(mechanism, angle.places[p + 1]);
-    number_at(result, angle.places[p]) = c * x - s * y;
-    number_at(result, angle.places[p + 1]) = s * x + c * y;
+  for (std::size_t p = 0; p + 1 < angle.locations.size(); p += 2) {
+    const double x = geometric_value_at(mechanism, angle.locations[p]),
+                 y = geometric_value_at(mechanism, angle.locations[p + 1]);
+    geometric_value_at(result, angle.locations[p]) = c * x - s * y;
+    geometric_value_at(result, angle.locations[p + 1]) = s * x + c * y;
   }
   return result;
 }
 
-double value_in(const Mechanism& mechanism, const GeometricNumber& number) {
-  if (number.places.front().kind == Kind::gravity) return mechanism.gravity.norm();
-  return number_at(mechanism, number.places.front());
+double geometric_value(const Mechanism& mechanism, const GeometricParameter& number) {
+  if (number.locations.front().kind == Kind::gravity) return mechanism.gravity.norm();
+  return geometric_value_at(mechanism, number.locations.front());
 }
 
-Mechanism scaled(const Mechanism& mechanism, const GeometricNumber& number, double factor) {
+Mechanism scale_geometric_parameter(const Mechanism& mechanism, const GeometricParameter& number, double factor) {
   Mechanism result = mechanism;
-  for (const GeometricPlace& place : number.places) number_at(result, place) *= factor;
+  for (const GeometricParameterLocation& place : number.locations) geometric_value_at(result, place) *= factor;
   return result;
 }
 

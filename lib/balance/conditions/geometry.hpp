@@ -9,7 +9,7 @@
 namespace balance {
 
 /// Where one such number stands in a Mechanism.
-struct GeometricPlace {
+struct GeometricParameterLocation {
   enum class Kind {
     joint_first,
     joint_second,
@@ -36,21 +36,21 @@ struct GeometricPlace {
 };
 
 /// A number with all its places, which hold the same value (gravity: the components of one vector).
-struct GeometricNumber {
+struct GeometricParameter {
   std::string label;  ///< "link1.B.x", "d5.ratio", "g"
   std::string unit;   ///< "m", "m/s^2", "1"
   double value = 0;   ///< SI; zero is listed too
-  std::vector<GeometricPlace> places;
+  std::vector<GeometricParameterLocation> locations;
 };
 
 /// Coordinates of points at which joints, springs, loads and the tool are, places and ratios of discs, ratios of couplings, free
 /// lengths, radii of what rolls, factors of constraints and the size of gravity. Points that have a name stand once, however many use them.
-std::vector<GeometricNumber> list_geometry(const Mechanism& mechanism);
+std::vector<GeometricParameter> list_geometric_parameters(const Mechanism& mechanism);
 
 /// Points by distance and direction, where neither coordinate is zero ("link1.B.r", "link1.B.angle" [rad]): both of a number's
 /// places are the first, then the second coordinate of each use.
 struct PolarPoint {
-  GeometricNumber distance, angle;
+  GeometricParameter distance, angle;
   std::string first, second;  ///< labels of the two coordinates
 };
 /// In the plane, and in space where everything moves in parallel planes across the same axis of all bodies: from the next of the
@@ -58,12 +58,12 @@ struct PolarPoint {
 std::vector<PolarPoint> list_polar_points(const Mechanism& mechanism);
 
 /// The mechanism with the direction of a point turned, at all its places.
-Mechanism turned(const Mechanism& mechanism, const GeometricNumber& angle, double by);
+Mechanism rotate_point_direction(const Mechanism& mechanism, const GeometricParameter& angle, double by);
 
 /// The value that a number has in another mechanism of the same structure.
-double value_in(const Mechanism& mechanism, const GeometricNumber& number);
+double geometric_value(const Mechanism& mechanism, const GeometricParameter& number);
 
 /// The mechanism with one number multiplied by a factor, at all its places.
-Mechanism scaled(const Mechanism& mechanism, const GeometricNumber& number, double factor);
+Mechanism scale_geometric_parameter(const Mechanism& mechanism, const GeometricParameter& number, double factor);
 
 }  // namespace balance

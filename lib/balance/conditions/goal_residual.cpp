@@ -14,13 +14,13 @@ namespace balance {
 namespace {
 
 /// Configurations of the first mechanism, and how to look at them.
-struct Station {
+struct ResidualSample {
   VectorX y;
-  VectorX push;  ///< scaled; its part along the allowed velocities is the velocity probed
+  VectorX velocity_seed;  ///< scaled; its part along the allowed velocities is the velocity probed
 };
 
 /// What is left of A π when the extra unknowns are chosen as well as they can be, for every column of π.
-MatrixX left_over(const MatrixX& rows, const MatrixX& parameters) {
+MatrixX project_out_unknowns(const MatrixX& rows, const MatrixX& parameters) {
   MatrixX all = rows.leftCols(parameters.rows()) * parameters;
   const Eigen::Index extra = rows.cols() - parameters.rows();
   if (extra == 0) return all;
@@ -33,40 +33,40 @@ MatrixX left_over(const MatrixX& rows, const MatrixX& parameters) {
 struct GoalResidual::Implementation {
   virtual ~Implementation() = default;
   /// @param use is shown the stacked rows in natural units, and per term what one SI unit of it counts there
-  using Use = std::function<void(const MatrixX& rows, const VectorX& per_unit)>;
-  virtual bool collect(const Mechanism& mechanism, const Use& use) = 0;
+  using RowsCallback = std::function<void(const MatrixX& rows, const VectorX& per_unit)>;
+  virtual bool collect(const Mechanism& mechanism, const RowsCallback& use) = 0;
   virtual VectorX values(const Mechanism& mechanism) const = 0;
 };
 
 namespace {
 
 template <class S>
-class Stations : public GoalResidual::Implementation {
+class ResidualSamples : public GoalResidual::Implementation {
  public:
-  Stations(const Mechanism& mechanism, const Conditions& conditions, const ConditionOptions& options)
+  ResidualSamples(const Mechanism& mechanism, const Conditions& conditions, const ConditionOptions& options)
       : options_(options),
         goals_(conditions.goals),
-        tree_(compile<S>(mechanism, mechanism.actuators)),
+        tree_(compile_tree<S>(mechanism, mechanism.actuators)),
         units_(mechanism, conditions.parameters),
         counts_(VectorX::Ones(conditions.matrix.cols())) {
     // what no parameter can balance stays as it is and would only hide what is left of the rest
-    for (Eigen::Index k = 0; k < conditions.known.size(); ++k) {
-      const Eigen::Index column = conditions.own_columns() + k;
-      if (!conditions.is_open(k) && conditions.matrix.col(column).head(conditions.own_rows()).isZero(0))
+    for (Eigen::Index k = 0; k < conditions.known_term_values.size(); ++k) {
+      const Eigen::Index column = conditions.parameter_columns() + k;
+      if (!conditions.is_variable_term(k) && conditions.matrix.col(column).head(conditions.parameter_rows()).isZero(0))
         counts_[column] = 0;
     }
-    Sampler<S> sampler(mechanism, tree_, options.seed);
-    Random random(options.seed + 1);
-    Configuration configuration;
+    ConfigurationSampler<S> sampler(mechanism, tree_, options.seed);
+    UniformRandom random(options.seed + 1);
+    SampledConfiguration configuration;
     const int wanted = conditions.samples + 4;
     const bool loops = tree_.closure_rows > 0;
-    Configuration first;
+    SampledConfiguration first;
     for (int tries = 0; static_cast<int>(stations_.size()) < wanted && tries < 20 * wanted; ++tries) {
       // where loops must close with other numbers too, all configurations are near one
       if ((!loops || tries == 0) && !sampler.next(first)) break;
       freedoms_ = sampler.freedoms();
       configuration = first;
-      if (loops && tries > 0 && !near(first, random, configuration)) continue;
+      if (loops && tries > 0 && !sample_near(first, random, configuration)) continue;
       stations_.push_back({configuration.y, random.normal(tree_.columns)});
       MatrixX rows;
       if (!rows_at(mechanism, tree_, {stations_.back()}, rows)) stations_.pop_back();
@@ -74,8 +74,8 @@ class Stations : public GoalResidual::Implementation {
     if (stations_.empty()) throw std::invalid_argument("no configuration of the mechanism was found");
   }
 
-  bool collect(const Mechanism& mechanism, const Use& use) override {
-    Tree<S> tree = compile<S>(mechanism, mechanism.actuators);
+  bool collect(const Mechanism& mechanism, const RowsCallback& use) override {
+    Tree<S> tree = compile_tree<S>(mechanism, mechanism.actuators);
     if (tree.columns != tree_.columns || tree.closure_rows != tree_.closure_rows) return false;
     for (const NodeId spherical : tree_.spherical_joints)
       tree.nodes[static_cast<std::size_t>(spherical)].R_PF = tree_.nodes[static_cast<std::size_t>(spherical)].R_PF;
@@ -91,31 +91,32 @@ class Stations : public GoalResidual::Implementation {
   /// A configuration reached from another one in a single step of random length and direction: far enough away to tell
   /// mechanisms apart, not so far that with somewhat other lengths the loops would not close or close on the other side of a
   /// folded pose.
-  bool near(const Configuration& from, Random& random, Configuration& configuration) const {
-    constexpr double furthest = 0.6;
-    System<S> closures(tree_, Drive<S>{});
+  bool sample_near(const SampledConfiguration& from, UniformRandom& random, SampledConfiguration& configuration) const {
+    constexpr double max_sample_step = 0.6;
+    ConstraintSystem<S> closures(tree_, Drive<S>{});
     const VectorX scale = column_scale(tree_);
     VectorX direction = from.null_space * random.normal(from.null_space.cols());
     direction.normalize();
-    const double way = random.uniform(-furthest, furthest);
-    const Solution moved = solve(closures, from.y + way * scale.cwiseProduct(direction), {}, 30);
+    const double way = random.uniform(-max_sample_step, max_sample_step);
+    const AssemblySolution moved = solve_assembly(closures, from.y + way * scale.cwiseProduct(direction), {}, 30);
     if (!moved.found) return false;
     const VectorX went = (moved.y - from.y).cwiseQuotient(scale);
     configuration.y = moved.y;
     return went.dot(direction) * (way < 0 ? -1 : 1) > 0.7 * went.norm() && went.norm() < 2 * std::abs(way);
   }
 
-  bool rows_at(const Mechanism& mechanism, const Tree<S>& tree, const std::vector<Station>& stations, MatrixX& all) {
+  bool rows_at(const Mechanism& mechanism, const Tree<S>& tree, const std::vector<ResidualSample>& stations,
+               MatrixX& all) {
     GoalRows<S> goal_rows(mechanism, tree, units_, goals_, options_, freedoms_);
-    System<S> closures(tree, Drive<S>{});
-    all.resize(0, goal_rows.parameters() + goal_rows.extra());
+    ConstraintSystem<S> closures(tree, Drive<S>{});
+    all.resize(0, goal_rows.parameters() + goal_rows.extra_unknowns());
     MatrixX rows;
-    for (const Station& station : stations) {
-      Configuration here;
-      if (!settle(closures, station.y, freedoms_, here)) return false;
+    for (const ResidualSample& station : stations) {
+      SampledConfiguration here;
+      if (!project_onto_closures(closures, station.y, freedoms_, here)) return false;
       // projected instead of written in a basis, which would turn with the numbers
       const MatrixX allowed = here.null_space * here.null_space.transpose();
-      if (!goal_rows.at(here, {allowed, allowed * station.push}, rows)) return false;
+      if (!goal_rows.evaluate(here, {allowed, allowed * station.velocity_seed}, rows)) return false;
       all.conservativeResize(all.rows() + rows.rows(), Eigen::NoChange);
       all.bottomRows(rows.rows()) = rows;
     }
@@ -128,7 +129,7 @@ class Stations : public GoalResidual::Implementation {
   NaturalUnits units_;
   VectorX counts_;  ///< per term: 0 if it is known to stay whatever the parameters are
   int freedoms_ = 0;
-  std::vector<Station> stations_;
+  std::vector<ResidualSample> stations_;
 };
 
 }  // namespace
@@ -137,8 +138,9 @@ GoalResidual::GoalResidual(const Mechanism& mechanism, const std::vector<Goal>& 
                            const ConditionOptions& options) {
   const Conditions conditions = derive_conditions(mechanism, goals, options);
   if (conditions.status != ConditionsStatus::done) throw std::invalid_argument(conditions.reason);
-  in_space(mechanism.space,
-           [&]<class S>(S) { implementation_ = std::make_unique<Stations<S>>(mechanism, conditions, options); });
+  dispatch_space(mechanism.space, [&]<class S>(S) {
+    implementation_ = std::make_unique<ResidualSamples<S>>(mechanism, conditions, options);
+  });
 }
 
 GoalResidual::~GoalResidual() = default;
@@ -147,13 +149,13 @@ GoalResidual& GoalResidual::operator=(GoalResidual&&) noexcept = default;
 
 bool GoalResidual::evaluate(const Mechanism& mechanism, VectorX& residual) {
   return implementation_->collect(mechanism, [&](const MatrixX& rows, const VectorX& per_unit) {
-    residual = left_over(rows, implementation_->values(mechanism).cwiseProduct(per_unit));
+    residual = project_out_unknowns(rows, implementation_->values(mechanism).cwiseProduct(per_unit));
   });
 }
 
 bool GoalResidual::rows(const Mechanism& mechanism, MatrixX& rows) const {
   return implementation_->collect(mechanism, [&](const MatrixX& all, const VectorX& per_unit) {
-    rows = left_over(all, per_unit.asDiagonal().toDenseMatrix());
+    rows = project_out_unknowns(all, per_unit.asDiagonal().toDenseMatrix());
   });
 }
 

@@ -17,7 +17,7 @@ namespace balance {
 namespace {
 
 /// Scaled residuals below this are not told from zero.
-constexpr double least_violation = 1e-8;
+constexpr double certificate_residual_threshold = 1e-8;
 
 /// Conditions in natural units, each row's largest entry one: entry = row_unit · R · parameter unit.
 struct NaturalConditions {
@@ -26,7 +26,7 @@ struct NaturalConditions {
   VectorX parameter_unit;
 };
 
-NaturalConditions in_natural_units(const Conditions& conditions, const Mechanism& mechanism) {
+NaturalConditions to_natural_units(const Conditions& conditions, const Mechanism& mechanism) {
   NaturalConditions out;
   out.parameter_unit = NaturalUnits(mechanism, conditions.parameters).parameter;
   out.rows = conditions.matrix * out.parameter_unit.asDiagonal();
@@ -41,14 +41,14 @@ NaturalConditions in_natural_units(const Conditions& conditions, const Mechanism
 
 /// The problem that proofs are looked for in: all known terms in one column that is positive, since it is what it is; those that
 /// free numbers change stay for themselves and must not occur.
-struct ProofProblem {
+struct CertificateProblem {
   std::vector<Parameter> parameters;
   MatrixX rows;
 };
 
-ProofProblem with_known_together(const Conditions& conditions, const NaturalConditions& natural, double mass) {
-  const Eigen::Index own = conditions.own_columns(), known = conditions.known.size();
-  ProofProblem problem;
+CertificateProblem merge_known_terms(const Conditions& conditions, const NaturalConditions& natural, double mass) {
+  const Eigen::Index own = conditions.parameter_columns(), known = conditions.known_term_values.size();
+  CertificateProblem problem;
   problem.parameters.assign(conditions.parameters.begin(), conditions.parameters.begin() + own);
   problem.rows = natural.rows.leftCols(own);
   if (known == 0) return problem;
@@ -60,33 +60,35 @@ ProofProblem with_known_together(const Conditions& conditions, const NaturalCond
   };
   for (Eigen::Index k = 0; k < known; ++k) {
     const VectorX column = natural.rows.col(own + k);
-    if (conditions.is_open(k))
-      add(column, {"", "", "", Bearer::load, static_cast<int>(k), 0, ParameterKind::force, 0});
+    if (conditions.is_variable_term(k))
+      add(column, {"", "", "", ParameterOwner::load, static_cast<int>(k), 0, ParameterKind::force, 0});
     else
-      together += column * (conditions.known[k] / natural.parameter_unit[own + k] / mass);
+      together += column * (conditions.known_term_values[k] / natural.parameter_unit[own + k] / mass);
   }
-  add(together, {"", "", "", Bearer::load, -1, 0, ParameterKind::given, 0});
+  add(together, {"", "", "", ParameterOwner::load, -1, 0, ParameterKind::known_term, 0});
   return problem;
 }
 
 /// A certificate in the columns of all terms.
-Certificate in_all_terms(Certificate found, const Conditions& conditions, const NaturalConditions& natural) {
-  const Eigen::Index own = conditions.own_columns(), known = conditions.known.size();
+FarkasCertificate expand_certificate(FarkasCertificate found, const Conditions& conditions,
+                                     const NaturalConditions& natural) {
+  const Eigen::Index own = conditions.parameter_columns(), known = conditions.known_term_values.size();
   VectorX all(own + known);
   all.head(own) = found.coefficients.head(own);
   const VectorX exact = natural.rows.rightCols(known).transpose() * found.combination;
   for (Eigen::Index k = 0; k < known; ++k)
-    all[own + k] = conditions.known[k] == 0 || conditions.is_open(k) ? 0 : exact[k];
+    all[own + k] = conditions.known_term_values[k] == 0 || conditions.is_variable_term(k) ? 0 : exact[k];
   for (Eigen::Index k = own; k < all.size(); ++k)
-    if (std::abs(all[k]) < coefficient_rounding) all[k] = 0;
+    if (std::abs(all[k]) < certificate_coefficient_tolerance) all[k] = 0;
   found.coefficients = all;
   return found;
 }
 
 /// The proof in SI, its first coefficient of size one.
-Impossibility in_si(Impossibility::Kind kind, const Certificate& found, const NaturalConditions& natural) {
-  Impossibility proof{kind, natural.row_unit.cwiseProduct(found.combination),
-                      found.coefficients.cwiseQuotient(natural.parameter_unit), ""};
+InfeasibilityCertificate to_si_certificate(InfeasibilityCertificate::Kind kind, const FarkasCertificate& found,
+                                           const NaturalConditions& natural) {
+  InfeasibilityCertificate proof{kind, natural.row_unit.cwiseProduct(found.combination),
+                                 found.coefficients.cwiseQuotient(natural.parameter_unit), ""};
   const auto first =
       std::find_if(proof.coefficients.begin(), proof.coefficients.end(), [](double c) { return c != 0; });
   const double scale = 1 / std::abs(*first);
@@ -95,18 +97,19 @@ Impossibility in_si(Impossibility::Kind kind, const Certificate& found, const Na
   return proof;
 }
 
-std::string equation(const Conditions& conditions, const Impossibility& proof) {
-  return linear_text(conditions.parameters, proof.coefficients) + " = 0 cannot hold";
+std::string combination_text(const Conditions& conditions, const InfeasibilityCertificate& proof) {
+  return linear_combination_text(conditions.parameters, proof.coefficients) + " = 0 cannot hold";
 }
 
 /// "with push.fy = -5" for the known terms of a proof; empty if it has none.
 std::string known_text(const Conditions& conditions, const VectorX& coefficients) {
   std::string text;
-  const Eigen::Index own = conditions.own_columns();
-  for (Eigen::Index k = 0; k < conditions.known.size(); ++k)
+  const Eigen::Index own = conditions.parameter_columns();
+  for (Eigen::Index k = 0; k < conditions.known_term_values.size(); ++k)
     if (coefficients[own + k] != 0)
-      text += fmt::format("{}{} = {:.6g}", text.empty() ? "with " : " and ",
-                          conditions.parameters[static_cast<std::size_t>(own + k)].name, conditions.known[k]);
+      text +=
+          fmt::format("{}{} = {:.6g}", text.empty() ? "with " : " and ",
+                      conditions.parameters[static_cast<std::size_t>(own + k)].name, conditions.known_term_values[k]);
   return text;
 }
 
@@ -119,7 +122,8 @@ std::string sign_reason(const Conditions& conditions, const VectorX& coefficient
   for (std::size_t p = 0; p < conditions.parameters.size(); ++p) {
     if (coefficients[static_cast<Eigen::Index>(p)] == 0) continue;
     ++terms;
-    if (sign_of(conditions.parameters[p]) == Sign::positive) positive.push_back(conditions.parameters[p].name);
+    if (parameter_sign(conditions.parameters[p]) == ParameterSign::positive)
+      positive.push_back(conditions.parameters[p].name);
   }
   if (static_cast<Eigen::Index>(positive.size()) == terms)
     return terms == 1 ? "it is positive" : terms == 2 ? "both are positive" : "all are positive";
@@ -129,11 +133,11 @@ std::string sign_reason(const Conditions& conditions, const VectorX& coefficient
 }
 
 /// tr(Q P) of a flat body's pseudo-inertia P (rank 3) can only vanish if Q has rank one.
-bool holds_for_flat_bodies(const MassCone& cone, const VectorX& coefficients) {
-  return std::any_of(cone.blocks.begin(), cone.blocks.end(), [&](const ConeBlock& block) {
-    if (!block.body) return false;
+bool is_valid_for_flat_bodies(const PseudoInertiaCone& cone, const VectorX& coefficients) {
+  return std::any_of(cone.blocks.begin(), cone.blocks.end(), [&](const PseudoInertiaBlock& block) {
+    if (!block.is_body) return false;
     const MatrixX matrix = block.matrix(coefficients);
-    if (matrix.norm() < coefficient_rounding) return false;
+    if (matrix.norm() < certificate_coefficient_tolerance) return false;
     if (block.size != 4) return true;
     const SymmetricEigenSolver solver(matrix, Eigen::EigenvaluesOnly);
     return solver.eigenvalues()[2] > 1e-6 * solver.eigenvalues()[3];
@@ -141,13 +145,13 @@ bool holds_for_flat_bodies(const MassCone& cone, const VectorX& coefficients) {
 }
 
 /// The parameters at hand are physical; a proof that they contradict, if only by vanishing, is none.
-bool agrees_with(const Impossibility& proof, const VectorX& present) {
+bool is_consistent_with(const InfeasibilityCertificate& proof, const VectorX& present) {
   const VectorX terms = proof.coefficients.cwiseProduct(present);
-  return terms.sum() > coefficient_rounding * terms.cwiseAbs().sum();
+  return terms.sum() > certificate_coefficient_tolerance * terms.cwiseAbs().sum();
 }
 
 VectorX present_parameters(const Conditions& conditions, const Mechanism& mechanism) {
-  LooseSprings loose(mechanism.springs.size(), false);
+  FreeSprings loose(mechanism.springs.size(), false);
   for (const Parameter& p : conditions.parameters)
     if (p.kind == ParameterKind::stiffness_moment) loose.at(static_cast<std::size_t>(p.index)) = true;
   VectorX values = term_values(mechanism, loose);
@@ -158,24 +162,27 @@ VectorX present_parameters(const Conditions& conditions, const Mechanism& mechan
 
 }  // namespace
 
-std::optional<Impossibility> prove_impossible(const Conditions& conditions, const Mechanism& mechanism) {
+std::optional<InfeasibilityCertificate> certify_infeasible(const Conditions& conditions, const Mechanism& mechanism) {
   if (conditions.status != ConditionsStatus::done || conditions.matrix.rows() == 0) return std::nullopt;
   const VectorX present = present_parameters(conditions, mechanism);
-  const NaturalConditions natural = in_natural_units(conditions, mechanism);
-  const ProofProblem problem = with_known_together(conditions, natural, total_mass(mechanism));
+  const NaturalConditions natural = to_natural_units(conditions, mechanism);
+  const CertificateProblem problem = merge_known_terms(conditions, natural, total_mass(mechanism));
   if (const auto found = find_sign_certificate(problem.rows, problem.parameters)) {
-    Impossibility proof = in_si(Impossibility::Kind::sign, in_all_terms(*found, conditions, natural), natural);
-    proof.sentence = fmt::format("{}: {}", equation(conditions, proof), sign_reason(conditions, proof.coefficients));
-    if (agrees_with(proof, present)) return proof;
+    InfeasibilityCertificate proof = to_si_certificate(InfeasibilityCertificate::Kind::sign,
+                                                       expand_certificate(*found, conditions, natural), natural);
+    proof.statement =
+        fmt::format("{}: {}", combination_text(conditions, proof), sign_reason(conditions, proof.coefficients));
+    if (is_consistent_with(proof, present)) return proof;
   }
-  const MassCone cone(problem.parameters);
+  const PseudoInertiaCone cone(problem.parameters);
   if (const auto found = find_cone_certificate(problem.rows, cone)) {
-    Impossibility proof = in_si(Impossibility::Kind::cone, in_all_terms(*found, conditions, natural), natural);
+    InfeasibilityCertificate proof = to_si_certificate(InfeasibilityCertificate::Kind::cone,
+                                                       expand_certificate(*found, conditions, natural), natural);
     const std::string known = known_text(conditions, proof.coefficients);
-    proof.sentence = fmt::format("{}: {}the left-hand side is positive for every distribution of mass{}",
-                                 equation(conditions, proof), known.empty() ? "" : known + " ",
-                                 holds_for_flat_bodies(cone, found->coefficients) ? "" : " that is not flat");
-    if (agrees_with(proof, present)) return proof;
+    proof.statement = fmt::format("{}: {}the left-hand side is positive for every distribution of mass{}",
+                                  combination_text(conditions, proof), known.empty() ? "" : known + " ",
+                                  is_valid_for_flat_bodies(cone, found->coefficients) ? "" : " that is not flat");
+    if (is_consistent_with(proof, present)) return proof;
   }
   return std::nullopt;
 }
@@ -184,7 +191,7 @@ namespace {
 
 /// The least value of c · (constant + gradient z) in the box, in plain arithmetic, less all that could be round-off.
 /// @param size of the terms that each c is the sum of
-double certain_minimum(const VectorX& c, const VectorX& size, const BoundedParameters& parameters) {
+double rigorous_minimum(const VectorX& c, const VectorX& size, const BoundedParameters& parameters) {
   double least = c.dot(parameters.constant), doubt = size.dot(parameters.constant.cwiseAbs());
   for (Eigen::Index j = 0; j < parameters.gradient.cols(); ++j) {
     const double rate = c.dot(parameters.gradient.col(j)), terms = size.dot(parameters.gradient.col(j).cwiseAbs());
@@ -198,24 +205,27 @@ double certain_minimum(const VectorX& c, const VectorX& size, const BoundedParam
 
 }  // namespace
 
-std::optional<Impossibility> prove_impossible(const Conditions& conditions, const BoundedParameters& parameters) {
+std::optional<InfeasibilityCertificate> certify_infeasible(const Conditions& conditions,
+                                                           const BoundedParameters& parameters) {
   if (conditions.status != ConditionsStatus::done || conditions.matrix.rows() == 0) return std::nullopt;
-  const MatrixX rows = conditions.scale.cwiseInverse().asDiagonal() * conditions.matrix;
-  const std::optional<VectorX> lambda = find_bounds_combination(rows * parameters.constant, rows * parameters.gradient,
+  const MatrixX rows = conditions.row_scales.cwiseInverse().asDiagonal() * conditions.matrix;
+  const std::optional<VectorX> lambda = find_bounds_certificate(rows * parameters.constant, rows * parameters.gradient,
                                                                 parameters.lower, parameters.upper);
-  if (!lambda || lambda->lpNorm<1>() > 1 / least_violation) return std::nullopt;
-  Impossibility proof{Impossibility::Kind::bounds, lambda->cwiseQuotient(conditions.scale), VectorX(), ""};
+  if (!lambda || lambda->lpNorm<1>() > 1 / certificate_residual_threshold) return std::nullopt;
+  InfeasibilityCertificate proof{InfeasibilityCertificate::Kind::bounds, lambda->cwiseQuotient(conditions.row_scales),
+                                 VectorX(), ""};
   proof.coefficients = conditions.matrix.transpose() * proof.combination;
   const double scale = 1 / max_abs(proof.coefficients);
   proof.combination *= scale;
   proof.coefficients *= scale;
   const VectorX size = conditions.matrix.cwiseAbs().transpose() * proof.combination.cwiseAbs();
   proof.coefficients = (proof.coefficients.array().abs() > 1e-12 * size.array()).select(proof.coefficients, 0.0);
-  const double least = certain_minimum(proof.coefficients, size, parameters);
+  const double least = rigorous_minimum(proof.coefficients, size, parameters);
   // In scaled residuals: some condition is missed by at least this much everywhere.
-  if (!(least > least_violation * proof.combination.cwiseProduct(conditions.scale).lpNorm<1>())) return std::nullopt;
-  proof.sentence =
-      fmt::format("{} within the bounds: the left-hand side is at least {:.3g}", equation(conditions, proof), least);
+  if (!(least > certificate_residual_threshold * proof.combination.cwiseProduct(conditions.row_scales).lpNorm<1>()))
+    return std::nullopt;
+  proof.statement = fmt::format("{} within the bounds: the left-hand side is at least {:.3g}",
+                                combination_text(conditions, proof), least);
   return proof;
 }
 

@@ -12,10 +12,10 @@ MatrixX load_histories(const Mechanism& mechanism);
 Eigen::Index load_component(const Parameter& term, bool planar);
 
 template <class S>
-class KnownColumns {
+class KnownTermColumns {
  public:
   /// @param mechanism, tree must outlive the columns
-  KnownColumns(const Mechanism& mechanism, const Tree<S>& tree);
+  KnownTermColumns(const Mechanism& mechanism, const Tree<S>& tree);
 
   Eigen::Index size() const { return static_cast<Eigen::Index>(terms_.size()); }
   bool has_loads() const { return !mechanism_.loads.empty(); }
@@ -23,12 +23,12 @@ class KnownColumns {
   bool has_friction() const { return !mechanism_.friction.empty(); }
 
   /// Columns of the loads as they are at first and, apart from these, of their changes; velocities in `state` are overwritten.
-  void loads(State<S>& state, MatrixX& constant, MatrixX& changing) const;
+  void load_columns(TreeState<S>& state, MatrixX& constant, MatrixX& changing) const;
   /// @param dy rates of the tree's coordinates
-  MatrixX friction(const VectorX& dy) const;
+  MatrixX friction_columns(const VectorX& dy) const;
 
  private:
-  MatrixX load_torques(State<S>& state) const;
+  MatrixX load_torques(TreeState<S>& state) const;
 
   const Mechanism& mechanism_;
   const Tree<S>& tree_;
@@ -36,7 +36,7 @@ class KnownColumns {
   MatrixX changes_;  ///< load_changes, where there are any
 };
 
-extern template class KnownColumns<Planar>;
-extern template class KnownColumns<Spatial>;
+extern template class KnownTermColumns<Planar>;
+extern template class KnownTermColumns<Spatial>;
 
 }  // namespace balance

@@ -15,22 +15,22 @@ namespace balance {
 inline constexpr const char* coulomb_forward = "coulomb.forward";
 inline constexpr const char* coulomb_backward = "coulomb.backward";
 
-bool is_known(const Parameter& parameter);
+bool is_known_term(const Parameter& parameter);
 /// The number that a term of friction is worth.
-double& friction_number(Friction& friction, const Parameter& term);
+double& friction_coefficient(Friction& friction, const Parameter& term);
 /// What a coordinate resists with at this rate per unit of a term of its friction.
 double friction_resistance(const Parameter& term, double rate);
 /// A known term that stands for the changes of a load over time.
-bool is_change(const Parameter& parameter);
+bool is_load_change(const Parameter& parameter);
 
 /// Loads, then friction, in the mechanism's order: as many for every mechanism of the same structure.
 std::vector<Parameter> list_known_terms(const Mechanism& mechanism);
 /// Their values [SI], in the same order.
-VectorX known_values(const Mechanism& mechanism);
+VectorX known_term_values(const Mechanism& mechanism);
 
 /// All columns of conditions: parameters, then known terms.
-std::vector<Parameter> list_terms(const Mechanism& mechanism, const LooseSprings& loose = {});
-VectorX term_values(const Mechanism& mechanism, const LooseSprings& loose = {});
+std::vector<Parameter> list_terms(const Mechanism& mechanism, const FreeSprings& loose = {});
+VectorX term_values(const Mechanism& mechanism, const FreeSprings& loose = {});
 
 /// How all loads' components change together: column c says which multiples of the components (force, then moment, load by load)
 /// change with the change of component c. Loads that change in step share one column; columns of components that do not
@@ -40,8 +40,8 @@ MatrixX load_changes(const Mechanism& mechanism, double length);
 
 /// Whether a term is among what `names` leave out: sections (`friction`, `loads`, `springs`, `payloads`, `counterweights`,
 /// `discs`), what is in them, or both joined by a dot; joint coordinates stand for their friction.
-bool left_out(const Mechanism& mechanism, const Parameter& term, const std::vector<std::string>& names);
+bool is_excluded(const Mechanism& mechanism, const Parameter& term, const std::vector<std::string>& names);
 /// All such names of a mechanism.
-std::vector<std::string> names_to_leave_out(const Mechanism& mechanism);
+std::vector<std::string> list_excludable_names(const Mechanism& mechanism);
 
 }  // namespace balance

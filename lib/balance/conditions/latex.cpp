@@ -16,13 +16,14 @@ namespace balance {
 
 namespace {
 
-constexpr std::array greek = {"alpha", "beta",   "gamma", "delta", "epsilon", "zeta",  "eta",   "theta",  "iota",
-                              "kappa", "lambda", "mu",    "nu",    "xi",      "pi",    "rho",   "sigma",  "tau",
-                              "phi",   "chi",    "psi",   "omega", "Gamma",   "Delta", "Theta", "Lambda", "Omega"};
-constexpr std::size_t terms_in_a_line = 5;
+constexpr std::array greek_names = {"alpha", "beta",  "gamma", "delta",  "epsilon", "zeta", "eta",
+                                    "theta", "iota",  "kappa", "lambda", "mu",      "nu",   "xi",
+                                    "pi",    "rho",   "sigma", "tau",    "phi",     "chi",  "psi",
+                                    "omega", "Gamma", "Delta", "Theta",  "Lambda",  "Omega"};
+constexpr std::size_t max_terms_per_line = 5;
 
 /// A name in upright letters.
-std::string upright(const std::string& name) {
+std::string upright_latex(const std::string& name) {
   std::string text;
   for (const char c : name) {
     switch (c) {
@@ -45,11 +46,11 @@ std::string upright(const std::string& name) {
 bool is_digit(char c) { return std::isdigit(static_cast<unsigned char>(c)) != 0; }
 
 /// A word in slanted letters: a Greek letter, a single letter or a name.
-std::string slanted(const std::string& word) {
-  if (std::find(greek.begin(), greek.end(), word) != greek.end()) return "\\" + word;
+std::string italic_latex(const std::string& word) {
+  if (std::find(greek_names.begin(), greek_names.end(), word) != greek_names.end()) return "\\" + word;
   return word.size() == 1 && std::isalnum(static_cast<unsigned char>(word[0])) != 0
              ? word
-             : "\\mathit{" + upright(word).substr(6);
+             : "\\mathit{" + upright_latex(word).substr(6);
 }
 
 /// "l1", "l_1", "l_max": a word and what stands below it.
@@ -58,15 +59,16 @@ std::string identifier_latex(const std::string& name) {
   if (low != std::string::npos && low > 0 && low + 1 < name.size()) {
     const std::string index = name.substr(low + 1);
     const bool number = std::all_of(index.begin(), index.end(), is_digit);
-    return slanted(name.substr(0, low)) + "_{" + (number ? index : upright(index)) + "}";
+    return italic_latex(name.substr(0, low)) + "_{" + (number ? index : upright_latex(index)) + "}";
   }
   std::size_t digits = name.size();
   while (digits > 0 && is_digit(name[digits - 1])) --digits;
-  if (digits == 0) return upright(name);
-  return digits == name.size() ? slanted(name) : slanted(name.substr(0, digits)) + "_{" + name.substr(digits) + "}";
+  if (digits == 0) return upright_latex(name);
+  return digits == name.size() ? italic_latex(name)
+                               : italic_latex(name.substr(0, digits)) + "_{" + name.substr(digits) + "}";
 }
 
-std::string monomial_size(const Monomial& m, const std::vector<Symbol>& symbols) {
+std::string monomial_size(const RationalMonomial& m, const std::vector<GeometricSymbol>& symbols) {
   std::vector<std::string> above, below;
   for (const SymbolPower& p : m.powers) {
     std::string text = symbol_latex(symbols.at(static_cast<std::size_t>(p.symbol)).label);
@@ -81,9 +83,10 @@ std::string monomial_size(const Monomial& m, const std::vector<Symbol>& symbols)
   return below.empty() ? top : fmt::format("\\frac{{{}}}{{{}}}", top, fmt::join(below, "\\, "));
 }
 
-std::string sum_latex(const std::vector<Monomial>& sum, bool turned, const std::vector<Symbol>& symbols) {
+std::string sum_latex(const std::vector<RationalMonomial>& sum, bool turned,
+                      const std::vector<GeometricSymbol>& symbols) {
   std::string text;
-  for (const Monomial& term : sum) {
+  for (const RationalMonomial& term : sum) {
     const bool negative = (term.numerator < 0) != turned;
     const std::string size = monomial_size(term, symbols);
     text += text.empty() ? (negative ? "-" : "") : (negative ? " - " : " + ");
@@ -104,17 +107,17 @@ LatexCoefficient number_latex(double value) {
   return {value < 0, number == "1" ? "" : number};
 }
 
-std::string wave_latex(const Wave& wave, const std::vector<Symbol>& symbols) {
+std::string wave_latex(const TrigonometricFactor& wave, const std::vector<GeometricSymbol>& symbols) {
   std::string text;
   for (const SymbolPower& angle : wave.angles) {
     text += text.empty() ? (angle.exponent < 0 ? "-" : "") : (angle.exponent < 0 ? " - " : " + ");
     if (std::abs(angle.exponent) != 1) text += std::to_string(std::abs(angle.exponent)) + "\\, ";
     text += symbol_latex(symbols.at(static_cast<std::size_t>(angle.symbol)).label);
   }
-  return (wave.sine ? "\\sin\\left(" : "\\cos\\left(") + text + "\\right)";
+  return (wave.is_sine ? "\\sin\\left(" : "\\cos\\left(") + text + "\\right)";
 }
 
-LatexCoefficient coefficient_latex(const Formula& formula, const std::vector<Symbol>& symbols) {
+LatexCoefficient coefficient_latex(const CoefficientFormula& formula, const std::vector<GeometricSymbol>& symbols) {
   std::string size = monomial_size(formula.factor, symbols);
   const bool negative = formula.factor.numerator < 0;
   if (formula.wave) size += (size.empty() ? "" : "\\, ") + wave_latex(*formula.wave, symbols);
@@ -125,14 +128,14 @@ LatexCoefficient coefficient_latex(const Formula& formula, const std::vector<Sym
 }
 
 /// Terms of the columns [first, last) with their signs, the first one's only if it is negative.
-std::vector<std::string> terms_of(const Conditions& conditions, int row, const ConditionNames& names,
-                                  Eigen::Index first, Eigen::Index last, bool turned) {
+std::vector<std::string> terms_latex(const Conditions& conditions, int row, const ConditionNames& names,
+                                     Eigen::Index first, Eigen::Index last, bool turned) {
   const double largest = max_abs(conditions.matrix.row(row));
   std::vector<std::string> terms;
   for (Eigen::Index p = first; p < last; ++p) {
     const double value = conditions.matrix(row, p);
     if (std::abs(value) <= 1e-12 * largest) continue;
-    const Formula* formula = names.find(row, static_cast<int>(p));
+    const CoefficientFormula* formula = names.find(row, static_cast<int>(p));
     const LatexCoefficient c = formula != nullptr ? coefficient_latex(*formula, names.symbols) : number_latex(value);
     const bool minus = c.negative != turned;
     const char* sign = terms.empty() ? (minus ? "-" : "") : (minus ? "- " : "+ ");
@@ -143,16 +146,17 @@ std::vector<std::string> terms_of(const Conditions& conditions, int row, const C
 }
 
 /// The left-hand side and, behind " = ", the right-hand side with the known terms.
-struct Sides {
+struct EquationSides {
   std::vector<std::string> left;
   std::string right;
 };
 
-Sides sides_of(const Conditions& conditions, int row, const ConditionNames& names) {
-  const Eigen::Index own = conditions.own_columns(), all = static_cast<Eigen::Index>(conditions.parameters.size());
-  Sides sides{terms_of(conditions, row, names, 0, own, false), ""};
+EquationSides split_sides(const Conditions& conditions, int row, const ConditionNames& names) {
+  const Eigen::Index own = conditions.parameter_columns(),
+                     all = static_cast<Eigen::Index>(conditions.parameters.size());
+  EquationSides sides{terms_latex(conditions, row, names, 0, own, false), ""};
   const bool alone = sides.left.empty();
-  const auto known = terms_of(conditions, row, names, own, all, !alone);
+  const auto known = terms_latex(conditions, row, names, own, all, !alone);
   if (alone)
     sides.left = known.empty() ? std::vector<std::string>{"0"} : known;
   else
@@ -164,14 +168,14 @@ Sides sides_of(const Conditions& conditions, int row, const ConditionNames& name
 }  // namespace
 
 std::string parameter_latex(const Parameter& p) {
-  const std::string owner = upright(p.owner), &s = p.symbol;
-  if (p.bearer == Bearer::load) {
+  const std::string owner = upright_latex(p.owner), &s = p.symbol;
+  if (p.owner_kind == ParameterOwner::load) {
     const bool couple = p.kind == ParameterKind::couple;
     std::string axis = s.substr(1, s.find('(') == std::string::npos ? s.npos : s.find('(') - 1);
     if (!axis.empty()) axis += ",";
-    return fmt::format("{}_{{{}{}}}{}", couple ? "M" : "F", axis, owner, is_change(p) ? "(t)" : "");
+    return fmt::format("{}_{{{}{}}}{}", couple ? "M" : "F", axis, owner, is_load_change(p) ? "(t)" : "");
   }
-  if (p.bearer == Bearer::friction)
+  if (p.owner_kind == ParameterOwner::friction)
     return fmt::format("{}{}_{{{}}}", p.kind == ParameterKind::viscous ? "d" : "c",
                        s == coulomb_forward    ? "^{+}"
                        : s == coulomb_backward ? "^{-}"
@@ -184,32 +188,32 @@ std::string parameter_latex(const Parameter& p) {
     for (std::size_t i = 1; i + 1 < s.size(); i += 2) product += fmt::format(" {}_{}", s[i], s[i + 1]);
     return fmt::format("({})_{{{}}}", product, owner);
   }
-  return fmt::format("{}_{{{}}}", slanted(s), owner);
+  return fmt::format("{}_{{{}}}", italic_latex(s), owner);
 }
 
 std::string symbol_latex(const std::string& label) {
   const std::size_t dot = label.rfind('.');
   if (dot == std::string::npos) return identifier_latex(label);
-  return slanted(label.substr(dot + 1)) + "_{" + upright(label.substr(0, dot)) + "}";
+  return italic_latex(label.substr(dot + 1)) + "_{" + upright_latex(label.substr(0, dot)) + "}";
 }
 
-std::string formula_latex(const Formula& formula, const std::vector<Symbol>& symbols) {
+std::string formula_latex(const CoefficientFormula& formula, const std::vector<GeometricSymbol>& symbols) {
   const LatexCoefficient c = coefficient_latex(formula, symbols);
   return (c.negative ? "-" : "") + (c.size.empty() ? "1" : c.size);
 }
 
 std::string condition_latex(const Conditions& conditions, int row, const ConditionNames& names) {
-  const Sides sides = sides_of(conditions, row, names);
+  const EquationSides sides = split_sides(conditions, row, names);
   return fmt::format("{} = {}", fmt::join(sides.left, " "), sides.right);
 }
 
 std::string conditions_latex(const Conditions& conditions, const ConditionNames& names) {
   std::string text = "\\begin{align*}\n";
   for (int row = 0; row < static_cast<int>(conditions.matrix.rows()); ++row) {
-    const auto [terms, right] = sides_of(conditions, row, names);
+    const auto [terms, right] = split_sides(conditions, row, names);
     text += row == 0 ? "  & " : " \\\\\n  & ";
     for (std::size_t i = 0; i < terms.size(); ++i) {
-      if (i > 0) text += i % terms_in_a_line == 0 ? " \\\\\n  & \\quad {}" : " ";
+      if (i > 0) text += i % max_terms_per_line == 0 ? " \\\\\n  & \\quad {}" : " ";
       text += terms[i];
     }
     text += " = " + right;

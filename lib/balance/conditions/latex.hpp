@@ -14,7 +14,7 @@ std::string parameter_latex(const Parameter& parameter);
 std::string symbol_latex(const std::string& label);
 
 /// "\frac{l_{1}^{2}}{2\, l_{2}}", with its sign.
-std::string formula_latex(const Formula& formula, const std::vector<Symbol>& symbols);
+std::string formula_latex(const CoefficientFormula& formula, const std::vector<GeometricSymbol>& symbols);
 
 /// "(m x)_{\text{link1}} + l_{1}\, m_{\text{link2}} = 0", for maths mode.
 std::string condition_latex(const Conditions& conditions, int row, const ConditionNames& names = {});

@@ -8,7 +8,7 @@
 namespace balance {
 
 LinearProgram::LinearProgram(Eigen::Index n)
-    : cost(VectorX::Zero(n)), lower(VectorX::Constant(n, -unbounded)), upper(VectorX::Constant(n, unbounded)) {}
+    : cost(VectorX::Zero(n)), lower(VectorX::Constant(n, -no_bound)), upper(VectorX::Constant(n, no_bound)) {}
 
 void LinearProgram::add_row(double low, const VectorX& row, double high) {
   if (used_ == rows.rows()) {
@@ -29,10 +29,10 @@ namespace {
 constexpr double clp_infinity = 1e25;
 
 /// false for NaN, too
-bool clp_can_take(const Eigen::Ref<const MatrixX>& numbers) { return (numbers.array().abs() < clp_infinity).all(); }
+bool is_clp_finite(const Eigen::Ref<const MatrixX>& numbers) { return (numbers.array().abs() < clp_infinity).all(); }
 
 /// Clp stops at these violations of limits and optimality; its own default, 1e-7, is too coarse for a proof.
-constexpr double tolerance = 1e-10;
+constexpr double clp_tolerance = 1e-10;
 
 std::vector<double> limits(const VectorX& values, Eigen::Index count) {
   std::vector<double> out(values.data(), values.data() + count);
@@ -40,7 +40,7 @@ std::vector<double> limits(const VectorX& values, Eigen::Index count) {
   return out;
 }
 
-CoinPackedMatrix packed(const LinearProgram& program) {
+CoinPackedMatrix pack_rows(const LinearProgram& program) {
   std::vector<int> at_row, at_column;
   std::vector<double> entries;
   for (Eigen::Index r = 0; r < program.row_count(); ++r)
@@ -58,27 +58,28 @@ CoinPackedMatrix packed(const LinearProgram& program) {
 
 }  // namespace
 
-ProgramSolution minimize(const LinearProgram& program) {
+LinearProgramSolution solve_linear_program(const LinearProgram& program) {
   const Eigen::Index n = program.cost.size(), m = program.row_count();
-  if (!clp_can_take(program.cost) || !clp_can_take(program.rows.topRows(m))) return {};
+  if (!is_clp_finite(program.cost) || !is_clp_finite(program.rows.topRows(m))) return {};
   const auto lower = limits(program.lower, n), upper = limits(program.upper, n);
   const auto row_lower = limits(program.row_lower, m), row_upper = limits(program.row_upper, m);
   ClpSimplex model;
   model.setLogLevel(0);
-  model.loadProblem(packed(program), lower.data(), upper.data(), program.cost.data(), row_lower.data(),
+  model.loadProblem(pack_rows(program), lower.data(), upper.data(), program.cost.data(), row_lower.data(),
                     row_upper.data());
-  model.setPrimalTolerance(tolerance);
-  model.setDualTolerance(tolerance);
+  model.setPrimalTolerance(clp_tolerance);
+  model.setDualTolerance(clp_tolerance);
   model.setMaximumIterations(50000);
   model.primal();
-  ProgramSolution solution;
+  LinearProgramSolution solution;
   switch (model.status()) {
-    case 0: solution.status = ProgramStatus::solved; break;
-    case 1: solution.status = ProgramStatus::infeasible; break;
-    case 2: solution.status = ProgramStatus::endless; break;
+    case 0: solution.status = LinearProgramStatus::optimal; break;
+    case 1: solution.status = LinearProgramStatus::infeasible; break;
+    case 2: solution.status = LinearProgramStatus::unbounded; break;
     default: break;
   }
-  if (solution.status == ProgramStatus::solved) solution.x = Eigen::Map<const VectorX>(model.primalColumnSolution(), n);
+  if (solution.status == LinearProgramStatus::optimal)
+    solution.x = Eigen::Map<const VectorX>(model.primalColumnSolution(), n);
   return solution;
 }
 

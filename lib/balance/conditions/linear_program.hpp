@@ -7,9 +7,9 @@
 
 namespace balance {
 
-inline constexpr double unbounded = std::numeric_limits<double>::infinity();
+inline constexpr double no_bound = std::numeric_limits<double>::infinity();
 
-/// Minimise cost · x subject to lower ≤ x ≤ upper and row_lower ≤ rows · x ≤ row_upper; `unbounded` and its negative where
+/// Minimise cost · x subject to lower ≤ x ≤ upper and row_lower ≤ rows · x ≤ row_upper; `no_bound` and its negative where
 /// there is no limit.
 struct LinearProgram {
   VectorX cost, lower, upper;
@@ -26,19 +26,19 @@ struct LinearProgram {
   Eigen::Index used_ = 0;
 };
 
-enum class ProgramStatus {
-  solved,
+enum class LinearProgramStatus {
+  optimal,
   infeasible,
-  endless,  ///< the cost falls without limit
+  unbounded,  ///< the cost falls without limit
   failed,
 };
 
-struct ProgramSolution {
-  ProgramStatus status = ProgramStatus::failed;
+struct LinearProgramSolution {
+  LinearProgramStatus status = LinearProgramStatus::failed;
   VectorX x;  ///< limits may be overstepped by about 1e-10
 };
 
 /// The same program gives the same solution.
-ProgramSolution minimize(const LinearProgram& program);
+LinearProgramSolution solve_linear_program(const LinearProgram& program);
 
 }  // namespace balance

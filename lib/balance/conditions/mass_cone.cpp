@@ -5,35 +5,35 @@
 
 namespace balance {
 
-Sign sign_of(const Parameter& parameter) {
+ParameterSign parameter_sign(const Parameter& parameter) {
   switch (parameter.kind) {
-    case ParameterKind::given: return Sign::positive;
+    case ParameterKind::known_term: return ParameterSign::positive;
     case ParameterKind::mass:
     case ParameterKind::moment_of_inertia:
-      return parameter.bearer == Bearer::body ? Sign::positive : Sign::not_negative;
+      return parameter.owner_kind == ParameterOwner::body ? ParameterSign::positive : ParameterSign::not_negative;
     case ParameterKind::stiffness:
     case ParameterKind::viscous:
-    case ParameterKind::coulomb: return Sign::not_negative;
+    case ParameterKind::coulomb: return ParameterSign::not_negative;
     case ParameterKind::first_moment:
     case ParameterKind::product_of_inertia:
     case ParameterKind::stiffness_moment:
     case ParameterKind::force:
-    case ParameterKind::couple: return Sign::any;
+    case ParameterKind::couple: return ParameterSign::indefinite;
   }
-  return Sign::any;
+  return ParameterSign::indefinite;
 }
 
 bool is_always_zero(const Parameter& parameter) {
-  return parameter.bearer == Bearer::disc && parameter.kind == ParameterKind::first_moment;
+  return parameter.owner_kind == ParameterOwner::disc && parameter.kind == ParameterKind::first_moment;
 }
 
-MatrixX ConeBlock::matrix(const VectorX& coefficients) const {
+MatrixX PseudoInertiaBlock::matrix(const VectorX& coefficients) const {
   MatrixX sum = MatrixX::Zero(size, size);
   for (const Term& term : terms) sum += coefficients[term.parameter] * term.matrix;
   return sum;
 }
 
-VectorX ConeBlock::form(const VectorX& u, const VectorX& v, Eigen::Index parameters) const {
+VectorX PseudoInertiaBlock::bilinear_form_row(const VectorX& u, const VectorX& v, Eigen::Index parameters) const {
   VectorX row = VectorX::Zero(parameters);
   for (const Term& term : terms) row[term.parameter] = u.dot(term.matrix * v);
   return row;
@@ -45,7 +45,7 @@ namespace {
 Eigen::Index axis(char letter) { return letter - 'x'; }
 
 /// The quadratic part of a moment or product of inertia, as a form in the place: Ixx = ∫(y² + z²), Ixy = −∫xy, J = ∫(x² + y²).
-MatrixX second_form(std::string_view symbol, Eigen::Index dimension) {
+MatrixX second_moment_form(std::string_view symbol, Eigen::Index dimension) {
   MatrixX form = MatrixX::Zero(dimension, dimension);
   if (symbol == "J") return MatrixX::Identity(dimension, dimension);
   const Eigen::Index i = axis(symbol[1]), j = axis(symbol[2]);
@@ -59,9 +59,9 @@ MatrixX second_form(std::string_view symbol, Eigen::Index dimension) {
 }
 
 /// The block of one body, attachment or disc with the parameters first … last − 1. The last row belongs to the constant 1.
-ConeBlock inertia_block(const std::vector<Parameter>& parameters, std::size_t first, std::size_t last) {
+PseudoInertiaBlock inertia_block(const std::vector<Parameter>& parameters, std::size_t first, std::size_t last) {
   const Eigen::Index dimension = last - first > 4 ? 3 : 2;
-  ConeBlock block{dimension + 1, parameters[first].bearer == Bearer::body, {}};
+  PseudoInertiaBlock block{dimension + 1, parameters[first].owner_kind == ParameterOwner::body, {}};
   for (std::size_t p = first; p < last; ++p) {
     const Parameter& parameter = parameters[p];
     if (is_always_zero(parameter)) continue;
@@ -72,7 +72,7 @@ ConeBlock inertia_block(const std::vector<Parameter>& parameters, std::size_t fi
       const Eigen::Index i = axis(parameter.symbol[1]);
       form(i, dimension) = form(dimension, i) = 0.5;
     } else {
-      form.topLeftCorner(dimension, dimension) = second_form(parameter.symbol, dimension);
+      form.topLeftCorner(dimension, dimension) = second_moment_form(parameter.symbol, dimension);
     }
     block.terms.push_back({static_cast<Eigen::Index>(p), form});
   }
@@ -81,17 +81,18 @@ ConeBlock inertia_block(const std::vector<Parameter>& parameters, std::size_t fi
 
 }  // namespace
 
-MassCone::MassCone(const std::vector<Parameter>& parameters) {
+PseudoInertiaCone::PseudoInertiaCone(const std::vector<Parameter>& parameters) {
   for (std::size_t first = 0; first < parameters.size();) {
     const Parameter& head = parameters[first];
     std::size_t last = first;
-    while (last < parameters.size() && parameters[last].bearer == head.bearer && parameters[last].index == head.index)
+    while (last < parameters.size() && parameters[last].owner_kind == head.owner_kind &&
+           parameters[last].index == head.index)
       ++last;
-    if (head.kind == ParameterKind::given) {
+    if (head.kind == ParameterKind::known_term) {
       blocks.push_back({1, true, {{static_cast<Eigen::Index>(first), MatrixX::Ones(1, 1)}}});
-    } else if (head.bearer == Bearer::load || head.bearer == Bearer::friction) {
+    } else if (head.owner_kind == ParameterOwner::load || head.owner_kind == ParameterOwner::friction) {
       for (std::size_t p = first; p < last; ++p) excluded.push_back(static_cast<Eigen::Index>(p));
-    } else if (head.bearer != Bearer::spring) {
+    } else if (head.owner_kind != ParameterOwner::spring) {
       blocks.push_back(inertia_block(parameters, first, last));
     } else {
       blocks.push_back({1, false, {{static_cast<Eigen::Index>(first), MatrixX::Ones(1, 1)}}});

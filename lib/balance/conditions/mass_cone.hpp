@@ -16,38 +16,38 @@
 namespace balance {
 
 /// Whether a parameter's own sign is known.
-enum class Sign {
+enum class ParameterSign {
   positive,      ///< mass and moments of inertia of a body
   not_negative,  ///< those of things that may vanish; stiffnesses
-  any,
+  indefinite,
 };
 
-Sign sign_of(const Parameter& parameter);
+ParameterSign parameter_sign(const Parameter& parameter);
 /// First moments of discs, which are about their CoM.
 bool is_always_zero(const Parameter& parameter);
 
 /// One matrix that must be positive semidefinite: Q(c) = Σ c[p] E over the parameters p of one thing.
-struct ConeBlock {
+struct PseudoInertiaBlock {
   struct Term {
     Eigen::Index parameter = 0;
     MatrixX matrix;
   };
   Eigen::Index size = 0;
-  bool body = false;  ///< its density cannot be zero everywhere; or it is the known terms, which are what they are
+  bool is_body = false;  ///< its density cannot be zero everywhere; or it is the known terms, which are what they are
   std::vector<Term> terms;
 
   MatrixX matrix(const VectorX& coefficients) const;
   /// The row by which the coefficients give uᵀ Q(c) v.
-  VectorX form(const VectorX& u, const VectorX& v, Eigen::Index parameters) const;
+  VectorX bilinear_form_row(const VectorX& u, const VectorX& v, Eigen::Index parameters) const;
 };
 
 /// The functionals that no physical parameters make negative: every block positive semidefinite, and no parameter that has any
 /// sign by itself (the products of a spring's ends) or whose value is open (known terms that free numbers change).
-struct MassCone {
-  std::vector<ConeBlock> blocks;
+struct PseudoInertiaCone {
+  std::vector<PseudoInertiaBlock> blocks;
   std::vector<Eigen::Index> excluded;  ///< their coefficients must be zero
 
-  explicit MassCone(const std::vector<Parameter>& parameters);
+  explicit PseudoInertiaCone(const std::vector<Parameter>& parameters);
 };
 
 }  // namespace balance

@@ -17,7 +17,7 @@ std::string power_text(const std::string& label, int exponent) {
 }
 
 /// "3 l1^2/(2 l2)" without its sign; "" for one.
-std::string size_text(const Monomial& m, const std::vector<Symbol>& symbols) {
+std::string monomial_text(const RationalMonomial& m, const std::vector<GeometricSymbol>& symbols) {
   const int numerator = std::abs(m.numerator);
   std::vector<std::string> above, below;
   for (const SymbolPower& p : m.powers) {
@@ -35,28 +35,28 @@ std::string size_text(const Monomial& m, const std::vector<Symbol>& symbols) {
   return text;
 }
 
-std::string or_one(const std::string& text) { return text.empty() ? "1" : text; }
+std::string text_or_one(const std::string& text) { return text.empty() ? "1" : text; }
 
-bool negative(const Monomial& m) { return m.numerator < 0; }
+bool is_negative(const RationalMonomial& m) { return m.numerator < 0; }
 
-std::string sum_text(const std::vector<Monomial>& sum, const std::vector<Symbol>& symbols) {
+std::string sum_text(const std::vector<RationalMonomial>& sum, const std::vector<GeometricSymbol>& symbols) {
   std::string text;
-  for (const Monomial& term : sum) {
-    text += text.empty() ? (negative(term) ? "-" : "") : (negative(term) ? " - " : " + ");
-    text += or_one(size_text(term, symbols));
+  for (const RationalMonomial& term : sum) {
+    text += text.empty() ? (is_negative(term) ? "-" : "") : (is_negative(term) ? " - " : " + ");
+    text += text_or_one(monomial_text(term, symbols));
   }
   return text;
 }
 
 /// "cos(link1.B.angle - 2 link2.C.angle)"
-std::string wave_text(const Wave& wave, const std::vector<Symbol>& symbols) {
+std::string wave_text(const TrigonometricFactor& wave, const std::vector<GeometricSymbol>& symbols) {
   std::string text;
   for (const SymbolPower& angle : wave.angles) {
     text += text.empty() ? (angle.exponent < 0 ? "-" : "") : (angle.exponent < 0 ? " - " : " + ");
     if (std::abs(angle.exponent) != 1) text += std::to_string(std::abs(angle.exponent)) + " ";
     text += symbols.at(static_cast<std::size_t>(angle.symbol)).label;
   }
-  return (wave.sine ? "sin(" : "cos(") + text + ")";
+  return (wave.is_sine ? "sin(" : "cos(") + text + ")";
 }
 
 /// A coefficient in front of a parameter: sign apart, brackets where a quotient could swallow what follows.
@@ -65,32 +65,35 @@ struct Coefficient {
   std::string size;  ///< empty for one
 };
 
-Coefficient coefficient_text(const Formula* formula, double value, const std::vector<Symbol>& symbols) {
+Coefficient coefficient_text(const CoefficientFormula* formula, double value,
+                             const std::vector<GeometricSymbol>& symbols) {
   if (formula == nullptr) {
     const std::string number = fmt::format("{:.6g}", std::abs(value));
     return {value < 0, number == "1" ? "" : number};
   }
-  std::string size = size_text(formula->factor, symbols);
+  std::string size = monomial_text(formula->factor, symbols);
   if (size.find('/') != std::string::npos) size = "(" + size + ")";
   if (formula->wave) size += (size.empty() ? "" : " ") + wave_text(*formula->wave, symbols);
-  if (formula->sum.empty()) return {negative(formula->factor), size};
+  if (formula->sum.empty()) return {is_negative(formula->factor), size};
   // A sum whose both terms are negative shows its sign in front.
-  std::vector<Monomial> sum = formula->sum;
-  const bool turned = negative(sum.front());
+  std::vector<RationalMonomial> sum = formula->sum;
+  const bool turned = is_negative(sum.front());
   if (turned)
-    for (Monomial& term : sum) term.numerator = -term.numerator;
-  return {negative(formula->factor) != turned, (size.empty() ? "" : size + " ") + "(" + sum_text(sum, symbols) + ")"};
+    for (RationalMonomial& term : sum) term.numerator = -term.numerator;
+  return {is_negative(formula->factor) != turned,
+          (size.empty() ? "" : size + " ") + "(" + sum_text(sum, symbols) + ")"};
 }
 
 }  // namespace
 
-std::string formula_text(const Formula& formula, const std::vector<Symbol>& symbols) {
+std::string formula_text(const CoefficientFormula& formula, const std::vector<GeometricSymbol>& symbols) {
   if (formula.wave) {
     const Coefficient whole = coefficient_text(&formula, 1, symbols);
     return (whole.negative ? "-" : "") + whole.size;
   }
-  if (formula.sum.empty()) return (negative(formula.factor) ? "-" : "") + or_one(size_text(formula.factor, symbols));
-  const Monomial& f = formula.factor;
+  if (formula.sum.empty())
+    return (is_negative(formula.factor) ? "-" : "") + text_or_one(monomial_text(formula.factor, symbols));
+  const RationalMonomial& f = formula.factor;
   if (f.powers.empty() && f.numerator == 1 && f.denominator == 1) return sum_text(formula.sum, symbols);
   const Coefficient whole = coefficient_text(&formula, 1, symbols);
   return (whole.negative ? "-" : "") + whole.size;
@@ -117,7 +120,8 @@ std::string side_text(const Conditions& conditions, int row, const ConditionName
 }  // namespace
 
 std::string condition_text(const Conditions& conditions, int row, const ConditionNames& names) {
-  const Eigen::Index own = conditions.own_columns(), all = static_cast<Eigen::Index>(conditions.parameters.size());
+  const Eigen::Index own = conditions.parameter_columns(),
+                     all = static_cast<Eigen::Index>(conditions.parameters.size());
   const std::string left = side_text(conditions, row, names, 0, own, 1);
   const std::string known = side_text(conditions, row, names, own, all, left.empty() ? 1 : -1);
   if (left.empty()) return (known.empty() ? "0" : known) + " = 0";

@@ -11,13 +11,13 @@
 namespace balance {
 
 /// Looks at the known mechanism's configurations, closed again, and solves for its pivots: no walk, no decision of rank.
-class NearbyConditions {
+class PerturbedConditions {
  public:
   /// @param conditions derive_conditions of the mechanism with these options
-  NearbyConditions(const Mechanism& mechanism, const Conditions& conditions, const ConditionOptions& options);
-  ~NearbyConditions();
-  NearbyConditions(NearbyConditions&&) noexcept;
-  NearbyConditions& operator=(NearbyConditions&&) noexcept;
+  PerturbedConditions(const Mechanism& mechanism, const Conditions& conditions, const ConditionOptions& options);
+  ~PerturbedConditions();
+  PerturbedConditions(PerturbedConditions&&) noexcept;
+  PerturbedConditions& operator=(PerturbedConditions&&) noexcept;
 
   /// Status, parameters, pivots and matrix alone: done, or rank_unclear where there are more conditions than the known ones.
   /// @return nothing where the mechanism does not close there: then only derive_conditions knows
@@ -31,9 +31,9 @@ class NearbyConditions {
 
 /// derive, by way of the nearby conditions where these tell; not done where the rank is another one.
 /// @param prepare done to every mechanism before its conditions are derived
-std::function<Conditions(const Mechanism&)> nearby_or(const std::function<Conditions(const Mechanism&)>& derive,
-                                                      const std::function<Mechanism(const Mechanism&)>& prepare,
-                                                      const Mechanism& mechanism, const Conditions& conditions,
-                                                      const ConditionOptions& options);
+std::function<Conditions(const Mechanism&)> make_perturbed_derivation(
+    const std::function<Conditions(const Mechanism&)>& derive,
+    const std::function<Mechanism(const Mechanism&)>& prepare, const Mechanism& mechanism, const Conditions& conditions,
+    const ConditionOptions& options);
 
 }  // namespace balance

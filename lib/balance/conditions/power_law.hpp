@@ -7,7 +7,7 @@ namespace balance {
 
 /// A number that is c · pᵉ, c without p; or does not follow a power of p at all.
 struct PowerLaw {
-  bool holds = true;
+  bool is_valid = true;
   double exponent = 0;
   double value = 0;  ///< at present: what is zero adds nothing to a sum
 };
@@ -22,7 +22,7 @@ class PowerLawAlgebra {
   explicit PowerLawAlgebra(const ExpressionNode* base) : base_(base) {}
 
   PowerLaw constant(double value) const { return {true, 0, value}; }
-  PowerLaw operate(const ExpressionNode& node, const PowerLaw& a, const PowerLaw& b, const PowerLaw& c) const;
+  PowerLaw apply(const ExpressionNode& node, const PowerLaw& a, const PowerLaw& b, const PowerLaw& c) const;
 
  private:
   const ExpressionNode* base_;

@@ -6,7 +6,7 @@
 namespace balance {
 
 /// CoM = A · tool + B₁ R e₁ (+ B₂ R e₂ + B₃ R e₃ in space) + constant, with R e the axes of the tool's body.
-struct ComLaw {
+struct ComToolMap {
   MatrixX A;  ///< axes × axes; empty if the mechanism has no tool or cannot move
   MatrixX B;  ///< axes × axes in the plane, 3 × 9 in space [m]; zero for `proportional`
 };
@@ -14,9 +14,9 @@ struct ComLaw {
 /// The law that fits best over random configurations; exact where the conditions of the goal are met.
 /// @param kind proportional or affine
 /// Source: P3 eq. 53–61
-ComLaw com_law(const Mechanism& mechanism, GoalKind kind, const ConditionOptions& options = {});
+ComToolMap fit_com_tool_map(const Mechanism& mechanism, GoalKind kind, const ConditionOptions& options = {});
 
 /// A of the goal `proportional`: the constant matrix for which CoM velocity = A · tool velocity fits best.
-MatrixX com_per_tool(const Mechanism& mechanism, const ConditionOptions& options = {});
+MatrixX fit_com_tool_matrix(const Mechanism& mechanism, const ConditionOptions& options = {});
 
 }  // namespace balance

@@ -12,30 +12,30 @@ namespace balance {
 namespace {
 
 /// Relative; conditions carry round-off of about 1e-10, and a wrong law of second order would miss by 2e-4.
-constexpr double same = 1e-7;
-constexpr int largest_multiple = 2;
-constexpr int largest_exponent = 4, largest_in_sum = 2, largest_number = 4;
+constexpr double recognition_tolerance = 1e-7;
+constexpr int max_angle_multiple = 2;
+constexpr int max_exponent = 4, max_exponent_in_sum = 2, max_integer = 4;
 
-bool near(double a, double b, double scale) { return std::abs(a - b) <= same * scale; }
+bool is_near(double a, double b, double scale) { return std::abs(a - b) <= recognition_tolerance * scale; }
 
 /// The exponent with which a response follows one symbol, if it follows a power at all.
-std::optional<int> exponent_of(const Response& r, Eigen::Index s) {
+std::optional<int> find_exponent(const PerturbationResponse& r, Eigen::Index s) {
   const double up = r.up[s] / r.value, down = r.down[s] / r.value;
-  if (!(up > 0) || !(down > 0) || !near(up * down, 1, 1)) return std::nullopt;
+  if (!(up > 0) || !(down > 0) || !is_near(up * down, 1, 1)) return std::nullopt;
   const double exponent = elementary::log(up / down) / (2 * elementary::log(probe_factor));
   const int whole = static_cast<int>(std::lround(exponent));
   // Divided by the step's logarithm, noise is sixty times larger.
-  if (std::abs(exponent - whole) > 64 * same || std::abs(whole) > largest_exponent) return std::nullopt;
+  if (std::abs(exponent - whole) > 64 * recognition_tolerance || std::abs(whole) > max_exponent) return std::nullopt;
   return whole;
 }
 
 /// How many times over an angle turns a response that is a wave; 0: not at all.
 /// @param quadrature what other angles say that the wave is a quarter turn back; 0: not known yet, then the multiple is positive
-std::optional<int> multiple_of(const Response& r, Eigen::Index s, double quadrature) {
+std::optional<int> find_angle_multiple(const PerturbationResponse& r, Eigen::Index s, double quadrature) {
   const double scale = std::abs(r.value) + std::abs(r.up[s]) + std::abs(r.down[s]);
-  if (near(r.up[s], r.value, scale) && near(r.down[s], r.value, scale)) return 0;
-  for (int k = 1; k <= largest_multiple; ++k) {
-    if (!near(r.up[s] + r.down[s], 2 * r.value * elementary::cos(k * probe_angle), scale)) continue;
+  if (is_near(r.up[s], r.value, scale) && is_near(r.down[s], r.value, scale)) return 0;
+  for (int k = 1; k <= max_angle_multiple; ++k) {
+    if (!is_near(r.up[s] + r.down[s], 2 * r.value * elementary::cos(k * probe_angle), scale)) continue;
     const double own = -(r.up[s] - r.down[s]) / (2 * elementary::sin(k * probe_angle));
     if (quadrature == 0) return k;
     for (const int sign : {1, -1})
@@ -44,18 +44,18 @@ std::optional<int> multiple_of(const Response& r, Eigen::Index s, double quadrat
   return std::nullopt;
 }
 
-Monomial without_number(std::vector<SymbolPower> powers) { return {1, 1, std::move(powers)}; }
+RationalMonomial without_number(std::vector<SymbolPower> powers) { return {1, 1, std::move(powers)}; }
 
 /// A number that is the sum of two powers of each symbol.
-class TwoTerms {
+class TwoTermSum {
  public:
-  TwoTerms(const VectorX& symbols, const Response& response, const std::vector<int>& changing)
+  TwoTermSum(const VectorX& symbols, const PerturbationResponse& response, const std::vector<int>& changing)
       : symbols_(symbols), response_(response), changing_(changing) {}
 
-  std::optional<std::vector<Monomial>> find() const {
-    for (int total = 1; total <= 2 * largest_in_sum; ++total) {
-      for (int i = -largest_in_sum; i <= largest_in_sum; ++i) {
-        for (int k = -largest_in_sum; k < i; ++k) {
+  std::optional<std::vector<RationalMonomial>> find() const {
+    for (int total = 1; total <= 2 * max_exponent_in_sum; ++total) {
+      for (int i = -max_exponent_in_sum; i <= max_exponent_in_sum; ++i) {
+        for (int k = -max_exponent_in_sum; k < i; ++k) {
           if (std::abs(i) + std::abs(k) != total) continue;
           if (auto found = with_first(i, k)) return found;
         }
@@ -66,7 +66,7 @@ class TwoTerms {
 
  private:
   /// The exponents i and k of the first symbol split the value into its two parts.
-  std::optional<std::vector<Monomial>> with_first(int i, int k) const {
+  std::optional<std::vector<RationalMonomial>> with_first(int i, int k) const {
     const double fi = elementary::pow(probe_factor, i), fk = elementary::pow(probe_factor, k);
     const double first = (response_.up[changing_[0]] - response_.value * fk) / (fi - fk);
     const double second = response_.value - first;
@@ -86,99 +86,101 @@ class TwoTerms {
   bool follows(int s, double first, double second, int i, int k) const {
     const double scale = std::abs(first) + std::abs(second);
     const auto at = [&](double f) { return first * elementary::pow(f, i) + second * elementary::pow(f, k); };
-    return near(at(probe_factor), response_.up[s], scale) && near(at(1 / probe_factor), response_.down[s], scale);
+    return is_near(at(probe_factor), response_.up[s], scale) && is_near(at(1 / probe_factor), response_.down[s], scale);
   }
 
   std::optional<std::pair<int, int>> split(int s, double first, double second) const {
-    for (int i = -largest_in_sum; i <= largest_in_sum; ++i)
-      for (int k = -largest_in_sum; k <= largest_in_sum; ++k)
+    for (int i = -max_exponent_in_sum; i <= max_exponent_in_sum; ++i)
+      for (int k = -max_exponent_in_sum; k <= max_exponent_in_sum; ++k)
         if (follows(s, first, second, i, k)) return std::pair(i, k);
     return std::nullopt;
   }
 
-  std::optional<Monomial> complete(double part, const std::vector<SymbolPower>& powers) const {
+  std::optional<RationalMonomial> complete(double part, const std::vector<SymbolPower>& powers) const {
     const double product = without_number(powers).value(symbols_);
     // A part that is next to nothing is an artefact of the split.
-    if (std::abs(part) < same * std::abs(response_.value)) return std::nullopt;
-    auto ratio = as_small_ratio(part / product);
+    if (std::abs(part) < recognition_tolerance * std::abs(response_.value)) return std::nullopt;
+    auto ratio = find_small_ratio(part / product);
     if (ratio) ratio->powers = powers;
     return ratio;
   }
 
   const VectorX& symbols_;
-  const Response& response_;
+  const PerturbationResponse& response_;
   const std::vector<int>& changing_;
 };
 
 }  // namespace
 
-double Monomial::value(const VectorX& symbols) const {
+double RationalMonomial::value(const VectorX& symbols) const {
   double result = static_cast<double>(numerator) / denominator;
   for (const SymbolPower& power : powers) result *= elementary::pow(symbols[power.symbol], power.exponent);
   return result;
 }
 
-double Wave::value(const VectorX& symbols) const {
+double TrigonometricFactor::value(const VectorX& symbols) const {
   double sum = 0;
   for (const SymbolPower& angle : angles) sum += angle.exponent * symbols[angle.symbol];
-  return sine ? elementary::sin(sum) : elementary::cos(sum);
+  return is_sine ? elementary::sin(sum) : elementary::cos(sum);
 }
 
-double Formula::value(const VectorX& symbols) const {
+double CoefficientFormula::value(const VectorX& symbols) const {
   double bracket = sum.empty() ? 1 : 0;
-  for (const Monomial& term : sum) bracket += term.value(symbols);
+  for (const RationalMonomial& term : sum) bracket += term.value(symbols);
   return factor.value(symbols) * bracket * (wave ? wave->value(symbols) : 1);
 }
 
-std::optional<Monomial> as_small_ratio(double number) {
-  for (int denominator = 1; denominator <= largest_number; ++denominator) {
-    for (int numerator = 1; numerator <= largest_number; ++numerator) {
+std::optional<RationalMonomial> find_small_ratio(double number) {
+  for (int denominator = 1; denominator <= max_integer; ++denominator) {
+    for (int numerator = 1; numerator <= max_integer; ++numerator) {
       if (std::gcd(numerator, denominator) != 1) continue;
       const double ratio = static_cast<double>(numerator) / denominator;
-      if (near(std::abs(number), ratio, ratio)) return Monomial{number < 0 ? -numerator : numerator, denominator, {}};
+      if (is_near(std::abs(number), ratio, ratio))
+        return RationalMonomial{number < 0 ? -numerator : numerator, denominator, {}};
     }
   }
   return std::nullopt;
 }
 
-std::optional<Formula> recognise(const VectorX& symbols, const Response& response) {
+std::optional<CoefficientFormula> recognise_coefficient(const VectorX& symbols, const PerturbationResponse& response) {
   if (response.value == 0 || !std::isfinite(response.value)) return std::nullopt;
   std::vector<SymbolPower> powers;
   std::vector<int> changing;  // by no power
   for (Eigen::Index s = 0; s < symbols.size(); ++s) {
-    const auto exponent = exponent_of(response, s);
+    const auto exponent = find_exponent(response, s);
     if (!exponent) changing.push_back(static_cast<int>(s));
     if (exponent && *exponent != 0) powers.push_back({static_cast<int>(s), *exponent});
   }
   const double product = without_number(powers).value(symbols);
   if (changing.empty()) {
-    auto ratio = as_small_ratio(response.value / product);
+    auto ratio = find_small_ratio(response.value / product);
     if (!ratio) return std::nullopt;
     ratio->powers = std::move(powers);
-    return Formula{*ratio, {}, std::nullopt};
+    return CoefficientFormula{*ratio, {}, std::nullopt};
   }
-  const Response rest{response.value / product, response.up / product, response.down / product};
-  auto sum = TwoTerms(symbols, rest, changing).find();
+  const PerturbationResponse rest{response.value / product, response.up / product, response.down / product};
+  auto sum = TwoTermSum(symbols, rest, changing).find();
   if (!sum) return std::nullopt;
-  return Formula{without_number(std::move(powers)), std::move(*sum), std::nullopt};
+  return CoefficientFormula{without_number(std::move(powers)), std::move(*sum), std::nullopt};
 }
 
-std::optional<Formula> recognise_wave(const VectorX& symbols, const std::vector<bool>& is_angle,
-                                      const Response& response) {
+std::optional<CoefficientFormula> recognise_trigonometric_coefficient(const VectorX& symbols,
+                                                                      const std::vector<bool>& is_angle,
+                                                                      const PerturbationResponse& response) {
   const double f = response.value;
   if (f == 0 || !std::isfinite(f)) return std::nullopt;
   std::vector<SymbolPower> powers;
-  Wave wave;
+  TrigonometricFactor wave;
   double turned = 0, quadrature = 0;  // Σ k a; A sin ψ where f = A cos ψ
   for (Eigen::Index s = 0; s < symbols.size(); ++s) {
     const auto symbol = static_cast<int>(s);
     if (!is_angle[static_cast<std::size_t>(s)]) {
-      const auto exponent = exponent_of(response, s);
+      const auto exponent = find_exponent(response, s);
       if (!exponent) return std::nullopt;
       if (*exponent != 0) powers.push_back({symbol, *exponent});
       continue;
     }
-    const auto multiple = multiple_of(response, s, wave.angles.empty() ? 0 : quadrature);
+    const auto multiple = find_angle_multiple(response, s, wave.angles.empty() ? 0 : quadrature);
     if (!multiple) return std::nullopt;
     if (*multiple == 0) continue;
     if (wave.angles.empty())
@@ -192,13 +194,13 @@ std::optional<Formula> recognise_wave(const VectorX& symbols, const std::vector<
   // Near a crest the phase is known to half the digits.
   if (std::abs(quarters - whole) > 1e-5) return std::nullopt;
   const int quarter = ((static_cast<int>(whole) % 4) + 4) % 4;  // cos(x + quarter π/2)
-  wave.sine = quarter % 2 == 1;
+  wave.is_sine = quarter % 2 == 1;
   const double size = wave.value(symbols) * without_number(powers).value(symbols);
   if (size == 0) return std::nullopt;
-  auto ratio = as_small_ratio(f / size);
+  auto ratio = find_small_ratio(f / size);
   if (!ratio) return std::nullopt;
   ratio->powers = std::move(powers);
-  return Formula{std::move(*ratio), {}, std::move(wave)};
+  return CoefficientFormula{std::move(*ratio), {}, std::move(wave)};
 }
 
 }  // namespace balance

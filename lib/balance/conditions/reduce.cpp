@@ -16,16 +16,17 @@ namespace balance {
 
 namespace {
 
-constexpr double clear_gap = 1e3;  ///< between the last singular value kept and the first dropped
-constexpr double noise = 1e-8;     ///< of the largest singular value: nothing above it is dropped
-constexpr double detail = 1e-9;    ///< nothing below it is kept
+constexpr double min_singular_value_gap = 1e3;  ///< between the last singular value kept and the first dropped
+constexpr double dropped_singular_value_threshold =
+    1e-8;                                               ///< of the largest singular value: nothing above it is dropped
+constexpr double kept_singular_value_threshold = 1e-9;  ///< nothing below it is kept
 /// Of a unit row: an entry below it is no pivot. Where smaller ones are all there is, they must do.
-constexpr double pivotal[] = {1e-4, 1e-6, 0};
-constexpr double elimination_round_off = 1e-10;  ///< of the largest entry before the extra unknowns were eliminated
-constexpr double round_off = 1e-10;              ///< of a reduced row's largest entry: an entry below it is zero
+constexpr double pivot_thresholds[] = {1e-4, 1e-6, 0};
+constexpr double elimination_tolerance = 1e-10;  ///< of the largest entry before the extra unknowns were eliminated
+constexpr double row_entry_tolerance = 1e-10;    ///< of a reduced row's largest entry: an entry below it is zero
 
 /// Joints between each body and the ground.
-std::vector<int> depths(const Mechanism& mechanism) {
+std::vector<int> joint_depths(const Mechanism& mechanism) {
   std::vector<int> depth(mechanism.bodies.size(), -1);
   depth[ground] = 0;
   std::queue<int> waiting({ground});
@@ -42,7 +43,7 @@ std::vector<int> depths(const Mechanism& mechanism) {
 }
 
 /// Masses cannot be chosen freely, springs are an addition.
-int preference(ParameterKind kind) {
+int pivot_priority(ParameterKind kind) {
   switch (kind) {
     case ParameterKind::mass: return 1;
     case ParameterKind::stiffness:
@@ -56,26 +57,28 @@ int preference(ParameterKind kind) {
 }
 
 /// Number of singular values above the widest gap; −1 if it is not wide enough.
-int rank_by_gap(const VectorX& values, double floor, Conditions& conditions) {
+int find_rank_by_gap(const VectorX& values, double floor, Conditions& conditions) {
   int rank = -1;
   double widest = 0;
   const auto at = [&](Eigen::Index i) { return i < values.size() ? std::max(values[i] / values[0], floor) : floor; };
   for (Eigen::Index r = 1; r <= values.size(); ++r) {
     const double kept = at(r - 1), dropped = at(r);
-    if (kept < detail || dropped > noise || kept / dropped <= widest) continue;
+    if (kept < kept_singular_value_threshold || dropped > dropped_singular_value_threshold || kept / dropped <= widest)
+      continue;
     widest = kept / dropped;
     rank = static_cast<int>(r);
-    conditions.smallest_kept = kept;
-    conditions.largest_dropped = dropped;
+    conditions.min_kept_singular_value = kept;
+    conditions.max_dropped_singular_value = dropped;
   }
-  conditions.gap = widest;
-  return widest > clear_gap ? rank : -1;
+  conditions.singular_value_gap = widest;
+  return widest > min_singular_value_gap ? rank : -1;
 }
 
 /// An orthonormal basis of what the rows span where a column is zero: one row fewer.
-MatrixX without_column(MatrixX rows, int column) {
-  constexpr Eigen::Index many = 48;
-  if (rows.rows() > many) {  // one reflection makes all entries but the first zero, and keeps rows orthonormal
+MatrixX eliminate_column(MatrixX rows, int column) {
+  constexpr Eigen::Index min_rows_for_reflection = 48;
+  if (rows.rows() >
+      min_rows_for_reflection) {  // one reflection makes all entries but the first zero, and keeps rows orthonormal
     VectorX mirror = rows.col(column);
     mirror[0] += std::copysign(mirror.norm(), mirror[0]);
     const Eigen::RowVectorXd along = (2 / mirror.squaredNorm()) * (mirror.transpose() * rows);
@@ -94,21 +97,21 @@ MatrixX without_column(MatrixX rows, int column) {
 std::vector<int> choose_pivots(MatrixX rows, const std::vector<int>& order) {
   std::vector<int> pivots;
   std::vector<bool> taken(order.size(), false);
-  for (const double least : pivotal)
+  for (const double least : pivot_thresholds)
     for (const int column : order) {
       if (rows.rows() == 0) return pivots;
       if (taken[static_cast<std::size_t>(column)]) continue;
       if (!(max_abs(rows.col(column)) > least)) continue;
       taken[static_cast<std::size_t>(column)] = true;
       pivots.push_back(column);
-      rows = without_column(std::move(rows), column);
+      rows = eliminate_column(std::move(rows), column);
       for (const int done : pivots) rows.col(done).setZero();
     }
   return pivots;
 }
 
 /// The rows solved for their pivots, at once from the orthonormal ones: errors do not grow from pivot to pivot.
-void echelon(MatrixX& rows, const std::vector<int>& pivots) {
+void compute_echelon_form(MatrixX& rows, const std::vector<int>& pivots) {
   const MatrixX solved = MatrixX(rows(Eigen::all, pivots)).fullPivLu().solve(rows);
   rows = solved;
   for (std::size_t r = 0; r < pivots.size(); ++r)
@@ -117,21 +120,21 @@ void echelon(MatrixX& rows, const std::vector<int>& pivots) {
 
 }  // namespace
 
-std::vector<int> pivot_order(const Mechanism& mechanism, const std::vector<Parameter>& parameters) {
-  const std::vector<int> depth = depths(mechanism);
+std::vector<int> order_pivots(const Mechanism& mechanism, const std::vector<Parameter>& parameters) {
+  const std::vector<int> depth = joint_depths(mechanism);
   std::vector<int> order(parameters.size());
   std::iota(order.begin(), order.end(), 0);
   const auto key = [&](int p) {
     const Parameter& parameter = parameters[static_cast<std::size_t>(p)];
-    const bool body = parameter.bearer == Bearer::body;
-    return std::tuple(preference(parameter.kind), parameter.bearer,
+    const bool body = parameter.owner_kind == ParameterOwner::body;
+    return std::tuple(pivot_priority(parameter.kind), parameter.owner_kind,
                       body ? depth[static_cast<std::size_t>(parameter.index)] : 0, parameter.index, parameter.slot);
   };
   std::stable_sort(order.begin(), order.end(), [&](int a, int b) { return key(a) < key(b); });
   return order;
 }
 
-MatrixX without_extra(const MatrixX& rows, int parameters) {
+MatrixX eliminate_extra_unknowns(const MatrixX& rows, int parameters) {
   const Eigen::Index extra = rows.cols() - parameters;
   if (extra == 0 || rows.rows() == 0) return rows;
   ColumnPivotingQr qr(rows.rightCols(extra));
@@ -141,18 +144,18 @@ MatrixX without_extra(const MatrixX& rows, int parameters) {
   rotated.applyOnTheLeft(qr.householderQ().adjoint());
   MatrixX left = rotated.bottomRows(rows.rows() - qr.rank());
   // The tool of a single link follows its CoM whatever that is: round-off is not a condition.
-  if (max_abs(left) < elimination_round_off * size) left.setZero();
+  if (max_abs(left) < elimination_tolerance * size) left.setZero();
   return left;
 }
 
-bool reduce(const MatrixX& rows, const VectorX& units, double mass, const std::vector<int>& order,
-            Conditions& conditions) {
+bool reduce_conditions(const MatrixX& rows, const VectorX& units, double mass, const std::vector<int>& order,
+                       Conditions& conditions) {
   const Eigen::Index P = units.size();
   conditions.rank = 0;
   conditions.matrix.resize(0, P);
-  conditions.scale.resize(0);
+  conditions.row_scales.resize(0);
   conditions.pivots.clear();
-  conditions.gap = 1 / std::numeric_limits<double>::epsilon();
+  conditions.singular_value_gap = 1 / std::numeric_limits<double>::epsilon();
   if (max_abs(rows) == 0) return true;
   if (!rows.allFinite()) return false;
 
@@ -161,25 +164,25 @@ bool reduce(const MatrixX& rows, const VectorX& units, double mass, const std::v
     const Eigen::HouseholderQR<MatrixX> qr(rows);
     compact = qr.matrixQR().topRows(P).template triangularView<Eigen::Upper>();
   }
-  const RightSingular svd = right_singular(compact);
-  const int rank = rank_by_gap(svd.values, std::numeric_limits<double>::epsilon(), conditions);
+  const RightSingularVectors svd = compute_right_singular_vectors(compact);
+  const int rank = find_rank_by_gap(svd.values, std::numeric_limits<double>::epsilon(), conditions);
   if (rank < 0 || !svd.values.allFinite() || !svd.vectors.allFinite()) return false;
 
   MatrixX reduced = svd.vectors.leftCols(rank).transpose();
   conditions.pivots = choose_pivots(reduced, order);
   if (static_cast<int>(conditions.pivots.size()) != rank) return false;
-  echelon(reduced, conditions.pivots);
+  compute_echelon_form(reduced, conditions.pivots);
   conditions.rank = rank;
   conditions.matrix.resize(rank, P);
-  conditions.scale.resize(rank);
+  conditions.row_scales.resize(rank);
   for (Eigen::Index r = 0; r < rank; ++r) {
     const double largest = max_abs(reduced.row(r));
     for (Eigen::Index p = 0; p < P; ++p)
-      if (std::abs(reduced(r, p)) < round_off * largest) reduced(r, p) = 0;
+      if (std::abs(reduced(r, p)) < row_entry_tolerance * largest) reduced(r, p) = 0;
     const double pivot = units[conditions.pivots[static_cast<std::size_t>(r)]];
     conditions.matrix.row(r) = reduced.row(r).cwiseQuotient(units.transpose()) * pivot;
     conditions.matrix(r, conditions.pivots[static_cast<std::size_t>(r)]) = 1;  // units cancel but for round-off
-    conditions.scale[r] = mass * pivot * largest;
+    conditions.row_scales[r] = mass * pivot * largest;
   }
   return true;
 }

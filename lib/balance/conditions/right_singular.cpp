@@ -8,7 +8,7 @@ namespace balance {
 namespace {
 
 /// Orthonormal vectors that the matrix stretches by the values, up to round-off.
-bool reproduces(const MatrixX& matrix, const RightSingular& found) {
+bool is_accurate(const MatrixX& matrix, const RightSingularVectors& found) {
   if (!found.values.allFinite() || !found.vectors.allFinite()) return false;
   const auto n = found.values.size();
   const double allowed = 1e-14 * static_cast<double>(matrix.rows() + matrix.cols());
@@ -20,10 +20,10 @@ bool reproduces(const MatrixX& matrix, const RightSingular& found) {
 
 }  // namespace
 
-RightSingular right_singular(const MatrixX& matrix) {
+RightSingularVectors compute_right_singular_vectors(const MatrixX& matrix) {
   const Eigen::BDCSVD<MatrixX> fast(matrix, Eigen::ComputeThinV);
-  RightSingular found{fast.singularValues(), fast.matrixV()};
-  if (fast.info() == Eigen::Success && reproduces(matrix, found)) return found;
+  RightSingularVectors found{fast.singularValues(), fast.matrixV()};
+  if (fast.info() == Eigen::Success && is_accurate(matrix, found)) return found;
   const SingularValueDecomposition sure(matrix, Eigen::ComputeThinU | Eigen::ComputeThinV);
   return {sure.singularValues(), sure.matrixV()};
 }

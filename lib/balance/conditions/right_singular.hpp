@@ -5,12 +5,12 @@
 
 namespace balance {
 
-struct RightSingular {
+struct RightSingularVectors {
   VectorX values;   ///< decreasing, as many as the smaller of the matrix's two sizes
   MatrixX vectors;  ///< columns × values
 };
 
 /// By divide and conquer, checked: Eigen's sometimes leaves entries that were never set. Then by Jacobi's method, which is slower.
-RightSingular right_singular(const MatrixX& matrix);
+RightSingularVectors compute_right_singular_vectors(const MatrixX& matrix);
 
 }  // namespace balance

@@ -21,7 +21,7 @@ struct NaturalUnits {
 };
 
 /// Which velocities and accelerations the rows of one sample are taken for; all scaled like Configuration's.
-struct Probe {
+struct VelocityProbe {
   MatrixX directions;  ///< columns × k: spans the velocities that the loops allow
   VectorX velocity;    ///< one of them
 };
@@ -34,33 +34,33 @@ class GoalRows {
            const ConditionOptions& options, int freedoms);
 
   /// Why the goals make no sense for this mechanism; empty if they do.
-  const std::string& mismatch() const { return mismatch_; }
+  const std::string& mismatch_reason() const { return mismatch_; }
   /// Columns of terms, known ones included.
   int parameters() const { return parameters_; }
   /// Unknowns that are no parameters, behind them: the matrices of the goals `proportional` (A) and `affine` (A, then B) [kg].
-  int extra() const { return extra_; }
+  int extra_unknowns() const { return extra_; }
 
   /// @param rows rows × (parameters + extra). Those of fully- goals are differences from the first configuration probed, where
   ///        they are zero.
   /// @return false, and no rows, if the actuators do not hold the mechanism well there
-  bool at(const Configuration& configuration, const Probe& probe, MatrixX& rows);
+  bool evaluate(const SampledConfiguration& configuration, const VelocityProbe& probe, MatrixX& rows);
 
  private:
-  void check(int freedoms);
-  bool wants(GoalKind kind) const;
-  bool place(const Configuration& configuration);
+  void check_goals(int freedoms);
+  bool has_goal(GoalKind kind) const;
+  bool set_configuration(const SampledConfiguration& configuration);
   bool set_actuated(const MatrixX& null_space);
   VectorX actuated_bias(const VectorX& velocity);
-  void move(const VectorX& velocity, const VectorX& acceleration, bool weight);
-  Regressor<S> regress(const VectorX& velocity, const VectorX& acceleration, bool weight);
-  void add(const MatrixX& rows, double unit);
-  void add_known(const MatrixX& projection, const MatrixX& torque, double unit);
-  void leave_out();
-  void add_efforts(const Probe& probe);
+  void set_motion(const VectorX& velocity, const VectorX& acceleration, bool weight);
+  InertiaRegressor<S> compute_regressor(const VectorX& velocity, const VectorX& acceleration, bool weight);
+  void append_rows(const MatrixX& rows, double unit);
+  void append_known_rows(const MatrixX& projection, const MatrixX& torque, double unit);
+  void mask_excluded_terms();
+  void add_efforts(const VelocityProbe& probe);
   void add_static_efforts(const MatrixX& projection);
   void add_inertia();
-  void add_momentum(const Probe& probe);
-  void add_following(const MatrixX& momentum);
+  void add_momentum(const VelocityProbe& probe);
+  void append_com_tool_rows(const MatrixX& momentum);
   MatrixX spring_torques();
 
   const Mechanism& mechanism_;
@@ -69,16 +69,16 @@ class GoalRows {
   std::vector<Goal> goals_;
   ConditionOptions options_;
   std::string mismatch_;
-  bool needs_actuators_ = false, fully_ = false;
+  bool needs_actuators_ = false, is_fully_ = false;
   int parameters_ = 0, inertial_ = 0, extra_ = 0;
   VectorX scale_;
-  KnownColumns<S> known_;
-  VectorX asked_;  ///< per term: 1, or 0 for what is left out or not there
+  KnownTermColumns<S> known_;
+  VectorX term_mask_;  ///< per term: 1, or 0 for what is left out or not there
   FixedFrame<S> tool_;
   MatrixX selection_;  ///< actuated × columns, scaled
   MatrixX actuated_;   ///< columns × actuated: C, whose actuated rows are the identity
   MatrixX inertia_reference_;
-  State<S> state_;
+  TreeState<S> state_;
   VectorX y_;
   MatrixX out_;
   Eigen::Index filled_ = 0;

@@ -9,7 +9,7 @@ namespace balance {
 namespace {
 
 /// Smallest singular value of the actuated rows of the null space: below it C is large and the rows are ill-conditioned.
-constexpr double well_held = 0.02;
+constexpr double min_actuator_regularity = 0.02;
 
 }  // namespace
 
@@ -18,7 +18,7 @@ template <class S>
 bool GoalRows<S>::set_actuated(const MatrixX& null_space) {
   const MatrixX held = selection_ * null_space;
   if (held.rows() != held.cols()) return false;
-  if (held.size() > 0 && singular_values(held).tail(1)[0] < well_held) return false;
+  if (held.size() > 0 && singular_values(held).tail(1)[0] < min_actuator_regularity) return false;
   actuated_ = null_space * held.partialPivLu().inverse();
   return true;
 }
@@ -27,17 +27,17 @@ bool GoalRows<S>::set_actuated(const MatrixX& null_space) {
 template <class S>
 VectorX GoalRows<S>::actuated_bias(const VectorX& velocity) {
   const VectorX dy = scale_.cwiseProduct(velocity);
-  velocities(tree_, dy.data(), state_);
-  accelerations<S>(tree_, dy.data(), nullptr, S::Vector::Zero(), state_);
+  compute_velocities(tree_, dy.data(), state_);
+  compute_accelerations<S>(tree_, dy.data(), nullptr, S::Vector::Zero(), state_);
   const Eigen::Index closures = tree_.closure_rows, actuated = selection_.rows();
   VectorX bias = VectorX::Zero(closures + actuated);
-  System<S> system(tree_, Drive<S>{});
+  ConstraintSystem<S> system(tree_, Drive<S>{});
   MatrixX jacobian;
-  system.rates(y_, {}, jacobian);
+  system.velocity_jacobian(y_, {}, jacobian);
   double* next = bias.data();
   for (const Closure<S>& closure : tree_.closures) {
     closure_bias(state_, closure, closure_pose(state_, closure), next);
-    for (const ClosureRow& row : closure.rows) *next++ *= -row_unit(tree_, closure, row);
+    for (const ClosureRow& row : closure.rows) *next++ *= -compute_row_scale(tree_, closure, row);
   }
   MatrixX all(closures + actuated, tree_.columns);
   all << jacobian, selection_;

@@ -13,12 +13,12 @@ MatrixX GoalRows<S>::spring_torques() {
   for (int c = 0; c < tree_.columns; ++c) {
     unit.setZero();
     unit[c] = 1;
-    velocities(tree_, unit.data(), state_);
+    compute_velocities(tree_, unit.data(), state_);
     Eigen::Index at = 0;
     for (std::size_t s = 0; s < mechanism_.springs.size(); ++s) {
       const Spring& spring = mechanism_.springs[s];
-      if (spring.in_joint()) {  // k q − preload
-        const LinearQuantity& source = tree_.sources[static_cast<std::size_t>(spring.coordinate)];
+      if (spring.is_joint_spring()) {  // k q − preload
+        const LinearQuantity& source = tree_.coordinate_expressions[static_cast<std::size_t>(spring.coordinate)];
         const double ratio = source.rate(unit.data());
         torque(c, at++) = ratio * source.value(y_.data());
         torque(c, at++) = -ratio;

@@ -12,26 +12,27 @@ namespace balance {
 
 namespace {
 
-constexpr double longest_step = 0.2;  ///< in scaled coordinates
-constexpr double apart = 0.5;         ///< way between configurations that are used
-constexpr double caution = 0.5;  ///< step per smallest singular value: no step can leap over a singular configuration
-constexpr double too_close =
+constexpr double max_step = 0.2;             ///< in scaled coordinates
+constexpr double min_sample_distance = 0.5;  ///< way between configurations that are used
+constexpr double step_per_singular_value =
+    0.5;  ///< step per smallest singular value: no step can leap over a singular configuration
+constexpr double min_singular_value_ratio =
     0.1;  ///< to a singular configuration: smallest singular value against the largest such seen
-constexpr double short_step = 0.02;  ///< as long as steps get where loops are ill-conditioned everywhere
-constexpr double steady =
-    0.1;                     ///< change of the smallest singular value after which the next step may be twice as long
-constexpr double reach = 4;  ///< slides stay within so many characteristic lengths
-constexpr double spherical_limit =
+constexpr double ill_conditioned_step = 0.02;  ///< as long as steps get where loops are ill-conditioned everywhere
+constexpr double step_growth_threshold =
+    0.1;  ///< change of the smallest singular value after which the next step may be twice as long
+constexpr double max_slide_range = 4;  ///< slides stay within so many characteristic lengths
+constexpr double max_spherical_angle =
     1.25;  ///< of a spherical joint's second angle [rad]: its coordinates degenerate at π/2
 
 }  // namespace
 
-double Random::uniform(double lower, double upper) {
+double UniformRandom::uniform(double lower, double upper) {
   // written out: the standard's distributions differ between libraries
   return lower + (upper - lower) * static_cast<double>(bits_() >> 11) * 0x1.0p-53;
 }
 
-VectorX Random::normal(Eigen::Index size) {
+VectorX UniformRandom::normal(Eigen::Index size) {
   VectorX values(size);
   for (double& value : values)
     value = std::sqrt(-2 * elementary::log(1 - uniform(0, 1))) * elementary::cos(2 * std::numbers::pi * uniform(0, 1));
@@ -39,25 +40,25 @@ VectorX Random::normal(Eigen::Index size) {
 }
 
 template <class S>
-Sampler<S>::Sampler(const Mechanism& mechanism, Tree<S>& tree, std::uint64_t seed)
+ConfigurationSampler<S>::ConfigurationSampler(const Mechanism& mechanism, Tree<S>& tree, std::uint64_t seed)
     : mechanism_(mechanism), tree_(tree), closures_(tree, Drive<S>{}), scale_(column_scale(tree)), random_(seed) {}
 
 template <class S>
-bool Sampler<S>::next(Configuration& configuration) {
-  if (tree_.place_rows == 0) {
+bool ConfigurationSampler<S>::next(SampledConfiguration& configuration) {
+  if (tree_.position_rows == 0) {
     configuration.y.resize(tree_.columns);
     for (int c = 0; c < tree_.columns; ++c)
-      configuration.y[c] = tree_.column_kind_length[static_cast<std::size_t>(c)] == 0
+      configuration.y[c] = tree_.is_length_column[static_cast<std::size_t>(c)] == 0
                                ? random_.uniform(-std::numbers::pi, std::numbers::pi)
                                : scale_[c] * random_.uniform(-1, 1);
-    freedoms_ = tree_.columns - (tree_.closure_rows == 0 ? 0 : generic_closure_rank(tree_, configuration.y));
-    return freedoms_ > 0 && settle(closures_, configuration.y, freedoms_, configuration);
+    freedoms_ = tree_.columns - (tree_.closure_rows == 0 ? 0 : find_generic_closure_rank(tree_, configuration.y));
+    return freedoms_ > 0 && project_onto_closures(closures_, configuration.y, freedoms_, configuration);
   }
-  if (!started_ && !start()) return false;
+  if (!started_ && !find_start()) return false;
   double way = 0;
   for (int tries = 0; tries < 2000; ++tries) {
-    way += step();
-    if (way < apart) continue;
+    way += take_step();
+    if (way < min_sample_distance) continue;
     configuration = {y_, null_space_};
     return true;
   }
@@ -66,18 +67,18 @@ bool Sampler<S>::next(Configuration& configuration) {
 
 /// Into the mode that the assembly values pick, and away from a singular configuration if that is where it is.
 template <class S>
-bool Sampler<S>::start() {
-  const Solution found = find_pose(mechanism_, tree_, closures_, {});
+bool ConfigurationSampler<S>::find_start() {
+  const AssemblySolution found = solve_pose(mechanism_, tree_, closures_, {});
   if (!found.found) return false;
   y_ = found.y;
-  for (const NodeId spherical : tree_.spherical_joints) rereference(tree_, spherical, y_.data());
-  rank_ = generic_closure_rank(tree_, y_);
+  for (const NodeId spherical : tree_.spherical_joints) reset_spherical_reference(tree_, spherical, y_.data());
+  rank_ = find_generic_closure_rank(tree_, y_);
   freedoms_ = tree_.columns - rank_;
   if (freedoms_ == 0) return false;
-  look(y_);
-  y_ = seen_.y;
-  null_space_ = seen_.null_space;
-  widest_ = room_ = margin_;
+  evaluate_regularity(y_);
+  y_ = current_.y;
+  null_space_ = current_.null_space;
+  max_singular_value_ = accepted_singular_value_ = min_singular_value_;
   direction_ = null_space_ * random_.normal(null_space_.cols());
   direction_.normalize();
   started_ = true;
@@ -86,46 +87,50 @@ bool Sampler<S>::start() {
 
 /// The velocities allowed at y, and how far from losing rank the loops are there.
 template <class S>
-void Sampler<S>::look(const VectorX& y) {
+void ConfigurationSampler<S>::evaluate_regularity(const VectorX& y) {
   MatrixX jacobian;
-  closures_.rates(y, {}, jacobian);
+  closures_.velocity_jacobian(y, {}, jacobian);
   const SingularValueDecomposition svd(jacobian, Eigen::ComputeFullV);
-  margin_ = rank_ > 0 ? svd.singularValues()[rank_ - 1] : longest_step / caution;
-  seen_ = {y, svd.matrixV().rightCols(freedoms_)};
+  min_singular_value_ = rank_ > 0 ? svd.singularValues()[rank_ - 1] : max_step / step_per_singular_value;
+  current_ = {y, svd.matrixV().rightCols(freedoms_)};
 }
 
 /// Straight on, a little aside where there is a choice, and never through a singular configuration, beyond which another branch
 /// may begin. @return the way gone in scaled coordinates, 0 if there is none in this direction
 template <class S>
-double Sampler<S>::step() {
-  const double careful = std::min(longest_step, caution * room_);
-  const double stride = std::max(careful, std::min(short_step, careful * pace_));
-  const Solution moved = solve(closures_, y_ + stride * scale_.cwiseProduct(direction_), {}, 30);
+double ConfigurationSampler<S>::take_step() {
+  const double careful = std::min(max_step, step_per_singular_value * accepted_singular_value_);
+  const double stride = std::max(careful, std::min(ill_conditioned_step, careful * step_factor_));
+  const AssemblySolution moved = solve_assembly(closures_, y_ + stride * scale_.cwiseProduct(direction_), {}, 30);
   const VectorX went = (moved.y - y_).cwiseQuotient(scale_);
   bool good = moved.found && went.dot(direction_) > 0.7 * went.norm() && went.norm() > 0.3 * stride &&
-              went.norm() < 2 * stride && !out_of_range(moved.y);
+              went.norm() < 2 * stride && !is_out_of_range(moved.y);
   if (good) {
-    look(moved.y);
-    good = margin_ > too_close * widest_ || margin_ > room_;
+    evaluate_regularity(moved.y);
+    good = min_singular_value_ > min_singular_value_ratio * max_singular_value_ ||
+           min_singular_value_ > accepted_singular_value_;
   }
-  pace_ = good && std::abs(margin_ - room_) < steady * room_ ? 2 * pace_ : 1;
+  step_factor_ = good && std::abs(min_singular_value_ - accepted_singular_value_) <
+                             step_growth_threshold * accepted_singular_value_
+                     ? 2 * step_factor_
+                     : 1;
   if (!good) {
-    turn(1);
+    perturb_direction(1);
     return 0;
   }
-  y_ = seen_.y;
-  null_space_ = seen_.null_space;
-  room_ = margin_;
-  widest_ = std::max(widest_, room_);
+  y_ = current_.y;
+  null_space_ = current_.null_space;
+  accepted_singular_value_ = min_singular_value_;
+  max_singular_value_ = std::max(max_singular_value_, accepted_singular_value_);
   direction_ = null_space_ * (null_space_.transpose() * direction_);
   direction_.normalize();
-  if (freedoms_ > 1) turn(0.3);
+  if (freedoms_ > 1) perturb_direction(0.3);
   return went.norm();
 }
 
 /// Changes the direction at random: amount 1 forgets the old one, and with one freedom goes back.
 template <class S>
-void Sampler<S>::turn(double amount) {
+void ConfigurationSampler<S>::perturb_direction(double amount) {
   if (freedoms_ == 1) {
     direction_ = -direction_;
     return;
@@ -137,32 +142,33 @@ void Sampler<S>::turn(double amount) {
 }
 
 template <class S>
-bool Sampler<S>::out_of_range(const VectorX& y) const {
+bool ConfigurationSampler<S>::is_out_of_range(const VectorX& y) const {
   for (int c = 0; c < tree_.columns; ++c)
-    if (tree_.column_kind_length[static_cast<std::size_t>(c)] != 0 && std::abs(y[c]) > reach * scale_[c]) return true;
+    if (tree_.is_length_column[static_cast<std::size_t>(c)] != 0 && std::abs(y[c]) > max_slide_range * scale_[c])
+      return true;
   for (const NodeId spherical : tree_.spherical_joints) {
     const Node<S>& middle = tree_.nodes[static_cast<std::size_t>(spherical) + 1];
     if (middle.motion != NodeMotion::weld &&
-        std::abs(middle.ratio * y[middle.column] + middle.offset) > spherical_limit)
+        std::abs(middle.ratio * y[middle.column] + middle.offset) > max_spherical_angle)
       return true;
   }
   return false;
 }
 
 template <class S>
-bool settle(System<S>& closures, const VectorX& y, int freedoms, Configuration& here) {
+bool project_onto_closures(ConstraintSystem<S>& closures, const VectorX& y, int freedoms, SampledConfiguration& here) {
   here.y = y;
   if (closures.closure_rows() == 0) {
     here.null_space = MatrixX::Identity(closures.columns(), closures.columns());
     return true;
   }
   if (closures.place_rows() > 0) {
-    const Solution moved = solve(closures, y, {}, 40);
+    const AssemblySolution moved = solve_assembly(closures, y, {}, 40);
     if (!moved.found) return false;
     here.y = moved.y;
   }
   MatrixX jacobian;
-  closures.rates(here.y, {}, jacobian);
+  closures.velocity_jacobian(here.y, {}, jacobian);
   // beyond the rank the orthogonal factor spans what no row sees
   const ColumnPivotingQr qr(jacobian.transpose());
   const MatrixX q = qr.householderQ() * MatrixX::Identity(jacobian.cols(), jacobian.cols());
@@ -170,17 +176,17 @@ bool settle(System<S>& closures, const VectorX& y, int freedoms, Configuration& 
   return true;
 }
 
-template bool settle(System<Planar>&, const VectorX&, int, Configuration&);
-template bool settle(System<Spatial>&, const VectorX&, int, Configuration&);
+template bool project_onto_closures(ConstraintSystem<Planar>&, const VectorX&, int, SampledConfiguration&);
+template bool project_onto_closures(ConstraintSystem<Spatial>&, const VectorX&, int, SampledConfiguration&);
 
 template <class S>
-std::string Sampler<S>::obstacle() {
-  const Solution start = find_pose(mechanism_, tree_, closures_, {});
-  if (!start.found) return explain_missing_start(mechanism_, tree_, start, {}).reason;
+std::string ConfigurationSampler<S>::infeasibility_reason() {
+  const AssemblySolution start = solve_pose(mechanism_, tree_, closures_, {});
+  if (!start.found) return explain_assembly_failure(mechanism_, tree_, start, {}).reason;
   return started_ ? "too few configurations are connected to the one it is assembled in" : "the mechanism cannot move";
 }
 
-template class Sampler<Planar>;
-template class Sampler<Spatial>;
+template class ConfigurationSampler<Planar>;
+template class ConfigurationSampler<Spatial>;
 
 }  // namespace balance

@@ -14,9 +14,10 @@ namespace balance {
 namespace {
 
 /// The expression that a geometric number is; of gravity, whose size is one, its components.
-std::vector<Expression> expressions_of(const Recording& recording, const GeometricNumber& number) {
+std::vector<Expression> expressions_of(const Recording& recording, const GeometricParameter& number) {
   const auto& mechanism = recording.mechanism;
-  if (number.places.front().kind != GeometricPlace::Kind::gravity) return {number_at(mechanism, number.places.front())};
+  if (number.locations.front().kind != GeometricParameterLocation::Kind::gravity)
+    return {geometric_value_at(mechanism, number.locations.front())};
   std::vector<Expression> components;
   for (const Expression& component : mechanism.gravity)
     if (component.value() != 0) components.push_back(component);
@@ -30,11 +31,11 @@ struct Dependence {
 };
 
 /// @param parts of the number, which follow one power together
-Dependence dependence(const std::vector<Expression>& parts, const std::vector<PowerLaw>& laws) {
+Dependence find_dependence(const std::vector<Expression>& parts, const std::vector<PowerLaw>& laws) {
   std::optional<double> exponent;
   for (const Expression& part : parts) {
     const PowerLaw law = part.is_constant() ? PowerLaw{} : laws[static_cast<std::size_t>(part.node())];
-    if (!law.holds || law.exponent != exponent.value_or(law.exponent)) return {false, 0};
+    if (!law.is_valid || law.exponent != exponent.value_or(law.exponent)) return {false, 0};
     exponent = law.exponent;
   }
   const double whole = std::round(exponent.value_or(0));
@@ -42,37 +43,37 @@ Dependence dependence(const std::vector<Expression>& parts, const std::vector<Po
 }
 
 /// All numbers' dependences on one parameter.
-std::vector<Dependence> dependences_on(const Recording& recording, const Expression& parameter,
-                                       const std::vector<std::vector<Expression>>& numbers) {
+std::vector<Dependence> list_dependences(const Recording& recording, const Expression& parameter,
+                                         const std::vector<std::vector<Expression>>& numbers) {
   const ExpressionNode& base = recording.graph.nodes()[static_cast<std::size_t>(parameter.node())];
   std::vector<PowerLaw> inputs;
   for (const double value : recording.inputs) inputs.push_back({true, 0, value});
   if (base.operation == Operation::input) inputs[static_cast<std::size_t>(base.input)].exponent = 1;
   const std::vector<PowerLaw> laws = evaluate(recording.graph, inputs, PowerLawAlgebra(&base));
   std::vector<Dependence> result;
-  for (const auto& parts : numbers) result.push_back(dependence(parts, laws));
+  for (const auto& parts : numbers) result.push_back(find_dependence(parts, laws));
   return result;
 }
 
 /// A number made of parameters: a small ratio times their powers.
 using Powers = std::vector<std::pair<std::size_t, int>>;
 
-class Namer {
+class SymbolNamer {
  public:
-  Namer(const Study& study, const Recording& recording)
-      : length_(study.mechanism.units.length), numbers_(list_geometry(study.mechanism)) {
+  SymbolNamer(const Study& study, const Recording& recording)
+      : length_(study.mechanism.units.length), numbers_(list_geometric_parameters(study.mechanism)) {
     std::vector<std::vector<Expression>> expressions;
-    for (const GeometricNumber& number : numbers_) expressions.push_back(expressions_of(recording, number));
+    for (const GeometricParameter& number : numbers_) expressions.push_back(expressions_of(recording, number));
     for (const NamedExpression& p : recording.parameters) {
       if (p.value.value() == 0) continue;
       parameters_.push_back(p);
-      dependences_.push_back(dependences_on(recording, p.value, expressions));
+      dependences_.push_back(list_dependences(recording, p.value, expressions));
     }
   }
 
-  std::vector<Symbol> symbols() {
+  std::vector<GeometricSymbol> symbols() {
     const std::size_t count = parameters_.size();
-    std::vector<Symbol> governing(count);
+    std::vector<GeometricSymbol> governing(count);
     for (std::size_t p = 0; p < count; ++p) governing[p] = {parameters_[p].name, "1", parameters_[p].value.value(), {}};
     std::vector<std::pair<std::size_t, Powers>> made;
     for (std::size_t n = 0; n < numbers_.size(); ++n) {
@@ -88,9 +89,9 @@ class Namer {
       governed.insert(n);
       for (const auto& [p, exponent] : powers) governing[p].uses.push_back({numbers_[n], exponent});
     }
-    std::erase_if(governing, [](const Symbol& symbol) { return symbol.uses.empty(); });
+    std::erase_if(governing, [](const GeometricSymbol& symbol) { return symbol.uses.empty(); });
     for (std::size_t n = 0; n < numbers_.size(); ++n)
-      if (worth_a_name(numbers_[n]) && governed.count(n) == 0) governing.push_back(own_symbol(numbers_[n]));
+      if (is_nontrivial(numbers_[n]) && governed.count(n) == 0) governing.push_back(own_symbol(numbers_[n]));
     return governing;
   }
 
@@ -101,7 +102,7 @@ class Namer {
     bool complete = true;
     for (std::size_t p = 0; p < parameters_.size(); ++p) {
       const Dependence& d = dependences_[p][n];
-      const bool is_plain_one = parameters_[p].plain;
+      const bool is_plain_one = parameters_[p].is_plain;
       if (!d.power && is_plain_one) complete = false;
       if (!d.power || d.exponent == 0) continue;
       if (is_plain_one) plain.emplace_back(p, d.exponent);
@@ -111,32 +112,32 @@ class Namer {
     const auto explains = [&](const Powers& powers) {
       double product = unit;
       for (const auto& [p, e] : powers) product *= elementary::pow(parameters_[p].value.value(), e);
-      return !powers.empty() && as_small_ratio(numbers_[n].value / product).has_value();
+      return !powers.empty() && find_small_ratio(numbers_[n].value / product).has_value();
     };
     if (complete && explains(plain)) return plain;
     return explains(expressions) ? expressions : Powers{};
   }
 
   /// A parameter that is a length is one in SI.
-  void note_unit(Symbol& symbol, const GeometricNumber& number) const {
+  void note_unit(GeometricSymbol& symbol, const GeometricParameter& number) const {
     if (symbol.unit != "1") return;
     symbol.unit = number.unit;
     if (number.unit == "m") symbol.value *= length_;
   }
 
   /// Whether a number is a small ratio of its symbols in SI too.
-  bool is_simple(std::size_t n, const Powers& powers, const std::vector<Symbol>& symbols) const {
+  bool is_simple(std::size_t n, const Powers& powers, const std::vector<GeometricSymbol>& symbols) const {
     double product = 1;
     for (const auto& [p, e] : powers) product *= elementary::pow(symbols[p].value, e);
-    return as_small_ratio(numbers_[n].value / product).has_value();
+    return find_small_ratio(numbers_[n].value / product).has_value();
   }
 
   /// A ratio of one is easier to read left out.
-  static bool worth_a_name(const GeometricNumber& number) {
+  static bool is_nontrivial(const GeometricParameter& number) {
     return number.value != 0 && !(number.unit == "1" && std::abs(number.value) == 1);
   }
 
-  Symbol own_symbol(const GeometricNumber& number) const {
+  GeometricSymbol own_symbol(const GeometricParameter& number) const {
     const auto taken = [&](const NamedExpression& p) { return p.name == number.label; };
     const auto& all = parameters_;
     const bool doubtful = std::any_of(all.begin(), all.end(), taken);
@@ -145,14 +146,15 @@ class Namer {
 
   double length_;                            ///< the spec's unit [m]
   std::vector<NamedExpression> parameters_;  ///< none is zero
-  std::vector<GeometricNumber> numbers_;
+  std::vector<GeometricParameter> numbers_;
   std::vector<std::vector<Dependence>> dependences_;  ///< per parameter
 };
 
 }  // namespace
 
-std::vector<Symbol> list_symbols(const DesignSpace& space) {
-  return space.recording ? Namer(space.start, *space.recording).symbols() : own_symbols(space.start.mechanism);
+std::vector<GeometricSymbol> list_symbols(const DesignSpace& space) {
+  return space.recording ? SymbolNamer(space.start, *space.recording).symbols()
+                         : list_geometric_symbols(space.start.mechanism);
 }
 
 }  // namespace balance

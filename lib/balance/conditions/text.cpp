@@ -8,7 +8,7 @@
 
 namespace balance {
 
-std::string linear_text(const std::vector<Parameter>& parameters, const VectorX& coefficients) {
+std::string linear_combination_text(const std::vector<Parameter>& parameters, const VectorX& coefficients) {
   const double largest = max_abs(coefficients);
   std::string text;
   for (std::size_t p = 0; p < parameters.size(); ++p) {

@@ -10,24 +10,24 @@ namespace balance {
 
 namespace {
 
-constexpr double moves =
+constexpr double moving_pivot_tolerance =
     1e-5;  // smallest pivot, against the largest, that columns which move must leave to determine others
 
 }  // namespace
 
-double smallest_to_largest(const MatrixX& matrix) {
+double compute_reciprocal_condition(const MatrixX& matrix) {
   if (matrix.size() == 0) return 1;
   const VectorX values = singular_values(matrix);
   return values[0] > 0 ? values[values.size() - 1] / values[0] : 0;
 }
 
-MatrixX picked(const MatrixX& matrix, const std::vector<int>& columns) {
+MatrixX select_columns(const MatrixX& matrix, const std::vector<int>& columns) {
   MatrixX out(matrix.rows(), static_cast<Eigen::Index>(columns.size()));
   for (std::size_t k = 0; k < columns.size(); ++k) out.col(static_cast<Eigen::Index>(k)) = matrix.col(columns[k]);
   return out;
 }
 
-std::vector<int> others(const std::vector<int>& some, int n) {
+std::vector<int> complement_indices(const std::vector<int>& some, int n) {
   std::vector<int> out;
   for (int c = 0; c < n; ++c)
     if (std::find(some.begin(), some.end(), c) == some.end()) out.push_back(c);
@@ -35,7 +35,7 @@ std::vector<int> others(const std::vector<int>& some, int n) {
 }
 
 /// The first `count` pivots of a QR decomposition with column pivoting.
-std::vector<int> pivots(const MatrixX& matrix, int count, double& last) {
+std::vector<int> pivot_columns(const MatrixX& matrix, int count, double& last) {
   const ColumnPivotingQr qr(matrix);
   std::vector<int> out;
   last = 1;
@@ -48,24 +48,25 @@ std::vector<int> pivots(const MatrixX& matrix, int count, double& last) {
   return out;
 }
 
-std::vector<int> pivots_that_move(const MatrixX& matrix, int count, const std::vector<bool>& stuck) {
+std::vector<int> pivot_moving_columns(const MatrixX& matrix, int count, const std::vector<bool>& stuck) {
   std::vector<int> moving, standing, out;
   for (int c = 0; c < static_cast<int>(matrix.cols()); ++c)
     (stuck[static_cast<std::size_t>(c)] ? standing : moving).push_back(c);
-  MatrixX rest = picked(matrix, standing);
+  MatrixX rest = select_columns(matrix, standing);
   const double largest = max_abs(matrix.colwise().norm());
   int found = 0;
   if (!moving.empty()) {
-    const ColumnPivotingQr qr(picked(matrix, moving));
+    const ColumnPivotingQr qr(select_columns(matrix, moving));
     const auto most = static_cast<int>(std::min(qr.matrixQR().rows(), qr.matrixQR().cols()));
-    for (; found < std::min(count, most) && std::abs(qr.matrixQR()(found, found)) > moves * largest; ++found)
+    for (; found < std::min(count, most) && std::abs(qr.matrixQR()(found, found)) > moving_pivot_tolerance * largest;
+         ++found)
       out.push_back(moving[static_cast<std::size_t>(qr.colsPermutation().indices()[found])]);
     rest.applyOnTheLeft(qr.householderQ().adjoint());
   }
   if (found < count && !standing.empty()) {
     const MatrixX left = rest.bottomRows(rest.rows() - found);
     double last;
-    for (const int c : pivots(left, count - found, last)) out.push_back(standing[static_cast<std::size_t>(c)]);
+    for (const int c : pivot_columns(left, count - found, last)) out.push_back(standing[static_cast<std::size_t>(c)]);
   }
   std::sort(out.begin(), out.end());
   return out;

@@ -16,13 +16,13 @@ struct DesiredState {
 };
 
 /// What the gains follow from where the controller does not state them.
-struct GainBasis {
+struct GainDesignMotion {
   VectorX peak_acceleration;        ///< per actuator: largest desired magnitude along the motion
   std::vector<DesiredState> along;  ///< the motion, at some of its moments
 };
 
 /// Whether the controller makes efforts of what it wants of the mechanism, which singular configurations do not allow.
-bool inverts(const Controller& controller);
+bool is_inverse_dynamics_based(const Controller& controller);
 
 /// Whether the controller does anything with a desired motion: free motion and stated efforts do not.
 bool needs_desired_motion(const Controller& controller);
@@ -37,55 +37,58 @@ class ControlLaw {
   /// Assembles the model where the mechanism starts and settles the gains.
   /// @param position, velocity per coordinate of the mechanism
   /// @return mismatch if this type of controller needs more actuators than there are
-  MotionOutcome start(const VectorX& position, const VectorX& velocity, const GainBasis& basis);
+  MotionOutcome start(const VectorX& position, const VectorX& velocity, const GainDesignMotion& basis);
 
   /// @param position, velocity measured, per actuator
   /// @return done, or why the law has no answer at this state: a singular configuration of the model
-  MotionOutcome command(double time, const DesiredState& desired, const VectorX& position, const VectorX& velocity);
+  MotionOutcome compute_efforts(double time, const DesiredState& desired, const VectorX& position,
+                                const VectorX& velocity);
 
-  const VectorX& efforts() const { return efforts_; }    ///< per actuator, limited [N m or N]
-  const VectorX& at_limit() const { return at_limit_; }  ///< 1 where the limit cut, else 0
+  const VectorX& efforts() const { return efforts_; }      ///< per actuator, limited [N m or N]
+  const VectorX& saturation() const { return at_limit_; }  ///< 1 where the limit cut, else 0
 
   /// The coordinates that have a sliding variable s = −(ė + λ e), and their λ; none for laws without one.
-  const std::vector<CoordinateId>& sliding() const { return sliding_; }
+  const std::vector<CoordinateId>& sliding_coordinates() const { return sliding_; }
   const VectorX& sliding_lambda() const { return lambda_; }
 
   /// What a user should know of the gains.
   const std::vector<std::string>& notes() const { return notes_; }
 
  private:
-  struct Errors {
+  struct TrackingErrors {
     VectorX position, rate, acceleration;  ///< e, ė, and the desired second rate
   };
 
-  MotionOutcome settle_gains(const GainBasis& basis);
-  void tie_couplings();
-  MotionOutcome believe(double time, const VectorX& position, const VectorX& velocity);
-  Errors actuated_errors(const DesiredState& desired, const VectorX& position, const VectorX& velocity) const;
-  Errors tree_errors(const DesiredState& desired, const Transformation& tree) const;
-  bool accelerate(const VectorX& actuated);
-  bool push(const VectorX& generalised);
-  bool stay_put(double time, const VectorX& position);
-  bool track(double time, const DesiredState& desired, const VectorX& position, const VectorX& velocity);
-  bool slide(const DesiredState& desired, const VectorX& position, const VectorX& velocity);
-  bool slide_in_tree(const DesiredState& desired);
+  MotionOutcome set_gains(const GainDesignMotion& basis);
+  void compute_coupling_map();
+  MotionOutcome update_model(double time, const VectorX& position, const VectorX& velocity);
+  TrackingErrors actuated_errors(const DesiredState& desired, const VectorX& position, const VectorX& velocity) const;
+  TrackingErrors tree_errors(const DesiredState& desired, const Transformation& tree) const;
+  bool add_acceleration_efforts(const VectorX& actuated);
+  bool add_generalised_forces(const VectorX& generalised);
+  bool compensate_gravity(double time, const VectorX& position);
+  bool apply_computed_torque(double time, const DesiredState& desired, const VectorX& position,
+                             const VectorX& velocity);
+  bool apply_sliding_mode(const DesiredState& desired, const VectorX& position, const VectorX& velocity);
+  bool apply_extended_sliding_mode(const DesiredState& desired);
   bool open_loop(double time, const DesiredState& desired);
   double switching(double s, Eigen::Index layer, double unit) const;
-  void limit();
+  void saturate_efforts();
 
   const Mechanism& mechanism_;
   const Controller& controller_;
-  const Mechanism& believed_;
-  std::optional<EffortCourse> stated_;  ///< of an open loop, without limits
+  const Mechanism& model_mechanism_;
+  std::optional<EffortProfile> effort_profile_;  ///< of an open loop, without limits
   ForwardDynamics model_;
   double length_;          ///< characteristic [m]
   VectorX state_, rates_;  ///< of the model, per coordinate
-  MatrixX tied_;           ///< how all coordinates move with the actuated ones to which belts and gears tie them
+  MatrixX coupling_map_;   ///< how all coordinates move with the actuated ones to which belts and gears tie them
   VectorX kp_, kd_, lambda_, k_;
   std::vector<CoordinateId> sliding_;
-  std::vector<bool> readable_;  ///< per coordinate: its value means the same in every assembly of the mechanism
+  std::vector<bool>
+      is_assembly_independent_;  ///< per coordinate: its value means the same in every assembly of the mechanism
   VectorX efforts_, at_limit_;
-  MotionOutcome trouble_;
+  MotionOutcome failure_;
   std::vector<std::string> notes_;
 };
 

@@ -14,22 +14,24 @@ namespace balance {
 
 namespace {
 
-constexpr double damped = 0.25;  // kd · period / inertia of the lightest pose, as part of what kd itself is of ω I
-constexpr double difference = 1e-5;  // step of differences, in radians or characteristic lengths, and these per second
-constexpr double apart = 1.25;       // two frequencies that are tried
-constexpr int most_tries = 49;
-constexpr double highest = 1;  // ω · period that is tried
+constexpr double max_damping_fraction =
+    0.25;  // kd · period / inertia of the lightest pose, as part of what kd itself is of ω I
+constexpr double difference_step =
+    1e-5;  // step of differences, in radians or characteristic lengths, and these per second
+constexpr double frequency_ratio = 1.25;  // two frequencies that are tried
+constexpr int max_frequencies = 49;
+constexpr double max_frequency_times_period = 1;  // ω · period that is tried
 
 /// The loop at one moment of the motion, for small departures x = (δq, δν) of the independent coordinates.
-struct Moment {
-  VectorX inertia;     ///< felt by each motor alone
-  MatrixX plant;       ///< 2d×2d: ẋ = plant · x + input · δu
-  MatrixX input;       ///< 2d×A
-  MatrixX measured;    ///< A×d: the motors' coordinates
-  MatrixX supporting;  ///< A×d: how the efforts that hold the model follow the pose
+struct OperatingPoint {
+  VectorX inertia;           ///< felt by each motor alone
+  MatrixX plant;             ///< 2d×2d: ẋ = plant · x + input · δu
+  MatrixX input;             ///< 2d×A
+  MatrixX output;            ///< A×d: the motors' coordinates
+  MatrixX gravity_feedback;  ///< A×d: how the efforts that hold the model follow the pose
 };
 
-MatrixX exponential(MatrixX A) {
+MatrixX compute_matrix_exponential(MatrixX A) {
   int halvings = 0;
   for (; max_abs(A.cwiseAbs().rowwise().sum()) > 0.25 && halvings < 60; ++halvings) A /= 2;
   MatrixX sum = MatrixX::Identity(A.rows(), A.cols()), term = sum;
@@ -52,9 +54,9 @@ double spectral_radius(MatrixX A) {
   return elementary::exp(logarithm);
 }
 
-class Linearised {
+class LinearisedPlant {
  public:
-  Linearised(const Mechanism& believed, const Controller& controller)
+  LinearisedPlant(const Mechanism& believed, const Controller& controller)
       : mechanism_(frictionless(believed)),
         controller_(controller),
         length_(characteristic_length(believed)),
@@ -63,13 +65,13 @@ class Linearised {
   int freedoms() const { return model_.freedoms(); }
 
   /// @return nothing where the model cannot be put
-  std::optional<Moment> at(const DesiredState& state) {
-    if (!put(state.position, state.velocity)) return {};
+  std::optional<OperatingPoint> at(const DesiredState& state) {
+    if (!set_state(state.position, state.velocity)) return {};
     const std::vector<CoordinateId> independent = model_.independent();
     const EquationOfMotion here = model_.equation();
     const Transformation all = model_.transformation();
     const auto d = static_cast<Eigen::Index>(independent.size()), motors = here.input.cols();
-    Moment moment;
+    OperatingPoint moment;
     const Eigen::LLT<MatrixX> mass(here.mass);
     if (mass.info() != Eigen::Success) return {};
     const MatrixX push = mass.solve(here.input);
@@ -82,24 +84,26 @@ class Linearised {
     moment.plant.topRightCorner(d, d).setIdentity();
     moment.input = MatrixX::Zero(2 * d, motors);
     moment.input.bottomRows(d) = push;
-    moment.measured.resize(motors, d);
+    moment.output.resize(motors, d);
     for (Eigen::Index a = 0; a < motors; ++a)
-      moment.measured.row(a) = all.matrix.row(mechanism_.actuators[static_cast<std::size_t>(a)]);
-    moment.supporting = MatrixX::Zero(motors, d);
+      moment.output.row(a) = all.matrix.row(mechanism_.actuators[static_cast<std::size_t>(a)]);
+    moment.gravity_feedback = MatrixX::Zero(motors, d);
     for (Eigen::Index k = 0; k < d; ++k) {
-      const double step = difference * unit(independent[static_cast<std::size_t>(k)]);
+      const double step = difference_step * unit(independent[static_cast<std::size_t>(k)]);
       const VectorX along = step * all.matrix.col(k), none = VectorX::Zero(state.velocity.size());
       VectorX up, down, turned_up, turned_down;
-      if (!change(state.position + along, state.velocity, efforts, independent, up) ||
-          !change(state.position - along, state.velocity, efforts, independent, down) ||
-          !change(state.position, state.velocity + along, efforts, independent, turned_up) ||
-          !change(state.position, state.velocity - along, efforts, independent, turned_down))
+      if (!acceleration_at(state.position + along, state.velocity, efforts, independent, up) ||
+          !acceleration_at(state.position - along, state.velocity, efforts, independent, down) ||
+          !acceleration_at(state.position, state.velocity + along, efforts, independent, turned_up) ||
+          !acceleration_at(state.position, state.velocity - along, efforts, independent, turned_down))
         return {};
       moment.plant.col(k).tail(d) = (up - down) / (2 * step);
       moment.plant.col(d + k).tail(d) = (turned_up - turned_down) / (2 * step);
-      if (controller_.gravity == Gravity::ignored) continue;
-      if (!support(state.position + along, none, up) || !support(state.position - along, none, down)) return {};
-      moment.supporting.col(k) = (up - down) / (2 * step);
+      if (controller_.gravity == GravityCompensation::ignored) continue;
+      if (!gravity_efforts_at(state.position + along, none, up) ||
+          !gravity_efforts_at(state.position - along, none, down))
+        return {};
+      moment.gravity_feedback.col(k) = (up - down) / (2 * step);
     }
     return moment;
   }
@@ -114,20 +118,20 @@ class Linearised {
     return mechanism_.coordinates[static_cast<std::size_t>(coordinate)].kind == CoordinateKind::length ? length_ : 1;
   }
 
-  bool put(const VectorX& position, const VectorX& velocity) {
-    return model_.set(0, position, velocity).status == MotionStatus::done;
+  bool set_state(const VectorX& position, const VectorX& velocity) {
+    return model_.set_state(0, position, velocity).status == MotionStatus::done;
   }
 
-  bool change(const VectorX& position, const VectorX& velocity, const VectorX& efforts,
-              const std::vector<CoordinateId>& independent, VectorX& out) {
-    if (!put(position, velocity) || model_.independent() != independent) return false;
+  bool acceleration_at(const VectorX& position, const VectorX& velocity, const VectorX& efforts,
+                       const std::vector<CoordinateId>& independent, VectorX& out) {
+    if (!set_state(position, velocity) || model_.independent() != independent) return false;
     const EquationOfMotion equation = model_.equation();
     out = Eigen::LLT<MatrixX>(equation.mass).solve(equation.input * efforts - equation.bias);
     return out.allFinite();
   }
 
-  bool support(const VectorX& position, const VectorX& none, VectorX& out) {
-    if (!put(position, none)) return false;
+  bool gravity_efforts_at(const VectorX& position, const VectorX& none, VectorX& out) {
+    if (!set_state(position, none)) return false;
     const EquationOfMotion equation = model_.equation();
     out = CompleteOrthogonalDecomposition(equation.input).solve(equation.bias);
     return out.allFinite();
@@ -140,25 +144,26 @@ class Linearised {
 };
 
 /// One period after another, the efforts held: (x, last measured position) → the same one period later.
-double growth(const Moment& moment, const Controller& controller, const VectorX& kp, const VectorX& kd) {
+double compute_closed_loop_spectral_radius(const OperatingPoint& moment, const Controller& controller,
+                                           const VectorX& kp, const VectorX& kd) {
   const Eigen::Index n = moment.plant.rows(), d = n / 2, motors = moment.input.cols();
   MatrixX both = MatrixX::Zero(n + motors, n + motors);
   both.topLeftCorner(n, n) = moment.plant * controller.period;
   both.topRightCorner(n, motors) = moment.input * controller.period;
-  const MatrixX held = exponential(both);
+  const MatrixX held = compute_matrix_exponential(both);
   const bool differences = controller.measurement.velocity == VelocitySource::difference;
   MatrixX feedback = MatrixX::Zero(motors, n + motors);
-  feedback.leftCols(d) = moment.supporting - MatrixX(kp.asDiagonal()) * moment.measured;
+  feedback.leftCols(d) = moment.gravity_feedback - MatrixX(kp.asDiagonal()) * moment.output;
   if (differences) {
-    feedback.leftCols(d) -= MatrixX(kd.asDiagonal()) * moment.measured / controller.period;
+    feedback.leftCols(d) -= MatrixX(kd.asDiagonal()) * moment.output / controller.period;
     feedback.rightCols(motors) = MatrixX(kd.asDiagonal()) / controller.period;
   } else {
-    feedback.middleCols(d, d) = -(MatrixX(kd.asDiagonal()) * moment.measured);
+    feedback.middleCols(d, d) = -(MatrixX(kd.asDiagonal()) * moment.output);
   }
   MatrixX step = MatrixX::Zero(n + motors, n + motors);
   step.topRows(n) = held.block(0, n, n, motors) * feedback;
   step.topLeftCorner(n, n) += held.topLeftCorner(n, n);
-  step.bottomLeftCorner(motors, d) = moment.measured;
+  step.bottomLeftCorner(motors, d) = moment.output;
   return spectral_radius(step);
 }
 
@@ -175,33 +180,35 @@ std::string other_bandwidth(const Controller& controller, double frequency) {
 
 PdGains default_pd_gains(const Mechanism& believed, const Controller& controller,
                          const std::vector<DesiredState>& along) {
-  Linearised model(believed, controller);
-  std::vector<Moment> moments;
+  LinearisedPlant model(believed, controller);
+  std::vector<OperatingPoint> moments;
   for (const DesiredState& state : along)
-    if (std::optional<Moment> moment = model.at(state)) moments.push_back(std::move(*moment));
+    if (std::optional<OperatingPoint> moment = model.at(state)) moments.push_back(std::move(*moment));
   const auto motors = static_cast<Eigen::Index>(believed.actuators.size());
   PdGains best;
   VectorX most = VectorX::Zero(motors), least = VectorX::Constant(motors, INFINITY);
-  for (const Moment& moment : moments) {
+  for (const OperatingPoint& moment : moments) {
     most = most.cwiseMax(moment.inertia);
     least = least.cwiseMin(moment.inertia);
   }
   const double nominal = controller.natural_frequency();
   double least_growth = INFINITY, used = nominal;
-  for (int turn = 0; turn < most_tries; ++turn) {
+  for (int turn = 0; turn < max_frequencies; ++turn) {
     // the nominal one, then higher and lower ones in turn; a stated bandwidth is not exceeded
     const bool up = turn % 2 == 1;
     const int steps = up ? (turn + 1) / 2 : -turn / 2;
-    const double frequency = nominal * elementary::pow(apart, steps);
-    if (up && (controller.bandwidth || frequency * controller.period > highest)) continue;
-    const double allowed = std::max(1.0, damped / std::max(controller.damping * frequency * controller.period, 1e-12));
+    const double frequency = nominal * elementary::pow(frequency_ratio, steps);
+    if (up && (controller.bandwidth || frequency * controller.period > max_frequency_times_period)) continue;
+    const double allowed =
+        std::max(1.0, max_damping_fraction / std::max(controller.damping * frequency * controller.period, 1e-12));
     const VectorX inertia = most.cwiseMin(allowed * least);
     const VectorX kp = controller.kp.size() > 0 ? controller.kp : VectorX(frequency * frequency * inertia);
     const VectorX kd = controller.kd.size() > 0 ? controller.kd : VectorX(2 * controller.damping * frequency * inertia);
     double worst = 0;
-    for (const Moment& moment : moments) {
+    for (const OperatingPoint& moment : moments) {
       if (moment.plant.size() == 0) continue;
-      for (const double more : {1.0, 2.0}) worst = std::max(worst, growth(moment, controller, more * kp, more * kd));
+      for (const double more : {1.0, 2.0})
+        worst = std::max(worst, compute_closed_loop_spectral_radius(moment, controller, more * kp, more * kd));
     }
     if (worst < least_growth || turn == 0) {
       least_growth = worst;

@@ -20,16 +20,16 @@ struct DesiredMotion {
 };
 
 /// How long the trajectory takes [s]: its own duration, or its table's.
-double duration_of(const Trajectory& trajectory);
+double find_trajectory_duration(const Trajectory& trajectory);
 
 /// @param times increasing, from 0; beyond the trajectory's end its last pose is held
 /// @throws std::invalid_argument if trajectory and mechanism do not fit
-DesiredMotion desired_motion(const Mechanism& mechanism, const Trajectory& trajectory,
-                             const std::vector<double>& times);
+DesiredMotion compute_desired_motion(const Mechanism& mechanism, const Trajectory& trajectory,
+                                     const std::vector<double>& times);
 
 /// The pose that the trajectory starts from, whether it can be followed or not.
 /// @param position on return, per coordinate
-MotionOutcome start_position(const Mechanism& mechanism, const Trajectory& trajectory, VectorX& position);
+MotionOutcome solve_start_position(const Mechanism& mechanism, const Trajectory& trajectory, VectorX& position);
 
 /// Where the mechanism starts: its coordinates at the trajectory's start, moved by the initial error's tool displacement.
 /// @param position per coordinate; in: where the displacement begins, out: where it ends

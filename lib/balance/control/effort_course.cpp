@@ -8,16 +8,16 @@
 
 namespace balance {
 
-EffortCourse::EffortCourse(const EffortTable& table, const VectorX& limit) : limit_(limit) {
+EffortProfile::EffortProfile(const EffortTable& table, const VectorX& limit) : effort_limit_(limit) {
   if (table.time.empty() || table.effort.size() != table.time.size())
     throw std::invalid_argument("efforts over time need one row per time");
   make_pieces(table);
   knots_ = table.time;
-  if (limit_.size() > 0) add_crossings();
+  if (effort_limit_.size() > 0) add_saturation_knots();
   std::sort(knots_.begin(), knots_.end());
 }
 
-void EffortCourse::make_pieces(const EffortTable& table) {
+void EffortProfile::make_pieces(const EffortTable& table) {
   const std::size_t rows = table.time.size();
   const Eigen::Index actuators = table.effort.front().size();
   Samples values(static_cast<Eigen::Index>(rows), actuators), curvature = Samples::Zero(values.rows(), actuators);
@@ -51,46 +51,47 @@ void EffortCourse::make_pieces(const EffortTable& table) {
 }
 
 /// Bisection on every monotone stretch: each has one crossing of ±limit at most.
-void EffortCourse::add_crossings() {
-  constexpr int halvings = 60;
+void EffortProfile::add_saturation_knots() {
+  constexpr int max_bisections = 60;
   for (const Piece& piece : pieces_)
     for (std::size_t a = 0; a < piece.efforts.size(); ++a) {
-      const std::vector<double> ends = monotone_stretches(piece.efforts[a], piece.from, piece.to);
+      const std::vector<double> ends = find_monotone_intervals(piece.efforts[a], piece.begin, piece.end);
       for (std::size_t k = 0; k + 1 < ends.size(); ++k)
-        for (const double level : {limit_[static_cast<Eigen::Index>(a)], -limit_[static_cast<Eigen::Index>(a)]}) {
+        for (const double level :
+             {effort_limit_[static_cast<Eigen::Index>(a)], -effort_limit_[static_cast<Eigen::Index>(a)]}) {
           double low = ends[k], high = ends[k + 1];
-          const bool begins_above = uncut(piece, a, low) > level;
-          if (begins_above == (uncut(piece, a, high) > level)) continue;
-          for (int turn = 0; turn < halvings; ++turn) {
+          const bool begins_above = evaluate_unsaturated(piece, a, low) > level;
+          if (begins_above == (evaluate_unsaturated(piece, a, high) > level)) continue;
+          for (int turn = 0; turn < max_bisections; ++turn) {
             const double middle = (low + high) / 2;
-            ((uncut(piece, a, middle) > level) == begins_above ? low : high) = middle;
+            ((evaluate_unsaturated(piece, a, middle) > level) == begins_above ? low : high) = middle;
           }
-          if (high > piece.from && high < piece.to) knots_.push_back(high);
+          if (high > piece.begin && high < piece.end) knots_.push_back(high);
         }
     }
 }
 
-const EffortCourse::Piece& EffortCourse::piece_at(double time) const {
+const EffortProfile::Piece& EffortProfile::find_piece(double time) const {
   const auto next = std::upper_bound(pieces_.begin(), pieces_.end(), time,
-                                     [](double t, const Piece& piece) { return t < piece.from; });
+                                     [](double t, const Piece& piece) { return t < piece.begin; });
   return next == pieces_.begin() ? pieces_.front() : *(next - 1);
 }
 
 /// Held before the first and behind the last row.
-double EffortCourse::uncut(const Piece& piece, std::size_t actuator, double time) const {
+double EffortProfile::evaluate_unsaturated(const Piece& piece, std::size_t actuator, double time) const {
   const Cubic& c = piece.efforts[actuator];
-  const double x = std::clamp(time, piece.from, piece.to) - piece.from;
+  const double x = std::clamp(time, piece.begin, piece.end) - piece.begin;
   return c[0] + x * (c[1] + x * (c[2] + x * c[3]));
 }
 
-double EffortCourse::cut(std::size_t actuator, double effort) const {
-  if (limit_.size() == 0) return effort;
-  const double limit = limit_[static_cast<Eigen::Index>(actuator)];
+double EffortProfile::saturate(std::size_t actuator, double effort) const {
+  if (effort_limit_.size() == 0) return effort;
+  const double limit = effort_limit_[static_cast<Eigen::Index>(actuator)];
   return std::clamp(effort, -limit, limit);
 }
 
 /// The ends, and between them where the derivative is zero.
-std::vector<double> EffortCourse::monotone_stretches(const Cubic& c, double begin, double end) {
+std::vector<double> EffortProfile::find_monotone_intervals(const Cubic& c, double begin, double end) {
   std::vector<double> at{begin};
   const double a = 3 * c[3], half = c[2], root = half * half - a * c[1];
   if (root > 0) {
@@ -104,39 +105,39 @@ std::vector<double> EffortCourse::monotone_stretches(const Cubic& c, double begi
   return at;
 }
 
-void EffortCourse::at(double time, VectorX& effort) const {
-  const Piece& piece = piece_at(time);
+void EffortProfile::evaluate(double time, VectorX& effort) const {
+  const Piece& piece = find_piece(time);
   for (std::size_t a = 0; a < piece.efforts.size(); ++a)
-    effort[static_cast<Eigen::Index>(a)] = cut(a, uncut(piece, a, time));
+    effort[static_cast<Eigen::Index>(a)] = saturate(a, evaluate_unsaturated(piece, a, time));
 }
 
-VectorX EffortCourse::at(double time) const {
+VectorX EffortProfile::evaluate(double time) const {
   VectorX effort(static_cast<Eigen::Index>(pieces_.front().efforts.size()));
-  at(time, effort);
+  evaluate(time, effort);
   return effort;
 }
 
-VectorX EffortCourse::at_limit(double time) const {
-  const Piece& piece = piece_at(time);
+VectorX EffortProfile::saturation(double time) const {
+  const Piece& piece = find_piece(time);
   VectorX out = VectorX::Zero(static_cast<Eigen::Index>(piece.efforts.size()));
   for (std::size_t a = 0; a < piece.efforts.size(); ++a) {
-    const double effort = uncut(piece, a, time);
-    if (cut(a, effort) != effort) out[static_cast<Eigen::Index>(a)] = 1;
+    const double effort = evaluate_unsaturated(piece, a, time);
+    if (saturate(a, effort) != effort) out[static_cast<Eigen::Index>(a)] = 1;
   }
   return out;
 }
 
-VectorX EffortCourse::variation(double from, double to) const {
+VectorX EffortProfile::total_variation(double from, double to) const {
   VectorX sum = VectorX::Zero(static_cast<Eigen::Index>(pieces_.front().efforts.size()));
-  for (auto piece = pieces_.begin() + (&piece_at(from) - pieces_.data()); piece != pieces_.end(); ++piece) {
-    if (piece->from >= to) break;
-    const double begin = std::max(from, piece->from), end = std::min(to, piece->to);
+  for (auto piece = pieces_.begin() + (&find_piece(from) - pieces_.data()); piece != pieces_.end(); ++piece) {
+    if (piece->begin >= to) break;
+    const double begin = std::max(from, piece->begin), end = std::min(to, piece->end);
     if (!(begin < end)) continue;
     for (std::size_t a = 0; a < piece->efforts.size(); ++a) {
-      double last = cut(a, uncut(*piece, a, begin));
-      for (const double turn : monotone_stretches(piece->efforts[a], piece->from, piece->to)) {
+      double last = saturate(a, evaluate_unsaturated(*piece, a, begin));
+      for (const double turn : find_monotone_intervals(piece->efforts[a], piece->begin, piece->end)) {
         if (turn <= begin) continue;
-        const double next = cut(a, uncut(*piece, a, std::min(turn, end)));
+        const double next = saturate(a, evaluate_unsaturated(*piece, a, std::min(turn, end)));
         sum[static_cast<Eigen::Index>(a)] += std::abs(next - last);
         last = next;
         if (turn >= end) break;

@@ -9,19 +9,19 @@
 
 namespace balance {
 
-class EffortCourse {
+class EffortProfile {
  public:
   /// @param limit largest magnitude per actuator [N m or N]; empty: none
   /// @throws std::invalid_argument for a table without rows, or a spline through fewer than four
-  EffortCourse(const EffortTable& table, const VectorX& limit);
+  EffortProfile(const EffortTable& table, const VectorX& limit);
 
   /// @param effort one per actuator [N m or N]
-  void at(double time, VectorX& effort) const;
-  VectorX at(double time) const;
+  void evaluate(double time, VectorX& effort) const;
+  VectorX evaluate(double time) const;
   /// 1 where the limit cuts, else 0.
-  VectorX at_limit(double time) const;
+  VectorX saturation(double time) const;
   /// Σ |changes| of each effort between two times.
-  VectorX variation(double from, double to) const;
+  VectorX total_variation(double from, double to) const;
 
   /// Where the efforts are not smooth: those of the table, and where limits begin and cease to cut. Increasing [s].
   const std::vector<double>& knots() const { return knots_; }
@@ -30,19 +30,19 @@ class EffortCourse {
   /// c0 + c1 x + c2 x² + c3 x³ in the time x from the piece's start.
   using Cubic = std::array<double, 4>;
   struct Piece {
-    double from, to;
+    double begin, end;
     std::vector<Cubic> efforts;
   };
 
   void make_pieces(const EffortTable& table);
-  void add_crossings();
-  const Piece& piece_at(double time) const;
-  double uncut(const Piece& piece, std::size_t actuator, double time) const;
-  double cut(std::size_t actuator, double effort) const;
-  static std::vector<double> monotone_stretches(const Cubic& cubic, double begin, double end);
+  void add_saturation_knots();
+  const Piece& find_piece(double time) const;
+  double evaluate_unsaturated(const Piece& piece, std::size_t actuator, double time) const;
+  double saturate(std::size_t actuator, double effort) const;
+  static std::vector<double> find_monotone_intervals(const Cubic& cubic, double begin, double end);
 
   std::vector<Piece> pieces_;
-  VectorX limit_;
+  VectorX effort_limit_;
   std::vector<double> knots_;
 };
 

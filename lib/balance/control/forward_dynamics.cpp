@@ -10,12 +10,12 @@
 namespace balance {
 
 void ForwardOptions::validate() const {
-  if (!(friction_width >= 0)) throw std::invalid_argument("friction_width cannot be negative");
+  if (!(friction_regularisation_speed >= 0)) throw std::invalid_argument("friction_width cannot be negative");
 }
 
-class ForwardDynamics::Core {
+class ForwardDynamics::Implementation {
  public:
-  virtual ~Core() = default;
+  virtual ~Implementation() = default;
   virtual MotionOutcome set(double time, const VectorX& position, const VectorX& velocity) = 0;
   virtual EquationOfMotion equation() = 0;
   virtual TreeEquation tree_equation() = 0;
@@ -33,11 +33,11 @@ namespace {
 using RowMajor = Eigen::Map<const Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>>;
 
 template <class S>
-class CoreOf : public ForwardDynamics::Core {
+class ForwardDynamicsOf : public ForwardDynamics::Implementation {
  public:
-  CoreOf(const Mechanism& mechanism, const ForwardOptions& options)
+  ForwardDynamicsOf(const Mechanism& mechanism, const ForwardOptions& options)
       : mechanism_(mechanism), loops_(mechanism, options) {
-    tree = leaders(loops_.tree());
+    tree = find_column_coordinates(loops_.tree());
     ddy_.setZero(loops_.columns());
   }
 
@@ -53,14 +53,14 @@ class CoreOf : public ForwardDynamics::Core {
       independent.push_back(tree[loops_.independent()[k]]);
       rates[k] = dy_[loops_.independent()[k]];
     }
-    outcome = check_masses(mechanism_, loops_, time_, dy_.data());
+    outcome = check_mass_matrix(mechanism_, loops_, time_, dy_.data());
     if (outcome.status != MotionStatus::done) return outcome;
-    loops_.prepare(time_, dy_.data());
-    loops_.transform();
-    origin_velocities(loops_.tree(), dy_.data(), loops_.state());
+    loops_.compute_tree_terms(time_, dy_.data());
+    loops_.reduce_to_independent();
+    compute_origin_velocities(loops_.tree(), dy_.data(), loops_.state());
     VectorX ignored;
-    from_tree(mechanism_, loops_.tree(), loops_.state(), y_.data(), dy_.data(), ddy_.data(), position, velocity,
-              ignored);
+    to_joint_coordinates(mechanism_, loops_.tree(), loops_.state(), y_.data(), dy_.data(), ddy_.data(), position,
+                         velocity, ignored);
     return outcome;
   }
 
@@ -74,8 +74,8 @@ class CoreOf : public ForwardDynamics::Core {
     out.mass = RowMajor(loops_.mass().data(), n, n);
     out.bias = Eigen::Map<const VectorX>(loops_.bias().data(), n);
     out.input = input();
-    System<S> closures(loops_.tree(), Drive<S>{});
-    closures.rates(y_, {}, out.jacobian);
+    ConstraintSystem<S> closures(loops_.tree(), Drive<S>{});
+    closures.velocity_jacobian(y_, {}, out.jacobian);
     for (int c = 0; c < n; ++c) out.jacobian.col(c) /= loops_.scale()[c];
     // J̇ẏ = −J c, for ÿ = c is a motion with ν̇ = 0
     out.jacobian_bias = -out.jacobian * tree_bias();
@@ -115,18 +115,18 @@ class CoreOf : public ForwardDynamics::Core {
   MatrixX input() const {
     MatrixX out = MatrixX::Zero(loops_.columns(), static_cast<Eigen::Index>(mechanism_.actuators.size()));
     for (std::size_t a = 0; a < mechanism_.actuators.size(); ++a) {
-      const LinearQuantity& source = loops_.tree().sources[mechanism_.actuators[a]];
-      source.load(1, out.col(static_cast<Eigen::Index>(a)).data());
+      const LinearQuantity& source = loops_.tree().coordinate_expressions[mechanism_.actuators[a]];
+      source.add_generalised_force(1, out.col(static_cast<Eigen::Index>(a)).data());
     }
     return out;
   }
 
   /// Joint coordinates at the present pose for any rates and accelerations.
   void read(const VectorX& dy, const VectorX& ddy, VectorX& q, VectorX& dq, VectorX& ddq) {
-    State<S>& state = loops_.state();
-    velocities(loops_.tree(), dy.data(), state);
-    accelerations<S>(loops_.tree(), dy.data(), ddy.data(), S::Vector::Zero(), state);
-    from_tree(mechanism_, loops_.tree(), state, y_.data(), dy.data(), ddy.data(), q, dq, ddq);
+    TreeState<S>& state = loops_.state();
+    compute_velocities(loops_.tree(), dy.data(), state);
+    compute_accelerations<S>(loops_.tree(), dy.data(), ddy.data(), S::Vector::Zero(), state);
+    to_joint_coordinates(mechanism_, loops_.tree(), state, y_.data(), dy.data(), ddy.data(), q, dq, ddq);
   }
 
   const Mechanism& mechanism_;
@@ -142,14 +142,15 @@ ForwardDynamics::ForwardDynamics(const Mechanism& mechanism, const ForwardOption
   for (const CoordinateId coordinate : options.preferred)
     if (coordinate < 0 || coordinate >= static_cast<int>(mechanism.coordinates.size()))
       throw std::invalid_argument("a preferred coordinate does not exist");
-  in_space(mechanism.space, [&]<class S>(S) { core_ = std::make_unique<CoreOf<S>>(mechanism, options); });
+  dispatch_space(mechanism.space,
+                 [&]<class S>(S) { core_ = std::make_unique<ForwardDynamicsOf<S>>(mechanism, options); });
 }
 
 ForwardDynamics::~ForwardDynamics() = default;
 ForwardDynamics::ForwardDynamics(ForwardDynamics&&) noexcept = default;
 ForwardDynamics& ForwardDynamics::operator=(ForwardDynamics&&) noexcept = default;
 
-MotionOutcome ForwardDynamics::set(double time, const VectorX& position, const VectorX& velocity) {
+MotionOutcome ForwardDynamics::set_state(double time, const VectorX& position, const VectorX& velocity) {
   return core_->set(time, position, velocity);
 }
 int ForwardDynamics::freedoms() const { return core_->freedoms; }

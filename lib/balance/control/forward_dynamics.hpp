@@ -22,7 +22,7 @@ struct ForwardOptions {
   /// What a controller compensates: Coulomb friction that grows smoothly from zero to its full value over speeds up to this one
   /// [rad/s, for slides characteristic lengths per second]: coulomb · x (3 − x²)/2 with x = speed/width, beyond it coulomb ·
   /// sign(speed) exactly. Not negative. A Plant does not smooth.
-  double friction_width = 1e-3;
+  double friction_regularisation_speed = 1e-3;
   /// Mechanism coordinates that should be the independent ones, usually the actuated ones: kept as long as they determine the
   /// others. Empty, or of another number than the freedoms: whatever determines the rest best.
   std::vector<CoordinateId> preferred;
@@ -67,7 +67,7 @@ class ForwardDynamics {
   /// is moved until it does. The first call chooses them, and finds out the degrees of freedom.
   /// @param position, velocity per mechanism coordinate (those of cut joints do not matter)
   /// @return done; not_assembled if the loops do not close there; constraint_singularity
-  MotionOutcome set(double time, const VectorX& position, const VectorX& velocity);
+  MotionOutcome set_state(double time, const VectorX& position, const VectorX& velocity);
 
   int freedoms() const;  ///< d; −1 before the first successful set()
   /// The coordinates whose rates ν holds: per freedom a mechanism coordinate. Chosen anew only by set(). A coordinate of a
@@ -89,10 +89,10 @@ class ForwardDynamics {
   /// q̈ of all mechanism coordinates under these efforts (one per actuator).
   VectorX acceleration(const VectorX& efforts);
 
-  class Core;  ///< the planar or the spatial one; of no use elsewhere
+  class Implementation;  ///< the planar or the spatial one; of no use elsewhere
 
  private:
-  std::unique_ptr<Core> core_;
+  std::unique_ptr<Implementation> core_;
 };
 
 }  // namespace balance

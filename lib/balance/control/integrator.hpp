@@ -14,7 +14,7 @@
 namespace balance {
 
 /// How long the next step may be: Odeint's own rule, with powers that are the same on every processor.
-class StepRule : public boost::numeric::odeint::default_step_adjuster<double, double> {
+class StepSizeController : public boost::numeric::odeint::default_step_adjuster<double, double> {
  public:
   double decrease_step(double step, double error, int order) const {
     return step * std::max(0.9 * elementary::pow(error, -1.0 / (order - 1)), 0.2);
@@ -30,7 +30,7 @@ class Integrator {
  public:
   using State = std::vector<double>;
 
-  Integrator(double absolute, double relative) : stepper_(Checker(absolute, relative), StepRule()) {}
+  Integrator(double absolute, double relative) : stepper_(ErrorChecker(absolute, relative), StepSizeController()) {}
 
   /// The right-hand side has changed: the last derivative is of no use.
   void restart() { stepper_.reset(); }
@@ -46,7 +46,7 @@ class Integrator {
   /// From x with the derivative there to as much later as one step of this length leads, whatever its error; the next
   /// try_step() begins anew.
   template <class Derivative>
-  void leap(Derivative&& derivative, State& x, double time, double step) {
+  void step_without_error_control(Derivative&& derivative, State& x, double time, double step) {
     restart();
     slope_.resize(x.size()), new_slope_.resize(x.size()), end_.resize(x.size());
     derivative(x, slope_, time);
@@ -56,9 +56,9 @@ class Integrator {
 
  private:
   using Method = boost::numeric::odeint::runge_kutta_dopri5<State>;
-  using Checker = boost::numeric::odeint::default_error_checker<double, boost::numeric::odeint::range_algebra,
-                                                                boost::numeric::odeint::default_operations>;
-  boost::numeric::odeint::controlled_runge_kutta<Method, Checker, StepRule> stepper_;
+  using ErrorChecker = boost::numeric::odeint::default_error_checker<double, boost::numeric::odeint::range_algebra,
+                                                                     boost::numeric::odeint::default_operations>;
+  boost::numeric::odeint::controlled_runge_kutta<Method, ErrorChecker, StepSizeController> stepper_;
   State slope_, new_slope_, end_;
 };
 

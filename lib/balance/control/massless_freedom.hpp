@@ -8,6 +8,6 @@ namespace balance {
 /// @param loops assembled and closed; on return prepared and transformed
 /// @return done, or which coordinate moves without mass and which body has none
 template <class S>
-MotionOutcome check_masses(const Mechanism& mechanism, LoopDynamics<S>& loops, double time, const double* dy);
+MotionOutcome check_mass_matrix(const Mechanism& mechanism, LoopDynamics<S>& loops, double time, const double* dy);
 
 }  // namespace balance

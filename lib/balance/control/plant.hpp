@@ -11,8 +11,8 @@ namespace balance {
 struct PlantOptions {
   double relative_tolerance = 1e-9;   ///< of every coordinate and rate per step, in (0, 1e-2]
   double absolute_tolerance = 1e-11;  ///< the same in rad, characteristic lengths, and these per second; positive
-  double longest_step = 0.05;         ///< [s], positive
-  long most_steps = 5'000'000;        ///< of all advances together, rejected ones included; positive
+  double max_step = 0.05;             ///< [s], positive
+  long max_steps = 5'000'000;         ///< of all advances together, rejected ones included; positive
   ForwardOptions dynamics;
 
   /// @throws std::invalid_argument
@@ -48,7 +48,7 @@ class Plant {
   MotionOutcome advance(double time, const VectorX& efforts);
   /// The same under efforts that change on the way.
   /// @param course must stay as it is until then
-  MotionOutcome advance(double time, const EffortCourse& course);
+  MotionOutcome advance(double time, const EffortProfile& course);
 
   int freedoms() const;
   const std::vector<CoordinateId>& independent() const;  ///< as ForwardDynamics::independent(); may change in advance()
@@ -62,18 +62,18 @@ class Plant {
   const Sample& observe(const VectorX& efforts);
 
   /// How large the terms were at all moments observed since the start.
-  const TermSizes& term_sizes() const;
-  const TermSizes& term_sizes_over_mobility()
+  const TermMagnitudes& term_sizes() const;
+  const TermMagnitudes& term_sizes_over_mobility()
       const;  ///< those of each moment over its mobility, where that is below one
 
   const PlantCost& cost() const;
   /// What a user should know: minimum-norm reactions, held spins.
   const std::vector<std::string>& notes() const;
 
-  class Engine;  ///< the planar or the spatial one; of no use elsewhere
+  class Implementation;  ///< the planar or the spatial one; of no use elsewhere
 
  private:
-  std::unique_ptr<Engine> engine_;
+  std::unique_ptr<Implementation> engine_;
 };
 
 }  // namespace balance

@@ -13,15 +13,15 @@ namespace balance {
 namespace {
 
 /// A start keeps the actuated coordinates unless something else is preferred. Friction is the true one.
-ForwardOptions with_actuated(const Mechanism& mechanism, ForwardOptions options) {
-  options.friction_width = 0;
+ForwardOptions make_plant_dynamics_options(const Mechanism& mechanism, ForwardOptions options) {
+  options.friction_regularisation_speed = 0;
   if (options.preferred.empty()) options.preferred = mechanism.actuators;
   return options;
 }
 
 /// Columns that take part in a loop.
 template <class S>
-std::vector<Column> columns_in_loops(const Tree<S>& tree) {
+std::vector<ColumnId> find_loop_columns(const Tree<S>& tree) {
   std::set<int> columns;
   for (const Closure<S>& closure : tree.closures)
     for (const PathStep& step : closure.path) columns.insert(tree.nodes[step.node].column);
@@ -32,27 +32,28 @@ std::vector<Column> columns_in_loops(const Tree<S>& tree) {
 }  // namespace
 
 template <class S>
-EngineOf<S>::EngineOf(const Mechanism& mechanism, const PlantOptions& options, const Vector3& about)
+PlantOf<S>::PlantOf(const Mechanism& mechanism, const PlantOptions& options, const Vector3& about)
     : mechanism_(mechanism),
       options_(options),
       about_(to_vector<S>(about)),
-      loops_(mechanism, with_actuated(mechanism, options.dynamics)),
-      leaders_(leaders(loops_.tree())),
-      matrix_columns_(columns_in_loops(loops_.tree())),
+      loops_(mechanism, make_plant_dynamics_options(mechanism, options.dynamics)),
+      column_coordinates_(find_column_coordinates(loops_.tree())),
+      matrix_columns_(find_loop_columns(loops_.tree())),
       integrator_(options.absolute_tolerance, options.relative_tolerance),
-      step_(std::min(1e-3, options.longest_step)) {
+      step_(std::min(1e-3, options.max_step)) {
   const int n = loops_.columns();
   x_.assign(2 * n, 0), last_x_ = x_;
   y_.setZero(n), dy_.setZero(n), ddy_.setZero(n), start_ddy_.setZero(n);
   efforts_.setZero(static_cast<Eigen::Index>(mechanism.actuators.size()));
-  for (const Load& load : mechanism.loads) kinks_.insert(kinks_.end(), load.time.begin(), load.time.end());
-  std::sort(kinks_.begin(), kinks_.end());
+  for (const Load& load : mechanism.loads)
+    load_breakpoints_.insert(load_breakpoints_.end(), load.time.begin(), load.time.end());
+  std::sort(load_breakpoints_.begin(), load_breakpoints_.end());
   // coordinates that are read off poses must not turn by half a turn between two looks
-  reads_each_step_ = !loops_.tree().spherical_joints.empty() || (S::dimension == 3 && !loops_.open_tree());
+  reads_each_step_ = !loops_.tree().spherical_joints.empty() || (S::dimension == 3 && !loops_.is_open_tree());
 }
 
 template <class S>
-MotionOutcome EngineOf<S>::start(double time, const VectorX& q, const VectorX& dq) {
+MotionOutcome PlantOf<S>::start(double time, const VectorX& q, const VectorX& dq) {
   const auto count = static_cast<Eigen::Index>(mechanism_.coordinates.size());
   if (q.size() != count || dq.size() != count)
     throw std::invalid_argument("a start needs a value for each of the mechanism's coordinates");
@@ -60,146 +61,147 @@ MotionOutcome EngineOf<S>::start(double time, const VectorX& q, const VectorX& d
   MotionOutcome outcome = loops_.assemble(q, dq, y_, dy_);
   outcome.time = time;
   if (outcome.status != MotionStatus::done) return outcome;
-  outcome = check_masses(mechanism_, loops_, time, dy_.data());
+  outcome = check_mass_matrix(mechanism_, loops_, time, dy_.data());
   if (outcome.status != MotionStatus::done) return outcome;
   time_ = time;
   observer_.emplace(mechanism_, loops_.tree(), loops_.freedoms(), about_);
-  const double fall = mechanism_.gravity.norm() / loops_.tree().length;  // of what is let go
+  const double fall = mechanism_.gravity.norm() / loops_.tree().characteristic_length;  // of what is let go
   meter_.emplace(mechanism_, loops_.tree(), about_, RestScale{std::sqrt(fall), fall});
   ddy_.setZero();
-  store();
+  pack_state();
   last_x_ = x_;
-  if (!choose_anew()) return stop(MotionStatus::constraint_singularity);
-  store();
+  if (!choose_independent_columns()) return stop(MotionStatus::constraint_singularity);
+  pack_state();
   integrator_.restart();
   started_ = true;
-  fastest_ = 0;
-  events_here_ = 0, event_time_ = -INFINITY;
-  grow_fastest();
+  max_rate_ = 0;
+  stalled_events_ = 0, event_time_ = -INFINITY;
+  update_max_rate();
   make_notes();
-  follow();
+  update_coordinates();
   return outcome;
 }
 
 template <class S>
-MotionOutcome EngineOf<S>::advance(double time, const VectorX& efforts) {
+MotionOutcome PlantOf<S>::advance(double time, const VectorX& efforts) {
   require_started(efforts);
   if (efforts != efforts_) efforts_ = efforts, integrator_.restart();
   return advance_to(time);
 }
 
 template <class S>
-MotionOutcome EngineOf<S>::advance(double time, const EffortCourse& course) {
-  const VectorX efforts = course.at(time_);
+MotionOutcome PlantOf<S>::advance(double time, const EffortProfile& course) {
+  const VectorX efforts = course.evaluate(time_);
   require_started(efforts);
   if (efforts != efforts_) efforts_ = efforts, integrator_.restart();
-  course_ = &course;
+  effort_profile_ = &course;
   const MotionOutcome outcome = advance_to(time);
-  course_ = nullptr;
+  effort_profile_ = nullptr;
   return outcome;
 }
 
 /// The efforts of a moment, where they change.
 template <class S>
-void EngineOf<S>::push(double time) {
-  if (course_ != nullptr) course_->at(time, efforts_);
+void PlantOf<S>::update_efforts(double time) {
+  if (effort_profile_ != nullptr) effort_profile_->evaluate(time, efforts_);
 }
 
 template <class S>
-MotionOutcome EngineOf<S>::advance_to(double time) {
+MotionOutcome PlantOf<S>::advance_to(double time) {
   const auto next = [&](const std::vector<double>& kinks, double end) {
     const auto kink = std::upper_bound(kinks.begin(), kinks.end(), time_);
     return kink != kinks.end() && *kink < end ? *kink : end;
   };
   while (time_ < time) {
-    push(time_);
-    if (!settle_friction(efforts_)) return stop(MotionStatus::constraint_singularity);
-    double end = next(kinks_, time);
-    if (course_ != nullptr) end = next(course_->knots(), end);
-    const MotionOutcome outcome = go(end);
+    update_efforts(time_);
+    if (!update_friction(efforts_)) return stop(MotionStatus::constraint_singularity);
+    double end = next(load_breakpoints_, time);
+    if (effort_profile_ != nullptr) end = next(effort_profile_->knots(), end);
+    const MotionOutcome outcome = integrate_to(end);
     if (outcome.status != MotionStatus::done) return outcome;
     if (end != time) integrator_.restart();
   }
-  push(time_);
-  follow();
+  update_efforts(time_);
+  update_coordinates();
   return {MotionStatus::done, time_, "", {}};
 }
 
 template <class S>
-const std::vector<CoordinateId>& EngineOf<S>::independent() {
+const std::vector<CoordinateId>& PlantOf<S>::independent() {
   independent_.clear();
-  for (const int column : loops_.independent()) independent_.push_back(leaders_[column]);
+  for (const int column : loops_.independent()) independent_.push_back(column_coordinates_[column]);
   return independent_;
 }
 
 template <class S>
-void EngineOf<S>::require_started(const VectorX& efforts) const {
+void PlantOf<S>::require_started(const VectorX& efforts) const {
   if (!started_) throw std::invalid_argument("the plant has not been started");
   if (efforts.size() != efforts_.size()) throw std::invalid_argument("one effort per actuator is needed");
 }
 
 /// Accelerations at the present state.
 template <class S>
-void EngineOf<S>::evaluate(const VectorX& efforts) {
+void PlantOf<S>::evaluate(const VectorX& efforts) {
   require_started(efforts);
-  settle_friction(efforts);
-  loops_.close(y_.data(), dy_.data());
+  update_friction(efforts);
+  loops_.solve_dependent(y_.data(), dy_.data());
   loops_.accelerate(time_, dy_.data(), efforts.data(), ddy_.data());
   ++cost_.evaluations;
 }
 
 template <class S>
-VectorX EngineOf<S>::acceleration(const VectorX& efforts) {
+VectorX PlantOf<S>::acceleration(const VectorX& efforts) {
   evaluate(efforts);
-  observer_->follow(instant());
-  return Eigen::Map<const VectorX>(observer_->last().acceleration.data(), position_.size());
+  observer_->update_coordinates(instant());
+  return Eigen::Map<const VectorX>(observer_->sample().acceleration.data(), position_.size());
 }
 
 template <class S>
-EquationOfMotion EngineOf<S>::equation() {
+EquationOfMotion PlantOf<S>::equation() {
   evaluate(efforts_);
   const int d = loops_.freedoms();
   EquationOfMotion out{loops_.reduced_mass(), loops_.reduced_bias(), MatrixX::Zero(d, efforts_.size())};
   for (Eigen::Index a = 0; a < efforts_.size(); ++a) {
-    for (const auto& [column, ratio] : loops_.tree().sources[mechanism_.actuators[a]].terms)
+    for (const auto& [column, ratio] : loops_.tree().coordinate_expressions[mechanism_.actuators[a]].terms)
       for (int k = 0; k < d; ++k) out.input(k, a) += ratio * loops_.transformation()[column * d + k];
   }
   return out;
 }
 
 template <class S>
-const Sample& EngineOf<S>::observe(const VectorX& efforts) {
+const Sample& PlantOf<S>::observe(const VectorX& efforts) {
   evaluate(efforts);
-  loops_.add_stuck_friction(efforts.data(), ddy_.data());
+  loops_.add_sticking_friction(efforts.data(), ddy_.data());
   loops_.multipliers(efforts.data(), ddy_.data(), y_.data(), multipliers_);
-  observer_->observe_under(instant(), efforts.data(), multipliers_);
-  sample_ = observer_->last();
+  observer_->evaluate_under_efforts(instant(), efforts.data(), multipliers_);
+  sample_ = observer_->sample();
   sample_.friction_power = loops_.friction_power(dy_.data());
-  sample_.closure = loops_.residual();
+  sample_.closure_residual = loops_.residual();
   sample_.mobility = loops_.mobility();
   sample_.newton_iterations = loops_.iterations();
-  meter_->see(instant(), observer_->last(), multipliers_, sample_.mobility);
+  meter_->sample(instant(), observer_->sample(), multipliers_, sample_.mobility);
   return sample_;
 }
 
 /// Reads the joint coordinates at the present state.
 template <class S>
-void EngineOf<S>::follow() {
-  loops_.close(y_.data(), dy_.data());
-  angular_velocities(loops_.tree(), dy_.data(), loops_.state());
-  observer_->follow(instant());
-  position_ = observer_->last().position;
-  velocity_ = observer_->last().velocity;
+void PlantOf<S>::update_coordinates() {
+  loops_.solve_dependent(y_.data(), dy_.data());
+  compute_angular_velocities(loops_.tree(), dy_.data(), loops_.state());
+  observer_->update_coordinates(instant());
+  position_ = observer_->sample().position;
+  velocity_ = observer_->sample().velocity;
 }
 
 template <class S>
-void EngineOf<S>::make_notes() {
+void PlantOf<S>::make_notes() {
   notes_.clear();
-  if (loops_.redundant()) notes_.push_back(over_constrained());
-  for (const PassiveFreedom& spin : loops_.tree().locked_freedoms) notes_.push_back(locked_freedom(mechanism_, spin));
+  if (loops_.has_redundant_closures()) notes_.push_back(describe_over_constraint());
+  for (const PassiveFreedom& spin : loops_.tree().locked_freedoms)
+    notes_.push_back(describe_locked_freedom(mechanism_, spin));
 }
 
-template class EngineOf<Planar>;
-template class EngineOf<Spatial>;
+template class PlantOf<Planar>;
+template class PlantOf<Spatial>;
 
 }  // namespace balance

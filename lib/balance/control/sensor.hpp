@@ -21,12 +21,12 @@ class Sensor {
   const VectorX& velocity() const { return velocity_; }
 
  private:
-  double noise();
+  double draw_standard_normal();
 
   const Measurement& measurement_;
   double period_;
   std::mt19937_64 random_;
-  double spare_ = 0;
+  double cached_normal_ = 0;
   bool has_spare_ = false;
   bool first_ = true;
   VectorX position_, velocity_, last_;

@@ -5,11 +5,11 @@
 
 namespace balance {
 
-SingularityWatch::SingularityWatch(const Mechanism& mechanism)
+ActuationMonitor::ActuationMonitor(const Mechanism& mechanism)
     : mechanism_(mechanism), dynamics_(mechanism, {.preferred = mechanism.actuators}) {}
 
 /// Closures above actuated coordinates, lengths in characteristic ones: of full column rank where these determine the motion.
-MatrixX SingularityWatch::matrix() {
+MatrixX ActuationMonitor::matrix() {
   const TreeEquation equation = dynamics_.tree_equation();
   const double length = characteristic_length(mechanism_);
   MatrixX out(equation.jacobian.rows() + equation.input.cols(), equation.jacobian.cols());
@@ -21,18 +21,18 @@ MatrixX SingularityWatch::matrix() {
   return out;
 }
 
-MotionOutcome SingularityWatch::look(double time, const VectorX& position, const VectorX& velocity) {
-  MotionOutcome outcome = dynamics_.set(time, position, velocity);
+MotionOutcome ActuationMonitor::check(double time, const VectorX& position, const VectorX& velocity) {
+  MotionOutcome outcome = dynamics_.set_state(time, position, velocity);
   if (outcome.status != MotionStatus::done) return outcome;
   if (static_cast<int>(mechanism_.actuators.size()) < dynamics_.freedoms()) return outcome;
-  const bool regular = watched_.look(matrix()) > least_regularity;
-  const bool passed = looked_ && regular && watched_.loses_rank_since_kept();
-  watched_.keep();
-  looked_ = true;
+  const bool regular = watched_.factorise(matrix()) > singular_pivot_threshold;
+  const bool passed = has_previous_ && regular && watched_.loses_rank_since_stored();
+  watched_.store();
+  has_previous_ = true;
   if (regular && !passed) return outcome;
   return {MotionStatus::actuation_singularity,
           time,
-          at_time(time) +
+          format_time_prefix(time) +
               "actuation singularity: the mechanism reached a configuration in which the actuators do not determine "
               "its motion",
           {}};

@@ -6,24 +6,24 @@
 
 namespace balance {
 
-class SingularityWatch {
+class ActuationMonitor {
  public:
   /// @param mechanism must outlive the watch
-  explicit SingularityWatch(const Mechanism& mechanism);
+  explicit ActuationMonitor(const Mechanism& mechanism);
 
   /// Looks at a state, in the order of time and at moments between which little changes.
   /// @param position, velocity per mechanism coordinate
   /// @return done; actuation_singularity if loops and actuated coordinates together do not determine the motion, or did not on the
   ///         straight way from their matrix at the last look. Always done where there are fewer actuators than freedoms.
-  MotionOutcome look(double time, const VectorX& position, const VectorX& velocity);
+  MotionOutcome check(double time, const VectorX& position, const VectorX& velocity);
 
  private:
   MatrixX matrix();
 
   const Mechanism& mechanism_;
   ForwardDynamics dynamics_;
-  TallMatrix watched_;
-  bool looked_ = false;
+  RankMonitor watched_;
+  bool has_previous_ = false;
 };
 
 }  // namespace balance

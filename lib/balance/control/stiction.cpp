@@ -10,15 +10,15 @@ namespace balance {
 
 namespace {
 
-constexpr double weight_of_sharing = 1e-12;  // of the least-norm term that chooses among λ that hold equally well
-constexpr double exceeds = 1e-9;             // part of the terms of w beyond which w is not zero
-constexpr double idle = 1e-24;               // response, against the largest, of a joint that forces do not move
+constexpr double least_norm_weight = 1e-12;  // of the least-norm term that chooses among λ that hold equally well
+constexpr double relative_acceleration_tolerance = 1e-9;  // part of the terms of w beyond which w is not zero
+constexpr double response_epsilon = 1e-24;  // response, against the largest, of a joint that forces do not move
 
 /// Minimum of ½ zᵀB z − pᵀz within −bound.backward ≤ z ≤ bound.forward by a primal active-set method (Nocedal and Wright, Numerical Optimization, 2006,
 /// section 16.5): B is positive definite, so it ends.
-class BoxProgram {
+class BoxQuadraticProgram {
  public:
-  BoxProgram(const MatrixX& B, const VectorX& p, const FrictionLimits& bound)
+  BoxQuadraticProgram(const MatrixX& B, const VectorX& p, const FrictionLimits& bound)
       : B_(B), p_(p), bound_(bound), at_(static_cast<std::size_t>(p.size()), free_), z_(VectorX::Zero(p.size())) {
     for (Eigen::Index i = 0; i < p.size(); ++i)
       if (bound.forward[i] <= 0 && bound.backward[i] <= 0) at(i) = pinned_;
@@ -27,17 +27,17 @@ class BoxProgram {
   const VectorX& solve() {
     const long most = 100 * (p_.size() + 1);
     for (long turn = 0; turn < most; ++turn) {
-      if (go_to(free_minimum())) continue;
-      if (!release_worst()) break;
+      if (step_towards(free_minimum())) continue;
+      if (!release_bound()) break;
     }
     return z_;
   }
 
  private:
-  enum Place { free_, low_, high_, pinned_ };
-  Place& at(Eigen::Index i) { return at_[static_cast<std::size_t>(i)]; }
+  enum BoundStatus { free_, low_, high_, pinned_ };
+  BoundStatus& at(Eigen::Index i) { return at_[static_cast<std::size_t>(i)]; }
   /// The one that a goal lies beyond, with its sign.
-  double edge(Eigen::Index i, double goal) const { return goal > 0 ? bound_.forward[i] : -bound_.backward[i]; }
+  double bound_towards(Eigen::Index i, double goal) const { return goal > 0 ? bound_.forward[i] : -bound_.backward[i]; }
 
   VectorX free_minimum() {
     std::vector<Eigen::Index> inside;
@@ -61,12 +61,12 @@ class BoxProgram {
   }
 
   /// Towards the goal as far as the bounds let. @return true if one stopped it
-  bool go_to(const VectorX& goal) {
+  bool step_towards(const VectorX& goal) {
     double part = 1;
     Eigen::Index first = -1;
     for (Eigen::Index i = 0; i < p_.size(); ++i) {
-      if (at(i) != free_ || std::abs(goal[i]) <= std::abs(edge(i, goal[i]))) continue;
-      const double reach = std::clamp((edge(i, goal[i]) - z_[i]) / (goal[i] - z_[i]), 0.0, 1.0);
+      if (at(i) != free_ || std::abs(goal[i]) <= std::abs(bound_towards(i, goal[i]))) continue;
+      const double reach = std::clamp((bound_towards(i, goal[i]) - z_[i]) / (goal[i] - z_[i]), 0.0, 1.0);
       if (first >= 0 && reach >= part) continue;
       part = reach;
       first = i;
@@ -74,11 +74,11 @@ class BoxProgram {
     z_ += part * (goal - z_);
     if (first < 0) return false;
     at(first) = goal[first] > 0 ? high_ : low_;
-    z_[first] = edge(first, goal[first]);
+    z_[first] = bound_towards(first, goal[first]);
     return true;
   }
 
-  bool release_worst() {
+  bool release_bound() {
     const VectorX pull = p_ - B_ * z_;
     Eigen::Index worst = -1;
     double most = 0;
@@ -97,72 +97,73 @@ class BoxProgram {
   const MatrixX& B_;
   const VectorX& p_;
   const FrictionLimits& bound_;
-  std::vector<Place> at_;
+  std::vector<BoundStatus> at_;
   VectorX z_;
 };
 
 /// One question with fixed limits, in forces that count as parts of what each joint holds at rest.
-struct Reply {
+struct StickIterate {
   VectorX friction, acceleration, size;
 };
 
-VectorX larger(const FrictionLimits& limits) { return limits.forward.cwiseMax(limits.backward); }
+VectorX max_friction_limit(const FrictionLimits& limits) { return limits.forward.cwiseMax(limits.backward); }
 
-Reply ask(const StickProblem& problem, const FrictionLimits& limit) {
-  const Eigen::Index m = problem.free.size();
-  const VectorX unit = larger(problem.at_rest);
+StickIterate solve_with_limits(const StickProblem& problem, const FrictionLimits& limit) {
+  const Eigen::Index m = problem.free_acceleration.size();
+  const VectorX unit = max_friction_limit(problem.static_limit);
   MatrixX B = unit.asDiagonal() * problem.response * unit.asDiagonal();
-  const VectorX p = unit.cwiseProduct(problem.free);
+  const VectorX p = unit.cwiseProduct(problem.free_acceleration);
   FrictionLimits bound{limit.forward.cwiseQuotient(unit), limit.backward.cwiseQuotient(unit)};
   const double largest = std::max(max_coefficient(B.diagonal()), 0.0);
   for (Eigen::Index i = 0; i < m; ++i) {
-    if (B(i, i) > idle * largest) {
-      B(i, i) *= 1 + weight_of_sharing;
+    if (B(i, i) > response_epsilon * largest) {
+      B(i, i) *= 1 + least_norm_weight;
     } else {
       bound.forward[i] = bound.backward[i] = 0;
       B(i, i) += 1;
     }
   }
-  Reply reply;
-  reply.friction = unit.cwiseProduct(BoxProgram(B, p, bound).solve());
-  reply.acceleration = problem.free - problem.response * reply.friction;
-  reply.size = problem.free.cwiseAbs() + problem.response.cwiseAbs() * reply.friction.cwiseAbs();
+  StickIterate reply;
+  reply.friction = unit.cwiseProduct(BoxQuadraticProgram(B, p, bound).solve());
+  reply.acceleration = problem.free_acceleration - problem.response * reply.friction;
+  reply.size = problem.free_acceleration.cwiseAbs() + problem.response.cwiseAbs() * reply.friction.cwiseAbs();
   return reply;
 }
 
 /// Of the larger limit, of the joint that has least left.
-double part_left(const StickProblem& problem, const VectorX& friction) {
-  const FrictionLimits& limit = problem.at_rest;
+double min_friction_reserve(const StickProblem& problem, const VectorX& friction) {
+  const FrictionLimits& limit = problem.static_limit;
   const VectorX left = (limit.forward - friction).cwiseMin(limit.backward + friction);
-  return min_coefficient(left.cwiseQuotient(larger(limit)));
+  return min_coefficient(left.cwiseQuotient(max_friction_limit(limit)));
 }
 
 }  // namespace
 
-StickAnswer decide(const StickProblem& problem) {
-  const Eigen::Index m = problem.free.size();
-  StickAnswer answer;
-  answer.slips.assign(static_cast<std::size_t>(m), 0);
+StickSolution solve_stick_slip(const StickProblem& problem) {
+  const Eigen::Index m = problem.free_acceleration.size();
+  StickSolution answer;
+  answer.slip_direction.assign(static_cast<std::size_t>(m), 0);
   answer.friction = VectorX::Zero(m);
   if (m == 0) return answer;
-  FrictionLimits limit = problem.at_rest;
+  FrictionLimits limit = problem.static_limit;
   for (Eigen::Index turn = 0; turn <= m; ++turn) {
-    const Reply reply = ask(problem, limit);
+    const StickIterate reply = solve_with_limits(problem, limit);
     bool lower = false;
     double beyond = 0;
     for (Eigen::Index i = 0; i < m; ++i) {
       const double w = reply.acceleration[i];
-      const bool moves = std::abs(w) > exceeds * reply.size[i] && std::abs(w) > problem.round_off[i];
-      answer.slips[static_cast<std::size_t>(i)] = !moves ? 0 : w > 0 ? 1 : -1;
+      const bool moves = std::abs(w) > relative_acceleration_tolerance * reply.size[i] &&
+                         std::abs(w) > problem.acceleration_tolerance[i];
+      answer.slip_direction[static_cast<std::size_t>(i)] = !moves ? 0 : w > 0 ? 1 : -1;
       if (!moves) continue;
       beyond = std::max(beyond, std::abs(w) / reply.size[i]);
       for (VectorX FrictionLimits::*way : {&FrictionLimits::forward, &FrictionLimits::backward}) {
-        lower = lower || (limit.*way)[i] > (problem.sliding.*way)[i];
-        (limit.*way)[i] = (problem.sliding.*way)[i];
+        lower = lower || (limit.*way)[i] > (problem.sliding_limit.*way)[i];
+        (limit.*way)[i] = (problem.sliding_limit.*way)[i];
       }
     }
     if (turn == 0)
-      answer.margin = beyond > 0 ? -beyond : std::max(part_left(problem, reply.friction), weight_of_sharing);
+      answer.margin = beyond > 0 ? -beyond : std::max(min_friction_reserve(problem, reply.friction), least_norm_weight);
     answer.friction = reply.friction;
     if (!lower) break;
   }

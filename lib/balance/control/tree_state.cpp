@@ -18,17 +18,17 @@ Matrix3 spherical_axes(const Tree<S>& tree, const double* y, NodeId spherical) {
   Matrix3 axes = Matrix3::Zero(), R = Matrix3::Identity();
   for (int n = spherical; n < spherical + 3; ++n) {
     const Node<S>& node = tree.nodes[n];
-    const bool turns = node.motion == NodeMotion::turn;
+    const bool turns = node.motion == NodeMotion::revolute;
     const double x = turns ? node.ratio * y[node.column] + node.offset : 0;
-    R *= to_matrix(turned(node.R_PF, elementary::cos(x), elementary::sin(x)));
+    R *= to_matrix(rotate_about_joint_axis(node.R_PF, elementary::cos(x), elementary::sin(x)));
     if (turns) axes.col(n - spherical) = node.ratio * R.col(2);
   }
   return axes;
 }
 
 /// A held spin's two turns from the joint's three: they must bring the line where the joint brings it.
-void hold_line(const Mechanism& mechanism, const Tree<Spatial>& tree, const PassiveFreedom& spin, const VectorX& q,
-               const VectorX& dq, VectorX& y, VectorX& dy) {
+void set_locked_spherical(const Mechanism& mechanism, const Tree<Spatial>& tree, const PassiveFreedom& spin,
+                          const VectorX& q, const VectorX& dq, VectorX& y, VectorX& dy) {
   for (const int j : spin.joints) {
     if (tree.joint_nodes[j] < 0 || tree.joint_nodes[j] != tree.bodies[spin.body].node) continue;
     const Joint& joint = mechanism.joints[j];
@@ -46,7 +46,8 @@ void hold_line(const Mechanism& mechanism, const Tree<Spatial>& tree, const Pass
         frame_with_z_along((forward ? joint.rotation : Matrix3(joint.rotation.transpose())) * spin.line);
     const Vector3 line = R_child * spin.line;
     const Vector3 s = axes.transpose() * line, ds = axes.transpose() * w_child.cross(line);
-    const int first = tree.sources[c].terms[0].first, second = tree.sources[c + 1].terms[0].first;
+    const int first = tree.coordinate_expressions[c].terms[0].first,
+              second = tree.coordinate_expressions[c + 1].terms[0].first;
     const double across = std::max(1e-12, s.y() * s.y() + s.z() * s.z());
     y[first] = elementary::atan2(-s.y(), s.z());
     y[second] = elementary::asin(std::clamp(s.x(), -1.0, 1.0));
@@ -58,14 +59,14 @@ void hold_line(const Mechanism& mechanism, const Tree<Spatial>& tree, const Pass
 }  // namespace
 
 template <class S>
-void to_tree(const Mechanism& mechanism, const Tree<S>& tree, const VectorX& q, const VectorX& dq, VectorX& y,
-             VectorX& dy) {
+void to_tree_coordinates(const Mechanism& mechanism, const Tree<S>& tree, const VectorX& q, const VectorX& dq,
+                         VectorX& y, VectorX& dy) {
   y.setZero(tree.columns);
   dy.setZero(tree.columns);
   const auto take = [&](bool leaders) {
     for (std::size_t c = 0; c < mechanism.coordinates.size(); ++c) {
-      const LinearQuantity& source = tree.sources[c];
-      if (!source.depends_on_one() || source.is_column() != leaders) continue;
+      const LinearQuantity& source = tree.coordinate_expressions[c];
+      if (!source.has_single_term() || source.is_column() != leaders) continue;
       const auto& [column, ratio] = source.terms[0];
       if (ratio == 0) continue;
       const auto k = static_cast<Eigen::Index>(c);
@@ -76,7 +77,7 @@ void to_tree(const Mechanism& mechanism, const Tree<S>& tree, const VectorX& q, 
   take(false);
   take(true);  // whose word counts where several coordinates move together
   if constexpr (std::is_same_v<S, Spatial>)
-    for (const PassiveFreedom& spin : tree.locked_freedoms) hold_line(mechanism, tree, spin, q, dq, y, dy);
+    for (const PassiveFreedom& spin : tree.locked_freedoms) set_locked_spherical(mechanism, tree, spin, q, dq, y, dy);
   for (int c = 0; c < tree.columns; ++c) {
     if (!std::isfinite(y[c])) y[c] = 0;
     if (!std::isfinite(dy[c])) dy[c] = 0;
@@ -84,16 +85,16 @@ void to_tree(const Mechanism& mechanism, const Tree<S>& tree, const VectorX& q, 
 }
 
 template <class S>
-void from_tree(const Mechanism& mechanism, const Tree<S>& tree, const State<S>& state, const double* y,
-               const double* dy, const double* ddy, VectorX& q, VectorX& dq, VectorX& ddq) {
+void to_joint_coordinates(const Mechanism& mechanism, const Tree<S>& tree, const TreeState<S>& state, const double* y,
+                          const double* dy, const double* ddy, VectorX& q, VectorX& dq, VectorX& ddq) {
   const auto count = static_cast<Eigen::Index>(mechanism.coordinates.size());
   q.resize(count), dq.resize(count), ddq.resize(count);
   int read = -1;
-  JointReading<double> reading;
+  JointMotion<double> reading;
   for (Eigen::Index c = 0; c < count; ++c) {
     const Coordinate& coordinate = mechanism.coordinates[c];
-    const LinearQuantity& source = tree.sources[c];
-    if (source.depends() && !tree.floats[c]) {
+    const LinearQuantity& source = tree.coordinate_expressions[c];
+    if (source.has_terms() && !tree.is_floating[c]) {
       q[c] = source.value(y);
       dq[c] = source.rate(dy);
       ddq[c] = source.rate(ddy);
@@ -101,7 +102,7 @@ void from_tree(const Mechanism& mechanism, const Tree<S>& tree, const State<S>& 
     }
     if (read != coordinate.joint) {
       const Joint& joint = mechanism.joints[coordinate.joint];
-      reading = read_joint(joint, relative_motion(tree, state, joint));
+      reading = compute_joint_motion(joint, relative_motion(tree, state, joint));
       read = coordinate.joint;
     }
     q[c] = reading.position[coordinate.index];
@@ -111,25 +112,25 @@ void from_tree(const Mechanism& mechanism, const Tree<S>& tree, const State<S>& 
 }
 
 template <class S>
-void carry_spherical_rates(const Tree<S>& before, const double* y, const Tree<S>& after, const double* y_after,
-                           NodeId spherical, double* dy) {
+void transfer_spherical_rates(const Tree<S>& before, const double* y, const Tree<S>& after, const double* y_after,
+                              NodeId spherical, double* dy) {
   const Matrix3 old_axes = spherical_axes(before, y, spherical), new_axes = spherical_axes(after, y_after, spherical);
   Vector3 w = Vector3::Zero();
   for (int k = 0; k < 3; ++k)
-    if (before.nodes[spherical + k].motion == NodeMotion::turn)
+    if (before.nodes[spherical + k].motion == NodeMotion::revolute)
       w += dy[before.nodes[spherical + k].column] * old_axes.col(k);
   Vector3 rates;
-  if (after.nodes[spherical + 2].motion == NodeMotion::turn) {
+  if (after.nodes[spherical + 2].motion == NodeMotion::revolute) {
     rates = new_axes.inverse() * w;
   } else {  // the part along the held line is not kept
     rates = Vector3(new_axes.col(0).dot(w) / new_axes.col(0).squaredNorm(),
                     new_axes.col(1).dot(w) / new_axes.col(1).squaredNorm(), 0);
   }
   for (int k = 0; k < 3; ++k)
-    if (after.nodes[spherical + k].motion == NodeMotion::turn) dy[after.nodes[spherical + k].column] = rates[k];
+    if (after.nodes[spherical + k].motion == NodeMotion::revolute) dy[after.nodes[spherical + k].column] = rates[k];
 }
 
-std::string configuration_text(const Mechanism& mechanism, const VectorX& q) {
+std::string format_configuration(const Mechanism& mechanism, const VectorX& q) {
   std::string text;
   char number[64];
   for (Eigen::Index c = 0; c < std::min<Eigen::Index>(q.size(), 12); ++c) {
@@ -139,11 +140,13 @@ std::string configuration_text(const Mechanism& mechanism, const VectorX& q) {
   return text;
 }
 
-#define BALANCE_INSTANTIATE(S)                                                                                    \
-  template void to_tree<S>(const Mechanism&, const Tree<S>&, const VectorX&, const VectorX&, VectorX&, VectorX&); \
-  template void from_tree<S>(const Mechanism&, const Tree<S>&, const State<S>&, const double*, const double*,     \
-                             const double*, VectorX&, VectorX&, VectorX&);                                        \
-  template void carry_spherical_rates<S>(const Tree<S>&, const double*, const Tree<S>&, const double*, NodeId, double*);
+#define BALANCE_INSTANTIATE(S)                                                                                     \
+  template void to_tree_coordinates<S>(const Mechanism&, const Tree<S>&, const VectorX&, const VectorX&, VectorX&, \
+                                       VectorX&);                                                                  \
+  template void to_joint_coordinates<S>(const Mechanism&, const Tree<S>&, const TreeState<S>&, const double*,      \
+                                        const double*, const double*, VectorX&, VectorX&, VectorX&);               \
+  template void transfer_spherical_rates<S>(const Tree<S>&, const double*, const Tree<S>&, const double*, NodeId,  \
+                                            double*);
 BALANCE_INSTANTIATE(Planar)
 BALANCE_INSTANTIATE(Spatial)
 #undef BALANCE_INSTANTIATE

@@ -11,22 +11,22 @@ namespace balance {
 /// @param tree with the spherical joints' reference orientations as compiled
 /// @param q, dq per mechanism coordinate; those of cut joints are left out
 template <class S>
-void to_tree(const Mechanism& mechanism, const Tree<S>& tree, const VectorX& q, const VectorX& dq, VectorX& y,
-             VectorX& dy);
+void to_tree_coordinates(const Mechanism& mechanism, const Tree<S>& tree, const VectorX& q, const VectorX& dq,
+                         VectorX& y, VectorX& dy);
 
 /// All joint coordinates with their derivatives, angles of cut and floating joints in (−π, π].
 /// @param state poses, velocities, accelerations
 template <class S>
-void from_tree(const Mechanism& mechanism, const Tree<S>& tree, const State<S>& state, const double* y,
-               const double* dy, const double* ddy, VectorX& q, VectorX& dq, VectorX& ddq);
+void to_joint_coordinates(const Mechanism& mechanism, const Tree<S>& tree, const TreeState<S>& state, const double* y,
+                          const double* dy, const double* ddy, VectorX& q, VectorX& dq, VectorX& ddq);
 
 /// Per tree column the mechanism coordinate that it is, not a multiple of it.
 template <class S>
-std::vector<CoordinateId> leaders(const Tree<S>& tree) {
+std::vector<CoordinateId> find_column_coordinates(const Tree<S>& tree) {
   std::vector<CoordinateId> out(tree.columns, -1);
-  for (std::size_t c = tree.sources.size(); c-- > 0;) {
-    const LinearQuantity& source = tree.sources[c];
-    if (!source.depends_on_one()) continue;
+  for (std::size_t c = tree.coordinate_expressions.size(); c-- > 0;) {
+    const LinearQuantity& source = tree.coordinate_expressions[c];
+    if (!source.has_single_term()) continue;
     CoordinateId& leader = out[source.terms[0].first];
     if (leader < 0 || source.is_column()) leader = static_cast<int>(c);
   }
@@ -34,21 +34,21 @@ std::vector<CoordinateId> leaders(const Tree<S>& tree) {
 }
 
 /// Takes a spherical joint's rates over to another reference orientation: the relative angular velocity stays.
-/// @param before the tree and y before rereference(), `after` and y_after those after it
+/// @param before the tree and y before reset_spherical_reference(), `after` and y_after those after it
 template <class S>
-void carry_spherical_rates(const Tree<S>& before, const double* y, const Tree<S>& after, const double* y_after,
-                           NodeId spherical, double* dy);
+void transfer_spherical_rates(const Tree<S>& before, const double* y, const Tree<S>& after, const double* y_after,
+                              NodeId spherical, double* dy);
 
 /// "J1 0.3, J2 -1.2, …", the first dozen.
-std::string configuration_text(const Mechanism& mechanism, const VectorX& q);
+std::string format_configuration(const Mechanism& mechanism, const VectorX& q);
 
-#define BALANCE_DECLARE(S)                                                                                            \
-  extern template void to_tree<S>(const Mechanism&, const Tree<S>&, const VectorX&, const VectorX&, VectorX&,         \
-                                  VectorX&);                                                                          \
-  extern template void from_tree<S>(const Mechanism&, const Tree<S>&, const State<S>&, const double*, const double*,  \
-                                    const double*, VectorX&, VectorX&, VectorX&);                                     \
-  extern template void carry_spherical_rates<S>(const Tree<S>&, const double*, const Tree<S>&, const double*, NodeId, \
-                                                double*);
+#define BALANCE_DECLARE(S)                                                                                           \
+  extern template void to_tree_coordinates<S>(const Mechanism&, const Tree<S>&, const VectorX&, const VectorX&,      \
+                                              VectorX&, VectorX&);                                                   \
+  extern template void to_joint_coordinates<S>(const Mechanism&, const Tree<S>&, const TreeState<S>&, const double*, \
+                                               const double*, const double*, VectorX&, VectorX&, VectorX&);          \
+  extern template void transfer_spherical_rates<S>(const Tree<S>&, const double*, const Tree<S>&, const double*,     \
+                                                   NodeId, double*);
 BALANCE_DECLARE(Planar)
 BALANCE_DECLARE(Spatial)
 #undef BALANCE_DECLARE

@@ -10,20 +10,20 @@ namespace balance {
 namespace {
 
 /// Only what loads need of a mechanism.
-Mechanism loads_alone(const Mechanism& mechanism) {
+Mechanism extract_loads(const Mechanism& mechanism) {
   Mechanism alone;
   alone.loads = mechanism.loads;
   return alone;
 }
 
-void put_energy(double w, const Vector2& v, double* out) {
+void write_energy_row(double w, const Vector2& v, double* out) {
   out[0] = 0.5 * v.squaredNorm();
   out[1] = w * v.y();  // v · (ω × r)
   out[2] = -w * v.x();
   out[3] = 0.5 * w * w;
 }
 
-void put_energy(const Vector3& w, const Vector3& v, double* out) {
+void write_energy_row(const Vector3& w, const Vector3& v, double* out) {
   out[0] = 0.5 * v.squaredNorm();
   const Vector3 moment = cross(v, w);  // v · (ω × r) = r · (v × ω)
   for (int i = 0; i < 3; ++i) out[1 + i] = moment[i], out[4 + i] = 0.5 * w[i] * w[i];
@@ -35,60 +35,62 @@ void put_energy(const Vector3& w, const Vector3& v, double* out) {
 }  // namespace
 
 template <class S>
-ForceMatrices<S>::ForceMatrices(const Mechanism& mechanism, const Tree<S>& tree, int freedoms, const Vector3& about,
-                                const LooseSprings& loose)
+ForceRegressor<S>::ForceRegressor(const Mechanism& mechanism, const Tree<S>& tree, int freedoms, const Vector3& about,
+                                  const FreeSprings& loose)
     : mechanism_(mechanism),
       tree_(tree),
       gravity_(to_vector<S>(mechanism.gravity)),
       about_(to_vector<S>(about)),
-      inertial_(S::parameters * static_cast<Eigen::Index>(tree.elements.size())),
-      loaded_(loads_alone(mechanism)),
+      inertial_(S::inertial_parameter_count * static_cast<Eigen::Index>(tree.mass_elements.size())),
+      loaded_(extract_loads(mechanism)),
       loads_(loaded_, tree),
       springs_(mechanism, tree, loose),
       actuation_(mechanism, tree, freedoms),
       wrenches_(tree.nodes.size()) {}
 
 template <class S>
-bool ForceMatrices<S>::at(Stepper<S>& stepper, const CostQuantity& quantity, MatrixX& rows) {
+bool ForceRegressor<S>::evaluate(MotionStepper<S>& stepper, const CostQuantity& quantity, MatrixX& rows) {
   using Kind = CostQuantity::Kind;
   if (quantity.of_actuators()) return torque(stepper, quantity, rows);
   if (quantity.kind == Kind::ground_force || quantity.kind == Kind::ground_moment) {
-    ground(stepper, quantity.kind == Kind::ground_moment, rows);
+    ground_reaction(stepper, quantity.kind == Kind::ground_moment, rows);
     return true;
   }
   rows.setZero(quantity.kind == Kind::kinetic_energy  ? 1
                : quantity.kind == Kind::shaking_force ? S::dimension
-                                                      : S::angular,
+                                                      : S::angular_dimension,
                columns());
   if (quantity.kind == Kind::kinetic_energy) {
     kinetic_energy(stepper.state(), rows);
     return true;
   }
-  Regressor<S> momentum = regress(stepper, S::Vector::Zero());  // its rate: without weight
-  if (quantity.kind == Kind::shaking_moment) about_point(momentum.force, momentum.moment);
+  InertiaRegressor<S> momentum = compute_regressor(stepper, S::Vector::Zero());  // its rate: without weight
+  if (quantity.kind == Kind::shaking_moment) shift_moment_point(momentum.force, momentum.moment);
   rows.leftCols(inertial_) = quantity.kind == Kind::shaking_force ? momentum.force : momentum.moment;
   return true;
 }
 
 template <class S>
-Regressor<S> ForceMatrices<S>::regress(Stepper<S>& stepper, const typename S::Vector& base) const {
-  accelerations<S>(tree_, stepper.dy(), stepper.ddy(), base, stepper.state());
-  return regressor(tree_, stepper.state());
+InertiaRegressor<S> ForceRegressor<S>::compute_regressor(MotionStepper<S>& stepper,
+                                                         const typename S::Vector& base) const {
+  compute_accelerations<S>(tree_, stepper.dy(), stepper.ddy(), base, stepper.state());
+  return balance::compute_regressor(tree_, stepper.state());
 }
 
 /// u = E (Y π + springs' and constant torques); power: times the actuator's rate.
 template <class S>
-bool ForceMatrices<S>::torque(Stepper<S>& stepper, const CostQuantity& quantity, MatrixX& rows) {
+bool ForceRegressor<S>::torque(MotionStepper<S>& stepper, const CostQuantity& quantity, MatrixX& rows) {
   if (!actuation_.project(stepper.equations(), projection_)) return false;
   tau_.resize(tree_.columns, columns());
-  tau_.leftCols(inertial_) = regress(stepper, -gravity_).torque;
-  springs_.at(stepper.state(), stepper.y(), tau_.middleCols(inertial_, springs_.count()));
+  tau_.leftCols(inertial_) = compute_regressor(stepper, -gravity_).torque;
+  springs_.evaluate(stepper.state(), stepper.y(), tau_.middleCols(inertial_, springs_.count()));
   constant_torque(stepper, tau_.rightCols(1).col(0));
   const Eigen::Index first = quantity.actuator.value_or(0), count = quantity.actuator ? 1 : projection_.rows();
   rows.noalias() = projection_.middleRows(first, count) * tau_;
   if (quantity.kind == CostQuantity::Kind::torque) return true;
   for (Eigen::Index a = 0; a < count; ++a) {
-    const LinearQuantity& source = tree_.sources[mechanism_.actuators[static_cast<std::size_t>(first + a)]];
+    const LinearQuantity& source =
+        tree_.coordinate_expressions[mechanism_.actuators[static_cast<std::size_t>(first + a)]];
     rows.row(a) *= source.rate(stepper.dy());
   }
   return true;
@@ -96,31 +98,32 @@ bool ForceMatrices<S>::torque(Stepper<S>& stepper, const CostQuantity& quantity,
 
 /// Loads and friction, which depend on the motion only.
 template <class S>
-void ForceMatrices<S>::constant_torque(Stepper<S>& stepper, Eigen::Ref<VectorX> tau) {
+void ForceRegressor<S>::constant_torque(MotionStepper<S>& stepper, Eigen::Ref<VectorX> tau) {
   tau.setZero();
-  if (!loads_.none()) {
+  if (!loads_.is_empty()) {
     for (auto& wrench : wrenches_) wrench = {};
     Wrench<S> total, loads;
     loads_.subtract(stepper.state(), stepper.time(), wrenches_, total, loads);
-    wrench_torques(tree_, stepper.state(), wrenches_, tau.data());
+    compute_wrench_forces(tree_, stepper.state(), wrenches_, tau.data());
   }
-  if (!mechanism_.friction.empty()) add_friction(mechanism_, tree_, stepper.dy(), stepper.duration(), tau.data());
+  if (!mechanism_.friction.empty())
+    add_friction_forces(mechanism_, tree_, stepper.dy(), stepper.duration(), tau.data());
 }
 
 /// From the world's origin to the point that moments are about.
 template <class S>
-void ForceMatrices<S>::about_point(const MatrixX& force, MatrixX& moment) const {
+void ForceRegressor<S>::shift_moment_point(const MatrixX& force, MatrixX& moment) const {
   for (Eigen::Index p = 0; p < force.cols(); ++p) {
     const typename S::Vector f = force.col(p);
     const Vector3 shift = angular_to_3d(cross(about_, f));
-    for (int i = 0; i < S::angular; ++i) moment(i, p) -= shift[S::angular == 1 ? 2 : i];
+    for (int i = 0; i < S::angular_dimension; ++i) moment(i, p) -= shift[S::angular_dimension == 1 ? 2 : i];
   }
 }
 
 /// What the frame feels: weight and loads less the rate of momentum.
 template <class S>
-void ForceMatrices<S>::ground(Stepper<S>& stepper, bool moment, MatrixX& rows) {
-  const Regressor<S> exerted = regress(stepper, -gravity_);
+void ForceRegressor<S>::ground_reaction(MotionStepper<S>& stepper, bool moment, MatrixX& rows) {
+  const InertiaRegressor<S> exerted = compute_regressor(stepper, -gravity_);
   MatrixX force = MatrixX::Zero(S::dimension, columns());
   force.leftCols(inertial_) = -exerted.force;
   for (auto& wrench : wrenches_) wrench = {};
@@ -131,39 +134,41 @@ void ForceMatrices<S>::ground(Stepper<S>& stepper, bool moment, MatrixX& rows) {
     rows = force;
     return;
   }
-  rows.setZero(S::angular, columns());
+  rows.setZero(S::angular_dimension, columns());
   rows.leftCols(inertial_) = -exerted.moment;
   const Vector3 load_moment = angular_to_3d(loads.moment);
-  for (int i = 0; i < S::angular; ++i) rows(i, columns() - 1) = load_moment[S::angular == 1 ? 2 : i];
-  about_point(force, rows);
+  for (int i = 0; i < S::angular_dimension; ++i)
+    rows(i, columns() - 1) = load_moment[S::angular_dimension == 1 ? 2 : i];
+  shift_moment_point(force, rows);
 }
 
 template <class S>
-void ForceMatrices<S>::kinetic_energy(const State<S>& state, MatrixX& rows) const {
-  double out[S::parameters];
-  for (std::size_t e = 0; e < tree_.elements.size(); ++e) {
-    const FixedFrame<S>& frame = tree_.elements[e].frame;
+void ForceRegressor<S>::kinetic_energy(const TreeState<S>& state, MatrixX& rows) const {
+  double out[S::inertial_parameter_count];
+  for (std::size_t e = 0; e < tree_.mass_elements.size(); ++e) {
+    const FixedFrame<S>& frame = tree_.mass_elements[e].frame;
     if (frame.node == 0) continue;
     const NodeState<S>& node = state[frame.node];
     const typename S::Angular w = node.angular_velocity;
-    const typename S::Vector v = unrotate(frame.R_N, typename S::Vector(node.velocity + cross(w, frame.p_N)));
-    put_energy(unrotate(frame.R_N, w), v, out);
-    for (int k = 0; k < S::parameters; ++k) rows(0, static_cast<Eigen::Index>(e) * S::parameters + k) = out[k];
+    const typename S::Vector v = rotate_inverse(frame.R_N, typename S::Vector(node.velocity + cross(w, frame.p_N)));
+    write_energy_row(rotate_inverse(frame.R_N, w), v, out);
+    for (int k = 0; k < S::inertial_parameter_count; ++k)
+      rows(0, static_cast<Eigen::Index>(e) * S::inertial_parameter_count + k) = out[k];
   }
 }
 
-template class ForceMatrices<Planar>;
-template class ForceMatrices<Spatial>;
+template class ForceRegressor<Planar>;
+template class ForceRegressor<Spatial>;
 
 std::optional<CostQuantity> find_cost_quantity(const Mechanism& mechanism, const std::string& name) {
   using Kind = CostQuantity::Kind;
   if (name == "total_torque" && mechanism.actuators.size() > 1) {
     std::optional<CostQuantity> all = find_cost_quantity(mechanism, "torque");
-    if (all) all->together = true;
+    if (all) all->is_combined = true;
     return all;
   }
   const std::size_t bracket = name.find('[');
-  const std::string stem = array_name(name);
+  const std::string stem = effort_array_name(name);
   if (stem == "torque" || stem == "power") {
     CostQuantity quantity{stem == "torque" ? Kind::torque : Kind::power, {}};
     const std::vector<CoordinateId>& actuators = mechanism.actuators;
@@ -180,12 +185,12 @@ std::optional<CostQuantity> find_cost_quantity(const Mechanism& mechanism, const
       }
     return std::nullopt;
   }
-  constexpr std::pair<const char*, Kind> named[] = {{"shaking_force", Kind::shaking_force},
-                                                    {"shaking_moment", Kind::shaking_moment},
-                                                    {"ground_force", Kind::ground_force},
-                                                    {"ground_moment", Kind::ground_moment},
-                                                    {"kinetic_energy", Kind::kinetic_energy}};
-  for (const auto& [text, kind] : named)
+  constexpr std::pair<const char*, Kind> named_cost_quantities[] = {{"shaking_force", Kind::shaking_force},
+                                                                    {"shaking_moment", Kind::shaking_moment},
+                                                                    {"ground_force", Kind::ground_force},
+                                                                    {"ground_moment", Kind::ground_moment},
+                                                                    {"kinetic_energy", Kind::kinetic_energy}};
+  for (const auto& [text, kind] : named_cost_quantities)
     if (name == text) return CostQuantity{kind, {}};
   return std::nullopt;
 }

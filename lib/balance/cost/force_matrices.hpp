@@ -17,7 +17,7 @@ struct CostQuantity {
   enum class Kind { torque, power, shaking_force, shaking_moment, ground_force, ground_moment, kinetic_energy };
   Kind kind = Kind::torque;
   std::optional<int> actuator;  ///< torque, power: of this one; nothing: of each, and the worst counts
-  bool together = false;        ///< of all torques as one vector
+  bool is_combined = false;     ///< of all torques as one vector
 
   bool of_actuators() const { return kind == Kind::torque || kind == Kind::power; }
 };
@@ -27,13 +27,13 @@ struct CostQuantity {
 std::optional<CostQuantity> find_cost_quantity(const Mechanism& mechanism, const std::string& name);
 
 template <class S>
-class ForceMatrices {
+class ForceRegressor {
  public:
   /// @param mechanism, tree must outlive the matrices
-  ForceMatrices(const Mechanism& mechanism, const Tree<S>& tree, int freedoms, const Vector3& about,
-                const LooseSprings& loose);
-  ForceMatrices(const ForceMatrices&) = delete;
-  ForceMatrices& operator=(const ForceMatrices&) = delete;
+  ForceRegressor(const Mechanism& mechanism, const Tree<S>& tree, int freedoms, const Vector3& about,
+                 const FreeSprings& loose);
+  ForceRegressor(const ForceRegressor&) = delete;
+  ForceRegressor& operator=(const ForceRegressor&) = delete;
 
   /// Parameters of elements and springs, and the one behind them.
   Eigen::Index columns() const { return inertial_ + springs_.count() + 1; }
@@ -43,15 +43,15 @@ class ForceMatrices {
   ///        accelerations are overwritten
   /// @param rows one per actuator or component × columns() [SI]
   /// @return false if the actuators do not hold the mechanism
-  bool at(Stepper<S>& stepper, const CostQuantity& quantity, MatrixX& rows);
+  bool evaluate(MotionStepper<S>& stepper, const CostQuantity& quantity, MatrixX& rows);
 
  private:
-  Regressor<S> regress(Stepper<S>& stepper, const typename S::Vector& base) const;
-  bool torque(Stepper<S>& stepper, const CostQuantity& quantity, MatrixX& rows);
-  void constant_torque(Stepper<S>& stepper, Eigen::Ref<VectorX> tau);
-  void about_point(const MatrixX& force, MatrixX& moment) const;
-  void ground(Stepper<S>& stepper, bool moment, MatrixX& rows);
-  void kinetic_energy(const State<S>& state, MatrixX& rows) const;
+  InertiaRegressor<S> compute_regressor(MotionStepper<S>& stepper, const typename S::Vector& base) const;
+  bool torque(MotionStepper<S>& stepper, const CostQuantity& quantity, MatrixX& rows);
+  void constant_torque(MotionStepper<S>& stepper, Eigen::Ref<VectorX> tau);
+  void shift_moment_point(const MatrixX& force, MatrixX& moment) const;
+  void ground_reaction(MotionStepper<S>& stepper, bool moment, MatrixX& rows);
+  void kinetic_energy(const TreeState<S>& state, MatrixX& rows) const;
 
   const Mechanism& mechanism_;
   const Tree<S>& tree_;
@@ -59,13 +59,13 @@ class ForceMatrices {
   Eigen::Index inertial_;
   Mechanism loaded_;  ///< the loads alone
   ExternalForces<S> loads_;
-  SpringColumns<S> springs_;
+  SpringRegressor<S> springs_;
   Actuation<S> actuation_;
   std::vector<Wrench<S>> wrenches_;
   MatrixX projection_, tau_;
 };
 
-extern template class ForceMatrices<Planar>;
-extern template class ForceMatrices<Spatial>;
+extern template class ForceRegressor<Planar>;
+extern template class ForceRegressor<Spatial>;
 
 }  // namespace balance

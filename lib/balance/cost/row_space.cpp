@@ -11,35 +11,35 @@ namespace balance {
 namespace {
 
 /// What round-off makes of a zero, relative to the largest number around.
-constexpr double round_off = 1e-14;
+constexpr double row_space_rank_tolerance = 1e-14;
 
 }  // namespace
 
-RowTriangle::RowTriangle(Eigen::Index columns)
+SequentialQr::SequentialQr(Eigen::Index columns)
     : work_(MatrixX::Zero(std::max<Eigen::Index>(3 * columns, 64), columns)), filled_(columns) {}
 
-void RowTriangle::add(const Eigen::Ref<const MatrixX>& rows, double weight) {
+void SequentialQr::add(const Eigen::Ref<const MatrixX>& rows, double weight) {
   if (weight == 0) return;
   if (filled_ + rows.rows() > work_.rows()) reduce();
   work_.middleRows(filled_, rows.rows()) = std::sqrt(weight) * rows;
   filled_ += rows.rows();
 }
 
-void RowTriangle::reduce() {
+void SequentialQr::reduce() {
   const Eigen::Index n = work_.cols();
   const MatrixX triangle = Eigen::HouseholderQR<MatrixX>(work_.topRows(filled_)).matrixQR().topRows(n);
   work_.topRows(n) = triangle.triangularView<Eigen::Upper>();
   filled_ = n;
 }
 
-MatrixX RowTriangle::finish() {
+MatrixX SequentialQr::triangle() {
   reduce();
   return work_.topRows(work_.cols());
 }
 
-RowSpace::RowSpace(const MatrixX& triangle, const ColumnUnits& units) {
+RowSpace::RowSpace(const MatrixX& triangle, const ColumnScales& units) {
   const Eigen::Index n = triangle.cols();
-  VectorX scale = units.size;
+  VectorX scale = units.scale;
   for (std::size_t f = 0; f < units.families.size(); ++f) {
     const Eigen::Index first = units.families[f], end = f + 1 < units.families.size() ? units.families[f + 1] : n;
     if (end == first) continue;
@@ -49,13 +49,13 @@ RowSpace::RowSpace(const MatrixX& triangle, const ColumnUnits& units) {
   }
   const MatrixX scaled = triangle * scale.asDiagonal();
   for (Eigen::Index c = 0; c < n; ++c)
-    if (scaled.col(c).norm() > round_off) active_.push_back(c);
+    if (scaled.col(c).norm() > row_space_rank_tolerance) active_.push_back(c);
   if (active_.empty()) return;
   const ColumnPivotingQr qr(MatrixX(scaled(Eigen::all, active_)));
   const auto width = static_cast<Eigen::Index>(active_.size());
   const MatrixX R = qr.matrixR().topRows(std::min(n, width)).triangularView<Eigen::Upper>();
   Eigen::Index rank = 0;
-  while (rank < R.rows() && std::abs(R(rank, rank)) > round_off) ++rank;
+  while (rank < R.rows() && std::abs(R(rank, rank)) > row_space_rank_tolerance) ++rank;
   const auto& order = qr.colsPermutation().indices();
   coordinates_.resize(rank, width);
   for (Eigen::Index k = 0; k < width; ++k) {
@@ -68,7 +68,7 @@ RowSpace::RowSpace(const MatrixX& triangle, const ColumnUnits& units) {
 }
 
 /// Columns of F at the pivots are G times those of L.
-MatrixX RowSpace::in_coordinates(const MatrixX& rows) const {
+MatrixX RowSpace::to_coordinates(const MatrixX& rows) const {
   const MatrixX pivots = rows(Eigen::all, pivots_);
   return pivot_block_.triangularView<Eigen::Upper>().solve<Eigen::OnTheRight>(pivots);
 }

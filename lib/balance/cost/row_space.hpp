@@ -13,16 +13,16 @@
 namespace balance {
 
 /// Rows F(t) with weights, reduced to a triangle as they come.
-class RowTriangle {
+class SequentialQr {
  public:
-  explicit RowTriangle(Eigen::Index columns);
+  explicit SequentialQr(Eigen::Index columns);
 
   /// @param rows k × columns
   /// @param weight share of the average, not negative
   void add(const Eigen::Ref<const MatrixX>& rows, double weight);
 
   /// R, columns × columns upper triangular: Σ weight |F x|² = |R x|².
-  MatrixX finish();
+  MatrixX triangle();
 
  private:
   void reduce();
@@ -32,22 +32,22 @@ class RowTriangle {
 };
 
 /// Unknowns measured in common units, so that a small column can be told from round-off.
-struct ColumnUnits {
-  VectorX size;                        ///< per column: SI value of its natural unit
+struct ColumnScales {
+  VectorX scale;                       ///< per column: SI value of its natural unit
   std::vector<Eigen::Index> families;  ///< first column of every family of like columns, from 0
 };
 
 /// Coordinates z = L x of what matters: |z| is the root of the mean square, and F(t) x = G(t) z.
 class RowSpace {
  public:
-  RowSpace(const MatrixX& triangle, const ColumnUnits& units);
+  RowSpace(const MatrixX& triangle, const ColumnScales& units);
 
   Eigen::Index rank() const { return coordinates_.rows(); }
   const std::vector<Eigen::Index>& active() const { return active_; }  ///< columns that occur
   const MatrixX& coordinates() const { return coordinates_; }          ///< L, rank × active
   /// @param rows F(t), k × columns
   /// @return G(t), k × rank
-  MatrixX in_coordinates(const MatrixX& rows) const;
+  MatrixX to_coordinates(const MatrixX& rows) const;
 
  private:
   std::vector<Eigen::Index> active_;

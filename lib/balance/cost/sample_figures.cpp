@@ -4,30 +4,30 @@
 
 namespace balance {
 
-SampleFigures::SampleFigures(Eigen::Index places, Eigen::Index components, Eigen::Index coordinates)
+SampledFigures::SampledFigures(Eigen::Index places, Eigen::Index components, Eigen::Index coordinates)
     : places_(places), components_(components), matrices_(places * components, coordinates), weights_(places) {}
 
-void SampleFigures::set(Eigen::Index place, const MatrixX& matrix, double weight) {
+void SampledFigures::set_sample(Eigen::Index place, const MatrixX& matrix, double weight) {
   for (Eigen::Index c = 0; c < components_; ++c) matrices_.row(c * places_ + place) = matrix.row(c);
   weights_[place] = weight;
 }
 
 /// places × components.
-MatrixX SampleFigures::values(const VectorX& z) const {
+MatrixX SampledFigures::values(const VectorX& z) const {
   MatrixX out(places_, components_);
   Eigen::Map<VectorX>(out.data(), out.size()).noalias() = matrices_ * z;
   return out;
 }
 
 /// Adds factor times the gradient of the magnitude at a place.
-void SampleFigures::add_gradient(Eigen::Index place, const MatrixX& values, double factor, VectorX& gradient) const {
+void SampledFigures::add_gradient(Eigen::Index place, const MatrixX& values, double factor, VectorX& gradient) const {
   const double magnitude = values.row(place).norm();
   if (magnitude == 0) return;
   for (Eigen::Index c = 0; c < components_; ++c)
     gradient += factor * values(place, c) / magnitude * matrices_.row(c * places_ + place).transpose();
 }
 
-double SampleFigures::peak(const VectorX& z, VectorX* gradient) const {
+double SampledFigures::peak(const VectorX& z, VectorX* gradient) const {
   const MatrixX all = values(z);
   const Eigen::Index place = max_index(all.rowwise().squaredNorm());
   const double peak = all.row(place).norm();
@@ -38,7 +38,7 @@ double SampleFigures::peak(const VectorX& z, VectorX* gradient) const {
   return peak;
 }
 
-double SampleFigures::mean(const VectorX& z, VectorX* gradient) const {
+double SampledFigures::mean(const VectorX& z, VectorX* gradient) const {
   const MatrixX all = values(z);
   const VectorX magnitude = all.rowwise().norm();
   if (gradient) {
@@ -50,7 +50,7 @@ double SampleFigures::mean(const VectorX& z, VectorX* gradient) const {
   return weights_.dot(magnitude);
 }
 
-double SampleFigures::range(const VectorX& z, VectorX* gradient) const {
+double SampledFigures::range(const VectorX& z, VectorX* gradient) const {
   const MatrixX all = values(z);
   const bool scalar = components_ == 1;
   const VectorX value = scalar ? VectorX(all.col(0)) : VectorX(all.rowwise().norm());

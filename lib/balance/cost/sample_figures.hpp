@@ -7,14 +7,14 @@
 
 namespace balance {
 
-class SampleFigures {
+class SampledFigures {
  public:
   /// @param components of the quantity: 1 for scalars, whose range is that of the signed value
-  SampleFigures(Eigen::Index places, Eigen::Index components, Eigen::Index coordinates);
+  SampledFigures(Eigen::Index places, Eigen::Index components, Eigen::Index coordinates);
 
   /// @param matrix components × coordinates: the quantity at this place per unit of each
   /// @param weight share of the time average
-  void set(Eigen::Index place, const MatrixX& matrix, double weight);
+  void set_sample(Eigen::Index place, const MatrixX& matrix, double weight);
 
   /// @param z coordinates
   /// @param gradient with respect to z, if not null; where the figure has a corner, that of one side

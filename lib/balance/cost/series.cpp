@@ -6,7 +6,7 @@
 namespace balance {
 
 /// L (parameters, 1).
-VectorX Series::coordinates(const VectorX& parameters) const {
+VectorX CostSeries::coordinates(const VectorX& parameters) const {
   const std::vector<Eigen::Index>& active = space.active();
   VectorX x(static_cast<Eigen::Index>(active.size()));
   for (Eigen::Index k = 0; k < x.size(); ++k) {
@@ -24,21 +24,21 @@ double rms(const VectorX& z, VectorX* slope) {
   return rms;
 }
 
-double of_coordinates(const Series& series, Figure figure, const VectorX& z, VectorX* slope) {
+double figure_of_coordinates(const CostSeries& series, Statistic figure, const VectorX& z, VectorX* slope) {
   switch (figure) {
-    case Figure::peak: return series.samples->peak(z, slope);
-    case Figure::mean: return series.samples->mean(z, slope);
-    case Figure::range: return series.samples->range(z, slope);
-    case Figure::rms: break;
+    case Statistic::peak: return series.samples->peak(z, slope);
+    case Statistic::mean: return series.samples->mean(z, slope);
+    case Statistic::range: return series.samples->range(z, slope);
+    case Statistic::rms: break;
   }
   return rms(z, slope);
 }
 
 }  // namespace
 
-double Series::figure(Figure figure, const VectorX& parameters, VectorX* gradient) const {
+double CostSeries::figure(Statistic figure, const VectorX& parameters, VectorX* gradient) const {
   VectorX slope;
-  const double value = of_coordinates(*this, figure, coordinates(parameters), gradient ? &slope : nullptr);
+  const double value = figure_of_coordinates(*this, figure, coordinates(parameters), gradient ? &slope : nullptr);
   if (!gradient) return value;
   const VectorX active = space.coordinates().transpose() * slope;
   gradient->setZero(parameters.size());
@@ -49,8 +49,8 @@ double Series::figure(Figure figure, const VectorX& parameters, VectorX* gradien
   return value;
 }
 
-CostFunction worst_of(Figure figure, std::vector<Series> series, Eigen::Index count) {
-  const auto shared = std::make_shared<const std::vector<Series>>(std::move(series));
+CostFunction make_max_cost(Statistic figure, std::vector<CostSeries> series, Eigen::Index count) {
+  const auto shared = std::make_shared<const std::vector<CostSeries>>(std::move(series));
   return [shared, figure, count](const VectorX& parameters, VectorX* gradient) {
     if (parameters.size() != count) throw std::invalid_argument("not as many values as there are parameters");
     double worst = shared->front().figure(figure, parameters, gradient);

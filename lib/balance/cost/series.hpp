@@ -9,12 +9,12 @@
 
 namespace balance {
 
-struct Series {
-  RowSpace space;                        ///< of the parameters and a one behind them
-  std::optional<SampleFigures> samples;  ///< needed for figures other than rms
+struct CostSeries {
+  RowSpace space;                         ///< of the parameters and a one behind them
+  std::optional<SampledFigures> samples;  ///< needed for figures other than rms
 
   /// @param gradient with respect to the parameters, if not null; it has their size
-  double figure(Figure figure, const VectorX& parameters, VectorX* gradient) const;
+  double figure(Statistic figure, const VectorX& parameters, VectorX* gradient) const;
 
  private:
   VectorX coordinates(const VectorX& parameters) const;
@@ -22,6 +22,6 @@ struct Series {
 
 /// The largest figure of several series, with the gradient of that one.
 /// @param series at least one
-CostFunction worst_of(Figure figure, std::vector<Series> series, Eigen::Index parameters);
+CostFunction make_max_cost(Statistic figure, std::vector<CostSeries> series, Eigen::Index parameters);
 
 }  // namespace balance

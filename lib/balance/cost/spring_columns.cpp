@@ -6,7 +6,7 @@ namespace {
 
 /// End points of a loose spring that are tried: the origin and one on every axis.
 template <class S>
-constexpr int tried = S::dimension + 1;
+constexpr int spring_end_points = S::dimension + 1;
 
 /// End point number i, at the distance `length` from the origin.
 Vector3 end_point(int i, double length) { return i == 0 ? Vector3(Vector3::Zero()) : length * Vector3::Unit(i - 1); }
@@ -14,28 +14,30 @@ Vector3 end_point(int i, double length) { return i == 0 ? Vector3(Vector3::Zero(
 }  // namespace
 
 template <class S>
-SpringColumns<S>::SpringColumns(const Mechanism& mechanism, const Tree<S>& tree, const LooseSprings& loose)
+SpringRegressor<S>::SpringRegressor(const Mechanism& mechanism, const Tree<S>& tree, const FreeSprings& loose)
     : tree_(tree), mechanism_(mechanism), wrenches_(tree.nodes.size()) {
   constexpr Eigen::Index d = S::dimension;
   for (std::size_t s = 0; s < mechanism.springs.size(); ++s) {
     Spring spring = mechanism.springs[s];
     const bool free_ends = s < loose.size() && loose[s];
-    forms_.push_back(spring.in_joint() ? Form::in_joint : free_ends ? Form::loose : Form::fixed);
+    forms_.push_back(spring.is_joint_spring() ? SpringKind::in_joint
+                     : free_ends              ? SpringKind::loose
+                                              : SpringKind::fixed);
     spring.stiffness = 1;
-    if (forms_.back() == Form::in_joint) {
+    if (forms_.back() == SpringKind::in_joint) {
       count_ += 2;
       continue;
     }
-    if (forms_.back() == Form::fixed) {
+    if (forms_.back() == SpringKind::fixed) {
       add(spring);
       ++count_;
       continue;
     }
     spring.free_length = 0;
-    for (int i = 0; i < tried<S>; ++i)
-      for (int j = 0; j < tried<S>; ++j) {
-        spring.point_first = end_point(i, tree.length);
-        spring.point_second = end_point(j, tree.length);
+    for (int i = 0; i < spring_end_points<S>; ++i)
+      for (int j = 0; j < spring_end_points<S>; ++j) {
+        spring.point_first = end_point(i, tree.characteristic_length);
+        spring.point_second = end_point(j, tree.characteristic_length);
         add(spring);
       }
     count_ += 1 + 2 * d + d * d;
@@ -43,43 +45,43 @@ SpringColumns<S>::SpringColumns(const Mechanism& mechanism, const Tree<S>& tree,
 }
 
 template <class S>
-void SpringColumns<S>::add(const Spring& spring) {
+void SpringRegressor<S>::add(const Spring& spring) {
   Mechanism alone;
   alone.springs.push_back(spring);
   units_.emplace_back(alone, tree_);
 }
 
 template <class S>
-VectorX SpringColumns<S>::torque_of(const UnitSpring& spring, const State<S>& state) {
+VectorX SpringRegressor<S>::torque_of(const UnitSpring& spring, const TreeState<S>& state) {
   for (auto& wrench : wrenches_) wrench = {};
   Wrench<S> total, loads;
   spring.subtract(state, 0, wrenches_, total, loads);
   VectorX torque(tree_.columns);
-  wrench_torques(tree_, state, wrenches_, torque.data());
+  compute_wrench_forces(tree_, state, wrenches_, torque.data());
   return torque;
 }
 
 template <class S>
-void SpringColumns<S>::at(const State<S>& state, const double* y, Eigen::Ref<MatrixX> torque) {
+void SpringRegressor<S>::evaluate(const TreeState<S>& state, const double* y, Eigen::Ref<MatrixX> torque) {
   constexpr Eigen::Index d = S::dimension;
   std::size_t unit = 0;
   Eigen::Index column = 0;
   for (std::size_t s = 0; s < forms_.size(); ++s) {
-    if (forms_[s] == Form::in_joint) {  // k q − preload
-      const LinearQuantity& source = tree_.sources[mechanism_.springs[s].coordinate];
+    if (forms_[s] == SpringKind::in_joint) {  // k q − preload
+      const LinearQuantity& source = tree_.coordinate_expressions[mechanism_.springs[s].coordinate];
       torque.middleCols(column, 2).setZero();
-      source.load(source.value(y), torque.col(column).data());
-      source.load(-1, torque.col(column + 1).data());
+      source.add_generalised_force(source.value(y), torque.col(column).data());
+      source.add_generalised_force(-1, torque.col(column + 1).data());
       column += 2;
       continue;
     }
-    if (forms_[s] == Form::fixed) {
+    if (forms_[s] == SpringKind::fixed) {
       torque.col(column++) = torque_of(units_[unit++], state);
       continue;
     }
     const Eigen::Index width = 1 + 2 * d + d * d;
     loose_at(unit, state, torque.middleCols(column, width));
-    unit += tried<S> * tried<S>;
+    unit += spring_end_points<S> * spring_end_points<S>;
     column += width;
   }
 }
@@ -87,13 +89,13 @@ void SpringColumns<S>::at(const State<S>& state, const double* y, Eigen::Ref<Mat
 /// Without a free length the torque is k times a function T(a, b) of the end points that is linear in each of them (the part
 /// that is quadratic in one end point is constant in the energy). Its coefficients are differences between unit end points.
 template <class S>
-void SpringColumns<S>::loose_at(std::size_t first, const State<S>& state, Eigen::Ref<MatrixX> torque) {
+void SpringRegressor<S>::loose_at(std::size_t first, const TreeState<S>& state, Eigen::Ref<MatrixX> torque) {
   constexpr Eigen::Index d = S::dimension;
-  MatrixX T(tree_.columns, tried<S> * tried<S>);
-  for (int i = 0; i < tried<S> * tried<S>; ++i)
+  MatrixX T(tree_.columns, spring_end_points<S> * spring_end_points<S>);
+  for (int i = 0; i < spring_end_points<S> * spring_end_points<S>; ++i)
     T.col(i) = torque_of(units_[first + static_cast<std::size_t>(i)], state);
-  const auto at = [&](Eigen::Index i, Eigen::Index j) { return T.col(i * tried<S> + j); };
-  const double L = tree_.length;
+  const auto at = [&](Eigen::Index i, Eigen::Index j) { return T.col(i * spring_end_points<S> + j); };
+  const double L = tree_.characteristic_length;
   torque.col(0) = at(0, 0);
   for (Eigen::Index i = 1; i <= d; ++i) {
     torque.col(i) = (at(i, 0) - at(0, 0)) / L;
@@ -103,7 +105,7 @@ void SpringColumns<S>::loose_at(std::size_t first, const State<S>& state, Eigen:
   }
 }
 
-template class SpringColumns<Planar>;
-template class SpringColumns<Spatial>;
+template class SpringRegressor<Planar>;
+template class SpringRegressor<Spatial>;
 
 }  // namespace balance

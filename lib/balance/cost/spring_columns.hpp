@@ -10,37 +10,37 @@
 namespace balance {
 
 template <class S>
-class SpringColumns {
+class SpringRegressor {
  public:
-  SpringColumns(const Mechanism& mechanism, const Tree<S>& tree, const LooseSprings& loose);
+  SpringRegressor(const Mechanism& mechanism, const Tree<S>& tree, const FreeSprings& loose);
 
   /// Parameters of all springs.
   Eigen::Index count() const { return count_; }
 
   /// @param state poses in the world @param y tree coordinates
   /// @param torque tree coordinates × count [N m or N per unit]
-  void at(const State<S>& state, const double* y, Eigen::Ref<MatrixX> torque);
+  void evaluate(const TreeState<S>& state, const double* y, Eigen::Ref<MatrixX> torque);
 
  private:
   /// A spring of stiffness 1, at rest or between unit points.
   using UnitSpring = ExternalForces<S>;
 
   /// How a spring's parameters are counted.
-  enum class Form { fixed, loose, in_joint };
+  enum class SpringKind { fixed, loose, in_joint };
 
   void add(const Spring& spring);
-  VectorX torque_of(const UnitSpring& spring, const State<S>& state);
-  void loose_at(std::size_t first, const State<S>& state, Eigen::Ref<MatrixX> torque);
+  VectorX torque_of(const UnitSpring& spring, const TreeState<S>& state);
+  void loose_at(std::size_t first, const TreeState<S>& state, Eigen::Ref<MatrixX> torque);
 
   const Tree<S>& tree_;
   const Mechanism& mechanism_;
   std::vector<UnitSpring> units_;
-  std::vector<Form> forms_;  ///< per spring
+  std::vector<SpringKind> forms_;  ///< per spring
   Eigen::Index count_ = 0;
   std::vector<Wrench<S>> wrenches_;
 };
 
-extern template class SpringColumns<Planar>;
-extern template class SpringColumns<Spatial>;
+extern template class SpringRegressor<Planar>;
+extern template class SpringRegressor<Spatial>;
 
 }  // namespace balance

@@ -25,7 +25,7 @@ class TrajectoryCost {
   /// Solves the motion. For com drives it is that of the mechanism's own masses.
   /// @param loose springs whose parameters are all products of stiffness and end points
   /// @throws std::invalid_argument if trajectory and mechanism do not fit
-  TrajectoryCost(const Mechanism& mechanism, const Trajectory& trajectory, const LooseSprings& loose = {});
+  TrajectoryCost(const Mechanism& mechanism, const Trajectory& trajectory, const FreeSprings& loose = {});
   ~TrajectoryCost();
   TrajectoryCost(TrajectoryCost&&) noexcept;
   TrajectoryCost& operator=(TrajectoryCost&&) noexcept;
@@ -38,11 +38,11 @@ class TrajectoryCost {
   /// Goes along the motion once (rms) or twice; the function it returns does not, and does not need this object any more. Peak
   /// and rms are convex; where a figure has a corner the gradient is that of one side.
   /// @return nothing if the quantity is not linear in the parameters or does not exist
-  std::optional<CostFunction> figure(Figure figure, const std::string& quantity) const;
+  std::optional<CostFunction> figure(Statistic figure, const std::string& quantity) const;
 
   /// The quantity's rows as they are, one series per actuator where the worst one counts. Goes along the motion once.
   /// @return nothing as above
-  std::optional<std::vector<PlaceRows>> rows(const std::string& quantity) const;
+  std::optional<std::vector<AffineSeries>> rows(const std::string& quantity) const;
 
  private:
   struct Implementation;
@@ -53,6 +53,6 @@ class TrajectoryCost {
 bool is_linear_quantity(const Mechanism& mechanism, const std::string& quantity);
 
 /// The prescribed motion itself depends on where the mass is (drive com, or a pose that is stated by the CoM).
-bool depends_on_masses(const Trajectory& trajectory);
+bool is_mass_dependent(const Trajectory& trajectory);
 
 }  // namespace balance

@@ -9,13 +9,13 @@ namespace balance {
 
 /// Hands every place's rows on with their weight, the time that they stand for [s], which is known one place later.
 template <class Add>
-class Trapezoids {
+class TrapezoidalAverage {
  public:
   /// @param add called with rows and weight, in order
-  explicit Trapezoids(Add add) : add_(std::move(add)) {}
+  explicit TrapezoidalAverage(Add add) : add_(std::move(add)) {}
 
   /// @param rows taken over, and given other memory in exchange
-  void see(double time, MatrixX& rows) {
+  void add_sample(double time, MatrixX& rows) {
     if (any_) {
       add_(rows_, (step_ + time - time_) / 2);
       step_ = time - time_;

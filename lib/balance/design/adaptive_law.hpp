@@ -17,11 +17,11 @@ struct AdaptiveLaw {
   std::vector<Term> terms;  ///< by degree; the constant first
 
   /// @param loads p [SI, parameters as written] @return a
-  VectorX at(const VectorX& loads) const;
+  VectorX evaluate(const VectorX& loads) const;
   /// da/dp: adapted numbers × numbers of the load.
-  MatrixX slope(const VectorX& loads) const;
+  MatrixX jacobian(const VectorX& loads) const;
   /// Adapted number i has no term but a constant and multiples of single loads.
-  bool affine(Eigen::Index i) const;
+  bool is_affine(Eigen::Index i) const;
 };
 
 /// The law for which all conditions hold whatever the load, where they are of the form A a + b(p) = 0 with a constant A. What A leaves

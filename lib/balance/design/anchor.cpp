@@ -5,31 +5,32 @@
 #include <algorithm>
 #include <cmath>
 
-namespace balance::designing {
+namespace balance::design {
 
 namespace {
 
 /// Points of the box from which an anchor is looked for.
-constexpr int anchor_points = 200;
+constexpr int max_start_samples = 200;
 /// Part of half a length's range within which it may be meant to be a special one.
-constexpr double meant = 1e-5;
+constexpr double length_ratio_tolerance = 1e-5;
 
 }  // namespace
 
-std::optional<VectorX> find_anchor(const Context& context, std::string& reason) {
+std::optional<VectorX> find_feasible_start(const SolverContext& context, std::string& reason) {
   const auto good = [&](const VectorX& u, std::string& why) {
-    why = context.obstacle(u);
+    why = context.infeasibility_reason(u);
     if (!why.empty()) return false;
     const Conditions conditions = context.conditions_at(u);
     if (conditions.status != ConditionsStatus::done) why = conditions.reason;
     return conditions.status == ConditionsStatus::done;
   };
-  const VectorX start = context.box.start();
+  const VectorX start = context.scaling.start();
   if (good(start, reason)) return start;
   // nearer ones first, the other numbers as they are
-  const std::vector<int> lengths = geometric_numbers(context);
-  const auto points = spread_points(anchor_points, static_cast<int>(lengths.size()), context.problem.search.seed);
-  for (std::size_t k = 0; k < points.size() && !context.budget.spent(); ++k) {
+  const std::vector<int> lengths = geometric_variables(context);
+  const auto points =
+      low_discrepancy_points(max_start_samples, static_cast<int>(lengths.size()), context.problem.search.seed);
+  for (std::size_t k = 0; k < points.size() && !context.budget.is_spent(); ++k) {
     VectorX u = start;
     const double part = static_cast<double>(k + 1) / static_cast<double>(points.size());
     for (std::size_t i = 0; i < lengths.size(); ++i)
@@ -41,13 +42,13 @@ std::optional<VectorX> find_anchor(const Context& context, std::string& reason) 
   return std::nullopt;
 }
 
-std::optional<VectorX> at_special_lengths(const Context& context, const VectorX& u) {
-  const VectorX numbers = geometry(context.mechanism(u), context.options.loose_springs);
-  const VectorX x = context.box.numbers(u);
+std::optional<VectorX> snap_to_length_ratios(const SolverContext& context, const VectorX& u) {
+  const VectorX numbers = collect_geometry(context.mechanism(u), context.options.loose_springs);
+  const VectorX x = context.scaling.to_variables(u);
   VectorX moved = u;
-  for (const int i : geometric_numbers(context)) {
-    const double half = context.box.half()[i];
-    double nearest = meant * half;
+  for (const int i : geometric_variables(context)) {
+    const double half = context.scaling.half_width()[i];
+    double nearest = length_ratio_tolerance * half;
     if (!(half > 0)) continue;
     for (const double other : numbers)
       for (const double ratio : {1.0, 2.0, 0.5, 1.5, 2.0 / 3, 3.0, 1.0 / 3, 4.0 / 3, 0.75}) {
@@ -56,10 +57,10 @@ std::optional<VectorX> at_special_lengths(const Context& context, const VectorX&
         if (off >= nearest || off <= 1e-15 * std::abs(x[i])) continue;
         nearest = off;
         moved[i] =
-            std::clamp((std::copysign(std::abs(other) * ratio, x[i]) - context.box.centre()[i]) / half, -1.0, 1.0);
+            std::clamp((std::copysign(std::abs(other) * ratio, x[i]) - context.scaling.centre()[i]) / half, -1.0, 1.0);
       }
   }
   return moved == u ? std::nullopt : std::optional<VectorX>(moved);
 }
 
-}  // namespace balance::designing
+}  // namespace balance::design

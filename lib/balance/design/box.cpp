@@ -4,20 +4,20 @@
 #include <cmath>
 #include <stdexcept>
 
-namespace balance::designing {
+namespace balance::design {
 
 namespace {
 
 /// Unit coordinates so near to a bound are meant to be at it.
-constexpr double near_bound = 1e-14;
+constexpr double bound_snap_tolerance = 1e-14;
 
 }  // namespace
 
-Box::Box(const std::vector<Variable>& variables) {
+VariableScaling::VariableScaling(const std::vector<DesignVariable>& variables) {
   const auto n = static_cast<Eigen::Index>(variables.size());
   for (VectorX* v : {&lower_, &upper_, &start_numbers_, &start_, &centre_, &half_}) v->setZero(n);
   for (Eigen::Index i = 0; i < n; ++i) {
-    const Variable& v = variables[static_cast<std::size_t>(i)];
+    const DesignVariable& v = variables[static_cast<std::size_t>(i)];
     if (!std::isfinite(v.lower) || !std::isfinite(v.upper) || !(v.lower <= v.start && v.start <= v.upper))
       throw std::invalid_argument(v.name + ": a free number needs finite bounds with its start value between them");
     lower_[i] = v.lower;
@@ -29,14 +29,14 @@ Box::Box(const std::vector<Variable>& variables) {
   }
 }
 
-VectorX Box::numbers(const VectorX& u) const {
+VectorX VariableScaling::to_variables(const VectorX& u) const {
   VectorX x(u.size());
   for (Eigen::Index i = 0; i < u.size(); ++i) {
     if (u[i] == start_[i])
       x[i] = start_numbers_[i];
-    else if (u[i] <= -1 + near_bound)
+    else if (u[i] <= -1 + bound_snap_tolerance)
       x[i] = lower_[i];
-    else if (u[i] >= 1 - near_bound)
+    else if (u[i] >= 1 - bound_snap_tolerance)
       x[i] = upper_[i];
     else
       x[i] = std::clamp(centre_[i] + half_[i] * u[i], lower_[i], upper_[i]);
@@ -45,4 +45,4 @@ VectorX Box::numbers(const VectorX& u) const {
   return x;
 }
 
-}  // namespace balance::designing
+}  // namespace balance::design

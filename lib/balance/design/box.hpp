@@ -6,21 +6,21 @@
 #include <cstdint>
 #include <random>
 
-namespace balance::designing {
+namespace balance::design {
 
-class Box {
+class VariableScaling {
  public:
   /// @throws std::invalid_argument if a bound is not finite, bounds are in the wrong order or a start lies outside them
-  explicit Box(const std::vector<Variable>& variables);
+  explicit VariableScaling(const std::vector<DesignVariable>& variables);
 
   int size() const { return static_cast<int>(half_.size()); }
   /// The start values in unit coordinates.
   const VectorX& start() const { return start_; }
   /// The free numbers [SI], never outside their bounds; bounds and start values are hit exactly.
-  VectorX numbers(const VectorX& u) const;
+  VectorX to_variables(const VectorX& u) const;
   /// Middle and half the width of every interval.
   const VectorX& centre() const { return centre_; }
-  const VectorX& half() const { return half_; }
+  const VectorX& half_width() const { return half_; }
   const VectorX& lower() const { return lower_; }
   const VectorX& upper() const { return upper_; }
 
@@ -29,16 +29,16 @@ class Box {
 };
 
 /// Clips unit coordinates to the box.
-inline VectorX clipped(const VectorX& u) { return u.cwiseMax(-1.0).cwiseMin(1.0); }
+inline VectorX clip_to_unit_box(const VectorX& u) { return u.cwiseMax(-1.0).cwiseMin(1.0); }
 
 /// Uniform numbers that are the same with every compiler.
-class RandomNumbers {
+class UniformRandom {
  public:
-  explicit RandomNumbers(std::uint64_t seed) : engine_(seed) {}
+  explicit UniformRandom(std::uint64_t seed) : engine_(seed) {}
   double operator()(double lower, double upper) {
     return lower + (upper - lower) * static_cast<double>(engine_() >> 11) * 0x1p-53;
   }
-  VectorX point(int size, double lower = -1, double upper = 1) {
+  VectorX sample_point(int size, double lower = -1, double upper = 1) {
     VectorX u(size);
     for (double& value : u) value = (*this)(lower, upper);
     return u;
@@ -48,4 +48,4 @@ class RandomNumbers {
   std::mt19937_64 engine_;
 };
 
-}  // namespace balance::designing
+}  // namespace balance::design

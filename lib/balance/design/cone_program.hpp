@@ -3,31 +3,31 @@
 
 #include "balance/design/second_order_cone.hpp"
 
-namespace balance::designing {
+namespace balance::design {
 
 /// Minimise cost · x subject to slack = right − matrix x in the cone.
 struct ConeProgram {
   VectorX cost;
   MatrixX matrix;  ///< full column rank
-  VectorX right;
-  Eigen::Index linear = 0;          ///< leading rows that are inequalities
-  std::vector<Eigen::Index> cones;  ///< sizes of the blocks (t, v), t ≥ |v|, behind them
+  VectorX rhs;
+  Eigen::Index linear_rows = 0;          ///< leading rows that are inequalities
+  std::vector<Eigen::Index> cone_sizes;  ///< sizes of the blocks (t, v), t ≥ |v|, behind them
 };
 
 /// Appends rows to a cone program; linear ones first.
-class ConeRows {
+class ConeProgramBuilder {
  public:
-  explicit ConeRows(Eigen::Index variables) : variables_(variables) {}
+  explicit ConeProgramBuilder(Eigen::Index variables) : variables_(variables) {}
   /// coefficients · x ≤ limit
-  void at_most(const Eigen::Ref<const VectorX>& coefficients, double limit);
+  void add_inequalities(const Eigen::Ref<const VectorX>& coefficients, double limit);
   /// rows x ≤ limits
-  void at_most(const Eigen::Ref<const MatrixX>& rows, const Eigen::Ref<const VectorX>& limits);
+  void add_inequalities(const Eigen::Ref<const MatrixX>& rows, const Eigen::Ref<const VectorX>& limits);
   /// (t, v) = constant + rows x with t ≥ |v|
-  void in_cone(const Eigen::Ref<const MatrixX>& rows, const Eigen::Ref<const VectorX>& constant);
+  void add_cone(const Eigen::Ref<const MatrixX>& rows, const Eigen::Ref<const VectorX>& constant);
   /// Rows so far.
-  Eigen::Index linear() const { return count_linear_; }
-  Eigen::Index conic() const { return count_conic_; }
-  ConeProgram finish(VectorX cost) const;
+  Eigen::Index linear_row_count() const { return count_linear_; }
+  Eigen::Index conic_row_count() const { return count_conic_; }
+  ConeProgram build(VectorX cost) const;
 
  private:
   Eigen::Index variables_, count_linear_ = 0, count_conic_ = 0;
@@ -35,16 +35,16 @@ class ConeRows {
 };
 
 /// The program with more inequalities, matrix x ≤ right.
-ConeProgram with_inequalities(const ConeProgram& program, const MatrixX& matrix, const VectorX& right);
+ConeProgram add_inequalities(const ConeProgram& program, const MatrixX& matrix, const VectorX& right);
 
-enum class ConeStatus { unsolved, solved };
+enum class ConeStatus { failed, optimal };
 
 struct ConeSolution {
-  ConeStatus status = ConeStatus::unsolved;  ///< unsolved: infeasible, unbounded or numerically out of reach
+  ConeStatus status = ConeStatus::failed;  ///< unsolved: infeasible, unbounded or numerically out of reach
   VectorX x;
   VectorX slack, multipliers;  ///< both in the cone, orthogonal; matrixᵀ multipliers = −cost
-  double value = 0;            ///< cost · x
-  double bound = 0;            ///< −right · multipliers: no feasible x is below it
+  double primal_value = 0;     ///< cost · x
+  double dual_value = 0;       ///< −right · multipliers: no feasible x is below it
   int iterations = 0;
 };
 
@@ -52,6 +52,6 @@ struct ConeSolution {
 /// problems solved by orthogonal factors, so that the last digits are kept.
 /// @param tolerance of residuals and gap, relative
 /// Source: Vandenberghe, The CVXOPT linear and quadratic cone program solvers (2010).
-ConeSolution minimise(const ConeProgram& program, double tolerance = 1e-11);
+ConeSolution solve_cone_program(const ConeProgram& program, double tolerance = 1e-11);
 
-}  // namespace balance::designing
+}  // namespace balance::design

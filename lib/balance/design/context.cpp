@@ -3,56 +3,59 @@
 #include "balance/base/error.hpp"
 #include "balance/design/limits.hpp"
 
-namespace balance::designing {
+namespace balance::design {
 
 namespace {
 
-constexpr const char* out_of_time = "the time ran out";
+constexpr const char* time_limit_message = "the time ran out";
 
 }  // namespace
 
-Context::Context(const DesignProblem& p, Budget& b)
+SolverContext::SolverContext(const DesignProblem& p, SearchBudget& b)
     : problem(p),
       budget(b),
-      box(p.variables),
-      survey(designing::survey(box, p)),
+      scaling(p.variables),
+      classification(design::classify_variables(scaling, p)),
       options(p.options),
-      map(box, p, survey),
-      physical(map, survey, map.exact(box.start())) {
-  options.loose_springs = survey.loose;
-  const Eigen::Index own = parameter_values(survey.at_base, survey.loose).size(),
-                     known = known_values(survey.at_base).size();
-  options.open_terms.assign(static_cast<std::size_t>(known), false);
-  for (int variable = 0; variable < box.size(); ++variable)
+      features(scaling, p, classification),
+      physical_constraints(features, classification, features.evaluate_from_mechanism(scaling.start())) {
+  options.loose_springs = classification.loose_springs;
+  const Eigen::Index own = parameter_values(classification.base_mechanism, classification.loose_springs).size(),
+                     known = known_term_values(classification.base_mechanism).size();
+  options.variable_terms.assign(static_cast<std::size_t>(known), false);
+  for (int variable = 0; variable < scaling.size(); ++variable)
     for (Eigen::Index k = 0; k < known; ++k)
-      if (survey.touches(variable, static_cast<int>(own + k))) options.open_terms[static_cast<std::size_t>(k)] = true;
-  limits = std::make_unique<const Limits>(*this);
+      if (classification.has_effect(variable, static_cast<int>(own + k)))
+        options.variable_terms[static_cast<std::size_t>(k)] = true;
+  limits = std::make_unique<const DesignLimits>(*this);
 }
 
-Context::~Context() = default;
+SolverContext::~SolverContext() = default;
 
-std::string Context::fault(const VectorX& u) const {
-  if (!problem.fault) return "";
+std::string SolverContext::invalidity_reason(const VectorX& u) const {
+  if (!problem.invalidity_reason) return "";
   try {
-    return problem.fault(box.numbers(u));
+    return problem.invalidity_reason(scaling.to_variables(u));
   } catch (const SpecError& error) {
     return error.what();
   }
 }
 
-bool Context::is_physical(const VectorX& u) const { return physical.holds(map.exact(u)) && fault(u).empty(); }
+bool SolverContext::is_physical(const VectorX& u) const {
+  return physical_constraints.is_satisfied(features.evaluate_from_mechanism(u)) && invalidity_reason(u).empty();
+}
 
-bool Context::allows(const VectorX& u) const { return is_physical(u) && limits->hold(u); }
+bool SolverContext::is_admissible(const VectorX& u) const { return is_physical(u) && limits->is_satisfied(u); }
 
-int Context::inequalities() const { return physical.size() + limits->size(); }
+int SolverContext::inequality_count() const { return physical_constraints.size() + limits->size(); }
 
-bool Context::convex() const { return physical.convex() && limits->convex(); }
+bool SolverContext::is_convex() const { return physical_constraints.is_convex() && limits->is_convex(); }
 
-void Context::evaluate_inequalities(const VectorX& u, VectorX& g, MatrixX* jacobian) const {
+void SolverContext::evaluate_inequalities(const VectorX& u, VectorX& g, MatrixX* jacobian) const {
   VectorX features, bodies, figures;
   MatrixX slopes, by_body, by_figure;
-  map.evaluate(u, features, jacobian != nullptr ? &slopes : nullptr);
-  physical.evaluate(features, &slopes, bodies, jacobian != nullptr ? &by_body : nullptr);
+  this->features.evaluate(u, features, jacobian != nullptr ? &slopes : nullptr);
+  physical_constraints.evaluate(features, &slopes, bodies, jacobian != nullptr ? &by_body : nullptr);
   limits->evaluate(u, figures, jacobian != nullptr ? &by_figure : nullptr);
   g.resize(bodies.size() + figures.size());
   g << bodies, figures;
@@ -62,8 +65,8 @@ void Context::evaluate_inequalities(const VectorX& u, VectorX& g, MatrixX* jacob
   jacobian->bottomRows(figures.size()) = by_figure;
 }
 
-Conditions Context::derive(const Mechanism& mechanism) const {
-  if (!problem.goals.empty()) return problem.derive(mechanism, problem.goals, options);
+Conditions SolverContext::derive_conditions(const Mechanism& mechanism) const {
+  if (!problem.goals.empty()) return problem.derive_conditions(mechanism, problem.goals, options);
   Conditions none;
   none.status = ConditionsStatus::done;
   none.parameters = list_terms(mechanism, options.loose_springs);
@@ -71,15 +74,15 @@ Conditions Context::derive(const Mechanism& mechanism) const {
   return none;
 }
 
-Conditions Context::conditions_at(const VectorX& u) const {
+Conditions SolverContext::conditions_at(const VectorX& u) const {
   Conditions none;
-  if (budget.over()) {
+  if (budget.is_past_deadline()) {
     none.status = ConditionsStatus::not_assembled;
-    none.reason = out_of_time;
+    none.reason = time_limit_message;
     return none;
   }
   try {
-    return derive(mechanism(u));
+    return derive_conditions(mechanism(u));
   } catch (const SpecError& error) {
     none.status = ConditionsStatus::not_assembled;
     none.reason = error.what();
@@ -87,16 +90,16 @@ Conditions Context::conditions_at(const VectorX& u) const {
   return none;
 }
 
-std::string Context::obstacle(const VectorX& u) const {
-  if (!problem.obstacle) return "";
-  if (budget.over()) return out_of_time;
+std::string SolverContext::infeasibility_reason(const VectorX& u) const {
+  if (!problem.infeasibility_reason) return "";
+  if (budget.is_past_deadline()) return time_limit_message;
   try {
-    return problem.obstacle(box.numbers(u));
+    return problem.infeasibility_reason(scaling.to_variables(u));
   } catch (const SpecError& error) {
     return error.what();
-  } catch (const OutOfTime&) {
-    return out_of_time;
+  } catch (const DeadlineExceeded&) {
+    return time_limit_message;
   }
 }
 
-}  // namespace balance::designing
+}  // namespace balance::design

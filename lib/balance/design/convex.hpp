@@ -4,13 +4,13 @@
 #include "balance/design/exact.hpp"
 #include "balance/design/figure_of_merit.hpp"
 
-namespace balance::designing {
+namespace balance::design {
 
 struct Optimum {
   VectorX u;
   double value = std::numeric_limits<double>::quiet_NaN();
-  double bound = std::numeric_limits<double>::quiet_NaN();  ///< of the objective, if proved
-  bool global = false;                                      ///< value and bound agree
+  double lower_bound = std::numeric_limits<double>::quiet_NaN();  ///< of the objective, if proved
+  bool is_global = false;                                         ///< value and bound agree
 };
 
 /// Improves a solution of affine conditions (none: any point of the box) until a lower bound proves that nothing is better:
@@ -18,7 +18,7 @@ struct Optimum {
 /// where the objective is smooth, a proximal bundle method where it is not.
 /// @param merit convex
 /// @param back brings a point near the conditions onto them
-Optimum minimise_convex(const Context& context, const FigureOfMerit& merit, const LinearConditions& conditions,
-                        const std::function<VectorX(const VectorX&)>& back, const VectorX& start);
+Optimum minimise_convex(const SolverContext& context, const ScaledObjective& merit, const LinearConditions& conditions,
+                        const std::function<VectorX(const VectorX&)>& restore, const VectorX& start);
 
-}  // namespace balance::designing
+}  // namespace balance::design

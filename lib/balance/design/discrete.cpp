@@ -9,138 +9,151 @@
 #include <algorithm>
 #include <cmath>
 
-namespace balance::designing {
+namespace balance::design {
 
 namespace {
 
-using Rank = SizedDesign::Rank;
+using Rank = DiscreteCandidate::Rank;
 
 /// For the solution that a search ends with, where it has used up its time [s].
-constexpr double min_final_seconds = 0.2;
+constexpr double min_final_search_seconds = 0.2;
 
-std::string several(int n, const char* one, const char* many) { return fmt::format("{} {}", n, n == 1 ? one : many); }
+std::string count_noun(int n, const char* one, const char* many) {
+  return fmt::format("{} {}", n, n == 1 ? one : many);
+}
 
-class Discrete {
+class DiscreteDesign {
  public:
-  explicit Discrete(const DesignProblem& problem)
+  explicit DiscreteDesign(const DesignProblem& problem)
       : problem_(problem),
-        budget_(problem.search.seconds, problem.watch),
+        budget_(problem.search.max_time, problem.on_progress),
         bounds_(problem_),
         search_(problem_, budget_, bounds_, steps_) {
-    problem_.watch = [this](const SearchProgress&) { return !budget_.interrupted(); };
-    if (const Conditions* all = bounds_.shared_conditions(Branching(problem_, 0).root()); all != nullptr)
-      problem_.derive = [all = *all](const Mechanism&, const std::vector<Goal>&, const ConditionOptions&) {
+    problem_.on_progress = [this](const SearchProgress&) { return !budget_.is_interrupted(); };
+    if (const Conditions* all = bounds_.shared_conditions(BranchingRule(problem_, 0).root()); all != nullptr)
+      problem_.derive_conditions = [all = *all](const Mechanism&, const std::vector<Goal>&, const ConditionOptions&) {
         return all;
       };
   }
 
   DesignOutcome run() {
-    const int offered = Branching::count_least(problem_);
-    Walk walk = offered > 0 ? fewest(offered) : search_.run(Branching(problem_, 0), Wanted::exact);
-    if (walk.best && walk.best->rank == Rank::exact) return finished(std::move(walk));
-    const bool none = walk.closed && !budget_.stopped;
-    std::string why = offered > 0 || problem_.choices.empty() ? "" : count_needed();
-    Walk second = compromise(std::move(walk), offered);
-    if (!second.best) return without_design();
-    return compromised(std::move(second), none, std::move(why));
+    const int offered = BranchingRule::count_unrestricted_elements(problem_);
+    BranchAndBoundResult walk = offered > 0
+                                    ? minimise_element_count(offered)
+                                    : search_.run(BranchingRule(problem_, 0), BranchObjective::constrained_figure);
+    if (walk.incumbent && walk.incumbent->rank == Rank::exact) return make_exact_outcome(std::move(walk));
+    const bool none = walk.is_exhausted && !budget_.stopped;
+    std::string why = offered > 0 || problem_.cardinality_constraints.empty() ? "" : explain_required_count();
+    BranchAndBoundResult second = search_compromise(std::move(walk), offered);
+    if (!second.incumbent) return make_failed_outcome();
+    return make_compromise_outcome(std::move(second), none, std::move(why));
   }
 
  private:
   /// The least count with which there is an exact design.
-  Walk fewest(int offered) {
-    Walk walk;
-    chosen_.least_proved = true;
+  BranchAndBoundResult minimise_element_count(int offered) {
+    BranchAndBoundResult walk;
+    chosen_.is_min_count_proved = true;
     for (int count = 0; count <= offered; ++count) {
-      walk = search_.run(Branching(problem_, count), Wanted::exact);
-      if (walk.best && walk.best->rank == Rank::exact) {
-        chosen_.least = count;
+      walk = search_.run(BranchingRule(problem_, count), BranchObjective::constrained_figure);
+      if (walk.incumbent && walk.incumbent->rank == Rank::exact) {
+        chosen_.min_count = count;
         return walk;
       }
-      chosen_.least_proved = chosen_.least_proved && walk.closed && !budget_.stopped;
+      chosen_.is_min_count_proved = chosen_.is_min_count_proved && walk.is_exhausted && !budget_.stopped;
       if (budget_.stopped) break;
     }
     return walk;
   }
 
   /// Some count was asked for that is not enough: how many would be.
-  std::string count_needed() {
+  std::string explain_required_count() {
     DesignProblem free = problem_;
-    for (Choice& choice : free.choices) choice.most = -1;
+    for (CardinalityConstraint& choice : free.cardinality_constraints) choice.max_count = -1;
     free.objective.reset();
-    const int offered = Branching::count_least(free);
-    DiscreteSearch search(free, budget_, bounds_, steps_);
+    const int offered = BranchingRule::count_unrestricted_elements(free);
+    BranchAndBound search(free, budget_, bounds_, steps_);
     bool proved = true;
     int asked = 0;
-    for (const Choice& choice : problem_.choices) asked += std::max(0, choice.most);
-    for (int count = 0; count <= offered && !budget_.spent(); ++count) {
-      const Walk walk = search.run(Branching(free, count), Wanted::exact);
-      proved = proved && (walk.closed || walk.best) && !budget_.stopped;
-      if (!walk.best || walk.best->rank != Rank::exact) continue;
-      chosen_.least = count;
-      chosen_.least_proved = proved;
-      return fmt::format("no choice of {} {}; {} of them do{}", of_kinds(asked), met_by_one(), count,
+    for (const CardinalityConstraint& choice : problem_.cardinality_constraints) asked += std::max(0, choice.max_count);
+    for (int count = 0; count <= offered && !budget_.is_spent(); ++count) {
+      const BranchAndBoundResult walk = search.run(BranchingRule(free, count), BranchObjective::constrained_figure);
+      proved = proved && (walk.is_exhausted || walk.incumbent) && !budget_.stopped;
+      if (!walk.incumbent || walk.incumbent->rank != Rank::exact) continue;
+      chosen_.min_count = count;
+      chosen_.is_min_count_proved = proved;
+      return fmt::format("no choice of {} {}; {} of them do{}", describe_kinds(asked), requirement_phrase(), count,
                          proved ? ", and no fewer" : "");
     }
     return proved && !budget_.stopped ? fmt::format("no choice of {} {}, nor do all {} that are offered",
-                                                    of_kinds(asked), met_by_one(), offered)
+                                                    describe_kinds(asked), requirement_phrase(), offered)
                                       : "";
   }
 
-  std::string of_kinds(int count) const {
+  std::string describe_kinds(int count) const {
     std::string kinds;
-    for (const Choice& choice : problem_.choices) kinds += (kinds.empty() ? "" : " and ") + choice.kind;
+    for (const CardinalityConstraint& choice : problem_.cardinality_constraints)
+      kinds += (kinds.empty() ? "" : " and ") + choice.kind;
     return fmt::format("{} {}", count, kinds);
   }
 
-  const char* met_by_one() const { return problem_.goals.empty() ? "keeps the limits" : "meets the conditions"; }
+  const char* requirement_phrase() const {
+    return problem_.goals.empty() ? "keeps the limits" : "meets the conditions";
+  }
 
   /// No exact design: what comes near to one.
-  Walk compromise(Walk first, int offered) {
-    const Branching branching(problem_, offered);
-    if (first.best && first.best->rank == Rank::beyond_limits) return first;
-    const Wanted wanted = problem_.objective && !problem_.objective->size ? Wanted::figure : Wanted::residual;
-    Walk second = search_.run(branching, wanted);
-    if (first.best && (!second.best || first.best->value < second.best->value)) second.best = std::move(first.best);
+  BranchAndBoundResult search_compromise(BranchAndBoundResult first, int offered) {
+    const BranchingRule branching(problem_, offered);
+    if (first.incumbent && first.incumbent->rank == Rank::limits_violated) return first;
+    const BranchObjective wanted =
+        problem_.objective && !problem_.objective->is_secondary ? BranchObjective::figure : BranchObjective::residual;
+    BranchAndBoundResult second = search_.run(branching, wanted);
+    if (first.incumbent && (!second.incumbent || first.incumbent->value < second.incumbent->value))
+      second.incumbent = std::move(first.incumbent);
     return second;
   }
 
   /// The design once more, with all that is told of one.
-  DesignOutcome told(const SizedDesign& design) {
-    Branch branch;
+  DesignOutcome solve_incumbent_again(const DiscreteCandidate& design) {
+    BranchNode branch;
     branch.lower = branch.upper = design.outcome.x;
     for (std::size_t i = 0; i < problem_.variables.size(); ++i) {
       const auto k = static_cast<Eigen::Index>(i);
-      const bool held = !problem_.variables[i].sizes.empty() || left_out(design.outcome.x, static_cast<int>(i));
+      const bool held =
+          !problem_.variables[i].discrete_values.empty() || is_excluded(design.outcome.x, static_cast<int>(i));
       if (held) continue;
       branch.lower[k] = problem_.variables[i].lower;
       branch.upper[k] = problem_.variables[i].upper;
     }
-    DesignProblem part = within(problem_, branch, std::max(min_final_seconds, budget_.left()));
+    DesignProblem part =
+        restrict_to_node(problem_, branch, std::max(min_final_search_seconds, budget_.remaining_time()));
     for (std::size_t i = 0; i < part.variables.size(); ++i)
       part.variables[i].start =
           std::clamp(design.outcome.x[static_cast<Eigen::Index>(i)], part.variables[i].lower, part.variables[i].upper);
-    DesignOutcome outcome = solve(part);
+    DesignOutcome outcome = solve_design(part);
     const bool worse = outcome.status != design.outcome.status ||
                        !(outcome.within_limits == design.outcome.within_limits) ||
                        (problem_.objective && outcome.objective > design.outcome.objective);
     if (worse) outcome = design.outcome;
-    forget_held(part, outcome.freedom);
+    remove_fixed_variables(part, outcome.solution_set);
     const VectorX start = start_values();
-    if (problem_.objective) outcome.objective_start = value_of(problem_, *problem_.objective, start);
-    if (std::abs(outcome.objective) <= figure_round_off * std::abs(outcome.objective_start)) outcome.objective = 0;
+    if (problem_.objective) outcome.start_objective = evaluate_figure(problem_, *problem_.objective, start);
+    if (std::abs(outcome.objective) <= relative_figure_round_off * std::abs(outcome.start_objective))
+      outcome.objective = 0;
     return outcome;
   }
 
   /// Numbers that are held change nothing, which is no freedom.
-  static void forget_held(const DesignProblem& part, Freedom& freedom) {
+  static void remove_fixed_variables(const DesignProblem& part, SolutionSet& freedom) {
     const auto held = [&](int i) {
-      const Variable& variable = part.variables[static_cast<std::size_t>(i)];
+      const DesignVariable& variable = part.variables[static_cast<std::size_t>(i)];
       return variable.lower == variable.upper;
     };
-    const int count = static_cast<int>(std::count_if(freedom.numbers.begin(), freedom.numbers.end(), held));
-    std::erase_if(freedom.numbers, held);
-    if (freedom.of_conditions >= 0) freedom.of_conditions = std::max(0, freedom.of_conditions - count);
-    if (freedom.left >= 0) freedom.left = std::max(0, freedom.left - count);
+    const int count =
+        static_cast<int>(std::count_if(freedom.free_variables.begin(), freedom.free_variables.end(), held));
+    std::erase_if(freedom.free_variables, held);
+    if (freedom.dimension >= 0) freedom.dimension = std::max(0, freedom.dimension - count);
+    if (freedom.optimal_dimension >= 0) freedom.optimal_dimension = std::max(0, freedom.optimal_dimension - count);
   }
 
   VectorX start_values() const {
@@ -150,76 +163,83 @@ class Discrete {
     return start;
   }
 
-  bool left_out(const VectorX& x, int number) const {
-    const auto kept = Branching(problem_, 0).kept(x);
-    for (std::size_t c = 0; c < problem_.choices.size(); ++c)
-      for (std::size_t k = 0; k < problem_.choices[c].elements.size(); ++k) {
-        const std::vector<int>& numbers = problem_.choices[c].elements[k].numbers;
+  bool is_excluded(const VectorX& x, int number) const {
+    const auto kept = BranchingRule(problem_, 0).kept_elements(x);
+    for (std::size_t c = 0; c < problem_.cardinality_constraints.size(); ++c)
+      for (std::size_t k = 0; k < problem_.cardinality_constraints[c].elements.size(); ++k) {
+        const std::vector<int>& numbers = problem_.cardinality_constraints[c].elements[k].variables;
         if (!kept[c][k] && std::find(numbers.begin(), numbers.end(), number) != numbers.end()) return true;
       }
     return false;
   }
 
-  void tell_effort(DesignOutcome& outcome, bool proved, bool asked) const {
-    outcome.tried =
-        several(steps_.branches, "branch", "branches") + ", " + several(steps_.designs, "design", "designs");
+  void record_effort(DesignOutcome& outcome, bool proved, bool asked) const {
+    outcome.search_summary =
+        count_noun(steps_.branches, "branch", "branches") + ", " + count_noun(steps_.designs, "design", "designs");
     outcome.effort = {};
     outcome.effort.local_searches = steps_.designs;
     outcome.effort.evaluations = steps_.branches;
-    using End = SearchEffort::End;
-    outcome.effort.end = proved ? End::proof : budget_.stopped ? End::time : asked ? End::starts : End::met;
-    outcome.optimality = !asked            ? Optimality::not_asked
-                         : proved          ? Optimality::proved_best
-                         : budget_.stopped ? Optimality::stopped
-                                           : Optimality::local_best;
-    if (problem_.choices.empty()) return;
-    outcome.chosen = chosen_;
-    outcome.chosen->kept = Branching(problem_, 0).kept(outcome.x);
+    using End = SearchEffort::Termination;
+    outcome.effort.termination = proved            ? End::proved
+                                 : budget_.stopped ? End::time_limit
+                                 : asked           ? End::starts_exhausted
+                                                   : End::goal_met;
+    outcome.optimality = !asked            ? Optimality::not_optimised
+                         : proved          ? Optimality::proved_global
+                         : budget_.stopped ? Optimality::budget_exhausted
+                                           : Optimality::local_optimum;
+    if (problem_.cardinality_constraints.empty()) return;
+    outcome.selection = chosen_;
+    outcome.selection->kept = BranchingRule(problem_, 0).kept_elements(outcome.x);
   }
 
-  DesignOutcome finished(Walk walk) {
-    DesignOutcome outcome = told(*walk.best);
+  DesignOutcome make_exact_outcome(BranchAndBoundResult walk) {
+    DesignOutcome outcome = solve_incumbent_again(*walk.incumbent);
     const double value = problem_.objective ? outcome.objective : 0;
-    const double bound = std::min(walk.bound, value);
-    const bool proved = problem_.objective && bound >= value - bound_falls_short * std::abs(value);
+    const double bound = std::min(walk.lower_bound, value);
+    const bool proved = problem_.objective && bound >= value - relative_gap_tolerance * std::abs(value);
     outcome.lower_bound = problem_.objective && std::isfinite(bound) ? bound : std::numeric_limits<double>::quiet_NaN();
-    tell_effort(outcome, proved, problem_.objective.has_value());
+    record_effort(outcome, proved, problem_.objective.has_value());
     return outcome;
   }
 
   /// @param none it is shown that there is no exact design
-  DesignOutcome compromised(Walk walk, bool none, std::string why) {
-    const bool beyond = walk.best->rank == Rank::beyond_limits;
-    DesignOutcome outcome = told(*walk.best);
-    if (problem_.goals.empty() && !beyond) return finished(std::move(walk));
-    const bool by_figure = problem_.objective && !problem_.objective->size;
-    const bool proved = !beyond && walk.bound >= walk.best->value - bound_falls_short * std::abs(walk.best->value);
-    outcome.lower_bound = by_figure && !beyond && std::isfinite(walk.bound) ? std::min(walk.bound, outcome.objective)
-                                                                            : std::numeric_limits<double>::quiet_NaN();
-    outcome.status = none ? DesignStatus::impossible : DesignStatus::compromise;
-    outcome.proved = none;
+  DesignOutcome make_compromise_outcome(BranchAndBoundResult walk, bool none, std::string why) {
+    const bool beyond = walk.incumbent->rank == Rank::limits_violated;
+    DesignOutcome outcome = solve_incumbent_again(*walk.incumbent);
+    if (problem_.goals.empty() && !beyond) return make_exact_outcome(std::move(walk));
+    const bool by_figure = problem_.objective && !problem_.objective->is_secondary;
+    const bool proved =
+        !beyond && walk.lower_bound >= walk.incumbent->value - relative_gap_tolerance * std::abs(walk.incumbent->value);
+    outcome.lower_bound = by_figure && !beyond && std::isfinite(walk.lower_bound)
+                              ? std::min(walk.lower_bound, outcome.objective)
+                              : std::numeric_limits<double>::quiet_NaN();
+    outcome.status = none ? DesignStatus::infeasible : DesignStatus::compromise;
+    outcome.is_proved_infeasible = none;
     if (!beyond) outcome.reason = reason(none, std::move(why), outcome);
-    tell_effort(outcome, proved, true);
+    record_effort(outcome, proved, true);
     return outcome;
   }
 
   std::string reason(bool none, std::string why, DesignOutcome& outcome) {
-    const Branch all = Branching(problem_, 0).root();
-    const DesignOutcome plain = solve(within(problem_, all, std::max(min_final_seconds, budget_.left())));
-    if (plain.status == DesignStatus::impossible) {
-      outcome.proof = plain.proof;
+    const BranchNode all = BranchingRule(problem_, 0).root();
+    const DesignOutcome plain =
+        solve_design(restrict_to_node(problem_, all, std::max(min_final_search_seconds, budget_.remaining_time())));
+    if (plain.status == DesignStatus::infeasible) {
+      outcome.certificate = plain.certificate;
       return plain.reason;
     }
-    outcome.proof.reset();
+    outcome.certificate.reset();
     if (!why.empty()) return why;
     if (!none) return "no choice was found that meets the conditions";
-    return problem_.choices.empty() ? "no choice of the sizes meets the conditions; sizes between them would"
-                                    : "no choice of sizes and elements meets the conditions";
+    return problem_.cardinality_constraints.empty()
+               ? "no choice of the sizes meets the conditions; sizes between them would"
+               : "no choice of sizes and elements meets the conditions";
   }
 
-  DesignOutcome without_design() {
-    DesignOutcome outcome =
-        solve(within(problem_, Branching(problem_, 0).root(), std::max(min_final_seconds, budget_.left())));
+  DesignOutcome make_failed_outcome() {
+    DesignOutcome outcome = solve_design(restrict_to_node(
+        problem_, BranchingRule(problem_, 0).root(), std::max(min_final_search_seconds, budget_.remaining_time())));
     if (outcome.status == DesignStatus::unsolved) return outcome;
     outcome.status = DesignStatus::unsolved;
     outcome.reason =
@@ -228,20 +248,21 @@ class Discrete {
   }
 
   DesignProblem problem_;
-  Budget budget_;
-  Steps steps_;
-  DiscreteBounds bounds_;
-  DiscreteSearch search_;
-  ChosenElements chosen_;
+  SearchBudget budget_;
+  NodeCounts steps_;
+  NodeBounds bounds_;
+  BranchAndBound search_;
+  ElementSelection chosen_;
 };
 
 }  // namespace
 
 bool is_discrete(const DesignProblem& problem) {
-  return !problem.choices.empty() || std::any_of(problem.variables.begin(), problem.variables.end(),
-                                                 [](const Variable& v) { return !v.sizes.empty(); });
+  return !problem.cardinality_constraints.empty() ||
+         std::any_of(problem.variables.begin(), problem.variables.end(),
+                     [](const DesignVariable& v) { return !v.discrete_values.empty(); });
 }
 
-DesignOutcome solve_discrete(const DesignProblem& problem) { return Discrete(problem).run(); }
+DesignOutcome solve_discrete(const DesignProblem& problem) { return DiscreteDesign(problem).run(); }
 
-}  // namespace balance::designing
+}  // namespace balance::design

@@ -7,7 +7,7 @@
 
 #include "balance/design/solve.hpp"
 
-namespace balance::designing {
+namespace balance::design {
 
 /// Something of the problem is not continuous.
 bool is_discrete(const DesignProblem& problem);
@@ -15,4 +15,4 @@ bool is_discrete(const DesignProblem& problem);
 /// @param problem is_discrete
 DesignOutcome solve_discrete(const DesignProblem& problem);
 
-}  // namespace balance::designing
+}  // namespace balance::design

@@ -6,53 +6,54 @@
 
 #include <memory>
 
-namespace balance::designing {
+namespace balance::design {
 
 /// What a search among sizes looks for.
-enum class Wanted {
-  exact,     ///< designs that meet the conditions, of them the least figure
-  figure,    ///< the least figure, whatever the conditions
-  residual,  ///< the least that is left of the conditions
+enum class BranchObjective {
+  constrained_figure,  ///< designs that meet the conditions, of them the least figure
+  figure,              ///< the least figure, whatever the conditions
+  residual,            ///< the least that is left of the conditions
 };
 
 /// The problem within a branch, without sizes and choices.
 /// @param seconds that its search may take
-DesignProblem within(const DesignProblem& problem, const Branch& branch, double seconds);
+DesignProblem restrict_to_node(const DesignProblem& problem, const BranchNode& branch, double seconds);
 
-class DiscreteBounds {
+class NodeBounds {
  public:
-  explicit DiscreteBounds(const DesignProblem& problem) : problem_(problem) {}
+  explicit NodeBounds(const DesignProblem& problem) : problem_(problem) {}
 
-  struct Answer {
-    bool known = false;                                       ///< there is a convex problem that says so
-    bool possible = true;                                     ///< false: the branch holds no such design
-    double least = -std::numeric_limits<double>::infinity();  ///< no such design has a figure (what is left) below it
-    VectorX x;  ///< numbers between the sizes that come near it; may be empty
+  struct Bound {
+    bool has_relaxation = false;  ///< there is a convex problem that says so
+    bool is_feasible = true;      ///< false: the branch holds no such design
+    double lower_bound =
+        -std::numeric_limits<double>::infinity();  ///< no such design has a figure (what is left) below it
+    VectorX x;                                     ///< numbers between the sizes that come near it; may be empty
   };
   /// Conditions of all designs, in one scale; null where they are not the same for all.
-  const Conditions* shared_conditions(const Branch& root);
-  Answer operator()(const Branch& branch, const Narrowed& part, Wanted wanted);
+  const Conditions* shared_conditions(const BranchNode& root);
+  Bound operator()(const BranchNode& branch, const VariableDomain& part, BranchObjective wanted);
 
  private:
   /// One geometry, and all that can be decided at it.
-  struct Place {
-    Place(const DesignProblem& whole, const Branch& branch);
+  struct GeometryRelaxation {
+    GeometryRelaxation(const DesignProblem& whole, const BranchNode& branch);
     DesignProblem problem;
-    Budget budget;
-    Context context;
+    SearchBudget budget;
+    SolverContext context;
     Conditions conditions;
-    std::optional<Relaxation> relaxation;
-    bool impossible = false;  ///< a condition on parameters is not met, and no number changes it
-    double fixed_left = 0;    ///< what is left of conditions that no number changes
+    std::optional<ConicRelaxation> relaxation;
+    bool is_infeasible = false;  ///< a condition on parameters is not met, and no number changes it
+    double fixed_residual = 0;   ///< what is left of conditions that no number changes
     VectorX outer;
   };
-  const Place* place(const Branch& branch);
-  void find_outer(const Branch& root);
+  const GeometryRelaxation* relaxation_at(const BranchNode& branch);
+  void find_outer(const BranchNode& root);
 
   const DesignProblem& problem_;
   std::vector<int> outer_;  ///< numbers whose values must be decided first
-  std::unique_ptr<const Place> place_;
+  std::unique_ptr<const GeometryRelaxation> place_;
   bool tried_ = false;
 };
 
-}  // namespace balance::designing
+}  // namespace balance::design

@@ -4,53 +4,54 @@
 #include "balance/design/discrete_bounds.hpp"
 #include "balance/design/solve.hpp"
 
-namespace balance::designing {
+namespace balance::design {
 
 /// A figure may be above its bound by this part, which is round-off of the convex problem.
-inline constexpr double bound_falls_short = 1e-6;
+inline constexpr double relative_gap_tolerance = 1e-6;
 
 /// A design with all sizes decided.
-struct SizedDesign {
-  enum class Rank { exact, beyond_limits, unmet };
-  Rank rank = Rank::unmet;
+struct DiscreteCandidate {
+  enum class Rank { exact, limits_violated, conditions_violated };
+  Rank rank = Rank::conditions_violated;
   double value =
       0;  ///< the figure; by how much limits are missed; what is left of the conditions, or the figure of those
   DesignOutcome outcome;
 };
 
-struct Walk {
-  std::optional<SizedDesign> best;
-  bool closed = true;                                      ///< if none was found that was wanted, there is none
-  double bound = std::numeric_limits<double>::infinity();  ///< no design that was wanted is below it, found or not
+struct BranchAndBoundResult {
+  std::optional<DiscreteCandidate> incumbent;
+  bool is_exhausted = true;  ///< if none was found that was wanted, there is none
+  double lower_bound =
+      std::numeric_limits<double>::infinity();  ///< no design that was wanted is below it, found or not
 };
 
 /// What all walks of a design have spent.
-struct Steps {
+struct NodeCounts {
   int branches = 0, designs = 0;
 };
 
-class DiscreteSearch {
+class BranchAndBound {
  public:
-  DiscreteSearch(const DesignProblem& problem, Budget& budget, DiscreteBounds& bounds, Steps& steps)
+  BranchAndBound(const DesignProblem& problem, SearchBudget& budget, NodeBounds& bounds, NodeCounts& steps)
       : problem_(problem), budget_(budget), bounds_(bounds), steps_(steps) {}
 
-  Walk run(const Branching& branching, Wanted wanted);
+  BranchAndBoundResult run(const BranchingRule& branching, BranchObjective wanted);
 
  private:
-  void look_at(const Branching& branching, Branch branch);
-  void try_design(const Branch& branch, double least, bool bounded);
-  double bound_of(const Branch& branch, double least, const std::optional<SizedDesign>& design,
-                  const DesignOutcome& outcome) const;
-  std::optional<SizedDesign> rated(DesignOutcome outcome) const;
-  bool done() const;
+  void process_node(const BranchingRule& branching, BranchNode branch);
+  void solve_leaf(const BranchNode& branch, double least, bool bounded);
+  double leaf_bound(const BranchNode& branch, double least, const std::optional<DiscreteCandidate>& design,
+                    const DesignOutcome& outcome) const;
+  std::optional<DiscreteCandidate> rate(DesignOutcome outcome) const;
+  bool is_done() const;
 
   const DesignProblem& problem_;
-  Budget& budget_;
-  DiscreteBounds& bounds_;
-  Steps& steps_;
-  Wanted wanted_ = Wanted::exact;
-  std::vector<Branch> open_;  ///< the next one last
-  Walk walk_;
+  SearchBudget& budget_;
+  NodeBounds& bounds_;
+  NodeCounts& steps_;
+  BranchObjective wanted_ = BranchObjective::constrained_figure;
+  std::vector<BranchNode> open_;  ///< the next one last
+  BranchAndBoundResult walk_;
 };
 
-}  // namespace balance::designing
+}  // namespace balance::design

@@ -3,51 +3,54 @@
 
 #include "balance/design/equations.hpp"
 
-namespace balance::designing {
+namespace balance::design {
 
 /// A u = c with orthonormal rows, where the conditions are affine: independent and complete.
 struct LinearConditions {
   MatrixX a;
   VectorX c;
 };
-LinearConditions linear_conditions(const Equations& equations, int numbers);
+LinearConditions linear_conditions(const NonlinearSystem& equations, int numbers);
 
-struct ExactSearch {
+struct ExactSolutions {
   std::vector<VectorX> solutions;  ///< distinct and physical; the one reached from the start values first
-  std::vector<VectorX> unusable;   ///< some that meet the conditions but are no designs
-  Descent best;                    ///< smallest sum of squares where there is no solution
+  std::vector<VectorX> rejected;   ///< some that meet the conditions but are no designs
+  LeastSquaresResult closest;      ///< smallest sum of squares where there is no solution
 };
 
 /// How long to look for solutions.
-struct Effort {
-  int restarts = 0;                         ///< at most
-  int wanted = 1;                           ///< solutions that are enough
-  std::function<bool()> proved_impossible;  ///< asked once after a few failures: it is proved that there is no solution
-  std::function<bool(const VectorX& u)> usable;  ///< a solution counts; null: all do
-  std::vector<VectorX> first = {};               ///< starts before the random ones; none: the start values
+struct ExactSearchOptions {
+  int max_restarts = 0;   ///< at most
+  int max_solutions = 1;  ///< solutions that are enough
+  std::function<bool()>
+      is_proved_infeasible;  ///< asked once after a few failures: it is proved that there is no solution
+  std::function<bool(const VectorX& u)> is_usable;  ///< a solution counts; null: all do
+  std::vector<VectorX> starts = {};                 ///< starts before the random ones; none: the start values
 };
 
 /// Gauss–Newton from the first starts and from random points of the box.
-ExactSearch find_exact(const Context& context, const Equations& equations, const Effort& effort);
+ExactSolutions find_exact_solutions(const SolverContext& context, const NonlinearSystem& equations,
+                                    const ExactSearchOptions& effort);
 
 /// Within bounds, met and physical.
-bool is_exact(const Context& context, const Equations& equations, const VectorX& u);
+bool is_exact(const SolverContext& context, const NonlinearSystem& equations, const VectorX& u);
 
 /// Back onto the conditions from a point near them; to the last digit where `rows` give the residual of the mechanism itself.
 /// @param rows of one geometry, or null
-VectorX polished(const Equations& equations, const VectorX& u, const std::function<VectorX(const VectorX&)>& exact);
+VectorX refine_solution(const NonlinearSystem& equations, const VectorX& u,
+                        const std::function<VectorX(const VectorX&)>& exact);
 
 /// Orthonormal directions (columns) in which no condition changes at u; none: the solution is the only one near it.
-MatrixX tangent_space(const Equations& equations, const VectorX& u);
+MatrixX tangent_space(const NonlinearSystem& equations, const VectorX& u);
 
 /// Numbers that are off their bounds, their start values or zero by round-off are put there, one by one, unless a condition
 /// or the objective suffers.
 /// @param merit may be empty
-VectorX tidied(const Context& context, const Equations& equations, const std::function<double(const VectorX&)>& merit,
-               VectorX u);
+VectorX snap_to_special_values(const SolverContext& context, const NonlinearSystem& equations,
+                               const std::function<double(const VectorX&)>& merit, VectorX u);
 
 /// The solution nearest to the start values, in widths of the bounds, where conditions are affine and the physical designs
 /// form a convex set; nothing if it is not found.
-std::optional<VectorX> nearest_exact(const Context& context, const LinearConditions& conditions);
+std::optional<VectorX> find_nearest_solution(const SolverContext& context, const LinearConditions& conditions);
 
-}  // namespace balance::designing
+}  // namespace balance::design

@@ -5,13 +5,13 @@
 #include <algorithm>
 #include <cmath>
 
-namespace balance::designing {
+namespace balance::design {
 
 namespace {
 
 int inertia_size(const Mechanism& mechanism) { return mechanism.space == SpaceKind::planar ? 1 : 6; }
 
-class Numbers {
+class ValueCollector {
  public:
   void add(double value) { values_.push_back(value); }
   void add(const Vector3& v) { values_.insert(values_.end(), v.data(), v.data() + 3); }
@@ -32,30 +32,30 @@ class Numbers {
 
 }  // namespace
 
-std::vector<Element> list_elements(const Mechanism& mechanism, const LooseSprings& loose) {
+std::vector<ElementFeatures> list_element_features(const Mechanism& mechanism, const FreeSprings& loose) {
   int next = static_cast<int>(term_values(mechanism, loose).size());
-  std::vector<Element> all;
-  const auto add = [&](Bearer bearer, std::size_t begin, std::size_t end) {
+  std::vector<ElementFeatures> all;
+  const auto add = [&](ParameterOwner bearer, std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
-      Element element{bearer, static_cast<int>(i), next++, -1};
-      if (bearer != Bearer::spring) {
+      ElementFeatures element{bearer, static_cast<int>(i), next++, -1};
+      if (bearer != ParameterOwner::spring) {
         element.inertia = next;
         next += inertia_size(mechanism);
       }
       all.push_back(element);
     }
   };
-  add(Bearer::body, 1, mechanism.bodies.size());
-  add(Bearer::attachment, 0, mechanism.attachments.size());
-  add(Bearer::disc, 0, mechanism.discs.size());
-  add(Bearer::spring, 0, mechanism.springs.size());
+  add(ParameterOwner::body, 1, mechanism.bodies.size());
+  add(ParameterOwner::attachment, 0, mechanism.attachments.size());
+  add(ParameterOwner::disc, 0, mechanism.discs.size());
+  add(ParameterOwner::spring, 0, mechanism.springs.size());
   return all;
 }
 
-VectorX features(const Mechanism& mechanism, const LooseSprings& loose) {
+VectorX compute_features(const Mechanism& mechanism, const FreeSprings& loose) {
   const bool planar = mechanism.space == SpaceKind::planar;
   const VectorX parameters = term_values(mechanism, loose);
-  Numbers rest;
+  ValueCollector rest;
   const auto add = [&](double mass, const Matrix3& inertia) {
     rest.add(mass);
     rest.add_inertia(inertia, planar);
@@ -70,16 +70,16 @@ VectorX features(const Mechanism& mechanism, const LooseSprings& loose) {
   return all;
 }
 
-VectorX geometry(const Mechanism& mechanism, const LooseSprings& loose) {
-  Numbers all;
+VectorX collect_geometry(const Mechanism& mechanism, const FreeSprings& loose) {
+  ValueCollector all;
   all.add(mechanism.gravity);
   for (const Joint& joint : mechanism.joints) {
     for (const Vector3& v : {joint.point_first, joint.point_second, joint.axis, joint.axis2}) all.add(v);
     all.add(joint.rotation);
     all.add(joint.radius);
   }
-  for (const Speed& constraint : mechanism.constraints)
-    for (const SpeedTerm& term : constraint.terms) {
+  for (const GeneralisedSpeed& constraint : mechanism.constraints)
+    for (const GeneralisedSpeedTerm& term : constraint.terms) {
       all.add(term.factor);
       all.add(term.position);
     }
@@ -96,7 +96,7 @@ VectorX geometry(const Mechanism& mechanism, const LooseSprings& loose) {
   }
   for (std::size_t s = 0; s < mechanism.springs.size(); ++s) {
     const Spring& spring = mechanism.springs[s];
-    if (spring.in_joint()) continue;
+    if (spring.is_joint_spring()) continue;
     all.add(spring.free_length);
     if (s < loose.size() && loose[s]) continue;
     all.add(spring.point_first);
@@ -107,33 +107,33 @@ VectorX geometry(const Mechanism& mechanism, const LooseSprings& loose) {
   return all.finish();
 }
 
-VectorX parameter_units(const Mechanism& mechanism, const LooseSprings& loose) {
+VectorX parameter_scales(const Mechanism& mechanism, const FreeSprings& loose) {
   const double length = characteristic_length(mechanism), mass = total_mass(mechanism);
   const VectorX values = term_values(mechanism, loose);
   const auto all = list_terms(mechanism, loose);
   double stiffness = 0;  // of springs between points, and of torsion springs at an arm of the mechanism's length
   for (std::size_t p = 0; p < all.size(); ++p)
-    if (all[p].bearer == Bearer::spring && all[p].kind == ParameterKind::stiffness)
+    if (all[p].owner_kind == ParameterOwner::spring && all[p].kind == ParameterKind::stiffness)
       stiffness = std::max(
           stiffness, std::abs(values[static_cast<Eigen::Index>(p)]) / elementary::pow(length, all[p].length_power));
   VectorX unit(values.size());
   for (std::size_t p = 0; p < all.size(); ++p) {
-    if (is_known(all[p])) {
+    if (is_known_term(all[p])) {
       const double known = std::abs(values[static_cast<Eigen::Index>(p)]);
       unit[static_cast<Eigen::Index>(p)] = known > 0 ? known : 1;
       continue;
     }
-    const double size = all[p].bearer == Bearer::spring ? stiffness : mass;
+    const double size = all[p].owner_kind == ParameterOwner::spring ? stiffness : mass;
     unit[static_cast<Eigen::Index>(p)] = (size > 0 ? size : 1) * elementary::pow(length, all[p].length_power);
   }
   return unit;
 }
 
-bool same_numbers(const VectorX& a, const VectorX& b) {
+bool is_equal_to_rounding(const VectorX& a, const VectorX& b) {
   // expressions over free parameters may round differently where they do not depend on them
-  constexpr double round_off = 1e-14;
+  constexpr double equality_tolerance = 1e-14;
   if (a.size() != b.size()) return false;
-  return ((a - b).cwiseAbs().array() <= round_off * a.cwiseAbs().cwiseMax(b.cwiseAbs()).array()).all();
+  return ((a - b).cwiseAbs().array() <= equality_tolerance * a.cwiseAbs().cwiseMax(b.cwiseAbs()).array()).all();
 }
 
-}  // namespace balance::designing
+}  // namespace balance::design

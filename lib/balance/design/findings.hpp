@@ -5,17 +5,20 @@
 #include "balance/design/equations.hpp"
 #include "balance/design/solve.hpp"
 
-namespace balance::designing {
+namespace balance::design {
 
 /// Per condition the free numbers that change what it says. @param u where conditions were derived, of any geometry
-std::vector<std::vector<int>> find_occurring(const Context& context, const Conditions& conditions, const VectorX& u);
+std::vector<std::vector<int>> find_condition_variables(const SolverContext& context, const Conditions& conditions,
+                                                       const VectorX& u);
 
 /// Proof that the conditions of a fixed geometry cannot be met, for any masses or within the bounds.
 /// @param residual what the best numbers leave
-std::optional<Impossibility> find_proof(const Context& context, const Conditions& conditions, const FixedRows& rows,
-                                        const VectorX& residual);
+std::optional<InfeasibilityCertificate> find_infeasibility_certificate(const SolverContext& context,
+                                                                       const Conditions& conditions,
+                                                                       const ConditionResidual& rows,
+                                                                       const VectorX& residual);
 
 /// Status, open conditions and reason from residuals, proof and fixed conditions.
-void conclude(DesignOutcome& outcome);
+void determine_status(DesignOutcome& outcome);
 
-}  // namespace balance::designing
+}  // namespace balance::design

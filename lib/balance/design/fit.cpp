@@ -8,15 +8,15 @@
 #include <map>
 #include <numeric>
 
-namespace balance::designing {
+namespace balance::design {
 
 namespace {
 
-constexpr int highest_degree = 4;
+constexpr int max_polynomial_degree = 4;
 /// Beyond so many samples building mechanisms costs more than it saves.
-constexpr std::size_t most_samples = 400;
+constexpr std::size_t max_fit_samples = 400;
 /// Coefficients of this part of a feature's size are round-off of the fit; the check at other points allows as much.
-constexpr double round_off = 1e-12;
+constexpr double fit_tolerance = 1e-12;
 
 using Exponents = std::vector<int>;
 
@@ -34,14 +34,14 @@ void list_exponents(int size, int degree, Exponents& head, std::vector<Exponents
 }
 
 /// Sets of connected numbers.
-class Partition {
+class DisjointSets {
  public:
-  explicit Partition(int n) : parent_(static_cast<std::size_t>(n)) { std::iota(parent_.begin(), parent_.end(), 0); }
+  explicit DisjointSets(int n) : parent_(static_cast<std::size_t>(n)) { std::iota(parent_.begin(), parent_.end(), 0); }
   int find(int i) {
     while (parent_[static_cast<std::size_t>(i)] != i) i = parent_[static_cast<std::size_t>(i)];
     return i;
   }
-  void join(int i, int j) {
+  void unite(int i, int j) {
     parent_[static_cast<std::size_t>(std::max(find(i), find(j)))] = std::min(find(i), find(j));
   }
   std::vector<std::vector<int>> groups(const std::vector<int>& members) {
@@ -56,57 +56,57 @@ class Partition {
 };
 
 /// One sample of a group: variables with their values, the others at the base.
-using Setting = std::vector<std::pair<int, double>>;
+using SamplePoint = std::vector<std::pair<int, double>>;
 
 /// Numbers of which no others change the same features, and those features.
-struct Group {
+struct VariableGroup {
   std::vector<int> variables;
   std::vector<int> features;
   std::vector<std::vector<int>> interacting;  ///< the variables again, by which of them occur in products
-  std::map<Setting, VectorX> samples;         ///< all features
+  std::map<SamplePoint, VectorX> samples;     ///< all features
 };
 
-class Fit {
+class PolynomialFit {
  public:
-  Fit(const Survey& survey, const std::function<VectorX(const VectorX&)>& features)
+  PolynomialFit(const VariableClassification& survey, const std::function<VectorX(const VectorX&)>& features)
       : survey_(survey), features_(features), n_(static_cast<int>(survey.base.size())), size_(survey.base_features) {
     size_ = size_.cwiseAbs();
-    for (const VectorX& sample : survey.features) size_ = size_.cwiseMax(sample.cwiseAbs());
+    for (const VectorX& sample : survey.perturbed_features) size_ = size_.cwiseMax(sample.cwiseAbs());
   }
 
-  std::optional<Polynomial> run() {
+  std::optional<SparsePolynomial> run() {
     if (!survey_.base_features.allFinite()) return std::nullopt;
     find_groups();
     if (!find_interactions()) return std::nullopt;
     checks_ = {check_point(1), check_point(2)};
-    for (int degree = 1; degree <= highest_degree; ++degree) {
+    for (int degree = 1; degree <= max_polynomial_degree; ++degree) {
       const auto result = fit(degree);
       if (!result) return std::nullopt;
-      if (agrees(*result)) return result;
+      if (is_confirmed(*result)) return result;
     }
     return std::nullopt;
   }
 
  private:
   void find_groups() {
-    Partition partition(n_);
+    DisjointSets partition(n_);
     std::vector<int> acting, toucher(static_cast<std::size_t>(size_.size()), -1);
     for (int i = 0; i < n_; ++i) {
       bool acts = false;
       for (int f = 0; f < size_.size(); ++f) {
-        if (!survey_.touches(i, f)) continue;
+        if (!survey_.has_effect(i, f)) continue;
         acts = true;
         int& other = toucher[static_cast<std::size_t>(f)];
-        if (other >= 0) partition.join(i, other);
+        if (other >= 0) partition.unite(i, other);
         other = i;
       }
       if (acts) acting.push_back(i);
     }
     for (const auto& members : partition.groups(acting)) {
-      Group group{members, {}, {}, {}};
+      VariableGroup group{members, {}, {}, {}};
       group.samples[{}] = survey_.base_features;
       for (const int i : members)
-        group.samples[{{i, survey_.moved[i]}}] = survey_.features[static_cast<std::size_t>(i)];
+        group.samples[{{i, survey_.perturbed[i]}}] = survey_.perturbed_features[static_cast<std::size_t>(i)];
       for (int f = 0; f < size_.size(); ++f) {
         const int i = toucher[static_cast<std::size_t>(f)];
         if (i >= 0 && partition.find(i) == partition.find(members[0])) group.features.push_back(f);
@@ -117,13 +117,13 @@ class Fit {
 
   /// Takes the samples that are not known yet. One mechanism serves a sample of every group: groups have no features in
   /// common.
-  bool sample(const std::vector<std::vector<Setting>>& settings) {
-    std::vector<std::vector<Setting>> missing(groups_.size());
+  bool sample(const std::vector<std::vector<SamplePoint>>& settings) {
+    std::vector<std::vector<SamplePoint>> missing(groups_.size());
     std::size_t most = 0;
     for (std::size_t g = 0; g < groups_.size(); ++g) {
-      for (const Setting& setting : settings[g])
+      for (const SamplePoint& setting : settings[g])
         if (!groups_[g].samples.contains(setting)) missing[g].push_back(setting);
-      if (groups_[g].samples.size() + missing[g].size() > most_samples) return false;
+      if (groups_[g].samples.size() + missing[g].size() > max_fit_samples) return false;
       most = std::max(most, missing[g].size());
     }
     for (std::size_t k = 0; k < most; ++k) {
@@ -142,22 +142,22 @@ class Fit {
 
   /// Mixed differences of all pairs of a group.
   bool find_interactions() {
-    std::vector<std::vector<Setting>> settings(groups_.size());
+    std::vector<std::vector<SamplePoint>> settings(groups_.size());
     for (std::size_t g = 0; g < groups_.size(); ++g) {
       const auto& v = groups_[g].variables;
       for (std::size_t i = 0; i < v.size(); ++i)
         for (std::size_t j = 0; j < i; ++j)
-          settings[g].push_back({{v[j], survey_.moved[v[j]]}, {v[i], survey_.moved[v[i]]}});
+          settings[g].push_back({{v[j], survey_.perturbed[v[j]]}, {v[i], survey_.perturbed[v[i]]}});
     }
     if (!sample(settings)) return false;
     for (std::size_t g = 0; g < groups_.size(); ++g) {
-      Partition partition(n_);
-      for (const Setting& setting : settings[g]) {
+      DisjointSets partition(n_);
+      for (const SamplePoint& setting : settings[g]) {
         const int i = setting[0].first, j = setting[1].first;
-        const VectorX mixed = groups_[g].samples[setting] - survey_.features[static_cast<std::size_t>(i)] -
-                              survey_.features[static_cast<std::size_t>(j)] + survey_.base_features;
+        const VectorX mixed = groups_[g].samples[setting] - survey_.perturbed_features[static_cast<std::size_t>(i)] -
+                              survey_.perturbed_features[static_cast<std::size_t>(j)] + survey_.base_features;
         for (const int f : groups_[g].features)
-          if (std::abs(mixed[f]) > round_off * size_[f]) partition.join(i, j);
+          if (std::abs(mixed[f]) > fit_tolerance * size_[f]) partition.unite(i, j);
       }
       groups_[g].interacting = partition.groups(groups_[g].variables);
     }
@@ -166,21 +166,21 @@ class Fit {
 
   /// Node e of a variable; the base is the first, so that lower degrees' samples are higher ones' too.
   double node(int variable, int e) const {
-    constexpr double others[] = {0, 0, 0.9, -0.25, 0.6};
-    return e == 0 ? survey_.base[variable] : e == 1 ? survey_.moved[variable] : others[e];
+    constexpr double interpolation_nodes[] = {0, 0, 0.9, -0.25, 0.6};
+    return e == 0 ? survey_.base[variable] : e == 1 ? survey_.perturbed[variable] : interpolation_nodes[e];
   }
 
-  std::optional<Polynomial> fit(int degree) {
-    std::vector<std::vector<Setting>> settings(groups_.size());
+  std::optional<SparsePolynomial> fit(int degree) {
+    std::vector<std::vector<SamplePoint>> settings(groups_.size());
     for (std::size_t g = 0; g < groups_.size(); ++g)
       for (const auto& v : groups_[g].interacting)
         for (const Exponents& e : exponents(v, degree)) settings[g].push_back(setting_at(v, e));
     if (!sample(settings)) return std::nullopt;
-    TermCollector collector(static_cast<int>(size_.size()));
+    PolynomialBuilder collector(static_cast<int>(size_.size()));
     for (int f = 0; f < size_.size(); ++f) collector.add({}, f, survey_.base_features[f]);
-    for (const Group& group : groups_)
+    for (const VariableGroup& group : groups_)
       for (const auto& v : group.interacting) interpolate(group, v, exponents(v, degree), collector);
-    return collector.finish(n_, 0);
+    return collector.build(n_, 0);
   }
 
   static std::vector<Exponents> exponents(const std::vector<int>& variables, int degree) {
@@ -191,15 +191,15 @@ class Fit {
   }
 
   /// Variables that stay at the base are left out.
-  Setting setting_at(const std::vector<int>& variables, const Exponents& exponents) const {
-    Setting setting;
+  SamplePoint setting_at(const std::vector<int>& variables, const Exponents& exponents) const {
+    SamplePoint setting;
     for (std::size_t i = 0; i < variables.size(); ++i)
       if (exponents[i] > 0) setting.emplace_back(variables[i], node(variables[i], exponents[i]));
     return setting;
   }
 
-  void interpolate(const Group& group, const std::vector<int>& v, const std::vector<Exponents>& all,
-                   TermCollector& collector) const {
+  void interpolate(const VariableGroup& group, const std::vector<int>& v, const std::vector<Exponents>& all,
+                   PolynomialBuilder& collector) const {
     const std::vector<int>& wanted = group.features;
     const auto n = static_cast<Eigen::Index>(all.size());
     MatrixX vandermonde(n, n), right(n, static_cast<Eigen::Index>(wanted.size()));
@@ -223,37 +223,38 @@ class Fit {
         if (all[static_cast<std::size_t>(k)][i] > 0) monomial.emplace_back(v[i], all[static_cast<std::size_t>(k)][i]);
       for (std::size_t f = 0; f < wanted.size(); ++f) {
         const double value = c(k, static_cast<Eigen::Index>(f));
-        if (std::abs(value) > round_off * size_[wanted[f]]) collector.add(monomial, wanted[f], value);
+        if (std::abs(value) > fit_tolerance * size_[wanted[f]]) collector.add(monomial, wanted[f], value);
       }
     }
   }
 
   std::pair<VectorX, VectorX> check_point(int which) {
-    RandomNumbers random(static_cast<std::uint64_t>(which));
-    const VectorX u = random.point(n_);
+    UniformRandom random(static_cast<std::uint64_t>(which));
+    const VectorX u = random.sample_point(n_);
     return {u, features_(u)};
   }
 
-  bool agrees(const Polynomial& polynomial) const {
+  bool is_confirmed(const SparsePolynomial& polynomial) const {
     return std::all_of(checks_.begin(), checks_.end(), [&](const auto& check) {
       VectorX values;
       polynomial.evaluate(check.first, values, nullptr);
-      return ((values - check.second).cwiseAbs().array() <= round_off * size_.array() + 1e-300).all();
+      return ((values - check.second).cwiseAbs().array() <= fit_tolerance * size_.array() + 1e-300).all();
     });
   }
 
-  const Survey& survey_;
+  const VariableClassification& survey_;
   const std::function<VectorX(const VectorX&)>& features_;
   int n_;
   VectorX size_;  ///< of every feature
-  std::vector<Group> groups_;
+  std::vector<VariableGroup> groups_;
   std::vector<std::pair<VectorX, VectorX>> checks_;
 };
 
 }  // namespace
 
-std::optional<Polynomial> fit_features(const Survey& survey, const std::function<VectorX(const VectorX& u)>& features) {
-  return Fit(survey, features).run();
+std::optional<SparsePolynomial> fit_feature_polynomials(const VariableClassification& survey,
+                                                        const std::function<VectorX(const VectorX& u)>& features) {
+  return PolynomialFit(survey, features).run();
 }
 
-}  // namespace balance::designing
+}  // namespace balance::design

@@ -7,10 +7,11 @@
 #include <functional>
 #include <optional>
 
-namespace balance::designing {
+namespace balance::design {
 
 /// Features as polynomials of degree four or less in unit coordinates, found from few samples and checked at others.
 /// @return nothing if they are none, or if too many numbers act together
-std::optional<Polynomial> fit_features(const Survey& survey, const std::function<VectorX(const VectorX& u)>& features);
+std::optional<SparsePolynomial> fit_feature_polynomials(const VariableClassification& survey,
+                                                        const std::function<VectorX(const VectorX& u)>& features);
 
-}  // namespace balance::designing
+}  // namespace balance::design

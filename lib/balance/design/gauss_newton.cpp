@@ -7,22 +7,22 @@
 #include <cmath>
 #include <limits>
 
-namespace balance::designing {
+namespace balance::design {
 
 namespace {
 
 /// Nothing is left to gain.
-constexpr double solved = 1e-16;
+constexpr double max_residual_tolerance = 1e-16;
 /// A step that fails with residuals as small as this fails for round-off.
-constexpr double nearly_solved = 1e-12;
+constexpr double rounding_residual_tolerance = 1e-12;
 /// Relative decrease of the sum of squares that counts as none, and how often in a row it may happen.
-constexpr double stalled = 1e-10;
-constexpr int stall_limit = 4;
+constexpr double stall_tolerance = 1e-10;
+constexpr int max_stalled_iterations = 4;
 /// Steps that are made whoever wants the end: most descents take no more.
-constexpr int granted = 20;
+constexpr int min_iterations = 20;
 
 /// The damped step within the bounds: min |r + J d|² + damping |d|².
-VectorX step(const MatrixX& jacobian, const VectorX& values, const VectorX& u, double damping) {
+VectorX solve_damped_step(const MatrixX& jacobian, const VectorX& values, const VectorX& u, double damping) {
   const auto m = jacobian.rows(), n = jacobian.cols();
   MatrixX a(m + n, n);
   a << jacobian, std::sqrt(damping) * MatrixX::Identity(n, n);
@@ -33,7 +33,7 @@ VectorX step(const MatrixX& jacobian, const VectorX& values, const VectorX& u, d
 }
 
 /// u + d, with bounds hit exactly.
-VectorX stepped(const VectorX& u, const VectorX& d) {
+VectorX apply_step(const VectorX& u, const VectorX& d) {
   VectorX next = u + d;
   for (Eigen::Index i = 0; i < u.size(); ++i) {
     if (d[i] <= -1 - u[i]) next[i] = -1;
@@ -44,39 +44,40 @@ VectorX stepped(const VectorX& u, const VectorX& d) {
 
 }  // namespace
 
-Descent gauss_newton(const Equations& equations, VectorX start, int iterations, const std::function<bool()>& stop) {
-  Descent result{std::move(start), {}, std::numeric_limits<double>::infinity()};
+LeastSquaresResult solve_levenberg_marquardt(const NonlinearSystem& equations, VectorX start, int iterations,
+                                             const std::function<bool()>& stop) {
+  LeastSquaresResult result{std::move(start), {}, std::numeric_limits<double>::infinity()};
   MatrixX jacobian;
   if (!equations.evaluate(result.u, result.values, &jacobian)) return result;
   if (result.values.size() == 0 || result.u.size() == 0) {
-    result.largest = max_abs(result.values);
+    result.max_residual = max_abs(result.values);
     return result;
   }
   const double size = std::max(max_abs(jacobian.colwise().squaredNorm()), 1e-30);
   double damping = 1e-10 * size;
   int stalls = 0;
   VectorX values;
-  for (int iteration = 0; iteration < iterations && max_abs(result.values) > solved; ++iteration) {
-    if (iteration >= granted && stop && stop()) break;
-    const VectorX d = step(jacobian, result.values, result.u, damping);
+  for (int iteration = 0; iteration < iterations && max_abs(result.values) > max_residual_tolerance; ++iteration) {
+    if (iteration >= min_iterations && stop && stop()) break;
+    const VectorX d = solve_damped_step(jacobian, result.values, result.u, damping);
     const double before = result.values.squaredNorm();
     const double predicted = before - (result.values + jacobian * d).squaredNorm();
     if (!(predicted > 1e-15 * before) || d.norm() < 1e-16) break;
-    const VectorX next = stepped(result.u, d);
+    const VectorX next = apply_step(result.u, d);
     const bool valid = equations.evaluate(next, values, nullptr);
     const double gain = valid ? (before - values.squaredNorm()) / predicted : -1;
     if (!(gain > 1e-4)) {
-      if (max_abs(result.values) < nearly_solved || damping > 1e8 * size) break;
+      if (max_abs(result.values) < rounding_residual_tolerance || damping > 1e8 * size) break;
       damping = std::max(10 * damping, 1e-6 * size);
       continue;
     }
-    stalls = values.squaredNorm() > (1 - stalled) * before ? stalls + 1 : 0;
+    stalls = values.squaredNorm() > (1 - stall_tolerance) * before ? stalls + 1 : 0;
     result.u = next;
-    if (!equations.evaluate(next, result.values, &jacobian) || stalls >= stall_limit) break;
+    if (!equations.evaluate(next, result.values, &jacobian) || stalls >= max_stalled_iterations) break;
     if (gain > 0.5) damping = std::max(damping / 10, 1e-14 * size);
   }
-  result.largest = max_abs(result.values);
+  result.max_residual = max_abs(result.values);
   return result;
 }
 
-}  // namespace balance::designing
+}  // namespace balance::design

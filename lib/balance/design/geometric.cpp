@@ -13,114 +13,121 @@
 #include <cmath>
 #include <map>
 
-namespace balance::designing {
+namespace balance::design {
 
 namespace {
 
-constexpr double none = std::numeric_limits<double>::quiet_NaN();
+constexpr double no_value = std::numeric_limits<double>::quiet_NaN();
 /// Exact designs whose lengths are looked at, and joint descents for them besides the start's.
-constexpr int most_designs = 4, joint_starts = 12;
+constexpr int max_exact_designs = 4, max_joint_starts = 12;
 /// Of the designs that two levels find.
-constexpr std::size_t most_looks = 3;
+constexpr std::size_t max_bilevel_candidates = 3;
 /// Lengths moved by this part of their range show whether designs exist around.
-constexpr double nearby = 1e-3;
+constexpr double neighbour_offset = 1e-3;
 
 class GeometrySearch {
  public:
-  GeometrySearch(const Context& context, const VectorX& anchor, const Equations& equations, const FigureOfMerit* merit)
+  GeometrySearch(const SolverContext& context, const VectorX& anchor, const NonlinearSystem& equations,
+                 const ScaledObjective* merit)
       : context_(context),
         anchor_(anchor),
         equations_(equations),
-        merit_(merit),
+        objective_(merit),
         trials_(context, equations, merit),
-        lengths_(geometric_numbers(context)),
-        others_(inertial_numbers(context)) {}
+        lengths_(geometric_variables(context)),
+        others_(inertial_variables(context)) {}
 
-  GeometricDesign run() {
-    Trial best;
-    const bool able = try_two_levels(best);
-    if (!best.balanced)
-      for (const VectorX& u : find_designs()) {
-        consider(best, u);
-        if (merit_ == nullptr && best.balanced) break;
+  GeometrySearchResult run() {
+    TrialDesign best;
+    const bool able = try_bilevel_search(best);
+    if (!best.is_balanced)
+      for (const VectorX& u : find_exact_designs()) {
+        evaluate_candidate(best, u);
+        if (objective_ == nullptr && best.is_balanced) break;
       }
-    if (!best.balanced) trials_.improve(best, balanced_elsewhere());
-    if (merit_ != nullptr && best.balanced)
-      best = improved(best, able && context_.limits->size() == context_.problem.bounded);
-    if (!best.balanced) best = compromise(best);
-    if (best.possible && equations_.conditions == 0 && context_.limits->size() == 0) descend_together(best);
+    if (!best.is_balanced) trials_.update_best(best, solve_at_samples());
+    if (objective_ != nullptr && best.is_balanced)
+      best = improve_geometry(best, able && context_.limits->size() == context_.problem.convex_limit_count);
+    if (!best.is_balanced) best = search_compromise(best);
+    if (best.is_feasible && equations_.primary_rows == 0 && context_.limits->size() == 0) search_all_variables(best);
     return report(best);
   }
 
  private:
   /// @return the problem is of the kind that it is made for
-  bool try_two_levels(Trial& best) {
-    const TwoLevelDesigns designs = search_two_levels(context_, anchor_, merit_, false);
+  bool try_bilevel_search(TrialDesign& best) {
+    const BilevelResult designs = search_bilevel(context_, anchor_, objective_, false);
     std::size_t looked = 0;
     for (const VectorX& u : designs.balanced) {
-      if (best.balanced && (merit_ == nullptr || ++looked >= most_looks || context_.budget.spent())) break;
-      if (!context_.obstacle(u).empty()) continue;
-      consider(best, equations_.conditions > 0 ? gauss_newton(equations_near(context_, u, equations_), u).u : u);
-      trials_.improve(best, trials_.at(u));
+      if (best.is_balanced &&
+          (objective_ == nullptr || ++looked >= max_bilevel_candidates || context_.budget.is_spent()))
+        break;
+      if (!context_.infeasibility_reason(u).empty()) continue;
+      evaluate_candidate(best, equations_.primary_rows > 0
+                                   ? solve_levenberg_marquardt(make_equations_near(context_, u, equations_), u).u
+                                   : u);
+      trials_.update_best(best, trials_.solve_at_geometry(u));
     }
     others_found_ = designs.others;
-    return designs.able;
+    return designs.is_applicable;
   }
 
   /// An exact design, or nearly one, as it stands and with the masses solved for.
-  void consider(Trial& best, const VectorX& u) const {
-    trials_.improve(best, trials_.as_it_is(u));
-    if (merit_ == nullptr && best.balanced) return;
-    trials_.improve(best, trials_.at(u));
-    if (const auto special = at_special_lengths(context_, u); special && !best.balanced)
-      trials_.improve(best, trials_.at(*special));
+  void evaluate_candidate(TrialDesign& best, const VectorX& u) const {
+    trials_.update_best(best, trials_.evaluate(u));
+    if (objective_ == nullptr && best.is_balanced) return;
+    trials_.update_best(best, trials_.solve_at_geometry(u));
+    if (const auto special = snap_to_length_ratios(context_, u); special && !best.is_balanced)
+      trials_.update_best(best, trials_.solve_at_geometry(*special));
   }
 
   /// Joint Gauss–Newton on all numbers.
-  std::vector<VectorX> find_designs() {
-    if (equations_.conditions == 0) return {anchor_};
-    Effort effort;
-    effort.first.push_back(anchor_);
-    for (const VectorX& u : prepared()) effort.first.push_back(u);
-    effort.restarts = context_.problem.search.restarts;
-    effort.wanted = merit_ == nullptr ? 1 : most_designs;
-    effort.usable = [this](const VectorX& u) {
-      if (!context_.obstacle(u).empty()) return false;
-      if (merit_ == nullptr || std::isfinite((*merit_)(u, nullptr))) return true;
+  std::vector<VectorX> find_exact_designs() {
+    if (equations_.primary_rows == 0) return {anchor_};
+    ExactSearchOptions effort;
+    effort.starts.push_back(anchor_);
+    for (const VectorX& u : prepare_starts()) effort.starts.push_back(u);
+    effort.max_restarts = context_.problem.search.max_restarts;
+    effort.max_solutions = objective_ == nullptr ? 1 : max_exact_designs;
+    effort.is_usable = [this](const VectorX& u) {
+      if (!context_.infeasibility_reason(u).empty()) return false;
+      if (objective_ == nullptr || std::isfinite((*objective_)(u, nullptr))) return true;
       if (trials_.is_balanced(u)) valueless_ = u;
       return false;
     };
-    ExactSearch search = find_exact(context_, equations_, effort);
-    best_descent_ = search.best;
+    ExactSolutions search = find_exact_solutions(context_, equations_, effort);
+    best_descent_ = search.closest;
     for (VectorX& u : search.solutions)
-      if (const VectorX better = gauss_newton(equations_, u).u; is_exact(context_, equations_, better)) u = better;
+      if (const VectorX better = solve_levenberg_marquardt(equations_, u).u; is_exact(context_, equations_, better))
+        u = better;
     return search.solutions;
   }
 
   /// Lengths that fill their box, each with the other numbers that leave the least there: the best of them.
-  std::vector<VectorX> prepared() {
+  std::vector<VectorX> prepare_starts() {
     std::vector<std::pair<double, VectorX>> points;
     const int count = 8 + 8 * static_cast<int>(lengths_.size());
-    for (const VectorX& part : spread_points(count, static_cast<int>(lengths_.size()), context_.problem.search.seed)) {
-      if (context_.budget.spent()) break;
+    for (const VectorX& part :
+         low_discrepancy_points(count, static_cast<int>(lengths_.size()), context_.problem.search.seed)) {
+      if (context_.budget.is_spent()) break;
       VectorX u = anchor_;
       u(lengths_) = part;
       ++context_.budget.geometries;
-      const Descent descent = others_only(u);
-      if (descent.values.size() > 0 && context_.obstacle(descent.u).empty())
+      const LeastSquaresResult descent = solve_inertial_variables(u);
+      if (descent.values.size() > 0 && context_.infeasibility_reason(descent.u).empty())
         points.emplace_back(descent.values.squaredNorm(), descent.u);
     }
     std::stable_sort(points.begin(), points.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
     std::vector<VectorX> starts;
-    for (std::size_t k = 0; k < std::min<std::size_t>(points.size(), joint_starts); ++k)
+    for (std::size_t k = 0; k < std::min<std::size_t>(points.size(), max_joint_starts); ++k)
       starts.push_back(points[k].second);
     samples_ = std::move(points);
     return starts;
   }
 
   /// Gauss–Newton on the numbers that do not change the geometry, on the goal's rows at fixed samples.
-  Descent others_only(const VectorX& u) const {
-    Equations part = equations_;
+  LeastSquaresResult solve_inertial_variables(const VectorX& u) const {
+    NonlinearSystem part = equations_;
     part.evaluate = [this, &u](const VectorX& v, VectorX& values, MatrixX* jacobian) {
       VectorX all = u;
       all(others_) = v;
@@ -129,7 +136,7 @@ class GeometrySearch {
       if (jacobian != nullptr) *jacobian = slopes(Eigen::all, others_);
       return true;
     };
-    Descent descent = gauss_newton(part, u(others_), 30);
+    LeastSquaresResult descent = solve_levenberg_marquardt(part, u(others_), 30);
     VectorX all = u;
     all(others_) = descent.u;
     descent.u = all;
@@ -137,120 +144,122 @@ class GeometrySearch {
   }
 
   /// Where the joint search found nothing: the best of its samples, solved at their lengths.
-  Trial balanced_elsewhere() {
-    Trial best;
-    trials_.improve(best, trials_.at(anchor_));
-    for (std::size_t k = 0; k < std::min<std::size_t>(samples_.size(), joint_starts) && !best.balanced; ++k) {
-      if (context_.budget.spent()) break;
-      trials_.improve(best, trials_.at(samples_[k].second));
+  TrialDesign solve_at_samples() {
+    TrialDesign best;
+    trials_.update_best(best, trials_.solve_at_geometry(anchor_));
+    for (std::size_t k = 0; k < std::min<std::size_t>(samples_.size(), max_joint_starts) && !best.is_balanced; ++k) {
+      if (context_.budget.is_spent()) break;
+      trials_.update_best(best, trials_.solve_at_geometry(samples_[k].second));
     }
     return best;
   }
 
   /// Designs exist at lengths around these, not only at them.
-  bool is_open(const Trial& trial) const {
-    for (const double by : {nearby, -nearby}) {
+  bool has_neighbouring_designs(const TrialDesign& trial) const {
+    for (const double by : {neighbour_offset, -neighbour_offset}) {
       VectorX u = trial.u;
       for (std::size_t k = 0; k < lengths_.size(); ++k) {
         double& value = u[lengths_[k]];
-        value += value > 0.9 ? -nearby : value < -0.9 ? nearby : (k % 2 == 0 ? by : -by);
+        value += value > 0.9 ? -neighbour_offset : value < -0.9 ? neighbour_offset : (k % 2 == 0 ? by : -by);
       }
-      if (trials_.at(u).balanced) return true;
+      if (trials_.solve_at_geometry(u).is_balanced) return true;
     }
     return false;
   }
 
   /// Better lengths for an exact design.
   /// @param looked around already, where designs exist at all lengths: two levels do so where they know all limits
-  Trial improved(const Trial& from, bool looked) {
-    Trial best = from;
-    if (!is_open(from)) {
-      const Equations here = equations_near(context_, from.u, equations_);
-      const auto back = [&](const VectorX& u) { return gauss_newton(here, u).u; };
-      const VectorX u = best_exact(context_, *merit_, here, back, {from.u}).u;
-      trials_.improve(best, trials_.as_it_is(u));
-      trials_.improve(best, trials_.at(best.u));
+  TrialDesign improve_geometry(const TrialDesign& from, bool looked) {
+    TrialDesign best = from;
+    if (!has_neighbouring_designs(from)) {
+      const NonlinearSystem here = make_equations_near(context_, from.u, equations_);
+      const auto back = [&](const VectorX& u) { return solve_levenberg_marquardt(here, u).u; };
+      const VectorX u = optimise_exact_solutions(context_, *objective_, here, back, {from.u}).u;
+      trials_.update_best(best, trials_.evaluate(u));
+      trials_.update_best(best, trials_.solve_at_geometry(best.u));
     } else if (!looked || context_.limits->size() > 0) {  // two levels know peaks by few samples
-      descend(
-          best, [](const Trial& trial) { return trial.balanced; }, looked);
+      search_lengths(
+          best, [](const TrialDesign& trial) { return trial.is_balanced; }, looked);
     }
     return best;
   }
 
   /// Derivative-free over the lengths, from the best and from points that fill their box.
   /// @param near from the best alone, in small steps
-  void descend(Trial& best, const std::function<bool(const Trial&)>& counts, bool near = false) {
-    Seek task;
+  void search_lengths(TrialDesign& best, const std::function<bool(const TrialDesign&)>& counts, bool near = false) {
+    MultistartSettings task;
     std::map<std::vector<double>, double> known;
-    task.value = [&](const VectorX& part) {
+    task.objective = [&](const VectorX& part) {
       const std::vector<double> key(part.begin(), part.end());
       if (const auto at_key = known.find(key); at_key != known.end()) return at_key->second;
       VectorX u = best.u;
       u(lengths_) = part;
-      const Trial trial = trials_.at(u);
-      const double value = trial.possible && counts(trial) ? trials_.cost(trial) : none;
-      if (std::isfinite(value)) trials_.improve(best, trial);
+      const TrialDesign trial = trials_.solve_at_geometry(u);
+      const double value = trial.is_feasible && counts(trial) ? trials_.cost(trial) : no_value;
+      if (std::isfinite(value)) trials_.update_best(best, trial);
       known[key] = value;
       return value;
     };
     task.starts = {best.u(lengths_)};
     const auto n = static_cast<int>(lengths_.size());
     if (!near)
-      for (const VectorX& part : spread_points(4 + 4 * n, n, context_.problem.search.seed)) task.starts.push_back(part);
+      for (const VectorX& part : low_discrepancy_points(4 + 4 * n, n, context_.problem.search.seed))
+        task.starts.push_back(part);
     const std::string& asked = context_.problem.search.local;
     task.method = asked == "cobyla" || asked == "sbplx" || asked == "bobyqa" ? asked : "bobyqa";
-    task.descents = near ? 1 : 2;
-    task.evaluations = std::min(context_.problem.search.evaluations, near ? 8 + 8 * n : 40 + 40 * n);
-    if (near) task.step = 0.01;
-    task.finest = 1e-5;
-    seek(task, context_.budget);
+    task.max_local_searches = near ? 1 : 2;
+    task.max_evaluations = std::min(context_.problem.search.max_evaluations, near ? 8 + 8 * n : 40 + 40 * n);
+    if (near) task.initial_step = 0.01;
+    task.min_step = 1e-5;
+    search_multistart(task, context_.budget);
   }
 
   /// Without conditions all numbers may go down the figure's slopes at once.
-  void descend_together(Trial& best) const {
-    if (merit_ == nullptr || !merit_->has_pieces() || context_.budget.spent()) return;
-    if (const auto end = least_maxima_from(context_, *merit_, best.u)) trials_.improve(best, trials_.as_it_is(*end));
+  void search_all_variables(TrialDesign& best) const {
+    if (objective_ == nullptr || !objective_->has_max_terms() || context_.budget.is_spent()) return;
+    if (const auto end = minimise_max_terms_from(context_, *objective_, best.u))
+      trials_.update_best(best, trials_.evaluate(*end));
   }
 
   /// The least that can be had without balance.
-  Trial compromise(Trial best) {
-    trials_.improve(best, trials_.at(anchor_));
-    if (best_descent_.values.size() > 0) trials_.improve(best, trials_.as_it_is(best_descent_.u));
-    for (const VectorX& u : others_found_) trials_.improve(best, trials_.at(u));
-    TwoLevelDesigns designs;
-    if (trials_.wants_figure()) designs = search_two_levels(context_, anchor_, merit_, true);
-    for (const VectorX& u : designs.balanced) trials_.improve(best, trials_.at(u));
-    if (best.possible && !designs.able) descend(best, [](const Trial&) { return true; });
+  TrialDesign search_compromise(TrialDesign best) {
+    trials_.update_best(best, trials_.solve_at_geometry(anchor_));
+    if (best_descent_.values.size() > 0) trials_.update_best(best, trials_.evaluate(best_descent_.u));
+    for (const VectorX& u : others_found_) trials_.update_best(best, trials_.solve_at_geometry(u));
+    BilevelResult designs;
+    if (trials_.is_figure_first()) designs = search_bilevel(context_, anchor_, objective_, true);
+    for (const VectorX& u : designs.balanced) trials_.update_best(best, trials_.solve_at_geometry(u));
+    if (best.is_feasible && !designs.is_applicable) search_lengths(best, [](const TrialDesign&) { return true; });
     return best;
   }
 
-  GeometricDesign report(const Trial& best) const {
-    GeometricDesign design;
-    design.found = best.possible;
-    design.balanced = best.balanced;
-    design.by_residual = !best.balanced && !trials_.wants_figure();
-    design.u = best.possible ? best.u : anchor_;
-    if (!best.balanced) design.valueless = valueless_;
+  GeometrySearchResult report(const TrialDesign& best) const {
+    GeometrySearchResult design;
+    design.is_found = best.is_feasible;
+    design.is_balanced = best.is_balanced;
+    design.minimises_residual = !best.is_balanced && !trials_.is_figure_first();
+    design.u = best.is_feasible ? best.u : anchor_;
+    if (!best.is_balanced) design.balanced_without_value = valueless_;
     return design;
   }
 
-  const Context& context_;
+  const SolverContext& context_;
   VectorX anchor_;
-  const Equations& equations_;
-  const FigureOfMerit* merit_;
-  Trials trials_;
+  const NonlinearSystem& equations_;
+  const ScaledObjective* objective_;
+  TrialEvaluator trials_;
   std::vector<int> lengths_, others_;
   std::optional<VectorX> valueless_;
-  Descent best_descent_;
+  LeastSquaresResult best_descent_;
   std::vector<VectorX> others_found_;
   std::vector<std::pair<double, VectorX>> samples_;
 };
 
 }  // namespace
 
-GeometricDesign search_geometry(const Context& context, const VectorX& anchor, const Equations& equations,
-                                const FigureOfMerit* merit) {
+GeometrySearchResult search_geometry(const SolverContext& context, const VectorX& anchor,
+                                     const NonlinearSystem& equations, const ScaledObjective* merit) {
   return GeometrySearch(context, anchor, equations, merit).run();
 }
 
-}  // namespace balance::designing
+}  // namespace balance::design

@@ -9,30 +9,31 @@
 #include <algorithm>
 #include <cmath>
 
-namespace balance::designing {
+namespace balance::design {
 
 namespace {
 
 /// Weight of the residual against a figure of size one.
-constexpr double of_residual = 1e4;
+constexpr double residual_penalty = 1e4;
 /// Weight of what a limit is missed by, in parts of its bound.
-constexpr double of_limits = 1e3;
+constexpr double limit_penalty = 1e3;
 /// Difference of unit coordinates; the error of central ones is its square.
-constexpr double difference = 1e-5;
+constexpr double inner_difference_step = 1e-5;
 /// Directions in which the rows of the movable unknowns are this much weaker than in the strongest are left to the lengths.
-constexpr double weak = 0.03;
+constexpr double weak_direction_threshold = 0.03;
 
 /// Multipliers · (matrix · x − right) of one piece of a figure, without its epigraph.
-double pulled(const LinearFigure& figure, const PlaceRows& one, const Eigen::Ref<const VectorX>& z, const VectorX& w) {
+double multiplier_product(const AffineFigure& figure, const AffineSeries& one, const Eigen::Ref<const VectorX>& z,
+                          const VectorX& w) {
   const VectorX values = one.rows * w;
   const Eigen::Index m = values.size();
-  if (figure.figure == Figure::rms) {
-    const auto sizes = values.reshaped(one.components, one.share.size()).colwise().squaredNorm();
-    return z[0] * std::sqrt(sizes.dot(one.share.transpose()));
+  if (figure.figure == Statistic::rms) {
+    const auto sizes = values.reshaped(one.components, one.time_weights.size()).colwise().squaredNorm();
+    return z[0] * std::sqrt(sizes.dot(one.time_weights.transpose()));
   }
   if (one.components == 1) return (z.head(m) - z.tail(m)).dot(values);
   double sum = 0;
-  for (Eigen::Index k = 0; k < one.share.size(); ++k)
+  for (Eigen::Index k = 0; k < one.time_weights.size(); ++k)
     sum -=
         z.segment(k * (one.components + 1) + 1, one.components).dot(values.segment(k * one.components, one.components));
   return sum;
@@ -40,10 +41,11 @@ double pulled(const LinearFigure& figure, const PlaceRows& one, const Eigen::Ref
 
 }  // namespace
 
-InnerProblem::InnerProblem(const Context& context, const InertialModel& model, Aim aim, double size, double spare)
-    : context_(context), model_(model), aim_(aim), size_(size), spare_(spare) {}
+InnerProblem::InnerProblem(const SolverContext& context, const ConvexMassModel& model, Target aim, double size,
+                           double spare)
+    : context_(context), model_(model), aim_(aim), figure_scale_(size), limit_margin_(spare) {}
 
-bool InnerProblem::centre(const VectorX& u) {
+bool InnerProblem::set_reference(const VectorX& u) {
   if (!wants_residual()) return true;
   try {
     goal_.emplace(context_.mechanism(u), context_.problem.goals, context_.options);
@@ -55,8 +57,8 @@ bool InnerProblem::centre(const VectorX& u) {
   return true;
 }
 
-std::optional<InnerData> InnerProblem::data(const VectorX& u) const {
-  std::optional<InertialTerms> terms = model_.at(u);
+std::optional<InnerData> InnerProblem::make_data(const VectorX& u) const {
+  std::optional<AffineTerms> terms = model_.evaluate(u);
   if (!terms) return std::nullopt;
   InnerData data{std::move(*terms), {}, {}, {}};
   if (wants_residual()) {
@@ -72,97 +74,101 @@ std::optional<InnerData> InnerProblem::data(const VectorX& u) const {
   }
   try {
     if (wants_figure() && !add_figures(u, data)) return std::nullopt;
-  } catch (const OutOfTime&) {
+  } catch (const DeadlineExceeded&) {
     return std::nullopt;
   }
   return data;
 }
 
 bool InnerProblem::add_figures(const VectorX& u, InnerData& data) const {
-  const VectorX x = context_.box.numbers(u);
-  if (context_.problem.figures_at) {
-    const auto figures = context_.problem.figures_at(x);
+  const VectorX x = context_.scaling.to_variables(u);
+  if (context_.problem.convex_terms_at) {
+    const auto figures = context_.problem.convex_terms_at(x);
     if (!figures) return false;
-    for (const LinearFigure& figure : *figures) data.figures.push_back({of_unknowns(figure, data.terms), size_});
+    for (const AffineFigure& figure : *figures)
+      data.figures.push_back({express_in_unknowns(figure, data.terms), figure_scale_});
   }
-  if (!context_.problem.bounded_at) return true;
-  const auto limits = context_.problem.bounded_at(x);
+  if (!context_.problem.convex_limits) return true;
+  const auto limits = context_.problem.convex_limits(x);
   if (!limits) return false;
-  data.bounds.resize(static_cast<Eigen::Index>(limits->size()));
-  data.least_beyond = context_.problem.least_beyond;
+  data.limit_bounds.resize(static_cast<Eigen::Index>(limits->size()));
+  data.violation_floor = context_.problem.violation_floor;
   int l = 0;
-  for (const BoundedFigures& limit : *limits) {
+  for (const ConvexLimit& limit : *limits) {
     const double size = limit.bound != 0 ? std::abs(limit.bound) : 1;
-    data.bounds[l] = limit.bound / size - (limit.bound > 0 ? spare_ : 0);
-    for (const LinearFigure& figure : limit.figures) data.figures.push_back({of_unknowns(figure, data.terms), size, l});
+    data.limit_bounds[l] = limit.bound / size - (limit.bound > 0 ? limit_margin_ : 0);
+    for (const AffineFigure& figure : limit.figures)
+      data.figures.push_back({express_in_unknowns(figure, data.terms), size, l});
     ++l;
   }
   return true;
 }
 
-InnerSolution InnerProblem::at(const VectorX& u) const {
+InnerSolution InnerProblem::solve_at(const VectorX& u) const {
   InnerSolution solution;
   solution.u = u;
   ++context_.budget.geometries;
-  if (!context_.obstacle(u).empty()) return solution;
-  const std::optional<InnerData> here = data(u);
+  if (!context_.infeasibility_reason(u).empty()) return solution;
+  const std::optional<InnerData> here = make_data(u);
   if (!here) return solution;
-  InnerProgram builder(*here, wants_figure(), wants_residual());
-  builder.add_limits();
+  InnerProgramBuilder builder(*here, wants_figure(), wants_residual());
+  builder.add_unknown_constraints();
   if (wants_figure())
     for (std::size_t k = 0; k < here->figures.size(); ++k) builder.add_figure(k, solution.pieces);
-  if (wants_figure()) solution.bounds = builder.add_bounds(of_limits);
+  if (wants_figure()) solution.first_limit_row = builder.add_limits(limit_penalty);
   MatrixX basis;
-  if (wants_residual()) basis = builder.add_residual(aim_ == Aim::both ? of_residual : 1);
-  solution.program = builder.finish(solution.pieces);
-  solution.cone = minimise(solution.program);
-  if (solution.cone.status != ConeStatus::solved) return solution;
-  solution.found = true;
+  if (wants_residual()) basis = builder.add_residual(aim_ == Target::both ? residual_penalty : 1);
+  solution.program = builder.build(solution.pieces);
+  solution.cone = solve_cone_program(solution.program);
+  if (solution.cone.status != ConeStatus::optimal) return solution;
+  solution.is_found = true;
   solution.unknowns = solution.cone.x.head(builder.unknowns());
-  measure(*here, solution);
+  evaluate_solution(*here, solution);
   if (wants_residual())
-    solution.pull = -basis * solution.cone.multipliers.segment(builder.first_of_residual(), basis.cols());
+    solution.residual_multipliers =
+        -basis * solution.cone.multipliers.segment(builder.first_of_residual(), basis.cols());
   return solution;
 }
 
 /// What the unknowns come to.
-void InnerProblem::measure(const InnerData& data, InnerSolution& solution) const {
+void InnerProblem::evaluate_solution(const InnerData& data, InnerSolution& solution) const {
   VectorX w(solution.unknowns.size() + 1);
   w << solution.unknowns, 1;
-  VectorX beyond = -data.bounds;
+  VectorX beyond = -data.limit_bounds;
   for (const auto& [figure, size, limit] : data.figures)
     (limit < 0 ? solution.figure : beyond[limit]) += figure.weight * figure(w) / (limit < 0 ? 1 : size);
-  if (data.least_beyond)
-    solution.value = solution.figure = std::max(*data.least_beyond, max_coefficient(beyond));
+  if (data.violation_floor)
+    solution.value = solution.figure = std::max(*data.violation_floor, max_coefficient(beyond));
   else
-    solution.value = solution.figure / size_ + of_limits * beyond.cwiseMax(0).sum();
+    solution.value = solution.figure / figure_scale_ + limit_penalty * beyond.cwiseMax(0).sum();
   if (!wants_residual()) return;
-  solution.left = data.rows * solution.unknowns - data.right;
-  solution.residual = solution.left.norm();
-  solution.value += (aim_ == Aim::both ? of_residual : 1) * solution.residual;
+  solution.residual_vector = data.rows * solution.unknowns - data.right;
+  solution.residual = solution.residual_vector.norm();
+  solution.value += (aim_ == Target::both ? residual_penalty : 1) * solution.residual;
 }
 
 double InnerProblem::lagrangian(const InnerSolution& solution, const InnerData& data) const {
   const VectorX &z = solution.cone.multipliers, &w = solution.unknowns;
   VectorX with(w.size() + 1);
   with << w, 1;
-  const ConeProgram& limits = data.terms.limits;
-  const Eigen::Index linear = limits.linear, cones = limits.right.size() - linear;
-  const VectorX slack = limits.matrix * w - limits.right;
+  const ConeProgram& limits = data.terms.constraints;
+  const Eigen::Index linear = limits.linear_rows, cones = limits.rhs.size() - linear;
+  const VectorX slack = limits.matrix * w - limits.rhs;
   double sum =
-      z.head(linear).dot(slack.head(linear)) + z.segment(solution.program.linear, cones).dot(slack.tail(cones));
+      z.head(linear).dot(slack.head(linear)) + z.segment(solution.program.linear_rows, cones).dot(slack.tail(cones));
   for (const auto& [figure, size, limit] : data.figures)
     if (figure.series.empty())
-      sum += (limit < 0 ? 1 : z[solution.bounds + limit]) * figure.weight / size * figure.coefficients.dot(with);
+      sum +=
+          (limit < 0 ? 1 : z[solution.first_limit_row + limit]) * figure.weight / size * figure.coefficients.dot(with);
   for (const auto& piece : solution.pieces) {
     const auto& [figure, size, limit] = data.figures[piece.figure];
-    const PlaceRows& one = figure.series[piece.series];
-    const Eigen::Index m = one.rows.rows(), places = one.share.size();
-    const bool same = figure.figure == Figure::rms || piece.rows == (one.components == 1 ? 2 * m : m + places);
+    const AffineSeries& one = figure.series[piece.series];
+    const Eigen::Index m = one.rows.rows(), places = one.time_weights.size();
+    const bool same = figure.figure == Statistic::rms || piece.rows == (one.components == 1 ? 2 * m : m + places);
     if (!same) return std::numeric_limits<double>::quiet_NaN();  // another number of places
-    sum += pulled(figure, one, z.segment(piece.first, piece.rows), with) / size;
+    sum += multiplier_product(figure, one, z.segment(piece.first, piece.rows), with) / size;
   }
-  if (wants_residual()) sum += solution.pull.dot(data.rows * w - data.right);
+  if (wants_residual()) sum += solution.residual_multipliers.dot(data.rows * w - data.right);
   return sum;
 }
 
@@ -173,9 +179,9 @@ MatrixX InnerProblem::differences(const VectorX& u, Eigen::Index rows,
   for (std::size_t k = 0; k < model_.outer().size(); ++k) {
     const int i = model_.outer()[k];
     VectorX ahead = u, behind = u;
-    ahead[i] = std::min(1.0, u[i] + difference);
-    behind[i] = std::max(-1.0, u[i] - difference);
-    const std::optional<InnerData> a = data(ahead), b = data(behind);
+    ahead[i] = std::min(1.0, u[i] + inner_difference_step);
+    behind[i] = std::max(-1.0, u[i] - inner_difference_step);
+    const std::optional<InnerData> a = make_data(ahead), b = make_data(behind);
     if (!a || !b) continue;
     const VectorX change = of(*a) - of(*b);
     if (change.size() == rows) slopes.col(static_cast<Eigen::Index>(k)) = change / (ahead[i] - behind[i]);
@@ -190,28 +196,30 @@ VectorX InnerProblem::gradient(const InnerSolution& solution) const {
 }
 
 MatrixX InnerProblem::reduced_jacobian(const InnerSolution& solution) const {
-  MatrixX slopes = differences(solution.u, solution.left.size(), [&](const InnerData& data) {
+  MatrixX slopes = differences(solution.u, solution.residual_vector.size(), [&](const InnerData& data) {
     return VectorX(data.rows * solution.unknowns - data.right);
   });
-  const std::optional<InnerData> here = data(solution.u);
-  const MatrixX free = movable(solution);
+  const std::optional<InnerData> here = make_data(solution.u);
+  const MatrixX free = free_directions(solution);
   if (!here || free.cols() == 0 || !slopes.allFinite()) return slopes;
   const SingularValueDecomposition svd(here->rows * free, Eigen::ComputeThinU);
   const VectorX& s = svd.singularValues();
   Eigen::Index strong = 0;
-  while (strong < s.size() && s[strong] > weak * std::sqrt(solution.residual) * s[0] && s[strong] > 1e-14) ++strong;
+  while (strong < s.size() && s[strong] > weak_direction_threshold * std::sqrt(solution.residual) * s[0] &&
+         s[strong] > 1e-14)
+    ++strong;
   const MatrixX undone = svd.matrixU().leftCols(strong);
   slopes -= undone * (undone.transpose() * slopes);
   return slopes;
 }
 
 /// Directions of the unknowns that keep to the limits that hold them.
-MatrixX InnerProblem::movable(const InnerSolution& solution) const {
+MatrixX InnerProblem::free_directions(const InnerSolution& solution) const {
   const Eigen::Index n = solution.unknowns.size();
   const VectorX &z = solution.cone.multipliers, &s = solution.cone.slack;
-  const SecondOrderCone cone(solution.program.linear, solution.program.cones);
+  const SecondOrderCone cone(solution.program.linear_rows, solution.program.cone_sizes);
   std::vector<VectorX> normals;
-  for (Eigen::Index i = 0; i < solution.program.linear; ++i)
+  for (Eigen::Index i = 0; i < solution.program.linear_rows; ++i)
     if (z[i] > std::max(s[i], 1e-9)) normals.push_back(solution.program.matrix.row(i).head(n).transpose());
   for (const auto& block : cone.blocks()) {
     if (block.first + block.size == cone.size()) break;  // the residual's own
@@ -229,4 +237,4 @@ MatrixX InnerProblem::movable(const InnerSolution& solution) const {
   return q.rightCols(n - qr.rank());
 }
 
-}  // namespace balance::designing
+}  // namespace balance::design

@@ -9,52 +9,52 @@
 
 #include "balance/design/inner_program.hpp"
 
-namespace balance::designing {
+namespace balance::design {
 
 struct InnerSolution {
-  bool found = false;
+  bool is_found = false;
   VectorX u;                                   ///< outer numbers; the others mean nothing
   VectorX unknowns;                            ///< w
-  VectorX left;                                ///< R w − r
+  VectorX residual_vector;                     ///< R w − r
   double residual = 0, figure = 0, value = 0;  ///< |left|, weighted sum [SI], what was minimised
   ConeProgram program;
   ConeSolution cone;
-  std::vector<FigurePiece> pieces;  ///< of the figures
-  Eigen::Index bounds = 0;          ///< of the multipliers, where those of limits are
-  VectorX pull;                     ///< multipliers of `left`
+  std::vector<FigureRows> pieces;    ///< of the figures
+  Eigen::Index first_limit_row = 0;  ///< of the multipliers, where those of limits are
+  VectorX residual_multipliers;      ///< multipliers of `left`
 };
 
 class InnerProblem {
  public:
-  enum class Aim { residual, figure, both };
+  enum class Target { residual, figure, both };
 
   /// @param size of the figure: values are counted in it
   /// @param spare part of their bounds by which limits are to be kept
-  InnerProblem(const Context& context, const InertialModel& model, Aim aim, double size, double spare = 0);
+  InnerProblem(const SolverContext& context, const ConvexMassModel& model, Target aim, double size, double spare = 0);
 
   /// Conditions are asked of configurations of this mechanism from now on. @return false if there are none
-  bool centre(const VectorX& u);
-  InnerSolution at(const VectorX& u) const;
+  bool set_reference(const VectorX& u);
+  InnerSolution solve_at(const VectorX& u) const;
   /// d value / d outer numbers, in the model's order; not finite next to where nothing can be assembled.
   VectorX gradient(const InnerSolution& solution) const;
   /// d left / d outer numbers, less what unknowns that no limit holds can undo. Not finite as above.
   MatrixX reduced_jacobian(const InnerSolution& solution) const;
 
  private:
-  bool wants_figure() const { return aim_ != Aim::residual; }
-  bool wants_residual() const { return aim_ != Aim::figure; }
-  std::optional<InnerData> data(const VectorX& u) const;
+  bool wants_figure() const { return aim_ != Target::residual; }
+  bool wants_residual() const { return aim_ != Target::figure; }
+  std::optional<InnerData> make_data(const VectorX& u) const;
   bool add_figures(const VectorX& u, InnerData& data) const;
-  void measure(const InnerData& data, InnerSolution& solution) const;
+  void evaluate_solution(const InnerData& data, InnerSolution& solution) const;
   double lagrangian(const InnerSolution& solution, const InnerData& data) const;
-  MatrixX movable(const InnerSolution& solution) const;
+  MatrixX free_directions(const InnerSolution& solution) const;
   MatrixX differences(const VectorX& u, Eigen::Index rows, const std::function<VectorX(const InnerData&)>& of) const;
 
-  const Context& context_;
-  const InertialModel& model_;
-  Aim aim_;
-  double size_, spare_;
+  const SolverContext& context_;
+  const ConvexMassModel& model_;
+  Target aim_;
+  double figure_scale_, limit_margin_;
   std::optional<GoalResidual> goal_;
 };
 
-}  // namespace balance::designing
+}  // namespace balance::design

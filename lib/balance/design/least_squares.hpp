@@ -3,7 +3,7 @@
 
 #include "balance/base/types.hpp"
 
-namespace balance::designing {
+namespace balance::design {
 
 /// Minimises |a x − b| for lower ≤ x ≤ upper by an active set that ends after finitely many steps.
 /// Source: Stark & Parker, Bounded-variable least squares, Computational Statistics 10 (1995).
@@ -11,4 +11,4 @@ namespace balance::designing {
 /// @param x a feasible start; the solution, with bounds hit exactly
 void bounded_least_squares(const MatrixX& a, const VectorX& b, const VectorX& lower, const VectorX& upper, VectorX& x);
 
-}  // namespace balance::designing
+}  // namespace balance::design

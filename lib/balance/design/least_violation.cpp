@@ -7,48 +7,49 @@
 #include <limits>
 #include <stdexcept>
 
-namespace balance::designing {
+namespace balance::design {
 
 namespace {
 
 /// Part of a limit's bound that is left where a search for a design within it may end.
-constexpr double enough = 1e-3;
+constexpr double phase_one_margin = 1e-3;
 
-double worst_of(const std::vector<DesignLimit>& limits, const VectorX& parameters, VectorX* gradient) {
-  double worst = -enough;
+double max_violation(const std::vector<DesignLimit>& limits, const VectorX& parameters, VectorX* gradient) {
+  double worst = -phase_one_margin;
   if (gradient != nullptr) gradient->setZero(parameters.size());
   VectorX slope;
   for (const DesignLimit& limit : limits) {
     const double here =
-        violation(limit, limit.figure.of_parameters(parameters, gradient != nullptr ? &slope : nullptr));
+        relative_violation(limit, limit.figure.of_parameters(parameters, gradient != nullptr ? &slope : nullptr));
     if (here <= worst) continue;
     worst = here;
-    if (gradient != nullptr) *gradient = (violation(limit, 1) - violation(limit, 0)) * slope;
+    if (gradient != nullptr) *gradient = (relative_violation(limit, 1) - relative_violation(limit, 0)) * slope;
   }
   return worst;
 }
 
-Objective largest_violation(std::vector<DesignLimit> limits, const DesignProblem& problem) {
+Objective make_violation_objective(std::vector<DesignLimit> limits, const DesignProblem& problem) {
   const auto all = [&](const auto& holds) { return std::all_of(limits.begin(), limits.end(), holds); };
   Objective objective;
   objective.name = "largest violation of a limit";
-  objective.lower_bound = -enough;
-  objective.convex = all([](const DesignLimit& l) { return l.figure.constant || (l.figure.convex && !l.at_least); });
+  objective.lower_bound = -phase_one_margin;
+  objective.is_convex =
+      all([](const DesignLimit& l) { return l.figure.is_constant || (l.figure.is_convex && !l.is_lower); });
   if (all([](const DesignLimit& l) { return static_cast<bool>(l.figure.of_parameters); })) {
     objective.of_parameters = [limits](const VectorX& parameters, VectorX* gradient) {
-      return worst_of(limits, parameters, gradient);
+      return max_violation(limits, parameters, gradient);
     };
     return objective;
   }
-  objective.of_variables = [limits, mechanism = problem.mechanism_at,
+  objective.of_variables = [limits, mechanism = problem.build_mechanism,
                             loose = problem.options.loose_springs](const VectorX& x) {
-    double worst = -enough;
+    double worst = -phase_one_margin;
     std::optional<VectorX> parameters;
     for (const DesignLimit& limit : limits) {
       if (limit.figure.of_parameters && !parameters) parameters = parameter_values(mechanism(x), loose);
       const double value =
           limit.figure.of_parameters ? limit.figure.of_parameters(*parameters, nullptr) : limit.figure.of_variables(x);
-      const double here = violation(limit, value);
+      const double here = relative_violation(limit, value);
       if (!(here <= worst)) worst = here;  // one without a value too
     }
     return worst;
@@ -58,36 +59,36 @@ Objective largest_violation(std::vector<DesignLimit> limits, const DesignProblem
 
 }  // namespace
 
-DesignProblem least_violation(const DesignProblem& problem) {
+DesignProblem make_phase_one_problem(const DesignProblem& problem) {
   DesignProblem other = problem;
-  other.objective = largest_violation(problem.limits, problem);
-  other.figures_at = other.whole_figures_at = {};
-  if (problem.bounded == static_cast<int>(problem.limits.size()))
-    other.least_beyond = -enough;
+  other.objective = make_violation_objective(problem.limits, problem);
+  other.convex_terms_at = other.all_convex_terms_at = {};
+  if (problem.convex_limit_count == static_cast<int>(problem.limits.size()))
+    other.violation_floor = -phase_one_margin;
   else
-    other.bounded_at = {};
-  other.bounded = 0;
-  other.objective_at = {};
+    other.convex_limits = {};
+  other.convex_limit_count = 0;
+  other.objective_at_geometry = {};
   other.limits.clear();
-  other.limits_at = {};
-  if (problem.limits_at)
-    other.objective_at = [&problem](const VectorX& x, const std::vector<int>& kept, const LooseSprings& loose) {
+  other.limits_at_geometry = {};
+  if (problem.limits_at_geometry)
+    other.objective_at_geometry = [&problem](const VectorX& x, const std::vector<int>& kept, const FreeSprings& loose) {
       DesignProblem part = problem;
       part.options.loose_springs = loose;
-      part.mechanism_at = [&problem, x, kept](const VectorX& numbers) {
+      part.build_mechanism = [&problem, x, kept](const VectorX& numbers) {
         VectorX all = x;
         all(kept) = numbers;
-        return problem.mechanism_at(all);
+        return problem.build_mechanism(all);
       };
-      return largest_violation(problem.limits_at(x, kept, loose), part);
+      return make_violation_objective(problem.limits_at_geometry(x, kept, loose), part);
     };
   return other;
 }
 
-double value_of(const DesignProblem& problem, const Objective& figure, const VectorX& x) {
+double evaluate_figure(const DesignProblem& problem, const Objective& figure, const VectorX& x) {
   try {
     if (figure.of_variables) return figure.of_variables(x);
-    return figure.of_parameters(parameter_values(problem.mechanism_at(x), problem.options.loose_springs), nullptr);
+    return figure.of_parameters(parameter_values(problem.build_mechanism(x), problem.options.loose_springs), nullptr);
   } catch (const SpecError&) {
     return std::numeric_limits<double>::quiet_NaN();  // an expression of the spec has no value here
   } catch (const std::invalid_argument&) {
@@ -95,4 +96,4 @@ double value_of(const DesignProblem& problem, const Objective& figure, const Vec
   }
 }
 
-}  // namespace balance::designing
+}  // namespace balance::design

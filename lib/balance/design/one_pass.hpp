@@ -3,14 +3,14 @@
 
 #include "balance/design/solve.hpp"
 
-namespace balance::designing {
+namespace balance::design {
 
-struct Pass {
+struct SingleSolve {
   DesignOutcome outcome;  ///< nothing is said of limits
-  bool convex =
+  bool is_convex =
       false;  ///< the objective over all designs that meet the conditions and keep the limits: a proof can be had
 };
 
-Pass pass_once(const DesignProblem& problem);
+SingleSolve solve_once(const DesignProblem& problem);
 
-}  // namespace balance::designing
+}  // namespace balance::design

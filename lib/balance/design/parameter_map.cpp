@@ -5,28 +5,33 @@
 
 #include <limits>
 
-namespace balance::designing {
+namespace balance::design {
 
-ParameterMap::ParameterMap(const Box& box, const DesignProblem& problem, const Survey& survey)
-    : box_(box), problem_(problem), loose_(survey.loose), features_(static_cast<int>(survey.base_features.size())) {
-  polynomial_ = fit_features(survey, [this](const VectorX& u) { return exact(u); });
+FeatureMap::FeatureMap(const VariableScaling& box, const DesignProblem& problem, const VariableClassification& survey)
+    : box_(box),
+      problem_(problem),
+      loose_(survey.loose_springs),
+      features_(static_cast<int>(survey.base_features.size())) {
+  polynomial_ = fit_feature_polynomials(survey, [this](const VectorX& u) { return evaluate_from_mechanism(u); });
 }
 
-VectorX ParameterMap::exact(const VectorX& u) const {
+VectorX FeatureMap::evaluate_from_mechanism(const VectorX& u) const {
   try {
-    return designing::features(problem_.mechanism_at(box_.numbers(u)), loose_);
+    return design::compute_features(problem_.build_mechanism(box_.to_variables(u)), loose_);
   } catch (const SpecError&) {
     return VectorX::Constant(features_, std::numeric_limits<double>::quiet_NaN());
   }
 }
 
-void ParameterMap::evaluate(const VectorX& u, VectorX& values, MatrixX* jacobian) const {
+void FeatureMap::evaluate(const VectorX& u, VectorX& values, MatrixX* jacobian) const {
   if (polynomial_) {
     polynomial_->evaluate(u, values, jacobian);
     return;
   }
-  values = exact(u);
-  if (jacobian != nullptr) *jacobian = central_differences([this](const VectorX& v) { return exact(v); }, u, features_);
+  values = evaluate_from_mechanism(u);
+  if (jacobian != nullptr)
+    *jacobian =
+        central_difference_jacobian([this](const VectorX& v) { return evaluate_from_mechanism(v); }, u, features_);
 }
 
-}  // namespace balance::designing
+}  // namespace balance::design

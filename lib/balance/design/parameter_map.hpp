@@ -7,40 +7,40 @@
 
 #include <optional>
 
-namespace balance::designing {
+namespace balance::design {
 
-class ParameterMap {
+class FeatureMap {
  public:
-  ParameterMap(const Box& box, const DesignProblem& problem, const Survey& survey);
+  FeatureMap(const VariableScaling& box, const DesignProblem& problem, const VariableClassification& survey);
 
-  int features() const { return features_; }
+  int feature_count() const { return features_; }
   /// In unit coordinates; nothing where some feature is no polynomial of degree four or less.
-  const std::optional<Polynomial>& polynomial() const { return polynomial_; }
+  const std::optional<SparsePolynomial>& polynomial() const { return polynomial_; }
   /// Features and their derivatives (rows) by unit coordinates.
   void evaluate(const VectorX& u, VectorX& values, MatrixX* jacobian) const;
   /// From the mechanism itself, to the last digit; NaN where an expression of the spec has no value.
-  VectorX exact(const VectorX& u) const;
+  VectorX evaluate_from_mechanism(const VectorX& u) const;
 
  private:
-  const Box& box_;
+  const VariableScaling& box_;
   const DesignProblem& problem_;
-  LooseSprings loose_;
+  FreeSprings loose_;
   int features_;
-  std::optional<Polynomial> polynomial_;
+  std::optional<SparsePolynomial> polynomial_;
 };
 
 /// Jacobian by central differences inside the box; the error is about 1e-10 of the values.
 template <class F>
-MatrixX central_differences(const F& f, const VectorX& u, Eigen::Index rows) {
-  constexpr double step = 6e-6;
+MatrixX central_difference_jacobian(const F& f, const VectorX& u, Eigen::Index rows) {
+  constexpr double central_difference_step = 6e-6;
   MatrixX jacobian(rows, u.size());
   for (Eigen::Index i = 0; i < u.size(); ++i) {
     VectorX ahead = u, behind = u;
-    ahead[i] = std::min(1.0, u[i] + step);
-    behind[i] = std::max(-1.0, u[i] - step);
+    ahead[i] = std::min(1.0, u[i] + central_difference_step);
+    behind[i] = std::max(-1.0, u[i] - central_difference_step);
     jacobian.col(i) = (f(ahead) - f(behind)) / (ahead[i] - behind[i]);
   }
   return jacobian;
 }
 
-}  // namespace balance::designing
+}  // namespace balance::design

@@ -5,17 +5,17 @@
 #include <cmath>
 #include <numbers>
 
-namespace balance::designing {
+namespace balance::design {
 
 namespace {
 
 /// Points per number.
-constexpr int places_of_one = 65, places_of_two = 17;
+constexpr int grid_points_1d = 65, grid_points_2d = 17;
 
 }  // namespace
 
-MatrixX grid(int n) {
-  const int each = n == 1 ? places_of_one : places_of_two;
+MatrixX grid_points(int n) {
+  const int each = n == 1 ? grid_points_1d : grid_points_2d;
   const auto part = [&](int k) { return -1 + 2.0 * k / (each - 1); };
   MatrixX points(n, n == 1 ? each : each * each);
   for (Eigen::Index k = 0; k < points.cols(); ++k) {
@@ -25,8 +25,8 @@ MatrixX grid(int n) {
   return points;
 }
 
-MatrixX compass(int dimension) {
-  constexpr int around = 32;
+MatrixX direction_samples(int dimension) {
+  constexpr int planar_direction_count = 32;
   if (dimension == 3) {
     MatrixX all(26, 3);
     Eigen::Index row = 0;
@@ -36,12 +36,12 @@ MatrixX compass(int dimension) {
           if (const Vector3 d(z, y, x); d.norm() > 0) all.row(row++) = d.normalized();
     return all;
   }
-  MatrixX all(around, 2);
-  for (int k = 0; k < around; ++k) {
-    const double angle = 2 * std::numbers::pi * k / around;
+  MatrixX all(planar_direction_count, 2);
+  for (int k = 0; k < planar_direction_count; ++k) {
+    const double angle = 2 * std::numbers::pi * k / planar_direction_count;
     all.row(k) << elementary::cos(angle), elementary::sin(angle);
   }
   return all;
 }
 
-}  // namespace balance::designing
+}  // namespace balance::design

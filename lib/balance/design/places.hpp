@@ -3,15 +3,15 @@
 
 #include "balance/base/types.hpp"
 
-namespace balance::designing {
+namespace balance::design {
 
 /// Numbers that a grid is made for.
-inline constexpr int most_grid_numbers = 2;
+inline constexpr int max_grid_dimension = 2;
 /// Points that fill the box −1…1 of n numbers, bounds included, as columns.
-MatrixX grid(int n);
+MatrixX grid_points(int n);
 
 /// Unit vectors all around as rows, the axes among them.
 /// @param dimension 2 or 3
-MatrixX compass(int dimension);
+MatrixX direction_samples(int dimension);
 
-}  // namespace balance::designing
+}  // namespace balance::design

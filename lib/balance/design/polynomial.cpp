@@ -3,12 +3,12 @@
 #include <algorithm>
 #include <cmath>
 
-namespace balance::designing {
+namespace balance::design {
 
 namespace {
 
 /// Coefficients were fitted to about 1e-13 of their size; what cancels to less is round-off.
-constexpr double cancelled = 1e-12;
+constexpr double cancellation_tolerance = 1e-12;
 
 int degree(const Monomial& monomial) {
   int sum = 0;
@@ -34,11 +34,11 @@ double product(const Monomial& monomial, const VectorX& u, int skip) {
 
 }  // namespace
 
-void Polynomial::add(Monomial monomial, std::vector<std::pair<int, double>> coefficients) {
+void SparsePolynomial::add(Monomial monomial, std::vector<std::pair<int, double>> coefficients) {
   terms_.push_back({std::move(monomial), std::move(coefficients)});
 }
 
-void Polynomial::evaluate(const VectorX& u, VectorX& values, MatrixX* jacobian) const {
+void SparsePolynomial::evaluate(const VectorX& u, VectorX& values, MatrixX* jacobian) const {
   values.setZero(outputs_);
   if (jacobian != nullptr) jacobian->setZero(outputs_, variables_);
   for (const Term& term : terms_) {
@@ -53,18 +53,18 @@ void Polynomial::evaluate(const VectorX& u, VectorX& values, MatrixX* jacobian) 
   }
 }
 
-bool Polynomial::affine(int output) const {
+bool SparsePolynomial::is_affine(int output) const {
   return std::none_of(terms_.begin(), terms_.end(), [&](const Term& term) {
     return degree(term.monomial) > 1 && std::any_of(term.coefficients.begin(), term.coefficients.end(),
                                                     [&](const auto& c) { return c.first == output; });
   });
 }
 
-bool Polynomial::affine() const {
+bool SparsePolynomial::is_affine() const {
   return std::all_of(terms_.begin(), terms_.end(), [](const Term& term) { return degree(term.monomial) <= 1; });
 }
 
-bool Polynomial::touches(int output, int variable) const {
+bool SparsePolynomial::has_variable(int output, int variable) const {
   return std::any_of(terms_.begin(), terms_.end(), [&](const Term& term) {
     return std::any_of(term.monomial.begin(), term.monomial.end(),
                        [&](const auto& f) { return f.first == variable; }) &&
@@ -73,7 +73,7 @@ bool Polynomial::touches(int output, int variable) const {
   });
 }
 
-double Polynomial::least(int output) const {
+double SparsePolynomial::lower_bound(int output) const {
   double sum = 0;
   for (const Term& term : terms_)
     for (const auto& [o, coefficient] : term.coefficients) {
@@ -88,18 +88,18 @@ double Polynomial::least(int output) const {
   return sum;
 }
 
-Polynomial Polynomial::combined(const MatrixX& matrix) const {
-  TermCollector collector(static_cast<int>(matrix.rows()));
+SparsePolynomial SparsePolynomial::combine(const MatrixX& matrix) const {
+  PolynomialBuilder collector(static_cast<int>(matrix.rows()));
   for (const Term& term : terms_)
     for (const auto& [output, coefficient] : term.coefficients)
       for (int row = 0; row < matrix.rows() && output < matrix.cols(); ++row)
         if (matrix(row, output) != 0) collector.add(term.monomial, row, matrix(row, output) * coefficient);
-  return collector.finish(variables_, cancelled);
+  return collector.build(variables_, cancellation_tolerance);
 }
 
-Polynomial Polynomial::substituted(const VectorX& centre, const VectorX& half) const {
+SparsePolynomial SparsePolynomial::substitute(const VectorX& centre, const VectorX& half) const {
   // u = (x − centre) / half, factor by factor; a number whose bounds coincide occurs in no term
-  TermCollector collector(outputs_);
+  PolynomialBuilder collector(outputs_);
   for (const Term& term : terms_) {
     std::map<Monomial, double> expanded{{{}, 1.0}};
     for (const auto& [variable, exponent] : term.monomial)
@@ -120,17 +120,17 @@ Polynomial Polynomial::substituted(const VectorX& centre, const VectorX& half) c
       for (const auto& [output, coefficient] : term.coefficients)
         if (value != 0) collector.add(monomial, output, value * coefficient);
   }
-  return collector.finish(variables_, cancelled);
+  return collector.build(variables_, cancellation_tolerance);
 }
 
-void TermCollector::add(const Monomial& monomial, int output, double coefficient) {
+void PolynomialBuilder::add(const Monomial& monomial, int output, double coefficient) {
   auto& [sum, size] = sums_[monomial][output];
   sum += coefficient;
   size += std::abs(coefficient);
 }
 
-Polynomial TermCollector::finish(int variables, double relative) const {
-  Polynomial result(variables, outputs_);
+SparsePolynomial PolynomialBuilder::build(int variables, double relative) const {
+  SparsePolynomial result(variables, outputs_);
   for (const auto& [monomial, coefficients] : sums_) {
     std::vector<std::pair<int, double>> kept;
     for (const auto& [output, entry] : coefficients)
@@ -140,4 +140,4 @@ Polynomial TermCollector::finish(int variables, double relative) const {
   return result;
 }
 
-}  // namespace balance::designing
+}  // namespace balance::design

@@ -7,14 +7,14 @@
 #include <utility>
 #include <vector>
 
-namespace balance::designing {
+namespace balance::design {
 
 /// A monomial: variables in increasing order with their powers (from 1); empty: the constant.
 using Monomial = std::vector<std::pair<int, int>>;
 
-class Polynomial {
+class SparsePolynomial {
  public:
-  Polynomial(int variables, int outputs) : variables_(variables), outputs_(outputs) {}
+  SparsePolynomial(int variables, int outputs) : variables_(variables), outputs_(outputs) {}
 
   int variables() const { return variables_; }
   int outputs() const { return outputs_; }
@@ -30,17 +30,17 @@ class Polynomial {
   void evaluate(const VectorX& u, VectorX& values, MatrixX* jacobian) const;
 
   /// No term of this output has a degree above one.
-  bool affine(int output) const;
-  bool affine() const;
+  bool is_affine(int output) const;
+  bool is_affine() const;
   /// A variable that the output depends on.
-  bool touches(int output, int variable) const;
+  bool has_variable(int output, int variable) const;
   /// What the output cannot fall below while all variables stay between −1 and 1.
-  double least(int output) const;
+  double lower_bound(int output) const;
 
   /// matrix × the outputs. Coefficients that are nothing but round-off of what cancels are left out.
-  Polynomial combined(const MatrixX& matrix) const;
+  SparsePolynomial combine(const MatrixX& matrix) const;
   /// The same functions of x = centre + half · u, the variables of size `size`; coefficients that cancel are left out.
-  Polynomial substituted(const VectorX& centre, const VectorX& half) const;
+  SparsePolynomial substitute(const VectorX& centre, const VectorX& half) const;
 
  private:
   int variables_, outputs_;
@@ -48,16 +48,16 @@ class Polynomial {
 };
 
 /// Collects coefficients of monomials together with the size of what was added up, so that round-off is known as such.
-class TermCollector {
+class PolynomialBuilder {
  public:
-  explicit TermCollector(int outputs) : outputs_(outputs) {}
+  explicit PolynomialBuilder(int outputs) : outputs_(outputs) {}
   void add(const Monomial& monomial, int output, double coefficient);
   /// @param relative coefficients below this part of what was added up to them are left out
-  Polynomial finish(int variables, double relative) const;
+  SparsePolynomial build(int variables, double relative) const;
 
  private:
   int outputs_;
   std::map<Monomial, std::map<int, std::pair<double, double>>> sums_;
 };
 
-}  // namespace balance::designing
+}  // namespace balance::design

@@ -8,62 +8,63 @@
 #include "balance/design/inertial_model.hpp"
 #include "balance/design/inner_program.hpp"
 
-namespace balance::designing {
+namespace balance::design {
 
 /// Rows that are left with less than this, in their scale, can be met.
-inline constexpr double can_be_met = 1e-8;
+inline constexpr double relaxed_residual_tolerance = 1e-8;
 
 /// Some of all designs: numbers [SI] between narrower bounds, or equal to them.
-struct Narrowed {
+struct VariableDomain {
   VectorX lower, upper;
-  std::vector<std::pair<VectorX, double>> sums;  ///< coefficients · numbers ≤ limit; coefficients and numbers ≥ 0
+  std::vector<std::pair<VectorX, double>>
+      linear_limits;  ///< coefficients · numbers ≤ limit; coefficients and numbers ≥ 0
 };
 
-struct RelaxedDesign {
-  bool possible = false;  ///< false: there are none
+struct RelaxationBound {
+  bool is_feasible = false;  ///< false: there are none
   /// No design's is below them: the norm of what is left of the rows; the figure of those that meet the rows, or of all.
   double residual = std::numeric_limits<double>::quiet_NaN(), figure = std::numeric_limits<double>::quiet_NaN();
   VectorX x;  ///< numbers that come near it
 };
 
-class Relaxation {
+class ConicRelaxation {
  public:
   /// @param rows scaled conditions × terms (list_terms) at the context's only geometry
   /// @param figures of the objective, at all samples; empty: none
   /// @param limits that all designs keep
-  Relaxation(const Context& context, const MatrixX& rows, const std::vector<LinearFigure>& figures,
-             const std::vector<BoundedFigures>& limits);
+  ConicRelaxation(const SolverContext& context, const MatrixX& rows, const std::vector<AffineFigure>& figures,
+                  const std::vector<ConvexLimit>& limits);
 
   /// Numbers that are no unknowns.
   const std::vector<int>& outer() const { return model_.outer(); }
   /// No number but those that are fixed in the context is left out of the program.
-  bool complete() const;
-  RelaxedDesign least_residual(const Narrowed& part) const;
+  bool is_complete() const;
+  RelaxationBound minimise_residual(const VariableDomain& part) const;
   /// @return no figure where rows cannot be met
-  RelaxedDesign least_figure(const Narrowed& part) const;
+  RelaxationBound minimise_constrained_figure(const VariableDomain& part) const;
   /// Whether the rows are met or not.
-  RelaxedDesign least_figure_regardless(const Narrowed& part) const;
+  RelaxationBound minimise_figure(const VariableDomain& part) const;
 
  private:
   /// Unknowns that stand still, with their values.
-  using Held = std::vector<std::pair<Eigen::Index, double>>;
-  struct Answer {
-    ConeStatus status = ConeStatus::unsolved;
+  using FixedUnknowns = std::vector<std::pair<Eigen::Index, double>>;
+  struct ProgramResult {
+    ConeStatus status = ConeStatus::failed;
     double bound = 0;  ///< of the program's cost
     VectorX unknowns;
   };
-  Answer solve(const Narrowed& part, bool figures, bool rows, double weight) const;
-  RelaxedDesign weighed(const Narrowed& part, bool rows) const;
-  double missed(const VectorX& unknowns, bool rows) const;
-  InnerData narrowed(const Narrowed& part, Held& held) const;
-  RelaxedDesign read(const Answer& answer, const Narrowed& part) const;
+  ProgramResult solve(const VariableDomain& part, bool figures, bool rows, double weight) const;
+  RelaxationBound minimise_penalised(const VariableDomain& part, bool rows) const;
+  double max_violation(const VectorX& unknowns, bool rows) const;
+  InnerData restrict_data(const VariableDomain& part, FixedUnknowns& held) const;
+  RelaxationBound make_bound(const ProgramResult& answer, const VariableDomain& part) const;
 
-  const Context& context_;
-  InertialModel model_;
+  const SolverContext& context_;
+  ConvexMassModel model_;
   bool has_figure_;     ///< there is something to minimise
   bool known_ = false;  ///< what the terms are of the unknowns
   InnerData data_;
   double size_ = 1;  ///< of the figure
 };
 
-}  // namespace balance::designing
+}  // namespace balance::design

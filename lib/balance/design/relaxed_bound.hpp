@@ -3,7 +3,7 @@
 
 #include "balance/design/solve.hpp"
 
-namespace balance::designing {
+namespace balance::design {
 
 /// Where masses and first moments make a convex problem of the numbers: its least figure is a bound of every design's, and what it leaves of the
 /// conditions, if anything, is left by every choice of the numbers.
@@ -11,4 +11,4 @@ namespace balance::designing {
 void bound_by_relaxation(const DesignProblem& problem, DesignOutcome& outcome,
                          const std::function<DesignOutcome(const DesignProblem&)>& again);
 
-}  // namespace balance::designing
+}  // namespace balance::design

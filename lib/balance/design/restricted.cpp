@@ -2,36 +2,36 @@
 
 #include <algorithm>
 
-namespace balance::designing {
+namespace balance::design {
 
 namespace {
 
 /// An inner problem is one of many.
-constexpr int inner_restarts = 6, inner_evaluations = 2000;
+constexpr int max_inner_restarts = 6, max_inner_evaluations = 2000;
 
-std::vector<int> numbers_that(const Context& context, bool geometric) {
+std::vector<int> list_variables(const SolverContext& context, bool geometric) {
   std::vector<int> numbers;
-  for (int i = 0; i < context.box.size(); ++i)
-    if (context.survey.geometric[static_cast<std::size_t>(i)] == geometric) numbers.push_back(i);
+  for (int i = 0; i < context.scaling.size(); ++i)
+    if (context.classification.is_geometric[static_cast<std::size_t>(i)] == geometric) numbers.push_back(i);
   return numbers;
 }
 
 /// @param all the numbers that a part of them stands for
-void hold_others(Objective& objective, const std::function<VectorX(const VectorX&)>& all) {
+void fix_other_variables(Objective& objective, const std::function<VectorX(const VectorX&)>& all) {
   if (!objective.of_variables) return;
   objective.of_variables = [whole = objective.of_variables, all](const VectorX& u) { return whole(all(u)); };
-  if (objective.trouble)
-    objective.trouble = [whole = objective.trouble, all](const VectorX& u) { return whole(all(u)); };
+  if (objective.failure_reason)
+    objective.failure_reason = [whole = objective.failure_reason, all](const VectorX& u) { return whole(all(u)); };
 }
 
 }  // namespace
 
-std::vector<int> inertial_numbers(const Context& context) { return numbers_that(context, false); }
-std::vector<int> geometric_numbers(const Context& context) { return numbers_that(context, true); }
+std::vector<int> inertial_variables(const SolverContext& context) { return list_variables(context, false); }
+std::vector<int> geometric_variables(const SolverContext& context) { return list_variables(context, true); }
 
-DesignProblem at_fixed_geometry(const Context& context, const VectorX& x, double seconds) {
+DesignProblem make_fixed_geometry_problem(const SolverContext& context, const VectorX& x, double seconds) {
   const DesignProblem& whole = context.problem;
-  const std::vector<int> kept = inertial_numbers(context);
+  const std::vector<int> kept = inertial_variables(context);
   const auto all = [x, kept](const VectorX& part) {
     VectorX numbers = x;
     numbers(kept) = part;
@@ -40,44 +40,45 @@ DesignProblem at_fixed_geometry(const Context& context, const VectorX& x, double
   DesignProblem part = whole;
   part.variables.clear();
   for (const int i : kept) {
-    Variable variable = whole.variables[static_cast<std::size_t>(i)];
+    DesignVariable variable = whole.variables[static_cast<std::size_t>(i)];
     variable.start = std::clamp(x[i], variable.lower, variable.upper);
     part.variables.push_back(std::move(variable));
   }
-  part.mechanism_at = [&whole, all](const VectorX& u) { return whole.mechanism_at(all(u)); };
-  if (whole.fault) part.fault = [&whole, all](const VectorX& u) { return whole.fault(all(u)); };
+  part.build_mechanism = [&whole, all](const VectorX& u) { return whole.build_mechanism(all(u)); };
+  if (whole.invalidity_reason)
+    part.invalidity_reason = [&whole, all](const VectorX& u) { return whole.invalidity_reason(all(u)); };
   part.options = context.options;
-  part.obstacle = {};
-  part.objective_at = {};
-  part.limits_at = {};
-  part.figures_at = part.whole_figures_at = {};
-  part.bounded_at = {};
-  part.bounded = 0;
-  part.least_beyond = {};
-  part.inner = true;
-  part.watch = [&context](const SearchProgress&) { return !context.budget.interrupted(); };
-  part.search.seconds = seconds;
-  part.search.restarts = std::min(whole.search.restarts, inner_restarts);
-  part.search.evaluations = std::min(whole.search.evaluations, inner_evaluations);
-  if (whole.limits_at) {
-    part.limits = whole.limits_at(x, kept, context.options.loose_springs);
+  part.infeasibility_reason = {};
+  part.objective_at_geometry = {};
+  part.limits_at_geometry = {};
+  part.convex_terms_at = part.all_convex_terms_at = {};
+  part.convex_limits = {};
+  part.convex_limit_count = 0;
+  part.violation_floor = {};
+  part.is_subproblem = true;
+  part.on_progress = [&context](const SearchProgress&) { return !context.budget.is_interrupted(); };
+  part.search.max_time = seconds;
+  part.search.max_restarts = std::min(whole.search.max_restarts, max_inner_restarts);
+  part.search.max_evaluations = std::min(whole.search.max_evaluations, max_inner_evaluations);
+  if (whole.limits_at_geometry) {
+    part.limits = whole.limits_at_geometry(x, kept, context.options.loose_springs);
   } else {
-    for (DesignLimit& limit : part.limits) hold_others(limit.figure, all);
+    for (DesignLimit& limit : part.limits) fix_other_variables(limit.figure, all);
   }
   if (!whole.objective) return part;
-  if (whole.pieces_at)
-    part.pieces_at = [&whole, all, kept](const VectorX& u) {
-      auto pieces = whole.pieces_at(all(u));
+  if (whole.max_terms)
+    part.max_terms = [&whole, all, kept](const VectorX& u) {
+      auto pieces = whole.max_terms(all(u));
       if (pieces)
-        for (MaximumTerm& term : *pieces) term.slopes = term.slopes(Eigen::all, kept).eval();
+        for (MaxTerm& term : *pieces) term.jacobian = term.jacobian(Eigen::all, kept).eval();
       return pieces;
     };
-  if (whole.objective_at) {
-    part.objective = whole.objective_at(x, kept, context.options.loose_springs);
+  if (whole.objective_at_geometry) {
+    part.objective = whole.objective_at_geometry(x, kept, context.options.loose_springs);
   } else {
-    hold_others(*part.objective, all);
+    fix_other_variables(*part.objective, all);
   }
   return part;
 }
 
-}  // namespace balance::designing
+}  // namespace balance::design

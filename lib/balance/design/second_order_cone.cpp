@@ -6,7 +6,7 @@
 #include <cmath>
 #include <limits>
 
-namespace balance::designing {
+namespace balance::design {
 
 namespace {
 
@@ -18,7 +18,7 @@ auto tail(const VectorX& x, const Block& block) { return x.segment(block.first +
 
 /// The least positive step at which t² − |v|² of x + step · d vanishes.
 double block_step(const VectorX& x, const VectorX& d, const Block& block) {
-  const double a = determinant(d, block), c = determinant(x, block);
+  const double a = cone_determinant(d, block), c = cone_determinant(x, block);
   const double b = x[block.first] * d[block.first] - tail(x, block).dot(tail(d, block));
   const double discriminant = b * b - a * c;
   if (!(a < 0 || (b < 0 && discriminant >= 0))) return infinity;
@@ -28,7 +28,7 @@ double block_step(const VectorX& x, const VectorX& d, const Block& block) {
 
 }  // namespace
 
-double determinant(const VectorX& x, const Block& block) {
+double cone_determinant(const VectorX& x, const Block& block) {
   const double norm = tail(x, block).norm();
   return (x[block.first] - norm) * (x[block.first] + norm);
 }
@@ -41,14 +41,14 @@ SecondOrderCone::SecondOrderCone(Eigen::Index linear, const std::vector<Eigen::I
   }
 }
 
-VectorX SecondOrderCone::unit() const {
+VectorX SecondOrderCone::identity() const {
   VectorX e = VectorX::Zero(size_);
   e.head(linear_).setOnes();
   for (const Block& block : blocks_) e[block.first] = 1;
   return e;
 }
 
-VectorX SecondOrderCone::product(const VectorX& a, const VectorX& b) const {
+VectorX SecondOrderCone::jordan_product(const VectorX& a, const VectorX& b) const {
   VectorX result = a.cwiseProduct(b);
   for (const Block& block : blocks_) {
     const auto rest = block.size - 1;
@@ -58,25 +58,25 @@ VectorX SecondOrderCone::product(const VectorX& a, const VectorX& b) const {
   return result;
 }
 
-VectorX SecondOrderCone::quotient(const VectorX& a, const VectorX& b) const {
+VectorX SecondOrderCone::jordan_quotient(const VectorX& a, const VectorX& b) const {
   VectorX result(size_);
   result.head(linear_) = b.head(linear_).cwiseQuotient(a.head(linear_));
   for (const Block& block : blocks_) {
     const double a0 = a[block.first], b0 = b[block.first];
-    const double x0 = (a0 * b0 - tail(a, block).dot(tail(b, block))) / std::max(determinant(a, block), 1e-300);
+    const double x0 = (a0 * b0 - tail(a, block).dot(tail(b, block))) / std::max(cone_determinant(a, block), 1e-300);
     result[block.first] = x0;
     result.segment(block.first + 1, block.size - 1) = (tail(b, block) - x0 * tail(a, block)) / a0;
   }
   return result;
 }
 
-double SecondOrderCone::margin(const VectorX& x) const {
+double SecondOrderCone::min_eigenvalue(const VectorX& x) const {
   double least = min_coefficient(x.head(linear_));
   for (const Block& block : blocks_) least = std::min(least, x[block.first] - tail(x, block).norm());
   return least;
 }
 
-double SecondOrderCone::longest_step(const VectorX& x, const VectorX& d) const {
+double SecondOrderCone::max_step(const VectorX& x, const VectorX& d) const {
   double step = infinity;
   for (Eigen::Index i = 0; i < linear_; ++i)
     if (d[i] < 0) step = std::min(step, -x[i] / d[i]);
@@ -84,12 +84,12 @@ double SecondOrderCone::longest_step(const VectorX& x, const VectorX& d) const {
   return step;
 }
 
-ConeScaling::ConeScaling(const SecondOrderCone& cone, const VectorX& s, const VectorX& z)
+NesterovToddScaling::NesterovToddScaling(const SecondOrderCone& cone, const VectorX& s, const VectorX& z)
     : cone_(cone),
       diagonal_(s.head(cone.linear()).cwiseQuotient(z.head(cone.linear())).cwiseSqrt()),
       directions_(VectorX::Zero(cone.size())) {
   for (const Block& block : cone.blocks()) {
-    const double of_s = std::sqrt(determinant(s, block)), of_z = std::sqrt(determinant(z, block));
+    const double of_s = std::sqrt(cone_determinant(s, block)), of_z = std::sqrt(cone_determinant(z, block));
     const auto s_bar = s.segment(block.first, block.size) / of_s, z_bar = z.segment(block.first, block.size) / of_z;
     const double twice = 2 * std::sqrt((1 + s_bar.dot(z_bar)) / 2);
     auto w = directions_.segment(block.first, block.size);
@@ -100,7 +100,7 @@ ConeScaling::ConeScaling(const SecondOrderCone& cone, const VectorX& s, const Ve
   }
 }
 
-VectorX ConeScaling::apply(VectorX v, bool inverse) const {
+VectorX NesterovToddScaling::apply(VectorX v, bool inverse) const {
   if (inverse)
     v.head(cone_.linear()).array() /= diagonal_.array();
   else
@@ -118,7 +118,7 @@ VectorX ConeScaling::apply(VectorX v, bool inverse) const {
   return v;
 }
 
-MatrixX ConeScaling::inverse_scaled(MatrixX matrix) const {
+MatrixX NesterovToddScaling::scale_rows_inverse(MatrixX matrix) const {
   matrix.topRows(cone_.linear()).array().colwise() /= diagonal_.array();
   for (std::size_t k = 0; k < lengths_.size(); ++k) {
     const Block& block = cone_.blocks()[k];
@@ -133,4 +133,4 @@ MatrixX ConeScaling::inverse_scaled(MatrixX matrix) const {
   return matrix;
 }
 
-}  // namespace balance::designing
+}  // namespace balance::design

@@ -8,7 +8,7 @@
 
 #include <vector>
 
-namespace balance::designing {
+namespace balance::design {
 
 class SecondOrderCone {
  public:
@@ -25,14 +25,14 @@ class SecondOrderCone {
   Eigen::Index degree() const { return linear_ + static_cast<Eigen::Index>(blocks_.size()); }
 
   /// e with e ∘ x = x.
-  VectorX unit() const;
-  VectorX product(const VectorX& a, const VectorX& b) const;
+  VectorX identity() const;
+  VectorX jordan_product(const VectorX& a, const VectorX& b) const;
   /// x with a ∘ x = b. @param a inside the cone
-  VectorX quotient(const VectorX& a, const VectorX& b) const;
+  VectorX jordan_quotient(const VectorX& a, const VectorX& b) const;
   /// The least eigenvalue: positive inside the cone.
-  double margin(const VectorX& x) const;
+  double min_eigenvalue(const VectorX& x) const;
   /// The largest step for which x + step · d stays in the cone; may be infinite. @param x inside
-  double longest_step(const VectorX& x, const VectorX& d) const;
+  double max_step(const VectorX& x, const VectorX& d) const;
 
  private:
   Eigen::Index linear_, size_;
@@ -40,16 +40,16 @@ class SecondOrderCone {
 };
 
 /// t² − |v|² of a block, without cancellation.
-double determinant(const VectorX& x, const SecondOrderCone::Block& block);
+double cone_determinant(const VectorX& x, const SecondOrderCone::Block& block);
 
 /// Nesterov–Todd: the symmetric W with W z = W⁻¹ s.
-class ConeScaling {
+class NesterovToddScaling {
  public:
   /// @param s, z inside the cone, which must outlive the scaling
-  ConeScaling(const SecondOrderCone& cone, const VectorX& s, const VectorX& z);
-  VectorX times(const VectorX& v) const { return apply(v, false); }
-  VectorX inverse_times(const VectorX& v) const { return apply(v, true); }
-  MatrixX inverse_scaled(MatrixX matrix) const;
+  NesterovToddScaling(const SecondOrderCone& cone, const VectorX& s, const VectorX& z);
+  VectorX apply(const VectorX& v) const { return apply(v, false); }
+  VectorX apply_inverse(const VectorX& v) const { return apply(v, true); }
+  MatrixX scale_rows_inverse(MatrixX matrix) const;
 
  private:
   VectorX apply(VectorX v, bool inverse) const;
@@ -60,4 +60,4 @@ class ConeScaling {
   std::vector<double> lengths_;
 };
 
-}  // namespace balance::designing
+}  // namespace balance::design

@@ -18,128 +18,131 @@ namespace balance {
 
 namespace {
 
-using namespace designing;
+using namespace design;
 
 /// Limits that are missed or kept by less are active.
-constexpr double nearly_active = 1e-5;
+constexpr double active_limit_tolerance = 1e-5;
 
-bool is_done(const DesignOutcome& outcome) {
-  return outcome.status == DesignStatus::balanced || outcome.status == DesignStatus::not_asked;
+bool is_success(const DesignOutcome& outcome) {
+  return outcome.status == DesignStatus::balanced || outcome.status == DesignStatus::no_goal;
 }
 
 /// A design within limits: first as if it lay at hand; where that fails, or ends without the proof that could be had, from the
 /// design that is least beyond the limits, or farthest within them.
-class LimitedDesign {
+class LimitedDesignSolver {
  public:
-  explicit LimitedDesign(const DesignProblem& problem) : problem_(problem), begin_(computing_time()) {}
+  explicit LimitedDesignSolver(const DesignProblem& problem) : problem_(problem), begin_(thread_cpu_time()) {}
 
   DesignOutcome run() {
-    if (problem_.goals.empty() && !problem_.objective) return limits_alone();
-    Pass first = pass_once(problem_);
-    measure(first.outcome);
+    if (problem_.goals.empty() && !problem_.objective) return solve_limits_only();
+    SingleSolve first = solve_once(problem_);
+    evaluate_limits(first.outcome);
     const DesignStatus status = first.outcome.status;
-    const bool at_hand = is_done(first.outcome) && first.outcome.within_limits;
-    const bool proved = first.outcome.optimality == Optimality::proved_best || !first.convex;
-    if ((at_hand && proved) || status == DesignStatus::unsolved || status == DesignStatus::not_found || over(first))
+    const bool at_hand = is_success(first.outcome) && first.outcome.within_limits;
+    const bool proved = first.outcome.optimality == Optimality::proved_global || !first.is_convex;
+    if ((at_hand && proved) || status == DesignStatus::unsolved || status == DesignStatus::no_feasible_start ||
+        is_budget_exhausted(first))
       return first.outcome;
-    DesignOutcome least = pass_once(least_violation(remaining(problem_))).outcome;
-    measure(least);
-    if (is_done(least) && least.within_limits) return best(std::move(first.outcome), from(std::move(least)));
-    if (at_hand || (!is_done(least) && first.outcome.within_limits)) return first.outcome;
-    return beyond(std::move(least), first.outcome);
+    DesignOutcome least = solve_once(make_phase_one_problem(remaining(problem_))).outcome;
+    evaluate_limits(least);
+    if (is_success(least) && least.within_limits)
+      return choose_better(std::move(first.outcome), solve_from(std::move(least)));
+    if (at_hand || (!is_success(least) && first.outcome.within_limits)) return first.outcome;
+    return make_violating_outcome(std::move(least), first.outcome);
   }
 
  private:
   /// Neither a goal nor an objective.
-  DesignOutcome limits_alone() const {
-    DesignOutcome outcome = pass_once(least_violation(problem_)).outcome;
-    measure(outcome);
+  DesignOutcome solve_limits_only() const {
+    DesignOutcome outcome = solve_once(make_phase_one_problem(problem_)).outcome;
+    evaluate_limits(outcome);
     if (outcome.status == DesignStatus::unsolved) return outcome;
-    if (!outcome.within_limits) return beyond(outcome, outcome);
-    restate(outcome);
-    outcome.optimality = Optimality::not_asked;
+    if (!outcome.within_limits) return make_violating_outcome(outcome, outcome);
+    reset_objective(outcome);
+    outcome.optimality = Optimality::not_optimised;
     return outcome;
   }
 
   /// Nothing is left to search with.
-  bool over(const Pass& pass) const {
-    return pass.outcome.within_limits && pass.outcome.optimality == Optimality::stopped;
+  bool is_budget_exhausted(const SingleSolve& pass) const {
+    return pass.outcome.within_limits && pass.outcome.optimality == Optimality::budget_exhausted;
   }
 
   DesignProblem remaining(DesignProblem problem) const {
-    problem.search.seconds = std::max(1e-3, problem.search.seconds - (computing_time() - begin_));
+    problem.search.max_time = std::max(1e-3, problem.search.max_time - (thread_cpu_time() - begin_));
     return problem;
   }
 
-  void measure(DesignOutcome& outcome) const {
+  void evaluate_limits(DesignOutcome& outcome) const {
     outcome.limits.clear();
     double worst = -std::numeric_limits<double>::infinity();
     for (const DesignLimit& limit : problem_.limits) {
       LimitOutcome one;
-      one.value = value_of(problem_, limit.figure, outcome.x);
-      one.violation = violation(limit, one.value);
-      one.active = !(one.violation < -nearly_active);
+      one.value = evaluate_figure(problem_, limit.figure, outcome.x);
+      one.violation = relative_violation(limit, one.value);
+      one.is_active = !(one.violation < -active_limit_tolerance);
       outcome.limits.push_back(one);
       if (!(one.violation <= worst)) worst = one.violation;
     }
-    outcome.within_limits = worst <= kept;
+    outcome.within_limits = worst <= limit_tolerance;
   }
 
   /// The search once more, from a design within the limits; or that design.
-  DesignOutcome from(DesignOutcome within) const {
+  DesignOutcome solve_from(DesignOutcome within) const {
     DesignProblem problem = remaining(problem_);
     for (std::size_t i = 0; i < problem.variables.size(); ++i)
       problem.variables[i].start = within.x[static_cast<Eigen::Index>(i)];
-    DesignOutcome again = pass_once(problem).outcome;
-    measure(again);
-    if (is_done(again) && again.within_limits) return again;
-    restate(within);
-    within.optimality = !problem_.objective                       ? Optimality::not_asked
-                        : again.optimality == Optimality::stopped ? Optimality::stopped
-                                                                  : Optimality::local_best;
+    DesignOutcome again = solve_once(problem).outcome;
+    evaluate_limits(again);
+    if (is_success(again) && again.within_limits) return again;
+    reset_objective(within);
+    within.optimality = !problem_.objective                                ? Optimality::not_optimised
+                        : again.optimality == Optimality::budget_exhausted ? Optimality::budget_exhausted
+                                                                           : Optimality::local_optimum;
     return within;
   }
 
   /// What the least violation's outcome says of itself, said of the objective.
-  void restate(DesignOutcome& outcome) const {
-    outcome.lower_bound = outcome.objective = outcome.objective_start = std::numeric_limits<double>::quiet_NaN();
-    outcome.freedom = {};
+  void reset_objective(DesignOutcome& outcome) const {
+    outcome.lower_bound = outcome.objective = outcome.start_objective = std::numeric_limits<double>::quiet_NaN();
+    outcome.solution_set = {};
     outcome.notes.clear();
     if (!problem_.objective) return;
-    outcome.objective = value_of(problem_, *problem_.objective, outcome.x);
+    outcome.objective = evaluate_figure(problem_, *problem_.objective, outcome.x);
     VectorX start(static_cast<Eigen::Index>(problem_.variables.size()));
     for (Eigen::Index i = 0; i < start.size(); ++i) start[i] = problem_.variables[static_cast<std::size_t>(i)].start;
-    outcome.objective_start = value_of(problem_, *problem_.objective, start);
+    outcome.start_objective = evaluate_figure(problem_, *problem_.objective, start);
   }
 
   /// @param first may be none within the limits
-  static DesignOutcome best(DesignOutcome first, DesignOutcome second) {
-    second.objective_start = first.objective_start;
-    second.before = first.before.size() == second.after.size() ? first.before : VectorX();
-    const bool usable = is_done(first) && first.within_limits;
-    if (!usable || second.optimality == Optimality::proved_best || second.objective < first.objective) return second;
+  static DesignOutcome choose_better(DesignOutcome first, DesignOutcome second) {
+    second.start_objective = first.start_objective;
+    second.residuals_before =
+        first.residuals_before.size() == second.residuals_after.size() ? first.residuals_before : VectorX();
+    const bool usable = is_success(first) && first.within_limits;
+    if (!usable || second.optimality == Optimality::proved_global || second.objective < first.objective) return second;
     return first;
   }
 
   /// No design keeps the limits: the one that is least beyond the worst of them.
-  DesignOutcome beyond(DesignOutcome least, const DesignOutcome& first) const {
-    const bool otherwise_done = is_done(least);
+  DesignOutcome make_violating_outcome(DesignOutcome least, const DesignOutcome& first) const {
+    const bool otherwise_done = is_success(least);
     const double bound = least.lower_bound;
-    const bool proved = otherwise_done && bound > kept;
-    const bool best = least.optimality == Optimality::proved_best;
+    const bool proved = otherwise_done && bound > limit_tolerance;
+    const bool best = least.optimality == Optimality::proved_global;
     const std::string reason = least.reason;
-    restate(least);
-    least.objective_start = first.objective_start;
+    reset_objective(least);
+    least.start_objective = first.start_objective;
     if (otherwise_done) {
-      least.status = proved ? DesignStatus::impossible : DesignStatus::compromise;
-      least.proved = proved;
+      least.status = proved ? DesignStatus::infeasible : DesignStatus::compromise;
+      least.is_proved_infeasible = proved;
     }
-    if (proved) least.least_violation = bound;
-    least.reason = (otherwise_done || reason.empty() ? "" : reason + "; ") + complaint(least, proved, best);
+    if (proved) least.min_violation_bound = bound;
+    least.reason = (otherwise_done || reason.empty() ? "" : reason + "; ") + describe_violation(least, proved, best);
     return least;
   }
 
-  std::string complaint(const DesignOutcome& outcome, bool proved, bool best) const {
+  std::string describe_violation(const DesignOutcome& outcome, bool proved, bool best) const {
     std::size_t worst = 0;
     for (std::size_t k = 1; k < outcome.limits.size(); ++k)
       if (!(outcome.limits[k].violation <= outcome.limits[worst].violation)) worst = k;
@@ -162,13 +165,13 @@ class LimitedDesign {
 
 }  // namespace
 
-DesignOutcome solve(const DesignProblem& problem) {
+DesignOutcome solve_design(const DesignProblem& problem) {
   problem.search.validate();
   if (problem.goals.empty() && !problem.objective && problem.limits.empty())
     throw std::invalid_argument("a design needs a goal, something to minimize or limits");
   if (is_discrete(problem)) return solve_discrete(problem);
   const auto search = [](const DesignProblem& one) {
-    return one.limits.empty() ? pass_once(one).outcome : LimitedDesign(one).run();
+    return one.limits.empty() ? solve_once(one).outcome : LimitedDesignSolver(one).run();
   };
   DesignOutcome outcome = search(problem);
   bound_by_relaxation(problem, outcome, search);

@@ -9,18 +9,18 @@
 #include <cmath>
 #include <map>
 
-namespace balance::designing {
+namespace balance::design {
 
 namespace {
 
 /// Rounds of tangents before a proof is given up; conditions that are met to this part of their size are met.
-constexpr int most_rounds = 40;
-constexpr double met_by_relaxation = 1e-7, convincing = 1e-6;
+constexpr int max_cut_rounds = 40;
+constexpr double product_residual_tolerance = 1e-7, certificate_tolerance = 1e-6;
 
 /// Monomials of all terms, each divided by its largest size: |z| ≤ 1.
-class Products {
+class MonomialBasis {
  public:
-  Products(const Context& context, const Polynomial& in_numbers) : context_(context) {
+  MonomialBasis(const SolverContext& context, const SparsePolynomial& in_numbers) : context_(context) {
     for (const auto& term : in_numbers.terms()) index_of(term.monomial);
     index_of({});
     // with a square its root
@@ -28,8 +28,8 @@ class Products {
     for (const Monomial& monomial : terms)
       for (std::size_t k = 0; k < monomial.size(); ++k)
         if (monomial[k].second >= 2) {
-          index_of(without(monomial, k, 1));
-          index_of(without(monomial, k, 2));
+          index_of(lower_power(monomial, k, 1));
+          index_of(lower_power(monomial, k, 2));
         }
   }
 
@@ -53,11 +53,11 @@ class Products {
   double lower(std::size_t k) const { return lower_[k] / scale_[k]; }
   double upper(std::size_t k) const { return upper_[k] / scale_[k]; }
   double scale(std::size_t k) const { return scale_[k]; }
-  double lower_of(int variable) const { return context_.box.lower()[variable]; }
-  double upper_of(int variable) const { return context_.box.upper()[variable]; }
+  double lower_of(int variable) const { return context_.scaling.lower()[variable]; }
+  double upper_of(int variable) const { return context_.scaling.upper()[variable]; }
 
   /// One variable's power less by so much.
-  static Monomial without(Monomial monomial, std::size_t k, int less) {
+  static Monomial lower_power(Monomial monomial, std::size_t k, int less) {
     monomial[k].second -= less;
     if (monomial[k].second == 0) monomial.erase(monomial.begin() + static_cast<std::ptrdiff_t>(k));
     return monomial;
@@ -76,15 +76,15 @@ class Products {
     }
   }
 
-  const Context& context_;
+  const SolverContext& context_;
   std::vector<Monomial> all_;
   std::map<Monomial, int> index_;
   std::vector<double> lower_, upper_, scale_;
 };
 
-class SquaresProof {
+class ProductRelaxation {
  public:
-  SquaresProof(const Context& context, const Conditions& conditions, const Polynomial& in_numbers)
+  ProductRelaxation(const SolverContext& context, const Conditions& conditions, const SparsePolynomial& in_numbers)
       : conditions_(conditions), products_(context, in_numbers) {
     const auto z = static_cast<Eigen::Index>(products_.size());
     rows_.setZero(conditions.matrix.rows(), z);
@@ -93,22 +93,23 @@ class SquaresProof {
       for (const auto& [output, coefficient] : term.coefficients)
         if (output < conditions.matrix.cols())
           rows_.col(static_cast<Eigen::Index>(column)) +=
-              conditions.matrix.col(output).cwiseQuotient(conditions.scale) * coefficient * products_.scale(column);
+              conditions.matrix.col(output).cwiseQuotient(conditions.row_scales) * coefficient *
+              products_.scale(column);
     }
-    list_squares();
-    list_ranges();
+    add_square_cuts();
+    add_mccormick_cuts();
   }
 
   std::optional<VectorX> run() {
     if (squares_.empty() && cuts_.empty()) return std::nullopt;
-    for (int round = 0; round < most_rounds; ++round) {
-      const auto z = nearest();
+    for (int round = 0; round < max_cut_rounds; ++round) {
+      const auto z = minimise_max_residual();
       if (!z) return std::nullopt;
-      if (residual_ <= met_by_relaxation) {
+      if (residual_ <= product_residual_tolerance) {
         if (!add_tangents(*z)) return std::nullopt;  // all products are what they ought to be: nothing is shown
         continue;
       }
-      if (auto factors = combination()) return factors;
+      if (auto factors = find_certificate()) return factors;
       if (!add_tangents(*z)) return std::nullopt;
     }
     return std::nullopt;
@@ -116,17 +117,17 @@ class SquaresProof {
 
  private:
   /// first · third = second², and neither first nor third is negative.
-  struct Square {
+  struct SquareRelation {
     Eigen::Index first, second, third;
   };
 
-  void list_squares() {
+  void add_square_cuts() {
     for (std::size_t k = 0; k < products_.size(); ++k) {
       const Monomial& monomial = products_.monomial(k);
       for (std::size_t v = 0; v < monomial.size(); ++v) {
         if (monomial[v].second < 2) continue;
-        const int root = products_.find(Products::without(monomial, v, 1)),
-                  base = products_.find(Products::without(monomial, v, 2));
+        const int root = products_.find(MonomialBasis::lower_power(monomial, v, 1)),
+                  base = products_.find(MonomialBasis::lower_power(monomial, v, 2));
         if (root < 0 || base < 0 || products_.lower(static_cast<std::size_t>(base)) < 0 || products_.lower(k) < 0)
           continue;
         squares_.push_back({base, root, static_cast<Eigen::Index>(k)});
@@ -143,11 +144,11 @@ class SquaresProof {
   }
 
   /// low · p ≤ p x ≤ high · p where p is not negative.
-  void list_ranges() {
+  void add_mccormick_cuts() {
     for (std::size_t k = 0; k < products_.size(); ++k) {
       const Monomial& monomial = products_.monomial(k);
       for (std::size_t v = 0; v < monomial.size(); ++v) {
-        const int base = products_.find(Products::without(monomial, v, 1));
+        const int base = products_.find(MonomialBasis::lower_power(monomial, v, 1));
         if (monomial.size() + static_cast<std::size_t>(monomial[v].second) <= 2 || base < 0 ||
             products_.lower(static_cast<std::size_t>(base)) < 0)
           continue;
@@ -176,7 +177,7 @@ class SquaresProof {
   }
 
   /// Products within all cuts whose conditions are met best.
-  std::optional<VectorX> nearest() {
+  std::optional<VectorX> minimise_max_residual() {
     const auto z = static_cast<Eigen::Index>(products_.size());
     LinearProgram program(z + 1);
     program.lower.head(z) = bounds(false);
@@ -187,17 +188,17 @@ class SquaresProof {
     for (Eigen::Index k = 0; k < rows_.rows(); ++k) {
       row.head(z) = rows_.row(k).transpose();
       row[z] = 1;
-      program.add_row(0, row, unbounded);
+      program.add_row(0, row, no_bound);
       row[z] = -1;
-      program.add_row(-unbounded, row, 0);
+      program.add_row(-no_bound, row, 0);
     }
     row[z] = 0;
     for (const VectorX& cut : cuts_) {
       row.head(z) = cut;
-      program.add_row(0, row, unbounded);
+      program.add_row(0, row, no_bound);
     }
-    const ProgramSolution solution = minimize(program);
-    if (solution.status != ProgramStatus::solved) return std::nullopt;
+    const LinearProgramSolution solution = solve_linear_program(program);
+    if (solution.status != LinearProgramStatus::optimal) return std::nullopt;
     residual_ = solution.x[z];
     return solution.x.head(z);
   }
@@ -205,7 +206,7 @@ class SquaresProof {
   /// third ≥ 2 t second − t² first for every t; it is least where t = second / first.
   bool add_tangents(const VectorX& z) {
     bool any = false;
-    for (const Square& s : squares_) {
+    for (const SquareRelation& s : squares_) {
       const auto size = [&](Eigen::Index k) { return products_.scale(static_cast<std::size_t>(k)); };
       const double first = z[s.first] * size(s.first), second = z[s.second] * size(s.second);
       if (!(first > 1e-9 * size(s.first))) continue;
@@ -223,7 +224,7 @@ class SquaresProof {
 
   /// Factors of the conditions, and not negative ones of the cuts, for which the combination less the cuts is at least 1 within
   /// the bounds: λᵀ rows − μᵀ cuts = rise − fall.
-  std::optional<VectorX> combination() const {
+  std::optional<VectorX> find_certificate() const {
     const Eigen::Index n = rows_.rows(), z = rows_.cols(), c = static_cast<Eigen::Index>(cuts_.size());
     const Eigen::Index rise = 2 * n + c, fall = rise + z, total = fall + z;
     const VectorX low = bounds(false), high = bounds(true);
@@ -242,15 +243,15 @@ class SquaresProof {
       least[rise + j] = low[j];
       least[fall + j] = -high[j];
     }
-    program.add_row(1, least, unbounded);
-    const ProgramSolution solution = minimize(program);
-    if (solution.status != ProgramStatus::solved) return std::nullopt;
+    program.add_row(1, least, no_bound);
+    const LinearProgramSolution solution = solve_linear_program(program);
+    if (solution.status != LinearProgramStatus::optimal) return std::nullopt;
     const VectorX factors = solution.x.head(n) - solution.x.segment(n, n);
-    return holds(factors, solution.x.segment(2 * n, c)) ? std::optional<VectorX>(factors) : std::nullopt;
+    return is_valid_certificate(factors, solution.x.segment(2 * n, c)) ? std::optional<VectorX>(factors) : std::nullopt;
   }
 
   /// The combination's least value computed once more, without the program.
-  bool holds(const VectorX& factors, const VectorX& of_cuts) const {
+  bool is_valid_certificate(const VectorX& factors, const VectorX& of_cuts) const {
     VectorX rate = rows_.transpose() * factors;
     double size = max_abs(rate);
     for (std::size_t k = 0; k < cuts_.size(); ++k) {
@@ -261,26 +262,27 @@ class SquaresProof {
     const VectorX low = bounds(false), high = bounds(true);
     double least = 0;
     for (Eigen::Index j = 0; j < rate.size(); ++j) least += std::min(rate[j] * low[j], rate[j] * high[j]);
-    return least > convincing * size;
+    return least > certificate_tolerance * size;
   }
 
   const Conditions& conditions_;
-  Products products_;
+  MonomialBasis products_;
   MatrixX rows_;  ///< scaled conditions by products
-  std::vector<Square> squares_;
+  std::vector<SquareRelation> squares_;
   std::vector<VectorX> cuts_;  ///< · z ≥ 0
   double residual_ = 0;
 };
 
 }  // namespace
 
-std::optional<Impossibility> prove_by_squares(const Context& context, const Conditions& conditions,
-                                              const Polynomial& in_numbers) {
-  const auto factors = SquaresProof(context, conditions, in_numbers).run();
+std::optional<InfeasibilityCertificate> certify_by_product_relaxation(const SolverContext& context,
+                                                                      const Conditions& conditions,
+                                                                      const SparsePolynomial& in_numbers) {
+  const auto factors = ProductRelaxation(context, conditions, in_numbers).run();
   if (!factors) return std::nullopt;
-  Impossibility proof;
-  proof.kind = Impossibility::Kind::squares;
-  proof.combination = factors->cwiseQuotient(conditions.scale);
+  InfeasibilityCertificate proof;
+  proof.kind = InfeasibilityCertificate::Kind::product_relaxation;
+  proof.combination = factors->cwiseQuotient(conditions.row_scales);
   proof.coefficients = conditions.matrix.transpose() * proof.combination;
   const double largest = max_abs(proof.coefficients);
   if (!(largest > 0)) return std::nullopt;
@@ -289,10 +291,11 @@ std::optional<Impossibility> prove_by_squares(const Context& context, const Cond
   // what is left of a coefficient by the program's round-off is none
   for (double& c : proof.coefficients)
     if (std::abs(c) < 1e-9) c = 0;
-  proof.sentence = linear_text(conditions.parameters, proof.coefficients) +
-                   " = 0 cannot hold: with the numbers that are fixed it is positive for all values within the bounds, "
-                   "as no square is negative";
+  proof.statement =
+      linear_combination_text(conditions.parameters, proof.coefficients) +
+      " = 0 cannot hold: with the numbers that are fixed it is positive for all values within the bounds, "
+      "as no square is negative";
   return proof;
 }
 
-}  // namespace balance::designing
+}  // namespace balance::design

@@ -4,13 +4,14 @@
 #include "balance/conditions/impossibility.hpp"
 #include "balance/design/context.hpp"
 
-namespace balance::designing {
+namespace balance::design {
 
 /// A combination of conditions that is positive for all numbers within their bounds, although not for all values of their
 /// products taken one by one. Fixed numbers count with their values.
 /// Source: convex relaxation of products (McCormick 1976; squares by their tangents), Farkas' lemma.
 /// @param in_numbers the features as polynomials of the numbers themselves
-std::optional<Impossibility> prove_by_squares(const Context& context, const Conditions& conditions,
-                                              const Polynomial& in_numbers);
+std::optional<InfeasibilityCertificate> certify_by_product_relaxation(const SolverContext& context,
+                                                                      const Conditions& conditions,
+                                                                      const SparsePolynomial& in_numbers);
 
-}  // namespace balance::designing
+}  // namespace balance::design

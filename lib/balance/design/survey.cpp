@@ -8,20 +8,20 @@
 #include <cmath>
 #include <optional>
 
-namespace balance::designing {
+namespace balance::design {
 
 namespace {
 
 /// Springs of zero free length whose ends are free.
-LooseSprings springs_with_free_ends(const Mechanism& base, const std::vector<Mechanism>& others, LooseSprings loose) {
+FreeSprings springs_with_free_ends(const Mechanism& base, const std::vector<Mechanism>& others, FreeSprings loose) {
   const std::size_t n = base.springs.size();
   loose.resize(n, false);
   const auto zero_length = [](const Spring& spring) { return spring.free_length == 0; };
   for (std::size_t s = 0; s < n; ++s) {
     const Spring& spring = base.springs[s];
     const bool moves = std::any_of(others.begin(), others.end(), [&](const Mechanism& m) {
-      return !same_numbers(m.springs[s].point_first, spring.point_first) ||
-             !same_numbers(m.springs[s].point_second, spring.point_second);
+      return !is_equal_to_rounding(m.springs[s].point_first, spring.point_first) ||
+             !is_equal_to_rounding(m.springs[s].point_second, spring.point_second);
     });
     const bool zero = zero_length(spring) && std::all_of(others.begin(), others.end(),
                                                          [&](const Mechanism& m) { return zero_length(m.springs[s]); });
@@ -33,25 +33,26 @@ LooseSprings springs_with_free_ends(const Mechanism& base, const std::vector<Mec
 
 }  // namespace
 
-bool Survey::any_geometric() const {
-  return std::any_of(geometric.begin(), geometric.end(), [](bool g) { return g; });
+bool VariableClassification::has_geometric() const {
+  return std::any_of(is_geometric.begin(), is_geometric.end(), [](bool g) { return g; });
 }
 
-bool Survey::touches(int variable, int feature) const {
-  const double before = base_features[feature], after = features[static_cast<std::size_t>(variable)][feature];
-  return std::abs(after - before) > disturbed * std::max(std::abs(before), std::abs(after));
+bool VariableClassification::has_effect(int variable, int feature) const {
+  const double before = base_features[feature], after = perturbed_features[static_cast<std::size_t>(variable)][feature];
+  return std::abs(after - before) > change_threshold * std::max(std::abs(before), std::abs(after));
 }
 
 namespace {
 
 /// Tries to find another value of a number, or another point, before they are given up.
-constexpr int most_tries = 60;
+constexpr int max_sampling_attempts = 60;
 
 /// The mechanism at u, or nothing where an expression of the spec has no value.
-std::optional<Mechanism> mechanism_or_none(const Box& box, const DesignProblem& problem, const VectorX& u) {
+std::optional<Mechanism> try_build_mechanism(const VariableScaling& box, const DesignProblem& problem,
+                                             const VectorX& u) {
   try {
-    Mechanism mechanism = problem.mechanism_at(box.numbers(u));
-    if (geometry(mechanism, {}).allFinite() && parameter_values(mechanism, {}).allFinite()) return mechanism;
+    Mechanism mechanism = problem.build_mechanism(box.to_variables(u));
+    if (collect_geometry(mechanism, {}).allFinite() && parameter_values(mechanism, {}).allFinite()) return mechanism;
   } catch (const SpecError&) {
   }
   return std::nullopt;
@@ -59,53 +60,54 @@ std::optional<Mechanism> mechanism_or_none(const Box& box, const DesignProblem& 
 
 }  // namespace
 
-Survey survey(const Box& box, const DesignProblem& problem) {
-  Survey result;
+VariableClassification classify_variables(const VariableScaling& box, const DesignProblem& problem) {
+  VariableClassification result;
   const int n = box.size();
   // inside the bounds, where masses are positive; not too near the other values, so that differences are clear
-  RandomNumbers random(problem.search.seed);
-  result.base = random.point(n, 0.1, 0.4);
-  result.moved = random.point(n, -0.8, -0.5);
-  std::optional<Mechanism> at_base = mechanism_or_none(box, problem, result.base);
-  for (int k = 0; !at_base && k < most_tries; ++k) {
-    result.base = k < most_tries / 2 ? random.point(n, -0.95, 0.95)
-                                     : clipped(box.start() + random.point(n) / (k + 2 - most_tries / 2));
-    at_base = mechanism_or_none(box, problem, result.base);
+  UniformRandom random(problem.search.seed);
+  result.base = random.sample_point(n, 0.1, 0.4);
+  result.perturbed = random.sample_point(n, -0.8, -0.5);
+  std::optional<Mechanism> at_base = try_build_mechanism(box, problem, result.base);
+  for (int k = 0; !at_base && k < max_sampling_attempts; ++k) {
+    result.base = k < max_sampling_attempts / 2
+                      ? random.sample_point(n, -0.95, 0.95)
+                      : clip_to_unit_box(box.start() + random.sample_point(n) / (k + 2 - max_sampling_attempts / 2));
+    at_base = try_build_mechanism(box, problem, result.base);
   }
   if (!at_base) result.base = box.start();
-  result.at_base = at_base ? *at_base : problem.mechanism_at(box.numbers(result.base));
+  result.base_mechanism = at_base ? *at_base : problem.build_mechanism(box.to_variables(result.base));
   std::vector<Mechanism> others;
   for (int i = 0; i < n; ++i) {
     VectorX u = result.base;
-    u[i] = result.moved[i];
-    std::optional<Mechanism> other = mechanism_or_none(box, problem, u);
-    for (int k = 0; !other && k < most_tries; ++k) {
-      const int late = std::max(0, k - most_tries / 2);
+    u[i] = result.perturbed[i];
+    std::optional<Mechanism> other = try_build_mechanism(box, problem, u);
+    for (int k = 0; !other && k < max_sampling_attempts; ++k) {
+      const int late = std::max(0, k - max_sampling_attempts / 2);
       const double narrow = elementary::pow(0.7, late);
       u[i] = std::clamp(result.base[i] + narrow * random(-1, 1), -1.0, 1.0);
-      if (std::abs(u[i] - result.base[i]) > 1e-6) other = mechanism_or_none(box, problem, u);
+      if (std::abs(u[i] - result.base[i]) > 1e-6) other = try_build_mechanism(box, problem, u);
     }
-    result.moved[i] = u[i];
-    others.push_back(other ? *other : result.at_base);
+    result.perturbed[i] = u[i];
+    others.push_back(other ? *other : result.base_mechanism);
   }
-  result.loose = springs_with_free_ends(result.at_base, others, problem.options.loose_springs);
-  result.base_features = designing::features(result.at_base, result.loose);
-  const VectorX base_geometry = geometry(result.at_base, result.loose);
+  result.loose_springs = springs_with_free_ends(result.base_mechanism, others, problem.options.loose_springs);
+  result.base_features = design::compute_features(result.base_mechanism, result.loose_springs);
+  const VectorX base_geometry = collect_geometry(result.base_mechanism, result.loose_springs);
   for (const Mechanism& other : others) {
-    result.features.push_back(designing::features(other, result.loose));
-    result.geometric.push_back(!same_numbers(geometry(other, result.loose), base_geometry));
+    result.perturbed_features.push_back(design::compute_features(other, result.loose_springs));
+    result.is_geometric.push_back(!is_equal_to_rounding(collect_geometry(other, result.loose_springs), base_geometry));
   }
   return result;
 }
 
-}  // namespace balance::designing
+}  // namespace balance::design
 
 namespace balance {
 
-LooseSprings find_loose_springs(const DesignProblem& problem) {
-  const designing::Box box(problem.variables);
-  if (problem.mechanism_at(box.numbers(box.start())).springs.empty()) return {};
-  return designing::survey(box, problem).loose;
+FreeSprings find_loose_springs(const DesignProblem& problem) {
+  const design::VariableScaling box(problem.variables);
+  if (problem.build_mechanism(box.to_variables(box.start())).springs.empty()) return {};
+  return design::classify_variables(box, problem).loose_springs;
 }
 
 }  // namespace balance

@@ -5,24 +5,24 @@
 #include "balance/design/box.hpp"
 #include "balance/design/features.hpp"
 
-namespace balance::designing {
+namespace balance::design {
 
-struct Survey {
-  VectorX base;   ///< unit coordinates in general position
-  VectorX moved;  ///< per number: its other value
-  Mechanism at_base;
-  LooseSprings loose;           ///< springs whose ends are parameters, not geometry
-  std::vector<bool> geometric;  ///< per number: it changes the geometry
+struct VariableClassification {
+  VectorX base;       ///< unit coordinates in general position
+  VectorX perturbed;  ///< per number: its other value
+  Mechanism base_mechanism;
+  FreeSprings loose_springs;       ///< springs whose ends are parameters, not geometry
+  std::vector<bool> is_geometric;  ///< per number: it changes the geometry
   VectorX base_features;
-  std::vector<VectorX> features;  ///< with number i changed alone
-  double disturbed = 1e-12;       ///< relative change of a feature that counts as one
+  std::vector<VectorX> perturbed_features;  ///< with number i changed alone
+  double change_threshold = 1e-12;          ///< relative change of a feature that counts as one
 
-  bool any_geometric() const;
+  bool has_geometric() const;
   /// Number i changes feature f.
-  bool touches(int variable, int feature) const;
+  bool has_effect(int variable, int feature) const;
 };
 
 /// @param loose given by the caller; springs found to need it are added
-Survey survey(const Box& box, const DesignProblem& problem);
+VariableClassification classify_variables(const VariableScaling& box, const DesignProblem& problem);
 
-}  // namespace balance::designing
+}  // namespace balance::design

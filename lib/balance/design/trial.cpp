@@ -10,80 +10,82 @@
 #include <cmath>
 #include <stdexcept>
 
-namespace balance::designing {
+namespace balance::design {
 
-Trials::Trials(const Context& context, const Equations& equations, const FigureOfMerit* merit)
-    : context_(context), equations_(equations), merit_(merit), others_(inertial_numbers(context)) {}
+TrialEvaluator::TrialEvaluator(const SolverContext& context, const NonlinearSystem& equations,
+                               const ScaledObjective* merit)
+    : context_(context), equations_(equations), objective_(merit), others_(inertial_variables(context)) {}
 
-double Trials::cost(const Trial& trial) const {
-  if (trial.balanced) return merit_ != nullptr ? trial.figure : 0;
-  return wants_figure() ? trial.figure : trial.residual;
+double TrialEvaluator::cost(const TrialDesign& trial) const {
+  if (trial.is_balanced) return objective_ != nullptr ? trial.figure : 0;
+  return is_figure_first() ? trial.figure : trial.residual;
 }
 
-void Trials::improve(Trial& best, Trial trial) const {
-  if (!trial.possible || !std::isfinite(cost(trial))) return;
-  const bool better = !best.possible || (trial.balanced && !best.balanced) ||
-                      (trial.balanced == best.balanced && cost(trial) < cost(best));
+void TrialEvaluator::update_best(TrialDesign& best, TrialDesign trial) const {
+  if (!trial.is_feasible || !std::isfinite(cost(trial))) return;
+  const bool better = !best.is_feasible || (trial.is_balanced && !best.is_balanced) ||
+                      (trial.is_balanced == best.is_balanced && cost(trial) < cost(best));
   if (better) best = std::move(trial);
 }
 
-Trial Trials::as_it_is(const VectorX& u) const {
-  Trial trial;
+TrialDesign TrialEvaluator::evaluate(const VectorX& u) const {
+  TrialDesign trial;
   trial.u = u;
-  trial.possible = context_.is_physical(u) && context_.obstacle(u).empty();
-  if (!trial.possible) return trial;
-  trial.balanced = is_balanced(u);
-  measure(trial);
+  trial.is_feasible = context_.is_physical(u) && context_.infeasibility_reason(u).empty();
+  if (!trial.is_feasible) return trial;
+  trial.is_balanced = is_balanced(u);
+  evaluate_figures(trial);
   return trial;
 }
 
-bool Trials::is_balanced(const VectorX& u) const {
+bool TrialEvaluator::is_balanced(const VectorX& u) const {
   const Conditions conditions = context_.conditions_at(u);
-  if (conditions.status != ConditionsStatus::done || !context_.allows(u)) return false;
-  if (conditions.own_rows() == 0) return true;
+  if (conditions.status != ConditionsStatus::done || !context_.is_admissible(u)) return false;
+  if (conditions.parameter_rows() == 0) return true;
   const VectorX residual =
       scaled_residuals(conditions, term_values(context_.mechanism(u), context_.options.loose_springs))
-          .head(conditions.own_rows());
-  return max_abs(residual) < met;
+          .head(conditions.parameter_rows());
+  return max_abs(residual) < condition_tolerance;
 }
 
-void Trials::measure(Trial& trial) const {
-  if (merit_ != nullptr && !std::isfinite(trial.figure)) trial.figure = (*merit_)(trial.u, nullptr);
+void TrialEvaluator::evaluate_figures(TrialDesign& trial) const {
+  if (objective_ != nullptr && !std::isfinite(trial.figure)) trial.figure = (*objective_)(trial.u, nullptr);
   VectorX values;
-  trial.residual = equations_.conditions == 0                      ? 0
-                   : equations_.evaluate(trial.u, values, nullptr) ? values.head(equations_.conditions).norm()
+  trial.residual = equations_.primary_rows == 0                    ? 0
+                   : equations_.evaluate(trial.u, values, nullptr) ? values.head(equations_.primary_rows).norm()
                                                                    : std::numeric_limits<double>::quiet_NaN();
 }
 
-Trial Trials::at(const VectorX& u) const {
-  Trial trial;
+TrialDesign TrialEvaluator::solve_at_geometry(const VectorX& u) const {
+  TrialDesign trial;
   trial.u = u;
-  if (!context_.obstacle(u).empty()) return trial;
+  if (!context_.infeasibility_reason(u).empty()) return trial;
   ++context_.budget.geometries;
   try {
-    const VectorX x = context_.box.numbers(u);
-    const DesignProblem inner = at_fixed_geometry(context_, x, context_.budget.left());
-    const DesignOutcome outcome = solve(inner);
-    if (outcome.status == DesignStatus::unsolved || outcome.status == DesignStatus::not_found) return trial;
-    trial.balanced = outcome.status == DesignStatus::balanced || outcome.status == DesignStatus::not_asked;
+    const VectorX x = context_.scaling.to_variables(u);
+    const DesignProblem inner = make_fixed_geometry_problem(context_, x, context_.budget.remaining_time());
+    const DesignOutcome outcome = solve_design(inner);
+    if (outcome.status == DesignStatus::unsolved || outcome.status == DesignStatus::no_feasible_start) return trial;
+    trial.is_balanced = outcome.status == DesignStatus::balanced || outcome.status == DesignStatus::no_goal;
     for (std::size_t k = 0; k < others_.size(); ++k) {
       const auto i = others_[k];
-      const double half = context_.box.half()[i];
+      const double half = context_.scaling.half_width()[i];
       trial.u[i] =
-          half > 0 ? std::clamp((outcome.x[static_cast<Eigen::Index>(k)] - context_.box.centre()[i]) / half, -1.0, 1.0)
-                   : 0;
+          half > 0
+              ? std::clamp((outcome.x[static_cast<Eigen::Index>(k)] - context_.scaling.centre()[i]) / half, -1.0, 1.0)
+              : 0;
     }
-    trial.possible = context_.allows(trial.u);
+    trial.is_feasible = context_.is_admissible(trial.u);
     trial.figure = outcome.objective;
-    measure(trial);
+    evaluate_figures(trial);
   } catch (const SpecError&) {
-    trial.possible = false;  // an expression of the spec has no value here
+    trial.is_feasible = false;  // an expression of the spec has no value here
   } catch (const std::invalid_argument&) {
-    trial.possible = false;
-  } catch (const OutOfTime&) {
-    trial.possible = false;
+    trial.is_feasible = false;
+  } catch (const DeadlineExceeded&) {
+    trial.is_feasible = false;
   }
   return trial;
 }
 
-}  // namespace balance::designing
+}  // namespace balance::design

@@ -6,43 +6,43 @@
 
 #include <limits>
 
-namespace balance::designing {
+namespace balance::design {
 
-struct Trial {
-  VectorX u;              ///< all numbers
-  bool possible = false;  ///< no obstacle
-  bool balanced = false;
+struct TrialDesign {
+  VectorX u;                 ///< all numbers
+  bool is_feasible = false;  ///< no obstacle
+  bool is_balanced = false;
   double figure = std::numeric_limits<double>::quiet_NaN();  ///< the objective
   double residual =
       std::numeric_limits<double>::quiet_NaN();  ///< norm of what is left of the goal at the equations' samples
 };
 
-class Trials {
+class TrialEvaluator {
  public:
   /// @param equations of the goal, or none
   /// @param merit null: none
-  Trials(const Context& context, const Equations& equations, const FigureOfMerit* merit);
+  TrialEvaluator(const SolverContext& context, const NonlinearSystem& equations, const ScaledObjective* merit);
 
   /// The objective comes before the conditions where these cannot be met.
-  bool wants_figure() const { return merit_ != nullptr && !context_.problem.objective->size; }
+  bool is_figure_first() const { return objective_ != nullptr && !context_.problem.objective->is_secondary; }
   /// Balanced before not, then by the objective, or by what is left.
-  double cost(const Trial& trial) const;
-  void improve(Trial& best, Trial trial) const;
+  double cost(const TrialDesign& trial) const;
+  void update_best(TrialDesign& best, TrialDesign trial) const;
 
   /// By the conditions of its own geometry, derived anew.
   bool is_balanced(const VectorX& u) const;
   /// All numbers as they stand.
-  Trial as_it_is(const VectorX& u) const;
+  TrialDesign evaluate(const VectorX& u) const;
   /// At the lengths of u: the other numbers solved for by themselves.
-  Trial at(const VectorX& u) const;
+  TrialDesign solve_at_geometry(const VectorX& u) const;
 
  private:
-  void measure(Trial& trial) const;
+  void evaluate_figures(TrialDesign& trial) const;
 
-  const Context& context_;
-  const Equations& equations_;
-  const FigureOfMerit* merit_;
+  const SolverContext& context_;
+  const NonlinearSystem& equations_;
+  const ScaledObjective* objective_;
   std::vector<int> others_;  ///< numbers that do not change the geometry
 };
 
-}  // namespace balance::designing
+}  // namespace balance::design

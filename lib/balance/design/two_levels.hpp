@@ -3,11 +3,11 @@
 
 #include "balance/design/figure_of_merit.hpp"
 
-namespace balance::designing {
+namespace balance::design {
 
 /// Designs worth a closer look, the best first.
-struct TwoLevelDesigns {
-  bool able = false;              ///< the problem is of the kind: conditions and figures are convex in the masses
+struct BilevelResult {
+  bool is_applicable = false;     ///< the problem is of the kind: conditions and figures are convex in the masses
   std::vector<VectorX> balanced;  ///< unit coordinates; what they leave of the conditions is near round-off
   std::vector<VectorX> others;    ///< the best of those that are not balanced
 };
@@ -17,7 +17,7 @@ struct TwoLevelDesigns {
 /// @param anchor unit coordinates with which the mechanism can be assembled
 /// @param merit null: none
 /// @param regardless the figure counts, not the conditions
-TwoLevelDesigns search_two_levels(const Context& context, const VectorX& anchor, const FigureOfMerit* merit,
-                                  bool regardless);
+BilevelResult search_bilevel(const SolverContext& context, const VectorX& anchor, const ScaledObjective* merit,
+                             bool regardless);
 
-}  // namespace balance::designing
+}  // namespace balance::design

@@ -4,10 +4,10 @@
 #include "balance/design/context.hpp"
 #include "balance/design/solve.hpp"
 
-namespace balance::designing {
+namespace balance::design {
 
 /// What the numbers were found by.
-enum class Aim {
+enum class SearchTarget {
   nothing,    ///< any numbers that meet the conditions
   residual,   ///< the smallest sum of squared residuals
   objective,  ///< the smallest objective
@@ -15,9 +15,10 @@ enum class Aim {
 
 /// Optimality and what was tried.
 /// @param proved value and bound agree
-void judge(const Context& context, Aim what, bool proved, DesignOutcome& outcome);
+void assess_optimality(const SolverContext& context, SearchTarget what, bool proved, DesignOutcome& outcome);
 
 /// Why no numbers have an objective: for `reason`.
-std::string without_value(const Objective& objective, const std::string& where, const std::string& trouble);
+std::string undefined_objective_reason(const Objective& objective, const std::string& where,
+                                       const std::string& trouble);
 
-}  // namespace balance::designing
+}  // namespace balance::design

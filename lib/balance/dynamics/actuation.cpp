@@ -15,18 +15,20 @@ Actuation<S>::Actuation(const MechanismOf<T>& mechanism, const Tree<S>& tree, in
     : columns_(tree.columns), closures_(tree.closure_rows), freedoms_(freedoms) {
   std::set<int> distinct;
   for (const CoordinateId coordinate : mechanism.actuators) {
-    const LinearQuantityOf<T>& source = tree.sources[coordinate];
+    const LinearQuantityOf<T>& source = tree.coordinate_expressions[coordinate];
     const auto& [column, ratio] = source.terms[0];
-    actuated_.push_back(
-        {column, ratio, source.is_length ? tree.length : 1, {source.terms.begin() + 1, source.terms.end()}});
-    if (source.depends_on_one()) distinct.insert(column);
+    actuated_.push_back({column,
+                         ratio,
+                         source.is_length ? tree.characteristic_length : 1,
+                         {source.terms.begin() + 1, source.terms.end()}});
+    if (source.has_single_term()) distinct.insert(column);
   }
   const int motors = static_cast<int>(actuated_.size());
   efforts_.assign(motors, 0);
   multipliers_.assign(closures_, 0);
-  if (motors < freedoms) mismatch_ = under_actuated(motors, freedoms);
-  if (motors > freedoms) notes_.push_back(over_actuated(motors, freedoms));
-  if (closures_ > columns_ - freedoms) notes_.push_back(over_constrained());
+  if (motors < freedoms) mismatch_ = describe_under_actuation(motors, freedoms);
+  if (motors > freedoms) notes_.push_back(describe_over_actuation(motors, freedoms));
+  if (closures_ > columns_ - freedoms) notes_.push_back(describe_over_constraint());
   const bool own_columns = static_cast<int>(distinct.size()) == motors;
   regular_ = motors == freedoms && own_columns && closures_ == columns_ - freedoms;
   if (regular_) prepare_regular(tree);
@@ -41,7 +43,7 @@ void Actuation<S>::prepare_regular(const Tree<S>& tree) {
     position[c] = static_cast<int>(passive_columns_.size());
     passive_columns_.push_back(c);
   }
-  at_motor_.resize(actuated_.size());
+  motor_column_entries_.resize(actuated_.size());
   SparsityPattern passive(static_cast<std::size_t>(closures_));
   int row = 0;
   for (const Closure<S>& closure : tree.closures) {
@@ -50,7 +52,7 @@ void Actuation<S>::prepare_regular(const Tree<S>& tree) {
     for (std::size_t r = 0; r < closure.rows.size(); ++r, ++row)
       for (const int c : columns) {
         if (motor_at[c] >= 0)
-          at_motor_[motor_at[c]].push_back({row, c});
+          motor_column_entries_[motor_at[c]].push_back({row, c});
         else
           passive[row].push_back(position[c]);
       }
@@ -60,26 +62,27 @@ void Actuation<S>::prepare_regular(const Tree<S>& tree) {
     return;
   }
   for (int r = 0; r < closures_; ++r)
-    for (const int k : passive[r]) gathered_.push_back({r, passive_columns_[k], passive_.index(r, k)});
-  if (columns_ > most_dense) prepare_actuation_matrix();
+    for (const int k : passive[r]) closure_entries_.push_back({r, passive_columns_[k], passive_.index(r, k)});
+  if (columns_ > max_dense_columns) prepare_actuation_matrix();
 }
 
 template <class S>
-bool Actuation<S>::solve(const Equations<S>& equations, const T* tau) {
+bool Actuation<S>::solve(const KinematicEquations<S>& equations, const T* tau) {
   return regular_ ? solve_regular(equations, tau) : solve_general(equations, tau);
 }
 
 template <class S>
-bool Actuation<S>::solve_regular(const Equations<S>& equations, const T* tau) {
+bool Actuation<S>::solve_regular(const KinematicEquations<S>& equations, const T* tau) {
   for (std::size_t a = 0; a < actuated_.size(); ++a) efforts_[a] = tau[actuated_[a].column] / actuated_[a].ratio;
   if (closures_ == 0) return true;
-  if (factorise(equations) < least_regularity) return false;
+  if (factorise_passive(equations) < singular_pivot_threshold) return false;
   const std::vector<double>&columns = equations.column_scale(), &rows = equations.row_scale();
   for (int k = 0; k < closures_; ++k) multipliers_[k] = columns[passive_columns_[k]] * tau[passive_columns_[k]];
   passive_.solve_transposed(multipliers_.data());
   for (std::size_t a = 0; a < actuated_.size(); ++a) {
     T sum = 0;
-    for (const Gathered& entry : at_motor_[a]) sum += equations.value(entry.place) * multipliers_[entry.row];
+    for (const ClosureEntry& entry : motor_column_entries_[a])
+      sum += equations.entry_at(entry.place) * multipliers_[entry.row];
     efforts_[a] -= sum / (columns[actuated_[a].column] * actuated_[a].ratio);
   }
   for (int r = 0; r < closures_; ++r) multipliers_[r] *= rows[r];
@@ -88,67 +91,68 @@ bool Actuation<S>::solve_regular(const Equations<S>& equations, const T* tau) {
 
 /// The loops' share of the passive coordinates, at the present configuration.
 template <class S>
-double Actuation<S>::factorise(const Equations<S>& equations) {
-  if (of_ == &equations && factorised_ == equations.filled()) return regularity_;
-  if (layout_ != equations.layout()) find_places(equations);
-  for (const Gathered& entry : gathered_) passive_.storage()[entry.index] = equations.value(entry.place);
+double Actuation<S>::factorise_passive(const KinematicEquations<S>& equations) {
+  if (factorised_equations_ == &equations && factorised_ == equations.evaluation_count()) return regularity_;
+  if (pattern_id_ != equations.pattern_id()) find_entry_indices(equations);
+  for (const ClosureEntry& entry : closure_entries_) passive_.storage()[entry.index] = equations.entry_at(entry.place);
   regularity_ = passive_.factorise();
-  of_ = &equations;
-  factorised_ = equations.filled();
+  factorised_equations_ = &equations;
+  factorised_ = equations.evaluation_count();
   return regularity_;
 }
 
 template <class S>
-void Actuation<S>::find_places(const Equations<S>& equations) {
-  for (Gathered& entry : gathered_) entry.place = equations.place(entry.row, entry.column);
-  for (std::vector<Gathered>& column : at_motor_)
-    for (Gathered& entry : column) entry.place = equations.place(entry.row, entry.column);
-  layout_ = equations.layout();
+void Actuation<S>::find_entry_indices(const KinematicEquations<S>& equations) {
+  for (ClosureEntry& entry : closure_entries_) entry.place = equations.entry_index(entry.row, entry.column);
+  for (std::vector<ClosureEntry>& column : motor_column_entries_)
+    for (ClosureEntry& entry : column) entry.place = equations.entry_index(entry.row, entry.column);
+  pattern_id_ = equations.pattern_id();
 }
 
 template <class S>
-double Actuation<S>::look(const Equations<S>& equations) {
+double Actuation<S>::factorise(const KinematicEquations<S>& equations) {
   if (closures_ == 0) return 1;
-  if (regular_) return factorise(equations);
-  return matrix_.look(actuation_matrix(equations));
+  if (regular_) return factorise_passive(equations);
+  return matrix_.factorise(actuation_matrix(equations));
 }
 
 template <class S>
-std::size_t Actuation<S>::spares() const {
+std::size_t Actuation<S>::redundant_count() const {
   return closures_ > 0 && static_cast<int>(actuated_.size()) > freedoms_ ? actuated_.size() : 0;
 }
 
 template <class S>
-void Actuation<S>::keep() {
+void Actuation<S>::store() {
   if (closures_ == 0) return;
   if (regular_)
-    passive_.keep();
+    passive_.store();
   else
-    matrix_.keep();
+    matrix_.store();
 }
 
 template <class S>
-bool Actuation<S>::near_kept(double limit) {
+bool Actuation<S>::is_near_stored(double limit) {
   if (closures_ == 0) return true;
-  return regular_ ? passive_.near_kept(limit) : matrix_.near_kept(limit);
+  return regular_ ? passive_.is_near_stored(limit) : matrix_.is_near_stored(limit);
 }
 
 template <class S>
-bool Actuation<S>::solve_general(const Equations<S>& equations, const T* tau) {
+bool Actuation<S>::solve_general(const KinematicEquations<S>& equations, const T* tau) {
   const std::vector<double>&columns = equations.column_scale(), &rows = equations.row_scale();
   VectorXOf<T> f(columns_);
   for (int c = 0; c < columns_; ++c) f[c] = columns[c] * tau[c];
-  const Matrix actuated = selection(equations), closures = closure_matrix(equations);
+  const Matrix actuated = actuation_selection(equations), closures = closure_jacobian(equations);
   const MatrixX S_values = values_of(actuated), C_values = values_of(closures);
   const ActuationFactors factors(C_values, S_values, freedoms_);
-  if (!factors.firm) return false;
-  const LeastNorm solution = least_norm(factors, S_values, values_of(f));
+  if (!factors.is_regular) return false;
+  const LeastNormSolution solution = solve_least_norm(factors, S_values, values_of(f));
   for (std::size_t a = 0; a < efforts_.size(); ++a) efforts_[a] = solution.efforts[static_cast<Eigen::Index>(a)];
   for (int r = 0; r < closures_; ++r) multipliers_[r] = solution.multipliers[r];
   if constexpr (!std::is_same_v<T, double>) {
     for (std::size_t k = 0; k < T().d.size(); ++k) {
-      const LeastNorm change = least_norm_derivative(factors, solution, C_values, S_values, derivatives_of(closures, k),
-                                                     derivatives_of(actuated, k), derivatives_of(f, k));
+      const LeastNormSolution change =
+          differentiate_least_norm(factors, solution, C_values, S_values, derivatives_of(closures, k),
+                                   derivatives_of(actuated, k), derivatives_of(f, k));
       for (std::size_t a = 0; a < efforts_.size(); ++a) efforts_[a].d[k] = change.efforts[static_cast<Eigen::Index>(a)];
       for (int r = 0; r < closures_; ++r) multipliers_[r].d[k] = change.multipliers[r];
     }
@@ -159,25 +163,25 @@ bool Actuation<S>::solve_general(const Equations<S>& equations, const T* tau) {
 }
 
 template <class S>
-bool Actuation<S>::project(const Equations<S>& equations, MatrixX& projection) {
+bool Actuation<S>::project(const KinematicEquations<S>& equations, MatrixX& projection) {
   projection.setZero(static_cast<Eigen::Index>(actuated_.size()), columns_);
   return regular_ ? project_regular(equations, projection) : project_general(equations, projection);
 }
 
 /// solve_regular transposed: one system per actuator instead of one per generalised force.
 template <class S>
-bool Actuation<S>::project_regular(const Equations<S>& equations, MatrixX& projection) {
-  if (closures_ > 0 && factorise(equations) < least_regularity) return false;
+bool Actuation<S>::project_regular(const KinematicEquations<S>& equations, MatrixX& projection) {
+  if (closures_ > 0 && factorise_passive(equations) < singular_pivot_threshold) return false;
   const std::vector<double>& columns = equations.column_scale();
   std::vector<T> moved(closures_);
   for (std::size_t a = 0; a < actuated_.size(); ++a) {
     const auto row = static_cast<Eigen::Index>(a);
-    const Selected& motor = actuated_[a];
+    const ActuatedCoordinate& motor = actuated_[a];
     projection(row, motor.column) = 1 / value_of(motor.ratio);
     if (closures_ == 0) continue;
     std::fill(moved.begin(), moved.end(), T(0));
-    for (const Gathered& entry : at_motor_[a])
-      moved[entry.row] = equations.value(entry.place) / (columns[motor.column] * motor.ratio);
+    for (const ClosureEntry& entry : motor_column_entries_[a])
+      moved[entry.row] = equations.entry_at(entry.place) / (columns[motor.column] * motor.ratio);
     passive_.solve(moved.data());
     for (int k = 0; k < closures_; ++k)
       projection(row, passive_columns_[k]) = -value_of(moved[k]) * columns[passive_columns_[k]];
@@ -186,16 +190,17 @@ bool Actuation<S>::project_regular(const Equations<S>& equations, MatrixX& proje
 }
 
 template <class S>
-bool Actuation<S>::project_general(const Equations<S>& equations, MatrixX& projection) const {
-  const ActuationFactors factors(values_of(closure_matrix(equations)), values_of(selection(equations)), freedoms_);
-  if (!factors.firm) return false;
+bool Actuation<S>::project_general(const KinematicEquations<S>& equations, MatrixX& projection) const {
+  const ActuationFactors factors(values_of(closure_jacobian(equations)), values_of(actuation_selection(equations)),
+                                 freedoms_);
+  if (!factors.is_regular) return false;
   const Eigen::Map<const VectorX> columns(equations.column_scale().data(), columns_);
   if (freedoms_ > 0) projection = factors.selection.solve(factors.null_space.transpose() * columns.asDiagonal());
   for (std::size_t a = 0; a < actuated_.size(); ++a) projection.row(static_cast<Eigen::Index>(a)) /= actuated_[a].unit;
   return true;
 }
 
-template class Actuation<PlanarOf<Number>>;
-template class Actuation<SpatialOf<Number>>;
+template class Actuation<PlanarOf<EngineScalar>>;
+template class Actuation<SpatialOf<EngineScalar>>;
 
 }  // namespace balance

@@ -18,7 +18,7 @@ template <class L>
 class LaneActuation;
 
 template <class S>
-class Actuation : public Guard<S> {
+class Actuation : public RegularityMonitor<S> {
  public:
   using T = typename S::Scalar;
 
@@ -31,77 +31,77 @@ class Actuation : public Guard<S> {
   const std::vector<std::string>& notes() const { return notes_; }
 
   /// As many actuators as freedoms and independent closures: efforts and multipliers by one square system.
-  bool regular() const { return regular_; }
+  bool is_regular() const { return regular_; }
 
   /// @param equations filled at the present configuration
   /// @param tau per tree coordinate
   /// @return false if the actuators do not hold the mechanism at this configuration
-  bool solve(const Equations<S>& equations, const T* tau);
+  bool solve(const KinematicEquations<S>& equations, const T* tau);
 
   /// The efforts as a matrix times tau: what solve() does to it at this configuration; values only.
   /// @param projection actuators × tree coordinates
   /// @return as solve()
-  bool project(const Equations<S>& equations, MatrixX& projection);
+  bool project(const KinematicEquations<S>& equations, MatrixX& projection);
 
   const std::vector<T>& efforts() const { return efforts_; }          ///< per actuator [N m or N]
   const std::vector<T>& multipliers() const { return multipliers_; }  ///< per closure row [N or N m]
 
   /// The matrix that decides whether the actuators hold the mechanism: the closures' passive columns where these are square, else
   /// closures and actuated coordinates together.
-  double look(const Equations<S>& equations) override;
-  void keep() override;
-  bool near_kept(double limit) override;
-  double mobility(const Equations<S>& equations) const override;
+  double factorise(const KinematicEquations<S>& equations) override;
+  void store() override;
+  bool is_near_stored(double limit) override;
+  double mobility(const KinematicEquations<S>& equations) const override;
   /// Actuators beyond the degrees of freedom.
-  std::size_t spares() const override;
-  VectorX strengths_without(std::size_t actuator, const Equations<S>& equations) const override;
+  std::size_t redundant_count() const override;
+  VectorX singular_values_without(std::size_t actuator, const KinematicEquations<S>& equations) const override;
 
  private:
   template <class L>
   friend class LaneActuation;  ///< the same over many samples at once
   using Matrix = Eigen::Matrix<T, Eigen::Dynamic, Eigen::Dynamic>;
-  struct Selected {
-    Column column;
+  struct ActuatedCoordinate {
+    ColumnId column;
     T ratio;      ///< of the actuated coordinate to the tree coordinate
     double unit;  ///< of the actuated coordinate: the characteristic length where it is a length, else 1
     std::vector<std::pair<int, T>> more;  ///< further columns with their ratios, of a sum
   };
   /// An entry of the closures among the equations and, where it is one of the passive columns', in `passive_`.
-  struct Gathered {
+  struct ClosureEntry {
     int row;
-    Column column;
+    ColumnId column;
     int index = -1;
     int place = -1;  ///< among the equations' values
   };
 
   void prepare_regular(const Tree<S>& tree);
-  bool solve_regular(const Equations<S>& equations, const T* tau);
-  bool solve_general(const Equations<S>& equations, const T* tau);
-  double factorise(const Equations<S>& equations);
-  void find_places(const Equations<S>& equations);
-  bool project_regular(const Equations<S>& equations, MatrixX& projection);
-  bool project_general(const Equations<S>& equations, MatrixX& projection) const;
-  Matrix closure_matrix(const Equations<S>& equations) const;
-  Matrix selection(const Equations<S>& equations) const;
+  bool solve_regular(const KinematicEquations<S>& equations, const T* tau);
+  bool solve_general(const KinematicEquations<S>& equations, const T* tau);
+  double factorise_passive(const KinematicEquations<S>& equations);
+  void find_entry_indices(const KinematicEquations<S>& equations);
+  bool project_regular(const KinematicEquations<S>& equations, MatrixX& projection);
+  bool project_general(const KinematicEquations<S>& equations, MatrixX& projection) const;
+  Matrix closure_jacobian(const KinematicEquations<S>& equations) const;
+  Matrix actuation_selection(const KinematicEquations<S>& equations) const;
   void prepare_actuation_matrix();
-  std::optional<double> sparse_mobility(const Equations<S>& equations) const;
+  std::optional<double> sparse_mobility(const KinematicEquations<S>& equations) const;
   /// Closures, below them the selection.
-  MatrixX actuation_matrix(const Equations<S>& equations) const;
+  MatrixX actuation_matrix(const KinematicEquations<S>& equations) const;
 
   int columns_, closures_, freedoms_;
   bool regular_ = false;  ///< as many closures and actuators as coordinates, each actuator on its own
-  std::vector<Selected> actuated_;
-  std::vector<Column> passive_columns_;
+  std::vector<ActuatedCoordinate> actuated_;
+  std::vector<ColumnId> passive_columns_;
   SquareSystem<T> passive_;  ///< closure rows × passive columns
-  std::vector<Gathered> gathered_;
+  std::vector<ClosureEntry> closure_entries_;
   long factorised_ = -1;  ///< Equations::filled() where `passive_` was factorised
-  const Equations<S>* of_ = nullptr;
-  std::size_t layout_ = 0;  ///< Equations::layout() that the places are of
+  const KinematicEquations<S>* factorised_equations_ = nullptr;
+  std::size_t pattern_id_ = 0;  ///< Equations::layout() that the places are of
   double regularity_ = 1;
-  TallMatrix matrix_;              ///< closures and actuated coordinates
+  RankMonitor matrix_;             ///< closures and actuated coordinates
   BlockTriangular sparse_matrix_;  ///< the same of a large mechanism
   bool has_sparse_matrix_ = false;
-  std::vector<std::vector<Gathered>> at_motor_;  ///< per actuator: the closures' entries in its column
+  std::vector<std::vector<ClosureEntry>> motor_column_entries_;  ///< per actuator: the closures' entries in its column
   std::vector<T> efforts_, multipliers_;
   std::string mismatch_;
   std::vector<std::string> notes_;

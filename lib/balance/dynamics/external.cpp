@@ -10,14 +10,14 @@ namespace balance {
 namespace {
 
 template <class S>
-FixedFrame<S> placed(const Tree<S>& tree, BodyId body, const Vector3Of<typename S::Scalar>& point) {
+FixedFrame<S> place_on_body(const Tree<S>& tree, BodyId body, const Vector3Of<typename S::Scalar>& point) {
   const FixedFrame<S>& frame = tree.bodies[body];
   return {frame.node, frame.R_N, frame.p_N + frame.R_N * to_vector<S>(point)};
 }
 
 /// Force and moment of a load at a time: linear between its entries, held beyond them.
 template <class T>
-void load_at(const LoadOf<T>& load, const T& time, Vector3Of<T>& force, Vector3Of<T>& moment) {
+void interpolate_load(const LoadOf<T>& load, const T& time, Vector3Of<T>& force, Vector3Of<T>& moment) {
   if (load.time.empty()) {
     force = load.force[0], moment = load.moment[0];
     return;
@@ -39,33 +39,34 @@ void load_at(const LoadOf<T>& load, const T& time, Vector3Of<T>& force, Vector3O
 template <class S>
 ExternalForces<S>::ExternalForces(const MechanismOf<Scalar>& mechanism, const Tree<S>& tree) {
   for (const LoadOf<Scalar>& load : mechanism.loads)
-    if (load.body != ground) loads_.push_back({&load, placed(tree, load.body, load.point)});
+    if (load.body != ground) loads_.push_back({&load, place_on_body(tree, load.body, load.point)});
   for (const SpringOf<Scalar>& spring : mechanism.springs)
-    if (spring.in_joint())
-      joint_springs_.push_back({&tree.sources[spring.coordinate], spring.stiffness, spring.preload});
+    if (spring.is_joint_spring())
+      joint_springs_.push_back({&tree.coordinate_expressions[spring.coordinate], spring.stiffness, spring.preload});
     else
-      springs_.push_back({placed(tree, spring.first, spring.point_first),
-                          placed(tree, spring.second, spring.point_second), spring.stiffness, spring.free_length});
+      springs_.push_back({place_on_body(tree, spring.first, spring.point_first),
+                          place_on_body(tree, spring.second, spring.point_second), spring.stiffness,
+                          spring.free_length});
 }
 
 template <class S>
-void ExternalForces<S>::apply(const State<S>& state, const FixedFrame<S>& at, const typename S::Vector& force,
+void ExternalForces<S>::apply(const TreeState<S>& state, const FixedFrame<S>& at, const typename S::Vector& force,
                               typename S::Angular moment, std::vector<Wrench<S>>& wrenches, Wrench<S>& total) const {
   if (at.node == 0) return;  // the ground takes it
   const NodeState<S>& s = state[at.node];
-  const typename S::Vector f_N = unrotate(s.R_WN, force);
+  const typename S::Vector f_N = rotate_inverse(s.R_WN, force);
   wrenches[at.node].force -= f_N;
-  wrenches[at.node].moment -= unrotate(s.R_WN, moment) + cross(at.p_N, f_N);
+  wrenches[at.node].moment -= rotate_inverse(s.R_WN, moment) + cross(at.p_N, f_N);
   total.force += force;
   total.moment += moment + cross(position(state, at), force);
 }
 
 template <class S>
-void ExternalForces<S>::subtract(const State<S>& state, const Scalar& time, std::vector<Wrench<S>>& wrenches,
+void ExternalForces<S>::subtract(const TreeState<S>& state, const Scalar& time, std::vector<Wrench<S>>& wrenches,
                                  Wrench<S>& total, Wrench<S>& loads) const {
   for (const PlacedLoad& placed : loads_) {
     Vector3Of<Scalar> force, moment;
-    load_at(*placed.load, time, force, moment);
+    interpolate_load(*placed.load, time, force, moment);
     typename S::Vector f = to_vector<S>(force);
     typename S::Angular m = to_angular<S>(moment);
     if (placed.load->frame == Frame::body) {
@@ -91,11 +92,11 @@ void ExternalForces<S>::subtract(const State<S>& state, const Scalar& time, std:
 template <class S>
 void ExternalForces<S>::add_joint_springs(const Scalar* y, Scalar* tau) const {
   for (const JointSpring& spring : joint_springs_)
-    spring.coordinate->load(spring.stiffness * spring.coordinate->value(y) - spring.preload, tau);
+    spring.coordinate->add_generalised_force(spring.stiffness * spring.coordinate->value(y) - spring.preload, tau);
 }
 
 template <class S>
-typename S::Scalar ExternalForces<S>::energy(const State<S>& state, const Scalar* y) const {
+typename S::Scalar ExternalForces<S>::energy(const TreeState<S>& state, const Scalar* y) const {
   Scalar sum = 0;
   for (const JointSpring& spring : joint_springs_) {
     const Scalar q = spring.coordinate->value(y);
@@ -109,7 +110,7 @@ typename S::Scalar ExternalForces<S>::energy(const State<S>& state, const Scalar
 }
 
 template <class S>
-double ExternalForces<S>::length_size(const State<S>& state, const PlacedSpring& spring) {
+double ExternalForces<S>::length_magnitude(const TreeState<S>& state, const PlacedSpring& spring) {
   return value_of(position(state, spring.first).norm() + position(state, spring.second).norm() + spring.free_length);
 }
 
@@ -121,7 +122,7 @@ void ExternalForces<S>::visit_magnitudes(const Scalar& time, const Tension& tens
   };
   for (const PlacedLoad& placed : loads_) {
     Vector3Of<Scalar> force, moment;
-    load_at(*placed.load, time, force, moment);
+    interpolate_load(*placed.load, time, force, moment);
     visit(placed.frame, value_of(force.norm()), value_of(moment.norm()));
   }
   for (const PlacedSpring& spring : springs_) {
@@ -132,19 +133,20 @@ void ExternalForces<S>::visit_magnitudes(const Scalar& time, const Tension& tens
 }
 
 template <class S>
-void ExternalForces<S>::add_sizes(const State<S>& state, const Scalar& time, std::vector<ForceSize>& sizes) const {
+void ExternalForces<S>::add_magnitudes(const TreeState<S>& state, const Scalar& time,
+                                       std::vector<ForceMagnitude>& sizes) const {
   visit_magnitudes(
-      time, [&](const PlacedSpring& spring) { return length_size(state, spring); },
+      time, [&](const PlacedSpring& spring) { return length_magnitude(state, spring); },
       [&](const FixedFrame<S>& at, double force, double moment) {
-        ForceSize& size = sizes[static_cast<std::size_t>(at.node)];
+        ForceMagnitude& size = sizes[static_cast<std::size_t>(at.node)];
         size.force += force;
         size.moment += moment + value_of(at.p_N.norm()) * force;
       });
 }
 
 template <class S>
-ForceSize ExternalForces<S>::sum_magnitudes(const State<S>& state, const Scalar& time) const {
-  ForceSize sum;
+ForceMagnitude ExternalForces<S>::sum_magnitudes(const TreeState<S>& state, const Scalar& time) const {
+  ForceMagnitude sum;
   visit_magnitudes(
       time,
       [&](const PlacedSpring& spring) {
@@ -159,35 +161,35 @@ ForceSize ExternalForces<S>::sum_magnitudes(const State<S>& state, const Scalar&
 }
 
 template <class S>
-double ExternalForces<S>::JointSpring::coordinate_size(const Scalar* y) const {
+double ExternalForces<S>::JointSpring::coordinate_magnitude(const Scalar* y) const {
   const double size = std::abs(value_of(coordinate->value(y)));
   return coordinate->is_length ? size : std::max(1.0, size);
 }
 
 template <class S>
-void ExternalForces<S>::add_joint_sizes(const Scalar* y, std::vector<double>& tau) const {
+void ExternalForces<S>::add_joint_magnitudes(const Scalar* y, std::vector<double>& tau) const {
   for (const JointSpring& spring : joint_springs_)
     for (const auto& [column, ratio] : spring.coordinate->terms)
       tau[static_cast<std::size_t>(column)] +=
           std::abs(value_of(ratio)) *
-          (value_of(spring.stiffness) * spring.coordinate_size(y) + std::abs(value_of(spring.preload)));
+          (value_of(spring.stiffness) * spring.coordinate_magnitude(y) + std::abs(value_of(spring.preload)));
 }
 
 template <class S>
-double ExternalForces<S>::energy_size(const State<S>& state, const Scalar* y) const {
+double ExternalForces<S>::energy_magnitude(const TreeState<S>& state, const Scalar* y) const {
   double sum = 0;
   for (const JointSpring& spring : joint_springs_) {
-    const double q = spring.coordinate_size(y);
+    const double q = spring.coordinate_magnitude(y);
     sum += (0.5 * value_of(spring.stiffness) * q + std::abs(value_of(spring.preload))) * q;
   }
   for (const PlacedSpring& spring : springs_) {
-    const double length = length_size(state, spring);
+    const double length = length_magnitude(state, spring);
     sum += 0.5 * value_of(spring.stiffness) * length * length;
   }
   return sum;
 }
 
-template class ExternalForces<PlanarOf<Number>>;
-template class ExternalForces<SpatialOf<Number>>;
+template class ExternalForces<PlanarOf<EngineScalar>>;
+template class ExternalForces<SpatialOf<EngineScalar>>;
 
 }  // namespace balance

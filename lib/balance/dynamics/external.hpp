@@ -7,7 +7,7 @@
 namespace balance {
 
 /// Magnitudes of the terms of a force and of its moment about a node's origin, added up.
-struct ForceSize {
+struct ForceMagnitude {
   double force = 0, moment = 0;
 };
 
@@ -18,14 +18,14 @@ class ExternalForces {
 
   ExternalForces(const MechanismOf<Scalar>& mechanism, const Tree<S>& tree);
 
-  bool none() const { return loads_.empty() && springs_.empty() && joint_springs_.empty(); }
+  bool is_empty() const { return loads_.empty() && springs_.empty() && joint_springs_.empty(); }
 
   /// Subtracts every external wrench from its node's entry and sums them up. Springs in joint coordinates are no wrenches here but,
   /// like motors and friction, part of what a joint transmits.
   /// @param state poses in the world
   /// @param total what loads and springs together do to the moving bodies: world axes, about the world's origin
   /// @param loads the loads' part of it
-  void subtract(const State<S>& state, const Scalar& time, std::vector<Wrench<S>>& wrenches, Wrench<S>& total,
+  void subtract(const TreeState<S>& state, const Scalar& time, std::vector<Wrench<S>>& wrenches, Wrench<S>& total,
                 Wrench<S>& loads) const;
 
   /// Adds what springs in joint coordinates ask of the tree's coordinates: stiffness · q − preload.
@@ -33,17 +33,17 @@ class ExternalForces {
   void add_joint_springs(const Scalar* y, Scalar* tau) const;
 
   /// Energy stored in the springs, in those in joints from coordinate zero on [J].
-  Scalar energy(const State<S>& state, const Scalar* y) const;
+  Scalar energy(const TreeState<S>& state, const Scalar* y) const;
 
   /// Adds to every node's entry how large the terms of its external wrenches are: a spring's tension is a difference of lengths,
   /// which are differences of places.
-  void add_sizes(const State<S>& state, const Scalar& time, std::vector<ForceSize>& sizes) const;
+  void add_magnitudes(const TreeState<S>& state, const Scalar& time, std::vector<ForceMagnitude>& sizes) const;
   /// Magnitudes of all external wrenches, about the world's origin: what is left of where the same wrenches are added and subtracted.
-  ForceSize sum_magnitudes(const State<S>& state, const Scalar& time) const;
+  ForceMagnitude sum_magnitudes(const TreeState<S>& state, const Scalar& time) const;
   /// The same as add_sizes() of add_joint_springs(), per tree coordinate.
-  void add_joint_sizes(const Scalar* y, std::vector<double>& tau) const;
+  void add_joint_magnitudes(const Scalar* y, std::vector<double>& tau) const;
   /// The same of the springs' energy [J].
-  double energy_size(const State<S>& state, const Scalar* y) const;
+  double energy_magnitude(const TreeState<S>& state, const Scalar* y) const;
 
  private:
   struct PlacedLoad {
@@ -59,15 +59,15 @@ class ExternalForces {
     Scalar stiffness, preload;
 
     /// How large the coordinate is; a turn of one radian at least, which rounds like one.
-    double coordinate_size(const Scalar* y) const;
+    double coordinate_magnitude(const Scalar* y) const;
   };
 
   /// Calls add(frame, force, moment) with the magnitudes of every wrench on a body that moves.
   /// @param tension of a spring, per unit of its stiffness
   template <class Tension, class Add>
   void visit_magnitudes(const Scalar& time, const Tension& tension, const Add& add) const;
-  static double length_size(const State<S>& state, const PlacedSpring& spring);
-  void apply(const State<S>& state, const FixedFrame<S>& at, const typename S::Vector& force,
+  static double length_magnitude(const TreeState<S>& state, const PlacedSpring& spring);
+  void apply(const TreeState<S>& state, const FixedFrame<S>& at, const typename S::Vector& force,
              typename S::Angular moment, std::vector<Wrench<S>>& wrenches, Wrench<S>& total) const;
 
   std::vector<PlacedLoad> loads_;

@@ -16,15 +16,17 @@ ActuationFactors::ActuationFactors(const MatrixX& C, const MatrixX& S, int freed
   selection.compute(null_space.transpose() * S.transpose(), Eigen::ComputeThinU | Eigen::ComputeThinV);
   const VectorX& strength = selection.singularValues();
   if (freedoms > 0)
-    firm = strength.size() >= freedoms && strength[freedoms - 1] >= least_regularity * std::max(1e-300, strength[0]);
+    is_regular = strength.size() >= freedoms &&
+                 strength[freedoms - 1] >= singular_pivot_threshold * std::max(1e-300, strength[0]);
   const Eigen::Index rank = S.cols() - freedoms;
   if (has_closures && rank > 0 && rank <= closures.singularValues().size())
-    firm = firm && closures.singularValues()[rank - 1] >= least_regularity * closures.singularValues()[0];
+    is_regular =
+        is_regular && closures.singularValues()[rank - 1] >= singular_pivot_threshold * closures.singularValues()[0];
 }
 
-LeastNorm least_norm(const ActuationFactors& factors, const MatrixX& S, const VectorX& f) {
+LeastNormSolution solve_least_norm(const ActuationFactors& factors, const MatrixX& S, const VectorX& f) {
   const Eigen::Index freedoms = factors.null_space.cols(), rank = S.cols() - freedoms;
-  LeastNorm solution{VectorX::Zero(S.rows()), {}};
+  LeastNormSolution solution{VectorX::Zero(S.rows()), {}};
   if (freedoms > 0) solution.efforts = factors.selection.solve(factors.null_space.transpose() * f);
   if (!factors.has_closures) return solution;
   // only the kept singular directions
@@ -34,8 +36,9 @@ LeastNorm least_norm(const ActuationFactors& factors, const MatrixX& S, const Ve
   return solution;
 }
 
-LeastNorm least_norm_derivative(const ActuationFactors& factors, const LeastNorm& solution, const MatrixX& C,
-                                const MatrixX& S, const MatrixX& dC, const MatrixX& dS, const VectorX& df) {
+LeastNormSolution differentiate_least_norm(const ActuationFactors& factors, const LeastNormSolution& solution,
+                                           const MatrixX& C, const MatrixX& S, const MatrixX& dC, const MatrixX& dS,
+                                           const VectorX& df) {
   const Eigen::Index columns = S.cols(), closures = C.rows();
   const MatrixX& N = factors.null_space;
   const VectorX n = N.cols() > 0 ? VectorX(N * CompleteOrthogonalDecomposition(S * N).solve(solution.efforts))

@@ -26,22 +26,23 @@ struct ActuationFactors {
   MatrixX null_space;                              ///< of the closures: columns × freedoms
   SingularValueDecomposition closures, selection;  ///< the first computed only where there are closures
   bool has_closures = false;
-  bool firm = true;  ///< the actuators hold the mechanism, and the loops keep their rank
+  bool is_regular = true;  ///< the actuators hold the mechanism, and the loops keep their rank
 
   /// @param C closures × columns, scaled @param S actuators × columns, scaled
   ActuationFactors(const MatrixX& C, const MatrixX& S, int freedoms);
 };
 
-struct LeastNorm {
+struct LeastNormSolution {
   VectorX efforts, multipliers;
 };
 
 /// @param f generalised forces, scaled
-LeastNorm least_norm(const ActuationFactors& factors, const MatrixX& S, const VectorX& f);
+LeastNormSolution solve_least_norm(const ActuationFactors& factors, const MatrixX& S, const VectorX& f);
 
 /// Its derivative with respect to one number, on which C, S and f depend; the rank of C does not change with it. With n a velocity that
 /// the loops allow, u = S n, and λ = C v, the solution is that of Sᵀ S n + Cᵀ C v = f, C n = 0, which is differentiated.
-LeastNorm least_norm_derivative(const ActuationFactors& factors, const LeastNorm& solution, const MatrixX& C,
-                                const MatrixX& S, const MatrixX& dC, const MatrixX& dS, const VectorX& df);
+LeastNormSolution differentiate_least_norm(const ActuationFactors& factors, const LeastNormSolution& solution,
+                                           const MatrixX& C, const MatrixX& S, const MatrixX& dC, const MatrixX& dS,
+                                           const VectorX& df);
 
 }  // namespace balance

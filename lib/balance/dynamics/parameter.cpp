@@ -37,14 +37,14 @@ constexpr std::array spatial_symbols = {
 };
 constexpr std::string_view axis_letters = "xyz";
 
-std::string_view section_of(Bearer bearer, AttachmentKind kind) {
+std::string_view section_of(ParameterOwner bearer, AttachmentKind kind) {
   switch (bearer) {
-    case Bearer::body: return "bodies";
-    case Bearer::attachment: return kind == AttachmentKind::payload ? "payloads" : "counterweights";
-    case Bearer::disc: return "discs";
-    case Bearer::spring: return "springs";
-    case Bearer::load: return "loads";
-    case Bearer::friction: return "friction";
+    case ParameterOwner::body: return "bodies";
+    case ParameterOwner::attachment: return kind == AttachmentKind::payload ? "payloads" : "counterweights";
+    case ParameterOwner::disc: return "discs";
+    case ParameterOwner::spring: return "springs";
+    case ParameterOwner::load: return "loads";
+    case ParameterOwner::friction: return "friction";
   }
   return "";
 }
@@ -54,7 +54,7 @@ class ParameterList {
  public:
   explicit ParameterList(const Mechanism& mechanism) : mechanism_(mechanism) {}
 
-  void add_inertia(Bearer bearer, int index, const std::string& owner) {
+  void add_inertia(ParameterOwner bearer, int index, const std::string& owner) {
     int slot = 0;
     const auto add = [&](const Symbol& symbol) {
       all_.push_back({"", owner, std::string(symbol.text), bearer, index, slot++, symbol.kind, symbol.length_power});
@@ -69,9 +69,9 @@ class ParameterList {
   void add_spring(int index, const std::string& owner, bool loose) {
     int slot = 0;
     const auto add = [&](const std::string& symbol, ParameterKind kind, int power) {
-      all_.push_back({"", owner, symbol, Bearer::spring, index, slot++, kind, power});
+      all_.push_back({"", owner, symbol, ParameterOwner::spring, index, slot++, kind, power});
     };
-    if (const Spring& spring = mechanism_.springs[static_cast<std::size_t>(index)]; spring.in_joint()) {
+    if (const Spring& spring = mechanism_.springs[static_cast<std::size_t>(index)]; spring.is_joint_spring()) {
       const auto coordinate = static_cast<std::size_t>(spring.coordinate);
       const bool turns = mechanism_.coordinates[coordinate].kind == CoordinateKind::angle;
       add("k", ParameterKind::stiffness, turns ? 2 : 0);
@@ -92,14 +92,14 @@ class ParameterList {
   }
 
   std::vector<Parameter> finish() {
-    std::map<std::string, std::map<std::pair<Bearer, int>, bool>> bearers;
-    for (const Parameter& p : all_) bearers[p.owner][{p.bearer, p.index}] = true;
+    std::map<std::string, std::map<std::pair<ParameterOwner, int>, bool>> bearers;
+    for (const Parameter& p : all_) bearers[p.owner][{p.owner_kind, p.index}] = true;
     for (Parameter& p : all_) {
       if (bearers[p.owner].size() > 1) {
-        const auto kind = p.bearer == Bearer::attachment
+        const auto kind = p.owner_kind == ParameterOwner::attachment
                               ? mechanism_.attachments[static_cast<std::size_t>(p.index)].kind
                               : AttachmentKind::counterweight;
-        p.owner = std::string(section_of(p.bearer, kind)) + "." + p.owner;
+        p.owner = std::string(section_of(p.owner_kind, kind)) + "." + p.owner;
       }
       p.name = p.owner + "." + p.symbol;
     }
@@ -111,12 +111,12 @@ class ParameterList {
   std::vector<Parameter> all_;
 };
 
-bool is_loose(const LooseSprings& loose, std::size_t spring) { return spring < loose.size() && loose[spring]; }
+bool is_loose(const FreeSprings& loose, std::size_t spring) { return spring < loose.size() && loose[spring]; }
 
 template <class S>
 void add_inertias(const Mechanism& mechanism, std::vector<double>& values) {
   const auto add = [&](double mass, const Vector3& com, const Matrix3& about_com) {
-    const VectorX pi = parameters_of<S>(inertia_about_origin<S>(mass, com, about_com));
+    const VectorX pi = list_inertial_parameters<S>(inertia_about_origin<S>(mass, com, about_com));
     values.insert(values.end(), pi.data(), pi.data() + pi.size());
   };
   for (std::size_t b = 1; b < mechanism.bodies.size(); ++b)
@@ -129,8 +129,8 @@ void add_spring_values(const Spring& spring, int d, bool loose, std::vector<doub
   const double k = spring.stiffness;
   const Vector3 &a = spring.point_first, &b = spring.point_second;
   values.push_back(k);
-  if (spring.in_joint()) values.push_back(spring.preload);
-  if (spring.in_joint() || !loose) return;
+  if (spring.is_joint_spring()) values.push_back(spring.preload);
+  if (spring.is_joint_spring() || !loose) return;
   for (const Vector3& end : {a, b})
     for (int i = 0; i < d; ++i) values.push_back(k * end[i]);
   for (int i = 0; i < d; ++i)
@@ -139,22 +139,22 @@ void add_spring_values(const Spring& spring, int d, bool loose, std::vector<doub
 
 }  // namespace
 
-std::vector<Parameter> list_parameters(const Mechanism& mechanism, const LooseSprings& loose) {
+std::vector<Parameter> list_parameters(const Mechanism& mechanism, const FreeSprings& loose) {
   ParameterList list(mechanism);
   for (std::size_t b = 1; b < mechanism.bodies.size(); ++b)
-    list.add_inertia(Bearer::body, static_cast<int>(b), mechanism.bodies[b].name);
+    list.add_inertia(ParameterOwner::body, static_cast<int>(b), mechanism.bodies[b].name);
   for (std::size_t a = 0; a < mechanism.attachments.size(); ++a)
-    list.add_inertia(Bearer::attachment, static_cast<int>(a), mechanism.attachments[a].name);
+    list.add_inertia(ParameterOwner::attachment, static_cast<int>(a), mechanism.attachments[a].name);
   for (std::size_t d = 0; d < mechanism.discs.size(); ++d)
-    list.add_inertia(Bearer::disc, static_cast<int>(d), mechanism.discs[d].name);
+    list.add_inertia(ParameterOwner::disc, static_cast<int>(d), mechanism.discs[d].name);
   for (std::size_t s = 0; s < mechanism.springs.size(); ++s)
     list.add_spring(static_cast<int>(s), mechanism.springs[s].name, is_loose(loose, s));
   return list.finish();
 }
 
-VectorX parameter_values(const Mechanism& mechanism, const LooseSprings& loose) {
+VectorX parameter_values(const Mechanism& mechanism, const FreeSprings& loose) {
   std::vector<double> values;
-  in_space(mechanism.space, [&]<class S>(S) {
+  dispatch_space(mechanism.space, [&]<class S>(S) {
     add_inertias<S>(mechanism, values);
     for (std::size_t s = 0; s < mechanism.springs.size(); ++s)
       add_spring_values(mechanism.springs[s], S::dimension, is_loose(loose, s), values);

@@ -18,12 +18,12 @@ struct ForceBalance {
 
 /// Centre of mass, shaking force and moment, what the frame feels.
 template <class S>
-void read_forces(const Tree<Constants<S>>& tree, const State<S>& state, const ForceBalance<S>& balance,
-                 SampleOf<typename S::Scalar>& seen) {
+void compute_total_forces(const Tree<Constants<S>>& tree, const TreeState<S>& state, const ForceBalance<S>& balance,
+                          SampleOf<typename S::Scalar>& seen) {
   typename S::Vector moment = S::Vector::Zero();
   for (std::size_t n = 1; n < tree.nodes.size(); ++n) {
     const auto& inertia = tree.nodes[n].inertia;
-    if (!tree.nodes[n].massless) moment += state[n].R_WN * inertia.moment + inertia.mass * state[n].p_WN;
+    if (!tree.nodes[n].massless) moment += state[n].R_WN * inertia.first_moment + inertia.mass * state[n].p_WN;
   }
   seen.com = to_3d(typename S::Vector(moment / tree.mass));
   // the ground's wrench carries the weight and lacks what the surroundings supply
@@ -40,10 +40,10 @@ void read_forces(const Tree<Constants<S>>& tree, const State<S>& state, const Fo
       typename S::Angular(weight_moment + balance.loads.moment - about_origin - cross(balance.about, ground_force)));
 }
 
-/// After read_forces(), with origins' velocities in the state. @param stored energy of springs [J]
+/// After compute_total_forces(), with origins' velocities in the state. @param stored energy of springs [J]
 template <class S>
-void read_energies(const Tree<Constants<S>>& tree, const State<S>& state, const typename S::Vector& gravity,
-                   const typename S::Scalar& stored, SampleOf<typename S::Scalar>& seen) {
+void compute_energies(const Tree<Constants<S>>& tree, const TreeState<S>& state, const typename S::Vector& gravity,
+                      const typename S::Scalar& stored, SampleOf<typename S::Scalar>& seen) {
   using T = typename S::Scalar;
   T kinetic = 0, potential = stored;
   for (std::size_t n = 1; n < tree.nodes.size(); ++n) {
@@ -51,8 +51,8 @@ void read_energies(const Tree<Constants<S>>& tree, const State<S>& state, const 
     const NodeState<S>& s = state[n];
     if (tree.nodes[n].massless) continue;
     kinetic += 0.5 * inertia.mass * s.velocity.squaredNorm() +
-               dot(s.velocity, typename S::Vector(cross(s.angular_velocity, inertia.moment))) +
-               0.5 * dot(s.angular_velocity, typename S::Angular(inertia.second * s.angular_velocity));
+               dot(s.velocity, typename S::Vector(cross(s.angular_velocity, inertia.first_moment))) +
+               0.5 * dot(s.angular_velocity, typename S::Angular(inertia.second_moment * s.angular_velocity));
   }
   potential -= tree.mass * to_3d(gravity).dot(seen.com);
   seen.kinetic_energy = kinetic;
@@ -62,7 +62,7 @@ void read_energies(const Tree<Constants<S>>& tree, const State<S>& state, const 
 /// What the cut joints transmit, and what the tree has to bear of it.
 /// @param multipliers per closure row  @param wrenches what closures do is subtracted
 template <class S>
-void add_closure_wrenches(const Tree<Constants<S>>& tree, const State<S>& state,
+void add_closure_wrenches(const Tree<Constants<S>>& tree, const TreeState<S>& state,
                           const std::vector<typename S::Scalar>& multipliers, std::vector<Wrench<S>>& wrenches,
                           SampleOf<typename S::Scalar>& seen) {
   int r = 0, constraint = 0;
@@ -70,17 +70,17 @@ void add_closure_wrenches(const Tree<Constants<S>>& tree, const State<S>& state,
     const auto push = [&](int n, double sign, const Wrench<S>& wrench, const typename S::Vector& about) {
       if (n == 0) return;
       const NodeState<S>& s = state[n];
-      const typename S::Vector force = sign * unrotate(s.R_WN, wrench.force);
+      const typename S::Vector force = sign * rotate_inverse(s.R_WN, wrench.force);
       wrenches[n].force -= force;
-      wrenches[n].moment -=
-          sign * unrotate(s.R_WN, wrench.moment) + cross(unrotate(s.R_WN, typename S::Vector(about - s.p_WN)), force);
+      wrenches[n].moment -= sign * rotate_inverse(s.R_WN, wrench.moment) +
+                            cross(rotate_inverse(s.R_WN, typename S::Vector(about - s.p_WN)), force);
     };
     if (!closure.terms.empty()) {  // what it does to coordinates is not a body's to bear
       const typename S::Scalar multiplier = multipliers[r++];
       seen.constraint_force[constraint++] = multiplier;
-      for (const RateTerm<Constants<S>>& term : closure.terms) {
-        if (term.of == RateTerm<Constants<S>>::Of::column) continue;
-        const RowWrench<S> unit = term_wrench(state, term);
+      for (const VelocityTerm<Constants<S>>& term : closure.terms) {
+        if (term.of == VelocityTerm<Constants<S>>::Of::column) continue;
+        const ConstraintWrench<S> unit = speed_term_wrench(state, term);
         push(term.frame.node, 1, {multiplier * unit.force, multiplier * unit.moment}, position(state, term.frame));
       }
       continue;
@@ -89,7 +89,7 @@ void add_closure_wrenches(const Tree<Constants<S>>& tree, const State<S>& state,
     Wrench<S> on_b;  // world axes, about b's origin
     for (const ClosureRow& row : closure.rows) {
       const typename S::Scalar multiplier = multipliers[r++];
-      const RowWrench<S> unit = closure_wrench(closure, pose, row);
+      const ConstraintWrench<S> unit = closure_wrench(closure, pose, row);
       on_b.force += multiplier * unit.force;
       on_b.moment += multiplier * unit.moment;
     }
@@ -105,9 +105,9 @@ void add_closure_wrenches(const Tree<Constants<S>>& tree, const State<S>& state,
 /// What the tree's joints transmit: on the second body, about the joint's point there. Of one that rolls, besides what the closures told.
 /// @param wrenches what every node's parent exerts
 template <class S>
-void read_transmitted(const MechanismOf<typename Constants<S>::Scalar>& mechanism, const Tree<Constants<S>>& tree,
-                      const State<S>& state, const std::vector<Wrench<S>>& wrenches,
-                      SampleOf<typename S::Scalar>& seen) {
+void compute_joint_reactions(const MechanismOf<typename Constants<S>::Scalar>& mechanism,
+                             const Tree<Constants<S>>& tree, const TreeState<S>& state,
+                             const std::vector<Wrench<S>>& wrenches, SampleOf<typename S::Scalar>& seen) {
   for (std::size_t j = 0; j < mechanism.joints.size(); ++j) {
     const int n = tree.joint_nodes[j];
     if (n < 0) continue;
@@ -121,7 +121,7 @@ void read_transmitted(const MechanismOf<typename Constants<S>::Scalar>& mechanis
     const typename S::Angular moment =
         state[n].R_WN * wrenches[n].moment + cross(typename S::Vector(state[n].p_WN - Q), force);
     const double sign = tree.joint_forward[j] ? 1 : -1;
-    if (!rolls(mechanism.joints[j].type)) seen.joint_force[j].setZero(), seen.joint_moment[j].setZero();
+    if (!is_rolling(mechanism.joints[j].type)) seen.joint_force[j].setZero(), seen.joint_moment[j].setZero();
     seen.joint_force[j] += to_3d(typename S::Vector(sign * force));
     seen.joint_moment[j] += angular_to_3d(typename S::Angular(sign * moment));
   }

@@ -3,24 +3,24 @@
 namespace balance {
 
 template <>
-VectorX parameters_of<Planar>(const Planar::Inertia& inertia) {
-  return Eigen::Vector4d(inertia.mass, inertia.moment.x(), inertia.moment.y(), inertia.second);
+VectorX list_inertial_parameters<Planar>(const Planar::Inertia& inertia) {
+  return Eigen::Vector4d(inertia.mass, inertia.first_moment.x(), inertia.first_moment.y(), inertia.second_moment);
 }
 
 template <>
-VectorX parameters_of<Spatial>(const Spatial::Inertia& inertia) {
+VectorX list_inertial_parameters<Spatial>(const Spatial::Inertia& inertia) {
   VectorX pi(10);
-  const Matrix3& I = inertia.second;
-  pi << inertia.mass, inertia.moment, I(0, 0), I(1, 1), I(2, 2), I(0, 1), I(0, 2), I(1, 2);
+  const Matrix3& I = inertia.second_moment;
+  pi << inertia.mass, inertia.first_moment, I(0, 0), I(1, 1), I(2, 2), I(0, 1), I(0, 2), I(1, 2);
   return pi;
 }
 
 template <class S>
-VectorX parameters_of(const Tree<S>& tree) {
-  VectorX all(S::parameters * static_cast<Eigen::Index>(tree.elements.size()));
-  for (std::size_t e = 0; e < tree.elements.size(); ++e)
-    all.segment(static_cast<Eigen::Index>(e) * S::parameters, S::parameters) =
-        parameters_of<S>(tree.elements[e].inertia);
+VectorX list_inertial_parameters(const Tree<S>& tree) {
+  VectorX all(S::inertial_parameter_count * static_cast<Eigen::Index>(tree.mass_elements.size()));
+  for (std::size_t e = 0; e < tree.mass_elements.size(); ++e)
+    all.segment(static_cast<Eigen::Index>(e) * S::inertial_parameter_count, S::inertial_parameter_count) =
+        list_inertial_parameters<S>(tree.mass_elements[e].inertia);
   return all;
 }
 
@@ -37,88 +37,89 @@ Planar::Inertia unit_inertia<Planar>(int k) {
 
 template <>
 Spatial::Inertia unit_inertia<Spatial>(int k) {
-  static constexpr int place[6][2] = {{0, 0}, {1, 1}, {2, 2}, {0, 1}, {0, 2}, {1, 2}};
+  static constexpr int tensor_entries[6][2] = {{0, 0}, {1, 1}, {2, 2}, {0, 1}, {0, 2}, {1, 2}};
   Spatial::Inertia inertia;
   inertia.mass = k == 0;
-  inertia.moment = Vector3(k == 1, k == 2, k == 3);
+  inertia.first_moment = Vector3(k == 1, k == 2, k == 3);
   if (k > 3) {
-    const auto [row, column] = place[k - 4];
-    inertia.second(row, column) = inertia.second(column, row) = 1;
+    const auto [row, column] = tensor_entries[k - 4];
+    inertia.second_moment(row, column) = inertia.second_moment(column, row) = 1;
   }
   return inertia;
 }
 
 /// Motion of a frame fixed to a node, in the frame's axes; R_PN and p_PN lead back to the node.
 template <class S>
-NodeState<S> motion_of(const NodeState<S>& node, const FixedFrame<S>& frame) {
+NodeState<S> compute_frame_motion(const NodeState<S>& node, const FixedFrame<S>& frame) {
   NodeState<S> s;
   s.R_PN = frame.R_N;
   s.p_PN = frame.p_N;
-  s.angular_velocity = unrotate(frame.R_N, node.angular_velocity);
-  s.angular_acceleration = unrotate(frame.R_N, node.angular_acceleration);
-  s.turning = turning(s.angular_velocity, s.angular_acceleration);
-  s.acceleration = unrotate(frame.R_N, own_acceleration(node, frame.p_N));
+  s.angular_velocity = rotate_inverse(frame.R_N, node.angular_velocity);
+  s.angular_acceleration = rotate_inverse(frame.R_N, node.angular_acceleration);
+  s.acceleration_operator = make_acceleration_operator(s.angular_velocity, s.angular_acceleration);
+  s.acceleration = rotate_inverse(frame.R_N, local_point_acceleration(node, frame.p_N));
   return s;
 }
 
 }  // namespace
 
 template <class S>
-Regressor<S> regressor(const Tree<S>& tree, const State<S>& state) {
-  const Eigen::Index P = S::parameters * static_cast<Eigen::Index>(tree.elements.size());
-  Regressor<S> out{MatrixX::Zero(tree.columns, P), MatrixX::Zero(S::dimension, P), MatrixX::Zero(S::angular, P)};
-  for (std::size_t e = 0; e < tree.elements.size(); ++e) {
-    const FixedFrame<S>& frame = tree.elements[e].frame;
+InertiaRegressor<S> compute_regressor(const Tree<S>& tree, const TreeState<S>& state) {
+  const Eigen::Index P = S::inertial_parameter_count * static_cast<Eigen::Index>(tree.mass_elements.size());
+  InertiaRegressor<S> out{MatrixX::Zero(tree.columns, P), MatrixX::Zero(S::dimension, P),
+                          MatrixX::Zero(S::angular_dimension, P)};
+  for (std::size_t e = 0; e < tree.mass_elements.size(); ++e) {
+    const FixedFrame<S>& frame = tree.mass_elements[e].frame;
     if (frame.node == 0) continue;
-    const NodeState<S> s = motion_of(state[frame.node], frame);
-    for (int k = 0; k < S::parameters; ++k) {
-      const Eigen::Index column = static_cast<Eigen::Index>(e) * S::parameters + k;
+    const NodeState<S> s = compute_frame_motion(state[frame.node], frame);
+    for (int k = 0; k < S::inertial_parameter_count; ++k) {
+      const Eigen::Index column = static_cast<Eigen::Index>(e) * S::inertial_parameter_count + k;
       Wrench<S> own, here;
       add_inertia_wrench<S>(unit_inertia<S>(k), s, own);
-      pass_on(s, own, here);
+      propagate_to_parent(s, own, here);
       for (NodeId n = frame.node; n > 0; n = tree.nodes[n].parent) {
         const Node<S>& node = tree.nodes[n];
-        if (node.motion != NodeMotion::weld) out.torque(node.column, column) += along_motion(node, here);
+        if (node.motion != NodeMotion::weld) out.torque(node.column, column) += project_on_joint_axis(node, here);
         Wrench<S> below;
-        pass_on(state[n], here, below);
+        propagate_to_parent(state[n], here, below);
         here = below;
       }
       for (int i = 0; i < S::dimension; ++i) out.force(i, column) = here.force[i];
       const Vector3 moment = angular_to_3d(here.moment);
-      for (int i = 0; i < S::angular; ++i) out.moment(i, column) = moment[S::angular == 1 ? 2 : i];
+      for (int i = 0; i < S::angular_dimension; ++i) out.moment(i, column) = moment[S::angular_dimension == 1 ? 2 : i];
     }
   }
   return out;
 }
 
 template <class S>
-Regressor<S> ground_regressor(const Tree<S>& tree, const State<S>& state) {
-  const Eigen::Index P = S::parameters * static_cast<Eigen::Index>(tree.elements.size());
-  Regressor<S> out{MatrixX(0, P), MatrixX::Zero(S::dimension, P), MatrixX::Zero(S::angular, P)};
-  for (std::size_t e = 0; e < tree.elements.size(); ++e) {
-    const FixedFrame<S>& frame = tree.elements[e].frame;
+InertiaRegressor<S> compute_momentum_rate_regressor(const Tree<S>& tree, const TreeState<S>& state) {
+  const Eigen::Index P = S::inertial_parameter_count * static_cast<Eigen::Index>(tree.mass_elements.size());
+  InertiaRegressor<S> out{MatrixX(0, P), MatrixX::Zero(S::dimension, P), MatrixX::Zero(S::angular_dimension, P)};
+  for (std::size_t e = 0; e < tree.mass_elements.size(); ++e) {
+    const FixedFrame<S>& frame = tree.mass_elements[e].frame;
     if (frame.node == 0) continue;
-    const NodeState<S> s = motion_of(state[frame.node], frame);
-    NodeState<S> place;  // of the element's frame in the world
-    place.R_PN = state[frame.node].R_WN * frame.R_N;
-    place.p_PN = position(state, frame);
-    for (int k = 0; k < S::parameters; ++k) {
+    const NodeState<S> s = compute_frame_motion(state[frame.node], frame);
+    NodeState<S> tensor_entries;  // of the element's frame in the world
+    tensor_entries.R_PN = state[frame.node].R_WN * frame.R_N;
+    tensor_entries.p_PN = position(state, frame);
+    for (int k = 0; k < S::inertial_parameter_count; ++k) {
       Wrench<S> own, here;
       add_inertia_wrench<S>(unit_inertia<S>(k), s, own);
-      pass_on(place, own, here);
-      const Eigen::Index column = static_cast<Eigen::Index>(e) * S::parameters + k;
+      propagate_to_parent(tensor_entries, own, here);
+      const Eigen::Index column = static_cast<Eigen::Index>(e) * S::inertial_parameter_count + k;
       for (int i = 0; i < S::dimension; ++i) out.force(i, column) = here.force[i];
       const Vector3 moment = angular_to_3d(here.moment);
-      for (int i = 0; i < S::angular; ++i) out.moment(i, column) = moment[S::angular == 1 ? 2 : i];
+      for (int i = 0; i < S::angular_dimension; ++i) out.moment(i, column) = moment[S::angular_dimension == 1 ? 2 : i];
     }
   }
   return out;
 }
 
-#define BALANCE_INSTANTIATE(S)                                                \
-  template VectorX parameters_of<S>(const Tree<S>&);                          \
-  template Regressor<S> ground_regressor<S>(const Tree<S>&, const State<S>&); \
-  template Regressor<S> regressor<S>(const Tree<S>&, const State<S>&);
+#define BALANCE_INSTANTIATE(S)                                                                          \
+  template VectorX list_inertial_parameters<S>(const Tree<S>&);                                         \
+  template InertiaRegressor<S> compute_momentum_rate_regressor<S>(const Tree<S>&, const TreeState<S>&); \
+  template InertiaRegressor<S> compute_regressor<S>(const Tree<S>&, const TreeState<S>&);
 BALANCE_INSTANTIATE(Planar)
 BALANCE_INSTANTIATE(Spatial)
 #undef BALANCE_INSTANTIATE

@@ -9,15 +9,15 @@ namespace {
 
 /// What equations leave uncertain of what they are solved for: their residual goes down to 1e-12, and round-off grows with the inverse of
 /// the mobility, or its square.
-double solved_part(double growth) { return std::max(1e-12, 8 * round_off_part * growth); }
+double solution_round_off_factor(double growth) { return std::max(1e-12, 8 * round_off_factor * growth); }
 
 /// Near a singularity a rate of this part is a rate all the same.
-constexpr double max_rest_part = 1e-6;
+constexpr double max_rest_fraction = 1e-6;
 
 }  // namespace
 
-void TermSizes::raise(const TermSizes& other, double factor) {
-  for (VectorX TermSizes::*member : all_term_sizes) {
+void TermMagnitudes::raise_to(const TermMagnitudes& other, double factor) {
+  for (VectorX TermMagnitudes::*member : term_magnitude_members) {
     VectorX& mine = this->*member;
     const VectorX& its = other.*member;
     if (mine.size() != its.size()) mine.setZero(its.size());
@@ -26,27 +26,28 @@ void TermSizes::raise(const TermSizes& other, double factor) {
 }
 
 template <class S>
-TermMeter<S>::TermMeter(const Mechanism& mechanism, const Tree<S>& tree, const typename S::Vector& about,
-                        const RestScale& rest)
+TermMagnitudeRecorder<S>::TermMagnitudeRecorder(const Mechanism& mechanism, const Tree<S>& tree,
+                                                const typename S::Vector& about, const RestScale& rest)
     : mechanism_(mechanism),
       tree_(tree),
       gravity_(mechanism.gravity.norm()),
       about_(about.norm()),
       external_(mechanism, tree),
       nodes_(tree.nodes.size()),
-      rest_(rest),
+      rest_scale_(rest),
       dy_(static_cast<std::size_t>(tree.columns)),
       ddy_(dy_),
       tau_(dy_),
       external_sizes_(tree.nodes.size()) {
-  for (const MassElement<S>& element : tree.elements) {
-    NodeSize& node = nodes_[static_cast<std::size_t>(element.frame.node)];
-    const double mass = element.inertia.mass, reach = element.frame.p_N.norm(), first = element.inertia.moment.norm();
+  for (const MassElement<S>& element : tree.mass_elements) {
+    NodeMagnitudes& node = nodes_[static_cast<std::size_t>(element.frame.node)];
+    const double mass = element.inertia.mass, reach = element.frame.p_N.norm(),
+                 first = element.inertia.first_moment.norm();
     double second = 0;
     if constexpr (S::dimension == 2)
-      second = std::abs(element.inertia.second);
+      second = std::abs(element.inertia.second_moment);
     else
-      second = element.inertia.second.norm();
+      second = element.inertia.second_moment.norm();
     node.mass += mass;
     node.first += first + mass * reach;
     node.second += second + 2 * reach * first + mass * reach * reach;
@@ -69,59 +70,60 @@ TermMeter<S>::TermMeter(const Mechanism& mechanism, const Tree<S>& tree, const t
 }
 
 template <class S>
-void TermMeter<S>::see(const Instant<S>& now, const Sample& seen, const std::vector<double>& multipliers,
-                       double mobility) {
+void TermMagnitudeRecorder<S>::sample(const TreeMotion<S>& now, const Sample& seen,
+                                      const std::vector<double>& multipliers, double mobility) {
   const double growth = mobility < 1 ? 1 / std::max(mobility, 1e-12) : 1;
-  const double part = now.direct ? round_off_part : solved_part(growth);
-  const double motion_part = now.direct ? part : solved_part(growth * growth);
-  rest_part_ = std::min(max_rest_part, motion_part);
-  size_rates(now);
-  move(now);
+  const double part = now.is_explicit ? round_off_factor : solution_round_off_factor(growth);
+  const double motion_part = now.is_explicit ? part : solution_round_off_factor(growth * growth);
+  rest_fraction_ = std::min(max_rest_fraction, motion_part);
+  compute_rate_magnitudes(now);
+  propagate_motion(now);
   read_motion(seen);
-  for (ForceSize& size : external_sizes_) size = {};
-  if (!external_.none()) external_.add_sizes(now.state, now.time, external_sizes_);
-  collect(now);
+  for (ForceMagnitude& size : external_sizes_) size = {};
+  if (!external_.is_empty()) external_.add_magnitudes(now.state, now.time, external_sizes_);
+  propagate_forces(now);
   add_in_joints(now, seen);
-  read_sums(now);
+  compute_sums(now);
   if (!tree_.closures.empty()) {
     add_closures(now, multipliers);
-    collect(now);
+    propagate_forces(now);
     add_in_joints(now, seen);
   }
   read_transmitted(now, seen);
-  terms_.raise(now_, 1);
-  grown_.raise(now_, part / round_off_part);
+  terms_.raise_to(now_, 1);
+  grown_.raise_to(now_, part / round_off_factor);
   // What is solved for is itself found to so many digits only: idle turns of rods show it first.
-  for (VectorX TermSizes::*motion : {&TermSizes::position, &TermSizes::velocity, &TermSizes::acceleration})
-    grown_.*motion = (grown_.*motion).cwiseMax(motion_part / round_off_part * now_.*motion);
+  for (VectorX TermMagnitudes::*motion :
+       {&TermMagnitudes::position, &TermMagnitudes::velocity, &TermMagnitudes::acceleration})
+    grown_.*motion = (grown_.*motion).cwiseMax(motion_part / round_off_factor * now_.*motion);
 }
 
 template <class S>
-double TermMeter<S>::size_of(double value, double scale) const {
+double TermMagnitudeRecorder<S>::magnitude_of(double value, double scale) const {
   constexpr double margin = 4;  // what is made of it may add up
   const double size = std::abs(value);
-  return size <= rest_part_ * scale ? margin / rest_part_ * size : size;
+  return size <= rest_fraction_ * scale ? margin / rest_fraction_ * size : size;
 }
 
 template <class S>
-void TermMeter<S>::size_rates(const Instant<S>& now) {
+void TermMagnitudeRecorder<S>::compute_rate_magnitudes(const TreeMotion<S>& now) {
   for (int c = 0; c < tree_.columns; ++c) {
     const auto i = static_cast<std::size_t>(c);
-    const double unit = tree_.column_kind_length[i] ? tree_.length : 1;
-    dy_[i] = size_of(now.dy[c], unit * rest_.rate);
-    ddy_[i] = size_of(now.ddy[c], unit * rest_.acceleration);
+    const double unit = tree_.is_length_column[i] ? tree_.characteristic_length : 1;
+    dy_[i] = magnitude_of(now.dy[c], unit * rest_scale_.rate);
+    ddy_[i] = magnitude_of(now.ddy[c], unit * rest_scale_.acceleration);
   }
 }
 
 /// Outwards: places, rates and accelerations.
 template <class S>
-void TermMeter<S>::move(const Instant<S>& now) {
+void TermMagnitudeRecorder<S>::propagate_motion(const TreeMotion<S>& now) {
   nodes_[0].acceleration = gravity_;
   for (std::size_t n = 1; n < nodes_.size(); ++n) {
     const Node<S>& joint = tree_.nodes[n];
-    const NodeSize& parent = nodes_[static_cast<std::size_t>(joint.parent)];
+    const NodeMagnitudes& parent = nodes_[static_cast<std::size_t>(joint.parent)];
     const double arm = now.state[n].p_PN.norm();
-    NodeSize& node = nodes_[n];
+    NodeMagnitudes& node = nodes_[n];
     node.place = parent.place + arm;
     node.turning = parent.turning;
     node.turning_rate = parent.turning_rate;
@@ -130,7 +132,7 @@ void TermMeter<S>::move(const Instant<S>& now) {
     if (joint.motion == NodeMotion::weld) continue;
     const double rate = std::abs(joint.ratio) * dy_[joint.column],
                  rate_rate = std::abs(joint.ratio) * ddy_[joint.column];
-    if (joint.motion == NodeMotion::turn) {
+    if (joint.motion == NodeMotion::revolute) {
       node.turning += rate;
       node.turning_rate += rate_rate;
       if constexpr (S::dimension == 3) node.turning_rate += parent.turning * rate;
@@ -142,16 +144,18 @@ void TermMeter<S>::move(const Instant<S>& now) {
 }
 
 template <class S>
-double TermMeter<S>::unit(CoordinateId coordinate) const {
-  return mechanism_.coordinates[static_cast<std::size_t>(coordinate)].kind == CoordinateKind::length ? tree_.length : 1;
+double TermMagnitudeRecorder<S>::unit(CoordinateId coordinate) const {
+  return mechanism_.coordinates[static_cast<std::size_t>(coordinate)].kind == CoordinateKind::length
+             ? tree_.characteristic_length
+             : 1;
 }
 
 /// Of the coordinates: all are solved for together, so that one's error is measured by the largest of them.
 template <class S>
-void TermMeter<S>::read_motion(const Sample& seen) {
+void TermMagnitudeRecorder<S>::read_motion(const Sample& seen) {
   rate_ = rate_rate_ = 0;
   for (int c = 0; c < tree_.columns; ++c) {
-    const double scale = tree_.column_kind_length[static_cast<std::size_t>(c)] ? tree_.length : 1;
+    const double scale = tree_.is_length_column[static_cast<std::size_t>(c)] ? tree_.characteristic_length : 1;
     rate_ = std::max(rate_, dy_[static_cast<std::size_t>(c)] / scale);
     rate_rate_ = std::max(rate_rate_, ddy_[static_cast<std::size_t>(c)] / scale);
   }
@@ -159,8 +163,9 @@ void TermMeter<S>::read_motion(const Sample& seen) {
   for (Eigen::Index c = 0; c < now_.position.size(); ++c) {
     const double scale = unit(static_cast<int>(c));
     now_.position[c] = std::max(scale, std::abs(seen.position[c]));
-    now_.velocity[c] = std::max(scale * rate_, size_of(seen.velocity[c], scale * rest_.rate));
-    now_.acceleration[c] = std::max(scale * rate_rate_, size_of(seen.acceleration[c], scale * rest_.acceleration));
+    now_.velocity[c] = std::max(scale * rate_, magnitude_of(seen.velocity[c], scale * rest_scale_.rate));
+    now_.acceleration[c] =
+        std::max(scale * rate_rate_, magnitude_of(seen.acceleration[c], scale * rest_scale_.acceleration));
   }
   if (!mechanism_.tool) return;
   now_.tool_position[0] = nodes_[static_cast<std::size_t>(tool_.node)].place + tool_.p_N.norm();
@@ -169,7 +174,7 @@ void TermMeter<S>::read_motion(const Sample& seen) {
 
 /// What accelerates a node's bodies, about its point.
 template <class S>
-ForceSize TermMeter<S>::inertial_size(const NodeSize& node) {
+ForceMagnitude TermMagnitudeRecorder<S>::inertial_magnitude(const NodeMagnitudes& node) {
   const double turn = node.turning_rate + node.turning * node.turning;
   return {node.mass * node.acceleration + turn * node.first,
           (S::dimension == 2 ? node.turning_rate : turn) * node.second + node.first * node.acceleration};
@@ -177,21 +182,21 @@ ForceSize TermMeter<S>::inertial_size(const NodeSize& node) {
 
 /// Inwards: forces, moments, and what they come to along every coordinate.
 template <class S>
-void TermMeter<S>::collect(const Instant<S>& now) {
+void TermMagnitudeRecorder<S>::propagate_forces(const TreeMotion<S>& now) {
   std::fill(tau_.begin(), tau_.end(), 0);
   for (std::size_t n = 0; n < nodes_.size(); ++n) {
-    NodeSize& node = nodes_[n];
-    const ForceSize inertia = n == 0 ? ForceSize{} : inertial_size(node);
+    NodeMagnitudes& node = nodes_[n];
+    const ForceMagnitude inertia = n == 0 ? ForceMagnitude{} : inertial_magnitude(node);
     node.force = external_sizes_[n].force + inertia.force;
     node.moment = external_sizes_[n].moment + inertia.moment;
   }
   for (std::size_t n = nodes_.size(); n-- > 1;) {
     const Node<S>& joint = tree_.nodes[n];
-    const NodeSize& node = nodes_[n];
+    const NodeMagnitudes& node = nodes_[n];
     if (joint.motion != NodeMotion::weld)
       tau_[static_cast<std::size_t>(joint.column)] +=
-          std::abs(joint.ratio) * (joint.motion == NodeMotion::turn ? node.moment : node.force);
-    NodeSize& parent = nodes_[static_cast<std::size_t>(joint.parent)];
+          std::abs(joint.ratio) * (joint.motion == NodeMotion::revolute ? node.moment : node.force);
+    NodeMagnitudes& parent = nodes_[static_cast<std::size_t>(joint.parent)];
     parent.force += node.force;
     parent.moment += node.moment + now.state[n].p_PN.norm() * node.force;
   }
@@ -199,11 +204,12 @@ void TermMeter<S>::collect(const Instant<S>& now) {
 
 /// Friction and springs in joint coordinates.
 template <class S>
-void TermMeter<S>::add_in_joints(const Instant<S>& now, const Sample& seen) {
-  external_.add_joint_sizes(now.y, tau_);
+void TermMagnitudeRecorder<S>::add_in_joints(const TreeMotion<S>& now, const Sample& seen) {
+  external_.add_joint_magnitudes(now.y, tau_);
   for (const Friction& friction : mechanism_.friction) {
     const double rate = std::abs(seen.velocity[friction.coordinate]);
-    for (const auto& [column, ratio] : tree_.sources[static_cast<std::size_t>(friction.coordinate)].terms)
+    for (const auto& [column, ratio] :
+         tree_.coordinate_expressions[static_cast<std::size_t>(friction.coordinate)].terms)
       tau_[static_cast<std::size_t>(column)] +=
           std::abs(ratio) * (friction.viscous * rate + std::max(friction.static_limit(1), friction.static_limit(-1)));
   }
@@ -211,11 +217,11 @@ void TermMeter<S>::add_in_joints(const Instant<S>& now, const Sample& seen) {
 
 /// What is summed over all nodes.
 template <class S>
-void TermMeter<S>::read_sums(const Instant<S>& now) {
+void TermMagnitudeRecorder<S>::compute_sums(const TreeMotion<S>& now) {
   double place = 0, momentum = 0, energy = 0;
   auto [force, moment] = external_.sum_magnitudes(now.state, now.time);
-  for (const NodeSize& node : nodes_) {
-    const ForceSize inertia = inertial_size(node);
+  for (const NodeMagnitudes& node : nodes_) {
+    const ForceMagnitude inertia = inertial_magnitude(node);
     force += inertia.force;
     moment += inertia.moment + node.place * inertia.force;
     const double spin = node.turning * node.first;
@@ -233,32 +239,33 @@ void TermMeter<S>::read_sums(const Instant<S>& now) {
   now_.moment[0] = nodes_[0].moment + about_ * nodes_[0].force;
   now_.com_acceleration[0] = force / tree_.mass;
   now_.kinetic_energy[0] = energy;
-  now_.potential_energy[0] = gravity_ * place + external_.energy_size(now.state, now.y);
+  now_.potential_energy[0] = gravity_ * place + external_.energy_magnitude(now.state, now.y);
 }
 
 /// The closures' wrenches join the external ones. A multiplier is measured by itself and by all the forces that it is solved
 /// from.
 template <class S>
-void TermMeter<S>::add_closures(const Instant<S>& now, const std::vector<double>& multipliers) {
+void TermMagnitudeRecorder<S>::add_closures(const TreeMotion<S>& now, const std::vector<double>& multipliers) {
   double all = 0;
   for (int c = 0; c < tree_.columns; ++c)
-    all +=
-        tau_[static_cast<std::size_t>(c)] * (tree_.column_kind_length[static_cast<std::size_t>(c)] ? tree_.length : 1);
+    all += tau_[static_cast<std::size_t>(c)] *
+           (tree_.is_length_column[static_cast<std::size_t>(c)] ? tree_.characteristic_length : 1);
   std::size_t r = 0;
   Eigen::Index constraint = 0;
   for (const Closure<S>& closure : tree_.closures) {
-    ForceSize size;
+    ForceMagnitude size;
     if (!closure.terms.empty()) {
-      const double multiplier = std::abs(multipliers[r++]) + all / closure.unit;
+      const double multiplier = std::abs(multipliers[r++]) + all / closure.row_scale;
       now_.constraint_force[constraint++] = multiplier;
-      for (const RateTerm<S>& term : closure.terms)
-        if (term.of != RateTerm<S>::Of::column) add_pushed(now, term, multiplier * std::abs(term.factor));
+      for (const VelocityTerm<S>& term : closure.terms)
+        if (term.of != VelocityTerm<S>::Of::column)
+          add_constraint_wrench(now, term, multiplier * std::abs(term.factor));
       continue;
     }
     for (const ClosureRow& row : closure.rows) {
       const double multiplier = std::abs(multipliers[r++]);
       if (row.kind != ClosureRow::Kind::dot)
-        size.force += multiplier + all / tree_.length;
+        size.force += multiplier + all / tree_.characteristic_length;
       else
         size.moment += multiplier + all;
     }
@@ -269,7 +276,7 @@ void TermMeter<S>::add_closures(const Instant<S>& now, const std::vector<double>
     const typename S::Vector Q = position(now.state, closure.b);
     for (const int n : {closure.a.node, closure.b.node}) {
       if (n == 0) continue;
-      ForceSize& sum = external_sizes_[static_cast<std::size_t>(n)];
+      ForceMagnitude& sum = external_sizes_[static_cast<std::size_t>(n)];
       sum.force += size.force;
       sum.moment += size.moment + (Q - now.state[static_cast<std::size_t>(n)].p_WN).norm() * size.force;
     }
@@ -278,11 +285,12 @@ void TermMeter<S>::add_closures(const Instant<S>& now, const std::vector<double>
 
 /// By a constraint of so much, on what it binds.
 template <class S>
-void TermMeter<S>::add_pushed(const Instant<S>& now, const RateTerm<S>& term, double size) {
+void TermMagnitudeRecorder<S>::add_constraint_wrench(const TreeMotion<S>& now, const VelocityTerm<S>& term,
+                                                     double size) {
   const auto node = static_cast<std::size_t>(term.frame.node);
   if (node == 0) return;
-  ForceSize& sum = external_sizes_[node];
-  if (term.of == RateTerm<S>::Of::turning) {
+  ForceMagnitude& sum = external_sizes_[node];
+  if (term.of == VelocityTerm<S>::Of::angular_velocity) {
     sum.moment += size;
     return;
   }
@@ -292,12 +300,12 @@ void TermMeter<S>::add_pushed(const Instant<S>& now, const RateTerm<S>& term, do
 
 /// What joints and actuators transmit.
 template <class S>
-void TermMeter<S>::read_transmitted(const Instant<S>& now, const Sample& seen) {
+void TermMagnitudeRecorder<S>::read_transmitted(const TreeMotion<S>& now, const Sample& seen) {
   for (std::size_t a = 0; a < mechanism_.actuators.size(); ++a) {
     const CoordinateId coordinate = mechanism_.actuators[a];
     const auto i = static_cast<Eigen::Index>(a);
     now_.effort[i] = std::abs(seen.effort[i]);
-    for (const auto& [column, ratio] : tree_.sources[static_cast<std::size_t>(coordinate)].terms)
+    for (const auto& [column, ratio] : tree_.coordinate_expressions[static_cast<std::size_t>(coordinate)].terms)
       if (ratio != 0) now_.effort[i] += tau_[static_cast<std::size_t>(column)] / std::abs(ratio);
     now_.power[i] = now_.effort[i] * now_.velocity[coordinate];
   }
@@ -311,13 +319,13 @@ void TermMeter<S>::read_transmitted(const Instant<S>& now, const Sample& seen) {
     const typename S::Vector Q =
         position(now.state,
                  {second.node, second.R_N, second.p_N + second.R_N * to_vector<S>(mechanism_.joints[j].point_second)});
-    if (!rolls(mechanism_.joints[j].type)) now_.joint_force[i] = now_.joint_moment[i] = 0;
+    if (!is_rolling(mechanism_.joints[j].type)) now_.joint_force[i] = now_.joint_moment[i] = 0;
     now_.joint_force[i] += nodes_[node].force;
     now_.joint_moment[i] += nodes_[node].moment + (Q - now.state[node].p_WN).norm() * nodes_[node].force;
   }
 }
 
-template class TermMeter<Planar>;
-template class TermMeter<Spatial>;
+template class TermMagnitudeRecorder<Planar>;
+template class TermMagnitudeRecorder<Spatial>;
 
 }  // namespace balance

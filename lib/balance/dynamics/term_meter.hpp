@@ -8,7 +8,7 @@
 ///     p = p_P + |r|    w = w_P + |q̇|    α = α_P + |q̈| + w_P |q̇|    a = a_P + (α_P + w_P²) |r| + …    a_0 = |g|
 ///     f = m a + (α + w²) c + Σ f_child     n = J (α + w²) + c a + Σ (n_child + |r| f_child)
 ///
-/// A rate that is round-off itself, below round_off_part of the rest scale, is no term: all that is made of it is round-off. It counts as
+/// A rate that is round-off itself, below round_off_factor of the rest scale, is no term: all that is made of it is round-off. It counts as
 /// large as if it were that part of a term.
 ///
 /// (N. J. Higham, Accuracy and Stability of Numerical Algorithms, 2002, ch. 3: a sum is off by a small multiple of the unit
@@ -29,44 +29,45 @@ struct RestScale {
 };
 
 template <class S>
-class TermMeter {
+class TermMagnitudeRecorder {
  public:
   /// @param tree must outlive the meter
   /// @param about world point that moments are about
   /// @param rest of the motion
-  TermMeter(const Mechanism& mechanism, const Tree<S>& tree, const typename S::Vector& about, const RestScale& rest);
+  TermMagnitudeRecorder(const Mechanism& mechanism, const Tree<S>& tree, const typename S::Vector& about,
+                        const RestScale& rest);
 
   /// Measures at a moment and keeps the largest sizes.
   /// @param now after an Observer has seen it: the state holds all poses
   /// @param seen what the observer found there
   /// @param multipliers per closure row, as Actuation::multipliers()
   /// @param mobility of the equations: errors of their solution grow with its inverse
-  void see(const Instant<S>& now, const Sample& seen, const std::vector<double>& multipliers, double mobility);
+  void sample(const TreeMotion<S>& now, const Sample& seen, const std::vector<double>& multipliers, double mobility);
 
   /// Largest sizes so far.
-  const TermSizes& terms() const { return terms_; }
-  /// Largest so far of what the sizes' round_off_part is to be taken of: of what equations are solved for, more by their residual and by the
+  const TermMagnitudes& magnitudes() const { return terms_; }
+  /// Largest so far of what the sizes' round_off_factor is to be taken of: of what equations are solved for, more by their residual and by the
   /// inverse of the mobility.
-  const TermSizes& grown() const { return grown_; }
+  const TermMagnitudes& amplified_magnitudes() const { return grown_; }
 
  private:
-  struct NodeSize {
+  struct NodeMagnitudes {
     double mass = 0, first = 0, second = 0;  ///< of everything fixed to it
     double place = 0, turning = 0, turning_rate = 0, speed = 0, acceleration = 0;
     double force = 0, moment = 0;
   };
 
-  double size_of(double value, double scale) const;
-  void size_rates(const Instant<S>& now);
-  static ForceSize inertial_size(const NodeSize& node);
-  void move(const Instant<S>& now);
+  double magnitude_of(double value, double scale) const;
+  void compute_rate_magnitudes(const TreeMotion<S>& now);
+  static ForceMagnitude inertial_magnitude(const NodeMagnitudes& node);
+  void propagate_motion(const TreeMotion<S>& now);
   void read_motion(const Sample& seen);
-  void read_sums(const Instant<S>& now);
-  void collect(const Instant<S>& now);
-  void add_in_joints(const Instant<S>& now, const Sample& seen);
-  void add_closures(const Instant<S>& now, const std::vector<double>& multipliers);
-  void add_pushed(const Instant<S>& now, const RateTerm<S>& term, double size);
-  void read_transmitted(const Instant<S>& now, const Sample& seen);
+  void compute_sums(const TreeMotion<S>& now);
+  void propagate_forces(const TreeMotion<S>& now);
+  void add_in_joints(const TreeMotion<S>& now, const Sample& seen);
+  void add_closures(const TreeMotion<S>& now, const std::vector<double>& multipliers);
+  void add_constraint_wrench(const TreeMotion<S>& now, const VelocityTerm<S>& term, double size);
+  void read_transmitted(const TreeMotion<S>& now, const Sample& seen);
   double unit(CoordinateId coordinate) const;
 
   const Mechanism& mechanism_;
@@ -74,17 +75,17 @@ class TermMeter {
   double gravity_, about_;
   ExternalForces<S> external_;
   FixedFrame<S> tool_;
-  std::vector<NodeSize> nodes_;
-  RestScale rest_;
-  double rest_part_ = round_off_part;  ///< of the rest scale, there and then
-  std::vector<double> dy_, ddy_;       ///< per tree coordinate: sizes of its rate and acceleration
-  std::vector<double> tau_;            ///< per tree coordinate
-  std::vector<ForceSize> external_sizes_;
+  std::vector<NodeMagnitudes> nodes_;
+  RestScale rest_scale_;
+  double rest_fraction_ = round_off_factor;  ///< of the rest scale, there and then
+  std::vector<double> dy_, ddy_;             ///< per tree coordinate: sizes of its rate and acceleration
+  std::vector<double> tau_;                  ///< per tree coordinate
+  std::vector<ForceMagnitude> external_sizes_;
   double rate_ = 0, rate_rate_ = 0;  ///< largest of any tree coordinate, lengths in characteristic lengths
-  TermSizes now_, terms_, grown_;
+  TermMagnitudes now_, terms_, grown_;
 };
 
-extern template class TermMeter<Planar>;
-extern template class TermMeter<Spatial>;
+extern template class TermMagnitudeRecorder<Planar>;
+extern template class TermMagnitudeRecorder<Spatial>;
 
 }  // namespace balance

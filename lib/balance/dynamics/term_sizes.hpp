@@ -10,7 +10,7 @@ namespace balance {
 
 /// One number per coordinate, actuator or joint, or a single one; all in the unit of the quantity they belong to. Empty where
 /// nothing is known.
-struct TermSizes {
+struct TermMagnitudes {
   VectorX position, velocity, acceleration;              ///< per joint coordinate
   VectorX effort, power;                                 ///< per actuator
   VectorX total_effort;                                  ///< single, of all efforts together
@@ -25,16 +25,31 @@ struct TermSizes {
   VectorX sliding_variable;           ///< per sliding variable of a controller
 
   /// Each entry becomes at least `factor` times the other's.
-  void raise(const TermSizes& other, double factor);
+  void raise_to(const TermMagnitudes& other, double factor);
 };
 
 /// All members, for what is done to every one of them.
-inline constexpr std::array all_term_sizes = {
-    &TermSizes::position,      &TermSizes::velocity,     &TermSizes::acceleration,     &TermSizes::effort,
-    &TermSizes::power,         &TermSizes::com_position, &TermSizes::com_velocity,     &TermSizes::com_acceleration,
-    &TermSizes::tool_position, &TermSizes::tool_angle,   &TermSizes::shaking_force,    &TermSizes::shaking_moment,
-    &TermSizes::force,         &TermSizes::moment,       &TermSizes::kinetic_energy,   &TermSizes::potential_energy,
-    &TermSizes::joint_force,   &TermSizes::joint_moment, &TermSizes::constraint_force, &TermSizes::sliding_variable,
-    &TermSizes::total_effort,  &TermSizes::moment_com};
+inline constexpr std::array term_magnitude_members = {&TermMagnitudes::position,
+                                                      &TermMagnitudes::velocity,
+                                                      &TermMagnitudes::acceleration,
+                                                      &TermMagnitudes::effort,
+                                                      &TermMagnitudes::power,
+                                                      &TermMagnitudes::com_position,
+                                                      &TermMagnitudes::com_velocity,
+                                                      &TermMagnitudes::com_acceleration,
+                                                      &TermMagnitudes::tool_position,
+                                                      &TermMagnitudes::tool_angle,
+                                                      &TermMagnitudes::shaking_force,
+                                                      &TermMagnitudes::shaking_moment,
+                                                      &TermMagnitudes::force,
+                                                      &TermMagnitudes::moment,
+                                                      &TermMagnitudes::kinetic_energy,
+                                                      &TermMagnitudes::potential_energy,
+                                                      &TermMagnitudes::joint_force,
+                                                      &TermMagnitudes::joint_moment,
+                                                      &TermMagnitudes::constraint_force,
+                                                      &TermMagnitudes::sliding_variable,
+                                                      &TermMagnitudes::total_effort,
+                                                      &TermMagnitudes::moment_com};
 
 }  // namespace balance

@@ -12,8 +12,8 @@ namespace balance {
 namespace {
 
 /// In the order of EffortPart.
-constexpr std::array part_members{&Result::torque_inertia, &Result::torque_velocity, &Result::torque_friction,
-                                  &Result::torque_weight,  &Result::torque_spring,   &Result::torque_load};
+constexpr std::array part_members{&RunResult::torque_inertia, &RunResult::torque_velocity, &RunResult::torque_friction,
+                                  &RunResult::torque_weight,  &RunResult::torque_spring,   &RunResult::torque_load};
 static_assert(part_members.size() == effort_part_names.size());
 
 /// Samples of a run from one up to another.
@@ -22,15 +22,15 @@ struct Rows {
 };
 
 /// @param mechanism as it is in these rows
-MotionOutcome add_parts(const Mechanism& mechanism, const InverseOptions& options, Rows rows, Result& result) {
+MotionOutcome add_parts(const Mechanism& mechanism, const InverseOptions& options, Rows rows, RunResult& result) {
   EquationTerms terms(mechanism, options);
-  const StateTable states = independent_states(terms, result);
-  MotionOutcome outcome = assemble_as(terms, result, rows.begin);
-  const bool anew = binds_rates(mechanism);  // the independent coordinates then do not tell the others
+  const StateTable states = extract_independent_states(terms, result);
+  MotionOutcome outcome = assemble_at_row(terms, result, rows.begin);
+  const bool anew = has_velocity_constraints(mechanism);  // the independent coordinates then do not tell the others
   for (Eigen::Index k = rows.begin; k < rows.end && outcome.status == MotionStatus::done; ++k) {
-    if (anew) outcome = assemble_as(terms, result, k);
+    if (anew) outcome = assemble_at_row(terms, result, k);
     if (outcome.status != MotionStatus::done) break;
-    auto split = terms.split(states.q.row(k), states.dq.row(k), states.ddq.row(k), result.time[k]);
+    auto split = terms.split_efforts(states.q.row(k), states.dq.row(k), states.ddq.row(k), result.time[k]);
     outcome = std::move(split.outcome);
     if (outcome.status != MotionStatus::done) break;
     for (std::size_t part = 0; part < part_members.size(); ++part)
@@ -41,19 +41,20 @@ MotionOutcome add_parts(const Mechanism& mechanism, const InverseOptions& option
 
 }  // namespace
 
-MotionOutcome add_effort_parts(const Mechanism& mechanism, Result& result) {
+MotionOutcome add_effort_breakdown(const Mechanism& mechanism, RunResult& result) {
   InverseOptions options;
   const Eigen::Index samples = result.time.size();
   const double duration = result.time[samples - 1] - result.time[0];
   if (duration > 0) options.time_scale = duration;
   for (const auto member : part_members) (result.*member).resize(result.torque.rows(), result.torque.cols());
-  const PayloadStretches stretches(mechanism, duration);
+  const PayloadIntervals stretches(mechanism, duration);
   MotionOutcome outcome;
   Rows rows{0, 0};
   for (int k = 0; k < stretches.count(); ++k) {
     rows.begin = rows.end;
-    while (rows.end < samples && stretches.from(result.time[rows.end]) == k) ++rows.end;
-    if (rows.begin < rows.end) outcome = add_parts(within(mechanism, stretches, k), options, rows, result);
+    while (rows.end < samples && stretches.index_at(result.time[rows.end]) == k) ++rows.end;
+    if (rows.begin < rows.end)
+      outcome = add_parts(mechanism_in_interval(mechanism, stretches, k), options, rows, result);
     if (outcome.status != MotionStatus::done) break;
   }
   if (outcome.status != MotionStatus::done)

@@ -10,6 +10,6 @@ namespace balance {
 /// @param result a run of this mechanism that is done
 /// @return done, or why the parts cannot be told: the run passes where the independent coordinates do not determine the motion
 /// @throws std::invalid_argument if the run has other coordinates than the mechanism
-MotionOutcome add_effort_parts(const Mechanism& mechanism, Result& result);
+MotionOutcome add_effort_breakdown(const Mechanism& mechanism, RunResult& result);
 
 }  // namespace balance

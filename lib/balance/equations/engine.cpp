@@ -18,18 +18,18 @@ Mechanism with_only(Mechanism mechanism, EffortPart part) {
   return mechanism;
 }
 
-MotionOutcome finite_or(double time, bool finite, const char* what, const Mechanism& mechanism) {
+MotionOutcome finite_outcome(double time, bool finite, const char* what, const Mechanism& mechanism) {
   MotionOutcome outcome;
   outcome.status = MotionStatus::done;
-  return finite ? outcome : numbers_overflow(time, what, mechanism);
+  return finite ? outcome : make_overflow_outcome(time, what, mechanism);
 }
 
 }  // namespace
 
 template <class S>
-TermsEngine<S>::TermsEngine(const Mechanism& given, const InverseOptions& wishes)
-    : Engine(given, wishes),
-      branch_(mechanism, choose_independent<S>(mechanism, options.independent)),
+EquationTermsOf<S>::EquationTermsOf(const Mechanism& given, const InverseOptions& wishes)
+    : Implementation(given, wishes),
+      branch_(mechanism, choose_independent_coordinates<S>(mechanism, options.independent)),
       actuation_(mechanism, branch_.tree(), branch_.freedoms()),
       only_loads_(with_only(mechanism, EffortPart::load)),
       only_springs_(with_only(mechanism, EffortPart::spring)),
@@ -41,22 +41,24 @@ TermsEngine<S>::TermsEngine(const Mechanism& given, const InverseOptions& wishes
       columns_(branch_.tree().columns),
       freedoms_(branch_.freedoms()) {
   independent = branch_.independent();
-  name_tree();
+  name_tree_coordinates();
   if (!branch_.note().empty()) notes.push_back(branch_.note());
   for (const std::string& note : actuation_.notes()) notes.push_back(note);
-  for (const PassiveFreedom& spin : branch_.tree().locked_freedoms) notes.push_back(locked_freedom(mechanism, spin));
+  for (const PassiveFreedom& spin : branch_.tree().locked_freedoms)
+    notes.push_back(describe_locked_freedom(mechanism, spin));
 }
 
 /// A column is called like the joint coordinate that it is; of several that are coupled, the leader.
 template <class S>
-void TermsEngine<S>::name_tree() {
+void EquationTermsOf<S>::name_tree_coordinates() {
   const Tree<S>& tree = branch_.tree();
   redundant.assign(static_cast<std::size_t>(columns_), "");
   for (int c = 0; c < columns_; ++c)
-    redundant_lengths.push_back(tree.column_kind_length[static_cast<std::size_t>(c)] != 0);
+    redundant_lengths.push_back(tree.is_length_column[static_cast<std::size_t>(c)] != 0);
   for (std::size_t c = mechanism.coordinates.size(); c-- > 0;) {
-    if (tree.sources[c].is_column())
-      redundant[static_cast<std::size_t>(tree.sources[c].terms[0].first)] = mechanism.coordinates[c].name;
+    if (tree.coordinate_expressions[c].is_column())
+      redundant[static_cast<std::size_t>(tree.coordinate_expressions[c].terms[0].first)] =
+          mechanism.coordinates[c].name;
   }
   for (std::size_t c = 0; c < redundant.size(); ++c)
     if (redundant[c].empty()) redundant[c] = "y" + std::to_string(c + 1);
@@ -69,8 +71,8 @@ void TermsEngine<S>::name_tree() {
 }
 
 template <class S>
-MotionOutcome TermsEngine<S>::assemble(const double* q, const std::vector<CoordinateValue>& near,
-                                       VectorX& coordinates) {
+MotionOutcome EquationTermsOf<S>::assemble(const double* q, const std::vector<CoordinateValue>& near,
+                                           VectorX& coordinates) {
   MotionOutcome outcome = branch_.assemble(q, near);
   if (outcome.status == MotionStatus::done) coordinates = branch_.coordinates();
   return outcome;
@@ -78,22 +80,22 @@ MotionOutcome TermsEngine<S>::assemble(const double* q, const std::vector<Coordi
 
 /// Poses and C at a configuration.
 template <class S>
-MotionOutcome TermsEngine<S>::go(const double* q) {
-  MotionOutcome outcome = branch_.go(q);
+MotionOutcome EquationTermsOf<S>::move_to(const double* q) {
+  MotionOutcome outcome = branch_.move_to(q);
   if (outcome.status != MotionStatus::done) return outcome;
-  poses(branch_.tree(), branch_.y(), branch_.state());
+  compute_poses(branch_.tree(), branch_.y(), branch_.state());
   branch_.fill_transformation(C_);
   return outcome;
 }
 
 /// What it takes to move the masses so, per tree coordinate.
 template <class S>
-VectorX TermsEngine<S>::inertial_forces(const VectorX& dy, const VectorX& ddy, bool weight) {
+VectorX EquationTermsOf<S>::inverse_dynamics_forces(const VectorX& dy, const VectorX& ddy, bool weight) {
   const Tree<S>& tree = branch_.tree();
-  State<S>& state = branch_.state();
-  angular_velocities(tree, dy.data(), state);
+  TreeState<S>& state = branch_.state();
+  compute_angular_velocities(tree, dy.data(), state);
   const typename S::Vector base = weight ? typename S::Vector(-gravity_) : typename S::Vector(S::Vector::Zero());
-  accelerations<S>(tree, dy.data(), ddy.data(), base, state);
+  compute_accelerations<S>(tree, dy.data(), ddy.data(), base, state);
   for (auto& wrench : wrenches_) wrench = {};
   VectorX tau(columns_);
   inverse_dynamics(tree, state, wrenches_, tau.data());
@@ -101,69 +103,71 @@ VectorX TermsEngine<S>::inertial_forces(const VectorX& dy, const VectorX& ddy, b
 }
 
 template <class S>
-VectorX TermsEngine<S>::external_forces(const ExternalForces<S>& forces, double time) {
+VectorX EquationTermsOf<S>::external_forces(const ExternalForces<S>& forces, double time) {
   VectorX tau = VectorX::Zero(columns_);
-  if (forces.none()) return tau;
+  if (forces.is_empty()) return tau;
   for (auto& wrench : wrenches_) wrench = {};
   Wrench<S> total, loads;
   forces.subtract(branch_.state(), time, wrenches_, total, loads);
-  wrench_torques(branch_.tree(), branch_.state(), wrenches_, tau.data());
+  compute_wrench_forces(branch_.tree(), branch_.state(), wrenches_, tau.data());
   forces.add_joint_springs(branch_.y(), tau.data());
   return tau;
 }
 
 template <class S>
-RestTerms TermsEngine<S>::rest_terms(double time) {
+StaticTerms EquationTermsOf<S>::rest_terms(double time) {
   const VectorX rest = VectorX::Zero(columns_);
-  return {inertial_forces(rest, rest, true), external_forces(springs_, time), external_forces(loads_, time)};
+  return {inverse_dynamics_forces(rest, rest, true), external_forces(springs_, time), external_forces(loads_, time)};
 }
 
 template <class S>
-MatrixX TermsEngine<S>::mass_matrix() {
+MatrixX EquationTermsOf<S>::mass_matrix() {
   const VectorX rest = VectorX::Zero(columns_);
   MatrixX mass(columns_, columns_);
-  for (int c = 0; c < columns_; ++c) mass.col(c) = inertial_forces(rest, VectorX::Unit(columns_, c), false);
+  for (int c = 0; c < columns_; ++c) mass.col(c) = inverse_dynamics_forces(rest, VectorX::Unit(columns_, c), false);
   return (mass + mass.transpose()) / 2;
 }
 
 template <class S>
-MatrixX TermsEngine<S>::viscous_friction() const {
+MatrixX EquationTermsOf<S>::viscous_friction() const {
   MatrixX viscous = MatrixX::Zero(columns_, columns_);
   for (const Friction& friction : mechanism.friction) {
     VectorX rates = VectorX::Zero(columns_);
-    branch_.tree().sources[static_cast<std::size_t>(friction.coordinate)].load(1, rates.data());
+    branch_.tree().coordinate_expressions[static_cast<std::size_t>(friction.coordinate)].add_generalised_force(
+        1, rates.data());
     viscous += friction.viscous * rates * rates.transpose();
   }
   return viscous;
 }
 
 template <class S>
-MatrixX TermsEngine<S>::input() const {
+MatrixX EquationTermsOf<S>::input_matrix() const {
   MatrixX out = MatrixX::Zero(columns_, static_cast<Eigen::Index>(mechanism.actuators.size()));
   for (std::size_t a = 0; a < mechanism.actuators.size(); ++a) {
     const auto coordinate = static_cast<std::size_t>(mechanism.actuators[a]);
-    branch_.tree().sources[coordinate].load(1, out.col(static_cast<Eigen::Index>(a)).data());
+    branch_.tree().coordinate_expressions[coordinate].add_generalised_force(
+        1, out.col(static_cast<Eigen::Index>(a)).data());
   }
   return out;
 }
 
 /// A in SI: without the scales that make the entries comparable.
 template <class S>
-MatrixX TermsEngine<S>::constraints() {
+MatrixX EquationTermsOf<S>::constraint_matrix() {
   const Tree<S>& tree = branch_.tree();
   MatrixX A;
-  closure_system_.rates(Eigen::Map<const VectorX>(branch_.y(), columns_), {}, A);
+  closure_system_.velocity_jacobian(Eigen::Map<const VectorX>(branch_.y(), columns_), {}, A);
   const VectorX scale = column_scale(tree);
   A = A * scale.cwiseInverse().asDiagonal();
   Eigen::Index row = 0;
   for (const Closure<S>& closure : tree.closures)
-    for (const ClosureRow& kind : closure.rows) A.row(row++) /= row_unit(tree, closure, kind);
+    for (const ClosureRow& kind : closure.rows) A.row(row++) /= compute_row_scale(tree, closure, kind);
   return A;
 }
 
 /// Tree accelerations that rates cause while the independent coordinates do not accelerate.
 template <class S>
-VectorX TermsEngine<S>::acceleration_at(const VectorX& rates, VectorX& dy) {
+VectorX EquationTermsOf<S>::compute_velocity_product_acceleration(const VectorX& rates, VectorX& dy) {
   const VectorX still = VectorX::Zero(freedoms_);
   branch_.set_rates(rates.data());
   branch_.set_accelerations(still.data());
@@ -172,55 +176,57 @@ VectorX TermsEngine<S>::acceleration_at(const VectorX& rates, VectorX& dy) {
 }
 
 template <class S>
-MotionOutcome TermsEngine<S>::independent_terms(const double* q, double time, IndependentTerms& out) {
-  if (MotionOutcome outcome = go(q); outcome.status != MotionStatus::done) return outcome;
-  const RestTerms rest = rest_terms(time);
-  out.rest = {C_.transpose() * rest.weight, C_.transpose() * rest.springs, C_.transpose() * rest.loads};
+MotionOutcome EquationTermsOf<S>::independent_terms(const double* q, double time, IndependentTerms& out) {
+  if (MotionOutcome outcome = move_to(q); outcome.status != MotionStatus::done) return outcome;
+  const StaticTerms rest = rest_terms(time);
+  out.static_terms = {C_.transpose() * rest.weight, C_.transpose() * rest.springs, C_.transpose() * rest.loads};
   out.mass.resize(freedoms_, freedoms_);
   const VectorX still = VectorX::Zero(columns_);
-  for (int k = 0; k < freedoms_; ++k) out.mass.col(k) = C_.transpose() * inertial_forces(still, C_.col(k), false);
+  for (int k = 0; k < freedoms_; ++k)
+    out.mass.col(k) = C_.transpose() * inverse_dynamics_forces(still, C_.col(k), false);
   out.mass = (out.mass + out.mass.transpose().eval()) / 2;
-  out.velocity = polarised(freedoms_, [&](const VectorX& rates) -> VectorX {
+  out.velocity = polarise_quadratic_form(freedoms_, [&](const VectorX& rates) -> VectorX {
     VectorX dy;
-    const VectorX ddy = acceleration_at(rates, dy);
-    return C_.transpose() * inertial_forces(dy, ddy, false);
+    const VectorX ddy = compute_velocity_product_acceleration(rates, dy);
+    return C_.transpose() * inverse_dynamics_forces(dy, ddy, false);
   });
   out.viscous = C_.transpose() * viscous_friction() * C_;
-  out.input = C_.transpose() * input();
-  bool finite = out.mass.allFinite() && out.rest.sum().allFinite() && out.viscous.allFinite();
+  out.input = C_.transpose() * input_matrix();
+  bool finite = out.mass.allFinite() && out.static_terms.sum().allFinite() && out.viscous.allFinite();
   for (const MatrixX& form : out.velocity) finite = finite && form.allFinite();
-  return finite_or(time, finite, "the equation of motion", mechanism);
+  return finite_outcome(time, finite, "the equation of motion", mechanism);
 }
 
 template <class S>
-std::vector<MatrixX> TermsEngine<S>::tree_velocity_terms() {
+std::vector<MatrixX> EquationTermsOf<S>::tree_velocity_terms() {
   const VectorX still = VectorX::Zero(columns_);
-  return polarised(columns_, [&](const VectorX& dy) { return inertial_forces(dy, still, false); });
+  return polarise_quadratic_form(columns_,
+                                 [&](const VectorX& dy) { return inverse_dynamics_forces(dy, still, false); });
 }
 
 template <class S>
-MotionOutcome TermsEngine<S>::redundant_terms(const double* q, double time, RedundantTerms& out) {
-  if (MotionOutcome outcome = go(q); outcome.status != MotionStatus::done) return outcome;
+MotionOutcome EquationTermsOf<S>::redundant_terms(const double* q, double time, RedundantTerms& out) {
+  if (MotionOutcome outcome = move_to(q); outcome.status != MotionStatus::done) return outcome;
   out.rest = rest_terms(time);
   out.mass = mass_matrix();
   out.velocity = tree_velocity_terms();
   out.viscous = viscous_friction();
-  out.input = input();
-  out.constraints = constraints();
+  out.input = input_matrix();
+  out.constraints = constraint_matrix();
   out.transformation = C_;
-  out.acceleration = polarised(freedoms_, [&](const VectorX& rates) {
+  out.acceleration = polarise_quadratic_form(freedoms_, [&](const VectorX& rates) {
     VectorX dy;
-    return acceleration_at(rates, dy);
+    return compute_velocity_product_acceleration(rates, dy);
   });
   if (freedoms_ == 0) out.acceleration.assign(static_cast<std::size_t>(columns_), MatrixX(0, 0));
   bool finite = out.mass.allFinite() && out.rest.sum().allFinite() && out.constraints.allFinite();
   for (const MatrixX& form : out.velocity) finite = finite && form.allFinite();
-  return finite_or(time, finite, "the equation of motion", mechanism);
+  return finite_outcome(time, finite, "the equation of motion", mechanism);
 }
 
 /// Efforts per unit of the tree's generalised forces.
 template <class S>
-MotionOutcome TermsEngine<S>::projection(double time, MatrixX& matrix) {
+MotionOutcome EquationTermsOf<S>::projection(double time, MatrixX& matrix) {
   MotionOutcome outcome;
   outcome.status = MotionStatus::done;
   if (!actuation_.mismatch().empty()) return {MotionStatus::mismatch, time, actuation_.mismatch(), {}};
@@ -228,37 +234,37 @@ MotionOutcome TermsEngine<S>::projection(double time, MatrixX& matrix) {
     return {MotionStatus::actuation_singularity,
             time,
             "actuation singularity: the actuators do not hold the mechanism there; configuration: " +
-                configuration_text(mechanism, branch_.tree(), branch_.y()),
+                format_configuration(mechanism, branch_.tree(), branch_.y()),
             {}};
   return outcome;
 }
 
 template <class S>
-MotionOutcome TermsEngine<S>::split(const double* q, const double* dq, const double* ddq, double time,
-                                    EffortSplit& out) {
-  if (MotionOutcome outcome = go(q); outcome.status != MotionStatus::done) return outcome;
+MotionOutcome EquationTermsOf<S>::split(const double* q, const double* dq, const double* ddq, double time,
+                                        EffortBreakdown& out) {
+  if (MotionOutcome outcome = move_to(q); outcome.status != MotionStatus::done) return outcome;
   MatrixX P;
   if (MotionOutcome outcome = projection(time, P); outcome.status != MotionStatus::done) return outcome;
   const Eigen::Map<const VectorX> rates(dq, freedoms_), accelerations(ddq, freedoms_);
   const VectorX still = VectorX::Zero(columns_);
   VectorX dy, friction = still;
-  const VectorX c = acceleration_at(rates, dy), C_ddq = C_ * accelerations;
+  const VectorX c = compute_velocity_product_acceleration(rates, dy), C_ddq = C_ * accelerations;
   if (!mechanism.friction.empty())
-    add_friction(mechanism, branch_.tree(), dy.data(), options.time_scale, friction.data());
-  const RestTerms rest = rest_terms(time);
+    add_friction_forces(mechanism, branch_.tree(), dy.data(), options.time_scale, friction.data());
+  const StaticTerms rest = rest_terms(time);
   MatrixX tau(columns_, static_cast<Eigen::Index>(effort_part_names.size()));
-  tau << inertial_forces(still, C_ddq, false), inertial_forces(dy, c, false), friction, rest.weight, rest.springs,
-      rest.loads;
+  tau << inverse_dynamics_forces(still, C_ddq, false), inverse_dynamics_forces(dy, c, false), friction, rest.weight,
+      rest.springs, rest.loads;
   out.parts = P * tau;
   // all at once, by the loops' multipliers
-  const VectorX all = inertial_forces(dy, C_ddq + c, true) + friction + rest.springs + rest.loads;
+  const VectorX all = inverse_dynamics_forces(dy, C_ddq + c, true) + friction + rest.springs + rest.loads;
   actuation_.solve(branch_.equations(), all.data());
   out.effort =
       Eigen::Map<const VectorX>(actuation_.efforts().data(), static_cast<Eigen::Index>(actuation_.efforts().size()));
-  return finite_or(time, out.parts.allFinite() && out.effort.allFinite(), "torque", mechanism);
+  return finite_outcome(time, out.parts.allFinite() && out.effort.allFinite(), "torque", mechanism);
 }
 
-template class TermsEngine<Planar>;
-template class TermsEngine<Spatial>;
+template class EquationTermsOf<Planar>;
+template class EquationTermsOf<Spatial>;
 
 }  // namespace balance

@@ -17,20 +17,20 @@
 namespace balance {
 
 /// Generalised forces that do not depend on rates, per coordinate [N m or N]: what it takes to hold the mechanism at rest.
-struct RestTerms {
+struct StaticTerms {
   VectorX weight, springs, loads;
 
   VectorX sum() const { return weight + springs + loads; }
 };
 
 /// Σ u = M′ q̈ + w′ + z′ with w′_k = Σ D′_krs q̇_r q̇_s + Σ B′_kr q̇_r in the d independent coordinates. Dry friction, which no power of the
-/// rates describes, is in EffortSplit alone.
+/// rates describes, is in EffortBreakdown alone.
 /// Source: P0 eq. 62, 63; P1 eq. 14–16, where D′_kr is D_kr, D′_krs is D_krs and z′_k is D_k.
 struct IndependentTerms {
   MatrixX mass;                   ///< d×d: M′, symmetric
   std::vector<MatrixX> velocity;  ///< per coordinate k: D′_krs, d×d, symmetric in r and s
   MatrixX viscous;                ///< d×d: B′, of viscous friction
-  RestTerms rest;                 ///< z′ is their sum
+  StaticTerms static_terms;       ///< z′ is their sum
   MatrixX input;  ///< d×actuators: generalised forces per unit effort; the identity where they are the coordinates
 };
 
@@ -40,7 +40,7 @@ struct RedundantTerms {
   MatrixX mass;                   ///< n×n
   std::vector<MatrixX> velocity;  ///< per coordinate: D, n×n, symmetric
   MatrixX viscous;                ///< n×n
-  RestTerms rest;
+  StaticTerms rest;
   MatrixX input;           ///< n×actuators: S
   MatrixX constraints;     ///< closure rows × n: A, redundant rows included
   MatrixX transformation;  ///< n×d: C, whose rows of the independent coordinates are the identity; A C = 0
@@ -52,10 +52,10 @@ struct RedundantTerms {
 /// (rolling): M σ̇ + w + z = Σ u. Work on what is zero is done by the constraints alone, whose forces `held` gives in the same way:
 /// λ = M σ̇ + w + z − input · u. Source: P0 eq. 1, 14, 17 (Kane's and Boltzmann and Hamel's equations).
 struct SpeedTerms {
-  MatrixX rows;           ///< (s + p)×d: speeds, below them what is zero, per rate of the independent coordinates
-  MatrixX rates;          ///< d×s: rates of the independent coordinates per speed, nothing else moving
-  IndependentTerms own;   ///< s rows; velocity terms are forms in the speeds
-  IndependentTerms held;  ///< p rows of the same, in the same s speeds
+  MatrixX rows;   ///< (s + p)×d: speeds, below them what is zero, per rate of the independent coordinates
+  MatrixX rates;  ///< d×s: rates of the independent coordinates per speed, nothing else moving
+  IndependentTerms speed_equations;       ///< s rows; velocity terms are forms in the speeds
+  IndependentTerms constraint_equations;  ///< p rows of the same, in the same s speeds
 };
 
 /// What an effort is made of.
@@ -63,7 +63,7 @@ enum class EffortPart { inertia, velocity, friction, weight, spring, load };
 inline constexpr std::array effort_part_names{"inertia", "velocity", "friction", "weight", "spring", "load"};
 
 /// Inertia: of the independent coordinates' accelerations. Velocity: the rest of what rates do to masses.
-struct EffortSplit {
+struct EffortBreakdown {
   MatrixX parts;   ///< actuators × parts [N m or N]
   VectorX effort;  ///< per actuator: their sum, found by itself
 };
@@ -91,21 +91,21 @@ class EquationTerms {
 
   /// As InverseDynamics::assemble.
   /// @return all coordinates of the mechanism
-  Answer<VectorX> assemble(const VectorX& q, const std::vector<CoordinateValue>& near = {});
+  Expected<VectorX> assemble(const VectorX& q, const std::vector<CoordinateValue>& near = {});
   /// @param time of loads that change with it [s]
-  Answer<IndependentTerms> independent_terms(const VectorX& q, double time = 0);
-  Answer<RedundantTerms> redundant_terms(const VectorX& q, double time = 0);
+  Expected<IndependentTerms> independent_terms(const VectorX& q, double time = 0);
+  Expected<RedundantTerms> redundant_terms(const VectorX& q, double time = 0);
   /// @throws std::invalid_argument if speeds and zeros together are not as many as degrees of freedom, or name a tool that is not there or
   ///         the coordinate of a joint that closes a loop
   /// @return no answer (drive_singularity) where they do not determine the rates
-  Answer<SpeedTerms> speed_terms(const VectorX& q, const SpeedChoice& choice, double time = 0);
+  Expected<SpeedTerms> speed_terms(const VectorX& q, const SpeedChoice& choice, double time = 0);
   /// No answer where the actuators do not hold the mechanism (actuation_singularity) or are too few (mismatch).
-  Answer<EffortSplit> split(const VectorX& q, const VectorX& dq, const VectorX& ddq, double time = 0);
+  Expected<EffortBreakdown> split_efforts(const VectorX& q, const VectorX& dq, const VectorX& ddq, double time = 0);
 
-  class Engine;
+  class Implementation;
 
  private:
-  std::unique_ptr<Engine> engine_;
+  std::unique_ptr<Implementation> engine_;
 };
 
 }  // namespace balance

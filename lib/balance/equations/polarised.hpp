@@ -10,7 +10,7 @@ namespace balance {
 /// Quadratic forms from their values at unit rates and sums of two: exact but for round-off.
 /// @param at the forms' values at rates
 template <class Values>
-std::vector<MatrixX> polarised(int size, const Values& at) {
+std::vector<MatrixX> polarise_quadratic_form(int size, const Values& at) {
   std::vector<VectorX> own;
   for (int r = 0; r < size; ++r) own.push_back(at(VectorX::Unit(size, r)));
   if (own.empty()) return {};

@@ -4,7 +4,7 @@
 
 namespace balance {
 
-StateTable independent_states(const EquationTerms& terms, const Result& result) {
+StateTable extract_independent_states(const EquationTerms& terms, const RunResult& result) {
   if (result.joint_position.cols() != static_cast<Eigen::Index>(terms.mechanism().coordinates.size()))
     throw std::invalid_argument("the run has other coordinates than the mechanism");
   StateTable states;
@@ -19,11 +19,11 @@ StateTable independent_states(const EquationTerms& terms, const Result& result) 
   return states;
 }
 
-MotionOutcome assemble_as(EquationTerms& terms, const Result& result, Eigen::Index row) {
+MotionOutcome assemble_at_row(EquationTerms& terms, const RunResult& result, Eigen::Index row) {
   std::vector<CoordinateValue> near;
   for (Eigen::Index c = 0; c < result.joint_position.cols(); ++c)
     near.push_back({static_cast<int>(c), result.joint_position(row, c)});
-  return terms.assemble(independent_states(terms, result).q.row(row), near).outcome;
+  return terms.assemble(extract_independent_states(terms, result).q.row(row), near).outcome;
 }
 
 }  // namespace balance

@@ -12,9 +12,9 @@ struct StateTable {
 };
 
 /// @throws std::invalid_argument if the run has other coordinates than the mechanism
-StateTable independent_states(const EquationTerms& terms, const Result& result);
+StateTable extract_independent_states(const EquationTerms& terms, const RunResult& result);
 
 /// Takes the assembly mode of a sample of a run.
-MotionOutcome assemble_as(EquationTerms& terms, const Result& result, Eigen::Index row = 0);
+MotionOutcome assemble_at_row(EquationTerms& terms, const RunResult& result, Eigen::Index row = 0);
 
 }  // namespace balance

@@ -14,7 +14,7 @@ namespace balance {
 
 namespace {
 
-constexpr double least_part = 1e-9;  ///< of the largest singular value: what counts as no inverse
+constexpr double inverse_condition_tolerance = 1e-9;  ///< of the largest singular value: what counts as no inverse
 
 /// Rows of any unit, columns in characteristic lengths.
 bool is_regular(MatrixX rows, const Mechanism& mechanism, const std::vector<CoordinateId>& independent) {
@@ -24,30 +24,31 @@ bool is_regular(MatrixX rows, const Mechanism& mechanism, const std::vector<Coor
   for (Eigen::Index r = 0; r < rows.rows(); ++r) rows.row(r).stableNormalize();
   if (!rows.allFinite()) return false;
   const VectorX values = singular_values(rows);
-  return values.size() == 0 || values[values.size() - 1] > least_part * values[0];
+  return values.size() == 0 || values[values.size() - 1] > inverse_condition_tolerance * values[0];
 }
 
 bool is_finite(const IndependentTerms& terms) {
   for (const MatrixX& form : terms.velocity)
     if (!form.allFinite()) return false;
-  return terms.mass.allFinite() && terms.viscous.allFinite() && terms.rest.sum().allFinite() && terms.input.allFinite();
+  return terms.mass.allFinite() && terms.viscous.allFinite() && terms.static_terms.sum().allFinite() &&
+         terms.input.allFinite();
 }
 
 /// Rows `first` on of the equation for all of σ.
-IndependentTerms part(const IndependentTerms& all, Eigen::Index first, Eigen::Index count) {
+IndependentTerms select_rows(const IndependentTerms& all, Eigen::Index first, Eigen::Index count) {
   IndependentTerms out;
   out.mass = all.mass.middleRows(first, count);
   out.velocity.assign(all.velocity.begin() + first, all.velocity.begin() + first + count);
   out.viscous = all.viscous.middleRows(first, count);
-  out.rest = {all.rest.weight.segment(first, count), all.rest.springs.segment(first, count),
-              all.rest.loads.segment(first, count)};
+  out.static_terms = {all.static_terms.weight.segment(first, count), all.static_terms.springs.segment(first, count),
+                      all.static_terms.loads.segment(first, count)};
   out.input = all.input.middleRows(first, count);
   return out;
 }
 
 /// @param V d×d @param forms N @param s how many of σ move
-IndependentTerms projected(const IndependentTerms& terms, const MatrixX& V, const std::vector<MatrixX>& forms,
-                           Eigen::Index s) {
+IndependentTerms project_on_speeds(const IndependentTerms& terms, const MatrixX& V, const std::vector<MatrixX>& forms,
+                                   Eigen::Index s) {
   const MatrixX moving = V.leftCols(s), inertia = V.transpose() * terms.mass * V;
   IndependentTerms all;
   all.mass = inertia.leftCols(s);
@@ -59,25 +60,27 @@ IndependentTerms projected(const IndependentTerms& terms, const MatrixX& V, cons
     all.velocity.push_back(moving.transpose() * form * moving);
   }
   all.viscous = V.transpose() * terms.viscous * moving;
-  all.rest = {V.transpose() * terms.rest.weight, V.transpose() * terms.rest.springs, V.transpose() * terms.rest.loads};
+  all.static_terms = {V.transpose() * terms.static_terms.weight, V.transpose() * terms.static_terms.springs,
+                      V.transpose() * terms.static_terms.loads};
   all.input = V.transpose() * terms.input;
   return all;
 }
 
 }  // namespace
 
-Answer<SpeedTerms> EquationTerms::speed_terms(const VectorX& q, const SpeedChoice& choice, double time) {
+Expected<SpeedTerms> EquationTerms::speed_terms(const VectorX& q, const SpeedChoice& choice, double time) {
   const auto d = static_cast<Eigen::Index>(engine_->independent.size());
-  const auto s = static_cast<Eigen::Index>(choice.speeds.size()), p = static_cast<Eigen::Index>(choice.zero.size());
+  const auto s = static_cast<Eigen::Index>(choice.speeds.size()),
+             p = static_cast<Eigen::Index>(choice.constrained.size());
   if (s == 0 || s + p != d)
     throw std::invalid_argument("speeds, and what is zero, must be as many as the degrees of freedom, " +
                                 std::to_string(d) + "; they are " + std::to_string(s) + " and " + std::to_string(p));
-  const Answer<IndependentTerms> terms = independent_terms(q, time);
-  Answer<SpeedTerms> found;
+  const Expected<IndependentTerms> terms = independent_terms(q, time);
+  Expected<SpeedTerms> found;
   found.outcome = terms.outcome;
   if (!terms) return found;
-  std::vector<Speed> all = choice.speeds;
-  all.insert(all.end(), choice.zero.begin(), choice.zero.end());
+  std::vector<GeneralisedSpeed> all = choice.speeds;
+  all.insert(all.end(), choice.constrained.begin(), choice.constrained.end());
   std::vector<MatrixX> forms;
   found.outcome = engine_->speed_rows(q.data(), all, found.value.rows, forms);
   if (!found) return found;
@@ -90,14 +93,14 @@ Answer<SpeedTerms> EquationTerms::speed_terms(const VectorX& q, const SpeedChoic
     return found;
   }
   const MatrixX V = found.value.rows.partialPivLu().inverse();
-  const IndependentTerms whole = projected(terms.value, V, forms, s);
+  const IndependentTerms whole = project_on_speeds(terms.value, V, forms, s);
   if (!is_finite(whole)) {
-    found.outcome = numbers_overflow(time, "the equation of motion", engine_->mechanism);
+    found.outcome = make_overflow_outcome(time, "the equation of motion", engine_->mechanism);
     return found;
   }
   found.value.rates = V.leftCols(s);
-  found.value.own = part(whole, 0, s);
-  found.value.held = part(whole, s, p);
+  found.value.speed_equations = select_rows(whole, 0, s);
+  found.value.constraint_equations = select_rows(whole, s, p);
   return found;
 }
 

@@ -12,19 +12,19 @@
 
 namespace balance {
 
-/// The plain meaning of operations. T has the arithmetic of numbers, `value_of` and `chained` (base/dual.hpp); branches look at
+/// The plain meaning of operations. T has the arithmetic of numbers, `value_of` and `apply_chain_rule` (base/dual.hpp); branches look at
 /// values alone.
 template <class T>
 struct ScalarAlgebra {
   using Value = T;
 
   T constant(double value) const { return T(value); }
-  T operate(const ExpressionNode& node, const T& a, const T& b, const T& c) const {
+  T apply(const ExpressionNode& node, const T& a, const T& b, const T& c) const {
     using elementary::atan2;
     switch (node.operation) {
       case Operation::constant:
       case Operation::input: break;
-      case Operation::name: return a;
+      case Operation::alias: return a;
       case Operation::add: return a + b;
       case Operation::subtract: return a - b;
       case Operation::multiply: return a * b;
@@ -35,14 +35,14 @@ struct ScalarAlgebra {
       case Operation::minimum: return value_of(b) < value_of(a) ? b : a;
       case Operation::maximum: return value_of(a) < value_of(b) ? b : a;
       case Operation::less: return T(value_of(a) < value_of(b) ? 1.0 : 0.0);
-      case Operation::at_most: return T(value_of(a) <= value_of(b) ? 1.0 : 0.0);
+      case Operation::less_equal: return T(value_of(a) <= value_of(b) ? 1.0 : 0.0);
       case Operation::equal: return T(value_of(a) == value_of(b) ? 1.0 : 0.0);
-      case Operation::both: return T(value_of(a) != 0 && value_of(b) != 0 ? 1.0 : 0.0);
-      case Operation::either: return T(value_of(a) != 0 || value_of(b) != 0 ? 1.0 : 0.0);
-      case Operation::choose: return value_of(a) != 0 ? b : c;
+      case Operation::logical_and: return T(value_of(a) != 0 && value_of(b) != 0 ? 1.0 : 0.0);
+      case Operation::logical_or: return T(value_of(a) != 0 || value_of(b) != 0 ? 1.0 : 0.0);
+      case Operation::select: return value_of(a) != 0 ? b : c;
       case Operation::function: {
-        const UnaryFunction& f = unary_functions()[static_cast<std::size_t>(node.function)];
-        return along(a, f.value(value_of(a)), f.derivative);
+        const UnaryFunction& f = list_unary_functions()[static_cast<std::size_t>(node.function)];
+        return apply_function(a, f.value(value_of(a)), f.derivative);
       }
     }
     return T(0.0);
@@ -50,11 +50,11 @@ struct ScalarAlgebra {
 
  private:
   /// A function's value with the chain rule.
-  static T along(const T& x, double value, double (*derivative)(double)) {
+  static T apply_function(const T& x, double value, double (*derivative)(double)) {
     if constexpr (std::is_same_v<T, double>)
       return value;
     else
-      return chained(x, value, derivative(x.value));
+      return apply_chain_rule(x, value, derivative(x.value));
   }
   static T power(const T& a, const T& b) {
     const double x = value_of(a), y = value_of(b), value = elementary::pow(x, y);
@@ -63,8 +63,8 @@ struct ScalarAlgebra {
     } else {
       // where the exponent stays as it is, its derivative by the logarithm of a negative number has no say
       const double by_exponent = x > 0 ? value * elementary::log(x) : x == 0 ? 0 : NAN;
-      const T base = chained(a, value, y == 0 ? 0 : y * elementary::pow(x, y - 1));
-      return b == T(y) && is_fixed(b) ? base : base + chained(b, 0, by_exponent);
+      const T base = apply_chain_rule(a, value, y == 0 ? 0 : y * elementary::pow(x, y - 1));
+      return b == T(y) && is_fixed(b) ? base : base + apply_chain_rule(b, 0, by_exponent);
     }
   }
   static bool is_fixed(const T& x) {
@@ -81,7 +81,7 @@ struct ScalarAlgebra<Expression> {
   using Value = Expression;
 
   Expression constant(double value) const { return value; }
-  Expression operate(const ExpressionNode& node, const Expression& a, const Expression& b, const Expression& c) const;
+  Expression apply(const ExpressionNode& node, const Expression& a, const Expression& b, const Expression& c) const;
 };
 
 /// The value of every node, given those of the inputs.
@@ -102,7 +102,7 @@ std::vector<typename Algebra::Value> evaluate(const ExpressionGraph& graph,
     else if (node.operation == Operation::input)
       values.push_back(inputs[static_cast<std::size_t>(node.input)]);
     else
-      values.push_back(algebra.operate(node, argument(0), argument(1), argument(2)));
+      values.push_back(algebra.apply(node, argument(0), argument(1), argument(2)));
   }
   return values;
 }

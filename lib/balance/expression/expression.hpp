@@ -18,7 +18,7 @@ class Expression {
   /// A new input with its present value.
   static Expression input(ExpressionGraph& graph, double value) { return {value, graph.add_input(), &graph}; }
   /// The same number under a name of its own: another node.
-  static Expression named(ExpressionGraph& graph, const Expression& x);
+  static Expression make_alias(ExpressionGraph& graph, const Expression& x);
 
   double value() const { return value_; }
   bool is_constant() const { return node_ < 0; }
@@ -36,8 +36,8 @@ class Expression {
   Expression& operator/=(const Expression& b) { return *this = *this / b; }
 
   /// @param value what the operation gives at present
-  static Expression made(Operation operation, double value, std::initializer_list<const Expression*> arguments,
-                         int function = 0);
+  static Expression make_node(Operation operation, double value, std::initializer_list<const Expression*> arguments,
+                              int function = 0);
 
  private:
   Expression(double value, int node, ExpressionGraph* graph) : value_(value), node_(node), graph_(graph) {}
@@ -53,12 +53,12 @@ Expression minimum(const Expression& a, const Expression& b);
 Expression maximum(const Expression& a, const Expression& b);
 // What branches: comparisons that the graph makes again, not ones of present values.
 Expression less(const Expression& a, const Expression& b);
-Expression at_most(const Expression& a, const Expression& b);
+Expression less_equal(const Expression& a, const Expression& b);
 Expression equal(const Expression& a, const Expression& b);
-Expression both(const Expression& a, const Expression& b);
-Expression either(const Expression& a, const Expression& b);
-Expression choose(const Expression& condition, const Expression& yes, const Expression& no);
-/// @param function index into unary_functions()
+Expression logical_and(const Expression& a, const Expression& b);
+Expression logical_or(const Expression& a, const Expression& b);
+Expression select(const Expression& condition, const Expression& yes, const Expression& no);
+/// @param function index into list_unary_functions()
 Expression apply(int function, const Expression& x);
 Expression sin(const Expression& x);
 Expression cos(const Expression& x);

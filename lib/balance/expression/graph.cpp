@@ -48,9 +48,9 @@ constexpr std::array functions{
 
 }  // namespace
 
-std::span<const UnaryFunction> unary_functions() { return functions; }
+std::span<const UnaryFunction> list_unary_functions() { return functions; }
 
-int unary_function(std::string_view name) {
+int find_unary_function(std::string_view name) {
   const auto found =
       std::find_if(functions.begin(), functions.end(), [&](const UnaryFunction& f) { return f.name == name; });
   return static_cast<int>(found - functions.begin());

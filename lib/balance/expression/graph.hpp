@@ -13,7 +13,7 @@ namespace balance {
 enum class Operation : std::uint8_t {
   constant,
   input,  ///< a number that may change
-  name,   ///< the same as its argument: where a parameter gives it a name of its own
+  alias,  ///< the same as its argument: where a parameter gives it a name of its own
   add,
   subtract,
   multiply,
@@ -24,11 +24,11 @@ enum class Operation : std::uint8_t {
   minimum,
   maximum,
   less,  ///< 1 or 0, like all that follow but `choose`
-  at_most,
+  less_equal,
   equal,
-  both,
-  either,
-  choose,    ///< the second argument where the first is not zero, else the third
+  logical_and,
+  logical_or,
+  select,    ///< the second argument where the first is not zero, else the third
   function,  ///< of one argument
 };
 
@@ -38,13 +38,13 @@ struct UnaryFunction {
   double (*value)(double);
   double (*derivative)(double);
 };
-std::span<const UnaryFunction> unary_functions();
+std::span<const UnaryFunction> list_unary_functions();
 /// Index of the function of that name, which must exist.
-int unary_function(std::string_view name);
+int find_unary_function(std::string_view name);
 
 struct ExpressionNode {
   Operation operation = Operation::constant;
-  int function = 0;                             ///< into unary_functions()
+  int function = 0;                             ///< into list_unary_functions()
   std::array<int, 3> arguments = {-1, -1, -1};  ///< nodes, all of them earlier ones
   double constant = 0;
   int input = -1;

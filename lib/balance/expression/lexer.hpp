@@ -10,8 +10,8 @@
 namespace balance {
 
 /// What a text has at one place: a number, a name or an operator; its end is an empty word.
-struct Word {
-  enum class Kind { end, number, name, sign };
+struct ExpressionToken {
+  enum class Kind { end, number, name, symbol };
   Kind kind = Kind::end;
   std::string_view text;
   std::size_t at = 0;  ///< byte of the text
@@ -20,14 +20,14 @@ struct Word {
 inline bool starts_name(char c) { return std::isalpha(static_cast<unsigned char>(c)) != 0 || c == '_'; }
 
 /// Goes through a text word by word.
-class Lexer {
+class ExpressionLexer {
  public:
-  explicit Lexer(std::string_view text) : text_(text) {}
+  explicit ExpressionLexer(std::string_view text) : text_(text) {}
 
   /// The next word, and on.
-  Word next() {
+  ExpressionToken next() {
     while (at_ < text_.size() && std::isspace(static_cast<unsigned char>(text_[at_])) != 0) ++at_;
-    Word word{Word::Kind::end, text_.substr(at_, length()), at_};
+    ExpressionToken word{ExpressionToken::Kind::end, text_.substr(at_, length()), at_};
     if (!word.text.empty()) word.kind = kind(word.text);
     at_ += word.text.size();
     return word;
@@ -38,9 +38,9 @@ class Lexer {
   char peek(std::size_t ahead) const { return at_ + ahead < text_.size() ? text_[at_ + ahead] : '\0'; }
   bool is_number() const { return digit(peek(0)) || (peek(0) == '.' && digit(peek(1))); }
 
-  Word::Kind kind(std::string_view word) const {
-    if (digit(word[0]) || (word[0] == '.' && word.size() > 1)) return Word::Kind::number;
-    return starts_name(word[0]) ? Word::Kind::name : Word::Kind::sign;
+  ExpressionToken::Kind kind(std::string_view word) const {
+    if (digit(word[0]) || (word[0] == '.' && word.size() > 1)) return ExpressionToken::Kind::number;
+    return starts_name(word[0]) ? ExpressionToken::Kind::name : ExpressionToken::Kind::symbol;
   }
 
   std::size_t length() const {

@@ -32,31 +32,32 @@ Expression picked(const Arguments& all) {
   return result;
 }
 
-constexpr std::size_t any_number = longest_expression;
-constexpr NamedFunction several[]{
+constexpr std::size_t unlimited_arguments = max_expression_length;
+constexpr NamedFunction variadic_functions[]{
     {"atan2", 2, 2, [](const Arguments& a) { return atan2(a[0], a[1]); }},
-    {"min", 1, any_number, picked<minimum>},
-    {"max", 1, any_number, picked<maximum>},
-    {"sum", 1, any_number, sum},
-    {"avg", 1, any_number, [](const Arguments& a) { return sum(a) / static_cast<double>(a.size()); }}};
+    {"min", 1, unlimited_arguments, picked<minimum>},
+    {"max", 1, unlimited_arguments, picked<maximum>},
+    {"sum", 1, unlimited_arguments, sum},
+    {"avg", 1, unlimited_arguments, [](const Arguments& a) { return sum(a) / static_cast<double>(a.size()); }}};
 
 /// Climbs up the operators from those that bind least: `?:`, `||`, `&&`, comparisons, sums, products, signs, powers.
-class Parser {
+class ExpressionParser {
  public:
-  Parser(const std::string& text, const Parameter& parameter) : text_(text), lexer_(text), parameter_(parameter) {
+  ExpressionParser(const std::string& text, const Parameter& parameter)
+      : text_(text), lexer_(text), parameter_(parameter) {
     advance();
   }
 
   Expression run() {
-    const Expression result = choice();
+    const Expression result = conditional();
     if (is(",")) throw ExpressionError("it has more than one value");
-    if (word_.kind != Word::Kind::end) expected("an operator");
+    if (word_.kind != ExpressionToken::Kind::end) expected("an operator");
     return result;
   }
 
  private:
   void advance() { word_ = lexer_.next(); }
-  bool is(std::string_view sign) const { return word_.kind == Word::Kind::sign && word_.text == sign; }
+  bool is(std::string_view sign) const { return word_.kind == ExpressionToken::Kind::symbol && word_.text == sign; }
   bool take(std::string_view sign) {
     const bool found = is(sign);
     if (found) advance();
@@ -65,33 +66,33 @@ class Parser {
 
   [[noreturn]] void expected(std::string_view what) const {
     const std::string wanted(what);
-    if (word_.kind == Word::Kind::end) throw ExpressionError(wanted + " is missing at its end");
+    if (word_.kind == ExpressionToken::Kind::end) throw ExpressionError(wanted + " is missing at its end");
     const auto before = text_.begin() + static_cast<std::ptrdiff_t>(word_.at);
     const auto column = std::count_if(text_.begin(), before, [](char c) { return (c & 0xC0) != 0x80; }) + 1;
     throw ExpressionError("expected " + wanted + ", found '" + std::string(word_.text) + "' in column " +
                           std::to_string(column) + (word_.text == "=" ? "; equal is '=='" : ""));
   }
-  void demand(std::string_view sign) {
+  void expect(std::string_view sign) {
     if (!take(sign)) expected("'" + std::string(sign) + "'");
   }
 
-  Expression choice() {
+  Expression conditional() {
     const Expression condition = disjunction();
     if (!take("?")) return condition;
-    const Expression yes = choice();
-    demand(":");
-    return choose(condition, yes, choice());
+    const Expression yes = conditional();
+    expect(":");
+    return select(condition, yes, conditional());
   }
 
   Expression disjunction() {
     Expression left = conjunction();
-    while (take("||")) left = either(left, conjunction());
+    while (take("||")) left = logical_or(left, conjunction());
     return left;
   }
 
   Expression conjunction() {
     Expression left = comparison();
-    while (take("&&")) left = both(left, comparison());
+    while (take("&&")) left = logical_and(left, comparison());
     return left;
   }
 
@@ -103,9 +104,9 @@ class Parser {
       else if (take(">"))
         left = less(addition(), left);
       else if (take("<="))
-        left = at_most(left, addition());
+        left = less_equal(left, addition());
       else if (take(">="))
-        left = at_most(addition(), left);
+        left = less_equal(addition(), left);
       else if (take("=="))
         left = equal(left, addition());
       else if (take("!="))
@@ -148,54 +149,54 @@ class Parser {
   }
 
   Expression operand() {
-    const Word word = word_;
-    if (word.kind == Word::Kind::number) {
+    const ExpressionToken word = word_;
+    if (word.kind == ExpressionToken::Kind::number) {
       advance();
       // too small is zero, too large is infinite
       return std::strtod(std::string(word.text).c_str(), nullptr);
     }
-    if (word.kind == Word::Kind::name) {
+    if (word.kind == ExpressionToken::Kind::name) {
       advance();
       const std::string name(word.text);
       if (take("(")) return function(name);
       return name == "pi" ? Expression(std::numbers::pi) : parameter_(name);
     }
     if (!take("(")) expected("a value");
-    const Expression inside = choice();
-    demand(")");
+    const Expression inside = conditional();
+    expect(")");
     return inside;
   }
 
   Expression function(const std::string& name) {
     Arguments arguments;
     while (!is(")")) {
-      arguments.push_back(choice());
+      arguments.push_back(conditional());
       if (!take(",")) break;
       if (is(")")) expected("a value");
     }
-    demand(")");
+    expect(")");
     const auto demand_count = [&](std::size_t fewest, std::size_t most) {
       if (arguments.size() >= fewest && arguments.size() <= most) return;
       throw ExpressionError("the function '" + name + "' takes " + (most > fewest ? "at least " : "") +
                             std::to_string(fewest) + (fewest == 1 ? " argument" : " arguments") + ", not " +
                             std::to_string(arguments.size()));
     };
-    for (const NamedFunction& one : several)
+    for (const NamedFunction& one : variadic_functions)
       if (name == one.name) {
         demand_count(one.fewest, one.most);
         return one.value(arguments);
       }
-    const int unary = unary_function(name);
-    if (unary == static_cast<int>(unary_functions().size()))
+    const int unary = find_unary_function(name);
+    if (unary == static_cast<int>(list_unary_functions().size()))
       throw ExpressionError("there is no function '" + name + "'");
     demand_count(1, 1);
     return apply(unary, arguments[0]);
   }
 
   const std::string& text_;
-  Lexer lexer_;
+  ExpressionLexer lexer_;
   const Parameter& parameter_;
-  Word word_;
+  ExpressionToken word_;
 };
 
 void add_once(std::vector<std::string>& names, std::string_view name) {
@@ -205,36 +206,37 @@ void add_once(std::vector<std::string>& names, std::string_view name) {
 }  // namespace
 
 Expression parse_expression(const std::string& text, const Parameter& parameter) {
-  if (text.size() > longest_expression)
-    throw ExpressionError("it is longer than " + std::to_string(longest_expression) + " characters");
-  return Parser(text, parameter).run();
+  if (text.size() > max_expression_length)
+    throw ExpressionError("it is longer than " + std::to_string(max_expression_length) + " characters");
+  return ExpressionParser(text, parameter).run();
 }
 
-ExpressionNames names_in(const std::string& expression) {
+ExpressionNames find_expression_names(const std::string& expression) {
   ExpressionNames names;
-  if (expression.size() > longest_expression) return names;
-  Lexer lexer(expression);
-  Word word = lexer.next();
-  while (word.kind != Word::Kind::end) {
-    const Word next = lexer.next();
-    const bool call = next.kind == Word::Kind::sign && next.text == "(";
-    if (word.kind == Word::Kind::name && call) add_once(names.functions, word.text);
-    if (word.kind == Word::Kind::name && !call && word.text != "pi") add_once(names.values, word.text);
+  if (expression.size() > max_expression_length) return names;
+  ExpressionLexer lexer(expression);
+  ExpressionToken word = lexer.next();
+  while (word.kind != ExpressionToken::Kind::end) {
+    const ExpressionToken next = lexer.next();
+    const bool call = next.kind == ExpressionToken::Kind::symbol && next.text == "(";
+    if (word.kind == ExpressionToken::Kind::name && call) add_once(names.functions, word.text);
+    if (word.kind == ExpressionToken::Kind::name && !call && word.text != "pi") add_once(names.values, word.text);
     word = next;
   }
   return names;
 }
 
-std::string with_names(const std::string& expression, const std::function<std::string(const std::string&)>& other) {
-  if (expression.size() > longest_expression) return expression;
+std::string rename_expression_values(const std::string& expression,
+                                     const std::function<std::string(const std::string&)>& other) {
+  if (expression.size() > max_expression_length) return expression;
   std::string text;
   std::size_t copied = 0;
-  Lexer lexer(expression);
-  Word word = lexer.next();
-  while (word.kind != Word::Kind::end) {
-    const Word next = lexer.next();
-    const bool call = next.kind == Word::Kind::sign && next.text == "(";
-    if (word.kind == Word::Kind::name && !call && word.text != "pi") {
+  ExpressionLexer lexer(expression);
+  ExpressionToken word = lexer.next();
+  while (word.kind != ExpressionToken::Kind::end) {
+    const ExpressionToken next = lexer.next();
+    const bool call = next.kind == ExpressionToken::Kind::symbol && next.text == "(";
+    if (word.kind == ExpressionToken::Kind::name && !call && word.text != "pi") {
       text += expression.substr(copied, word.at - copied) + other(std::string(word.text));
       copied = word.at + word.text.size();
     }
@@ -246,8 +248,8 @@ std::string with_names(const std::string& expression, const std::function<std::s
 const std::vector<std::string>& function_names() {
   static const std::vector<std::string> names = [] {
     std::vector<std::string> all;
-    for (const UnaryFunction& f : unary_functions()) all.emplace_back(f.name);
-    for (const NamedFunction& f : several) all.emplace_back(f.name);
+    for (const UnaryFunction& f : list_unary_functions()) all.emplace_back(f.name);
+    for (const NamedFunction& f : variadic_functions) all.emplace_back(f.name);
     return all;
   }();
   return names;

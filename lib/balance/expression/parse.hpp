@@ -17,7 +17,7 @@ struct ExpressionError : std::runtime_error {
 };
 
 /// @param parameter what a name stands for that is neither `pi` nor a function's
-/// @throws ExpressionError, also for a text longer than longest_expression; whatever `parameter` throws
+/// @throws ExpressionError, also for a text longer than max_expression_length; whatever `parameter` throws
 Expression parse_expression(const std::string& text,
                             const std::function<Expression(const std::string& name)>& parameter);
 
@@ -26,13 +26,14 @@ struct ExpressionNames {
   std::vector<std::string> values;     ///< what is no function and not `pi`
   std::vector<std::string> functions;  ///< followed by a parenthesis
 };
-ExpressionNames names_in(const std::string& expression);
+ExpressionNames find_expression_names(const std::string& expression);
 
 /// The expression with another name for each of its values; as it was if it is too long.
-std::string with_names(const std::string& expression, const std::function<std::string(const std::string& name)>& other);
+std::string rename_expression_values(const std::string& expression,
+                                     const std::function<std::string(const std::string& name)>& other);
 
 /// Longer ones are refused, unread: that bounds their depth, too.
-inline constexpr std::size_t longest_expression = 1000;
+inline constexpr std::size_t max_expression_length = 1000;
 
 /// sqrt, sin, …
 const std::vector<std::string>& function_names();

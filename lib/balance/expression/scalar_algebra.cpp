@@ -2,12 +2,12 @@
 
 namespace balance {
 
-Expression ScalarAlgebra<Expression>::operate(const ExpressionNode& node, const Expression& a, const Expression& b,
-                                              const Expression& c) const {
+Expression ScalarAlgebra<Expression>::apply(const ExpressionNode& node, const Expression& a, const Expression& b,
+                                            const Expression& c) const {
   switch (node.operation) {
     case Operation::constant:
     case Operation::input: break;
-    case Operation::name: return a;
+    case Operation::alias: return a;
     case Operation::add: return a + b;
     case Operation::subtract: return a - b;
     case Operation::multiply: return a * b;
@@ -18,12 +18,12 @@ Expression ScalarAlgebra<Expression>::operate(const ExpressionNode& node, const 
     case Operation::minimum: return minimum(a, b);
     case Operation::maximum: return maximum(a, b);
     case Operation::less: return less(a, b);
-    case Operation::at_most: return at_most(a, b);
+    case Operation::less_equal: return less_equal(a, b);
     case Operation::equal: return equal(a, b);
-    case Operation::both: return both(a, b);
-    case Operation::either: return either(a, b);
-    case Operation::choose: return choose(a, b, c);
-    case Operation::function: return apply(node.function, a);
+    case Operation::logical_and: return logical_and(a, b);
+    case Operation::logical_or: return logical_or(a, b);
+    case Operation::select: return select(a, b, c);
+    case Operation::function: return balance::apply(node.function, a);
   }
   return {};
 }

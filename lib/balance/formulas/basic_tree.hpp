@@ -13,34 +13,35 @@ namespace balance::formulas {
 /// Points of a body in its own axes. The first two are its base; the first three a triangle where that carries the mass.
 struct BasicBody {
   std::vector<int> points;
-  std::vector<Triple<Polynomial>> places;
-  bool triangle = false;
-  MassOf<Polynomial> mass;  ///< of everything fixed to it, about its origin
+  std::vector<RingVector3<Polynomial>> positions;
+  bool is_triangle = false;
+  RigidBodyInertia<Polynomial> mass;  ///< of everything fixed to it, about its origin
 };
 
 /// A joint that says more than that two bodies share a point.
 struct BasicJoint {
   JointType type = JointType::prismatic;
   int first = 0, second = 0;
-  Triple<Polynomial> p, q;  ///< P on the first body, Q on the second
-  Triple<Polynomial> axis;  ///< of the slide, in the first body's axes
-  Triple<Polynomial> turn;  ///< cos, sin of what the second body is turned by in the first one's axes
+  RingVector3<Polynomial> p, q;      ///< P on the first body, Q on the second
+  RingVector3<Polynomial> axis;      ///< of the slide, in the first body's axes
+  RingVector3<Polynomial> rotation;  ///< cos, sin of what the second body is turned by in the first one's axes
 };
 
-struct BasicTree {
-  int moving = 0;                         ///< points 0 … moving − 1; behind them those of the ground
-  std::vector<std::string> names;         ///< per point: "crank1.B"
-  std::vector<Triple<Polynomial>> fixed;  ///< places of the ground's points
-  std::vector<BasicBody> bodies;          ///< the ground's is empty
+struct BasicPointModel {
+  int moving = 0;                              ///< points 0 … moving − 1; behind them those of the ground
+  std::vector<std::string> names;              ///< per point: "crank1.B"
+  std::vector<RingVector3<Polynomial>> fixed;  ///< places of the ground's points
+  std::vector<BasicBody> bodies;               ///< the ground's is empty
   std::vector<BasicJoint> joints;
-  int unit = -1;  ///< symbol of the characteristic length, where an auxiliary point needs one
+  int length_symbol = -1;  ///< symbol of the characteristic length, where an auxiliary point needs one
 };
 
-class MechanismNumbers;
-class NumberModel;
+class MechanismSymbols;
+class ParametricModel;
 
 /// The points are those of the second formulation. @param mechanism planar
 /// @throws FormulaError if it is not
-BasicTree basic_tree(Ring& ring, const Mechanism& mechanism, const NumberModel& model, MechanismNumbers& numbers);
+BasicPointModel build_basic_point_model(Ring& ring, const Mechanism& mechanism, const ParametricModel& model,
+                                        MechanismSymbols& numbers);
 
 }  // namespace balance::formulas

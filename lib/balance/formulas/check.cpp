@@ -21,21 +21,21 @@ namespace balance::formulas {
 namespace {
 
 /// Round-off of thousands of terms is far below, a wrong term far above.
-constexpr double agreement = 1e-9;
-constexpr int most_tries = 60;
+constexpr double check_tolerance = 1e-9;
+constexpr int max_pose_attempts = 60;
 /// Of the states, and of poses that are tried with each draw of other numbers.
-constexpr int states_elsewhere = 2, tries_elsewhere = 6;
+constexpr int perturbed_state_count = 2, max_perturbed_pose_attempts = 6;
 /// Closures that others imply are so at poses that are exact but for round-off.
-constexpr double redundant = 1e-7;
-constexpr double regular = 1e-2, consistent = 1e-10;
+constexpr double redundancy_threshold = 1e-7;
+constexpr double min_pose_regularity = 1e-2, closure_consistency_tolerance = 1e-10;
 
-class Comparison {
+class EngineComparison {
  public:
-  Comparison(const Sheet& sheet, const std::map<std::string, std::string>& texts, const Mechanism& mechanism,
-             std::uint64_t seed)
+  EngineComparison(const FormulaSheet& sheet, const std::map<std::string, std::string>& texts,
+                   const Mechanism& mechanism, std::uint64_t seed)
       : sheet_(sheet),
         texts_(texts),
-        mechanism_(without_rest(mechanism)),
+        mechanism_(remove_unmodelled(mechanism)),
         engine_(mechanism_),
         random_(seed),
         n_(static_cast<Eigen::Index>(sheet.equations.M.size())) {}
@@ -49,11 +49,11 @@ class Comparison {
     MatrixX both(A.rows() + S.rows(), n_);
     both << A, S;
     ColumnPivotingQr solver;
-    solver.setThreshold(redundant);
+    solver.setThreshold(redundancy_threshold);
     solver.compute(both);
     if (solver.rank() < n_) return false;
     // near a singular pose round-off is no measure of formulas
-    if (n_ > 0 && std::abs(solver.matrixQR()(n_ - 1, n_ - 1)) < regular * solver.maxPivot()) return false;
+    if (n_ > 0 && std::abs(solver.matrixQR()(n_ - 1, n_ - 1)) < min_pose_regularity * solver.maxPivot()) return false;
     MatrixX right = MatrixX::Zero(both.rows(), S.rows());
     right.bottomRows(S.rows()).setIdentity();
     const MatrixX B = solver.solve(right);
@@ -62,7 +62,9 @@ class Comparison {
     bias_right.head(A.rows()) = -quadratic(y, dy);
     const VectorX gamma = solver.solve(bias_right);
     // where the pose is not exact, closures that others imply contradict them
-    if (max_abs(both * B - right) > consistent || max_abs(both * gamma - bias_right) > consistent) return false;
+    if (max_abs(both * B - right) > closure_consistency_tolerance ||
+        max_abs(both * gamma - bias_right) > closure_consistency_tolerance)
+      return false;
     const auto M = engine_.mass_matrix(q);
     const auto h = engine_.bias(q, v);
     if (!M || !h) return false;
@@ -71,18 +73,18 @@ class Comparison {
     const double scale = max_coefficient(B.cwiseAbs().transpose() * parts.size);
     if (!found.allFinite() || !expected.allFinite()) return false;
     error = std::max(error, max_abs(found - expected) / std::max(scale, 1e-300));
-    double others = derived_error(y);
+    double others = max_derived_error(y);
     if (sheet_.regressor)
-      others = std::max(others, regressor_error(sheet_, texts_, engine_, {list(y), dy, B * a + gamma, B, q, v, a}));
+      others = std::max(others, max_regressor_error(sheet_, texts_, engine_, {list(y), dy, B * a + gamma, B, q, v, a}));
     if (sheet_.natural && std::isfinite(others))
-      others = std::max(others, natural_error(sheet_, texts_, mechanism_, values_at(y).names, all_coordinates(y)));
+      others = std::max(others, max_natural_error(sheet_, texts_, mechanism_, values_at(y).names, all_coordinates(y)));
     error = std::max(error, others);
     return std::isfinite(others);
   }
 
  private:
   /// What formulas of the pose do not know, and what only gets in the engine's way.
-  static Mechanism without_rest(Mechanism mechanism) {
+  static Mechanism remove_unmodelled(Mechanism mechanism) {
     mechanism.friction.clear();
     mechanism.loads.clear();
     mechanism.constraints.clear();
@@ -111,7 +113,7 @@ class Comparison {
   };
   const Values& values_at(const VectorX& y) {
     if (values_.pose == list(y)) return values_;
-    values_ = {list(y), {}, {}, names_at(sheet_, list(y))};
+    values_ = {list(y), {}, {}, evaluate_names(sheet_, list(y))};
     for (const Symbol& symbol : sheet_.ring->symbols()) values_.symbols.push_back(values_.names.at(symbol.name));
     for (const Angle& angle : sheet_.ring->angles()) values_.angles.push_back(values_.names.at(angle.name));
     return values_;
@@ -120,25 +122,25 @@ class Comparison {
   double polynomial_at(const Polynomial& p, const VectorX& y) {
     if (p.is_zero()) return 0;
     const Values& at = values_at(y);
-    return value_of(p, at.symbols, at.angles);
+    return evaluate_polynomial(p, at.symbols, at.angles);
   }
 
   double printed_at(const std::string& label, const Polynomial& p, const VectorX& y) {
     const auto text = texts_.find(label);
-    return text != texts_.end() ? text_value(text->second, values_at(y).names) : polynomial_at(p, y);
+    return text != texts_.end() ? evaluate_text(text->second, values_at(y).names) : polynomial_at(p, y);
   }
 
   /// Conditions, closures, what these are solved to and lengths of springs are made of entries that are compared with the engine: what
   /// is printed must be what they are.
-  double derived_error(const VectorX& y) {
+  double max_derived_error(const VectorX& y) {
     std::map<std::string, double> names = values_at(y).names;
     double worst = 0;
     for (std::size_t s = 0; s < sheet_.sections.size(); ++s)
       for (std::size_t k = 0; k < sheet_.sections[s].formulas.size(); ++k) {
-        const Formula& formula = sheet_.sections[s].formulas[k];
-        const Section section = sheet_.sections[s].section;
-        const bool derived = section == Section::conditions || section == Section::solved ||
-                             section == Section::closures || formula.name.ends_with("^2");
+        const SheetFormula& formula = sheet_.sections[s].formulas[k];
+        const SheetSectionKind section = sheet_.sections[s].section;
+        const bool derived = section == SheetSectionKind::conditions || section == SheetSectionKind::solved ||
+                             section == SheetSectionKind::closures || formula.name.ends_with("^2");
         const auto text = texts_.find(text_key(s, k, formula.label()));
         if (!derived || text == texts_.end()) continue;
         const double below = polynomial_at(formula.denominator, y), value = polynomial_at(formula.value, y) / below;
@@ -146,7 +148,7 @@ class Comparison {
         double size = 0;
         for (const Term& term : formula.value.terms())
           size += std::abs(polynomial_at(Polynomial::of_terms(sheet_.ring.get(), {term}), y) / below);
-        const double off = std::abs(text_value(text->second, names) - value);
+        const double off = std::abs(evaluate_text(text->second, names) - value);
         worst = std::max(worst, off / std::max(size, 1e-300));
       }
     return worst;
@@ -164,13 +166,14 @@ class Comparison {
 
   /// Ȧ ẏ.
   VectorX quadratic(const VectorX& y, const VectorX& dy) {
-    const Equations& e = sheet_.equations;
+    const SymbolicEquations& e = sheet_.equations;
     VectorX sum = VectorX::Zero(static_cast<Eigen::Index>(e.A.size()));
     for (std::size_t i = 0; i < e.A.size(); ++i)
       for (std::size_t j = 0; j < e.A[i].size(); ++j)
         for (Eigen::Index k = 0; k < n_; ++k)
-          sum[static_cast<Eigen::Index>(i)] += polynomial_at(derivative(e.tree, e.A[i][j], static_cast<int>(k)), y) *
-                                               dy[static_cast<Eigen::Index>(j)] * dy[k];
+          sum[static_cast<Eigen::Index>(i)] +=
+              polynomial_at(column_derivative(e.tree, e.A[i][j], static_cast<int>(k)), y) *
+              dy[static_cast<Eigen::Index>(j)] * dy[k];
     return sum;
   }
 
@@ -180,7 +183,7 @@ class Comparison {
     MatrixX S = MatrixX::Zero(static_cast<Eigen::Index>(names.size()), n_);
     for (std::size_t i = 0; i < names.size(); ++i)
       for (const auto& [column, ratio] : follows_of(names[i]))
-        S(static_cast<Eigen::Index>(i), column) = value_of(ratio);
+        S(static_cast<Eigen::Index>(i), column) = evaluate_polynomial(ratio);
     return S;
   }
 
@@ -195,7 +198,7 @@ class Comparison {
 
   /// A random pose, from the rough values of the spec where there are loops, moved to where these close.
   bool find_pose(VectorX& y) {
-    const Equations& e = sheet_.equations;
+    const SymbolicEquations& e = sheet_.equations;
     y = random_vector(n_, e.closure.empty() ? 3 : 0.4);
     for (const CoordinateValue& rough : mechanism_.assembly)
       for (Eigen::Index c = 0; c < n_ && !e.closure.empty(); ++c)
@@ -205,7 +208,7 @@ class Comparison {
       for (std::size_t i = 0; i < e.closure.size(); ++i)
         h[static_cast<Eigen::Index>(i)] = polynomial_at(e.closure[i], y);
       CompleteOrthogonalDecomposition step_to;
-      step_to.setThreshold(redundant);
+      step_to.setThreshold(redundancy_threshold);
       step_to.compute(jacobian(y));
       const VectorX change = step_to.solve(h);
       y -= change;
@@ -221,7 +224,7 @@ class Comparison {
     q = selection() * y;
     closed_.resize(0);
     if (sheet_.equations.closure.empty()) return true;
-    std::vector<NamedValue> near;
+    std::vector<CoordinateGuess> near;
     for (Eigen::Index c = 0; c < n_; ++c) {
       const int coordinate = sheet_.equations.tree.coordinates[static_cast<std::size_t>(c)];
       near.push_back({mechanism_.coordinates[static_cast<std::size_t>(coordinate)].name, y[c]});
@@ -245,10 +248,10 @@ class Comparison {
     VectorX all = VectorX::Zero(static_cast<Eigen::Index>(mechanism_.coordinates.size()));
     for (std::size_t c = 0; c < mechanism_.coordinates.size(); ++c) {
       if (tree.coordinate_variable[c] < 0) continue;
-      const Variable& variable = tree.variables[static_cast<std::size_t>(tree.coordinate_variable[c])];
+      const JointVariable& variable = tree.variables[static_cast<std::size_t>(tree.coordinate_variable[c])];
       double& x = all[static_cast<Eigen::Index>(c)];
-      x = value_of(variable.offset);
-      for (const auto& [column, ratio] : variable.follows) x += value_of(ratio) * y[column];
+      x = evaluate_polynomial(variable.offset);
+      for (const auto& [column, ratio] : variable.follows) x += evaluate_polynomial(ratio) * y[column];
     }
     return all;
   }
@@ -258,7 +261,7 @@ class Comparison {
   };
   /// M ÿ + D ẏ ẏ + z from what was printed.
   TreeTerms tree_terms(const VectorX& y, const VectorX& ddy, const VectorX& dy) {
-    const Equations& e = sheet_.equations;
+    const SymbolicEquations& e = sheet_.equations;
     TreeTerms terms{VectorX::Zero(n_), VectorX::Zero(n_)};
     const auto n = static_cast<std::size_t>(n_);
     const auto add = [&](std::size_t i, double x) {
@@ -282,7 +285,7 @@ class Comparison {
     return terms;
   }
 
-  const Sheet& sheet_;
+  const FormulaSheet& sheet_;
   const std::map<std::string, std::string>& texts_;
   const Mechanism mechanism_;
   InverseDynamics engine_;
@@ -294,19 +297,20 @@ class Comparison {
 
 }  // namespace
 
-std::map<std::string, double> names_at(const Sheet& sheet, const std::vector<double>& y) {
-  const Equations& e = sheet.equations;
+std::map<std::string, double> evaluate_names(const FormulaSheet& sheet, const std::vector<double>& y) {
+  const SymbolicEquations& e = sheet.equations;
   std::map<std::string, double> values;
   for (const Symbol& symbol : sheet.ring->symbols()) values[symbol.name] = symbol.value;
   for (const Angle& angle : sheet.ring->angles()) values[angle.name] = angle.value;
   std::vector<double> angles;
-  for (const Variable& variable : e.tree.variables) {
-    double x = value_of(variable.offset);
-    for (const auto& [column, ratio] : variable.follows) x += value_of(ratio) * y[static_cast<std::size_t>(column)];
+  for (const JointVariable& variable : e.tree.variables) {
+    double x = evaluate_polynomial(variable.offset);
+    for (const auto& [column, ratio] : variable.follows)
+      x += evaluate_polynomial(ratio) * y[static_cast<std::size_t>(column)];
     if (variable.index < 0) continue;
     values[variable.is_angle ? sheet.ring->angle(variable.index).name : sheet.ring->symbol(variable.index).name] = x;
   }
-  for (const Relation& relation : e.tree.relations) {
+  for (const AngleRelation& relation : e.tree.relations) {
     double sum = 0;
     for (const auto& [angle, multiple] : relation.multiples) sum += multiple * values[sheet.ring->angle(angle).name];
     values[sheet.ring->angle(relation.angle).name] = sum;
@@ -315,56 +319,58 @@ std::map<std::string, double> names_at(const Sheet& sheet, const std::vector<dou
   for (const Symbol& symbol : sheet.ring->symbols()) symbols.push_back(values[symbol.name]);
   for (const Angle& angle : sheet.ring->angles()) angles.push_back(values[angle.name]);
   for (const auto& [symbol, square] : e.lengths)
-    values[sheet.ring->symbol(symbol).name] = std::sqrt(value_of(square, symbols, angles));
+    values[sheet.ring->symbol(symbol).name] = std::sqrt(evaluate_polynomial(square, symbols, angles));
   return values;
 }
 
 namespace {
 
 /// What is made of other symbols than the spec's.
-void update_named(const Sheet& sheet, const Mechanism& mechanism) {
+void update_aliases(const FormulaSheet& sheet, const Mechanism& mechanism) {
   if (!sheet.natural) return;
-  if (const int unit = sheet.equations.tree.basic->unit; unit >= 0)
-    sheet.ring->set_value(unit, natural::choose_points(mechanism).length);
-  for (const auto& [symbol, sum] : sheet.natural->named) sheet.ring->set_value(symbol, value_of(sum));
+  if (const int unit = sheet.equations.tree.basic_points->length_symbol; unit >= 0)
+    sheet.ring->set_value(unit, natural::choose_basic_points(mechanism).length);
+  for (const auto& [symbol, sum] : sheet.natural->aliases) sheet.ring->set_value(symbol, evaluate_polynomial(sum));
 }
 
 /// States at other numbers. Counts what it found in `check`.
-void compare_elsewhere(const Sheet& sheet, const std::map<std::string, std::string>& texts, const OtherNumbers& numbers,
-                       const CheckOptions& options, Check& check) {
-  const NumberModel& model = *sheet.equations.tree.model;
+void compare_at_perturbed_parameters(const FormulaSheet& sheet, const std::map<std::string, std::string>& texts,
+                                     const ParameterSampler& numbers, const FormulaCheckOptions& options,
+                                     FormulaCheck& check) {
+  const ParametricModel& model = *sheet.equations.tree.model;
   std::mt19937_64 random(options.seed);
-  for (int draws = 0; check.elsewhere < states_elsewhere && draws < OtherNumbers::max_draws; ++draws) {
-    const std::vector<double> nodes = model.nodes_at(numbers.draw(random, draws));
-    const Mechanism mechanism = model.mechanism_at(nodes);
+  for (int draws = 0; check.perturbed_states < perturbed_state_count && draws < ParameterSampler::max_draws; ++draws) {
+    const std::vector<double> nodes = model.evaluate_nodes(numbers.draw(random, draws));
+    const Mechanism mechanism = model.build_mechanism(nodes);
     if (!validate(mechanism).empty()) continue;
-    const ValuesElsewhere values(*sheet.ring, nodes);
-    update_named(sheet, mechanism);
-    Comparison comparison(sheet, texts, mechanism, random());
+    const ScopedSymbolValues values(*sheet.ring, nodes);
+    update_aliases(sheet, mechanism);
+    EngineComparison comparison(sheet, texts, mechanism, random());
     bool found = false;
-    for (int tries = 0; !found && tries < tries_elsewhere; ++tries) found = comparison.compare(check.error);
-    if (found) ++check.elsewhere;
+    for (int tries = 0; !found && tries < max_perturbed_pose_attempts; ++tries) found = comparison.compare(check.error);
+    if (found) ++check.perturbed_states;
   }
-  check.states += check.elsewhere;
+  check.states += check.perturbed_states;
 }
 
 }  // namespace
 
-Check check_against_engine(const Sheet& sheet, const std::map<std::string, std::string>& texts,
-                           const Mechanism& mechanism, const CheckOptions& options) {
-  Check check;
-  Comparison comparison(sheet, texts, mechanism, options.seed);
-  const OtherNumbers numbers(*sheet.ring, *sheet.equations.tree.model);
-  if (options.elsewhere && numbers.exist()) compare_elsewhere(sheet, texts, numbers, options, check);
-  if (options.elsewhere && numbers.exist() && check.elsewhere == 0)
-    check.note = "not checked at other numbers: in " + std::to_string(OtherNumbers::max_draws) +
+FormulaCheck check_against_engine(const FormulaSheet& sheet, const std::map<std::string, std::string>& texts,
+                                  const Mechanism& mechanism, const FormulaCheckOptions& options) {
+  FormulaCheck check;
+  EngineComparison comparison(sheet, texts, mechanism, options.seed);
+  const ParameterSampler numbers(*sheet.ring, *sheet.equations.tree.model);
+  if (options.with_perturbed_parameters && numbers.has_parameters())
+    compare_at_perturbed_parameters(sheet, texts, numbers, options, check);
+  if (options.with_perturbed_parameters && numbers.has_parameters() && check.perturbed_states == 0)
+    check.note = "not checked at other numbers: in " + std::to_string(ParameterSampler::max_draws) +
                  " draws of them none was a mechanism that can be assembled";
-  for (int tries = 0; check.states < options.states && tries < most_tries; ++tries)
+  for (int tries = 0; check.states < options.states && tries < max_pose_attempts; ++tries)
     if (comparison.compare(check.error)) ++check.states;
-  check.agrees = check.states == options.states && check.error < agreement;
+  check.is_consistent = check.states == options.states && check.error < check_tolerance;
   if (check.states < options.states)
     check.reason = "not enough poses were found at which the loops close";
-  else if (!check.agrees)
+  else if (!check.is_consistent)
     check.reason = "the formulas differ from the engine";
   return check;
 }

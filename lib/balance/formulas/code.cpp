@@ -14,7 +14,7 @@ namespace balance::formulas {
 namespace {
 
 /// The shortest text that is this number.
-std::string digits(double value) {
+std::string shortest_decimal(double value) {
   char text[40];
   const auto end = std::to_chars(text, text + sizeof text, value).ptr;
   std::string number(text, end);
@@ -24,7 +24,7 @@ std::string digits(double value) {
 
 }  // namespace
 
-std::string c_member(const std::string& name) {
+std::string c_member_name(const std::string& name) {
   static const std::set<std::string> words{
       "auto",     "break",  "case",     "char",   "const",  "continue", "default", "do",     "double",  "else",
       "enum",     "extern", "float",    "for",    "goto",   "if",       "inline",  "int",    "long",    "register",
@@ -38,9 +38,9 @@ std::string c_member(const std::string& name) {
 namespace {
 
 /// Writes the nodes of a program in their order.
-class Writer {
+class CodeWriter {
  public:
-  Writer(const Arena& arena, const std::vector<int>& outputs, Language language)
+  CodeWriter(const StraightLineProgram& arena, const std::vector<int>& outputs, Language language)
       : arena_(arena), c_(language == Language::c), names_(arena.size()), uses_(arena.size(), 0) {
     std::vector<int> waiting = outputs;
     std::vector<bool> seen(arena.size(), false);
@@ -56,13 +56,13 @@ class Writer {
     std::sort(used_.begin(), used_.end());
     for (const int node : used_) keep_constants(node);
     for (const int output : outputs)
-      if (!arena_[output].moves) keep(output);
-    for (const int node : used_) arena_[node].moves ? write_moving(node) : write_constant(node);
+      if (!arena_[output].is_state_dependent) store_constant(output);
+    for (const int node : used_) arena_[node].is_state_dependent ? write_moving(node) : write_constant(node);
   }
 
   std::string reference(int node) const {
-    const DagNode& self = arena_[node];
-    return self.operation == Operation::constant ? number(self.value) : names_[at(node)];
+    const ProgramNode& self = arena_[node];
+    return self.operation == ProgramOperation::constant ? number(self.value) : names_[at(node)];
   }
   const std::string& prepare() const { return prepare_; }
   const std::string& body() const { return body_; }
@@ -76,38 +76,40 @@ class Writer {
  private:
   static std::size_t at(int node) { return static_cast<std::size_t>(node); }
   std::vector<int> operands(int node) const {
-    const DagNode& self = arena_[node];
-    if (self.operation == Operation::constant || self.operation == Operation::leaf) return {};
+    const ProgramNode& self = arena_[node];
+    if (self.operation == ProgramOperation::constant || self.operation == ProgramOperation::input) return {};
     if (is_unary(self.operation)) return {self.a};
     return {self.a, self.b};
   }
-  static std::string number(double value) { return value < 0 ? "(" + digits(value) + ")" : digits(value); }
+  static std::string number(double value) {
+    return value < 0 ? "(" + shortest_decimal(value) + ")" : shortest_decimal(value);
+  }
 
-  void keep(int node) {
-    if (arena_[node].operation != Operation::constant) kept_.try_emplace(node, static_cast<int>(kept_.size()));
+  void store_constant(int node) {
+    if (arena_[node].operation != ProgramOperation::constant) kept_.try_emplace(node, static_cast<int>(kept_.size()));
   }
   /// What moving nodes need of those that do not.
   void keep_constants(int node) {
-    if (!arena_[node].moves) return;
+    if (!arena_[node].is_state_dependent) return;
     for (const int operand : operands(node))
-      if (!arena_[operand].moves) keep(operand);
+      if (!arena_[operand].is_state_dependent) store_constant(operand);
   }
 
   std::string expression(int node, bool moving) const {
-    const DagNode& self = arena_[node];
+    const ProgramNode& self = arena_[node];
     const auto name = [&](int operand) { return moving ? kept_reference(operand) : reference(operand); };
     const std::string math = c_ ? "" : "math.";
     switch (self.operation) {
-      case Operation::sum: return name(self.a) + " + " + name(self.b);
-      case Operation::difference: return name(self.a) + " - " + name(self.b);
-      case Operation::product: return name(self.a) + " * " + name(self.b);
-      case Operation::negative: return "-" + name(self.a);
-      case Operation::cosine: return math + "cos(" + name(self.a) + ")";
-      case Operation::sine: return math + "sin(" + name(self.a) + ")";
-      case Operation::root: return math + "sqrt(" + name(self.a) + ")";
-      case Operation::inverse: return "1.0 / " + name(self.a);
-      case Operation::leaf: return self.name;
-      case Operation::constant: return number(self.value);
+      case ProgramOperation::sum: return name(self.a) + " + " + name(self.b);
+      case ProgramOperation::difference: return name(self.a) + " - " + name(self.b);
+      case ProgramOperation::product: return name(self.a) + " * " + name(self.b);
+      case ProgramOperation::negative: return "-" + name(self.a);
+      case ProgramOperation::cosine: return math + "cos(" + name(self.a) + ")";
+      case ProgramOperation::sine: return math + "sin(" + name(self.a) + ")";
+      case ProgramOperation::root: return math + "sqrt(" + name(self.a) + ")";
+      case ProgramOperation::inverse: return "1.0 / " + name(self.a);
+      case ProgramOperation::input: return self.name;
+      case ProgramOperation::constant: return number(self.value);
     }
     return "";
   }
@@ -117,14 +119,14 @@ class Writer {
   }
 
   void write_constant(int node) {
-    const DagNode& self = arena_[node];
-    if (self.operation == Operation::constant) return;
-    if (self.operation == Operation::leaf) {
-      names_[at(node)] = c_ ? "p->" + c_member(self.name) : "p[\"" + self.name + "\"]";
+    const ProgramNode& self = arena_[node];
+    if (self.operation == ProgramOperation::constant) return;
+    if (self.operation == ProgramOperation::input) {
+      names_[at(node)] = c_ ? "p->" + c_member_name(self.name) : "p[\"" + self.name + "\"]";
     } else {
       names_[at(node)] = "n" + std::to_string(node);
       prepare_ += line(names_[at(node)], expression(node, false));
-      ++size_.once;
+      ++size_.operations_once;
     }
     if (const auto slot = kept_.find(node); slot != kept_.end())
       prepare_ +=
@@ -132,13 +134,13 @@ class Writer {
   }
 
   void write_moving(int node) {
-    const DagNode& self = arena_[node];
-    if (self.operation == Operation::leaf) {
+    const ProgramNode& self = arena_[node];
+    if (self.operation == ProgramOperation::input) {
       names_[at(node)] = self.name;
       return;
     }
     const std::string text = expression(node, true);
-    if (self.operation < Operation::cosine) ++size_.per_state;
+    if (self.operation < ProgramOperation::cosine) ++size_.operations_per_state;
     if (uses_[at(node)] == 1 && text.size() < 60) {
       names_[at(node)] = "(" + text + ")";
       return;
@@ -147,7 +149,7 @@ class Writer {
     body_ += line(names_[at(node)], text);
   }
 
-  const Arena& arena_;
+  const StraightLineProgram& arena_;
   bool c_;
   std::vector<std::string> names_;
   std::vector<int> uses_, used_;
@@ -157,10 +159,11 @@ class Writer {
 };
 
 /// Names and values of a mechanism's numbers.
-std::vector<std::pair<std::string, double>> parameters(const Arena& arena, const Ring& ring) {
+std::vector<std::pair<std::string, double>> parameters(const StraightLineProgram& arena, const Ring& ring) {
   std::set<std::string> used;
   for (std::size_t i = 0; i < arena.size(); ++i)
-    if (const DagNode& node = arena[static_cast<int>(i)]; node.operation == Operation::leaf && !node.moves)
+    if (const ProgramNode& node = arena[static_cast<int>(i)];
+        node.operation == ProgramOperation::input && !node.is_state_dependent)
       used.insert(node.name);
   std::vector<std::pair<std::string, double>> list;
   for (const Symbol& symbol : ring.symbols())
@@ -177,30 +180,30 @@ std::string joined(const std::vector<std::string>& parts) {
   return text;
 }
 
-struct Program {
+struct ProgramParts {
   std::string title;
   std::vector<std::string> columns;
   std::vector<std::pair<std::string, double>> numbers;
   std::string prepare, body;  ///< torques included
   std::size_t constants = 0;
-  CodeStates states;
+  SelfTestStates states;
 };
 
 std::string rows_text(const std::vector<std::vector<double>>& rows, const char* open, const char* close) {
   std::string text;
   for (const auto& row : rows) {
     std::vector<std::string> numbers;
-    for (const double x : row) numbers.push_back(digits(x));
+    for (const double x : row) numbers.push_back(shortest_decimal(x));
     text += std::string("    ") + open + joined(numbers) + close + ",\n";
   }
   return text;
 }
 
-std::string c_program(const Program& p) {
+std::string c_program(const ProgramParts& p) {
   std::string members, values;
   for (const auto& [name, value] : p.numbers) {
-    members += "  double " + c_member(name) + ";\n";
-    values += "  ." + c_member(name) + " = " + digits(value) + ",\n";
+    members += "  double " + c_member_name(name) + ";\n";
+    values += "  ." + c_member_name(name) + " = " + shortest_decimal(value) + ",\n";
   }
   const std::string n = std::to_string(p.columns.size()), k = std::to_string(std::max<std::size_t>(p.constants, 1));
   std::string text =
@@ -235,9 +238,9 @@ std::string c_program(const Program& p) {
          "1;\n}\n#endif\n";
 }
 
-std::string python_program(const Program& p) {
+std::string python_program(const ProgramParts& p) {
   std::string values;
-  for (const auto& [name, value] : p.numbers) values += "    \"" + name + "\": " + digits(value) + ",\n";
+  for (const auto& [name, value] : p.numbers) values += "    \"" + name + "\": " + shortest_decimal(value) + ",\n";
   std::string text =
       "\"\"\"Torques of " + p.title +
       ": M(q) ddq + velocity terms + weight and springs [N m or N].\n\nCoordinates: " + joined(p.columns) +
@@ -263,27 +266,28 @@ std::string python_program(const Program& p) {
 
 }  // namespace
 
-std::string program_text(const Mechanism& mechanism, const SpecTexts& texts, Language language, CodeSize* size) {
+std::string generate_program(const Mechanism& mechanism, const SpecNumberTexts& texts, Language language,
+                             CodeSize* size) {
   Ring ring;
-  const SymbolicTree tree = symbolic_tree(ring, mechanism, texts);
-  Arena arena;
+  const SymbolicTree tree = build_symbolic_tree(ring, mechanism, texts);
+  StraightLineProgram arena;
   std::vector<int> outputs;
-  for (const Dag& torque : torque_program(arena, ring, tree)) outputs.push_back(torque.node(arena));
-  const Writer writer(arena, outputs, language);
+  for (const ProgramValue& torque : build_torque_program(arena, ring, tree)) outputs.push_back(torque.node(arena));
+  const CodeWriter writer(arena, outputs, language);
   const bool c = language == Language::c;
-  Program program{plain_title(mechanism.name),
-                  tree.columns,
-                  parameters(arena, ring),
-                  writer.prepare(),
-                  writer.body(),
-                  writer.constants(),
-                  code_states(mechanism, tree)};
+  ProgramParts program{comment_safe_title(mechanism.name),
+                       tree.columns,
+                       parameters(arena, ring),
+                       writer.prepare(),
+                       writer.body(),
+                       writer.constants(),
+                       make_self_test_states(mechanism, tree)};
   for (std::size_t i = 0; i < outputs.size(); ++i)
     program.body += (c ? "  tau[" : "    tau[") + std::to_string(i) + "] = " + writer.kept_reference(outputs[i]) +
                     (c ? ";\n" : "\n");
   if (size != nullptr) *size = writer.size();
   std::string text = c ? c_program(program) : python_program(program);
-  check_program(PrintedProgram(text, language, outputs.size()), ring, tree, program.states);
+  check_program(ProgramInterpreter(text, language, outputs.size()), ring, tree, program.states);
   return text;
 }
 

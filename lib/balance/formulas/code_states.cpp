@@ -15,8 +15,8 @@ namespace balance::formulas {
 
 namespace {
 
-constexpr int state_count = 5;
-constexpr std::size_t program_states_elsewhere = 2;
+constexpr int self_test_state_count = 5;
+constexpr std::size_t perturbed_self_test_count = 2;
 
 /// Round-off of a program is far below, a wrong term far above.
 constexpr double program_tolerance = 1e-9;
@@ -31,8 +31,8 @@ void split_body(Mechanism& mechanism, const TreeEdge& edge) {
 }
 
 /// The mechanism without its loops, friction and loads: what the program calculates, with a motor at every column.
-Mechanism tree_alone(Mechanism mechanism, const SymbolicTree& tree) {
-  const SpanningTree edges = span(mechanism, {});
+Mechanism remove_loops(Mechanism mechanism, const SymbolicTree& tree) {
+  const SpanningTree edges = build_spanning_tree(mechanism, {});
   for (const TreeEdge& edge : edges.edges)
     if (edge.split) split_body(mechanism, edge);
   mechanism.friction.clear();
@@ -51,26 +51,26 @@ Mechanism tree_alone(Mechanism mechanism, const SymbolicTree& tree) {
   for (std::size_t c = 0; c < mechanism.coordinates.size(); ++c)
     places.emplace(mechanism.coordinates[c].name, static_cast<int>(c));
   const auto place = [&](int c) { return places.at(coordinates[static_cast<std::size_t>(c)].name); };
-  const auto move = [&](Followed& followed) {
+  const auto move = [&](CoordinateCombination& followed) {
     for (CoordinateTerm& term : followed.terms) term.coordinate = place(term.coordinate);
   };
   for (Coupling& coupling : mechanism.couplings) coupling.follower = place(coupling.follower), move(coupling.leader);
   for (Disc& disc : mechanism.discs) move(disc.follows);
   for (Spring& spring : mechanism.springs)
-    if (spring.in_joint()) spring.coordinate = place(spring.coordinate);
+    if (spring.is_joint_spring()) spring.coordinate = place(spring.coordinate);
   mechanism.actuators.clear();
   for (const int c : tree.coordinates) mechanism.actuators.push_back(place(c));
   return mechanism;
 }
 
 /// The engine's torques of a mechanism's spanning tree.
-class TreeEngine {
+class TreeInverseDynamics {
  public:
-  TreeEngine(const Mechanism& mechanism, const SymbolicTree& tree)
-      : engine_(tree_alone(mechanism, tree), options_of(mechanism, tree)) {}
+  TreeInverseDynamics(const Mechanism& mechanism, const SymbolicTree& tree)
+      : engine_(remove_loops(mechanism, tree), make_options(mechanism, tree)) {}
 
-  std::vector<double> torques(const std::vector<double>& q, const std::vector<double>& dq,
-                              const std::vector<double>& ddq) {
+  std::vector<double> compute_torques(const std::vector<double>& q, const std::vector<double>& dq,
+                                      const std::vector<double>& ddq) {
     const auto vector = [](const std::vector<double>& v) {
       return VectorX(Eigen::Map<const VectorX>(v.data(), static_cast<Eigen::Index>(v.size())));
     };
@@ -81,7 +81,7 @@ class TreeEngine {
   }
 
  private:
-  static InverseOptions options_of(const Mechanism& mechanism, const SymbolicTree& tree) {
+  static InverseOptions make_options(const Mechanism& mechanism, const SymbolicTree& tree) {
     InverseOptions options;
     for (const int c : tree.coordinates)
       options.independent.push_back(mechanism.coordinates[static_cast<std::size_t>(c)].name);
@@ -91,36 +91,36 @@ class TreeEngine {
 };
 
 /// The largest difference at one state, and the largest torque.
-struct Difference {
-  double off = 0, scale = 0;
+struct TorqueDifference {
+  double max_error = 0, max_torque = 0;
 
   void add(const std::vector<double>& found, const std::vector<double>& expected) {
     for (std::size_t i = 0; i < found.size(); ++i) {
       const double d = std::abs(found[i] - expected[i]);
-      off = std::isfinite(d) ? std::max(off, d) : std::numeric_limits<double>::infinity();
-      scale = std::max(scale, std::abs(expected[i]));
+      max_error = std::isfinite(d) ? std::max(max_error, d) : std::numeric_limits<double>::infinity();
+      max_torque = std::max(max_torque, std::abs(expected[i]));
     }
   }
-  bool agrees() const { return off <= program_tolerance * scale; }
+  bool is_within_tolerance() const { return max_error <= program_tolerance * max_torque; }
 };
 
 /// @param numbers whose values the ring has at present
-void set_numbers(PrintedProgram& program, const Ring& numbers) {
-  for (const Symbol& symbol : numbers.symbols()) program.set(symbol.name, symbol.value);
-  for (const Angle& angle : numbers.angles()) program.set(angle.name, angle.value);
+void assign_values(ProgramInterpreter& program, const Ring& numbers) {
+  for (const Symbol& symbol : numbers.symbols()) program.set_parameter(symbol.name, symbol.value);
+  for (const Angle& angle : numbers.angles()) program.set_parameter(angle.name, angle.value);
   program.prepare();
 }
 
 }  // namespace
 
-CodeStates code_states(const Mechanism& mechanism, const SymbolicTree& tree) {
-  CodeStates states;
+SelfTestStates make_self_test_states(const Mechanism& mechanism, const SymbolicTree& tree) {
+  SelfTestStates states;
   std::mt19937_64 random(1);
   std::uniform_real_distribution<double> any(-1, 1);
   if (!tree.closures.empty()) states.meaning = "Loops are not closed: these are the torques of the spanning tree. ";
   states.meaning += "The test's torques are those of the program balance.";
-  TreeEngine engine(mechanism, tree);
-  for (int s = 0; s < state_count; ++s) {
+  TreeInverseDynamics engine(mechanism, tree);
+  for (int s = 0; s < self_test_state_count; ++s) {
     const auto row = [&] {
       std::vector<double> values;
       for (std::size_t i = 0; i < tree.columns.size(); ++i) values.push_back(any(random));
@@ -128,37 +128,37 @@ CodeStates code_states(const Mechanism& mechanism, const SymbolicTree& tree) {
     };
     const std::vector<double> q = row(), dq = row(), ddq = row();
     states.q.push_back(q), states.dq.push_back(dq), states.ddq.push_back(ddq);
-    states.torque.push_back(engine.torques(q, dq, ddq));
+    states.torque.push_back(engine.compute_torques(q, dq, ddq));
   }
   return states;
 }
 
-void check_program(PrintedProgram program, Ring& ring, const SymbolicTree& tree, const CodeStates& states) {
-  set_numbers(program, ring);
-  Difference here;
+void check_program(ProgramInterpreter program, Ring& ring, const SymbolicTree& tree, const SelfTestStates& states) {
+  assign_values(program, ring);
+  TorqueDifference here;
   for (std::size_t s = 0; s < states.q.size(); ++s)
-    here.add(program.torques(states.q[s], states.dq[s], states.ddq[s]), states.torque[s]);
-  if (!here.agrees()) throw FormulaError("the program differs from the engine");
-  const OtherNumbers numbers(ring, *tree.model);
-  if (!numbers.exist()) return;
+    here.add(program.compute_torques(states.q[s], states.dq[s], states.ddq[s]), states.torque[s]);
+  if (!here.is_within_tolerance()) throw FormulaError("the program differs from the engine");
+  const ParameterSampler numbers(ring, *tree.model);
+  if (!numbers.has_parameters()) return;
   std::mt19937_64 random(1);
   std::size_t s = 0;
-  for (int draws = 0; s < program_states_elsewhere && draws < OtherNumbers::max_draws; ++draws) {
-    const std::vector<double> nodes = tree.model->nodes_at(numbers.draw(random, draws));
-    const Mechanism mechanism = tree.model->mechanism_at(nodes);
+  for (int draws = 0; s < perturbed_self_test_count && draws < ParameterSampler::max_draws; ++draws) {
+    const std::vector<double> nodes = tree.model->evaluate_nodes(numbers.draw(random, draws));
+    const Mechanism mechanism = tree.model->build_mechanism(nodes);
     if (!validate(mechanism).empty()) continue;
-    const ValuesElsewhere values(ring, nodes);
-    set_numbers(program, ring);
-    TreeEngine engine(mechanism, tree);
-    Difference elsewhere;
-    elsewhere.add(program.torques(states.q[s], states.dq[s], states.ddq[s]),
-                  engine.torques(states.q[s], states.dq[s], states.ddq[s]));
+    const ScopedSymbolValues values(ring, nodes);
+    assign_values(program, ring);
+    TreeInverseDynamics engine(mechanism, tree);
+    TorqueDifference elsewhere;
+    elsewhere.add(program.compute_torques(states.q[s], states.dq[s], states.ddq[s]),
+                  engine.compute_torques(states.q[s], states.dq[s], states.ddq[s]));
     ++s;
-    if (!elsewhere.agrees()) throw FormulaError("the program differs from the engine at other numbers");
+    if (!elsewhere.is_within_tolerance()) throw FormulaError("the program differs from the engine at other numbers");
   }
 }
 
-std::string plain_title(const std::string& name) {
+std::string comment_safe_title(const std::string& name) {
   std::string plain;
   for (const char c : name) {
     const auto byte = static_cast<unsigned char>(c);

@@ -10,61 +10,61 @@
 
 namespace balance::formulas {
 
-enum class Operation { constant, leaf, sum, difference, product, negative, cosine, sine, root, inverse };
+enum class ProgramOperation { constant, input, sum, difference, product, negative, cosine, sine, root, inverse };
 
 /// Operations of one number.
-constexpr bool is_unary(Operation operation) { return operation >= Operation::negative; }
+constexpr bool is_unary(ProgramOperation operation) { return operation >= ProgramOperation::negative; }
 
-struct DagNode {
-  Operation operation = Operation::constant;
+struct ProgramNode {
+  ProgramOperation operation = ProgramOperation::constant;
   int a = 0, b = 0;
-  double value = 0;    ///< of a constant
-  std::string name;    ///< of a leaf
-  bool moves = false;  ///< it depends on the state: else it is calculated once per mechanism
+  double value = 0;                 ///< of a constant
+  std::string name;                 ///< of a leaf
+  bool is_state_dependent = false;  ///< it depends on the state: else it is calculated once per mechanism
 };
 
 /// Operations in the order in which they can be done, each once.
-class Arena {
+class StraightLineProgram {
  public:
-  static constexpr std::size_t most_nodes = 500'000;
+  static constexpr std::size_t max_nodes = 500'000;
 
-  int constant(double value);
-  int leaf(const std::string& name, bool moves);
-  int make(Operation operation, int a, int b);
-  const DagNode& operator[](int index) const { return nodes_[static_cast<std::size_t>(index)]; }
+  int add_constant(double value);
+  int add_input(const std::string& name, bool moves);
+  int add_operation(ProgramOperation operation, int a, int b);
+  const ProgramNode& operator[](int index) const { return nodes_[static_cast<std::size_t>(index)]; }
   std::size_t size() const { return nodes_.size(); }
 
  private:
-  int add(DagNode node);
-  std::vector<DagNode> nodes_;
+  int add(ProgramNode node);
+  std::vector<ProgramNode> nodes_;
   std::map<double, int> constants_;
   std::map<std::string, int> leaves_;
   std::unordered_map<std::uint64_t, int> known_;
 };
 
 /// A node as a number that calculates. Plain numbers know no arena until they meet one that does.
-class Dag {
+class ProgramValue {
  public:
-  Dag() = default;
-  Dag(double value) : value_(value) {}  // NOLINT(google-explicit-constructor)
-  Dag(int value) : value_(value) {}     // NOLINT(google-explicit-constructor)
-  Dag(Arena& arena, int node);
+  ProgramValue() = default;
+  ProgramValue(double value) : value_(value) {}  // NOLINT(google-explicit-constructor)
+  ProgramValue(int value) : value_(value) {}     // NOLINT(google-explicit-constructor)
+  ProgramValue(StraightLineProgram& arena, int node);
 
   bool is(double value) const { return arena_ == nullptr && value_ == value; }
   bool is_number() const { return arena_ == nullptr; }
   double value() const { return value_; }
   /// The node, made in an arena if it is a plain number.
-  int node(Arena& arena) const { return arena_ == nullptr ? arena.constant(value_) : node_; }
+  int node(StraightLineProgram& arena) const { return arena_ == nullptr ? arena.add_constant(value_) : node_; }
 
-  Dag operator-() const;
-  friend Dag operator+(const Dag& a, const Dag& b);
-  friend Dag operator-(const Dag& a, const Dag& b);
-  friend Dag operator*(const Dag& a, const Dag& b);
+  ProgramValue operator-() const;
+  friend ProgramValue operator+(const ProgramValue& a, const ProgramValue& b);
+  friend ProgramValue operator-(const ProgramValue& a, const ProgramValue& b);
+  friend ProgramValue operator*(const ProgramValue& a, const ProgramValue& b);
 
  private:
   bool is_negative() const;
-  Dag opposite() const;
-  Arena* arena_ = nullptr;
+  ProgramValue opposite() const;
+  StraightLineProgram* arena_ = nullptr;
   int node_ = 0;
   double value_ = 0;
 };

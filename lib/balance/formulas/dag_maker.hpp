@@ -9,41 +9,43 @@
 
 namespace balance::formulas {
 
-class DagMaker {
+class ProgramFactory {
  public:
   /// @param angles, symbols what stands for those that move; others are leaves
-  DagMaker(Arena& arena, const Ring& ring) : arena_(arena), ring_(ring) {}
+  ProgramFactory(StraightLineProgram& arena, const Ring& ring) : arena_(arena), ring_(ring) {}
 
-  void move_angle(int angle, const Dag& value) { angles_[angle] = value; }
-  void move_symbol(int symbol, const Dag& value) { symbols_[symbol] = value; }
+  void bind_angle(int angle, const ProgramValue& value) { angles_[angle] = value; }
+  void bind_symbol(int symbol, const ProgramValue& value) { symbols_[symbol] = value; }
 
-  Dag symbol(int index) {
+  ProgramValue symbol(int index) {
     const auto moving = symbols_.find(index);
     return moving != symbols_.end() ? moving->second : leaf(ring_.symbol(index).name, false);
   }
-  Dag circular(int angle, bool sine) { return unary(sine ? Operation::sine : Operation::cosine, angle_of(angle)); }
-  Dag of(const Polynomial& p);
-  Dag unary(Operation operation, const Dag& of) {
-    const int node = of.node(arena_);
-    return {arena_, arena_.make(operation, node, node)};
+  ProgramValue circular(int angle, bool sine) {
+    return unary(sine ? ProgramOperation::sine : ProgramOperation::cosine, angle_of(angle));
   }
-  Dag root(const Dag& of) { return unary(Operation::root, of); }
-  Dag inverse(const Dag& of) { return unary(Operation::inverse, of); }
-  Dag leaf(const std::string& name, bool moves) { return {arena_, arena_.leaf(name, moves)}; }
+  ProgramValue convert(const Polynomial& p);
+  ProgramValue unary(ProgramOperation operation, const ProgramValue& of) {
+    const int node = of.node(arena_);
+    return {arena_, arena_.add_operation(operation, node, node)};
+  }
+  ProgramValue root(const ProgramValue& of) { return unary(ProgramOperation::root, of); }
+  ProgramValue inverse(const ProgramValue& of) { return unary(ProgramOperation::inverse, of); }
+  ProgramValue leaf(const std::string& name, bool moves) { return {arena_, arena_.add_input(name, moves)}; }
 
  private:
-  Dag angle_of(int angle) {
+  ProgramValue angle_of(int angle) {
     const auto moving = angles_.find(angle);
     return moving != angles_.end() ? moving->second : leaf(ring_.angle(angle).name, false);
   }
-  Dag wave(const Circular& function);
+  ProgramValue wave(const CircularFunction& function);
 
-  Arena& arena_;
+  StraightLineProgram& arena_;
   const Ring& ring_;
-  std::map<int, Dag> angles_, symbols_;
+  std::map<int, ProgramValue> angles_, symbols_;
 };
 
 /// Torques of the tree's columns for the states `q[i]`, `dq[i]`, `ddq[i]`; springs included.
-std::vector<Dag> torque_program(Arena& arena, Ring& ring, const SymbolicTree& tree);
+std::vector<ProgramValue> build_torque_program(StraightLineProgram& arena, Ring& ring, const SymbolicTree& tree);
 
 }  // namespace balance::formulas

@@ -12,7 +12,8 @@ std::vector<Matrix> christoffel_symbols(const SymbolicTree& tree, const Matrix& 
   std::vector<Matrix> dM(n, Matrix(n, Row(n))), D = dM;
   for (std::size_t i = 0; i < n; ++i)
     for (std::size_t j = i; j < n; ++j)
-      for (std::size_t k = 0; k < n; ++k) dM[i][j][k] = dM[j][i][k] = derivative(tree, M[i][j], static_cast<int>(k));
+      for (std::size_t k = 0; k < n; ++k)
+        dM[i][j][k] = dM[j][i][k] = column_derivative(tree, M[i][j], static_cast<int>(k));
   const Polynomial half(Rational(1, 2));
   for (std::size_t i = 0; i < n; ++i)
     for (std::size_t j = 0; j < n; ++j)
@@ -21,18 +22,18 @@ std::vector<Matrix> christoffel_symbols(const SymbolicTree& tree, const Matrix& 
 }
 
 /// Equations of one closure, in the order of the engine's. Source: docs/theory.md, loops.
-void add_closure(const SymbolicTree& tree, PolynomialMaker& make, const LoopClosure& joint, Row& rows) {
+void add_closure(const SymbolicTree& tree, PolynomialFactory& make, const LoopClosure& joint, Row& rows) {
   using enum JointType;
-  const Vector d = position<Polynomial>(tree, make, joint.b) - position<Polynomial>(tree, make, joint.a);
-  const auto axis = [&](const Place& of, int k) { return direction<Polynomial>(tree, make, of.frame, k); };
+  const Vector d = world_position<Polynomial>(tree, make, joint.b) - world_position<Polynomial>(tree, make, joint.a);
+  const auto axis = [&](const FramePoint& of, int k) { return world_direction<Polynomial>(tree, make, of.frame, k); };
   const auto along = [&](int k) { rows.push_back(dot(axis(joint.a, k), d)); };
   const auto square = [&](int i, int j) { rows.push_back(dot(axis(joint.a, i), axis(joint.b, j))); };
   const auto meet = [&] {
-    for (std::size_t k = 0; k < (tree.planar ? 2U : 3U); ++k) rows.push_back(d[k]);
+    for (std::size_t k = 0; k < (tree.is_planar ? 2U : 3U); ++k) rows.push_back(d[k]);
   };
   const JointType type = joint.type;
   if (type == revolute || type == fixed || type == spherical || type == universal) meet();
-  if (tree.planar) {
+  if (tree.is_planar) {
     if (type == prismatic || type == pin_slot) along(1);
     if (type == prismatic || type == fixed) square(1, 0);
     return;
@@ -45,37 +46,39 @@ void add_closure(const SymbolicTree& tree, PolynomialMaker& make, const LoopClos
 }
 
 /// Generalised force of a spring: k Δ·∂Δ for zero free length, (1 − l₀/L) times that for others.
-void add_spring(const LinearSpring& spring, PolynomialMaker& make, Equations& e) {
-  const Vector d = position<Polynomial>(e.tree, make, spring.b) - position<Polynomial>(e.tree, make, spring.a);
+void add_spring(const LinearSpring& spring, PolynomialFactory& make, SymbolicEquations& e) {
+  const Vector d =
+      world_position<Polynomial>(e.tree, make, spring.b) - world_position<Polynomial>(e.tree, make, spring.a);
   const Polynomial square = dot(d, d);
   Polynomial factor = Polynomial(Rational(1, 2)) * spring.stiffness;
   if (spring.length >= 0) {
     factor = factor - factor * spring.free_length * Polynomial::of_symbol(make.ring, spring.length, -1);
     e.lengths.emplace_back(spring.length, square);
   }
-  for (std::size_t i = 0; i < e.z.size(); ++i) e.z[i] += factor * derivative(e.tree, square, static_cast<int>(i));
+  for (std::size_t i = 0; i < e.z.size(); ++i)
+    e.z[i] += factor * column_derivative(e.tree, square, static_cast<int>(i));
 }
 
 /// Generalised force of a spring in a joint: k q − preload.
-void add_joint_spring(const JointSpring& spring, PolynomialMaker& make, Equations& e) {
+void add_joint_spring(const JointSpring& spring, PolynomialFactory& make, SymbolicEquations& e) {
   const Polynomial force = spring.stiffness * Polynomial::of_symbol(make.ring, spring.symbol) - spring.preload;
   for (const auto& [column, ratio] : e.tree.variables[static_cast<std::size_t>(spring.variable)].follows)
     e.z[static_cast<std::size_t>(column)] += ratio * force;
 }
 
-void add_weight_and_springs(PolynomialMaker& make, Equations& e) {
+void add_weight_and_springs(PolynomialFactory& make, SymbolicEquations& e) {
   Polynomial potential;
   for (std::size_t k = 0; k < 3; ++k) potential -= e.tree.gravity[k] * e.moment[k];
-  for (std::size_t i = 0; i < e.M.size(); ++i) e.z.push_back(derivative(e.tree, potential, static_cast<int>(i)));
+  for (std::size_t i = 0; i < e.M.size(); ++i) e.z.push_back(column_derivative(e.tree, potential, static_cast<int>(i)));
   for (const LinearSpring& spring : e.tree.springs) add_spring(spring, make, e);
   for (const JointSpring& spring : e.tree.joint_springs) add_joint_spring(spring, make, e);
 }
 
 }  // namespace
 
-Polynomial derivative(const SymbolicTree& tree, const Polynomial& p, int column) {
+Polynomial column_derivative(const SymbolicTree& tree, const Polynomial& p, int column) {
   Polynomial sum;
-  for (const Variable& variable : tree.variables)
+  for (const JointVariable& variable : tree.variables)
     for (const auto& [follows, ratio] : variable.follows)
       if (follows == column && variable.index >= 0)
         sum += ratio *
@@ -83,12 +86,12 @@ Polynomial derivative(const SymbolicTree& tree, const Polynomial& p, int column)
   return sum;
 }
 
-Equations derive(Ring& ring, SymbolicTree tree, const Wanted& wanted) {
-  Equations e;
+SymbolicEquations derive_equations(Ring& ring, SymbolicTree tree, const EquationSelection& wanted) {
+  SymbolicEquations e;
   e.tree = std::move(tree);
-  PolynomialMaker make{ring};
+  PolynomialFactory make{ring};
   Mass whole;
-  e.M = mass_matrix<Polynomial>(e.tree, make, whole);
+  e.M = composite_body_mass_matrix<Polynomial>(e.tree, make, whole);
   e.mass = whole.mass, e.moment = whole.moment;
   if (wanted.velocity) e.D = christoffel_symbols(e.tree, e.M);
   if (wanted.gravity) add_weight_and_springs(make, e);
@@ -96,12 +99,13 @@ Equations derive(Ring& ring, SymbolicTree tree, const Wanted& wanted) {
   for (const LoopClosure& joint : e.tree.closures) add_closure(e.tree, make, joint, e.closure);
   for (const Polynomial& h : e.closure) {
     e.A.emplace_back();
-    for (std::size_t i = 0; i < e.M.size(); ++i) e.A.back().push_back(derivative(e.tree, h, static_cast<int>(i)));
+    for (std::size_t i = 0; i < e.M.size(); ++i)
+      e.A.back().push_back(column_derivative(e.tree, h, static_cast<int>(i)));
   }
   return e;
 }
 
-TermCount count_terms(const Equations& e) {
+TermCount count_terms(const SymbolicEquations& e) {
   TermCount count;
   for (std::size_t i = 0; i < e.M.size(); ++i)
     for (std::size_t j = 0; j < e.M.size(); ++j) {

@@ -13,12 +13,12 @@ using Row = std::vector<Polynomial>;
 using Matrix = std::vector<Row>;
 
 /// What is to be derived.
-struct Wanted {
+struct EquationSelection {
   bool inertia = true, velocity = true, gravity = true, closures = true;
 };
 
 /// In the columns of the tree; n of them. τ are the efforts that the tree without its closures would need.
-struct Equations {
+struct SymbolicEquations {
   SymbolicTree tree;
   Matrix M;               ///< n×n
   std::vector<Matrix> D;  ///< D[i][j][k], symmetric in j and k: Christoffel symbols; τᵢ has D[i][j][k] q̇ⱼ q̇ₖ
@@ -31,22 +31,22 @@ struct Equations {
 };
 
 /// @throws FormulaError for what has no formula or one that is too long
-Equations derive(Ring& ring, SymbolicTree tree, const Wanted& wanted = {});
+SymbolicEquations derive_equations(Ring& ring, SymbolicTree tree, const EquationSelection& wanted = {});
 
 /// Derivative by a column.
-Polynomial derivative(const SymbolicTree& tree, const Polynomial& p, int column);
+Polynomial column_derivative(const SymbolicTree& tree, const Polynomial& p, int column);
 
 /// Terms of M (upper triangle), D (j ≤ k), z, A.
 struct TermCount {
   std::size_t M = 0, D = 0, z = 0, A = 0;
 };
-TermCount count_terms(const Equations& equations);
+TermCount count_terms(const SymbolicEquations& equations);
 
 /// Polynomials for the recursions.
-struct PolynomialMaker {
+struct PolynomialFactory {
   Ring& ring;
 
-  Polynomial of(const Polynomial& p) const { return p; }
+  Polynomial convert(const Polynomial& p) const { return p; }
   Polynomial circular(int angle, bool sine) const { return Polynomial::of_angle(ring, angle, sine); }
   Polynomial symbol(int index) const { return Polynomial::of_symbol(ring, index); }
 };

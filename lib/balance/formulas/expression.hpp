@@ -13,9 +13,9 @@ namespace balance::formulas {
 
 /// What numbers and names become is for `Maker`: number(text), name(text), call(function, argument), power(base, whole number).
 template <class Value, class Maker>
-class ExpressionReader {
+class FormulaParser {
  public:
-  ExpressionReader(const std::string& text, Maker& make) : text_(text), make_(make) {}
+  FormulaParser(const std::string& text, Maker& make) : text_(text), make_(make) {}
 
   /// @throws FormulaError with what is wrong
   Value read() {
@@ -25,7 +25,7 @@ class ExpressionReader {
   }
 
  private:
-  static constexpr int deepest = 100;
+  static constexpr int max_depth = 100;
 
   char peek() {
     while (at_ < text_.size() && text_[at_] == ' ') ++at_;
@@ -42,7 +42,7 @@ class ExpressionReader {
   }
   static bool in_name(char c) { return std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '_'; }
   /// The point in `leg1.l`.
-  bool joins_names() const {
+  bool is_name_separator() const {
     return text_[at_] == '.' && at_ + 1 < text_.size() && in_name(text_[at_ + 1]) && !is_digit(text_[at_ + 1]);
   }
   /// Takes an index or a member behind a name.
@@ -64,7 +64,7 @@ class ExpressionReader {
   }
 
   Value sum() {
-    if (++depth_ > deepest) fail();
+    if (++depth_ > max_depth) fail();
     Value value = signed_product();
     for (;;) {
       if (take('+'))
@@ -130,7 +130,7 @@ class ExpressionReader {
     if (!in_name(c)) fail();
     for (bool in = true; in;) {
       in = take_element();
-      for (; at_ < text_.size() && (in_name(text_[at_]) || joins_names()); ++at_) in = true;
+      for (; at_ < text_.size() && (in_name(text_[at_]) || is_name_separator()); ++at_) in = true;
     }
     const std::string name = text_.substr(begin, at_ - begin);
     if (!make_.is_function(name) || peek() != '(') return make_.name(name);

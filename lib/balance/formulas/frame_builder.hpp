@@ -9,7 +9,7 @@
 namespace balance::formulas {
 
 /// A turn about a coordinate axis that does not depend on the pose [rad].
-struct FixedTurn {
+struct FixedRotation {
   int axis = 0;
   Expression angle;
   int sign = 1;  ///< −1: backwards
@@ -17,40 +17,40 @@ struct FixedTurn {
 
 /// A coordinate axis k of a frame that the turns lead to, so that it points along a unit vector.
 struct Alignment {
-  std::vector<FixedTurn> turns;
+  std::vector<FixedRotation> turns;
   int axis = 0;
   int sign = 1;
 };
 /// Where the spec lets the direction change, the turns are those of any direction.
-Alignment align(const Vector3E& direction);
+Alignment find_alignment(const Vector3E& direction);
 /// Turns one after another that make a rotation.
-std::vector<FixedTurn> turns_of(const Matrix3E& rotation);
-std::vector<FixedTurn> reversed(std::vector<FixedTurn> turns);
+std::vector<FixedRotation> decompose_rotation(const Matrix3E& rotation);
+std::vector<FixedRotation> reverse_rotations(std::vector<FixedRotation> turns);
 
 class FrameBuilder {
  public:
   FrameBuilder(Ring& ring, SymbolicTree& tree);
 
   /// The run of an angle that turns about an axis there: new, or that of the last joint with a parallel axis.
-  int run_of(const Place& from, int axis);
-  Place turned(const Place& from, const std::vector<FixedTurn>& turns);
+  int group_of(const FramePoint& from, int axis);
+  FramePoint rotate(const FramePoint& from, const std::vector<FixedRotation>& turns);
   /// @param sign −1: backwards
-  Place moved_by(const Place& from, const Vector3E& direction, int variable, int sign);
+  FramePoint apply_joint(const FramePoint& from, const Vector3E& direction, int variable, int sign);
   /// The same, left in axes of which `along` has one.
-  Place moved_along(const Place& from, const Alignment& along, int variable, int sign);
+  FramePoint apply_aligned_joint(const FramePoint& from, const Alignment& along, int variable, int sign);
   /// The number of a new variable; its angle gets its run when it is first turned by.
   int add_variable(const std::string& name, bool is_angle);
 
  private:
-  Place turned_once(const Place& from, const FixedTurn& turn);
+  FramePoint rotate_once(const FramePoint& from, const FixedRotation& turn);
   int fixed_angle(int run, const Expression& value);
-  int add_frame(Frame frame);
+  int add_frame(SymbolicFrame frame);
 
   Ring& ring_;
   SymbolicTree& tree_;
-  std::vector<std::string> names_;        ///< of variables
-  std::vector<std::array<int, 3>> runs_;  ///< per frame and axis; −1: none yet
-  std::vector<int> fixed_;                ///< angles of the ring that do not change
+  std::vector<std::string> names_;          ///< of variables
+  std::vector<std::array<int, 3>> groups_;  ///< per frame and axis; −1: none yet
+  std::vector<int> fixed_;                  ///< angles of the ring that do not change
   int run_count_ = 0;
 };
 

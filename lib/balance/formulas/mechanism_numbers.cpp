@@ -7,34 +7,34 @@ namespace balance::formulas {
 
 namespace {
 
-constexpr const char* letters[] = {"x", "y", "z"};
+constexpr const char* axis_letters[] = {"x", "y", "z"};
 /// Of a symmetric matrix: row, column, what it is called.
 struct Entry {
   int row, column;
   const char* name;
 };
-constexpr Entry entries[] = {{0, 0, "x"}, {1, 1, "y"}, {2, 2, "z"}, {0, 1, "xy"}, {0, 2, "xz"}, {1, 2, "yz"}};
+constexpr Entry inertia_entries[] = {{0, 0, "x"}, {1, 1, "y"}, {2, 2, "z"}, {0, 1, "xy"}, {0, 2, "xz"}, {1, 2, "yz"}};
 
 std::string item(const std::string& path, int k) { return path.empty() ? "" : path + "[" + std::to_string(k) + "]"; }
-std::string behind(const std::string& name) { return "_" + name; }
+std::string name_suffix(const std::string& name) { return "_" + name; }
 
 }  // namespace
 
-MechanismNumbers::MechanismNumbers(Ring& ring, const NumberModel& model, const SpecTexts& texts,
+MechanismSymbols::MechanismSymbols(Ring& ring, const ParametricModel& model, const SpecNumberTexts& texts,
                                    const TreeOptions& options)
-    : numbers_(ring, model, texts, options.expressions == Expressions::put_in),
+    : numbers_(ring, model, texts, options.expressions == ParameterExpressions::inlined),
       mechanism_(model.mechanism()),
       model_(model),
       texts_(texts),
       ring_(ring),
-      origin_(options.inertial == Inertial::about_origin) {}
+      origin_(options.inertial == InertialParametrisation::about_origin) {}
 
-int MechanismNumbers::count_nonzero(const Vector3E& v) const {
+int MechanismSymbols::count_nonzero(const Vector3E& v) const {
   return static_cast<int>(std::count_if(v.begin(), v.end(), [&](const Expression& x) { return !model_.is_zero(x); }));
 }
 
 /// The point that is named there, unless the place has been moved from it since (what rolls is held at its centre).
-const NamedPointOf<Expression>* MechanismNumbers::named_point(const std::string& path, int body,
+const NamedPointOf<Expression>* MechanismSymbols::named_point(const std::string& path, int body,
                                                               const Vector3E& position) const {
   const auto text = texts_.numbers.find(path);
   if (text == texts_.numbers.end()) return nullptr;
@@ -47,70 +47,70 @@ const NamedPointOf<Expression>* MechanismNumbers::named_point(const std::string&
 }
 
 /// @param along name of the only coordinate that is not zero @param behind what follows x, y, z in the names of several
-Vector MechanismNumbers::place(const std::string& path, const Vector3E& position, const std::string& along,
-                               const std::string& behind, SymbolKind kind) {
+Vector MechanismSymbols::position(const std::string& path, const Vector3E& position, const std::string& along,
+                                  const std::string& behind, SymbolKind kind) {
   Vector at;
   const bool alone = count_nonzero(position) == 1 && !along.empty();
   for (int k = 0; k < 3; ++k)
     at[static_cast<std::size_t>(k)] =
-        numbers_.at(item(path, k), position[k], alone ? along : letters[k] + behind, kind);
+        numbers_.polynomial_at(item(path, k), position[k], alone ? along : axis_letters[k] + behind, kind);
   return at;
 }
 
-Vector MechanismNumbers::own_point(const std::string& path, int body, const Vector3E& position,
-                                   const std::string& name) {
+Vector MechanismSymbols::unnamed_point(const std::string& path, int body, const Vector3E& position,
+                                       const std::string& name) {
   const auto [at, fresh] = points_.try_emplace(path);
   if (!fresh) return at->second;
   const std::string number = body == ground ? "" : std::to_string(body);
   std::string along;
   if (body != ground && count_nonzero(position) == 1 && has_length_.insert(body).second) along = "l" + number;
-  return at->second = place(path, position, along, name + number, SymbolKind::length);
+  return at->second = this->position(path, position, along, name + number, SymbolKind::length);
 }
 
-Vector MechanismNumbers::referred(const std::string& path, int body, const Vector3E& position) {
+Vector MechanismSymbols::referenced_point(const std::string& path, int body, const Vector3E& position) {
   const auto& owner = mechanism_.bodies[static_cast<std::size_t>(body)];
   const NamedPointE* named = named_point(path, body, position);
-  if (named == nullptr) return own_point(path, body, position, "P");
+  if (named == nullptr) return unnamed_point(path, body, position, "P");
   const std::string section = body == ground ? "ground" : "bodies." + owner.name;
-  return own_point(section + ".points." + named->name, body, position, named->name);
+  return unnamed_point(section + ".points." + named->name, body, position, named->name);
 }
 
-Vector MechanismNumbers::joint_point(int index, bool first) {
+Vector MechanismSymbols::joint_point(int index, bool first) {
   const auto& joint = mechanism_.joints[static_cast<std::size_t>(index)];
-  return referred("joints." + joint.name + (first ? ".connects[0]" : ".connects[1]"),
-                  first ? joint.first : joint.second, first ? joint.point_first : joint.point_second);
+  return referenced_point("joints." + joint.name + (first ? ".connects[0]" : ".connects[1]"),
+                          first ? joint.first : joint.second, first ? joint.point_first : joint.point_second);
 }
 
-Vector MechanismNumbers::spring_point(std::size_t index, bool first) {
+Vector MechanismSymbols::spring_point(std::size_t index, bool first) {
   const auto& spring = mechanism_.springs[index];
-  return referred("springs." + spring.name + (first ? ".between[0]" : ".between[1]"),
-                  first ? spring.first : spring.second, first ? spring.point_first : spring.point_second);
+  return referenced_point("springs." + spring.name + (first ? ".between[0]" : ".between[1]"),
+                          first ? spring.first : spring.second, first ? spring.point_first : spring.point_second);
 }
 
-Symmetric<Polynomial> MechanismNumbers::inertia(const MassText& text) {
-  Symmetric<Polynomial> J;
+RingSymmetric3<Polynomial> MechanismSymbols::inertia(const MassText& text) {
+  RingSymmetric3<Polynomial> J;
   for (int k = 0; k < 6; ++k) {
     if (planar() && k != 2) continue;
-    const auto [row, column, name] = entries[k];
+    const auto [row, column, name] = inertia_entries[k];
     const std::string path = planar() ? text.path + ".inertia" : item(text.path + ".inertia", k);
-    J[static_cast<std::size_t>(k)] =
-        numbers_.at(path, text.inertia(row, column), std::string("J") + name + text.name, SymbolKind::inertia);
+    J[static_cast<std::size_t>(k)] = numbers_.polynomial_at(path, text.inertia(row, column),
+                                                            std::string("J") + name + text.name, SymbolKind::inertia);
   }
   return J;
 }
 
-Mass MechanismNumbers::about_com(const Polynomial& mass, const Vector& com, const MassText& text) {
+Mass MechanismSymbols::about_com(const Polynomial& mass, const Vector& com, const MassText& text) {
   Mass part;
   part.mass = mass;
   part.inertia = inertia(text);
-  return shifted(part, com);
+  return shift_origin(part, com);
 }
 
-Mass MechanismNumbers::about_origin(const std::string& name, const Expression& mass, const Vector3E& com,
+Mass MechanismSymbols::about_origin(const std::string& name, const Expression& mass, const Vector3E& com,
                                     const Matrix3E& inertia) {
   Mass part;
   const auto symbol = [&](const std::string& letter, const Expression& value, SymbolKind kind) {
-    inertial_.push_back(ring_.add_symbol(plain_name(letter + name), kind, value));
+    inertial_.push_back(ring_.add_symbol(identifier_name(letter + name), kind, value));
     return Polynomial::of_symbol(ring_, inertial_.back());
   };
   const Vector3E h = mass * com;
@@ -119,150 +119,151 @@ Mass MechanismNumbers::about_origin(const std::string& name, const Expression& m
     for (int j = 0; j < 3; ++j) I(i, j) += mass * ((i == j ? com.squaredNorm() : Expression(0)) - com[i] * com[j]);
   part.mass = symbol("m", mass, SymbolKind::mass);
   for (int k = 0; k < (planar() ? 2 : 3); ++k)
-    part.moment[static_cast<std::size_t>(k)] = symbol(std::string("m") + letters[k], h[k], SymbolKind::first_moment);
+    part.moment[static_cast<std::size_t>(k)] =
+        symbol(std::string("m") + axis_letters[k], h[k], SymbolKind::first_moment);
   if (planar()) {
     part.inertia[2] = symbol("J", I(2, 2), SymbolKind::inertia);
     return part;
   }
   for (int k = 0; k < 6; ++k) {
-    const auto [row, column, axes] = entries[k];
+    const auto [row, column, axes] = inertia_entries[k];
     const std::string both = k < 3 ? std::string(axes) + axes : axes;
     part.inertia[static_cast<std::size_t>(k)] = symbol("I" + both, I(row, column), SymbolKind::inertia);
   }
   return part;
 }
 
-Mass MechanismNumbers::body(int index) {
+Mass MechanismSymbols::body(int index) {
   const auto& body = mechanism_.bodies[static_cast<std::size_t>(index)];
   const std::string number = std::to_string(index), path = "bodies." + body.name;
   if (origin_) return about_origin(number, body.mass, body.com, body.inertia);
-  const Polynomial mass = numbers_.at(path + ".mass", body.mass, "m" + number, SymbolKind::mass);
-  const Vector com = place(path + ".com", body.com, "lg" + number, "g" + number, SymbolKind::place);
+  const Polynomial mass = numbers_.polynomial_at(path + ".mass", body.mass, "m" + number, SymbolKind::mass);
+  const Vector com = position(path + ".com", body.com, "lg" + number, "g" + number, SymbolKind::com_coordinate);
   return about_com(mass, com, {path, number, body.inertia});
 }
 
 /// Its own numbers, or a point of the body that carries it.
-Vector MechanismNumbers::carried_at(const std::string& path, int body, const Vector3E& position,
-                                    const std::string& name) {
-  if (named_point(path + ".at", body, position) != nullptr) return referred(path + ".at", body, position);
-  return place(path + ".at", position, "", name, SymbolKind::place);
+Vector MechanismSymbols::attachment_position(const std::string& path, int body, const Vector3E& position,
+                                             const std::string& name) {
+  if (named_point(path + ".at", body, position) != nullptr) return referenced_point(path + ".at", body, position);
+  return this->position(path + ".at", position, "", name, SymbolKind::com_coordinate);
 }
 
-Vector MechanismNumbers::disc_place(int index) {
+Vector MechanismSymbols::disc_position(int index) {
   const auto& disc = mechanism_.discs[static_cast<std::size_t>(index)];
-  return carried_at("discs." + disc.name, disc.body, disc.position, behind(disc.name));
+  return attachment_position("discs." + disc.name, disc.body, disc.position, name_suffix(disc.name));
 }
 
-Mass MechanismNumbers::attachment(int index) {
+Mass MechanismSymbols::attachment(int index) {
   const auto& extra = mechanism_.attachments[static_cast<std::size_t>(index)];
   const bool payload = extra.kind == AttachmentKind::payload;
-  const std::string path = (payload ? "payloads." : "counterweights.") + extra.name, name = behind(extra.name);
+  const std::string path = (payload ? "payloads." : "counterweights.") + extra.name, name = name_suffix(extra.name);
   if (origin_) return about_origin(name, extra.mass, extra.position, extra.inertia);
-  const Polynomial mass = numbers_.at(path + ".mass", extra.mass, "m" + name, SymbolKind::mass);
-  return about_com(mass, carried_at(path, extra.body, extra.position, name), {path, name, extra.inertia});
+  const Polynomial mass = numbers_.polynomial_at(path + ".mass", extra.mass, "m" + name, SymbolKind::mass);
+  return about_com(mass, attachment_position(path, extra.body, extra.position, name), {path, name, extra.inertia});
 }
 
-Mass MechanismNumbers::disc(int index) {
+Mass MechanismSymbols::disc(int index) {
   const auto& disc = mechanism_.discs[static_cast<std::size_t>(index)];
-  const std::string path = "discs." + disc.name, name = behind(disc.name);
+  const std::string path = "discs." + disc.name, name = name_suffix(disc.name);
   if (origin_) return about_origin(name, disc.mass, Vector3E::Zero(), disc.inertia);
-  return about_com(numbers_.at(path + ".mass", disc.mass, "m" + name, SymbolKind::mass), {},
+  return about_com(numbers_.polynomial_at(path + ".mass", disc.mass, "m" + name, SymbolKind::mass), {},
                    {path, name, disc.inertia});
 }
 
-bool MechanismNumbers::is_rotor(int index) const {
+bool MechanismSymbols::is_rotor(int index) const {
   const auto& disc = mechanism_.discs[static_cast<std::size_t>(index)];
   return !planar() && !origin_ && texts_.numbers.contains("discs." + disc.name + ".inertia.axial");
 }
 
-Mass MechanismNumbers::rotor(int index, int axis) {
+Mass MechanismSymbols::rotor(int index, int axis) {
   const auto& disc = mechanism_.discs[static_cast<std::size_t>(index)];
-  const std::string path = "discs." + disc.name, name = behind(disc.name);
+  const std::string path = "discs." + disc.name, name = name_suffix(disc.name);
   const Vector3E& u = disc.axis;
   const Expression axial = u.dot(disc.inertia * u);
   const Expression transverse = (disc.inertia(0, 0) + disc.inertia(1, 1) + disc.inertia(2, 2) - axial) / 2;
   Mass part;
-  part.mass = numbers_.at(path + ".mass", disc.mass, "m" + name, SymbolKind::mass);
+  part.mass = numbers_.polynomial_at(path + ".mass", disc.mass, "m" + name, SymbolKind::mass);
   for (int k = 0; k < 3; ++k)
     part.inertia[static_cast<std::size_t>(k)] =
-        k == axis ? numbers_.at(path + ".inertia.axial", axial, "Ja" + name, SymbolKind::inertia)
-                  : numbers_.at(path + ".inertia.transverse", transverse, "Jt" + name, SymbolKind::inertia);
+        k == axis ? numbers_.polynomial_at(path + ".inertia.axial", axial, "Ja" + name, SymbolKind::inertia)
+                  : numbers_.polynomial_at(path + ".inertia.transverse", transverse, "Jt" + name, SymbolKind::inertia);
   return part;
 }
 
-Vector MechanismNumbers::gravity() {
+Vector MechanismSymbols::gravity() {
   const Vector3E& g = mechanism_.gravity;
   Vector at;
   for (int k = 0; k < 3; ++k) {
-    const std::string name = count_nonzero(g) == 1 ? "g" : std::string("g") + letters[k];
+    const std::string name = count_nonzero(g) == 1 ? "g" : std::string("g") + axis_letters[k];
     const bool down = g[k].is_constant() && g[k].value() < 0;  // g is what weighs
     const Polynomial value =
-        numbers_.at(down ? "" : item("gravity", k), down ? -g[k] : g[k], name, SymbolKind::gravity);
+        numbers_.polynomial_at(down ? "" : item("gravity", k), down ? -g[k] : g[k], name, SymbolKind::gravity);
     at[static_cast<std::size_t>(k)] = down ? -value : value;
   }
   return at;
 }
 
-Polynomial MechanismNumbers::ratio(int index) {
+Polynomial MechanismSymbols::ratio(int index) {
   const auto& disc = mechanism_.discs[static_cast<std::size_t>(index)];
-  return numbers_.at("discs." + disc.name + ".ratio", disc.ratio, "n_" + disc.name, SymbolKind::ratio);
+  return numbers_.polynomial_at("discs." + disc.name + ".ratio", disc.ratio, "n_" + disc.name, SymbolKind::ratio);
 }
 
-Polynomial MechanismNumbers::coupling_ratio(std::size_t c) {
-  return numbers_.at("couplings[" + std::to_string(c) + "].ratio", mechanism_.couplings[c].ratio,
-                     "n" + std::to_string(c + 1), SymbolKind::ratio);
+Polynomial MechanismSymbols::coupling_ratio(std::size_t c) {
+  return numbers_.polynomial_at("couplings[" + std::to_string(c) + "].ratio", mechanism_.couplings[c].ratio,
+                                "n" + std::to_string(c + 1), SymbolKind::ratio);
 }
 
-Polynomial MechanismNumbers::coupling_offset(std::size_t c) {
-  return numbers_.at("couplings[" + std::to_string(c) + "].offset", mechanism_.couplings[c].offset,
-                     "o" + std::to_string(c + 1), SymbolKind::number);
+Polynomial MechanismSymbols::coupling_offset(std::size_t c) {
+  return numbers_.polynomial_at("couplings[" + std::to_string(c) + "].offset", mechanism_.couplings[c].offset,
+                                "o" + std::to_string(c + 1), SymbolKind::dimensionless);
 }
 
-Polynomial MechanismNumbers::disc_term(int index, std::size_t k) {
+Polynomial MechanismSymbols::disc_term(int index, std::size_t k) {
   const auto& disc = mechanism_.discs[static_cast<std::size_t>(index)];
   const auto& term = disc.follows.terms[k];
   const std::string& leader = mechanism_.coordinates[static_cast<std::size_t>(term.coordinate)].name;
-  return numbers_.at("discs." + disc.name + ".follows." + leader, term.ratio, "n_" + disc.name + "_" + leader,
-                     SymbolKind::ratio);
+  return numbers_.polynomial_at("discs." + disc.name + ".follows." + leader, term.ratio,
+                                "n_" + disc.name + "_" + leader, SymbolKind::ratio);
 }
 
-Polynomial MechanismNumbers::coupling_term(std::size_t c, std::size_t k) {
+Polynomial MechanismSymbols::coupling_term(std::size_t c, std::size_t k) {
   const auto& term = mechanism_.couplings[c].leader.terms[k];
   const std::string& leader = mechanism_.coordinates[static_cast<std::size_t>(term.coordinate)].name;
-  return numbers_.at("couplings[" + std::to_string(c) + "].follows." + leader, term.ratio,
-                     "n" + std::to_string(c + 1) + "_" + leader, SymbolKind::ratio);
+  return numbers_.polynomial_at("couplings[" + std::to_string(c) + "].follows." + leader, term.ratio,
+                                "n" + std::to_string(c + 1) + "_" + leader, SymbolKind::ratio);
 }
 
-Polynomial MechanismNumbers::stiffness(std::size_t s) {
+Polynomial MechanismSymbols::stiffness(std::size_t s) {
   const auto& spring = mechanism_.springs[s];
-  return numbers_.at("springs." + spring.name + ".stiffness", spring.stiffness, "k_" + spring.name,
-                     SymbolKind::stiffness);
+  return numbers_.polynomial_at("springs." + spring.name + ".stiffness", spring.stiffness, "k_" + spring.name,
+                                SymbolKind::stiffness);
 }
 
-Polynomial MechanismNumbers::free_length(std::size_t s) {
+Polynomial MechanismSymbols::free_length(std::size_t s) {
   const auto& spring = mechanism_.springs[s];
-  return numbers_.at("springs." + spring.name + ".free_length", spring.free_length, "l0_" + spring.name,
-                     SymbolKind::length);
+  return numbers_.polynomial_at("springs." + spring.name + ".free_length", spring.free_length, "l0_" + spring.name,
+                                SymbolKind::length);
 }
 
 /// As its spec has it: by itself, or by where the spring rests.
-Polynomial MechanismNumbers::preload(std::size_t s) {
+Polynomial MechanismSymbols::preload(std::size_t s) {
   const auto& spring = mechanism_.springs[s];
   const std::string path = "springs." + spring.name;
   if (!texts_.numbers.contains(path + ".rest"))
-    return numbers_.at(path + ".preload", spring.preload, "p_" + spring.name, SymbolKind::stiffness);
+    return numbers_.polynomial_at(path + ".preload", spring.preload, "p_" + spring.name, SymbolKind::stiffness);
   if (model_.is_zero(spring.preload)) return {};
   // without a stiffness it rests where it would with another
-  const Expression rest =
-      choose(equal(spring.stiffness, 0), model_.elsewhere(spring.preload) / model_.elsewhere(spring.stiffness),
-             spring.preload / spring.stiffness);
-  return stiffness(s) * numbers_.at(path + ".rest", rest, "q0_" + spring.name, SymbolKind::place);
+  const Expression rest = select(equal(spring.stiffness, 0),
+                                 model_.perturbed_value(spring.preload) / model_.perturbed_value(spring.stiffness),
+                                 spring.preload / spring.stiffness);
+  return stiffness(s) * numbers_.polynomial_at(path + ".rest", rest, "q0_" + spring.name, SymbolKind::com_coordinate);
 }
 
-Vector MechanismNumbers::rise(int index) {
+Vector MechanismSymbols::wheel_centre_offset(int index) {
   const auto& joint = mechanism_.joints[static_cast<std::size_t>(index)];
   const Polynomial r =
-      numbers_.at("joints." + joint.name + ".radius", joint.radius, "r_" + joint.name, SymbolKind::length);
+      numbers_.polynomial_at("joints." + joint.name + ".radius", joint.radius, "r_" + joint.name, SymbolKind::length);
   Vector up;
   for (int k = 0; k < 3; ++k) {
     if (model_.is_zero(joint.axis[k])) continue;
@@ -274,11 +275,11 @@ Vector MechanismNumbers::rise(int index) {
   return up;
 }
 
-std::string MechanismNumbers::coordinate_name(int index) const {
+std::string MechanismSymbols::coordinate_name(int index) const {
   const Coordinate& coordinate = mechanism_.coordinates[static_cast<std::size_t>(index)];
   const std::string& name = coordinate.name;
   const bool numbered = name.size() > 1 && name[0] == 'J' && name.find_first_not_of("0123456789", 1) > name.size();
-  if (!numbered) return plain_name(name);
+  if (!numbered) return identifier_name(name);
   return (coordinate.kind == CoordinateKind::angle ? "theta" : "d") + name.substr(1);
 }
 

@@ -11,9 +11,9 @@
 
 namespace balance::formulas {
 
-class MechanismNumbers {
+class MechanismSymbols {
  public:
-  MechanismNumbers(Ring& ring, const NumberModel& model, const SpecTexts& texts, const TreeOptions& options);
+  MechanismSymbols(Ring& ring, const ParametricModel& model, const SpecNumberTexts& texts, const TreeOptions& options);
 
   /// Where a joint holds one of its bodies, from that body's origin: the point that it names, or its own numbers.
   Vector joint_point(int joint, bool first);
@@ -26,7 +26,7 @@ class MechanismNumbers {
   /// Of a rotor, in axes of which one is the disc's.
   Mass rotor(int disc, int axis);
   /// Of its centre, on its carrier.
-  Vector disc_place(int index);
+  Vector disc_position(int index);
   Vector gravity();
   Polynomial ratio(int disc);
   Polynomial coupling_ratio(std::size_t coupling);
@@ -38,7 +38,7 @@ class MechanismNumbers {
   Polynomial free_length(std::size_t spring);
   Polynomial preload(std::size_t spring);
   /// From where something rolls on a plane to its centre, while it stands upright. @throws FormulaError for a plane across no axis
-  Vector rise(int joint);
+  Vector wheel_centre_offset(int joint);
   /// theta1 of the angle J1, d3 of the slide J3, else the coordinate's own name.
   std::string coordinate_name(int coordinate) const;
   /// Symbols of first moments, masses, inertias, in the order of list_parameters.
@@ -50,23 +50,23 @@ class MechanismNumbers {
     Matrix3E inertia;
   };
   using NamedPointE = NamedPointOf<Expression>;
-  Vector place(const std::string& path, const Vector3E& position, const std::string& along, const std::string& behind,
-               SymbolKind kind);
+  Vector position(const std::string& path, const Vector3E& position, const std::string& along,
+                  const std::string& behind, SymbolKind kind);
   /// @param path of what refers to the place: `joints.J1.connects[0]`
-  Vector referred(const std::string& path, int body, const Vector3E& position);
-  Vector own_point(const std::string& path, int body, const Vector3E& position, const std::string& name);
-  Vector carried_at(const std::string& path, int body, const Vector3E& position, const std::string& name);
+  Vector referenced_point(const std::string& path, int body, const Vector3E& position);
+  Vector unnamed_point(const std::string& path, int body, const Vector3E& position, const std::string& name);
+  Vector attachment_position(const std::string& path, int body, const Vector3E& position, const std::string& name);
   Mass about_com(const Polynomial& mass, const Vector& com, const MassText& text);
   Mass about_origin(const std::string& name, const Expression& mass, const Vector3E& com, const Matrix3E& inertia);
-  Symmetric<Polynomial> inertia(const MassText& text);
+  RingSymmetric3<Polynomial> inertia(const MassText& text);
   const NamedPointE* named_point(const std::string& path, int body, const Vector3E& position) const;
   bool planar() const { return mechanism_.space == SpaceKind::planar; }
   int count_nonzero(const Vector3E& v) const;
 
-  Numbers numbers_;
+  SpecSymbols numbers_;
   const MechanismOf<Expression>& mechanism_;
-  const NumberModel& model_;
-  const SpecTexts& texts_;
+  const ParametricModel& model_;
+  const SpecNumberTexts& texts_;
   Ring& ring_;
   bool origin_;
   std::set<int> has_length_;  ///< bodies whose first length has its name

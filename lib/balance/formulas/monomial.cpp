@@ -8,16 +8,16 @@ int Monomial::exponent_of(int symbol) const {
   return 0;
 }
 
-void Monomial::push(int symbol, int exponent) {
+void Monomial::append(int symbol, int exponent) {
   if (exponent == 0) return;
   if (exponent < -15 || exponent > 15) throw FormulaError("a power is too high");
-  if (size_ == most_factors) throw FormulaError("a product has too many factors");
+  if (size_ == max_factors) throw FormulaError("a product has too many factors");
   factors_[size_++] = static_cast<std::uint16_t>((symbol << 5) | (exponent + 16));
 }
 
 Monomial Monomial::inverse() const {
   Monomial below;
-  for (int k = 0; k < size_; ++k) below.push(symbol(k), -exponent(k));
+  for (int k = 0; k < size_; ++k) below.append(symbol(k), -exponent(k));
   return below;
 }
 
@@ -29,7 +29,7 @@ Monomial operator*(const Monomial& a, const Monomial& b) {
   while (i < a.size_ || j < b.size_) {
     const bool left = j == b.size_ || (i < a.size_ && a.symbol(i) <= b.symbol(j));
     const bool right = i == a.size_ || (j < b.size_ && b.symbol(j) <= a.symbol(i));
-    product.push(left ? a.symbol(i) : b.symbol(j), (left ? a.exponent(i) : 0) + (right ? b.exponent(j) : 0));
+    product.append(left ? a.symbol(i) : b.symbol(j), (left ? a.exponent(i) : 0) + (right ? b.exponent(j) : 0));
     i += left ? 1 : 0;
     j += right ? 1 : 0;
   }

@@ -12,11 +12,11 @@ namespace balance::formulas {
 /// Symbols ascend; exponents from −15 to 15, never 0. Small, since there are thousands of them.
 class Monomial {
  public:
-  static constexpr int most_factors = 14;
+  static constexpr int max_factors = 14;
 
   Monomial() = default;
   /// symbol^exponent. @throws FormulaError if the exponent is too large
-  explicit Monomial(int symbol, int exponent = 1) { push(symbol, exponent); }
+  explicit Monomial(int symbol, int exponent = 1) { append(symbol, exponent); }
 
   int size() const { return size_; }
   bool is_one() const { return size_ == 0; }
@@ -26,13 +26,13 @@ class Monomial {
   int exponent_of(int symbol) const;
 
   /// Puts another symbol behind the others. @param exponent 0: nothing happens
-  void push(int symbol, int exponent);
+  void append(int symbol, int exponent);
   /// The factors whose symbols, or exponents, are chosen.
   template <class Choose>
-  Monomial part(Choose&& choose) const {
+  Monomial select(Choose&& choose) const {
     Monomial chosen;
     for (int k = 0; k < size_; ++k)
-      if (choose(symbol(k), exponent(k))) chosen.push(symbol(k), exponent(k));
+      if (choose(symbol(k), exponent(k))) chosen.append(symbol(k), exponent(k));
     return chosen;
   }
   Monomial inverse() const;
@@ -43,7 +43,7 @@ class Monomial {
                           const Monomial& b) = default;  // NOLINT(modernize-use-nullptr): of its own making
 
  private:
-  std::array<std::uint16_t, most_factors> factors_{};
+  std::array<std::uint16_t, max_factors> factors_{};
   std::uint16_t size_ = 0;
 };
 

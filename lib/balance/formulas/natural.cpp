@@ -22,19 +22,19 @@ std::string unknown_name(char axis, const std::string& point) {
   std::string name = std::string(1, axis) + "_";
   for (const char c : point)
     if (c != '(' && c != ')') name += c;
-  return plain_name(name);
+  return identifier_name(name);
 }
 
 class NaturalBuilder {
  public:
-  NaturalBuilder(Ring& ring, const BasicTree& tree) : ring_(ring), tree_(tree) {}
+  NaturalBuilder(Ring& ring, const BasicPointModel& tree) : ring_(ring), tree_(tree) {}
 
   NaturalEquations build() {
     add_points();
     for (std::size_t b = 1; b < tree_.bodies.size(); ++b) {
       const BasicBody& body = tree_.bodies[b];
       base_.push_back(base_of(b));
-      add_mass(b, body.triangle ? three_points(b) : two_points(b));
+      add_mass(b, body.is_triangle ? three_points(b) : two_points(b));
       add_body(b);
     }
     for (const BasicJoint& joint : tree_.joints) add_joint(joint);
@@ -75,14 +75,14 @@ class NaturalBuilder {
   Polynomial inverse(const Polynomial& p, const std::string& name) {
     if (p.is_zero()) throw FormulaError(name + ", which is divided by, vanishes");
     if (p.size() == 1 && p.terms()[0].wave == 0) return power(p, -1);
-    const int symbol = ring_.add_symbol(name, SymbolKind::named, value_of(p));
-    out_.named.emplace_back(symbol, p);
+    const int symbol = ring_.add_symbol(name, SymbolKind::alias, evaluate_polynomial(p));
+    out_.aliases.emplace_back(symbol, p);
     return Polynomial::of_symbol(ring_, symbol, -1);
   }
 
   Base base_of(std::size_t b) {
     const BasicBody& body = tree_.bodies[b];
-    const Complex start = planar(body.places[0]), way = planar(body.places[1]) - start;
+    const Complex start = planar(body.positions[0]), way = planar(body.positions[1]) - start;
     return {start, way, inverse(inner(way, way), "s" + std::to_string(b))};
   }
 
@@ -107,7 +107,7 @@ class NaturalBuilder {
     const Polynomial half = Polynomial(Rational(1, 2)) * (inertia[2] - by * (x * x + y * y));
     const Matrix S{{mass, x, y}, {x, half + by * x * x, by * x * y}, {y, by * x * y, half + by * y * y}};
     std::array<Complex, 3> corner;
-    for (std::size_t k = 0; k < 3; ++k) corner[k] = planar(tree_.bodies[b].places[k]);
+    for (std::size_t k = 0; k < 3; ++k) corner[k] = planar(tree_.bodies[b].positions[k]);
     const Polynomial area = inverse(outer(corner[1] - corner[0], corner[2] - corner[0]), "Delta" + std::to_string(b));
     Matrix weight;  // row k: λ_k = weight · (1, x, y)
     for (std::size_t k = 0; k < 3; ++k) {
@@ -158,7 +158,7 @@ class NaturalBuilder {
 
   void add_distance(std::size_t b, std::size_t i, std::size_t j) {
     const Complex way = point(b, j) - point(b, i);
-    const Complex own = planar(tree_.bodies[b].places[j]) - planar(tree_.bodies[b].places[i]);
+    const Complex own = planar(tree_.bodies[b].positions[j]) - planar(tree_.bodies[b].positions[i]);
     if (tree_.bodies[b].points[i] < tree_.moving || tree_.bodies[b].points[j] < tree_.moving)
       add_row(inner(way, way) - inner(own, own));
   }
@@ -167,23 +167,23 @@ class NaturalBuilder {
   void add_body(std::size_t b) {
     const BasicBody& body = tree_.bodies[b];
     add_distance(b, 0, 1);
-    if (body.triangle) add_distance(b, 0, 2), add_distance(b, 1, 2);
-    for (std::size_t k = body.triangle ? 3 : 2; k < body.points.size(); ++k) {
-      const Complex tie = point(b, k) - place(b, planar(body.places[k]));
+    if (body.is_triangle) add_distance(b, 0, 2), add_distance(b, 1, 2);
+    for (std::size_t k = body.is_triangle ? 3 : 2; k < body.points.size(); ++k) {
+      const Complex tie = point(b, k) - place(b, planar(body.positions[k]));
       add_row(tie.re), add_row(tie.im);
     }
   }
 
   void add_joint(const BasicJoint& joint) {
     const auto first = static_cast<std::size_t>(joint.first), second = static_cast<std::size_t>(joint.second);
-    if (joint.type != JointType::pin_slot) add_row(outer(planar(joint.turn) * direction(first), direction(second)));
+    if (joint.type != JointType::pin_slot) add_row(outer(planar(joint.rotation) * direction(first), direction(second)));
     if (joint.type != JointType::fixed)
       add_row(
           outer(planar(joint.axis) * direction(first), place(second, planar(joint.q)) - place(first, planar(joint.p))));
   }
 
   Ring& ring_;
-  const BasicTree& tree_;
+  const BasicPointModel& tree_;
   NaturalEquations out_;
   std::vector<Complex> points_;
   std::vector<Base> base_;  ///< per body
@@ -191,6 +191,8 @@ class NaturalBuilder {
 
 }  // namespace
 
-NaturalEquations natural_equations(Ring& ring, const BasicTree& tree) { return NaturalBuilder(ring, tree).build(); }
+NaturalEquations derive_natural_equations(Ring& ring, const BasicPointModel& tree) {
+  return NaturalBuilder(ring, tree).build();
+}
 
 }  // namespace balance::formulas

@@ -17,16 +17,16 @@ struct Complex {
 
 /// Of p points, the moving ones first; the unknowns are x and y of these.
 struct NaturalEquations {
-  std::vector<std::string> points;                ///< "crank1.B"
-  std::vector<int> unknowns;                      ///< symbols: x and y of the first point, …
-  std::vector<std::vector<Complex>> mass;         ///< p×p [kg], Hermitian: kinetic energy ½ żᴴ M ż
-  std::vector<Complex> coefficients;              ///< C_P of every point [kg]
-  Row constraint;                                 ///< Φ = 0, at most quadratic
-  Matrix jacobian;                                ///< by the unknowns
-  std::vector<std::pair<int, Polynomial>> named;  ///< symbols for sums that are divided by
+  std::vector<std::string> points;                  ///< "crank1.B"
+  std::vector<int> unknowns;                        ///< symbols: x and y of the first point, …
+  std::vector<std::vector<Complex>> mass;           ///< p×p [kg], Hermitian: kinetic energy ½ żᴴ M ż
+  std::vector<Complex> coefficients;                ///< C_P of every point [kg]
+  Row constraint;                                   ///< Φ = 0, at most quadratic
+  Matrix jacobian;                                  ///< by the unknowns
+  std::vector<std::pair<int, Polynomial>> aliases;  ///< symbols for sums that are divided by
 };
 
 /// @throws FormulaError for what has no formula
-NaturalEquations natural_equations(Ring& ring, const BasicTree& tree);
+NaturalEquations derive_natural_equations(Ring& ring, const BasicPointModel& tree);
 
 }  // namespace balance::formulas

@@ -15,8 +15,8 @@ namespace {
 
 class NaturalComparison {
  public:
-  NaturalComparison(const Sheet& sheet, const std::map<std::string, std::string>& texts, natural::Terms expected,
-                    std::map<std::string, double> names)
+  NaturalComparison(const FormulaSheet& sheet, const std::map<std::string, std::string>& texts,
+                    natural::NaturalTerms expected, std::map<std::string, double> names)
       : natural_(*sheet.natural),
         texts_(texts),
         ring_(*sheet.ring),
@@ -33,11 +33,11 @@ class NaturalComparison {
 
   double value(const std::string& label, const Polynomial& p) const {
     if (p.is_zero()) return 0;
-    if (const auto text = texts_.find(label); text != texts_.end()) return text_value(text->second, names_);
+    if (const auto text = texts_.find(label); text != texts_.end()) return evaluate_text(text->second, names_);
     std::vector<double> symbols, angles;
     for (const Symbol& symbol : ring_.symbols()) symbols.push_back(names_.at(symbol.name));
     for (const Angle& angle : ring_.angles()) angles.push_back(names_.at(angle.name));
-    return value_of(p, symbols, angles);
+    return evaluate_polynomial(p, symbols, angles);
   }
 
   double mass_error() const {
@@ -75,14 +75,14 @@ class NaturalComparison {
   double constraint_error() const {
     double worst = 0;
     for (std::size_t r = 0; r < natural_.constraint.size(); ++r) worst = std::max(worst, std::abs(constraint(r)));
-    return worst / elementary::pow(expected_.unit + reach(), 2);
+    return worst / elementary::pow(expected_.unit + max_coordinate(), 2);
   }
 
   /// Farthest point from the origin [m].
-  double reach() const { return max_abs(expected_.position); }
+  double max_coordinate() const { return max_abs(expected_.position); }
 
   double jacobian_error() {
-    const double step = expected_.unit + reach();
+    const double step = expected_.unit + max_coordinate();
     const std::size_t count = std::max(natural_.constraint.size(), natural_.unknowns.size());
     double worst = 0, scale = 1e-300;
     for (std::size_t u = 0; u < natural_.unknowns.size(); ++u)
@@ -102,15 +102,15 @@ class NaturalComparison {
   const NaturalEquations& natural_;
   const std::map<std::string, std::string>& texts_;
   const Ring& ring_;
-  natural::Terms expected_;
+  natural::NaturalTerms expected_;
   std::map<std::string, double> names_;
 };
 
 }  // namespace
 
-double natural_error(const Sheet& sheet, const std::map<std::string, std::string>& texts, const Mechanism& mechanism,
-                     std::map<std::string, double> names, const VectorX& coordinates) {
-  natural::Terms expected = natural::natural_terms(mechanism, coordinates);
+double max_natural_error(const FormulaSheet& sheet, const std::map<std::string, std::string>& texts,
+                         const Mechanism& mechanism, std::map<std::string, double> names, const VectorX& coordinates) {
+  natural::NaturalTerms expected = natural::compute_natural_terms(mechanism, coordinates);
   if (expected.points != sheet.natural->points) return std::numeric_limits<double>::quiet_NaN();
   return NaturalComparison(sheet, texts, std::move(expected), std::move(names)).error();
 }

@@ -13,7 +13,7 @@ namespace balance::formulas {
 /// @param names values of all names there; those of points are put in
 /// @param coordinates of all joints, with the loops closed
 /// @return the largest error, as part of what is of its kind
-double natural_error(const Sheet& sheet, const std::map<std::string, std::string>& texts, const Mechanism& mechanism,
-                     std::map<std::string, double> names, const VectorX& coordinates);
+double max_natural_error(const FormulaSheet& sheet, const std::map<std::string, std::string>& texts,
+                         const Mechanism& mechanism, std::map<std::string, double> names, const VectorX& coordinates);
 
 }  // namespace balance::formulas

@@ -14,15 +14,15 @@ using Matrix3E = Matrix3Of<Expression>;
 
 bool is_constant(const Vector3E& v);
 bool is_constant(const Matrix3E& m);
-Vector3 values_of(const Vector3E& v);
-Matrix3 values_of(const Matrix3E& m);
+Vector3 to_values(const Vector3E& v);
+Matrix3 to_values(const Matrix3E& m);
 
 /// Symbols hold expressions over its graph: neither copied nor moved.
-class NumberModel {
+class ParametricModel {
  public:
-  NumberModel(const Mechanism& mechanism, const SpecTexts& texts);
-  NumberModel(const NumberModel&) = delete;
-  NumberModel& operator=(const NumberModel&) = delete;
+  ParametricModel(const Mechanism& mechanism, const SpecNumberTexts& texts);
+  ParametricModel(const ParametricModel&) = delete;
+  ParametricModel& operator=(const ParametricModel&) = delete;
 
   const MechanismOf<Expression>& mechanism() const { return mechanism_; }
   const std::vector<NamedExpression>& parameters() const { return parameters_; }
@@ -30,23 +30,23 @@ class NumberModel {
   const std::vector<double>& inputs() const { return inputs_; }
 
   /// The value of every node where the inputs have other values.
-  std::vector<double> nodes_at(const std::vector<double>& inputs) const;
-  static double value(const Expression& x, const std::vector<double>& nodes) {
+  std::vector<double> evaluate_nodes(const std::vector<double>& inputs) const;
+  static double node_value(const Expression& x, const std::vector<double>& nodes) {
     return x.is_constant() ? x.value() : nodes[static_cast<std::size_t>(x.node())];
   }
-  Mechanism mechanism_at(const std::vector<double>& nodes) const;
+  Mechanism build_mechanism(const std::vector<double>& nodes) const;
 
   /// Its value where every input is another number. What is equal here and at the spec's numbers is so for a reason.
-  double elsewhere(const Expression& x) const;
-  bool is_zero(const Expression& x) const { return x.value() == 0 && elsewhere(x) == 0; }
+  double perturbed_value(const Expression& x) const;
+  bool is_zero(const Expression& x) const { return x.value() == 0 && perturbed_value(x) == 0; }
   bool are_equal(const Vector3E& a, const Vector3E& b) const;
 
  private:
   ExpressionGraph graph_;
   MechanismOf<Expression> mechanism_;
   std::vector<NamedExpression> parameters_;
-  std::vector<double> inputs_, others_;
-  mutable std::vector<double> elsewhere_;  ///< per node so far
+  std::vector<double> inputs_, perturbed_inputs_;
+  mutable std::vector<double> perturbed_nodes_;  ///< per node so far
 };
 
 }  // namespace balance::formulas

@@ -9,36 +9,36 @@
 namespace balance::formulas {
 
 /// Draws of all parameters and free numbers.
-class OtherNumbers {
+class ParameterSampler {
  public:
   static constexpr int max_draws = 20;
 
-  OtherNumbers(const Ring& ring, const NumberModel& model);
+  ParameterSampler(const Ring& ring, const ParametricModel& model);
 
   /// Whether any symbol depends on what can be drawn.
-  bool exist() const { return exist_; }
+  bool has_parameters() const { return has_parameters_; }
   /// Inputs of the model: each changed by up to 30 %, a zero to as much as 0.3 of the largest of its kind. Later draws of a series
   /// change less, since loops close at fewer and fewer numbers the farther away they are.
   std::vector<double> draw(std::mt19937_64& random, int draws_before) const;
 
  private:
-  const NumberModel& model_;
-  std::vector<double> zero_reach_;  ///< per input: of one that is zero
-  bool exist_ = false;
+  const ParametricModel& model_;
+  std::vector<double> max_zero_changes_;  ///< per input: of one that is zero
+  bool has_parameters_ = false;
 };
 
 /// Gives the ring's symbols and fixed angles the values that they have at other inputs, for as long as it lives.
-class ValuesElsewhere {
+class ScopedSymbolValues {
  public:
   /// @param nodes of the model at these inputs
-  ValuesElsewhere(Ring& ring, const std::vector<double>& nodes);
-  ~ValuesElsewhere();
-  ValuesElsewhere(const ValuesElsewhere&) = delete;
-  ValuesElsewhere& operator=(const ValuesElsewhere&) = delete;
+  ScopedSymbolValues(Ring& ring, const std::vector<double>& nodes);
+  ~ScopedSymbolValues();
+  ScopedSymbolValues(const ScopedSymbolValues&) = delete;
+  ScopedSymbolValues& operator=(const ScopedSymbolValues&) = delete;
 
  private:
   Ring& ring_;
-  std::vector<double> symbols_, angles_;
+  std::vector<double> saved_symbols_, saved_angles_;
 };
 
 }  // namespace balance::formulas

@@ -12,14 +12,14 @@ namespace balance::formulas {
 
 struct Term {
   Monomial monomial;
-  WaveId wave = 0;
-  Rational factor;
+  TrigonometricId wave = 0;
+  Rational coefficient;
 };
 
 class Polynomial {
  public:
   /// More are refused, so that no mechanism takes all memory.
-  static constexpr std::size_t most_terms = 400'000;
+  static constexpr std::size_t max_terms = 400'000;
 
   Polynomial() = default;
   Polynomial(int whole) : Polynomial(Rational(whole)) {}  // NOLINT(google-explicit-constructor)
@@ -55,16 +55,16 @@ Polynomial derivative_by_symbol(const Polynomial& p, int symbol);
 /// Powers from 0 on; negative ones of a single term without a wave. @throws FormulaError for others
 Polynomial power(const Polynomial& base, int exponent);
 /// The symbol's place taken by a value. @throws FormulaError if it is divided by a value of several terms
-Polynomial substituted(const Polynomial& p, int symbol, const Polynomial& value);
+Polynomial substitute(const Polynomial& p, int symbol, const Polynomial& value);
 
 /// Its value where symbols and angles have these values.
-double value_of(const Polynomial& p, const std::vector<double>& symbols, const std::vector<double>& angles);
+double evaluate_polynomial(const Polynomial& p, const std::vector<double>& symbols, const std::vector<double>& angles);
 /// With the values that the ring's symbols and angles have.
-double value_of(const Polynomial& p);
+double evaluate_polynomial(const Polynomial& p);
 
 /// Every wave and the polynomial of symbols before it, by the wave's number.
-std::map<WaveId, Polynomial> by_waves(const Polynomial& p);
+std::map<TrigonometricId, Polynomial> group_by_trigonometric(const Polynomial& p);
 /// Terms by a part of their monomial, divided by it.
-std::map<Monomial, Polynomial> by_part(const Polynomial& p, const std::function<Monomial(const Term&)>& part);
+std::map<Monomial, Polynomial> group_by_part(const Polynomial& p, const std::function<Monomial(const Term&)>& part);
 
 }  // namespace balance::formulas

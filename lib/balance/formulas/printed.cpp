@@ -4,17 +4,18 @@ namespace balance::formulas {
 
 namespace {
 
-std::string text_of(const Formula& formula, Printer& printer, const PrintOptions& options) {
-  if (options.numbers) {
+std::string text_of(const SheetFormula& formula, FormulaPrinter& printer, const PrintOptions& options) {
+  if (options.with_values) {
     const std::string above = printer.print_numbers(formula.value);
     if (formula.denominator == Polynomial(1)) return above;
     const std::string below =
         formula.denominator_name.empty() ? printer.print_numbers(formula.denominator) : formula.denominator_name;
-    return options.style == Style::latex ? "\\frac{" + above + "}{" + below + "}" : "(" + above + ")/(" + below + ")";
+    return options.style == PrintStyle::latex ? "\\frac{" + above + "}{" + below + "}"
+                                              : "(" + above + ")/(" + below + ")";
   }
   if (formula.denominator == Polynomial(1)) return printer.print(formula.value);
   if (formula.denominator_name.empty()) return printer.print_ratio(formula.value, formula.denominator);
-  const bool latex = options.style == Style::latex;
+  const bool latex = options.style == PrintStyle::latex;
   const std::string above = printer.print(formula.value);
   if (latex) return "\\frac{" + above + "}{" + latex_name(formula.denominator_name) + "}";
   return (formula.value.size() > 1 ? "(" + above + ")" : above) + "/" + formula.denominator_name;
@@ -30,20 +31,20 @@ std::string latex_head(const std::string& name) {
 
 }  // namespace
 
-std::vector<PrintedSection> print_sheet(const Sheet& sheet, const PrintOptions& options) {
+std::vector<PrintedSection> print_sheet(const FormulaSheet& sheet, const PrintOptions& options) {
   std::vector<PrintedSection> sections;
-  Printer printer(*sheet.ring, options.style);
+  FormulaPrinter printer(*sheet.ring, options.style);
   for (const SheetSection& from : sheet.sections) {
     PrintedSection to{from.section, from.heading, {},
-                      from.zero,    from.terms,   from.is_too_long || from.terms > options.most_terms};
-    for (const Formula& formula : from.formulas)
+                      from.zero,    from.terms,   from.is_too_long || from.terms > options.max_terms};
+    for (const SheetFormula& formula : from.formulas)
       if (!to.is_left_out) to.formulas.push_back({formula.label(), text_of(formula, printer, options)});
     sections.push_back(std::move(to));
   }
   return sections;
 }
 
-std::map<std::string, std::string> texts_of(const std::vector<PrintedSection>& sections) {
+std::map<std::string, std::string> texts_by_label(const std::vector<PrintedSection>& sections) {
   std::map<std::string, std::string> texts;
   for (std::size_t s = 0; s < sections.size(); ++s)
     for (std::size_t k = 0; k < sections[s].formulas.size(); ++k) {

@@ -16,7 +16,7 @@ struct PrintedFormula {
 };
 
 struct PrintedSection {
-  Section section = Section::inertia;
+  SheetSectionKind section = SheetSectionKind::inertia;
   std::string heading;
   std::vector<PrintedFormula> formulas;
   std::vector<std::string> zero;  ///< labels of those that vanish
@@ -25,18 +25,18 @@ struct PrintedSection {
 };
 
 struct PrintOptions {
-  Style style = Style::text;
-  bool numbers = false;           ///< the spec's numbers in place of symbols
-  std::size_t most_terms = 1000;  ///< of a section; what has more is left out
+  PrintStyle style = PrintStyle::text;
+  bool with_values = false;      ///< the spec's numbers in place of symbols
+  std::size_t max_terms = 1000;  ///< of a section; what has more is left out
 };
 
-std::vector<PrintedSection> print_sheet(const Sheet& sheet, const PrintOptions& options = {});
+std::vector<PrintedSection> print_sheet(const FormulaSheet& sheet, const PrintOptions& options = {});
 
 /// The k-th formula of the s-th section under its label; a condition, which has none, under its place.
 std::string text_key(std::size_t s, std::size_t k, const std::string& label);
 
 /// Texts by text_key, for check_against_engine.
-std::map<std::string, std::string> texts_of(const std::vector<PrintedSection>& sections);
+std::map<std::string, std::string> texts_by_label(const std::vector<PrintedSection>& sections);
 
 /// `D_{12}`.
 std::string latex_label(const std::string& label);

@@ -6,90 +6,91 @@ namespace balance::formulas {
 
 namespace {
 
-constexpr int deepest = 7;
+constexpr int max_nesting_depth = 7;
 
 Polynomial divided_by(const Polynomial& p, const Term& common) {
   std::vector<Term> terms;
   for (const Term& term : p.terms())
-    terms.push_back({term.monomial / common.monomial, common.wave != 0 ? 0 : term.wave, term.factor / common.factor});
+    terms.push_back(
+        {term.monomial / common.monomial, common.wave != 0 ? 0 : term.wave, term.coefficient / common.coefficient});
   return Polynomial::of_terms(p.ring(), std::move(terms));
 }
 
 Monomial positive_part(const Monomial& m) {
-  return m.part([](int, int exponent) { return exponent > 0; });
+  return m.select([](int, int exponent) { return exponent > 0; });
 }
 Monomial negative_part(const Monomial& m) {
-  return m.part([](int, int exponent) { return exponent < 0; });
+  return m.select([](int, int exponent) { return exponent < 0; });
 }
 
 /// What all terms share: powers of one sign, the wave, and the size of their numbers if that is one.
 Term content_of(const Polynomial& p) {
   Term common = p.terms()[0];
-  common.factor = abs(common.factor);
+  common.coefficient = abs(common.coefficient);
   for (const Term& term : p.terms()) {
     Monomial shared;
     for (int k = 0; k < common.monomial.size(); ++k) {
       const int a = common.monomial.exponent(k), b = term.monomial.exponent_of(common.monomial.symbol(k));
-      if (a > 0 && b > 0) shared.push(common.monomial.symbol(k), std::min(a, b));
-      if (a < 0 && b < 0) shared.push(common.monomial.symbol(k), std::max(a, b));
+      if (a > 0 && b > 0) shared.append(common.monomial.symbol(k), std::min(a, b));
+      if (a < 0 && b < 0) shared.append(common.monomial.symbol(k), std::max(a, b));
     }
     common.monomial = shared;
     if (term.wave != common.wave) common.wave = 0;
-    if (!(abs(term.factor) == common.factor)) common.factor = Rational(0);
+    if (!(abs(term.coefficient) == common.coefficient)) common.coefficient = Rational(0);
   }
   for (const Term& term : p.terms())
     if (term.wave != common.wave) common.wave = 0;
-  if (common.factor.sign() == 0) common.factor = Rational(1);
+  if (common.coefficient.sign() == 0) common.coefficient = Rational(1);
   return common;
 }
 
 /// The least size of a factor, if that is below one and all others are multiples of it, else zero.
 Rational least_factor(const Polynomial& p) {
-  Rational least = abs(p.terms()[0].factor);
+  Rational least = abs(p.terms()[0].coefficient);
   for (const Term& term : p.terms())
-    if (abs(term.factor) < least) least = abs(term.factor);
+    if (abs(term.coefficient) < least) least = abs(term.coefficient);
   bool whole = least < Rational(1);
-  for (const Term& term : p.terms()) whole = whole && (term.factor / least).is_whole();
+  for (const Term& term : p.terms()) whole = whole && (term.coefficient / least).is_integer();
   return whole ? least : Rational();
 }
 
 }  // namespace
 
-std::string Printer::print(const Polynomial& p) {
+std::string FormulaPrinter::print(const Polynomial& p) {
   const int count = static_cast<int>(ring_->symbols().size());
-  std::string text = pretty(p, 0).text;
-  ring_->keep_symbols(count);
+  std::string text = format(p, 0).text;
+  ring_->truncate_symbols(count);
   scratch_.clear();
   return text;
 }
 
-Printer::Printed Printer::pretty(const Polynomial& p, int depth) {
+FormulaPrinter::Printed FormulaPrinter::format(const Polynomial& p, int depth) {
   if (p.is_zero()) return {"0", 1, false};
   if (p.size() == 1) {
     const Term& only = p.terms()[0];
-    Printed printed = term(only.monomial, only.factor, only.wave);
-    if (only.factor.sign() < 0) printed.text.insert(0, "-"), printed.is_sum = true;
+    Printed printed = term(only.monomial, only.coefficient, only.wave);
+    if (only.coefficient.sign() < 0) printed.text.insert(0, "-"), printed.is_sum = true;
     return printed;
   }
-  if (auto taken = with_number_out(p, depth)) return *taken;
-  if (auto taken = with_content_out(p, depth)) return *taken;
-  return pretty_sum(p, depth);
+  if (auto taken = factor_out_number(p, depth)) return *taken;
+  if (auto taken = factor_out_content(p, depth)) return *taken;
+  return format_sum(p, depth);
 }
 
 /// Half of everything, where that is shorter.
-std::optional<Printer::Printed> Printer::with_number_out(const Polynomial& p, int depth) {
+std::optional<FormulaPrinter::Printed> FormulaPrinter::factor_out_number(const Polynomial& p, int depth) {
   if (number_is_out_) return std::nullopt;
   const Term common = content_of(p);
-  Rational least = abs(p.terms()[0].factor);
+  Rational least = abs(p.terms()[0].coefficient);
   for (const Term& term : p.terms())
-    if (abs(term.factor) < least) least = abs(term.factor);
-  bool whole = least < Rational(1) && common.monomial.is_one() && common.wave == 0 && common.factor == Rational(1);
-  for (const Term& term : p.terms()) whole = whole && (term.factor / least).is_whole();
+    if (abs(term.coefficient) < least) least = abs(term.coefficient);
+  bool whole = least < Rational(1) && common.monomial.is_one() && common.wave == 0 && common.coefficient == Rational(1);
+  for (const Term& term : p.terms()) whole = whole && (term.coefficient / least).is_integer();
   if (!whole) return std::nullopt;
-  const bool negative = sorted(p)[0].factor.sign() < 0;
+  const bool negative = sorted(p)[0].coefficient.sign() < 0;
   number_is_out_ = true;
-  const Printed kept = pretty(p, depth);
-  Printed taken = bracketed(pretty(Polynomial(Rational(negative ? -1 : 1) / least) * p, depth + 1));
+  const Printed kept = format(p, depth);
+  Printed taken = bracketed(format(Polynomial(Rational(negative ? -1 : 1) / least) * p, depth + 1));
   number_is_out_ = false;
   taken.text = (negative ? "-" : "") + number(least) + " " + taken.text;
   taken.size += 1;
@@ -97,22 +98,23 @@ std::optional<Printer::Printed> Printer::with_number_out(const Polynomial& p, in
   return taken.size < kept.size ? taken : kept;
 }
 
-std::optional<Printer::Printed> Printer::with_content_out(const Polynomial& p, int depth) {
+std::optional<FormulaPrinter::Printed> FormulaPrinter::factor_out_content(const Polynomial& p, int depth) {
   Term common = content_of(p);
-  if (common.monomial.is_one() && common.wave == 0 && common.factor == Rational(1)) return std::nullopt;
-  if (const Rational least = least_factor(p); least.sign() != 0 && common.factor == Rational(1)) common.factor = least;
+  if (common.monomial.is_one() && common.wave == 0 && common.coefficient == Rational(1)) return std::nullopt;
+  if (const Rational least = least_factor(p); least.sign() != 0 && common.coefficient == Rational(1))
+    common.coefficient = least;
   Polynomial rest = divided_by(p, common);
-  const bool negative = sorted(p)[0].factor.sign() < 0;
+  const bool negative = sorted(p)[0].coefficient.sign() < 0;
   if (negative) rest = -rest;
   const Monomial above = positive_part(common.monomial), below = negative_part(common.monomial).inverse();
-  Printed printed = bracketed(pretty(rest, depth + 1));
-  if (!above.is_one() || !(common.factor == Rational(1))) {
-    const Printed head = term(above, common.factor, 0);
+  Printed printed = bracketed(format(rest, depth + 1));
+  if (!above.is_one() || !(common.coefficient == Rational(1))) {
+    const Printed head = term(above, common.coefficient, 0);
     printed.text = head.text + " " + printed.text;
     printed.size += head.size;
   }
   if (common.wave != 0) {
-    printed.text += " " + waves(common.wave);
+    printed.text += " " + format_trigonometric(common.wave);
     ++printed.size;
   }
   if (!below.is_one()) printed = divided(printed, term(below, 1, 0));
@@ -121,42 +123,43 @@ std::optional<Printer::Printed> Printer::with_content_out(const Polynomial& p, i
 }
 
 /// What all terms of the root share stands before the brackets, squared itself.
-Printer::Printed Printer::square_of(const Polynomial& root, int depth) {
+FormulaPrinter::Printed FormulaPrinter::square_of(const Polynomial& root, int depth) {
   const Term common = content_of(root);
   const bool out = common.wave == 0 && negative_part(common.monomial).is_one();
-  Printed printed = pretty(out ? divided_by(root, common) : root, depth + 1);
+  Printed printed = format(out ? divided_by(root, common) : root, depth + 1);
   printed.is_sum = true;  // a product needs brackets as well
   printed = bracketed(printed);
-  printed.text = squared(printed.text);
-  if (!out || (common.monomial.is_one() && common.factor == Rational(1))) return printed;
-  const Printed head = term(common.monomial * common.monomial, common.factor * common.factor, 0);
+  printed.text = format_square(printed.text);
+  if (!out || (common.monomial.is_one() && common.coefficient == Rational(1))) return printed;
+  const Printed head = term(common.monomial * common.monomial, common.coefficient * common.coefficient, 0);
   printed.text = head.text + " " + printed.text;
   printed.size += head.size;
   return printed;
 }
 
-Printer::Printed Printer::pretty_sum(const Polynomial& p, int depth) {
+FormulaPrinter::Printed FormulaPrinter::format_sum(const Polynomial& p, int depth) {
   if (const auto root = square_root(p)) return square_of(*root, depth);
   const auto all = [](const Term& term) { return Term{term.monomial, term.wave, 1}; };
-  if (depth > deepest) return grouped(p, all, depth);
+  if (depth > max_nesting_depth) return format_grouped(p, all, depth);
   const auto& terms = p.terms();
   if (std::all_of(terms.begin(), terms.end(), [](const Term& term) { return term.wave == 0; }))
-    return without_waves(p, depth);
-  Printed printed = grouped(
+    return format_without_trigonometric(p, depth);
+  Printed printed = format_grouped(
       p,
       [](const Term& term) {
         return Term{{}, term.wave, 1};
       },
       depth);
   if (!squares_) return printed;
-  if (auto squares = in_squares(p); squares && squares->size < printed.size) return *squares;
+  if (auto squares = format_squares(p); squares && squares->size < printed.size) return *squares;
   return printed;
 }
 
-Printer::Printed Printer::without_waves(const Polynomial& p, int depth) {
+FormulaPrinter::Printed FormulaPrinter::format_without_trigonometric(const Polynomial& p, int depth) {
   const auto kind_is = [this](bool inertial) {
     return [this, inertial](const Term& term) {
-      return Term{term.monomial.part([&](int s, int) { return is_inertial(ring_->symbol(s).kind) == inertial; }), 0, 1};
+      return Term{term.monomial.select([&](int s, int) { return is_inertial(ring_->symbol(s).kind) == inertial; }), 0,
+                  1};
     };
   };
   const auto fraction = [](const Term& term) { return Term{negative_part(term.monomial), 0, 1}; };
@@ -188,11 +191,11 @@ Printer::Printed Printer::without_waves(const Polynomial& p, int depth) {
     std::sort(keys.begin(), keys.end());
     const auto count = static_cast<std::size_t>(std::unique(keys.begin(), keys.end()) - keys.begin());
     if (count == 1 || count == p.size()) continue;
-    Printed printed = grouped(p, way, depth);
+    Printed printed = format_grouped(p, way, depth);
     if (!best || printed.size < best->size) best = std::move(printed);
     if (fractions && &way == &ways[0]) break;  // fractions are always kept apart
   }
-  Printed plain = grouped(
+  Printed plain = format_grouped(
       p,
       [](const Term& term) {
         return Term{term.monomial, 0, 1};
@@ -202,14 +205,15 @@ Printer::Printed Printer::without_waves(const Polynomial& p, int depth) {
 }
 
 /// Terms by a part of them; every group prints as part · (rest).
-Printer::Printed Printer::grouped(const Polynomial& p, const Part& part, int depth) {
+FormulaPrinter::Printed FormulaPrinter::format_grouped(const Polynomial& p, const Part& part, int depth) {
   std::vector<std::pair<Term, std::vector<Term>>> groups;
-  std::map<std::pair<Monomial, WaveId>, std::size_t> index;
+  std::map<std::pair<Monomial, TrigonometricId>, std::size_t> index;
   for (const Term& term : sorted(p)) {
     const Term key = part(term);
     const auto [at, fresh] = index.try_emplace({key.monomial, key.wave}, groups.size());
     if (fresh) groups.push_back({key, {}});
-    groups[at->second].second.push_back({term.monomial / key.monomial, key.wave != 0 ? 0 : term.wave, term.factor});
+    groups[at->second].second.push_back(
+        {term.monomial / key.monomial, key.wave != 0 ? 0 : term.wave, term.coefficient});
   }
   std::vector<std::pair<bool, Printed>> parts;
   for (auto& [key, terms] : groups) {
@@ -217,18 +221,18 @@ Printer::Printed Printer::grouped(const Polynomial& p, const Part& part, int dep
     Printed printed = group(key, Polynomial::of_terms(ring_, std::move(terms)), depth, negative);
     parts.emplace_back(negative, std::move(printed));
   }
-  return joined(parts);
+  return join_terms(parts);
 }
 
-Printer::Printed Printer::group(const Term& key, const Polynomial& rest, int depth, bool& negative) {
+FormulaPrinter::Printed FormulaPrinter::group(const Term& key, const Polynomial& rest, int depth, bool& negative) {
   if (rest.size() == 1) {
     const Term& only = rest.terms()[0];
-    negative = only.factor.sign() < 0;
-    return term(key.monomial * only.monomial, only.factor, key.wave != 0 ? key.wave : only.wave);
+    negative = only.coefficient.sign() < 0;
+    return term(key.monomial * only.monomial, only.coefficient, key.wave != 0 ? key.wave : only.wave);
   }
   const bool plain = key.monomial.is_one() && key.wave == 0;
-  negative = !plain && sorted(rest)[0].factor.sign() < 0;
-  const Printed inner = pretty(negative ? -rest : rest, depth + 1);
+  negative = !plain && sorted(rest)[0].coefficient.sign() < 0;
+  const Printed inner = format(negative ? -rest : rest, depth + 1);
   if (plain) return inner;
   const Monomial above = positive_part(key.monomial), below = negative_part(key.monomial).inverse();
   Printed printed = bracketed(inner);
@@ -238,13 +242,13 @@ Printer::Printed Printer::group(const Term& key, const Polynomial& rest, int dep
     printed.size += head.size;
   }
   if (key.wave != 0) {
-    printed.text += " " + waves(key.wave);
+    printed.text += " " + format_trigonometric(key.wave);
     ++printed.size;
   }
   return below.is_one() ? printed : divided(printed, term(below, 1, 0));
 }
 
-std::string Printer::print_ratio(const Polynomial& numerator, const Polynomial& denominator) {
+std::string FormulaPrinter::print_ratio(const Polynomial& numerator, const Polynomial& denominator) {
   Polynomial above = numerator, below = denominator;
   std::string whole;
   for (const int n : {1, -1, 2, -2}) {
@@ -256,16 +260,16 @@ std::string Printer::print_ratio(const Polynomial& numerator, const Polynomial& 
   }
   if (above.is_zero()) return whole.empty() ? "0" : whole;
   const Term a = content_of(above), b = content_of(below);
-  const Monomial shared = a.monomial.part([&](int s, int e) { return e > 0 && b.monomial.exponent_of(s) > 0; });
+  const Monomial shared = a.monomial.select([&](int s, int e) { return e > 0 && b.monomial.exponent_of(s) > 0; });
   Monomial common;
   for (int k = 0; k < shared.size(); ++k)
-    common.push(shared.symbol(k), std::min(shared.exponent(k), b.monomial.exponent_of(shared.symbol(k))));
+    common.append(shared.symbol(k), std::min(shared.exponent(k), b.monomial.exponent_of(shared.symbol(k))));
   above = divided_by(above, {common, 0, 1}), below = divided_by(below, {common, 0, 1});
-  const bool flipped = sorted(below)[0].factor.sign() < 0;
+  const bool flipped = sorted(below)[0].coefficient.sign() < 0;
   if (flipped) above = -above, below = -below;
-  const bool negative = sorted(above)[0].factor.sign() < 0;
-  const Printed fraction = divided(pretty(negative ? -above : above, 1), pretty(below, 1));
-  ring_->keep_symbols(static_cast<int>(ring_->symbols().size() - scratch_.size()));
+  const bool negative = sorted(above)[0].coefficient.sign() < 0;
+  const Printed fraction = divided(format(negative ? -above : above, 1), format(below, 1));
+  ring_->truncate_symbols(static_cast<int>(ring_->symbols().size() - scratch_.size()));
   scratch_.clear();
   if (whole.empty()) return (negative ? "-" : "") + fraction.text;
   return whole + (negative ? " - " : " + ") + fraction.text;

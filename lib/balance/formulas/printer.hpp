@@ -15,14 +15,14 @@
 
 namespace balance::formulas {
 
-enum class Style { text, latex };
+enum class PrintStyle { text, latex };
 
 /// `theta1` as \theta_{1}, `lg2` as l_{g2}, `tare2` as \mathrm{tare}_{2}.
 std::string latex_name(const std::string& name);
 
-class Printer {
+class FormulaPrinter {
  public:
-  explicit Printer(Ring& ring, Style style = Style::text) : ring_(&ring), style_(style) {}
+  explicit FormulaPrinter(Ring& ring, PrintStyle style = PrintStyle::text) : ring_(&ring), style_(style) {}
 
   std::string print(const Polynomial& p);
   /// With the ring's values in place of all symbols but coordinates, rates and named expressions.
@@ -42,36 +42,36 @@ class Printer {
   using Part = std::function<Term(const Term&)>;  ///< monomial and wave that a term is grouped by
 
   // printer.cpp
-  Printed pretty(const Polynomial& p, int depth);
-  Printed pretty_sum(const Polynomial& p, int depth);
-  Printed without_waves(const Polynomial& p, int depth);
-  std::optional<Printed> with_content_out(const Polynomial& p, int depth);
+  Printed format(const Polynomial& p, int depth);
+  Printed format_sum(const Polynomial& p, int depth);
+  Printed format_without_trigonometric(const Polynomial& p, int depth);
+  std::optional<Printed> factor_out_content(const Polynomial& p, int depth);
   Printed square_of(const Polynomial& root, int depth);
-  std::optional<Printed> with_number_out(const Polynomial& p, int depth);
-  Printed grouped(const Polynomial& p, const Part& part, int depth);
+  std::optional<Printed> factor_out_number(const Polynomial& p, int depth);
+  Printed format_grouped(const Polynomial& p, const Part& part, int depth);
   Printed group(const Term& key, const Polynomial& rest, int depth, bool& negative);
 
   // printer_terms.cpp
   std::string number(Rational value) const;
   std::string factor(int symbol, int exponent) const;
-  std::string circular(const Circular& function, int multiple_divided_by = 1) const;
-  std::string waves(WaveId wave) const;
-  Printed term(const Monomial& monomial, Rational factor, WaveId wave) const;
+  std::string circular(const CircularFunction& function, int multiple_divided_by = 1) const;
+  std::string format_trigonometric(TrigonometricId wave) const;
+  Printed term(const Monomial& monomial, Rational factor, TrigonometricId wave) const;
   Printed bracketed(Printed inner) const;
   Printed divided(Printed above, const Printed& below) const;
-  Printed joined(const std::vector<std::pair<bool, Printed>>& parts) const;
+  Printed join_terms(const std::vector<std::pair<bool, Printed>>& parts) const;
   std::vector<Term> sorted(const Polynomial& p) const;
-  std::string squared(const std::string& text) const;
+  std::string format_square(const std::string& text) const;
 
   // printer_squares.cpp
   std::optional<Polynomial> square_root(const Polynomial& p) const;
-  std::optional<Polynomial> wave_root(const Polynomial& p) const;
-  std::optional<Printed> in_squares(const Polynomial& p);
-  bool by_powers(const Polynomial& p, Polynomial& result);
-  Polynomial scratch(const std::string& text, int exponent);
+  std::optional<Polynomial> trigonometric_root(const Polynomial& p) const;
+  std::optional<Printed> format_squares(const Polynomial& p);
+  bool to_cosine_powers(const Polynomial& p, Polynomial& result);
+  Polynomial placeholder(const std::string& text, int exponent);
 
   Ring* ring_;
-  Style style_;
+  PrintStyle style_;
   std::map<std::string, int> scratch_;  ///< symbols that stand for text
   bool number_is_out_ = false, squares_ = true;
 };

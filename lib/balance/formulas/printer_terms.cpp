@@ -42,10 +42,10 @@ int order_of(SymbolKind kind) {
     case SymbolKind::stiffness: return 1;
     case SymbolKind::length:
     case SymbolKind::slide: return 2;
-    case SymbolKind::place: return 3;
+    case SymbolKind::com_coordinate: return 3;
     case SymbolKind::ratio:
-    case SymbolKind::number: return 4;
-    case SymbolKind::named: return 5;
+    case SymbolKind::dimensionless: return 4;
+    case SymbolKind::alias: return 5;
     case SymbolKind::rate: return 6;
     case SymbolKind::acceleration: return 7;
   }
@@ -57,7 +57,7 @@ bool is_before(const Monomial& a, const Monomial& b) {
   for (int i = 0;; ++i) {
     const bool more_a = i < a.size(), more_b = i < b.size();
     if (!more_a && !more_b) return false;
-    const int next_a = more_a ? a.symbol(i) : Ring::most_symbols, next_b = more_b ? b.symbol(i) : Ring::most_symbols;
+    const int next_a = more_a ? a.symbol(i) : Ring::max_symbols, next_b = more_b ? b.symbol(i) : Ring::max_symbols;
     const int left = next_a <= next_b ? a.exponent(i) : 0, right = next_b <= next_a ? b.exponent(i) : 0;
     if (left != right) return left > right;
   }
@@ -84,37 +84,37 @@ std::string latex_name(const std::string& name) {
   return head + (words && below.size() > 2 ? "_{\\mathrm{" + below + "}}" : "_{" + below + "}");
 }
 
-std::string Printer::symbol_text(int symbol) const {
+std::string FormulaPrinter::symbol_text(int symbol) const {
   const std::string& name = ring_->symbol(symbol).name;
   const bool is_text = scratch_.contains(name);
-  return style_ == Style::latex && !is_text ? latex_name(name) : name;
+  return style_ == PrintStyle::latex && !is_text ? latex_name(name) : name;
 }
 
-std::string Printer::angle_text(int angle) const {
+std::string FormulaPrinter::angle_text(int angle) const {
   const std::string& name = ring_->angle(angle).name;
-  return style_ == Style::latex ? latex_name(name) : name;
+  return style_ == PrintStyle::latex ? latex_name(name) : name;
 }
 
-std::string Printer::number(Rational value) const {
+std::string FormulaPrinter::number(Rational value) const {
   const std::string above = std::to_string(value.numerator());
-  if (value.is_whole()) return above;
+  if (value.is_integer()) return above;
   const std::string below = std::to_string(value.denominator());
-  return style_ == Style::latex ? "\\tfrac{" + above + "}{" + below + "}" : above + "/" + below;
+  return style_ == PrintStyle::latex ? "\\tfrac{" + above + "}{" + below + "}" : above + "/" + below;
 }
 
-std::string Printer::factor(int symbol, int exponent) const {
+std::string FormulaPrinter::factor(int symbol, int exponent) const {
   const std::string text = symbol_text(symbol);
   if (exponent == 1) return text;
   const std::string power = std::to_string(exponent);
   // The name of a symbol that stands for a sine holds brackets; LaTeX wants braces around what has an index of its own.
-  return style_ == Style::latex ? "{" + text + "}^{" + power + "}" : text + "^" + power;
+  return style_ == PrintStyle::latex ? "{" + text + "}^{" + power + "}" : text + "^" + power;
 }
 
-std::string Printer::squared(const std::string& text) const {
-  return style_ == Style::latex ? "{" + text + "}^{2}" : text + "^2";
+std::string FormulaPrinter::format_square(const std::string& text) const {
+  return style_ == PrintStyle::latex ? "{" + text + "}^{2}" : text + "^2";
 }
 
-std::string Printer::circular(const Circular& function, int divided_by) const {
+std::string FormulaPrinter::circular(const CircularFunction& function, int divided_by) const {
   std::string argument;
   for (const auto& [angle, whole] : function.argument) {
     const int multiple = whole / divided_by;
@@ -122,18 +122,19 @@ std::string Printer::circular(const Circular& function, int divided_by) const {
     if (std::abs(multiple) != 1) argument += std::to_string(std::abs(multiple)) + " ";
     argument += angle_text(angle);
   }
-  const std::string name = function.sine ? "sin" : "cos";
-  return (style_ == Style::latex ? "\\" + name : name) + "(" + argument + ")";
+  const std::string name = function.is_sine ? "sin" : "cos";
+  return (style_ == PrintStyle::latex ? "\\" + name : name) + "(" + argument + ")";
 }
 
-std::string Printer::waves(WaveId wave) const {
+std::string FormulaPrinter::format_trigonometric(TrigonometricId wave) const {
   std::string text;
-  for (const Circular& function : ring_->wave(wave)) text += (text.empty() ? "" : " ") + circular(function);
+  for (const CircularFunction& function : ring_->wave(wave)) text += (text.empty() ? "" : " ") + circular(function);
   return text;
 }
 
 /// Its size counts symbols, functions and numbers; the sign is left out.
-Printer::Printed Printer::term(const Monomial& monomial, Rational coefficient, WaveId wave) const {
+FormulaPrinter::Printed FormulaPrinter::term(const Monomial& monomial, Rational coefficient,
+                                             TrigonometricId wave) const {
   Printed above, below;
   std::vector<std::pair<int, int>> order;
   for (int k = 0; k < monomial.size(); ++k) order.emplace_back(order_of(ring_->symbol(monomial.symbol(k)).kind), k);
@@ -146,7 +147,7 @@ Printer::Printed Printer::term(const Monomial& monomial, Rational coefficient, W
     const int exponent = monomial.exponent(k);
     put(exponent > 0 ? above : below, factor(monomial.symbol(k), std::abs(exponent)));
   }
-  if (wave != 0) put(above, waves(wave));
+  if (wave != 0) put(above, format_trigonometric(wave));
   const Rational size = abs(coefficient);
   if (!(size == Rational(1)) || above.text.empty()) {
     above.text = number(size) + (above.text.empty() ? "" : " " + above.text);
@@ -155,17 +156,17 @@ Printer::Printed Printer::term(const Monomial& monomial, Rational coefficient, W
   return below.text.empty() ? above : divided(above, below);
 }
 
-Printer::Printed Printer::bracketed(Printed inner) const {
+FormulaPrinter::Printed FormulaPrinter::bracketed(Printed inner) const {
   if (!inner.is_sum) return inner;
-  const bool latex = style_ == Style::latex;
+  const bool latex = style_ == PrintStyle::latex;
   inner.text = (latex ? "\\left(" : "(") + inner.text + (latex ? "\\right)" : ")");
   inner.is_sum = false;
   return inner;
 }
 
-Printer::Printed Printer::divided(Printed above, const Printed& below) const {
+FormulaPrinter::Printed FormulaPrinter::divided(Printed above, const Printed& below) const {
   const bool many = below.size > 1 || below.is_sum || below.text.find(' ') != std::string::npos;
-  if (style_ == Style::latex)
+  if (style_ == PrintStyle::latex)
     above.text = "\\frac{" + above.text + "}{" + below.text + "}";
   else
     above.text = bracketed(above).text + (many ? "/(" : "/") + below.text + (many ? ")" : "");
@@ -174,7 +175,7 @@ Printer::Printed Printer::divided(Printed above, const Printed& below) const {
   return above;
 }
 
-Printer::Printed Printer::joined(const std::vector<std::pair<bool, Printed>>& parts) const {
+FormulaPrinter::Printed FormulaPrinter::join_terms(const std::vector<std::pair<bool, Printed>>& parts) const {
   Printed sum;
   for (const auto& [negative, part] : parts) {
     const std::string text = negative ? bracketed(part).text : part.text;
@@ -188,7 +189,7 @@ Printer::Printed Printer::joined(const std::vector<std::pair<bool, Printed>>& pa
 }
 
 /// Fractions last, inertias before masses, then by number.
-std::vector<Term> Printer::sorted(const Polynomial& p) const {
+std::vector<Term> FormulaPrinter::sorted(const Polynomial& p) const {
   const auto key = [this](const Term& term) {
     int fractions = 0, rank = 99, lead = 0;
     for (int k = 0; k < term.monomial.size(); ++k) {
@@ -217,15 +218,15 @@ std::vector<Term> Printer::sorted(const Polynomial& p) const {
   return terms;
 }
 
-std::string Printer::print_numbers(const Polynomial& p) const {
-  std::map<std::pair<Monomial, WaveId>, double> coefficients;
+std::string FormulaPrinter::print_numbers(const Polynomial& p) const {
+  std::map<std::pair<Monomial, TrigonometricId>, double> coefficients;
   for (const Term& term : p.terms()) {
-    double value = term.factor.value();
+    double value = term.coefficient.value();
     Monomial kept;
     for (int k = 0; k < term.monomial.size(); ++k) {
       const Symbol& symbol = ring_->symbol(term.monomial.symbol(k));
       if (symbol.kind >= SymbolKind::slide)
-        kept.push(term.monomial.symbol(k), term.monomial.exponent(k));
+        kept.append(term.monomial.symbol(k), term.monomial.exponent(k));
       else
         value *= elementary::pow(symbol.value, term.monomial.exponent(k));
     }

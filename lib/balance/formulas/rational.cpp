@@ -9,12 +9,12 @@ namespace balance::formulas {
 
 namespace {
 
-__extension__ using Wide = __int128;
+__extension__ using Int128 = __int128;
 
-Wide common_divisor(Wide a, Wide b) {
+Int128 common_divisor(Int128 a, Int128 b) {
   if (a < 0) a = -a;
   while (b != 0) {
-    const Wide rest = a % b;
+    const Int128 rest = a % b;
     a = b;
     b = rest;
   }
@@ -22,24 +22,24 @@ Wide common_divisor(Wide a, Wide b) {
 }
 
 /// The largest whole number is left out, so that every fraction can change its sign.
-std::int64_t fitting(Wide number) {
-  constexpr Wide most = std::numeric_limits<std::int64_t>::max();
-  if (number > most || number < -most) throw FormulaError("a coefficient is too long to be exact");
+std::int64_t narrow_to_int64(Int128 number) {
+  constexpr Int128 max_int64 = std::numeric_limits<std::int64_t>::max();
+  if (number > max_int64 || number < -max_int64) throw FormulaError("a coefficient is too long to be exact");
   return static_cast<std::int64_t>(number);
 }
 
-Rational lowest(Wide numerator, Wide denominator) {
+Rational reduce_fraction(Int128 numerator, Int128 denominator) {
   if (denominator == 0) throw FormulaError("a division by zero");
   if (denominator < 0) numerator = -numerator, denominator = -denominator;
-  const Wide divisor = common_divisor(denominator, numerator < 0 ? -numerator : numerator);
-  if (divisor == 1 && denominator == 1) return {fitting(numerator), 1};
-  return {fitting(numerator / divisor), fitting(denominator / divisor)};
+  const Int128 divisor = common_divisor(denominator, numerator < 0 ? -numerator : numerator);
+  if (divisor == 1 && denominator == 1) return {narrow_to_int64(numerator), 1};
+  return {narrow_to_int64(numerator / divisor), narrow_to_int64(denominator / divisor)};
 }
 
-std::int64_t whole_root(std::int64_t square) {
+std::int64_t integer_square_root(std::int64_t square) {
   const auto near = static_cast<std::int64_t>(std::llround(std::sqrt(static_cast<double>(square))));
   for (const std::int64_t root : {near - 1, near, near + 1})
-    if (static_cast<Wide>(root) * root == square) return root;
+    if (static_cast<Int128>(root) * root == square) return root;
   return -1;
 }
 
@@ -50,27 +50,27 @@ Rational::Rational(std::int64_t numerator, std::int64_t denominator) : numerator
   if (denominator == 0) throw FormulaError("a division by zero");
   const auto found = static_cast<std::int64_t>(common_divisor(numerator, denominator));
   const std::int64_t divisor = found < 0 ? -found : found;  // never 0: the denominator is not
-  const Wide sign = denominator < 0 ? -1 : 1;
-  numerator_ = fitting(sign * (numerator / divisor));
-  denominator_ = fitting(sign * (denominator / divisor));
+  const Int128 sign = denominator < 0 ? -1 : 1;
+  numerator_ = narrow_to_int64(sign * (numerator / divisor));
+  denominator_ = narrow_to_int64(sign * (denominator / divisor));
 }
 
 Rational operator+(Rational a, Rational b) {
-  if (a.denominator_ == b.denominator_) return lowest(Wide{a.numerator_} + b.numerator_, a.denominator_);
-  const Wide divisor = common_divisor(a.denominator_, b.denominator_);
-  const Wide left = a.denominator_ / divisor, right = b.denominator_ / divisor;
-  return lowest(a.numerator_ * right + b.numerator_ * left, a.denominator_ * right);
+  if (a.denominator_ == b.denominator_) return reduce_fraction(Int128{a.numerator_} + b.numerator_, a.denominator_);
+  const Int128 divisor = common_divisor(a.denominator_, b.denominator_);
+  const Int128 left = a.denominator_ / divisor, right = b.denominator_ / divisor;
+  return reduce_fraction(a.numerator_ * right + b.numerator_ * left, a.denominator_ * right);
 }
 
 Rational operator*(Rational a, Rational b) {
-  return lowest(Wide{a.numerator_} * b.numerator_, Wide{a.denominator_} * b.denominator_);
+  return reduce_fraction(Int128{a.numerator_} * b.numerator_, Int128{a.denominator_} * b.denominator_);
 }
 
 bool operator<(Rational a, Rational b) {
-  return Wide{a.numerator()} * b.denominator() < Wide{b.numerator()} * a.denominator();
+  return Int128{a.numerator()} * b.denominator() < Int128{b.numerator()} * a.denominator();
 }
 
-Rational Rational::of_text(const std::string& text) {
+Rational Rational::parse(const std::string& text) {
   std::size_t at = 0;
   const bool negative = !text.empty() && text[0] == '-';
   if (negative || (!text.empty() && text[0] == '+')) ++at;
@@ -100,8 +100,8 @@ Rational Rational::of_text(const std::string& text) {
   return negative ? -value : value;
 }
 
-Rational root_of(Rational square) {
-  const std::int64_t above = whole_root(square.numerator()), below = whole_root(square.denominator());
+Rational rational_square_root(Rational square) {
+  const std::int64_t above = integer_square_root(square.numerator()), below = integer_square_root(square.denominator());
   return above < 0 || below < 0 ? Rational() : Rational(above, below);
 }
 

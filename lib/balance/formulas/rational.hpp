@@ -20,13 +20,13 @@ class Rational {
   /// @throws FormulaError if the denominator is zero or the fraction does not fit
   Rational(std::int64_t numerator, std::int64_t denominator);
   /// "12", "-0.35", "1.5e-3" exactly. @throws FormulaError for what is no such number or does not fit
-  static Rational of_text(const std::string& text);
+  static Rational parse(const std::string& text);
 
   std::int64_t numerator() const { return numerator_; }
   std::int64_t denominator() const { return denominator_; }
   double value() const { return static_cast<double>(numerator_) / static_cast<double>(denominator_); }
   int sign() const { return numerator_ > 0 ? 1 : numerator_ < 0 ? -1 : 0; }
-  bool is_whole() const { return denominator_ == 1; }
+  bool is_integer() const { return denominator_ == 1; }
 
   Rational operator-() const { return {-numerator_, denominator_}; }
   friend Rational operator+(Rational a, Rational b);
@@ -44,6 +44,6 @@ inline Rational abs(Rational a) { return a.sign() < 0 ? -a : a; }
 bool operator<(Rational a, Rational b);
 
 /// Its root, if that is a fraction, else zero. @param square not negative
-Rational root_of(Rational square);
+Rational rational_square_root(Rational square);
 
 }  // namespace balance::formulas

@@ -2,8 +2,8 @@
 
 namespace balance::formulas {
 
-Regressor regressor(Ring& ring, const Equations& e) {
-  Regressor out;
+SymbolicRegressor derive_regressor(Ring& ring, const SymbolicEquations& e) {
+  SymbolicRegressor out;
   const std::size_t n = e.M.size();
   std::vector<Polynomial> rate, acceleration;
   for (const std::string& name : e.tree.columns) {
@@ -29,7 +29,7 @@ Regressor regressor(Ring& ring, const Equations& e) {
   return out;
 }
 
-std::string parameter_text(const Ring& ring, const Regressor& regressor) {
+std::string parameter_text(const Ring& ring, const SymbolicRegressor& regressor) {
   std::string text;
   for (std::size_t p = 0; p < regressor.parameters.size(); ++p)
     text += (p == 0 ? "" : ", ") + std::to_string(p + 1) + " " + ring.symbol(regressor.parameters[p]).name;

@@ -12,9 +12,9 @@ namespace balance::formulas {
 namespace {
 
 /// Every name's value, rates and accelerations included.
-std::map<std::string, double> names_of(const Sheet& sheet, const RegressorState& state) {
-  auto names = names_at(sheet, state.y);
-  const Regressor& regressor = *sheet.regressor;
+std::map<std::string, double> names_of(const FormulaSheet& sheet, const RegressorState& state) {
+  auto names = evaluate_names(sheet, state.y);
+  const SymbolicRegressor& regressor = *sheet.regressor;
   for (std::size_t c = 0; c < regressor.rates.size(); ++c) {
     names[sheet.ring->symbol(regressor.rates[c]).name] = state.dy[static_cast<Eigen::Index>(c)];
     names[sheet.ring->symbol(regressor.accelerations[c]).name] = state.ddy[static_cast<Eigen::Index>(c)];
@@ -22,7 +22,7 @@ std::map<std::string, double> names_of(const Sheet& sheet, const RegressorState&
   return names;
 }
 
-MatrixX printed_regressor(const Sheet& sheet, const std::map<std::string, std::string>& texts,
+MatrixX printed_regressor(const FormulaSheet& sheet, const std::map<std::string, std::string>& texts,
                           const std::map<std::string, double>& names) {
   std::vector<double> symbols, angles;
   for (const Symbol& symbol : sheet.ring->symbols()) symbols.push_back(names.at(symbol.name));
@@ -33,15 +33,15 @@ MatrixX printed_regressor(const Sheet& sheet, const std::map<std::string, std::s
     for (std::size_t p = 0; p < Y[i].size(); ++p) {
       const auto text = texts.find("Y" + index_text({i, p}, std::max(Y.size(), Y[i].size())));
       value(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(p)) =
-          text != texts.end() ? text_value(text->second, names) : value_of(Y[i][p], symbols, angles);
+          text != texts.end() ? evaluate_text(text->second, names) : evaluate_polynomial(Y[i][p], symbols, angles);
     }
   return value;
 }
 
 }  // namespace
 
-double regressor_error(const Sheet& sheet, const std::map<std::string, std::string>& texts, InverseDynamics& engine,
-                       const RegressorState& state) {
+double max_regressor_error(const FormulaSheet& sheet, const std::map<std::string, std::string>& texts,
+                           InverseDynamics& engine, const RegressorState& state) {
   const auto expected = engine.regressor(state.q, state.rate, state.acceleration);
   if (!expected) return std::numeric_limits<double>::quiet_NaN();
   const MatrixX Y = printed_regressor(sheet, texts, names_of(sheet, state));

@@ -19,7 +19,7 @@ struct RegressorState {
 
 /// @param texts by label, as printed; labels that are missing count as what they stand for
 /// @return the largest difference of BᵀY from the engine's regressor, as a part of what is added up; NaN if the engine has none
-double regressor_error(const Sheet& sheet, const std::map<std::string, std::string>& texts, InverseDynamics& engine,
-                       const RegressorState& state);
+double max_regressor_error(const FormulaSheet& sheet, const std::map<std::string, std::string>& texts,
+                           InverseDynamics& engine, const RegressorState& state);
 
 }  // namespace balance::formulas

@@ -24,39 +24,39 @@ std::vector<std::pair<int, int>> sum_of(const std::vector<std::pair<int, int>>& 
 }
 
 /// A product of two circular functions of one run, as a sum of two.
-struct Half {
-  Circular function;
+struct ProductToSumTerm {
+  CircularFunction function;
   Rational factor;
 };
 
-Half half_of(const Circular& a, const Circular& b, int sign) {
-  Half half{{a.run, a.sine != b.sine, sum_of(a.argument, b.argument, sign)}, Rational(1, 2)};
+ProductToSumTerm product_to_sum(const CircularFunction& a, const CircularFunction& b, int sign) {
+  ProductToSumTerm half{{a.group, a.is_sine != b.is_sine, sum_of(a.argument, b.argument, sign)}, Rational(1, 2)};
   // sin a sin b = (cos(a − b) − cos(a + b)) / 2, cos a sin b = (sin(a + b) − sin(a − b)) / 2
-  if ((a.sine && b.sine && sign > 0) || (!a.sine && b.sine && sign < 0)) half.factor = Rational(-1, 2);
+  if ((a.is_sine && b.is_sine && sign > 0) || (!a.is_sine && b.is_sine && sign < 0)) half.factor = Rational(-1, 2);
   return half;
 }
 
 }  // namespace
 
-Ring::Ring() : waves_(1), numbers_{{Wave{}, 0}} {}
+Ring::Ring() : waves_(1), numbers_{{TrigonometricMonomial{}, 0}} {}
 
-bool Ring::is_taken(const std::string& name) const {
+bool Ring::has_name(const std::string& name) const {
   const auto same = [&](const auto& other) { return other.name == name; };
   return std::any_of(symbols_.begin(), symbols_.end(), same) || std::any_of(angles_.begin(), angles_.end(), same);
 }
 
 int Ring::add_symbol(const std::string& name, SymbolKind kind, const Expression& source) {
-  if (static_cast<int>(symbols_.size()) >= most_symbols)
-    throw FormulaError("there are more than " + std::to_string(most_symbols) + " symbols");
+  if (static_cast<int>(symbols_.size()) >= max_symbols)
+    throw FormulaError("there are more than " + std::to_string(max_symbols) + " symbols");
   std::string free = name;
-  while (is_taken(free)) free += '_';
+  while (has_name(free)) free += '_';
   symbols_.push_back({free, kind, source.value(), source});
   return static_cast<int>(symbols_.size()) - 1;
 }
 
 int Ring::add_angle(const std::string& name, int run) {
   std::string free = name;
-  while (is_taken(free)) free += '_';
+  while (has_name(free)) free += '_';
   angles_.push_back({free, run, false, 0, {}});
   return static_cast<int>(angles_.size()) - 1;
 }
@@ -77,43 +77,43 @@ int Ring::symbol_of_angle(int angle) {
   return static_cast<int>(symbols_.size()) - 1;
 }
 
-WaveId Ring::find(Wave wave, Rational& factor) {
-  Wave tidy;
-  for (Circular& function : wave) {
+TrigonometricId Ring::canonicalise(TrigonometricMonomial wave, Rational& factor) {
+  TrigonometricMonomial tidy;
+  for (CircularFunction& function : wave) {
     if (function.argument.empty()) {
-      if (function.sine) factor = Rational(0);
+      if (function.is_sine) factor = Rational(0);
       continue;
     }
     if (function.argument.front().second < 0) {
       for (auto& [angle, multiple] : function.argument) multiple = -multiple;
-      if (function.sine) factor = -factor;
+      if (function.is_sine) factor = -factor;
     }
     tidy.push_back(std::move(function));
   }
   std::sort(tidy.begin(), tidy.end());
-  const auto [at, fresh] = numbers_.try_emplace(tidy, static_cast<WaveId>(waves_.size()));
+  const auto [at, fresh] = numbers_.try_emplace(tidy, static_cast<TrigonometricId>(waves_.size()));
   if (fresh) {
-    if (static_cast<int>(waves_.size()) >= most_waves)
+    if (static_cast<int>(waves_.size()) >= max_trigonometric_monomials)
       throw FormulaError("they are too long; a program (--code) is not");
     waves_.push_back(std::move(tidy));
   }
   return at->second;
 }
 
-const std::vector<WavePart>& Ring::product(WaveId a, WaveId b) {
+const std::vector<TrigonometricTerm>& Ring::product(TrigonometricId a, TrigonometricId b) {
   if (a > b) std::swap(a, b);
   const auto [at, fresh] = products_.try_emplace({a, b});
   if (!fresh) return at->second;
   struct Partial {
-    Wave wave;
+    TrigonometricMonomial wave;
     Rational factor = 1;
   };
   std::vector<Partial> parts(1), next;
-  const Wave left = waves_[a], right = waves_[b];
+  const TrigonometricMonomial left = waves_[a], right = waves_[b];
   std::size_t i = 0, j = 0;
   while (i < left.size() || j < right.size()) {
-    const bool from_left = j == right.size() || (i < left.size() && left[i].run <= right[j].run);
-    const bool from_right = i == left.size() || (j < right.size() && right[j].run <= left[i].run);
+    const bool from_left = j == right.size() || (i < left.size() && left[i].group <= right[j].group);
+    const bool from_right = i == left.size() || (j < right.size() && right[j].group <= left[i].group);
     next.clear();
     for (Partial& part : parts) {
       if (!(from_left && from_right)) {
@@ -122,7 +122,7 @@ const std::vector<WavePart>& Ring::product(WaveId a, WaveId b) {
         continue;
       }
       for (const int sign : {1, -1}) {
-        const Half half = half_of(left[i], right[j], sign);
+        const ProductToSumTerm half = product_to_sum(left[i], right[j], sign);
         next.push_back(part);
         next.back().wave.push_back(half.function);
         next.back().factor = part.factor * half.factor;
@@ -133,21 +133,21 @@ const std::vector<WavePart>& Ring::product(WaveId a, WaveId b) {
     j += from_right ? 1 : 0;
   }
   for (Partial& part : parts) {
-    WavePart found{0, part.factor};
-    found.wave = find(std::move(part.wave), found.factor);
+    TrigonometricTerm found{0, part.factor};
+    found.wave = canonicalise(std::move(part.wave), found.factor);
     if (found.factor.sign() != 0) at->second.push_back(found);
   }
   return at->second;
 }
 
-WavePart Ring::derivative(WaveId wave, int angle) {
-  Wave turned = waves_[wave];
-  for (Circular& function : turned)
+TrigonometricTerm Ring::derivative(TrigonometricId wave, int angle) {
+  TrigonometricMonomial turned = waves_[wave];
+  for (CircularFunction& function : turned)
     for (const auto& [variable, multiple] : function.argument)
       if (variable == angle) {
-        WavePart found{0, function.sine ? Rational(multiple) : Rational(-multiple)};
-        function.sine = !function.sine;
-        found.wave = find(std::move(turned), found.factor);
+        TrigonometricTerm found{0, function.is_sine ? Rational(multiple) : Rational(-multiple)};
+        function.is_sine = !function.is_sine;
+        found.wave = canonicalise(std::move(turned), found.factor);
         return found;
       }
   return {0, 0};

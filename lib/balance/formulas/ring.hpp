@@ -27,14 +27,14 @@ enum class SymbolKind {
   mass,
   stiffness,
   gravity,
-  length,  ///< may be divided by
-  place,   ///< of a mass; may be zero
-  ratio,   ///< of discs and couplings
-  number,  ///< of no known dimension
-  slide,   ///< a coordinate
-  rate,    ///< of a coordinate
+  length,          ///< may be divided by
+  com_coordinate,  ///< of a mass; may be zero
+  ratio,           ///< of discs and couplings
+  dimensionless,   ///< of no known dimension
+  slide,           ///< a coordinate
+  rate,            ///< of a coordinate
   acceleration,
-  named,  ///< stands for a whole expression
+  alias,  ///< stands for a whole expression
 };
 
 /// Masses, first moments, moments of inertia, stiffnesses: what forces are linear in.
@@ -42,37 +42,37 @@ constexpr bool is_inertial(SymbolKind kind) { return kind <= SymbolKind::stiffne
 
 struct Symbol {
   std::string name;
-  SymbolKind kind = SymbolKind::number;
+  SymbolKind kind = SymbolKind::dimensionless;
   double value = 0;   ///< SI
   Expression source;  ///< of its value, over the spec's inputs
 };
 
 struct Angle {
   std::string name;
-  int run = 0;
+  int group = 0;
   bool is_fixed = false;
   double value = 0;   ///< [rad], of fixed angles
   Expression source;  ///< of a fixed angle's value
 };
 
 /// A cosine or sine of Σ multiple · angle; the first multiple is positive, the angles ascend.
-struct Circular {
-  int run = 0;
-  bool sine = false;
+struct CircularFunction {
+  int group = 0;
+  bool is_sine = false;
   std::vector<std::pair<int, int>> argument;  ///< angle, multiple: never 0
 
-  friend auto operator<=>(const Circular&,
-                          const Circular&) = default;  // NOLINT(modernize-use-nullptr): of its own making
+  friend auto operator<=>(const CircularFunction&,
+                          const CircularFunction&) = default;  // NOLINT(modernize-use-nullptr): of its own making
 };
 
 /// Runs ascend, each occurs once.
-using Wave = std::vector<Circular>;
+using TrigonometricMonomial = std::vector<CircularFunction>;
 /// A wave by its number in the ring; 0 is the empty product.
-using WaveId = std::uint32_t;
+using TrigonometricId = std::uint32_t;
 
 /// A multiple of a wave.
-struct WavePart {
-  WaveId wave = 0;
+struct TrigonometricTerm {
+  TrigonometricId wave = 0;
   Rational factor = 1;
 };
 
@@ -84,7 +84,7 @@ class Ring {
   Ring& operator=(const Ring&) = delete;
 
   /// More are refused.
-  static constexpr int most_symbols = 2000, most_waves = 20'000;
+  static constexpr int max_symbols = 2000, max_trigonometric_monomials = 20'000;
 
   /// @return the symbol's number; a name that is there already gets one that is not, by a `_` behind it
   int add_symbol(const std::string& name, SymbolKind kind, const Expression& source);
@@ -93,8 +93,8 @@ class Ring {
   /// An angle where it stands by itself, as a coordinate of a torsion spring: a symbol with the angle's own name.
   int symbol_of_angle(int angle);
   /// Forgets the symbols from there on, in which no polynomial must be left.
-  void keep_symbols(int count) { symbols_.resize(static_cast<std::size_t>(count)); }
-  bool is_taken(const std::string& name) const;
+  void truncate_symbols(int count) { symbols_.resize(static_cast<std::size_t>(count)); }
+  bool has_name(const std::string& name) const;
 
   const std::vector<Symbol>& symbols() const { return symbols_; }
   const std::vector<Angle>& angles() const { return angles_; }
@@ -103,29 +103,29 @@ class Ring {
   void set_value(int symbol, double value) { symbols_[static_cast<std::size_t>(symbol)].value = value; }
   void set_angle(int angle, double value) { angles_[static_cast<std::size_t>(angle)].value = value; }
   void set_kind(int symbol, SymbolKind kind) { symbols_[static_cast<std::size_t>(symbol)].kind = kind; }
-  const Wave& wave(WaveId id) const { return waves_[id]; }
+  const TrigonometricMonomial& wave(TrigonometricId id) const { return waves_[id]; }
 
   /// The number of a wave, which is brought into its one form. @param factor takes its sign
-  WaveId find(Wave wave, Rational& factor);
+  TrigonometricId canonicalise(TrigonometricMonomial wave, Rational& factor);
   /// The product of two waves as a sum of waves, one for each pair of signs.
-  const std::vector<WavePart>& product(WaveId a, WaveId b);
+  const std::vector<TrigonometricTerm>& product(TrigonometricId a, TrigonometricId b);
   /// Derivative by an angle: at most one wave.
-  WavePart derivative(WaveId wave, int angle);
+  TrigonometricTerm derivative(TrigonometricId wave, int angle);
 
   /// Products of terms that formulas may take altogether: seconds, and some hundred megabytes.
-  static constexpr std::size_t most_work = 6'000'000;
+  static constexpr std::size_t max_products = 6'000'000;
   /// Counts work. @throws FormulaError where it is too much
-  void spend(std::size_t products) {
+  void count_products(std::size_t products) {
     work_ += products;
-    if (work_ > most_work) throw FormulaError("they are too long; a program (--code) is not");
+    if (work_ > max_products) throw FormulaError("they are too long; a program (--code) is not");
   }
 
  private:
   std::vector<Symbol> symbols_;
   std::vector<Angle> angles_;
-  std::vector<Wave> waves_;
-  std::map<Wave, WaveId> numbers_;
-  std::map<std::pair<WaveId, WaveId>, std::vector<WavePart>> products_;
+  std::vector<TrigonometricMonomial> waves_;
+  std::map<TrigonometricMonomial, TrigonometricId> numbers_;
+  std::map<std::pair<TrigonometricId, TrigonometricId>, std::vector<TrigonometricTerm>> products_;
   std::size_t work_ = 0;
 };
 

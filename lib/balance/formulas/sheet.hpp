@@ -12,13 +12,13 @@
 
 namespace balance::formulas {
 
-enum class Section { inertia, velocity, gravity, closures, solved, conditions, regressor, natural };
+enum class SheetSectionKind { inertia, velocity, gravity, closures, solved, conditions, regressor, natural };
 
 /// "inertia", …, in that order.
-const std::vector<std::string>& section_names();
+const std::vector<std::string>& sheet_section_names();
 
 /// name = value, or value / denominator, or value = 0 where the name is empty.
-struct Formula {
+struct SheetFormula {
   std::string name;     ///< `D`, `C`, …; empty: a condition
   std::string indices;  ///< `12`, or `1_10` where there are more than nine
   Polynomial value;
@@ -29,33 +29,33 @@ struct Formula {
 };
 
 struct SheetSection {
-  Section section = Section::inertia;
+  SheetSectionKind section = SheetSectionKind::inertia;
   std::string heading;
-  std::vector<Formula> formulas;
+  std::vector<SheetFormula> formulas;
   std::vector<std::string> zero;  ///< labels of those that vanish
   std::size_t terms = 0;
   bool is_too_long = false;  ///< it was not even made
 };
 
 /// Owns the ring that its formulas are in.
-struct Sheet {
+struct FormulaSheet {
   std::unique_ptr<Ring> ring;
-  Equations equations;
+  SymbolicEquations equations;
   std::vector<SheetSection> sections;
-  std::optional<Regressor> regressor;       ///< where it is wanted
-  std::optional<NaturalEquations> natural;  ///< where they are wanted
+  std::optional<SymbolicRegressor> regressor;  ///< where it is wanted
+  std::optional<NaturalEquations> natural;     ///< where they are wanted
   std::vector<std::string> notes;
 };
 
 struct SheetOptions {
   /// Empty: all that the mechanism has but for the regressor and natural coordinates. With the regressor everything is written in inertial parameters
   /// about the bodies' origins.
-  std::vector<Section> only;
-  Expressions expressions = Expressions::named;
+  std::vector<SheetSectionKind> only;
+  ParameterExpressions expressions = ParameterExpressions::symbols;
 };
 
 /// @throws FormulaError for what has no formula
-Sheet make_sheet(const Mechanism& mechanism, const SpecTexts& texts, const SheetOptions& options = {});
+FormulaSheet make_sheet(const Mechanism& mechanism, const SpecNumberTexts& texts, const SheetOptions& options = {});
 
 /// `12`, `1_10`.
 std::string index_text(std::initializer_list<std::size_t> indices, std::size_t count);

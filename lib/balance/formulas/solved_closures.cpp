@@ -24,17 +24,17 @@ Polynomial determinant(const Matrix& A) {
 }
 
 /// A wave with a multiple of a relation added to an argument.
-Circular with_relation(const Circular& function, const Relation& relation, int times) {
+CircularFunction apply_relation(const CircularFunction& function, const AngleRelation& relation, int times) {
   std::map<int, int> argument(function.argument.begin(), function.argument.end());
   for (const auto& [angle, multiple] : relation.multiples) argument[angle] += times * multiple;
   argument[relation.angle] -= times;
-  Circular other{function.run, function.sine, {}};
+  CircularFunction other{function.group, function.is_sine, {}};
   for (const auto& [angle, multiple] : argument)
     if (multiple != 0) other.argument.emplace_back(angle, multiple);
   return other;
 }
 
-int length_of(const Circular& function) {
+int length_of(const CircularFunction& function) {
   int length = 0;
   for (const auto& [angle, multiple] : function.argument) length += std::abs(multiple);
   return length;
@@ -42,33 +42,33 @@ int length_of(const Circular& function) {
 
 }  // namespace
 
-Polynomial shortened(const SymbolicTree& tree, const Polynomial& p) {
+Polynomial shorten_angle_sums(const SymbolicTree& tree, const Polynomial& p) {
   std::vector<Term> terms;
   for (const Term& term : p.terms()) {
     Term best = term;
     if (term.wave != 0) {
-      Wave wave = p.ring()->wave(term.wave);
-      for (Circular& function : wave)
-        for (const Relation& relation : tree.relations)
+      TrigonometricMonomial wave = p.ring()->wave(term.wave);
+      for (CircularFunction& function : wave)
+        for (const AngleRelation& relation : tree.relations)
           for (const int times : {-2, -1, 1, 2}) {
-            if (p.ring()->angle(relation.angle).run != function.run) continue;
-            const Circular other = with_relation(function, relation, times);
+            if (p.ring()->angle(relation.angle).group != function.group) continue;
+            const CircularFunction other = apply_relation(function, relation, times);
             if (length_of(other) < length_of(function)) function = other;
           }
-      best.wave = p.ring()->find(std::move(wave), best.factor);
+      best.wave = p.ring()->canonicalise(std::move(wave), best.coefficient);
     }
     terms.push_back(best);
   }
   return Polynomial::of_terms(p.ring(), std::move(terms));
 }
 
-std::vector<Formula> solve_closures(const Equations& e, const std::vector<int>& independent) {
+std::vector<SheetFormula> solve_closures(const SymbolicEquations& e, const std::vector<int>& independent) {
   const std::size_t rows = e.A.size(), columns = e.tree.columns.size();
   std::vector<std::size_t> dependent;
   for (std::size_t c = 0; c < columns; ++c)
     if (std::find(independent.begin(), independent.end(), static_cast<int>(c)) == independent.end())
       dependent.push_back(c);
-  if (rows == 0 || rows > most_solved || dependent.size() != rows) return {};
+  if (rows == 0 || rows > max_solved_closures || dependent.size() != rows) return {};
   /// The dependent columns, one of them replaced by −(column of an independent one).
   const auto square = [&](std::size_t replaced, std::size_t by) {
     Matrix B(rows);
@@ -76,14 +76,14 @@ std::vector<Formula> solve_closures(const Equations& e, const std::vector<int>& 
       for (std::size_t j = 0; j < rows; ++j) B[i].push_back(j == replaced ? -e.A[i][by] : e.A[i][dependent[j]]);
     return B;
   };
-  const Polynomial det = shortened(e.tree, determinant(square(rows, 0)));
+  const Polynomial det = shorten_angle_sums(e.tree, determinant(square(rows, 0)));
   if (det.is_zero()) return {};
-  std::vector<Formula> solved{{"Delta", "", det, Polynomial(1), ""}};
+  std::vector<SheetFormula> solved{{"Delta", "", det, Polynomial(1), ""}};
   for (const std::size_t d : std::vector<std::size_t>(dependent)) {
     const auto at = static_cast<std::size_t>(std::find(dependent.begin(), dependent.end(), d) - dependent.begin());
     for (std::size_t u = 0; u < independent.size(); ++u) {
       const auto by = static_cast<std::size_t>(independent[u]);
-      Polynomial numerator = shortened(e.tree, determinant(square(at, by)));
+      Polynomial numerator = shorten_angle_sums(e.tree, determinant(square(at, by)));
       if (numerator.is_zero()) continue;
       const bool named = det.size() > 1;
       solved.push_back({"C", index_text({d, u}, columns), std::move(numerator), det, named ? "Delta" : ""});

@@ -38,35 +38,35 @@ std::vector<JointStep> steps_of(const JointOf<Expression>& joint) {
   return {};
 }
 
-class TreeBuilder {
+class SymbolicTreeBuilder {
  public:
-  TreeBuilder(Ring& ring, const Mechanism& mechanism, const SpecTexts& texts, const TreeOptions& options)
+  SymbolicTreeBuilder(Ring& ring, const Mechanism& mechanism, const SpecNumberTexts& texts, const TreeOptions& options)
       : ring_(ring),
         mechanism_(mechanism),
-        model_(std::make_shared<NumberModel>(mechanism, texts)),
+        model_(std::make_shared<ParametricModel>(mechanism, texts)),
         numbers_(ring, *model_, texts, options),
         frames_(ring, tree_),
-        edges_(span(mechanism, {})),
+        edges_(build_spanning_tree(mechanism, {})),
         natural_(options.natural) {
     tree_.model = model_;
-    tree_.planar = mechanism.space == SpaceKind::planar;
+    tree_.is_planar = mechanism.space == SpaceKind::planar;
     bodies_.resize(mechanism.bodies.size());
     bodies_[0] = {0, {}};
   }
 
   SymbolicTree build() {
     add_variables();
-    for (const TreeEdge& edge : edges_.edges) walk(edge);
-    for (const int joint : edges_.cut) cut(joint);
+    for (const TreeEdge& edge : edges_.edges) add_edge(edge);
+    for (const int joint : edges_.cut) add_closure(joint);
     add_masses();
     for (std::size_t d = 0; d < mechanism_.discs.size(); ++d) add_disc(static_cast<int>(d));
     for (std::size_t s = 0; s < mechanism_.springs.size(); ++s)
-      mechanism_.springs[s].in_joint() ? add_joint_spring(s) : add_spring(s);
+      mechanism_.springs[s].is_joint_spring() ? add_joint_spring(s) : add_spring(s);
     tree_.gravity = numbers_.gravity();
     tree_.inertial = numbers_.inertial();
-    if (natural_) tree_.basic = basic_tree(ring_, mechanism_, *model_, numbers_);
-    if (!mechanism_.friction.empty()) tree_.left_out.emplace_back("friction");
-    if (!mechanism_.loads.empty()) tree_.left_out.emplace_back("loads");
+    if (natural_) tree_.basic_points = build_basic_point_model(ring_, mechanism_, *model_, numbers_);
+    if (!mechanism_.friction.empty()) tree_.excluded_terms.emplace_back("friction");
+    if (!mechanism_.loads.empty()) tree_.excluded_terms.emplace_back("loads");
     return std::move(tree_);
   }
 
@@ -79,8 +79,8 @@ class TreeBuilder {
   const JointOf<Expression>& joint(int index) const {
     return model_->mechanism().joints[static_cast<std::size_t>(index)];
   }
-  Place& body(int index) { return bodies_[static_cast<std::size_t>(index)]; }
-  static Place beside(Place place, const Vector& d, int sign) {
+  FramePoint& body(int index) { return bodies_[static_cast<std::size_t>(index)]; }
+  static FramePoint offset_point(FramePoint place, const Vector& d, int sign) {
     place.at = sign > 0 ? place.at + d : place.at - d;
     return place;
   }
@@ -107,22 +107,22 @@ class TreeBuilder {
         follow(tree_.variables[static_cast<std::size_t>(variable_[c])], roots(static_cast<int>(c), 0));
   }
 
-  struct Root {
+  struct IndependentSum {
     std::vector<std::pair<int, Polynomial>> columns;
     Polynomial offset;
   };
   /// What a coordinate is made of; each is made out once, since sums of sums meet again and again.
-  const Root& roots(int coordinate, std::size_t depth) {
+  const IndependentSum& roots(int coordinate, std::size_t depth) {
     const auto known = roots_.find(coordinate);
     if (known != roots_.end()) return known->second;
     return roots_[coordinate] = find_roots(coordinate, depth);
   }
-  Root find_roots(int coordinate, std::size_t depth) {
+  IndependentSum find_roots(int coordinate, std::size_t depth) {
     if (depth > mechanism_.couplings.size()) throw FormulaError("couplings follow each other in a circle");
     for (std::size_t k = 0; k < mechanism_.couplings.size(); ++k) {
       const Coupling& coupling = mechanism_.couplings[k];
       if (coupling.follower != coordinate) continue;
-      Root sum;
+      IndependentSum sum;
       for (std::size_t t = 0; t < coupling.leader.terms.size(); ++t)
         add(sum, roots(coupling.leader.terms[t].coordinate, depth + 1),
             numbers_.coupling_ratio(k) * numbers_.coupling_term(k, t));
@@ -133,7 +133,7 @@ class TreeBuilder {
     return {{{static_cast<int>(column - tree_.coordinates.begin()), Polynomial(1)}}, {}};
   }
   /// Adds a multiple of what one of several leaders is made of.
-  static void add(Root& sum, const Root& leader, const Polynomial& ratio) {
+  static void add(IndependentSum& sum, const IndependentSum& leader, const Polynomial& ratio) {
     sum.offset += leader.offset * ratio;
     for (const auto& [column, factor] : leader.columns) {
       const auto same = std::find_if(sum.columns.begin(), sum.columns.end(),
@@ -144,30 +144,30 @@ class TreeBuilder {
         same->second += factor * ratio;
     }
   }
-  static void follow(Variable& variable, Root root) {
+  static void follow(JointVariable& variable, IndependentSum root) {
     variable.follows = std::move(root.columns);
     variable.offset = std::move(root.offset);
   }
 
   /// From one end of a joint to the other.
-  Place through(const JointOf<Expression>& joint, int index, const Place& from, bool forward) {
+  FramePoint cross_joint(const JointOf<Expression>& joint, int index, const FramePoint& from, bool forward) {
     std::vector<JointStep> steps = steps_of(joint);
-    Place at = forward ? from : frames_.turned(from, reversed(turns_of(joint.rotation)));
+    FramePoint at = forward ? from : frames_.rotate(from, reverse_rotations(decompose_rotation(joint.rotation)));
     if (!forward) std::reverse(steps.begin(), steps.end());
     for (const JointStep& step : steps) {
       const int variable = variable_[first_coordinate(index) + static_cast<std::size_t>(step.coordinate)];
-      if (step.rises && !forward) at = beside(at, numbers_.rise(index), -1);
-      at = frames_.moved_by(at, step.direction, variable, forward ? 1 : -1);
-      if (step.rises && forward) at = beside(at, numbers_.rise(index), 1);
+      if (step.rises && !forward) at = offset_point(at, numbers_.wheel_centre_offset(index), -1);
+      at = frames_.apply_joint(at, step.direction, variable, forward ? 1 : -1);
+      if (step.rises && forward) at = offset_point(at, numbers_.wheel_centre_offset(index), 1);
     }
-    return forward ? frames_.turned(at, turns_of(joint.rotation)) : at;
+    return forward ? frames_.rotate(at, decompose_rotation(joint.rotation)) : at;
   }
 
-  void walk(const TreeEdge& edge) {
+  void add_edge(const TreeEdge& edge) {
     const JointOf<Expression>& at = joint(edge.joint);
     const Vector p = numbers_.joint_point(edge.joint, true), q = numbers_.joint_point(edge.joint, false);
-    const Place start = beside(body(edge.parent), edge.forward ? p : q, 1);
-    const Place end = beside(through(at, edge.joint, start, edge.forward), edge.forward ? q : p, -1);
+    const FramePoint start = offset_point(body(edge.parent), edge.forward ? p : q, 1);
+    const FramePoint end = offset_point(cross_joint(at, edge.joint, start, edge.forward), edge.forward ? q : p, -1);
     if (edge.split)
       tree_.closures.push_back({at.name, JointType::fixed, end, body(edge.forward ? at.second : at.first)});
     else
@@ -175,57 +175,57 @@ class TreeBuilder {
   }
 
   /// Axes of both frames as the closure's equations want them: planar slides along x, in space the axis is z.
-  std::vector<FixedTurn> closure_turns(const JointOf<Expression>& at) const {
+  std::vector<FixedRotation> closure_rotations(const JointOf<Expression>& at) const {
     const bool slides = at.type == JointType::prismatic || at.type == JointType::pin_slot;
-    if (tree_.planar && !slides) return {};
+    if (tree_.is_planar && !slides) return {};
     Matrix3E axes = Matrix3E::Identity();
-    if (tree_.planar) {
+    if (tree_.is_planar) {
       axes(0, 0) = axes(1, 1) = at.axis.x();
       axes(1, 0) = at.axis.y(), axes(0, 1) = -at.axis.y();
-      return turns_of(axes);
+      return decompose_rotation(axes);
     }
     if (at.type == JointType::spherical || at.type == JointType::fixed) return {};
     if (at.type == JointType::universal || at.type == JointType::planar) {
       axes << at.axis2, at.axis.cross(at.axis2), at.axis;
-      return turns_of(axes);
+      return decompose_rotation(axes);
     }
     if (!is_constant(at.axis))
       return {{2, atan2(at.axis.y(), at.axis.x())},
               {1, atan2(sqrt(at.axis.x() * at.axis.x() + at.axis.y() * at.axis.y()), at.axis.z())}};
-    const Matrix3 R = Eigen::Quaterniond::FromTwoVectors(Vector3::UnitZ(), values_of(at.axis)).toRotationMatrix();
-    return turns_of(Matrix3E(R.cast<Expression>()));
+    const Matrix3 R = Eigen::Quaterniond::FromTwoVectors(Vector3::UnitZ(), to_values(at.axis)).toRotationMatrix();
+    return decompose_rotation(Matrix3E(R.cast<Expression>()));
   }
 
-  void cut(int index) {
+  void add_closure(int index) {
     const JointOf<Expression>& at = joint(index);
-    Place a = beside(body(at.first), numbers_.joint_point(index, true), 1);
-    Place b = beside(body(at.second), numbers_.joint_point(index, false), 1);
-    b = frames_.turned(b, reversed(turns_of(at.rotation)));
-    const std::vector<FixedTurn> turns = closure_turns(at);
-    a = frames_.turned(a, turns), b = frames_.turned(b, turns);
+    FramePoint a = offset_point(body(at.first), numbers_.joint_point(index, true), 1);
+    FramePoint b = offset_point(body(at.second), numbers_.joint_point(index, false), 1);
+    b = frames_.rotate(b, reverse_rotations(decompose_rotation(at.rotation)));
+    const std::vector<FixedRotation> turns = closure_rotations(at);
+    a = frames_.rotate(a, turns), b = frames_.rotate(b, turns);
     tree_.closures.push_back({at.name, at.type, a, b});
-    const bool straight = is_constant(at.rotation) && values_of(at.rotation).isIdentity(0);
-    if (tree_.planar && at.type == JointType::revolute && straight) relate(index, a.frame, b.frame);
+    const bool straight = is_constant(at.rotation) && to_values(at.rotation).isIdentity(0);
+    if (tree_.is_planar && at.type == JointType::revolute && straight) add_angle_relation(index, a.frame, b.frame);
   }
 
   /// The angle of a loop's joint is the sum of the angles around the loop.
-  void relate(int index, int a, int b) {
-    Relation relation;
+  void add_angle_relation(int index, int a, int b) {
+    AngleRelation relation;
     for (const auto& [end, sign] : {std::pair{b, 1}, std::pair{a, -1}})
       for (int at = end; at > 0; at = tree_.frames[static_cast<std::size_t>(at)].parent) {
-        const Frame& frame = tree_.frames[static_cast<std::size_t>(at)];
+        const SymbolicFrame& frame = tree_.frames[static_cast<std::size_t>(at)];
         if (frame.axes != std::array<int, 3>{0, 1, 2}) return;
         if (frame.angle >= 0) relation.multiples[frame.angle] += sign * frame.sign;
       }
     std::erase_if(relation.multiples, [](const auto& entry) { return entry.second == 0; });
     if (relation.multiples.empty()) return;
-    const int run = ring_.angle(relation.multiples.begin()->first).run;
+    const int run = ring_.angle(relation.multiples.begin()->first).group;
     relation.angle = ring_.add_angle(numbers_.coordinate_name(static_cast<int>(first_coordinate(index))), run);
     tree_.relations.push_back(relation);
   }
 
-  void add_mass(const Place& place, const Mass& mass) {
-    tree_.frames[static_cast<std::size_t>(place.frame)].mass += shifted(mass, place.at);
+  void add_mass(const FramePoint& place, const Mass& mass) {
+    tree_.frames[static_cast<std::size_t>(place.frame)].mass += shift_origin(mass, place.at);
   }
 
   void add_masses() {
@@ -236,28 +236,29 @@ class TreeBuilder {
 
   void add_disc(int index) {
     const Disc& disc = mechanism_.discs[static_cast<std::size_t>(index)];
-    const Place centre = beside(body(disc.body), numbers_.disc_place(index), 1);
-    const int variable = frames_.add_variable("phi_" + plain_name(disc.name), true);
+    const FramePoint centre = offset_point(body(disc.body), numbers_.disc_position(index), 1);
+    const int variable = frames_.add_variable("phi_" + identifier_name(disc.name), true);
     const Polynomial ratio = numbers_.ratio(index);
-    Root sum;
+    IndependentSum sum;
     for (std::size_t t = 0; t < disc.follows.terms.size(); ++t)
       add(sum, roots(disc.follows.terms[t].coordinate, 0), ratio * numbers_.disc_term(index, t));
     follow(tree_.variables.back(), std::move(sum));
     const Vector3E& axis = model_->mechanism().discs[static_cast<std::size_t>(index)].axis;
-    if (!numbers_.is_rotor(index)) return add_mass(frames_.moved_by(centre, axis, variable, 1), numbers_.disc(index));
+    if (!numbers_.is_rotor(index))
+      return add_mass(frames_.apply_joint(centre, axis, variable, 1), numbers_.disc(index));
     // its moments of inertia are those along and across its axis, which may be oblique to its carrier
-    const Alignment along = align(axis);
-    add_mass(frames_.moved_along(centre, along, variable, 1), numbers_.rotor(index, along.axis));
+    const Alignment along = find_alignment(axis);
+    add_mass(frames_.apply_aligned_joint(centre, along, variable, 1), numbers_.rotor(index, along.axis));
   }
 
   void add_spring(std::size_t s) {
     const Spring& spring = mechanism_.springs[s];
     LinearSpring found;
-    found.a = beside(body(spring.first), numbers_.spring_point(s, true), 1);
-    found.b = beside(body(spring.second), numbers_.spring_point(s, false), 1);
+    found.a = offset_point(body(spring.first), numbers_.spring_point(s, true), 1);
+    found.b = offset_point(body(spring.second), numbers_.spring_point(s, false), 1);
     found.stiffness = numbers_.stiffness(s), found.free_length = numbers_.free_length(s);
     if (!found.free_length.is_zero())
-      found.length = ring_.add_symbol("L_" + plain_name(spring.name), SymbolKind::named, 1);
+      found.length = ring_.add_symbol("L_" + identifier_name(spring.name), SymbolKind::alias, 1);
     tree_.springs.push_back(found);
   }
 
@@ -265,28 +266,29 @@ class TreeBuilder {
     const Spring& spring = mechanism_.springs[s];
     const int variable = variable_[static_cast<std::size_t>(spring.coordinate)];
     if (variable < 0) throw FormulaError("spring " + spring.name + " is in a joint that closes a loop");
-    const Variable& moving = tree_.variables[static_cast<std::size_t>(variable)];
+    const JointVariable& moving = tree_.variables[static_cast<std::size_t>(variable)];
     const int symbol = moving.is_angle ? ring_.symbol_of_angle(moving.index) : moving.index;
     tree_.joint_springs.push_back({variable, symbol, numbers_.stiffness(s), numbers_.preload(s)});
   }
 
   Ring& ring_;
   const Mechanism& mechanism_;
-  std::shared_ptr<const NumberModel> model_;
+  std::shared_ptr<const ParametricModel> model_;
   SymbolicTree tree_;
-  MechanismNumbers numbers_;
+  MechanismSymbols numbers_;
   FrameBuilder frames_;
   SpanningTree edges_;
-  std::vector<Place> bodies_;
-  std::map<int, Root> roots_;
+  std::vector<FramePoint> bodies_;
+  std::map<int, IndependentSum> roots_;
   std::vector<int> variable_;  ///< per coordinate; −1: of a joint that closes a loop
   bool natural_;
 };
 
 }  // namespace
 
-SymbolicTree symbolic_tree(Ring& ring, const Mechanism& mechanism, const SpecTexts& texts, const TreeOptions& options) {
-  return TreeBuilder(ring, mechanism, texts, options).build();
+SymbolicTree build_symbolic_tree(Ring& ring, const Mechanism& mechanism, const SpecNumberTexts& texts,
+                                 const TreeOptions& options) {
+  return SymbolicTreeBuilder(ring, mechanism, texts, options).build();
 }
 
 }  // namespace balance::formulas

@@ -19,11 +19,11 @@
 
 namespace balance::formulas {
 
-using Vector = Triple<Polynomial>;
-using Mass = MassOf<Polynomial>;
+using Vector = RingVector3<Polynomial>;
+using Mass = RigidBodyInertia<Polynomial>;
 
 /// An angle or a slide between two frames, and the independent coordinates that it follows: x = Σ ratio · y[column] + constant.
-struct Variable {
+struct JointVariable {
   bool is_angle = true;
   int index = 0;  ///< of the ring's angle or symbol
   std::vector<std::pair<int, Polynomial>> follows;
@@ -31,7 +31,7 @@ struct Variable {
 };
 
 /// A frame on its parent. At `offset` in the parent's axes; from there it slides along or turns about one axis.
-struct Frame {
+struct SymbolicFrame {
   int parent = -1;
   Vector offset;
   int axis = 0;
@@ -45,7 +45,7 @@ struct Frame {
 };
 
 /// A place on a frame, with axes parallel to it.
-struct Place {
+struct FramePoint {
   int frame = 0;
   Vector at;
 };
@@ -54,11 +54,11 @@ struct Place {
 struct LoopClosure {
   std::string joint;
   JointType type = JointType::revolute;
-  Place a, b;  ///< first and second body's
+  FramePoint a, b;  ///< first and second body's
 };
 
 struct LinearSpring {
-  Place a, b;
+  FramePoint a, b;
   Polynomial stiffness, free_length;
   int length = -1;  ///< symbol of its length; −1 where the free length is zero: then nothing needs it
 };
@@ -71,16 +71,16 @@ struct JointSpring {
 };
 
 /// The angle of a joint that closes a loop: Σ multiple · angles of the tree.
-struct Relation {
+struct AngleRelation {
   int angle = 0;
   std::map<int, int> multiples;
 };
 
 struct SymbolicTree {
-  std::shared_ptr<const NumberModel> model;  ///< what its symbols are made of
-  bool planar = true;
-  std::vector<Frame> frames;  ///< frame 0 is the world; parents first
-  std::vector<Variable> variables;
+  std::shared_ptr<const ParametricModel> model;  ///< what its symbols are made of
+  bool is_planar = true;
+  std::vector<SymbolicFrame> frames;  ///< frame 0 is the world; parents first
+  std::vector<JointVariable> variables;
   std::vector<std::string> columns;      ///< names of the independent coordinates of the tree, as formulas write them
   std::vector<int> coordinates;          ///< per column: of the mechanism
   std::vector<int> coordinate_variable;  ///< per coordinate of the mechanism; −1: of a joint that closes a loop
@@ -88,32 +88,32 @@ struct SymbolicTree {
   std::vector<LinearSpring> springs;
   std::vector<JointSpring> joint_springs;
   Vector gravity;
-  std::vector<int> inertial;          ///< symbols of inertial parameters, where the tree has them for each element
-  std::vector<std::string> left_out;  ///< what z does not contain: "friction", "loads"
-  std::vector<Relation> relations;
-  std::optional<BasicTree> basic;  ///< where natural coordinates are wanted
+  std::vector<int> inertial;  ///< symbols of inertial parameters, where the tree has them for each element
+  std::vector<std::string> excluded_terms;  ///< what z does not contain: "friction", "loads"
+  std::vector<AngleRelation> relations;
+  std::optional<BasicPointModel> basic_points;  ///< where natural coordinates are wanted
 
   bool has_springs() const { return !springs.empty() || !joint_springs.empty(); }
 };
 
-enum class Inertial {
+enum class InertialParametrisation {
   about_com,     ///< m, lg, J about the centre of mass
   about_origin,  ///< m, mx, my, J about the body's origin: torques are linear in them
 };
 
 /// What becomes of parameters that are expressions of others: a symbol, or what the expression says. Ratios stay symbols.
-enum class Expressions { named, put_in };
+enum class ParameterExpressions { symbols, inlined };
 
 struct TreeOptions {
-  Inertial inertial = Inertial::about_com;
-  Expressions expressions = Expressions::named;
+  InertialParametrisation inertial = InertialParametrisation::about_com;
+  ParameterExpressions expressions = ParameterExpressions::symbols;
   bool natural = false;  ///< points and bodies for natural coordinates, too
 };
 
 /// @param mechanism without faults
 /// @param texts what its spec says: parameters become symbols under their names
 /// @throws FormulaError for what has no formula
-SymbolicTree symbolic_tree(Ring& ring, const Mechanism& mechanism, const SpecTexts& texts,
-                           const TreeOptions& options = {});
+SymbolicTree build_symbolic_tree(Ring& ring, const Mechanism& mechanism, const SpecNumberTexts& texts,
+                                 const TreeOptions& options = {});
 
 }  // namespace balance::formulas

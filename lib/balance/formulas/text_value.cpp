@@ -10,7 +10,7 @@ namespace balance::formulas {
 
 namespace {
 
-struct ValueMaker {
+struct ValueFactory {
   const std::map<std::string, double>& values;
 
   static double number(const std::string& text) { return std::strtod(text.c_str(), nullptr); }
@@ -29,9 +29,9 @@ struct ValueMaker {
 
 }  // namespace
 
-double text_value(const std::string& text, const std::map<std::string, double>& values) {
-  ValueMaker make{values};
-  return ExpressionReader<double, ValueMaker>(text, make).read();
+double evaluate_text(const std::string& text, const std::map<std::string, double>& values) {
+  ValueFactory make{values};
+  return FormulaParser<double, ValueFactory>(text, make).read();
 }
 
 }  // namespace balance::formulas

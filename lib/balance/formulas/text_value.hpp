@@ -11,6 +11,6 @@ namespace balance::formulas {
 /// The value of a formula as the printer writes it.
 /// @param values of all names in it
 /// @throws FormulaError if it cannot be read or has a name without a value
-double text_value(const std::string& text, const std::map<std::string, double>& values);
+double evaluate_text(const std::string& text, const std::map<std::string, double>& values);
 
 }  // namespace balance::formulas

@@ -11,7 +11,7 @@ namespace {
 using Gradient = Eigen::Array<double, dual_width, 1>;
 
 /// A scalar, or a vector's magnitude, with its derivatives.
-struct Value {
+struct FigureWithGradient {
   double value = 0;
   Gradient d = Gradient::Zero();
   double size() const { return std::abs(value); }
@@ -19,24 +19,24 @@ struct Value {
 };
 
 /// One row of the run or of what lies between its samples, in the order of time, which numbers may move.
-struct Place {
+struct GradientRow {
   bool between;
   long row;
-  Value time;
+  FigureWithGradient time;
 };
 
-Value time_at(const RunGradient& gradient, bool between, long row) {
-  Value out{(between ? gradient.between.rows : gradient.run).time[row], Gradient::Zero()};
+FigureWithGradient time_at(const RunGradient& gradient, bool between, long row) {
+  FigureWithGradient out{(between ? gradient.intermediate.rows : gradient.run).time[row], Gradient::Zero()};
   for (std::size_t k = 0; k < dual_width; ++k)
     out.d[static_cast<Eigen::Index>(k)] =
         (between ? gradient.derivatives_between[k].rows : gradient.derivatives[k]).time[row];
   return out;
 }
 
-std::vector<Place> in_order(const RunGradient& gradient) {
-  std::vector<Place> places;
+std::vector<GradientRow> order_rows_by_time(const RunGradient& gradient) {
+  std::vector<GradientRow> places;
   std::size_t j = 0;
-  const std::vector<long>& next = gradient.between.next_sample;
+  const std::vector<long>& next = gradient.intermediate.next_sample;
   for (long k = 0; k < gradient.run.time.size(); ++k) {
     for (; j < next.size() && next[j] == k; ++j)
       places.push_back({true, static_cast<long>(j), time_at(gradient, true, static_cast<long>(j))});
@@ -46,14 +46,15 @@ std::vector<Place> in_order(const RunGradient& gradient) {
 }
 
 /// Half the time from one place to the next.
-Value half_step(const Place& from, const Place& to) {
+FigureWithGradient half_step(const GradientRow& from, const GradientRow& to) {
   return {(to.time.value - from.time.value) / 2, (to.time.d - from.time.d) / 2};
 }
 
-Value value_at(const RunGradient& gradient, Samples Result::*array, int first, int count, const Place& place) {
-  const auto entries = [&](const Result& rows) { return (rows.*array).row(place.row).segment(first, count); };
-  const auto now = entries(place.between ? gradient.between.rows : gradient.run);
-  Value out{count == 1 ? now[0] : now.norm(), Gradient::Zero()};
+FigureWithGradient value_at(const RunGradient& gradient, Samples RunResult::*array, int first, int count,
+                            const GradientRow& place) {
+  const auto entries = [&](const RunResult& rows) { return (rows.*array).row(place.row).segment(first, count); };
+  const auto now = entries(place.between ? gradient.intermediate.rows : gradient.run);
+  FigureWithGradient out{count == 1 ? now[0] : now.norm(), Gradient::Zero()};
   for (std::size_t k = 0; k < dual_width; ++k) {
     const auto change = entries(place.between ? gradient.derivatives_between[k].rows : gradient.derivatives[k]);
     if (count == 1)
@@ -69,11 +70,11 @@ void write(const Gradient& from, std::array<double, dual_width>& to) {
 }
 
 /// So many stretches of a run have extremes of their own: short enough to hold one hump each.
-constexpr std::size_t stretches = 48;
+constexpr std::size_t extreme_intervals = 48;
 
 /// Takes a place's value into its stretch's extremes.
-void meet(const Value& now, std::size_t place, std::size_t count, FigureGradient& figure) {
-  const std::size_t stretch = place * std::min(stretches, count) / count;
+void update_extremes(const FigureWithGradient& now, std::size_t place, std::size_t count, FigureGradient& figure) {
+  const std::size_t stretch = place * std::min(extreme_intervals, count) / count;
   const auto take = [&](std::vector<Extreme>& extremes, double sign) {
     if (stretch >= extremes.size())
       extremes.emplace_back();
@@ -86,20 +87,21 @@ void meet(const Value& now, std::size_t place, std::size_t count, FigureGradient
   take(figure.lowest, -1);
 }
 
-FigureGradient measure(const RunGradient& gradient, const Track& track, const std::vector<Place>& places) {
+FigureGradient differentiate_figure(const RunGradient& gradient, const MetricSeries& track,
+                                    const std::vector<GradientRow>& places) {
   FigureGradient figure;
   figure.quantity = track.quantity;
-  Value peak, low{INFINITY}, high{-INFINITY}, last;
+  FigureWithGradient peak, low{INFINITY}, high{-INFINITY}, last;
   double squares = 0, sum = 0;
   Gradient d_squares = Gradient::Zero(), d_sum = Gradient::Zero();
   for (std::size_t i = 0; i < places.size(); ++i) {
-    const Value now = value_at(gradient, track.array, track.first, track.count, places[i]);
-    meet(now, i, places.size(), figure);
+    const FigureWithGradient now = value_at(gradient, track.array, track.first, track.count, places[i]);
+    update_extremes(now, i, places.size(), figure);
     if (now.size() > peak.size()) peak = now;
     if (now.value < low.value) low = now;
     if (now.value > high.value) high = now;
     if (i > 0) {
-      const Value half = half_step(places[i - 1], places[i]);
+      const FigureWithGradient half = half_step(places[i - 1], places[i]);
       const double square = now.value * now.value + last.value * last.value, size = now.size() + last.size();
       squares += half.value * square;
       d_squares += 2 * half.value * (now.value * now.d + last.value * last.d) + square * half.d;
@@ -121,16 +123,17 @@ FigureGradient measure(const RunGradient& gradient, const Track& track, const st
 
 }  // namespace
 
-FigureGradients figure_gradients(const RunGradient& gradient) {
-  const std::vector<Place> places = in_order(gradient);
+FigureGradients differentiate_figures(const RunGradient& gradient) {
+  const std::vector<GradientRow> places = order_rows_by_time(gradient);
   FigureGradients out;
-  for (const Track& track : list_tracks(gradient.run)) out.figures.push_back(measure(gradient, track, places));
+  for (const MetricSeries& track : list_metric_series(gradient.run))
+    out.figures.push_back(differentiate_figure(gradient, track, places));
   Gradient d_energy = Gradient::Zero();
   for (int a = 0; a < static_cast<int>(gradient.run.power.cols()); ++a)
     for (std::size_t i = 1; i < places.size(); ++i) {
-      const Value half = half_step(places[i - 1], places[i]);
+      const FigureWithGradient half = half_step(places[i - 1], places[i]);
       for (const std::size_t end : {i - 1, i}) {
-        const Value power = value_at(gradient, &Result::power, a, 1, places[end]);
+        const FigureWithGradient power = value_at(gradient, &RunResult::power, a, 1, places[end]);
         out.energy += half.value * power.size();
         d_energy += half.value * power.d_size() + power.size() * half.d;
       }

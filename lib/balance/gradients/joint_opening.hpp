@@ -9,13 +9,13 @@
 namespace balance {
 
 /// What a joint opens by per unit of a number while all others are held together, coordinates being moved so that it is least.
-struct JointOpening {
+struct ClosureGap {
   JointId joint;
   bool is_length = false;  ///< else an angle
   double gap = 0;          ///< [m] or [rad] per unit of the number
 };
 
 /// Of one number; empty if the loops follow it.
-using JointOpenings = std::vector<JointOpening>;
+using ClosureGaps = std::vector<ClosureGap>;
 
 }  // namespace balance

@@ -6,11 +6,11 @@ namespace balance {
 
 namespace {
 
-using Kind = MechanismNumber::Kind;
+using Kind = MechanismVariable::Kind;
 
 /// Entries of the list that `index` counts.
-std::size_t listed(const Mechanism& mechanism, Kind kind) {
-  using enum MechanismNumber::Kind;
+std::size_t count_elements(const Mechanism& mechanism, Kind kind) {
+  using enum MechanismVariable::Kind;
   switch (kind) {
     case gravity: return 1;
     case tool_position: return mechanism.tool ? 1 : 0;
@@ -49,7 +49,7 @@ bool is_matrix(Kind kind) {
 }
 
 /// Entries that `column` counts.
-std::size_t columns_of(const Mechanism& mechanism, const MechanismNumber& number) {
+std::size_t columns_of(const Mechanism& mechanism, const MechanismVariable& number) {
   const auto at = static_cast<std::size_t>(number.index);
   switch (number.kind) {
     case Kind::load_force:
@@ -62,14 +62,16 @@ std::size_t columns_of(const Mechanism& mechanism, const MechanismNumber& number
 
 }  // namespace
 
-bool has_mirror(const MechanismNumber& number) { return is_matrix(number.kind) && number.row != number.column; }
+bool has_symmetric_entry(const MechanismVariable& number) {
+  return is_matrix(number.kind) && number.row != number.column;
+}
 
-void require_number(const Mechanism& mechanism, const MechanismNumber& number) {
+void require_variable(const Mechanism& mechanism, const MechanismVariable& number) {
   const auto in = [](int value, std::size_t count) { return value >= 0 && static_cast<std::size_t>(value) < count; };
   const auto refuse = [](const std::string& what, int value) {
     throw std::invalid_argument("a number of the mechanism: there is no " + what + " " + std::to_string(value));
   };
-  if (!in(number.index, listed(mechanism, number.kind))) refuse("element", number.index);
+  if (!in(number.index, count_elements(mechanism, number.kind))) refuse("element", number.index);
   if (number.kind == Kind::friction_coulomb_backward &&
       !mechanism.friction[static_cast<std::size_t>(number.index)].coulomb_backward)
     throw std::invalid_argument("a mechanism's number: that friction tells no directions apart");

@@ -8,7 +8,7 @@
 namespace balance {
 
 /// Which number; `index` counts the list that is named first, `row` and `column` the components of a vector or matrix.
-struct MechanismNumber {
+struct MechanismVariable {
   enum class Kind {
     gravity,              ///< component `row` [m/s^2]
     body_mass,            ///< [kg]
@@ -45,14 +45,14 @@ struct MechanismNumber {
 };
 
 /// @throws std::invalid_argument if the mechanism has no such number
-void require_number(const Mechanism& mechanism, const MechanismNumber& number);
+void require_variable(const Mechanism& mechanism, const MechanismVariable& number);
 
 /// The number in a mechanism over any scalar; it must exist.
 template <class T>
-T& number_in(MechanismOf<T>& mechanism, const MechanismNumber& number) {
+T& variable_in(MechanismOf<T>& mechanism, const MechanismVariable& number) {
   const auto at = [&](auto& list) -> auto& { return list[static_cast<std::size_t>(number.index)]; };
   const auto term = [&](auto& sum) -> auto& { return sum.terms[static_cast<std::size_t>(number.column)].ratio; };
-  using enum MechanismNumber::Kind;
+  using enum MechanismVariable::Kind;
   switch (number.kind) {
     case gravity: return mechanism.gravity[number.row];
     case body_mass: return at(mechanism.bodies).mass;
@@ -87,6 +87,6 @@ T& number_in(MechanismOf<T>& mechanism, const MechanismNumber& number) {
 }
 
 /// Whether it is an entry of a symmetric matrix off its diagonal, which has a mirror image.
-bool has_mirror(const MechanismNumber& number);
+bool has_symmetric_entry(const MechanismVariable& number);
 
 }  // namespace balance

@@ -9,24 +9,24 @@ namespace {
 
 /// Parts of what a number asks of the loops that are no larger are what rounding leaves of a change that they follow: places are good to
 /// 1e-13 and multiplied by the inverse of the mobility, twice.
-constexpr double closure_round_off_part = 1e-8;
+constexpr double closure_residual_tolerance = 1e-8;
 
 }  // namespace
 
 template <class S>
-DualMoment<S>::DualMoment(const MechanismOf<DualNumber>& mechanism, const Tree<S>& tree,
-                          const std::vector<CoordinateId>& needed, const DriveQuantities& quantities, bool redundant,
-                          int freedoms, const typename D::Vector& about)
+DualEvaluator<S>::DualEvaluator(const MechanismOf<DualNumber>& mechanism, const Tree<S>& tree,
+                                const std::vector<CoordinateId>& needed, const DriveQuantities& quantities,
+                                bool redundant, int freedoms, const typename D::Vector& about)
     : values_(tree),
-      tree_(compile<D>(mechanism, needed)),
-      drive_(drive_rows(mechanism, tree_, quantities)),
+      tree_(compile_tree<D>(mechanism, needed)),
+      drive_(make_drive(mechanism, tree_, quantities)),
       equations_(tree_, drive_, redundant),
       observer_(mechanism, tree_, freedoms, about),
       state_(tree_.nodes.size()) {
   const auto one_coordinate = [](const LinearQuantityOf<DualNumber>& quantity) {
     return quantity.terms.size() == 1 && quantity.terms[0].second != 0;
   };
-  direct_ = tree_.closures.empty() && drive_.rows() == static_cast<int>(drive_.linear.size()) &&
+  direct_ = tree_.closures.empty() && drive_.row_count() == static_cast<int>(drive_.linear.size()) &&
             std::all_of(drive_.linear.begin(), drive_.linear.end(), one_coordinate);
   for (auto* values : {&now_.y, &now_.dy, &now_.ddy}) values->setZero(tree_.columns);
   if (redundant) gaps_.resize(tree_.closures.size());
@@ -34,7 +34,7 @@ DualMoment<S>::DualMoment(const MechanismOf<DualNumber>& mechanism, const Tree<S
 }
 
 template <class S>
-void DualMoment<S>::move_direct(const DriveSampleOf<DualNumber>& target) {
+void DualEvaluator<S>::differentiate_explicit(const DriveSampleOf<DualNumber>& target) {
   for (std::size_t i = 0; i < drive_.linear.size(); ++i) {
     const auto& [column, coefficient] = drive_.linear[i].terms[0];
     const auto k = static_cast<Eigen::Index>(i);
@@ -45,37 +45,37 @@ void DualMoment<S>::move_direct(const DriveSampleOf<DualNumber>& target) {
 }
 
 template <class S>
-void DualMoment<S>::move(const double* y, const DriveSampleOf<DualNumber>& target) {
-  if (direct_) return move_direct(target);
+void DualEvaluator<S>::differentiate_motion(const double* y, const DriveSampleOf<DualNumber>& target) {
+  if (direct_) return differentiate_explicit(target);
   // a floating spherical joint counts from any constant orientation
   for (const NodeId spherical : values_.spherical_joints)
     tree_.nodes[spherical].R_PF = cast<DualNumber>(values_.nodes[spherical].R_PF);
   now_.y = Eigen::Map<const VectorX>(y, tree_.columns).template cast<DualNumber>();
   const auto fill = [&] {
-    poses(tree_, now_.y.data(), state_);
-    equations_.fill(state_, now_.y.data(), target, x_.data());
+    compute_poses(tree_, now_.y.data(), state_);
+    equations_.evaluate(state_, now_.y.data(), target, x_.data());
   };
   fill();
-  PerNumber followed = largest_change(tree_.closure_rows);
+  DualArray followed = max_residual_change(tree_.closure_rows);
   equations_.factorise();
   equations_.solve(x_.data());
   for (int c = 0; c < tree_.columns; ++c) now_.y[c].d = (-x_[static_cast<std::size_t>(c)]).d;
   fill();
   if (!gaps_.empty()) measure_gaps(followed);
-  equations_.rate_rows(target, x_.data());
+  equations_.velocity_rhs(target, x_.data());
   equations_.solve(x_.data());
   std::copy_n(x_.begin(), tree_.columns, now_.dy.begin());
-  angular_velocities(tree_, now_.dy.data(), state_);
-  if (tree_.slides) origin_velocities(tree_, now_.dy.data(), state_);
-  accelerations<D>(tree_, now_.dy.data(), nullptr, D::Vector::Zero(), state_);
-  equations_.acceleration_rows(state_, target, x_.data());
+  compute_angular_velocities(tree_, now_.dy.data(), state_);
+  if (tree_.has_sliding_closures) compute_origin_velocities(tree_, now_.dy.data(), state_);
+  compute_accelerations<D>(tree_, now_.dy.data(), nullptr, D::Vector::Zero(), state_);
+  equations_.acceleration_rhs(state_, target, x_.data());
   equations_.solve(x_.data());
   std::copy_n(x_.begin(), tree_.columns, now_.ddy.begin());
 }
 
 template <class S>
-typename DualMoment<S>::PerNumber DualMoment<S>::largest_change(int count) const {
-  PerNumber largest{};
+typename DualEvaluator<S>::DualArray DualEvaluator<S>::max_residual_change(int count) const {
+  DualArray largest{};
   for (int r = 0; r < count; ++r)
     for (std::size_t k = 0; k < dual_width; ++k)
       largest[k] = std::max(largest[k], std::abs(x_[static_cast<std::size_t>(r)].d[k]));
@@ -86,20 +86,20 @@ typename DualMoment<S>::PerNumber DualMoment<S>::largest_change(int count) const
 /// closures the residual of least squares.
 /// @param followed the largest of what each number asks for, as the equations are scaled
 template <class S>
-void DualMoment<S>::measure_gaps(const PerNumber& followed) {
-  PerNumber asked = followed;
+void DualEvaluator<S>::measure_gaps(const DualArray& followed) {
+  DualArray asked = followed;
   for (int c = 0; c < tree_.columns; ++c)
     for (std::size_t k = 0; k < dual_width; ++k)
       asked[k] = std::max(asked[k], std::abs(now_.y[c].d[k]) / equations_.column_scale()[static_cast<std::size_t>(c)]);
   std::size_t row = 0;
   for (std::size_t c = 0; c < gaps_.size(); ++c) {
-    PerNumber length{}, angle{};  // squares
+    DualArray length{}, angle{};  // squares
     for (const ClosureRow& one : tree_.closures[c].rows) {
-      PerNumber& squares = one.kind == ClosureRow::Kind::dot ? angle : length;
-      for (std::size_t k = 0; k < dual_width && !tree_.closures[c].of_rates(); ++k) {
+      DualArray& squares = one.kind == ClosureRow::Kind::dot ? angle : length;
+      for (std::size_t k = 0; k < dual_width && !tree_.closures[c].is_velocity_level(); ++k) {
         const double left = x_[row].d[k];
         const double unscaled = left / equations_.row_scale()[row];
-        if (std::abs(left) > closure_round_off_part * asked[k]) squares[k] += unscaled * unscaled;
+        if (std::abs(left) > closure_residual_tolerance * asked[k]) squares[k] += unscaled * unscaled;
       }
       ++row;
     }
@@ -111,8 +111,8 @@ void DualMoment<S>::measure_gaps(const PerNumber& followed) {
 }
 
 template <class S>
-JointOpenings DualMoment<S>::openings(std::size_t k) const {
-  JointOpenings all;
+ClosureGaps DualEvaluator<S>::closure_gaps(std::size_t k) const {
+  ClosureGaps all;
   for (std::size_t c = 0; c < gaps_.size(); ++c) {
     if (gaps_[c].length[k] > 0) all.push_back({tree_.closures[c].joint, true, gaps_[c].length[k]});
     if (gaps_[c].angle[k] > 0) all.push_back({tree_.closures[c].joint, false, gaps_[c].angle[k]});
@@ -121,17 +121,17 @@ JointOpenings DualMoment<S>::openings(std::size_t k) const {
 }
 
 template <class S>
-bool DualMoment<S>::observe(const DualNumber& time, double duration, Detail detail) {
-  const Instant<D> here{state_, now_.y.data(), now_.dy.data(), now_.ddy.data(), time, direct_};
-  return observer_.observe(here, equations_, duration, detail);
+bool DualEvaluator<S>::evaluate(const DualNumber& time, double duration, Detail detail) {
+  const TreeMotion<D> here{state_, now_.y.data(), now_.dy.data(), now_.ddy.data(), time, direct_};
+  return observer_.evaluate(here, equations_, duration, detail);
 }
 
 template <class S>
-DualNumber DualMoment<S>::mobility() {
-  return direct_ ? DualNumber(1) : equations_.least_singular_value();
+DualNumber DualEvaluator<S>::mobility() {
+  return direct_ ? DualNumber(1) : equations_.min_singular_value();
 }
 
-template class DualMoment<Planar>;
-template class DualMoment<Spatial>;
+template class DualEvaluator<Planar>;
+template class DualEvaluator<Spatial>;
 
 }  // namespace balance

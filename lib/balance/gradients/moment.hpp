@@ -18,55 +18,55 @@ struct DualCoordinates {
 };
 
 template <class S>
-class DualMoment {
+class DualEvaluator {
  public:
-  using D = OverDuals<S>;
+  using D = DualSpace<S>;
 
   /// @param mechanism, tree must outlive the moment; the tree is that of the mechanism's values
   /// @param needed as the tree was compiled with
   /// @param redundant more closure rows than rank @param about world point of moments
-  DualMoment(const MechanismOf<DualNumber>& mechanism, const Tree<S>& tree, const std::vector<CoordinateId>& needed,
-             const DriveQuantities& quantities, bool redundant, int freedoms, const typename D::Vector& about);
+  DualEvaluator(const MechanismOf<DualNumber>& mechanism, const Tree<S>& tree, const std::vector<CoordinateId>& needed,
+                const DriveQuantities& quantities, bool redundant, int freedoms, const typename D::Vector& about);
 
   /// Differentiates the configuration, rates and accelerations that the target prescribes.
   /// @param y meets the target's values to round-off, with the tree's present references
-  void move(const double* y, const DriveSampleOf<DualNumber>& target);
+  void differentiate_motion(const double* y, const DriveSampleOf<DualNumber>& target);
   /// Everything there. @param duration of the whole motion [s], as friction asks
   /// @return false if the actuators do not hold the mechanism
-  bool observe(const DualNumber& time, double duration, Detail detail);
+  bool evaluate(const DualNumber& time, double duration, Detail detail);
 
   /// For whoever changes what it carries.
   Tree<D>& tree() { return tree_; }
   const DualCoordinates& coordinates() const { return now_; }
-  SampleOf<DualNumber>& sample() { return observer_.last(); }
+  SampleOf<DualNumber>& sample() { return observer_.sample(); }
   /// Smallest singular value of the scaled equations; 1 where nothing has to be solved.
   DualNumber mobility();
   /// What number k opens, where it is most of all places that move() was called for.
-  JointOpenings openings(std::size_t k) const;
+  ClosureGaps closure_gaps(std::size_t k) const;
 
  private:
-  using PerNumber = std::array<double, dual_width>;
+  using DualArray = std::array<double, dual_width>;
   struct Gap {
-    PerNumber length{}, angle{};
+    DualArray length{}, angle{};
   };
 
-  void move_direct(const DriveSampleOf<DualNumber>& target);
-  PerNumber largest_change(int count) const;
-  void measure_gaps(const PerNumber& followed);
+  void differentiate_explicit(const DriveSampleOf<DualNumber>& target);
+  DualArray max_residual_change(int count) const;
+  void measure_gaps(const DualArray& followed);
 
   const Tree<S>& values_;
   Tree<D> tree_;
   Drive<D> drive_;
-  Equations<D> equations_;
-  Observer<D> observer_;
-  State<D> state_;
+  KinematicEquations<D> equations_;
+  SampleEvaluator<D> observer_;
+  TreeState<D> state_;
   bool direct_;
   std::vector<Gap> gaps_;  ///< per closure; empty unless there are more rows than rank
   DualCoordinates now_;
   std::vector<DualNumber> x_;
 };
 
-extern template class DualMoment<Planar>;
-extern template class DualMoment<Spatial>;
+extern template class DualEvaluator<Planar>;
+extern template class DualEvaluator<Spatial>;
 
 }  // namespace balance

@@ -15,21 +15,21 @@
 namespace balance {
 
 struct RunGradient {
-  Result run;  ///< as simulate() gives it, without metrics' round-off; its outcome says whether there is anything
-  BetweenSamples between;
+  RunResult run;  ///< as simulate() gives it, without metrics' round-off; its outcome says whether there is anything
+  IntermediateSamples intermediate;
   /// Per number: what every entry of the run's arrays changes by at the same part of the duration, and the times themselves.
   /// Orientations have none (quaternions).
-  std::array<Result, dual_width> derivatives;
-  std::array<BetweenSamples, dual_width> derivatives_between;
+  std::array<RunResult, dual_width> derivatives;
+  std::array<IntermediateSamples, dual_width> derivatives_between;
   /// Per number: where there are any, the number's derivatives are of what least squares leave.
-  std::array<JointOpenings, dual_width> openings;
+  std::array<ClosureGaps, dual_width> closure_gaps;
 };
 
 /// @param mechanism, trajectory with_derivatives(), those of the numbers wanted set
 /// @param quantities names of arrays that have figures ("torque", "shaking_moment"); no others are computed. Empty: all arrays
 /// @throws std::invalid_argument for fewer than two samples
-RunGradient differentiate(const MechanismOf<DualNumber>& mechanism, const TrajectoryOf<DualNumber>& trajectory,
-                          const std::vector<std::string>& quantities = {});
+RunGradient differentiate_run(const MechanismOf<DualNumber>& mechanism, const TrajectoryOf<DualNumber>& trajectory,
+                              const std::vector<std::string>& quantities = {});
 
 /// The largest or least value in a stretch of a run.
 struct Extreme {
@@ -54,6 +54,6 @@ struct FigureGradients {
 };
 
 /// Peaks and ranges are differentiated at the places where they are now. A magnitude of zero has the derivative of zero.
-FigureGradients figure_gradients(const RunGradient& gradient);
+FigureGradients differentiate_figures(const RunGradient& gradient);
 
 }  // namespace balance

@@ -2,7 +2,7 @@
 
 namespace balance {
 
-void write_derivative(const SampleOf<DualNumber>& sample, std::size_t k, Extent extent, Sample& out) {
+void write_derivative(const SampleOf<DualNumber>& sample, std::size_t k, DerivativeDetail extent, Sample& out) {
   const auto number = [k](const DualNumber& x, double& to) { to = x.d[k]; };
   const auto numbers = [k](const auto& from, auto& to) {
     to.resize(from.rows(), from.cols());
@@ -20,7 +20,7 @@ void write_derivative(const SampleOf<DualNumber>& sample, std::size_t k, Extent 
   numbers(sample.shaking_moment, out.shaking_moment);
   numbers(sample.ground_force, out.ground_force);
   numbers(sample.ground_moment, out.ground_moment);
-  if (extent == Extent::forces) return;
+  if (extent == DerivativeDetail::forces) return;
   numbers(sample.com_velocity, out.com_velocity);
   numbers(sample.shaking_moment_com, out.shaking_moment_com);
   vectors(sample.joint_force, out.joint_force);
@@ -28,7 +28,7 @@ void write_derivative(const SampleOf<DualNumber>& sample, std::size_t k, Extent 
   number(sample.kinetic_energy, out.kinetic_energy);
   number(sample.total_torque, out.total_torque);
   number(sample.mobility, out.mobility);
-  if (extent == Extent::figures) return;
+  if (extent == DerivativeDetail::figures) return;
   numbers(sample.position, out.position);
   numbers(sample.velocity, out.velocity);
   numbers(sample.acceleration, out.acceleration);
@@ -41,7 +41,7 @@ void write_derivative(const SampleOf<DualNumber>& sample, std::size_t k, Extent 
 
 Sample derivative_of(const SampleOf<DualNumber>& sample, std::size_t k) {
   Sample out;
-  write_derivative(sample, k, Extent::all, out);
+  write_derivative(sample, k, DerivativeDetail::all, out);
   return out;
 }
 

@@ -13,29 +13,29 @@ namespace balance {
 using DualNumber = Dual<dual_width>;
 
 template <class S>
-struct OverDualsOf;
+struct DualSpaceOf;
 template <>
-struct OverDualsOf<Planar> {
+struct DualSpaceOf<Planar> {
   using Type = PlanarOf<DualNumber>;
 };
 template <>
-struct OverDualsOf<Spatial> {
+struct DualSpaceOf<Spatial> {
   using Type = SpatialOf<DualNumber>;
 };
 template <class S>
-using OverDuals = typename OverDualsOf<S>::Type;
+using DualSpace = typename DualSpaceOf<S>::Type;
 
 /// The mechanism with derivatives of zero; set those of the numbers wanted: `m.bodies[1].mass.d[0] = 1`.
-inline MechanismOf<DualNumber> with_derivatives(const Mechanism& mechanism) {
-  return converted<DualNumber>(mechanism, [](double x) { return DualNumber(x); });
+inline MechanismOf<DualNumber> to_dual(const Mechanism& mechanism) {
+  return convert_mechanism<DualNumber>(mechanism, [](double x) { return DualNumber(x); });
 }
 
-inline TrajectoryOf<DualNumber> with_derivatives(const Trajectory& trajectory) {
-  return converted<DualNumber>(trajectory, [](double x) { return DualNumber(x); });
+inline TrajectoryOf<DualNumber> to_dual(const Trajectory& trajectory) {
+  return cast_scalar<DualNumber>(trajectory, [](double x) { return DualNumber(x); });
 }
 
 /// How much of a sample.
-enum class Extent {
+enum class DerivativeDetail {
   forces,   ///< time, efforts, powers, shaking and ground forces and moments, acceleration of the centre of mass
   figures,  ///< everything else, too, that has figures
   all,
@@ -43,7 +43,7 @@ enum class Extent {
 
 /// Derivatives with respect to number k, each where the sample has the value. Counts and what only runs under control know are left
 /// alone. Keeps the memory that `out` has.
-void write_derivative(const SampleOf<DualNumber>& sample, std::size_t k, Extent extent, Sample& out);
+void write_derivative(const SampleOf<DualNumber>& sample, std::size_t k, DerivativeDetail extent, Sample& out);
 Sample derivative_of(const SampleOf<DualNumber>& sample, std::size_t k);
 
 }  // namespace balance

@@ -11,13 +11,13 @@
 
 namespace balance {
 
-class ScheduleGradient {
+class PrescribedMotionGradient {
  public:
   /// @param values of the trajectory @param plan done, of the values; must outlive this
   template <class S>
-  ScheduleGradient(const MechanismOf<DualNumber>& mechanism, const Tree<S>& tree,
-                   const std::vector<CoordinateId>& needed, const TrajectoryOf<DualNumber>& trajectory,
-                   const Trajectory& values, const Plan<S>& plan);
+  PrescribedMotionGradient(const MechanismOf<DualNumber>& mechanism, const Tree<S>& tree,
+                           const std::vector<CoordinateId>& needed, const TrajectoryOf<DualNumber>& trajectory,
+                           const Trajectory& values, const CompiledTrajectory<S>& plan);
 
   /// Values, rates and accelerations with their derivatives at a place that stays the same part of the duration, or at a jump, which goes
   /// where the numbers move it. Where they are linear in a number, and by the duration, exact; else differences of fourth order of a smooth
@@ -26,49 +26,55 @@ class ScheduleGradient {
   /// @return the time with its derivatives [s]
   DualNumber at(double time, Side side, long jump, DriveSampleOf<DualNumber>& sample);
   /// Whether that jump's part of the duration depends on a number.
-  bool moves(long jump) const;
+  bool is_moving_jump(long jump) const;
 
  private:
   /// The schedule whose values are the derivatives themselves.
-  struct Tangent {
+  struct TangentMotion {
     std::size_t number;
-    Schedule schedule;
+    PrescribedMotion schedule;
   };
   /// Schedules with the number moved by −2, −1, 1 and 2 steps.
-  struct Neighbours {
+  struct DifferenceStencil {
     std::size_t number;
     double step;
-    std::vector<Schedule> schedules;
-    bool same_jumps;  ///< as many as without a step
+    std::vector<PrescribedMotion> schedules;
+    bool has_matching_jumps;  ///< as many as without a step
   };
   /// The values at the ends, and what they change by.
-  struct Ends {
+  struct Endpoints {
     DriveValue from, to;
   };
-  using Ways = std::array<Trajectory, dual_width>;  ///< per number: derivatives in a trajectory's places
+  using TrajectoryDerivatives =
+      std::array<Trajectory, dual_width>;  ///< per number: derivatives in a trajectory's places
 
   template <class S>
-  std::array<Ends, dual_width> derive_ends(const MechanismOf<DualNumber>& mechanism, const Tree<S>& tree,
-                                           const std::vector<CoordinateId>& needed,
-                                           const TrajectoryOf<DualNumber>& trajectory, const Plan<S>& plan,
-                                           const Ways& rates) const;
-  void add_tangent(std::size_t number, const Trajectory& values, const Trajectory& rate, const Ends& ends,
+  std::array<Endpoints, dual_width> differentiate_endpoints(const MechanismOf<DualNumber>& mechanism,
+                                                            const Tree<S>& tree,
+                                                            const std::vector<CoordinateId>& needed,
+                                                            const TrajectoryOf<DualNumber>& trajectory,
+                                                            const CompiledTrajectory<S>& plan,
+                                                            const TrajectoryDerivatives& rates) const;
+  void add_tangent(std::size_t number, const Trajectory& values, const Trajectory& rate, const Endpoints& ends,
                    const DriveQuantities& quantities);
-  void add_neighbours(std::size_t number, const TrajectoryOf<DualNumber>& trajectory, double size,
-                      const Schedule::Request& request, const Ends& ends, const DriveQuantities& quantities);
+  void add_stencil(std::size_t number, const TrajectoryOf<DualNumber>& trajectory, double size,
+                   const PrescribedMotion::Request& request, const Endpoints& ends, const DriveQuantities& quantities);
 
-  const Schedule& schedule_;
-  std::vector<Tangent> tangents_;
-  std::vector<Neighbours> neighbours_;
-  std::array<double, dual_width> stretch_{};  ///< per number: the duration's derivative as part of the duration
+  const PrescribedMotion& schedule_;
+  std::vector<TangentMotion> tangents_;
+  std::vector<DifferenceStencil> neighbours_;
+  std::array<double, dual_width>
+      relative_duration_rate_{};  ///< per number: the duration's derivative as part of the duration
   DriveSample now_;
 };
 
-extern template ScheduleGradient::ScheduleGradient(const MechanismOf<DualNumber>&, const Tree<Planar>&,
-                                                   const std::vector<CoordinateId>&, const TrajectoryOf<DualNumber>&,
-                                                   const Trajectory&, const Plan<Planar>&);
-extern template ScheduleGradient::ScheduleGradient(const MechanismOf<DualNumber>&, const Tree<Spatial>&,
-                                                   const std::vector<CoordinateId>&, const TrajectoryOf<DualNumber>&,
-                                                   const Trajectory&, const Plan<Spatial>&);
+extern template PrescribedMotionGradient::PrescribedMotionGradient(const MechanismOf<DualNumber>&, const Tree<Planar>&,
+                                                                   const std::vector<CoordinateId>&,
+                                                                   const TrajectoryOf<DualNumber>&, const Trajectory&,
+                                                                   const CompiledTrajectory<Planar>&);
+extern template PrescribedMotionGradient::PrescribedMotionGradient(const MechanismOf<DualNumber>&, const Tree<Spatial>&,
+                                                                   const std::vector<CoordinateId>&,
+                                                                   const TrajectoryOf<DualNumber>&, const Trajectory&,
+                                                                   const CompiledTrajectory<Spatial>&);
 
 }  // namespace balance

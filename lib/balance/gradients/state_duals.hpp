@@ -8,7 +8,7 @@ namespace balance {
 
 /// As derivatives() by numbers of the mechanism.
 /// @param mechanism over duals, with the values of the door's mechanism @return dual_width derivatives
-Answer<StateGradient> derivatives(InverseDynamics& door, const MechanismOf<DualNumber>& mechanism, const VectorX& q,
-                                  const VectorX& dq, const VectorX& ddq, double time = 0);
+Expected<StateGradient> derivatives(InverseDynamics& door, const MechanismOf<DualNumber>& mechanism, const VectorX& q,
+                                    const VectorX& dq, const VectorX& ddq, double time = 0);
 
 }  // namespace balance

@@ -12,19 +12,19 @@
 namespace balance {
 
 /// A number of the state: the k-th independent coordinate, its rate or its acceleration.
-struct StateNumber {
+struct StateVariable {
   enum class Kind { q, dq, ddq };
   Kind kind = Kind::q;
   int index = 0;
 };
 
-using Wanted = std::variant<StateNumber, MechanismNumber>;
+using DifferentiationVariable = std::variant<StateVariable, MechanismVariable>;
 
 struct StateGradient {
   Sample sample;                    ///< as InverseDynamics::at finds it
   std::vector<Sample> derivatives;  ///< per number wanted: what each of the sample's numbers changes by per unit of it
   /// Per number wanted: where there are any, its derivatives are of what least squares leave.
-  std::vector<JointOpenings> openings;
+  std::vector<ClosureGaps> closure_gaps;
 };
 
 /// @param door goes to the state, as at() does
@@ -32,7 +32,8 @@ struct StateGradient {
 /// @param time of loads that change with it [s]
 /// @return the outcome of at()
 /// @throws std::invalid_argument as at(), and if a number wanted does not exist
-Answer<StateGradient> derivatives(InverseDynamics& door, const VectorX& q, const VectorX& dq, const VectorX& ddq,
-                                  const std::vector<Wanted>& wanted, double time = 0);
+Expected<StateGradient> differentiate_state(InverseDynamics& door, const VectorX& q, const VectorX& dq,
+                                            const VectorX& ddq, const std::vector<DifferentiationVariable>& wanted,
+                                            double time = 0);
 
 }  // namespace balance

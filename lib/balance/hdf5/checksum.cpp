@@ -17,10 +17,10 @@ namespace balance {
 
 namespace {
 
-constexpr std::size_t length = 16;
+constexpr std::size_t checksum_length = 16;
 
 std::string checksum_text(unsigned long checksum) {
-  char text[length + 1];
+  char text[checksum_length + 1];
   std::snprintf(text, sizeof text, "balance:%08lx", checksum);
   return text;
 }
@@ -57,14 +57,14 @@ off_t size_of(int descriptor) {
   return ::fstat(descriptor, &status) == 0 ? status.st_size : -1;
 }
 
-Checksum checksum_of(int descriptor) {
-  const off_t size = size_of(descriptor) - static_cast<off_t>(length);
-  char found[length];
-  if (size < 0 || read_at(descriptor, found, length, size) != length) return Checksum::none;
-  const std::string text(found, length);
-  if (!text.starts_with("balance:")) return Checksum::none;
+ChecksumStatus checksum_of(int descriptor) {
+  const off_t size = size_of(descriptor) - static_cast<off_t>(checksum_length);
+  char found[checksum_length];
+  if (size < 0 || read_at(descriptor, found, checksum_length, size) != checksum_length) return ChecksumStatus::none;
+  const std::string text(found, checksum_length);
+  if (!text.starts_with("balance:")) return ChecksumStatus::none;
   const auto sum = crc_of(descriptor, size);
-  return sum && checksum_text(*sum) == text ? Checksum::intact : Checksum::broken;
+  return sum && checksum_text(*sum) == text ? ChecksumStatus::intact : ChecksumStatus::mismatch;
 }
 
 }  // namespace
@@ -74,8 +74,9 @@ int append_checksum(int descriptor) {
   const auto sum = size < 0 ? std::nullopt : crc_of(descriptor, size);
   if (!sum) return errno;
   const std::string text = checksum_text(*sum);
-  for (std::size_t done = 0; done < length;) {
-    const ssize_t now = ::pwrite(descriptor, text.data() + done, length - done, size + static_cast<off_t>(done));
+  for (std::size_t done = 0; done < checksum_length;) {
+    const ssize_t now =
+        ::pwrite(descriptor, text.data() + done, checksum_length - done, size + static_cast<off_t>(done));
     if (now < 0 && errno == EINTR) continue;
     if (now < 0) return errno;
     done += static_cast<std::size_t>(now);
@@ -83,10 +84,10 @@ int append_checksum(int descriptor) {
   return 0;
 }
 
-Checksum checksum_of(const std::string& path) {
+ChecksumStatus verify_checksum(const std::string& path) {
   const int descriptor = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
-  if (descriptor < 0) return Checksum::none;
-  const Checksum found = checksum_of(descriptor);
+  if (descriptor < 0) return ChecksumStatus::none;
+  const ChecksumStatus found = checksum_of(descriptor);
   ::close(descriptor);
   return found;
 }

@@ -5,10 +5,10 @@
 
 namespace balance {
 
-enum class Checksum {
-  none,    ///< there is none: somebody else's file, or one that was cut off
-  intact,  ///< every byte is as it was when it was written
-  broken,  ///< some byte is not
+enum class ChecksumStatus {
+  none,      ///< there is none: somebody else's file, or one that was cut off
+  intact,    ///< every byte is as it was when it was written
+  mismatch,  ///< some byte is not
 };
 
 /// Appends the checksum of what stands in the file: 16 characters, "balance:" and the CRC-32 of all before in hexadecimal digits.
@@ -17,6 +17,6 @@ enum class Checksum {
 int append_checksum(int descriptor);
 
 /// @return none too if the file cannot be read
-Checksum checksum_of(const std::string& path);
+ChecksumStatus verify_checksum(const std::string& path);
 
 }  // namespace balance

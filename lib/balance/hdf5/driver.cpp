@@ -10,30 +10,30 @@
 namespace balance::hdf5 {
 namespace {
 
-struct Settings {
+struct DriverSettings {
   int descriptor = -1;
   int* error = nullptr;
 };
 
 /// HDF5 sees the first member and fills it; the rest is ours.
-struct File {
+struct DriverFile {
   H5FD_t base{};
-  Settings settings;
+  DriverSettings settings;
   haddr_t end_of_allocation = 0;
   haddr_t end_of_file = 0;
 
   bool failed() const { return *settings.error != 0; }
 };
 
-File& file_of(H5FD_t* base) { return *reinterpret_cast<File*>(base); }
-const File& file_of(const H5FD_t* base) { return *reinterpret_cast<const File*>(base); }
+DriverFile& file_of(H5FD_t* base) { return *reinterpret_cast<DriverFile*>(base); }
+const DriverFile& file_of(const H5FD_t* base) { return *reinterpret_cast<const DriverFile*>(base); }
 
 /// HDF5 opens twice, first to see whether the file is open already; an empty file needs no truncation.
 H5FD_t* open_file(const char*, unsigned, hid_t access, haddr_t) {
   const void* settings = H5Pget_driver_info(access);
   if (settings == nullptr) return nullptr;
-  File* file = new File;
-  file->settings = *static_cast<const Settings*>(settings);
+  DriverFile* file = new DriverFile;
+  file->settings = *static_cast<const DriverSettings*>(settings);
   return &file->base;
 }
 
@@ -62,7 +62,7 @@ haddr_t get_end_of_file(const H5FD_t* base, H5FD_mem_t) { return file_of(base).e
 
 /// What was never written reads as zero, as behind the end of a file.
 herr_t read_bytes(H5FD_t* base, H5FD_mem_t, hid_t, haddr_t address, std::size_t size, void* data) {
-  File& file = file_of(base);
+  DriverFile& file = file_of(base);
   auto* at = static_cast<char*>(data);
   while (size > 0 && !file.failed()) {
     const ssize_t done = ::pread(file.settings.descriptor, at, size, static_cast<off_t>(address));
@@ -78,7 +78,7 @@ herr_t read_bytes(H5FD_t* base, H5FD_mem_t, hid_t, haddr_t address, std::size_t 
 }
 
 herr_t write_bytes(H5FD_t* base, H5FD_mem_t, hid_t, haddr_t address, std::size_t size, const void* data) {
-  File& file = file_of(base);
+  DriverFile& file = file_of(base);
   const auto* at = static_cast<const char*>(data);
   file.end_of_file = std::max(file.end_of_file, address + size);
   while (size > 0 && !file.failed()) {
@@ -97,7 +97,7 @@ herr_t write_bytes(H5FD_t* base, H5FD_mem_t, hid_t, haddr_t address, std::size_t
 
 /// The file ends where HDF5's last allocation ends.
 herr_t truncate_file(H5FD_t* base, hid_t, hbool_t) {
-  File& file = file_of(base);
+  DriverFile& file = file_of(base);
   if (file.end_of_file != file.end_of_allocation && !file.failed() &&
       ::ftruncate(file.settings.descriptor, static_cast<off_t>(file.end_of_allocation)) != 0) {
     *file.settings.error = errno;
@@ -111,7 +111,7 @@ H5FD_class_t make_class() {
   driver.name = "balance";
   driver.maxaddr = static_cast<haddr_t>(std::numeric_limits<off_t>::max());
   driver.fc_degree = H5F_CLOSE_WEAK;
-  driver.fapl_size = sizeof(Settings);
+  driver.fapl_size = sizeof(DriverSettings);
   driver.open = open_file;
   driver.close = close_file;
   driver.query = query;
@@ -128,15 +128,15 @@ H5FD_class_t make_class() {
 
 }  // namespace
 
-Handle make_driver() {
+Hdf5Handle register_file_driver() {
   const H5FD_class_t driver_class = make_class();
-  return Handle(H5FDregister(&driver_class), H5FDunregister);
+  return Hdf5Handle(H5FDregister(&driver_class), H5FDunregister);
 }
 
-Handle make_access(const Handle& driver, int descriptor, int& error) {
-  const Settings settings{descriptor, &error};
-  Handle access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose);
-  checked_status(H5Pset_driver(access.get(), driver.get(), &settings));
+Hdf5Handle make_file_access_list(const Hdf5Handle& driver, int descriptor, int& error) {
+  const DriverSettings settings{descriptor, &error};
+  Hdf5Handle access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose);
+  check_status(H5Pset_driver(access.get(), driver.get(), &settings));
   return access;
 }
 

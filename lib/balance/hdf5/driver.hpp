@@ -9,11 +9,11 @@
 namespace balance::hdf5 {
 
 /// Must outlive the files that use it: HDF5 still looks at it after it closed the last one.
-Handle make_driver();
+Hdf5Handle register_file_driver();
 
 /// @param descriptor open for reading and writing an empty file; not closed here
 /// @param error becomes the system's error number when something fails; must outlive the file
 /// @return a file access list; the name given to H5Fcreate with it is only a name
-Handle make_access(const Handle& driver, int descriptor, int& error);
+Hdf5Handle make_file_access_list(const Hdf5Handle& driver, int descriptor, int& error);
 
 }  // namespace balance::hdf5

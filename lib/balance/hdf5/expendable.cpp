@@ -18,9 +18,9 @@ namespace balance {
 
 namespace {
 
-constexpr int line_in_child = 3;
+constexpr int child_socket_descriptor = 3;
 
-void limit(int resource, std::uintmax_t most) {
+void set_resource_limit(int resource, std::uintmax_t most) {
   struct rlimit now {};
   if (::getrlimit(static_cast<__rlimit_resource>(resource), &now) != 0) return;
   const auto wanted = static_cast<rlim_t>(most);
@@ -30,7 +30,7 @@ void limit(int resource, std::uintmax_t most) {
 }
 
 /// Bytes of data that this process has now.
-std::uintmax_t data_in_use() {
+std::uintmax_t data_segment_bytes() {
   std::uintmax_t pages = 0;
   if (std::FILE* file = std::fopen("/proc/self/statm", "re")) {
     if (std::fscanf(file, "%*u %*u %*u %*u %*u %ju", &pages) != 1) pages = 0;
@@ -40,33 +40,33 @@ std::uintmax_t data_in_use() {
 }
 
 /// Nothing of the parent's but the line, which becomes the first descriptor after the standard ones.
-void keep_only(int line) {
+void close_other_descriptors(int line) {
   const int nowhere = ::open("/dev/null", O_RDWR | O_CLOEXEC);
   for (const int standard : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO}) ::dup2(nowhere, standard);
-  if (line != line_in_child) ::dup2(line, line_in_child);
-  ::close_range(line_in_child + 1, ~0U, 0);
+  if (line != child_socket_descriptor) ::dup2(line, child_socket_descriptor);
+  ::close_range(child_socket_descriptor + 1, ~0U, 0);
 }
 
 /// Whoever handles signals in the parent is not meant here, and nobody is to be bothered.
-void become_expendable(const ExpendableLimits& limits) {
+void drop_privileges(const SandboxLimits& limits) {
   for (const int signal : {SIGSEGV, SIGBUS, SIGILL, SIGFPE, SIGABRT, SIGXCPU, SIGINT, SIGTERM, SIGHUP, SIGPIPE})
     std::signal(signal, SIG_DFL);
   ::prctl(PR_SET_PDEATHSIG, SIGKILL);
   ::prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0);
-  limit(RLIMIT_CORE, 0);
-  limit(RLIMIT_FSIZE, 0);
-  limit(RLIMIT_CPU, limits.seconds);
+  set_resource_limit(RLIMIT_CORE, 0);
+  set_resource_limit(RLIMIT_FSIZE, 0);
+  set_resource_limit(RLIMIT_CPU, limits.cpu_seconds);
 #ifndef BALANCE_SANITIZED  // sanitizers keep a shadow of the memory, which counts
-  limit(RLIMIT_DATA, limits.bytes);
+  set_resource_limit(RLIMIT_DATA, limits.memory_bytes);
 #endif
 }
 
-[[noreturn]] void run_child(const std::function<void(int)>& work, const ExpendableLimits& limits, int line) {
-  keep_only(line);
-  become_expendable(limits);
+[[noreturn]] void run_child(const std::function<void(int)>& work, const SandboxLimits& limits, int line) {
+  close_other_descriptors(line);
+  drop_privileges(limits);
   int code = 0;
   try {
-    work(line_in_child);
+    work(child_socket_descriptor);
   } catch (...) {
     code = 1;
   }
@@ -75,8 +75,8 @@ void become_expendable(const ExpendableLimits& limits) {
 
 }  // namespace
 
-Expendable::Expendable(const std::function<void(int)>& work, const ExpendableLimits& limits) {
-  const ExpendableLimits all{limits.seconds, limits.bytes + data_in_use()};
+SandboxProcess::SandboxProcess(const std::function<void(int)>& work, const SandboxLimits& limits) {
+  const SandboxLimits all{limits.cpu_seconds, limits.memory_bytes + data_segment_bytes()};
   int ends[2];
   if (::socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends) != 0)
     throw std::system_error(errno, std::generic_category());
@@ -91,13 +91,13 @@ Expendable::Expendable(const std::function<void(int)>& work, const ExpendableLim
   line_ = ends[0];
 }
 
-Expendable::~Expendable() {
+SandboxProcess::~SandboxProcess() {
   ::close(line_);
   ::kill(child_, SIGKILL);
   while (::waitpid(child_, nullptr, 0) < 0 && errno == EINTR) {
   }
 }
 
-void open_no_more_files() { limit(RLIMIT_NOFILE, 0); }
+void forbid_opening_files() { set_resource_limit(RLIMIT_NOFILE, 0); }
 
 }  // namespace balance

@@ -7,24 +7,24 @@
 namespace balance {
 
 /// What the copy may use.
-struct ExpendableLimits {
-  std::uintmax_t seconds = 1;  ///< of the processor
-  std::uintmax_t bytes = 0;    ///< of memory, besides what this process has now
+struct SandboxLimits {
+  std::uintmax_t cpu_seconds = 1;   ///< of the processor
+  std::uintmax_t memory_bytes = 0;  ///< of memory, besides what this process has now
 };
 
 /// A child process with a line to it. It prints nothing, writes no file, has none of the descriptors of this process, and may crash, hang
 /// or use too much memory: the line then ends. It is gone, at the latest, when this is.
-class Expendable {
+class SandboxProcess {
  public:
   /// @param work runs in the child, with the child's end of the line; it must need no lock that another thread may hold
   /// @throws std::system_error if the system has no process or line left
-  Expendable(const std::function<void(int)>& work, const ExpendableLimits& limits);
-  ~Expendable();
-  Expendable(const Expendable&) = delete;
-  Expendable& operator=(const Expendable&) = delete;
+  SandboxProcess(const std::function<void(int)>& work, const SandboxLimits& limits);
+  ~SandboxProcess();
+  SandboxProcess(const SandboxProcess&) = delete;
+  SandboxProcess& operator=(const SandboxProcess&) = delete;
 
   /// This process's end: a connected socket.
-  int line() const { return line_; }
+  int socket() const { return line_; }
 
  private:
   int line_ = -1;
@@ -32,6 +32,6 @@ class Expendable {
 };
 
 /// From here on this process opens no file any more; those that are open stay.
-void open_no_more_files();
+void forbid_opening_files();
 
 }  // namespace balance

@@ -11,7 +11,7 @@
 
 namespace balance {
 
-class Hdf5File {
+class Hdf5Writer {
  public:
   enum class Storage { contiguous, compressed };  ///< compressed: chunks with shuffle and gzip
 
@@ -22,7 +22,7 @@ class Hdf5File {
     int index = 0;
   };
   /// An attribute of a few numbers.
-  struct Numbers {
+  struct NumericAttribute {
     std::string name;
     std::vector<double> values;
   };
@@ -30,15 +30,15 @@ class Hdf5File {
   struct Variable {
     std::string name, long_name, units;
     std::vector<Dimension> dimensions;
-    std::vector<Numbers> attributes;
+    std::vector<NumericAttribute> attributes;
   };
   /// @param descriptor of an empty file, open for reading and writing; stays open
   /// @param shown_name what messages call it
   /// @throws SystemError, as all other functions here, with HDF5's or the system's reason
-  Hdf5File(int descriptor, const std::string& shown_name, Storage storage);
+  Hdf5Writer(int descriptor, const std::string& shown_name, Storage storage);
 
   /// Closes without complaint. Call close() to know whether the file is complete.
-  ~Hdf5File();
+  ~Hdf5Writer();
 
   /// A group in the root, or in another group.
   Group add_group(const std::string& name) { return add_group({}, name); }
@@ -52,9 +52,9 @@ class Hdf5File {
 
   /// Adds a dataset. The values are written from where they are.
   /// @throws std::invalid_argument if there are not as many values as the dimensions ask for
-  void add(Group group, const Variable& variable, std::span<const double> values);
-  void add(Group group, const Variable& variable, std::span<const int> values);
-  void add(Group group, const Variable& variable, const std::vector<std::string>& values);
+  void add_variable(Group group, const Variable& variable, std::span<const double> values);
+  void add_variable(Group group, const Variable& variable, std::span<const int> values);
+  void add_variable(Group group, const Variable& variable, const std::vector<std::string>& values);
 
   /// Writes what is left and closes. Nothing may be added afterwards.
   void close();

@@ -17,75 +17,75 @@ herr_t note_reason(unsigned, const H5E_error2_t* entry, void* data) {
 
 }  // namespace
 
-std::string take_reason() {
+std::string pop_error_message() {
   std::string reason;
   H5Ewalk2(H5E_DEFAULT, H5E_WALK_UPWARD, note_reason, &reason);
   H5Eclear2(H5E_DEFAULT);
   return reason.empty() ? "HDF5 failed without a reason" : reason;
 }
 
-hid_t checked(hid_t id) {
-  if (id < 0) throw SystemError(take_reason());
+hid_t check_id(hid_t id) {
+  if (id < 0) throw SystemError(pop_error_message());
   return id;
 }
 
-void checked_status(herr_t status) { checked(status); }
+void check_status(herr_t status) { check_id(status); }
 
-Handle make_space(const std::vector<hsize_t>& sizes) {
-  if (sizes.empty()) return Handle(H5Screate(H5S_SCALAR), H5Sclose);
-  return Handle(H5Screate_simple(static_cast<int>(sizes.size()), sizes.data(), nullptr), H5Sclose);
+Hdf5Handle make_dataspace(const std::vector<hsize_t>& sizes) {
+  if (sizes.empty()) return Hdf5Handle(H5Screate(H5S_SCALAR), H5Sclose);
+  return Hdf5Handle(H5Screate_simple(static_cast<int>(sizes.size()), sizes.data(), nullptr), H5Sclose);
 }
 
-Handle make_text_type() {
-  Handle type(H5Tcopy(H5T_C_S1), H5Tclose);
-  checked_status(H5Tset_size(type.get(), H5T_VARIABLE));
-  checked_status(H5Tset_cset(type.get(), H5T_CSET_UTF8));
+Hdf5Handle make_utf8_type() {
+  Hdf5Handle type(H5Tcopy(H5T_C_S1), H5Tclose);
+  check_status(H5Tset_size(type.get(), H5T_VARIABLE));
+  check_status(H5Tset_cset(type.get(), H5T_CSET_UTF8));
   return type;
 }
 
 void write_attribute(hid_t owner, const char* name, hid_t type, hid_t space, const void* data) {
-  Handle attribute(H5Acreate2(owner, name, type, space, H5P_DEFAULT, H5P_DEFAULT), H5Aclose);
-  checked_status(H5Awrite(attribute.get(), type, data));
+  Hdf5Handle attribute(H5Acreate2(owner, name, type, space, H5P_DEFAULT, H5P_DEFAULT), H5Aclose);
+  check_status(H5Awrite(attribute.get(), type, data));
   attribute.close();
 }
 
 void write_text(hid_t owner, const char* name, const std::string& text) {
   const char* pointer = text.c_str();
-  write_attribute(owner, name, make_text_type().get(), make_space({}).get(), &pointer);
+  write_attribute(owner, name, make_utf8_type().get(), make_dataspace({}).get(), &pointer);
 }
 
-void mark_as_scale(hid_t dataset, const std::string& dimension_name) {
+void make_dimension_scale(hid_t dataset, const std::string& dimension_name) {
   const auto write_fixed = [&](const char* name, const std::string& text) {
-    const Handle type(H5Tcopy(H5T_C_S1), H5Tclose);
-    checked_status(H5Tset_size(type.get(), text.size() + 1));  // ended by a zero byte
-    write_attribute(dataset, name, type.get(), make_space({}).get(), text.c_str());
+    const Hdf5Handle type(H5Tcopy(H5T_C_S1), H5Tclose);
+    check_status(H5Tset_size(type.get(), text.size() + 1));  // ended by a zero byte
+    write_attribute(dataset, name, type.get(), make_dataspace({}).get(), text.c_str());
   };
   write_fixed("CLASS", "DIMENSION_SCALE");
   write_fixed("NAME", dimension_name);
 }
 
-void attach_scales(hid_t dataset, const std::vector<hobj_ref_t>& scales) {
+void write_dimension_list(hid_t dataset, const std::vector<hobj_ref_t>& scales) {
   std::vector<hobj_ref_t> references = scales;
   std::vector<hvl_t> lists;
   for (hobj_ref_t& reference : references) lists.push_back({1, &reference});
-  const Handle type(H5Tvlen_create(H5T_STD_REF_OBJ), H5Tclose);
-  write_attribute(dataset, "DIMENSION_LIST", type.get(), make_space({lists.size()}).get(), lists.data());
+  const Hdf5Handle type(H5Tvlen_create(H5T_STD_REF_OBJ), H5Tclose);
+  write_attribute(dataset, "DIMENSION_LIST", type.get(), make_dataspace({lists.size()}).get(), lists.data());
 }
 
-void list_uses(hid_t scale, const std::vector<ScaleUse>& uses) {
+void write_reference_list(hid_t scale, const std::vector<ScaleReference>& uses) {
   if (uses.empty()) return;
-  const Handle type(H5Tcreate(H5T_COMPOUND, sizeof(ScaleUse)), H5Tclose);
-  checked_status(H5Tinsert(type.get(), "dataset", HOFFSET(ScaleUse, dataset), H5T_STD_REF_OBJ));
-  checked_status(H5Tinsert(type.get(), "dimension", HOFFSET(ScaleUse, dimension), H5T_NATIVE_INT));
+  const Hdf5Handle type(H5Tcreate(H5T_COMPOUND, sizeof(ScaleReference)), H5Tclose);
+  check_status(H5Tinsert(type.get(), "dataset", HOFFSET(ScaleReference, dataset), H5T_STD_REF_OBJ));
+  check_status(H5Tinsert(type.get(), "dimension", HOFFSET(ScaleReference, dimension), H5T_NATIVE_INT));
   // Copied into zeroed memory so that the padding between the members is the same in every run.
-  std::vector<std::array<unsigned char, sizeof(ScaleUse)>> bytes(uses.size());
+  std::vector<std::array<unsigned char, sizeof(ScaleReference)>> bytes(uses.size());
   for (std::size_t i = 0; i < uses.size(); ++i) {
     const auto* dataset = reinterpret_cast<const unsigned char*>(&uses[i].dataset);
     const auto* dimension = reinterpret_cast<const unsigned char*>(&uses[i].dimension);
-    std::copy_n(dataset, sizeof(hobj_ref_t), bytes[i].data() + HOFFSET(ScaleUse, dataset));
-    std::copy_n(dimension, sizeof(int), bytes[i].data() + HOFFSET(ScaleUse, dimension));
+    std::copy_n(dataset, sizeof(hobj_ref_t), bytes[i].data() + HOFFSET(ScaleReference, dataset));
+    std::copy_n(dimension, sizeof(int), bytes[i].data() + HOFFSET(ScaleReference, dimension));
   }
-  write_attribute(scale, "REFERENCE_LIST", type.get(), make_space({uses.size()}).get(), bytes.data());
+  write_attribute(scale, "REFERENCE_LIST", type.get(), make_dataspace({uses.size()}).get(), bytes.data());
 }
 
 }  // namespace balance::hdf5

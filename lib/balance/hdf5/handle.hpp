@@ -10,15 +10,15 @@
 namespace balance::hdf5 {
 
 /// Keeps HDF5 from printing its errors while it lives; what was set before comes back afterwards.
-class Silence {
+class ErrorSilencer {
  public:
-  Silence() {
+  ErrorSilencer() {
     H5Eget_auto2(H5E_DEFAULT, &function_, &data_);
     H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);
   }
-  ~Silence() { H5Eset_auto2(H5E_DEFAULT, function_, data_); }
-  Silence(const Silence&) = delete;
-  Silence& operator=(const Silence&) = delete;
+  ~ErrorSilencer() { H5Eset_auto2(H5E_DEFAULT, function_, data_); }
+  ErrorSilencer(const ErrorSilencer&) = delete;
+  ErrorSilencer& operator=(const ErrorSilencer&) = delete;
 
  private:
   H5E_auto2_t function_ = nullptr;
@@ -26,42 +26,42 @@ class Silence {
 };
 
 /// The innermost reason on HDF5's error stack; empties the stack.
-std::string take_reason();
+std::string pop_error_message();
 
 /// Throws SystemError("<reason>") if HDF5 reports a failure by a negative number.
-hid_t checked(hid_t id);
-void checked_status(herr_t status);
+hid_t check_id(hid_t id);
+void check_status(herr_t status);
 
 /// Owns one identifier.
-class Handle {
+class Hdf5Handle {
  public:
   using Close = herr_t (*)(hid_t);
 
-  Handle() = default;
+  Hdf5Handle() = default;
   /// @throws SystemError if `id` says that making it failed
-  Handle(hid_t id, Close closer) : id_(checked(id)), close_(closer) {}
-  ~Handle() { release(); }
-  Handle(Handle&& other) noexcept : id_(std::exchange(other.id_, H5I_INVALID_HID)), close_(other.close_) {}
-  Handle& operator=(Handle&& other) noexcept {
+  Hdf5Handle(hid_t id, Close closer) : id_(check_id(id)), close_(closer) {}
+  ~Hdf5Handle() { release(); }
+  Hdf5Handle(Hdf5Handle&& other) noexcept : id_(std::exchange(other.id_, H5I_INVALID_HID)), close_(other.close_) {}
+  Hdf5Handle& operator=(Hdf5Handle&& other) noexcept {
     std::swap(id_, other.id_);
     std::swap(close_, other.close_);
     return *this;
   }
 
   /// For what may fail without an exception. @return not valid if `id` says that making it failed
-  static Handle attempt(hid_t id, Close closer) {
-    Handle handle;
+  static Hdf5Handle from_unchecked(hid_t id, Close closer) {
+    Hdf5Handle handle;
     handle.id_ = id;
     handle.close_ = closer;
     return handle;
   }
 
   hid_t get() const { return id_; }
-  bool valid() const { return id_ >= 0; }
+  bool is_valid() const { return id_ >= 0; }
 
   /// Closes now. @throws SystemError if that fails
   void close() {
-    if (release() < 0) checked_status(-1);
+    if (release() < 0) check_status(-1);
   }
 
  private:
@@ -72,10 +72,10 @@ class Handle {
 };
 
 /// A data space; no sizes make a scalar.
-Handle make_space(const std::vector<hsize_t>& sizes);
+Hdf5Handle make_dataspace(const std::vector<hsize_t>& sizes);
 
 /// Text in UTF-8 of any length.
-Handle make_text_type();
+Hdf5Handle make_utf8_type();
 
 /// Creates an attribute and writes it.
 void write_attribute(hid_t owner, const char* name, hid_t type, hid_t space, const void* data);
@@ -85,18 +85,18 @@ void write_text(hid_t owner, const char* name, const std::string& text);
 
 /// The attributes by which a dataset is a dimension scale, as the HDF5 Dimension Scale Specification 1.0 words them. They are
 /// written here and not by HDF5's own H5DS functions, because those leave chance bytes in the file: the padding in REFERENCE_LIST.
-void mark_as_scale(hid_t dataset, const std::string& dimension_name);
+void make_dimension_scale(hid_t dataset, const std::string& dimension_name);
 
 /// DIMENSION_LIST: which scale belongs to each dimension of a dataset.
-void attach_scales(hid_t dataset, const std::vector<hobj_ref_t>& scales);
+void write_dimension_list(hid_t dataset, const std::vector<hobj_ref_t>& scales);
 
 /// One use of a scale: by which dataset, and as which of its dimensions.
-struct ScaleUse {
+struct ScaleReference {
   hobj_ref_t dataset = 0;
   int dimension = 0;
 };
 
 /// REFERENCE_LIST: who uses a scale.
-void list_uses(hid_t scale, const std::vector<ScaleUse>& uses);
+void write_reference_list(hid_t scale, const std::vector<ScaleReference>& uses);
 
 }  // namespace balance::hdf5

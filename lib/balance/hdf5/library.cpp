@@ -14,27 +14,27 @@ namespace {
 
 static_assert(sizeof(hid_t) == sizeof(std::int64_t));
 
-constexpr hsize_t values_at_a_time = 1 << 17;
-constexpr std::size_t widest_number = 16;  // bytes; no machine's is wider
+constexpr hsize_t max_values_per_read = 1 << 17;
+constexpr std::size_t max_number_bytes = 16;  // bytes; no machine's is wider
 
-using hdf5::Handle;
-using hdf5::Silence;
+using hdf5::ErrorSilencer;
+using hdf5::Hdf5Handle;
 
 const char* name_in_file(const std::string& path) { return path.empty() ? "/" : path.c_str(); }
 
-[[noreturn]] void unreadable(const std::string& path) {
-  throw Hdf5Error(fmt::format("{}: cannot be read", in_quotes(path)));
+[[noreturn]] void throw_unreadable(const std::string& path) {
+  throw Hdf5Error(fmt::format("{}: cannot be read", quote_for_message(path)));
 }
 
-[[noreturn]] void elsewhere(const std::string& path) {
-  throw Hdf5Error(fmt::format("{}: lies in another file, which is not followed", in_quotes(path)));
+[[noreturn]] void throw_external_storage(const std::string& path) {
+  throw Hdf5Error(fmt::format("{}: lies in another file, which is not followed", quote_for_message(path)));
 }
 
 std::vector<std::uint64_t> sizes_in(hid_t space, const std::string& path) {
   const int count = H5Sget_simple_extent_ndims(space);
-  if (count < 0) unreadable(path);
+  if (count < 0) throw_unreadable(path);
   std::vector<hsize_t> extent(static_cast<std::size_t>(count));
-  if (H5Sget_simple_extent_dims(space, extent.data(), nullptr) < 0) unreadable(path);
+  if (H5Sget_simple_extent_dims(space, extent.data(), nullptr) < 0) throw_unreadable(path);
   return {extent.begin(), extent.end()};
 }
 
@@ -42,19 +42,19 @@ std::vector<std::uint64_t> sizes_in(hid_t space, const std::string& path) {
 std::size_t length_in(hid_t space, const std::string& path, std::size_t most) {
   const std::vector<std::uint64_t> sizes = sizes_in(space, path);
   if (sizes.size() > 1)
-    throw Hdf5Error(fmt::format("{}: expected one dimension, found {}", in_quotes(path), sizes.size()));
+    throw Hdf5Error(fmt::format("{}: expected one dimension, found {}", quote_for_message(path), sizes.size()));
   const std::uint64_t length = sizes.empty() ? 1 : sizes[0];
   if (length > most)
-    throw Hdf5Error(fmt::format("{}: expected at most {} values, found {}", in_quotes(path), most, length));
+    throw Hdf5Error(fmt::format("{}: expected at most {} values, found {}", quote_for_message(path), most, length));
   return length;
 }
 
 bool is_number(hid_t type) {
   const H5T_class_t kind = H5Tget_class(type);
-  return (kind == H5T_FLOAT || kind == H5T_INTEGER) && H5Tget_size(type) <= widest_number;
+  return (kind == H5T_FLOAT || kind == H5T_INTEGER) && H5Tget_size(type) <= max_number_bytes;
 }
 
-bool is_any_text(hid_t type) { return H5Tget_class(type) == H5T_STRING && H5Tis_variable_str(type) > 0; }
+bool is_variable_length_string(hid_t type) { return H5Tget_class(type) == H5T_STRING && H5Tis_variable_str(type) > 0; }
 
 /// Copies texts that the library has made, and gives them back.
 std::vector<std::string> take_texts(std::vector<char*>& pointers, hid_t type, hid_t space) {
@@ -71,8 +71,8 @@ struct GroupNames {
 
 herr_t note_group(hid_t owner, const char* name, const H5L_info_t* info, void* data) {
   if (info->type != H5L_TYPE_HARD) return 0;
-  const Handle object = Handle::attempt(H5Oopen(owner, name, H5P_DEFAULT), H5Oclose);
-  if (!object.valid() || H5Iget_type(object.get()) != H5I_GROUP) return 0;
+  const Hdf5Handle object = Hdf5Handle::from_unchecked(H5Oopen(owner, name, H5P_DEFAULT), H5Oclose);
+  if (!object.is_valid() || H5Iget_type(object.get()) != H5I_GROUP) return 0;
   auto& found = *static_cast<GroupNames*>(data);
   found.names.emplace_back(name);
   return found.names.size() > found.most ? 1 : 0;
@@ -81,32 +81,32 @@ herr_t note_group(hid_t owner, const char* name, const H5L_info_t* info, void* d
 /// An attribute of an object; not valid where it cannot be opened.
 struct Attribute {
   Attribute(hid_t file, const std::string& path, const std::string& name)
-      : attribute(Handle::attempt(H5Aopen_by_name(file, name_in_file(path), name.c_str(), H5P_DEFAULT, H5P_DEFAULT),
-                                  H5Aclose)),
-        space(Handle::attempt(attribute.valid() ? H5Aget_space(attribute.get()) : -1, H5Sclose)),
-        type(Handle::attempt(attribute.valid() ? H5Aget_type(attribute.get()) : -1, H5Tclose)) {}
+      : attribute(Hdf5Handle::from_unchecked(
+            H5Aopen_by_name(file, name_in_file(path), name.c_str(), H5P_DEFAULT, H5P_DEFAULT), H5Aclose)),
+        space(Hdf5Handle::from_unchecked(attribute.is_valid() ? H5Aget_space(attribute.get()) : -1, H5Sclose)),
+        type(Hdf5Handle::from_unchecked(attribute.is_valid() ? H5Aget_type(attribute.get()) : -1, H5Tclose)) {}
 
-  const Handle attribute, space, type;
+  const Hdf5Handle attribute, space, type;
 };
 
 /// @throws Hdf5Error unless all of its values are in this file
 void check_storage(hid_t properties, const std::string& path) {
   const H5D_layout_t layout = H5Pget_layout(properties);
-  if (layout == H5D_LAYOUT_ERROR) unreadable(path);
-  if (layout == H5D_VIRTUAL || H5Pget_external_count(properties) != 0) elsewhere(path);
+  if (layout == H5D_LAYOUT_ERROR) throw_unreadable(path);
+  if (layout == H5D_VIRTUAL || H5Pget_external_count(properties) != 0) throw_external_storage(path);
 }
 
 }  // namespace
 
-struct Hdf5Library::Dataset::Open {
+struct Hdf5DirectReader::Dataset::Open {
   explicit Open(hid_t file, const std::string& path)
-      : dataset(Handle::attempt(H5Dopen2(file, path.c_str(), H5P_DEFAULT), H5Dclose)),
-        space(Handle::attempt(dataset.valid() ? H5Dget_space(dataset.get()) : -1, H5Sclose)),
-        type(Handle::attempt(dataset.valid() ? H5Dget_type(dataset.get()) : -1, H5Tclose)),
-        properties(Handle::attempt(dataset.valid() ? H5Dget_create_plist(dataset.get()) : -1, H5Pclose)) {
-    if (!dataset.valid())
-      throw Hdf5Error(fmt::format("expected a dataset {}, found something else of that name", in_quotes(path)));
-    if (!space.valid() || !type.valid() || !properties.valid()) unreadable(path);
+      : dataset(Hdf5Handle::from_unchecked(H5Dopen2(file, path.c_str(), H5P_DEFAULT), H5Dclose)),
+        space(Hdf5Handle::from_unchecked(dataset.is_valid() ? H5Dget_space(dataset.get()) : -1, H5Sclose)),
+        type(Hdf5Handle::from_unchecked(dataset.is_valid() ? H5Dget_type(dataset.get()) : -1, H5Tclose)),
+        properties(Hdf5Handle::from_unchecked(dataset.is_valid() ? H5Dget_create_plist(dataset.get()) : -1, H5Pclose)) {
+    if (!dataset.is_valid())
+      throw Hdf5Error(fmt::format("expected a dataset {}, found something else of that name", quote_for_message(path)));
+    if (!space.is_valid() || !type.is_valid() || !properties.is_valid()) throw_unreadable(path);
     check_storage(properties.get(), path);
     sizes = sizes_in(space.get(), path);
   }
@@ -115,7 +115,7 @@ struct Hdf5Library::Dataset::Open {
   hsize_t rows_at_a_time() const {
     hsize_t row = 1;
     for (std::size_t i = 1; i < sizes.size(); ++i) row *= std::max<std::uint64_t>(sizes[i], 1);
-    const hsize_t rows = std::max<hsize_t>(values_at_a_time / row, 1);
+    const hsize_t rows = std::max<hsize_t>(max_values_per_read / row, 1);
     std::vector<hsize_t> chunk(sizes.size(), 1);
     if (H5Pget_layout(properties.get()) == H5D_CHUNKED)
       H5Pget_chunk(properties.get(), static_cast<int>(chunk.size()), chunk.data());
@@ -123,19 +123,19 @@ struct Hdf5Library::Dataset::Open {
     return std::min<hsize_t>((rows + high - 1) / high * high, sizes[0]);
   }
 
-  const Silence silence;
-  const Handle dataset, space, type, properties;
+  const ErrorSilencer silence;
+  const Hdf5Handle dataset, space, type, properties;
   std::vector<std::uint64_t> sizes;
 };
 
-Hdf5Library::Dataset::Dataset(std::unique_ptr<Open> open) : open_(std::move(open)) {}
-Hdf5Library::Dataset::~Dataset() = default;
-Hdf5Library::Dataset::Dataset(Dataset&&) noexcept = default;
-Hdf5Library::Dataset& Hdf5Library::Dataset::operator=(Dataset&&) noexcept = default;
+Hdf5DirectReader::Dataset::Dataset(std::unique_ptr<Open> open) : open_(std::move(open)) {}
+Hdf5DirectReader::Dataset::~Dataset() = default;
+Hdf5DirectReader::Dataset::Dataset(Dataset&&) noexcept = default;
+Hdf5DirectReader::Dataset& Hdf5DirectReader::Dataset::operator=(Dataset&&) noexcept = default;
 
-const std::vector<std::uint64_t>& Hdf5Library::Dataset::sizes() const { return open_->sizes; }
+const std::vector<std::uint64_t>& Hdf5DirectReader::Dataset::sizes() const { return open_->sizes; }
 
-bool Hdf5Library::Dataset::read(const std::function<void(std::span<const double>)>& take) const {
+bool Hdf5DirectReader::Dataset::read(const std::function<void(std::span<const double>)>& take) const {
   const Open& self = *open_;
   if (std::find(self.sizes.begin(), self.sizes.end(), 0u) != self.sizes.end()) return true;
   if (self.sizes.empty()) {
@@ -152,8 +152,8 @@ bool Hdf5Library::Dataset::read(const std::function<void(std::span<const double>
     std::size_t total = 1;
     for (const hsize_t size : count) total *= size;
     values.resize(total);
-    const Handle memory =
-        Handle::attempt(H5Screate_simple(static_cast<int>(count.size()), count.data(), nullptr), H5Sclose);
+    const Hdf5Handle memory =
+        Hdf5Handle::from_unchecked(H5Screate_simple(static_cast<int>(count.size()), count.data(), nullptr), H5Sclose);
     if (H5Sselect_hyperslab(self.space.get(), H5S_SELECT_SET, start.data(), nullptr, count.data(), nullptr) < 0 ||
         H5Dread(self.dataset.get(), H5T_NATIVE_DOUBLE, memory.get(), self.space.get(), H5P_DEFAULT, values.data()) < 0)
       return false;
@@ -162,89 +162,90 @@ bool Hdf5Library::Dataset::read(const std::function<void(std::span<const double>
   return true;
 }
 
-void keep_out_of_other_files() {
-  const Silence silence;
+void disable_links_and_filters() {
+  const ErrorSilencer silence;
   H5PLset_loading_state(0);
   H5Lunregister(H5L_TYPE_EXTERNAL);
 }
 
-Hdf5Library::Hdf5Library(const std::string& file) {
-  const Silence silence;
+Hdf5DirectReader::Hdf5DirectReader(const std::string& file) {
+  const ErrorSilencer silence;
   file_ = H5Fopen(file.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT);
 }
 
-Hdf5Library::~Hdf5Library() {
-  const Silence silence;
+Hdf5DirectReader::~Hdf5DirectReader() {
+  const ErrorSilencer silence;
   if (file_ >= 0) H5Fclose(file_);
 }
 
-bool Hdf5Library::has(const std::string& path) const {
-  const Silence silence;
+bool Hdf5DirectReader::has(const std::string& path) const {
+  const ErrorSilencer silence;
   std::istringstream parts(path);
   std::string part, here;
   while (std::getline(parts, part, '/')) {
     here += here.empty() ? part : "/" + part;
     if (part.empty() || H5Lexists(file_, here.c_str(), H5P_DEFAULT) <= 0) return false;
     H5L_info_t link;
-    if (H5Lget_info(file_, here.c_str(), &link, H5P_DEFAULT) < 0) unreadable(here);
-    if (link.type != H5L_TYPE_HARD && link.type != H5L_TYPE_SOFT) elsewhere(here);
+    if (H5Lget_info(file_, here.c_str(), &link, H5P_DEFAULT) < 0) throw_unreadable(here);
+    if (link.type != H5L_TYPE_HARD && link.type != H5L_TYPE_SOFT) throw_external_storage(here);
   }
   return true;
 }
 
-Hdf5Library::Dataset Hdf5Library::dataset(const std::string& path) const {
-  if (!has(path)) throw Hdf5Error(fmt::format("expected a dataset {}, found none", in_quotes(path)));
+Hdf5DirectReader::Dataset Hdf5DirectReader::dataset(const std::string& path) const {
+  if (!has(path)) throw Hdf5Error(fmt::format("expected a dataset {}, found none", quote_for_message(path)));
   auto open = std::make_unique<Dataset::Open>(file_, path);
   if (!is_number(open->type.get()))
-    throw Hdf5Error(fmt::format("{}: expected numbers, found another type", in_quotes(path)));
+    throw Hdf5Error(fmt::format("{}: expected numbers, found another type", quote_for_message(path)));
   return Dataset(std::move(open));
 }
 
-std::vector<std::string> Hdf5Library::texts(const std::string& path, std::size_t most) const {
-  if (!has(path)) throw Hdf5Error(fmt::format("expected a dataset {}, found none", in_quotes(path)));
+std::vector<std::string> Hdf5DirectReader::texts(const std::string& path, std::size_t most) const {
+  if (!has(path)) throw Hdf5Error(fmt::format("expected a dataset {}, found none", quote_for_message(path)));
   const Dataset::Open open(file_, path);
-  if (!is_any_text(open.type.get()))
-    throw Hdf5Error(fmt::format("{}: expected texts, found something else", in_quotes(path)));
+  if (!is_variable_length_string(open.type.get()))
+    throw Hdf5Error(fmt::format("{}: expected texts, found something else", quote_for_message(path)));
   std::vector<char*> pointers(length_in(open.space.get(), path, most), nullptr);
   if (H5Dread(open.dataset.get(), open.type.get(), H5S_ALL, H5S_ALL, H5P_DEFAULT, static_cast<void*>(pointers.data())) <
       0)
-    unreadable(path);
+    throw_unreadable(path);
   return take_texts(pointers, open.type.get(), open.space.get());
 }
 
-std::optional<std::string> Hdf5Library::text_attribute(const std::string& path, const std::string& name,
-                                                       std::size_t most) const {
-  const Silence silence;
+std::optional<std::string> Hdf5DirectReader::text_attribute(const std::string& path, const std::string& name,
+                                                            std::size_t most) const {
+  const ErrorSilencer silence;
   if (H5Aexists_by_name(file_, name_in_file(path), name.c_str(), H5P_DEFAULT) <= 0) return std::nullopt;
   const Attribute open(file_, path, name);
-  if (!open.type.valid() || !is_any_text(open.type.get()) || H5Sget_simple_extent_npoints(open.space.get()) != 1)
-    throw Hdf5Error(fmt::format("attribute {}: expected a text, found something else", in_quotes(name)));
+  if (!open.type.is_valid() || !is_variable_length_string(open.type.get()) ||
+      H5Sget_simple_extent_npoints(open.space.get()) != 1)
+    throw Hdf5Error(fmt::format("attribute {}: expected a text, found something else", quote_for_message(name)));
   std::vector<char*> pointers(1, nullptr);
-  if (H5Aread(open.attribute.get(), open.type.get(), static_cast<void*>(pointers.data())) < 0) unreadable(name);
+  if (H5Aread(open.attribute.get(), open.type.get(), static_cast<void*>(pointers.data())) < 0) throw_unreadable(name);
   std::string text = take_texts(pointers, open.type.get(), open.space.get()).front();
   if (text.size() > most)
     throw Hdf5Error(
-        fmt::format("attribute {}: expected at most {} bytes, found {}", in_quotes(name), most, text.size()));
+        fmt::format("attribute {}: expected at most {} bytes, found {}", quote_for_message(name), most, text.size()));
   return text;
 }
 
-std::optional<std::vector<double>> Hdf5Library::numbers_attribute(const std::string& path, const std::string& name,
-                                                                  std::size_t most) const {
-  const Silence silence;
+std::optional<std::vector<double>> Hdf5DirectReader::numbers_attribute(const std::string& path, const std::string& name,
+                                                                       std::size_t most) const {
+  const ErrorSilencer silence;
   if (H5Aexists_by_name(file_, name_in_file(path), name.c_str(), H5P_DEFAULT) <= 0) return std::nullopt;
   const Attribute open(file_, path, name);
-  if (!open.type.valid() || !is_number(open.type.get()))
-    throw Hdf5Error(fmt::format("attribute {}: expected numbers, found something else", in_quotes(name)));
+  if (!open.type.is_valid() || !is_number(open.type.get()))
+    throw Hdf5Error(fmt::format("attribute {}: expected numbers, found something else", quote_for_message(name)));
   std::vector<double> values(length_in(open.space.get(), name, most));
-  if (H5Aread(open.attribute.get(), H5T_NATIVE_DOUBLE, values.data()) < 0) unreadable(name);
+  if (H5Aread(open.attribute.get(), H5T_NATIVE_DOUBLE, values.data()) < 0) throw_unreadable(name);
   return values;
 }
 
-std::vector<std::string> Hdf5Library::groups(const std::string& path, std::size_t most) const {
-  const Silence silence;
+std::vector<std::string> Hdf5DirectReader::groups(const std::string& path, std::size_t most) const {
+  const ErrorSilencer silence;
   GroupNames found{{}, most};
-  const Handle group = Handle::attempt(H5Gopen2(file_, name_in_file(path), H5P_DEFAULT), H5Gclose);
-  if (group.valid()) H5Literate(group.get(), H5_INDEX_NAME, H5_ITER_INC, nullptr, note_group, &found);
+  const Hdf5Handle group = Hdf5Handle::from_unchecked(H5Gopen2(file_, name_in_file(path), H5P_DEFAULT), H5Gclose);
+  if (group.is_valid()) H5Literate(group.get(), H5_INDEX_NAME, H5_ITER_INC, nullptr, note_group, &found);
   return std::move(found.names);
 }
 

@@ -14,15 +14,15 @@
 namespace balance {
 
 /// From here on the library neither follows links into other files nor loads filters, anywhere in this process.
-void keep_out_of_other_files();
+void disable_links_and_filters();
 
 /// An open file, or one that cannot be opened. Paths as in Hdf5Source; every member throws Hdf5Error.
-class Hdf5Library {
+class Hdf5DirectReader {
  public:
-  explicit Hdf5Library(const std::string& file);
-  ~Hdf5Library();
-  Hdf5Library(const Hdf5Library&) = delete;
-  Hdf5Library& operator=(const Hdf5Library&) = delete;
+  explicit Hdf5DirectReader(const std::string& file);
+  ~Hdf5DirectReader();
+  Hdf5DirectReader(const Hdf5DirectReader&) = delete;
+  Hdf5DirectReader& operator=(const Hdf5DirectReader&) = delete;
 
   bool is_open() const { return file_ >= 0; }
   bool has(const std::string& path) const;

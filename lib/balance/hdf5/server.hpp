@@ -8,7 +8,7 @@
 
 namespace balance {
 
-enum class Hdf5Question : std::uint64_t {
+enum class Hdf5Request : std::uint64_t {
   has,                ///< answered by 0 or 1
   numbers,            ///< by the count of sizes and the sizes; the values follow as soon as somebody says to go on
   texts,              ///< by their count and the texts
@@ -18,14 +18,14 @@ enum class Hdf5Question : std::uint64_t {
 };
 
 /// @param name of an attribute; @param most texts, names, bytes or values that the answer may have
-Message question_about(Hdf5Question question, const std::string& path, const std::string& name = "",
-                       std::uint64_t most = 0);
+Message make_read_request(Hdf5Request question, const std::string& path, const std::string& name = "",
+                          std::uint64_t most = 0);
 
 /// Opens the file and says whether that went well (1 or 0), then answers questions until nobody asks any more. Before an answer stands 1,
 /// before a complaint, which is a text, 0.
-void answer_questions(const std::string& file, const Wire& wire);
+void serve_requests(const std::string& file, const MessageChannel& wire);
 
 /// The same in a process of its own, which keeps out of every other file: neither links into one are followed nor are filters loaded.
-void serve_file(const std::string& file, int socket);
+void run_read_server(const std::string& file, int socket);
 
 }  // namespace balance

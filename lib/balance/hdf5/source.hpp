@@ -21,29 +21,29 @@ struct Hdf5Error : std::runtime_error {
 };
 
 /// What a file may make of this process's memory.
-struct Hdf5Limits {
-  std::size_t labels = 100'000;  ///< texts in one dataset, groups in one group
-  std::size_t label = 4096;      ///< bytes of one of them
-  std::size_t text = 8 << 20;    ///< bytes of an attribute
-  std::size_t values = 8 << 20;  ///< of all datasets read, besides one for each byte of the file
+struct Hdf5ReadLimits {
+  std::size_t max_labels = 100'000;           ///< texts in one dataset, groups in one group
+  std::size_t max_label_bytes = 4096;         ///< bytes of one of them
+  std::size_t max_attribute_bytes = 8 << 20;  ///< bytes of an attribute
+  std::size_t max_values = 8 << 20;           ///< of all datasets read, besides one for each byte of the file
 };
 
 /// An open file. Paths are `group/name` from the root, "" the root itself. Every member but the destructor
 /// @throws Hdf5Error also if the child dies: the file is damaged
-class Hdf5Source {
+class Hdf5Reader {
  public:
   /// @throws Hdf5Error if it is no HDF5 file or cannot be opened, or has not the checksum that it was written with (hdf5/checksum.hpp)
-  explicit Hdf5Source(const std::string& file, const Hdf5Limits& limits = {});
+  explicit Hdf5Reader(const std::string& file, const Hdf5ReadLimits& limits = {});
 
   bool has(const std::string& path) const;
 
   /// A dataset of numbers, the last dimension varying fastest; a scalar has no sizes.
-  struct Numbers {
+  struct Dataset {
     std::vector<std::size_t> sizes;
     std::vector<double> values;
   };
   /// @throws Hdf5Error if there is none at `path` or it has more dimensions or values than allowed
-  Numbers numbers(const std::string& path, std::size_t most_sizes = 3, std::size_t most_values = 1'000'000'000) const;
+  Dataset numbers(const std::string& path, std::size_t most_sizes = 3, std::size_t most_values = 1'000'000'000) const;
 
   /// A dataset of texts with one dimension: lines that can be printed. @throws Hdf5Error
   std::vector<std::string> texts(const std::string& path) const;
@@ -56,15 +56,15 @@ class Hdf5Source {
   std::vector<std::string> groups(const std::string& path) const;
 
  private:
-  Message ask(const Message& question, std::size_t most) const;
+  Message request(const Message& question, std::size_t most) const;
   std::vector<std::size_t> checked_sizes(Message& answer, const std::string& path, std::size_t most_sizes,
                                          std::size_t most_values) const;
   std::vector<std::string> labels(const Message& question, const std::string& path) const;
 
-  Hdf5Limits limits_;
+  Hdf5ReadLimits limits_;
   std::size_t values_ = 0;  ///< that may be read
   mutable std::size_t values_left_ = 0;
-  std::optional<Expendable> child_;
+  std::optional<SandboxProcess> child_;
 };
 
 }  // namespace balance

@@ -10,7 +10,7 @@
 namespace balance {
 
 /// The other end is gone, or says what makes no sense.
-struct WireBroken : std::runtime_error {
+struct ChannelError : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
@@ -20,13 +20,13 @@ class Message {
   Message() = default;
   explicit Message(std::string bytes) : bytes_(std::move(bytes)) {}
 
-  void put(std::uint64_t number);
-  void put(const std::string& text);
-  /// @throws WireBroken if there is no more
-  std::uint64_t take_number();
-  std::string take_text();
+  void write(std::uint64_t number);
+  void write(const std::string& text);
+  /// @throws ChannelError if there is no more
+  std::uint64_t read_number();
+  std::string read_text();
 
-  bool is_used_up() const { return at_ == bytes_.size(); }
+  bool is_at_end() const { return at_ == bytes_.size(); }
   const std::string& bytes() const { return bytes_; }
 
  private:
@@ -35,12 +35,12 @@ class Message {
 };
 
 /// One end of a connected socket, which somebody else closes.
-class Wire {
+class MessageChannel {
  public:
-  explicit Wire(int socket) : socket_(socket) {}
+  explicit MessageChannel(int socket) : socket_(socket) {}
 
   void send(const Message& message) const;
-  /// @param most bytes. @throws WireBroken if the message is longer or does not come
+  /// @param most bytes. @throws ChannelError if the message is longer or does not come
   Message receive(std::size_t most) const;
 
   void send(std::span<const double> values) const;

@@ -12,6 +12,6 @@ namespace balance::foreign {
 /// loops, of all that nothing else determines. Loops without motors are told.
 /// @param wanted names of the file's joints
 /// @throws SpecError whose file is `--actuate`
-void choose_actuators(Robot& robot, const std::vector<std::string>& wanted);
+void choose_actuators(ForeignModel& robot, const std::vector<std::string>& wanted);
 
 }  // namespace balance::foreign

@@ -14,24 +14,24 @@ namespace balance::foreign {
 
 namespace {
 
-using read::Cursor;
-using Entries = std::map<std::string, Cursor>;
+using specification::SpecCursor;
+using Entries = std::map<std::string, SpecCursor>;
 
-const Cursor* find(const Entries& map, const std::string& key) {
+const SpecCursor* find(const Entries& map, const std::string& key) {
   const auto found = map.find(key);
   return found == map.end() ? nullptr : &found->second;
 }
 
-const Cursor& need(const Entries& map, const Cursor& at, const std::string& key) {
-  const Cursor* found = find(map, key);
-  if (found == nullptr) at.missing({key});
+const SpecCursor& need(const Entries& map, const SpecCursor& at, const std::string& key) {
+  const SpecCursor* found = find(map, key);
+  if (found == nullptr) at.fail_missing({key});
   return *found;
 }
 
 /// Words may be written in any case, with `_` or `-`.
 std::string word_of(const Entries& map, const std::string& key, const std::string& fallback) {
-  const Cursor* at = find(map, key);
-  std::string word = at == nullptr ? fallback : at->word("a word");
+  const SpecCursor* at = find(map, key);
+  std::string word = at == nullptr ? fallback : at->read_word("a word");
   for (char& c : word) c = c == '-' || c == ' ' ? '_' : static_cast<char>(std::toupper(static_cast<unsigned char>(c)));
   return word;
 }
@@ -40,87 +40,91 @@ class ChronoReader {
  public:
   explicit ChronoReader(const std::string& file) : file_(file) {}
 
-  Robot run(const Cursor& root) {
+  ForeignModel run(const SpecCursor& root) {
     robot_.format = "Chrono";
     robot_.file = file_;
-    RobotBody ground;
+    ForeignBody ground;
     ground.body.name = "ground";
     ground.place = place_of(root);
     robot_.bodies.push_back(std::move(ground));
     poses_.emplace_back();
-    const Entries top = entries(root, "a Chrono model");
-    const Cursor& at = need(top, root, "model");
-    const Entries model = entries(at, "a model");
-    if (const Cursor* name = find(model, "name")) robot_.name = name->word("a name");
-    if (const Cursor* degrees = find(model, "angle_degrees")) unit_ = truth(*degrees) ? std::numbers::pi / 180 : 1;
+    const Entries top = read_mapping(root, "a Chrono model");
+    const SpecCursor& at = need(top, root, "model");
+    const Entries model = read_mapping(at, "a model");
+    if (const SpecCursor* name = find(model, "name")) robot_.name = name->read_word("a name");
+    if (const SpecCursor* degrees = find(model, "angle_degrees"))
+      unit_ = read_bool(*degrees) ? std::numbers::pi / 180 : 1;
     each(need(model, at, "bodies"), "a list of bodies", &ChronoReader::read_body);
-    root.problems().throw_all();
+    root.problems().throw_if_any();
     for (const auto& [key, read] : {std::pair{"joints", &ChronoReader::read_joint},
                                     {"motors", &ChronoReader::read_motor},
                                     {"tsdas", &ChronoReader::read_spring}})
-      if (const Cursor* list = find(model, key)) each(*list, std::string("a list of ") + key, read);
+      if (const SpecCursor* list = find(model, key)) each(*list, std::string("a list of ") + key, read);
     refuse_others(model);
-    root.problems().throw_all();
-    note(Level::note, root, "gravity", "gravity", "is no part of the model: (0, 0, -9.81) is taken");
+    root.problems().throw_if_any();
+    note(Severity::note, root, "gravity", "gravity", "is no part of the model: (0, 0, -9.81) is taken");
     return std::move(robot_);
   }
 
  private:
-  using Reader = void (ChronoReader::*)(const Cursor&);
+  using Reader = void (ChronoReader::*)(const SpecCursor&);
 
-  void each(const Cursor& list, const std::string& what, Reader read) {
-    list.problems().guard([&] {
+  void each(const SpecCursor& list, const std::string& what, Reader read) {
+    list.problems().collect([&] {
       const auto items = list.items(what);
-      if (items.size() > 2000) list.expected("at most 2000 entries");
-      read::read_each(items, [&](const Cursor& at) { (this->*read)(at); });
+      if (items.size() > 2000) list.fail_expected("at most 2000 entries");
+      specification::read_each(items, [&](const SpecCursor& at) { (this->*read)(at); });
     });
   }
 
-  SpecPlace place_of(const Cursor& at) const { return {file_, at.node().place.line, at.node().place.column, ""}; }
+  SourceLocation place_of(const SpecCursor& at) const {
+    return {file_, at.node().place.line, at.node().place.column, ""};
+  }
 
-  void note(Level level, const Cursor& at, const char* code, const std::string& subject, const std::string& message) {
+  void note(Severity level, const SpecCursor& at, const char* code, const std::string& subject,
+            const std::string& message) {
     robot_.findings.push_back({level, place_of(at), code, subject, message});
   }
 
   void refuse_others(const Entries& model) {
-    if (const Cursor* constraints = find(model, "constraints");
+    if (const SpecCursor* constraints = find(model, "constraints");
         constraints != nullptr && !constraints->node().items.empty())
-      constraints->problems().guard(
-          [&] { constraints->expected("joints only: constraints between points are not read"); });
+      constraints->problems().collect(
+          [&] { constraints->fail_expected("joints only: constraints between points are not read"); });
     for (const char* key : {"rsdas", "body_loads", "load_controllers"})
-      if (const Cursor* list = find(model, key); list != nullptr && !list->node().items.empty())
-        note(Level::warning, *list, "left-out", key, fmt::format("{} of them left out", list->node().items.size()));
+      if (const SpecCursor* list = find(model, key); list != nullptr && !list->node().items.empty())
+        note(Severity::warning, *list, "left-out", key, fmt::format("{} of them left out", list->node().items.size()));
   }
 
-  Matrix3 orientation(const Cursor& at) const {
+  Matrix3 orientation(const SpecCursor& at) const {
     const auto v = plain_numbers(at, "[yaw, pitch, roll] or a quaternion", {3, 4});
     if (v.size() == 3) return rotation_from_rpy(Vector3(v[2], v[1], v[0]) * unit_);
     const Eigen::Quaterniond turn(v[0], v[1], v[2], v[3]);
-    if (!(turn.norm() > 0)) at.expected("a quaternion that is not zero");
+    if (!(turn.norm() > 0)) at.fail_expected("a quaternion that is not zero");
     return turn.normalized().toRotationMatrix();
   }
 
   Pose read_pose(const Entries& map) const {
     Pose pose;
-    if (const Cursor* location = find(map, "location")) pose.p = plain_vector(*location);
-    if (const Cursor* turned = find(map, "orientation")) pose.R = orientation(*turned);
+    if (const SpecCursor* location = find(map, "location")) pose.p = plain_vector(*location);
+    if (const SpecCursor* turned = find(map, "orientation")) pose.R = orientation(*turned);
     return pose;
   }
 
-  void read_body(const Cursor& at) {
-    const Entries map = entries(at, "a body");
-    RobotBody body;
+  void read_body(const SpecCursor& at) {
+    const Entries map = read_mapping(at, "a body");
+    ForeignBody body;
     body.place = place_of(at);
-    body.body.name = need(map, at, "name").word("a name");
+    body.body.name = need(map, at, "name").read_word("a name");
     if (robot_.find_body(body.body.name) > 0)
       need(map, at, "name").fail({.expected = "another name", .found = "one that another body has"});
     need(map, at, "location");
     for (const char* key : {"contact", "visualization"})
       if (find(map, key) != nullptr) ++robot_.ignored[key];
-    body.shape = find(map, "visualization") != nullptr;
+    body.has_geometry = find(map, "visualization") != nullptr;
     const Pose pose = read_pose(map);
-    const Cursor* fixed = find(map, "fixed");
-    const bool stands = fixed != nullptr && truth(*fixed);
+    const SpecCursor* fixed = find(map, "fixed");
+    const bool stands = fixed != nullptr && read_bool(*fixed);
     if (!stands) read_mass(at, map, body);
     robot_.bodies.push_back(std::move(body));
     poses_.push_back(pose);
@@ -128,7 +132,7 @@ class ChronoReader {
   }
 
   void fix(int index) {
-    RobotJoint weld;
+    ForeignJoint weld;
     const Pose& pose = poses_[static_cast<std::size_t>(index)];
     weld.place = robot_.bodies[static_cast<std::size_t>(index)].place;
     weld.joint.name = robot_.bodies[static_cast<std::size_t>(index)].body.name + "_fixed";
@@ -139,23 +143,24 @@ class ChronoReader {
     robot_.joints.push_back(std::move(weld));
   }
 
-  void read_mass(const Cursor& at, const Entries& map, RobotBody& body) {
-    const Cursor& mass = need(map, at, "mass");
-    body.inertial = true;
-    body.body.mass = plain_number(mass);
+  void read_mass(const SpecCursor& at, const Entries& map, ForeignBody& body) {
+    const SpecCursor& mass = need(map, at, "mass");
+    body.has_inertial = true;
+    body.body.mass = read_plain_number(mass);
     if (body.body.mass < 0)
-      mass.fail({.kind = "must not be negative", .expected = "a number ≥ 0", .found = mass.found()});
+      mass.fail({.kind = "must not be negative", .expected = "a number ≥ 0", .found = mass.describe_found()});
     Pose com;
-    if (const Cursor* frame = find(map, "com")) com = read_pose(entries(*frame, "a frame {location, orientation}"));
+    if (const SpecCursor* frame = find(map, "com"))
+      com = read_pose(read_mapping(*frame, "a frame {location, orientation}"));
     body.body.com = com.p;
-    const Cursor* inertia = find(map, "inertia");
+    const SpecCursor* inertia = find(map, "inertia");
     if (inertia == nullptr) {
-      if (body.body.mass > 0) at.missing({"inertia"});
+      if (body.body.mass > 0) at.fail_missing({"inertia"});
       return;
     }
-    const Entries parts = entries(*inertia, "an inertia {moments, products}");
+    const Entries parts = read_mapping(*inertia, "an inertia {moments, products}");
     const auto moments = plain_vector(need(parts, *inertia, "moments"));
-    const Cursor* said = find(parts, "products");
+    const SpecCursor* said = find(parts, "products");
     const Vector3 products = said == nullptr ? Vector3(Vector3::Zero()) : plain_vector(*said);
     Matrix3 I;
     I << moments[0], products[0], products[1], products[0], moments[1], products[2], products[1], products[2],
@@ -164,23 +169,23 @@ class ChronoReader {
     body.body.inertia = 0.5 * (I + I.transpose());
   }
 
-  int body_of(const Entries& map, const Cursor& at, const std::string& key) const {
-    const Cursor& named = need(map, at, key);
-    const std::string& name = named.word("a body's name");
+  int body_of(const Entries& map, const SpecCursor& at, const std::string& key) const {
+    const SpecCursor& named = need(map, at, key);
+    const std::string& name = named.read_word("a body's name");
     // the last of that name: the ground of the file may be called so, too
     for (std::size_t b = robot_.bodies.size(); b-- > 1;)
       if (robot_.bodies[b].body.name == name) return static_cast<int>(b);
     if (name == "ground") return 0;
     std::vector<std::string> names;
-    for (const RobotBody& body : robot_.bodies) names.push_back(body.body.name);
-    named.fail({.expected = "a body", .found = in_quotes(name), .hint = nearest_is(name, names)});
+    for (const ForeignBody& body : robot_.bodies) names.push_back(body.body.name);
+    named.fail({.expected = "a body", .found = quote_for_message(name), .hint = format_nearest_name(name, names)});
   }
 
   /// The bodies of a joint or motor and where it is, without its axes.
-  RobotJoint start_joint(const Cursor& at, const Entries& map) const {
-    RobotJoint one;
+  ForeignJoint start_joint(const SpecCursor& at, const Entries& map) const {
+    ForeignJoint one;
     one.place = place_of(at);
-    one.joint.name = need(map, at, "name").word("a name");
+    one.joint.name = need(map, at, "name").read_word("a name");
     if (robot_.find_joint(one.joint.name) >= 0)
       need(map, at, "name").fail({.expected = "another name", .found = "one that another joint has"});
     one.joint.first = body_of(map, at, "body1");
@@ -196,9 +201,9 @@ class ChronoReader {
 
   const Pose& pose(int body) const { return poses_[static_cast<std::size_t>(body)]; }
 
-  void read_joint(const Cursor& at) {
-    const Entries map = entries(at, "a joint");
-    RobotJoint one = start_joint(at, map);
+  void read_joint(const SpecCursor& at) {
+    const Entries map = read_mapping(at, "a joint");
+    ForeignJoint one = start_joint(at, map);
     const Matrix3 to_first = pose(one.joint.first).R.transpose();
     const std::string type = word_of(map, "type", "");
     const auto axis = [&](const char* key) { return Vector3(to_first * plain_direction(need(map, at, key))); };
@@ -216,58 +221,59 @@ class ChronoReader {
       one.joint.type = JointType::fixed;
     else
       need(map, at, "type")
-          .fail(
-              {.expected = "LOCK, REVOLUTE, PRISMATIC, CYLINDRICAL, SPHERICAL or UNIVERSAL", .found = in_quotes(type)});
+          .fail({.expected = "LOCK, REVOLUTE, PRISMATIC, CYLINDRICAL, SPHERICAL or UNIVERSAL",
+                 .found = quote_for_message(type)});
     if (type == "REVOLUTE" || type == "PRISMATIC" || type == "CYLINDRICAL") one.joint.axis = axis("axis");
     if (type == "UNIVERSAL") {
       one.joint.axis = axis("axis1");
       one.joint.axis2 = axis("axis2");
       if (std::abs(one.joint.axis.dot(one.joint.axis2)) > 1e-9)
-        need(map, at, "axis2").expected("a direction at a right angle to 'axis1'");
+        need(map, at, "axis2").fail_expected("a direction at a right angle to 'axis1'");
       one.joint.axis2 = (one.joint.axis2 - one.joint.axis.dot(one.joint.axis2) * one.joint.axis).normalized();
     }
     if (find(map, "bushing_data") != nullptr)
-      note(Level::warning, at, "bushing", fmt::format("joint {}", in_quotes(one.joint.name)),
+      note(Severity::warning, at, "bushing", fmt::format("joint {}", quote_for_message(one.joint.name)),
            "is a bushing: taken as an ideal joint");
     robot_.joints.push_back(std::move(one));
   }
 
   /// A motor that guides is a joint; one that does not drives the joint between its bodies.
-  void read_motor(const Cursor& at) {
-    const Entries map = entries(at, "a motor");
-    RobotJoint one = start_joint(at, map);
+  void read_motor(const SpecCursor& at) {
+    const Entries map = read_mapping(at, "a motor");
+    ForeignJoint one = start_joint(at, map);
     const std::string type = word_of(map, "type", "");
     const bool turns = type == "ROTATION";
     if (!turns && type != "LINEAR")
-      need(map, at, "type").fail({.expected = "LINEAR or ROTATION", .found = in_quotes(type)});
+      need(map, at, "type").fail({.expected = "LINEAR or ROTATION", .found = quote_for_message(type)});
     const char* key = turns ? "spindle" : "guide";
     const std::string way = word_of(map, key, turns ? "REVOLUTE" : "PRISMATIC");
     one.joint.type = turns ? JointType::revolute : JointType::prismatic;
     one.joint.axis = pose(one.joint.first).R.transpose() * plain_direction(need(map, at, "axis"));
-    one.driven = robot_.knows_motors = true;
+    one.is_actuated = robot_.declares_actuators = true;
     if (way == (turns ? "REVOLUTE" : "PRISMATIC")) return robot_.joints.push_back(std::move(one));
     if (way != "FREE")
-      find(map, key)->fail({.expected = turns ? "REVOLUTE or FREE" : "PRISMATIC or FREE", .found = in_quotes(way)});
-    for (RobotJoint& joint : robot_.joints) {
+      find(map, key)->fail(
+          {.expected = turns ? "REVOLUTE or FREE" : "PRISMATIC or FREE", .found = quote_for_message(way)});
+    for (ForeignJoint& joint : robot_.joints) {
       const auto same = [&](int a, int b) { return joint.joint.first == a && joint.joint.second == b; };
       const bool between = same(one.joint.first, one.joint.second) || same(one.joint.second, one.joint.first);
       if (!between || (joint.joint.type != one.joint.type && joint.joint.type != JointType::cylindrical)) continue;
-      joint.driven = true;
-      if (joint.joint.type == JointType::cylindrical) joint.driven_part = turns ? "angle" : "slide";
-      note(Level::note, at, "motor", fmt::format("motor {}", in_quotes(one.joint.name)),
-           fmt::format("drives joint {}", in_quotes(joint.joint.name)));
+      joint.is_actuated = true;
+      if (joint.joint.type == JointType::cylindrical) joint.actuated_coordinate = turns ? "angle" : "slide";
+      note(Severity::note, at, "motor", fmt::format("motor {}", quote_for_message(one.joint.name)),
+           fmt::format("drives joint {}", quote_for_message(joint.joint.name)));
       return;
     }
     at.fail({.expected = "a joint between its bodies that it can drive", .found = "none"});
   }
 
-  void read_spring(const Cursor& at) {
-    const Entries map = entries(at, "a spring");
+  void read_spring(const SpecCursor& at) {
+    const Entries map = read_mapping(at, "a spring");
     Spring spring;
-    spring.name = need(map, at, "name").word("a name");
-    const std::string subject = fmt::format("spring {}", in_quotes(spring.name));
+    spring.name = need(map, at, "name").read_word("a name");
+    const std::string subject = fmt::format("spring {}", quote_for_message(spring.name));
     for (const char* key : {"spring_curve_data", "damping_curve_data", "map_data"})
-      if (find(map, key) != nullptr) return note(Level::warning, at, "left-out", subject, "is not linear: left out");
+      if (find(map, key) != nullptr) return note(Severity::warning, at, "left-out", subject, "is not linear: left out");
     spring.first = body_of(map, at, "body1");
     spring.second = body_of(map, at, "body2");
     const auto place = [&](int body, const char* key) {
@@ -275,24 +281,26 @@ class ChronoReader {
     };
     spring.point_first = place(spring.first, "point1");
     spring.point_second = place(spring.second, "point2");
-    const auto number = [&](const char* key) { return find(map, key) == nullptr ? 0 : plain_number(*find(map, key)); };
+    const auto number = [&](const char* key) {
+      return find(map, key) == nullptr ? 0 : read_plain_number(*find(map, key));
+    };
     spring.stiffness = number("spring_coefficient");
     spring.free_length = number("free_length");
     if (spring.stiffness < 0 || spring.free_length < 0)
-      at.expected("a spring with spring_coefficient and free_length ≥ 0");
-    if (number("damping_coefficient") != 0) note(Level::warning, at, "damper", subject, "its damping is left out");
-    if (number("preload") != 0) note(Level::warning, at, "preload", subject, "its preload is left out");
+      at.fail_expected("a spring with spring_coefficient and free_length ≥ 0");
+    if (number("damping_coefficient") != 0) note(Severity::warning, at, "damper", subject, "its damping is left out");
+    if (number("preload") != 0) note(Severity::warning, at, "preload", subject, "its preload is left out");
     if (spring.first != spring.second && spring.stiffness > 0) robot_.springs.push_back(std::move(spring));
   }
 
   std::string file_;
-  Robot robot_;
+  ForeignModel robot_;
   std::vector<Pose> poses_;  ///< of bodies in the world
   double unit_ = std::numbers::pi / 180;
 };
 
 }  // namespace
 
-Robot read_chrono(const Cursor& root, const std::string& file) { return ChronoReader(file).run(root); }
+ForeignModel read_chrono(const SpecCursor& root, const std::string& file) { return ChronoReader(file).run(root); }
 
 }  // namespace balance::foreign

@@ -8,6 +8,6 @@ namespace balance::foreign {
 
 /// Fixed bodies are part of bodies[0]. Joints are said by their place and axis in the world of the file's pose, where all
 /// coordinates are zero; motors are joints that are driven.
-Robot read_chrono(const read::Cursor& root, const std::string& file);
+ForeignModel read_chrono(const specification::SpecCursor& root, const std::string& file);
 
 }  // namespace balance::foreign

@@ -4,11 +4,11 @@
 
 namespace balance::foreign {
 
-void add_closure(Robot& robot, const std::string& name, JointType type, const BodyFrame& first, const BodyFrame& second,
-                 const Vector3& axis, const SpecPlace& place) {
-  RobotJoint closure;
+void add_loop_joint(ForeignModel& robot, const std::string& name, JointType type, const BodyFrame& first,
+                    const BodyFrame& second, const Vector3& axis, const SourceLocation& place) {
+  ForeignJoint closure;
   closure.place = place;
-  closure.closes = true;
+  closure.is_loop_closure = true;
   Joint& joint = closure.joint;
   joint.name = name;
   for (int n = 2; robot.find_joint(joint.name) >= 0; ++n) joint.name = fmt::format("{}_{}", name, n);
@@ -22,16 +22,16 @@ void add_closure(Robot& robot, const std::string& name, JointType type, const Bo
   robot.joints.push_back(std::move(closure));
 }
 
-std::vector<Pose> model_pose(const Robot& robot) {
+std::vector<Pose> zero_configuration_poses(const ForeignModel& robot) {
   std::vector<Pose> poses(robot.bodies.size());
   std::vector<bool> known(robot.bodies.size());
   if (!known.empty()) known[0] = true;
   for (bool growing = true; growing;) {
     growing = false;
-    for (const RobotJoint& one : robot.joints) {
+    for (const ForeignJoint& one : robot.joints) {
       const auto first = static_cast<std::size_t>(one.joint.first), second = static_cast<std::size_t>(one.joint.second);
-      if (!one.kept || one.closes || !known[first] || known[second]) continue;
-      poses[second] = poses[first] * zero_pose(one.joint);
+      if (!one.is_active || one.is_loop_closure || !known[first] || known[second]) continue;
+      poses[second] = poses[first] * joint_zero_pose(one.joint);
       known[second] = growing = true;
     }
   }

@@ -11,22 +11,22 @@
 
 namespace balance::foreign {
 
-void Faults::add(SpecPlace place, std::string key, std::string message) {
+void ForeignDiagnostics::add(SourceLocation place, std::string key, std::string message) {
   place.key = std::move(key);
   mistakes_.push_back({.place = std::move(place), .message = std::move(message)});
-  if (mistakes_.size() >= SpecError::most_counted) throw_all();
+  if (mistakes_.size() >= SpecError::max_counted_diagnostics) throw_if_any();
 }
 
-void Faults::throw_all() const {
-  if (none()) return;
-  std::vector<Mistake> ordered = mistakes_;
-  std::stable_sort(ordered.begin(), ordered.end(), [](const Mistake& a, const Mistake& b) {
+void ForeignDiagnostics::throw_if_any() const {
+  if (is_empty()) return;
+  std::vector<Diagnostic> ordered = mistakes_;
+  std::stable_sort(ordered.begin(), ordered.end(), [](const Diagnostic& a, const Diagnostic& b) {
     return std::tie(a.place.file, a.place.line, a.place.column) < std::tie(b.place.file, b.place.line, b.place.column);
   });
   throw SpecError(std::move(ordered));
 }
 
-std::optional<std::vector<double>> numbers_in(std::string_view text) {
+std::optional<std::vector<double>> parse_number_list(std::string_view text) {
   std::vector<double> values;
   for (std::size_t i = text.find_first_not_of(" \t\r\n"); i != std::string_view::npos;
        i = text.find_first_not_of(" \t\r\n", i)) {
@@ -46,41 +46,42 @@ std::optional<std::vector<double>> numbers_in(std::string_view text) {
   return values;
 }
 
-void ElementReader::fault(const XmlElement& at, std::string_view attribute, const std::string& message) const {
+void XmlAttributeReader::report(const XmlElement& at, std::string_view attribute, const std::string& message) const {
   std::string key = at.name;
-  if (const std::string* name = at.attribute("name"); name != nullptr && !name->empty()) key += " " + in_quotes(*name);
+  if (const std::string* name = at.attribute("name"); name != nullptr && !name->empty())
+    key += " " + quote_for_message(*name);
   if (!attribute.empty()) key += "." + std::string(attribute);
   faults_->add(place_of(at, attribute), std::move(key), message);
 }
 
-std::vector<double> ElementReader::numbers(const XmlElement& at, std::string_view attribute,
-                                           std::initializer_list<std::size_t> counts) const {
+std::vector<double> XmlAttributeReader::numbers(const XmlElement& at, std::string_view attribute,
+                                                std::initializer_list<std::size_t> counts) const {
   const std::string* text = at.attribute(attribute);
   if (text == nullptr) return {};
-  const auto values = numbers_in(*text);
+  const auto values = parse_number_list(*text);
   if (values && std::find(counts.begin(), counts.end(), values->size()) != counts.end()) return *values;
   std::vector<std::string> expected;
   for (const std::size_t count : counts) expected.push_back(std::to_string(count));
-  fault(at, attribute,
-        fmt::format("expected {} number{}, found {}", one_of(expected),
-                    counts.size() == 1 && *counts.begin() == 1 ? "" : "s", in_quotes(*text)));
+  report(at, attribute,
+         fmt::format("expected {} number{}, found {}", join_alternatives(expected),
+                     counts.size() == 1 && *counts.begin() == 1 ? "" : "s", quote_for_message(*text)));
   return {};
 }
 
-double ElementReader::number(const XmlElement& at, std::string_view attribute, double fallback) const {
+double XmlAttributeReader::number(const XmlElement& at, std::string_view attribute, double fallback) const {
   const auto values = numbers(at, attribute, {1});
   return values.empty() ? fallback : values.front();
 }
 
-Vector3 ElementReader::vector(const XmlElement& at, std::string_view attribute, const Vector3& fallback) const {
+Vector3 XmlAttributeReader::vector(const XmlElement& at, std::string_view attribute, const Vector3& fallback) const {
   const auto values = numbers(at, attribute, {3});
   return values.empty() ? fallback : Vector3(values[0], values[1], values[2]);
 }
 
-std::string ElementReader::word(const XmlElement& at, std::string_view attribute) const {
+std::string XmlAttributeReader::required_text(const XmlElement& at, std::string_view attribute) const {
   const std::string* text = at.attribute(attribute);
   if (text != nullptr && !text->empty()) return *text;
-  fault(at, attribute, fmt::format("expected {}=\"…\"", attribute));
+  report(at, attribute, fmt::format("expected {}=\"…\"", attribute));
   return "";
 }
 

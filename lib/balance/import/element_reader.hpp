@@ -13,26 +13,26 @@
 namespace balance::foreign {
 
 /// Everything that is wrong with a foreign file, in the order in which it was met.
-class Faults {
+class ForeignDiagnostics {
  public:
-  void add(SpecPlace place, std::string key, std::string message);
-  bool none() const { return mistakes_.empty(); }
+  void add(SourceLocation place, std::string key, std::string message);
+  bool is_empty() const { return mistakes_.empty(); }
   /// @throws SpecError if there is any
-  void throw_all() const;
+  void throw_if_any() const;
 
  private:
-  std::vector<Mistake> mistakes_;
+  std::vector<Diagnostic> mistakes_;
 };
 
 /// Numbers between blanks, in any locale written with a point. Nothing if the text is anything else or one is not finite.
-std::optional<std::vector<double>> numbers_in(std::string_view text);
+std::optional<std::vector<double>> parse_number_list(std::string_view text);
 
-class ElementReader {
+class XmlAttributeReader {
  public:
-  explicit ElementReader(Faults& faults) : faults_(&faults) {}
+  explicit XmlAttributeReader(ForeignDiagnostics& faults) : faults_(&faults) {}
 
   /// A mistake in an element or in one of its attributes.
-  void fault(const XmlElement& at, std::string_view attribute, const std::string& message) const;
+  void report(const XmlElement& at, std::string_view attribute, const std::string& message) const;
   /// `fallback` if there is no such attribute, or a mistake.
   double number(const XmlElement& at, std::string_view attribute, double fallback) const;
   Vector3 vector(const XmlElement& at, std::string_view attribute, const Vector3& fallback) const;
@@ -40,10 +40,10 @@ class ElementReader {
   std::vector<double> numbers(const XmlElement& at, std::string_view attribute,
                               std::initializer_list<std::size_t> counts) const;
   /// The attribute's text, a mistake if there is none; then empty.
-  std::string word(const XmlElement& at, std::string_view attribute) const;
+  std::string required_text(const XmlElement& at, std::string_view attribute) const;
 
  private:
-  Faults* faults_;
+  ForeignDiagnostics* faults_;
 };
 
 }  // namespace balance::foreign

@@ -9,7 +9,7 @@
 
 namespace balance {
 
-struct ExportedMasses {
+struct MassExport {
   std::string text;                  ///< the file with other numbers
   std::vector<std::string> changed;  ///< links or bodies
   std::vector<std::string> notes;    ///< what the file cannot say
@@ -20,10 +20,10 @@ struct ExportedMasses {
 /// else of the text changes.
 /// @param options as the file was imported
 /// @throws SpecError if the file is wrong, or if a body has other links in it, or none that could take its mass
-ExportedMasses export_masses(const Study& study, const std::string& text, const std::string& file,
-                             const ImportOptions& options);
+MassExport export_masses(const Study& study, const std::string& text, const std::string& file,
+                         const ImportOptions& options);
 
 /// Counterweights and discs, one a line: name, kind, body, place in the body [m], mass [kg], inertia [kg m²].
-std::string parts_csv(const Mechanism& mechanism);
+std::string format_balancing_elements_csv(const Mechanism& mechanism);
 
 }  // namespace balance

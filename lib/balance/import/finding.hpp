@@ -9,11 +9,11 @@
 namespace balance::foreign {
 
 /// `note`: what was done; `warning`: what somebody should look at.
-enum class Level { note, warning };
+enum class Severity { note, warning };
 
 struct Finding {
-  Level level = Level::note;
-  SpecPlace place;
+  Severity level = Severity::note;
+  SourceLocation place;
   std::string code;     ///< one word for programs: "triangle"
   std::string subject;  ///< "link 'forearm'"
   std::string message;

@@ -20,7 +20,7 @@ namespace {
 using namespace foreign;
 
 /// Values of coordinates without motors, and of motors that cannot be at zero.
-std::vector<AssemblyValue> rough_values(const Mechanism& mechanism, const std::vector<double>& start) {
+std::vector<AssemblyValue> list_initial_values(const Mechanism& mechanism, const std::vector<double>& start) {
   std::vector<AssemblyValue> values;
   for (std::size_t c = 0; c < start.size(); ++c) {
     const int coordinate = static_cast<int>(c);
@@ -36,12 +36,12 @@ std::vector<AssemblyValue> rough_values(const Mechanism& mechanism, const std::v
 }
 
 /// Closes the loops near the file's zero pose: with the motors at zero or, where that cannot be, wherever they must be.
-void assemble(Imported& imported, Study study) {
-  CheckReport report = check(study);
+void assemble(ImportResult& imported, Study study) {
+  CheckReport report = check_mechanism(study);
   if (report.outcome.status != MotionStatus::done && !report.loops.empty() && !study.mechanism.actuators.empty()) {
     Study loose = study;
     loose.mechanism.actuators.clear();
-    CheckReport again = check(loose);
+    CheckReport again = check_mechanism(loose);
     if (again.outcome.status == MotionStatus::done) report = std::move(again);
   }
   imported.bodies = report.bodies;
@@ -51,19 +51,19 @@ void assemble(Imported& imported, Study study) {
   for (const int actuator : study.mechanism.actuators)
     imported.actuators.push_back(study.mechanism.coordinates[static_cast<std::size_t>(actuator)].name);
   if (report.outcome.status != MotionStatus::done) {
-    imported.not_assembled = report.outcome.reason;
+    imported.assembly_failure_reason = report.outcome.reason;
     return;
   }
   imported.degrees_of_freedom = report.degrees_of_freedom;
-  if (!report.loops.empty()) imported.assembly = rough_values(study.mechanism, report.start);
+  if (!report.loops.empty()) imported.assembly = list_initial_values(study.mechanism, report.start);
 }
 
 /// The spec is ours: what is wrong with it follows from numbers of the file that no spec can have.
-Study read_own(const std::string& spec, const std::string& file) {
+Study read_generated_spec(const std::string& spec, const std::string& file) {
   try {
     return read_spec(spec, file);
   } catch (const SpecError& error) {
-    const Mistake& first = error.mistakes().front();
+    const Diagnostic& first = error.diagnostics().front();
     const std::string where = first.place.key.empty() ? "" : first.place.key + ": ";
     throw SpecError({.place = {file, 1, 1, ""}, .message = "no spec can be made of it: " + where + first.message});
   }
@@ -71,20 +71,22 @@ Study read_own(const std::string& spec, const std::string& file) {
 
 }  // namespace
 
-bool Imported::has_warnings() const {
-  return std::any_of(findings.begin(), findings.end(), [](const Finding& one) { return one.level == Level::warning; });
+bool ImportResult::has_warnings() const {
+  return std::any_of(findings.begin(), findings.end(),
+                     [](const Finding& one) { return one.level == Severity::warning; });
 }
 
-Imported import_text(const std::string& text, const std::string& file, const ImportOptions& options) {
-  Robot robot = read_robot(text, file);
-  if (!options.loops.empty()) read_loops(read_text_file(options.loops, "closures"), shown_name(options.loops), robot);
-  prepare(robot, options);
+ImportResult import_text(const std::string& text, const std::string& file, const ImportOptions& options) {
+  ForeignModel robot = read_foreign_model(text, file);
+  if (!options.loops.empty())
+    read_gepetto_loops(read_text_file(options.loops, "closures"), display_name(options.loops), robot);
+  simplify_model(robot, options);
 
-  Imported imported;
+  ImportResult imported;
   imported.format = robot.format;
-  imported.spec = spec_text(robot, {}).text;
-  assemble(imported, read_own(imported.spec, file));
-  SpecText written = spec_text(robot, imported.assembly);
+  imported.spec = generate_spec(robot, {}).text;
+  assemble(imported, read_generated_spec(imported.spec, file));
+  GeneratedSpec written = generate_spec(robot, imported.assembly);
   imported.spec = std::move(written.text);
   imported.renamed = std::move(written.renamed);
   imported.findings = std::move(robot.findings);
@@ -92,8 +94,8 @@ Imported import_text(const std::string& text, const std::string& file, const Imp
   return imported;
 }
 
-Imported import_file(const std::string& path, const ImportOptions& options) {
-  return import_text(read_text_file(path, "mechanism"), shown_name(path), options);
+ImportResult import_file(const std::string& path, const ImportOptions& options) {
+  return import_text(read_text_file(path, "mechanism"), display_name(path), options);
 }
 
 }  // namespace balance

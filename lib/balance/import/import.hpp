@@ -18,7 +18,7 @@ struct ImportOptions {
 };
 
 /// What became of a file.
-struct Imported {
+struct ImportResult {
   std::string format;                                        ///< "URDF", "MJCF", "MBSE", "Chrono"
   std::string spec;                                          ///< text, readable as a spec
   std::vector<foreign::Finding> findings;                    ///< in the order of the file
@@ -30,7 +30,7 @@ struct Imported {
   std::optional<int> degrees_of_freedom;                 ///< none if it could not be assembled
   std::vector<std::string> actuators;                    ///< coordinates
   std::vector<std::pair<std::string, double>> assembly;  ///< rough values that close the loops [rad or m]
-  std::string not_assembled;                             ///< why not; empty if it was
+  std::string assembly_failure_reason;                   ///< why not; empty if it was
 
   bool has_warnings() const;
 };
@@ -38,9 +38,9 @@ struct Imported {
 /// @param text of the file: URDF, MJCF, MBSE or Chrono YAML, told apart by what it says
 /// @param file what messages call it; files that it names are looked for in its folder
 /// @throws SpecError with everything that is wrong with a file; SystemError if a file that is named cannot be read
-Imported import_text(const std::string& text, const std::string& file, const ImportOptions& options);
+ImportResult import_text(const std::string& text, const std::string& file, const ImportOptions& options);
 
 /// @throws SystemError if the file cannot be read; SpecError as above
-Imported import_file(const std::string& path, const ImportOptions& options);
+ImportResult import_file(const std::string& path, const ImportOptions& options);
 
 }  // namespace balance

@@ -16,23 +16,23 @@ struct MassProperties {
   Matrix3 inertia = Matrix3::Zero();
 };
 
-class MassFile {
+class MassPropertyWriter {
  public:
-  virtual ~MassFile() = default;
+  virtual ~MassPropertyWriter() = default;
 
-  virtual Robot read() const = 0;
+  virtual ForeignModel read() const = 0;
   /// What the format calls a body, and itself.
-  virtual const char* body_word() const = 0;
+  virtual const char* body_term() const = 0;
   virtual const char* name() const = 0;
   /// Whether a body of what was read can be given mass properties.
-  virtual bool can_take(const RobotBody& body) const = 0;
+  virtual bool can_set_mass(const ForeignBody& body) const = 0;
   /// @param body one that can take them
   /// @throws SpecError where the file keeps them from meaning anything
-  virtual void write(const RobotBody& body, const MassProperties& properties, XmlEdits& edits) const = 0;
+  virtual void write(const ForeignBody& body, const MassProperties& properties, XmlEdits& edits) const = 0;
 };
 
 /// @param document must outlive it
-std::unique_ptr<MassFile> open_urdf(const XmlDocument& document);
-std::unique_ptr<MassFile> open_mjcf(const XmlDocument& document);
+std::unique_ptr<MassPropertyWriter> make_urdf_mass_writer(const XmlDocument& document);
+std::unique_ptr<MassPropertyWriter> make_mjcf_mass_writer(const XmlDocument& document);
 
 }  // namespace balance::foreign

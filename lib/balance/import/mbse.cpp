@@ -19,12 +19,12 @@ namespace balance::foreign {
 
 namespace {
 
-using read::Cursor;
-using read::Field;
-using read::Need;
+using specification::Field;
+using specification::Presence;
+using specification::SpecCursor;
 
 /// `deg2rad(` and `rad2deg(`, which expressions do not know, as factors.
-std::string without_degrees(std::string text) {
+std::string replace_degree_functions(std::string text) {
   for (const auto& [word, factor] :
        {std::pair<std::string, std::string>{"deg2rad(", "((pi/180)*("}, {"rad2deg(", "((180/pi)*("}})
     for (std::size_t at = text.find(word); at != std::string::npos; at = text.find(word, at + factor.size())) {
@@ -45,75 +45,80 @@ class MbseReader {
  public:
   explicit MbseReader(const std::string& file) : file_(file) {}
 
-  Robot run(const Cursor& root) {
+  ForeignModel run(const SpecCursor& root) {
     robot_.format = "MBSE";
     robot_.file = file_;
     robot_.space = SpaceKind::planar;
     robot_.gravity = Vector3(0, -9.81, 0);
-    RobotBody ground;
+    ForeignBody ground;
     ground.body.name = "ground";
     ground.place = place_of(root);
     robot_.bodies.push_back(std::move(ground));
-    std::optional<Cursor> parameters, points, bodies;
-    const auto keep = [](std::optional<Cursor>& slot) { return [&slot](const Cursor& c) { slot = c; }; };
+    std::optional<SpecCursor> parameters, points, bodies;
+    const auto keep = [](std::optional<SpecCursor>& slot) { return [&slot](const SpecCursor& c) { slot = c; }; };
     const auto ignore = [this](const char* name) {
-      return [this, name](const Cursor& c) { robot_.ignored[name] += static_cast<int>(c.node().items.size()); };
+      return [this, name](const SpecCursor& c) { robot_.ignored[name] += static_cast<int>(c.node().items.size()); };
     };
-    read::read_fields(root, "a mechanism in natural coordinates",
-                      {{"parameters", Need::optional, keep(parameters)},
-                       {"points", Need::required, keep(points)},
-                       {"planar_bodies", Need::required, keep(bodies)},
-                       {"relative_coordinates", Need::optional, ignore("relative coordinates")}});
-    root.problems().throw_all();
+    specification::read_fields(root, "a mechanism in natural coordinates",
+                               {{"parameters", Presence::optional, keep(parameters)},
+                                {"points", Presence::required, keep(points)},
+                                {"planar_bodies", Presence::required, keep(bodies)},
+                                {"relative_coordinates", Presence::optional, ignore("relative coordinates")}});
+    root.problems().throw_if_any();
     if (parameters) read_parameters(*parameters);
     read_points(*points);
-    root.problems().throw_all();
+    root.problems().throw_if_any();
     read_bodies(*bodies);
-    root.problems().throw_all();
+    root.problems().throw_if_any();
     join();
     return std::move(robot_);
   }
 
  private:
-  SpecPlace place_of(const Cursor& at) const { return {file_, at.node().place.line, at.node().place.column, ""}; }
+  SourceLocation place_of(const SpecCursor& at) const {
+    return {file_, at.node().place.line, at.node().place.column, ""};
+  }
 
-  double evaluate(const Cursor& at) {
-    if (const auto plain = at.is_scalar() ? numbers_in(at.node().text) : std::nullopt; plain && plain->size() == 1)
+  double evaluate(const SpecCursor& at) {
+    if (const auto plain = at.is_scalar() ? parse_number_list(at.node().text) : std::nullopt;
+        plain && plain->size() == 1)
       return plain->front();
-    const std::string text = without_degrees(at.word("a number or an expression"));
+    const std::string text = replace_degree_functions(at.read_word("a number or an expression"));
     try {
       used_ += text.size();
-      if (used_ > read::longest_expressions)
-        throw ExpressionError(fmt::format("all expressions have more than {} characters", read::longest_expressions));
+      if (used_ > specification::max_expressions_length)
+        throw ExpressionError(
+            fmt::format("all expressions have more than {} characters", specification::max_expressions_length));
       const double value = parse_expression(text, [&](const std::string& name) { return value_of(name); }).value();
       if (std::isfinite(value)) return value;
       throw ExpressionError("it is not finite");
     } catch (const ExpressionError& error) {
       at.fail({.expected = "a number or an expression",
-               .found = fmt::format("{}: {}", in_quotes(at.node().text), error.what())});
+               .found = fmt::format("{}: {}", quote_for_message(at.node().text), error.what())});
     }
   }
 
   Expression value_of(const std::string& name) const {
     const auto found = values_.find(name);
-    if (found == values_.end()) throw ExpressionError("there is no parameter " + in_quotes(name));
+    if (found == values_.end()) throw ExpressionError("there is no parameter " + quote_for_message(name));
     return found->second;
   }
 
-  void read_parameters(const Cursor& section) {
-    for (const read::Member& member : read::members(section, "a mapping of parameters"))
-      section.problems().guard([&] { values_[member.name] = evaluate(member.value); });
+  void read_parameters(const SpecCursor& section) {
+    for (const specification::Member& member : specification::list_members(section, "a mapping of parameters"))
+      section.problems().collect([&] { values_[member.name] = evaluate(member.value); });
   }
 
-  void read_points(const Cursor& section) {
+  void read_points(const SpecCursor& section) {
     const auto items = section.items("a list of points {x, y}");
-    if (items.size() > 2000) section.expected("at most 2000 points");
-    read::read_each(items, [&](const Cursor& at) {
+    if (items.size() > 2000) section.fail_expected("at most 2000 points");
+    specification::read_each(items, [&](const SpecCursor& at) {
       MbsePoint point;
-      read::read_fields(at, "a point {x, y}",
-                        {{"x", Need::required, [&](const Cursor& c) { point.position.x() = evaluate(c); }},
-                         {"y", Need::required, [&](const Cursor& c) { point.position.y() = evaluate(c); }},
-                         {"fixed", Need::optional, [&](const Cursor& c) { point.fixed = truth(c); }}});
+      specification::read_fields(
+          at, "a point {x, y}",
+          {{"x", Presence::required, [&](const SpecCursor& c) { point.position.x() = evaluate(c); }},
+           {"y", Presence::required, [&](const SpecCursor& c) { point.position.y() = evaluate(c); }},
+           {"fixed", Presence::optional, [&](const SpecCursor& c) { point.fixed = read_bool(c); }}});
       values_[fmt::format("x{}", points_.size())] = point.position.x();
       values_[fmt::format("y{}", points_.size())] = point.position.y();
       points_.push_back(point);
@@ -122,44 +127,44 @@ class MbseReader {
 
   /// What a body's mapping says, to be evaluated in a fixed order.
   struct BodyText {
-    std::optional<Cursor> points, length, mass, I0, cog;
+    std::optional<SpecCursor> points, length, mass, I0, cog;
   };
 
-  void read_bodies(const Cursor& section) {
+  void read_bodies(const SpecCursor& section) {
     const auto items = section.items("a list of bodies {points, length, mass, I0, cog}");
-    if (items.size() > 2000) section.expected("at most 2000 bodies");
-    read::read_each(items, [&](const Cursor& at) {
+    if (items.size() > 2000) section.fail_expected("at most 2000 bodies");
+    specification::read_each(items, [&](const SpecCursor& at) {
       BodyText text;
-      const auto keep = [](std::optional<Cursor>& slot) { return [&slot](const Cursor& c) { slot = c; }; };
-      const bool read = read::read_fields(at, "a body {points, length, mass, I0, cog}",
-                                          {{"points", Need::required, keep(text.points)},
-                                           {"length", Need::optional, keep(text.length)},
-                                           {"mass", Need::required, keep(text.mass)},
-                                           {"I0", Need::required, keep(text.I0)},
-                                           {"cog", Need::required, keep(text.cog)}});
-      if (!read) throw read::Consequence();
+      const auto keep = [](std::optional<SpecCursor>& slot) { return [&slot](const SpecCursor& c) { slot = c; }; };
+      const bool read = specification::read_fields(at, "a body {points, length, mass, I0, cog}",
+                                                   {{"points", Presence::required, keep(text.points)},
+                                                    {"length", Presence::optional, keep(text.length)},
+                                                    {"mass", Presence::required, keep(text.mass)},
+                                                    {"I0", Presence::required, keep(text.I0)},
+                                                    {"cog", Presence::required, keep(text.cog)}});
+      if (!read) throw specification::CascadingError();
       read_body(at, text);
     });
   }
 
-  void read_body(const Cursor& at, const BodyText& text) {
+  void read_body(const SpecCursor& at, const BodyText& text) {
     std::vector<int> ends;
     const auto items = text.points->items("a list of points");
-    if (items.size() < 2 || items.size() > 9) text.points->expected("a list of two to nine points");
-    for (const Cursor& item : items) {
+    if (items.size() < 2 || items.size() > 9) text.points->fail_expected("a list of two to nine points");
+    for (const SpecCursor& item : items) {
       const double index = std::round(evaluate(item));
       if (!(index >= 0 && index < static_cast<double>(points_.size())))
-        item.fail(
-            {.expected = fmt::format("the index of a point, 0 to {}", points_.size() - 1), .found = item.found()});
+        item.fail({.expected = fmt::format("the index of a point, 0 to {}", points_.size() - 1),
+                   .found = item.describe_found()});
       ends.push_back(static_cast<int>(index));
     }
-    RobotBody body;
+    ForeignBody body;
     body.place = place_of(at);
-    body.inertial = true;
+    body.has_inertial = true;
     body.body.name = fmt::format("body{}", robot_.bodies.size() - 1);
     values_["index"] = static_cast<double>(robot_.bodies.size());
     const Vector3 along = point(ends[1]).position - point(ends[0]).position;
-    if (!(along.norm() > 0)) text.points->expected("a first and a second point that differ");
+    if (!(along.norm() > 0)) text.points->fail_expected("a first and a second point that differ");
     lengths(at, text, ends);
     read_mass(text, body.body);
     const double turn = elementary::atan2(along.y(), along.x());
@@ -177,7 +182,7 @@ class MbseReader {
   const MbsePoint& point(int index) const { return points_[static_cast<std::size_t>(index)]; }
 
   /// `length` of two points, which may differ from their distance; `length12` and so on of more.
-  void lengths(const Cursor& at, const BodyText& text, const std::vector<int>& ends) {
+  void lengths(const SpecCursor& at, const BodyText& text, const std::vector<int>& ends) {
     const auto distance = [&](std::size_t i, std::size_t j) {
       return (point(ends[i]).position - point(ends[j]).position).norm();
     };
@@ -188,17 +193,18 @@ class MbseReader {
       return;
     }
     values_["auto"] = distance(0, 1);
-    if (!text.length) at.missing({"length"});
+    if (!text.length) at.fail_missing({"length"});
     values_["length"] = evaluate(*text.length);
     values_.erase("auto");
-    if (!(values_["length"] > 0)) text.length->expected("a length > 0");
+    if (!(values_["length"] > 0)) text.length->fail_expected("a length > 0");
   }
 
   /// I0 is about the first point.
   void read_mass(const BodyText& text, Body& body) {
     body.mass = values_["mass"] = evaluate(*text.mass);
     if (body.mass < 0)
-      text.mass->fail({.kind = "must not be negative", .expected = "a number ≥ 0", .found = text.mass->found()});
+      text.mass->fail(
+          {.kind = "must not be negative", .expected = "a number ≥ 0", .found = text.mass->describe_found()});
     const double about_first = values_["I0"] = evaluate(*text.I0);
     const auto cog = text.cog->items("[x, y]", 2);
     body.com = Vector3(evaluate(cog[0]), evaluate(cog[1]), 0);
@@ -235,7 +241,7 @@ class MbseReader {
 
   void add_joint(std::size_t p, const std::pair<int, Vector3>& first, const std::pair<int, Vector3>& second) {
     const auto name = [&](int body) { return robot_.bodies[static_cast<std::size_t>(body)].body.name; };
-    RobotJoint one;
+    ForeignJoint one;
     one.place = robot_.bodies[static_cast<std::size_t>(second.first)].place;
     one.joint.name = fmt::format("p{}_{}_{}", p, name(first.first), name(second.first));
     one.joint.first = first.first;
@@ -247,7 +253,7 @@ class MbseReader {
   }
 
   std::string file_;
-  Robot robot_;
+  ForeignModel robot_;
   std::map<std::string, double> values_;
   std::size_t used_ = 0;  ///< characters of expressions
   std::vector<MbsePoint> points_;
@@ -258,6 +264,6 @@ class MbseReader {
 
 }  // namespace
 
-Robot read_mbse(const Cursor& root, const std::string& file) { return MbseReader(file).run(root); }
+ForeignModel read_mbse(const SpecCursor& root, const std::string& file) { return MbseReader(file).run(root); }
 
 }  // namespace balance::foreign

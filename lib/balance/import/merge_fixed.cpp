@@ -8,7 +8,7 @@ namespace balance::foreign {
 
 namespace {
 
-RobotBody& at(Robot& robot, int body) { return robot.bodies[static_cast<std::size_t>(body)]; }
+ForeignBody& at(ForeignModel& robot, int body) { return robot.bodies[static_cast<std::size_t>(body)]; }
 
 /// Mass, centre of mass and inertia of two bodies that are one; the second is at `pose` in the first.
 void add_mass(Body& body, const Body& other, const Pose& pose) {
@@ -33,7 +33,7 @@ void add_mass(Body& body, const Body& other, const Pose& pose) {
   body.inertia = 0.5 * (sum + sum.transpose());
 }
 
-void move_joint(RobotJoint& one, int from, int to, const Pose& pose) {
+void move_joint(ForeignJoint& one, int from, int to, const Pose& pose) {
   Joint& joint = one.joint;
   if (joint.first == from) {
     joint.first = to;
@@ -52,19 +52,19 @@ void move_joint(RobotJoint& one, int from, int to, const Pose& pose) {
 }
 
 /// Everything of `from`, which stands at `pose` in `to`, becomes part of `to`.
-void merge(Robot& robot, int from, int to, const Pose& pose) {
-  RobotBody &gone = at(robot, from), &stays = at(robot, to);
+void merge(ForeignModel& robot, int from, int to, const Pose& pose) {
+  ForeignBody &gone = at(robot, from), &stays = at(robot, to);
   if (to != 0) add_mass(stays.body, gone.body, pose);
-  stays.members.push_back({from, pose});
-  for (const Member& one : gone.members) stays.members.push_back({one.body, pose * one.pose});
-  stays.inertial = stays.inertial || gone.inertial;
-  stays.shape = stays.shape || gone.shape;
+  stays.merged_bodies.push_back({from, pose});
+  for (const MergedBody& one : gone.merged_bodies) stays.merged_bodies.push_back({one.body, pose * one.pose});
+  stays.has_inertial = stays.has_inertial || gone.has_inertial;
+  stays.has_geometry = stays.has_geometry || gone.has_geometry;
   stays.body.points.push_back({gone.body.name, pose.p});
   for (const NamedPoint& point : gone.body.points)
     stays.body.points.push_back({point.name, pose.p + pose.R * point.position});
   gone.body.points.clear();
-  gone.kept = false;
-  for (RobotJoint& joint : robot.joints) move_joint(joint, from, to, pose);
+  gone.is_active = false;
+  for (ForeignJoint& joint : robot.joints) move_joint(joint, from, to, pose);
   const auto move_end = [&](BodyId& body, Vector3& point) {
     if (body != from) return;
     body = to;
@@ -77,31 +77,31 @@ void merge(Robot& robot, int from, int to, const Pose& pose) {
 }
 
 /// A fixed joint between places of one body says nothing, or what cannot be.
-void check_consistent(const RobotJoint& one) {
-  const Pose pose = zero_pose(one.joint);
+void check_consistent(const ForeignJoint& one) {
+  const Pose pose = joint_zero_pose(one.joint);
   const double scale = std::max(1.0, one.joint.point_first.norm());
   if (pose.p.norm() <= 1e-6 * scale && (pose.R - Matrix3::Identity()).norm() <= 1e-6) return;
   throw SpecError(
       {.place = one.place,
        .message = fmt::format("joint {}: fixed joints contradict each other: what it joins is fixed elsewhere, "
                               "{:.3g} m away",
-                              in_quotes(one.joint.name), pose.p.norm())});
+                              quote_for_message(one.joint.name), pose.p.norm())});
 }
 
 }  // namespace
 
-void merge_fixed(Robot& robot) {
+void merge_fixed_bodies(ForeignModel& robot) {
   std::vector<std::string> to_ground, merged;
   for (std::size_t j = 0; j < robot.joints.size(); ++j) {
-    RobotJoint& one = robot.joints[j];
-    if (!one.kept || one.joint.type != JointType::fixed) continue;
-    one.kept = false;
+    ForeignJoint& one = robot.joints[j];
+    if (!one.is_active || one.joint.type != JointType::fixed) continue;
+    one.is_active = false;
     const int first = one.joint.first, second = one.joint.second;
     if (first == second) {
       check_consistent(one);
       continue;
     }
-    const Pose pose = zero_pose(one.joint);
+    const Pose pose = joint_zero_pose(one.joint);
     const bool grounded = first == 0 || second == 0;
     (grounded ? to_ground : merged).push_back(at(robot, second == 0 ? first : second).body.name);
     if (second == 0)
@@ -111,11 +111,11 @@ void merge_fixed(Robot& robot) {
   }
   const auto tell = [&](const std::vector<std::string>& names, const char* into) {
     if (!names.empty())
-      robot.findings.push_back({Level::note,
+      robot.findings.push_back({Severity::note,
                                 {.file = robot.file},
                                 "merged",
                                 "",
-                                fmt::format("merged into {}: {}", into, listed(names, "and"))});
+                                fmt::format("merged into {}: {}", into, join_with_conjunction(names, "and"))});
   };
   tell(merged, "what they are fixed to");
   tell(to_ground, "the ground");

@@ -15,12 +15,12 @@ namespace balance::foreign {
 
 namespace {
 
-bool among(std::string_view name, std::initializer_list<std::string_view> known) {
+bool is_one_of(std::string_view name, std::initializer_list<std::string_view> known) {
   return std::find(known.begin(), known.end(), name) != known.end();
 }
 
 /// Where bodies are being read: below which body, at what pose in it, with which class.
-struct Branch {
+struct BodyContext {
   int parent = 0;
   Pose frame;
   std::string child_class;
@@ -29,7 +29,7 @@ struct Branch {
 class MjcfReader {
  public:
   explicit MjcfReader(const XmlDocument& document)
-      : tree_(include_all(document)),
+      : tree_(expand_mjcf_includes(document)),
         read_(faults_),
         defaults_(tree_.root, faults_),
         angles_(tree_.root, read_, faults_),
@@ -38,22 +38,22 @@ class MjcfReader {
     robot_.file = document.file;
   }
 
-  Robot run() {
+  ForeignModel run() {
     const std::string* model = tree_.root.attribute("model");
     robot_.name = model == nullptr ? "" : *model;
-    RobotBody world;
+    ForeignBody world;
     world.body.name = "world";
     world.place = place_of(tree_.root);
     robot_.bodies.push_back(std::move(world));
     for (const XmlElement& part : tree_.root.children) read_section(part);
-    faults_.throw_all();
+    faults_.throw_if_any();
     read_mjcf_relations(tree_.root, defaults_, faults_, robot_);
-    faults_.throw_all();
+    faults_.throw_if_any();
     return std::move(robot_);
   }
 
  private:
-  void note(Level level, const XmlElement& at, const char* code, const std::string& subject,
+  void note(Severity level, const XmlElement& at, const char* code, const std::string& subject,
             const std::string& message) {
     robot_.findings.push_back({level, place_of(at), code, subject, message});
   }
@@ -62,7 +62,7 @@ class MjcfReader {
     if (part.name == "worldbody") return read_children(part, {});
     if (part.name == "option") robot_.gravity = read_.vector(part, "gravity", robot_.gravity);
     if (part.name == "compiler") read_compiler(part);
-    if (among(part.name, {"option", "compiler", "default", "equality", "actuator"})) return;
+    if (is_one_of(part.name, {"option", "compiler", "default", "equality", "actuator"})) return;
     robot_.ignored[part.name] += std::max<int>(1, static_cast<int>(part.children.size()));
   }
 
@@ -72,30 +72,30 @@ class MjcfReader {
       return said != nullptr && *said == value;
     };
     if (is("coordinate", "global"))
-      read_.fault(at, "coordinate", "expected local coordinates: save the model with MuJoCo first");
+      read_.report(at, "coordinate", "expected local coordinates: save the model with MuJoCo first");
     for (const char* change : {"settotalmass", "boundmass", "boundinertia", "balanceinertia"})
       if (at.attribute(change) != nullptr && !is(change, "false") && !is(change, "-1") && !is(change, "0"))
-        note(Level::warning, at, "compiler", "compiler",
+        note(Severity::warning, at, "compiler", "compiler",
              fmt::format("{} changes masses when MuJoCo loads the file; here it does not", change));
   }
 
   /// Bodies, and frames that only turn and shift what is in them.
-  void read_children(const XmlElement& parent, const Branch& branch) {
+  void read_children(const XmlElement& parent, const BodyContext& branch) {
     for (const XmlElement& child : parent.children) {
       if (child.name == "body") {
         read_body(child, branch);
       } else if (child.name == "frame") {
-        Branch inner = branch;
+        BodyContext inner = branch;
         inner.frame = branch.frame * pose_of(child);
         if (const std::string* name = child.attribute("childclass")) inner.child_class = *name;
         read_children(child, inner);
-      } else if (among(child.name, {"replicate", "composite", "flexcomp", "attach"})) {
-        read_.fault(
+      } else if (is_one_of(child.name, {"replicate", "composite", "flexcomp", "attach"})) {
+        read_.report(
             child, "",
             fmt::format(
                 "expected bodies, found <{}>: save the model with MuJoCo (mj_saveLastXML), which writes them out",
                 child.name));
-      } else if (!among(child.name, {"inertial", "joint", "freejoint"})) {
+      } else if (!is_one_of(child.name, {"inertial", "joint", "freejoint"})) {
         ++robot_.ignored[child.name];
       }
     }
@@ -103,37 +103,38 @@ class MjcfReader {
 
   Pose pose_of(const XmlElement& at) { return {angles_.orientation(at), read_.vector(at, "pos", Vector3::Zero())}; }
 
-  void read_body(const XmlElement& element, const Branch& branch) {
-    if (robot_.bodies.size() > most_parts) {
-      read_.fault(element, "", "expected at most 2000 bodies");
-      faults_.throw_all();
+  void read_body(const XmlElement& element, const BodyContext& branch) {
+    if (robot_.bodies.size() > max_model_elements) {
+      read_.report(element, "", "expected at most 2000 bodies");
+      faults_.throw_if_any();
     }
     const std::string* given = element.attribute("name");
-    RobotBody body;
+    ForeignBody body;
     body.body.name = given != nullptr ? *given : fmt::format("body{}", robot_.bodies.size());
     body.place = place_of(element);
     if (robot_.find_body(body.body.name) >= 0)
-      read_.fault(element, "name", "expected another name: there is a body of this one already");
-    Branch inner = branch;
+      read_.report(element, "name", "expected another name: there is a body of this one already");
+    BodyContext inner = branch;
     inner.frame = {};
     if (const std::string* name = element.attribute("childclass")) inner.child_class = *name;
     std::vector<const XmlElement*> joints;
     for (const XmlElement& child : element.children) {
       if (child.name == "inertial") read_inertial(child, body);
       if (child.name == "joint" || child.name == "freejoint") joints.push_back(&child);
-      if (child.name == "geom") body.shape = true;
+      if (child.name == "geom") body.has_geometry = true;
     }
     const Pose pose = branch.frame * pose_of(element);
-    if (geoms_.overrule() || (geoms_.count() && !body.inertial)) weigh_geoms(element, inner, body, !joints.empty());
+    if (geoms_.overrides_inertial() || (geoms_.is_used() && !body.has_inertial))
+      weigh_geoms(element, inner, body, !joints.empty());
     inner.parent = add_chain(element, joints, branch.parent, pose, std::move(body), inner.child_class);
     read_children(element, inner);
   }
 
-  void read_inertial(const XmlElement& at, RobotBody& body) {
-    body.inertial = true;
+  void read_inertial(const XmlElement& at, ForeignBody& body) {
+    body.has_inertial = true;
     body.body.com = read_.vector(at, "pos", Vector3::Zero());
     body.body.mass = read_.number(at, "mass", 0);
-    if (at.attribute("mass") == nullptr || body.body.mass < 0) read_.fault(at, "mass", "expected a mass ≥ 0");
+    if (at.attribute("mass") == nullptr || body.body.mass < 0) read_.report(at, "mass", "expected a mass ≥ 0");
     const Matrix3 R = angles_.orientation(at);
     Matrix3 I = Matrix3::Zero();
     if (const auto d = read_.numbers(at, "diaginertia", {3}); !d.empty()) I.diagonal() << d[0], d[1], d[2];
@@ -144,43 +145,44 @@ class MjcfReader {
   }
 
   /// A body's mass may follow from its shapes.
-  void weigh_geoms(const XmlElement& element, const Branch& branch, RobotBody& body, bool moves) {
-    const GeomMass found = geoms_.weigh(element, branch.child_class);
-    const std::string subject = fmt::format("body {}", in_quotes(body.body.name));
-    if (!found.unknown.empty()) {
-      body.unweighed = true;
+  void weigh_geoms(const XmlElement& element, const BodyContext& branch, ForeignBody& body, bool moves) {
+    const GeomInertia found = geoms_.compute(element, branch.child_class);
+    const std::string subject = fmt::format("body {}", quote_for_message(body.body.name));
+    if (!found.unsupported_shape.empty()) {
+      body.has_unknown_mass = true;
       if (moves)
-        read_.fault(element, "",
-                    fmt::format("expected <inertial>: its mass follows from {}, which is not read; save the model with "
-                                "MuJoCo (mj_saveLastXML), which writes it",
-                                found.unknown));
+        read_.report(
+            element, "",
+            fmt::format("expected <inertial>: its mass follows from {}, which is not read; save the model with "
+                        "MuJoCo (mj_saveLastXML), which writes it",
+                        found.unsupported_shape));
       return;
     }
     if (found.geoms == 0) return;
-    body.inertial = true;
+    body.has_inertial = true;
     body.body.mass = found.mass;
     body.body.com = found.com;
     body.body.inertia = found.inertia;
-    note(Level::note, element, "geoms", subject,
+    note(Severity::note, element, "geoms", subject,
          fmt::format("its mass of {:.6g} kg follows from {} geom{}", found.mass, found.geoms,
                      found.geoms == 1 ? "" : "s"));
   }
 
   /// Each joint carries what comes after it; all but the last carry nothing else. @return the body's index
   int add_chain(const XmlElement& element, const std::vector<const XmlElement*>& joints, int parent, const Pose& pose,
-                RobotBody body, const std::string& child_class) {
+                ForeignBody body, const std::string& child_class) {
     const std::string name = body.body.name;
     if (joints.empty()) {
       const int index = add_body(std::move(body));
-      RobotJoint weld;
+      ForeignJoint weld;
       weld.joint.name = name + "_weld";
       weld.place = place_of(element);
       weld.joint.type = JointType::fixed;
-      put_between(weld, parent, index, pose, Vector3::Zero());
+      connect_bodies(weld, parent, index, pose, Vector3::Zero());
       return index;
     }
     for (std::size_t k = 0; k < joints.size(); ++k) {
-      RobotBody carried;
+      ForeignBody carried;
       carried.body.name = fmt::format("{}_before_{}", name, k + 2);
       carried.place = place_of(*joints[k]);
       if (k + 1 == joints.size()) std::swap(carried, body);
@@ -191,13 +193,13 @@ class MjcfReader {
     return parent;
   }
 
-  int add_body(RobotBody body) {
+  int add_body(ForeignBody body) {
     robot_.bodies.push_back(std::move(body));
     return static_cast<int>(robot_.bodies.size()) - 1;
   }
 
   /// @param place of the joint, in the second body's frame
-  void put_between(RobotJoint& one, int first, int second, const Pose& pose, const Vector3& place) {
+  void connect_bodies(ForeignJoint& one, int first, int second, const Pose& pose, const Vector3& place) {
     one.joint.first = first;
     one.joint.second = second;
     one.joint.point_first = pose.p + pose.R * place;
@@ -208,13 +210,13 @@ class MjcfReader {
 
   void read_joint(const XmlElement& element, const std::string& body, std::size_t k, int first, int second,
                   const Pose& pose, const std::string& child_class) {
-    const XmlElement full = element.name == "freejoint" ? element : defaults_.resolved(element, child_class);
+    const XmlElement full = element.name == "freejoint" ? element : defaults_.apply(element, child_class);
     const std::string *name = element.attribute("name"), *type = full.attribute("type");
-    RobotJoint one;
+    ForeignJoint one;
     one.joint.name = name != nullptr ? *name : k == 0 ? body + "_joint" : fmt::format("{}_joint{}", body, k + 1);
     one.place = place_of(element);
     if (robot_.find_joint(one.joint.name) >= 0)
-      read_.fault(element, "name", "expected another name: there is a joint of this one already");
+      read_.report(element, "name", "expected another name: there is a joint of this one already");
     const std::string kind = element.name == "freejoint" ? "free" : type == nullptr ? "hinge" : *type;
     if (kind == "hinge")
       one.joint.type = JointType::revolute;
@@ -224,53 +226,54 @@ class MjcfReader {
       one.joint.type = JointType::spherical;
     else if (kind == "free") {
       one.joint.type = JointType::fixed;
-      one.floating = true;
+      one.is_floating = true;
     } else
-      read_.fault(element, "type", fmt::format("expected hinge, slide, ball or free, found {}", in_quotes(kind)));
+      read_.report(element, "type",
+                   fmt::format("expected hinge, slide, ball or free, found {}", quote_for_message(kind)));
     const Vector3 axis = read_.vector(full, "axis", Vector3::UnitZ());
     if (!(axis.norm() > 1e-100 && axis.norm() < 1e100))
-      read_.fault(element, "axis", "expected a direction, found a vector without length");
+      read_.report(element, "axis", "expected a direction, found a vector without length");
     one.joint.axis = pose.R * axis.normalized();
     read_dynamics(full, kind == "slide" ? 1 : angles_.unit(), one);
-    put_between(one, first, second, pose, read_.vector(full, "pos", Vector3::Zero()));
+    connect_bodies(one, first, second, pose, read_.vector(full, "pos", Vector3::Zero()));
   }
 
-  void read_dynamics(const XmlElement& full, double unit, RobotJoint& one) {
+  void read_dynamics(const XmlElement& full, double unit, ForeignJoint& one) {
     const double ref = read_.number(full, "ref", 0) * unit;
     if (ref != 0) one.note = fmt::format("the file's coordinate less its ref of {}", ref);
     if (const auto range = read_.numbers(full, "range", {2}); !range.empty())
       one.limits = {range[0] * unit - ref, range[1] * unit - ref, {}, {}};
     if (one.joint.type == JointType::fixed || one.joint.type == JointType::spherical) return;
     one.armature = read_.number(full, "armature", 0);
-    if (!(one.armature >= 0)) read_.fault(full, "armature", "expected an armature ≥ 0");
+    if (!(one.armature >= 0)) read_.report(full, "armature", "expected an armature ≥ 0");
     one.viscous = read_.number(full, "damping", 0);
     one.coulomb = read_.number(full, "frictionloss", 0);
-    if (one.viscous < 0 || one.coulomb < 0) read_.fault(full, "", "damping and friction cannot be negative");
+    if (one.viscous < 0 || one.coulomb < 0) read_.report(full, "", "damping and friction cannot be negative");
     if (one.viscous != 0 || one.coulomb != 0)
-      note(Level::note, full, "friction", fmt::format("joint {}", in_quotes(one.joint.name)),
+      note(Severity::note, full, "friction", fmt::format("joint {}", quote_for_message(one.joint.name)),
            fmt::format("damping {:g} and friction {:g} are in 'friction'", one.viscous, one.coulomb));
     one.stiffness = read_.number(full, "stiffness", 0);
-    if (one.stiffness < 0) read_.fault(full, "stiffness", "expected a stiffness ≥ 0");
-    one.rest = read_.number(full, "springref", 0) * unit - ref;
+    if (one.stiffness < 0) read_.report(full, "stiffness", "expected a stiffness ≥ 0");
+    one.spring_reference = read_.number(full, "springref", 0) * unit - ref;
     if (one.stiffness != 0)
-      note(Level::note, full, "spring", fmt::format("joint {}", in_quotes(one.joint.name)),
+      note(Severity::note, full, "spring", fmt::format("joint {}", quote_for_message(one.joint.name)),
            fmt::format("its stiffness of {:g} is in 'springs'", one.stiffness));
     if (one.armature != 0)
-      note(Level::note, full, "armature", fmt::format("joint {}", in_quotes(one.joint.name)),
+      note(Severity::note, full, "armature", fmt::format("joint {}", quote_for_message(one.joint.name)),
            fmt::format("its armature of {:g} is offered as a disc in a comment", one.armature));
   }
 
-  MjcfTree tree_;
-  Faults faults_;
-  ElementReader read_;
+  ExpandedMjcf tree_;
+  ForeignDiagnostics faults_;
+  XmlAttributeReader read_;
   MjcfDefaults defaults_;
-  MjcfAngles angles_;
-  MjcfGeoms geoms_;
-  Robot robot_;
+  MjcfCompilerAngles angles_;
+  MjcfGeomInertia geoms_;
+  ForeignModel robot_;
 };
 
 }  // namespace
 
-Robot read_mjcf(const XmlDocument& document) { return MjcfReader(document).run(); }
+ForeignModel read_mjcf(const XmlDocument& document) { return MjcfReader(document).run(); }
 
 }  // namespace balance::foreign

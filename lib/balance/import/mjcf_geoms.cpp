@@ -12,8 +12,8 @@
 namespace balance::foreign {
 
 /// Mass, first moment and inertia about the body's origin: they add up.
-struct MjcfGeoms::Sum {
-  GeomMass all;
+struct MjcfGeomInertia::Sum {
+  GeomInertia all;
   Vector3 first = Vector3::Zero();
   Matrix3 second = Matrix3::Zero();
 };
@@ -66,7 +66,7 @@ std::string unknown_shape(const XmlElement& geom, const std::string& type) {
   if (geom.attribute("mesh") != nullptr || type == "mesh") return "a mesh";
   const std::string* shell = geom.attribute("shellinertia");
   if (shell != nullptr && *shell == "true") return "a shell";
-  return sizes_of(type) == 0 ? "a geom of type " + in_quotes(type) : "";
+  return sizes_of(type) == 0 ? "a geom of type " + quote_for_message(type) : "";
 }
 
 Solid solid_of(const std::string& type, const Vector3& s) {
@@ -78,14 +78,14 @@ Solid solid_of(const std::string& type, const Vector3& s) {
 
 }  // namespace
 
-MjcfGeoms::MjcfGeoms(const XmlElement& root, const ElementReader& read, const MjcfDefaults& defaults,
-                     const MjcfAngles& angles)
+MjcfGeomInertia::MjcfGeomInertia(const XmlElement& root, const XmlAttributeReader& read, const MjcfDefaults& defaults,
+                                 const MjcfCompilerAngles& angles)
     : read_(read), defaults_(defaults), angles_(angles) {
   for (const XmlElement& part : root.children) {
     if (part.name != "compiler") continue;
     if (const std::string* rule = part.attribute("inertiafromgeom")) rule_ = *rule;
     if (rule_ != "auto" && rule_ != "true" && rule_ != "false")
-      read_.fault(part, "inertiafromgeom", "expected true, false or auto, found " + in_quotes(rule_));
+      read_.report(part, "inertiafromgeom", "expected true, false or auto, found " + quote_for_message(rule_));
     if (const auto range = read_.numbers(part, "inertiagrouprange", {2}); !range.empty()) {
       first_group_ = range[0];
       last_group_ = range[1];
@@ -93,10 +93,10 @@ MjcfGeoms::MjcfGeoms(const XmlElement& root, const ElementReader& read, const Mj
   }
 }
 
-GeomMass MjcfGeoms::weigh(const XmlElement& body, const std::string& child_class) const {
+GeomInertia MjcfGeomInertia::compute(const XmlElement& body, const std::string& child_class) const {
   Sum sum;
   add_all(body, {}, child_class, sum);
-  GeomMass& all = sum.all;
+  GeomInertia& all = sum.all;
   if (!(all.mass > 0)) return all;
   all.com = sum.first / all.mass;
   all.inertia = sum.second + all.mass * skew(all.com) * skew(all.com);
@@ -104,9 +104,10 @@ GeomMass MjcfGeoms::weigh(const XmlElement& body, const std::string& child_class
   return all;
 }
 
-void MjcfGeoms::add_all(const XmlElement& parent, const Pose& frame, const std::string& child_class, Sum& sum) const {
+void MjcfGeomInertia::add_all(const XmlElement& parent, const Pose& frame, const std::string& child_class,
+                              Sum& sum) const {
   for (const XmlElement& child : parent.children) {
-    if (child.name == "geom") add(defaults_.resolved(child, child_class), frame, sum);
+    if (child.name == "geom") add(defaults_.apply(child, child_class), frame, sum);
     if (child.name != "frame") continue;
     const Pose inner{angles_.orientation(child), read_.vector(child, "pos", Vector3::Zero())};
     const std::string* name = child.attribute("childclass");
@@ -114,16 +115,16 @@ void MjcfGeoms::add_all(const XmlElement& parent, const Pose& frame, const std::
   }
 }
 
-void MjcfGeoms::add(const XmlElement& geom, const Pose& frame, Sum& sum) const {
+void MjcfGeomInertia::add(const XmlElement& geom, const Pose& frame, Sum& sum) const {
   const std::string* given = geom.attribute("type");
   const std::string type = given == nullptr ? "sphere" : *given;
   const double group = read_.number(geom, "group", 0), density = read_.number(geom, "density", 1000);
   const bool weighed = geom.attribute("mass") != nullptr;
   const double stated = read_.number(geom, "mass", 0);
-  if (stated < 0 || density < 0) read_.fault(geom, weighed ? "mass" : "density", "expected a number ≥ 0");
+  if (stated < 0 || density < 0) read_.report(geom, weighed ? "mass" : "density", "expected a number ≥ 0");
   if (group < first_group_ || group > last_group_ || (weighed ? stated : density) == 0) return;
   if (type == "plane" || type == "hfield") return;  // MuJoCo gives them no mass
-  if (sum.all.unknown.empty()) sum.all.unknown = unknown_shape(geom, type);
+  if (sum.all.unsupported_shape.empty()) sum.all.unsupported_shape = unknown_shape(geom, type);
   if (!unknown_shape(geom, type).empty()) return;
   Pose pose{angles_.orientation(geom), read_.vector(geom, "pos", Vector3::Zero())};
   const auto size = read_.numbers(geom, "size", {1, 2, 3});
@@ -132,18 +133,18 @@ void MjcfGeoms::add(const XmlElement& geom, const Pose& frame, Sum& sum) const {
   std::size_t needed = static_cast<std::size_t>(sizes_of(type));
   if (const auto ends = read_.numbers(geom, "fromto", {6}); !ends.empty() && type != "sphere") {
     const Vector3 from(ends[0], ends[1], ends[2]), way = Vector3(ends[3], ends[4], ends[5]) - from;
-    if (!(way.norm() > 1e-14)) return read_.fault(geom, "fromto", "expected two places that differ");
+    if (!(way.norm() > 1e-14)) return read_.report(geom, "fromto", "expected two places that differ");
     pose = {frame_with_z_along(Vector3(way.normalized())), from + way / 2};
     s = needed == 2 ? Vector3(s.x(), way.norm() / 2, 0) : Vector3(s.x(), s.x(), way.norm() / 2);
     needed = 1;
   }
   const auto used = static_cast<Eigen::Index>(sizes_of(type));
   if (size.size() < needed || !(min_coefficient(s.head(used)) > 0))
-    return read_.fault(geom, "size", fmt::format("expected {} positive numbers for a {}", needed, type));
+    return read_.report(geom, "size", fmt::format("expected {} positive numbers for a {}", needed, type));
   const Solid solid = solid_of(type, s);
   const double scale = weighed ? stated / solid.volume : density, mass = scale * solid.volume;
   if (!std::isfinite(scale) || !std::isfinite(mass + scale * solid.moments.sum()))
-    return read_.fault(geom, "size", "expected a size that can be computed with");
+    return read_.report(geom, "size", "expected a size that can be computed with");
   pose = frame * pose;
   const Matrix3 central = pose.R * Vector3(scale * solid.moments).asDiagonal() * pose.R.transpose();
   ++sum.all.geoms;

@@ -8,35 +8,36 @@
 namespace balance::foreign {
 
 /// Of all geoms of a body, about their common centre of mass, in the body's axes.
-struct GeomMass {
+struct GeomInertia {
   int geoms = 0;  ///< that have mass
   double mass = 0;
   Vector3 com = Vector3::Zero();
   Matrix3 inertia = Matrix3::Zero();
-  std::string unknown;  ///< what cannot be weighed: "a mesh"; empty: nothing
+  std::string unsupported_shape;  ///< what cannot be weighed: "a mesh"; empty: nothing
 };
 
-class MjcfGeoms {
+class MjcfGeomInertia {
  public:
   /// @param root of the document, for `<compiler>`
-  MjcfGeoms(const XmlElement& root, const ElementReader& read, const MjcfDefaults& defaults, const MjcfAngles& angles);
+  MjcfGeomInertia(const XmlElement& root, const XmlAttributeReader& read, const MjcfDefaults& defaults,
+                  const MjcfCompilerAngles& angles);
 
   /// `inertiafromgeom`: whether geoms hold even where there is an `<inertial>`, and whether they are asked at all.
-  bool overrule() const { return rule_ == "true"; }
-  bool count() const { return rule_ != "false"; }
+  bool overrides_inertial() const { return rule_ == "true"; }
+  bool is_used() const { return rule_ != "false"; }
 
   /// @param body element, with frames in it
   /// @param child_class that holds in it
-  GeomMass weigh(const XmlElement& body, const std::string& child_class) const;
+  GeomInertia compute(const XmlElement& body, const std::string& child_class) const;
 
  private:
   struct Sum;
   void add_all(const XmlElement& parent, const Pose& frame, const std::string& child_class, Sum& sum) const;
   void add(const XmlElement& geom, const Pose& frame, Sum& sum) const;
 
-  const ElementReader& read_;
+  const XmlAttributeReader& read_;
   const MjcfDefaults& defaults_;
-  const MjcfAngles& angles_;
+  const MjcfCompilerAngles& angles_;
   std::string rule_ = "auto";
   double first_group_ = 0, last_group_ = 5;
 };

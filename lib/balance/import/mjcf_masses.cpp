@@ -10,30 +10,30 @@ namespace balance::foreign {
 
 namespace {
 
-bool same_place(const SpecPlace& a, const SpecPlace& b) {
+bool same_place(const SourceLocation& a, const SourceLocation& b) {
   return a.file == b.file && a.line == b.line && a.column == b.column;
 }
 
-class MjcfMasses : public MassFile {
+class MjcfMasses : public MassPropertyWriter {
  public:
-  explicit MjcfMasses(const XmlDocument& document) : document_(document), tree_(include_all(document)) {}
+  explicit MjcfMasses(const XmlDocument& document) : document_(document), tree_(expand_mjcf_includes(document)) {}
 
-  Robot read() const override { return read_mjcf(document_); }
-  const char* body_word() const override { return "body"; }
+  ForeignModel read() const override { return read_mjcf(document_); }
+  const char* body_term() const override { return "body"; }
   const char* name() const override { return "MJCF"; }
   /// Of a chain of joints the last body alone stands in the file.
-  bool can_take(const RobotBody& body) const override { return find_body(tree_.root, body.place) != nullptr; }
+  bool can_set_mass(const ForeignBody& body) const override { return find_body(tree_.root, body.place) != nullptr; }
 
-  void write(const RobotBody& body, const MassProperties& properties, XmlEdits& edits) const override {
+  void write(const ForeignBody& body, const MassProperties& properties, XmlEdits& edits) const override {
     const XmlElement& element = *find_body(tree_.root, body.place);
     if (element.document != &document_)
       throw SpecError({.place = body.place,
                        .message = fmt::format("body {}: stands in an included file, which is not written",
-                                              in_quotes(body.body.name))});
+                                              quote_for_message(body.body.name))});
     if (weighs_shapes())
       throw SpecError({.place = body.place,
                        .message = fmt::format("body {}: its mass follows from its shapes (inertiafromgeom=\"true\")",
-                                              in_quotes(body.body.name))});
+                                              quote_for_message(body.body.name))});
     if (const XmlElement* inertial = element.child("inertial"))
       change(*inertial, properties, edits);
     else
@@ -41,7 +41,7 @@ class MjcfMasses : public MassFile {
   }
 
  private:
-  static const XmlElement* find_body(const XmlElement& parent, const SpecPlace& place) {
+  static const XmlElement* find_body(const XmlElement& parent, const SourceLocation& place) {
     for (const XmlElement& child : parent.children) {
       if (child.name == "body" && same_place(place_of(child), place)) return &child;
       if (const XmlElement* inside = find_body(child, place)) return inside;
@@ -63,9 +63,9 @@ class MjcfMasses : public MassFile {
   void change(const XmlElement& at, const MassProperties& properties, XmlEdits& edits) const {
     edits.set(at, "pos", {properties.com.x(), properties.com.y(), properties.com.z()});
     edits.set(at, "mass", {properties.mass});
-    Faults faults;
-    const ElementReader reader(faults);
-    const Matrix3 R = MjcfAngles(tree_.root, reader, faults).orientation(at);
+    ForeignDiagnostics faults;
+    const XmlAttributeReader reader(faults);
+    const Matrix3 R = MjcfCompilerAngles(tree_.root, reader, faults).orientation(at);
     const Matrix3 I = R.transpose() * properties.inertia * R;
     const Vector3 diagonal = I.diagonal();
     const bool is_diagonal = (I - Matrix3(diagonal.asDiagonal())).norm() <= 1e-14 * I.norm();
@@ -86,11 +86,13 @@ class MjcfMasses : public MassFile {
   }
 
   const XmlDocument& document_;
-  MjcfTree tree_;
+  ExpandedMjcf tree_;
 };
 
 }  // namespace
 
-std::unique_ptr<MassFile> open_mjcf(const XmlDocument& document) { return std::make_unique<MjcfMasses>(document); }
+std::unique_ptr<MassPropertyWriter> make_mjcf_mass_writer(const XmlDocument& document) {
+  return std::make_unique<MjcfMasses>(document);
+}
 
 }  // namespace balance::foreign

@@ -11,17 +11,18 @@ namespace balance::foreign {
 
 namespace {
 
-class RelationReader {
+class MjcfRelationReader {
  public:
-  RelationReader(const XmlElement& root, const MjcfDefaults& defaults, Faults& faults, Robot& robot)
+  MjcfRelationReader(const XmlElement& root, const MjcfDefaults& defaults, ForeignDiagnostics& faults,
+                     ForeignModel& robot)
       : root_(root), defaults_(defaults), read_(faults), robot_(robot) {}
 
   void run() {
-    poses_ = model_pose(robot_);
+    poses_ = zero_configuration_poses(robot_);
     collect_sites(root_, "world");
     for (const XmlElement& section : root_.children) {
       if (section.name == "equality")
-        for (const XmlElement& one : section.children) read_equality(defaults_.resolved(one, ""));
+        for (const XmlElement& one : section.children) read_equality(defaults_.apply(one, ""));
       if (section.name == "actuator")
         for (const XmlElement& one : section.children) read_actuator(one);
     }
@@ -48,7 +49,7 @@ class RelationReader {
     const std::string* name = at.attribute(attribute);
     if (name == nullptr) return 0;  // the world
     const int found = robot_.find_body(*name);
-    if (found < 0) read_.fault(at, attribute, fmt::format("there is no body {}", in_quotes(*name)));
+    if (found < 0) read_.report(at, attribute, fmt::format("there is no body {}", quote_for_message(*name)));
     return found;
   }
 
@@ -69,7 +70,7 @@ class RelationReader {
       read_coupling(at);
     } else {
       ++robot_.ignored["equality " + at.name];
-      robot_.findings.push_back({Level::warning, place_of(at), "equality", "equality " + at.name, "is left out"});
+      robot_.findings.push_back({Severity::warning, place_of(at), "equality", "equality " + at.name, "is left out"});
     }
   }
 
@@ -82,12 +83,12 @@ class RelationReader {
     if (at.attribute("site1") != nullptr) return read_site_connect(at);
     const int first = find_body(at, "body1"), second = find_body(at, "body2");
     if (first < 0 || second < 0) return;
-    if (at.attribute("anchor") == nullptr) return read_.fault(at, "", "expected anchor=\"x y z\"");
-    if (first == second) return read_.fault(at, "", "expected two bodies, found one");
+    if (at.attribute("anchor") == nullptr) return read_.report(at, "", "expected anchor=\"x y z\"");
+    if (first == second) return read_.report(at, "", "expected two bodies, found one");
     const Vector3 anchor = read_.vector(at, "anchor", Vector3::Zero());
     const Pose back = between(second, first);
-    add_closure(robot_, name_of(at, "connect"), JointType::spherical, {first, {Matrix3::Identity(), anchor}},
-                {second, {back.R, back.p + back.R * anchor}}, Vector3::UnitZ(), place_of(at));
+    add_loop_joint(robot_, name_of(at, "connect"), JointType::spherical, {first, {Matrix3::Identity(), anchor}},
+                   {second, {back.R, back.p + back.R * anchor}}, Vector3::UnitZ(), place_of(at));
   }
 
   void read_site_connect(const XmlElement& at) {
@@ -96,37 +97,39 @@ class RelationReader {
       const auto found = name == nullptr ? sites_.end() : sites_.find(*name);
       const int body = found == sites_.end() ? -1 : robot_.find_body(found->second.body);
       if (body < 0) {
-        read_.fault(at, attribute, "expected the name of a site of a body that has a name");
+        read_.report(at, attribute, "expected the name of a site of a body that has a name");
         return {};
       }
       return BodyFrame{body, {Matrix3::Identity(), found->second.position}};
     };
     const auto first = end("site1"), second = end("site2");
     if (!first || !second) return;
-    if (first->body == second->body) return read_.fault(at, "", "expected two bodies, found one");
+    if (first->body == second->body) return read_.report(at, "", "expected two bodies, found one");
     BodyFrame turned = *second;
     turned.pose.R = between(second->body, first->body).R;
-    add_closure(robot_, name_of(at, "connect"), JointType::spherical, *first, turned, Vector3::UnitZ(), place_of(at));
+    add_loop_joint(robot_, name_of(at, "connect"), JointType::spherical, *first, turned, Vector3::UnitZ(),
+                   place_of(at));
   }
 
   void read_weld(const XmlElement& at) {
     const int first = find_body(at, "body1"), second = find_body(at, "body2");
     if (first < 0 || second < 0) return;
-    if (first == second) return read_.fault(at, "", "expected two bodies, found one");
+    if (first == second) return read_.report(at, "", "expected two bodies, found one");
     Pose pose = between(first, second);
     if (const auto v = read_.numbers(at, "relpose", {7}); !v.empty()) {
       const Eigen::Quaterniond turn(v[3], v[4], v[5], v[6]);
       if (turn.norm() > 0) pose = {turn.normalized().toRotationMatrix(), {v[0], v[1], v[2]}};
     }
-    add_closure(robot_, name_of(at, "weld"), JointType::fixed, {first, pose}, {second, {}}, Vector3::UnitZ(),
-                place_of(at));
+    add_loop_joint(robot_, name_of(at, "weld"), JointType::fixed, {first, pose}, {second, {}}, Vector3::UnitZ(),
+                   place_of(at));
   }
 
   int find_joint(const XmlElement& at, const char* attribute) {
-    const std::string name = read_.word(at, attribute);
+    const std::string name = read_.required_text(at, attribute);
     const int found = name.empty() ? -1 : robot_.find_joint(name);
-    if (!name.empty() && (found < 0 || freedom(robot_.joints[static_cast<std::size_t>(found)].joint.type) != 1)) {
-      read_.fault(at, attribute, fmt::format("expected a hinge or slide, found {}", in_quotes(name)));
+    if (!name.empty() &&
+        (found < 0 || joint_degrees_of_freedom(robot_.joints[static_cast<std::size_t>(found)].joint.type) != 1)) {
+      read_.report(at, attribute, fmt::format("expected a hinge or slide, found {}", quote_for_message(name)));
       return -1;
     }
     return found;
@@ -140,11 +143,11 @@ class RelationReader {
     c.resize(5);
     if (follower < 0) return;
     if (at.attribute("joint2") == nullptr)
-      return read_.fault(at, "joint2", "expected a second joint: a joint that stands still is a body without one");
+      return read_.report(at, "joint2", "expected a second joint: a joint that stands still is a body without one");
     const int leader = find_joint(at, "joint2");
     if (leader < 0) return;
     if (c[2] != 0 || c[3] != 0 || c[4] != 0 || c[1] == 0 || leader == follower)
-      return read_.fault(at, "polycoef", "expected a linear relation between two joints");
+      return read_.report(at, "polycoef", "expected a linear relation between two joints");
     robot_.couplings.push_back({follower, leader, c[1], c[0], place_of(at)});
   }
 
@@ -156,14 +159,14 @@ class RelationReader {
       return;
     }
     const int found = robot_.find_joint(*name);
-    if (found < 0) return read_.fault(at, "joint", fmt::format("there is no joint {}", in_quotes(*name)));
-    robot_.joints[static_cast<std::size_t>(found)].driven = robot_.knows_motors = true;
+    if (found < 0) return read_.report(at, "joint", fmt::format("there is no joint {}", quote_for_message(*name)));
+    robot_.joints[static_cast<std::size_t>(found)].is_actuated = robot_.declares_actuators = true;
   }
 
   const XmlElement& root_;
   const MjcfDefaults& defaults_;
-  ElementReader read_;
-  Robot& robot_;
+  XmlAttributeReader read_;
+  ForeignModel& robot_;
   std::vector<Pose> poses_;
   std::map<std::string, Site> sites_;
   int unnamed_ = 0;
@@ -171,8 +174,9 @@ class RelationReader {
 
 }  // namespace
 
-void read_mjcf_relations(const XmlElement& root, const MjcfDefaults& defaults, Faults& faults, Robot& robot) {
-  RelationReader(root, defaults, faults, robot).run();
+void read_mjcf_relations(const XmlElement& root, const MjcfDefaults& defaults, ForeignDiagnostics& faults,
+                         ForeignModel& robot) {
+  MjcfRelationReader(root, defaults, faults, robot).run();
 }
 
 }  // namespace balance::foreign

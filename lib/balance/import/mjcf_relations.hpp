@@ -7,6 +7,7 @@
 namespace balance::foreign {
 
 /// `<equality>` (connect, weld, joint) and `<actuator>`.
-void read_mjcf_relations(const XmlElement& root, const MjcfDefaults& defaults, Faults& faults, Robot& robot);
+void read_mjcf_relations(const XmlElement& root, const MjcfDefaults& defaults, ForeignDiagnostics& faults,
+                         ForeignModel& robot);
 
 }  // namespace balance::foreign

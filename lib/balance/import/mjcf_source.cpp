@@ -16,8 +16,8 @@ namespace balance::foreign {
 
 namespace {
 
-constexpr std::size_t most_included = 100;
-constexpr int deepest_include = 10;
+constexpr std::size_t max_included_files = 100;
+constexpr int max_mjcf_include_depth = 10;
 
 [[noreturn]] void fail(const XmlElement& at, const std::string& message) {
   throw SpecError({.place = place_of(at, "file"), .message = message});
@@ -44,10 +44,10 @@ class Includer {
   std::vector<XmlElement> load(const XmlElement& include, int depth) {
     const std::string* name = include.attribute("file");
     if (name == nullptr || name->empty()) fail(include, "expected file=\"…\"");
-    if (depth >= deepest_include)
-      fail(include, fmt::format("expected at most {} levels of files that include files", deepest_include));
-    if (documents_.size() >= most_included)
-      fail(include, fmt::format("expected at most {} included files", most_included));
+    if (depth >= max_mjcf_include_depth)
+      fail(include, fmt::format("expected at most {} levels of files that include files", max_mjcf_include_depth));
+    if (documents_.size() >= max_included_files)
+      fail(include, fmt::format("expected at most {} included files", max_included_files));
     const std::filesystem::path path(*name);
     if (path.is_absolute()) fail(include, "expected a file beside this one, found an absolute path");
     const std::string file = (std::filesystem::path(include.document->file).parent_path() / path).string();
@@ -72,29 +72,29 @@ class Includer {
 
 }  // namespace
 
-MjcfTree include_all(const XmlDocument& document) {
-  MjcfTree tree;
+ExpandedMjcf expand_mjcf_includes(const XmlDocument& document) {
+  ExpandedMjcf tree;
   tree.root = document.root;
   Includer(tree.included).expand(tree.root, 0);
   return tree;
 }
 
-MjcfDefaults::MjcfDefaults(const XmlElement& root, Faults& faults) : faults_(faults) {
+MjcfDefaults::MjcfDefaults(const XmlElement& root, ForeignDiagnostics& faults) : faults_(faults) {
   classes_["main"];
   for (const XmlElement& part : root.children) {
     if (part.name != "default") continue;
     // at the top the name is another one of the class that holds for everything
     read(part, "main", "main");
     if (const std::string* name = part.attribute("class"); name != nullptr && *name != "main")
-      classes_[*name].above = "main";
+      classes_[*name].parent = "main";
   }
 }
 
 void MjcfDefaults::read(const XmlElement& element, const std::string& above, const std::string& name) {
-  if (name != above && classes_.count(name) == 0) classes_[name].above = above;
+  if (name != above && classes_.count(name) == 0) classes_[name].parent = above;
   for (const XmlElement& child : element.children) {
     if (child.name == "default") continue;
-    XmlDefaults& said = classes_[name].said[child.name];
+    XmlDefaults& said = classes_[name].attributes[child.name];
     for (const XmlAttribute& one : child.attributes) said[one.name] = one.value;
   }
   for (const XmlElement& child : element.children) {
@@ -107,23 +107,27 @@ void MjcfDefaults::read(const XmlElement& element, const std::string& above, con
   }
 }
 
-XmlElement MjcfDefaults::resolved(const XmlElement& element, const std::string& child_class) const {
+XmlElement MjcfDefaults::apply(const XmlElement& element, const std::string& child_class) const {
   const std::string* own = element.attribute("class");
   const std::string& name = own != nullptr ? *own : child_class;
   const auto found = classes_.find(name.empty() ? "main" : name);
   XmlElement full = element;
   if (found == classes_.end()) {
-    faults_.add(place_of(element, "class"), element.name, fmt::format("there is no default class {}", in_quotes(name)));
+    faults_.add(place_of(element, "class"), element.name,
+                fmt::format("there is no default class {}", quote_for_message(name)));
     return full;
   }
   for (const Class* one = &found->second;;) {
-    if (const auto said = one->said.find(element.name); said != one->said.end()) full.defaults.push_back(&said->second);
-    if (one->above.empty()) return full;
-    one = &classes_.at(one->above);
+    if (const auto said = one->attributes.find(element.name); said != one->attributes.end())
+      full.defaults.push_back(&said->second);
+    if (one->parent.empty()) return full;
+    one = &classes_.at(one->parent);
   }
 }
 
-MjcfAngles::MjcfAngles(const XmlElement& root, const ElementReader& read, Faults& faults) : read_(read) {
+MjcfCompilerAngles::MjcfCompilerAngles(const XmlElement& root, const XmlAttributeReader& read,
+                                       ForeignDiagnostics& faults)
+    : read_(read) {
   unit_ = std::numbers::pi / 180;
   for (const XmlElement& part : root.children) {
     if (part.name != "compiler") continue;
@@ -140,16 +144,16 @@ MjcfAngles::MjcfAngles(const XmlElement& root, const ElementReader& read, Faults
   }
 }
 
-Matrix3 MjcfAngles::orientation(const XmlElement& at) const {
+Matrix3 MjcfCompilerAngles::orientation(const XmlElement& at) const {
   if (const auto q = read_.numbers(at, "quat", {4}); !q.empty()) {
     const Eigen::Quaterniond turn(q[0], q[1], q[2], q[3]);
     if (turn.norm() > 0) return turn.normalized().toRotationMatrix();
-    read_.fault(at, "quat", "expected a quaternion, found zero");
+    read_.report(at, "quat", "expected a quaternion, found zero");
   }
   if (const auto a = read_.numbers(at, "axisangle", {4}); !a.empty()) {
     const Vector3 axis(a[0], a[1], a[2]);
     if (axis.norm() > 0) return rotation_about(axis.normalized(), a[3] * unit_);
-    read_.fault(at, "axisangle", "expected an axis, found zero");
+    read_.report(at, "axisangle", "expected an axis, found zero");
   }
   if (const auto e = read_.numbers(at, "euler", {3}); !e.empty()) {
     Matrix3 R = Matrix3::Identity();
@@ -169,12 +173,12 @@ Matrix3 MjcfAngles::orientation(const XmlElement& at) const {
     Matrix3 R;
     R << x, y, x.cross(y);
     if (std::abs(R.determinant() - 1) < 1e-6) return R;
-    read_.fault(at, "xyaxes", "expected two directions that are not parallel");
+    read_.report(at, "xyaxes", "expected two directions that are not parallel");
   }
   if (const auto z = read_.numbers(at, "zaxis", {3}); !z.empty()) {
     const Vector3 direction(z[0], z[1], z[2]);
     if (direction.norm() > 0) return frame_with_z_along(direction.normalized());
-    read_.fault(at, "zaxis", "expected a direction, found zero");
+    read_.report(at, "zaxis", "expected a direction, found zero");
   }
   return Matrix3::Identity();
 }

@@ -15,44 +15,44 @@
 namespace balance::foreign {
 
 /// The document with included ones put in place. Elements point into the documents, which live as long as this.
-struct MjcfTree {
+struct ExpandedMjcf {
   XmlElement root;
   std::vector<std::unique_ptr<const XmlDocument>> included;
 };
 /// @throws SpecError for included files that cannot be read, that include each other or are too many
-MjcfTree include_all(const XmlDocument& document);
+ExpandedMjcf expand_mjcf_includes(const XmlDocument& document);
 
 /// `<default class="…">`: what elements of a class say unless they say otherwise.
 class MjcfDefaults {
  public:
   /// @param root of the document
-  MjcfDefaults(const XmlElement& root, Faults& faults);
+  MjcfDefaults(const XmlElement& root, ForeignDiagnostics& faults);
 
   /// The element with what its class adds: its own class, else the one that holds for its body's children. The defaults must outlive it.
-  XmlElement resolved(const XmlElement& element, const std::string& child_class) const;
+  XmlElement apply(const XmlElement& element, const std::string& child_class) const;
 
  private:
   void read(const XmlElement& element, const std::string& above, const std::string& name);
 
   struct Class {
-    std::string above;                        ///< empty: none
-    std::map<std::string, XmlDefaults> said;  ///< by element
+    std::string parent;                             ///< empty: none
+    std::map<std::string, XmlDefaults> attributes;  ///< by element
   };
   std::map<std::string, Class> classes_;
-  Faults& faults_;
+  ForeignDiagnostics& faults_;
 };
 
 /// `<compiler>`: how angles and orientations are written.
-class MjcfAngles {
+class MjcfCompilerAngles {
  public:
-  MjcfAngles(const XmlElement& root, const ElementReader& read, Faults& faults);
+  MjcfCompilerAngles(const XmlElement& root, const XmlAttributeReader& read, ForeignDiagnostics& faults);
 
   double unit() const { return unit_; }  ///< of angles [rad]
   /// Of quat, axisangle, euler, xyaxes or zaxis; the identity where there is none.
   Matrix3 orientation(const XmlElement& at) const;
 
  private:
-  const ElementReader& read_;
+  const XmlAttributeReader& read_;
   double unit_ = 1;
   std::string sequence_ = "xyz";
 };

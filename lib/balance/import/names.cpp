@@ -16,26 +16,29 @@ constexpr std::size_t max_name_bytes = 200;  // bytes; YAML knows no keys of mor
 
 }  // namespace
 
-std::string as_name(const std::string& wanted) {
+std::string sanitise_name(const std::string& wanted) {
   std::string name;
   for (std::size_t i = 0; i < wanted.size() && name.size() < max_name_bytes;) {
-    const std::size_t bytes = std::max<std::size_t>(1, first_character(std::string_view(wanted).substr(i)).bytes);
+    const std::size_t bytes = std::max<std::size_t>(1, decode_utf8(std::string_view(wanted).substr(i)).bytes);
     const std::string character = wanted.substr(i, bytes);
-    name += is_name("a" + character) ? character : "_";
+    name += is_unicode_identifier("a" + character) ? character : "_";
     i += bytes;
   }
   if (name.empty()) return "unnamed";
-  if (!is_name(name)) name.insert(0, "n");
+  if (!is_unicode_identifier(name)) name.insert(0, "n");
   // what YAML 1.1 takes for something else than text
-  static constexpr std::array<std::string_view, 9> words{"y", "n", "yes", "no", "on", "off", "true", "false", "null"};
+  static constexpr std::array<std::string_view, 9> yaml_reserved_words{"y",   "n",    "yes",   "no",  "on",
+                                                                       "off", "true", "false", "null"};
   std::string lower = name;
   std::transform(lower.begin(), lower.end(), lower.begin(),
                  [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; });
-  return std::find(words.begin(), words.end(), lower) == words.end() ? name : name + "_";
+  return std::find(yaml_reserved_words.begin(), yaml_reserved_words.end(), lower) == yaml_reserved_words.end()
+             ? name
+             : name + "_";
 }
 
-std::string Names::give(const std::string& wanted) {
-  const std::string name = as_name(wanted);
+std::string NameAllocator::allocate(const std::string& wanted) {
+  const std::string name = sanitise_name(wanted);
   std::string unique = name;
   int& next = next_.try_emplace(name, 2).first->second;
   while (!taken_.insert(unique).second) unique = fmt::format("{}_{}", name, next++);

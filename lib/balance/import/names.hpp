@@ -10,13 +10,13 @@
 namespace balance::foreign {
 
 /// One namespace of a spec: bodies, joints, the points of a body.
-class Names {
+class NameAllocator {
  public:
   /// @param reserved names that have a meaning of their own
-  explicit Names(std::set<std::string> reserved) : taken_(std::move(reserved)) {}
+  explicit NameAllocator(std::set<std::string> reserved) : taken_(std::move(reserved)) {}
 
   /// The name itself if a spec can have it and it is not taken, else one like it.
-  std::string give(const std::string& wanted);
+  std::string allocate(const std::string& wanted);
 
  private:
   std::set<std::string> taken_;
@@ -24,6 +24,6 @@ class Names {
 };
 
 /// Characters that a name cannot have become `_`, and what no name has room for is cut off.
-std::string as_name(const std::string& wanted);
+std::string sanitise_name(const std::string& wanted);
 
 }  // namespace balance::foreign

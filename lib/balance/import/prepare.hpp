@@ -9,6 +9,6 @@ namespace balance::foreign {
 /// Judges masses, chooses motors, merges what is fixed, turns massless bodies between joints into joints. Findings come in the order
 /// of the file.
 /// @throws SpecError for what a spec cannot say, or if nothing moves
-void prepare(Robot& robot, const ImportOptions& options);
+void simplify_model(ForeignModel& robot, const ImportOptions& options);
 
 }  // namespace balance::foreign

@@ -15,7 +15,7 @@ namespace balance::foreign {
 
 namespace {
 
-Robot read_xml(const std::string& text, const std::string& file) {
+ForeignModel read_xml(const std::string& text, const std::string& file) {
   const auto document = parse_xml(text, file);
   const std::string& root = document->root.name;
   if (root == "robot") return read_urdf(*document);
@@ -24,14 +24,15 @@ Robot read_xml(const std::string& text, const std::string& file) {
                    .message = fmt::format("expected <robot> (URDF) or <mujoco> (MJCF), found <{}>", root)});
 }
 
-Robot read_yaml(const std::string& text, const std::string& file) {
-  read::Problems problems(file);
-  Robot robot;
+ForeignModel read_yaml(const std::string& text, const std::string& file) {
+  specification::SpecErrorCollector problems(file);
+  ForeignModel robot;
   try {
-    const read::Node root = read::parse_yaml(text, problems);
-    const read::Cursor top(root, "", problems);
+    const specification::YamlNode root = specification::parse_yaml(text, problems);
+    const specification::SpecCursor top(root, "", problems);
     const auto has = [&](const char* key) {
-      return std::any_of(root.keys.begin(), root.keys.end(), [key](const read::Node& one) { return one.text == key; });
+      return std::any_of(root.keys.begin(), root.keys.end(),
+                         [key](const specification::YamlNode& one) { return one.text == key; });
     };
     if (has("planar_bodies"))
       robot = read_mbse(top, file);
@@ -40,27 +41,27 @@ Robot read_yaml(const std::string& text, const std::string& file) {
     else if (has("space") && has("joints"))
       top.fail({.expected = "a foreign file", .found = "a spec, which needs no import"});
     else
-      top.expected("URDF or MJCF (XML), MBSE ('points' and 'planar_bodies') or Chrono ('model')");
-  } catch (const read::Problem& problem) {
+      top.fail_expected("URDF or MJCF (XML), MBSE ('points' and 'planar_bodies') or Chrono ('model')");
+  } catch (const specification::ReadError& problem) {
     problems.add(problem);
-  } catch (const read::Consequence&) {
+  } catch (const specification::CascadingError&) {
   }
-  problems.throw_all();
+  problems.throw_if_any();
   return robot;
 }
 
 }  // namespace
 
-Robot read_robot(const std::string& text, const std::string& file) {
+ForeignModel read_foreign_model(const std::string& text, const std::string& file) {
   const std::size_t begin = text.rfind("\xEF\xBB\xBF", 0) == 0 ? 3 : 0;
   const std::size_t first = text.find_first_not_of(" \t\r\n", begin);
   const bool xml = first != std::string::npos && text[first] == '<';
-  Robot robot = xml ? read_xml(text, file) : read_yaml(text, file);
+  ForeignModel robot = xml ? read_xml(text, file) : read_yaml(text, file);
   for (const std::size_t count : {robot.bodies.size(), robot.joints.size()})
-    if (count > most_parts)
-      throw SpecError(
-          {.place = {file, 1, 1, ""},
-           .message = fmt::format("expected at most {} bodies and as many joints, found {}", most_parts, count)});
+    if (count > max_model_elements)
+      throw SpecError({.place = {file, 1, 1, ""},
+                       .message = fmt::format("expected at most {} bodies and as many joints, found {}",
+                                              max_model_elements, count)});
   return robot;
 }
 

@@ -10,25 +10,27 @@ namespace balance::foreign {
 
 std::string Finding::text() const {
   const std::string where = place.line > 0 ? fmt::format("{}:{}", place.file, place.line) : place.file;
-  const char* kind = level == Level::warning ? "warning" : "note";
-  return visible(fmt::format("{}: {}: {}{}{}", where, kind, subject, subject.empty() ? "" : ": ", message));
+  const char* kind = level == Severity::warning ? "warning" : "note";
+  return escape_for_terminal(fmt::format("{}: {}: {}{}{}", where, kind, subject, subject.empty() ? "" : ": ", message));
 }
 
-int Robot::find_body(const std::string& wanted) const {
+int ForeignModel::find_body(const std::string& wanted) const {
   const auto found = std::find_if(bodies.begin(), bodies.end(),
-                                  [&](const RobotBody& one) { return one.kept && one.body.name == wanted; });
+                                  [&](const ForeignBody& one) { return one.is_active && one.body.name == wanted; });
   return found == bodies.end() ? -1 : static_cast<int>(found - bodies.begin());
 }
 
-int Robot::find_joint(const std::string& wanted) const {
+int ForeignModel::find_joint(const std::string& wanted) const {
   const auto found = std::find_if(joints.begin(), joints.end(),
-                                  [&](const RobotJoint& one) { return one.kept && one.joint.name == wanted; });
+                                  [&](const ForeignJoint& one) { return one.is_active && one.joint.name == wanted; });
   return found == joints.end() ? -1 : static_cast<int>(found - joints.begin());
 }
 
-Pose zero_pose(const Joint& joint) { return {joint.rotation, joint.point_first - joint.rotation * joint.point_second}; }
+Pose joint_zero_pose(const Joint& joint) {
+  return {joint.rotation, joint.point_first - joint.rotation * joint.point_second};
+}
 
-Joint reversed(const Joint& joint) {
+Joint reverse_joint(const Joint& joint) {
   Joint other = joint;
   std::swap(other.first, other.second);
   std::swap(other.point_first, other.point_second);

@@ -24,64 +24,64 @@ struct Pose {
 };
 
 /// A body that became part of another.
-struct Member {
+struct MergedBody {
   int body = 0;
   Pose pose;  ///< in the other
 };
 
 /// bodies[0] is what does not move.
-struct RobotBody {
+struct ForeignBody {
   Body body;  ///< named places are frames of the file
-  SpecPlace place;
-  bool kept = true;
-  std::vector<Member> members = {};  ///< what was merged into it
-  bool inertial = false;             ///< the file says mass and inertia
-  bool shape = false;                ///< the file says what it looks like
-  bool unweighed = false;            ///< its mass would follow from shapes that are not read
-  bool marker = false;               ///< it only marks a place; its mass was left out
+  SourceLocation place;
+  bool is_active = true;
+  std::vector<MergedBody> merged_bodies = {};  ///< what was merged into it
+  bool has_inertial = false;                   ///< the file says mass and inertia
+  bool has_geometry = false;                   ///< the file says what it looks like
+  bool has_unknown_mass = false;               ///< its mass would follow from shapes that are not read
+  bool is_marker = false;                      ///< it only marks a place; its mass was left out
 };
 
 /// What the file allows a coordinate; for comments.
-struct Limits {
+struct JointLimits {
   std::optional<double> lower, upper, rate, effort;
 };
 
-struct RobotJoint {
+struct ForeignJoint {
   Joint joint;
-  SpecPlace place;
-  bool kept = true;
-  bool closes = false;         ///< said as a closure, not as a joint of the tree
-  bool floating = false;       ///< six freedoms, for which there is no type; `joint` is fixed then
-  bool driven = false;         ///< it has a motor
-  std::string driven_part;     ///< which of its coordinates has it, `slide`; empty: all
-  std::optional<Vector3> rpy;  ///< what joint.rotation was written as
-  Limits limits;
-  double viscous = 0, coulomb = 0;  ///< friction of its only coordinate
-  double stiffness = 0, rest = 0;   ///< of a spring in it
-  double armature = 0;              ///< inertia of a geared rotor, seen at the joint
-  std::string note;                 ///< a comment for the spec
+  SourceLocation place;
+  bool is_active = true;
+  bool is_loop_closure = false;     ///< said as a closure, not as a joint of the tree
+  bool is_floating = false;         ///< six freedoms, for which there is no type; `joint` is fixed then
+  bool is_actuated = false;         ///< it has a motor
+  std::string actuated_coordinate;  ///< which of its coordinates has it, `slide`; empty: all
+  std::optional<Vector3> rpy;       ///< what joint.rotation was written as
+  JointLimits limits;
+  double viscous = 0, coulomb = 0;             ///< friction of its only coordinate
+  double stiffness = 0, spring_reference = 0;  ///< of a spring in it
+  double armature = 0;                         ///< inertia of a geared rotor, seen at the joint
+  std::string note;                            ///< a comment for the spec
 };
 
 /// q[follower] = ratio q[leader] + offset, of joints with one coordinate.
-struct RobotCoupling {
+struct ForeignCoupling {
   int follower = 0, leader = 0;
   double ratio = 1, offset = 0;
-  SpecPlace place;
+  SourceLocation place;
 };
 
 /// Counted by what was left out: "visual", "collision".
-using Ignored = std::map<std::string, int>;
+using IgnoredCounts = std::map<std::string, int>;
 
-struct Robot {
+struct ForeignModel {
   std::string name, format, file;
   SpaceKind space = SpaceKind::spatial;
   Vector3 gravity = Vector3(0, 0, -9.81);
-  std::vector<RobotBody> bodies;
-  std::vector<RobotJoint> joints;
-  std::vector<RobotCoupling> couplings;
-  std::vector<Spring> springs;  ///< bodies by index here
-  bool knows_motors = false;    ///< the file says which joints are driven
-  Ignored ignored;
+  std::vector<ForeignBody> bodies;
+  std::vector<ForeignJoint> joints;
+  std::vector<ForeignCoupling> couplings;
+  std::vector<Spring> springs;      ///< bodies by index here
+  bool declares_actuators = false;  ///< the file says which joints are driven
+  IgnoredCounts ignored;
   std::vector<Finding> findings;
 
   /// −1 if there is none of that name.
@@ -90,9 +90,9 @@ struct Robot {
 };
 
 /// Of a joint's second body in its first, at zero.
-Pose zero_pose(const Joint& joint);
+Pose joint_zero_pose(const Joint& joint);
 
 /// The same joint seen from its other body, with the same coordinate. Only for types with at most one axis.
-Joint reversed(const Joint& joint);
+Joint reverse_joint(const Joint& joint);
 
 }  // namespace balance::foreign

@@ -17,9 +17,9 @@ namespace fs = std::filesystem;
 
 constexpr std::size_t max_documents = 200;
 
-bool names_file(const std::string& key) { return key.find("file") != key.npos || key == "uri" || key == "url"; }
+bool is_file_key(const std::string& key) { return key.find("file") != key.npos || key == "uri" || key == "url"; }
 
-class SourceListing {
+class ReferencedFileCollector {
  public:
   void read(const std::string& text, const fs::path& folder) {
     if (++documents_ > max_documents) return;
@@ -31,11 +31,11 @@ class SourceListing {
         read_yaml(text, folder);
     } catch (const SpecError&) {
       // what is wrong with it is the reader's to say
-    } catch (const read::Problem&) {
+    } catch (const specification::ReadError&) {
     }
   }
 
-  std::vector<std::string> take() { return {files_.begin(), files_.end()}; }
+  std::vector<std::string> list_files() { return {files_.begin(), files_.end()}; }
 
  private:
   void read_xml(const XmlElement& root, const fs::path& folder) {
@@ -49,44 +49,45 @@ class SourceListing {
 
   void visit(const XmlElement& element, const std::vector<fs::path>& folders) {
     for (const XmlAttribute& one : element.attributes)
-      if (names_file(one.name)) note(one.value, folders, element.name.ends_with("include"));
-    if (names_file(element.name)) note(element.text, folders, false);
+      if (is_file_key(one.name)) add_reference(one.value, folders, element.name.ends_with("include"));
+    if (is_file_key(element.name)) add_reference(element.text, folders, false);
     for (const XmlElement& child : element.children) visit(child, folders);
   }
 
   void read_yaml(const std::string& text, const fs::path& folder) {
-    read::Problems problems("");
-    visit(read::parse_yaml(text, problems), folder);
+    specification::SpecErrorCollector problems("");
+    visit(specification::parse_yaml(text, problems), folder);
   }
 
-  void visit(const read::Node& node, const fs::path& folder) {
+  void visit(const specification::YamlNode& node, const fs::path& folder) {
     for (std::size_t i = 0; i < node.items.size(); ++i) {
-      const read::Node& item = node.items[i];
-      if (node.kind == read::Node::Kind::map && item.kind == read::Node::Kind::scalar && names_file(node.keys[i].text))
-        note(item.text, {folder}, false);
+      const specification::YamlNode& item = node.items[i];
+      if (node.kind == specification::YamlNode::Kind::map && item.kind == specification::YamlNode::Kind::scalar &&
+          is_file_key(node.keys[i].text))
+        add_reference(item.text, {folder}, false);
       visit(item, folder);
     }
   }
 
-  void note(std::string name, const std::vector<fs::path>& folders, bool include) {
+  void add_reference(std::string name, const std::vector<fs::path>& folders, bool include) {
     const std::size_t scheme = name.find("://");
     const bool package = scheme != std::string::npos && !name.starts_with("file://");
     if (scheme != std::string::npos) name.erase(0, scheme + 3);
     if (name.empty()) return;
-    for (const fs::path& folder : folders) add((folder / name).string(), include);
+    for (const fs::path& folder : folders) add_file((folder / name).string(), include);
     if (!package) return;
     // a package is a folder above this file, or beside one
     const fs::path path(name), inside = path.lexically_relative(*path.begin());
     std::error_code error;
     const fs::path begin = fs::weakly_canonical(folders.front().empty() ? "." : folders.front(), error);
     for (fs::path above = begin; !error; above = above.parent_path()) {
-      add((above / path).string(), false);
-      add((above / inside).string(), false);
+      add_file((above / path).string(), false);
+      add_file((above / inside).string(), false);
       if (!above.has_relative_path()) break;
     }
   }
 
-  void add(const std::string& file, bool include) {
+  void add_file(const std::string& file, bool include) {
     if (!files_.insert(file).second || !include) return;
     std::error_code error;
     if (!fs::is_regular_file(file, error)) return;
@@ -104,10 +105,10 @@ class SourceListing {
 }  // namespace
 }  // namespace foreign
 
-std::vector<std::string> files_named_by_robot(const std::string& text, const std::string& file) {
-  foreign::SourceListing listing;
+std::vector<std::string> list_referenced_robot_files(const std::string& text, const std::string& file) {
+  foreign::ReferencedFileCollector listing;
   listing.read(text, std::filesystem::path(file).parent_path());
-  return listing.take();
+  return listing.list_files();
 }
 
 }  // namespace balance

@@ -9,7 +9,7 @@
 
 namespace balance::foreign {
 
-struct SpecNames {
+struct GeneratedNames {
   std::vector<std::string> bodies, joints;                ///< by index in the robot
   std::vector<std::vector<NamedPoint>> points;            ///< of every body: ends of joints and springs, then frames
   std::vector<std::pair<std::string, std::string>> ends;  ///< `body.point` of every joint on both sides
@@ -17,6 +17,6 @@ struct SpecNames {
   std::vector<std::pair<std::string, std::string>> renamed;      ///< `joint 'a b'` and its new name
 };
 
-SpecNames spec_names(const Robot& robot);
+GeneratedNames spec_names(const ForeignModel& robot);
 
 }  // namespace balance::foreign

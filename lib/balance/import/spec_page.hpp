@@ -9,13 +9,13 @@
 
 namespace balance::foreign {
 
-struct SpecPage {
-  SpecPage(const Robot& its_robot, const std::vector<AssemblyValue>& its_assembly)
+struct SpecWriterPage {
+  SpecWriterPage(const ForeignModel& its_robot, const std::vector<AssemblyValue>& its_assembly)
       : robot(its_robot), assembly(its_assembly), names(spec_names(its_robot)) {}
 
-  const Robot& robot;
+  const ForeignModel& robot;
   const std::vector<AssemblyValue>& assembly;
-  const SpecNames names;
+  const GeneratedNames names;
   std::string text;
 
   bool planar() const { return robot.space == SpaceKind::planar; }
@@ -28,13 +28,13 @@ struct SpecPage {
 };
 
 /// As few digits as read back the same number; no negative zero.
-std::string number(double value);
+std::string format_yaml_number(double value);
 /// `[a, b, c]`.
-std::string list(const std::vector<double>& values);
+std::string format_yaml_list(const std::vector<double>& values);
 /// In double quotes, on one line.
-std::string quoted(const std::string& text);
+std::string quote_yaml_text(const std::string& text);
 
 /// Payloads, springs, armatures, friction, and what to add to simulate.
-void write_rest(SpecPage& page);
+void write_optional_sections(SpecWriterPage& page);
 
 }  // namespace balance::foreign

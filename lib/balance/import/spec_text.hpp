@@ -12,15 +12,15 @@ namespace balance::foreign {
 /// A rough value of a coordinate, by its name in the spec.
 using AssemblyValue = std::pair<std::string, double>;
 
-struct SpecText {
+struct GeneratedSpec {
   std::string text;
   std::vector<std::pair<std::string, std::string>> renamed;  ///< `link 'a b'` and what it is called in the spec
 };
 
 /// @param assembly empty: none is written
-SpecText spec_text(const Robot& robot, const std::vector<AssemblyValue>& assembly);
+GeneratedSpec generate_spec(const ForeignModel& robot, const std::vector<AssemblyValue>& assembly);
 
 /// Whether no body can have this inertia about its centre of mass, as the spec's reader judges it.
-bool is_impossible(const Matrix3& inertia, SpaceKind space);
+bool violates_triangle_inequality(const Matrix3& inertia, SpaceKind space);
 
 }  // namespace balance::foreign

@@ -11,6 +11,6 @@ enum class Base { unknown, fixed };
 
 /// The root link is bodies[0]. Closures said in the file (`<loop>`, `<constraint>`, `<joint>` inside `<gazebo>`) are joints too.
 /// @throws SpecError with everything that is wrong with the file
-Robot read_urdf(const XmlDocument& document);
+ForeignModel read_urdf(const XmlDocument& document);
 
 }  // namespace balance::foreign

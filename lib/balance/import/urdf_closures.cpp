@@ -18,9 +18,10 @@ std::string trimmed(const std::string& text) {
   return first == std::string::npos ? "" : text.substr(first, text.find_last_not_of(" \t\r\n") - first + 1);
 }
 
-class ClosureReader {
+class UrdfLoopReader {
  public:
-  ClosureReader(const XmlDocument& document, Robot& robot) : document_(document), read_(faults_), robot_(robot) {}
+  UrdfLoopReader(const XmlDocument& document, ForeignModel& robot)
+      : document_(document), read_(faults_), robot_(robot) {}
 
   void run() {
     for (const XmlElement& part : document_.root.children) {
@@ -30,13 +31,13 @@ class ClosureReader {
       for (const XmlElement& joint : part.children)
         if (joint.name == "joint") read_gazebo(joint);
     }
-    faults_.throw_all();
+    faults_.throw_if_any();
   }
 
  private:
   int find_link(const XmlElement& at, const std::string& name) {
     const int found = robot_.find_body(name);
-    if (found < 0) read_.fault(at, "", fmt::format("there is no link {}", in_quotes(name)));
+    if (found < 0) read_.report(at, "", fmt::format("there is no link {}", quote_for_message(name)));
     return found;
   }
 
@@ -50,7 +51,7 @@ class ClosureReader {
     if (side == nullptr) side = loop.child(other);
     const std::string* link = side == nullptr ? nullptr : side->attribute("link");
     if (link == nullptr) {
-      read_.fault(loop, "", fmt::format("expected <{} link=\"…\"/> or <{} link=\"…\"/>", name, other));
+      read_.report(loop, "", fmt::format("expected <{} link=\"…\"/> or <{} link=\"…\"/>", name, other));
       return {};
     }
     const int body = find_link(*side, *link);
@@ -66,14 +67,15 @@ class ClosureReader {
     if (type == "prismatic" || type == "slider") return JointType::prismatic;
     if (type == "ball" || type == "spherical" || type == "3d") return JointType::spherical;
     if (type == "fixed" || type == "weld" || type == "6d") return JointType::fixed;
-    read_.fault(at, "type", fmt::format("expected revolute, prismatic, spherical or fixed, found {}", in_quotes(type)));
+    read_.report(at, "type",
+                 fmt::format("expected revolute, prismatic, spherical or fixed, found {}", quote_for_message(type)));
     return {};
   }
 
   Vector3 direction(const XmlElement& at, const Vector3& axis) {
     const double length = axis.norm();
     if (length > 1e-100 && length < 1e100) return axis / length;
-    read_.fault(at, "", "expected an axis, found a vector without length");
+    read_.report(at, "", "expected an axis, found a vector without length");
     return Vector3::UnitX();
   }
 
@@ -92,47 +94,47 @@ class ClosureReader {
     BodyFrame before = *first;
     // one origin of the loop itself is the frame in the predecessor
     if (const XmlElement* origin = loop.child("origin")) before.pose = pose_in(*origin);
-    if (first->body == second->body) return read_.fault(loop, "", "expected two links, found one");
-    add_closure(robot_, name_of(loop), *type, before, *second, u, place_of(loop));
+    if (first->body == second->body) return read_.report(loop, "", "expected two links, found one");
+    add_loop_joint(robot_, name_of(loop), *type, before, *second, u, place_of(loop));
   }
 
   /// SDF's way: names as text; the pose is in the child's frame, the axis in the joint's; the parent's frame follows from the model.
   void read_gazebo(const XmlElement& joint) {
     const auto type = read_type(joint);
     const XmlElement *parent = joint.child("parent"), *child = joint.child("child"), *pose = joint.child("pose");
-    if (parent == nullptr || child == nullptr) return read_.fault(joint, "", "expected <parent> and <child>");
+    if (parent == nullptr || child == nullptr) return read_.report(joint, "", "expected <parent> and <child>");
     const int first = find_link(*parent, trimmed(parent->text)), second = find_link(*child, trimmed(child->text));
     if (!type || first < 0 || second < 0) return;
-    if (first == second) return read_.fault(joint, "", "expected two links, found one");
+    if (first == second) return read_.report(joint, "", "expected two links, found one");
     Pose in_child;
     if (pose != nullptr) {
-      const auto v = numbers_in(pose->text);
-      if (!v || v->size() != 6) return read_.fault(*pose, "", "expected 6 numbers: x y z roll pitch yaw");
+      const auto v = parse_number_list(pose->text);
+      if (!v || v->size() != 6) return read_.report(*pose, "", "expected 6 numbers: x y z roll pitch yaw");
       in_child = {rotation_from_rpy({(*v)[3], (*v)[4], (*v)[5]}), {(*v)[0], (*v)[1], (*v)[2]}};
     }
     Vector3 u = Vector3::UnitZ();
     const XmlElement* axis = joint.child("axis");
     if (const XmlElement* xyz = axis == nullptr ? nullptr : axis->child("xyz")) {
-      const auto v = numbers_in(xyz->text);
-      if (!v || v->size() != 3) return read_.fault(*xyz, "", "expected 3 numbers");
+      const auto v = parse_number_list(xyz->text);
+      if (!v || v->size() != 3) return read_.report(*xyz, "", "expected 3 numbers");
       u = direction(*xyz, {(*v)[0], (*v)[1], (*v)[2]});
     }
-    if (poses_.empty()) poses_ = model_pose(robot_);  // of the tree: closures do not change it
+    if (poses_.empty()) poses_ = zero_configuration_poses(robot_);  // of the tree: closures do not change it
     const Pose in_parent =
         poses_[static_cast<std::size_t>(first)].inverse() * poses_[static_cast<std::size_t>(second)] * in_child;
-    add_closure(robot_, name_of(joint), *type, {first, in_parent}, {second, in_child}, u, place_of(joint));
+    add_loop_joint(robot_, name_of(joint), *type, {first, in_parent}, {second, in_child}, u, place_of(joint));
   }
 
   const XmlDocument& document_;
-  Faults faults_;
-  ElementReader read_;
-  Robot& robot_;
+  ForeignDiagnostics faults_;
+  XmlAttributeReader read_;
+  ForeignModel& robot_;
   std::vector<Pose> poses_;
   int unnamed_ = 0;
 };
 
 }  // namespace
 
-void read_urdf_closures(const XmlDocument& document, Robot& robot) { ClosureReader(document, robot).run(); }
+void read_urdf_closures(const XmlDocument& document, ForeignModel& robot) { UrdfLoopReader(document, robot).run(); }
 
 }  // namespace balance::foreign

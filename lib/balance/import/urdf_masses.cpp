@@ -11,22 +11,22 @@ namespace balance::foreign {
 
 namespace {
 
-class UrdfMasses : public MassFile {
+class UrdfMasses : public MassPropertyWriter {
  public:
   explicit UrdfMasses(const XmlDocument& document) : document_(document) {}
 
-  Robot read() const override { return read_urdf(document_); }
-  const char* body_word() const override { return "link"; }
+  ForeignModel read() const override { return read_urdf(document_); }
+  const char* body_term() const override { return "link"; }
   const char* name() const override { return "URDF"; }
-  bool can_take(const RobotBody& body) const override { return body.inertial; }
+  bool can_set_mass(const ForeignBody& body) const override { return body.has_inertial; }
 
-  void write(const RobotBody& body, const MassProperties& properties, XmlEdits& edits) const override {
+  void write(const ForeignBody& body, const MassProperties& properties, XmlEdits& edits) const override {
     const XmlElement& inertial = *find_link(body.body.name)->child("inertial");
     const XmlElement* origin = inertial.child("origin");
     Matrix3 axes = Matrix3::Identity();
     if (origin != nullptr && origin->attribute("rpy") != nullptr) {
       const auto v =
-          numbers_in(*origin->attribute("rpy")).value_or(std::vector<double>(3));  // the reader has checked it
+          parse_number_list(*origin->attribute("rpy")).value_or(std::vector<double>(3));  // the reader has checked it
       axes = rotation_from_rpy({v[0], v[1], v[2]});
     }
     const Matrix3 I = axes.transpose() * properties.inertia * axes;
@@ -58,6 +58,8 @@ class UrdfMasses : public MassFile {
 
 }  // namespace
 
-std::unique_ptr<MassFile> open_urdf(const XmlDocument& document) { return std::make_unique<UrdfMasses>(document); }
+std::unique_ptr<MassPropertyWriter> make_urdf_mass_writer(const XmlDocument& document) {
+  return std::make_unique<UrdfMasses>(document);
+}
 
 }  // namespace balance::foreign

@@ -7,9 +7,9 @@
 namespace balance::foreign {
 
 /// `<mimic>` becomes a coupling. All joints are in the robot.
-void read_urdf_mimics(const XmlElement& root, Faults& faults, Robot& robot);
+void read_urdf_mimics(const XmlElement& root, ForeignDiagnostics& faults, ForeignModel& robot);
 
 /// `<transmission>` names joints that have motors.
-void read_urdf_transmissions(const XmlElement& root, Robot& robot);
+void read_urdf_transmissions(const XmlElement& root, ForeignModel& robot);
 
 }  // namespace balance::foreign

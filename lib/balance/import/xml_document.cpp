@@ -14,40 +14,42 @@ namespace balance::foreign {
 
 namespace {
 
-constexpr std::size_t block = 1024;  // bytes
+constexpr std::size_t index_block_bytes = 1024;  // bytes
 
-bool begins_character(char c) { return (static_cast<unsigned char>(c) & 0xC0) != 0x80; }
+bool is_character_start(char c) { return (static_cast<unsigned char>(c) & 0xC0) != 0x80; }
 
 /// A file has thousands of places to tell of, in lines of any length: counted once.
-void index_places(XmlDocument& document) {
+void index_locations(XmlDocument& document) {
   document.line_starts = {0};
   std::size_t count = 0;
   for (std::size_t i = 0; i < document.text.size(); ++i) {
-    if (i % block == 0) document.characters.push_back(count);
+    if (i % index_block_bytes == 0) document.character_counts.push_back(count);
     if (document.text[i] == '\n') document.line_starts.push_back(i + 1);
-    if (begins_character(document.text[i])) ++count;
+    if (is_character_start(document.text[i])) ++count;
   }
 }
 
 /// Characters before a byte.
-std::size_t characters_before(const XmlDocument& document, std::size_t offset) {
-  if (document.characters.empty()) return 0;
-  const std::size_t begin = std::min(offset / block, document.characters.size() - 1) * block;
+std::size_t count_characters_before(const XmlDocument& document, std::size_t offset) {
+  if (document.character_counts.empty()) return 0;
+  const std::size_t begin =
+      std::min(offset / index_block_bytes, document.character_counts.size() - 1) * index_block_bytes;
   const char* const text = document.text.data();
-  return document.characters[begin / block] +
-         static_cast<std::size_t>(std::count_if(text + begin, text + offset, begins_character));
+  return document.character_counts[begin / index_block_bytes] +
+         static_cast<std::size_t>(std::count_if(text + begin, text + offset, is_character_start));
 }
 
 /// Line and column, both from one; columns in characters.
-SpecPlace place_at(const XmlDocument& document, std::size_t offset) {
+SourceLocation place_at(const XmlDocument& document, std::size_t offset) {
   offset = std::min(offset, document.text.size());
   const auto next = std::upper_bound(document.line_starts.begin(), document.line_starts.end(), offset);
   const auto line = next - document.line_starts.begin();
-  const std::size_t column = 1 + characters_before(document, offset) - characters_before(document, *(next - 1));
+  const std::size_t column =
+      1 + count_characters_before(document, offset) - count_characters_before(document, *(next - 1));
   return {document.file, static_cast<int>(line), static_cast<int>(column), ""};
 }
 
-[[noreturn]] void fail(const SpecPlace& place, const std::string& message) {
+[[noreturn]] void fail(const SourceLocation& place, const std::string& message) {
   throw SpecError({.place = place, .message = message});
 }
 
@@ -63,9 +65,9 @@ std::string words_of(pugi::xml_parse_status status) {
 }
 
 /// Builds the plain tree, no deeper than the limit; lines are counted as the nodes come, in the text's order.
-class Builder {
+class XmlTreeBuilder {
  public:
-  Builder(const XmlDocument& document, const XmlLimits& limits) : document_(document), limits_(limits) {}
+  XmlTreeBuilder(const XmlDocument& document, const XmlLimits& limits) : document_(document), limits_(limits) {}
 
   XmlElement build(const pugi::xml_node& root) {
     XmlElement top;
@@ -109,7 +111,7 @@ void check_bytes(const XmlDocument& document, const XmlLimits& limits) {
   if (!is_utf8(text) || text.find('\0') != std::string::npos) {
     std::size_t odd = 0;
     while (odd < text.size() && text[odd] != '\0') {
-      const std::size_t bytes = first_character(std::string_view(text).substr(odd)).bytes;
+      const std::size_t bytes = decode_utf8(std::string_view(text).substr(odd)).bytes;
       if (bytes == 0) break;
       odd += bytes;
     }
@@ -160,7 +162,7 @@ std::size_t find_attribute(const XmlElement& element, std::string_view attribute
 
 }  // namespace
 
-SpecPlace place_of(const XmlElement& element, std::string_view attribute) {
+SourceLocation place_of(const XmlElement& element, std::string_view attribute) {
   const std::size_t at = attribute.empty() ? std::string::npos : find_attribute(element, attribute);
   return place_at(*element.document, at == std::string::npos ? element.offset : at);
 }
@@ -178,7 +180,7 @@ std::unique_ptr<const XmlDocument> parse_xml(std::string text, std::string file,
   auto document = std::make_unique<XmlDocument>();
   document->file = std::move(file);
   document->text = std::move(text);
-  index_places(*document);
+  index_locations(*document);
   check_bytes(*document, limits);
 
   pugi::xml_document parsed;
@@ -192,7 +194,7 @@ std::unique_ptr<const XmlDocument> parse_xml(std::string text, std::string file,
     if (other.type() == pugi::node_element)
       fail(place_at(*document, static_cast<std::size_t>(other.offset_debug())),
            "expected one root element, found a second one");
-  document->root = Builder(*document, limits).build(root);
+  document->root = XmlTreeBuilder(*document, limits).build(root);
   return document;
 }
 

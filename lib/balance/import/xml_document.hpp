@@ -43,12 +43,12 @@ struct XmlElement {
 struct XmlDocument {
   std::string file, text;
   XmlElement root;
-  std::vector<std::size_t> line_starts = {};  ///< bytes at which lines begin
-  std::vector<std::size_t> characters = {};   ///< before each block of bytes
+  std::vector<std::size_t> line_starts = {};       ///< bytes at which lines begin
+  std::vector<std::size_t> character_counts = {};  ///< before each block of bytes
 };
 
 /// Where an attribute stands; the element where it has none of that name.
-SpecPlace place_of(const XmlElement& element, std::string_view attribute = {});
+SourceLocation place_of(const XmlElement& element, std::string_view attribute = {});
 
 /// Bytes of an attribute's value in the document's text, without its quotes; empty if there is no such attribute.
 struct XmlSpan {

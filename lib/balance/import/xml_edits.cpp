@@ -12,13 +12,13 @@ namespace balance::foreign {
 
 std::string numbers_text(const std::vector<double>& values) {
   std::string text;
-  for (const double value : values) text += (text.empty() ? "" : " ") + number(value);
+  for (const double value : values) text += (text.empty() ? "" : " ") + format_yaml_number(value);
   return text;
 }
 
 void XmlEdits::set(const XmlElement& at, const char* attribute, const std::vector<double>& values) {
   const std::string* before = at.attribute(attribute);
-  if (before != nullptr && numbers_in(*before).value_or(std::vector<double>{}) == values) return;
+  if (before != nullptr && parse_number_list(*before).value_or(std::vector<double>{}) == values) return;
   const XmlSpan span = value_span(at, attribute);
   const std::size_t behind_name = at.offset + at.name.size();
   if (span.end > span.begin)

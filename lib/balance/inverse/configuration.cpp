@@ -10,7 +10,7 @@ namespace balance {
 namespace {
 
 /// Where a pose says too little, or what determines nothing there.
-MotionOutcome judge(int open, int stated, int freedoms) {
+MotionOutcome check_pose_determinacy(int open, int stated, int freedoms) {
   MotionOutcome outcome;
   outcome.status = MotionStatus::done;
   if (open == 0) return outcome;
@@ -27,25 +27,25 @@ MotionOutcome judge(int open, int stated, int freedoms) {
 }
 
 template <class S>
-Configured find(const Mechanism& mechanism, const PoseTarget& pose) {
+ConfigurationResult solve_configuration_in(const Mechanism& mechanism, const PoseTarget& pose) {
   std::vector<CoordinateId> needed;
   for (const CoordinateValue& value : pose.joints) needed.push_back(value.coordinate);
-  const Tree<S> tree = compile<S>(mechanism, needed);
-  const PoseEquations<S> stated = pose_equations(mechanism, tree, pose);
-  System<S> system(tree, stated.drive);
-  const Solution solution = find_pose(mechanism, tree, system, stated.target);
-  Configured found;
+  const Tree<S> tree = compile_tree<S>(mechanism, needed);
+  const PoseEquations<S> stated = make_pose_equations(mechanism, tree, pose);
+  ConstraintSystem<S> system(tree, stated.drive);
+  const AssemblySolution solution = solve_pose(mechanism, tree, system, stated.target);
+  ConfigurationResult found;
   if (!solution.found) {
-    found.outcome = explain_missing_start(mechanism, tree, solution, pose);
+    found.outcome = explain_assembly_failure(mechanism, tree, solution, pose);
     return found;
   }
   VectorX residual;
   MatrixX jacobian;
   system.evaluate(solution.y, stated.target, residual, jacobian);
-  const int freedoms = tree.columns - generic_place_rank(tree, solution.y);
-  const int open = jacobian.rows() == 0 ? tree.columns : tree.columns - rank_of(jacobian).rank;
-  found.outcome = judge(open, stated.drive.rows(), freedoms);
-  const std::vector<double> coordinates = read_coordinates(mechanism, tree, solution.y);
+  const int freedoms = tree.columns - find_generic_position_rank(tree, solution.y);
+  const int open = jacobian.rows() == 0 ? tree.columns : tree.columns - decompose_rank(jacobian).rank;
+  found.outcome = check_pose_determinacy(open, stated.drive.row_count(), freedoms);
+  const std::vector<double> coordinates = compute_coordinates(mechanism, tree, solution.y);
   for (std::size_t c = 0; c < coordinates.size(); ++c)
     found.coordinates.push_back({static_cast<int>(c), coordinates[c]});
   // the stated ones with their whole turns
@@ -56,8 +56,8 @@ Configured find(const Mechanism& mechanism, const PoseTarget& pose) {
 
 }  // namespace
 
-Configured find_configuration(const Mechanism& mechanism, const PoseTarget& pose) {
-  return in_space(mechanism.space, [&]<class S>(S) { return find<S>(mechanism, pose); });
+ConfigurationResult solve_configuration(const Mechanism& mechanism, const PoseTarget& pose) {
+  return dispatch_space(mechanism.space, [&]<class S>(S) { return solve_configuration_in<S>(mechanism, pose); });
 }
 
 }  // namespace balance

@@ -9,7 +9,7 @@
 
 namespace balance {
 
-struct Configured {
+struct ConfigurationResult {
   MotionOutcome
       outcome;  ///< done; not_assembled, unreachable; drive_singularity, mismatch: the pose does not tell enough
   std::vector<CoordinateValue> coordinates;  ///< all of the mechanism, if done
@@ -17,6 +17,6 @@ struct Configured {
 
 /// In the assembly mode nearest to the mechanism's `assembly`.
 /// @throws std::invalid_argument if the pose names a tool that the mechanism lacks
-Configured find_configuration(const Mechanism& mechanism, const PoseTarget& pose);
+ConfigurationResult solve_configuration(const Mechanism& mechanism, const PoseTarget& pose);
 
 }  // namespace balance

@@ -10,7 +10,7 @@ namespace balance {
 
 /// A mechanism compiled so that its independent coordinates are coordinates of the tree that need no reference orientation.
 template <class S>
-struct IndependentChoice {
+struct IndependentCoordinates {
   Tree<S> tree;
   std::vector<CoordinateId> needed;       ///< coordinates that the tree was compiled with
   std::vector<CoordinateId> coordinates;  ///< as many as freedoms, and they determine the others
@@ -23,15 +23,17 @@ struct IndependentChoice {
 /// @throws std::invalid_argument if the loops cannot be closed, or a name does not exist, or these coordinates do not determine the
 ///         motion
 template <class S>
-IndependentChoice<S> choose_independent(const Mechanism& mechanism, const std::vector<std::string>& names);
+IndependentCoordinates<S> choose_independent_coordinates(const Mechanism& mechanism,
+                                                         const std::vector<std::string>& names);
 
 /// The mechanism's coordinate of this name.
 /// @param what is named, for the message
 /// @throws std::invalid_argument if there is none
-int coordinate_named(const Mechanism& mechanism, const std::string& name, const char* what);
+int require_coordinate(const Mechanism& mechanism, const std::string& name, const char* what);
 
-extern template IndependentChoice<Planar> choose_independent<Planar>(const Mechanism&, const std::vector<std::string>&);
-extern template IndependentChoice<Spatial> choose_independent<Spatial>(const Mechanism&,
-                                                                       const std::vector<std::string>&);
+extern template IndependentCoordinates<Planar> choose_independent_coordinates<Planar>(const Mechanism&,
+                                                                                      const std::vector<std::string>&);
+extern template IndependentCoordinates<Spatial> choose_independent_coordinates<Spatial>(
+    const Mechanism&, const std::vector<std::string>&);
 
 }  // namespace balance

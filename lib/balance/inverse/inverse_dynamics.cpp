@@ -13,7 +13,7 @@ namespace balance {
 
 namespace {
 
-std::string list(const std::vector<std::string>& names) {
+std::string join_names(const std::vector<std::string>& names) {
   std::string text;
   for (const std::string& name : names) text += (text.empty() ? "" : ", ") + name;
   return text;
@@ -22,7 +22,7 @@ std::string list(const std::vector<std::string>& names) {
 void check_size(const char* what, const VectorX& values, const std::vector<std::string>& names) {
   if (values.size() != static_cast<Eigen::Index>(names.size()))
     throw std::invalid_argument(std::string(what) + ": expected " + std::to_string(names.size()) + " numbers for " +
-                                list(names) + "; got " + std::to_string(values.size()));
+                                join_names(names) + "; got " + std::to_string(values.size()));
 }
 
 void check_finite(const char* what, const VectorX& values) {
@@ -42,7 +42,7 @@ void check_table(const char* what, const Eigen::Ref<const Samples>& values, Eige
   const auto columns = static_cast<Eigen::Index>(names.size());
   if (values.cols() != columns || (rows >= 0 && values.rows() != rows))
     throw std::invalid_argument(std::string(what) + ": expected " +
-                                shape(rows >= 0 ? std::to_string(rows) : "…", columns) + " for " + list(names) +
+                                shape(rows >= 0 ? std::to_string(rows) : "…", columns) + " for " + join_names(names) +
                                 "; got " + shape(std::to_string(values.rows()), values.cols()));
   for (Eigen::Index k = 0; k < values.rows(); ++k)
     if (!values.row(k).allFinite())
@@ -61,25 +61,27 @@ void check_time(double time) {
   if (!std::isfinite(time)) throw std::invalid_argument("time: expected a finite number");
 }
 
-std::unique_ptr<InverseDynamics::Engine> make_engine(const Mechanism& mechanism, const InverseOptions& options) {
+std::unique_ptr<InverseDynamics::Implementation> make_inverse_dynamics(const Mechanism& mechanism,
+                                                                       const InverseOptions& options) {
   require_valid(mechanism);
-  if (has_passing_payloads(mechanism)) throw std::invalid_argument("single states need payloads that are always there");
-  if (binds_rates(mechanism))
+  if (has_temporary_payloads(mechanism))
+    throw std::invalid_argument("single states need payloads that are always there");
+  if (has_velocity_constraints(mechanism))
     throw std::invalid_argument(
         "rates are bound (constraints, or something that rolls on a plane): independent coordinates do not tell the "
         "configuration; see EquationTerms, which is told all coordinates");
   if (!options.about.allFinite()) throw std::invalid_argument("about: expected finite numbers");
   if (!(options.time_scale > 0) || !std::isfinite(options.time_scale))
     throw std::invalid_argument("time_scale: expected a positive number");
-  return in_space(mechanism.space, [&]<class S>(S) -> std::unique_ptr<InverseDynamics::Engine> {
-    return std::make_unique<InverseEngine<S>>(mechanism, options);
+  return dispatch_space(mechanism.space, [&]<class S>(S) -> std::unique_ptr<InverseDynamics::Implementation> {
+    return std::make_unique<InverseDynamicsOf<S>>(mechanism, options);
   });
 }
 
 }  // namespace
 
 InverseDynamics::InverseDynamics(const Mechanism& mechanism, const InverseOptions& options)
-    : engine_(make_engine(mechanism, options)) {}
+    : engine_(make_inverse_dynamics(mechanism, options)) {}
 InverseDynamics::~InverseDynamics() = default;
 InverseDynamics::InverseDynamics(InverseDynamics&&) noexcept = default;
 InverseDynamics& InverseDynamics::operator=(InverseDynamics&&) noexcept = default;
@@ -96,24 +98,24 @@ std::vector<std::string> InverseDynamics::actuators() const {
   return names;
 }
 
-Answer<VectorX> InverseDynamics::assemble(const VectorX& q, const std::vector<NamedValue>& near) {
+Expected<VectorX> InverseDynamics::assemble(const VectorX& q, const std::vector<CoordinateGuess>& near) {
   check_state("q", q, engine_->independent);
   std::vector<CoordinateValue> values;
-  for (const NamedValue& value : near) {
+  for (const CoordinateGuess& value : near) {
     if (!std::isfinite(value.value)) throw std::invalid_argument("near: expected finite numbers");
-    values.push_back({coordinate_named(engine_->mechanism, value.coordinate, "near"), value.value});
+    values.push_back({require_coordinate(engine_->mechanism, value.coordinate, "near"), value.value});
   }
-  Answer<VectorX> found;
+  Expected<VectorX> found;
   found.outcome = engine_->assemble(q.data(), values, found.value);
   return found;
 }
 
-Answer<Sample> InverseDynamics::at(const VectorX& q, const VectorX& dq, const VectorX& ddq, double time) {
+Expected<Sample> InverseDynamics::at(const VectorX& q, const VectorX& dq, const VectorX& ddq, double time) {
   check_state("q", q, engine_->independent);
   check_state("dq", dq, engine_->independent);
   check_state("ddq", ddq, engine_->independent);
   check_time(time);
-  Answer<Sample> found;
+  Expected<Sample> found;
   found.outcome = engine_->observe({q.data(), dq.data(), ddq.data(), time}, found.value);
   return found;
 }
@@ -126,41 +128,42 @@ MotionOutcome InverseDynamics::efforts(const VectorX& q, const VectorX& dq, cons
   const auto check_numbers = [&] { check_finite("q", q), check_finite("dq", dq), check_finite("ddq", ddq); };
   check_time(time);
   effort.resize(static_cast<Eigen::Index>(engine_->mechanism.actuators.size()));
-  if (!engine_->open) check_numbers();
+  if (!engine_->is_fully_actuated_tree) check_numbers();
   MotionOutcome outcome = engine_->efforts({q.data(), dq.data(), ddq.data(), time}, effort.data());
-  if (engine_->open && outcome.status != MotionStatus::done) check_numbers();  // the short way looks only now
+  if (engine_->is_fully_actuated_tree && outcome.status != MotionStatus::done)
+    check_numbers();  // the short way looks only now
   return outcome;
 }
 
-EffortAnswers InverseDynamics::effort_rows(const Eigen::Ref<const Samples>& q, const Eigen::Ref<const Samples>& dq,
-                                           const Eigen::Ref<const Samples>& ddq, const VectorX& time) {
+EffortBatch InverseDynamics::effort_rows(const Eigen::Ref<const Samples>& q, const Eigen::Ref<const Samples>& dq,
+                                         const Eigen::Ref<const Samples>& ddq, const VectorX& time) {
   check_table("q", q, -1, engine_->independent);
   check_table("dq", dq, q.rows(), engine_->independent);
   check_table("ddq", ddq, q.rows(), engine_->independent);
   check_time(time, q.rows());
-  EffortAnswers table;
+  EffortBatch table;
   table.efforts.resize(q.rows(), static_cast<Eigen::Index>(engine_->mechanism.actuators.size()));
-  engine_->efforts(StateRows{q, dq, ddq, time}, table);
+  engine_->efforts(StateTableView{q, dq, ddq, time}, table);
   return table;
 }
 
-StateAnswers InverseDynamics::at_rows(const Eigen::Ref<const Samples>& q, const Eigen::Ref<const Samples>& dq,
-                                      const Eigen::Ref<const Samples>& ddq, const VectorX& time) {
+SampleBatch InverseDynamics::at_rows(const Eigen::Ref<const Samples>& q, const Eigen::Ref<const Samples>& dq,
+                                     const Eigen::Ref<const Samples>& ddq, const VectorX& time) {
   check_table("q", q, -1, engine_->independent);
   check_table("dq", dq, q.rows(), engine_->independent);
   check_table("ddq", ddq, q.rows(), engine_->independent);
   check_time(time, q.rows());
-  StateAnswers table;
-  Result& result = table.result;
+  SampleBatch table;
+  RunResult& result = table.result;
   name_columns(engine_->mechanism, result);
-  size_arrays(engine_->mechanism, q.rows(), {}, result);
-  result.about = engine_->options.about;
-  Recorder recorder(result);
+  resize_arrays(engine_->mechanism, q.rows(), {}, result);
+  result.moment_reference = engine_->options.about;
+  ResultRecorder recorder(result);
   const double none = std::numeric_limits<double>::quiet_NaN();
   Sample sample;
-  const StateRows states{q, dq, ddq, time};
+  const StateTableView states{q, dq, ddq, time};
   for (Eigen::Index k = 0; k < states.rows(); ++k) {
-    const StateNumbers state = states.row(k);
+    const StateView state = states.row(k);
     MotionOutcome outcome = engine_->observe(state, sample);
     sample.time = state.time;
     if (outcome.status == MotionStatus::done) {
@@ -168,7 +171,8 @@ StateAnswers InverseDynamics::at_rows(const Eigen::Ref<const Samples>& q, const 
     } else {  // the sample is the state's before, or empty
       result.time[k] = state.time;
       result.newton_iterations[k] = 0;
-      for (const Quantity& quantity : list_quantities(result)) (result.*quantity.member).row(k).setConstant(none);
+      for (const Quantity& quantity : list_sampled_quantities(result))
+        (result.*quantity.member).row(k).setConstant(none);
       table.failures.push_back({k, std::move(outcome)});
     }
   }
@@ -178,30 +182,30 @@ StateAnswers InverseDynamics::at_rows(const Eigen::Ref<const Samples>& q, const 
   return table;
 }
 
-Answer<MatrixX> InverseDynamics::mass_matrix(const VectorX& q) {
+Expected<MatrixX> InverseDynamics::mass_matrix(const VectorX& q) {
   check_state("q", q, engine_->independent);
-  Answer<MatrixX> found;
+  Expected<MatrixX> found;
   found.outcome = engine_->mass_matrix(q.data(), found.value);
   return found;
 }
 
-Answer<VectorX> InverseDynamics::bias(const VectorX& q, const VectorX& dq, double time) {
+Expected<VectorX> InverseDynamics::bias(const VectorX& q, const VectorX& dq, double time) {
   check_state("q", q, engine_->independent);
   check_state("dq", dq, engine_->independent);
   check_time(time);
   const VectorX still = VectorX::Zero(q.size());
-  Answer<VectorX> found;
+  Expected<VectorX> found;
   found.outcome = engine_->bias({q.data(), dq.data(), still.data(), time}, found.value);
   return found;
 }
 
-Answer<EffortRegressor> InverseDynamics::regressor(const VectorX& q, const VectorX& dq, const VectorX& ddq,
-                                                   double time) {
+Expected<EffortRegressor> InverseDynamics::regressor(const VectorX& q, const VectorX& dq, const VectorX& ddq,
+                                                     double time) {
   check_state("q", q, engine_->independent);
   check_state("dq", dq, engine_->independent);
   check_state("ddq", ddq, engine_->independent);
   check_time(time);
-  Answer<EffortRegressor> found;
+  Expected<EffortRegressor> found;
   found.outcome = engine_->regressor({q.data(), dq.data(), ddq.data(), time}, found.value);
   return found;
 }

@@ -30,7 +30,7 @@ struct InverseOptions {
 };
 
 /// A rough value of a coordinate, by its name [rad or m].
-struct NamedValue {
+struct CoordinateGuess {
   std::string coordinate;
   double value = 0;
 };
@@ -41,7 +41,7 @@ struct NamedValue {
 /// actuation_singularity (the actuators do not hold the mechanism), assembly_jump, mismatch (fewer actuators than degrees of
 /// freedom), overflow.
 template <class T>
-struct Answer {
+struct Expected {
   MotionOutcome outcome;
   T value;
 
@@ -55,8 +55,8 @@ struct EffortRegressor {
   VectorX values;                     ///< P: π of the mechanism [SI]
   MatrixX effort;                     ///< actuators × P
   MatrixX shaking_force;              ///< axes × P, world axes: rate of the linear momentum
-  MatrixX shaking_moment;  ///< 1 (planar, about z) or 3 × P: rate of the angular momentum about InverseOptions::about
-  VectorX other;           ///< per actuator: what springs, loads and friction ask for [N m or N]
+  MatrixX shaking_moment;   ///< 1 (planar, about z) or 3 × P: rate of the angular momentum about InverseOptions::about
+  VectorX constant_effort;  ///< per actuator: what springs, loads and friction ask for [N m or N]
 };
 
 /// A row of an array that has no answer.
@@ -66,12 +66,12 @@ struct FailedRow {
 };
 
 /// Answers to an array of states. Rows that have none are NaN and stand in `failures`.
-struct EffortAnswers {
+struct EffortBatch {
   Samples efforts;  ///< N × actuators [N m or N]
   std::vector<FailedRow> failures;
 };
-struct StateAnswers {
-  Result result;  ///< every quantity, row k for state k; without metrics
+struct SampleBatch {
+  RunResult result;  ///< every quantity, row k for state k; without metrics
   std::vector<FailedRow> failures;
 };
 
@@ -104,12 +104,12 @@ class InverseDynamics {
   /// The configuration that closes the loops with these independent coordinates, in the assembly mode nearest to `near`, which takes
   /// the place of the mechanism's own `assembly` for the coordinates that it names. States go on from it.
   /// @return all coordinates of the mechanism, angles of loop joints in (−π, π]
-  Answer<VectorX> assemble(const VectorX& q, const std::vector<NamedValue>& near = {});
+  Expected<VectorX> assemble(const VectorX& q, const std::vector<CoordinateGuess>& near = {});
 
   /// Everything about one state. Where the efforts cannot be found (mismatch, actuation_singularity) what does not depend on them is
   /// there, the rest NaN.
   /// @param time of loads that change with it [s]
-  Answer<Sample> at(const VectorX& q, const VectorX& dq, const VectorX& ddq, double time = 0);
+  Expected<Sample> at(const VectorX& q, const VectorX& dq, const VectorX& ddq, double time = 0);
 
   /// Only the efforts, at the least cost; takes nothing from the heap unless the state has no answer.
   /// @param effort per actuator [N m or N]; means nothing where there is no answer
@@ -117,23 +117,23 @@ class InverseDynamics {
 
   /// The same for N states, one a row. Matrices stored by rows (Samples) are taken as they are, others are copied.
   /// @param time per state; empty: 0 for all
-  EffortAnswers effort_rows(const Eigen::Ref<const Samples>& q, const Eigen::Ref<const Samples>& dq,
-                            const Eigen::Ref<const Samples>& ddq, const VectorX& time = {});
-  StateAnswers at_rows(const Eigen::Ref<const Samples>& q, const Eigen::Ref<const Samples>& dq,
-                       const Eigen::Ref<const Samples>& ddq, const VectorX& time = {});
+  EffortBatch effort_rows(const Eigen::Ref<const Samples>& q, const Eigen::Ref<const Samples>& dq,
+                          const Eigen::Ref<const Samples>& ddq, const VectorX& time = {});
+  SampleBatch at_rows(const Eigen::Ref<const Samples>& q, const Eigen::Ref<const Samples>& dq,
+                      const Eigen::Ref<const Samples>& ddq, const VectorX& time = {});
 
   /// M of M(q) q̈ + h(q, q̇) = Sᵀ u in the independent coordinates: n×n, symmetric. Kinetic energy is ½ q̇ᵀ M q̇.
-  Answer<MatrixX> mass_matrix(const VectorX& q);
+  Expected<MatrixX> mass_matrix(const VectorX& q);
   /// h: velocity terms, weight, springs, loads and friction: generalised forces along the independent coordinates [N m or N].
-  Answer<VectorX> bias(const VectorX& q, const VectorX& dq, double time = 0);
-  Answer<EffortRegressor> regressor(const VectorX& q, const VectorX& dq, const VectorX& ddq, double time = 0);
+  Expected<VectorX> bias(const VectorX& q, const VectorX& dq, double time = 0);
+  Expected<EffortRegressor> regressor(const VectorX& q, const VectorX& dq, const VectorX& ddq, double time = 0);
 
-  class Engine;
+  class Implementation;
   /// For the library's own rooms.
-  const Engine& engine() const { return *engine_; }
+  const Implementation& implementation() const { return *engine_; }
 
  private:
-  std::unique_ptr<Engine> engine_;
+  std::unique_ptr<Implementation> engine_;
 };
 
 }  // namespace balance

@@ -18,19 +18,19 @@ namespace balance {
 namespace {
 
 template <class S>
-class SingleStateObservation {
+class SingleStateEvaluator {
  public:
-  SingleStateObservation(const Mechanism& mechanism, const SingleState& state, const InverseOptions& options)
+  SingleStateEvaluator(const Mechanism& mechanism, const SingleState& state, const InverseOptions& options)
       : state_(state), engine_(mechanism, options) {}
 
-  Result run() {
+  RunResult evaluate() {
     const Mechanism& mechanism = engine_.mechanism;
     const std::vector<CoordinateId>& independent = engine_.branch().independent();
     const VectorX dq = independent_rates(mechanism, independent, state_.rates),
                   ddq = independent_rates(mechanism, independent, state_.accelerations);
     const VectorX q = independent_positions(independent, state_.configuration);
     VectorX coordinates;
-    Result result;
+    RunResult result;
     result.outcome = engine_.assemble(q.data(), state_.configuration, coordinates);
     if (result.outcome.status != MotionStatus::done) return result;
     Sample sample;
@@ -44,7 +44,7 @@ class SingleStateObservation {
     record(sample, result);
     result.outcome.notes = engine_.notes;
     if (no_efforts) result.outcome.notes.push_back("no torques: " + seen.reason);
-    for (const Quantity& quantity : list_quantities(result))
+    for (const Quantity& quantity : list_sampled_quantities(result))
       if (!quantity.samples->allFinite()) (result.*quantity.member).resize(0, 0);
     return result;
   }
@@ -59,25 +59,25 @@ class SingleStateObservation {
     }
   }
 
-  void record(const Sample& sample, Result& result) {
+  void record(const Sample& sample, RunResult& result) {
     name_columns(engine_.mechanism, result);
-    size_arrays(engine_.mechanism, 1, {}, result);
-    result.about = engine_.options.about;
-    Recorder(result).write(sample, 0, result);
+    resize_arrays(engine_.mechanism, 1, {}, result);
+    result.moment_reference = engine_.options.about;
+    ResultRecorder(result).write(sample, 0, result);
     result.time[0] = state_.time;
-    TermSizes terms, grown;
+    TermMagnitudes terms, grown;
     engine_.measure_terms(sample, state_.time, terms, grown);
     set_round_off(result, terms, grown);
     clear_round_off(result);
   }
 
   const SingleState& state_;
-  InverseEngine<S> engine_;
+  InverseDynamicsOf<S> engine_;
 };
 
 }  // namespace
 
-InverseOptions state_options(const Trajectory* trajectory) {
+InverseOptions make_state_options(const Trajectory* trajectory) {
   InverseOptions options{.about = Vector3::Zero(), .time_scale = 1};
   if (trajectory == nullptr) return options;
   options.about = trajectory->about;
@@ -108,13 +108,13 @@ VectorX independent_positions(const std::vector<CoordinateId>& independent,
   return q;
 }
 
-Result observe_state(const Mechanism& mechanism, const SingleState& state, const InverseOptions& options) {
+RunResult evaluate_single_state(const Mechanism& mechanism, const SingleState& state, const InverseOptions& options) {
   require_valid(mechanism);
   if (!std::isfinite(state.time)) throw std::invalid_argument("time: expected a finite number");
-  const Mechanism there = at_time(mechanism, state.time);
-  Result result =
-      in_space(mechanism.space, [&]<class S>(S) { return SingleStateObservation<S>(there, state, options).run(); });
-  for (std::string& note : payload_notes(mechanism, state.time)) result.outcome.notes.push_back(std::move(note));
+  const Mechanism there = mechanism_at_time(mechanism, state.time);
+  RunResult result = dispatch_space(
+      mechanism.space, [&]<class S>(S) { return SingleStateEvaluator<S>(there, state, options).evaluate(); });
+  for (std::string& note : list_payload_notes(mechanism, state.time)) result.outcome.notes.push_back(std::move(note));
   return result;
 }
 

@@ -20,7 +20,7 @@ struct SingleState {
 
 /// What a state is looked at with: the moments' point and the length of time of a trajectory.
 /// @param trajectory null: the origin, a second
-InverseOptions state_options(const Trajectory* trajectory);
+InverseOptions make_state_options(const Trajectory* trajectory);
 
 /// Values of coordinates in the order of the independent ones; 0 for those not named.
 /// @param independent coordinates of the mechanism
@@ -36,6 +36,7 @@ VectorX independent_positions(const std::vector<CoordinateId>& independent,
 ///         found (mismatch, actuation_singularity), the arrays of what depends on them are empty, a note tells why, and the outcome is
 ///         done. No row where there is no such state
 /// @throws std::invalid_argument as InverseDynamics, which also says how the independent coordinates are chosen; for rates of others
-Result observe_state(const Mechanism& mechanism, const SingleState& state, const InverseOptions& options = {});
+RunResult evaluate_single_state(const Mechanism& mechanism, const SingleState& state,
+                                const InverseOptions& options = {});
 
 }  // namespace balance

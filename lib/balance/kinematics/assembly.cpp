@@ -15,14 +15,14 @@ template <class S>
 VectorX column_scale(const Tree<S>& tree) {
   VectorX scale = VectorX::Ones(tree.columns);
   for (int c = 0; c < tree.columns; ++c)
-    if (tree.column_kind_length[c]) scale[c] = tree.length;
+    if (tree.is_length_column[c]) scale[c] = tree.characteristic_length;
   return scale;
 }
 
 namespace {
 
 /// The least-norm solution of J x = r, as far as there is one.
-VectorX least_norm(const MatrixX& jacobian, const VectorX& residual) {
+VectorX solve_least_norm_step(const MatrixX& jacobian, const VectorX& residual) {
   CompleteOrthogonalDecomposition qr;
   qr.setThreshold(1e-9);
   qr.compute(jacobian);
@@ -30,15 +30,16 @@ VectorX least_norm(const MatrixX& jacobian, const VectorX& residual) {
 }
 
 /// What the damping leaves is made up for by the second step and, in an iteration, by the next ones.
-VectorX least_norm(const SparseMatrix& jacobian, const VectorX& residual) {
+VectorX solve_least_norm_step(const SparseMatrix& jacobian, const VectorX& residual) {
   const double shift = 1e-12 * jacobian.squaredNorm() / static_cast<double>(jacobian.cols());
-  const VectorX first = damped_solution(jacobian, residual, shift);
-  return first + damped_solution(jacobian, residual - jacobian * first, shift);
+  const VectorX first = solve_damped_least_squares(jacobian, residual, shift);
+  return first + solve_damped_least_squares(jacobian, residual - jacobian * first, shift);
 }
 
 /// Quadratic end game: least-norm Newton steps as long as they help.
 template <class Matrix, class S>
-void polish(System<S>& system, const VectorX& scale, const DriveSample& target, Solution& solution) {
+void polish_by_newton(ConstraintSystem<S>& system, const VectorX& scale, const DriveSample& target,
+                      AssemblySolution& solution) {
   VectorX residual, trial;
   Matrix jacobian;
   system.evaluate(solution.y, target, residual, jacobian);
@@ -46,7 +47,7 @@ void polish(System<S>& system, const VectorX& scale, const DriveSample& target, 
     const double before = residual.template lpNorm<Eigen::Infinity>();
     solution.residual = before;
     if (before < 1e-15) break;
-    trial = solution.y - scale.cwiseProduct(least_norm(jacobian, residual));
+    trial = solution.y - scale.cwiseProduct(solve_least_norm_step(jacobian, residual));
     system.evaluate(trial, target, residual, jacobian);
     if (!(residual.template lpNorm<Eigen::Infinity>() < before)) break;
     solution.y = trial;
@@ -56,9 +57,9 @@ void polish(System<S>& system, const VectorX& scale, const DriveSample& target, 
 }
 
 /// Levenberg and Marquardt's steps, of any damping, from one configuration.
-class Steps {
+class DampedNormalEquations {
  public:
-  Steps(const MatrixX& jacobian, const VectorX& residual)
+  DampedNormalEquations(const MatrixX& jacobian, const VectorX& residual)
       : normal_(jacobian.transpose() * jacobian),
         gradient_(jacobian.transpose() * residual),
         largest_(max_coefficient(normal_.diagonal())) {}
@@ -74,13 +75,14 @@ class Steps {
   double largest_;
 };
 
-class SparseSteps {
+class SparseDampedNormalEquations {
  public:
-  SparseSteps(const SparseMatrix& jacobian, const VectorX& residual) : jacobian_(jacobian), residual_(residual) {
+  SparseDampedNormalEquations(const SparseMatrix& jacobian, const VectorX& residual)
+      : jacobian_(jacobian), residual_(residual) {
     for (Eigen::Index c = 0; c < jacobian.cols(); ++c) largest_ = std::max(largest_, jacobian.col(c).squaredNorm());
   }
   VectorX step(double damping) const {
-    return damped_solution(jacobian_, residual_, damping * std::max(1e-6, largest_));
+    return solve_damped_least_squares(jacobian_, residual_, damping * std::max(1e-6, largest_));
   }
 
  private:
@@ -90,8 +92,9 @@ class SparseSteps {
 };
 
 template <class Matrix, class StepsOf, class S>
-Solution search(System<S>& system, const VectorX& guess, const DriveSample& target, int iterations) {
-  Solution solution;
+AssemblySolution search_levenberg_marquardt(ConstraintSystem<S>& system, const VectorX& guess,
+                                            const DriveSample& target, int iterations) {
+  AssemblySolution solution;
   solution.y = guess;
   const VectorX scale = column_scale(system.tree());
   VectorX residual, trial_residual;
@@ -122,17 +125,19 @@ Solution search(System<S>& system, const VectorX& guess, const DriveSample& targ
     if (!better) break;
   }
   solution.residual = residual.size() > 0 ? residual.template lpNorm<Eigen::Infinity>() : 0;
-  if (solution.residual < 1e-4) polish<Matrix>(system, scale, target, solution);
-  solution.found = solution.residual < closed && system.aligned();
+  if (solution.residual < 1e-4) polish_by_newton<Matrix>(system, scale, target, solution);
+  solution.found = solution.residual < closure_tolerance && system.is_aligned();
   return solution;
 }
 
 }  // namespace
 
 template <class S>
-Solution solve(System<S>& system, const VectorX& guess, const DriveSample& target, int iterations) {
-  return system.columns() > most_dense ? search<SparseMatrix, SparseSteps>(system, guess, target, iterations)
-                                       : search<MatrixX, Steps>(system, guess, target, iterations);
+AssemblySolution solve_assembly(ConstraintSystem<S>& system, const VectorX& guess, const DriveSample& target,
+                                int iterations) {
+  return system.columns() > max_dense_columns
+             ? search_levenberg_marquardt<SparseMatrix, SparseDampedNormalEquations>(system, guess, target, iterations)
+             : search_levenberg_marquardt<MatrixX, DampedNormalEquations>(system, guess, target, iterations);
 }
 
 template <class S>
@@ -142,13 +147,13 @@ VectorX random_coordinates(const Tree<S>& tree, std::uint64_t seed) {
   for (int c = 0; c < tree.columns; ++c) {
     // written out: the standard's distributions differ between libraries
     const double unit = 2 * (static_cast<double>(random() >> 11) * 0x1.0p-53) - 1;
-    y[c] = unit * (tree.column_kind_length[c] ? tree.length : std::numbers::pi);
+    y[c] = unit * (tree.is_length_column[c] ? tree.characteristic_length : std::numbers::pi);
   }
   return y;
 }
 
-RankReport rank_of(const MatrixX& jacobian, double tolerance) {
-  RankReport report;
+RankDecomposition decompose_rank(const MatrixX& jacobian, double tolerance) {
+  RankDecomposition report;
   const Eigen::Index columns = jacobian.cols();
   if (jacobian.rows() == 0 || columns == 0) {
     report.null_space = MatrixX::Identity(columns, columns);
@@ -166,35 +171,36 @@ namespace {
 
 /// There is no larger rank: no singular value is anywhere near the limit of rank_of().
 template <class S>
-bool proved_full(System<S>& closures, const VectorX& y) {
+bool has_proven_full_rank(ConstraintSystem<S>& closures, const VectorX& y) {
   VectorX residual;
   SparseMatrix jacobian;
   closures.evaluate(y, {}, residual, jacobian);
-  return smallest_singular_value(jacobian).has_value();
+  return min_singular_value(jacobian).has_value();
 }
 
 /// @param rates the rows of closures of rates count, too
 template <class S>
-int generic_rank(const Tree<S>& tree, const VectorX& y, bool rates) {
-  System<S> closures(tree, Drive<S>{});
+int find_generic_rank(const Tree<S>& tree, const VectorX& y, bool rates) {
+  ConstraintSystem<S> closures(tree, Drive<S>{});
   const int rows = rates ? closures.closure_rows() : closures.place_rows(), full = std::min(rows, closures.columns());
-  if (full == 0 || (full > most_dense && rows == closures.place_rows() && proved_full(closures, y))) return full;
+  if (full == 0 || (full > max_dense_columns && rows == closures.place_rows() && has_proven_full_rank(closures, y)))
+    return full;
   const VectorX scale = column_scale(tree);
   VectorX here = y;
   MatrixX jacobian;
-  closures.rates(here, {}, jacobian);
-  RankReport last = rank_of(jacobian.topRows(rows));
+  closures.velocity_jacobian(here, {}, jacobian);
+  RankDecomposition last = decompose_rank(jacobian.topRows(rows));
   int best = last.rank;
   for (std::uint64_t seed = 1; seed <= 4 && best < full && last.null_space.cols() > 0; ++seed) {
     const VectorX random = random_coordinates(tree, seed).cwiseQuotient(scale);
     VectorX direction = last.null_space * (last.null_space.transpose() * random);
     if (direction.norm() < 1e-12) break;
     direction *= 0.15 / direction.norm();
-    const Solution moved = solve(closures, here + scale.cwiseProduct(direction), {});
+    const AssemblySolution moved = solve_assembly(closures, here + scale.cwiseProduct(direction), {});
     if (!moved.found || (moved.y - here).cwiseQuotient(scale).norm() < 1e-6) continue;
     here = moved.y;
-    closures.rates(here, {}, jacobian);
-    last = rank_of(jacobian.topRows(rows));
+    closures.velocity_jacobian(here, {}, jacobian);
+    last = decompose_rank(jacobian.topRows(rows));
     best = std::max(best, last.rank);
   }
   return best;
@@ -203,18 +209,19 @@ int generic_rank(const Tree<S>& tree, const VectorX& y, bool rates) {
 }  // namespace
 
 template <class S>
-int generic_closure_rank(const Tree<S>& tree, const VectorX& y) {
-  return generic_rank(tree, y, true);
+int find_generic_closure_rank(const Tree<S>& tree, const VectorX& y) {
+  return find_generic_rank(tree, y, true);
 }
 
 template <class S>
-int generic_place_rank(const Tree<S>& tree, const VectorX& y) {
-  return generic_rank(tree, y, false);
+int find_generic_position_rank(const Tree<S>& tree, const VectorX& y) {
+  return find_generic_rank(tree, y, false);
 }
 
 template <class S>
-Solution continue_to(System<S>& system, const VectorX& y, const DriveSample& from, const DriveSample& to) {
-  Solution here{true, y, 0, 0};
+AssemblySolution track_to(ConstraintSystem<S>& system, const VectorX& y, const DriveSample& from,
+                          const DriveSample& to) {
+  AssemblySolution here{true, y, 0, 0};
   const Vector3 turn = rotation_vector_of(to.rotation * from.rotation.transpose());
   const VectorX scale = column_scale(system.tree());
   double done = 0, step = 1.0 / 32;
@@ -223,8 +230,8 @@ Solution continue_to(System<S>& system, const VectorX& y, const DriveSample& fro
     const double next = std::min(1.0, done + step);
     DriveSample target;
     target.value = (1 - next) * from.value + next * to.value;
-    target.rotation = next == 1 ? to.rotation : Matrix3(rotation_from_vector(next * turn) * from.rotation);
-    const Solution trial = solve(system, here.y + (next - done) * slope, target, 30);
+    target.rotation = next == 1 ? to.rotation : Matrix3(rotation_from_rotation_vector(next * turn) * from.rotation);
+    const AssemblySolution trial = solve_assembly(system, here.y + (next - done) * slope, target, 30);
     const double change = (trial.y - here.y).cwiseQuotient(scale).template lpNorm<Eigen::Infinity>();
     if (trial.found && change < 0.5) {
       slope = (trial.y - here.y) / (next - done);
@@ -240,13 +247,13 @@ Solution continue_to(System<S>& system, const VectorX& y, const DriveSample& fro
   return here;
 }
 
-#define BALANCE_INSTANTIATE(S)                                                     \
-  template VectorX column_scale<S>(const Tree<S>&);                                \
-  template Solution solve<S>(System<S>&, const VectorX&, const DriveSample&, int); \
-  template VectorX random_coordinates<S>(const Tree<S>&, std::uint64_t);           \
-  template int generic_closure_rank<S>(const Tree<S>&, const VectorX&);            \
-  template int generic_place_rank<S>(const Tree<S>&, const VectorX&);              \
-  template Solution continue_to<S>(System<S>&, const VectorX&, const DriveSample&, const DriveSample&);
+#define BALANCE_INSTANTIATE(S)                                                                                \
+  template VectorX column_scale<S>(const Tree<S>&);                                                           \
+  template AssemblySolution solve_assembly<S>(ConstraintSystem<S>&, const VectorX&, const DriveSample&, int); \
+  template VectorX random_coordinates<S>(const Tree<S>&, std::uint64_t);                                      \
+  template int find_generic_closure_rank<S>(const Tree<S>&, const VectorX&);                                  \
+  template int find_generic_position_rank<S>(const Tree<S>&, const VectorX&);                                 \
+  template AssemblySolution track_to<S>(ConstraintSystem<S>&, const VectorX&, const DriveSample&, const DriveSample&);
 BALANCE_INSTANTIATE(Planar)
 BALANCE_INSTANTIATE(Spatial)
 #undef BALANCE_INSTANTIATE

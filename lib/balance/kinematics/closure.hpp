@@ -21,13 +21,13 @@ struct ClosurePose {
 /// Nothing but the meeting of two points, the rows of a planar revolute and of a spherical joint: no axes are needed, so that the
 /// rows may as well be the world's components.
 template <class S>
-inline bool is_point(const Closure<S>& closure) {
-  return closure.pinned && closure.rows.size() == S::dimension;
+inline bool is_point_closure(const Closure<S>& closure) {
+  return closure.has_coincident_origins && closure.rows.size() == S::dimension;
 }
 
 template <class S>
-inline ClosurePose<S> closure_pose(const State<S>& state, const Closure<Constants<S>>& closure) {
-  if (is_point(closure)) return {{}, {}, position(state, closure.a), position(state, closure.b)};
+inline ClosurePose<S> closure_pose(const TreeState<S>& state, const Closure<Constants<S>>& closure) {
+  if (is_point_closure(closure)) return {{}, {}, position(state, closure.a), position(state, closure.b)};
   if (!closure.terms.empty()) return {};
   return {orientation(state, closure.a), orientation(state, closure.b), position(state, closure.a),
           position(state, closure.b)};
@@ -43,15 +43,15 @@ inline typename S::Scalar closure_residual(const ClosurePose<S>& pose, const Clo
 
 /// What a row is multiplied by to be a number near one: it then counts in characteristic lengths.
 template <class S>
-inline double row_unit(const Tree<S>& tree, const Closure<S>& closure, const ClosureRow& row) {
-  if (row.kind == ClosureRow::Kind::sum) return 1 / closure.unit;
-  return row.kind == ClosureRow::Kind::dot ? 1 : 1 / tree.length;
+inline double compute_row_scale(const Tree<S>& tree, const Closure<S>& closure, const ClosureRow& row) {
+  if (row.kind == ClosureRow::Kind::sum) return 1 / closure.row_scale;
+  return row.kind == ClosureRow::Kind::dot ? 1 : 1 / tree.characteristic_length;
 }
 
 template <class S>
-inline RowWrench<S> closure_wrench(const Closure<Constants<S>>& closure, const ClosurePose<S>& pose,
-                                   const ClosureRow& row) {
-  RowWrench<S> wrench;
+inline ConstraintWrench<S> closure_wrench(const Closure<Constants<S>>& closure, const ClosurePose<S>& pose,
+                                          const ClosureRow& row) {
+  ConstraintWrench<S> wrench;
   if (row.kind == ClosureRow::Kind::dot) {
     wrench.moment = cross(axis(pose.R_B, row.j), axis(pose.R_A, row.i));
     return wrench;
@@ -60,7 +60,8 @@ inline RowWrench<S> closure_wrench(const Closure<Constants<S>>& closure, const C
   if constexpr (S::dimension == 3)
     if (row.kind == ClosureRow::Kind::slip)  // it acts where the plane is touched
       wrench.moment = cross(
-          ContactArm<typename S::Scalar>(closure.contact, axis(pose.R_A, 2), axis(pose.R_B, 1), S::Vector::Zero()).arm,
+          ContactVector<typename S::Scalar>(closure.contact, axis(pose.R_A, 2), axis(pose.R_B, 1), S::Vector::Zero())
+              .arm,
           wrench.force);
   return wrench;
 }
@@ -71,44 +72,45 @@ inline typename S::Vector relative_acceleration(const NodeState<S>& A, const Nod
                                                 const Closure<Constants<S>>& closure, const ClosurePose<S>& pose) {
   const typename S::Vector difference =
       point_acceleration<S>(B, closure.b.p_N) - point_acceleration<S>(A, closure.a.p_N);
-  if (closure.pinned) return difference;
+  if (closure.has_coincident_origins) return difference;
   const typename S::Vector d = pose.p_B - pose.p_A;
   const typename S::Angular w = A.R_WN * A.angular_velocity;
   const typename S::Angular alpha = A.R_WN * A.angular_acceleration;
   const typename S::Vector slip =
       point_velocity<S>(B, closure.b.p_N) - point_velocity<S>(A, closure.a.p_N) - cross(w, d);
-  return difference - times(turning(w, alpha), d) - 2 * cross(w, slip);
+  return difference - times(make_acceleration_operator(w, alpha), d) - 2 * cross(w, slip);
 }
 
 /// Velocity of a point that a node carries, per unit rate of the node's coordinate.
 template <class S>
-inline typename S::Vector carried(const Node<Constants<S>>& node, const NodeState<S>& state,
-                                  const typename S::Vector& point) {
-  if (node.motion == NodeMotion::slide) return node.ratio * slide_axis(state.R_WN);
-  return node.ratio * typename S::Vector(cross(turn_axis(state.R_WN), typename S::Vector(point - state.p_WN)));
+inline typename S::Vector partial_velocity(const Node<Constants<S>>& node, const NodeState<S>& state,
+                                           const typename S::Vector& point) {
+  if (node.motion == NodeMotion::prismatic) return node.ratio * prismatic_axis(state.R_WN);
+  return node.ratio * typename S::Vector(cross(revolute_axis(state.R_WN), typename S::Vector(point - state.p_WN)));
 }
 
 /// Rate of a row of a closure of rates per unit rate of the coordinate of a node on its path.
 template <class S>
-inline typename S::Scalar row_rate(const Tree<Constants<S>>& tree, const State<S>& state,
-                                   const Closure<Constants<S>>& closure, const ClosurePose<S>& pose,
-                                   const ClosureRow& row, const PathStep& step) {
-  if (row.kind == ClosureRow::Kind::sum) return term_rate(tree, state, closure, step);
-  return step.sign * power_of(tree.nodes[step.node], state[step.node], pose.p_B, closure_wrench(closure, pose, row));
+inline typename S::Scalar velocity_row_coefficient(const Tree<Constants<S>>& tree, const TreeState<S>& state,
+                                                   const Closure<Constants<S>>& closure, const ClosurePose<S>& pose,
+                                                   const ClosureRow& row, const PathStep& step) {
+  if (row.kind == ClosureRow::Kind::sum) return speed_term_coefficient(tree, state, closure, step);
+  return step.sign *
+         wrench_power(tree.nodes[step.node], state[step.node], pose.p_B, closure_wrench(closure, pose, row));
 }
 
 /// Second derivative of every row when no coordinate accelerates. State: accelerations with ddy = null, and velocities (those
 /// of the origins only if the closure is not pinned).
 template <class S>
-void closure_bias(const State<S>& state, const Closure<Constants<S>>& closure, const ClosurePose<S>& pose,
+void closure_bias(const TreeState<S>& state, const Closure<Constants<S>>& closure, const ClosurePose<S>& pose,
                   typename S::Scalar* bias) {
   const NodeState<S>&A = state[closure.a.node], &B = state[closure.b.node];
   if (!closure.terms.empty()) {
-    if (!closure.rows.empty()) bias[0] = sum_bias(state, closure);
+    if (!closure.rows.empty()) bias[0] = speed_sum_bias(state, closure);
     return;
   }
   const typename S::Vector relative = relative_acceleration(A, B, closure, pose);
-  if (is_point(closure)) {
+  if (is_point_closure(closure)) {
     for (int i = 0; i < S::dimension; ++i) bias[i] = relative[i];
     return;
   }
@@ -122,10 +124,10 @@ void closure_bias(const State<S>& state, const Closure<Constants<S>>& closure, c
   const typename S::Angular alpha = typename S::Angular(B.R_WN * B.angular_acceleration) -
                                     typename S::Angular(A.R_WN * A.angular_acceleration) -
                                     typename S::Angular(cross(w_A, w));
-  const auto turn = turning(w, alpha);
+  const auto turn = make_acceleration_operator(w, alpha);
   if constexpr (S::dimension == 3)
-    if (closure.of_rates()) {
-      const ContactArm<typename S::Scalar> contact(closure.contact, axis(pose.R_A, 2), axis(pose.R_B, 1), w);
+    if (closure.is_velocity_level()) {
+      const ContactVector<typename S::Scalar> contact(closure.contact, axis(pose.R_A, 2), axis(pose.R_B, 1), w);
       const typename S::Vector slip = relative + cross(alpha, contact.arm) + cross(w, contact.rate);
       for (; r < rows; ++r) bias[r] = dot(axis(pose.R_A, closure.rows[r].i), slip);
       return;

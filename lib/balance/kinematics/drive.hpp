@@ -20,8 +20,8 @@ struct Drive {
   FixedFrame<S> tool;             ///< tool point with the axes of its body
   std::vector<NodeId> tool_path;  ///< nodes that move the tool
 
-  int values() const { return static_cast<int>(point.size() + com.size() + linear.size()); }
-  int rows() const { return values() + static_cast<int>(rotation.size()); }
+  int value_count() const { return static_cast<int>(point.size() + com.size() + linear.size()); }
+  int row_count() const { return value_count() + static_cast<int>(rotation.size()); }
 };
 
 /// Mass beyond each node, and its first moment in world axes about the world's origin.
@@ -37,11 +37,11 @@ struct MassDistribution {
     }
   }
 
-  void update(const Tree<Constants<S>>& tree, const State<S>& state) {
+  void update(const Tree<Constants<S>>& tree, const TreeState<S>& state) {
     for (auto& m : moment) m.setZero();
     for (std::size_t n = tree.nodes.size(); n-- > 1;) {
       const auto& inertia = tree.nodes[n].inertia;
-      moment[n] += state[n].R_WN * inertia.moment + inertia.mass * state[n].p_WN;
+      moment[n] += state[n].R_WN * inertia.first_moment + inertia.mass * state[n].p_WN;
       moment[tree.nodes[n].parent] += moment[n];
     }
   }
@@ -50,8 +50,8 @@ struct MassDistribution {
 
   /// Change of the CoM's position per unit of the node's coordinate.
   typename S::Vector com_gradient(const Node<Constants<S>>& node, const NodeState<S>& state, int n) const {
-    if (node.motion == NodeMotion::slide) return node.ratio * mass[n] / mass[0] * slide_axis(state.R_WN);
-    const auto e = turn_axis(state.R_WN);
+    if (node.motion == NodeMotion::prismatic) return node.ratio * mass[n] / mass[0] * prismatic_axis(state.R_WN);
+    const auto e = revolute_axis(state.R_WN);
     return node.ratio / mass[0] * typename S::Vector(cross(e, typename S::Vector(moment[n] - mass[n] * state.p_WN)));
   }
 };
@@ -60,34 +60,34 @@ struct MassDistribution {
 /// world axes. Its rate is A ω − Aᵀ ω_T; A is the identity where R = T, which it need not be if only some components of the
 /// rotation are prescribed.
 template <class N>
-struct RotationGap {
-  Vector3Of<N> gap;
-  Matrix3Of<N> A;  ///< ½ (tr(R Tᵀ) E − R Tᵀ)
+struct RotationResidual {
+  Vector3Of<N> residual;
+  Matrix3Of<N> jacobian;  ///< ½ (tr(R Tᵀ) E − R Tᵀ)
 
-  RotationGap(const Matrix3Of<N>& T, const Matrix3Of<N>& R) {
+  RotationResidual(const Matrix3Of<N>& T, const Matrix3Of<N>& R) {
     const Matrix3Of<N> M = R * T.transpose();
-    gap = 0.5 * Vector3Of<N>(M(2, 1) - M(1, 2), M(0, 2) - M(2, 0), M(1, 0) - M(0, 1));
-    A = 0.5 * (M.trace() * Matrix3Of<N>::Identity() - M);
+    residual = 0.5 * Vector3Of<N>(M(2, 1) - M(1, 2), M(0, 2) - M(2, 0), M(1, 0) - M(0, 1));
+    jacobian = 0.5 * (M.trace() * Matrix3Of<N>::Identity() - M);
   }
 };
 
 /// The same for a search from afar: twice the vector part of the missing rotation's quaternion, which unlike the sine is not
 /// zero again at half a turn. Its rate for a resting T is B ω.
-struct RotationError {
+struct QuaternionError {
   Vector3 error;
-  Matrix3 B;
+  Matrix3 jacobian;
 
-  RotationError(const Matrix3& T, const Matrix3& R) {
+  QuaternionError(const Matrix3& T, const Matrix3& R) {
     const Eigen::Vector4d q = quaternion_of(R * T.transpose());
     error = 2 * q.tail<3>();
-    B = q[0] * Matrix3::Identity() - skew(q.tail<3>());
+    jacobian = q[0] * Matrix3::Identity() - skew(q.tail<3>());
   }
 };
 
-/// dA/dt of RotationGap.
+/// dA/dt of RotationResidual.
 template <class N>
-Matrix3Of<N> gap_matrix_rate(const Matrix3Of<N>& T, const Vector3Of<N>& w_T, const Matrix3Of<N>& R,
-                             const Vector3Of<N>& w) {
+Matrix3Of<N> compute_rotation_jacobian_rate(const Matrix3Of<N>& T, const Vector3Of<N>& w_T, const Matrix3Of<N>& R,
+                                            const Vector3Of<N>& w) {
   const Matrix3Of<N> M = R * T.transpose();
   const Matrix3Of<N> rate = skew(w) * M - M * skew(w_T);
   return 0.5 * (rate.trace() * Matrix3Of<N>::Identity() - rate);
@@ -95,10 +95,10 @@ Matrix3Of<N> gap_matrix_rate(const Matrix3Of<N>& T, const Vector3Of<N>& w_T, con
 
 /// Present values of the driven quantities, at rest. State: poses at y.
 template <class S>
-DriveSampleOf<typename S::Scalar> measure(const Tree<Constants<S>>& tree, const Drive<Constants<S>>& drive,
-                                          const State<S>& state, const typename S::Scalar* y) {
+DriveSampleOf<typename S::Scalar> measure_drive(const Tree<Constants<S>>& tree, const Drive<Constants<S>>& drive,
+                                                const TreeState<S>& state, const typename S::Scalar* y) {
   DriveSampleOf<typename S::Scalar> sample;
-  sample.value.resize(drive.values());
+  sample.value.resize(drive.value_count());
   int k = 0;
   for (const int component : drive.point) sample.value[k++] = position(state, drive.tool)[component];
   if (!drive.com.empty()) {
@@ -108,14 +108,14 @@ DriveSampleOf<typename S::Scalar> measure(const Tree<Constants<S>>& tree, const 
   }
   for (const auto& quantity : drive.linear) sample.value[k++] = quantity.value(y);
   sample.rotation = to_matrix(orientation(state, drive.tool));
-  sample.rate.setZero(drive.values());
-  sample.acceleration.setZero(drive.values());
+  sample.rate.setZero(drive.value_count());
+  sample.acceleration.setZero(drive.value_count());
   return sample;
 }
 
 /// Acceleration of the centre of mass for the accelerations in the state (world axes).
 template <class S>
-typename S::Vector com_acceleration(const Tree<Constants<S>>& tree, const State<S>& state) {
+typename S::Vector com_acceleration(const Tree<Constants<S>>& tree, const TreeState<S>& state) {
   typename S::Vector force = S::Vector::Zero();
   for (std::size_t n = 1; n < tree.nodes.size(); ++n) {
     const Node<Constants<S>>& node = tree.nodes[n];
@@ -127,12 +127,13 @@ typename S::Vector com_acceleration(const Tree<Constants<S>>& tree, const State<
 }
 
 template <class S>
-typename S::Vector com_velocity(const Tree<Constants<S>>& tree, const State<S>& state) {
+typename S::Vector com_velocity(const Tree<Constants<S>>& tree, const TreeState<S>& state) {
   typename S::Vector momentum = S::Vector::Zero();
   for (std::size_t n = 1; n < tree.nodes.size(); ++n) {
     const NodeState<S>& s = state[n];
     const auto& inertia = tree.nodes[n].inertia;
-    momentum += s.R_WN * typename S::Vector(inertia.mass * s.velocity + cross(s.angular_velocity, inertia.moment));
+    momentum +=
+        s.R_WN * typename S::Vector(inertia.mass * s.velocity + cross(s.angular_velocity, inertia.first_moment));
   }
   return momentum / tree.mass;
 }

@@ -9,7 +9,7 @@
 namespace balance {
 
 template <class S>
-RelativeMotion<typename S::Scalar> relative_motion(const Tree<S>& tree, const State<S>& state,
+RelativeMotion<typename S::Scalar> relative_motion(const Tree<S>& tree, const TreeState<S>& state,
                                                    const JointOf<typename S::Scalar>& joint) {
   using Vector = Vector3Of<typename S::Scalar>;
   using Matrix = Matrix3Of<typename S::Scalar>;
@@ -29,11 +29,11 @@ RelativeMotion<typename S::Scalar> relative_motion(const Tree<S>& tree, const St
                            alpha_A.cross(d) - w_A.cross(w_A.cross(d)) - 2 * w_A.cross(slip);
   RelativeMotion<typename S::Scalar> motion;
   motion.rotation = R_AW * to_matrix(orientation(state, second)) * joint.rotation.transpose();
-  motion.place = R_AW * d;
-  motion.slip = R_AW * slip;
-  motion.slip_rate = R_AW * slip_rate;
-  motion.spin = R_AW * w;
-  motion.spin_rate = R_AW * (alpha_B - alpha_A - w_A.cross(w));
+  motion.displacement = R_AW * d;
+  motion.linear_velocity = R_AW * slip;
+  motion.linear_acceleration = R_AW * slip_rate;
+  motion.angular_velocity = R_AW * w;
+  motion.angular_acceleration = R_AW * (alpha_B - alpha_A - w_A.cross(w));
   return motion;
 }
 
@@ -43,34 +43,34 @@ using elementary::atan2, elementary::cos, elementary::sin;
 using std::hypot;
 
 template <class T>
-void read_angle(int k, const Vector3Of<T>& u, const RelativeMotion<T>& motion, JointReading<T>& reading) {
+void read_angle(int k, const Vector3Of<T>& u, const RelativeMotion<T>& motion, JointMotion<T>& reading) {
   const Matrix3Of<T>& R = motion.rotation;
   const Vector3Of<T> twice_sine(R(2, 1) - R(1, 2), R(0, 2) - R(2, 0), R(1, 0) - R(0, 1));
   reading.position[k] = atan2(u.dot(twice_sine), R.trace() - 1);
-  reading.velocity[k] = u.dot(motion.spin);
-  reading.acceleration[k] = u.dot(motion.spin_rate);
+  reading.velocity[k] = u.dot(motion.angular_velocity);
+  reading.acceleration[k] = u.dot(motion.angular_acceleration);
 }
 
 template <class T>
-void read_slide(int k, const Vector3Of<T>& u, const RelativeMotion<T>& motion, JointReading<T>& reading) {
-  reading.position[k] = u.dot(motion.place);
-  reading.velocity[k] = u.dot(motion.slip);
-  reading.acceleration[k] = u.dot(motion.slip_rate);
+void read_slide(int k, const Vector3Of<T>& u, const RelativeMotion<T>& motion, JointMotion<T>& reading) {
+  reading.position[k] = u.dot(motion.displacement);
+  reading.velocity[k] = u.dot(motion.linear_velocity);
+  reading.acceleration[k] = u.dot(motion.linear_acceleration);
 }
 
 template <class T>
-void read_universal(const JointOf<T>& joint, const RelativeMotion<T>& motion, JointReading<T>& reading) {
+void read_universal(const JointOf<T>& joint, const RelativeMotion<T>& motion, JointMotion<T>& reading) {
   const Vector3Of<T> u = joint.axis, v = joint.axis2, w = u.cross(v);
   const Vector3Of<T> turned_v = motion.rotation * v;  // the second rotation is about it
   reading.position[0] = atan2(w.dot(turned_v), v.dot(turned_v));
   reading.position[1] = atan2(u.dot(motion.rotation * w), u.dot(motion.rotation * u));
-  reading.velocity = {u.dot(motion.spin), turned_v.dot(motion.spin)};
-  reading.acceleration = {u.dot(motion.spin_rate), turned_v.dot(motion.spin_rate)};
+  reading.velocity = {u.dot(motion.angular_velocity), turned_v.dot(motion.angular_velocity)};
+  reading.acceleration = {u.dot(motion.angular_acceleration), turned_v.dot(motion.angular_acceleration)};
 }
 
 /// @param first where the three angles stand
 template <class T>
-void read_spherical(int first, const RelativeMotion<T>& motion, JointReading<T>& reading) {
+void read_spherical(int first, const RelativeMotion<T>& motion, JointMotion<T>& reading) {
   const Matrix3Of<T>& R = motion.rotation;
   const T a = atan2(-R(1, 2), R(2, 2)), b = atan2(R(0, 2), hypot(R(0, 0), R(0, 1)));
   const std::array<T, 3> angles{a, b, T(atan2(-R(0, 1), R(0, 0)))};
@@ -78,9 +78,9 @@ void read_spherical(int first, const RelativeMotion<T>& motion, JointReading<T>&
   Matrix3Of<T> axes;
   axes << x, y, z;
   const Matrix3Of<T> inverse = axes.inverse();
-  const Vector3Of<T> rate = inverse * motion.spin;
+  const Vector3Of<T> rate = inverse * motion.angular_velocity;
   const Vector3Of<T> turning = rate[0] * rate[1] * x.cross(y) + rate[2] * (rate[0] * x + rate[1] * y).cross(z);
-  const Vector3Of<T> acceleration = inverse * (motion.spin_rate - turning);
+  const Vector3Of<T> acceleration = inverse * (motion.angular_acceleration - turning);
   for (int k = 0; k < 3; ++k) {
     reading.position[first + k] = angles[k];
     reading.velocity[first + k] = rate[k];
@@ -90,7 +90,7 @@ void read_spherical(int first, const RelativeMotion<T>& motion, JointReading<T>&
 
 /// The angles of what is left of a rotation once it is known where the disc heads and how it leans.
 template <class T>
-void read_disc(const JointOf<T>& joint, const RelativeMotion<T>& motion, JointReading<T>& reading) {
+void read_disc(const JointOf<T>& joint, const RelativeMotion<T>& motion, JointMotion<T>& reading) {
   const Vector3Of<T> u = joint.axis, v = joint.axis2, w = u.cross(v);
   Matrix3Of<T> axes;
   axes << v, w, u;
@@ -101,18 +101,18 @@ void read_disc(const JointOf<T>& joint, const RelativeMotion<T>& motion, JointRe
   Matrix3Of<T> turns;
   turns << z, x, y;
   const Matrix3Of<T> inverse = turns.inverse();
-  const Vector3Of<T> rate = inverse * (axes.transpose() * motion.spin);
+  const Vector3Of<T> rate = inverse * (axes.transpose() * motion.angular_velocity);
   const Vector3Of<T> turning = rate[0] * rate[1] * z.cross(x) + rate[2] * (rate[0] * z + rate[1] * x).cross(y);
-  const Vector3Of<T> acceleration = inverse * (axes.transpose() * motion.spin_rate - turning);
+  const Vector3Of<T> acceleration = inverse * (axes.transpose() * motion.angular_acceleration - turning);
   // from the centre down to where it touches
   const Vector3Of<T> up(s * sl, -c * sl, cl);
   const Vector3Of<T> w_up = rate[0] * z + rate[1] * x,
                      a_up = acceleration[0] * z + acceleration[1] * x + rate[0] * rate[1] * z.cross(x);
   const Vector3Of<T> turned = w_up.cross(up);
-  const Vector3Of<T> place = axes.transpose() * motion.place - joint.radius * up;
-  const Vector3Of<T> slip = axes.transpose() * motion.slip - joint.radius * turned;
+  const Vector3Of<T> place = axes.transpose() * motion.displacement - joint.radius * up;
+  const Vector3Of<T> slip = axes.transpose() * motion.linear_velocity - joint.radius * turned;
   const Vector3Of<T> slip_rate =
-      axes.transpose() * motion.slip_rate - joint.radius * (a_up.cross(up) + w_up.cross(turned));
+      axes.transpose() * motion.linear_acceleration - joint.radius * (a_up.cross(up) + w_up.cross(turned));
   reading.position = {place.x(), place.y(), heading, lean, T(atan2(-R(2, 0), R(2, 2)))};
   reading.velocity = {slip.x(), slip.y(), rate[0], rate[1], rate[2]};
   reading.acceleration = {slip_rate.x(), slip_rate.y(), acceleration[0], acceleration[1], acceleration[2]};
@@ -121,8 +121,8 @@ void read_disc(const JointOf<T>& joint, const RelativeMotion<T>& motion, JointRe
 }  // namespace
 
 template <class T>
-JointReading<T> read_joint(const JointOf<T>& joint, const RelativeMotion<T>& motion) {
-  JointReading<T> reading;
+JointMotion<T> compute_joint_motion(const JointOf<T>& joint, const RelativeMotion<T>& motion) {
+  JointMotion<T> reading;
   const Vector3Of<T>& u = joint.axis;
   switch (joint.type) {
     case JointType::fixed: break;
@@ -153,12 +153,12 @@ JointReading<T> read_joint(const JointOf<T>& joint, const RelativeMotion<T>& mot
   return reading;
 }
 
-template JointReading<Number> read_joint<Number>(const JointOf<Number>&, const RelativeMotion<Number>&);
-template RelativeMotion<Number> relative_motion<PlanarOf<Number>>(const Tree<PlanarOf<Number>>&,
-                                                                  const State<PlanarOf<Number>>&,
-                                                                  const JointOf<Number>&);
-template RelativeMotion<Number> relative_motion<SpatialOf<Number>>(const Tree<SpatialOf<Number>>&,
-                                                                   const State<SpatialOf<Number>>&,
-                                                                   const JointOf<Number>&);
+template JointMotion<EngineScalar> compute_joint_motion<EngineScalar>(const JointOf<EngineScalar>&,
+                                                                      const RelativeMotion<EngineScalar>&);
+template RelativeMotion<EngineScalar> relative_motion<PlanarOf<EngineScalar>>(const Tree<PlanarOf<EngineScalar>>&,
+                                                                              const TreeState<PlanarOf<EngineScalar>>&,
+                                                                              const JointOf<EngineScalar>&);
+template RelativeMotion<EngineScalar> relative_motion<SpatialOf<EngineScalar>>(
+    const Tree<SpatialOf<EngineScalar>>&, const TreeState<SpatialOf<EngineScalar>>&, const JointOf<EngineScalar>&);
 
 }  // namespace balance

@@ -8,37 +8,42 @@
 namespace balance {
 
 template <class T>
-std::vector<Step<T>> steps(const JointOf<T>& joint) {
+std::vector<ElementaryMotion<T>> list_elementary_motions(const JointOf<T>& joint) {
   using enum NodeMotion;
   using Vector = Vector3Of<T>;
   const Vector u = joint.axis, v = joint.axis2, z = Vector::UnitZ();
   switch (joint.type) {
     case JointType::fixed: return {};
-    case JointType::revolute: return {{turn, u, 0}};
-    case JointType::prismatic: return {{slide, u, 0}};
-    case JointType::pin_slot: return {{slide, u, 0}, {turn, z, 1}};
-    case JointType::cylindrical: return {{slide, u, 1}, {turn, u, 0}};
-    case JointType::universal: return {{turn, u, 0}, {turn, v, 1}};
-    case JointType::spherical: return {{turn, Vector::UnitX(), 0}, {turn, Vector::UnitY(), 1}, {turn, z, 2}};
-    case JointType::planar: return {{slide, v, 0}, {slide, cross(u, v), 1}, {turn, u, 2}};
+    case JointType::revolute: return {{revolute, u, 0}};
+    case JointType::prismatic: return {{prismatic, u, 0}};
+    case JointType::pin_slot: return {{prismatic, u, 0}, {revolute, z, 1}};
+    case JointType::cylindrical: return {{prismatic, u, 1}, {revolute, u, 0}};
+    case JointType::universal: return {{revolute, u, 0}, {revolute, v, 1}};
+    case JointType::spherical:
+      return {{revolute, Vector::UnitX(), 0}, {revolute, Vector::UnitY(), 1}, {revolute, z, 2}};
+    case JointType::planar: return {{prismatic, v, 0}, {prismatic, cross(u, v), 1}, {revolute, u, 2}};
     case JointType::rolling_disc:
-      return {{slide, v, 0}, {slide, cross(u, v), 1}, {turn, u, 2}, {turn, v, 3, joint.radius}, {turn, cross(u, v), 4}};
+      return {{prismatic, v, 0},
+              {prismatic, cross(u, v), 1},
+              {revolute, u, 2},
+              {revolute, v, 3, joint.radius},
+              {revolute, cross(u, v), 4}};
     case JointType::rolling_sphere:
-      return {{slide, v, 0},
-              {slide, cross(u, v), 1, joint.radius},
-              {turn, Vector::UnitX(), 2},
-              {turn, Vector::UnitY(), 3},
-              {turn, z, 4}};
+      return {{prismatic, v, 0},
+              {prismatic, cross(u, v), 1, joint.radius},
+              {revolute, Vector::UnitX(), 2},
+              {revolute, Vector::UnitY(), 3},
+              {revolute, z, 4}};
   }
   return {};
 }
 
 template <class S>
-Matrix3Of<typename S::Scalar> node_axes(const Step<typename S::Scalar>& step) {
+Matrix3Of<typename S::Scalar> node_axes(const ElementaryMotion<typename S::Scalar>& step) {
   using Matrix = Matrix3Of<typename S::Scalar>;
   if constexpr (is_planar<S>) {
     Matrix R = Matrix::Identity();
-    if (step.motion == NodeMotion::turn) return R;
+    if (step.motion == NodeMotion::revolute) return R;
     const auto& d = step.direction;
     R.template topLeftCorner<2, 2>() << d.x(), -d.y(), d.y(), d.x();
     return R;
@@ -52,10 +57,10 @@ Matrix3Of<typename S::Scalar> closure_axes(const JointOf<typename S::Scalar>& jo
   using Matrix = Matrix3Of<typename S::Scalar>;
   if constexpr (is_planar<S>) {
     const bool slides = joint.type == JointType::prismatic || joint.type == JointType::pin_slot;
-    return slides ? node_axes<S>({NodeMotion::slide, joint.axis, 0}) : Matrix(Matrix::Identity());
+    return slides ? node_axes<S>({NodeMotion::prismatic, joint.axis, 0}) : Matrix(Matrix::Identity());
   } else {
     if (joint.type == JointType::spherical || joint.type == JointType::fixed) return Matrix::Identity();
-    if (joint.type != JointType::universal && joint.type != JointType::planar && !rolls(joint.type))
+    if (joint.type != JointType::universal && joint.type != JointType::planar && !is_rolling(joint.type))
       return frame_with_z_along(joint.axis);
     Matrix R;
     R << joint.axis2, cross(joint.axis, joint.axis2), joint.axis;
@@ -64,7 +69,7 @@ Matrix3Of<typename S::Scalar> closure_axes(const JointOf<typename S::Scalar>& jo
 }
 
 template <class S>
-void set_rows(JointType type, Closure<S>& closure) {
+void set_closure_rows(JointType type, Closure<S>& closure) {
   using enum ClosureRow::Kind;
   const ClosureRow x{along, 0, 0}, y{along, 1, 0}, z{along, 2, 0};
   if constexpr (is_planar<S>) {
@@ -91,12 +96,13 @@ void set_rows(JointType type, Closure<S>& closure) {
   }
 }
 
-template std::vector<Step<Number>> steps<Number>(const JointOf<Number>&);
-template Matrix3Of<Number> node_axes<PlanarOf<Number>>(const Step<Number>&);
-template Matrix3Of<Number> node_axes<SpatialOf<Number>>(const Step<Number>&);
-template Matrix3Of<Number> closure_axes<PlanarOf<Number>>(const JointOf<Number>&);
-template Matrix3Of<Number> closure_axes<SpatialOf<Number>>(const JointOf<Number>&);
-template void set_rows<PlanarOf<Number>>(JointType, Closure<PlanarOf<Number>>&);
-template void set_rows<SpatialOf<Number>>(JointType, Closure<SpatialOf<Number>>&);
+template std::vector<ElementaryMotion<EngineScalar>> list_elementary_motions<EngineScalar>(
+    const JointOf<EngineScalar>&);
+template Matrix3Of<EngineScalar> node_axes<PlanarOf<EngineScalar>>(const ElementaryMotion<EngineScalar>&);
+template Matrix3Of<EngineScalar> node_axes<SpatialOf<EngineScalar>>(const ElementaryMotion<EngineScalar>&);
+template Matrix3Of<EngineScalar> closure_axes<PlanarOf<EngineScalar>>(const JointOf<EngineScalar>&);
+template Matrix3Of<EngineScalar> closure_axes<SpatialOf<EngineScalar>>(const JointOf<EngineScalar>&);
+template void set_closure_rows<PlanarOf<EngineScalar>>(JointType, Closure<PlanarOf<EngineScalar>>&);
+template void set_closure_rows<SpatialOf<EngineScalar>>(JointType, Closure<SpatialOf<EngineScalar>>&);
 
 }  // namespace balance

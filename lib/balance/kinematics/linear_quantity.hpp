@@ -9,12 +9,12 @@
 
 namespace balance {
 
-using Column = IdOf<struct ColumnList>;  ///< of the tree's coordinates y and of all matrices that go with them
+using ColumnId = TypedIndex<struct ColumnList>;  ///< of the tree's coordinates y and of all matrices that go with them
 
 /// Σ coefficient · y[column] + constant.
 template <class T>
 struct LinearQuantityOf {
-  std::vector<std::pair<Column, T>> terms;
+  std::vector<std::pair<ColumnId, T>> terms;
   T constant = 0;
   bool is_length = false;
 
@@ -31,11 +31,11 @@ struct LinearQuantityOf {
     return sum;
   }
   /// Adds the generalised forces of an effort along the quantity: its power is theirs.
-  void load(const T& effort, T* tau) const {
+  void add_generalised_force(const T& effort, T* tau) const {
     for (const auto& [column, coefficient] : terms) tau[column] += coefficient * effort;
   }
-  bool depends() const { return !terms.empty(); }
-  bool depends_on_one() const { return terms.size() == 1; }
+  bool has_terms() const { return !terms.empty(); }
+  bool has_single_term() const { return terms.size() == 1; }
   /// It is one of the tree's coordinates itself, not a multiple or a sum.
   bool is_column() const { return terms.size() == 1 && terms[0].second == 1 && constant == 0; }
 };

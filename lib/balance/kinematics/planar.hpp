@@ -15,7 +15,7 @@ struct PlanarRotation {
 
 /// What the velocity and acceleration of a frame do to a vector fixed to it: v ↦ α × v + ω × (ω × v).
 template <class T>
-struct PlanarTurning {
+struct PlanarAccelerationOperator {
   T alpha, square;
 };
 
@@ -27,26 +27,26 @@ PlanarRotation<To> cast(const PlanarRotation<From>& R) {
 
 template <class T>
 struct PlanarOf {
-  static constexpr int dimension = 2;   ///< components of a vector
-  static constexpr int angular = 1;     ///< components of an angular quantity
-  static constexpr int parameters = 4;  ///< inertial parameters of a body: m, mx, my, J
+  static constexpr int dimension = 2;                 ///< components of a vector
+  static constexpr int angular_dimension = 1;         ///< components of an angular quantity
+  static constexpr int inertial_parameter_count = 4;  ///< inertial parameters of a body: m, mx, my, J
   using Scalar = T;
-  using Constants = PlanarOf<ConstantOf<T>>;
+  using Constants = PlanarOf<ModelScalarOf<T>>;
   using Vector = Vector2Of<T>;
   using Angular = T;
   using Rotation = PlanarRotation<T>;
-  using Turning = PlanarTurning<T>;
+  using AccelerationOperator = PlanarAccelerationOperator<T>;
 
   /// About the origin of the frame it is given in.
   struct Inertia {
     T mass = 0;
-    Vector moment = Vector::Zero();  ///< first moment of mass
-    T second = 0;                    ///< moment of inertia about the origin
+    Vector first_moment = Vector::Zero();  ///< first moment of mass
+    T second_moment = 0;                   ///< moment of inertia about the origin
   };
 
   static Vector slide_direction() { return Vector::UnitX(); }
   static T zero_angular() { return 0; }
-  static Turning no_turning() { return {0, 0}; }
+  static AccelerationOperator zero_acceleration_operator() { return {0, 0}; }
 };
 
 /// No vector.
@@ -73,7 +73,7 @@ inline T dot(const T& a, const T& b) {
 }
 /// World direction of the axis that a node's joint turns about: a plain one, by which the compiler need not multiply.
 template <class T>
-inline double turn_axis(const PlanarRotation<T>&) {
+inline double revolute_axis(const PlanarRotation<T>&) {
   return 1;
 }
 /// Of a vector along the turn axis.
@@ -88,11 +88,11 @@ inline T operator*(const PlanarRotation<T>&, const T& w) {
   return w;
 }
 template <class T>
-inline Vector2Of<T> unrotate(const PlanarRotation<T>& R, const Vector2Of<T>& v) {
+inline Vector2Of<T> rotate_inverse(const PlanarRotation<T>& R, const Vector2Of<T>& v) {
   return {R.c * v.x() + R.s * v.y(), R.c * v.y() - R.s * v.x()};
 }
 template <class T>
-inline T unrotate(const PlanarRotation<T>&, const T& w) {
+inline T rotate_inverse(const PlanarRotation<T>&, const T& w) {
   return w;
 }
 template <class A, class B>
@@ -101,7 +101,7 @@ inline PlanarRotation<ProductOf<A, B>> operator*(const PlanarRotation<A>& a, con
 }
 /// R followed by a turn about the joint axis.
 template <class T>
-inline PlanarRotation<T> turned(const PlanarRotation<ConstantOf<T>>& R, const T& c, const T& s) {
+inline PlanarRotation<T> rotate_about_joint_axis(const PlanarRotation<ModelScalarOf<T>>& R, const T& c, const T& s) {
   return R * PlanarRotation<T>{c, s};
 }
 /// Axis k (0: x, 1: y) of the rotated frame.
@@ -110,26 +110,26 @@ inline Vector2Of<T> axis(const PlanarRotation<T>& R, int k) {
   return k == 0 ? Vector2Of<T>(R.c, R.s) : Vector2Of<T>(-R.s, R.c);
 }
 template <class T>
-inline T gyroscopic(const T&, const ConstantOf<T>&) {
+inline T gyroscopic(const T&, const ModelScalarOf<T>&) {
   return 0;
 }
 
 template <class A, class B>
-inline Vector2Of<ProductOf<A, B>> times(const PlanarTurning<A>& K, const Vector2Of<B>& v) {
+inline Vector2Of<ProductOf<A, B>> times(const PlanarAccelerationOperator<A>& K, const Vector2Of<B>& v) {
   return {-K.alpha * v.y() - K.square * v.x(), K.alpha * v.x() - K.square * v.y()};
 }
 template <class T>
-inline PlanarTurning<T> turning(const T& w, const T& alpha) {
+inline PlanarAccelerationOperator<T> make_acceleration_operator(const T& w, const T& alpha) {
   return {alpha, w * w};
 }
 template <class T>
-inline T times(const ConstantOf<T>& m, const T& v) {
+inline T times(const ModelScalarOf<T>& m, const T& v) {
   return m * v;
 }
 
 // About and along the joint axis, written out because the compiler may not drop a product with zero.
 template <class T>
-inline void add_about_axis(T& w, const T& rate) {
+inline void add_to_axis_component(T& w, const T& rate) {
   w += rate;
 }
 /// ω × (rate about the axis).
@@ -138,19 +138,19 @@ inline T cross_with_axis(const T&, const T&) {
   return 0;
 }
 template <class T>
-inline T about_axis(const T& moment) {
+inline T axis_component(const T& moment) {
   return moment;
 }
 template <class T>
-inline T along_slide(const Vector2Of<T>& v) {
+inline T slide_component(const Vector2Of<T>& v) {
   return v.x();
 }
 template <class T>
-inline void add_along_slide(Vector2Of<T>& v, const T& rate) {
+inline void add_to_slide_component(Vector2Of<T>& v, const T& rate) {
   v.x() += rate;
 }
 template <class T>
-inline Vector2Of<T> slide_axis(const PlanarRotation<T>& R) {
+inline Vector2Of<T> prismatic_axis(const PlanarRotation<T>& R) {
   return {R.c, R.s};
 }
 

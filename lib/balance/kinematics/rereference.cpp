@@ -6,13 +6,13 @@
 namespace balance {
 
 template <class S>
-void rereference(Tree<S>& tree, NodeId spherical, typename S::Scalar* y) {
+void reset_spherical_reference(Tree<S>& tree, NodeId spherical, typename S::Scalar* y) {
   Matrix3 all = Matrix3::Identity(), fixed = Matrix3::Identity();
   for (int n = spherical; n < spherical + 3; ++n) {
     const Node<S>& node = tree.nodes[n];
-    const bool turns = node.motion == NodeMotion::turn;  // the last of a held spin does not
+    const bool turns = node.motion == NodeMotion::revolute;  // the last of a held spin does not
     const double x = turns ? node.ratio * y[node.column] + node.offset : 0;
-    all *= to_matrix(turned(node.R_PF, elementary::cos(x), elementary::sin(x)));
+    all *= to_matrix(rotate_about_joint_axis(node.R_PF, elementary::cos(x), elementary::sin(x)));
     if (n > spherical) fixed *= to_matrix(node.R_PF);
     if (turns) y[node.column] = -node.offset / node.ratio;
   }
@@ -21,7 +21,7 @@ void rereference(Tree<S>& tree, NodeId spherical, typename S::Scalar* y) {
   tree.nodes[spherical].R_PF = to_rotation<S>(exact.toRotationMatrix());
 }
 
-template void rereference<Planar>(Tree<Planar>&, NodeId, double*);
-template void rereference<Spatial>(Tree<Spatial>&, NodeId, double*);
+template void reset_spherical_reference<Planar>(Tree<Planar>&, NodeId, double*);
+template void reset_spherical_reference<Spatial>(Tree<Spatial>&, NodeId, double*);
 
 }  // namespace balance

@@ -10,11 +10,11 @@ namespace balance {
 /// From the centre of what rolls to where it touches the plane, in space, and how that changes where the angular velocity against the plane
 /// is w. World axes; the change is what an observer on the plane sees.
 template <class T>
-struct ContactArm {
+struct ContactVector {
   Vector3Of<T> arm, rate;
 
-  ContactArm(const RollingContact<ConstantOf<T>>& contact, const Vector3Of<T>& normal, const Vector3Of<T>& spin_axis,
-             const Vector3Of<T>& w) {
+  ContactVector(const RollingContact<ModelScalarOf<T>>& contact, const Vector3Of<T>& normal,
+                const Vector3Of<T>& spin_axis, const Vector3Of<T>& w) {
     if (!contact.disc) {
       arm = -contact.radius * normal;
       rate.setZero();

@@ -23,7 +23,7 @@ inline constexpr bool is_planar = S::dimension == 2;
 /// What `found` gives for the algebra of a mechanism's space, of which it is called with a value:
 /// `in_space(mechanism.space, [&]<class S>(S) { return find<S>(mechanism); })`.
 template <class Function>
-auto in_space(SpaceKind space, const Function& found) {
+auto dispatch_space(SpaceKind space, const Function& found) {
   return space == SpaceKind::planar ? found(Planar{}) : found(Spatial{});
 }
 

@@ -14,7 +14,7 @@ namespace balance {
 
 /// N's motion. Components without W are in N's own axes.
 template <class S>
-struct alignas(line_alignment<typename S::Scalar>) NodeState {
+struct alignas(storage_alignment<typename S::Scalar>) NodeState {
   typename S::Rotation R_PN;  ///< in the parent's axes
   typename S::Vector p_PN = S::Vector::Zero();
   typename S::Rotation R_WN;  ///< in the world
@@ -24,16 +24,17 @@ struct alignas(line_alignment<typename S::Scalar>) NodeState {
   typename S::Angular angular_acceleration = S::zero_angular();
   typename S::Vector acceleration =
       S::Vector::Zero();  ///< of N's origin, gravity's field subtracted if the base was given −g
-  typename S::Turning turning = S::no_turning();  ///< of the angular velocity and acceleration
+  typename S::AccelerationOperator acceleration_operator =
+      S::zero_acceleration_operator();  ///< of the angular velocity and acceleration
 };
 
 template <class S>
-using State = std::vector<NodeState<S>>;
+using TreeState = std::vector<NodeState<S>>;
 
 template <class S>
-inline void set_turned(const Node<Constants<S>>& node, const typename S::Scalar& cosine, const typename S::Scalar& sine,
-                       NodeState<S>& state) {
-  state.R_PN = turned(node.R_PF, cosine, sine);
+inline void set_revolute_pose(const Node<Constants<S>>& node, const typename S::Scalar& cosine,
+                              const typename S::Scalar& sine, NodeState<S>& state) {
+  state.R_PN = rotate_about_joint_axis(node.R_PF, cosine, sine);
   state.p_PN = node.p_PF.template cast<typename S::Scalar>();
 }
 
@@ -42,16 +43,16 @@ template <class S>
 inline void set_local_pose(const Node<Constants<S>>& node, const typename S::Scalar* y, NodeState<S>& state) {
   using T = typename S::Scalar;
   switch (node.motion) {
-    case NodeMotion::turn: {
+    case NodeMotion::revolute: {
       const T x = node.ratio * y[node.column] + node.offset;
       T s, c;
-      sine_and_cosine(x, s, c);
-      set_turned(node, c, s, state);
+      sine_cosine_into(x, s, c);
+      set_revolute_pose(node, c, s, state);
       break;
     }
-    case NodeMotion::slide:
+    case NodeMotion::prismatic:
       state.R_PN = cast<T>(node.R_PF);
-      state.p_PN = node.p_PF + (node.ratio * y[node.column] + node.offset) * slide_axis(node.R_PF);
+      state.p_PN = node.p_PF + (node.ratio * y[node.column] + node.offset) * prismatic_axis(node.R_PF);
       break;
     case NodeMotion::weld:
       state.R_PN = cast<T>(node.R_PF);
@@ -61,27 +62,27 @@ inline void set_local_pose(const Node<Constants<S>>& node, const typename S::Sca
 }
 
 template <class S>
-void set_local_poses(const Tree<Constants<S>>& tree, const typename S::Scalar* y, State<S>& state) {
+void set_local_poses(const Tree<Constants<S>>& tree, const typename S::Scalar* y, TreeState<S>& state) {
   for (std::size_t n = 1; n < tree.nodes.size(); ++n) set_local_pose(tree.nodes[n], y, state[n]);
 }
 
 /// The turns of a single motion two by two, which keeps the processor busier than one after the other; to the same bits.
 template <class S>
 requires std::is_same_v<typename S::Scalar, double>
-void set_local_poses(const Tree<S>& tree, const double* y, State<S>& state) {
+void set_local_poses(const Tree<S>& tree, const double* y, TreeState<S>& state) {
   const auto angle = [&](const Node<S>& node) { return node.ratio * y[node.column] + node.offset; };
   std::size_t waits = 0;  // the first of a pair
   for (std::size_t n = 1; n < tree.nodes.size(); ++n) {
     const Node<S>& node = tree.nodes[n];
-    if (node.motion != NodeMotion::turn) {
+    if (node.motion != NodeMotion::revolute) {
       set_local_pose(node, y, state[n]);
     } else if (waits == 0) {
       waits = n;
     } else {
       const Node<S>& first = tree.nodes[waits];
       const auto both = sine_cosine(Pack<2>(Pack<2>::Numbers{angle(first), angle(node)}));
-      set_turned(first, both.cosine[0], both.sine[0], state[waits]);
-      set_turned(node, both.cosine[1], both.sine[1], state[n]);
+      set_revolute_pose(first, both.cosine[0], both.sine[0], state[waits]);
+      set_revolute_pose(node, both.cosine[1], both.sine[1], state[n]);
       waits = 0;
     }
   }
@@ -99,22 +100,22 @@ template <class S>
 inline void set_angular_velocity(const Node<Constants<S>>& node, const typename S::Scalar* dy,
                                  const NodeState<S>& parent, NodeState<S>& state) {
   state.angular_velocity =  // the ground does not turn
-      node.parent == 0 ? S::zero_angular() : typename S::Angular(unrotate(state.R_PN, parent.angular_velocity));
-  if (node.motion == NodeMotion::turn) add_about_axis(state.angular_velocity, node.ratio * dy[node.column]);
+      node.parent == 0 ? S::zero_angular() : typename S::Angular(rotate_inverse(state.R_PN, parent.angular_velocity));
+  if (node.motion == NodeMotion::revolute) add_to_axis_component(state.angular_velocity, node.ratio * dy[node.column]);
 }
 
 template <class S>
 inline void set_velocity(const Node<Constants<S>>& node, const typename S::Scalar* dy, const NodeState<S>& parent,
                          NodeState<S>& state) {
   state.velocity =
-      unrotate(state.R_PN, typename S::Vector(parent.velocity + cross(parent.angular_velocity, state.p_PN)));
-  if (node.motion == NodeMotion::slide) add_along_slide(state.velocity, node.ratio * dy[node.column]);
+      rotate_inverse(state.R_PN, typename S::Vector(parent.velocity + cross(parent.angular_velocity, state.p_PN)));
+  if (node.motion == NodeMotion::prismatic) add_to_slide_component(state.velocity, node.ratio * dy[node.column]);
 }
 
 /// Acceleration of a point fixed to a node, node axes.
 template <class S, class Vector>
-inline typename S::Vector own_acceleration(const NodeState<S>& state, const Vector& p_N) {
-  return state.acceleration + times(state.turning, p_N);
+inline typename S::Vector local_point_acceleration(const NodeState<S>& state, const Vector& p_N) {
+  return state.acceleration + times(state.acceleration_operator, p_N);
 }
 
 /// @param ddy null: the accelerations that velocities alone cause
@@ -124,52 +125,52 @@ inline void set_acceleration(const Node<Constants<S>>& node, const typename S::S
   typename S::Vector a = parent.acceleration;  // worked on in registers
   typename S::Angular alpha = S::zero_angular();
   if (node.parent > 0) {  // the ground does not turn
-    a = own_acceleration(parent, state.p_PN);
-    alpha = unrotate(state.R_PN, parent.angular_acceleration);
+    a = local_point_acceleration(parent, state.p_PN);
+    alpha = rotate_inverse(state.R_PN, parent.angular_acceleration);
   }
-  a = unrotate(state.R_PN, a);
-  if (node.motion == NodeMotion::turn) {
+  a = rotate_inverse(state.R_PN, a);
+  if (node.motion == NodeMotion::revolute) {
     alpha += cross_with_axis(state.angular_velocity, typename S::Scalar(node.ratio * dy[node.column]));
-    if (ddy) add_about_axis(alpha, typename S::Scalar(node.ratio * ddy[node.column]));
-  } else if (node.motion == NodeMotion::slide) {
+    if (ddy) add_to_axis_component(alpha, typename S::Scalar(node.ratio * ddy[node.column]));
+  } else if (node.motion == NodeMotion::prismatic) {
     const typename S::Vector slip = node.ratio * dy[node.column] * S::slide_direction();
     a += 2 * cross(state.angular_velocity, slip);
-    if (ddy) add_along_slide(a, typename S::Scalar(node.ratio * ddy[node.column]));
+    if (ddy) add_to_slide_component(a, typename S::Scalar(node.ratio * ddy[node.column]));
   }
   state.acceleration = a;
   state.angular_acceleration = alpha;
-  state.turning = turning(state.angular_velocity, alpha);
+  state.acceleration_operator = make_acceleration_operator(state.angular_velocity, alpha);
 }
 
 template <class S>
-void poses(const Tree<Constants<S>>& tree, const typename S::Scalar* y, State<S>& state) {
+void compute_poses(const Tree<Constants<S>>& tree, const typename S::Scalar* y, TreeState<S>& state) {
   set_local_poses(tree, y, state);
   for (std::size_t n = 1; n < tree.nodes.size(); ++n) set_world_pose(state[tree.nodes[n].parent], state[n]);
 }
 
 template <class S>
-void angular_velocities(const Tree<Constants<S>>& tree, const typename S::Scalar* dy, State<S>& state) {
+void compute_angular_velocities(const Tree<Constants<S>>& tree, const typename S::Scalar* dy, TreeState<S>& state) {
   for (std::size_t n = 1; n < tree.nodes.size(); ++n)
     set_angular_velocity(tree.nodes[n], dy, state[tree.nodes[n].parent], state[n]);
 }
 
 /// Velocities of the nodes' origins, once the angular ones are known.
 template <class S>
-void origin_velocities(const Tree<Constants<S>>& tree, const typename S::Scalar* dy, State<S>& state) {
+void compute_origin_velocities(const Tree<Constants<S>>& tree, const typename S::Scalar* dy, TreeState<S>& state) {
   for (std::size_t n = 1; n < tree.nodes.size(); ++n)
     set_velocity(tree.nodes[n], dy, state[tree.nodes[n].parent], state[n]);
 }
 
 template <class S>
-void velocities(const Tree<Constants<S>>& tree, const typename S::Scalar* dy, State<S>& state) {
-  angular_velocities(tree, dy, state);
-  origin_velocities(tree, dy, state);
+void compute_velocities(const Tree<Constants<S>>& tree, const typename S::Scalar* dy, TreeState<S>& state) {
+  compute_angular_velocities(tree, dy, state);
+  compute_origin_velocities(tree, dy, state);
 }
 
 /// @param base acceleration of the ground; −gravity makes weight part of the inertia forces
 template <class S>
-void accelerations(const Tree<Constants<S>>& tree, const typename S::Scalar* dy, const typename S::Scalar* ddy,
-                   const typename S::Vector& base, State<S>& state) {
+void compute_accelerations(const Tree<Constants<S>>& tree, const typename S::Scalar* dy, const typename S::Scalar* ddy,
+                           const typename S::Vector& base, TreeState<S>& state) {
   state[0].acceleration = base;
   for (std::size_t n = 1; n < tree.nodes.size(); ++n)
     set_acceleration(tree.nodes[n], dy, ddy, state[tree.nodes[n].parent], state[n]);
@@ -177,11 +178,11 @@ void accelerations(const Tree<Constants<S>>& tree, const typename S::Scalar* dy,
 
 /// World pose of a frame fixed to a node.
 template <class S>
-inline typename S::Vector position(const State<S>& state, const FixedFrame<Constants<S>>& frame) {
+inline typename S::Vector position(const TreeState<S>& state, const FixedFrame<Constants<S>>& frame) {
   return state[frame.node].p_WN + state[frame.node].R_WN * frame.p_N;
 }
 template <class S>
-inline typename S::Rotation orientation(const State<S>& state, const FixedFrame<Constants<S>>& frame) {
+inline typename S::Rotation orientation(const TreeState<S>& state, const FixedFrame<Constants<S>>& frame) {
   return state[frame.node].R_WN * frame.R_N;
 }
 
@@ -194,13 +195,13 @@ inline typename S::Vector point_velocity(const NodeState<S>& state, const Vector
 /// World acceleration of a point fixed to a node (less gravity's if the base was given −g).
 template <class S, class Vector>
 inline typename S::Vector point_acceleration(const NodeState<S>& state, const Vector& p_N) {
-  return state.R_WN * own_acceleration(state, p_N);
+  return state.R_WN * local_point_acceleration(state, p_N);
 }
 
 /// Rate of a node's linear momentum, node axes.
 template <class S>
 inline typename S::Vector inertia_force(const typename Constants<S>::Inertia& inertia, const NodeState<S>& state) {
-  return inertia.mass * state.acceleration + times(state.turning, inertia.moment);
+  return inertia.mass * state.acceleration + times(state.acceleration_operator, inertia.first_moment);
 }
 
 }  // namespace balance

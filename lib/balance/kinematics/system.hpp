@@ -11,18 +11,18 @@
 namespace balance {
 
 template <class S>
-class System {
+class ConstraintSystem {
  public:
   /// @param tree must outlive the system
-  System(const Tree<S>& tree, Drive<S> drive);
+  ConstraintSystem(const Tree<S>& tree, Drive<S> drive);
 
-  int rows() const { return tree_.place_rows + drive_.rows(); }
-  int place_rows() const { return tree_.place_rows; }
+  int rows() const { return tree_.position_rows + drive_.row_count(); }
+  int place_rows() const { return tree_.position_rows; }
   int closure_rows() const { return tree_.closure_rows; }
   int columns() const { return tree_.columns; }
   const Drive<S>& drive() const { return drive_; }
   const Tree<S>& tree() const { return tree_; }
-  const State<S>& state() const { return state_; }
+  const TreeState<S>& state() const { return state_; }
   const MassDistribution<S>& masses() const { return masses_; }
 
   /// Residual and Jacobian at y. Lengths are divided by the characteristic length and columns that are lengths are
@@ -32,10 +32,10 @@ class System {
 
   /// The same Jacobian with the rows of closures of rates between those of the other closures and the prescribed quantities': what it
   /// maps to zero, or to prescribed rates, are the rates that are possible.
-  void rates(const VectorX& y, const DriveSample& target, MatrixX& jacobian);
+  void velocity_jacobian(const VectorX& y, const DriveSample& target, MatrixX& jacobian);
 
   /// All joints' frames point the way they should at the configuration last evaluated.
-  bool aligned() const;
+  bool is_aligned() const;
 
   /// Present values of the driven quantities at the configuration last evaluated.
   DriveSample measure(const VectorX& y) const;
@@ -43,20 +43,20 @@ class System {
  private:
   // add(row, column, value): several values may meet in one place
   template <class Add>
-  void closures(VectorX& residual, const Add& add);
+  void add_closures(VectorX& residual, const Add& add);
   template <class Add>
-  void bound_rates(const Add& add) const;
+  void add_velocity_closures(const Add& add) const;
   template <class Add>
-  void prescribed(const VectorX& y, const DriveSample& target, int first_row, VectorX& residual, const Add& add);
+  void add_drive(const VectorX& y, const DriveSample& target, int first_row, VectorX& residual, const Add& add);
 
   const Tree<S>& tree_;
   Drive<S> drive_;
-  State<S> state_;
+  TreeState<S> state_;
   MassDistribution<S> masses_;
   std::vector<Eigen::Triplet<double>> entries_;  ///< of the sparse Jacobian
 };
 
-extern template class System<Planar>;
-extern template class System<Spatial>;
+extern template class ConstraintSystem<Planar>;
+extern template class ConstraintSystem<Spatial>;
 
 }  // namespace balance

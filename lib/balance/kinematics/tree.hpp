@@ -10,14 +10,14 @@
 
 namespace balance {
 
-using NodeId = IdOf<struct NodeList>;  ///< into Tree::nodes
+using NodeId = TypedIndex<struct NodeList>;  ///< into Tree::nodes
 
-enum class NodeMotion { weld, turn, slide };
+enum class NodeMotion { weld, revolute, prismatic };
 
 /// Rigid frame N hanging on the frame P of its parent. Its displacement is x = ratio · y[column] + offset; one that is a sum of
 /// several columns' is made of as many nodes, about or along the same axis.
 template <class S>
-struct alignas(line_alignment<typename S::Scalar>) Node {
+struct alignas(storage_alignment<typename S::Scalar>) Node {
   typename S::Scalar ratio = 1;
   typename S::Scalar offset = 0;
   typename S::Rotation R_PF;  ///< N at x = 0; turns about its z axis, slides along S::slide_direction()
@@ -25,7 +25,7 @@ struct alignas(line_alignment<typename S::Scalar>) Node {
   typename S::Inertia inertia;  ///< of everything fixed to N, about N's origin, in N's axes
   NodeId parent = -1;           ///< −1 only for node 0, the world
   NodeMotion motion = NodeMotion::weld;
-  Column column = -1;  ///< −1 for welds
+  ColumnId column = -1;  ///< −1 for welds
   bool massless = true;
 };
 
@@ -53,9 +53,9 @@ struct PathStep {
 
 /// A part of a sum of speeds: factor times a component of what a frame does, in the world's axes or its own, or the rate of a column.
 template <class S>
-struct RateTerm {
-  enum class Of { column, velocity, turning } of = Of::column;
-  bool own = false;
+struct VelocityTerm {
+  enum class Of { column, velocity, angular_velocity } of = Of::column;
+  bool is_in_body_axes = false;
   int axis = 0;
   typename S::Scalar factor = 1;
   FixedFrame<S> frame;
@@ -75,15 +75,15 @@ struct Closure {
   bool split = false;  ///< welds the copy that a split joint carries
   FixedFrame<S> a, b;
   std::vector<ClosureRow> rows;
-  bool pinned = false;         ///< the origins of a and b coincide: nothing slides
-  std::vector<int> aligned;    ///< axes k for which a_k · b_k must be positive: excludes flipped assemblies
+  bool has_coincident_origins = false;  ///< the origins of a and b coincide: nothing slides
+  std::vector<int> aligned;             ///< axes k for which a_k · b_k must be positive: excludes flipped assemblies
   std::vector<PathStep> path;  ///< nodes that move b (+1) or a (−1) but not both; of a sum: what moves its terms
   RollingContact<typename S::Scalar> contact = {};  ///< of rows `slip`
-  std::vector<RateTerm<S>> terms = {};              ///< of the one row `sum`
-  double unit = 1;  ///< of the row `sum`: how large it is where the mechanism moves by one
+  std::vector<VelocityTerm<S>> terms = {};          ///< of the one row `sum`
+  double row_scale = 1;  ///< of the row `sum`: how large it is where the mechanism moves by one
 
   /// It binds rates, not places.
-  bool of_rates() const {
+  bool is_velocity_level() const {
     return !rows.empty() && (rows[0].kind == ClosureRow::Kind::slip || rows[0].kind == ClosureRow::Kind::sum);
   }
 };
@@ -102,32 +102,32 @@ struct Tree {
   std::vector<FixedFrame<S>> bodies;  ///< frame of every body of the mechanism
   std::vector<Closure<S>> closures;
   int closure_rows = 0;
-  int place_rows = 0;   ///< those of closures that bind places; closures of rates come after them
-  bool slides = false;  ///< some closure is not pinned
+  int position_rows = 0;              ///< those of closures that bind places; closures of rates come after them
+  bool has_sliding_closures = false;  ///< some closure is not pinned
   /// Every coordinate of the mechanism in terms of y; without terms where the joint is cut.
-  std::vector<LinearQuantityOf<typename S::Scalar>> sources;
+  std::vector<LinearQuantityOf<typename S::Scalar>> coordinate_expressions;
   std::vector<NodeId> joint_nodes;  ///< per joint: the last node of its chain, −1 if cut
   std::vector<bool> joint_forward;  ///< per joint: the tree walks it from its first to its second body
   /// First nodes of the spherical joints whose coordinates nobody prescribes, drives or couples: these may be counted from
   /// another reference orientation at any time (rereference), so that they never reach their singular position.
   std::vector<NodeId> spherical_joints;
   std::vector<bool>
-      floats;  ///< per coordinate of the mechanism: one of a spherical joint's, whose source holds at the start only
+      is_floating;  ///< per coordinate of the mechanism: one of a spherical joint's, whose source holds at the start only
   /// Bodies whose passive freedom is held: the spherical joint that carries them lacks its last turn, like a universal joint.
   std::vector<PassiveFreedom> locked_freedoms;
-  std::vector<MassElement<S>> elements;  ///< bodies 1…, then attachments, then discs
+  std::vector<MassElement<S>> mass_elements;  ///< bodies 1…, then attachments, then discs
   typename S::Scalar mass = 0;
-  double length = 1;                    ///< characteristic length
-  std::vector<int> column_kind_length;  ///< per column: 1 if it is a length, 0 if an angle
+  double characteristic_length = 1;   ///< characteristic length
+  std::vector<int> is_length_column;  ///< per column: 1 if it is a length, 0 if an angle
 };
 
 /// @param needed coordinates that must not be cut (those a drive prescribes)
 template <class S>
-Tree<S> compile(const MechanismOf<typename S::Scalar>& mechanism, const std::vector<CoordinateId>& needed);
+Tree<S> compile_tree(const MechanismOf<typename S::Scalar>& mechanism, const std::vector<CoordinateId>& needed);
 
 /// Counts a spherical joint's coordinates from the present orientation on: they become zero, nothing moves.
 template <class S>
-void rereference(Tree<S>& tree, NodeId spherical, typename S::Scalar* y);
+void reset_spherical_reference(Tree<S>& tree, NodeId spherical, typename S::Scalar* y);
 
 /// Inertia given about the CoM in a frame's axes, moved to that frame's origin.
 template <class S>
@@ -136,12 +136,12 @@ typename S::Inertia inertia_about_origin(const typename S::Scalar& mass, const V
 
 /// The same inertia seen from the frame that R, p place it in.
 template <class S>
-typename S::Inertia moved(const typename S::Inertia& inertia, const typename S::Rotation& R,
-                          const typename S::Vector& p);
+typename S::Inertia transform_inertia(const typename S::Inertia& inertia, const typename S::Rotation& R,
+                                      const typename S::Vector& p);
 
-extern template void rereference<Planar>(Tree<Planar>&, NodeId, double*);
-extern template void rereference<Spatial>(Tree<Spatial>&, NodeId, double*);
-extern template Tree<Planar> compile<Planar>(const Mechanism&, const std::vector<CoordinateId>&);
-extern template Tree<Spatial> compile<Spatial>(const Mechanism&, const std::vector<CoordinateId>&);
+extern template void reset_spherical_reference<Planar>(Tree<Planar>&, NodeId, double*);
+extern template void reset_spherical_reference<Spatial>(Tree<Spatial>&, NodeId, double*);
+extern template Tree<Planar> compile_tree<Planar>(const Mechanism&, const std::vector<CoordinateId>&);
+extern template Tree<Spatial> compile_tree<Spatial>(const Mechanism&, const std::vector<CoordinateId>&);
 
 }  // namespace balance

@@ -19,11 +19,11 @@ class LaneActuation {
   explicit LaneActuation(const Actuation<S>& scalar)
       : closures_(scalar.closures_), passive_columns_(scalar.passive_columns_) {
     for (const auto& motor : scalar.actuated_) motors_.push_back({motor.column, motor.ratio, {}});
-    for (const auto& entry : scalar.gathered_) passive_entries_.push_back({entry.place, entry.index});
-    for (std::size_t a = 0; a < scalar.at_motor_.size(); ++a)
-      for (const auto& entry : scalar.at_motor_[a]) motors_[a].entries.push_back({entry.place, entry.row});
+    for (const auto& entry : scalar.closure_entries_) passive_entries_.push_back({entry.place, entry.index});
+    for (std::size_t a = 0; a < scalar.motor_column_entries_.size(); ++a)
+      for (const auto& entry : scalar.motor_column_entries_[a]) motors_[a].entries.push_back({entry.place, entry.row});
     SparsityPattern pattern(static_cast<std::size_t>(closures_));
-    for (const auto& entry : scalar.gathered_) pattern[entry.row].push_back(position(entry.column));
+    for (const auto& entry : scalar.closure_entries_) pattern[entry.row].push_back(position(entry.column));
     passive_.analyse(pattern);
     efforts_.assign(motors_.size(), T(0.0));
     multipliers_.assign(static_cast<std::size_t>(closures_), T(0.0));
@@ -34,30 +34,30 @@ class LaneActuation {
   void start(const Actuation<S>& scalar) {
     if (closures_ == 0) return;
     passive_.take_order(scalar.passive_);
-    passive_.keep(scalar.passive_.storage());
+    passive_.store(scalar.passive_.storage());
   }
 
   /// Per lane the smallest pivot; see Actuation::look.
-  T look(const Equations<L>& equations) {
+  T factorise(const KinematicEquations<L>& equations) {
     if (closures_ == 0) return 1.0;
-    for (const Place& entry : passive_entries_) passive_.storage()[entry.to] = equations.value(entry.from);
+    for (const EntryCopy& entry : passive_entries_) passive_.storage()[entry.to] = equations.entry_at(entry.from);
     passive_.factorise();
-    return passive_.quality();
+    return passive_.min_pivot();
   }
-  bool near_kept(double limit) { return closures_ == 0 || passive_.near_kept(limit); }
+  bool near_kept(double limit) { return closures_ == 0 || passive_.is_near_stored(limit); }
   void keep() {
-    if (closures_ > 0) passive_.keep();
+    if (closures_ > 0) passive_.store();
   }
 
   /// After look(), which found regular matrices. @param tau per tree coordinate
-  void solve(const Equations<L>& equations, const T* tau) {
+  void solve(const KinematicEquations<L>& equations, const T* tau) {
     const std::vector<double>&columns = equations.column_scale(), &rows = equations.row_scale();
     for (int k = 0; k < closures_; ++k) multipliers_[k] = columns[passive_columns_[k]] * tau[passive_columns_[k]];
     if (closures_ > 0) passive_.solve_transposed(multipliers_.data());
     for (std::size_t a = 0; a < motors_.size(); ++a) {
       const Motor& motor = motors_[a];
       T sum = 0.0;
-      for (const Place& entry : motor.entries) sum += equations.value(entry.from) * multipliers_[entry.to];
+      for (const EntryCopy& entry : motor.entries) sum += equations.entry_at(entry.from) * multipliers_[entry.to];
       efforts_[a] = (tau[motor.column] - sum / columns[motor.column]) / motor.ratio;
     }
     for (int r = 0; r < closures_; ++r) multipliers_[r] *= rows[r];
@@ -67,26 +67,26 @@ class LaneActuation {
   const std::vector<T>& multipliers() const { return multipliers_; }  ///< per closure row [N or N m]
 
  private:
-  struct Place {
+  struct EntryCopy {
     int from;  ///< among the equations' values
     int to;    ///< in the passive matrix, or the row
   };
   struct Motor {
-    Column column;
+    ColumnId column;
     double ratio;
-    std::vector<Place> entries;
+    std::vector<EntryCopy> entries;
   };
 
-  int position(Column column) const {
+  int position(ColumnId column) const {
     return static_cast<int>(std::find(passive_columns_.begin(), passive_columns_.end(), column) -
                             passive_columns_.begin());
   }
 
   int closures_;
-  std::vector<Column> passive_columns_;
+  std::vector<ColumnId> passive_columns_;
   std::vector<Motor> motors_;
-  std::vector<Place> passive_entries_;
-  LaneSystem<T::lanes> passive_;
+  std::vector<EntryCopy> passive_entries_;
+  LaneSquareSystem<T::lanes> passive_;
   std::vector<T> efforts_, multipliers_;
 };
 

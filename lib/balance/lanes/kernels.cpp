@@ -15,17 +15,18 @@ namespace balance {
 
 namespace {
 
-using Lanes = Number;
+using Lanes = EngineScalar;
 
 /// Rows of a table as lanes, one entry per column, and back: in squares of as many rows and columns as there are lanes. Where rows are
 /// shorter than a square is wide it reaches into those after them; where there are none, number by number by way of memory of its own.
-class Rows {
+class LaneRows {
  public:
-  Rows(int columns, long count) : columns_(columns), count_(count), numbers_(static_cast<std::size_t>(columns) * W) {}
+  LaneRows(int columns, long count)
+      : columns_(columns), count_(count), numbers_(static_cast<std::size_t>(columns) * W) {}
 
   /// Rows k…; behind the last one it goes on with the last.
   void load(const double* table, long k, Lanes* out) {
-    if (squares_fit(k)) {
+    if (can_transpose_blocks(k)) {
       for (int square = 0; square < columns_; square += W) {
         const int first = first_column(square);
         Lanes entries[W];
@@ -45,7 +46,7 @@ class Rows {
 
   /// Rows k…, and perhaps the beginning of the next one, which must follow.
   void store(const Lanes* in, long k, double* table) {
-    if (squares_fit(k)) {
+    if (can_transpose_blocks(k)) {
       for (int square = 0; square < columns_; square += W) {
         const int first = first_column(square);
         Lanes entries[W];
@@ -66,7 +67,9 @@ class Rows {
 
   /// The last square of wide rows ends with them.
   int first_column(int square) const { return std::max(0, std::min(square, columns_ - W)); }
-  bool squares_fit(long k) const { return (k + W - 1) * columns_ + std::max(W, columns_) <= count_ * columns_; }
+  bool can_transpose_blocks(long k) const {
+    return (k + W - 1) * columns_ + std::max(W, columns_) <= count_ * columns_;
+  }
 
   int columns_;
   long count_;
@@ -74,26 +77,26 @@ class Rows {
 };
 
 template <class L, class S>
-void torques(const Tree<S>& tree, const typename S::Vector& gravity, const TorqueJob& job) {
+void run_lane_inverse_dynamics(const Tree<S>& tree, const typename S::Vector& gravity, const InverseDynamicsJob& job) {
   const int columns = tree.columns;
   const typename L::Vector field = gravity.template cast<Lanes>();
-  State<L> state(tree.nodes.size());
+  TreeState<L> state(tree.nodes.size());
   std::vector<Wrench<L>> wrenches(tree.nodes.size());
-  Rows rows(columns, job.count);
+  LaneRows rows(columns, job.count);
   std::vector<Lanes> numbers(static_cast<std::size_t>(columns) * 4);
   Lanes *y = numbers.data(), *dy = y + columns, *ddy = dy + columns, *tau = ddy + columns;
   for (long k = 0; k < job.count; k += Lanes::lanes) {
     rows.load(job.y, k, y);
     rows.load(job.dy, k, dy);
     rows.load(job.ddy, k, ddy);
-    tree_torques<L>(tree, y, dy, ddy, field, state, wrenches, tau);
+    open_tree_inverse_dynamics<L>(tree, y, dy, ddy, field, state, wrenches, tau);
     rows.store(tau, k, job.tau);
   }
 }
 
 template <class L, class S>
-std::unique_ptr<GroupMotion<S>> motion(const GroupSetup<S>& setup) {
-  return std::make_unique<LaneMotion<L, S>>(setup);
+std::unique_ptr<GroupSolver<S>> make_lane_motion(const GroupSetup<S>& setup) {
+  return std::make_unique<LaneGroupSolver<L, S>>(setup);
 }
 
 }  // namespace
@@ -101,10 +104,10 @@ std::unique_ptr<GroupMotion<S>> motion(const GroupSetup<S>& setup) {
 extern "C" {
 extern const LaneKernels BALANCE_LANES_TABLE;
 const LaneKernels BALANCE_LANES_TABLE = {
-    .planar_torques = torques<PlanarOf<Lanes>, Planar>,
-    .spatial_torques = torques<SpatialOf<Lanes>, Spatial>,
-    .planar_motion = motion<PlanarOf<Lanes>, Planar>,
-    .spatial_motion = motion<SpatialOf<Lanes>, Spatial>,
+    .planar_torques = run_lane_inverse_dynamics<PlanarOf<Lanes>, Planar>,
+    .spatial_torques = run_lane_inverse_dynamics<SpatialOf<Lanes>, Spatial>,
+    .planar_motion = make_lane_motion<PlanarOf<Lanes>, Planar>,
+    .spatial_motion = make_lane_motion<SpatialOf<Lanes>, Spatial>,
 };
 }
 

@@ -1,5 +1,5 @@
 #pragma once
-/// The smallest singular value of small matrices, one in every lane, by the way of LeastSingular: Householder's tridiagonal form of AᵀA,
+/// The smallest singular value of small matrices, one in every lane, by the way of MinSingularValue: Householder's tridiagonal form of AᵀA,
 /// then Laguerre's iteration, which ends for each lane by itself. Private to lanes.
 
 #include "balance/motion/equations.hpp"
@@ -11,27 +11,27 @@ namespace balance {
 
 /// @tparam L a space over packs
 template <class L>
-class LaneLeastSingular {
+class LaneMinSingularValue {
  public:
   using T = typename L::Scalar;
 
-  explicit LaneLeastSingular(const Equations<L>& equations) : n_(equations.columns()) {
+  explicit LaneMinSingularValue(const KinematicEquations<L>& equations) : n_(equations.columns()) {
     for (int r = 0; r < equations.rows(); ++r) {
       rows_.emplace_back();
       for (int c = 0; c < n_; ++c)
-        if (const int place = equations.place(r, c); place >= 0) rows_.back().push_back({place, c});
+        if (const int place = equations.entry_index(r, c); place >= 0) rows_.back().push_back({place, c});
     }
     matrix_.resize(static_cast<std::size_t>(n_) * n_);
-    for (auto* vector : {&diagonal_, &beside_, &vector_, &image_}) vector->resize(static_cast<std::size_t>(n_));
+    for (auto* vector : {&diagonal_, &subdiagonal_, &vector_, &image_}) vector->resize(static_cast<std::size_t>(n_));
   }
 
   /// @param equations filled
-  T of(const Equations<L>& equations) {
+  T compute(const KinematicEquations<L>& equations) {
     multiply(equations);
-    reduce();
+    tridiagonalise();
     T least = 0.0;
     auto moving = T(0.0) == T(0.0);
-    for (int step = 0; step < most_steps; ++step) {
+    for (int step = 0; step < max_laguerre_iterations; ++step) {
       const Sums sums = laguerre_sums(least);
       moving = moving & sums.below;
       const double n = n_;
@@ -45,7 +45,7 @@ class LaneLeastSingular {
   }
 
  private:
-  static constexpr int most_steps = 200;
+  static constexpr int max_laguerre_iterations = 200;
 
   struct Sums {
     T first, second;
@@ -53,31 +53,32 @@ class LaneLeastSingular {
   };
 
   /// AᵀA.
-  void multiply(const Equations<L>& equations) {
+  void multiply(const KinematicEquations<L>& equations) {
     for (T& entry : matrix_) entry = 0.0;
     for (const auto& row : rows_)
       for (std::size_t i = 0; i < row.size(); ++i) {
-        const T left = equations.value(row[i].first);
+        const T left = equations.entry_at(row[i].first);
         for (std::size_t j = 0; j <= i; ++j)
-          matrix_[static_cast<std::size_t>(row[i].second) * n_ + row[j].second] += left * equations.value(row[j].first);
+          matrix_[static_cast<std::size_t>(row[i].second) * n_ + row[j].second] +=
+              left * equations.entry_at(row[j].first);
       }
     for (int i = 0; i < n_; ++i)
       for (int j = 0; j < i; ++j) matrix_[j * n_ + i] = matrix_[i * n_ + j];
   }
 
-  void reduce() {
+  void tridiagonalise() {
     for (int k = 0; k < n_; ++k) {
       const T* pivot_row = &matrix_[k * n_];
       diagonal_[k] = pivot_row[k];
-      beside_[k] = 0.0;
+      subdiagonal_[k] = 0.0;
       if (k + 1 == n_) break;
       const T head = pivot_row[k + 1];
       T tail = 0.0;
       for (int i = k + 2; i < n_; ++i) tail += pivot_row[i] * pivot_row[i];
       const T length = sqrt(head * head + tail);
-      beside_[k] = select(head < 0.0, length, -length);
+      subdiagonal_[k] = select(head < 0.0, length, -length);
       for (int i = k + 1; i < n_; ++i) vector_[i] = pivot_row[i];
-      vector_[k + 1] -= beside_[k];
+      vector_[k + 1] -= subdiagonal_[k];
       const T square = vector_[k + 1] * vector_[k + 1] + tail;
       reflect(k + 1, select(square > 0.0, 2.0 / square, T(0.0)));
     }
@@ -101,12 +102,12 @@ class LaneLeastSingular {
       }
   }
 
-  /// As in LeastSingular.
+  /// As in MinSingularValue.
   Sums laguerre_sums(const T& x) const {
     Sums sums{0.0, 0.0, T(0.0) == T(0.0)};
     T inverse = 0.0, slope = 0.0, curvature = 0.0;
     for (int i = 0; i < n_; ++i) {
-      const T passed = i > 0 ? beside_[i - 1] * beside_[i - 1] * inverse : T(0.0);
+      const T passed = i > 0 ? subdiagonal_[i - 1] * subdiagonal_[i - 1] * inverse : T(0.0);
       const T first = passed * slope - 1.0, second = passed * (curvature - 2.0 * slope * slope);
       const T pivot = diagonal_[i] - x - passed;
       sums.below = sums.below & (pivot > 0.0);
@@ -121,7 +122,7 @@ class LaneLeastSingular {
 
   int n_;
   std::vector<std::vector<std::pair<int, int>>> rows_;  ///< per row its entries' places and columns, columns increasing
-  std::vector<T> matrix_, diagonal_, beside_, vector_, image_;
+  std::vector<T> matrix_, diagonal_, subdiagonal_, vector_, image_;
 };
 
 }  // namespace balance

@@ -11,11 +11,11 @@ namespace balance {
 
 /// @tparam L the space S over packs
 template <class L, class S>
-class LaneMoment {
+class LaneSampleEvaluator {
  public:
   using T = typename L::Scalar;
 
-  explicit LaneMoment(const GroupSetup<S>& setup)
+  explicit LaneSampleEvaluator(const GroupSetup<S>& setup)
       : mechanism_(setup.mechanism),
         tree_(setup.tree),
         tool_(setup.drive.tool),
@@ -28,27 +28,28 @@ class LaneMoment {
   }
 
   /// @param equations filled and actuation looked there, poses and angular velocities in the state
-  void see(const Equations<L>& equations, LaneActuation<L>& actuation, State<L>& state, const T* dy, const T* ddy) {
-    origin_velocities(tree_, dy, state);
-    accelerations<L>(tree_, dy, ddy, -gravity_, state);
+  void evaluate(const KinematicEquations<L>& equations, LaneActuation<L>& actuation, TreeState<L>& state, const T* dy,
+                const T* ddy) {
+    compute_origin_velocities(tree_, dy, state);
+    compute_accelerations<L>(tree_, dy, ddy, -gravity_, state);
     for (auto& wrench : wrenches_) wrench = {};
     inverse_dynamics(tree_, state, wrenches_, tau_.data());
     actuation.solve(equations, tau_.data());
     efforts_ = actuation.efforts().data();
     const Wrench<L> none;
-    read_forces<L>(tree_, state, {wrenches_[0], none, none, gravity_, about_}, seen_);
+    compute_total_forces<L>(tree_, state, {wrenches_[0], none, none, gravity_, about_}, seen_);
     if (mechanism_.tool) {
       seen_.tool_position = to_3d(position(state, tool_));
       seen_.tool_rotation = to_matrix(orientation(state, tool_));
     }
     seen_.com_velocity = to_3d(com_velocity(tree_, state));
-    read_energies(tree_, state, gravity_, T(0.0), seen_);
+    compute_energies(tree_, state, gravity_, T(0.0), seen_);
     if (!tree_.closures.empty()) {
       for (auto& wrench : wrenches_) wrench = {};
       add_closure_wrenches(tree_, state, actuation.multipliers(), wrenches_, seen_);
       inverse_dynamics(tree_, state, wrenches_, tau_.data());
     }
-    read_transmitted(mechanism_, tree_, state, wrenches_, seen_);
+    compute_joint_reactions(mechanism_, tree_, state, wrenches_, seen_);
   }
 
   /// The moments of all lanes, to the samples from `first` on.

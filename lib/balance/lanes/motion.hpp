@@ -1,5 +1,5 @@
 #pragma once
-/// A GroupMotion in lanes: as many moments at once as the instruction set has lanes, one such part of a group after another.
+/// A GroupSolver in lanes: as many moments at once as the instruction set has lanes, one such part of a group after another.
 /// Private to lanes.
 
 #include "balance/lanes/least_singular.hpp"
@@ -10,30 +10,31 @@ namespace balance {
 
 /// @tparam L the space S over packs
 template <class L, class S>
-class LaneMotion final : public GroupMotion<S> {
+class LaneGroupSolver final : public GroupSolver<S> {
  public:
-  explicit LaneMotion(const GroupSetup<S>& setup)
+  explicit LaneGroupSolver(const GroupSetup<S>& setup)
       : setup_(setup), step_(setup_), least_singular_(step_.equations()), moment_(setup_) {}
 
-  void start(const Equations<S>& equations, const Actuation<S>& actuation, const double* y, const double* dy) override {
+  void start(const KinematicEquations<S>& equations, const Actuation<S>& actuation, const double* y,
+             const double* dy) override {
     step_.start(equations, actuation, y, dy);
   }
 
-  bool find(GroupJob& job) override {
+  bool solve(GroupJob& job) override {
     using T = typename L::Scalar;
     for (int first = 0; first < group_size; first += T::lanes) {
       if (!step_.find(job, first)) return false;
-      moment_.see(step_.equations(), step_.actuation(), step_.state(), step_.dy(), step_.ddy());
-      moment_.store(setup_.direct ? T(1.0) : least_singular_.of(step_.equations()), first, job.samples);
+      moment_.evaluate(step_.equations(), step_.actuation(), step_.state(), step_.dy(), step_.ddy());
+      moment_.store(setup_.direct ? T(1.0) : least_singular_.compute(step_.equations()), first, job.samples);
     }
     return true;
   }
 
  private:
   GroupSetup<S> setup_;
-  LaneStep<L, S> step_;
-  LaneLeastSingular<L> least_singular_;
-  LaneMoment<L, S> moment_;
+  LaneStepper<L, S> step_;
+  LaneMinSingularValue<L> least_singular_;
+  LaneSampleEvaluator<L, S> moment_;
 };
 
 }  // namespace balance

@@ -12,12 +12,12 @@ namespace balance {
 
 /// @tparam L the space S over packs
 template <class L, class S>
-class LaneStep {
+class LaneStepper {
  public:
   using T = typename L::Scalar;
 
   /// @param setup must outlive it
-  explicit LaneStep(const GroupSetup<S>& setup)
+  explicit LaneStepper(const GroupSetup<S>& setup)
       : setup_(setup),
         tree_(setup.tree),
         drive_(setup.drive),
@@ -29,42 +29,43 @@ class LaneStep {
     last_y_.assign(n, 0);
     last_dy_ = last_y_;
     for (auto* values : {&sample_.value, &sample_.rate, &sample_.acceleration})
-      values->setConstant(drive_.values(), T(0.0));
+      values->setConstant(drive_.value_count(), T(0.0));
   }
 
-  /// As GroupMotion::start.
-  void start(const Equations<S>& equations, const Actuation<S>& actuation, const double* y, const double* dy) {
+  /// As GroupSolver::start.
+  void start(const KinematicEquations<S>& equations, const Actuation<S>& actuation, const double* y, const double* dy) {
     if (setup_.direct) return;
     equations_.system().take_order(equations.system());
-    equations_.system().keep(equations.system().storage());
+    equations_.system().store(equations.system().storage());
     actuation_.start(actuation);
     std::copy_n(y, tree_.columns, last_y_.begin());
     std::copy_n(dy, tree_.columns, last_dy_.begin());
   }
 
   /// The group's moments from `first` on.
-  /// @return as GroupMotion::find
+  /// @return as GroupSolver::find
   bool find(GroupJob& job, int first) {
-    load_drive<L>(job, first, drive_, sample_);
-    if (!(setup_.direct ? find_directly(job, first) : find_by_newton(job, first))) return false;
+    load_prescribed_values<L>(job, first, drive_, sample_);
+    if (!(setup_.direct ? solve_explicit(job, first) : solve_by_newton(job, first))) return false;
     for (int c = 0; c < tree_.columns; ++c) {
       const int at = c * group_size + first;
-      y_[c].store(&job.moments.y[at]), dy_[c].store(&job.moments.dy[at]), ddy_[c].store(&job.moments.ddy[at]);
+      y_[c].store(&job.coordinates.y[at]), dy_[c].store(&job.coordinates.dy[at]),
+          ddy_[c].store(&job.coordinates.ddy[at]);
     }
     return true;
   }
 
-  const Equations<L>& equations() const { return equations_; }  ///< filled there
-  LaneActuation<L>& actuation() { return actuation_; }          ///< looked there
-  State<L>& state() { return state_; }                          ///< poses and angular velocities there
+  const KinematicEquations<L>& equations() const { return equations_; }  ///< filled there
+  LaneActuation<L>& actuation() { return actuation_; }                   ///< looked there
+  TreeState<L>& state() { return state_; }                               ///< poses and angular velocities there
   const T* dy() const { return dy_.data(); }
   const T* ddy() const { return ddy_.data(); }
 
  private:
-  using Truth = decltype(T() < T());
+  using Mask = decltype(T() < T());
 
   /// As Stepper::set_direct.
-  bool find_directly(GroupJob& job, int first) {
+  bool solve_explicit(GroupJob& job, int first) {
     for (std::size_t k = 0; k < drive_.linear.size(); ++k) {
       const LinearQuantity& quantity = drive_.linear[k];
       const auto& [column, coefficient] = quantity.terms[0];
@@ -73,26 +74,26 @@ class LaneStep {
       dy_[column] = sample_.rate[k] * inverse;
       ddy_[column] = sample_.acceleration[k] * inverse;
     }
-    poses(tree_, y_.data(), state_);
-    angular_velocities(tree_, dy_.data(), state_);
+    compute_poses(tree_, y_.data(), state_);
+    compute_angular_velocities(tree_, dy_.data(), state_);
     for (int l = first; l < first + T::lanes; ++l) job.pivot[l] = job.hold_pivot[l] = 1, job.iterations[l] = 0;
     return true;
   }
 
-  bool find_by_newton(GroupJob& job, int first) {
-    predict(job, first, predicted_);
+  bool solve_by_newton(GroupJob& job, int first) {
+    predict_group(job, first, predicted_);
     y_ = predicted_;
     T iterations;
     if (!newton(iterations) || !is_near_prediction()) return false;
     differentiate();
-    const T hold_pivot = actuation_.look(equations_);
-    if (!(least(hold_pivot) >= least_regularity)) return false;
-    if (!equations_.near_kept(most_change) || !actuation_.near_kept(most_change)) return false;
-    equations_.system().quality().store(&job.pivot[first]);
+    const T hold_pivot = actuation_.factorise(equations_);
+    if (!(reduce_min(hold_pivot) >= singular_pivot_threshold)) return false;
+    if (!equations_.is_near_stored(max_matrix_change) || !actuation_.near_kept(max_matrix_change)) return false;
+    equations_.system().min_pivot().store(&job.pivot[first]);
     hold_pivot.store(&job.hold_pivot[first]);
-    turned(job.step).store(&job.way[first]);
+    step_distance(job.step).store(&job.distance[first]);
     iterations.store(&job.iterations[first]);
-    equations_.keep();
+    equations_.store();
     actuation_.keep();
     for (int c = 0; c < tree_.columns; ++c) last_y_[c] = y_[c][T::lanes - 1], last_dy_[c] = dy_[c][T::lanes - 1];
     return true;
@@ -102,19 +103,19 @@ class LaneStep {
   /// again, to the same bits, until the others are done, too.
   bool newton(T& iterations) {
     constexpr double inf = std::numeric_limits<double>::infinity();
-    const double enough = setup_.round_off;
+    const double enough = setup_.residual_tolerance;
     T last = inf;
-    Truth done = last < 0.0;
+    Mask done = last < 0.0;
     iterations = 0.0;
-    for (int count = 0; count <= Stepper<S>::newton_steps; ++count) {
-      poses(tree_, y_.data(), state_);
-      equations_.fill(state_, y_.data(), sample_, x_.data());
+    for (int count = 0; count <= MotionStepper<S>::max_newton_iterations; ++count) {
+      compute_poses(tree_, y_.data(), state_);
+      equations_.evaluate(state_, y_.data(), sample_, x_.data());
       T worst = 0.0;
       for (const T& x : x_) worst = max(worst, abs(x));
       if (!all(worst < inf) || !equations_.factorise()) return false;
-      equations_.rate_rows(sample_, rates_.data());
+      equations_.velocity_rhs(sample_, rates_.data());
       equations_.solve_pair(x_.data(), rates_.data());
-      const Truth before = done;
+      const Mask before = done;
       done = done | (worst <= enough) | ((worst <= 10 * enough) & (worst >= last));
       iterations = select(before, iterations, T(count));
       last = worst;
@@ -128,27 +129,27 @@ class LaneStep {
   bool is_near_prediction() const {
     const std::vector<double>& scale = equations_.column_scale();
     for (int c = 0; c < tree_.columns; ++c)
-      if (!all(abs(y_[c] - predicted_[c]) <= Stepper<S>::longest_correction * scale[c])) return false;
+      if (!all(abs(y_[c] - predicted_[c]) <= MotionStepper<S>::max_correction * scale[c])) return false;
     return true;
   }
 
   void differentiate() {
     dy_ = rates_;
-    angular_velocities(tree_, dy_.data(), state_);
-    if (tree_.slides) origin_velocities(tree_, dy_.data(), state_);
-    accelerations<L>(tree_, dy_.data(), nullptr, L::Vector::Zero(), state_);
-    equations_.acceleration_rows(state_, sample_, x_.data());
+    compute_angular_velocities(tree_, dy_.data(), state_);
+    if (tree_.has_sliding_closures) compute_origin_velocities(tree_, dy_.data(), state_);
+    compute_accelerations<L>(tree_, dy_.data(), nullptr, L::Vector::Zero(), state_);
+    equations_.acceleration_rhs(state_, sample_, x_.data());
     equations_.solve(x_.data());
     ddy_ = x_;
   }
 
   /// As Stepper::turned, of every moment since the one before it.
-  T turned(double h) const {
+  T step_distance(double h) const {
     const std::vector<double>& scale = equations_.column_scale();
     T most = 0.0;
     for (const int c : setup_.matrix_columns) {
-      const T rate = max(abs(behind(dy_[c], last_dy_[c])), abs(dy_[c]));
-      most = max(most, max(abs(y_[c] - behind(y_[c], last_y_[c])), h * rate) / scale[c]);
+      const T rate = max(abs(shift_lanes(dy_[c], last_dy_[c])), abs(dy_[c]));
+      most = max(most, max(abs(y_[c] - shift_lanes(y_[c], last_y_[c])), h * rate) / scale[c]);
     }
     return most;
   }
@@ -156,9 +157,9 @@ class LaneStep {
   const GroupSetup<S>& setup_;
   const Tree<S>& tree_;
   const Drive<S>& drive_;
-  Equations<L> equations_;
+  KinematicEquations<L> equations_;
   LaneActuation<L> actuation_;
-  State<L> state_;
+  TreeState<L> state_;
   DriveSampleOf<T> sample_;
   std::vector<T> y_, dy_, ddy_, x_, rates_, predicted_;
   std::vector<double> last_y_, last_dy_;  ///< of the moment before the first lane's

@@ -8,7 +8,7 @@ namespace balance {
 
 /// Every number of `from` through `number` (From → To), everything else as it is.
 template <class To, class From, class Function>
-MechanismOf<To> converted(const MechanismOf<From>& from, const Function& number) {
+MechanismOf<To> convert_mechanism(const MechanismOf<From>& from, const Function& number) {
   const auto vector = [&](const Vector3Of<From>& v) { return Vector3Of<To>(number(v[0]), number(v[1]), number(v[2])); };
   const auto matrix = [&](const Matrix3Of<From>& m) {
     Matrix3Of<To> out;
@@ -25,10 +25,10 @@ MechanismOf<To> converted(const MechanismOf<From>& from, const Function& number)
     for (const auto& v : list) out.push_back(vector(v));
     return out;
   };
-  const auto followed = [&](const FollowedOf<From>& sum) {
+  const auto followed = [&](const CoordinateCombinationOf<From>& sum) {
     std::vector<CoordinateTermOf<To>> terms;
     for (const CoordinateTermOf<From>& term : sum.terms) terms.push_back({term.coordinate, number(term.ratio)});
-    return FollowedOf<To>(std::move(terms));
+    return CoordinateCombinationOf<To>(std::move(terms));
   };
   MechanismOf<To> to;
   to.name = from.name, to.space = from.space, to.units = from.units, to.gravity = vector(from.gravity);
@@ -48,8 +48,8 @@ MechanismOf<To> converted(const MechanismOf<From>& from, const Function& number)
   for (const auto& constraint : from.constraints) {
     to.constraints.push_back({constraint.name, {}});
     for (const auto& term : constraint.terms)
-      to.constraints.back().terms.push_back({static_cast<typename SpeedTermOf<To>::Of>(term.of), term.index,
-                                             number(term.factor), term.body, vector(term.position)});
+      to.constraints.back().terms.push_back({static_cast<typename GeneralisedSpeedTermOf<To>::Kind>(term.kind),
+                                             term.index, number(term.factor), term.body, vector(term.position)});
   }
   for (const auto& extra : from.attachments)
     to.attachments.push_back({extra.name, extra.kind, extra.body, vector(extra.position), number(extra.mass),
@@ -67,7 +67,7 @@ MechanismOf<To> converted(const MechanismOf<From>& from, const Function& number)
   for (const auto& friction : from.friction) {
     to.friction.push_back({friction.coordinate, number(friction.viscous), number(friction.coulomb), {}, {}, {}});
     auto& copy = to.friction.back();
-    if (friction.at_rest) copy.at_rest = number(*friction.at_rest);
+    if (friction.breakaway) copy.breakaway = number(*friction.breakaway);
     if (friction.coulomb_backward) copy.coulomb_backward = number(*friction.coulomb_backward);
     if (friction.at_rest_backward) copy.at_rest_backward = number(*friction.at_rest_backward);
   }
@@ -81,7 +81,7 @@ MechanismOf<To> converted(const MechanismOf<From>& from, const Function& number)
 inline const Mechanism& values_of(const Mechanism& mechanism) { return mechanism; }
 template <int N>
 Mechanism values_of(const MechanismOf<Dual<N>>& mechanism) {
-  return converted<double>(mechanism, [](const Dual<N>& x) { return x.value; });
+  return convert_mechanism<double>(mechanism, [](const Dual<N>& x) { return x.value; });
 }
 
 }  // namespace balance

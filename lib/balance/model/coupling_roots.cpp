@@ -10,9 +10,9 @@ namespace balance {
 namespace {
 
 template <class T>
-class RootFinder {
+class CouplingResolver {
  public:
-  explicit RootFinder(const MechanismOf<T>& mechanism)
+  explicit CouplingResolver(const MechanismOf<T>& mechanism)
       : coupling_of_(mechanism.coordinates.size(), nullptr),
         state_(mechanism.coordinates.size(), State::unknown),
         roots_(mechanism.coordinates.size()) {
@@ -20,7 +20,7 @@ class RootFinder {
       if (coupling_of_[coupling.follower] == nullptr) coupling_of_[coupling.follower] = &coupling;
   }
 
-  std::vector<CouplingRootsOf<T>> run() {
+  std::vector<ResolvedCouplingOf<T>> run() {
     for (int c = 0; c < static_cast<int>(roots_.size()); ++c) resolve(c);
     return std::move(roots_);
   }
@@ -43,16 +43,17 @@ class RootFinder {
         }
         continue;
       }
-      if (state_[c] != State::known) roots_[c] = coupling == nullptr ? CouplingRootsOf<T>{{{c, T(1)}}} : sum(*coupling);
+      if (state_[c] != State::known)
+        roots_[c] = coupling == nullptr ? ResolvedCouplingOf<T>{{{c, T(1)}}} : sum(*coupling);
       state_[c] = State::known;
       open.pop_back();
     }
   }
 
-  CouplingRootsOf<T> sum(const CouplingOf<T>& coupling) const {
-    CouplingRootsOf<T> out{{}, coupling.offset};
+  ResolvedCouplingOf<T> sum(const CouplingOf<T>& coupling) const {
+    ResolvedCouplingOf<T> out{{}, coupling.offset};
     for (const CoordinateTermOf<T>& leader : coupling.leader.terms) {
-      const CouplingRootsOf<T>& above = roots_[leader.coordinate];
+      const ResolvedCouplingOf<T>& above = roots_[leader.coordinate];
       const T ratio = coupling.ratio * leader.ratio;
       out.offset += ratio * above.offset;
       for (const CoordinateTermOf<T>& root : above.terms) {
@@ -70,16 +71,17 @@ class RootFinder {
 
   std::vector<const CouplingOf<T>*> coupling_of_;
   std::vector<State> state_;
-  std::vector<CouplingRootsOf<T>> roots_;
+  std::vector<ResolvedCouplingOf<T>> roots_;
 };
 
 }  // namespace
 
 template <class T>
-std::vector<CouplingRootsOf<T>> coupling_roots(const MechanismOf<T>& mechanism) {
-  return RootFinder<T>(mechanism).run();
+std::vector<ResolvedCouplingOf<T>> resolve_couplings(const MechanismOf<T>& mechanism) {
+  return CouplingResolver<T>(mechanism).run();
 }
 
-template std::vector<CouplingRootsOf<Number>> coupling_roots<Number>(const MechanismOf<Number>&);
+template std::vector<ResolvedCouplingOf<EngineScalar>> resolve_couplings<EngineScalar>(
+    const MechanismOf<EngineScalar>&);
 
 }  // namespace balance

@@ -9,7 +9,7 @@ namespace balance {
 
 /// q[c] = Σ ratio · q[coordinate] + offset.
 template <class T>
-struct CouplingRootsOf {
+struct ResolvedCouplingOf {
   std::vector<CoordinateTermOf<T>> terms;  ///< coordinates that follow no other, each once
   T offset = 0;
 };
@@ -17,6 +17,6 @@ struct CouplingRootsOf {
 /// One per coordinate c of the mechanism.
 /// @throws std::invalid_argument if couplings follow each other in a circle
 template <class T>
-std::vector<CouplingRootsOf<T>> coupling_roots(const MechanismOf<T>& mechanism);
+std::vector<ResolvedCouplingOf<T>> resolve_couplings(const MechanismOf<T>& mechanism);
 
 }  // namespace balance

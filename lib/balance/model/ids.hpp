@@ -5,8 +5,8 @@
 
 namespace balance {
 
-using BodyId = IdOf<struct BodyList>;              ///< into Mechanism::bodies
-using JointId = IdOf<struct JointList>;            ///< into Mechanism::joints
-using CoordinateId = IdOf<struct CoordinateList>;  ///< into Mechanism::coordinates
+using BodyId = TypedIndex<struct BodyList>;              ///< into Mechanism::bodies
+using JointId = TypedIndex<struct JointList>;            ///< into Mechanism::joints
+using CoordinateId = TypedIndex<struct CoordinateList>;  ///< into Mechanism::coordinates
 
 }  // namespace balance

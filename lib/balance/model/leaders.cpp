@@ -2,7 +2,8 @@
 
 namespace balance {
 
-bool follows_itself(const Leaders& leaders, CoordinateId follower, const std::vector<CoordinateId>& from) {
+bool creates_coupling_cycle(const CouplingGraph& leaders, CoordinateId follower,
+                            const std::vector<CoordinateId>& from) {
   std::vector<bool> seen(leaders.size(), false);
   std::vector<CoordinateId> open = from;
   while (!open.empty()) {

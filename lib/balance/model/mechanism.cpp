@@ -8,7 +8,7 @@
 
 namespace balance {
 
-int freedom(JointType type) {
+int joint_degrees_of_freedom(JointType type) {
   switch (type) {
     case JointType::fixed: return 0;
     case JointType::revolute:
@@ -24,16 +24,16 @@ int freedom(JointType type) {
   return 0;
 }
 
-bool rolls(JointType type) { return type == JointType::rolling_disc || type == JointType::rolling_sphere; }
+bool is_rolling(JointType type) { return type == JointType::rolling_disc || type == JointType::rolling_sphere; }
 
 namespace {
 
-struct Part {
+struct CoordinateDefinition {
   const char* suffix;
   CoordinateKind kind;
 };
 
-std::vector<Part> parts(JointType type) {
+std::vector<CoordinateDefinition> coordinate_definitions(JointType type) {
   using enum CoordinateKind;
   switch (type) {
     case JointType::fixed: return {};
@@ -58,16 +58,16 @@ std::vector<Coordinate> list_coordinates(SpaceKind /*space*/, const std::vector<
   std::vector<Coordinate> all;
   for (std::size_t j = 0; j < joints.size(); ++j) {
     int index = 0;
-    for (const Part& part : parts(joints[j].type))
+    for (const CoordinateDefinition& part : coordinate_definitions(joints[j].type))
       all.push_back({joints[j].name + part.suffix, static_cast<int>(j), index++, part.kind});
   }
   return all;
 }
 
-bool binds_rates(const Mechanism& mechanism) {
+bool has_velocity_constraints(const Mechanism& mechanism) {
   return !mechanism.constraints.empty() ||
          std::any_of(mechanism.joints.begin(), mechanism.joints.end(),
-                     [](const Joint& joint) { return rolls(joint.type) && !joint.slips; });
+                     [](const Joint& joint) { return is_rolling(joint.type) && !joint.slips; });
 }
 
 namespace {

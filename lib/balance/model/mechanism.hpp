@@ -95,9 +95,9 @@ struct JointOf {
 };
 
 /// Number of coordinates of a joint type.
-int freedom(JointType type);
+int joint_degrees_of_freedom(JointType type);
 /// A disc or a sphere on a plane.
-bool rolls(JointType type);
+bool is_rolling(JointType type);
 
 /// What one coordinate of a joint measures.
 enum class CoordinateKind { angle, length };
@@ -120,17 +120,18 @@ struct CoordinateTermOf {
 /// What a disc or a coupled coordinate follows: Σ ratio · q[coordinate], of different coordinates; of a belt over several joints
 /// more than one, else one with the ratio 1.
 template <class T>
-struct FollowedOf {
+struct CoordinateCombinationOf {
   std::vector<CoordinateTermOf<T>> terms;
 
-  FollowedOf() : FollowedOf(CoordinateId()) {}
+  CoordinateCombinationOf() : CoordinateCombinationOf(CoordinateId()) {}
   template <std::convertible_to<CoordinateId> Id>
-  FollowedOf(Id coordinate) : terms{{coordinate, T(1)}} {}  // NOLINT(google-explicit-constructor): mostly it is one
-  explicit FollowedOf(std::vector<CoordinateTermOf<T>> sum) : terms(std::move(sum)) {}
+  CoordinateCombinationOf(Id coordinate)
+      : terms{{coordinate, T(1)}} {}  // NOLINT(google-explicit-constructor): mostly it is one
+  explicit CoordinateCombinationOf(std::vector<CoordinateTermOf<T>> sum) : terms(std::move(sum)) {}
 
   /// @param q per coordinate of the mechanism: positions, rates or accelerations
   template <class Q>
-  T of(const Q& q) const {
+  T evaluate(const Q& q) const {
     T sum = 0;
     for (const CoordinateTermOf<T>& term : terms) sum += term.ratio * q[term.coordinate];
     return sum;
@@ -141,7 +142,7 @@ struct FollowedOf {
 template <class T>
 struct CouplingOf {
   CoordinateId follower = 0;
-  FollowedOf<T> leader;
+  CoordinateCombinationOf<T> leader;
   T ratio = 1;
   T offset = 0;
 };
@@ -169,7 +170,7 @@ struct DiscOf {
   BodyId body = 0;                               ///< the carrier
   Vector3Of<T> position = Vector3Of<T>::Zero();  ///< in the carrier's axes [m]
   Vector3Of<T> axis = Vector3Of<T>::UnitZ();     ///< unit vector in the carrier's axes
-  FollowedOf<T> follows;
+  CoordinateCombinationOf<T> follows;
   T ratio = 1;
   T mass = 0;                                   ///< [kg]
   Matrix3Of<T> inertia = Matrix3Of<T>::Zero();  ///< about its CoM, in the carrier's axes at coordinate zero [kg m^2]
@@ -203,7 +204,7 @@ struct SpringOf {
   T preload = 0;                 ///< in a joint: what it drives the coordinate with at zero [N m or N]
   CoordinateId coordinate = -1;  ///< −1: between its points
 
-  bool in_joint() const { return coordinate >= 0; }
+  bool is_joint_spring() const { return coordinate >= 0; }
 };
 
 /// Friction in a joint coordinate: it resists with viscous · q̇ + dry(sign(q̇)) · sign(q̇); at rest it holds against as much as
@@ -213,16 +214,16 @@ struct FrictionOf {
   CoordinateId coordinate = 0;
   T viscous = 0;                           ///< [N m s/rad] or [N s/m]
   T coulomb = 0;                           ///< forwards [N m] or [N]
-  std::optional<T> at_rest = {};           ///< what it takes to break loose, at least coulomb [N m or N]; none: coulomb
+  std::optional<T> breakaway = {};         ///< what it takes to break loose, at least coulomb [N m or N]; none: coulomb
   std::optional<T> coulomb_backward = {};  ///< none: as forwards
   std::optional<T> at_rest_backward = {};  ///< none: as forwards where that is stated, else coulomb backwards
 
   /// Not negative. @param sign of the rate
-  T dry(int sign) const { return sign < 0 && coulomb_backward ? *coulomb_backward : coulomb; }
+  T dry_friction(int sign) const { return sign < 0 && coulomb_backward ? *coulomb_backward : coulomb; }
   /// @param sign of the rate that it keeps from growing
   T static_limit(int sign) const {
     if (sign < 0 && at_rest_backward) return *at_rest_backward;
-    return at_rest ? *at_rest : dry(sign);
+    return breakaway ? *breakaway : dry_friction(sign);
   }
 };
 
@@ -250,7 +251,7 @@ struct MechanismOf {
   std::vector<JointOf<T>> joints;
   std::vector<Coordinate> coordinates;  ///< of all joints, in order: list_coordinates(joints)
   std::vector<CouplingOf<T>> couplings;
-  std::vector<SpeedOf<T>> constraints;  ///< speeds that are always zero
+  std::vector<GeneralisedSpeedOf<T>> constraints;  ///< speeds that are always zero
   std::vector<AttachmentOf<T>> attachments;
   std::vector<DiscOf<T>> discs;
   std::vector<LoadOf<T>> loads;
@@ -259,7 +260,7 @@ struct MechanismOf {
   std::vector<CoordinateId> actuators;  ///< coordinates that a motor drives
   std::optional<ToolOf<T>> tool;
   std::vector<CoordinateValueOf<T>> assembly;
-  SpecUnits units;  ///< of what is said of it
+  DisplayUnits units;  ///< of what is said of it
 };
 
 // As its designer wrote it. Over other scalars (base/dual.hpp) the same mechanism is known with its derivatives.
@@ -267,7 +268,7 @@ using NamedPoint = NamedPointOf<double>;
 using Body = BodyOf<double>;
 using Joint = JointOf<double>;
 using CoordinateTerm = CoordinateTermOf<double>;
-using Followed = FollowedOf<double>;
+using CoordinateCombination = CoordinateCombinationOf<double>;
 using Coupling = CouplingOf<double>;
 using Attachment = AttachmentOf<double>;
 using Disc = DiscOf<double>;
@@ -282,7 +283,7 @@ using Mechanism = MechanismOf<double>;
 std::vector<Coordinate> list_coordinates(SpaceKind space, const std::vector<Joint>& joints);
 
 /// Some rates are bound to each other where places are not: something rolls on a plane, or there are constraints on speeds.
-bool binds_rates(const Mechanism& mechanism);
+bool has_velocity_constraints(const Mechanism& mechanism);
 
 /// A length that is typical of the mechanism: the largest distance of a named or joint point from its body's
 /// origin or, for the ground, between two of its points; positive. It scales every comparison with zero.

@@ -13,13 +13,13 @@ Vector3 point_on(const Joint& joint, BodyId body) {
 }
 
 /// Something acts on the body from elsewhere than its joints.
-bool is_touched(const Mechanism& mechanism, BodyId body) {
+bool has_external_elements(const Mechanism& mechanism, BodyId body) {
   const auto on = [body](const auto& part) { return part.body == body; };
   return std::any_of(mechanism.discs.begin(), mechanism.discs.end(), on) ||
          std::any_of(mechanism.loads.begin(), mechanism.loads.end(), on) ||
          std::any_of(mechanism.springs.begin(), mechanism.springs.end(),
                      [body](const Spring& spring) {
-                       return !spring.in_joint() && (spring.first == body || spring.second == body);
+                       return !spring.is_joint_spring() && (spring.first == body || spring.second == body);
                      }) ||
          (mechanism.tool && mechanism.tool->body == body);
 }
@@ -36,12 +36,12 @@ Vector3 common_com(const Mechanism& mechanism, BodyId body, const Vector3& other
   return mass > 0 ? Vector3(moment / mass) : otherwise;
 }
 
-constexpr double on_line = 1e-6;  // of the distance between the joints: what rounded coordinates leave
+constexpr double collinearity_tolerance = 1e-6;  // of the distance between the joints: what rounded coordinates leave
 
 class PassiveFreedomFinder {
  public:
   PassiveFreedomFinder(const Mechanism& mechanism, const std::vector<CoordinateId>& needed)
-      : mechanism_(mechanism), keep_(joints_needed(mechanism, needed)), on_(mechanism.bodies.size()) {
+      : mechanism_(mechanism), keep_(find_needed_joints(mechanism, needed)), on_(mechanism.bodies.size()) {
     for (std::size_t j = 0; j < mechanism.joints.size(); ++j)
       for (const BodyId body : {mechanism.joints[j].first, mechanism.joints[j].second})
         on_[body].push_back(static_cast<int>(j));
@@ -62,13 +62,13 @@ class PassiveFreedomFinder {
   /// Its own and what it carries has its centre of mass on the line through a point.
   bool is_balanced(BodyId body, const Vector3& point, const Vector3& line, double length) const {
     const Vector3 off = line.cross(common_com(mechanism_, body, point) - point);
-    return off.norm() <= on_line * length;
+    return off.norm() <= collinearity_tolerance * length;
   }
 
   /// A body between two spherical joints.
   void find_rod(BodyId body) {
     const std::vector<JointId>& at = on_[body];
-    if (at.size() != 2 || !may_spin_at(at[0]) || !may_spin_at(at[1]) || is_touched(mechanism_, body)) return;
+    if (at.size() != 2 || !may_spin_at(at[0]) || !may_spin_at(at[1]) || has_external_elements(mechanism_, body)) return;
     const Vector3 A = point_on(mechanism_.joints[at[0]], body), B = point_on(mechanism_.joints[at[1]], body);
     const double length = (B - A).norm();
     if (length == 0) return;
@@ -78,7 +78,7 @@ class PassiveFreedomFinder {
 
   /// The other joint of a body with two, if it is a spherical one that may spin; −1 otherwise.
   int spherical_beside(BodyId body, const Joint& slide) const {
-    if (on_[body].size() != 2 || is_touched(mechanism_, body)) return -1;
+    if (on_[body].size() != 2 || has_external_elements(mechanism_, body)) return -1;
     const int other = &mechanism_.joints[on_[body][0]] == &slide ? on_[body][1] : on_[body][0];
     return may_spin_at(other) ? other : -1;
   }
@@ -93,7 +93,7 @@ class PassiveFreedomFinder {
     const double length = from_A.norm() + to_B.norm() + std::abs(slide.axis.dot(from_A + to_B));
     const Vector3 line_above = slide.rotation.transpose() * slide.axis;
     // wherever the slide stands, the second one is on the line through the first
-    if (slide.axis.cross(from_A + to_B).norm() > on_line * length) return;
+    if (slide.axis.cross(from_A + to_B).norm() > collinearity_tolerance * length) return;
     if (!is_balanced(lower, A, slide.axis, length) || !is_balanced(upper, B, line_above, length)) return;
     spins_.push_back({lower, slide.axis, {first, second}});
     spins_.push_back({upper, line_above, {first, second}});

@@ -7,9 +7,9 @@ namespace balance {
 
 namespace {
 
-constexpr double same_switch = 1e-11;  // of the duration: what is nearer in time is one switch
+constexpr double switch_time_tolerance = 1e-11;  // of the duration: what is nearer in time is one switch
 
-void let_stay(Attachment& one, bool there) {
+void make_permanent(Attachment& one, bool there) {
   constexpr double infinity = std::numeric_limits<double>::infinity();
   one.from = -infinity, one.until = infinity;
   if (there) return;
@@ -19,8 +19,8 @@ void let_stay(Attachment& one, bool there) {
 
 }  // namespace
 
-void PayloadStretches::find_switches(std::vector<double> times) {
-  const double same = same_switch * duration_;
+void PayloadIntervals::find_switch_times(std::vector<double> times) {
+  const double same = switch_time_tolerance * duration_;
   std::sort(times.begin(), times.end());
   for (const double time : times) {
     const bool inside = time > same && time < duration_ - same;
@@ -28,12 +28,12 @@ void PayloadStretches::find_switches(std::vector<double> times) {
   }
 }
 
-int PayloadStretches::from(double time) const {
-  const auto next = std::upper_bound(switches_.begin(), switches_.end(), time + same_switch * duration_);
+int PayloadIntervals::index_at(double time) const {
+  const auto next = std::upper_bound(switches_.begin(), switches_.end(), time + switch_time_tolerance * duration_);
   return static_cast<int>(next - switches_.begin());
 }
 
-bool PayloadStretches::is_there(std::size_t attachment, int stretch) const {
+bool PayloadIntervals::is_attached(std::size_t attachment, int stretch) const {
   if (presence_.empty()) return true;
   const auto k = static_cast<std::size_t>(stretch);
   const double begin = k == 0 ? 0 : switches_[k - 1];
@@ -42,25 +42,25 @@ bool PayloadStretches::is_there(std::size_t attachment, int stretch) const {
   return taken_up <= middle && middle < set_down;
 }
 
-Mechanism within(const Mechanism& mechanism, const PayloadStretches& stretches, int stretch) {
+Mechanism mechanism_in_interval(const Mechanism& mechanism, const PayloadIntervals& stretches, int stretch) {
   Mechanism there = mechanism;
   for (std::size_t a = 0; a < there.attachments.size(); ++a)
-    let_stay(there.attachments[a], stretches.is_there(a, stretch));
+    make_permanent(there.attachments[a], stretches.is_attached(a, stretch));
   return there;
 }
 
-Mechanism at_time(const Mechanism& mechanism, double time) {
+Mechanism mechanism_at_time(const Mechanism& mechanism, double time) {
   Mechanism there = mechanism;
-  for (Attachment& one : there.attachments) let_stay(one, one.from <= time && time < one.until);
+  for (Attachment& one : there.attachments) make_permanent(one, one.from <= time && time < one.until);
   return there;
 }
 
-std::vector<std::string> payload_notes(const Mechanism& mechanism, double time) {
+std::vector<std::string> list_payload_notes(const Mechanism& mechanism, double time) {
   char moment[32];
   std::snprintf(moment, sizeof moment, "at %.6g s", time);
   std::vector<std::string> notes;
   for (const Attachment& one : mechanism.attachments)
-    if (comes_or_goes(one))
+    if (is_temporary_payload(one))
       notes.push_back(std::string(moment) + " payload '" + one.name + "' is " +
                       (one.from <= time && time < one.until ? "there" : "not there"));
   return notes;

@@ -6,9 +6,9 @@ namespace balance {
 
 namespace {
 
-class Row {
+class MechanismUnion {
  public:
-  explicit Row(Mechanism first) : whole_(std::move(first)) {}
+  explicit MechanismUnion(Mechanism first) : whole_(std::move(first)) {}
 
   void add(const Mechanism& next) {
     if (next.space != whole_.space || next.gravity != whole_.gravity)
@@ -29,7 +29,7 @@ class Row {
     append(whole_.loads, next.loads, [this](Load& load) { load.body = body(load.body); });
     append(whole_.springs, next.springs, [this](Spring& spring) {
       join(spring.first, spring.second);
-      if (spring.in_joint()) spring.coordinate += coordinates_;
+      if (spring.is_joint_spring()) spring.coordinate += coordinates_;
     });
     append(whole_.friction, next.friction, [this](Friction& one) { one.coordinate += coordinates_; });
     append(whole_.actuators, next.actuators, [this](CoordinateId& actuator) { actuator += coordinates_; });
@@ -48,7 +48,7 @@ class Row {
     }
   }
   BodyId body(BodyId one) const { return one == ground ? one : BodyId(one + bodies_); }
-  void shift(Followed& what) const {
+  void shift(CoordinateCombination& what) const {
     for (CoordinateTerm& term : what.terms) term.coordinate += coordinates_;
   }
   void join(BodyId& first, BodyId& second) const {
@@ -62,9 +62,9 @@ class Row {
 
 }  // namespace
 
-Mechanism side_by_side(const std::vector<Mechanism>& mechanisms) {
+Mechanism disjoint_union(const std::vector<Mechanism>& mechanisms) {
   if (mechanisms.empty()) throw std::invalid_argument("no mechanism to be put side by side");
-  Row row(mechanisms.front());
+  MechanismUnion row(mechanisms.front());
   for (std::size_t i = 1; i < mechanisms.size(); ++i) row.add(mechanisms[i]);
   return row.finish();
 }

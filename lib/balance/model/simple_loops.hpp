@@ -17,6 +17,6 @@ struct LoopStep {
 using SimpleLoop = std::vector<LoopStep>;
 
 /// @param most loops that are listed, the shortest first
-std::vector<SimpleLoop> simple_loops(const Mechanism& mechanism, std::size_t most);
+std::vector<SimpleLoop> list_simple_loops(const Mechanism& mechanism, std::size_t most);
 
 }  // namespace balance

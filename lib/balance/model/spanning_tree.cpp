@@ -33,13 +33,13 @@ std::vector<int> distances_from_ground(const Mechanism& mechanism) {
   return distance;
 }
 
-int find(std::vector<int>& parent, int i) {
+int find_set_root(std::vector<int>& parent, int i) {
   while (parent[i] != i) i = parent[i] = parent[parent[i]];
   return i;
 }
 
 /// Walks the chosen joints from the ground outwards.
-std::vector<TreeEdge> walk(const Mechanism& mechanism, const std::vector<bool>& chosen) {
+std::vector<TreeEdge> orient_edges(const Mechanism& mechanism, const std::vector<bool>& chosen) {
   std::vector<TreeEdge> edges;
   const std::vector<std::vector<JointId>> joints = joints_of_bodies(mechanism);
   std::vector<bool> reached(mechanism.bodies.size(), false);
@@ -65,7 +65,7 @@ std::vector<TreeEdge> walk(const Mechanism& mechanism, const std::vector<bool>& 
 
 }  // namespace
 
-std::vector<bool> joints_needed(const Mechanism& mechanism, const std::vector<CoordinateId>& needed) {
+std::vector<bool> find_needed_joints(const Mechanism& mechanism, const std::vector<CoordinateId>& needed) {
   std::vector<bool> keep(mechanism.joints.size(), false);
   const auto mark = [&](int c) {
     const Coordinate& coordinate = mechanism.coordinates[c];
@@ -75,29 +75,30 @@ std::vector<bool> joints_needed(const Mechanism& mechanism, const std::vector<Co
   };
   for (const CoordinateId coordinate : needed) mark(coordinate);
   for (const CoordinateId coordinate : mechanism.actuators) mark(coordinate);
-  const auto mark_all = [&](const Followed& followed) {
+  const auto mark_all = [&](const CoordinateCombination& followed) {
     for (const CoordinateTerm& term : followed.terms) mark(term.coordinate);
   };
   for (const Coupling& coupling : mechanism.couplings) mark(coupling.follower), mark_all(coupling.leader);
   for (const Disc& disc : mechanism.discs) mark_all(disc.follows);
-  for (const Speed& constraint : mechanism.constraints)
-    for (const SpeedTerm& term : constraint.terms)
-      if (term.of == SpeedTerm::Of::coordinate) mark(term.index);
+  for (const GeneralisedSpeed& constraint : mechanism.constraints)
+    for (const GeneralisedSpeedTerm& term : constraint.terms)
+      if (term.kind == GeneralisedSpeedTerm::Kind::coordinate) mark(term.index);
   for (const Friction& friction : mechanism.friction) mark(friction.coordinate);
   for (const Spring& spring : mechanism.springs)
-    if (spring.in_joint()) mark(spring.coordinate);
+    if (spring.is_joint_spring()) mark(spring.coordinate);
   return keep;
 }
 
-SpanningTree span(const Mechanism& mechanism, const std::vector<CoordinateId>& needed) {
+SpanningTree build_spanning_tree(const Mechanism& mechanism, const std::vector<CoordinateId>& needed) {
   const std::vector<int> distance = distances_from_ground(mechanism);
-  std::vector<bool> keep = joints_needed(mechanism, needed);
-  for (std::size_t j = 0; j < keep.size(); ++j) keep[j] = keep[j] || rolls(mechanism.joints[j].type);
+  std::vector<bool> keep = find_needed_joints(mechanism, needed);
+  for (std::size_t j = 0; j < keep.size(); ++j) keep[j] = keep[j] || is_rolling(mechanism.joints[j].type);
   std::vector<int> order(mechanism.joints.size());
   std::iota(order.begin(), order.end(), 0);
   const auto rank = [&](int j) {
     const Joint& joint = mechanism.joints[j];
-    return std::tuple(!keep[j], freedom(joint.type), std::min(distance[joint.first], distance[joint.second]), j);
+    return std::tuple(!keep[j], joint_degrees_of_freedom(joint.type),
+                      std::min(distance[joint.first], distance[joint.second]), j);
   };
   std::sort(order.begin(), order.end(), [&](int a, int b) { return rank(a) < rank(b); });
 
@@ -107,7 +108,7 @@ SpanningTree span(const Mechanism& mechanism, const std::vector<CoordinateId>& n
   SpanningTree tree;
   std::vector<JointId> split;
   for (const int j : order) {
-    const int a = find(group, mechanism.joints[j].first), b = find(group, mechanism.joints[j].second);
+    const int a = find_set_root(group, mechanism.joints[j].first), b = find_set_root(group, mechanism.joints[j].second);
     if (a != b) {
       group[a] = b;
       chosen[j] = true;
@@ -116,7 +117,7 @@ SpanningTree span(const Mechanism& mechanism, const std::vector<CoordinateId>& n
     }
   }
   std::sort(tree.cut.begin(), tree.cut.end());
-  tree.edges = walk(mechanism, chosen);
+  tree.edges = orient_edges(mechanism, chosen);
   for (const JointId j : split)
     tree.edges.push_back({j, mechanism.joints[j].first, mechanism.joints[j].second, true, true});
   return tree;
@@ -138,11 +139,11 @@ std::vector<BodyId> loop_bodies(const Mechanism& mechanism, const SpanningTree& 
   return a;
 }
 
-int count_freedoms(const Mechanism& mechanism) {
+int count_degrees_of_freedom(const Mechanism& mechanism) {
   const int per_body = mechanism.space == SpaceKind::planar ? 3 : 6;
   int freedoms =
       per_body * (static_cast<int>(mechanism.bodies.size()) - 1) - static_cast<int>(mechanism.couplings.size());
-  for (const Joint& joint : mechanism.joints) freedoms -= per_body - freedom(joint.type);
+  for (const Joint& joint : mechanism.joints) freedoms -= per_body - joint_degrees_of_freedom(joint.type);
   return freedoms;
 }
 

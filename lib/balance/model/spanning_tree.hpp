@@ -24,7 +24,7 @@ struct SpanningTree {
 };
 
 /// Per joint: one of its coordinates is in `needed`, in a coupling, an actuator, followed by a disc or has friction.
-std::vector<bool> joints_needed(const Mechanism& mechanism, const std::vector<CoordinateId>& needed);
+std::vector<bool> find_needed_joints(const Mechanism& mechanism, const std::vector<CoordinateId>& needed);
 
 /// A body between two spherical joints may spin about the line through them without anything else moving.
 struct PassiveFreedom {
@@ -43,7 +43,7 @@ std::vector<PassiveFreedom> passive_freedoms(const Mechanism& mechanism, const s
 /// Joints that are needed are never cut.
 /// @param needed coordinates that must be available
 /// @throws std::invalid_argument if a body is not connected to the ground
-SpanningTree span(const Mechanism& mechanism, const std::vector<CoordinateId>& needed);
+SpanningTree build_spanning_tree(const Mechanism& mechanism, const std::vector<CoordinateId>& needed);
 
 /// The passive freedoms that a tree holds: of two bodies that spin together the one that its spherical joint carries.
 std::vector<PassiveFreedom> locked_freedoms(const Mechanism& mechanism, const std::vector<CoordinateId>& needed,
@@ -53,6 +53,6 @@ std::vector<PassiveFreedom> locked_freedoms(const Mechanism& mechanism, const st
 std::vector<BodyId> loop_bodies(const Mechanism& mechanism, const SpanningTree& tree, JointId joint);
 
 /// Degrees of freedom by counting (Grübler–Kutzbach), couplings included.
-int count_freedoms(const Mechanism& mechanism);
+int count_degrees_of_freedom(const Mechanism& mechanism);
 
 }  // namespace balance

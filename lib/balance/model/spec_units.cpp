@@ -7,7 +7,7 @@ namespace balance {
 
 namespace {
 
-std::string in_unit(double value, double unit, double round_off) {
+std::string format_in_unit(double value, double unit, double round_off) {
   char text[32];
   std::snprintf(text, sizeof text, "%.6g", std::abs(value) <= round_off ? 0 : value / unit);
   return text;
@@ -15,17 +15,17 @@ std::string in_unit(double value, double unit, double round_off) {
 
 }  // namespace
 
-std::string length_text(double value, const SpecUnits& units, double round_off) {
-  return in_unit(value, units.length, round_off) + " " + units.length_name;
+std::string format_length(double value, const DisplayUnits& units, double round_off) {
+  return format_in_unit(value, units.length, round_off) + " " + units.length_name;
 }
 
-std::string angle_text(double value, const SpecUnits& units, double round_off) {
-  return in_unit(value, units.angle, round_off) + " " + units.angle_name;
+std::string format_angle(double value, const DisplayUnits& units, double round_off) {
+  return format_in_unit(value, units.angle, round_off) + " " + units.angle_name;
 }
 
-std::string place_text(const double* place, int count, const SpecUnits& units, double round_off) {
+std::string format_position(const double* place, int count, const DisplayUnits& units, double round_off) {
   std::string text;
-  for (int i = 0; i < count; ++i) text += (i == 0 ? "(" : ", ") + in_unit(place[i], units.length, round_off);
+  for (int i = 0; i < count; ++i) text += (i == 0 ? "(" : ", ") + format_in_unit(place[i], units.length, round_off);
   return text + ") " + units.length_name;
 }
 

@@ -11,9 +11,9 @@ namespace balance {
 
 /// factor · (what it is of). Own: in the axes of the body, which move.
 template <class T>
-struct SpeedTermOf {
-  enum class Of { coordinate, velocity, velocity_own, turning, turning_own };
-  Of of = Of::coordinate;
+struct GeneralisedSpeedTermOf {
+  enum class Kind { coordinate, velocity, velocity_body, angular_velocity, angular_velocity_body };
+  Kind kind = Kind::coordinate;
   int index = 0;    ///< coordinate of the mechanism, or component 0 to 2; what turns in the plane has component 2
   T factor = 1;     ///< SI
   BodyId body = 0;  ///< of a component
@@ -22,12 +22,12 @@ struct SpeedTermOf {
 
 /// φ or ψ of P0 eq. 1 with constant factors.
 template <class T>
-struct SpeedOf {
+struct GeneralisedSpeedOf {
   std::string name;
-  std::vector<SpeedTermOf<T>> terms;
+  std::vector<GeneralisedSpeedTermOf<T>> terms;
 };
 
-using SpeedTerm = SpeedTermOf<double>;
-using Speed = SpeedOf<double>;
+using GeneralisedSpeedTerm = GeneralisedSpeedTermOf<double>;
+using GeneralisedSpeed = GeneralisedSpeedOf<double>;
 
 }  // namespace balance

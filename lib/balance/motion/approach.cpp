@@ -7,12 +7,13 @@
 
 namespace balance {
 
-double Approach::vanishes(double found) const {
-  const auto& [first, second, third] = trail_;
+double PivotExtrapolation::extrapolate_zero(double found) const {
+  const auto& [first, second, third] = samples_;
   if (!(first.pivot > second.pivot && second.pivot > third.pivot && third.pivot > 0)) return found;
   double best = found, least = 0.02 * (third.time - first.time);
   for (const double power : {0.5, 1.0, 2.0}) {
-    const auto extrapolated = [power](const Moment& a, const Moment& b) {  // pivot^(1/power) is linear in the time
+    const auto extrapolated = [power](const PivotSample& a,
+                                      const PivotSample& b) {  // pivot^(1/power) is linear in the time
       return b.time + (b.time - a.time) / (elementary::pow(a.pivot / b.pivot, 1 / power) - 1);
     };
     const double time = extrapolated(second, third);
@@ -20,8 +21,8 @@ double Approach::vanishes(double found) const {
     if (!(doubt < least)) continue;
     // The trail may be that of another part, which comes to its own singularity a little later.
     const double left =
-        third.pivot * elementary::pow(std::max(0.0, (time - nearest_time_) / (time - third.time)), power);
-    if (!(left <= nearest_ + 0.02 * third.pivot)) continue;
+        third.pivot * elementary::pow(std::max(0.0, (time - min_pivot_time_) / (time - third.time)), power);
+    if (!(left <= min_pivot_ + 0.02 * third.pivot)) continue;
     least = doubt;
     best = time;
   }

@@ -7,30 +7,30 @@
 
 namespace balance {
 
-class Approach {
+class PivotExtrapolation {
  public:
-  void see(double pivot, double time) {
-    if (pivot < nearest_) nearest_ = pivot, nearest_time_ = time;
-    if (pivot < well_known) return;
-    trail_[0] = trail_[1];
-    trail_[1] = trail_[2];
-    trail_[2] = {pivot, time};
+  void add_sample(double pivot, double time) {
+    if (pivot < min_pivot_) min_pivot_ = pivot, min_pivot_time_ = time;
+    if (pivot < reliable_pivot_threshold) return;
+    samples_[0] = samples_[1];
+    samples_[1] = samples_[2];
+    samples_[2] = {pivot, time};
   }
 
   /// When the pivot vanishes, going on like a power of the time left: 1/2 (the way leaves the workspace), 1 (crossed) or 2 (touched).
   /// @param found a time at which it has nearly vanished: the answer where the last moments follow none of them
-  double vanishes(double found) const;
+  double extrapolate_zero(double found) const;
 
  private:
-  struct Moment {
+  struct PivotSample {
     double pivot = 0, time = 0;
   };
 
   /// Below it, round-off in the configuration shows in the pivot.
-  static constexpr double well_known = 1e-5;
+  static constexpr double reliable_pivot_threshold = 1e-5;
 
-  std::array<Moment, 3> trail_;
-  double nearest_ = near_singular, nearest_time_ = 0;  ///< the smallest pivot so far
+  std::array<PivotSample, 3> samples_;
+  double min_pivot_ = near_singular_pivot_threshold, min_pivot_time_ = 0;  ///< the smallest pivot so far
 };
 
 }  // namespace balance

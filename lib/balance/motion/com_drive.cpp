@@ -12,20 +12,20 @@ namespace balance {
 namespace {
 
 /// Of the way that the masses go, what their centre may still go and count as standing: below it the equations count as singular
-/// anyway (least_regularity), and designs written with a few digits fall under it.
-constexpr double standing = 1e-5;
+/// anyway (singular_pivot_threshold), and designs written with a few digits fall under it.
+constexpr double static_com_tolerance = 1e-5;
 
-constexpr const char* cure = "; use drive tool or joints";
+constexpr const char* drive_hint = "; use drive tool or joints";
 
 /// Rates of the centre of mass per unit of each freedom, in units of what they would be if the terms did not cancel.
 template <class S>
-class ComRates {
+class ScaledComJacobian {
  public:
-  explicit ComRates(const Tree<S>& tree) : tree_(tree), masses_(tree), state_(tree.nodes.size()) {}
+  explicit ScaledComJacobian(const Tree<S>& tree) : tree_(tree), masses_(tree), state_(tree.nodes.size()) {}
 
   /// @param freedoms null space of the scaled closures, columns × freedoms
   MatrixX at(const VectorX& y, const MatrixX& freedoms) {
-    poses(tree_, y.data(), state_);
+    compute_poses(tree_, y.data(), state_);
     masses_.update(tree_, state_);
     MatrixX gradient = MatrixX::Zero(S::dimension, tree_.columns);
     VectorX size = VectorX::Zero(tree_.columns);
@@ -33,9 +33,9 @@ class ComRates {
       const Node<S>& node = tree_.nodes[k];
       const int n = static_cast<int>(k);
       if (node.motion == NodeMotion::weld) continue;
-      const double unit = tree_.column_kind_length[node.column] ? tree_.length : 1;
+      const double unit = tree_.is_length_column[node.column] ? tree_.characteristic_length : 1;
       gradient.col(node.column) += unit * masses_.com_gradient(node, state_[k], n);
-      size[node.column] += unit * std::abs(node.ratio) * reach(n);
+      size[node.column] += unit * std::abs(node.ratio) * mass_weighted_arm(n);
     }
     MatrixX rates = gradient * freedoms;
     const VectorX scale = freedoms.cwiseAbs().transpose() * size;
@@ -46,31 +46,31 @@ class ComRates {
 
  private:
   /// Σ m |rate of what it carries| / Σ m, per unit of a node's own turn or slide.
-  double reach(NodeId moving) const {
+  double mass_weighted_arm(NodeId moving) const {
     double sum = 0;
     for (std::size_t k = 1; k < tree_.nodes.size(); ++k) {
-      if (!carried_by(static_cast<int>(k), moving)) continue;
+      if (!is_descendant_of(static_cast<int>(k), moving)) continue;
       const auto& inertia = tree_.nodes[k].inertia;
-      sum += tree_.nodes[moving].motion == NodeMotion::slide
+      sum += tree_.nodes[moving].motion == NodeMotion::prismatic
                  ? std::abs(inertia.mass)
-                 : inertia.moment.norm() + std::abs(inertia.mass) * (state_[k].p_WN - state_[moving].p_WN).norm();
+                 : inertia.first_moment.norm() + std::abs(inertia.mass) * (state_[k].p_WN - state_[moving].p_WN).norm();
     }
     return sum / tree_.mass;
   }
 
-  bool carried_by(NodeId node, NodeId moving) const {
+  bool is_descendant_of(NodeId node, NodeId moving) const {
     while (node > moving) node = tree_.nodes[node].parent;
     return node == moving;
   }
 
   const Tree<S>& tree_;
   MassDistribution<S> masses_;
-  State<S> state_;
+  TreeState<S> state_;
 };
 
-bool moves_every_way(const MatrixX& rates) {
+bool has_full_row_rank(const MatrixX& rates) {
   if (rates.cols() < rates.rows()) return false;
-  return singular_values(rates)[rates.rows() - 1] > standing;
+  return singular_values(rates)[rates.rows() - 1] > static_com_tolerance;
 }
 
 std::string direction_text(const std::vector<int>& components, VectorX direction) {
@@ -88,11 +88,11 @@ std::string direction_text(const std::vector<int>& components, VectorX direction
 }  // namespace
 
 template <class S>
-std::string com_stands_still(const Tree<S>& tree, const VectorX& y, const std::vector<int>& components) {
+std::string check_com_mobility(const Tree<S>& tree, const VectorX& y, const std::vector<int>& components) {
   if (components.empty() || tree.columns == 0) return "";
-  System<S> closures(tree, Drive<S>{});
+  ConstraintSystem<S> closures(tree, Drive<S>{});
   const VectorX scale = column_scale(tree);
-  ComRates<S> com(tree);
+  ScaledComJacobian<S> com(tree);
   const auto asked = [&](const MatrixX& rates) {
     MatrixX rows(static_cast<Eigen::Index>(components.size()), rates.cols());
     for (Eigen::Index k = 0; k < rows.rows(); ++k) rows.row(k) = rates.row(components[static_cast<std::size_t>(k)]);
@@ -101,37 +101,39 @@ std::string com_stands_still(const Tree<S>& tree, const VectorX& y, const std::v
   MatrixX rates(S::dimension, 0), jacobian;
   bool independent = false;
   VectorX here = y;
-  const int generic = generic_closure_rank(tree, y);
+  const int generic = find_generic_closure_rank(tree, y);
   for (std::uint64_t seed = 1; seed <= 5; ++seed) {
-    closures.rates(here, {}, jacobian);
-    const RankReport loops = rank_of(jacobian);
+    closures.velocity_jacobian(here, {}, jacobian);
+    const RankDecomposition loops = decompose_rank(jacobian);
     if (loops.null_space.cols() == 0) break;
     if (loops.rank == generic) {  // elsewhere it says more than the motion can do
       const MatrixX there = com.at(here, loops.null_space);
       rates.conservativeResize(Eigen::NoChange, rates.cols() + there.cols());
       rates.rightCols(there.cols()) = there;
-      independent = independent || moves_every_way(asked(there));
+      independent = independent || has_full_row_rank(asked(there));
     }
     const VectorX random = random_coordinates(tree, seed).cwiseQuotient(scale);
     const VectorX aside = loops.null_space * (loops.null_space.transpose() * random);
-    const Solution moved = solve(closures, here + scale.cwiseProduct(0.2 / std::max(1e-12, aside.norm()) * aside), {});
+    const AssemblySolution moved =
+        solve_assembly(closures, here + scale.cwiseProduct(0.2 / std::max(1e-12, aside.norm()) * aside), {});
     if (moved.found) here = moved.y;
   }
   if (rates.cols() == 0) return "";
-  if (max_abs(rates) <= standing)
-    return std::string("the mechanism is force balanced: its centre of mass stands still and cannot drive it") + cure;
+  if (max_abs(rates) <= static_com_tolerance)
+    return std::string("the mechanism is force balanced: its centre of mass stands still and cannot drive it") +
+           drive_hint;
   if (independent) return "";
-  if (moves_every_way(asked(rates)))
+  if (has_full_row_rank(asked(rates)))
     return std::string(
                "the centre of mass moves in fewer directions at once than are prescribed of it and cannot drive the "
                "mechanism") +
-           cure;
+           drive_hint;
   const SingularValueDecomposition directions(asked(rates), Eigen::ComputeFullU);
   return "the mechanism is force balanced along " + direction_text(components, directions.matrixU().rightCols<1>()) +
-         ": its centre of mass does not move in that direction and cannot drive it" + cure;
+         ": its centre of mass does not move in that direction and cannot drive it" + drive_hint;
 }
 
-template std::string com_stands_still<Planar>(const Tree<Planar>&, const VectorX&, const std::vector<int>&);
-template std::string com_stands_still<Spatial>(const Tree<Spatial>&, const VectorX&, const std::vector<int>&);
+template std::string check_com_mobility<Planar>(const Tree<Planar>&, const VectorX&, const std::vector<int>&);
+template std::string check_com_mobility<Spatial>(const Tree<Spatial>&, const VectorX&, const std::vector<int>&);
 
 }  // namespace balance

@@ -12,9 +12,9 @@ namespace balance {
 /// @param components world components of the centre of mass that are to be prescribed
 /// @return why they cannot be: the mechanism is force balanced, wholly or in a direction; empty if they can
 template <class S>
-std::string com_stands_still(const Tree<S>& tree, const VectorX& y, const std::vector<int>& components);
+std::string check_com_mobility(const Tree<S>& tree, const VectorX& y, const std::vector<int>& components);
 
-extern template std::string com_stands_still<Planar>(const Tree<Planar>&, const VectorX&, const std::vector<int>&);
-extern template std::string com_stands_still<Spatial>(const Tree<Spatial>&, const VectorX&, const std::vector<int>&);
+extern template std::string check_com_mobility<Planar>(const Tree<Planar>&, const VectorX&, const std::vector<int>&);
+extern template std::string check_com_mobility<Spatial>(const Tree<Spatial>&, const VectorX&, const std::vector<int>&);
 
 }  // namespace balance

@@ -5,22 +5,23 @@
 namespace balance {
 
 template <class S>
-std::string configuration_text(const Mechanism& mechanism, const Tree<S>& tree, const double* y) {
-  constexpr std::size_t most = 12;  // a sentence is to be read
+std::string format_configuration(const Mechanism& mechanism, const Tree<S>& tree, const double* y) {
+  constexpr std::size_t max_listed_coordinates = 12;  // a sentence is to be read
   std::string out;
-  for (std::size_t c = 0; c < tree.sources.size() && c < most; ++c) {
-    const LinearQuantity& source = tree.sources[c];
-    if (!source.depends() || tree.floats[c]) continue;
+  for (std::size_t c = 0; c < tree.coordinate_expressions.size() && c < max_listed_coordinates; ++c) {
+    const LinearQuantity& source = tree.coordinate_expressions[c];
+    if (!source.has_terms() || tree.is_floating[c]) continue;
     const double value = source.value(y);
     const auto coordinate = static_cast<int>(c);
-    const double round_off = pose_round_off * (is_length(mechanism, coordinate) ? tree.length : 1);
+    const double round_off =
+        pose_round_off * (is_length_coordinate(mechanism, coordinate) ? tree.characteristic_length : 1);
     out += (out.empty() ? "" : ", ") + mechanism.coordinates[c].name + " " +
-           coordinate_text(mechanism, coordinate, value, round_off);
+           format_coordinate(mechanism, coordinate, value, round_off);
   }
   return out;
 }
 
-template std::string configuration_text<Planar>(const Mechanism&, const Tree<Planar>&, const double*);
-template std::string configuration_text<Spatial>(const Mechanism&, const Tree<Spatial>&, const double*);
+template std::string format_configuration<Planar>(const Mechanism&, const Tree<Planar>&, const double*);
+template std::string format_configuration<Spatial>(const Mechanism&, const Tree<Spatial>&, const double*);
 
 }  // namespace balance

@@ -9,9 +9,9 @@ namespace balance {
 
 /// The first dozen coordinates of the tree: "A 0.5, B -1.2".
 template <class S>
-std::string configuration_text(const Mechanism& mechanism, const Tree<S>& tree, const double* y);
+std::string format_configuration(const Mechanism& mechanism, const Tree<S>& tree, const double* y);
 
-extern template std::string configuration_text<Planar>(const Mechanism&, const Tree<Planar>&, const double*);
-extern template std::string configuration_text<Spatial>(const Mechanism&, const Tree<Spatial>&, const double*);
+extern template std::string format_configuration<Planar>(const Mechanism&, const Tree<Planar>&, const double*);
+extern template std::string format_configuration<Spatial>(const Mechanism&, const Tree<Spatial>&, const double*);
 
 }  // namespace balance

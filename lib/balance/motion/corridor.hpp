@@ -9,10 +9,11 @@ namespace balance {
 /// coordinates may, as one point. Both ends stay. Derivation: docs/motion.md.
 template <class T>
 struct CorridorOf {
-  T width = 0;                   ///< how far at most, to every side [m or rad], positive
-  int knots = 7;                 ///< inner ones of the cubic splines that the offset is made of, evenly spaced
-  int starts = 3;                ///< of the search
-  std::vector<double> controls;  ///< of the splines, knots + 2 for each direction [m or rad]; empty: not found yet
+  T width = 0;          ///< how far at most, to every side [m or rad], positive
+  int inner_knots = 7;  ///< inner ones of the cubic splines that the offset is made of, evenly spaced
+  int starts = 3;       ///< of the search
+  std::vector<double>
+      control_points;  ///< of the splines, knots + 2 for each direction [m or rad]; empty: not found yet
 };
 
 }  // namespace balance

@@ -14,7 +14,7 @@ namespace balance {
 namespace {
 
 /// Smaller than this, relative to the lengths at hand, a distance counts as zero.
-constexpr double relative_zero = 1e-9;
+constexpr double relative_length_epsilon = 1e-9;
 
 void require_point(int dimensions, const std::string& what) {
   if (dimensions == 2 || dimensions == 3) return;
@@ -29,7 +29,7 @@ Vector3 leading_point(const VectorX& value, int dimensions) {
 
 }  // namespace
 
-void StraightCurve::fill(const LawValue& progress, DriveSample& sample) const {
+void StraightCurve::fill(const MotionLawValue& progress, DriveSample& sample) const {
   for (Eigen::Index i = 0; i < start.size(); ++i) {
     sample.value[i] = start[i] + progress.s * delta[i];
     sample.rate[i] = progress.ds * delta[i];
@@ -37,8 +37,8 @@ void StraightCurve::fill(const LawValue& progress, DriveSample& sample) const {
   }
 }
 
-void CircularCurve::fill(const LawValue& progress, DriveSample& sample) const {
-  rest.fill(progress, sample);
+void CircularCurve::fill(const MotionLawValue& progress, DriveSample& sample) const {
+  straight_part.fill(progress, sample);
   const double rate = sweep * progress.ds, acceleration = sweep * progress.dds;
   const auto [sine, cosine] = sine_cosine(sweep * progress.s);
   for (int i = 0; i < dimensions; ++i) {
@@ -49,7 +49,7 @@ void CircularCurve::fill(const LawValue& progress, DriveSample& sample) const {
   }
 }
 
-void SplineCurve::fill(const LawValue& progress, DriveSample& sample) const {
+void SplineCurve::fill(const MotionLawValue& progress, DriveSample& sample) const {
   spline.at(progress.s, sample.value, sample.rate, sample.acceleration);
   const double squared = progress.ds * progress.ds;
   for (Eigen::Index i = 0; i < sample.value.size(); ++i) {
@@ -58,7 +58,7 @@ void SplineCurve::fill(const LawValue& progress, DriveSample& sample) const {
   }
 }
 
-CircularCurve circle(const StraightCurve& rest, int dimensions, const CirclePath& path) {
+CircularCurve make_circle(const StraightCurve& rest, int dimensions, const CirclePath& path) {
   require_point(dimensions, "a circular path");
   if (!path.centre.head(dimensions).allFinite() || !std::isfinite(path.angle) || path.angle == 0) {
     throw std::invalid_argument("a circular path needs a centre and an angle that is not zero");
@@ -67,23 +67,23 @@ CircularCurve circle(const StraightCurve& rest, int dimensions, const CirclePath
   if (!(length > 0) || !std::isfinite(length))
     throw std::invalid_argument("the normal of a circular path must not be zero");
   const Vector3 normal = path.normal / length;
-  if (dimensions == 2 && normal.head<2>().norm() > relative_zero) {
+  if (dimensions == 2 && normal.head<2>().norm() > relative_length_epsilon) {
     throw std::invalid_argument(
         "a circular path of two coordinates must lie in their plane: its normal is at right angles to both");
   }
   const Vector3 start = leading_point(rest.start, dimensions), centre = leading_point(path.centre, dimensions);
   const Vector3 axial = (start - centre).dot(normal) * normal;
   CircularCurve curve{
-      .rest = rest, .dimensions = dimensions, .centre = centre + axial, .u = {}, .v = {}, .sweep = path.angle};
+      .straight_part = rest, .dimensions = dimensions, .centre = centre + axial, .u = {}, .v = {}, .sweep = path.angle};
   curve.u = start - curve.centre;
   curve.v = normal.cross(curve.u);
-  if (curve.u.norm() <= relative_zero * std::max(start.norm(), centre.norm())) {
+  if (curve.u.norm() <= relative_length_epsilon * std::max(start.norm(), centre.norm())) {
     throw std::invalid_argument("a circular path must not start at its own centre or on its axis");
   }
   return curve;
 }
 
-CircularCurve arc(const StraightCurve& rest, int dimensions, const ArcPath& path) {
+CircularCurve make_circular_arc(const StraightCurve& rest, int dimensions, const ArcPath& path) {
   require_point(dimensions, "an arc");
   const Vector3 start = leading_point(rest.start, dimensions);
   const Vector3 a = leading_point(path.via, dimensions) - start;  // start → via
@@ -91,14 +91,18 @@ CircularCurve arc(const StraightCurve& rest, int dimensions, const ArcPath& path
   if (!a.allFinite()) throw std::invalid_argument("the point that an arc goes through must be finite numbers");
   const Vector3 n = a.cross(b);
   const double size = std::max({a.norm(), b.norm(), (b - a).norm()});
-  if (!(n.norm() > relative_zero * size * size)) {
+  if (!(n.norm() > relative_length_epsilon * size * size)) {
     throw std::invalid_argument(
         "the start, the via point and the end of an arc lie on one line: no circle goes through them");
   }
   const Vector3 from_start = (a.squaredNorm() * b.cross(n) + b.squaredNorm() * n.cross(a)) / (2 * n.squaredNorm());
   // Seen along n the points come in the order start, via, end, so the sweep is the positive angle to the end.
-  CircularCurve curve{
-      .rest = rest, .dimensions = dimensions, .centre = start + from_start, .u = -from_start, .v = {}, .sweep = 0};
+  CircularCurve curve{.straight_part = rest,
+                      .dimensions = dimensions,
+                      .centre = start + from_start,
+                      .u = -from_start,
+                      .v = {},
+                      .sweep = 0};
   curve.v = n.normalized().cross(curve.u);
   const Vector3 end = b - from_start;
   const double angle = elementary::atan2(end.dot(curve.v), end.dot(curve.u));

@@ -8,12 +8,12 @@
 
 namespace balance {
 
-int remaining_values(const Trajectory& trajectory) {
-  return static_cast<int>(trajectory.remaining.size()) + (trajectory.remaining_angle ? 1 : 0);
+int count_remaining_quantities(const Trajectory& trajectory) {
+  return static_cast<int>(trajectory.remaining_coordinates.size()) + (trajectory.remaining_angle ? 1 : 0);
 }
 
 std::vector<CoordinateId> prescribed_coordinates(const Trajectory& trajectory) {
-  std::vector<CoordinateId> coordinates = trajectory.remaining;
+  std::vector<CoordinateId> coordinates = trajectory.remaining_coordinates;
   const auto add = [&](const PoseTarget& pose) {
     for (const CoordinateValue& joint : pose.joints) coordinates.push_back(joint.coordinate);
   };
@@ -26,12 +26,14 @@ std::vector<CoordinateId> prescribed_coordinates(const Trajectory& trajectory) {
 
 namespace {
 
-std::string count(int n, const char* one, const char* many) { return std::to_string(n) + " " + (n == 1 ? one : many); }
+std::string format_count(int n, const char* one, const char* many) {
+  return std::to_string(n) + " " + (n == 1 ? one : many);
+}
 
 int dimension(const Mechanism& mechanism) { return mechanism.space == SpaceKind::planar ? 2 : 3; }
 
 /// Position components by how much they change from the start to the end, largest first (stable).
-std::vector<int> most_moving(const Trajectory& trajectory, int dimension) {
+std::vector<int> order_by_displacement(const Trajectory& trajectory, int dimension) {
   std::vector<int> order(dimension);
   std::iota(order.begin(), order.end(), 0);
   if (trajectory.from.tool && trajectory.to.tool) {
@@ -52,7 +54,7 @@ std::vector<Component> default_components(const Mechanism& mechanism, const Traj
     return std::vector<Component>(
         all.begin(), all.begin() + std::min<std::ptrdiff_t>(freedoms, static_cast<std::ptrdiff_t>(all.size())));
   if (!trajectory.from.tool && trajectory.from.angle && freedoms == 1) return {rz};
-  std::vector<int> moving = most_moving(trajectory, dimension(mechanism));
+  std::vector<int> moving = order_by_displacement(trajectory, dimension(mechanism));
   moving.resize(freedoms);
   std::sort(moving.begin(), moving.end());
   std::vector<Component> chosen;
@@ -98,10 +100,10 @@ std::vector<CoordinateId> driven_joints(const Mechanism& mechanism, const Trajec
 
 /// Drive `com`: what is left beside the centre of mass.
 void add_remaining(const Mechanism& mechanism, const Trajectory& trajectory, int freedoms, DriveQuantities& chosen) {
-  chosen.coordinates = trajectory.remaining;
+  chosen.coordinates = trajectory.remaining_coordinates;
   chosen.tool_angle = chosen.tool_angle || trajectory.remaining_angle;
-  if (remaining_values(trajectory) > 0) return;
-  const auto left = [&] { return freedoms - chosen.rows(); };
+  if (count_remaining_quantities(trajectory) > 0) return;
+  const auto left = [&] { return freedoms - chosen.row_count(); };
   if (mechanism.tool && left() > 0) {
     if (mechanism.space == SpaceKind::planar)
       chosen.tool_angle = true;
@@ -120,7 +122,7 @@ std::map<CoordinateId, double> joint_values(const PoseTarget& pose) {
 }
 
 /// The pose says everything that is prescribed.
-bool states_all(const DriveQuantities& quantities, const PoseTarget& pose) {
+bool is_fully_prescribed(const DriveQuantities& quantities, const PoseTarget& pose) {
   const std::map<CoordinateId, double> joints = joint_values(pose);
   return (quantities.point.empty() || pose.tool) && (quantities.com.empty() || pose.com) &&
          (!quantities.tool_angle || pose.angle) && (quantities.rotation.empty() || pose.orientation) &&
@@ -130,9 +132,9 @@ bool states_all(const DriveQuantities& quantities, const PoseTarget& pose) {
 
 }  // namespace
 
-DriveQuantities choose_quantities(const Mechanism& mechanism, const Trajectory& trajectory, int freedoms) {
+DriveQuantities choose_drive_quantities(const Mechanism& mechanism, const Trajectory& trajectory, int freedoms) {
   DriveQuantities chosen;
-  const int own = freedoms - remaining_values(trajectory);
+  const int own = freedoms - count_remaining_quantities(trajectory);
   switch (trajectory.drive) {
     case DriveKind::joints: chosen.coordinates = driven_joints(mechanism, trajectory, freedoms); break;
     case DriveKind::tool:
@@ -141,7 +143,7 @@ DriveQuantities choose_quantities(const Mechanism& mechanism, const Trajectory& 
           trajectory.components.empty() ? default_components(mechanism, trajectory, own) : trajectory.components,
           mechanism, chosen.point, chosen);
       chosen.tool_angle = chosen.tool_angle || trajectory.remaining_angle;
-      chosen.coordinates = trajectory.remaining;
+      chosen.coordinates = trajectory.remaining_coordinates;
       break;
     case DriveKind::com: {
       std::vector<Component> components = trajectory.components;
@@ -152,13 +154,13 @@ DriveQuantities choose_quantities(const Mechanism& mechanism, const Trajectory& 
       break;
     }
   }
-  if (chosen.rows() != freedoms)
-    chosen.mismatch = "the drive prescribes " + count(chosen.rows(), "quantity", "quantities") +
-                      ", the mechanism has " + count(freedoms, "degree", "degrees") + " of freedom";
+  if (chosen.row_count() != freedoms)
+    chosen.mismatch = "the drive prescribes " + format_count(chosen.row_count(), "quantity", "quantities") +
+                      ", the mechanism has " + format_count(freedoms, "degree", "degrees") + " of freedom";
   return chosen;
 }
 
-DriveQuantities stated_quantities(const Mechanism& mechanism, const PoseTarget& pose) {
+DriveQuantities list_pose_quantities(const Mechanism& mechanism, const PoseTarget& pose) {
   if ((pose.tool || pose.angle || pose.orientation) && !mechanism.tool)
     throw std::invalid_argument("the pose names a tool, but the mechanism has none");
   DriveQuantities stated;
@@ -172,7 +174,7 @@ DriveQuantities stated_quantities(const Mechanism& mechanism, const PoseTarget& 
   return stated;
 }
 
-DriveValue stated_values(const DriveQuantities& quantities, const PoseTarget& pose, const DriveValue& base) {
+DriveValue read_pose_values(const DriveQuantities& quantities, const PoseTarget& pose, const DriveValue& base) {
   DriveValue out = base;
   int k = 0;
   for (const int component : quantities.point) {
@@ -196,15 +198,15 @@ DriveValue stated_values(const DriveQuantities& quantities, const PoseTarget& po
   return out;
 }
 
-bool end_is_stated(const DriveQuantities& quantities, const Trajectory& trajectory) {
+bool is_end_prescribed(const DriveQuantities& quantities, const Trajectory& trajectory) {
   if (std::holds_alternative<TablePath>(trajectory.path) || std::holds_alternative<CirclePath>(trajectory.path) ||
-      states_all(quantities, trajectory.to))
+      is_fully_prescribed(quantities, trajectory.to))
     return true;
   // `to` speaks of the drive's own quantities, if not of all of them: the others stay.
   const PoseTarget& to = trajectory.to;
   switch (trajectory.drive) {
     case DriveKind::joints: return !to.joints.empty();
-    case DriveKind::tool: return (to.tool || quantities.point.empty()) && trajectory.remaining.empty();
+    case DriveKind::tool: return (to.tool || quantities.point.empty()) && trajectory.remaining_coordinates.empty();
     case DriveKind::com: return to.com && !to.tool && to.joints.empty();
   }
   return false;

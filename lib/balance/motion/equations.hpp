@@ -15,12 +15,12 @@
 namespace balance {
 
 template <class S>
-class Equations {
+class KinematicEquations {
  public:
   using T = typename S::Scalar;
 
   /// @param redundant more rows than columns: least squares on the dense matrix instead of a sparse factorisation
-  Equations(const Tree<Constants<S>>& tree, const Drive<Constants<S>>& drive, bool redundant);
+  KinematicEquations(const Tree<Constants<S>>& tree, const Drive<Constants<S>>& drive, bool redundant);
 
   int rows() const { return static_cast<int>(row_scale_.size()); }
   int columns() const { return static_cast<int>(column_scale_.size()); }
@@ -30,10 +30,10 @@ class Equations {
   bool structurally_singular() const { return structurally_singular_; }
 
   /// Writes the matrix and the residual at the poses in `state`.
-  void fill(const State<S>& state, const T* y, const DriveSampleOf<T>& target, T* residual);
+  void evaluate(const TreeState<S>& state, const T* y, const DriveSampleOf<T>& target, T* residual);
   /// @param least smallest pivot that counts as regular
   /// @return false if the matrix is singular
-  bool factorise(double least = least_regularity);
+  bool factorise(double least = singular_pivot_threshold);
   /// Smallest pivot of the matrix last factorised, a measure of regularity.
   double regularity() const { return regularity_; }
   /// Turns `rows()` right-hand sides into `columns()` unknowns, in place, unscaled on return. Array length: max of both.
@@ -44,28 +44,30 @@ class Equations {
   /// Only where the constraints are independent.
   void solve_transposed(T* x);
   /// Remembers the matrix last factorised for near_kept().
-  void keep();
+  void store();
   /// Whether every matrix on the straight way from the kept one to the one last factorised is regular by a margin: the
   /// pseudo-inverse of the latter times their difference is at most `limit` < 1. See docs/theory.md, section 2.
-  bool near_kept(double limit);
+  bool is_near_stored(double limit);
   /// Smallest singular value of the scaled matrix last filled.
-  T least_singular_value();
+  T min_singular_value();
   /// The same, of a matrix near a singular one too. Remembers nothing.
-  double distance_from_singular() const;
+  double distance_to_singularity() const;
   /// Counts the calls of fill().
-  long filled() const { return filled_; }
+  long evaluation_count() const { return evaluations_; }
 
   /// Right-hand sides for rates and accelerations. State: for the latter velocities and velocity-caused accelerations.
-  void rate_rows(const DriveSampleOf<T>& target, T* out) const;
-  void acceleration_rows(const State<S>& state, const DriveSampleOf<T>& target, T* out) const;
+  void velocity_rhs(const DriveSampleOf<T>& target, T* out) const;
+  void acceleration_rhs(const TreeState<S>& state, const DriveSampleOf<T>& target, T* out) const;
 
   /// Entry of the scaled matrix last filled.
   T entry(int row, int column) const { return redundant_ ? tall_.at(row, column) : sparse_.at(row, column); }
   /// The place of an entry that may be other than zero, for value(): saves the look-up in a hot loop.
-  int place(int row, int column) const { return redundant_ ? row * columns() + column : sparse_.index(row, column); }
+  int entry_index(int row, int column) const {
+    return redundant_ ? row * columns() + column : sparse_.index(row, column);
+  }
   /// Equations with the same number, never 0, have the same places.
-  std::size_t layout() const { return layout_; }
-  const T& value(int place) const { return (redundant_ ? tall_.storage() : sparse_.storage())[place]; }
+  std::size_t pattern_id() const { return layout_; }
+  const T& entry_at(int place) const { return (redundant_ ? tall_.storage() : sparse_.storage())[place]; }
   /// All of it.
   MatrixX dense() const;
   /// The square system itself; not of redundant constraints.
@@ -73,23 +75,23 @@ class Equations {
   const SquareSystem<T>& system() const { return sparse_; }
 
  private:
-  struct Entry {
-    int index;  ///< into the storage
-    bool add;   ///< an earlier node of the same row moves the same column
+  struct MatrixEntry {
+    int index;            ///< into the storage
+    bool is_accumulated;  ///< an earlier node of the same row moves the same column
   };
 
-  void build();
-  void fill_closures(const State<S>& state, T* residual);
-  void fill_sum(const Closure<Constants<S>>& closure, const State<S>& state, const Entry* entry);
-  void fill_point(const State<S>& state, const DriveSampleOf<T>& target, T* residual);
-  void fill_com(const State<S>& state, const DriveSampleOf<T>& target, T* residual);
-  void fill_rotation(const State<S>& state, const DriveSampleOf<T>& target, T* residual);
+  void build_pattern();
+  void fill_closures(const TreeState<S>& state, T* residual);
+  void evaluate_speed_sum(const Closure<Constants<S>>& closure, const TreeState<S>& state, const MatrixEntry* entry);
+  void fill_point(const TreeState<S>& state, const DriveSampleOf<T>& target, T* residual);
+  void fill_com(const TreeState<S>& state, const DriveSampleOf<T>& target, T* residual);
+  void fill_rotation(const TreeState<S>& state, const DriveSampleOf<T>& target, T* residual);
   T* storage() { return redundant_ ? tall_.storage() : sparse_.storage(); }
-  void put(const Entry& entry, const T& value) {
+  void write_entry(const MatrixEntry& entry, const T& value) {
     T& at = storage()[entry.index];
-    at = entry.add ? at + value : value;
+    at = entry.is_accumulated ? at + value : value;
   }
-  std::vector<Entry> entries_of(const std::vector<NodeId>& nodes, int row);
+  std::vector<MatrixEntry> entries_of(const std::vector<NodeId>& nodes, int row);
 
   const Tree<Constants<S>>& tree_;
   const Drive<Constants<S>>& drive_;
@@ -98,21 +100,21 @@ class Equations {
   std::size_t layout_ = 0;
   double regularity_ = 0;
   std::vector<double> row_scale_, column_scale_;
-  std::vector<double> node_scale_;                   ///< per node: scale of the column that it moves
-  std::vector<std::vector<Entry>> closure_entries_;  ///< per closure: path × rows
-  std::vector<std::vector<Entry>> point_entries_;    ///< per point row: along the tool's path
-  std::vector<std::vector<Entry>> com_entries_;      ///< per com row: all moving nodes
-  std::vector<std::vector<Entry>> rotation_entries_;
-  std::vector<NodeId> moving_;  ///< nodes that are no welds
+  std::vector<double> node_scale_;                         ///< per node: scale of the column that it moves
+  std::vector<std::vector<MatrixEntry>> closure_entries_;  ///< per closure: path × rows
+  std::vector<std::vector<MatrixEntry>> point_entries_;    ///< per point row: along the tool's path
+  std::vector<std::vector<MatrixEntry>> com_entries_;      ///< per com row: all moving nodes
+  std::vector<std::vector<MatrixEntry>> rotation_entries_;
+  std::vector<NodeId> moving_nodes_;  ///< nodes that are no welds
   MassDistribution<S> masses_;
-  Matrix3Of<T> gap_matrix_ = Matrix3Of<T>::Identity();  ///< of the tool's rotation where last filled
+  Matrix3Of<T> rotation_jacobian_ = Matrix3Of<T>::Identity();  ///< of the tool's rotation where last filled
   SquareSystem<T> sparse_;
-  LeastSingular least_singular_;
-  TallSystem<T> tall_;
-  long filled_ = 0, factorised_ = -1;  ///< the latter: filled() of the matrix last factorised
+  MinSingularValue least_singular_;
+  OverdeterminedSystem<T> tall_;
+  long evaluations_ = 0, factorised_evaluation_ = -1;  ///< the latter: filled() of the matrix last factorised
 };
 
-extern template class Equations<Planar>;
-extern template class Equations<Spatial>;
+extern template class KinematicEquations<Planar>;
+extern template class KinematicEquations<Spatial>;
 
 }  // namespace balance

@@ -17,12 +17,12 @@ namespace balance {
 /// @param tolerance of the error of a component, in its scale, or as part of its value where that is larger
 /// @return false if that is not reached, or rates are missing on the way: a shorter step may help
 template <class Rates>
-bool extrapolate(const Rates& rates, double time, double step, const VectorX& dy, const VectorX& scale,
-                 double tolerance, VectorX& y) {
-  constexpr int most = 9;
-  std::array<VectorX, most> table;  // T(k, 0) to T(k, k), row after row in one place
+bool step_by_extrapolation(const Rates& rates, double time, double step, const VectorX& dy, const VectorX& scale,
+                           double tolerance, VectorX& y) {
+  constexpr int max_extrapolation_columns = 9;
+  std::array<VectorX, max_extrapolation_columns> table;  // T(k, 0) to T(k, k), row after row in one place
   VectorX slope(y.size());
-  for (int k = 0; k < most; ++k) {
+  for (int k = 0; k < max_extrapolation_columns; ++k) {
     const int parts = 2 * (k + 1);
     const double h = step / parts;
     VectorX before = y, here = y + h * dy;

@@ -7,31 +7,31 @@
 namespace balance {
 
 /// A part of the motion at one limit.
-struct LawStretch {
-  double begin = 0, end = 0;  ///< [s]
-  double from = 0, to = 0;    ///< parts of the path, 0 to 1
-  std::string limit;          ///< the quantity that is at its limit: "torque[A1]"
+struct ActiveLimitInterval {
+  double begin = 0, end = 0;            ///< [s]
+  double path_begin = 0, path_end = 0;  ///< parts of the path, 0 to 1
+  std::string limit;                    ///< the quantity that is at its limit: "torque[A1]"
 };
 
-struct FoundLaw {
-  double duration = 0;           ///< [s]
-  std::vector<double> switches;  ///< times at which the path's acceleration jumps [s]
-  std::vector<LawStretch> stretches;
-  std::string of;   ///< law gentlest: the quantity whose peak is least
-  double peak = 0;  ///< and that peak [SI]
+struct OptimisedLaw {
+  double duration = 0;               ///< [s]
+  std::vector<double> switch_times;  ///< times at which the path's acceleration jumps [s]
+  std::vector<ActiveLimitInterval> active_limits;
+  std::string objective;       ///< law gentlest: the quantity whose peak is least
+  double objective_value = 0;  ///< and that peak [SI]
   std::string unit;
   double momentum = 0;  ///< law steady-momentum: the angular momentum that is kept [N m s]; else 0
 };
 
-struct FoundCorridor {
-  double width = 0, used = 0;  ///< how far the path may be left, and how far it is at most [m or rad]
-  std::string width_unit;      ///< "m" or "rad"
-  std::string of;              ///< the quantity whose peak is least; law fastest: "duration"
-  double figure = 0;           ///< what was reached [SI]
-  double on_path = 0;          ///< what the path itself would need [SI]
+struct CorridorResult {
+  double width = 0, max_offset = 0;  ///< how far the path may be left, and how far it is at most [m or rad]
+  std::string width_unit;            ///< "m" or "rad"
+  std::string objective;             ///< the quantity whose peak is least; law fastest: "duration"
+  double objective_value = 0;        ///< what was reached [SI]
+  double centreline_value = 0;       ///< what the path itself would need [SI]
   std::string unit;
-  int starts = 0;    ///< of the search
-  int agreeing = 0;  ///< how many of them ended in the same place, up to 1e-5 of the figure
+  int starts = 0;           ///< of the search
+  int agreeing_starts = 0;  ///< how many of them ended in the same place, up to 1e-5 of the figure
 };
 
 }  // namespace balance

@@ -8,25 +8,25 @@
 namespace balance {
 
 template <class S>
-class Guard {
+class RegularityMonitor {
  public:
-  virtual ~Guard() = default;
+  virtual ~RegularityMonitor() = default;
 
   /// Factorises the matrix at the configuration that the equations are filled at.
   /// @return its smallest pivot, 0 if it is singular
-  virtual double look(const Equations<S>& equations) = 0;
+  virtual double factorise(const KinematicEquations<S>& equations) = 0;
   /// Remembers the matrix last looked at.
-  virtual void keep() = 0;
+  virtual void store() = 0;
   /// Whether every matrix on the straight way from the one kept to the one last looked at is regular; see Equations::near_kept.
-  virtual bool near_kept(double limit) = 0;
+  virtual bool is_near_stored(double limit) = 0;
 
   /// The mobility that the motion would have if the guard's quantities drove it: the smallest singular value of the closures and their
   /// rows. Remembers nothing. Equations: as above.
-  virtual double mobility(const Equations<S>& equations) const = 0;
+  virtual double mobility(const KinematicEquations<S>& equations) const = 0;
   /// How many of these quantities could be left out one at a time; 0 if none can.
-  virtual std::size_t spares() const = 0;
+  virtual std::size_t redundant_count() const = 0;
   /// Singular values, largest first, of that matrix without one of the quantities: as many as columns where that has enough rows.
-  virtual VectorX strengths_without(std::size_t quantity, const Equations<S>& equations) const = 0;
+  virtual VectorX singular_values_without(std::size_t quantity, const KinematicEquations<S>& equations) const = 0;
 };
 
 }  // namespace balance

@@ -5,7 +5,7 @@
 
 namespace balance {
 
-enum class LawKind {
+enum class MotionLawKind {
   cycloidal,  ///< P3 eq. 52
   bang_bang,  ///< constant acceleration, then the opposite
   uniform,    ///< constant velocity
@@ -16,47 +16,48 @@ enum class LawKind {
   modified_sine,
   modified_trapezoidal,
   trapezoidal_velocity,  ///< ramps of stated length, constant velocity between them
-  fastest,               ///< the least duration that stated limits allow: found by the room timing, then a table
-  gentlest,              ///< the least peak of a quantity in a stated duration: found likewise
-  steady_momentum,       ///< the angular momentum does not change: found likewise
+  time_optimal,          ///< the least duration that stated limits allow: found by the room timing, then a table
+  min_peak,              ///< the least peak of a quantity in a stated duration: found likewise
+  constant_momentum,     ///< the angular momentum does not change: found likewise
 };
 
 /// A place of a law that was found, with both sides of a jump of its second derivative.
-struct LawNode {
+struct MotionLawNode {
   double tau = 0, s = 0, ds = 0, dds_before = 0, dds_after = 0;
 };
 
 template <class T>
-struct LawOf {
-  LawKind kind = LawKind::cycloidal;
+struct MotionLawOf {
+  MotionLawKind kind = MotionLawKind::cycloidal;
   T ramp_up = 0.25;    ///< trapezoidal velocity: part of the duration spent accelerating, in (0, 1)
   T ramp_down = 0.25;  ///< … and braking; ramp_up + ramp_down ≤ 1
   /// Of laws that were found: from τ = 0 to 1, joined by quintics; empty: not found yet.
-  std::vector<LawNode> nodes;
+  std::vector<MotionLawNode> nodes;
 };
 
-using Law = LawOf<double>;
+using MotionLaw = MotionLawOf<double>;
 
 /// s, s' and s'' at a time.
-struct LawMoment {
+struct PhasePoint {
   double t = 0, s = 0, v = 0, u = 0;
 };
 
 /// Between two moments, by the quintic that has all values of both. Where their s are so near that differences are round-off, by the
 /// quartic that has all but the second s.
-LawMoment join(const LawMoment& a, const LawMoment& b, double t);
+PhasePoint interpolate_quintic(const PhasePoint& a, const PhasePoint& b, double t);
 
 /// A law that depends on the mechanism.
-inline bool is_searched(LawKind kind) {
-  return kind == LawKind::fastest || kind == LawKind::gentlest || kind == LawKind::steady_momentum;
+inline bool is_mechanism_dependent(MotionLawKind kind) {
+  return kind == MotionLawKind::time_optimal || kind == MotionLawKind::min_peak ||
+         kind == MotionLawKind::constant_momentum;
 }
 
 /// @throws std::invalid_argument if the ramps of a trapezoidal velocity are out of range or a law has not been found yet. The
 ///        message is fit for a user.
-void validate(const Law& law);
+void validate(const MotionLaw& law);
 
 /// s and its first and second derivative with respect to τ.
-struct LawValue {
+struct MotionLawValue {
   double s = 0, ds = 0, dds = 0;
 };
 
@@ -64,9 +65,9 @@ struct LawValue {
 enum class Side { before, after };
 
 /// @param tau in [0, 1]; at 0 the side is always `after`, at 1 always `before`.
-LawValue evaluate(const Law& law, double tau, Side side = Side::after);
+MotionLawValue evaluate(const MotionLaw& law, double tau, Side side = Side::after);
 
 /// The τ strictly inside (0, 1) at which the second derivative jumps, increasing.
-std::vector<double> jumps(const Law& law);
+std::vector<double> find_acceleration_jumps(const MotionLaw& law);
 
 }  // namespace balance

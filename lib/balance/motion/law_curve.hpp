@@ -7,6 +7,6 @@
 namespace balance {
 
 /// Fills the time, place and rate of a phase plane.
-void trace_law(const Schedule& schedule, PhasePlane& plane);
+void sample_phase_plane(const PrescribedMotion& schedule, PhasePlane& plane);
 
 }  // namespace balance

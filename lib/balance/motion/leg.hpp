@@ -11,27 +11,28 @@
 namespace balance {
 
 /// Times nearer than this part of the whole duration are the same time: some thousand ulp, far below any sampling.
-inline constexpr double same_time = 1e-12;
+inline constexpr double time_tolerance = 1e-12;
 
-struct Leg {
-  Clock clock;
+struct PathSegment {
+  TimeScaling time_scaling;
   Curve curve;
-  Turn turn;
+  RotationCurve rotation;
 };
 
-struct Itinerary {
-  double duration = 0;    ///< [s]
-  int size = 0;           ///< scalar components
-  std::vector<Leg> legs;  ///< in order of time, at least one
+struct SegmentedPath {
+  double duration = 0;                ///< [s]
+  int size = 0;                       ///< scalar components
+  std::vector<PathSegment> segments;  ///< in order of time, at least one
 };
 
 /// @throws std::invalid_argument as Schedule's constructor does
-Itinerary make_itinerary(const Schedule::Request& request);
+SegmentedPath make_segmented_path(const PrescribedMotion::Request& request);
 
 /// When each waypoint is passed, in order, the start (0) and the end (1) included.
 /// @param points start, waypoints, end
 /// @param fractions those of the waypoints; empty: by the length of the chords between the points
-std::vector<double> passing_fractions(const std::vector<DriveValue>& points, const std::vector<double>& fractions,
-                                      int position_components, bool turns);
+std::vector<double> compute_waypoint_fractions(const std::vector<DriveValue>& points,
+                                               const std::vector<double>& fractions, int position_components,
+                                               bool turns);
 
 }  // namespace balance

@@ -11,9 +11,11 @@ namespace balance {
 /// "a and b are in line at B"; empty if no two links are, or so many that it says nothing.
 /// @param state poses
 template <class S>
-std::string links_in_line(const Mechanism& mechanism, const Tree<S>& tree, const State<S>& state);
+std::string describe_collinear_links(const Mechanism& mechanism, const Tree<S>& tree, const TreeState<S>& state);
 
-extern template std::string links_in_line<Planar>(const Mechanism&, const Tree<Planar>&, const State<Planar>&);
-extern template std::string links_in_line<Spatial>(const Mechanism&, const Tree<Spatial>&, const State<Spatial>&);
+extern template std::string describe_collinear_links<Planar>(const Mechanism&, const Tree<Planar>&,
+                                                             const TreeState<Planar>&);
+extern template std::string describe_collinear_links<Spatial>(const Mechanism&, const Tree<Spatial>&,
+                                                              const TreeState<Spatial>&);
 
 }  // namespace balance

@@ -10,29 +10,30 @@
 namespace balance {
 
 template <class S>
-class LoopRanks {
+class LoopRankMonitor {
  public:
   /// @param mechanism, tree must outlive it
-  LoopRanks(const Mechanism& mechanism, const Tree<S>& tree);
+  LoopRankMonitor(const Mechanism& mechanism, const Tree<S>& tree);
 
-  std::size_t loops() const { return loops_.size(); }
+  std::size_t loop_count() const { return loops_.size(); }
   /// "A, B, C, D": the joints along a loop.
-  std::string joints(std::size_t loop) const;
+  std::string joint_names(std::size_t loop) const;
 
   /// Singular values, largest first, of what a loop's joints let its bodies do against each other: as many as equations of closure,
   /// angles and characteristic lengths.
   /// @param poses of the tree's nodes
-  VectorX strengths(std::size_t loop, const State<S>& poses) const;
+  VectorX singular_values(std::size_t loop, const TreeState<S>& poses) const;
 
  private:
-  void add_joint(const LoopStep& step, const State<S>& poses, const typename S::Vector& about, MatrixX& twists) const;
+  void add_joint_twists(const LoopStep& step, const TreeState<S>& poses, const typename S::Vector& about,
+                        MatrixX& twists) const;
 
   const Mechanism& mechanism_;
   const Tree<S>& tree_;
   std::vector<SimpleLoop> loops_;
 };
 
-extern template class LoopRanks<Planar>;
-extern template class LoopRanks<Spatial>;
+extern template class LoopRankMonitor<Planar>;
+extern template class LoopRankMonitor<Spatial>;
 
 }  // namespace balance

@@ -14,29 +14,29 @@ namespace balance {
 namespace {
 
 // radians or characteristic lengths
-constexpr double visible_miss = 1e-6;  // less is not worth a number
-constexpr double singular_gap = 1e-9;  // what closes in a singular configuration stays open by less
+constexpr double min_listed_miss = 1e-6;             // less is not worth a number
+constexpr double singular_closure_tolerance = 1e-9;  // what closes in a singular configuration stays open by less
 
 /// "; there a and b are in line at B"
 template <class S>
-std::string in_line_there(const Mechanism& mechanism, const Tree<S>& tree, const State<S>& state) {
-  const std::string links = links_in_line(mechanism, tree, state);
+std::string format_collinear_links(const Mechanism& mechanism, const Tree<S>& tree, const TreeState<S>& state) {
+  const std::string links = describe_collinear_links(mechanism, tree, state);
   return links.empty() ? "" : "; there " + links;
 }
 
 /// How far the two sides of a closure are from where they hold each other: what a joint lets free does not count.
-struct Opening {
+struct ClosureError {
   JointId joint = -1;
-  double gap = 0;   ///< [m]
-  double turn = 0;  ///< [rad]
+  double gap = 0;    ///< [m]
+  double angle = 0;  ///< [rad]
 
-  double size(double length) const { return std::max(gap / length, turn); }
+  double scaled_norm(double length) const { return std::max(gap / length, angle); }
 };
 
 template <class S>
-Opening opening_of(const State<S>& state, const Closure<S>& closure) {
+ClosureError compute_closure_error(const TreeState<S>& state, const Closure<S>& closure) {
   const ClosurePose<S> pose = closure_pose(state, closure);
-  if (is_point(closure)) return {closure.joint, (pose.p_B - pose.p_A).norm(), 0};
+  if (is_point_closure(closure)) return {closure.joint, (pose.p_B - pose.p_A).norm(), 0};
   double gap = 0, turn = 0;
   for (const ClosureRow& row : closure.rows) {
     const double miss = closure_residual(pose, row);
@@ -46,12 +46,14 @@ Opening opening_of(const State<S>& state, const Closure<S>& closure) {
 }
 
 template <class S>
-Opening worst_opening(const Tree<S>& tree, const State<S>& state) {
-  Opening worst;
+ClosureError find_max_closure_error(const Tree<S>& tree, const TreeState<S>& state) {
+  ClosureError worst;
   for (const Closure<S>& closure : tree.closures) {
-    if (closure.of_rates()) continue;
-    const Opening opening = opening_of(state, closure);
-    if (worst.joint < 0 || opening.size(tree.length) > worst.size(tree.length)) worst = opening;
+    if (closure.is_velocity_level()) continue;
+    const ClosureError opening = compute_closure_error(state, closure);
+    if (worst.joint < 0 ||
+        opening.scaled_norm(tree.characteristic_length) > worst.scaled_norm(tree.characteristic_length))
+      worst = opening;
   }
   return worst;
 }
@@ -60,25 +62,28 @@ Opening worst_opening(const Tree<S>& tree, const State<S>& state) {
 template <class S>
 MotionOutcome explain_open_loops(const Mechanism& mechanism, const Tree<S>& tree, const VectorX& attempt) {
   constexpr int max_columns = 60;
-  constexpr std::uint64_t starts = 40;
-  System<S> closures(tree, Drive<S>{});
-  Opening worst;
-  State<S> state(tree.nodes.size()), there_state = state;
-  for (std::uint64_t seed = 0; seed <= (tree.columns > max_columns ? 0 : starts); ++seed) {
-    const VectorX y = seed == 0 ? attempt : solve(closures, random_coordinates(tree, seed), {}).y;
-    poses(tree, y.data(), state);
-    const Opening opening = worst_opening(tree, state);
-    if (worst.joint >= 0 && opening.size(tree.length) >= worst.size(tree.length)) continue;
+  constexpr std::uint64_t max_random_starts = 40;
+  ConstraintSystem<S> closures(tree, Drive<S>{});
+  ClosureError worst;
+  TreeState<S> state(tree.nodes.size()), there_state = state;
+  for (std::uint64_t seed = 0; seed <= (tree.columns > max_columns ? 0 : max_random_starts); ++seed) {
+    const VectorX y = seed == 0 ? attempt : solve_assembly(closures, random_coordinates(tree, seed), {}).y;
+    compute_poses(tree, y.data(), state);
+    const ClosureError opening = find_max_closure_error(tree, state);
+    if (worst.joint >= 0 &&
+        opening.scaled_norm(tree.characteristic_length) >= worst.scaled_norm(tree.characteristic_length))
+      continue;
     worst = opening;
     there_state = state;
   }
-  const double size = worst.size(tree.length);
-  std::string by = worst.gap >= 0.01 * size * tree.length ? length_text(worst.gap, mechanism.units) : "";
-  if (worst.turn >= 0.01 * size && worst.turn > 0)
-    by += (by.empty() ? "" : " and ") + angle_text(worst.turn, mechanism.units);
+  const double size = worst.scaled_norm(tree.characteristic_length);
+  std::string by =
+      worst.gap >= 0.01 * size * tree.characteristic_length ? format_length(worst.gap, mechanism.units) : "";
+  if (worst.angle >= 0.01 * size && worst.angle > 0)
+    by += (by.empty() ? "" : " and ") + format_angle(worst.angle, mechanism.units);
   const std::string open = "joint " + mechanism.joints[worst.joint].name + " stays open by " + by + " at best";
-  const std::string there = in_line_there(mechanism, tree, there_state);
-  if (size < singular_gap)
+  const std::string there = format_collinear_links(mechanism, tree, there_state);
+  if (size < singular_closure_tolerance)
     return {MotionStatus::not_assembled,
             0,
             "the loops close in a singular configuration only, to within round-off (" + open +
@@ -90,25 +95,25 @@ MotionOutcome explain_open_loops(const Mechanism& mechanism, const Tree<S>& tree
 /// From a configuration with closed loops to the one that comes nearest to a pose: Levenberg and Marquardt's steps along the freedoms
 /// that the loops leave.
 template <class S>
-VectorX approach_pose(const Tree<S>& tree, System<S>& system, const DriveSample& target, VectorX y) {
+VectorX approach_pose(const Tree<S>& tree, ConstraintSystem<S>& system, const DriveSample& target, VectorX y) {
   constexpr int max_steps = 200;
-  constexpr double max_step = 0.3, max_damping = 1e8, stalled = 1e-12;
-  System<S> closures(tree, Drive<S>{});
+  constexpr double max_step = 0.3, max_damping = 1e8, min_relative_gain = 1e-12;
+  ConstraintSystem<S> closures(tree, Drive<S>{});
   const VectorX scale = column_scale(tree);
   VectorX residual, trial_residual;
   MatrixX jacobian, trial_jacobian;
   system.evaluate(y, target, residual, jacobian);
   double damping = 1e-3;
   for (int k = 0; k < max_steps && damping < max_damping; ++k) {
-    const Eigen::Index stated = residual.size() - tree.place_rows;
+    const Eigen::Index stated = residual.size() - tree.position_rows;
     const double cost = residual.tail(stated).squaredNorm();
-    const MatrixX free = rank_of(jacobian.topRows(tree.place_rows)).null_space;
+    const MatrixX free = decompose_rank(jacobian.topRows(tree.position_rows)).null_space;
     const MatrixX along = jacobian.bottomRows(stated) * free;
     MatrixX normal = along.transpose() * along;
     normal.diagonal().array() += damping;
     VectorX step = -free * normal.ldlt().solve(along.transpose() * residual.tail(stated));
     if (step.norm() > max_step) step *= max_step / step.norm();
-    const Solution moved = solve(closures, y + scale.cwiseProduct(step), {}, 30);
+    const AssemblySolution moved = solve_assembly(closures, y + scale.cwiseProduct(step), {}, 30);
     damping *= 4;
     if (!moved.found) continue;
     system.evaluate(moved.y, target, trial_residual, trial_jacobian);
@@ -117,15 +122,15 @@ VectorX approach_pose(const Tree<S>& tree, System<S>& system, const DriveSample&
     y = moved.y;
     residual.swap(trial_residual), jacobian.swap(trial_jacobian);
     damping = std::max(1e-12, damping / 20);
-    if (gain < stalled * cost) break;
+    if (gain < min_relative_gain * cost) break;
   }
   return y;
 }
 
 /// What a pose asks for and the nearest configuration does not have: "A 1.2 rad (nearest is 1.07 rad)".
 template <class S>
-std::string missed_values(const Mechanism& mechanism, const Drive<S>& drive, const PoseTarget& pose, double length,
-                          const DriveSample& target, const DriveSample& nearest) {
+std::string format_missed_values(const Mechanism& mechanism, const Drive<S>& drive, const PoseTarget& pose,
+                                 double length, const DriveSample& target, const DriveSample& nearest) {
   std::string text;
   const auto add = [&text](const std::string& what, const std::string& wish, const std::string& found) {
     text += (text.empty() ? "" : ", ") + what + " " + wish + " (nearest is " + found + ")";
@@ -134,9 +139,9 @@ std::string missed_values(const Mechanism& mechanism, const Drive<S>& drive, con
   for (const auto& [what, components] :
        {std::pair("the tool at", &drive.point), {"the centre of mass at", &drive.com}}) {
     const auto count = static_cast<Eigen::Index>(components->size());
-    if (count >= 2 && (target.value - nearest.value).segment(k, count).norm() > visible_miss * length)
-      add(what, place_text(&target.value[k], static_cast<int>(count), mechanism.units),
-          place_text(&nearest.value[k], static_cast<int>(count), mechanism.units, visible_miss * length));
+    if (count >= 2 && (target.value - nearest.value).segment(k, count).norm() > min_listed_miss * length)
+      add(what, format_position(&target.value[k], static_cast<int>(count), mechanism.units),
+          format_position(&nearest.value[k], static_cast<int>(count), mechanism.units, min_listed_miss * length));
     k += count;
   }
   auto joint = pose.joints.begin();
@@ -144,36 +149,36 @@ std::string missed_values(const Mechanism& mechanism, const Drive<S>& drive, con
     const bool of_tool = q == 0 && drive.linear.size() > pose.joints.size();
     const CoordinateId coordinate = of_tool ? CoordinateId(-1) : (joint++)->coordinate;
     const bool is_length = !of_tool && mechanism.coordinates[coordinate].kind == CoordinateKind::length;
-    if (std::abs(target.value[k] - nearest.value[k]) <= visible_miss * (is_length ? length : 1)) continue;
+    if (std::abs(target.value[k] - nearest.value[k]) <= min_listed_miss * (is_length ? length : 1)) continue;
     const auto text_of = [&](double value, double round_off) {
-      return is_length ? length_text(value, mechanism.units, round_off * length)
-                       : angle_text(value, mechanism.units, round_off);
+      return is_length ? format_length(value, mechanism.units, round_off * length)
+                       : format_angle(value, mechanism.units, round_off);
     };
     add(of_tool ? "the tool's angle" : mechanism.coordinates[coordinate].name, text_of(target.value[k], 0),
-        text_of(nearest.value[k], visible_miss));
+        text_of(nearest.value[k], min_listed_miss));
   }
   if (!drive.rotation.empty()) {
     const double off = Eigen::AngleAxisd(nearest.rotation * target.rotation.transpose()).angle();
-    if (off > visible_miss)
-      text += (text.empty() ? "" : ", ") + ("an orientation that stays off by " + angle_text(off, mechanism.units));
+    if (off > min_listed_miss)
+      text += (text.empty() ? "" : ", ") + ("an orientation that stays off by " + format_angle(off, mechanism.units));
   }
   return text;
 }
 
 template <class S>
-MotionOutcome explain_unreached_pose(const Mechanism& mechanism, const Tree<S>& tree, const Solution& attempt,
+MotionOutcome explain_unreached_pose(const Mechanism& mechanism, const Tree<S>& tree, const AssemblySolution& attempt,
                                      const VectorX& assembled, const PoseTarget& pose) {
   constexpr int max_columns = 120;  // of which the loops' freedoms are found in no time
-  const PoseEquations<S> stated = pose_equations(mechanism, tree, pose);
-  System<S> system(tree, stated.drive);
+  const PoseEquations<S> stated = make_pose_equations(mechanism, tree, pose);
+  ConstraintSystem<S> system(tree, stated.drive);
   std::string reason = "the start pose cannot be reached";
-  if (stated.drive.rows() == 0 || tree.columns > max_columns)
+  if (stated.drive.row_count() == 0 || tree.columns > max_columns)
     return {MotionStatus::unreachable, 0, reason + ": no configuration was found that has it", {}};
-  System<S> closures(tree, Drive<S>{});
+  ConstraintSystem<S> closures(tree, Drive<S>{});
   VectorX best;
   double least = INFINITY;
   for (const VectorX& guess : {attempt.y, assembled}) {
-    const Solution closed_loops = solve(closures, guess, {});
+    const AssemblySolution closed_loops = solve_assembly(closures, guess, {});
     if (!closed_loops.found) continue;
     const VectorX y = approach_pose(tree, system, stated.target, closed_loops.y);
     VectorX residual;
@@ -185,26 +190,26 @@ MotionOutcome explain_unreached_pose(const Mechanism& mechanism, const Tree<S>& 
   VectorX residual;
   MatrixX jacobian;
   system.evaluate(best, stated.target, residual, jacobian);
-  const std::string missed =
-      missed_values(mechanism, stated.drive, pose, tree.length, stated.target, system.measure(best));
+  const std::string missed = format_missed_values(mechanism, stated.drive, pose, tree.characteristic_length,
+                                                  stated.target, system.measure(best));
   reason += missed.empty() ? ": no configuration was found that has it" : ": it asks for " + missed;
-  return {MotionStatus::unreachable, 0, reason + in_line_there(mechanism, tree, system.state()), {}};
+  return {MotionStatus::unreachable, 0, reason + format_collinear_links(mechanism, tree, system.state()), {}};
 }
 
 }  // namespace
 
 template <class S>
-MotionOutcome explain_missing_start(const Mechanism& mechanism, const Tree<S>& tree, const Solution& attempt,
-                                    const PoseTarget& pose) {
-  System<S> closures(tree, Drive<S>{});
-  const Solution loops = find_pose(mechanism, tree, closures, {});
+MotionOutcome explain_assembly_failure(const Mechanism& mechanism, const Tree<S>& tree, const AssemblySolution& attempt,
+                                       const PoseTarget& pose) {
+  ConstraintSystem<S> closures(tree, Drive<S>{});
+  const AssemblySolution loops = solve_pose(mechanism, tree, closures, {});
   if (!loops.found) return explain_open_loops(mechanism, tree, loops.y);
   return explain_unreached_pose(mechanism, tree, attempt, loops.y, pose);
 }
 
-template MotionOutcome explain_missing_start<Planar>(const Mechanism&, const Tree<Planar>&, const Solution&,
-                                                     const PoseTarget&);
-template MotionOutcome explain_missing_start<Spatial>(const Mechanism&, const Tree<Spatial>&, const Solution&,
-                                                      const PoseTarget&);
+template MotionOutcome explain_assembly_failure<Planar>(const Mechanism&, const Tree<Planar>&, const AssemblySolution&,
+                                                        const PoseTarget&);
+template MotionOutcome explain_assembly_failure<Spatial>(const Mechanism&, const Tree<Spatial>&,
+                                                         const AssemblySolution&, const PoseTarget&);
 
 }  // namespace balance

@@ -9,9 +9,9 @@
 namespace balance {
 
 /// No question about states of the mechanism has an answer: its loops cannot be closed, or no coordinates determine its motion.
-class MechanismRefused : public std::invalid_argument {
+class UnsolvableMechanism : public std::invalid_argument {
  public:
-  explicit MechanismRefused(const MotionOutcome& found) : std::invalid_argument(found.reason), outcome(found) {}
+  explicit UnsolvableMechanism(const MotionOutcome& found) : std::invalid_argument(found.reason), outcome(found) {}
   MotionOutcome outcome;
 };
 
@@ -20,12 +20,12 @@ class MechanismRefused : public std::invalid_argument {
 /// @param attempt what it returned
 /// @param pose what it looked for
 template <class S>
-MotionOutcome explain_missing_start(const Mechanism& mechanism, const Tree<S>& tree, const Solution& attempt,
-                                    const PoseTarget& pose);
+MotionOutcome explain_assembly_failure(const Mechanism& mechanism, const Tree<S>& tree, const AssemblySolution& attempt,
+                                       const PoseTarget& pose);
 
-#define BALANCE_DECLARE(S)                                                                                  \
-  extern template MotionOutcome explain_missing_start<S>(const Mechanism&, const Tree<S>&, const Solution&, \
-                                                         const PoseTarget&);
+#define BALANCE_DECLARE(S)                                                                                             \
+  extern template MotionOutcome explain_assembly_failure<S>(const Mechanism&, const Tree<S>&, const AssemblySolution&, \
+                                                            const PoseTarget&);
 BALANCE_DECLARE(Planar)
 BALANCE_DECLARE(Spatial)
 #undef BALANCE_DECLARE

@@ -2,27 +2,28 @@
 
 namespace balance {
 
-const char* name_of(LawKind kind) {
+const char* name_of(MotionLawKind kind) {
   switch (kind) {
-    case LawKind::cycloidal: return "cycloidal";
-    case LawKind::bang_bang: return "bang-bang";
-    case LawKind::uniform: return "uniform";
-    case LawKind::cubic: return "cubic";
-    case LawKind::polynomial_345: return "3-4-5";
-    case LawKind::polynomial_4567: return "4-5-6-7";
-    case LawKind::harmonic: return "harmonic";
-    case LawKind::modified_sine: return "modified-sine";
-    case LawKind::modified_trapezoidal: return "modified-trapezoidal";
-    case LawKind::trapezoidal_velocity: return "trapezoidal-velocity";
-    case LawKind::fastest: return "fastest";
-    case LawKind::gentlest: return "gentlest";
-    case LawKind::steady_momentum: return "steady-momentum";
+    case MotionLawKind::cycloidal: return "cycloidal";
+    case MotionLawKind::bang_bang: return "bang-bang";
+    case MotionLawKind::uniform: return "uniform";
+    case MotionLawKind::cubic: return "cubic";
+    case MotionLawKind::polynomial_345: return "3-4-5";
+    case MotionLawKind::polynomial_4567: return "4-5-6-7";
+    case MotionLawKind::harmonic: return "harmonic";
+    case MotionLawKind::modified_sine: return "modified-sine";
+    case MotionLawKind::modified_trapezoidal: return "modified-trapezoidal";
+    case MotionLawKind::trapezoidal_velocity: return "trapezoidal-velocity";
+    case MotionLawKind::time_optimal: return "fastest";
+    case MotionLawKind::min_peak: return "gentlest";
+    case MotionLawKind::constant_momentum: return "steady-momentum";
   }
   return "";
 }
 
 const char* law_name(const Trajectory& trajectory) {
-  const bool by_table = std::holds_alternative<TablePath>(trajectory.path) && !is_searched(trajectory.law.kind);
+  const bool by_table =
+      std::holds_alternative<TablePath>(trajectory.path) && !is_mechanism_dependent(trajectory.law.kind);
   return by_table ? "table" : name_of(trajectory.law.kind);
 }
 

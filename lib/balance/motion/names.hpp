@@ -6,7 +6,7 @@
 
 namespace balance {
 
-const char* name_of(LawKind kind);  ///< "cycloidal", "bang-bang", …
+const char* name_of(MotionLawKind kind);  ///< "cycloidal", "bang-bang", …
 /// Of what leads a trajectory through time: its law, or "table".
 const char* law_name(const Trajectory& trajectory);
 const char* name_of(DriveKind kind);       ///< "joints", "tool", "com"

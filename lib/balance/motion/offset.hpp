@@ -13,16 +13,16 @@ namespace balance {
 /// How many leading components of a drive are the point that a corridor is for: the coordinates of the tool or the centre of mass, or
 /// all driven joint coordinates.
 /// @throws std::invalid_argument if they are fewer than two. The message is fit for a user.
-int corridor_components(const DriveQuantities& quantities);
+int count_corridor_components(const DriveQuantities& quantities);
 
 /// Unit vectors at right angles to a line, circle or arc and to each other. Immutable.
-class Normals {
+class PathNormals {
  public:
   /// @param components of the point, the leading ones of the request's
   /// @param width of the corridor
   /// @throws std::invalid_argument if the path is another one or goes nowhere, or a radius is no larger than the width. The message is
   ///         fit for a user.
-  Normals(const Schedule::Request& request, int components, double width);
+  PathNormals(const PrescribedMotion::Request& request, int components, double width);
 
   /// As many as the point has components, less one.
   Eigen::Index count() const { return components_ - 1; }
@@ -38,11 +38,11 @@ class Normals {
 };
 
 /// The cubic splines of a corridor on its evenly spaced knots, zero at both ends, one function for each `knots + 2` of the controls.
-PiecewiseSeries corridor_splines(const std::vector<double>& controls, int knots);
+PiecewiseChebyshevSeries make_corridor_splines(const std::vector<double>& controls, int knots);
 
 /// Puts the way found in a trajectory's corridor into a request whose path and ends are known. Without a corridor nothing is done.
 /// @throws std::invalid_argument if the way has not been found yet, or as above
-void add_corridor(const std::optional<Corridor>& corridor, const DriveQuantities& quantities,
-                  Schedule::Request& request);
+void add_corridor_offset(const std::optional<Corridor>& corridor, const DriveQuantities& quantities,
+                         PrescribedMotion::Request& request);
 
 }  // namespace balance

@@ -18,76 +18,78 @@
 namespace balance {
 
 template <class S>
-class Passages {
+class SingularityMonitor {
  public:
   /// The last three moments, the latest last.
-  using Trail = std::array<const MotionMoment*, 3>;
+  using History = std::array<const CoordinateSample*, 3>;
 
   /// All must outlive it. @param steps where the last moments are whenever it is told of one
-  Passages(const Mechanism& mechanism, const Tree<S>& tree, const Plan<S>& plan, const Trail& steps);
-  Passages(const Passages&) = delete;  // it points into itself
-  Passages& operator=(const Passages&) = delete;
+  SingularityMonitor(const Mechanism& mechanism, const Tree<S>& tree, const CompiledTrajectory<S>& plan,
+                     const History& steps);
+  SingularityMonitor(const SingularityMonitor&) = delete;  // it points into itself
+  SingularityMonitor& operator=(const SingularityMonitor&) = delete;
 
   /// Also of the actuators; the guard must outlive it.
-  void watch(const Guard<S>& guard);
+  void monitor_actuation(const RegularityMonitor<S>& guard);
   /// At the first moment of a motion.
-  void begin(const Equations<S>& equations, double pivot, double hold_pivot);
+  void begin(const KinematicEquations<S>& equations, double pivot, double hold_pivot);
   /// The last moment again, its coordinates counted from other references.
-  void restart(const Equations<S>& equations, double pivot, double hold_pivot);
+  void restart(const KinematicEquations<S>& equations, double pivot, double hold_pivot);
   /// At the end of a step.
   /// @param equations filled there
   /// @param pivot, hold_pivot smallest ones of the equations and of the guarded matrix
   /// @param way how far the mechanism has turned since the last moment [rad, characteristic lengths]
-  void see(const Equations<S>& equations, double pivot, double hold_pivot, double way);
+  void sample(const KinematicEquations<S>& equations, double pivot, double hold_pivot, double way);
   /// Up to the last moment seen.
   std::vector<std::string> notes();
 
  private:
   /// The nearest pass by singularities of one matrix.
-  struct NearPass {
-    Valley valley;
+  struct NearSingularity {
+    LocalMinimumTracker minimum_tracker;
     double mobility = INFINITY, time = 0;
-    double pivots = 1;  ///< smallest pivot by mobility, near there
+    double pivot_per_mobility = 1;  ///< smallest pivot by mobility, near there
 
-    bool is_near() const { return mobility * pivots < near_singular; }
-    void take(const Valley::Place& place) {
+    bool is_near() const { return mobility * pivot_per_mobility < near_singular_pivot_threshold; }
+    void update_minimum(const LocalMinimumTracker::TimedValue& place) {
       if (place.value < mobility) mobility = place.value, time = place.time;
     }
   };
   /// A matrix that may lose rank without consequences.
-  struct Part {
+  struct RedundantMatrix {
     std::size_t index = 0;  ///< of the loop, or of the actuator left out
-    bool motors = false;
-    Valley valley;
+    bool is_actuation = false;
+    LocalMinimumTracker valley;
     Eigen::Index rank = 0;
-    std::vector<double> times;  ///< at which it has lost rank
+    std::vector<double> rank_loss_times;  ///< at which it has lost rank
   };
   template <class Mobility>
-  void look(NearPass& pass, const Equations<S>& equations, double pivot, const Mobility& mobility);
-  void look_at_distances(const Equations<S>& equations, double pivot, double hold_pivot);
-  void look_at_parts();
-  void look_at(Part& part, double time);
-  double weakest(const Part& part, const VectorX& strengths) const;
-  VectorX strengths(const Part& part) const;
-  std::string name(const Part& part) const;
-  bool visit(const Trail& trail, double time);
-  void push_coarse();
+  void sample_distance(NearSingularity& pass, const KinematicEquations<S>& equations, double pivot,
+                       const Mobility& mobility);
+  void sample_distances(const KinematicEquations<S>& equations, double pivot, double hold_pivot);
+  void sample_redundant_matrices();
+  void sample_redundant_matrix(RedundantMatrix& part, double time);
+  double decisive_singular_value(const RedundantMatrix& part, const VectorX& strengths) const;
+  VectorX singular_values(const RedundantMatrix& part) const;
+  std::string describe(const RedundantMatrix& part) const;
+  bool interpolate(const History& trail, double time);
+  void push_coarse_sample();
 
   const Mechanism& mechanism_;
-  Scout<S> scout_;
-  const Guard<S>* guard_ = nullptr;
-  std::optional<LoopRanks<S>> loops_;
-  NearPass motion_, actuation_;
-  std::vector<Part> parts_;
-  Trail steps_;
-  std::array<MotionMoment, 3> looked_at_;  ///< the last at which parts were looked at
-  Trail coarse_{&looked_at_[0], &looked_at_[1], &looked_at_[2]};
-  double turned_ = 0;            ///< since the last of the latter
-  double start_ = 0, at_ = NAN;  ///< of the motion; of the scout
-  bool pending_ = false;         ///< the last step is not in coarse_ yet
+  StateInterpolator<S> interpolator_;
+  const RegularityMonitor<S>* regularity_monitor_ = nullptr;
+  std::optional<LoopRankMonitor<S>> loops_;
+  NearSingularity motion_, actuation_;
+  std::vector<RedundantMatrix> redundant_matrices_;
+  History steps_;
+  std::array<CoordinateSample, 3> coarse_samples_;  ///< the last at which parts were looked at
+  History coarse_history_{&coarse_samples_[0], &coarse_samples_[1], &coarse_samples_[2]};
+  double rotation_since_sample_ = 0;            ///< since the last of the latter
+  double start_ = 0, interpolated_time_ = NAN;  ///< of the motion; of the scout
+  bool pending_ = false;                        ///< the last step is not in coarse_ yet
 };
 
-extern template class Passages<Planar>;
-extern template class Passages<Spatial>;
+extern template class SingularityMonitor<Planar>;
+extern template class SingularityMonitor<Spatial>;
 
 }  // namespace balance

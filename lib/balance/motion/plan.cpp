@@ -15,7 +15,7 @@ namespace balance {
 namespace {
 
 /// A circle or arc in the coordinate plane of two components.
-Path in_components(Path path, int a, int b) {
+Path project_path(Path path, int a, int b) {
   const auto flat = [&](const Vector3& v) { return Vector3(v[a], v[b], 0); };
   if (auto* circle = std::get_if<CirclePath>(&path)) {
     const Vector3 across = Vector3::Unit(a).cross(Vector3::Unit(b));
@@ -27,37 +27,39 @@ Path in_components(Path path, int a, int b) {
   return path;
 }
 
-MotionOutcome failed(MotionStatus status, std::string reason) { return {status, 0, std::move(reason), {}}; }
+MotionOutcome make_failure(MotionStatus status, std::string reason) { return {status, 0, std::move(reason), {}}; }
 
 }  // namespace
 
-Schedule::Request make_request(const Trajectory& trajectory, const DriveQuantities& quantities, DriveValue from,
-                               DriveValue to) {
-  Schedule::Request request;
+PrescribedMotion::Request make_prescribed_motion_request(const Trajectory& trajectory,
+                                                         const DriveQuantities& quantities, DriveValue from,
+                                                         DriveValue to) {
+  PrescribedMotion::Request request;
   request.law = trajectory.law;
   request.duration = trajectory.duration;
   request.from = std::move(from), request.to = std::move(to);
   const std::vector<int>& place = quantities.point.empty() ? quantities.com : quantities.point;
   request.position_components = place.size() < 2 ? 0 : static_cast<int>(place.size());
-  request.path = place.size() == 2 ? in_components(trajectory.path, place[0], place[1]) : trajectory.path;
-  request.turns = !quantities.rotation.empty();
+  request.path = place.size() == 2 ? project_path(trajectory.path, place[0], place[1]) : trajectory.path;
+  request.has_rotation = !quantities.rotation.empty();
   if (const auto* way = std::get_if<WaypointPath>(&trajectory.path))
     for (const PoseTarget& point : way->points)
-      request.via.push_back(stated_values(quantities, point, request.via.empty() ? request.from : request.via.back()));
-  add_courses(trajectory, quantities, request);
+      request.via.push_back(
+          read_pose_values(quantities, point, request.via.empty() ? request.from : request.via.back()));
+  add_secondary_tasks(trajectory, quantities, request);
   return request;
 }
 
 namespace {
 
 template <class S>
-class Planner {
+class TrajectoryCompiler {
  public:
-  Planner(const Mechanism& mechanism, const Tree<S>& tree, const Trajectory& trajectory)
+  TrajectoryCompiler(const Mechanism& mechanism, const Tree<S>& tree, const Trajectory& trajectory)
       : mechanism_(mechanism), tree_(tree), trajectory_(trajectory) {}
 
-  Plan<S> run() {
-    if (com_moves() && start_pose() && pick_drive() && end_values() && make_schedule())
+  CompiledTrajectory<S> run() {
+    if (check_com() && start_pose() && choose_drive() && find_end_values() && make_schedule())
       plan_.outcome.status = MotionStatus::done;
     return std::move(plan_);
   }
@@ -69,96 +71,100 @@ class Planner {
   }
 
   /// Said before a start is looked for: where the centre of mass stands still, none would be found.
-  bool com_moves() {
+  bool check_com() {
     if (trajectory_.drive != DriveKind::com) return true;
-    System<S> closures(tree_, Drive<S>{});
-    const Solution assembled = find_pose(mechanism_, tree_, closures, {});
+    ConstraintSystem<S> closures(tree_, Drive<S>{});
+    const AssemblySolution assembled = solve_pose(mechanism_, tree_, closures, {});
     if (!assembled.found) return true;
-    const int freedoms = tree_.columns - generic_closure_rank(tree_, assembled.y);
-    const DriveQuantities quantities = choose_drive(mechanism_, tree_, trajectory_, assembled.y, freedoms).quantities;
+    const int freedoms = tree_.columns - find_generic_closure_rank(tree_, assembled.y);
+    const DriveQuantities quantities =
+        balance::choose_drive(mechanism_, tree_, trajectory_, assembled.y, freedoms).quantities;
     if (!quantities.mismatch.empty()) return true;
-    const std::string reason = com_stands_still(tree_, assembled.y, quantities.com);
-    return reason.empty() || fail(failed(MotionStatus::mismatch, reason));
+    const std::string reason = check_com_mobility(tree_, assembled.y, quantities.com);
+    return reason.empty() || fail(make_failure(MotionStatus::mismatch, reason));
   }
 
   bool start_pose() {
-    const PoseEquations<S> from = pose_equations(mechanism_, tree_, trajectory_.from);
-    System<S> system(tree_, from.drive);
-    const Solution start = find_pose(mechanism_, tree_, system, from.target);
-    if (!start.found) return fail(explain_missing_start(mechanism_, tree_, start, trajectory_.from));
+    const PoseEquations<S> from = make_pose_equations(mechanism_, tree_, trajectory_.from);
+    ConstraintSystem<S> system(tree_, from.drive);
+    const AssemblySolution start = solve_pose(mechanism_, tree_, system, from.target);
+    if (!start.found) return fail(explain_assembly_failure(mechanism_, tree_, start, trajectory_.from));
     plan_.start = start.y;
-    const int rank = generic_closure_rank(tree_, start.y);
+    const int rank = find_generic_closure_rank(tree_, start.y);
     plan_.freedoms = tree_.columns - rank;
-    plan_.redundant = tree_.closure_rows > rank;
-    places_ = tree_.columns - generic_place_rank(tree_, start.y);
-    if (from.drive.rows() < plan_.freedoms && !std::holds_alternative<TablePath>(trajectory_.path))
-      return fail(failed(MotionStatus::mismatch, "the start pose (from) states " + std::to_string(from.drive.rows()) +
-                                                     " values, but the mechanism has " +
-                                                     std::to_string(plan_.freedoms) + " degrees of freedom"));
+    plan_.has_redundant_closures = tree_.closure_rows > rank;
+    configuration_freedoms_ = tree_.columns - find_generic_position_rank(tree_, start.y);
+    if (from.drive.row_count() < plan_.freedoms && !std::holds_alternative<TablePath>(trajectory_.path))
+      return fail(make_failure(MotionStatus::mismatch, "the start pose (from) states " +
+                                                           std::to_string(from.drive.row_count()) +
+                                                           " values, but the mechanism has " +
+                                                           std::to_string(plan_.freedoms) + " degrees of freedom"));
     return true;
   }
 
-  bool pick_drive() {
-    choice_ = choose_drive(mechanism_, tree_, trajectory_, plan_.start, plan_.freedoms);
+  bool choose_drive() {
+    choice_ = balance::choose_drive(mechanism_, tree_, trajectory_, plan_.start, plan_.freedoms);
     const std::string& mismatch = choice_.quantities.mismatch;
-    if (!mismatch.empty()) return fail(failed(MotionStatus::mismatch, mismatch));
+    if (!mismatch.empty()) return fail(make_failure(MotionStatus::mismatch, mismatch));
     plan_.drive = choice_.drive;
     plan_.quantities = choice_.quantities;
     return true;
   }
 
-  DriveValue measured(const VectorX& y) const {
-    System<S> system(tree_, choice_.drive);
+  DriveValue measure_drive_at(const VectorX& y) const {
+    ConstraintSystem<S> system(tree_, choice_.drive);
     VectorX residual;
     SparseMatrix jacobian;
     DriveSample zero;
-    zero.value.setZero(choice_.drive.values());
+    zero.value.setZero(choice_.drive.value_count());
     system.evaluate(y, zero, residual, jacobian);
     const DriveSample sample = system.measure(y);
     return {sample.value, sample.rotation};
   }
 
-  bool end_values() {
-    plan_.request.from = stated_values(choice_.quantities, trajectory_.from, measured(plan_.start));
+  bool find_end_values() {
+    plan_.request.from = read_pose_values(choice_.quantities, trajectory_.from, measure_drive_at(plan_.start));
     plan_.request.to = plan_.request.from;
-    if (end_is_stated(choice_.quantities, trajectory_)) {
-      plan_.request.to = stated_values(choice_.quantities, trajectory_.to, plan_.request.from);
+    if (is_end_prescribed(choice_.quantities, trajectory_)) {
+      plan_.request.to = read_pose_values(choice_.quantities, trajectory_.to, plan_.request.from);
       return true;
     }
-    if (places_ > plan_.freedoms)
-      return fail(failed(MotionStatus::mismatch,
-                         "the end pose (to) must state what is driven: rates are bound, so that the way there decides "
-                         "about everything else"));
+    if (configuration_freedoms_ > plan_.freedoms)
+      return fail(
+          make_failure(MotionStatus::mismatch,
+                       "the end pose (to) must state what is driven: rates are bound, so that the way there decides "
+                       "about everything else"));
     // `to` is stated in other quantities than the drive's: go there and look
-    const PoseEquations<S> to = pose_equations(mechanism_, tree_, trajectory_.to);
-    System<S> system(tree_, to.drive);
+    const PoseEquations<S> to = make_pose_equations(mechanism_, tree_, trajectory_.to);
+    ConstraintSystem<S> system(tree_, to.drive);
     VectorX residual;
     SparseMatrix jacobian;
     system.evaluate(plan_.start, to.target, residual, jacobian);
-    const Solution end = continue_to(system, plan_.start, system.measure(plan_.start), to.target);
+    const AssemblySolution end = track_to(system, plan_.start, system.measure(plan_.start), to.target);
     if (!end.found)
       return fail({MotionStatus::unreachable,
                    trajectory_.duration,
                    "the end pose (to) cannot be reached from the start pose without leaving the assembly mode",
                    {}});
-    plan_.request.to = measured(end.y);
+    plan_.request.to = measure_drive_at(end.y);
     plan_.end = end.y;
     return true;
   }
 
   bool make_schedule() {
-    plan_.request = make_request(trajectory_, choice_.quantities, plan_.request.from, plan_.request.to);
-    plan_.request.switches = switch_times(mechanism_);
-    plan_.schedule.emplace(plan_.request);
+    plan_.request =
+        make_prescribed_motion_request(trajectory_, choice_.quantities, plan_.request.from, plan_.request.to);
+    plan_.request.switch_times = payload_switch_times(mechanism_);
+    plan_.prescribed_motion.emplace(plan_.request);
     DriveSample first;
-    plan_.schedule->at(0, Side::after, first);
-    System<S> system(tree_, choice_.drive);
-    Solution start = solve(system, plan_.start, first);
+    plan_.prescribed_motion->at(0, Side::after, first);
+    ConstraintSystem<S> system(tree_, choice_.drive);
+    AssemblySolution start = solve_assembly(system, plan_.start, first);
     if (!start.found && std::holds_alternative<TablePath>(trajectory_.path))
-      start = find_pose(mechanism_, tree_, system, first);
+      start = solve_pose(mechanism_, tree_, system, first);
     if (!start.found)
       return fail(
-          failed(MotionStatus::unreachable, "the first prescribed values cannot be reached from the start pose"));
+          make_failure(MotionStatus::unreachable, "the first prescribed values cannot be reached from the start pose"));
     plan_.start = start.y;
     return true;
   }
@@ -166,19 +172,22 @@ class Planner {
   const Mechanism& mechanism_;
   const Tree<S>& tree_;
   const Trajectory& trajectory_;
-  Plan<S> plan_;
-  int places_ = 0;  ///< freedoms of the configuration: more than the rates', where something rolls
+  CompiledTrajectory<S> plan_;
+  int configuration_freedoms_ = 0;  ///< freedoms of the configuration: more than the rates', where something rolls
   DriveChoice<S> choice_;
 };
 
 }  // namespace
 
 template <class S>
-Plan<S> make_plan(const Mechanism& mechanism, const Tree<S>& tree, const Trajectory& trajectory) {
-  return Planner<S>(mechanism, tree, trajectory).run();
+CompiledTrajectory<S> compile_trajectory(const Mechanism& mechanism, const Tree<S>& tree,
+                                         const Trajectory& trajectory) {
+  return TrajectoryCompiler<S>(mechanism, tree, trajectory).run();
 }
 
-template Plan<Planar> make_plan<Planar>(const Mechanism&, const Tree<Planar>&, const Trajectory&);
-template Plan<Spatial> make_plan<Spatial>(const Mechanism&, const Tree<Spatial>&, const Trajectory&);
+template CompiledTrajectory<Planar> compile_trajectory<Planar>(const Mechanism&, const Tree<Planar>&,
+                                                               const Trajectory&);
+template CompiledTrajectory<Spatial> compile_trajectory<Spatial>(const Mechanism&, const Tree<Spatial>&,
+                                                                 const Trajectory&);
 
 }  // namespace balance

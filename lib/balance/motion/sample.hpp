@@ -36,8 +36,8 @@ struct SampleOf {
   int newton_iterations = 0;
 
   // of a mechanism that moves under efforts
-  T friction_power = 0;  ///< taken out by friction, not negative [W]
-  double closure = 0;    ///< largest scaled residual of the loop closures
+  T friction_power = 0;         ///< taken out by friction, not negative [W]
+  double closure_residual = 0;  ///< largest scaled residual of the loop closures
 
   // of a run under control
   VectorX desired_position, tracking_error;  ///< per coordinate: desired − actual

@@ -9,7 +9,7 @@ namespace balance {
 
 /// What is called the motion's speeds, and what is kept at zero besides the mechanism's own constraints.
 struct SpeedChoice {
-  std::vector<Speed> speeds, zero;
+  std::vector<GeneralisedSpeed> speeds, constrained;
 };
 
 }  // namespace balance

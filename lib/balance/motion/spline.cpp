@@ -85,7 +85,7 @@ void CubicSpline::at(double parameter, Eigen::Ref<VectorX> value, Eigen::Ref<Vec
   }
 }
 
-double CubicSpline::stretch(double parameter) const {
+double CubicSpline::interval_length(double parameter) const {
   const auto right = std::upper_bound(knots_.begin() + 1, knots_.end() - 1, parameter);
   return *right - *(right - 1);
 }

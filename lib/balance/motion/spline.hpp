@@ -26,7 +26,7 @@ class CubicSpline {
   void at(double parameter, Eigen::Ref<VectorX> value, Eigen::Ref<VectorX> first, Eigen::Ref<VectorX> second) const;
 
   /// Length of the stretch between two knots that holds the parameter.
-  double stretch(double parameter) const;
+  double interval_length(double parameter) const;
 
   /// Where the third derivative may jump, and the ends.
   const std::vector<double>& knots() const { return knots_; }

@@ -13,13 +13,13 @@ namespace balance {
 
 namespace {
 
-constexpr double solved = 1e-12;    // scaled residual after which one correction is the last
-constexpr double halved = 0x1p-24;  // of a step, before it is given up
+constexpr double newton_residual_tolerance = 1e-12;  // scaled residual after which one correction is the last
+constexpr double min_step_fraction = 0x1p-24;        // of a step, before it is given up
 
 /// Columns whose coordinate changes entries of the equations' matrix.
 template <class S>
-std::vector<Column> columns_of_matrix(const Tree<S>& tree, const Drive<S>& drive) {
-  std::set<Column> columns;
+std::vector<ColumnId> find_matrix_columns(const Tree<S>& tree, const Drive<S>& drive) {
+  std::set<ColumnId> columns;
   const auto add = [&](NodeId node) {
     if (tree.nodes[node].motion != NodeMotion::weld) columns.insert(tree.nodes[node].column);
   };
@@ -34,66 +34,66 @@ std::vector<Column> columns_of_matrix(const Tree<S>& tree, const Drive<S>& drive
 }  // namespace
 
 template <class S>
-Stepper<S>::Stepper(const Mechanism& mechanism, Tree<S>& tree, const Plan<S>& plan)
+MotionStepper<S>::MotionStepper(const Mechanism& mechanism, Tree<S>& tree, const CompiledTrajectory<S>& plan)
     : mechanism_(mechanism),
       tree_(tree),
       plan_(plan),
-      equations_(tree, plan.drive, plan.redundant),
-      round_off_(solved * ground_extent(mechanism)),
+      equations_(tree, plan.drive, plan.has_redundant_closures),
+      round_off_(newton_residual_tolerance * ground_extent(mechanism)),
       state_(tree.nodes.size()),
-      matrix_columns_(columns_of_matrix(tree, plan.drive)),
-      passages_(mechanism, tree, plan, {&older_, &before_, &now_}) {
+      matrix_columns_(find_matrix_columns(tree, plan.drive)),
+      singularity_monitor_(mechanism, tree, plan, {&second_previous_, &previous_, &now_}) {
   const int n = tree.columns;
-  for (MotionMoment* moment : {&now_, &before_, &older_, &next_})
+  for (CoordinateSample* moment : {&now_, &previous_, &second_previous_, &next_})
     moment->y.setZero(n), moment->dy.setZero(n), moment->ddy.setZero(n);
   predicted_.setZero(n);
   trial_.setZero(n);
   x_.assign(std::max(n, equations_.rows()), 0);
   rates_ = x_;
-  rolls_ = tree.place_rows < tree.closure_rows;
-  direct_ = tree.closures.empty() && plan.drive.rows() == static_cast<int>(plan.drive.linear.size());
+  has_velocity_closures_ = tree.position_rows < tree.closure_rows;
+  direct_ = tree.closures.empty() && plan.drive.row_count() == static_cast<int>(plan.drive.linear.size());
   for (const LinearQuantity& quantity : plan.drive.linear)
     direct_ = direct_ && quantity.terms.size() == 1 && quantity.terms[0].second != 0;
 }
 
 template <class S>
-bool Stepper<S>::begin() {
+bool MotionStepper<S>::begin() {
   now_.y = plan_.start;
   now_.time = 0;
-  past_ = 0;
-  plan_.schedule->at(0, Side::after, sample_);
+  history_count_ = 0;
+  plan_.prescribed_motion->at(0, Side::after, sample_);
   if (direct_ && !equations_.structurally_singular()) {
-    set_direct(0);
+    set_explicit(0);
     return true;
   }
-  rereference_spherical_joints(0.5);
+  reset_spherical_references(0.5);
   trial_ = now_.y;
   if (equations_.structurally_singular() || !newton(trial_)) {
-    stop(Attempt::no_convergence, 0);
+    explain_stop(StepResult::no_convergence, 0);
     return false;
   }
   now_.y = trial_;
   differentiate(now_);
-  if (settle()) {
-    passages_.begin(equations_, equations_.regularity(), hold_pivot_);
+  if (store_matrices()) {
+    singularity_monitor_.begin(equations_, equations_.regularity(), hold_pivot_);
     return true;
   }
-  stop(Attempt::not_held, 0);
+  explain_stop(StepResult::actuation_singular, 0);
   return false;
 }
 
 /// The watched matrices are to be compared with those of this moment.
 template <class S>
-bool Stepper<S>::settle() {
-  equations_.keep();
+bool MotionStepper<S>::store_matrices() {
+  equations_.store();
   if (guard_ == nullptr) return true;
-  hold_pivot_ = guard_->look(equations_);
-  guard_->keep();
-  return hold_pivot_ >= floor_;
+  hold_pivot_ = guard_->factorise(equations_);
+  guard_->store();
+  return hold_pivot_ >= pivot_threshold_;
 }
 
 template <class S>
-void Stepper<S>::set_direct(double time) {
+void MotionStepper<S>::set_explicit(double time) {
   now_.time = time;
   for (std::size_t k = 0; k < plan_.drive.linear.size(); ++k) {
     const LinearQuantity& quantity = plan_.drive.linear[k];
@@ -106,15 +106,15 @@ void Stepper<S>::set_direct(double time) {
 }
 
 template <class S>
-bool Stepper<S>::newton(VectorX& y) {
+bool MotionStepper<S>::newton(VectorX& y) {
   double last = INFINITY;
-  for (iterations_ = 0; iterations_ <= newton_steps; ++iterations_) {
-    poses(tree_, y.data(), state_);
-    equations_.fill(state_, y.data(), sample_, x_.data());
+  for (iterations_ = 0; iterations_ <= max_newton_iterations; ++iterations_) {
+    compute_poses(tree_, y.data(), state_);
+    equations_.evaluate(state_, y.data(), sample_, x_.data());
     double worst = 0;
     for (int r = 0; r < equations_.rows(); ++r) worst = std::max(worst, std::abs(x_[r]));
-    if (!std::isfinite(worst) || !equations_.factorise(floor_)) return false;
-    equations_.rate_rows(sample_, rates_.data());
+    if (!std::isfinite(worst) || !equations_.factorise(pivot_threshold_)) return false;
+    equations_.velocity_rhs(sample_, rates_.data());
     equations_.solve_pair(x_.data(), rates_.data());
     for (int c = 0; c < tree_.columns; ++c) y[c] -= x_[c];
     // Either small, or as small as round-off allows. The last correction is too small to show in the poses, but must be
@@ -128,12 +128,14 @@ bool Stepper<S>::newton(VectorX& y) {
 /// Continues the polynomial through the last configurations and their two derivatives by one step: degree 2 from one, 5 from
 /// two, 8 from three equidistant ones. The weights are those of Hermite interpolation.
 template <class S>
-void Stepper<S>::predict(double time) {
+void MotionStepper<S>::predict(double time) {
   const double h = time - now_.time;
-  const auto equidistant = [h](const MotionMoment& a, const MotionMoment& b) {
+  const auto equidistant = [h](const CoordinateSample& a, const CoordinateSample& b) {
     return std::abs(b.time - a.time - h) <= 1e-6 * h;
   };
-  const int known = past_ < 1 || !equidistant(before_, now_) ? 1 : past_ < 2 || !equidistant(older_, before_) ? 2 : 3;
+  const int known = history_count_ < 1 || !equidistant(previous_, now_)               ? 1
+                    : history_count_ < 2 || !equidistant(second_previous_, previous_) ? 2
+                                                                                      : 3;
   const double hh = h * h;
   for (int c = 0; c < tree_.columns; ++c) {
     const double y = now_.y[c], v = h * now_.dy[c], a = hh * now_.ddy[c];
@@ -141,49 +143,49 @@ void Stepper<S>::predict(double time) {
       predicted_[c] = y + v + a / 2;
       continue;
     }
-    const double y1 = before_.y[c], v1 = h * before_.dy[c], a1 = hh * before_.ddy[c];
+    const double y1 = previous_.y[c], v1 = h * previous_.dy[c], a1 = hh * previous_.ddy[c];
     if (known == 2) {
       predicted_[c] = 32 * y - 31 * y1 - 16 * v - 14 * v1 + 4 * a - 2 * a1;
       continue;
     }
-    const double y2 = older_.y[c], v2 = h * older_.dy[c], a2 = hh * older_.ddy[c];
+    const double y2 = second_previous_.y[c], v2 = h * second_previous_.dy[c], a2 = hh * second_previous_.ddy[c];
     predicted_[c] = 229.5 * y - 351 * y1 + 122.5 * y2 - 94.5 * v - 54 * v1 + 43.5 * v2 + 13.5 * a - 54 * a1 + 4.5 * a2;
   }
 }
 
 template <class S>
-typename Stepper<S>::Attempt Stepper<S>::step(double time) {
-  plan_.schedule->at(time, Side::after, sample_);
+typename MotionStepper<S>::StepResult MotionStepper<S>::step(double time) {
+  plan_.prescribed_motion->at(time, Side::after, sample_);
   if (direct_) {
-    set_direct(time);
-    return Attempt::done;
+    set_explicit(time);
+    return StepResult::done;
   }
-  if (--evaluations_left_ < 0) return Attempt::exhausted;
+  if (--evaluations_left_ < 0) return StepResult::evaluations_exhausted;
   Deadline::check();
-  if (!rolls_)
+  if (!has_velocity_closures_)
     predict(time);
   else if (!integrate(time))
-    return evaluations_left_ < 0 ? Attempt::exhausted : Attempt::no_convergence;
+    return evaluations_left_ < 0 ? StepResult::evaluations_exhausted : StepResult::no_convergence;
   trial_ = predicted_;
-  if (!newton(trial_)) return Attempt::no_convergence;
+  if (!newton(trial_)) return StepResult::no_convergence;
   const std::vector<double>& scale = equations_.column_scale();
   for (int c = 0; c < tree_.columns; ++c)
-    if (std::abs(trial_[c] - predicted_[c]) > longest_correction * scale[c]) return Attempt::far;
+    if (std::abs(trial_[c] - predicted_[c]) > max_correction * scale[c]) return StepResult::far_from_prediction;
   next_.time = time;
   next_.y = trial_;
   differentiate(next_);
-  const Attempt attempt = judge(next_);
-  return attempt == Attempt::done ? accept() : attempt;
+  const StepResult attempt = check_step(next_);
+  return attempt == StepResult::done ? accept() : attempt;
 }
 
 /// How far the mechanism turns on the way to the next moment [rad, characteristic lengths]: the most of any coordinate that matters, by the
 /// rates at both ends too, for it may turn back in between.
 template <class S>
-double Stepper<S>::turned(const MotionMoment& next) const {
+double MotionStepper<S>::step_distance(const CoordinateSample& next) const {
   const double h = next.time - now_.time;
   const std::vector<double>& scale = equations_.column_scale();
   double most = 0;
-  for (const Column c : matrix_columns_) {
+  for (const ColumnId c : matrix_columns_) {
     const double rate = std::max(std::abs(now_.dy[c]), std::abs(next.dy[c]));
     most = std::max(most, std::max(std::abs(next.y[c] - now_.y[c]), h * rate) / scale[c]);
   }
@@ -192,49 +194,50 @@ double Stepper<S>::turned(const MotionMoment& next) const {
 
 /// Could a watched matrix have been singular since the present moment? The equations are those of the next one.
 template <class S>
-typename Stepper<S>::Attempt Stepper<S>::judge(const MotionMoment& next) {
-  way_ = turned(next);
+typename MotionStepper<S>::StepResult MotionStepper<S>::check_step(const CoordinateSample& next) {
+  way_ = step_distance(next);
   const double curvature = way_ * way_;  // h²/8 of second derivatives, three turns in a chain
-  if (!(curvature <= most_curvature * equations_.regularity()) || !equations_.near_kept(most_change))
-    return Attempt::singular;
+  if (!(curvature <= max_matrix_curvature * equations_.regularity()) || !equations_.is_near_stored(max_matrix_change))
+    return StepResult::singular;
   if (guard_ != nullptr) {
-    hold_pivot_ = guard_->look(equations_);
-    if (!(hold_pivot_ >= floor_ && curvature <= most_curvature * hold_pivot_ && guard_->near_kept(most_change)))
-      return Attempt::not_held;
-    hold_approach_.see(hold_pivot_, next.time);
+    hold_pivot_ = guard_->factorise(equations_);
+    if (!(hold_pivot_ >= pivot_threshold_ && curvature <= max_matrix_curvature * hold_pivot_ &&
+          guard_->is_near_stored(max_matrix_change)))
+      return StepResult::actuation_singular;
+    actuation_extrapolation_.add_sample(hold_pivot_, next.time);
   }
-  approach_.see(equations_.regularity(), next.time);
-  return Attempt::done;
+  approach_.add_sample(equations_.regularity(), next.time);
+  return StepResult::done;
 }
 
 template <class S>
-typename Stepper<S>::Attempt Stepper<S>::accept() {
-  std::swap(older_, before_);
-  std::swap(before_, now_);
+typename MotionStepper<S>::StepResult MotionStepper<S>::accept() {
+  std::swap(second_previous_, previous_);
+  std::swap(previous_, now_);
   std::swap(now_, next_);
-  past_ = std::min(past_ + 1, 2);
-  passages_.see(equations_, equations_.regularity(), hold_pivot_, way_);
-  if (rereference_spherical_joints(1)) {  // same configuration, other coordinates
-    if (!newton(now_.y)) return Attempt::no_convergence;
+  history_count_ = std::min(history_count_ + 1, 2);
+  singularity_monitor_.sample(equations_, equations_.regularity(), hold_pivot_, way_);
+  if (reset_spherical_references(1)) {  // same configuration, other coordinates
+    if (!newton(now_.y)) return StepResult::no_convergence;
     differentiate(now_);
-    past_ = 0;
-    if (!settle()) return Attempt::not_held;
-    passages_.restart(equations_, equations_.regularity(), hold_pivot_);
-    return Attempt::done;
+    history_count_ = 0;
+    if (!store_matrices()) return StepResult::actuation_singular;
+    singularity_monitor_.restart(equations_, equations_.regularity(), hold_pivot_);
+    return StepResult::done;
   }
-  equations_.keep();
-  if (guard_ != nullptr) guard_->keep();
-  return Attempt::done;
+  equations_.store();
+  if (guard_ != nullptr) guard_->store();
+  return StepResult::done;
 }
 
 /// Rereferences every spherical joint whose middle angle is beyond the limit [rad]: at a right angle its coordinates fail.
 template <class S>
-bool Stepper<S>::rereference_spherical_joints(double limit) {
+bool MotionStepper<S>::reset_spherical_references(double limit) {
   bool any = false;
   for (const NodeId spherical : tree_.spherical_joints) {
     const double middle = std::remainder(now_.y[tree_.nodes[spherical + 1].column], 2 * std::numbers::pi);
     if (std::abs(middle) < limit) continue;
-    rereference(tree_, spherical, now_.y.data());
+    reset_spherical_reference(tree_, spherical, now_.y.data());
     ++references_;
     any = true;
   }
@@ -242,49 +245,50 @@ bool Stepper<S>::rereference_spherical_joints(double limit) {
 }
 
 template <class S>
-void Stepper<S>::differentiate(MotionMoment& moment) {
+void MotionStepper<S>::differentiate(CoordinateSample& moment) {
   std::copy_n(rates_.data(), tree_.columns, moment.dy.data());
-  angular_velocities(tree_, moment.dy.data(), state_);
-  if (tree_.slides) origin_velocities(tree_, moment.dy.data(), state_);
-  accelerations<S>(tree_, moment.dy.data(), nullptr, S::Vector::Zero(), state_);
-  equations_.acceleration_rows(state_, sample_, x_.data());
+  compute_angular_velocities(tree_, moment.dy.data(), state_);
+  if (tree_.has_sliding_closures) compute_origin_velocities(tree_, moment.dy.data(), state_);
+  compute_accelerations<S>(tree_, moment.dy.data(), nullptr, S::Vector::Zero(), state_);
+  equations_.acceleration_rhs(state_, sample_, x_.data());
   equations_.solve(x_.data());
   std::copy_n(x_.data(), tree_.columns, moment.ddy.data());
 }
 
 template <class S>
-void Stepper<S>::accelerate(Side side) {
-  plan_.schedule->at(now_.time, side, sample_);
-  if (direct_) return set_direct(now_.time);
-  accelerations<S>(tree_, now_.dy.data(), nullptr, S::Vector::Zero(), state_);
-  equations_.acceleration_rows(state_, sample_, x_.data());
+void MotionStepper<S>::update_accelerations(Side side) {
+  plan_.prescribed_motion->at(now_.time, side, sample_);
+  if (direct_) return set_explicit(now_.time);
+  compute_accelerations<S>(tree_, now_.dy.data(), nullptr, S::Vector::Zero(), state_);
+  equations_.acceleration_rhs(state_, sample_, x_.data());
   equations_.solve(x_.data());
   std::copy_n(x_.data(), tree_.columns, now_.ddy.data());
-  if (side == Side::after) past_ = 0;  // nothing smooth to continue
+  if (side == Side::after) history_count_ = 0;  // nothing smooth to continue
 }
 
 template <class S>
-bool Stepper<S>::advance(double time) {
+bool MotionStepper<S>::advance(double time) {
   Deadline::check();
-  if (direct_) return step(time) == Attempt::done;
+  if (direct_) return step(time) == StepResult::done;
   evaluations_left_ += evaluations_per_stop;
-  const double smallest = halved * std::min(time - now_.time, plan_.schedule->duration() / 1024);
-  double size = std::min(time - now_.time, stride_);
+  const double smallest = min_step_fraction * std::min(time - now_.time, plan_.prescribed_motion->duration() / 1024);
+  double size = std::min(time - now_.time, next_step_size_);
   int total = 0;
   while (now_.time < time) {
     // the last piece ends exactly where it should
     double next = time - now_.time < 1.5 * size ? time : now_.time + size;
-    const double longest = plan_.schedule->longest_step(now_.time);
+    const double longest = plan_.prescribed_motion->max_step(now_.time);
     if (next - now_.time > (1 + 1e-6) * longest) next = now_.time + longest;
-    const Attempt attempt = step(next);
+    const StepResult attempt = step(next);
     total += iterations_;
-    if (attempt == Attempt::done) {
-      stride_ = size *= 2;
-      if (now_.time < refill_time_) continue;
-      refill_time_ = now_.time + plan_.schedule->duration() / 1000;
+    if (attempt == StepResult::done) {
+      next_step_size_ = size *= 2;
+      if (now_.time < budget_reset_time_) continue;
+      budget_reset_time_ = now_.time + plan_.prescribed_motion->duration() / 1000;
       evaluations_left_ = std::max(evaluations_left_, max_evaluations);
-    } else if (attempt == Attempt::exhausted || (size = std::min(size, next - now_.time) / 2) < smallest) {
-      stop(attempt, smallest);
+    } else if (attempt == StepResult::evaluations_exhausted ||
+               (size = std::min(size, next - now_.time) / 2) < smallest) {
+      explain_stop(attempt, smallest);
       return false;
     }
   }
@@ -292,7 +296,7 @@ bool Stepper<S>::advance(double time) {
   return true;
 }
 
-template class Stepper<Planar>;
-template class Stepper<Spatial>;
+template class MotionStepper<Planar>;
+template class MotionStepper<Spatial>;
 
 }  // namespace balance

@@ -9,10 +9,10 @@ inline constexpr double min_duration = 1e-9, max_duration = 1e9;  ///< [s]
 inline constexpr long min_samples = 2, max_samples = 100'000'000;
 
 /// "a duration from 1e-09 s to 1e+09 s"
-std::string duration_range();
+std::string format_duration_range();
 
-inline bool is_duration(double duration) { return duration >= min_duration && duration <= max_duration; }
-inline bool is_sample_count(long samples) { return samples >= min_samples && samples <= max_samples; }
+inline bool is_valid_duration(double duration) { return duration >= min_duration && duration <= max_duration; }
+inline bool is_valid_sample_count(long samples) { return samples >= min_samples && samples <= max_samples; }
 
 /// @throws std::invalid_argument if the trajectory is longer, shorter, or sampled more or less often than any may be
 void check_timing(const Trajectory& trajectory);

@@ -72,44 +72,44 @@ enum class Component { x, y, z, rx, ry, rz };
 /// What a law that is searched for must keep at every moment: a quantity's magnitude up to a bound, or a scalar between two.
 template <class T>
 struct MotionLimitOf {
-  std::string quantity;    ///< "torque" (every actuator's), "torque[A1]", "shaking_force", "shaking_force[x]", …
-  T bound = 0;             ///< [SI]; positive where there is no `least`
-  std::optional<T> least;  ///< of a scalar, less than `bound` [SI]; nothing: −bound
+  std::string quantity;  ///< "torque" (every actuator's), "torque[A1]", "shaking_force", "shaking_force[x]", …
+  T upper_bound = 0;     ///< [SI]; positive where there is no `least`
+  std::optional<T> lower_bound;  ///< of a scalar, less than `bound` [SI]; nothing: −bound
 };
 
 /// A cubic spline is added to the straight way of a quantity, zero with its rate at both ends.
 template <class T>
-struct AddedSplineOf {
-  std::vector<T> coefficients;  ///< of its cubic B-splines on evenly spaced knots, at least one [rad or m]
-  bool jump = false;            ///< its second derivative may jump in the middle: then an even number of them
-  bool over_time = true;        ///< a function of the time as part of the duration; false: of the way
+struct SplineTaskOf {
+  std::vector<T> coefficients;   ///< of its cubic B-splines on evenly spaced knots, at least one [rad or m]
+  bool has_middle_jump = false;  ///< its second derivative may jump in the middle: then an even number of them
+  bool over_time = true;         ///< a function of the time as part of the duration; false: of the way
 };
 
 /// A quantity goes as a component of the angular momentum about the trajectory's `about` asks for; its end value follows.
 template <class T>
-struct KeptMomentumOf {
+struct MomentumTaskOf {
   int axis = 2;  ///< x, y, z of the world; planar: z
   std::vector<T>
       time;  ///< of the stated values, increasing, joined by a C² cubic spline [s]; empty: there is one value
-  std::vector<T> value;    ///< [N m s]; empty: zero
-  PiecewiseSeries course;  ///< less the start, with two derivatives; empty: not found yet
+  std::vector<T> value;               ///< [N m s]; empty: zero
+  PiecewiseChebyshevSeries solution;  ///< less the start, with two derivatives; empty: not found yet
   bool over_time = false;  ///< the course is a function of the time as part of the duration; false: of the way
 };
 
 /// What a remaining quantity does besides going straight from its start to its end.
 template <class T>
-struct CourseOf {
+struct SecondaryTaskOf {
   CoordinateId coordinate = -1;  ///< −1: the planar tool's angle
-  std::variant<AddedSplineOf<T>, KeptMomentumOf<T>> kind;
+  std::variant<SplineTaskOf<T>, MomentumTaskOf<T>> kind;
 };
 
 template <class T>
 struct TrajectoryOf {
   std::string name;
-  LawOf<T> law;
+  MotionLawOf<T> law;
   /// Law fastest: at least one; gentlest: perhaps; others go as they go, and their limits are only told (motion/phase_plane.hpp).
   std::vector<MotionLimitOf<T>> limits;
-  std::string gentlest_of;  ///< law gentlest, or in a corridor: whose peak is to be least
+  std::string min_peak_quantity;  ///< law gentlest, or in a corridor: whose peak is to be least
   T start_speed = 0;  ///< law fastest or gentlest: of the driven point along its path [m/s]; joints: norm of their
   T end_speed = 0;    ///< … rates
   DriveKind drive = DriveKind::tool;
@@ -117,9 +117,9 @@ struct TrajectoryOf {
   std::vector<Component> components;
   /// Drive com: coordinates that go from their value at the start pose to their value at the end pose by the same law.
   /// Empty: the tool's angle or orientation if there is a tool, else the last actuated coordinates, as many as needed.
-  std::vector<CoordinateId> remaining;
-  bool remaining_angle = false;      ///< the planar tool's angle is among them, before the others
-  std::vector<CourseOf<T>> courses;  ///< of remaining quantities, each once
+  std::vector<CoordinateId> remaining_coordinates;
+  bool remaining_angle = false;                     ///< the planar tool's angle is among them, before the others
+  std::vector<SecondaryTaskOf<T>> secondary_tasks;  ///< of remaining quantities, each once
   PathOf<T> path;
   PoseTargetOf<T> from,
       to;          ///< poses, in any quantity: drive com takes the CoM from where `from` puts it to where `to` puts it
@@ -131,10 +131,10 @@ struct TrajectoryOf {
 
 /// The mechanism decides how this goes: its law, its way or a course is found for it, by the room timing.
 template <class T>
-bool depends_on_mechanism(const TrajectoryOf<T>& trajectory) {
-  return is_searched(trajectory.law.kind) || trajectory.corridor.has_value() ||
-         std::any_of(trajectory.courses.begin(), trajectory.courses.end(),
-                     [](const auto& course) { return std::holds_alternative<KeptMomentumOf<T>>(course.kind); });
+bool is_mechanism_dependent(const TrajectoryOf<T>& trajectory) {
+  return is_mechanism_dependent(trajectory.law.kind) || trajectory.corridor.has_value() ||
+         std::any_of(trajectory.secondary_tasks.begin(), trajectory.secondary_tasks.end(),
+                     [](const auto& course) { return std::holds_alternative<MomentumTaskOf<T>>(course.kind); });
 }
 
 using PoseTarget = PoseTargetOf<double>;
@@ -144,9 +144,9 @@ using WaypointPath = WaypointPathOf<double>;
 using TablePath = TablePathOf<double>;
 using Path = PathOf<double>;
 using MotionLimit = MotionLimitOf<double>;
-using AddedSpline = AddedSplineOf<double>;
-using KeptMomentum = KeptMomentumOf<double>;
-using Course = CourseOf<double>;
+using SplineTask = SplineTaskOf<double>;
+using MomentumTask = MomentumTaskOf<double>;
+using SecondaryTask = SecondaryTaskOf<double>;
 using Corridor = CorridorOf<double>;
 using Trajectory = TrajectoryOf<double>;
 

@@ -16,18 +16,22 @@ class TrajectoryConversion {
     to.name = from.name;
     to.law = {from.law.kind, number_(from.law.ramp_up), number_(from.law.ramp_down), from.law.nodes};
     for (const auto& limit : from.limits)
-      to.limits.push_back({limit.quantity, number_(limit.bound), convert(limit.least)});
-    to.gentlest_of = from.gentlest_of;
+      to.limits.push_back({limit.quantity, number_(limit.upper_bound), convert(limit.lower_bound)});
+    to.min_peak_quantity = from.min_peak_quantity;
     to.start_speed = number_(from.start_speed), to.end_speed = number_(from.end_speed);
     to.drive = from.drive;
     to.components = from.components;
-    to.remaining = from.remaining;
+    to.remaining_coordinates = from.remaining_coordinates;
     to.remaining_angle = from.remaining_angle;
-    for (const auto& course : from.courses)
-      std::visit([&](const auto& kind) { to.courses.push_back({course.coordinate, convert(kind)}); }, course.kind);
+    for (const auto& course : from.secondary_tasks)
+      std::visit(
+          [&](const auto& kind) {
+            to.secondary_tasks.push_back({course.coordinate, convert(kind)});
+          },
+          course.kind);
     std::visit([&](const auto& path) { to.path = convert(path); }, from.path);
     if (const auto& c = from.corridor)
-      to.corridor = CorridorOf<To>{number_(c->width), c->knots, c->starts, c->controls};
+      to.corridor = CorridorOf<To>{number_(c->width), c->inner_knots, c->starts, c->control_points};
     to.from = convert(from.from);
     to.to = convert(from.to);
     to.duration = number_(from.duration);
@@ -37,11 +41,11 @@ class TrajectoryConversion {
   }
 
  private:
-  AddedSplineOf<To> convert(const AddedSplineOf<From>& spline) const {
-    return {convert(spline.coefficients), spline.jump, spline.over_time};
+  SplineTaskOf<To> convert(const SplineTaskOf<From>& spline) const {
+    return {convert(spline.coefficients), spline.has_middle_jump, spline.over_time};
   }
-  KeptMomentumOf<To> convert(const KeptMomentumOf<From>& kept) const {
-    return {kept.axis, convert(kept.time), convert(kept.value), kept.course, kept.over_time};
+  MomentumTaskOf<To> convert(const MomentumTaskOf<From>& kept) const {
+    return {kept.axis, convert(kept.time), convert(kept.value), kept.solution, kept.over_time};
   }
   std::optional<To> convert(const std::optional<From>& one) const {
     return one ? std::optional<To>(number_(*one)) : std::nullopt;
@@ -89,7 +93,7 @@ class TrajectoryConversion {
 
 /// Every number of `from` through `number` (From → To), everything else as it is.
 template <class To, class From, class Function>
-TrajectoryOf<To> converted(const TrajectoryOf<From>& from, const Function& number) {
+TrajectoryOf<To> cast_scalar(const TrajectoryOf<From>& from, const Function& number) {
   return TrajectoryConversion<To, From, Function>(number)(from);
 }
 

@@ -15,16 +15,16 @@
 namespace balance {
 namespace {
 
-constexpr double turn = 2 * std::numbers::pi;
+constexpr double two_pi = 2 * std::numbers::pi;
 
 /// The functions of the angle θ = |φ| in the velocity of exp(φ): a = (1 − cos θ)/θ², b = (θ − sin θ)/θ³, and a'/θ,
 /// b'/θ.
-struct ExponentialFactors {
+struct ExponentialMapCoefficients {
   double a = 0, b = 0, da = 0, db = 0;
 };
 
-ExponentialFactors exponential_factors(double squared) {
-  ExponentialFactors f;
+ExponentialMapCoefficients compute_exponential_map_coefficients(double squared) {
+  ExponentialMapCoefficients f;
   if (squared > 0.25) {
     const double angle = std::sqrt(squared);
     const auto [sine, cosine] = sine_cosine(angle);
@@ -50,20 +50,21 @@ ExponentialFactors exponential_factors(double squared) {
 }
 
 /// Of all rotation vectors of the rotation exp(vector), the one nearest to `reference`.
-Vector3 nearest_equivalent(const Vector3& vector, const Vector3& reference) {
+Vector3 find_nearest_rotation_vector(const Vector3& vector, const Vector3& reference) {
   const double angle = vector.norm();
   if (angle < 1e-12) {  // no axis of its own: whole turns about the reference's
-    const double whole = std::round(reference.norm() / turn);
-    return whole == 0 ? vector : Vector3(vector + whole * turn * reference.normalized());
+    const double whole = std::round(reference.norm() / two_pi);
+    return whole == 0 ? vector : Vector3(vector + whole * two_pi * reference.normalized());
   }
   const Vector3 axis = vector / angle;
-  return vector + turn * std::round((reference.dot(axis) - angle) / turn) * axis;
+  return vector + two_pi * std::round((reference.dot(axis) - angle) / two_pi) * axis;
 }
 
 Vector3 row(const Samples& vectors, std::size_t i) { return vectors.row(static_cast<Eigen::Index>(i)).transpose(); }
 
 /// A rotation vector far from zero moves much faster than its rotation, and a spline through such vectors would wobble.
-void require_close(const Vector3& left, const Vector3& right, const Matrix3& from, const Matrix3& to, std::size_t i) {
+void require_close_rotations(const Vector3& left, const Vector3& right, const Matrix3& from, const Matrix3& to,
+                             std::size_t i) {
   const double angle = rotation_vector_of(to * from.transpose()).norm();
   if ((right - left).norm() <= 2 * angle + 1e-9) return;
   throw std::invalid_argument(
@@ -74,63 +75,63 @@ void require_close(const Vector3& left, const Vector3& right, const Matrix3& fro
 
 }  // namespace
 
-void NoTurn::fill(const LawValue&, DriveSample& sample) const {
+void NoRotation::fill(const MotionLawValue&, DriveSample& sample) const {
   sample.rotation.setIdentity();
   sample.angular_velocity.setZero();
   sample.angular_acceleration.setZero();
 }
 
-void AxisTurn::fill(const LawValue& progress, DriveSample& sample) const {
+void FixedAxisRotation::fill(const MotionLawValue& progress, DriveSample& sample) const {
   sample.rotation.noalias() = rotation_about(axis, angle * progress.s) * start;
   sample.angular_velocity = angle * progress.ds * axis;
   sample.angular_acceleration = angle * progress.dds * axis;
 }
 
 /// ω = φ' + a φ × φ' + b φ × (φ × φ'), and its derivative.
-void SplineTurn::fill(const LawValue& progress, DriveSample& sample) const {
+void SplineRotation::fill(const MotionLawValue& progress, DriveSample& sample) const {
   Vector3 phi, rate, acceleration;
-  vector.at(progress.s, phi, rate, acceleration);
+  rotation_vector.at(progress.s, phi, rate, acceleration);
   acceleration = Vector3(acceleration * (progress.ds * progress.ds) + rate * progress.dds);
   rate *= progress.ds;
-  const ExponentialFactors f = exponential_factors(phi.squaredNorm());
+  const ExponentialMapCoefficients f = compute_exponential_map_coefficients(phi.squaredNorm());
   const Vector3 cross = phi.cross(rate), double_cross = phi.cross(cross);
   const Vector3 cross_rate = phi.cross(acceleration);
   const Vector3 double_cross_rate = rate.cross(cross) + phi.cross(cross_rate);
   const double half_growth = phi.dot(rate);  // half of d|φ|²/dt
-  sample.rotation.noalias() = rotation_from_vector(phi) * reference;
+  sample.rotation.noalias() = rotation_from_rotation_vector(phi) * reference;
   sample.angular_velocity = rate + f.a * cross + f.b * double_cross;
   sample.angular_acceleration =
       acceleration + f.a * cross_rate + f.b * double_cross_rate + half_growth * (f.da * cross + f.db * double_cross);
 }
 
-AxisTurn shortest_turn(const Matrix3& from, const Matrix3& to) {
+FixedAxisRotation find_shortest_rotation(const Matrix3& from, const Matrix3& to) {
   const Vector3 vector = rotation_vector_of(to * from.transpose());
   const double angle = vector.norm();
   return {from, angle == 0 ? Vector3(Vector3::UnitZ()) : Vector3(vector / angle), angle};
 }
 
-SplineTurn spline_turn(const std::vector<double>& knots, const std::vector<Matrix3>& rotations) {
+SplineRotation interpolate_rotations(const std::vector<double>& knots, const std::vector<Matrix3>& rotations) {
   // Counted from the middle the vectors stay shortest, and the curve does not depend on the direction of travel.
   const std::size_t middle = rotations.size() / 2;
   const Matrix3& reference = rotations[middle];
   Samples vectors(static_cast<Eigen::Index>(rotations.size()), 3);
   const auto vector_of = [&](std::size_t i) { return rotation_vector_of(rotations[i] * reference.transpose()); };
   const auto put = [&](std::size_t i, const Vector3& neighbour) {
-    vectors.row(static_cast<Eigen::Index>(i)) = nearest_equivalent(vector_of(i), neighbour).transpose();
+    vectors.row(static_cast<Eigen::Index>(i)) = find_nearest_rotation_vector(vector_of(i), neighbour).transpose();
   };
   put(middle, Vector3::Zero());
   for (std::size_t i = middle + 1; i < rotations.size(); ++i) put(i, row(vectors, i - 1));
   for (std::size_t i = middle; i-- > 0;) put(i, row(vectors, i + 1));
   for (std::size_t i = 1; i < rotations.size(); ++i) {
-    require_close(row(vectors, i - 1), row(vectors, i), rotations[i - 1], rotations[i], i);
+    require_close_rotations(row(vectors, i - 1), row(vectors, i), rotations[i - 1], rotations[i], i);
   }
   return {reference, CubicSpline(knots, std::move(vectors), SplineEnd::natural)};
 }
 
-SplineTurn table_turn(const std::vector<double>& knots, Samples vectors) {
+SplineRotation interpolate_rotation_vectors(const std::vector<double>& knots, Samples vectors) {
   for (Eigen::Index i = 1; i < vectors.rows(); ++i) {
     const Vector3 before = vectors.row(i - 1).transpose(), here = vectors.row(i).transpose();
-    vectors.row(i) = nearest_equivalent(here, before).transpose();
+    vectors.row(i) = find_nearest_rotation_vector(here, before).transpose();
   }
   return {Matrix3::Identity(), CubicSpline(knots, std::move(vectors), SplineEnd::not_a_knot)};
 }

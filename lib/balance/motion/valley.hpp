@@ -7,41 +7,42 @@
 
 namespace balance {
 
-class Valley {
+class LocalMinimumTracker {
  public:
-  struct Place {
+  struct TimedValue {
     double time = 0, value = INFINITY;
   };
 
   /// Nothing before is connected with what is seen next.
-  void restart() { known_ = 0; }
+  void reset() { sample_count_ = 0; }
 
   /// @param value_at computes the function anywhere from the place seen before last to this one
   /// @param found called with every lowest place: between three of which the middle one is the lowest, to 1e-7 of their distance
   template <class ValueAt, class Found>
-  void see(const Place& here, ValueAt&& value_at, Found&& found) {
+  void add_sample(const TimedValue& here, ValueAt&& value_at, Found&& found) {
     places_[0] = places_[1];
     places_[1] = places_[2];
     places_[2] = here;
-    if (++known_ < 3) return;
+    if (++sample_count_ < 3) return;
     const auto& [left, middle, right] = places_;
     if (std::isfinite(middle.value) && middle.value <= left.value && middle.value < right.value)
-      found(lowest(left, middle, right, value_at));
+      found(golden_section_min(left, middle, right, value_at));
   }
 
  private:
   /// Golden section.
   template <class ValueAt>
-  static Place lowest(const Place& left, const Place& middle, const Place& right, ValueAt&& value_at) {
-    constexpr double golden = 0.38196601125010515;
+  static TimedValue golden_section_min(const TimedValue& left, const TimedValue& middle, const TimedValue& right,
+                                       ValueAt&& value_at) {
+    constexpr double golden_fraction = 0.38196601125010515;
     double from = left.time, to = right.time;
-    const double enough = 1e-9 * (to - from);
-    Place best = middle;
-    while (to - from > enough) {
+    const double interval_tolerance = 1e-9 * (to - from);
+    TimedValue best = middle;
+    while (to - from > interval_tolerance) {
       const bool later = to - best.time > best.time - from;
-      const double time = best.time + golden * ((later ? to : from) - best.time);
+      const double time = best.time + golden_fraction * ((later ? to : from) - best.time);
       if (time == best.time) break;
-      const Place next{time, value_at(time)};
+      const TimedValue next{time, value_at(time)};
       if (next.value < best.value) {
         (later ? from : to) = best.time;
         best = next;
@@ -52,8 +53,8 @@ class Valley {
     return best;
   }
 
-  std::array<Place, 3> places_;
-  int known_ = 0;
+  std::array<TimedValue, 3> places_;
+  int sample_count_ = 0;
 };
 
 }  // namespace balance

@@ -7,14 +7,14 @@ namespace balance::natural {
 
 namespace {
 
-constexpr double same_place = 1e-12;  // in characteristic lengths
-constexpr double shortest_base = 0.1;
-constexpr double flattest_triangle = 0.2;  // height against base
+constexpr double point_tolerance = 1e-12;  // in characteristic lengths
+constexpr double min_base_length = 0.1;
+constexpr double min_triangle_height_ratio = 0.2;  // height against base
 
 /// Places of joints on bodies, those of one joint and those at one place of a body grouped together.
-class Places {
+class JointPointGroups {
  public:
-  explicit Places(const Mechanism& mechanism) : length_(characteristic_length(mechanism)) {
+  explicit JointPointGroups(const Mechanism& mechanism) : length_(characteristic_length(mechanism)) {
     for (const Joint& joint : mechanism.joints) {
       if (joint.type != JointType::revolute && joint.type != JointType::fixed) continue;
       const int first = add(joint.first, joint.point_first);
@@ -34,9 +34,9 @@ class Places {
 
  private:
   int add(BodyId body, const Vector3& point) {
-    const Complex at = planar(point, length_);
+    const Complex at = to_complex(point, length_);
     for (std::size_t k = 0; k < places_.size(); ++k)
-      if (places_[k].body == body && std::abs(places_[k].at - at) <= same_place) return static_cast<int>(k);
+      if (places_[k].body == body && std::abs(places_[k].at - at) <= point_tolerance) return static_cast<int>(k);
     places_.push_back({body, at});
     parent_.push_back(static_cast<int>(parent_.size()));
     return parent_.back();
@@ -56,25 +56,26 @@ void choose_base(BodyPoints& body) {
   std::size_t a = 0, b = 1;
   for (std::size_t i = 0; i < points.size(); ++i)
     for (std::size_t j = i + 1; j < points.size(); ++j)
-      if (std::abs(points[j].place - points[i].place) > (1 + 1e-9) * std::abs(points[b].place - points[a].place))
+      if (std::abs(points[j].position - points[i].position) >
+          (1 + 1e-9) * std::abs(points[b].position - points[a].position))
         a = i, b = j;
   std::swap(points[0], points[a]);
   std::swap(points[1], points[b]);
   if (points.size() < 3) return;
-  const Complex base = points[1].place - points[0].place;
+  const Complex base = points[1].position - points[0].position;
   const auto height = [&](const BodyPoint& p) {
-    return std::abs(cross(base, p.place - points[0].place)) / std::abs(base);
+    return std::abs(cross(base, p.position - points[0].position)) / std::abs(base);
   };
   const auto top = std::max_element(points.begin() + 2, points.end(),
                                     [&](const auto& p, const auto& q) { return height(p) < height(q) * (1 - 1e-9); });
   std::iter_swap(points.begin() + 2, top);
-  body.triangle = height(points[2]) > flattest_triangle * std::abs(base);
+  body.has_mass_triangle = height(points[2]) > min_triangle_height_ratio * std::abs(base);
 }
 
 /// Points in their order: moving joints' points, auxiliary ones, those of the ground.
-class Chooser {
+class BasicPointBuilder {
  public:
-  explicit Chooser(const Mechanism& mechanism)
+  explicit BasicPointBuilder(const Mechanism& mechanism)
       : mechanism_(mechanism),
         places_(mechanism),
         index_(places_.all().size(), -1),
@@ -98,7 +99,7 @@ class Chooser {
 
  private:
   int count() const { return static_cast<int>(places_.all().size()); }
-  const Places::Place& place(int k) const { return places_.all()[static_cast<std::size_t>(k)]; }
+  const JointPointGroups::Place& place(int k) const { return places_.all()[static_cast<std::size_t>(k)]; }
   std::size_t group(int k) const { return static_cast<std::size_t>(places_.group(k)); }
 
   std::string name(BodyId body, const std::string& point) const {
@@ -107,7 +108,7 @@ class Chooser {
 
   std::string label(int k) const {
     for (const NamedPoint& named : mechanism_.bodies[static_cast<std::size_t>(place(k).body)].points)
-      if (std::abs(planar(named.position, basic_.length) - place(k).at) <= same_place)
+      if (std::abs(to_complex(named.position, basic_.length) - place(k).at) <= point_tolerance)
         return name(place(k).body, named.name);
     return name(place(k).body, "origin");
   }
@@ -120,7 +121,7 @@ class Chooser {
 
   void add_auxiliary(std::size_t b) {
     std::vector<Complex> seen;
-    for (const Places::Place& place : places_.all())
+    for (const JointPointGroups::Place& place : places_.all())
       if (place.body == static_cast<int>(b)) seen.push_back(place.at);
     double spread = 0;
     for (const Complex p : seen)
@@ -130,7 +131,7 @@ class Chooser {
       basic_.bodies[b].points.push_back({basic_.moving++, at});
     };
     if (seen.empty()) add(0, "(1)");
-    if (spread < shortest_base) add((seen.empty() ? Complex() : seen.front()) + 1.0, "(2)");
+    if (spread < min_base_length) add((seen.empty() ? Complex() : seen.front()) + 1.0, "(2)");
   }
 
   /// The ground's own place says where the point is.
@@ -142,7 +143,7 @@ class Chooser {
   }
 
   const Mechanism& mechanism_;
-  Places places_;
+  JointPointGroups places_;
   std::vector<int> index_;   ///< per group: its point
   std::vector<bool> fixed_;  ///< per group: the ground has it
   BasicPoints basic_;
@@ -150,6 +151,6 @@ class Chooser {
 
 }  // namespace
 
-BasicPoints choose_points(const Mechanism& mechanism) { return Chooser(mechanism).choose(); }
+BasicPoints choose_basic_points(const Mechanism& mechanism) { return BasicPointBuilder(mechanism).choose(); }
 
 }  // namespace balance::natural

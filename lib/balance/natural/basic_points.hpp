@@ -13,14 +13,14 @@ namespace balance::natural {
 /// A basic point as one body sees it.
 struct BodyPoint {
   int point = 0;
-  Complex place;  ///< in the body's axes
+  Complex position;  ///< in the body's axes
 };
 
 struct BodyPoints {
   /// The first two are the base: their difference is the body's direction. Empty for the ground.
   std::vector<BodyPoint> points;
   /// The first three are a triangle that is good enough to carry the mass; the third is tied by distances, all others linearly.
-  bool triangle = false;
+  bool has_mass_triangle = false;
 };
 
 struct BasicPoints {
@@ -32,9 +32,9 @@ struct BasicPoints {
   int count() const { return static_cast<int>(names.size()); }
 };
 
-BasicPoints choose_points(const Mechanism& mechanism);
+BasicPoints choose_basic_points(const Mechanism& mechanism);
 
 /// A vector of the model in the plane, in units of length.
-inline Complex planar(const Vector3& v, double length) { return Complex(v.x(), v.y()) / length; }
+inline Complex to_complex(const Vector3& v, double length) { return Complex(v.x(), v.y()) / length; }
 
 }  // namespace balance::natural

@@ -8,16 +8,16 @@ namespace balance::natural {
 
 /// Rows whose value is the quantity in internal units; `unit` turns those into SI.
 struct DriveRows {
-  std::vector<Row> rows;
+  std::vector<ConstraintRow> rows;
   std::vector<double> unit;
 };
 
 /// In the order of DriveValue::value. The angles and coordinates must be scalars of the model.
-DriveRows drive_rows(const Mechanism& mechanism, const Model& model, const DriveQuantities& quantities);
+DriveRows make_drive_rows(const Mechanism& mechanism, const NaturalModel& model, const DriveQuantities& quantities);
 
 /// m · (centre of mass) = B M q as a form (P3 eq. 21), divided by m.
-Form com_form(const Model& model);
+AffineForm make_com_form(const NaturalModel& model);
 
-Form tool_form(const Mechanism& mechanism, const Model& model);
+AffineForm make_tool_form(const Mechanism& mechanism, const NaturalModel& model);
 
 }  // namespace balance::natural

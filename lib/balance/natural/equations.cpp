@@ -10,11 +10,11 @@ namespace balance::natural {
 
 namespace {
 
-constexpr double solved = 1e-12;  // residual after which one correction is the last
-constexpr int newton_steps = 10;
+constexpr double natural_residual_tolerance = 1e-12;  // residual after which one correction is the last
+constexpr int max_newton_iterations = 10;
 
 /// Farthest fixed point in characteristic lengths: what round-off is proportional to.
-double extent(const Model& model) {
+double compute_ground_extent(const NaturalModel& model) {
   double largest = 1;
   for (const Complex p : model.basic.fixed) largest = std::max(largest, std::abs(p));
   return largest;
@@ -22,65 +22,66 @@ double extent(const Model& model) {
 
 }  // namespace
 
-Equations::Equations(const Model& model, DriveRows drive)
-    : model_(model), drive_(std::move(drive)), round_off_(solved * extent(model)) {
-  square_ = rows() == unknowns();
+NaturalKinematicEquations::NaturalKinematicEquations(const NaturalModel& model, DriveRows drive)
+    : model_(model), drive_(std::move(drive)), round_off_(natural_residual_tolerance * compute_ground_extent(model)) {
+  square_ = rows() == unknown_count();
 }
 
-VectorX Equations::residual(const Coordinates& position, const VectorX& prescribed) const {
+VectorX NaturalKinematicEquations::residual(const NaturalCoordinates& position, const VectorX& prescribed) const {
   VectorX out(rows());
-  for (int r = 0; r < constraints(); ++r) out[r] = model_.constraints[static_cast<std::size_t>(r)].value(position);
-  for (int k = 0; k < driven(); ++k) {
+  for (int r = 0; r < constraint_count(); ++r) out[r] = model_.constraints[static_cast<std::size_t>(r)].value(position);
+  for (int k = 0; k < drive_row_count(); ++k) {
     const auto i = static_cast<std::size_t>(k);
-    out[constraints() + k] = drive_.rows[i].value(position) - prescribed[k] / drive_.unit[i];
+    out[constraint_count() + k] = drive_.rows[i].value(position) - prescribed[k] / drive_.unit[i];
   }
   return out;
 }
 
-MatrixX Equations::jacobian(const Coordinates& position) const {
-  MatrixX out(rows(), unknowns());
-  Eigen::RowVectorXd row(unknowns());
+MatrixX NaturalKinematicEquations::jacobian(const NaturalCoordinates& position) const {
+  MatrixX out(rows(), unknown_count());
+  Eigen::RowVectorXd row(unknown_count());
   for (int r = 0; r < rows(); ++r) {
-    const Row& equation = r < constraints() ? model_.constraints[static_cast<std::size_t>(r)]
-                                            : drive_.rows[static_cast<std::size_t>(r - constraints())];
+    const ConstraintRow& equation = r < constraint_count()
+                                        ? model_.constraints[static_cast<std::size_t>(r)]
+                                        : drive_.rows[static_cast<std::size_t>(r - constraint_count())];
     equation.gradient(position, model_.basic.moving, row);
     out.row(r) = row;
   }
   return out;
 }
 
-MatrixX Equations::constraint_jacobian(const Coordinates& position) const {
-  return jacobian(position).topRows(constraints());
+MatrixX NaturalKinematicEquations::constraint_jacobian(const NaturalCoordinates& position) const {
+  return jacobian(position).topRows(constraint_count());
 }
 
-VectorX Equations::measure(const Coordinates& position) const {
-  VectorX out(driven());
-  for (int k = 0; k < driven(); ++k) {
+VectorX NaturalKinematicEquations::measure(const NaturalCoordinates& position) const {
+  VectorX out(drive_row_count());
+  for (int k = 0; k < drive_row_count(); ++k) {
     const auto i = static_cast<std::size_t>(k);
     out[k] = drive_.unit[i] * drive_.rows[i].value(position);
   }
   return out;
 }
 
-bool Equations::factorise(const Coordinates& position) {
+bool NaturalKinematicEquations::factorise(const NaturalCoordinates& position) {
   const MatrixX matrix = jacobian(position);
   if (!square_) {
     qr_.compute(matrix);
-    return qr_.rank() == unknowns();
+    return qr_.rank() == unknown_count();
   }
   lu_.compute(matrix);
   const auto diagonal = lu_.matrixLU().diagonal();
   return std::all_of(diagonal.begin(), diagonal.end(), [](double pivot) { return std::abs(pivot) > 1e-300; });
 }
 
-VectorX Equations::solve(const VectorX& right) const {
+VectorX NaturalKinematicEquations::solve(const VectorX& right) const {
   if (square_) return lu_.solve(right);
   return qr_.solve(right);
 }
 
-bool Equations::newton(Coordinates& position, const VectorX& prescribed) {
+bool NaturalKinematicEquations::newton(NaturalCoordinates& position, const VectorX& prescribed) {
   double last = INFINITY;
-  for (iterations_ = 0; iterations_ <= newton_steps; ++iterations_) {
+  for (iterations_ = 0; iterations_ <= max_newton_iterations; ++iterations_) {
     const VectorX off = residual(position, prescribed);
     const double worst = off.size() > 0 ? off.lpNorm<Eigen::Infinity>() : 0;
     if (!std::isfinite(worst) || !factorise(position)) return false;
@@ -92,7 +93,7 @@ bool Equations::newton(Coordinates& position, const VectorX& prescribed) {
   return false;
 }
 
-bool Equations::approach(Coordinates& position, const VectorX& prescribed) const {
+bool NaturalKinematicEquations::solve_least_norm(NaturalCoordinates& position, const VectorX& prescribed) const {
   for (int k = 0; k < 30; ++k) {
     const VectorX off = residual(position, prescribed);
     const double worst = off.size() > 0 ? off.lpNorm<Eigen::Infinity>() : 0;
@@ -109,39 +110,39 @@ bool Equations::approach(Coordinates& position, const VectorX& prescribed) const
   return false;
 }
 
-bool Equations::differentiate(State& state, const DriveSample& sample) {
+bool NaturalKinematicEquations::differentiate(NaturalState& state, const DriveSample& sample) {
   if (!factorise(state.position)) return false;
   VectorX right = VectorX::Zero(rows());
-  for (int k = 0; k < driven(); ++k)
-    right[constraints() + k] = sample.rate[k] / drive_.unit[static_cast<std::size_t>(k)];
+  for (int k = 0; k < drive_row_count(); ++k)
+    right[constraint_count() + k] = sample.rate[k] / drive_.unit[static_cast<std::size_t>(k)];
   state.velocity.set(solve(right));
   accelerate(state, sample);
   return true;
 }
 
-void Equations::accelerate(State& state, const DriveSample& sample) const {
+void NaturalKinematicEquations::accelerate(NaturalState& state, const DriveSample& sample) const {
   VectorX right(rows());
-  for (int r = 0; r < constraints(); ++r)
+  for (int r = 0; r < constraint_count(); ++r)
     right[r] = -model_.constraints[static_cast<std::size_t>(r)].bias(state.position, state.velocity);
-  for (int k = 0; k < driven(); ++k) {
+  for (int k = 0; k < drive_row_count(); ++k) {
     const auto i = static_cast<std::size_t>(k);
-    right[constraints() + k] =
+    right[constraint_count() + k] =
         sample.acceleration[k] / drive_.unit[i] - drive_.rows[i].bias(state.position, state.velocity);
   }
   state.acceleration.set(solve(right));
 }
 
-MatrixX Equations::motions() const {
-  MatrixX right = MatrixX::Zero(rows(), driven());
-  right.bottomRows(driven()).setIdentity();
-  MatrixX out(unknowns(), driven());
-  for (int k = 0; k < driven(); ++k) out.col(k) = solve(right.col(k));
+MatrixX NaturalKinematicEquations::allowed_velocities() const {
+  MatrixX right = MatrixX::Zero(rows(), drive_row_count());
+  right.bottomRows(drive_row_count()).setIdentity();
+  MatrixX out(unknown_count(), drive_row_count());
+  for (int k = 0; k < drive_row_count(); ++k) out.col(k) = solve(right.col(k));
   return out;
 }
 
 namespace {
 
-int numerical_rank(const MatrixX& matrix) {
+int compute_numerical_rank(const MatrixX& matrix) {
   if (matrix.size() == 0) return 0;
   const VectorX values = singular_values(matrix);
   int rank = 0;
@@ -151,20 +152,20 @@ int numerical_rank(const MatrixX& matrix) {
 
 }  // namespace
 
-int generic_rank(const Model& model, const Coordinates& position) {
-  Equations constraints(model, {});
-  Coordinates here = position;
-  int best = numerical_rank(constraints.jacobian(here));
+int find_generic_constraint_rank(const NaturalModel& model, const NaturalCoordinates& position) {
+  NaturalKinematicEquations constraints(model, {});
+  NaturalCoordinates here = position;
+  int best = compute_numerical_rank(constraints.jacobian(here));
   std::mt19937 random(1);
   for (int k = 0; k < 4 && best < model.unknowns() && constraints.rows() > 0; ++k) {
     VectorX step(model.unknowns());
     for (double& entry : step) entry = (static_cast<double>(random()) / 4294967296.0 - 0.5) * 0.2;
-    Coordinates there = here;
+    NaturalCoordinates there = here;
     const CompleteOrthogonalDecomposition qr(constraints.jacobian(here));
     there.add(1, step - qr.solve(constraints.jacobian(here) * step));
-    if (!constraints.approach(there, VectorX())) continue;
+    if (!constraints.solve_least_norm(there, VectorX())) continue;
     here = there;
-    best = std::max(best, numerical_rank(constraints.jacobian(here)));
+    best = std::max(best, compute_numerical_rank(constraints.jacobian(here)));
   }
   return best;
 }

@@ -7,43 +7,43 @@
 
 namespace balance::natural {
 
-class Equations {
+class NaturalKinematicEquations {
  public:
-  Equations(const Model& model, DriveRows drive);
+  NaturalKinematicEquations(const NaturalModel& model, DriveRows drive);
 
-  int unknowns() const { return model_.unknowns(); }
-  int constraints() const { return static_cast<int>(model_.constraints.size()); }
-  int driven() const { return static_cast<int>(drive_.rows.size()); }
-  int rows() const { return constraints() + driven(); }
+  int unknown_count() const { return model_.unknowns(); }
+  int constraint_count() const { return static_cast<int>(model_.constraints.size()); }
+  int drive_row_count() const { return static_cast<int>(drive_.rows.size()); }
+  int rows() const { return constraint_count() + drive_row_count(); }
 
   /// Left-hand sides less prescribed values [SI, one per driven row].
-  VectorX residual(const Coordinates& position, const VectorX& prescribed) const;
-  MatrixX jacobian(const Coordinates& position) const;
-  MatrixX constraint_jacobian(const Coordinates& position) const;
+  VectorX residual(const NaturalCoordinates& position, const VectorX& prescribed) const;
+  MatrixX jacobian(const NaturalCoordinates& position) const;
+  MatrixX constraint_jacobian(const NaturalCoordinates& position) const;
   /// What the driven rows measure [SI].
-  VectorX measure(const Coordinates& position) const;
-  VectorX measure_rate(const State& state) const;
+  VectorX measure(const NaturalCoordinates& position) const;
+  VectorX measure_rate(const NaturalState& state) const;
 
   /// Newton with as many rows as unknowns (LU) or more, consistent ones (least squares). The last correction follows a residual
   /// that is small already.
   /// @return false if it does not converge
-  bool newton(Coordinates& position, const VectorX& prescribed);
+  bool newton(NaturalCoordinates& position, const VectorX& prescribed);
   /// The same with corrections of least norm and any number of rows: for starts.
-  bool approach(Coordinates& position, const VectorX& prescribed) const;
+  bool solve_least_norm(NaturalCoordinates& position, const VectorX& prescribed) const;
   /// Velocities and accelerations from the matrix at the state's position, which this factorises.
-  bool differentiate(State& state, const DriveSample& sample);
+  bool differentiate(NaturalState& state, const DriveSample& sample);
   /// Accelerations anew, with the factorisation at hand.
-  void accelerate(State& state, const DriveSample& sample) const;
+  void accelerate(NaturalState& state, const DriveSample& sample) const;
 
   /// Velocities per unit rate of the driven rows: spans what the constraints allow. Of the matrix last factorised.
-  MatrixX motions() const;
+  MatrixX allowed_velocities() const;
   int iterations() const { return iterations_; }
 
  private:
-  bool factorise(const Coordinates& position);
+  bool factorise(const NaturalCoordinates& position);
   VectorX solve(const VectorX& right) const;
 
-  const Model& model_;
+  const NaturalModel& model_;
   DriveRows drive_;
   bool square_;
   Eigen::PartialPivLU<MatrixX> lu_;
@@ -53,6 +53,6 @@ class Equations {
 };
 
 /// Constraints that are independent, at the most generic of a few configurations around one that meets them.
-int generic_rank(const Model& model, const Coordinates& position);
+int find_generic_constraint_rank(const NaturalModel& model, const NaturalCoordinates& position);
 
 }  // namespace balance::natural

@@ -2,7 +2,7 @@
 
 namespace balance::natural {
 
-void Coordinates::add(double factor, const VectorX& unknowns) {
+void NaturalCoordinates::add(double factor, const VectorX& unknowns) {
   const auto moving = (unknowns.size() - static_cast<Eigen::Index>(scalars.size())) / 2;
   for (Eigen::Index k = 0; k < moving; ++k)
     points[static_cast<std::size_t>(k)] += factor * Complex(unknowns[2 * k], unknowns[2 * k + 1]);
@@ -10,54 +10,56 @@ void Coordinates::add(double factor, const VectorX& unknowns) {
     scalars[s] += factor * unknowns[2 * moving + static_cast<Eigen::Index>(s)];
 }
 
-void Coordinates::set(const VectorX& unknowns) {
+void NaturalCoordinates::set(const VectorX& unknowns) {
   std::fill(points.begin(), points.end(), Complex());
   std::fill(scalars.begin(), scalars.end(), 0);
   add(1, unknowns);
 }
 
-Complex Form::at(const Coordinates& position) const { return constant + rate(position); }
+Complex AffineForm::at(const NaturalCoordinates& position) const { return constant + rate(position); }
 
-Complex Form::rate(const Coordinates& rates) const {
+Complex AffineForm::rate(const NaturalCoordinates& rates) const {
   Complex sum;
-  for (const Term& term : terms) sum += term.weight * rates.points[static_cast<std::size_t>(term.point)];
+  for (const PointTerm& term : terms) sum += term.weight * rates.points[static_cast<std::size_t>(term.point)];
   return sum;
 }
 
-Form operator+(Form a, const Form& b) {
+AffineForm operator+(AffineForm a, const AffineForm& b) {
   a.constant += b.constant;
-  for (const Term& term : b.terms) {
+  for (const PointTerm& term : b.terms) {
     bool known = false;
-    for (Term& mine : a.terms)
+    for (PointTerm& mine : a.terms)
       if (mine.point == term.point) mine.weight += term.weight, known = true;
     if (!known) a.terms.push_back(term);
   }
   return a;
 }
 
-Form operator-(const Form& a, const Form& b) { return a + Complex(-1) * b; }
+AffineForm operator-(const AffineForm& a, const AffineForm& b) { return a + Complex(-1) * b; }
 
-Form operator*(Complex factor, Form form) {
+AffineForm operator*(Complex factor, AffineForm form) {
   form.constant *= factor;
-  for (Term& term : form.terms) term.weight *= factor;
+  for (PointTerm& term : form.terms) term.weight *= factor;
   return form;
 }
 
-Form constant_form(Complex value) { return {value, {}}; }
+AffineForm make_constant_form(Complex value) { return {value, {}}; }
 
-double Row::value(const Coordinates& position) const {
-  if (angle >= 0) return cross(unit_at(position.scalars[static_cast<std::size_t>(angle)]), right.at(position));
+double ConstraintRow::value(const NaturalCoordinates& position) const {
+  if (angle >= 0)
+    return cross(make_unit_complex(position.scalars[static_cast<std::size_t>(angle)]), right.at(position));
   double sum = dot(left.at(position), right.at(position)) - constant;
   for (const ScalarTerm& term : scalars)
     sum += term.coefficient * position.scalars[static_cast<std::size_t>(term.scalar)];
   return sum;
 }
 
-void Row::gradient(const Coordinates& position, int moving_points, Eigen::Ref<Eigen::RowVectorXd> out) const {
+void ConstraintRow::gradient(const NaturalCoordinates& position, int moving_points,
+                             Eigen::Ref<Eigen::RowVectorXd> out) const {
   out.setZero();
   // Re(conj(c) w ż) = Re(conj(conj(w) c) ż)
-  const auto add = [&](const Form& form, Complex partner) {
-    for (const Term& term : form.terms) {
+  const auto add = [&](const AffineForm& form, Complex partner) {
+    for (const PointTerm& term : form.terms) {
       if (term.point >= moving_points) continue;
       const Complex slope = std::conj(term.weight) * partner;
       out[2 * term.point] += slope.real();
@@ -65,7 +67,7 @@ void Row::gradient(const Coordinates& position, int moving_points, Eigen::Ref<Ei
     }
   };
   if (angle >= 0) {
-    const Complex unit = unit_at(position.scalars[static_cast<std::size_t>(angle)]);
+    const Complex unit = make_unit_complex(position.scalars[static_cast<std::size_t>(angle)]);
     add(right, imaginary * unit);
     out[2 * moving_points + angle] -= dot(unit, right.at(position));
     return;
@@ -75,10 +77,10 @@ void Row::gradient(const Coordinates& position, int moving_points, Eigen::Ref<Ei
   for (const ScalarTerm& term : scalars) out[2 * moving_points + term.scalar] += term.coefficient;
 }
 
-double Row::rate(const Coordinates& position, const Coordinates& velocity) const {
+double ConstraintRow::rate(const NaturalCoordinates& position, const NaturalCoordinates& velocity) const {
   if (angle >= 0) {
     const auto a = static_cast<std::size_t>(angle);
-    const Complex unit = unit_at(position.scalars[a]);
+    const Complex unit = make_unit_complex(position.scalars[a]);
     return cross(unit, right.rate(velocity)) - velocity.scalars[a] * dot(unit, right.at(position));
   }
   double sum = dot(left.rate(velocity), right.at(position)) + dot(left.at(position), right.rate(velocity));
@@ -87,16 +89,16 @@ double Row::rate(const Coordinates& position, const Coordinates& velocity) const
   return sum;
 }
 
-double Row::bias(const Coordinates& position, const Coordinates& velocity) const {
+double ConstraintRow::bias(const NaturalCoordinates& position, const NaturalCoordinates& velocity) const {
   if (angle < 0) return 2 * dot(left.rate(velocity), right.rate(velocity));
   const auto a = static_cast<std::size_t>(angle);
-  const Complex unit = unit_at(position.scalars[a]);
+  const Complex unit = make_unit_complex(position.scalars[a]);
   const double spin = velocity.scalars[a];
   return -2 * spin * dot(unit, right.rate(velocity)) - spin * spin * cross(unit, right.at(position));
 }
 
-double Row::second_rate(const State& state) const {
-  const Coordinates &z = state.position, &dz = state.velocity, &ddz = state.acceleration;
+double ConstraintRow::second_rate(const NaturalState& state) const {
+  const NaturalCoordinates &z = state.position, &dz = state.velocity, &ddz = state.acceleration;
   // the part linear in accelerations has the same shape as the rate
   return rate(z, ddz) + bias(z, dz);
 }

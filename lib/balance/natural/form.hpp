@@ -13,14 +13,14 @@ namespace balance::natural {
 using Complex = std::complex<double>;
 
 /// e^(i angle).
-inline Complex unit_at(double angle) { return {elementary::cos(angle), elementary::sin(angle)}; }
+inline Complex make_unit_complex(double angle) { return {elementary::cos(angle), elementary::sin(angle)}; }
 inline constexpr Complex imaginary{0, 1};
 
 inline double dot(Complex a, Complex b) { return a.real() * b.real() + a.imag() * b.imag(); }
 inline double cross(Complex a, Complex b) { return a.real() * b.imag() - a.imag() * b.real(); }
 
 /// Values, rates or accelerations of all coordinates. Points: the moving ones first, then those of the ground.
-struct Coordinates {
+struct NaturalCoordinates {
   std::vector<Complex> points;
   std::vector<double> scalars;  ///< angles [rad] and slides that the points do not carry
 
@@ -30,31 +30,31 @@ struct Coordinates {
 };
 
 /// A configuration with its two time derivatives.
-struct State {
+struct NaturalState {
   double time = 0;
-  Coordinates position, velocity, acceleration;
+  NaturalCoordinates position, velocity, acceleration;
 };
 
-struct Term {
+struct PointTerm {
   int point = 0;
   Complex weight;
 };
 
 /// constant + Σ weight · point: a place or a direction of a body.
-struct Form {
+struct AffineForm {
   Complex constant;
-  std::vector<Term> terms;
+  std::vector<PointTerm> terms;
 
-  Complex at(const Coordinates& position) const;
+  Complex at(const NaturalCoordinates& position) const;
   /// Of rates or accelerations, which the constant has none of.
-  Complex rate(const Coordinates& rates) const;
+  Complex rate(const NaturalCoordinates& rates) const;
 };
 
-Form operator+(Form a, const Form& b);
-Form operator-(const Form& a, const Form& b);
-Form operator*(Complex factor, Form form);
+AffineForm operator+(AffineForm a, const AffineForm& b);
+AffineForm operator-(const AffineForm& a, const AffineForm& b);
+AffineForm operator*(Complex factor, AffineForm form);
 /// A constant direction or place.
-Form constant_form(Complex value);
+AffineForm make_constant_form(Complex value);
 
 struct ScalarTerm {
   int scalar = 0;
@@ -63,19 +63,19 @@ struct ScalarTerm {
 
 /// One equation: Re(conj(left) right) + Σ coefficient · scalar = constant, which is at most quadratic; or, with `angle` ≥ 0,
 /// Im(exp(−i scalar[angle]) right) = 0, which ties a rotation angle to a direction.
-struct Row {
-  Form left, right;
+struct ConstraintRow {
+  AffineForm left, right;
   std::vector<ScalarTerm> scalars;
   double constant = 0;
   int angle = -1;
 
-  double value(const Coordinates& position) const;
+  double value(const NaturalCoordinates& position) const;
   /// Its derivatives by the unknowns. @param out as many entries as there are unknowns; overwritten
-  void gradient(const Coordinates& position, int moving_points, Eigen::Ref<Eigen::RowVectorXd> out) const;
-  double rate(const Coordinates& position, const Coordinates& velocity) const;
+  void gradient(const NaturalCoordinates& position, int moving_points, Eigen::Ref<Eigen::RowVectorXd> out) const;
+  double rate(const NaturalCoordinates& position, const NaturalCoordinates& velocity) const;
   /// The part of the second derivative that velocities alone cause.
-  double bias(const Coordinates& position, const Coordinates& velocity) const;
-  double second_rate(const State& state) const;
+  double bias(const NaturalCoordinates& position, const NaturalCoordinates& velocity) const;
+  double second_rate(const NaturalState& state) const;
 };
 
 }  // namespace balance::natural

@@ -2,18 +2,18 @@
 
 namespace balance::natural {
 
-Inertia& Inertia::operator+=(const Inertia& other) {
+NaturalInertia& NaturalInertia::operator+=(const NaturalInertia& other) {
   mass += other.mass;
-  moment += other.moment;
-  second += other.second;
+  first_moment += other.first_moment;
+  second_moment += other.second_moment;
   return *this;
 }
 
-Eigen::Matrix2cd two_point_mass(const Inertia& inertia, Complex a, Complex b) {
+Eigen::Matrix2cd two_point_mass(const NaturalInertia& inertia, Complex a, Complex b) {
   const Complex way = b - a;
-  const Complex first = (inertia.moment - inertia.mass * a) / way;  // ∫ κ dm
-  const double square =                                             // ∫ |κ|² dm
-      (inertia.second - 2 * dot(a, inertia.moment) + inertia.mass * std::norm(a)) / std::norm(way);
+  const Complex first = (inertia.first_moment - inertia.mass * a) / way;  // ∫ κ dm
+  const double square =                                                   // ∫ |κ|² dm
+      (inertia.second_moment - 2 * dot(a, inertia.first_moment) + inertia.mass * std::norm(a)) / std::norm(way);
   Eigen::Matrix2cd M;
   M(0, 0) = inertia.mass - 2 * first.real() + square;
   M(0, 1) = first - square;  // ∫ conj(1 − κ) κ dm
@@ -22,9 +22,10 @@ Eigen::Matrix2cd two_point_mass(const Inertia& inertia, Complex a, Complex b) {
   return M;
 }
 
-Matrix3 isotropic_moments(const Inertia& inertia) {
-  const double m = inertia.mass, x = inertia.moment.real(), y = inertia.moment.imag();
-  const double half = m > 0 ? (inertia.second - std::norm(inertia.moment) / m) / 2 : inertia.second / 2;
+Matrix3 isotropic_moments(const NaturalInertia& inertia) {
+  const double m = inertia.mass, x = inertia.first_moment.real(), y = inertia.first_moment.imag();
+  const double half =
+      m > 0 ? (inertia.second_moment - std::norm(inertia.first_moment) / m) / 2 : inertia.second_moment / 2;
   Matrix3 S;
   S << m, x, y,                                                  //
       x, half + (m > 0 ? x * x / m : 0), m > 0 ? x * y / m : 0,  //

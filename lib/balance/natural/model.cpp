@@ -9,9 +9,9 @@
 
 namespace balance::natural {
 
-double ScalarForm::at(const std::vector<double>& scalars) const { return constant + rate(scalars); }
+double ScalarAffineForm::at(const std::vector<double>& scalars) const { return constant + rate(scalars); }
 
-double ScalarForm::rate(const std::vector<double>& rates) const {
+double ScalarAffineForm::rate(const std::vector<double>& rates) const {
   double sum = 0;
   for (const ScalarTerm& term : terms) sum += term.coefficient * rates[static_cast<std::size_t>(term.scalar)];
   return sum;
@@ -23,10 +23,11 @@ CoordinateId first_coordinate(const Mechanism& mechanism, JointId joint) {
   return -1;
 }
 
-double rest_angle(const Joint& joint) { return elementary::atan2(joint.rotation(1, 0), joint.rotation(0, 0)); }
+double compute_zero_angle(const Joint& joint) { return elementary::atan2(joint.rotation(1, 0), joint.rotation(0, 0)); }
 
-std::vector<BodyPlace> place_bodies(const Mechanism& mechanism, const std::vector<double>& coordinates, double length) {
-  std::vector<BodyPlace> places(mechanism.bodies.size());
+std::vector<BodyPose> compute_body_poses(const Mechanism& mechanism, const std::vector<double>& coordinates,
+                                         double length) {
+  std::vector<BodyPose> places(mechanism.bodies.size());
   std::vector<bool> placed(mechanism.bodies.size(), false);
   std::queue<int> open({ground});
   placed[ground] = true;
@@ -38,22 +39,22 @@ std::vector<BodyPlace> place_bodies(const Mechanism& mechanism, const std::vecto
       if (joint.first != body && joint.second != body) continue;
       const int other = joint.first == body ? joint.second : joint.first;
       if (placed[static_cast<std::size_t>(other)]) continue;
-      double turn = rest_angle(joint), slide = 0;
+      double turn = compute_zero_angle(joint), slide = 0;
       for (std::size_t c = 0; c < mechanism.coordinates.size(); ++c) {
         const Coordinate& coordinate = mechanism.coordinates[c];
         if (coordinate.joint != static_cast<int>(j)) continue;
         (coordinate.kind == CoordinateKind::angle ? turn : slide) += coordinates[c];
       }
-      const Complex P = planar(joint.point_first, length), Q = planar(joint.point_second, length);
-      const Complex way = P + slide / length * planar(joint.axis, 1);
-      const BodyPlace& here = places[static_cast<std::size_t>(body)];
-      BodyPlace& there = places[static_cast<std::size_t>(other)];
+      const Complex P = to_complex(joint.point_first, length), Q = to_complex(joint.point_second, length);
+      const Complex way = P + slide / length * to_complex(joint.axis, 1);
+      const BodyPose& here = places[static_cast<std::size_t>(body)];
+      BodyPose& there = places[static_cast<std::size_t>(other)];
       if (joint.first == body) {
         there.angle = here.angle + turn;
-        there.origin = here.origin + unit_at(here.angle) * way - unit_at(there.angle) * Q;
+        there.origin = here.origin + make_unit_complex(here.angle) * way - make_unit_complex(there.angle) * Q;
       } else {
         there.angle = here.angle - turn;
-        there.origin = here.origin + unit_at(here.angle) * Q - unit_at(there.angle) * way;
+        there.origin = here.origin + make_unit_complex(here.angle) * Q - make_unit_complex(there.angle) * way;
       }
       placed[static_cast<std::size_t>(other)] = true;
       open.push(other);
@@ -66,34 +67,35 @@ namespace {
 
 constexpr double turn = 2 * std::numbers::pi;
 
-double whole_turns(double angle) { return turn * std::round(angle / turn); }
+double round_to_turns(double angle) { return turn * std::round(angle / turn); }
 
-class Builder {
+class ModelBuilder {
  public:
-  Builder(const Mechanism& mechanism, const Start& start) : mechanism_(mechanism), start_(start) {
+  ModelBuilder(const Mechanism& mechanism, const InitialCoordinates& start) : mechanism_(mechanism), start_(start) {
     if (start.coordinates.size() != mechanism.coordinates.size())
       throw std::invalid_argument("the start needs a value for every joint coordinate");
-    m_.basic = choose_points(mechanism);
+    m_.basic = choose_basic_points(mechanism);
   }
 
-  Model build(const std::vector<CoordinateId>& needed, bool tool_angle) {
+  NaturalModel build(const std::vector<CoordinateId>& needed, bool tool_angle) {
     place_points();
     for (std::size_t b = 0; b < mechanism_.bodies.size(); ++b) add_body(b);
     for (std::size_t c = 0; c < mechanism_.coordinates.size(); ++c) add_coordinate(static_cast<int>(c));
-    const auto count_all = [&](const Followed& followed) {
-      for (const CoordinateTerm& term : followed.terms) count(term.coordinate);
+    const auto count_all = [&](const CoordinateCombination& followed) {
+      for (const CoordinateTerm& term : followed.terms) add_counted_coordinate(term.coordinate);
     };
-    for (const int c : needed) count(c);
-    for (const int c : mechanism_.actuators) count(c);
-    for (const Coupling& coupling : mechanism_.couplings) count(coupling.follower), count_all(coupling.leader);
-    for (const Friction& friction : mechanism_.friction) count(friction.coordinate);
+    for (const int c : needed) add_counted_coordinate(c);
+    for (const int c : mechanism_.actuators) add_counted_coordinate(c);
+    for (const Coupling& coupling : mechanism_.couplings)
+      add_counted_coordinate(coupling.follower), count_all(coupling.leader);
+    for (const Friction& friction : mechanism_.friction) add_counted_coordinate(friction.coordinate);
     for (const Spring& spring : mechanism_.springs)
-      if (spring.in_joint()) count(spring.coordinate);
+      if (spring.is_joint_spring()) add_counted_coordinate(spring.coordinate);
     for (const Disc& disc : mechanism_.discs) count_all(disc.follows), body_angle(disc.body);
     if (mechanism_.tool) {
       const BodyId body = mechanism_.tool->body;
       if (tool_angle) body_angle(body);
-      m_.tool_turns = whole_turns(m_.body_angles[static_cast<std::size_t>(body)] - start_.tool_angle);
+      m_.tool_angle_offset = round_to_turns(m_.body_angles[static_cast<std::size_t>(body)] - start_.tool_angle);
     }
     for (const Joint& joint : mechanism_.joints) add_joint(joint);
     for (const Coupling& coupling : mechanism_.couplings) add_coupling(coupling);
@@ -103,46 +105,47 @@ class Builder {
 
  private:
   void place_points() {
-    places_ = place_bodies(mechanism_, start_.coordinates, m_.length());
-    for (const BodyPlace& place : places_) m_.body_angles.push_back(place.angle);
+    places_ = compute_body_poses(mechanism_, start_.coordinates, m_.length());
+    for (const BodyPose& place : places_) m_.body_angles.push_back(place.angle);
     m_.start.points.resize(static_cast<std::size_t>(m_.basic.count()));
     for (std::size_t b = mechanism_.bodies.size(); b-- > 1;)
       for (const BodyPoint& p : m_.basic.bodies[b].points)
-        m_.start.points[static_cast<std::size_t>(p.point)] = places_[b].origin + unit_at(places_[b].angle) * p.place;
+        m_.start.points[static_cast<std::size_t>(p.point)] =
+            places_[b].origin + make_unit_complex(places_[b].angle) * p.position;
     for (std::size_t k = 0; k < m_.basic.fixed.size(); ++k)
       m_.start.points[static_cast<std::size_t>(m_.basic.moving) + k] = m_.basic.fixed[k];
   }
 
   void add_distance(const BodyPoint& p, const BodyPoint& q) {
-    const Form way = Complex(1 / std::abs(q.place - p.place)) * (point(q) - point(p));
+    const AffineForm way = Complex(1 / std::abs(q.position - p.position)) * (point(q) - point(p));
     m_.constraints.push_back({.left = way, .right = way, .constant = 1});
   }
 
-  static Form point(const BodyPoint& p) { return {{}, {{p.point, 1}}}; }
+  static AffineForm point(const BodyPoint& p) { return {{}, {{p.point, 1}}}; }
 
   void add_body(std::size_t b) {
     BodyModel body;
     if (b == ground) {
-      body.direction = constant_form(1);
+      body.direction = make_constant_form(1);
       m_.bodies.push_back(body);
       return;
     }
     const BodyPoints& own = m_.basic.bodies[b];
     const BodyPoint &A = own.points[0], &B = own.points[1];
-    body.direction = 1.0 / (B.place - A.place) * (point(B) - point(A));
-    body.origin = point(A) - A.place * body.direction;
+    body.direction = 1.0 / (B.position - A.position) * (point(B) - point(A));
+    body.origin = point(A) - A.position * body.direction;
     m_.bodies.push_back(body);
     add_distance(A, B);
     for (std::size_t k = 2; k < own.points.size(); ++k) {
       const BodyPoint& C = own.points[k];
-      if (k == 2 && own.triangle) {
+      if (k == 2 && own.has_mass_triangle) {
         add_distance(A, C);
         add_distance(B, C);
         continue;
       }
-      const Form gap = body.place(C.place) - point(C);
-      m_.constraints.push_back({.left = constant_form(1), .right = gap});
-      m_.constraints.push_back({.left = constant_form(imaginary), .right = gap});
+      const AffineForm gap = body.place(C.position) - point(C);
+      m_.constraints.push_back({.left = make_constant_form(1), .right = gap});
+      m_.constraints.push_back({.left = make_constant_form(imaginary), .right = gap});
     }
   }
 
@@ -171,15 +174,15 @@ class Builder {
     const double given = start_.coordinates[static_cast<std::size_t>(c)];
     if (coordinate.angle) {
       const double apart = m_.body_angles[static_cast<std::size_t>(joint.second)] -
-                           m_.body_angles[static_cast<std::size_t>(joint.first)] - rest_angle(joint);
-      coordinate.offset = rest_angle(joint) + whole_turns(apart - given);
+                           m_.body_angles[static_cast<std::size_t>(joint.first)] - compute_zero_angle(joint);
+      coordinate.offset = compute_zero_angle(joint) + round_to_turns(apart - given);
     } else {
       coordinate.slide = {.left = axis(joint), .right = gap(joint)};
     }
     m_.coordinates.push_back(coordinate);
   }
 
-  void count(int c) {
+  void add_counted_coordinate(int c) {
     JointCoordinate& coordinate = m_.coordinates[static_cast<std::size_t>(c)];
     if (coordinate.linear) return;
     coordinate.linear = true;
@@ -191,35 +194,35 @@ class Builder {
       return;
     }
     const int scalar = add_scalar(start_.coordinates[static_cast<std::size_t>(c)] / m_.length());
-    Row row = coordinate.slide;
+    ConstraintRow row = coordinate.slide;
     row.scalars.push_back({scalar, -1});
     m_.constraints.push_back(row);
     coordinate.form.terms.push_back({scalar, m_.length()});
   }
 
-  Form axis(const Joint& joint) const {
-    return planar(joint.axis, 1) * m_.bodies[static_cast<std::size_t>(joint.first)].direction;
+  AffineForm axis(const Joint& joint) const {
+    return to_complex(joint.axis, 1) * m_.bodies[static_cast<std::size_t>(joint.first)].direction;
   }
 
-  Form gap(const Joint& joint) const {
-    return m_.bodies[static_cast<std::size_t>(joint.second)].place(planar(joint.point_second, m_.length())) -
-           m_.bodies[static_cast<std::size_t>(joint.first)].place(planar(joint.point_first, m_.length()));
+  AffineForm gap(const Joint& joint) const {
+    return m_.bodies[static_cast<std::size_t>(joint.second)].place(to_complex(joint.point_second, m_.length())) -
+           m_.bodies[static_cast<std::size_t>(joint.first)].place(to_complex(joint.point_first, m_.length()));
   }
 
   void add_joint(const Joint& joint) {
     if (joint.type == JointType::prismatic || joint.type == JointType::pin_slot)  // nothing across the slide
       m_.constraints.push_back({.left = imaginary * axis(joint), .right = gap(joint)});
     if (joint.type == JointType::prismatic || joint.type == JointType::fixed)  // no rotation
-      m_.constraints.push_back(
-          {.left = imaginary * unit_at(rest_angle(joint)) * m_.bodies[static_cast<std::size_t>(joint.first)].direction,
-           .right = m_.bodies[static_cast<std::size_t>(joint.second)].direction});
+      m_.constraints.push_back({.left = imaginary * make_unit_complex(compute_zero_angle(joint)) *
+                                        m_.bodies[static_cast<std::size_t>(joint.first)].direction,
+                                .right = m_.bodies[static_cast<std::size_t>(joint.second)].direction});
   }
 
   void add_coupling(const Coupling& coupling) {
     const JointCoordinate& follower = m_.coordinates[static_cast<std::size_t>(coupling.follower)];
     const double unit = follower.angle ? 1 : m_.length();
-    Row row;
-    const auto add = [&](const ScalarForm& form, double factor) {
+    ConstraintRow row;
+    const auto add = [&](const ScalarAffineForm& form, double factor) {
       for (const ScalarTerm& term : form.terms) row.scalars.push_back({term.scalar, factor * term.coefficient / unit});
       row.constant -= factor * form.constant / unit;
     };
@@ -231,16 +234,16 @@ class Builder {
   }
 
   const Mechanism& mechanism_;
-  const Start& start_;
-  Model m_;
-  std::vector<BodyPlace> places_;
+  const InitialCoordinates& start_;
+  NaturalModel m_;
+  std::vector<BodyPose> places_;
 };
 
 }  // namespace
 
-Model build_model(const Mechanism& mechanism, const std::vector<CoordinateId>& needed, bool tool_angle,
-                  const Start& start) {
-  return Builder(mechanism, start).build(needed, tool_angle);
+NaturalModel build_model(const Mechanism& mechanism, const std::vector<CoordinateId>& needed, bool tool_angle,
+                         const InitialCoordinates& start) {
+  return ModelBuilder(mechanism, start).build(needed, tool_angle);
 }
 
 }  // namespace balance::natural

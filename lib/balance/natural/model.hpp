@@ -14,21 +14,21 @@
 namespace balance::natural {
 
 /// Where a run starts: every joint coordinate with its whole turns [rad or m], and the tool's angle with its [rad].
-struct Start {
+struct InitialCoordinates {
   std::vector<double> coordinates;
   double tool_angle = 0;
 };
 
 /// A body's frame as forms of the basic points.
 struct BodyModel {
-  Form origin, direction;  ///< direction: of the body's x axis, of length one
-  int angle = -1;          ///< scalar, −1: nobody counts it, or the ground
+  AffineForm origin, direction;  ///< direction: of the body's x axis, of length one
+  int angle = -1;                ///< scalar, −1: nobody counts it, or the ground
 
-  Form place(Complex r) const { return origin + r * direction; }
+  AffineForm place(Complex r) const { return origin + r * direction; }
 };
 
 /// Σ coefficient · scalar + constant.
-struct ScalarForm {
+struct ScalarAffineForm {
   std::vector<ScalarTerm> terms;
   double constant = 0;
 
@@ -40,16 +40,16 @@ struct ScalarForm {
 struct JointCoordinate {
   bool angle = true;
   bool linear = false;
-  ScalarForm form;            ///< if linear
+  ScalarAffineForm form;      ///< if linear
   int first = 0, second = 0;  ///< an angle's bodies
   double offset = 0;          ///< angle = angle of the second body − that of the first − offset
-  Row slide;                  ///< a slide's length in units of length, less nothing
+  ConstraintRow slide;        ///< a slide's length in units of length, less nothing
 };
 
 /// An inertia J [kg length²] that turns with the rate of a scalar form.
 struct Rotor {
   double inertia = 0;
-  ScalarForm turn;
+  ScalarAffineForm angle;
 };
 
 struct MassEntry {
@@ -57,19 +57,19 @@ struct MassEntry {
   Complex value;            ///< [kg]
 };
 
-struct Model {
+struct NaturalModel {
   BasicPoints basic;
   int scalars = 0;
   std::vector<BodyModel> bodies;
   std::vector<double> body_angles;  ///< at the start [rad]
   std::vector<JointCoordinate> coordinates;
-  std::vector<Row> constraints;
-  std::vector<MassEntry> mass;  ///< of all points, fixed ones included: Hermitian
-  std::vector<Rotor> rotors;    ///< discs
-  double total_mass = 0;        ///< of everything that moves; discs turn on the ground, too
-  Complex resting_moment;       ///< mass times place of the discs on the ground
-  double tool_turns = 0;        ///< tool's angle = angle of its body − this
-  Coordinates start;            ///< as the caller's joint coordinates place the bodies
+  std::vector<ConstraintRow> constraints;
+  std::vector<MassEntry> mass;   ///< of all points, fixed ones included: Hermitian
+  std::vector<Rotor> rotors;     ///< discs
+  double total_mass = 0;         ///< of everything that moves; discs turn on the ground, too
+  Complex ground_disc_moment;    ///< mass times place of the discs on the ground
+  double tool_angle_offset = 0;  ///< tool's angle = angle of its body − this
+  NaturalCoordinates start;      ///< as the caller's joint coordinates place the bodies
 
   int unknowns() const { return 2 * basic.moving + scalars; }
   double length() const { return basic.length; }
@@ -77,23 +77,24 @@ struct Model {
 
 /// @param needed coordinates that must be scalars, besides those of couplings, actuators, friction and discs
 /// @param tool_angle the tool's angle must be one
-Model build_model(const Mechanism& mechanism, const std::vector<CoordinateId>& needed, bool tool_angle,
-                  const Start& start);
+NaturalModel build_model(const Mechanism& mechanism, const std::vector<CoordinateId>& needed, bool tool_angle,
+                         const InitialCoordinates& start);
 
 /// Mass matrix and rotors. Called by build_model.
-void add_masses(const Mechanism& mechanism, Model& model);
+void add_masses(const Mechanism& mechanism, NaturalModel& model);
 
 /// Place and angle of every body when the joints have these coordinates, by walking from joint to joint.
-struct BodyPlace {
+struct BodyPose {
   Complex origin;
   double angle = 0;
 };
-std::vector<BodyPlace> place_bodies(const Mechanism& mechanism, const std::vector<double>& coordinates, double length);
+std::vector<BodyPose> compute_body_poses(const Mechanism& mechanism, const std::vector<double>& coordinates,
+                                         double length);
 
 /// First coordinate of a joint.
 CoordinateId first_coordinate(const Mechanism& mechanism, JointId joint);
 
 /// The angle that the joint's second body has in the first one's axes at coordinate zero.
-double rest_angle(const Joint& joint);
+double compute_zero_angle(const Joint& joint);
 
 }  // namespace balance::natural

@@ -21,21 +21,21 @@ std::vector<PointCoefficient> point_coefficients(const Mechanism& mechanism);
 /// R π = 0 for the parameters m, mx, my, J (SI) of all bodies but the ground, all attachments and all discs, in this order: the
 /// same π as that of derive_conditions. Necessary and sufficient for a force-balanced mechanism.
 struct ForceConditions {
-  bool done = false;
-  std::string reason;  ///< one sentence if not done
-  MatrixX matrix;      ///< rows × parameters, orthonormal in the mechanism's own units
-  int points = 0;      ///< moving points and rims of discs
-  int relations = 0;   ///< linear relations between their velocities that the joints impose
-  int hidden = 0;      ///< further ones, of special lengths: a parallelogram's coupler does not turn
-  double gap = 0;      ///< between the singular values that decide about hidden relations
+  bool is_valid = false;
+  std::string reason;               ///< one sentence if not done
+  MatrixX matrix;                   ///< rows × parameters, orthonormal in the mechanism's own units
+  int points = 0;                   ///< moving points and rims of discs
+  int relations = 0;                ///< linear relations between their velocities that the joints impose
+  int special_relations = 0;        ///< further ones, of special lengths: a parallelogram's coupler does not turn
+  double singular_value_ratio = 0;  ///< between the singular values that decide about hidden relations
 };
 
 /// @param start a configuration of the motion that is meant
 /// @throws std::invalid_argument if the mechanism is spatial or the start has the wrong size
-ForceConditions force_conditions(const Mechanism& mechanism, const Start& start);
+ForceConditions force_conditions(const Mechanism& mechanism, const InitialCoordinates& start);
 
 /// Rows A with A ġ = 0 in every motion, for the velocities ġ of the moving points and then of the discs' rims: what bodies with
 /// more than two points, directions that stay together and slides that move together impose.
-Eigen::MatrixXcd velocity_relations(const Mechanism& mechanism, const Model& model);
+Eigen::MatrixXcd velocity_relations(const Mechanism& mechanism, const NaturalModel& model);
 
 }  // namespace balance::natural

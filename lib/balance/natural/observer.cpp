@@ -11,50 +11,51 @@ namespace balance::natural {
 
 namespace {
 
-Vector3 vector(Complex z) { return {z.real(), z.imag(), 0}; }
+Vector3 to_vector3(Complex z) { return {z.real(), z.imag(), 0}; }
 
 }  // namespace
 
-Observer::Observer(const Mechanism& mechanism, const Model& model, int freedoms, const Vector3& about)
+NaturalSampleEvaluator::NaturalSampleEvaluator(const Mechanism& mechanism, const NaturalModel& model, int freedoms,
+                                               const Vector3& about)
     : mechanism_(mechanism),
       model_(model),
       applied_(mechanism, model),
       freedoms_(freedoms),
-      about_(planar(about, model.length())),
-      com_(com_form(model)),
+      about_(to_complex(about, model.length())),
+      com_(make_com_form(model)),
       point_(about) {
-  if (mechanism.tool) tool_ = tool_form(mechanism, model);
+  if (mechanism.tool) tool_ = make_tool_form(mechanism, model);
   const int motors = static_cast<int>(mechanism.actuators.size());
-  if (motors < freedoms) mismatch_ = under_actuated(motors, freedoms);
-  if (motors > freedoms) notes_.push_back(over_actuated(motors, freedoms));
+  if (motors < freedoms) mismatch_ = describe_under_actuation(motors, freedoms);
+  if (motors > freedoms) notes_.push_back(describe_over_actuation(motors, freedoms));
   for (auto* values : {&seen_.position, &seen_.velocity, &seen_.acceleration})
     values->setZero(static_cast<Eigen::Index>(mechanism.coordinates.size()));
   for (auto* values : {&seen_.effort, &seen_.power}) values->setZero(motors);
 }
 
-bool Observer::observe(const Stepper& stepper) {
-  const State& state = stepper.state();
+bool NaturalSampleEvaluator::observe(const NaturalStepper& stepper) {
+  const NaturalState& state = stepper.state();
   read_coordinates(stepper);
   read_momentum(state);
-  const bool held = find_efforts(stepper);
+  const bool held = solve_efforts(stepper);
   const double L = model_.length();
-  const Wrench weight = applied_.weight(state.position);
+  const NaturalWrench weight = applied_.weight(state.position);
   const Complex force = weight.force + loads_.force - shaking_;
   seen_.time = stepper.time();
   seen_.newton_iterations = stepper.iterations();
-  seen_.ground_force = L * vector(force);
+  seen_.ground_force = L * to_vector3(force);
   seen_.ground_moment.z() =
       L * L * (weight.moment + loads_.moment - cross(about_, weight.force + loads_.force)) - seen_.shaking_moment.z();
   seen_.potential_energy = L * L * applied_.energy(state.position);
   seen_.add_derived(point_);
   if (!mechanism_.tool) return held;
-  seen_.tool_position = L * vector(tool_.at(state.position));
-  seen_.tool_angle = stepper.angles()[static_cast<std::size_t>(mechanism_.tool->body)] - model_.tool_turns;
+  seen_.tool_position = L * to_vector3(tool_.at(state.position));
+  seen_.tool_angle = stepper.angles()[static_cast<std::size_t>(mechanism_.tool->body)] - model_.tool_angle_offset;
   return held;
 }
 
-void Observer::read_coordinates(const Stepper& stepper) {
-  const State& state = stepper.state();
+void NaturalSampleEvaluator::read_coordinates(const NaturalStepper& stepper) {
+  const NaturalState& state = stepper.state();
   const double L = model_.length();
   for (Eigen::Index c = 0; c < seen_.position.size(); ++c) {
     const JointCoordinate& coordinate = model_.coordinates[static_cast<std::size_t>(c)];
@@ -66,8 +67,9 @@ void Observer::read_coordinates(const Stepper& stepper) {
       const auto first = static_cast<std::size_t>(coordinate.first),
                  second = static_cast<std::size_t>(coordinate.second);
       seen_.position[c] = stepper.angles()[second] - stepper.angles()[first] - coordinate.offset;
-      seen_.velocity[c] = stepper.spin(coordinate.second) - stepper.spin(coordinate.first);
-      seen_.acceleration[c] = stepper.spin_rate(coordinate.second) - stepper.spin_rate(coordinate.first);
+      seen_.velocity[c] = stepper.angular_velocity(coordinate.second) - stepper.angular_velocity(coordinate.first);
+      seen_.acceleration[c] =
+          stepper.angular_acceleration(coordinate.second) - stepper.angular_acceleration(coordinate.first);
     } else {
       seen_.position[c] = L * coordinate.slide.value(state.position);
       seen_.velocity[c] = L * coordinate.slide.rate(state.position, state.velocity);
@@ -76,10 +78,10 @@ void Observer::read_coordinates(const Stepper& stepper) {
   }
 }
 
-void Observer::read_momentum(const State& state) {
+void NaturalSampleEvaluator::read_momentum(const NaturalState& state) {
   const double L = model_.length();
-  inertia_ = mass_times(model_, state.acceleration.points);
-  const std::vector<Complex> momentum = mass_times(model_, state.velocity.points);
+  inertia_ = multiply_by_mass(model_, state.acceleration.points);
+  const std::vector<Complex> momentum = multiply_by_mass(model_, state.velocity.points);
   Complex force;
   double moment = 0, energy = 0;
   // The second term of P3 eq. 27, (dq̃/dt) M q̇, is zero: ż ᴴ M ż is real because M is Hermitian.
@@ -89,26 +91,26 @@ void Observer::read_momentum(const State& state) {
     energy += 0.5 * dot(state.velocity.points[k], momentum[k]);
   }
   for (const Rotor& rotor : model_.rotors) {
-    const double rate = rotor.turn.rate(state.velocity.scalars);
-    moment += rotor.inertia * rotor.turn.rate(state.acceleration.scalars);
+    const double rate = rotor.angle.rate(state.velocity.scalars);
+    moment += rotor.inertia * rotor.angle.rate(state.acceleration.scalars);
     energy += 0.5 * rotor.inertia * rate * rate;
   }
   shaking_ = force;
-  seen_.com = L * vector(com_.at(state.position));
-  seen_.com_velocity = L * vector(com_.rate(state.velocity));
-  seen_.com_acceleration = L * vector(com_.rate(state.acceleration));
-  seen_.shaking_force = L * vector(force);
+  seen_.com = L * to_vector3(com_.at(state.position));
+  seen_.com_velocity = L * to_vector3(com_.rate(state.velocity));
+  seen_.com_acceleration = L * to_vector3(com_.rate(state.acceleration));
+  seen_.shaking_force = L * to_vector3(force);
   seen_.shaking_moment.z() = L * L * moment;
   seen_.kinetic_energy = L * L * energy;
 }
 
 /// M q̈ less weight, loads, springs and friction, on the unknowns: what constraints and actuators must supply.
-VectorX Observer::needed_forces(const Stepper& stepper) {
-  const State& state = stepper.state();
+VectorX NaturalSampleEvaluator::needed_forces(const NaturalStepper& stepper) {
+  const NaturalState& state = stepper.state();
   const double L = model_.length();
   const int moving = model_.basic.moving;
   std::vector<Complex> applied(state.position.points.size());
-  loads_ = applied_.add(state.position, state.time, applied);
+  loads_ = applied_.add_forces(state.position, state.time, applied);
   VectorX needed = VectorX::Zero(model_.unknowns());
   for (int k = 0; k < moving; ++k) {
     const Complex force = inertia_[static_cast<std::size_t>(k)] - applied[static_cast<std::size_t>(k)];
@@ -119,14 +121,14 @@ VectorX Observer::needed_forces(const Stepper& stepper) {
   applied_.add_joint_springs(state.position, scalars.data());
   needed.tail(model_.scalars) -= scalars;
   for (const Rotor& rotor : model_.rotors)
-    for (const ScalarTerm& term : rotor.turn.terms)
+    for (const ScalarTerm& term : rotor.angle.terms)
       needed[2 * moving + term.scalar] +=
-          term.coefficient * rotor.inertia * rotor.turn.rate(state.acceleration.scalars);
+          term.coefficient * rotor.inertia * rotor.angle.rate(state.acceleration.scalars);
   const auto unit = [&](std::size_t c) { return mechanism_.coordinates[c].kind == CoordinateKind::length ? L : 1; };
   double fastest = 0;
   for (Eigen::Index c = 0; c < seen_.velocity.size(); ++c)
     fastest = std::max(fastest, std::abs(seen_.velocity[c]) / unit(static_cast<std::size_t>(c)));
-  const double rest = rest_rate(fastest, stepper.duration());
+  const double rest = rest_rate_threshold(fastest, stepper.duration());
   for (const Friction& friction : mechanism_.friction) {
     const auto c = static_cast<std::size_t>(friction.coordinate);
     const double rate = seen_.velocity[friction.coordinate];
@@ -138,11 +140,11 @@ VectorX Observer::needed_forces(const Stepper& stepper) {
 }
 
 /// Φᵀ λ + Sᵀ u = needed; along the motions N that the constraints allow Φ N = 0, so that Nᵀ Sᵀ u = Nᵀ needed.
-bool Observer::find_efforts(const Stepper& stepper) {
+bool NaturalSampleEvaluator::solve_efforts(const NaturalStepper& stepper) {
   const double L = model_.length();
   const auto motors = static_cast<Eigen::Index>(mechanism_.actuators.size());
   const VectorX needed = needed_forces(stepper);
-  const MatrixX motions = stepper.equations().motions();
+  const MatrixX motions = stepper.equations().allowed_velocities();
   MatrixX actuation = MatrixX::Zero(motors, motions.cols());  // rates of the actuated coordinates, a length's by L
   VectorX unit = VectorX::Ones(motors);                       // of least norm: a force counts as its moment on L
   for (Eigen::Index a = 0; a < motors; ++a) {
@@ -167,14 +169,15 @@ bool Observer::find_efforts(const Stepper& stepper) {
   return qr.rank() == freedoms_;
 }
 
-MatrixX Observer::held(const Equations& equations, const Coordinates& position) const {
+MatrixX NaturalSampleEvaluator::actuation_matrix(const NaturalKinematicEquations& equations,
+                                                 const NaturalCoordinates& position) const {
   const auto motors = static_cast<Eigen::Index>(mechanism_.actuators.size());
-  MatrixX out = MatrixX::Zero(equations.constraints() + motors, equations.unknowns());
-  out.topRows(equations.constraints()) = equations.constraint_jacobian(position);
+  MatrixX out = MatrixX::Zero(equations.constraint_count() + motors, equations.unknown_count());
+  out.topRows(equations.constraint_count()) = equations.constraint_jacobian(position);
   for (Eigen::Index a = 0; a < motors; ++a) {
     const auto c = static_cast<std::size_t>(mechanism_.actuators[static_cast<std::size_t>(a)]);
     for (const ScalarTerm& term : model_.coordinates[c].form.terms)
-      out(equations.constraints() + a, 2 * model_.basic.moving + term.scalar) += term.coefficient;
+      out(equations.constraint_count() + a, 2 * model_.basic.moving + term.scalar) += term.coefficient;
   }
   return out;
 }

@@ -9,18 +9,19 @@
 
 namespace balance::natural {
 
-struct Plan {
+struct NaturalCompiledTrajectory {
   MotionOutcome outcome;  ///< done: can be followed
   int freedoms = 0;       ///< by rank
   DriveQuantities quantities;
-  Coordinates start;  ///< at time 0
-  std::optional<Schedule> schedule;
+  NaturalCoordinates start;  ///< at time 0
+  std::optional<PrescribedMotion> schedule;
 };
 
 /// @param model with all coordinates and angles that the trajectory speaks of
-Plan make_plan(const Mechanism& mechanism, const Model& model, const Trajectory& trajectory);
+NaturalCompiledTrajectory compile_natural_trajectory(const Mechanism& mechanism, const NaturalModel& model,
+                                                     const Trajectory& trajectory);
 
 /// The trajectory speaks of the tool's angle, or may come to do so.
-bool speaks_of_tool_angle(const Mechanism& mechanism, const Trajectory& trajectory);
+bool has_tool_angle(const Mechanism& mechanism, const Trajectory& trajectory);
 
 }  // namespace balance::natural

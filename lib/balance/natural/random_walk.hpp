@@ -10,31 +10,31 @@ namespace balance::natural {
 class RandomWalk {
  public:
   /// @param model must outlive the walk
-  explicit RandomWalk(const Model& model);
+  explicit RandomWalk(const NaturalModel& model);
 
   /// Into a configuration that meets the constraints, near the model's start.
   bool begin();
   /// On to another one, far enough from the last.
   bool next();
 
-  const Coordinates& position() const { return position_; }
+  const NaturalCoordinates& position() const { return position_; }
   /// Velocities that the constraints allow there: unknowns × freedoms, orthonormal.
   const MatrixX& motions() const { return motions_; }
 
  private:
-  bool look(const Coordinates& position, MatrixX& motions, double& margin) const;
+  bool compute_motions(const NaturalCoordinates& position, MatrixX& motions, double& margin) const;
   double step();
-  void turn(double amount);
+  void perturb_direction(double amount);
   VectorX random_direction();
 
-  const Model& model_;
-  Equations constraints_;
+  const NaturalModel& model_;
+  NaturalKinematicEquations constraints_;
   std::mt19937_64 random_{1};
   int rank_ = 0;
-  Coordinates position_;
+  NaturalCoordinates position_;
   MatrixX motions_;
   VectorX direction_;
-  double margin_ = 0, widest_ = 0;
+  double margin_ = 0, max_margin_ = 0;
 };
 
 }  // namespace balance::natural

@@ -10,9 +10,9 @@ namespace {
 
 /// Angles of bodies, angles of discs and slides, and which of them stay together: everything linear that joints, couplings and
 /// discs say about them.
-class Togetherness {
+class LinearDependencies {
  public:
-  explicit Togetherness(const Mechanism& mechanism)
+  explicit LinearDependencies(const Mechanism& mechanism)
       : m_(mechanism), bodies_(static_cast<int>(mechanism.bodies.size())) {
     discs_ = static_cast<int>(m_.discs.size());
     const int count = bodies_ + discs_ + static_cast<int>(m_.coordinates.size());
@@ -27,7 +27,7 @@ class Togetherness {
       if (m_.coordinates[c].kind == CoordinateKind::angle)
         rows.push_back(unit(coordinate(static_cast<int>(c))) - unit(joint.second) + unit(joint.first));
     }
-    const auto sum = [&](const Followed& followed) {
+    const auto sum = [&](const CoordinateCombination& followed) {
       Eigen::RowVectorXd row = Eigen::RowVectorXd::Zero(count);
       for (const CoordinateTerm& term : followed.terms) row += term.ratio * unit(coordinate(term.coordinate));
       return row;
@@ -47,12 +47,12 @@ class Togetherness {
 
   int disc(int d) const { return bodies_ + d; }
   int coordinate(int c) const { return bodies_ + discs_ + c; }
-  bool stands_still(int k) const { return small(free_.row(k)); }
-  bool together(int a, int b) const { return small(free_.row(a) - free_.row(b)); }
+  bool is_fixed(int k) const { return small(free_.row(k)); }
+  bool is_moving_with(int a, int b) const { return small(free_.row(a) - free_.row(b)); }
   /// Whether a moves ratio times as b.
-  bool proportional(int a, int b, double& ratio) const {
+  bool is_proportional(int a, int b, double& ratio) const {
     const double size = free_.row(b).squaredNorm();
-    if (stands_still(b)) return false;
+    if (is_fixed(b)) return false;
     ratio = free_.row(a).dot(free_.row(b)) / size;
     return small(free_.row(a) - ratio * free_.row(b));
   }
@@ -65,9 +65,9 @@ class Togetherness {
   MatrixX free_;  ///< all that the linear equations leave free
 };
 
-class Collector {
+class VelocityRelationBuilder {
  public:
-  Collector(const Mechanism& mechanism, const Model& model)
+  VelocityRelationBuilder(const Mechanism& mechanism, const NaturalModel& model)
       : m_(mechanism), model_(model), together_(mechanism), moving_(model.basic.moving), places_(model.start) {}
 
   Eigen::MatrixXcd run() {
@@ -85,9 +85,9 @@ class Collector {
   Eigen::Index width() const { return moving_ + static_cast<Eigen::Index>(m_.discs.size()); }
 
   /// A form's velocity in terms of the points'.
-  RowC velocity(const Form& form) const {
+  RowC velocity(const AffineForm& form) const {
     RowC row = RowC::Zero(width());
-    for (const Term& term : form.terms)
+    for (const PointTerm& term : form.terms)
       if (term.point < moving_) row[term.point] += term.weight;
     return row;
   }
@@ -99,7 +99,7 @@ class Collector {
   void extra_points(std::size_t b) {
     const std::vector<BodyPoint>& points = model_.basic.bodies[b].points;
     for (std::size_t k = 2; k < points.size(); ++k)
-      add(velocity(model_.bodies[b].place(points[k].place) - Form{{}, {{points[k].point, 1}}}));
+      add(velocity(model_.bodies[b].place(points[k].position) - AffineForm{{}, {{points[k].point, 1}}}));
   }
 
   /// Directions of bodies and of discs; each is tied to the first that it stays together with.
@@ -116,15 +116,16 @@ class Collector {
     for (std::size_t d = 0; d < m_.discs.size(); ++d) {
       RowC rim = RowC::Zero(width());
       rim[moving_ + static_cast<Eigen::Index>(d)] = 1;
-      all.push_back({together_.disc(static_cast<int>(d)), rim, unit_at(model_.rotors[d].turn.at(places_.scalars))});
+      all.push_back(
+          {together_.disc(static_cast<int>(d)), rim, make_unit_complex(model_.rotors[d].angle.at(places_.scalars))});
     }
     for (std::size_t k = 0; k < all.size(); ++k) {
-      if (together_.stands_still(all[k].index)) {
+      if (together_.is_fixed(all[k].index)) {
         add(all[k].velocity);
         continue;
       }
       for (std::size_t j = 0; j < k; ++j) {
-        if (!together_.together(all[k].index, all[j].index)) continue;
+        if (!together_.is_moving_with(all[k].index, all[j].index)) continue;
         add(all[k].velocity - all[k].now / all[j].now * all[j].velocity);
         break;
       }
@@ -135,30 +136,31 @@ class Collector {
   void slides() {
     struct Slide {
       int index, body;
-      Form gap;
+      AffineForm gap;
       Complex axis;  ///< in the world, now
       double length;
     };
     std::vector<Slide> all;
     for (std::size_t c = 0; c < m_.coordinates.size(); ++c) {
       if (m_.coordinates[c].kind == CoordinateKind::angle) continue;
-      const Row& row = model_.coordinates[c].slide;
+      const ConstraintRow& row = model_.coordinates[c].slide;
       all.push_back({together_.coordinate(static_cast<int>(c)),
                      m_.joints[static_cast<std::size_t>(m_.coordinates[c].joint)].first, row.right,
                      row.left.at(places_), row.value(places_)});
     }
     for (std::size_t k = 0; k < all.size(); ++k) {
       const Slide& slide = all[k];
-      const Form direction = model_.bodies[static_cast<std::size_t>(slide.body)].direction;
+      const AffineForm direction = model_.bodies[static_cast<std::size_t>(slide.body)].direction;
       const Complex along = slide.axis / direction.at(places_);
-      if (together_.stands_still(slide.index)) {
+      if (together_.is_fixed(slide.index)) {
         add(velocity(slide.gap) - slide.length * along * velocity(direction));
         continue;
       }
       for (std::size_t j = 0; j < k; ++j) {
         double ratio = 0;
         const Slide& other = all[j];
-        if (!together_.together(slide.body, other.body) || !together_.proportional(slide.index, other.index, ratio))
+        if (!together_.is_moving_with(slide.body, other.body) ||
+            !together_.is_proportional(slide.index, other.index, ratio))
           continue;
         const double rest = slide.length - ratio * other.length;
         add(velocity(slide.gap) - ratio * slide.axis / other.axis * velocity(other.gap) -
@@ -169,17 +171,17 @@ class Collector {
   }
 
   const Mechanism& m_;
-  const Model& model_;
-  Togetherness together_;
+  const NaturalModel& model_;
+  LinearDependencies together_;
   int moving_;
-  Coordinates places_;
+  NaturalCoordinates places_;
   std::vector<RowC> rows_;
 };
 
 }  // namespace
 
-Eigen::MatrixXcd velocity_relations(const Mechanism& mechanism, const Model& model) {
-  return Collector(mechanism, model).run();
+Eigen::MatrixXcd velocity_relations(const Mechanism& mechanism, const NaturalModel& model) {
+  return VelocityRelationBuilder(mechanism, model).run();
 }
 
 }  // namespace balance::natural

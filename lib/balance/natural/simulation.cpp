@@ -6,25 +6,26 @@
 
 namespace balance::natural {
 
-struct Simulation::Parts {
+struct NaturalSimulation::Parts {
   Mechanism mechanism, carrying;  ///< as stated; as it is in the present stretch
-  Model model;
-  Plan plan;
-  std::optional<Stepper> stepper;
-  std::optional<Observer> observer;
+  NaturalModel model;
+  NaturalCompiledTrajectory plan;
+  std::optional<NaturalStepper> stepper;
+  std::optional<NaturalSampleEvaluator> observer;
   Vector3 about = Vector3::Zero();
 };
 
-Simulation::Simulation(const Mechanism& mechanism, const Trajectory& trajectory, const Start& start)
+NaturalSimulation::NaturalSimulation(const Mechanism& mechanism, const Trajectory& trajectory,
+                                     const InitialCoordinates& start)
     : parts_(std::make_unique<Parts>()) {
   if (mechanism.space != SpaceKind::planar)
     throw std::invalid_argument("natural coordinates are for planar mechanisms, this one is spatial");
-  if (binds_rates(mechanism)) throw std::invalid_argument("natural coordinates know no constraints on speeds");
+  if (has_velocity_constraints(mechanism))
+    throw std::invalid_argument("natural coordinates know no constraints on speeds");
   Parts& p = *parts_;
   p.mechanism = mechanism;
-  p.model =
-      build_model(p.mechanism, prescribed_coordinates(trajectory), speaks_of_tool_angle(mechanism, trajectory), start);
-  p.plan = make_plan(p.mechanism, p.model, trajectory);
+  p.model = build_model(p.mechanism, prescribed_coordinates(trajectory), has_tool_angle(mechanism, trajectory), start);
+  p.plan = compile_natural_trajectory(p.mechanism, p.model, trajectory);
   outcome_ = p.plan.outcome;
   if (outcome_.status != MotionStatus::done) return;
   p.about = trajectory.about;
@@ -33,65 +34,69 @@ Simulation::Simulation(const Mechanism& mechanism, const Trajectory& trajectory,
     outcome_ = {MotionStatus::mismatch, 0, p.observer->mismatch(), {}};
     return;
   }
-  p.stepper.emplace(p.model, drive_rows(p.mechanism, p.model, p.plan.quantities), *p.plan.schedule, p.plan.freedoms);
+  p.stepper.emplace(p.model, make_drive_rows(p.mechanism, p.model, p.plan.quantities), *p.plan.schedule,
+                    p.plan.freedoms);
 }
 
-Simulation::~Simulation() = default;
+NaturalSimulation::~NaturalSimulation() = default;
 
-const Schedule& Simulation::schedule() const { return parts_->plan.schedule.value(); }
+const PrescribedMotion& NaturalSimulation::schedule() const { return parts_->plan.schedule.value(); }
 
-int Simulation::freedoms() const { return parts_->plan.freedoms; }
+int NaturalSimulation::freedoms() const { return parts_->plan.freedoms; }
 
-const std::vector<std::string>& Simulation::notes() const { return parts_->observer.value().notes(); }
+const std::vector<std::string>& NaturalSimulation::notes() const { return parts_->observer.value().notes(); }
 
-bool Simulation::begin() {
+bool NaturalSimulation::begin() {
   const Parts& p = *parts_;
-  parts_->stepper.value().watch(
-      [&p](const Coordinates& position) { return p.observer->held(p.stepper->equations(), position); });
+  parts_->stepper.value().set_actuation_matrix([&p](const NaturalCoordinates& position) {
+    return p.observer->actuation_matrix(p.stepper->equations(), position);
+  });
   if (parts_->stepper->begin(p.plan.start)) return true;
   outcome_ = parts_->stepper->outcome();
   return false;
 }
 
-bool Simulation::advance(double time) {
+bool NaturalSimulation::advance(double time) {
   if (parts_->stepper.value().advance(time)) return true;
   outcome_ = parts_->stepper->outcome();
   return false;
 }
 
-double Simulation::time() const { return parts_->stepper.value().time(); }
+double NaturalSimulation::time() const { return parts_->stepper.value().time(); }
 
-void Simulation::accelerate(Side side) { parts_->stepper.value().accelerate(side); }
+void NaturalSimulation::update_accelerations(Side side) { parts_->stepper.value().accelerate(side); }
 
 /// The mass matrix is constant within a stretch.
-void Simulation::carry(const PayloadStretches& stretches, int stretch) {
+void NaturalSimulation::apply_payloads(const PayloadIntervals& stretches, int stretch) {
   Parts& p = *parts_;
-  if (!has_passing_payloads(p.mechanism)) return;
-  p.carrying = within(p.mechanism, stretches, stretch);
+  if (!has_temporary_payloads(p.mechanism)) return;
+  p.carrying = mechanism_in_interval(p.mechanism, stretches, stretch);
   p.model.mass.clear();
   p.model.rotors.clear();
-  p.model.resting_moment = 0;
+  p.model.ground_disc_moment = 0;
   add_masses(p.carrying, p.model);
   p.observer.emplace(p.carrying, p.model, p.plan.freedoms, p.about);
 }
 
-double Simulation::speed_of(BodyId body, const Vector3& place) const {
-  const Model& model = parts_->model;
-  const Form form = model.bodies[static_cast<std::size_t>(body)].place(planar(place, model.length()));
+double NaturalSimulation::speed_of(BodyId body, const Vector3& place) const {
+  const NaturalModel& model = parts_->model;
+  const AffineForm form = model.bodies[static_cast<std::size_t>(body)].place(to_complex(place, model.length()));
   return model.length() * std::abs(form.rate(parts_->stepper.value().state().velocity));
 }
 
-double Simulation::turning_of(BodyId body) const { return std::abs(parts_->stepper.value().spin(body)); }
+double NaturalSimulation::angular_speed_of(BodyId body) const {
+  return std::abs(parts_->stepper.value().angular_velocity(body));
+}
 
-bool Simulation::observe() {
+bool NaturalSimulation::observe() {
   Parts& p = *parts_;
   if (p.observer.value().observe(p.stepper.value())) return true;
-  outcome_ = no_longer_held(time(), "");
+  outcome_ = make_actuation_singularity_outcome(time(), "");
   return false;
 }
 
-const Sample& Simulation::last() const { return parts_->observer.value().last(); }
+const Sample& NaturalSimulation::last() const { return parts_->observer.value().last(); }
 
-int Simulation::iterations() const { return parts_->stepper.value().iterations(); }
+int NaturalSimulation::iterations() const { return parts_->stepper.value().iterations(); }
 
 }  // namespace balance::natural

@@ -14,20 +14,20 @@
 
 namespace balance::natural {
 
-class Simulation {
+class NaturalSimulation {
  public:
   /// @param start a configuration near which the trajectory starts; only its assembly mode and whole turns matter
   /// @throws std::invalid_argument if the mechanism is spatial, the start has the wrong size, or trajectory and mechanism do
   ///         not fit (a drive on the tool without a tool, …)
-  Simulation(const Mechanism& mechanism, const Trajectory& trajectory, const Start& start);
-  ~Simulation();
-  Simulation(const Simulation&) = delete;
-  Simulation& operator=(const Simulation&) = delete;
+  NaturalSimulation(const Mechanism& mechanism, const Trajectory& trajectory, const InitialCoordinates& start);
+  ~NaturalSimulation();
+  NaturalSimulation(const NaturalSimulation&) = delete;
+  NaturalSimulation& operator=(const NaturalSimulation&) = delete;
 
   /// done: it can be followed; else why not, or why the last step failed.
   const MotionOutcome& outcome() const { return outcome_; }
   /// Of the plan; only if it is done.
-  const Schedule& schedule() const;
+  const PrescribedMotion& schedule() const;
   int freedoms() const;
   const std::vector<std::string>& notes() const;
 
@@ -36,12 +36,12 @@ class Simulation {
   bool advance(double time);
   double time() const;
   /// Accelerations on one side of the present time (begin and advance leave those after it).
-  void accelerate(Side side);
+  void update_accelerations(Side side);
   /// From now on only what is there in a stretch has mass (at first everything has).
-  void carry(const PayloadStretches& stretches, int stretch);
+  void apply_payloads(const PayloadIntervals& stretches, int stretch);
   /// Speed of a place on a body [m/s] and how fast the body turns [rad/s], at the present moment.
   double speed_of(BodyId body, const Vector3& place) const;
-  double turning_of(BodyId body) const;
+  double angular_speed_of(BodyId body) const;
   /// The present moment. On false the actuators do not hold the mechanism, or did not somewhere since the last look.
   bool observe();
   const Sample& last() const;

@@ -12,13 +12,14 @@ namespace balance::natural {
 
 namespace {
 
-constexpr double longest_correction = 0.1;  // of a prediction, in radians or characteristic lengths
-constexpr int halvings = 24;
+constexpr double max_correction = 0.1;  // of a prediction, in radians or characteristic lengths
+constexpr int max_step_halvings = 24;
 constexpr double singular = 1e-7;  // smallest pivot: half of the digits are lost
 
 }  // namespace
 
-Stepper::Stepper(const Model& model, DriveRows drive, const Schedule& schedule, int freedoms)
+NaturalStepper::NaturalStepper(const NaturalModel& model, DriveRows drive, const PrescribedMotion& schedule,
+                               int freedoms)
     : model_(model), schedule_(schedule), freedoms_(freedoms), equations_(model, std::move(drive)) {
   now_.position = model.start;
   now_.velocity = now_.acceleration = model.start;
@@ -26,39 +27,39 @@ Stepper::Stepper(const Model& model, DriveRows drive, const Schedule& schedule, 
   now_.acceleration.set(VectorX::Zero(model.unknowns()));
 }
 
-bool Stepper::begin(const Coordinates& near) {
+bool NaturalStepper::begin(const NaturalCoordinates& near) {
   now_.time = 0;
   now_.position = near;
   schedule_.at(0, Side::after, sample_);
   if (!equations_.newton(now_.position, sample_.value) || !equations_.differentiate(now_, sample_)) {
-    stop(Attempt::no_convergence);
+    stop(StepResult::no_convergence);
     return false;
   }
   iterations_ = equations_.iterations();
   read_angles(model_.body_angles);
-  all_.look(equations_.jacobian(now_.position));
-  all_.keep();
-  if (!held_) return true;
-  const bool holds = actuation_.look(held_(now_.position)) >= singular;
-  actuation_.keep();
-  if (!holds) stop(Attempt::not_held);
+  constraint_monitor_.factorise(equations_.jacobian(now_.position));
+  constraint_monitor_.store();
+  if (!actuation_matrix_) return true;
+  const bool holds = actuation_.factorise(actuation_matrix_(now_.position)) >= singular;
+  actuation_.store();
+  if (!holds) stop(StepResult::actuation_singular);
   return holds;
 }
 
-double Stepper::spin(BodyId body) const {
+double NaturalStepper::angular_velocity(BodyId body) const {
   const BodyModel& b = model_.bodies[static_cast<std::size_t>(body)];
   if (b.angle >= 0) return now_.velocity.scalars[static_cast<std::size_t>(b.angle)];
   return cross(b.direction.at(now_.position), b.direction.rate(now_.velocity));
 }
 
-double Stepper::spin_rate(BodyId body) const {
+double NaturalStepper::angular_acceleration(BodyId body) const {
   const BodyModel& b = model_.bodies[static_cast<std::size_t>(body)];
   if (b.angle >= 0) return now_.acceleration.scalars[static_cast<std::size_t>(b.angle)];
   return cross(b.direction.at(now_.position), b.direction.rate(now_.acceleration));
 }
 
-void Stepper::read_angles(const std::vector<double>& expected) {
-  constexpr double turn = 2 * std::numbers::pi;
+void NaturalStepper::read_angles(const std::vector<double>& expected) {
+  constexpr double two_pi = 2 * std::numbers::pi;
   angles_.resize(model_.bodies.size());
   for (std::size_t b = 0; b < model_.bodies.size(); ++b) {
     const BodyModel& body = model_.bodies[b];
@@ -66,51 +67,53 @@ void Stepper::read_angles(const std::vector<double>& expected) {
       angles_[b] = now_.position.scalars[static_cast<std::size_t>(body.angle)];
     } else {
       const double angle = std::arg(body.direction.at(now_.position));
-      angles_[b] = angle + turn * std::round((expected[b] - angle) / turn);
+      angles_[b] = angle + two_pi * std::round((expected[b] - angle) / two_pi);
     }
   }
 }
 
-bool Stepper::far_from(const Coordinates& predicted, const Coordinates& found) const {
+bool NaturalStepper::is_far_from_prediction(const NaturalCoordinates& predicted,
+                                            const NaturalCoordinates& found) const {
   for (std::size_t k = 0; k < found.points.size(); ++k)
-    if (std::abs(found.points[k] - predicted.points[k]) > longest_correction) return true;
+    if (std::abs(found.points[k] - predicted.points[k]) > max_correction) return true;
   for (std::size_t s = 0; s < found.scalars.size(); ++s)
-    if (std::abs(found.scalars[s] - predicted.scalars[s]) > longest_correction) return true;
+    if (std::abs(found.scalars[s] - predicted.scalars[s]) > max_correction) return true;
   for (const BodyModel& body : model_.bodies)
-    if (std::abs(body.direction.at(found) - body.direction.at(predicted)) > longest_correction) return true;
+    if (std::abs(body.direction.at(found) - body.direction.at(predicted)) > max_correction) return true;
   return false;
 }
 
-Stepper::Attempt Stepper::step(double time) {
+NaturalStepper::StepResult NaturalStepper::step(double time) {
   const double h = time - now_.time;
   schedule_.at(time, Side::after, sample_);
-  State next = now_;
+  NaturalState next = now_;
   next.time = time;
   for (std::size_t k = 0; k < next.position.points.size(); ++k)
     next.position.points[k] += h * now_.velocity.points[k] + h * h / 2 * now_.acceleration.points[k];
   for (std::size_t s = 0; s < next.position.scalars.size(); ++s)
     next.position.scalars[s] += h * now_.velocity.scalars[s] + h * h / 2 * now_.acceleration.scalars[s];
-  const Coordinates predicted = next.position;
-  if (!equations_.newton(next.position, sample_.value)) return Attempt::no_convergence;
+  const NaturalCoordinates predicted = next.position;
+  if (!equations_.newton(next.position, sample_.value)) return StepResult::no_convergence;
   iterations_ += equations_.iterations();
-  if (far_from(predicted, next.position)) return Attempt::far;
-  if (!equations_.differentiate(next, sample_)) return Attempt::no_convergence;
-  const Attempt attempt = judge(next);
-  if (attempt != Attempt::done) return attempt;
+  if (is_far_from_prediction(predicted, next.position)) return StepResult::far_from_prediction;
+  if (!equations_.differentiate(next, sample_)) return StepResult::no_convergence;
+  const StepResult attempt = check_step(next);
+  if (attempt != StepResult::done) return attempt;
   std::vector<double> expected(model_.bodies.size());
   for (std::size_t b = 0; b < expected.size(); ++b)
-    expected[b] = angles_[b] + h * spin(static_cast<int>(b)) + h * h / 2 * spin_rate(static_cast<int>(b));
+    expected[b] =
+        angles_[b] + h * angular_velocity(static_cast<int>(b)) + h * h / 2 * angular_acceleration(static_cast<int>(b));
   now_ = std::move(next);
-  all_.keep();
-  actuation_.keep();
+  constraint_monitor_.store();
+  actuation_.store();
   read_angles(expected);
-  return Attempt::done;
+  return StepResult::done;
 }
 
 /// Largest change of an entry off the straight way: entries are linear in the points, or in directions that turn with them.
-double Stepper::curvature(const State& next) const {
+double NaturalStepper::curvature(const NaturalState& next) const {
   double most = 0;
-  for (const State* state : {&now_, &next}) {
+  for (const NaturalState* state : {&now_, &next}) {
     for (const Complex p : state->acceleration.points) most = std::max(most, std::abs(p));
     for (const BodyModel& body : model_.bodies)
       most = std::max(most, std::abs(body.direction.rate(state->acceleration)));
@@ -120,30 +123,33 @@ double Stepper::curvature(const State& next) const {
 }
 
 /// Could one of the matrices have lost rank since the present state?
-Stepper::Attempt Stepper::judge(const State& next) {
-  const double off = curvature(next), pivot = all_.look(equations_.jacobian(next.position));
-  if (!(pivot >= singular && off <= most_curvature * pivot && all_.near_kept(most_change))) return Attempt::singular;
-  if (held_) {
-    const double actuation = actuation_.look(held_(next.position));
-    if (!(actuation >= singular && off <= most_curvature * actuation && actuation_.near_kept(most_change)))
-      return Attempt::not_held;
-    actuation_approach_.see(actuation, next.time);
+NaturalStepper::StepResult NaturalStepper::check_step(const NaturalState& next) {
+  const double off = curvature(next), pivot = constraint_monitor_.factorise(equations_.jacobian(next.position));
+  if (!(pivot >= singular && off <= max_matrix_curvature * pivot &&
+        constraint_monitor_.is_near_stored(max_matrix_change)))
+    return StepResult::natural_pivot_threshold;
+  if (actuation_matrix_) {
+    const double actuation = actuation_.factorise(actuation_matrix_(next.position));
+    if (!(actuation >= singular && off <= max_matrix_curvature * actuation &&
+          actuation_.is_near_stored(max_matrix_change)))
+      return StepResult::actuation_singular;
+    actuation_approach_.add_sample(actuation, next.time);
   }
-  approach_.see(pivot, next.time);
-  return Attempt::done;
+  approach_.add_sample(pivot, next.time);
+  return StepResult::done;
 }
 
-bool Stepper::advance(double time) {
+bool NaturalStepper::advance(double time) {
   iterations_ = 0;
   double size = time - now_.time;
-  const double smallest = std::ldexp(size, -halvings);
+  const double smallest = std::ldexp(size, -max_step_halvings);
   while (now_.time < time) {
     // the last piece ends exactly where it should
     double next = time - now_.time < 1.5 * size ? time : now_.time + size;
-    const double longest = schedule_.longest_step(now_.time);
+    const double longest = schedule_.max_step(now_.time);
     if (next - now_.time > (1 + 1e-6) * longest) next = now_.time + longest;
-    const Attempt attempt = step(next);
-    if (attempt == Attempt::done) {
+    const StepResult attempt = step(next);
+    if (attempt == StepResult::done) {
       size *= 2;
     } else if ((size = std::min(size, next - now_.time) / 2) < smallest) {
       stop(attempt);
@@ -153,17 +159,17 @@ bool Stepper::advance(double time) {
   return true;
 }
 
-void Stepper::accelerate(Side side) {
+void NaturalStepper::accelerate(Side side) {
   schedule_.at(now_.time, side, sample_);
   equations_.accelerate(now_, sample_);
 }
 
 /// Which matrix has lost rank at the last good configuration?
-void Stepper::stop(Attempt attempt) {
-  const Approach& approach = attempt == Attempt::not_held ? actuation_approach_ : approach_;
-  const double time = std::min(approach.vanishes(now_.time), schedule_.duration());
-  if (attempt == Attempt::not_held) {
-    outcome_ = no_longer_held(time, "");
+void NaturalStepper::stop(StepResult attempt) {
+  const PivotExtrapolation& approach = attempt == StepResult::actuation_singular ? actuation_approach_ : approach_;
+  const double time = std::min(approach.extrapolate_zero(now_.time), schedule_.duration());
+  if (attempt == StepResult::actuation_singular) {
+    outcome_ = make_actuation_singularity_outcome(time, "");
     return;
   }
   const int rank = model_.unknowns() - freedoms_;
@@ -174,17 +180,17 @@ void Stepper::stop(Attempt attempt) {
   };
   const double loops = relative(equations_.constraint_jacobian(now_.position), rank);
   const double all = relative(equations_.jacobian(now_.position), model_.unknowns());
-  constexpr double lost = 0.02;  // at distance ε from a singularity the values are of the order √ε
+  constexpr double rank_loss_threshold = 0.02;  // at distance ε from a singularity the values are of the order √ε
   const char* what;
-  if (loops < lost && loops < 10 * all) {
+  if (loops < rank_loss_threshold && loops < 10 * all) {
     outcome_.status = MotionStatus::constraint_singularity;
     what = "constraint singularity: the constraints lose rank, the mechanism gains a freedom";
-  } else if (all < lost) {
+  } else if (all < rank_loss_threshold) {
     outcome_.status = MotionStatus::drive_singularity;
     what =
         "drive singularity: the prescribed quantities no longer determine the motion (the path may leave the workspace "
         "here)";
-  } else if (attempt == Attempt::no_convergence) {
+  } else if (attempt == StepResult::no_convergence) {
     outcome_.status = MotionStatus::unreachable;
     what = "the prescribed values cannot be reached";
   } else {
@@ -192,7 +198,7 @@ void Stepper::stop(Attempt attempt) {
     what = "the motion could only go on by a jump to another assembly mode";
   }
   outcome_.time = time;
-  outcome_.reason = at_time(time) + what;
+  outcome_.reason = format_time_prefix(time) + what;
 }
 
 }  // namespace balance::natural

@@ -13,15 +13,17 @@
 
 namespace balance::natural {
 
-class Stepper {
+class NaturalStepper {
  public:
   /// @param model, schedule must outlive the stepper
-  Stepper(const Model& model, DriveRows drive, const Schedule& schedule, int freedoms);
+  NaturalStepper(const NaturalModel& model, DriveRows drive, const PrescribedMotion& schedule, int freedoms);
 
   /// Another matrix that must keep full column rank, from begin() on.
-  void watch(std::function<MatrixX(const Coordinates&)> held) { held_ = std::move(held); }
+  void set_actuation_matrix(std::function<MatrixX(const NaturalCoordinates&)> held) {
+    actuation_matrix_ = std::move(held);
+  }
   /// Time 0, from a configuration near it. Also true of advance: on false outcome() says why, and the last good state stays.
-  bool begin(const Coordinates& near);
+  bool begin(const NaturalCoordinates& near);
   /// On to a later time, in as many steps as it takes to stay on the same assembly mode.
   bool advance(double time);
   /// Accelerations on one side of the present time (advance() leaves those of the side `after`).
@@ -29,36 +31,36 @@ class Stepper {
 
   double time() const { return now_.time; }
   double duration() const { return schedule_.duration(); }  ///< of the whole motion [s]
-  const State& state() const { return now_; }
+  const NaturalState& state() const { return now_; }
   /// Angle of every body, running on past ±π [rad], with its rates; from the scalars or read off the directions.
   const std::vector<double>& angles() const { return angles_; }
-  double spin(BodyId body) const;
-  double spin_rate(BodyId body) const;
+  double angular_velocity(BodyId body) const;
+  double angular_acceleration(BodyId body) const;
   int iterations() const { return iterations_; }
-  const Equations& equations() const { return equations_; }
+  const NaturalKinematicEquations& equations() const { return equations_; }
   const MotionOutcome& outcome() const { return outcome_; }
 
  private:
-  enum class Attempt { done, no_convergence, far, singular, not_held };
+  enum class StepResult { done, no_convergence, far_from_prediction, natural_pivot_threshold, actuation_singular };
 
-  Attempt step(double time);
-  Attempt judge(const State& next);
-  double curvature(const State& next) const;
-  bool far_from(const Coordinates& predicted, const Coordinates& found) const;
+  StepResult step(double time);
+  StepResult check_step(const NaturalState& next);
+  double curvature(const NaturalState& next) const;
+  bool is_far_from_prediction(const NaturalCoordinates& predicted, const NaturalCoordinates& found) const;
   void read_angles(const std::vector<double>& expected);
-  void stop(Attempt attempt);
+  void stop(StepResult attempt);
 
-  const Model& model_;
-  const Schedule& schedule_;
+  const NaturalModel& model_;
+  const PrescribedMotion& schedule_;
   int freedoms_;
-  Equations equations_;
-  State now_;
+  NaturalKinematicEquations equations_;
+  NaturalState now_;
   std::vector<double> angles_;
   DriveSample sample_;
   int iterations_ = 0;
-  TallMatrix all_, actuation_;
-  Approach approach_, actuation_approach_;
-  std::function<MatrixX(const Coordinates&)> held_;
+  RankMonitor constraint_monitor_, actuation_;
+  PivotExtrapolation approach_, actuation_approach_;
+  std::function<MatrixX(const NaturalCoordinates&)> actuation_matrix_;
   MotionOutcome outcome_;
 };
 

@@ -11,20 +11,21 @@ namespace balance::natural {
 
 namespace {
 
-std::string number(double value) {
+std::string format_number(double value) {
   std::array<char, 32> text{};
   const auto [end, error] = std::to_chars(text.data(), text.data() + text.size(), value, std::chars_format::general, 6);
   return {text.data(), end};
 }
 
 std::string weight_text(Complex weight) {
-  if (weight.imag() == 0) return number(weight.real());
-  if (weight.real() == 0) return number(weight.imag()) + "i";
-  return "(" + number(weight.real()) + (weight.imag() < 0 ? " - " : " + ") + number(std::abs(weight.imag())) + "i)";
+  if (weight.imag() == 0) return format_number(weight.real());
+  if (weight.real() == 0) return format_number(weight.imag()) + "i";
+  return "(" + format_number(weight.real()) + (weight.imag() < 0 ? " - " : " + ") +
+         format_number(std::abs(weight.imag())) + "i)";
 }
 
 /// Adds a term with its sign in front.
-void append(std::string& text, Complex weight, const std::string& name) {
+void append_term(std::string& text, Complex weight, const std::string& name) {
   const bool minus = weight.imag() == 0 && weight.real() < 0;
   if (minus) weight = -weight;
   text += text.empty() ? (minus ? "-" : "") : minus ? " - " : " + ";
@@ -32,15 +33,15 @@ void append(std::string& text, Complex weight, const std::string& name) {
   if (!name.empty()) text += (weight != Complex(1) ? " " : "") + name;
 }
 
-std::string form_text(const Form& form, const std::vector<std::string>& points) {
+std::string form_text(const AffineForm& form, const std::vector<std::string>& points) {
   std::string text;
-  for (const Term& term : form.terms)
-    if (term.weight != Complex(0)) append(text, term.weight, points[static_cast<std::size_t>(term.point)]);
-  if (form.constant != Complex(0) || text.empty()) append(text, form.constant, "");
+  for (const PointTerm& term : form.terms)
+    if (term.weight != Complex(0)) append_term(text, term.weight, points[static_cast<std::size_t>(term.point)]);
+  if (form.constant != Complex(0) || text.empty()) append_term(text, form.constant, "");
   return text;
 }
 
-bool same_form(const Form& a, const Form& b) {
+bool is_same_form(const AffineForm& a, const AffineForm& b) {
   if (a.constant != b.constant || a.terms.size() != b.terms.size()) return false;
   for (std::size_t i = 0; i < a.terms.size(); ++i)
     if (a.terms[i].point != b.terms[i].point || a.terms[i].weight != b.terms[i].weight) return false;
@@ -48,33 +49,34 @@ bool same_form(const Form& a, const Form& b) {
 }
 
 /// Points are complex numbers; a·b is Re(conj(a) b).
-std::string row_text(const Row& row, const std::vector<std::string>& points, const std::vector<std::string>& scalars) {
+std::string row_text(const ConstraintRow& row, const std::vector<std::string>& points,
+                     const std::vector<std::string>& scalars) {
   std::string text;
   if (row.angle >= 0) {
     text = "Im(exp(-i " + scalars[static_cast<std::size_t>(row.angle)] + ") (" + form_text(row.right, points) + "))";
   } else {
     const bool any = !row.right.terms.empty() || row.right.constant != Complex(0);
     const bool unit = row.left.terms.empty() && row.left.constant == Complex(1);
-    if (any && same_form(row.left, row.right))
+    if (any && is_same_form(row.left, row.right))
       text = "|" + form_text(row.right, points) + "|^2";
     else if (any && unit)
       text = "Re(" + form_text(row.right, points) + ")";
     else if (any)
       text = "(" + form_text(row.left, points) + ")·(" + form_text(row.right, points) + ")";
     for (const ScalarTerm& term : row.scalars)
-      append(text, term.coefficient, scalars[static_cast<std::size_t>(term.scalar)]);
+      append_term(text, term.coefficient, scalars[static_cast<std::size_t>(term.scalar)]);
   }
-  return text + " = " + number(row.angle >= 0 ? 0 : row.constant);
+  return text + " = " + format_number(row.angle >= 0 ? 0 : row.constant);
 }
 
 std::string rotor_text(const Rotor& rotor, double length, const std::vector<std::string>& scalars) {
   std::string turn;
-  for (const ScalarTerm& term : rotor.turn.terms)
-    append(turn, term.coefficient, scalars[static_cast<std::size_t>(term.scalar)]);
-  return number(rotor.inertia * length * length) + " kg m^2 turning by " + (turn.empty() ? "0" : turn);
+  for (const ScalarTerm& term : rotor.angle.terms)
+    append_term(turn, term.coefficient, scalars[static_cast<std::size_t>(term.scalar)]);
+  return format_number(rotor.inertia * length * length) + " kg m^2 turning by " + (turn.empty() ? "0" : turn);
 }
 
-MatrixX mass_matrix(const Model& model) {
+MatrixX mass_matrix(const NaturalModel& model) {
   const Eigen::Index p = model.basic.count();
   MatrixX M = MatrixX::Zero(2 * p, 2 * p);
   for (const MassEntry& entry : model.mass) {
@@ -86,14 +88,14 @@ MatrixX mass_matrix(const Model& model) {
 
 }  // namespace
 
-Terms natural_terms(const Mechanism& mechanism, const VectorX& coordinates) {
+NaturalTerms compute_natural_terms(const Mechanism& mechanism, const VectorX& coordinates) {
   if (mechanism.space != SpaceKind::planar)
     throw std::invalid_argument("natural coordinates are for planar mechanisms");
   if (coordinates.size() != static_cast<Eigen::Index>(mechanism.coordinates.size()))
     throw std::invalid_argument("coordinates: expected as many values as the mechanism has coordinates");
-  const Model model =
+  const NaturalModel model =
       build_model(mechanism, {}, false, {std::vector<double>(coordinates.begin(), coordinates.end()), 0});
-  Terms out;
+  NaturalTerms out;
   out.points = model.basic.names;
   out.moving = model.basic.moving;
   out.unit = model.length();
@@ -117,7 +119,7 @@ Terms natural_terms(const Mechanism& mechanism, const VectorX& coordinates) {
   out.residual.resize(rows);
   out.jacobian.resize(rows, model.unknowns());
   for (Eigen::Index r = 0; r < rows; ++r) {
-    const Row& row = model.constraints[static_cast<std::size_t>(r)];
+    const ConstraintRow& row = model.constraints[static_cast<std::size_t>(r)];
     out.constraints.push_back(row_text(row, out.points, scalars));
     out.residual[r] = row.value(model.start);
     Eigen::RowVectorXd gradient(model.unknowns());

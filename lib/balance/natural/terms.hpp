@@ -16,7 +16,7 @@ struct PointMatrix {
   std::complex<double> coefficient;
 };
 
-struct Terms {
+struct NaturalTerms {
   std::vector<std::string> points;  ///< p points, the moving ones first
   Eigen::Index moving = 0;          ///< how many move
   std::vector<std::string>
@@ -34,6 +34,6 @@ struct Terms {
 
 /// @param coordinates values of all joint coordinates, with the loops closed
 /// @throws std::invalid_argument if the mechanism is spatial or there are not as many values as coordinates
-Terms natural_terms(const Mechanism& mechanism, const VectorX& coordinates);
+NaturalTerms compute_natural_terms(const Mechanism& mechanism, const VectorX& coordinates);
 
 }  // namespace balance::natural

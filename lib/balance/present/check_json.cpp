@@ -20,7 +20,7 @@ Json coordinates_json(const std::vector<double>& values, const Mechanism& mechan
 Json mode_json(const AssemblyMode& mode, const Mechanism& mechanism) {
   return {{"coordinates", coordinates_json(mode.coordinates, mechanism)},
           {"assembly", mode.assembly_line},
-          {"selected", mode.selected}};
+          {"selected", mode.is_selected}};
 }
 
 }  // namespace
@@ -42,7 +42,7 @@ std::string check_json(const CheckReport& report, const Mechanism& mechanism, co
   json["rate_rank"] = report.rate_rank;
   json["configuration_freedoms"] = report.configuration_freedoms;
   json["degrees_of_freedom"] = report.degrees_of_freedom;
-  json["degrees_of_freedom_by_counting"] = report.degrees_of_freedom_by_counting;
+  json["degrees_of_freedom_by_counting"] = report.gruebler_degrees_of_freedom;
   json["redundant"] = report.redundant;
   json["passive_freedoms"] = report.passive_freedoms;
   json["size"] = characteristic_length(mechanism);
@@ -54,7 +54,7 @@ std::string check_json(const CheckReport& report, const Mechanism& mechanism, co
   json["notes"] = report.notes;
   json["warnings"] = warnings;
   if (verified != nullptr) json["verification"] = verify_json(*verified);
-  return dump(json);
+  return format_json(json);
 }
 
 }  // namespace balance

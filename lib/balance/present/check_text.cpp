@@ -10,28 +10,28 @@ constexpr std::size_t label_width = 20;
 constexpr std::size_t line_width = 100;
 
 /// A long name widens its own line: a space is between it and the value all the same.
-std::string line(const std::string& label, const std::string& value) {
+std::string format_property(const std::string& label, const std::string& value) {
   return fmt::format("{:<{}} {}\n", label, label_width - 1, value);
 }
 
 /// Items between commas, on as many lines as they need.
-std::string wrapped(const std::string& label, const std::vector<std::string>& items) {
+std::string wrap_list(const std::string& label, const std::vector<std::string>& items) {
   std::string text, current;
   for (std::size_t i = 0; i < items.size(); ++i) {
     const std::string item = items[i] + (i + 1 < items.size() ? "," : "");
     if (!current.empty() && label_width + current.size() + 1 + item.size() > line_width) {
-      text += line(text.empty() ? label : "", current);
+      text += format_property(text.empty() ? label : "", current);
       current.clear();
     }
     current += (current.empty() ? "" : " ") + item;
   }
-  return text + line(text.empty() ? label : "", current);
+  return text + format_property(text.empty() ? label : "", current);
 }
 
 std::string list_or_none(const std::string& label, const std::vector<std::string>& items) {
-  if (items.empty()) return line(label, "none");
+  if (items.empty()) return format_property(label, "none");
   std::string text;
-  for (const std::string& item : items) text += line(&item == &items.front() ? label : "", item);
+  for (const std::string& item : items) text += format_property(&item == &items.front() ? label : "", item);
   return text;
 }
 
@@ -50,11 +50,11 @@ std::string position_text(const Vector3& position, SpaceKind space) {
 }
 
 std::string loops_text(const CheckReport& report) {
-  if (report.loops.empty()) return line("loops", "none");
-  std::string text = line("loops", std::to_string(report.loops.size()));
+  if (report.loops.empty()) return format_property("loops", "none");
+  std::string text = format_property("loops", std::to_string(report.loops.size()));
   for (const Loop& loop : report.loops) {
-    text += line("  cut at " + loop.cut_joint,
-                 fmt::format("{}; {}", fmt::join(loop.bodies, " - "), plural(loop.constraints, "equation")));
+    text += format_property("  cut at " + loop.cut_joint,
+                            fmt::format("{}; {}", fmt::join(loop.bodies, " - "), plural(loop.constraints, "equation")));
   }
   return text;
 }
@@ -66,13 +66,14 @@ std::string freedom_text(const CheckReport& report) {
           : fmt::format("{} - {} independent of {}", plural(report.tree_coordinates, "coordinate"), report.closure_rank,
                         plural(report.closure_equations, "closure equation"));
   if (report.rate_equations == 0)
-    return line("degrees of freedom", fmt::format("{} ({}); by counting {}", report.degrees_of_freedom, by_rank,
-                                                  report.degrees_of_freedom_by_counting));
-  return line("degrees of freedom",
-              fmt::format("{} of the configuration ({}); by counting {}", report.configuration_freedoms, by_rank,
-                          report.degrees_of_freedom_by_counting)) +
-         line("", fmt::format("{} of the velocity ({} less, by {})", report.degrees_of_freedom, report.rate_rank,
-                              plural(report.rate_equations, "equation of rates", "equations of rates")));
+    return format_property("degrees of freedom", fmt::format("{} ({}); by counting {}", report.degrees_of_freedom,
+                                                             by_rank, report.gruebler_degrees_of_freedom));
+  return format_property("degrees of freedom",
+                         fmt::format("{} of the configuration ({}); by counting {}", report.configuration_freedoms,
+                                     by_rank, report.gruebler_degrees_of_freedom)) +
+         format_property("",
+                         fmt::format("{} of the velocity ({} less, by {})", report.degrees_of_freedom, report.rate_rank,
+                                     plural(report.rate_equations, "equation of rates", "equations of rates")));
 }
 
 std::string start_text(const CheckReport& report, const Mechanism& mechanism) {
@@ -83,16 +84,16 @@ std::string start_text(const CheckReport& report, const Mechanism& mechanism) {
     const char* unit = coordinate.kind == CoordinateKind::angle ? "rad" : "m";
     values.push_back(fmt::format("{} = {:.6g} {}", coordinate.name, report.start[i], unit));
   }
-  return wrapped("start pose", values);
+  return wrap_list("start pose", values);
 }
 
 std::string modes_text(const CheckReport& report) {
   if (report.modes.empty()) return "";
-  std::string text = line("assembly modes", fmt::format("{} found at the start pose", report.modes.size()));
+  std::string text = format_property("assembly modes", fmt::format("{} found at the start pose", report.modes.size()));
   for (const AssemblyMode& mode : report.modes) {
     if (mode.assembly_line.empty()) continue;  // nothing to choose
-    text += fmt::format("  {} {}{}\n", mode.selected ? "*" : " ", mode.assembly_line,
-                        mode.selected ? "   # the one that the spec picks" : "");
+    text += fmt::format("  {} {}{}\n", mode.is_selected ? "*" : " ", mode.assembly_line,
+                        mode.is_selected ? "   # the one that the spec picks" : "");
   }
   return text;
 }
@@ -102,17 +103,17 @@ std::string modes_text(const CheckReport& report) {
 std::string check_text(const CheckReport& report, const Mechanism& mechanism) {
   std::string text =
       fmt::format("{} ({})\n\n", mechanism.name, mechanism.space == SpaceKind::planar ? "planar" : "spatial");
-  text += line("bodies", fmt::format("{} moving", report.bodies));
-  text += line("joints", std::to_string(report.joints));
-  text += wrapped("spanning tree", report.tree_joints);
+  text += format_property("bodies", fmt::format("{} moving", report.bodies));
+  text += format_property("joints", std::to_string(report.joints));
+  text += wrap_list("spanning tree", report.tree_joints);
   text += loops_text(report);
-  text += line("size", fmt::format("{:.6g} m, its largest dimension", characteristic_length(mechanism)));
-  text += line("total mass", fmt::format("{:.6g} kg", report.total_mass));
+  text += format_property("size", fmt::format("{:.6g} m, its largest dimension", characteristic_length(mechanism)));
+  text += format_property("total mass", fmt::format("{:.6g} kg", report.total_mass));
   if (report.outcome.status == MotionStatus::done) {
     text += freedom_text(report);
     text += list_or_none("redundant", report.redundant);
     text += list_or_none("passive freedoms", report.passive_freedoms);
-    text += line("centre of mass", position_text(report.com, mechanism.space) + " at the start pose");
+    text += format_property("centre of mass", position_text(report.com, mechanism.space) + " at the start pose");
     text += start_text(report, mechanism);
     text += modes_text(report);
   }

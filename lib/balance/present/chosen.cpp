@@ -10,9 +10,9 @@ namespace {
 
 std::vector<std::string> names_of(const DesignReport& report, std::size_t choice, bool kept) {
   std::vector<std::string> names;
-  const std::vector<bool>& all = report.outcome.chosen->kept[choice];
+  const std::vector<bool>& all = report.outcome.selection->kept[choice];
   for (std::size_t k = 0; k < all.size(); ++k)
-    if (all[k] == kept) names.push_back(report.choices[choice].elements[k].name);
+    if (all[k] == kept) names.push_back(report.cardinality_constraints[choice].elements[k].name);
   return names;
 }
 
@@ -30,39 +30,41 @@ std::string sentence(const std::vector<std::string>& names, const char* what) {
 
 }  // namespace
 
-std::string chosen_text(const DesignReport& report) {
-  if (!report.outcome.chosen) return "";
+std::string format_optional_elements(const DesignReport& report) {
+  if (!report.outcome.selection) return "";
   std::string text;
-  for (std::size_t c = 0; c < report.choices.size(); ++c)
-    text += fmt::format("{}: {}, {}\n", report.choices[c].kind, sentence(names_of(report, c, true), "kept"),
-                        sentence(names_of(report, c, false), "left out"));
-  if (report.outcome.chosen->least >= 0)
-    text += fmt::format("fewest: {} of them are enough, {}\n", report.outcome.chosen->least,
-                        report.outcome.chosen->least_proved ? "and it is proved that fewer are not"
-                                                            : "but it is not shown that fewer are not");
+  for (std::size_t c = 0; c < report.cardinality_constraints.size(); ++c)
+    text += fmt::format("{}: {}, {}\n", report.cardinality_constraints[c].kind,
+                        sentence(names_of(report, c, true), "kept"), sentence(names_of(report, c, false), "left out"));
+  if (report.outcome.selection->min_count >= 0)
+    text += fmt::format("fewest: {} of them are enough, {}\n", report.outcome.selection->min_count,
+                        report.outcome.selection->is_min_count_proved ? "and it is proved that fewer are not"
+                                                                      : "but it is not shown that fewer are not");
   return text;
 }
 
-Json chosen_json(const DesignReport& report) {
-  if (!report.outcome.chosen) return nullptr;
-  const ChosenElements& chosen = *report.outcome.chosen;
+Json optional_elements_json(const DesignReport& report) {
+  if (!report.outcome.selection) return nullptr;
+  const ElementSelection& chosen = *report.outcome.selection;
   Json choices = Json::array();
-  for (std::size_t c = 0; c < report.choices.size(); ++c)
-    choices.push_back({{"section", report.choices[c].kind},
-                       {"most", report.choices[c].most < 0 ? Json("least") : Json(report.choices[c].most)},
-                       {"kept", names_of(report, c, true)},
-                       {"left_out", names_of(report, c, false)}});
+  for (std::size_t c = 0; c < report.cardinality_constraints.size(); ++c)
+    choices.push_back(
+        {{"section", report.cardinality_constraints[c].kind},
+         {"most", report.cardinality_constraints[c].max_count < 0 ? Json("least")
+                                                                  : Json(report.cardinality_constraints[c].max_count)},
+         {"kept", names_of(report, c, true)},
+         {"left_out", names_of(report, c, false)}});
   return {{"choices", std::move(choices)},
-          {"least", chosen.least < 0 ? Json(nullptr) : Json(chosen.least)},
-          {"least_proved", chosen.least < 0 ? Json(nullptr) : Json(chosen.least_proved)}};
+          {"least", chosen.min_count < 0 ? Json(nullptr) : Json(chosen.min_count)},
+          {"least_proved", chosen.min_count < 0 ? Json(nullptr) : Json(chosen.is_min_count_proved)}};
 }
 
-std::vector<OfferedElement> left_out(const DesignReport& report) {
-  std::vector<OfferedElement> all;
-  if (!report.outcome.chosen) return all;
-  for (std::size_t c = 0; c < report.choices.size(); ++c)
+std::vector<OptionalElementText> list_omitted_elements(const DesignReport& report) {
+  std::vector<OptionalElementText> all;
+  if (!report.outcome.selection) return all;
+  for (std::size_t c = 0; c < report.cardinality_constraints.size(); ++c)
     for (const std::string& name : names_of(report, c, false))
-      for (const OfferedElement& one : report.study_before.design.choose[c].from)
+      for (const OptionalElementText& one : report.study_before.design.cardinality[c].elements)
         if (one.name == name) all.push_back(one);
   return all;
 }

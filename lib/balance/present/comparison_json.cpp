@@ -28,10 +28,10 @@ Json metric_of_run_json(const ComparedQuantity& quantity, std::size_t run) {
                {"mean", metric->mean},
                {"range", metric->range}};
   if (run == 0) return json;
-  json["ratio"] = {{"peak", ratio_to_base(quantity, run, Figure::peak)},
-                   {"rms", ratio_to_base(quantity, run, Figure::rms)},
-                   {"mean", ratio_to_base(quantity, run, Figure::mean)},
-                   {"range", ratio_to_base(quantity, run, Figure::range)}};
+  json["ratio"] = {{"peak", ratio_to_base(quantity, run, Statistic::peak)},
+                   {"rms", ratio_to_base(quantity, run, Statistic::rms)},
+                   {"mean", ratio_to_base(quantity, run, Statistic::mean)},
+                   {"range", ratio_to_base(quantity, run, Statistic::range)}};
   json["difference"] = difference_json(quantity.differences[run]);
   return json;
 }
@@ -45,16 +45,16 @@ Json quantity_json(const ComparedQuantity& quantity, const ComparedRuns& compare
 
 }  // namespace
 
-Json verdict_json(const Verdict& verdict) {
+Json verdict_json(const RequirementVerdict& verdict) {
   Json json = {{"requirement", verdict.requirement},
                {"run", verdict.run.empty() ? Json(nullptr) : Json(verdict.run)},
                {"holds", verdict.holds},
-               {"outcome", in_words(verdict)},
+               {"outcome", describe_verdict(verdict)},
                {"comparisons", Json::array()},
                {"missing", verdict.missing}};
-  for (const Judged& judged : verdict.compared) {
+  for (const JudgedComparison& judged : verdict.compared) {
     json["comparisons"].push_back({{"left_text", judged.left_text},
-                                   {"relation", symbol_of(judged.relation)},
+                                   {"relation", relation_symbol(judged.relation)},
                                    {"right_text", judged.right_text},
                                    {"left", judged.left},
                                    {"right", judged.right},
@@ -66,7 +66,7 @@ Json verdict_json(const Verdict& verdict) {
   return json;
 }
 
-std::string comparison_json(const ComparedRuns& compared, const std::vector<Verdict>& verdicts) {
+std::string comparison_json(const ComparedRuns& compared, const std::vector<RequirementVerdict>& verdicts) {
   Json json = {{"base", compared.runs.front().name}};
   json["runs"] = Json::array();
   for (const ComparedRuns::Run& run : compared.runs) json["runs"].push_back(run_json(run));
@@ -75,24 +75,24 @@ std::string comparison_json(const ComparedRuns& compared, const std::vector<Verd
     json["quantities"].push_back(quantity_json(quantity, compared));
   json["notes"] = compared.notes;
   json["requirements"] = Json::array();
-  for (const Verdict& verdict : verdicts) json["requirements"].push_back(verdict_json(verdict));
-  json["all_hold"] = all_hold(verdicts);
-  return dump(json);
+  for (const RequirementVerdict& verdict : verdicts) json["requirements"].push_back(verdict_json(verdict));
+  json["all_hold"] = do_all_hold(verdicts);
+  return format_json(json);
 }
 
-TestSuite verdict_suite(const std::string& name, const std::vector<Verdict>& verdicts) {
-  TestSuite suite{name, {}};
-  for (const Verdict& verdict : verdicts) {
-    TestCase one;
+JunitSuite make_verdict_suite(const std::string& name, const std::vector<RequirementVerdict>& verdicts) {
+  JunitSuite suite{name, {}};
+  for (const RequirementVerdict& verdict : verdicts) {
+    JunitCase one;
     one.group = verdict.run.empty() ? name : verdict.run;
     one.name = verdict.requirement;
     if (verdict.holds) {
-      one.output = in_words(verdict);
+      one.output = describe_verdict(verdict);
     } else {
-      one.status = TestCase::Status::failed;
+      one.status = JunitCase::Status::failed;
       one.kind = "requirement";
-      one.message = in_words(verdict);
-      for (const Judged& judged : verdict.compared) {
+      one.message = describe_verdict(verdict);
+      for (const JudgedComparison& judged : verdict.compared) {
         one.details +=
             fmt::format("{} = {:.17g}\n{} = {:.17g}\n", judged.left_text, judged.left, judged.right_text, judged.right);
       }

@@ -12,9 +12,9 @@ namespace balance {
 
 /// One object: runs, quantities with figures, ratios and differences per run, notes, requirements; ends with a line feed. What is
 /// missing is null.
-std::string comparison_json(const ComparedRuns& compared, const std::vector<Verdict>& verdicts);
+std::string comparison_json(const ComparedRuns& compared, const std::vector<RequirementVerdict>& verdicts);
 
 /// One test case per verdict: its name is the requirement, its group the run.
-TestSuite verdict_suite(const std::string& name, const std::vector<Verdict>& verdicts);
+JunitSuite make_verdict_suite(const std::string& name, const std::vector<RequirementVerdict>& verdicts);
 
 }  // namespace balance

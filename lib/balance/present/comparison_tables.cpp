@@ -22,37 +22,38 @@ bool is_main(const std::string& quantity) {
   return quantity.starts_with("torque[") || quantity.starts_with("force[") || quantity.starts_with("power[");
 }
 
-bool is_shown(const ComparedQuantity& quantity, ShownQuantities shown) {
-  return shown == ShownQuantities::all || is_main(quantity.quantity);
+bool is_shown(const ComparedQuantity& quantity, QuantitySelection shown) {
+  return shown == QuantitySelection::all || is_main(quantity.quantity);
 }
 
-void add_column(Table& table, const std::string& heading, Align align) {
+void add_column(TextTable& table, const std::string& heading, Align align) {
   table.heading.push_back(heading);
   table.align.push_back(align);
 }
 
 /// A name and its ratio to the base for every run but the base, which has no ratio.
-void add_run_columns(Table& table, const ComparedRuns& compared) {
+void add_run_columns(TextTable& table, const ComparedRuns& compared) {
   for (std::size_t run = 0; run < compared.runs.size(); ++run) {
     add_column(table, compared.runs[run].name, Align::right);
     if (run > 0) add_column(table, "ratio", Align::right);
   }
 }
 
-TitledTable runs_table(const ComparedRuns& compared) {
-  Table table;
+TitledTextTable runs_table(const ComparedRuns& compared) {
+  TextTable table;
   for (const char* heading : {"run", "file", "mechanism", "trajectory"}) add_column(table, heading, Align::left);
   for (const char* heading : {"duration [s]", "samples"}) add_column(table, heading, Align::right);
   for (const ComparedRuns::Run& run : compared.runs) {
-    table.rows.push_back({run.name, visible(run.file), run.title,
+    table.rows.push_back({run.name, escape_for_terminal(run.file), run.title,
                           fmt::format("{} ({}, drive {})", run.trajectory, run.law, run.drive),
                           fmt::format("{:.6g}", run.duration), std::to_string(run.samples)});
   }
   return {"runs; ratios and differences are to " + compared.runs.front().name, table};
 }
 
-TitledTable figure_table(const ComparedRuns& compared, Figure figure, const char* title, ShownQuantities shown) {
-  Table table;
+TitledTextTable figure_table(const ComparedRuns& compared, Statistic figure, const char* title,
+                             QuantitySelection shown) {
+  TextTable table;
   for (const char* heading : {"quantity", "unit"}) add_column(table, heading, Align::left);
   add_run_columns(table, compared);
   for (const ComparedQuantity& quantity : compared.quantities) {
@@ -60,7 +61,7 @@ TitledTable figure_table(const ComparedRuns& compared, Figure figure, const char
     std::vector<std::string> row = {quantity.quantity, quantity.unit};
     for (std::size_t run = 0; run < compared.runs.size(); ++run) {
       const auto& metric = quantity.metrics[run];
-      row.push_back(metric ? cell(figure_of(*metric, figure)) : missing);
+      row.push_back(metric ? cell(statistic_of(*metric, figure)) : missing);
       if (run > 0) row.push_back(ratio_cell(ratio_to_base(quantity, run, figure)));
     }
     table.rows.push_back(std::move(row));
@@ -70,11 +71,11 @@ TitledTable figure_table(const ComparedRuns& compared, Figure figure, const char
 
 std::string percent_of_peak(const ComparedQuantity& quantity, double value) {
   const auto& base = quantity.metrics.front();
-  return base && base->peak > 0 ? percent_text(100 * value / base->peak) : missing;
+  return base && base->peak > 0 ? format_percent(100 * value / base->peak) : missing;
 }
 
-TitledTable difference_table(const ComparedRuns& compared, ShownQuantities shown) {
-  Table table;
+TitledTextTable difference_table(const ComparedRuns& compared, QuantitySelection shown) {
+  TextTable table;
   for (const char* heading : {"quantity", "unit"}) add_column(table, heading, Align::left);
   for (std::size_t run = 1; run < compared.runs.size(); ++run) {
     add_column(table, compared.runs[run].name, Align::right);
@@ -94,8 +95,8 @@ TitledTable difference_table(const ComparedRuns& compared, ShownQuantities shown
   return {"largest difference at the same time", table};
 }
 
-TitledTable energy_table(const ComparedRuns& compared) {
-  Table table;
+TitledTextTable energy_table(const ComparedRuns& compared) {
+  TextTable table;
   for (const char* heading : {"quantity", "unit"}) add_column(table, heading, Align::left);
   add_run_columns(table, compared);
   const double base = compared.runs.front().energy;
@@ -111,27 +112,29 @@ TitledTable energy_table(const ComparedRuns& compared) {
 
 }  // namespace
 
-std::vector<TitledTable> list_tables(const ComparedRuns& compared, ShownQuantities shown) {
+std::vector<TitledTextTable> make_comparison_tables(const ComparedRuns& compared, QuantitySelection shown) {
   return {runs_table(compared),
-          figure_table(compared, Figure::peak, "peak", shown),
-          figure_table(compared, Figure::rms, "rms", shown),
-          figure_table(compared, Figure::mean, "mean", shown),
-          figure_table(compared, Figure::range, "range", shown),
+          figure_table(compared, Statistic::peak, "peak", shown),
+          figure_table(compared, Statistic::rms, "rms", shown),
+          figure_table(compared, Statistic::mean, "mean", shown),
+          figure_table(compared, Statistic::range, "range", shown),
           energy_table(compared),
           difference_table(compared, shown)};
 }
 
-Table verdict_table(const std::vector<Verdict>& verdicts) {
-  Table table;
+TextTable verdict_table(const std::vector<RequirementVerdict>& verdicts) {
+  TextTable table;
   for (const char* heading : {"", "requirement", "run", "outcome"}) add_column(table, heading, Align::left);
-  for (const Verdict& verdict : verdicts) {
-    table.rows.push_back({verdict.holds ? "ok" : "FAILED", verdict.requirement, verdict.run, in_words(verdict)});
+  for (const RequirementVerdict& verdict : verdicts) {
+    table.rows.push_back(
+        {verdict.holds ? "ok" : "FAILED", verdict.requirement, verdict.run, describe_verdict(verdict)});
   }
   return table;
 }
 
-std::string count_text(const std::vector<Verdict>& verdicts) {
-  const auto holding = std::count_if(verdicts.begin(), verdicts.end(), [](const Verdict& one) { return one.holds; });
+std::string format_verdict_count(const std::vector<RequirementVerdict>& verdicts) {
+  const auto holding =
+      std::count_if(verdicts.begin(), verdicts.end(), [](const RequirementVerdict& one) { return one.holds; });
   return fmt::format("{} of {} requirement{} met", holding, verdicts.size(), verdicts.size() == 1 ? "" : "s");
 }
 

@@ -12,20 +12,20 @@ namespace balance {
 
 /// Which quantities are shown: the ones most asked for (torque and power of each actuator, shaking force and moment, the worst
 /// reactions), or all that there are.
-enum class ShownQuantities { main, all };
+enum class QuantitySelection { main, all };
 
-struct TitledTable {
+struct TitledTextTable {
   std::string title;
-  Table table;
+  TextTable table;
 };
 
 /// The runs; per figure every quantity with its ratio to the base; the differences; the energy.
-std::vector<TitledTable> list_tables(const ComparedRuns& compared, ShownQuantities shown);
+std::vector<TitledTextTable> make_comparison_tables(const ComparedRuns& compared, QuantitySelection shown);
 
 /// One row per verdict.
-Table verdict_table(const std::vector<Verdict>& verdicts);
+TextTable verdict_table(const std::vector<RequirementVerdict>& verdicts);
 
 /// "3 of 4 requirements hold"
-std::string count_text(const std::vector<Verdict>& verdicts);
+std::string format_verdict_count(const std::vector<RequirementVerdict>& verdicts);
 
 }  // namespace balance

@@ -20,15 +20,17 @@ class CsvRows {
 
   void add(const std::string& quantity, const std::string& unit, const char* figure, std::size_t run, double value,
            double ratio = NAN) {
-    text_ += fmt::format("{},{},{},{},{},{}\n", csv_field(quantity), csv_field(unit), figure,
-                         csv_field(compared_.runs[run].name), number(value), number(ratio));
+    text_ += fmt::format("{},{},{},{},{},{}\n", escape_csv_field(quantity), escape_csv_field(unit), figure,
+                         escape_csv_field(compared_.runs[run].name), number(value), number(ratio));
   }
 
   void add(const ComparedQuantity& q, std::size_t run) {
     const auto& metric = q.metrics[run];
-    for (const auto& [figure, name] :
-         {std::pair{Figure::peak, "peak"}, {Figure::rms, "rms"}, {Figure::mean, "mean"}, {Figure::range, "range"}}) {
-      add(q.quantity, q.unit, name, run, metric ? figure_of(*metric, figure) : NAN, ratio_to_base(q, run, figure));
+    for (const auto& [figure, name] : {std::pair{Statistic::peak, "peak"},
+                                       {Statistic::rms, "rms"},
+                                       {Statistic::mean, "mean"},
+                                       {Statistic::range, "range"}}) {
+      add(q.quantity, q.unit, name, run, metric ? statistic_of(*metric, figure) : NAN, ratio_to_base(q, run, figure));
     }
     add(q.quantity, "s", "peak_time", run, metric ? metric->peak_time : NAN);
     if (run == 0) return;
@@ -47,44 +49,45 @@ class CsvRows {
 
 }  // namespace
 
-std::string verdict_line(const Verdict& verdict) {
-  return visible(fmt::format("{:<6} {}{}{}{}: {}", verdict.holds ? "ok" : "FAILED", verdict.requirement,
-                             verdict.run.empty() ? "" : " [", verdict.run, verdict.run.empty() ? "" : "]",
-                             in_words(verdict)));
+std::string format_verdict_line(const RequirementVerdict& verdict) {
+  return escape_for_terminal(fmt::format("{:<6} {}{}{}{}: {}", verdict.holds ? "ok" : "FAILED", verdict.requirement,
+                                         verdict.run.empty() ? "" : " [", verdict.run, verdict.run.empty() ? "" : "]",
+                                         describe_verdict(verdict)));
 }
 
-std::string verdicts_text(const std::vector<Verdict>& verdicts) {
+std::string format_verdicts(const std::vector<RequirementVerdict>& verdicts) {
   std::string text;
-  for (const Verdict& verdict : verdicts) text += verdict_line(verdict) + "\n";
+  for (const RequirementVerdict& verdict : verdicts) text += format_verdict_line(verdict) + "\n";
   return text;
 }
 
-std::string comparison_text(const ComparedRuns& compared, const std::vector<Verdict>& verdicts, ShownQuantities shown) {
+std::string comparison_text(const ComparedRuns& compared, const std::vector<RequirementVerdict>& verdicts,
+                            QuantitySelection shown) {
   std::string text;
-  for (const TitledTable& one : list_tables(compared, shown)) {
+  for (const TitledTextTable& one : make_comparison_tables(compared, shown)) {
     text += one.title + "\n\n" + format_table(one.table) + "\n";
   }
-  for (const std::string& note : compared.notes) text += "note: " + visible(note) + "\n";
+  for (const std::string& note : compared.notes) text += "note: " + escape_for_terminal(note) + "\n";
   if (!compared.notes.empty() && !verdicts.empty()) text += "\n";
-  if (!verdicts.empty()) text += verdicts_text(verdicts) + "\n" + count_text(verdicts) + "\n";
+  if (!verdicts.empty()) text += format_verdicts(verdicts) + "\n" + format_verdict_count(verdicts) + "\n";
   if (text.ends_with("\n\n")) text.pop_back();
   return text;
 }
 
-std::string comparison_markdown(const ComparedRuns& compared, const std::vector<Verdict>& verdicts,
-                                ShownQuantities shown) {
-  std::string text = "# Comparison with " + markdown_text(compared.runs.front().name) + "\n";
+std::string comparison_markdown(const ComparedRuns& compared, const std::vector<RequirementVerdict>& verdicts,
+                                QuantitySelection shown) {
+  std::string text = "# Comparison with " + escape_markdown(compared.runs.front().name) + "\n";
   if (!verdicts.empty()) {
     constexpr std::size_t requirement = 1;
-    text += "\n## Requirements\n\n" + count_text(verdicts) + ".\n\n" +
-            markdown_table(verdict_table(verdicts), {requirement});
+    text += "\n## Requirements\n\n" + format_verdict_count(verdicts) + ".\n\n" +
+            format_markdown_table(verdict_table(verdicts), {requirement});
   }
-  for (const TitledTable& one : list_tables(compared, shown)) {
+  for (const TitledTextTable& one : make_comparison_tables(compared, shown)) {
     std::string title = one.title;
     title[0] = static_cast<char>(std::toupper(static_cast<unsigned char>(title[0])));
-    text += "\n## " + markdown_text(title) + "\n\n" + markdown_table(one.table);
+    text += "\n## " + escape_markdown(title) + "\n\n" + format_markdown_table(one.table);
   }
-  for (const std::string& note : compared.notes) text += "\nNote: " + markdown_text(note) + "\n";
+  for (const std::string& note : compared.notes) text += "\nNote: " + escape_markdown(note) + "\n";
   return text;
 }
 

@@ -9,6 +9,6 @@
 namespace balance {
 
 /// One object with everything of the view, conditions that hold by definition included.
-std::string conditions_json(const ConditionsView& view, const std::vector<std::string>& warnings);
+std::string conditions_json(const ConditionsReportData& view, const std::vector<std::string>& warnings);
 
 }  // namespace balance

@@ -10,9 +10,9 @@ namespace balance {
 Json goals_json(const std::vector<Goal>& goals);
 
 /// Text, LaTeX, terms, residual, … of every condition.
-Json conditions_list_json(const ConditionsView& view);
+Json conditions_list_json(const ConditionsReportData& view);
 
 /// Rank, gap and singular values, the parameters' names, the symbols, the conditions and the notes, added to an object.
-void add_conditions(Json& json, const ConditionsView& view);
+void add_conditions(Json& json, const ConditionsReportData& view);
 
 }  // namespace balance

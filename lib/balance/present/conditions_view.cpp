@@ -8,7 +8,7 @@
 
 namespace balance {
 
-bool ConditionsView::is_met(int row) const { return std::abs(residuals[row]) <= met; }
+bool ConditionsReportData::is_met(int row) const { return std::abs(residuals[row]) <= condition_tolerance; }
 
 namespace {
 
@@ -22,11 +22,11 @@ std::string unit_of(const Parameter& term) {
 }
 
 /// Known terms of the conditions that hold parameters, too.
-std::vector<Symbol> known_values_of(const Conditions& conditions, const VectorX& values) {
-  std::vector<Symbol> known;
-  for (Eigen::Index column = conditions.own_columns(); column < values.size(); ++column) {
+std::vector<GeometricSymbol> known_values_of(const Conditions& conditions, const VectorX& values) {
+  std::vector<GeometricSymbol> known;
+  for (Eigen::Index column = conditions.parameter_columns(); column < values.size(); ++column) {
     const Parameter& term = conditions.parameters[static_cast<std::size_t>(column)];
-    if (!conditions.matrix.col(column).head(conditions.own_rows()).isZero(0))
+    if (!conditions.matrix.col(column).head(conditions.parameter_rows()).isZero(0))
       known.push_back({term.name, unit_of(term), values[column], {}});
   }
   return known;
@@ -34,28 +34,28 @@ std::vector<Symbol> known_values_of(const Conditions& conditions, const VectorX&
 
 }  // namespace
 
-void judge(ConditionsView& view, const Mechanism& mechanism, const std::vector<Trajectory>& trajectories,
-           const ConditionOptions& options) {
+void evaluate_conditions(ConditionsReportData& view, const Mechanism& mechanism,
+                         const std::vector<Trajectory>& trajectories, const ConditionOptions& options) {
   const VectorX values = term_values(mechanism, options.loose_springs);
-  view.conditions.known = values.tail(view.conditions.known.size());
+  view.conditions.known_term_values = values.tail(view.conditions.known_term_values.size());
   view.residuals = scaled_residuals(view.conditions, values);
-  view.known = known_values_of(view.conditions, values);
-  view.staying = list_staying(mechanism, trajectories, view.conditions, options);
+  view.known_terms = known_values_of(view.conditions, values);
+  view.unbalanced_remainder = list_unbalanced_remainders(mechanism, trajectories, view.conditions, options);
   // what a free number may change is left to the design
-  std::erase_if(view.staying, [&](const Staying& staying) {
-    const auto& rows = staying.remainder.rows;
+  std::erase_if(view.unbalanced_remainder, [&](const UnbalancedRemainder& staying) {
+    const auto& rows = staying.element.rows;
     return std::any_of(rows.begin(), rows.end(),
-                       [&](int row) { return !view.occurring[static_cast<std::size_t>(row)].empty(); });
+                       [&](int row) { return !view.free_number_indices[static_cast<std::size_t>(row)].empty(); });
   });
-  view.by_definition.clear();
+  view.holds_by_definition.clear();
   for (int row = 0; row < view.residuals.size(); ++row)
-    view.by_definition.push_back(view.is_met(row) && holds_for_any_disc(view.conditions, row, mechanism));
+    view.holds_by_definition.push_back(view.is_met(row) && is_met_by_symmetric_discs(view.conditions, row, mechanism));
 }
 
-LooseSprings loose_springs_of(const Conditions& conditions, const Mechanism& mechanism) {
-  LooseSprings loose(mechanism.springs.size(), false);
+FreeSprings loose_springs_of(const Conditions& conditions, const Mechanism& mechanism) {
+  FreeSprings loose(mechanism.springs.size(), false);
   for (const Parameter& p : conditions.parameters)
-    if (p.bearer == Bearer::spring && p.slot > 0) loose[static_cast<std::size_t>(p.index)] = true;
+    if (p.owner_kind == ParameterOwner::spring && p.slot > 0) loose[static_cast<std::size_t>(p.index)] = true;
   return loose;
 }
 

@@ -11,32 +11,32 @@
 
 namespace balance {
 
-struct ConditionsView {
+struct ConditionsReportData {
   std::string title;     ///< the mechanism's name
   std::string strategy;  ///< "complete" or "modular"
   Conditions conditions;
   ConditionNames names;
-  VectorX residuals;                        ///< scaled, with the numbers that the study holds
-  std::vector<bool> by_definition;          ///< per condition: no disc can miss it, and it is met
-  std::vector<FreeNumber> numbers;          ///< the study's free ones
-  std::vector<std::vector<int>> occurring;  ///< per condition: into `numbers`
+  VectorX residuals;                                  ///< scaled, with the numbers that the study holds
+  std::vector<bool> holds_by_definition;              ///< per condition: no disc can miss it, and it is met
+  std::vector<FreeNumber> numbers;                    ///< the study's free ones
+  std::vector<std::vector<int>> free_number_indices;  ///< per condition: into `numbers`
 
-  std::vector<Staying> staying;  ///< what nothing balances
-  std::vector<Symbol> known;     ///< values of the known terms that occur
+  std::vector<UnbalancedRemainder> unbalanced_remainder;  ///< what nothing balances
+  std::vector<GeometricSymbol> known_terms;               ///< values of the known terms that occur
 
   bool is_met(int row) const;
   /// Conditions that hold a parameter; those behind them hold known terms alone and are told by `staying`.
-  int own_rows() const { return static_cast<int>(conditions.own_rows()); }
+  int parameter_rows() const { return static_cast<int>(conditions.parameter_rows()); }
 };
 
 /// Fills residuals, by_definition, known and staying from the rest.
 /// @param mechanism whose numbers the residuals are for
 /// @param trajectories along which efforts that stay are looked for
 /// @param options as the conditions were derived
-void judge(ConditionsView& view, const Mechanism& mechanism, const std::vector<Trajectory>& trajectories,
-           const ConditionOptions& options);
+void evaluate_conditions(ConditionsReportData& view, const Mechanism& mechanism,
+                         const std::vector<Trajectory>& trajectories, const ConditionOptions& options);
 
 /// Which springs conditions describe by all products of stiffness and end points.
-LooseSprings loose_springs_of(const Conditions& conditions, const Mechanism& mechanism);
+FreeSprings loose_springs_of(const Conditions& conditions, const Mechanism& mechanism);
 
 }  // namespace balance

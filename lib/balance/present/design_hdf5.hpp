@@ -10,8 +10,8 @@ namespace balance {
 
 /// Numbers, conditions and, in groups `before/<trajectory>` and `after/<trajectory>`, the runs. Complete or not at all.
 /// @param description of the spec and the command; what it says of a trajectory is not used
-/// @throws SystemError, Cancelled as write_result
-void write_design(const std::string& path, const DesignView& view, const FileDescription& description,
+/// @throws SystemError, Cancelled as write_result_hdf5
+void write_design(const std::string& path, const DesignReportData& view, const Provenance& description,
                   const WriteOptions& options = {});
 
 }  // namespace balance

@@ -9,6 +9,6 @@
 namespace balance {
 
 /// One object with everything of the view and the files written.
-std::string design_json(const DesignView& view, const std::vector<std::string>& files);
+std::string design_json(const DesignReportData& view, const std::vector<std::string>& files);
 
 }  // namespace balance

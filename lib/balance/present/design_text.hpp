@@ -9,6 +9,6 @@ namespace balance {
 
 /// What was reached and why it is not more, the free numbers, the conditions, what the design costs and what every
 /// trajectory gains. Ends with a line feed.
-std::string design_text(const DesignView& view);
+std::string design_text(const DesignReportData& view);
 
 }  // namespace balance

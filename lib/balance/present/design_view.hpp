@@ -10,11 +10,11 @@
 
 namespace balance {
 
-struct DesignView {
+struct DesignReportData {
   DesignReport report;
   std::string objective;  ///< "added mass", "0.5 rms(torque) along cycloid + added mass"; empty: nothing in particular
   std::string objective_unit;              ///< "" for a sum
-  ConditionsView conditions;               ///< at the designed geometry; residuals of the designed mechanism
+  ConditionsReportData conditions;         ///< at the designed geometry; residuals of the designed mechanism
   VectorX residuals_before;                ///< of the mechanism before; NaN where its geometry has other conditions
   double seconds = 0;                      ///< that the search was allowed to take
   std::optional<double> interrupted = {};  ///< after so many seconds somebody ended it
@@ -27,15 +27,15 @@ std::string objective_text(const std::vector<ObjectiveTerm>& terms);
 std::string objective_unit(const std::vector<ObjectiveTerm>& terms, const Mechanism& mechanism);
 
 /// Whether a free number ended at one of its bounds: −1 lower, 1 upper, 0 neither.
-int at_bound(const FreeNumber& number, double value);
+int active_bound(const FreeNumber& number, double value);
 
 /// One figure of one quantity, before and after.
-struct Change {
+struct MetricChange {
   std::string quantity, unit, figure;  ///< "torque[A1]", "N m", "peak"
   double before = 0, after = 0;        ///< round-off is an exact zero; NaN: could not be moved
 };
 
 /// Peak and rms of torques, shaking force and shaking moment.
-std::vector<Change> list_changes(const TrajectoryComparison& comparison);
+std::vector<MetricChange> list_metric_changes(const TrajectoryComparison& comparison);
 
 }  // namespace balance

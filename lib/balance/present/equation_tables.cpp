@@ -12,17 +12,17 @@ namespace balance {
 
 namespace {
 
-constexpr double shown_as_none = 1e-13;  ///< of the largest entry of its kind: shown as 0
+constexpr double zero_entry_tolerance = 1e-13;  ///< of the largest entry of its kind: shown as 0
 
 }  // namespace
 
-std::string entry_text(double value, double size) {
-  return std::abs(value) <= shown_as_none * size ? "0" : fmt::format("{:.6g}", value);
+std::string format_entry(double value, double size) {
+  return std::abs(value) <= zero_entry_tolerance * size ? "0" : fmt::format("{:.6g}", value);
 }
 
 std::string matrix_text(const MatrixX& matrix, const std::vector<std::string>& rows,
                         const std::vector<std::string>& columns) {
-  Table table{{""}, {Align::left}, {}};
+  TextTable table{{""}, {Align::left}, {}};
   for (const std::string& column : columns) {
     table.heading.push_back(column);
     table.align.push_back(Align::right);
@@ -30,7 +30,7 @@ std::string matrix_text(const MatrixX& matrix, const std::vector<std::string>& r
   const double size = max_abs(matrix);
   for (Eigen::Index r = 0; r < matrix.rows(); ++r) {
     std::vector<std::string> cells{"  " + rows[static_cast<std::size_t>(r)]};
-    for (Eigen::Index c = 0; c < matrix.cols(); ++c) cells.push_back(entry_text(matrix(r, c), size));
+    for (Eigen::Index c = 0; c < matrix.cols(); ++c) cells.push_back(format_entry(matrix(r, c), size));
     table.rows.push_back(std::move(cells));
   }
   return format_table(table);
@@ -46,7 +46,7 @@ std::string velocity_table(const IndependentTerms& terms, const std::vector<std:
     std::string sum;
     for (Eigen::Index r = 0; r < form.rows(); ++r)
       for (Eigen::Index s = r; s < form.cols(); ++s) {
-        if (std::abs(form(r, s)) <= shown_as_none * size) continue;
+        if (std::abs(form(r, s)) <= zero_entry_tolerance * size) continue;
         const auto& first = factors[static_cast<std::size_t>(r)];
         const auto& second = factors[static_cast<std::size_t>(s)];
         sum += sum.empty() ? (form(r, s) < 0 ? "-" : "") : form(r, s) < 0 ? " - " : " + ";

@@ -17,7 +17,7 @@ Json forms_json(const std::vector<MatrixX>& forms) {
   return all;
 }
 
-Json rest_json(const RestTerms& rest) {
+Json rest_json(const StaticTerms& rest) {
   return {{"sum", numbers_json(rest.sum())},
           {"weight", numbers_json(rest.weight)},
           {"springs", numbers_json(rest.springs)},
@@ -30,7 +30,7 @@ Json named_json(const std::vector<std::string>& names, const VectorX& values) {
   return json;
 }
 
-Json split_json(const EquationsAt& at) {
+Json split_json(const EquationsAtConfiguration& at) {
   Json json = Json::object();
   for (std::size_t a = 0; a < at.actuators.size(); ++a) {
     const auto row = static_cast<Eigen::Index>(a);
@@ -38,7 +38,7 @@ Json split_json(const EquationsAt& at) {
     for (std::size_t p = 0; p < effort_part_names.size(); ++p)
       parts[effort_part_names[p]] = at.split->parts(row, static_cast<Eigen::Index>(p));
     parts["sum"] = at.split->effort[row];
-    parts["unit"] = force_unit(at.forces[a]);
+    parts["unit"] = force_unit(at.is_force[a]);
     json[at.actuators[a]] = parts;
   }
   return json;
@@ -48,22 +48,22 @@ Json terms_json(const IndependentTerms& terms) {
   return {{"M", matrix_json(terms.mass)},
           {"D", forms_json(terms.velocity)},
           {"B", matrix_json(terms.viscous)},
-          {"z", rest_json(terms.rest)},
+          {"z", rest_json(terms.static_terms)},
           {"input", matrix_json(terms.input)}};
 }
 
-Json speeds_json(const EquationsAt& at) {
-  Json json = terms_json(at.in_speeds->own);
+Json speeds_json(const EquationsAtConfiguration& at) {
+  Json json = terms_json(at.in_speeds->speed_equations);
   json["speeds"] = at.speeds;
   json["rows"] = matrix_json(at.in_speeds->rows);
   json["rates"] = matrix_json(at.in_speeds->rates);
   json["constraints"] = at.zero;
   json["freedoms"] = {{"configuration", at.independent.size()}, {"velocity", at.speeds.size()}};
-  json["held"] = terms_json(at.in_speeds->held);
+  json["held"] = terms_json(at.in_speeds->constraint_equations);
   return json;
 }
 
-Json redundant_json(const EquationsAt& at) {
+Json redundant_json(const EquationsAtConfiguration& at) {
   const RedundantTerms& loops = *at.loops;
   return {{"coordinates", at.redundant},
           {"closures", at.closures},
@@ -77,7 +77,7 @@ Json redundant_json(const EquationsAt& at) {
           {"c", forms_json(loops.acceleration)}};
 }
 
-Json natural_json(const natural::Terms& n) {
+Json natural_json(const natural::NaturalTerms& n) {
   Json json = {{"points", n.points},
                {"moving", n.moving},
                {"coordinates", n.coordinates},
@@ -105,23 +105,23 @@ Json regressor_json(const EffortRegressor& regressor) {
           {"effort", matrix_json(regressor.effort)},
           {"shaking_force", matrix_json(regressor.shaking_force)},
           {"shaking_moment", matrix_json(regressor.shaking_moment)},
-          {"other", numbers_json(regressor.other)}};
+          {"other", numbers_json(regressor.constant_effort)}};
 }
 
-Json parameters_json(const EquationsAt& at) {
+Json parameters_json(const EquationsAtConfiguration& at) {
   const Conditions& c = *at.parameters;
   std::vector<std::string> names, texts;
   for (const Parameter& p : c.parameters) names.push_back(p.name);
   for (int row = 0; row < c.rank; ++row) texts.push_back(base_parameter_text(c, row, at.parameter_names));
-  return {{"rank", c.rank},        {"gap", c.gap},       {"parameters", names},
-          {"combinations", texts}, {"pivots", c.pivots}, {"matrix", matrix_json(c.matrix)}};
+  return {{"rank", c.rank},        {"gap", c.singular_value_gap}, {"parameters", names},
+          {"combinations", texts}, {"pivots", c.pivots},          {"matrix", matrix_json(c.matrix)}};
 }
 
 }  // namespace
 
-std::string equations_json(const EquationsView& view, const std::vector<std::string>& warnings) {
+std::string equations_json(const EquationsReportData& view, const std::vector<std::string>& warnings) {
   using enum EquationSection;
-  const EquationsAt& at = view.at;
+  const EquationsAtConfiguration& at = view.at;
   Json json = {{"mechanism", view.title},
                {"configuration", named_json(view.coordinates, at.configuration)},
                {"independent", at.independent},
@@ -133,9 +133,9 @@ std::string equations_json(const EquationsView& view, const std::vector<std::str
   if (view.shows(inertia)) json["input"] = matrix_json(at.terms->input);
   if (view.shows(velocity)) json["D"] = forms_json(at.terms->velocity);
   if (view.shows(velocity)) json["B"] = matrix_json(at.terms->viscous);
-  if (view.shows(gravity)) json["z"] = rest_json(at.terms->rest);
+  if (view.shows(gravity)) json["z"] = rest_json(at.terms->static_terms);
   if (at.in_speeds) json["in_speeds"] = speeds_json(at);
-  if (at.factors) json["k"] = numbers_json(*at.factors);
+  if (at.diagonal_factors) json["k"] = numbers_json(*at.diagonal_factors);
   if (at.split && view.shows(torques)) json["torques"] = split_json(at);
   if (at.loops && view.shows(redundant)) json["redundant"] = redundant_json(at);
   if (at.natural) json["natural"] = natural_json(*at.natural);
@@ -143,7 +143,7 @@ std::string equations_json(const EquationsView& view, const std::vector<std::str
   if (at.parameters) json["base_parameters"] = parameters_json(at);
   json["notes"] = at.notes;
   json["warnings"] = warnings;
-  return dump(json);
+  return format_json(json);
 }
 
 }  // namespace balance

@@ -10,11 +10,11 @@ namespace balance {
 
 namespace {
 
-constexpr double shown_as_zero = 1e-13;    ///< of the largest entry: printed as 0
-constexpr Eigen::Index most_columns = 10;  ///< that amsmath's matrices take without being asked
+constexpr double latex_zero_tolerance = 1e-13;   ///< of the largest entry: printed as 0
+constexpr Eigen::Index max_matrix_columns = 10;  ///< that amsmath's matrices take without being asked
 
 std::string number_latex(double value, double size) {
-  if (std::abs(value) <= shown_as_zero * size) return "0";
+  if (std::abs(value) <= latex_zero_tolerance * size) return "0";
   std::string text = fmt::format("{:.6g}", value);
   if (const std::size_t e = text.find('e'); e != std::string::npos)
     text = fmt::format("{} \\cdot 10^{{{}}}", text.substr(0, e), std::stoi(text.substr(e + 1)));
@@ -31,14 +31,14 @@ std::string matrix_latex(const MatrixX& matrix) {
   return text + " \\end{pmatrix}";
 }
 
-class Lines {
+class AlignedLines {
  public:
   void add(const std::string& name, const std::string& value) {
     text_ += (text_.empty() ? "  " : " \\\\\n  ") + name + " &= " + value;
   }
   std::string all(Eigen::Index widest) const {
     const std::string wide =
-        widest > most_columns ? fmt::format("\\setcounter{{MaxMatrixCols}}{{{}}}\n", widest) : std::string();
+        widest > max_matrix_columns ? fmt::format("\\setcounter{{MaxMatrixCols}}{{{}}}\n", widest) : std::string();
     return wide + "\\begin{align*}\n" + text_ + "\n\\end{align*}\n";
   }
 
@@ -48,10 +48,10 @@ class Lines {
 
 }  // namespace
 
-std::string equations_latex(const EquationsView& view) {
+std::string equations_latex(const EquationsReportData& view) {
   using enum EquationSection;
-  const EquationsAt& at = view.at;
-  Lines lines;
+  const EquationsAtConfiguration& at = view.at;
+  AlignedLines lines;
   Eigen::Index widest = at.terms->mass.cols();
   std::string names;
   for (const std::string& name : at.independent) names += (names.empty() ? "" : ",\\, ") + symbol_latex(name);
@@ -61,8 +61,8 @@ std::string equations_latex(const EquationsView& view) {
     for (std::size_t k = 0; k < at.independent.size(); ++k)
       lines.add(fmt::format("D'_{{{}}}", k + 1), matrix_latex(at.terms->velocity[k]));
   if (view.shows(velocity)) lines.add("B'", matrix_latex(at.terms->viscous));
-  if (view.shows(gravity)) lines.add("z'", matrix_latex(at.terms->rest.sum()));
-  if (at.factors && view.shows(inertia)) lines.add("k", matrix_latex(*at.factors));
+  if (view.shows(gravity)) lines.add("z'", matrix_latex(at.terms->static_terms.sum()));
+  if (at.diagonal_factors && view.shows(inertia)) lines.add("k", matrix_latex(*at.diagonal_factors));
   if (at.split && view.shows(torques)) lines.add("u", matrix_latex(at.split->effort));
   if (at.loops && view.shows(redundant)) {
     lines.add("M", matrix_latex(at.loops->mass));

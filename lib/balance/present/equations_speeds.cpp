@@ -9,10 +9,10 @@ namespace balance {
 
 namespace {
 
-std::string sections_text(const EquationsView& view, const IndependentTerms& terms,
+std::string sections_text(const EquationsReportData& view, const IndependentTerms& terms,
                           const std::vector<std::string>& rows) {
   using enum EquationSection;
-  const EquationsAt& at = view.at;
+  const EquationsAtConfiguration& at = view.at;
   std::string text;
   if (view.shows(inertia)) text += "M'\n" + matrix_text(terms.mass, rows, at.speeds);
   if (view.shows(velocity)) {
@@ -20,8 +20,8 @@ std::string sections_text(const EquationsView& view, const IndependentTerms& ter
     if (!terms.viscous.isZero(0)) text += "B', of viscous friction\n" + matrix_text(terms.viscous, rows, at.speeds);
   }
   if (view.shows(gravity)) {
-    MatrixX rest(terms.rest.weight.size(), 4);
-    rest << terms.rest.weight, terms.rest.springs, terms.rest.loads, terms.rest.sum();
+    MatrixX rest(terms.static_terms.weight.size(), 4);
+    rest << terms.static_terms.weight, terms.static_terms.springs, terms.static_terms.loads, terms.static_terms.sum();
     text += "z'\n" + matrix_text(rest, rows, {"weight", "springs", "loads", "z'"});
   }
   if (view.shows(torques) && terms.input.cols() > 0)
@@ -31,17 +31,18 @@ std::string sections_text(const EquationsView& view, const IndependentTerms& ter
 
 }  // namespace
 
-std::string speeds_text(const EquationsView& view) {
-  const EquationsAt& at = view.at;
+std::string speeds_text(const EquationsReportData& view) {
+  const EquationsAtConfiguration& at = view.at;
   const SpeedTerms& in = *at.in_speeds;
   std::string text = fmt::format("in the speeds {}", fmt::join(at.speeds, ", "));
   if (!at.zero.empty()) text += fmt::format("; zero: {}", fmt::join(at.zero, ", "));
   text += " (P0 eq. 1)\nfreedoms: ";
-  if (!at.binds_rates) text += fmt::format("{} of configuration, ", at.independent.size());
+  if (!at.has_rate_constraints) text += fmt::format("{} of configuration, ", at.independent.size());
   text += fmt::format("{} of velocity\n", at.speeds.size());
   text += "rates of the coordinates per speed\n" + matrix_text(in.rates, at.independent, at.speeds);
-  text += sections_text(view, in.own, at.speeds);
-  if (!at.zero.empty()) text += "\nforces of the constraints, efforts apart\n" + sections_text(view, in.held, at.zero);
+  text += sections_text(view, in.speed_equations, at.speeds);
+  if (!at.zero.empty())
+    text += "\nforces of the constraints, efforts apart\n" + sections_text(view, in.constraint_equations, at.zero);
   return text + "\n";
 }
 

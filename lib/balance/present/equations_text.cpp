@@ -25,22 +25,23 @@ std::vector<std::string> rates_of(std::vector<std::string> names) {
   return names;
 }
 
-std::string rest_text(const EquationsAt& at) {
-  const RestTerms& rest = at.terms->rest;
-  const double size = std::max({at.weight, max_abs(rest.weight), max_abs(rest.springs), max_abs(rest.loads)});
-  Table table{{"", "weight", "springs", "loads", "z'", ""},
-              {Align::left, Align::right, Align::right, Align::right, Align::right, Align::left},
-              {}};
+std::string rest_text(const EquationsAtConfiguration& at) {
+  const StaticTerms& rest = at.terms->static_terms;
+  const double size = std::max({at.torque_scale, max_abs(rest.weight), max_abs(rest.springs), max_abs(rest.loads)});
+  TextTable table{{"", "weight", "springs", "loads", "z'", ""},
+                  {Align::left, Align::right, Align::right, Align::right, Align::right, Align::left},
+                  {}};
   for (std::size_t k = 0; k < at.independent.size(); ++k) {
     const auto i = static_cast<Eigen::Index>(k);
-    table.rows.push_back({"  " + at.independent[k], entry_text(rest.weight[i], size), entry_text(rest.springs[i], size),
-                          entry_text(rest.loads[i], size), entry_text(rest.sum()[i], size), force_unit(at.lengths[k])});
+    table.rows.push_back({"  " + at.independent[k], format_entry(rest.weight[i], size),
+                          format_entry(rest.springs[i], size), format_entry(rest.loads[i], size),
+                          format_entry(rest.sum()[i], size), force_unit(at.is_length[k])});
   }
   return format_table(table);
 }
 
-std::string split_text(const EquationsAt& at) {
-  Table table{{""}, {Align::left}, {}};
+std::string split_text(const EquationsAtConfiguration& at) {
+  TextTable table{{""}, {Align::left}, {}};
   for (const char* name : effort_part_names) {
     table.heading.emplace_back(name);
     table.align.push_back(Align::right);
@@ -48,19 +49,19 @@ std::string split_text(const EquationsAt& at) {
   table.heading.insert(table.heading.end(), {"sum", ""});
   table.align.insert(table.align.end(), {Align::right, Align::left});
   const MatrixX& parts = at.split->parts;
-  const double size = std::max(at.weight, max_abs(parts));
+  const double size = std::max(at.torque_scale, max_abs(parts));
   for (std::size_t a = 0; a < at.actuators.size(); ++a) {
     const auto row = parts.row(static_cast<Eigen::Index>(a));
     std::vector<std::string> cells{"  " + at.actuators[a]};
-    for (const double value : row) cells.push_back(entry_text(value, size));
-    cells.push_back(entry_text(at.split->effort[static_cast<Eigen::Index>(a)], size));
-    cells.push_back(force_unit(at.forces[a]));
+    for (const double value : row) cells.push_back(format_entry(value, size));
+    cells.push_back(format_entry(at.split->effort[static_cast<Eigen::Index>(a)], size));
+    cells.push_back(force_unit(at.is_force[a]));
     table.rows.push_back(std::move(cells));
   }
   return format_table(table);
 }
 
-std::string redundant_text(const EquationsAt& at) {
+std::string redundant_text(const EquationsAtConfiguration& at) {
   const RedundantTerms& loops = *at.loops;
   std::string text = "M in the tree's coordinates (P0 eq. 19)\n" + matrix_text(loops.mass, at.redundant, at.redundant);
   text += "\nC: tree coordinates' rates per independent rate, A C = 0 (P0 eq. 16)\n" +
@@ -71,18 +72,18 @@ std::string redundant_text(const EquationsAt& at) {
   return text + "\n";
 }
 
-std::string natural_text(const natural::Terms& n) {
+std::string natural_text(const natural::NaturalTerms& n) {
   std::string text = fmt::format("natural coordinates (P3): {} points, {} of them move\n", n.points.size(), n.moving);
-  Table table{{"point", "x [m]", "y [m]", "C_P [kg]", ""},
-              {Align::left, Align::right, Align::right, Align::right, Align::left},
-              {}};
+  TextTable table{{"point", "x [m]", "y [m]", "C_P [kg]", ""},
+                  {Align::left, Align::right, Align::right, Align::right, Align::left},
+                  {}};
   for (std::size_t p = 0; p < n.points.size(); ++p) {
     const auto& c = n.coefficients[p].coefficient;
     const double size = n.total_mass;
     table.rows.push_back({"  " + n.points[p], fmt::format("{:.6g}", n.position(static_cast<Eigen::Index>(p), 0)),
                           fmt::format("{:.6g}", n.position(static_cast<Eigen::Index>(p), 1)),
-                          fmt::format("[{} {}; {} {}]", entry_text(c.real(), size), entry_text(-c.imag(), size),
-                                      entry_text(c.imag(), size), entry_text(c.real(), size)),
+                          fmt::format("[{} {}; {} {}]", format_entry(c.real(), size), format_entry(-c.imag(), size),
+                                      format_entry(c.imag(), size), format_entry(c.real(), size)),
                           n.coefficients[p].fixed ? "fixed" : ""});
   }
   text += format_table(table);
@@ -96,7 +97,7 @@ std::string natural_text(const natural::Terms& n) {
   return text + "\n";
 }
 
-std::string regressor_text(const EquationsAt& at) {
+std::string regressor_text(const EquationsAtConfiguration& at) {
   std::vector<std::string> names;
   for (const Parameter& p : at.regressor->parameters) names.push_back(p.name);
   return "regressor Y, effort = Y pi + other, and the parameters pi\n" + [&] {
@@ -105,23 +106,24 @@ std::string regressor_text(const EquationsAt& at) {
     std::vector<std::string> columns{"pi"};
     columns.insert(columns.end(), at.actuators.begin(), at.actuators.end());
     std::string text;
-    Table table{{""}, {Align::left}, {}};
+    TextTable table{{""}, {Align::left}, {}};
     for (const std::string& c : columns) table.heading.push_back(c), table.align.push_back(Align::right);
     for (Eigen::Index r = 0; r < all.rows(); ++r) {
       std::vector<std::string> cells{"  " + names[static_cast<std::size_t>(r)]};
       for (Eigen::Index c = 0; c < all.cols(); ++c)
-        cells.push_back(entry_text(all(r, c), c == 0 ? 0 : max_abs(all.col(c))));
+        cells.push_back(format_entry(all(r, c), c == 0 ? 0 : max_abs(all.col(c))));
       table.rows.push_back(std::move(cells));
     }
     return format_table(table);
   }() + "\n";
 }
 
-std::string parameters_text(const EquationsAt& at) {
+std::string parameters_text(const EquationsAtConfiguration& at) {
   const Conditions& c = *at.parameters;
   std::string text =
       fmt::format("base parameters: {} of {} inertial parameters' combinations occur", c.rank, c.parameters.size());
-  if (c.rank > 0 && c.gap > 0) text += fmt::format(" (gap {:.1f} decades)", elementary::log10(c.gap));
+  if (c.rank > 0 && c.singular_value_gap > 0)
+    text += fmt::format(" (gap {:.1f} decades)", elementary::log10(c.singular_value_gap));
   text += "\n";
   for (int row = 0; row < c.rank; ++row)
     text += fmt::format("  {:>3}  {}\n", row + 1, base_parameter_text(c, row, at.parameter_names));
@@ -141,9 +143,9 @@ std::string base_parameter_text(const Conditions& parameters, int row, const Con
   return text.substr(0, text.rfind(" = "));
 }
 
-std::string equations_text(const EquationsView& view) {
+std::string equations_text(const EquationsReportData& view) {
   using enum EquationSection;
-  const EquationsAt& at = view.at;
+  const EquationsAtConfiguration& at = view.at;
   std::string text = view.title + "\n" + numbers_line("at  ", view.coordinates, at.configuration) +
                      "independent coordinates  " + fmt::format("{}; SI units\n\n", fmt::join(at.independent, ", "));
   if (view.shows(inertia))
@@ -157,8 +159,9 @@ std::string equations_text(const EquationsView& view) {
   }
   if (view.shows(gravity)) text += "z' (P0 eq. 62; P1 eq. 16: D_i)\n" + rest_text(at) + "\n";
   if (at.in_speeds) text += speeds_text(view);
-  if (at.factors && view.shows(inertia))
-    text += numbers_line("decoupled there: u = k q'' (P1 eq. 27) with k  ", at.independent, *at.factors) + "\n";
+  if (at.diagonal_factors && view.shows(inertia))
+    text +=
+        numbers_line("decoupled there: u = k q'' (P1 eq. 27) with k  ", at.independent, *at.diagonal_factors) + "\n";
   if (at.split && view.shows(torques)) {
     text += "torques and what they add up from\n" + numbers_line("  rates  ", at.independent, at.dq) +
             numbers_line("  accelerations  ", at.independent, at.ddq) + split_text(at) + "\n";

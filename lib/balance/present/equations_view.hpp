@@ -9,23 +9,23 @@
 
 namespace balance {
 
-struct EquationsView {
+struct EquationsReportData {
   std::string title;                     ///< the mechanism's name
   std::vector<std::string> coordinates;  ///< names of all of the mechanism's
-  EquationsAt at;
+  EquationsAtConfiguration at;
   std::set<EquationSection> sections;  ///< that are shown
 
   bool shows(EquationSection section) const { return sections.count(section) > 0; }
 };
 
 /// Sections as tables, six significant digits; ends with a line feed.
-std::string equations_text(const EquationsView& view);
+std::string equations_text(const EquationsReportData& view);
 
 /// All that the view has, as numbers with all their digits.
-std::string equations_json(const EquationsView& view, const std::vector<std::string>& warnings);
+std::string equations_json(const EquationsReportData& view, const std::vector<std::string>& warnings);
 
 /// Matrices for amsmath, one align* environment; ends with a line feed.
-std::string equations_latex(const EquationsView& view);
+std::string equations_latex(const EquationsReportData& view);
 
 /// One base parameter: "link1.J + l1^2 link2.m".
 std::string base_parameter_text(const Conditions& parameters, int row, const ConditionNames& names);
@@ -35,7 +35,7 @@ std::string inertia_unit(bool first_length, bool second_length);
 std::string force_unit(bool length);
 
 /// Datasets over time. @throws SystemError, Cancelled
-void write_equations(const std::string& path, const EquationsAlong& along, const std::vector<std::string>& actuators,
-                     const FileDescription& description, const WriteOptions& options);
+void write_equations(const std::string& path, const EquationsAlongRun& along, const std::vector<std::string>& actuators,
+                     const Provenance& description, const WriteOptions& options);
 
 }  // namespace balance

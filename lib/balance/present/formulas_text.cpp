@@ -19,12 +19,13 @@ std::string line_of(const formulas::PrintedFormula& formula) {
 }
 
 std::string too_long(const PrintedSection& section) {
-  if (section.section == formulas::Section::natural) return fmt::format("{} terms: --all prints them", section.terms);
+  if (section.section == formulas::SheetSectionKind::natural)
+    return fmt::format("{} terms: --all prints them", section.terms);
   return fmt::format("{} terms: --code c prints them as a program, --all as formulas", section.terms);
 }
 
 /// Names in the texts, with the values that the spec gives them.
-std::string symbols_line(const FormulasView& view) {
+std::string symbols_line(const FormulasReportData& view) {
   std::set<std::string> names;
   for (const PrintedSection& section : view.sections)
     for (const auto& formula : section.formulas) {
@@ -48,7 +49,7 @@ std::string symbols_line(const FormulasView& view) {
 
 }  // namespace
 
-std::string formulas_text(const FormulasView& view) {
+std::string formulas_text(const FormulasReportData& view) {
   std::string text = fmt::format("{}\n", view.title);
   text += fmt::format("coordinates: {}\n", fmt::join(view.sheet->equations.tree.columns, ", "));
   for (const PrintedSection& section : view.sections) {
@@ -61,12 +62,13 @@ std::string formulas_text(const FormulasView& view) {
   text += symbols_line(view);
   for (const std::string& note : view.sheet->notes) text += "note: " + note + "\n";
   if (!view.check.note.empty()) text += "note: " + view.check.note + "\n";
-  const std::string elsewhere =
-      view.check.elsewhere > 0 ? fmt::format(", {} of them with other numbers", view.check.elsewhere) : "";
+  const std::string elsewhere = view.check.perturbed_states > 0
+                                    ? fmt::format(", {} of them with other numbers", view.check.perturbed_states)
+                                    : "";
   return text + fmt::format("checked at {} states{}: {:.0e}\n", view.check.states, elsewhere, view.check.error);
 }
 
-std::string formulas_latex(const FormulasView& view) {
+std::string formulas_latex(const FormulasReportData& view) {
   std::string text;
   for (const PrintedSection& section : view.sections) {
     text += "% " + section.heading + "\n";
@@ -80,14 +82,14 @@ std::string formulas_latex(const FormulasView& view) {
   return text;
 }
 
-std::string formulas_json(const FormulasView& view) {
+std::string formulas_json(const FormulasReportData& view) {
   Json json = {{"mechanism", view.title}, {"coordinates", view.sheet->equations.tree.columns}};
   json["sections"] = Json::array();
   for (const PrintedSection& section : view.sections) {
     Json formulas = Json::array();
     for (const auto& formula : section.formulas)
       formulas.push_back({{"name", formula.label}, {"formula", formula.text}});
-    json["sections"].push_back({{"section", formulas::section_names()[static_cast<std::size_t>(section.section)]},
+    json["sections"].push_back({{"section", formulas::sheet_section_names()[static_cast<std::size_t>(section.section)]},
                                 {"meaning", section.heading},
                                 {"terms", section.terms},
                                 {"too_long", section.is_left_out},
@@ -102,9 +104,9 @@ std::string formulas_json(const FormulasView& view) {
   json["notes"] = view.sheet->notes;
   if (!view.check.note.empty()) json["notes"].push_back(view.check.note);
   json["checked"] = {
-      {"states", view.check.states}, {"other_numbers", view.check.elsewhere}, {"error", view.check.error}};
+      {"states", view.check.states}, {"other_numbers", view.check.perturbed_states}, {"error", view.check.error}};
   json["warnings"] = view.warnings;
-  return dump(json);
+  return format_json(json);
 }
 
 }  // namespace balance

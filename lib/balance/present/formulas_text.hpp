@@ -10,17 +10,17 @@
 namespace balance {
 
 /// What has been printed and checked.
-struct FormulasView {
+struct FormulasReportData {
   std::string title;
-  const formulas::Sheet* sheet = nullptr;
+  const formulas::FormulaSheet* sheet = nullptr;
   std::vector<formulas::PrintedSection> sections;
-  formulas::Check check;
+  formulas::FormulaCheck check;
   std::vector<std::string> warnings;  ///< of the spec
 };
 
-std::string formulas_text(const FormulasView& view);
+std::string formulas_text(const FormulasReportData& view);
 /// Equations between `\[` and `\]` (amsmath), and nothing else.
-std::string formulas_latex(const FormulasView& view);
-std::string formulas_json(const FormulasView& view);
+std::string formulas_latex(const FormulasReportData& view);
+std::string formulas_json(const FormulasReportData& view);
 
 }  // namespace balance

@@ -11,8 +11,8 @@
 
 namespace balance {
 
-struct FrontView {
-  Front front;
+struct FrontReportData {
+  ParetoFront front;
   std::string title;
   std::vector<Goal> goals;           ///< that all designs meet; none: they were not asked to
   std::vector<std::string> figures;  ///< "rms of shaking_force along cycloid", in the order of a point's values
@@ -24,23 +24,24 @@ struct FrontView {
 };
 
 /// @param options that the front was made with
-FrontView make_front_view(const DesignStudyOptions& options, const DesignSpace& space, Front front);
+FrontReportData make_front_report_data(const DesignStudyOptions& options, const DesignSpace& space, ParetoFront front);
 
 /// One word for all points: proved-best if all are, stopped if one is.
-Optimality optimality_of(const Front& front);
+Optimality front_optimality(const ParetoFront& front);
 
 /// The table of the points and what is known of them, for people.
-std::string front_text(const FrontView& view);
+std::string front_text(const FrontReportData& view);
 
 /// One JSON document; docs/spec.md says what its keys mean. @param files that were written
 /// @param design what design_json says of one of the points; empty: nothing
-std::string front_json(const FrontView& view, const std::vector<std::string>& files, const std::string& design = {});
+std::string front_json(const FrontReportData& view, const std::vector<std::string>& files,
+                       const std::string& design = {});
 
 /// A line per point under a heading: figures, bound and free numbers, 17 significant digits.
-std::string front_csv(const FrontView& view);
+std::string front_csv(const FrontReportData& view);
 
-/// Figures, bounds and free numbers of all points. @throws SystemError, Cancelled as write_result
-void write_front(const std::string& path, const FrontView& view, const FileDescription& description,
+/// Figures, bounds and free numbers of all points. @throws SystemError, Cancelled as write_result_hdf5
+void write_front(const std::string& path, const FrontReportData& view, const Provenance& description,
                  const WriteOptions& options);
 
 }  // namespace balance

@@ -10,45 +10,46 @@
 namespace balance {
 namespace {
 
-using Status = TestCase::Status;
+using Status = JunitCase::Status;
 
 std::string attribute(const char* name, const std::string& value) {
-  return fmt::format(" {}=\"{}\"", name, xml_text(visible_lines(value)));
+  return fmt::format(" {}=\"{}\"", name, escape_xml(escape_lines_for_terminal(value)));
 }
 
 std::string attribute(const char* name, double seconds) { return fmt::format(" {}=\"{:.6f}\"", name, seconds); }
 
 /// How many there are of each kind, and the time that they took.
-std::string totals(const std::vector<TestCase>& cases, bool skipped) {
+std::string totals(const std::vector<JunitCase>& cases, bool skipped) {
   const auto count = [&](Status status) {
     return std::to_string(
-        std::count_if(cases.begin(), cases.end(), [&](const TestCase& one) { return one.status == status; }));
+        std::count_if(cases.begin(), cases.end(), [&](const JunitCase& one) { return one.status == status; }));
   };
   double seconds = 0;
-  for (const TestCase& one : cases) seconds += one.seconds;
+  for (const JunitCase& one : cases) seconds += one.seconds;
   return attribute("tests", std::to_string(cases.size())) + attribute("failures", count(Status::failed)) +
          attribute("errors", count(Status::error)) + (skipped ? attribute("skipped", count(Status::skipped)) : "") +
          attribute("time", seconds);
 }
 
-std::string trouble(const char* element, const TestCase& one) {
+std::string failure_element(const char* element, const JunitCase& one) {
   const std::string start = fmt::format("      <{}{}{}", element, attribute("message", one.message),
                                         attribute("type", one.kind.empty() ? element : one.kind));
-  return one.details.empty() ? start + "/>\n"
-                             : fmt::format("{}>{}</{}>\n", start, xml_text(visible_lines(one.details)), element);
+  return one.details.empty()
+             ? start + "/>\n"
+             : fmt::format("{}>{}</{}>\n", start, escape_xml(escape_lines_for_terminal(one.details)), element);
 }
 
-std::string content(const TestCase& one) {
+std::string content(const JunitCase& one) {
   std::string text;
-  if (one.status == Status::failed) text += trouble("failure", one);
-  if (one.status == Status::error) text += trouble("error", one);
+  if (one.status == Status::failed) text += failure_element("failure", one);
+  if (one.status == Status::error) text += failure_element("error", one);
   if (one.status == Status::skipped) text += fmt::format("      <skipped{}/>\n", attribute("message", one.message));
   if (!one.output.empty())
-    text += fmt::format("      <system-out>{}</system-out>\n", xml_text(visible_lines(one.output)));
+    text += fmt::format("      <system-out>{}</system-out>\n", escape_xml(escape_lines_for_terminal(one.output)));
   return text;
 }
 
-std::string case_xml(const TestCase& one) {
+std::string case_xml(const JunitCase& one) {
   const std::string start = fmt::format("    <testcase{}{}{}", attribute("name", one.name),
                                         attribute("classname", one.group), attribute("time", one.seconds));
   const std::string inside = content(one);
@@ -57,15 +58,15 @@ std::string case_xml(const TestCase& one) {
 
 }  // namespace
 
-std::string junit_xml(const std::string& name, const std::vector<TestSuite>& suites) {
-  std::vector<TestCase> all;
-  for (const TestSuite& suite : suites) all.insert(all.end(), suite.cases.begin(), suite.cases.end());
+std::string junit_xml(const std::string& name, const std::vector<JunitSuite>& suites) {
+  std::vector<JunitCase> all;
+  for (const JunitSuite& suite : suites) all.insert(all.end(), suite.cases.begin(), suite.cases.end());
   std::string text = "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n";
   // The schema in use has no number of skipped cases at the root.
   text += fmt::format("<testsuites{}{}>\n", attribute("name", name), totals(all, false));
-  for (const TestSuite& suite : suites) {
+  for (const JunitSuite& suite : suites) {
     text += fmt::format("  <testsuite{}{}>\n", attribute("name", suite.name), totals(suite.cases, true));
-    for (const TestCase& one : suite.cases) text += case_xml(one);
+    for (const JunitCase& one : suite.cases) text += case_xml(one);
     text += "  </testsuite>\n";
   }
   return text + "</testsuites>\n";

@@ -6,7 +6,7 @@
 
 namespace balance {
 
-struct TestCase {
+struct JunitCase {
   enum class Status { passed, failed, error, skipped };
   std::string group;  ///< the attribute `classname`
   std::string name;
@@ -18,14 +18,14 @@ struct TestCase {
   double seconds = 0;   ///< that it took; 0: it is no work of its own
 };
 
-struct TestSuite {
+struct JunitSuite {
   std::string name;
-  std::vector<TestCase> cases;
+  std::vector<JunitCase> cases;
 };
 
 /// The whole document, ending with a line feed. The same cases give the same bytes: it holds no time of day and no host.
 /// Texts are UTF-8; what XML cannot hold is replaced by U+FFFD.
 /// @param name of the report
-std::string junit_xml(const std::string& name, const std::vector<TestSuite>& suites);
+std::string junit_xml(const std::string& name, const std::vector<JunitSuite>& suites);
 
 }  // namespace balance

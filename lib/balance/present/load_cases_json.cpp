@@ -19,8 +19,8 @@ Json resting_json(const LoadCaseReport& one, const Mechanism& mechanism) {
   Json json = Json::object();
   for (const int actuator : mechanism.actuators) {
     double most = 0;
-    for (const LargestEffort& effort : one.at_rest)
-      if (effort.actuator == actuator) most = effort.size;
+    for (const PeakEffort& effort : one.static_efforts)
+      if (effort.actuator == actuator) most = effort.magnitude;
     json[mechanism.coordinates[static_cast<std::size_t>(actuator)].name] = most;
   }
   return json;
@@ -29,11 +29,11 @@ Json resting_json(const LoadCaseReport& one, const Mechanism& mechanism) {
 Json case_json(const LoadCaseReport& one, const DesignReport& report) {
   Json json = {{"loads", loads_json(report.study_after.design.cases, one.loads)},
                {"largest_residual", one.residual},
-               {"met", one.residual <= met},
+               {"met", one.residual <= condition_tolerance},
                {"at_rest", resting_json(one, report.study_after.mechanism)}};
   json["free_numbers"] = Json::object();
-  for (std::size_t i = 0; i < report.numbers.size(); ++i)
-    json["free_numbers"][report.numbers[i].path] = one.x[static_cast<Eigen::Index>(i)];
+  for (std::size_t i = 0; i < report.free_numbers.size(); ++i)
+    json["free_numbers"][report.free_numbers[i].key_path] = one.x[static_cast<Eigen::Index>(i)];
   json["trajectories"] = Json::array();
   for (const LoadCaseRun& run : one.runs) {
     Json metrics = Json::array();
@@ -70,7 +70,7 @@ Json table_json(const AdaptedTable& table, const DesignReport& report) {
                     {"values", numbers_json(table.values[row])},
                     {"largest_residual", table.residuals[row]}});
   const bool one = table.loads.front().size() == 1;
-  return {{"rows", std::move(rows)}, {"residual_between", one ? Json(table.between) : Json(nullptr)}};
+  return {{"rows", std::move(rows)}, {"residual_between", one ? Json(table.midpoint_residual) : Json(nullptr)}};
 }
 
 Json adaptive_json(const DesignReport& report) {
@@ -81,29 +81,29 @@ Json adaptive_json(const DesignReport& report) {
   VectorX own(static_cast<Eigen::Index>(cases.numbers.size()));
   for (std::size_t k = 0; k < cases.numbers.size(); ++k) {
     names.push_back(cases.numbers[k].name);
-    own[static_cast<Eigen::Index>(k)] = cases.numbers[k].own;
+    own[static_cast<Eigen::Index>(k)] = cases.numbers[k].nominal;
   }
   Json numbers = Json::array();
   for (std::size_t i = 0; i < adaptive.numbers.size(); ++i) {
     const auto k = static_cast<Eigen::Index>(i);
-    Json number = {{"path", report.numbers[static_cast<std::size_t>(adaptive.numbers[i])].path},
-                   {"least", adaptive.least[k]},
-                   {"most", adaptive.most[k]},
+    Json number = {{"path", report.free_numbers[static_cast<std::size_t>(adaptive.numbers[i])].key_path},
+                   {"least", adaptive.min_values[k]},
+                   {"most", adaptive.max_values[k]},
                    {"law", nullptr}};
     if (adaptive.law) {
       number["law"] = {{"text", law_text(*adaptive.law, k, names)},
-                       {"affine", adaptive.law->affine(k)},
+                       {"affine", adaptive.law->is_affine(k)},
                        {"terms", law_json(*adaptive.law, k, cases)}};
-      number["slope"] = loads_json(cases, adaptive.law->slope(own).row(k));
+      number["slope"] = loads_json(cases, adaptive.law->jacobian(own).row(k));
     }
     numbers.push_back(std::move(number));
   }
   return {{"numbers", std::move(numbers)},
-          {"within_bounds", adaptive.within_bounds},
+          {"within_bounds", adaptive.is_within_bounds},
           {"table", table_json(adaptive.table, report)},
-          {"work", adaptive.work ? Json(*adaptive.work) : Json(nullptr)},
+          {"work", adaptive.adjustment_work ? Json(*adaptive.adjustment_work) : Json(nullptr)},
           {"own_load", loads_json(cases, own)},
-          {"not_adapted", cases_json(adaptive.fixed, report)}};
+          {"not_adapted", cases_json(adaptive.fixed_design_cases, report)}};
 }
 
 }  // namespace

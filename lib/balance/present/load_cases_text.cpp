@@ -13,13 +13,13 @@ namespace balance {
 namespace {
 
 /// Of a law in a spec: the last two digits of a double are round-off of what cancelled.
-constexpr int law_digits = 15;
+constexpr int law_significant_digits = 15;
 
 const LoadCases& cases_of(const DesignReport& report) { return report.study_after.design.cases; }
 
 std::vector<std::string> load_names(const LoadCases& loads) {
   std::vector<std::string> names;
-  for (const LoadNumber& number : loads.numbers) names.push_back(number.name);
+  for (const LoadParameter& number : loads.numbers) names.push_back(number.name);
   return names;
 }
 
@@ -27,16 +27,16 @@ std::string figure_text(double value) { return value == 0 ? "0" : format_number(
 
 std::string residual_word(double residual) {
   if (std::isnan(residual)) return "-";
-  return residual <= met ? "met" : fmt::format("{:.2g}", residual);
+  return residual <= condition_tolerance ? "met" : fmt::format("{:.2g}", residual);
 }
 
 /// Largest effort at rest of every actuator: "4.4145, 1.962".
 std::string resting_text(const LoadCaseReport& one, const Mechanism& mechanism) {
   std::string text;
   for (const int actuator : mechanism.actuators) {
-    const auto at = std::find_if(one.at_rest.begin(), one.at_rest.end(),
-                                 [&](const LargestEffort& effort) { return effort.actuator == actuator; });
-    text += (text.empty() ? "" : ", ") + figure_text(at == one.at_rest.end() ? 0 : at->size);
+    const auto at = std::find_if(one.static_efforts.begin(), one.static_efforts.end(),
+                                 [&](const PeakEffort& effort) { return effort.actuator == actuator; });
+    text += (text.empty() ? "" : ", ") + figure_text(at == one.static_efforts.end() ? 0 : at->magnitude);
   }
   return text.empty() ? "-" : text;
 }
@@ -53,7 +53,7 @@ std::string cases_table(const std::vector<LoadCaseReport>& all, const DesignRepo
   std::string actuators;
   for (const int actuator : mechanism.actuators)
     actuators += (actuators.empty() ? " " : ", ") + mechanism.coordinates[static_cast<std::size_t>(actuator)].name;
-  Table table{{"load", "conditions", "most at rest" + actuators}, {Align::left, Align::right, Align::right}, {}};
+  TextTable table{{"load", "conditions", "most at rest" + actuators}, {Align::left, Align::right, Align::right}, {}};
   for (const LoadCaseRun& run : all.front().runs) {
     table.heading.push_back(run.trajectory + ": torque peak, mean");
     table.align.push_back(Align::right);
@@ -68,13 +68,13 @@ std::string cases_table(const std::vector<LoadCaseReport>& all, const DesignRepo
 }
 
 std::string path_of(const DesignReport& report, std::size_t which) {
-  return report.numbers[static_cast<std::size_t>(report.adaptive->numbers[which])].path;
+  return report.free_numbers[static_cast<std::size_t>(report.adaptive->numbers[which])].key_path;
 }
 
 std::string slopes_text(const AdaptiveLaw& law, Eigen::Index i, const LoadCases& loads) {
   VectorX own(static_cast<Eigen::Index>(loads.numbers.size()));
-  for (Eigen::Index k = 0; k < own.size(); ++k) own[k] = loads.numbers[static_cast<std::size_t>(k)].own;
-  const MatrixX slope = law.slope(own);
+  for (Eigen::Index k = 0; k < own.size(); ++k) own[k] = loads.numbers[static_cast<std::size_t>(k)].nominal;
+  const MatrixX slope = law.jacobian(own);
   std::string text;
   for (Eigen::Index k = 0; k < own.size(); ++k)
     text += fmt::format("{}{:.6g} per {}", k == 0 ? "" : ", ", slope(i, k),
@@ -90,18 +90,19 @@ std::string law_lines(const DesignReport& report) {
     const auto k = static_cast<Eigen::Index>(i);
     text += fmt::format("  {} = {}", path_of(report, i),
                         adaptive.law ? law_text(*adaptive.law, k, load_names(loads)) : "by the table below");
-    text += fmt::format("; from {:.6g} to {:.6g}", adaptive.least[k], adaptive.most[k]);
+    text += fmt::format("; from {:.6g} to {:.6g}", adaptive.min_values[k], adaptive.max_values[k]);
     if (adaptive.law) text += "; " + slopes_text(*adaptive.law, k, loads);
     text += "\n";
   }
-  if (!adaptive.within_bounds) text += "the law leaves the bounds of the free numbers within the range of the loads\n";
+  if (!adaptive.is_within_bounds)
+    text += "the law leaves the bounds of the free numbers within the range of the loads\n";
   return text;
 }
 
 std::string table_text(const DesignReport& report) {
   const AdaptedTable& found = report.adaptive->table;
   if (found.loads.empty()) return "";
-  Table table{{"load", "conditions"}, {Align::left, Align::right}, {}};
+  TextTable table{{"load", "conditions"}, {Align::left, Align::right}, {}};
   for (std::size_t i = 0; i < report.adaptive->numbers.size(); ++i) {
     table.heading.push_back(path_of(report, i));
     table.align.push_back(Align::right);
@@ -114,20 +115,20 @@ std::string table_text(const DesignReport& report) {
   }
   std::string text = format_table(table);
   if (found.loads.front().size() == 1)
-    text += fmt::format("between them by a cubic spline: conditions {}\n", residual_word(found.between));
+    text += fmt::format("between them by a cubic spline: conditions {}\n", residual_word(found.midpoint_residual));
   return text;
 }
 
 std::string costs_text(const DesignReport& report) {
   std::string text;
-  if (report.adaptive->work)
+  if (report.adaptive->adjustment_work)
     text += fmt::format(
         "work against gravity and springs from the least to the largest loads, at the start of trajectory {}: {} J\n",
-        report.study_after.trajectories.front().name, figure_text(*report.adaptive->work));
+        report.study_after.trajectories.front().name, figure_text(*report.adaptive->adjustment_work));
   VectorX own(static_cast<Eigen::Index>(cases_of(report).numbers.size()));
-  for (Eigen::Index k = 0; k < own.size(); ++k) own[k] = cases_of(report).numbers[static_cast<std::size_t>(k)].own;
+  for (Eigen::Index k = 0; k < own.size(); ++k) own[k] = cases_of(report).numbers[static_cast<std::size_t>(k)].nominal;
   text += fmt::format("\nnot adapted: as it suits {}\n", load_text(cases_of(report).numbers, own));
-  return text + cases_table(report.adaptive->fixed, report);
+  return text + cases_table(report.adaptive->fixed_design_cases, report);
 }
 
 }  // namespace
@@ -149,19 +150,19 @@ std::string law_text(const AdaptiveLaw& law, Eigen::Index which, const std::vect
   return text.empty() ? "0" : text;
 }
 
-std::vector<std::string> law_expressions(const DesignReport& report) {
-  std::vector<std::string> texts(report.numbers.size());
-  if (!report.adaptive || !report.adaptive->law || !report.adaptive->within_bounds) return texts;
+std::vector<std::string> make_law_expressions(const DesignReport& report) {
+  std::vector<std::string> texts(report.free_numbers.size());
+  if (!report.adaptive || !report.adaptive->law || !report.adaptive->is_within_bounds) return texts;
   const LoadCases& loads = cases_of(report);
   std::vector<std::string> names;
-  for (const LoadNumber& number : loads.numbers) {
+  for (const LoadParameter& number : loads.numbers) {
     if (!number.path.starts_with("parameters.")) return texts;
     names.push_back(number.path.substr(std::string("parameters.").size()));
   }
   for (std::size_t i = 0; i < report.adaptive->numbers.size(); ++i) {
     const auto number = static_cast<std::size_t>(report.adaptive->numbers[i]);
     texts[number] = fmt::format("\"{}\"", law_text(*report.adaptive->law, static_cast<Eigen::Index>(i), names,
-                                                   report.numbers[number].unit, law_digits, " * "));
+                                                   report.free_numbers[number].unit, law_significant_digits, " * "));
   }
   return texts;
 }

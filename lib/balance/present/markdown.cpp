@@ -9,9 +9,9 @@
 namespace balance {
 namespace {
 
-std::string in_one_line(std::string text) {
+std::string to_single_line(std::string text) {
   std::replace(text.begin(), text.end(), '\n', ' ');
-  return visible(text);
+  return escape_for_terminal(text);
 }
 
 bool is_alphanumeric(const std::string& text, std::size_t at) {
@@ -29,10 +29,10 @@ bool is_markup(const std::string& text, std::size_t at) {
 }
 
 /// A fence longer than any within holds every backtick; a bar ends a cell even there.
-std::string code(const std::string& text) {
+std::string format_code_span(const std::string& text) {
   std::size_t longest = 0, run = 0;
   std::string inside;
-  for (const char c : in_one_line(text)) {
+  for (const char c : to_single_line(text)) {
     run = c == '`' ? run + 1 : 0;
     longest = std::max(longest, run);
     inside += c == '|' ? "\\|" : std::string(1, c);
@@ -41,7 +41,7 @@ std::string code(const std::string& text) {
   return fence + blank + inside + blank + fence;
 }
 
-std::string row(const std::vector<std::string>& cells) {
+std::string format_markdown_row(const std::vector<std::string>& cells) {
   std::string text = "|";
   for (const std::string& cell : cells) text += " " + cell + " |";
   return text + "\n";
@@ -49,8 +49,8 @@ std::string row(const std::vector<std::string>& cells) {
 
 }  // namespace
 
-std::string markdown_text(const std::string& given) {
-  const std::string text = in_one_line(given);
+std::string escape_markdown(const std::string& given) {
+  const std::string text = to_single_line(given);
   std::string safe;
   for (std::size_t i = 0; i < text.size(); ++i) {
     const bool entity = text[i] == '&' && (is_alphanumeric(text, i + 1) || text.compare(i + 1, 1, "#") == 0);
@@ -66,18 +66,18 @@ std::string markdown_text(const std::string& given) {
   return safe;
 }
 
-std::string markdown_table(const Table& table, const std::vector<std::size_t>& code_columns) {
+std::string format_markdown_table(const TextTable& table, const std::vector<std::size_t>& code_columns) {
   std::vector<std::string> heading, rule;
-  for (const std::string& cell : table.heading) heading.push_back(markdown_text(cell));
+  for (const std::string& cell : table.heading) heading.push_back(escape_markdown(cell));
   for (const Align align : table.align) rule.emplace_back(align == Align::left ? "---" : "---:");
-  std::string text = row(heading) + row(rule);
+  std::string text = format_markdown_row(heading) + format_markdown_row(rule);
   for (const auto& cells : table.rows) {
     std::vector<std::string> shown;
     for (std::size_t i = 0; i < cells.size(); ++i) {
       const bool is_code = std::find(code_columns.begin(), code_columns.end(), i) != code_columns.end();
-      shown.push_back(is_code ? code(cells[i]) : markdown_text(cells[i]));
+      shown.push_back(is_code ? format_code_span(cells[i]) : escape_markdown(cells[i]));
     }
-    text += row(shown);
+    text += format_markdown_row(shown);
   }
   return text;
 }

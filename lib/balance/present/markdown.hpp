@@ -10,9 +10,9 @@
 namespace balance {
 
 /// On one line, visible as in base/plain_text.hpp; line feeds become blanks.
-std::string markdown_text(const std::string& text);
+std::string escape_markdown(const std::string& text);
 
 /// A GitHub table. Cells are texts; those of a code column stand in backticks.
-std::string markdown_table(const Table& table, const std::vector<std::size_t>& code_columns = {});
+std::string format_markdown_table(const TextTable& table, const std::vector<std::size_t>& code_columns = {});
 
 }  // namespace balance

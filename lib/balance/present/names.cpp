@@ -18,26 +18,26 @@ const char* name_of(DesignStatus status) {
     case DesignStatus::unsolved: return "unsolved";
     case DesignStatus::balanced: return "balanced";
     case DesignStatus::compromise: return "compromise";
-    case DesignStatus::impossible: return "impossible";
-    case DesignStatus::not_found: return "not-found";
-    case DesignStatus::not_asked: return "not-asked";
+    case DesignStatus::infeasible: return "impossible";
+    case DesignStatus::no_feasible_start: return "not-found";
+    case DesignStatus::no_goal: return "not-asked";
   }
   return "";
 }
 
 const char* name_of(Optimality optimality) {
   switch (optimality) {
-    case Optimality::not_asked: return "not-asked";
-    case Optimality::proved_best: return "proved-best";
-    case Optimality::local_best: return "local-best";
-    case Optimality::stopped: return "stopped";
+    case Optimality::not_optimised: return "not-asked";
+    case Optimality::proved_global: return "proved-best";
+    case Optimality::local_optimum: return "local-best";
+    case Optimality::budget_exhausted: return "stopped";
   }
   return "";
 }
 
 const char* name_of(DesignMethod method) {
   switch (method) {
-    case DesignMethod::nothing_to_do: return "nothing-to-do";
+    case DesignMethod::none: return "nothing-to-do";
     case DesignMethod::affine: return "affine";
     case DesignMethod::polynomial: return "polynomial";
     case DesignMethod::geometric: return "geometric";

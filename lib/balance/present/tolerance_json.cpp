@@ -17,8 +17,8 @@ Json by_number(const Tolerances& numbers, const VectorX& values) {
 Json figure_json(const FigureDeviation& figure, const Tolerances& numbers) {
   return {{"value", figure.value},
           {"deviation", figure.deviation},
-          {"by_number", by_number(numbers, figure.by_number)},
-          {"rival_times", figure.rivals}};
+          {"by_number", by_number(numbers, figure.contributions)},
+          {"rival_times", figure.extremum_times}};
 }
 
 Json worst_json(const WorstSample& worst, const ToleranceReport& report) {
@@ -49,40 +49,40 @@ Json report_json(const ToleranceReport& report) {
           {"notes", report.run.outcome.notes}};
 }
 
-Json openings_json(const ToleranceView& view) {
+Json incompatible_parameters_json(const ToleranceReportData& view) {
   Json openings = Json::array();
-  for (const NumberOpening& one : openings_of(view))
-    openings.push_back({{"number", one.path}, {"joint", one.joint}, {"gap", one.gap}, {"unit", one.unit}});
+  for (const IncompatibleParameter& one : incompatible_parameters_of(view))
+    openings.push_back({{"number", one.key_path}, {"joint", one.joint}, {"gap", one.gap}, {"unit", one.unit}});
   return openings;
 }
 
-Json sampling_json(const ToleranceView& view) {
+Json sampling_json(const ToleranceReportData& view) {
   if (!view.sampling) return nullptr;
   Json figures = Json::array();
   for (const SampledFigure& one : view.sampling->figures)
     figures.push_back({{"quantity", one.quantity},
-                       {"figure", name_of(one.figure)},
+                       {"figure", objective_term_name(one.figure)},
                        {"unit", one.unit},
                        {"mean", one.mean},
                        {"mean_error", one.mean_error},
                        {"deviation", one.deviation},
                        {"deviation_error", one.deviation_error},
                        {"quantiles", {{"5", one.quantiles[0]}, {"50", one.quantiles[1]}, {"95", one.quantiles[2]}}},
-                       {"disagreement", view.report ? Json(disagreement(*view.report, one)) : Json(nullptr)}});
+                       {"disagreement", view.report ? Json(sampling_disagreement(*view.report, one)) : Json(nullptr)}});
   Json refused = Json::object();
-  for (const auto& [why, count] : view.sampling->refused) refused[why] = count;
+  for (const auto& [why, count] : view.sampling->rejections) refused[why] = count;
   return {{"draws", view.draws.count},
           {"seed", view.draws.seed},
-          {"drawn", view.sampling->drawn},
+          {"drawn", view.sampling->run_count},
           {"refused", std::move(refused)},
           {"figures", std::move(figures)}};
 }
 
-Json poses_at_rest_json(const ToleranceView& view) {
+Json poses_at_rest_json(const ToleranceReportData& view) {
   if (!view.at_rest) return nullptr;
-  const RestTolerance& rest = *view.at_rest;
+  const StaticTolerance& rest = *view.at_rest;
   Json actuators = Json::array();
-  for (const RestDeviation& one : rest.actuators) {
+  for (const StaticDeviation& one : rest.actuators) {
     Json pose = Json::object();
     for (std::size_t k = 0; k < rest.coordinates.size(); ++k)
       pose[rest.coordinates[k]] = one.pose[static_cast<Eigen::Index>(k)];
@@ -93,26 +93,26 @@ Json poses_at_rest_json(const ToleranceView& view) {
                          {"coordinates", std::move(pose)},
                          {"shares", by_number(view.numbers, one.shares)}});
   }
-  return {{"poses", rest.poses}, {"unreached", rest.unreached}, {"actuators", std::move(actuators)}};
+  return {{"poses", rest.pose_count}, {"unreached", rest.unreachable_count}, {"actuators", std::move(actuators)}};
 }
 
 }  // namespace
 
-std::string tolerance_json(const ToleranceView& view) {
+std::string tolerance_json(const ToleranceReportData& view) {
   Json numbers = Json::array();
-  for (const ToleranceNumber& one : view.numbers)
+  for (const TolerancedParameter& one : view.numbers)
     numbers.push_back({{"path", one.path},
                        {"value", one.value},
-                       {"distribution", one.spread == Spread::normal ? "normal" : "uniform"},
+                       {"distribution", one.distribution == Distribution::normal ? "normal" : "uniform"},
                        {"width", one.width},
                        {"deviation", one.deviation()}});
   Json json = {{"mechanism", view.mechanism}, {"numbers", std::move(numbers)}};
-  json["openings"] = openings_json(view);
+  json["openings"] = incompatible_parameters_json(view);
   json["trajectory"] = view.report ? Json(view.trajectory) : Json(nullptr);
   json["first_order"] = view.report ? report_json(*view.report) : Json(nullptr);
   json["sampling"] = sampling_json(view);
   json["at_rest"] = poses_at_rest_json(view);
-  return dump(json);
+  return format_json(json);
 }
 
 }  // namespace balance

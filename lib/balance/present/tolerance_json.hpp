@@ -8,6 +8,6 @@
 namespace balance {
 
 /// Deviations are null where a figure has none to first order, and so are parts of numbers that open a joint; `sampling` and `at_rest` where nobody asked.
-std::string tolerance_json(const ToleranceView& view);
+std::string tolerance_json(const ToleranceReportData& view);
 
 }  // namespace balance

@@ -7,6 +7,6 @@
 
 namespace balance {
 
-std::string tolerance_text(const ToleranceView& view);
+std::string tolerance_text(const ToleranceReportData& view);
 
 }  // namespace balance

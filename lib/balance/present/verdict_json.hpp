@@ -7,6 +7,6 @@
 namespace balance {
 
 /// What is no number is null.
-Json verdict_json(const Verdict& verdict);
+Json verdict_json(const RequirementVerdict& verdict);
 
 }  // namespace balance

@@ -17,10 +17,10 @@ bool is_allowed(std::uint32_t code) {
 
 }  // namespace
 
-std::string xml_text(std::string_view text) {
+std::string escape_xml(std::string_view text) {
   std::string xml;
   while (!text.empty()) {
-    const Utf8Character one = first_character(text);
+    const Utf8CodePoint one = decode_utf8(text);
     const std::size_t bytes = std::max<std::size_t>(one.bytes, 1);
     if (one.bytes == 0 || !is_allowed(one.code)) {
       xml += "\xEF\xBF\xBD";

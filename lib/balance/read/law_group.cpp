@@ -12,38 +12,38 @@ namespace {
 
 class LawReader {
  public:
-  LawReader(const Hdf5Source& file, const std::string& group) : file_(file), group_(group) {}
+  LawReader(const Hdf5Reader& file, const std::string& group) : file_(file), group_(group) {}
 
   PhasePlane plane() const {
     PhasePlane plane;
     if (has("time")) {
       plane.time = column("time", is_finite);
-      plane.place = column("place", is_part, plane.time.size());
-      plane.rate = column("rate", is_finite, plane.time.size());
+      plane.path_parameter = column("place", is_part, plane.time.size());
+      plane.path_rate = column("rate", is_finite, plane.time.size());
       expect(std::is_sorted(plane.time.begin(), plane.time.end()), "time");
     }
     if (has("ceiling_place")) {
-      plane.ceiling_place = column("ceiling_place", is_part);
-      plane.ceiling = column(
-          "ceiling", [](double value) { return value >= 0; }, plane.ceiling_place.size());
-      expect(std::is_sorted(plane.ceiling_place.begin(), plane.ceiling_place.end()), "ceiling_place");
+      plane.mvc_path_parameter = column("ceiling_place", is_part);
+      plane.mvc_path_rate = column(
+          "ceiling", [](double value) { return value >= 0; }, plane.mvc_path_parameter.size());
+      expect(std::is_sorted(plane.mvc_path_parameter.begin(), plane.mvc_path_parameter.end()), "ceiling_place");
     }
     return plane;
   }
 
-  std::optional<FoundLaw> found() const {
+  std::optional<OptimisedLaw> found() const {
     if (!has("duration")) return std::nullopt;
-    FoundLaw law;
+    OptimisedLaw law;
     law.duration = number("duration");
     if (has("momentum")) law.momentum = number("momentum");
     if (has("peak")) {
-      law.peak = number("peak");
-      law.unit = visible(file_.text_attribute(group_ + "/peak", "units").value_or(""));
-      law.of = visible(file_.text_attribute(group_, "of").value_or(""));
+      law.objective_value = number("peak");
+      law.unit = escape_for_terminal(file_.text_attribute(group_ + "/peak", "units").value_or(""));
+      law.objective = escape_for_terminal(file_.text_attribute(group_, "of").value_or(""));
     }
     if (has("switch")) {
       const VectorX times = column("switch", is_finite);
-      law.switches.assign(times.begin(), times.end());
+      law.switch_times.assign(times.begin(), times.end());
     }
     if (has("limit")) stretches(law);
     return law;
@@ -56,7 +56,7 @@ class LawReader {
   bool has(const char* name) const { return file_.has(group_ + "/" + name); }
 
   void expect(bool good, const char* name) const {
-    if (!good) throw Hdf5Error(in_quotes(group_ + "/" + name) + " is not as a law has it: the file is damaged");
+    if (!good) throw Hdf5Error(quote_for_message(group_ + "/" + name) + " is not as a law has it: the file is damaged");
   }
 
   template <class Good>
@@ -73,27 +73,27 @@ class LawReader {
     return read.values[0];
   }
 
-  void stretches(FoundLaw& law) const {
+  void stretches(OptimisedLaw& law) const {
     const auto limits = file_.texts(group_ + "/limit");
     const auto count = static_cast<Eigen::Index>(limits.size());
     const VectorX begin = column("begin", is_finite, count), end = column("end", is_finite, count);
     const VectorX from = column("from", is_part, count), to = column("to", is_part, count);
     for (Eigen::Index i = 0; i < count; ++i) {
       const std::string& limit = limits[static_cast<std::size_t>(i)];
-      law.stretches.push_back({begin[i], end[i], from[i], to[i], limit == "none" ? "" : limit});
+      law.active_limits.push_back({begin[i], end[i], from[i], to[i], limit == "none" ? "" : limit});
     }
   }
 
-  const Hdf5Source& file_;
+  const Hdf5Reader& file_;
   std::string group_;
 };
 
 }  // namespace
 
-void read_law(const Hdf5Source& file, const std::string& prefix, Result& result) {
+void read_law_group(const Hdf5Reader& file, const std::string& prefix, RunResult& result) {
   if (!file.has(prefix + "law")) return;
   const LawReader reader(file, prefix + "law");
-  result.found_law = reader.found();
+  result.optimised_law = reader.found();
   result.phase_plane = reader.plane();
 }
 

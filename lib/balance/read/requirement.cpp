@@ -18,10 +18,10 @@ namespace {
 /// Of the variables that stand for figures.
 using Values = std::map<std::string, double>;
 
-double calculate(const std::string& expression, const Values& values) {
+double evaluate_figure_expression(const std::string& expression, const Values& values) {
   const auto value = [&](const std::string& name) -> Expression {
     const auto found = values.find(name);
-    if (found == values.end()) throw ExpressionError("there is nothing called " + in_quotes(name));
+    if (found == values.end()) throw ExpressionError("there is nothing called " + quote_for_message(name));
     return found->second;
   };
   return parse_expression(expression, value).value();
@@ -29,22 +29,22 @@ double calculate(const std::string& expression, const Values& values) {
 
 template <class See>
 void for_each_figure(const Requirement& requirement, See&& see) {
-  for (const Comparison& comparison : requirement.comparisons) {
-    for (const Arithmetic* side : {&comparison.left, &comparison.right})
+  for (const RequirementComparison& comparison : requirement.comparisons) {
+    for (const FigureExpression* side : {&comparison.left, &comparison.right})
       for (const FigureReference& figure : side->figures) see(figure);
   }
 }
 
 /// Whether the arithmetic can be done at all, tried with ones.
-void check_arithmetic(const Comparison& comparison) {
-  for (const Arithmetic* side : {&comparison.left, &comparison.right}) {
+void check_arithmetic(const RequirementComparison& comparison) {
+  for (const FigureExpression* side : {&comparison.left, &comparison.right}) {
     Values ones;
     for (const FigureReference& figure : side->figures) ones[figure.variable] = 1;
     try {
-      calculate(side->expression, ones);
+      evaluate_figure_expression(side->expression, ones);
     } catch (const ExpressionError& error) {
-      throw RequirementError(comparison.column,
-                             in_quotes(side->text) + ": " + error.what() + decimal_comma_hint(side->text));
+      throw RequirementError(comparison.column, quote_for_message(side->text) + ": " + error.what() +
+                                                    format_decimal_point_hint(side->text));
     }
   }
 }
@@ -52,7 +52,8 @@ void check_arithmetic(const Comparison& comparison) {
 const MetricTable& find_table(const std::string& name, const std::vector<MetricTable>& tables) {
   const auto found =
       std::find_if(tables.begin(), tables.end(), [&](const MetricTable& table) { return table.name == name; });
-  if (found == tables.end()) throw std::invalid_argument("there are no figures of a run called " + in_quotes(name));
+  if (found == tables.end())
+    throw std::invalid_argument("there are no figures of a run called " + quote_for_message(name));
   return *found;
 }
 
@@ -60,7 +61,8 @@ void add_once(std::vector<std::string>& all, const std::string& one) {
   if (std::find(all.begin(), all.end(), one) == all.end()) all.push_back(one);
 }
 
-const MetricTable& table_of(const FigureReference& figure, const std::vector<MetricTable>& tables, std::size_t run) {
+const MetricTable& find_metric_table(const FigureReference& figure, const std::vector<MetricTable>& tables,
+                                     std::size_t run) {
   return figure.run.empty() ? tables.at(run) : find_table(figure.run, tables);
 }
 
@@ -69,15 +71,15 @@ double value_of(const FigureReference& figure, const MetricTable& table) {
 }
 
 /// Whether the side is a number of the figures' own unit: plain, or growing in a straight line as all of them grow.
-bool has_unit_of_figures(const Arithmetic& side, const std::vector<MetricTable>& tables, std::size_t run) {
+bool has_unit_of_figures(const FigureExpression& side, const std::vector<MetricTable>& tables, std::size_t run) {
   constexpr double step = 1e-3, round_off = 1e-9;
   const auto grown = [&](double factor) {
     Values values;
     for (const FigureReference& figure : side.figures) {
-      const double value = value_of(figure, table_of(figure, tables, run));
+      const double value = value_of(figure, find_metric_table(figure, tables, run));
       values[figure.variable] = factor * (value == 0 ? 1 : value);
     }
-    return calculate(side.expression, values);
+    return evaluate_figure_expression(side.expression, values);
   };
   if (side.figures.empty()) return true;
   const double less = grown(1 - step), now = grown(1), more = grown(1 + step), growth = std::abs(more - less);
@@ -85,11 +87,12 @@ bool has_unit_of_figures(const Arithmetic& side, const std::vector<MetricTable>&
 }
 
 /// The unit of both sides; empty if the figures differ in theirs, or a side is their product, ratio, root, …
-std::string common_unit(const Comparison& comparison, const std::vector<MetricTable>& tables, std::size_t run) {
+std::string common_unit(const RequirementComparison& comparison, const std::vector<MetricTable>& tables,
+                        std::size_t run) {
   std::vector<std::string> units;
-  for (const Arithmetic* side : {&comparison.left, &comparison.right})
+  for (const FigureExpression* side : {&comparison.left, &comparison.right})
     for (const FigureReference& figure : side->figures) {
-      const Metric* metric = find_metric(table_of(figure, tables, run), figure.quantity);
+      const Metric* metric = find_metric(find_metric_table(figure, tables, run), figure.quantity);
       add_once(units, !figure.figure ? "J" : metric == nullptr ? "" : metric->unit);
     }
   const bool common = units.size() == 1 && has_unit_of_figures(comparison.left, tables, run) &&
@@ -97,11 +100,12 @@ std::string common_unit(const Comparison& comparison, const std::vector<MetricTa
   return common ? units.front() : "";
 }
 
-double evaluate(const Arithmetic& side, const std::vector<MetricTable>& tables, std::size_t run, Verdict& verdict) {
+double evaluate(const FigureExpression& side, const std::vector<MetricTable>& tables, std::size_t run,
+                RequirementVerdict& verdict) {
   Values values;
   bool complete = true;
   for (const FigureReference& figure : side.figures) {
-    const MetricTable& table = table_of(figure, tables, run);
+    const MetricTable& table = find_metric_table(figure, tables, run);
     const double value = value_of(figure, table);
     const std::string what = figure.figure ? figure.quantity : "energy";
     if (figure.figure ? find_metric(table, figure.quantity) == nullptr : std::isnan(value)) {
@@ -111,19 +115,20 @@ double evaluate(const Arithmetic& side, const std::vector<MetricTable>& tables, 
     complete = complete && !std::isnan(value);
     values[figure.variable] = value;
   }
-  return complete ? calculate(side.expression, values) : std::numeric_limits<double>::quiet_NaN();
+  return complete ? evaluate_figure_expression(side.expression, values) : std::numeric_limits<double>::quiet_NaN();
 }
 
-bool join(const Requirement& requirement, const std::vector<Judged>& judged) {
+bool combine_comparisons(const Requirement& requirement, const std::vector<JudgedComparison>& judged) {
   std::vector<bool> stack;
-  for (const Requirement::Step& step : requirement.steps) {
-    if (step.kind == Requirement::Step::Kind::compare) {
+  for (const Requirement::PostfixStep& step : requirement.steps) {
+    if (step.kind == Requirement::PostfixStep::Kind::compare) {
       stack.push_back(judged[step.comparison].holds());
       continue;
     }
     const bool last = stack.back();
     stack.pop_back();
-    stack.back() = step.kind == Requirement::Step::Kind::both ? stack.back() && last : stack.back() || last;
+    stack.back() =
+        step.kind == Requirement::PostfixStep::Kind::logical_and ? stack.back() && last : stack.back() || last;
   }
   return stack.back();
 }
@@ -133,7 +138,7 @@ bool join(const Requirement& requirement, const std::vector<Judged>& judged) {
 RequirementError::RequirementError(std::size_t where, const std::string& message)
     : std::runtime_error(fmt::format("column {}: {}", where, message)), column(where) {}
 
-bool Requirement::is_about_each_run() const {
+bool Requirement::applies_to_each_run() const {
   bool found = false;
   for_each_figure(*this, [&](const FigureReference& figure) { found = found || figure.run.empty(); });
   return found;
@@ -147,60 +152,63 @@ std::vector<std::string> Requirement::named_runs() const {
   return names;
 }
 
-Requirement read_requirement(const std::string& text, const RunNames& runs) {
-  if (text.size() > longest_expression)
-    throw RequirementError(1, fmt::format("it is longer than {} characters", longest_expression));
-  Requirement requirement = read::parse_requirement(read::split_requirement(text, runs), text, runs);
-  for (const Comparison& comparison : requirement.comparisons) check_arithmetic(comparison);
+Requirement parse_requirement(const std::string& text, const RunNames& runs) {
+  if (text.size() > max_expression_length)
+    throw RequirementError(1, fmt::format("it is longer than {} characters", max_expression_length));
+  Requirement requirement =
+      specification::parse_requirement_tokens(specification::tokenise_requirement(text, runs), text, runs);
+  for (const RequirementComparison& comparison : requirement.comparisons) check_arithmetic(comparison);
   return requirement;
 }
 
 void check_quantities(const Requirement& requirement, const std::vector<std::string>& quantities) {
   for_each_figure(requirement, [&](const FigureReference& figure) {
-    const bool known = std::find(quantities.begin(), quantities.end(), known_quantity(figure.quantity, quantities)) !=
-                       quantities.end();
+    const bool known = std::find(quantities.begin(), quantities.end(),
+                                 resolve_quantity_name(figure.quantity, quantities)) != quantities.end();
     if (!figure.figure || known) return;
-    throw RequirementError(figure.column, fmt::format("no run has a quantity {}{}", in_quotes(figure.quantity),
-                                                      nearest_hint(figure.quantity, quantities)));
+    throw RequirementError(figure.column, fmt::format("no run has a quantity {}{}", quote_for_message(figure.quantity),
+                                                      append_nearest_name(figure.quantity, quantities)));
   });
 }
 
-Verdict judge(const Requirement& requirement, const std::vector<MetricTable>& tables, std::size_t run) {
-  Verdict verdict;
+RequirementVerdict judge_requirement(const Requirement& requirement, const std::vector<MetricTable>& tables,
+                                     std::size_t run) {
+  RequirementVerdict verdict;
   verdict.requirement = requirement.text;
-  if (requirement.is_about_each_run()) verdict.run = tables.at(run).name;
-  for (const Comparison& comparison : requirement.comparisons) {
-    Judged judged{comparison.left.text, comparison.right.text, comparison.relation};
+  if (requirement.applies_to_each_run()) verdict.run = tables.at(run).name;
+  for (const RequirementComparison& comparison : requirement.comparisons) {
+    JudgedComparison judged{comparison.left.text, comparison.right.text, comparison.relation};
     judged.left = evaluate(comparison.left, tables, run, verdict);
     judged.right = evaluate(comparison.right, tables, run, verdict);
     judged.unit = common_unit(comparison, tables, run);
     verdict.compared.push_back(judged);
   }
-  verdict.holds = join(requirement, verdict.compared);
+  verdict.holds = combine_comparisons(requirement, verdict.compared);
   return verdict;
 }
 
-std::vector<Verdict> judge_all(const Requirement& requirement, const std::vector<MetricTable>& tables) {
-  if (!requirement.is_about_each_run()) return {judge(requirement, tables, 0)};
-  std::vector<Verdict> verdicts;
-  for (std::size_t run = 1; run < tables.size(); ++run) verdicts.push_back(judge(requirement, tables, run));
+std::vector<RequirementVerdict> judge_each_run(const Requirement& requirement, const std::vector<MetricTable>& tables) {
+  if (!requirement.applies_to_each_run()) return {judge_requirement(requirement, tables, 0)};
+  std::vector<RequirementVerdict> verdicts;
+  for (std::size_t run = 1; run < tables.size(); ++run) verdicts.push_back(judge_requirement(requirement, tables, run));
   return verdicts;
 }
 
-std::vector<Verdict> judge_texts(const std::vector<std::string>& texts, const std::vector<NamedRun>& runs) {
+std::vector<RequirementVerdict> judge_requirements(const std::vector<std::string>& texts,
+                                                   const std::vector<NamedRun>& runs) {
   RunNames names;
   for (const NamedRun& run : runs) names.all.push_back(run.name);
   names.base = names.all.front();
-  const std::vector<MetricTable> tables = tabulate(runs);
+  const std::vector<MetricTable> tables = make_metric_tables(runs);
   const std::vector<std::string> quantities = list_quantity_names(tables);
-  std::vector<Verdict> verdicts;
+  std::vector<RequirementVerdict> verdicts;
   for (const std::string& text : texts) {
     try {
-      const Requirement requirement = read_requirement(text, names);
+      const Requirement requirement = parse_requirement(text, names);
       check_quantities(requirement, quantities);
-      for (Verdict& verdict : judge_all(requirement, tables)) verdicts.push_back(std::move(verdict));
+      for (RequirementVerdict& verdict : judge_each_run(requirement, tables)) verdicts.push_back(std::move(verdict));
     } catch (const RequirementError& error) {
-      throw std::invalid_argument(in_quotes(text) + ": " + error.what());
+      throw std::invalid_argument(quote_for_message(text) + ": " + error.what());
     }
   }
   return verdicts;

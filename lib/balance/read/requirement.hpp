@@ -23,7 +23,7 @@ class RequirementError : public std::runtime_error {
 
 /// A figure that a requirement asks for.
 struct FigureReference {
-  std::optional<Figure> figure;  ///< of `quantity`; nothing: the energy
+  std::optional<Statistic> figure;  ///< of `quantity`; nothing: the energy
   std::string quantity;
   std::string run;         ///< its name; empty: the run that the requirement is judged for
   std::string variable;    ///< that stands for it in the arithmetic
@@ -31,31 +31,31 @@ struct FigureReference {
 };
 
 /// Arithmetic on figures.
-struct Arithmetic {
+struct FigureExpression {
   std::string text;                      ///< as written
   std::string expression;                ///< with a variable for every figure
   std::vector<FigureReference> figures;  ///< in the order in which they stand
 };
 
-struct Comparison {
-  Arithmetic left, right;
+struct RequirementComparison {
+  FigureExpression left, right;
   Relation relation = Relation::at_most;
   std::size_t column = 1;  ///< where it begins, from 1
 };
 
 struct Requirement {
   /// A step of a stack machine that joins what the comparisons came to.
-  struct Step {
-    enum class Kind { compare, both, either };
+  struct PostfixStep {
+    enum class Kind { compare, logical_and, logical_or };
     Kind kind = Kind::compare;
     std::size_t comparison = 0;
   };
   std::string text;
-  std::vector<Comparison> comparisons;  ///< in the order in which they stand
-  std::vector<Step> steps;
+  std::vector<RequirementComparison> comparisons;  ///< in the order in which they stand
+  std::vector<PostfixStep> steps;
 
   /// Some figure is of no named run: the requirement is judged for each run but the base. Otherwise it is judged once.
-  bool is_about_each_run() const;
+  bool applies_to_each_run() const;
   /// Names of the runs that figures are of by name, each once; `base` stands as the name of the base.
   std::vector<std::string> named_runs() const;
 };
@@ -68,7 +68,7 @@ struct RunNames {
 
 /// Whatever can be wrong without knowing the runs' quantities is found here.
 /// @throws RequirementError: syntax, no comparison, an unknown run or function
-Requirement read_requirement(const std::string& text, const RunNames& runs);
+Requirement parse_requirement(const std::string& text, const RunNames& runs);
 
 /// @param quantities that at least one run has
 /// @throws RequirementError for any other, with the nearest
@@ -78,13 +78,15 @@ void check_quantities(const Requirement& requirement, const std::vector<std::str
 /// @param run index of that one; means nothing if the requirement names all its runs
 /// A quantity that a run does not have is NaN, and the verdict says so: its comparison never holds.
 /// @throws std::invalid_argument if there is no table of a run that the requirement names
-Verdict judge(const Requirement& requirement, const std::vector<MetricTable>& tables, std::size_t run);
+RequirementVerdict judge_requirement(const Requirement& requirement, const std::vector<MetricTable>& tables,
+                                     std::size_t run);
 
 /// For every table but the first, or once if the requirement names all its runs.
-std::vector<Verdict> judge_all(const Requirement& requirement, const std::vector<MetricTable>& tables);
+std::vector<RequirementVerdict> judge_each_run(const Requirement& requirement, const std::vector<MetricTable>& tables);
 
 /// Requirements as written, on runs of which the first is the base.
 /// @throws std::invalid_argument "'rms(x) <': column 9: …"
-std::vector<Verdict> judge_texts(const std::vector<std::string>& texts, const std::vector<NamedRun>& runs);
+std::vector<RequirementVerdict> judge_requirements(const std::vector<std::string>& texts,
+                                                   const std::vector<NamedRun>& runs);
 
 }  // namespace balance

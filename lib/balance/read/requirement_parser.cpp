@@ -5,20 +5,20 @@
 
 #include <algorithm>
 
-namespace balance::read {
+namespace balance::specification {
 namespace {
 
-using Kind = Word::Kind;
-using Step = Requirement::Step;
+using Kind = RequirementToken::Kind;
+using Step = Requirement::PostfixStep;
 
 /// Words [begin, end) of the requirement.
 struct TokenRange {
   std::size_t begin = 0, end = 0;
 };
 
-class Parser {
+class RequirementParser {
  public:
-  Parser(const std::vector<Word>& words, const std::string& text, const RunNames& runs)
+  RequirementParser(const std::vector<RequirementToken>& words, const std::string& text, const RunNames& runs)
       : words_(words), text_(text), runs_(runs) {
     requirement_.text = text;
   }
@@ -34,10 +34,10 @@ class Parser {
     throw RequirementError(column, message);
   }
 
-  bool is_sign(std::size_t i, char sign) const { return words_[i].kind == Kind::sign && words_[i].text[0] == sign; }
+  bool is_sign(std::size_t i, char sign) const { return words_[i].kind == Kind::symbol && words_[i].text[0] == sign; }
   std::size_t column(std::size_t i) const { return i < words_.size() ? words_[i].column() : text_.size() + 1; }
 
-  std::string next(std::size_t i) const { return i < words_.size() ? in_quotes(words_[i].text) : "the end"; }
+  std::string next(std::size_t i) const { return i < words_.size() ? quote_for_message(words_[i].text) : "the end"; }
 
   /// As written; the words must not be none.
   std::string source(TokenRange span) const {
@@ -72,12 +72,13 @@ class Parser {
   bool has_relation(TokenRange span) const {
     return std::any_of(words_.begin() + static_cast<std::ptrdiff_t>(span.begin),
                        words_.begin() + static_cast<std::ptrdiff_t>(span.end),
-                       [](const Word& word) { return word.kind == Kind::relation; });
+                       [](const RequirementToken& word) { return word.kind == Kind::relation; });
   }
 
   /// Comparisons joined by && and ||, the weaker first.
   void join(TokenRange span) {
-    for (const auto& [word, step] : {std::pair{Kind::either, Step::Kind::either}, {Kind::both, Step::Kind::both}}) {
+    for (const auto& [word, step] :
+         {std::pair{Kind::logical_or, Step::Kind::logical_or}, {Kind::logical_and, Step::Kind::logical_and}}) {
       const std::size_t at = last(span, word);
       if (at == span.end) continue;
       join({span.begin, at});
@@ -92,29 +93,29 @@ class Parser {
     requirement_.comparisons.push_back(compare(span));
   }
 
-  Comparison compare(TokenRange span) {
+  RequirementComparison compare(TokenRange span) {
     if (span.begin == span.end) fail(column(span.begin), "expected a comparison, found " + next(span.begin));
     const std::size_t at = last(span, Kind::relation);
     if (at == span.end) {
       if (has_relation(span)) fail(column(span.begin), "a comparison cannot be part of arithmetic");
       fail(column(span.begin),
-           fmt::format("expected a comparison (<, <=, >, >= or ==), found {}", in_quotes(source(span))));
+           fmt::format("expected a comparison (<, <=, >, >= or ==), found {}", quote_for_message(source(span))));
     }
     if (last({span.begin, at}, Kind::relation) != at)
       fail(column(at), "one comparison has two sides: join several by && or ||");
-    Comparison comparison;
+    RequirementComparison comparison;
     comparison.column = column(span.begin);
     comparison.relation = relation(words_[at].text);
     const FigureReference* model = first_figure(span);
-    comparison.left = read_side({span.begin, at}, model);
-    comparison.right = read_side({at + 1, span.end}, model);
+    comparison.left = parse_side({span.begin, at}, model);
+    comparison.right = parse_side({at + 1, span.end}, model);
     return comparison;
   }
 
   static Relation relation(const std::string& text) {
     for (const Relation one :
          {Relation::less, Relation::at_most, Relation::greater, Relation::at_least, Relation::equal}) {
-      if (text == symbol_of(one)) return one;
+      if (text == relation_symbol(one)) return one;
     }
     return Relation::at_most;  // the splitter makes no others
   }
@@ -127,16 +128,16 @@ class Parser {
     return nullptr;
   }
 
-  Arithmetic read_side(TokenRange span, const FigureReference* model) {
-    Arithmetic side;
+  FigureExpression parse_side(TokenRange span, const FigureReference* model) {
+    FigureExpression side;
     if (span.begin < span.end) side.text = source(span);
     check_order(span);
     for (std::size_t i = span.begin; i < span.end; ++i) {
-      const Word& word = words_[i];
+      const RequirementToken& word = words_[i];
       const bool alone = word.kind == Kind::run;
       if (alone && model == nullptr)
         fail(word.column(),
-             in_quotes(word.text) + " alone stands for the same figure of that run: the comparison has none");
+             quote_for_message(word.text) + " alone stands for the same figure of that run: the comparison has none");
       if (alone || word.kind == Kind::figure) {
         FigureReference figure = alone ? *model : word.figure;
         if (alone) figure.run = word.text == "base" && !runs_.base.empty() ? runs_.base : word.text;
@@ -154,25 +155,25 @@ class Parser {
   void check_order(TokenRange span) const {
     bool number_next = true;
     for (std::size_t i = span.begin; i < span.end; ++i) {
-      const Word& word = words_[i];
+      const RequirementToken& word = words_[i];
       const bool opens = word.kind == Kind::function || is_sign(i, '(');
       const bool sign_of_number = is_sign(i, '-') || is_sign(i, '+');
       if (word.kind == Kind::relation) fail(word.column(), "a comparison cannot be part of arithmetic");
-      if (word.kind != Kind::sign || opens) {
-        if (!number_next) fail(word.column(), "expected an operator, found " + in_quotes(word.text));
+      if (word.kind != Kind::symbol || opens) {
+        if (!number_next) fail(word.column(), "expected an operator, found " + quote_for_message(word.text));
         number_next = opens;
       } else if (is_sign(i, ')')) {
         if (number_next) fail(word.column(), "expected a number or a figure, found ')'");
       } else {
         if (number_next && !sign_of_number)
-          fail(word.column(), fmt::format("expected a number or a figure, found {}", in_quotes(word.text)));
+          fail(word.column(), fmt::format("expected a number or a figure, found {}", quote_for_message(word.text)));
         number_next = true;
       }
     }
     if (number_next) fail(column(span.end), "expected a number or a figure, found " + next(span.end));
   }
 
-  const std::vector<Word>& words_;
+  const std::vector<RequirementToken>& words_;
   const std::string& text_;
   const RunNames& runs_;
   std::vector<std::size_t> closing_;  ///< per word that opens a parenthesis
@@ -181,8 +182,9 @@ class Parser {
 
 }  // namespace
 
-Requirement parse_requirement(const std::vector<Word>& words, const std::string& text, const RunNames& runs) {
-  return Parser(words, text, runs).parse();
+Requirement parse_requirement_tokens(const std::vector<RequirementToken>& words, const std::string& text,
+                                     const RunNames& runs) {
+  return RequirementParser(words, text, runs).parse();
 }
 
-}  // namespace balance::read
+}  // namespace balance::specification

@@ -9,35 +9,35 @@
 #include <array>
 #include <cctype>
 
-namespace balance::read {
+namespace balance::specification {
 namespace {
 
-using Kind = Word::Kind;
+using Kind = RequirementToken::Kind;
 
-struct AskedFigure {
+struct FigureFunction {
   const char* name;
-  std::optional<Figure> figure;
+  std::optional<Statistic> figure;
 };
 
-const std::array<AskedFigure, 5> asked_figures{{{"peak", Figure::peak},
-                                                {"rms", Figure::rms},
-                                                {"mean", Figure::mean},
-                                                {"range", Figure::range},
-                                                {"energy", std::nullopt}}};
+const std::array<FigureFunction, 5> figure_functions{{{"peak", Statistic::peak},
+                                                      {"rms", Statistic::rms},
+                                                      {"mean", Statistic::mean},
+                                                      {"range", Statistic::range},
+                                                      {"energy", std::nullopt}}};
 
 bool is_digit(char c) { return std::isdigit(static_cast<unsigned char>(c)) != 0; }
 bool is_space(char c) { return std::isspace(static_cast<unsigned char>(c)) != 0; }
 /// Bytes beyond ASCII belong to names.
-bool in_name(char c) { return std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '_' || (c & 0x80) != 0; }
+bool is_name_byte(char c) { return std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '_' || (c & 0x80) != 0; }
 
-class Splitter {
+class RequirementLexer {
  public:
-  Splitter(const std::string& text, const RunNames& runs) : text_(text), runs_(runs), names_(runs.all) {
+  RequirementLexer(const std::string& text, const RunNames& runs) : text_(text), runs_(runs), names_(runs.all) {
     if (!runs.base.empty()) names_.emplace_back("base");
   }
 
-  std::vector<Word> split() {
-    std::vector<Word> words;
+  std::vector<RequirementToken> split() {
+    std::vector<RequirementToken> words;
     for (skip_space(); at_ < text_.size(); skip_space()) words.push_back(next());
     return words;
   }
@@ -49,33 +49,34 @@ class Splitter {
     while (at_ < text_.size() && is_space(text_[at_])) ++at_;
   }
 
-  bool sees(std::string_view part) const { return text_.compare(at_, part.size(), part) == 0; }
+  bool starts_with(std::string_view part) const { return text_.compare(at_, part.size(), part) == 0; }
 
-  Word take(Kind kind, std::size_t length) {
-    Word word{kind, text_.substr(at_, length), at_, at_ + length, {}};
+  RequirementToken take(Kind kind, std::size_t length) {
+    RequirementToken word{kind, text_.substr(at_, length), at_, at_ + length, {}};
     at_ += length;
     return word;
   }
 
-  Word next() {
+  RequirementToken next() {
     const char c = text_[at_];
     if (c == '\'' || c == '"') return quoted();
     if (const std::size_t length = run_length(); length > 0) return take(Kind::run, length);
     if (is_digit(c) || c == '.') return number();
-    if (in_name(c)) return name();
-    if (sees("&&")) return take(Kind::both, 2);
-    if (sees("||")) return take(Kind::either, 2);
+    if (is_name_byte(c)) return name();
+    if (starts_with("&&")) return take(Kind::logical_and, 2);
+    if (starts_with("||")) return take(Kind::logical_or, 2);
     for (const char* relation : {"<=", ">=", "==", "<", ">"}) {
-      if (sees(relation)) return take(Kind::relation, std::string_view(relation).size());
+      if (starts_with(relation)) return take(Kind::relation, std::string_view(relation).size());
     }
-    if (sees("=") || sees("!=")) fail(at_, in_quotes(sees("=") ? "=" : "!=") + " is no comparison: <, <=, >, >= or ==");
-    if (std::string_view("+-*/^(),").find(c) != std::string_view::npos) return take(Kind::sign, 1);
-    fail(at_, in_quotes(text_.substr(at_, 1)) + " does not belong in a requirement");
+    if (starts_with("=") || starts_with("!="))
+      fail(at_, quote_for_message(starts_with("=") ? "=" : "!=") + " is no comparison: <, <=, >, >= or ==");
+    if (std::string_view("+-*/^(),").find(c) != std::string_view::npos) return take(Kind::symbol, 1);
+    fail(at_, quote_for_message(text_.substr(at_, 1)) + " does not belong in a requirement");
   }
 
-  Word quoted() {
+  RequirementToken quoted() {
     const std::size_t begin = at_;
-    Word word{Kind::run, take_quoted(), begin, at_, {}};
+    RequirementToken word{Kind::run, take_quoted(), begin, at_, {}};
     check_run(word.text, begin);
     return word;
   }
@@ -94,8 +95,8 @@ class Splitter {
     std::size_t longest = 0;
     for (const std::string& name : names_) {
       const std::size_t end = at_ + name.size();
-      if (name.size() <= longest || !sees(name)) continue;
-      if (end < text_.size() && in_name(name.back()) && in_name(text_[end])) continue;
+      if (name.size() <= longest || !starts_with(name)) continue;
+      if (end < text_.size() && is_name_byte(name.back()) && is_name_byte(text_[end])) continue;
       if (number_length() >= name.size()) continue;
       const std::size_t after = text_.find_first_not_of(" \t", end);
       if (after != std::string::npos && text_[after] == '(' && is_word_with_parenthesis(name)) continue;
@@ -107,8 +108,8 @@ class Splitter {
   static bool is_word_with_parenthesis(const std::string& name) {
     const auto& functions = function_names();
     return std::find(functions.begin(), functions.end(), name) != functions.end() ||
-           std::any_of(asked_figures.begin(), asked_figures.end(),
-                       [&](const AskedFigure& one) { return name == one.name; });
+           std::any_of(figure_functions.begin(), figure_functions.end(),
+                       [&](const FigureFunction& one) { return name == one.name; });
   }
 
   /// Of the digits, point and exponent that stand here.
@@ -129,16 +130,16 @@ class Splitter {
     return end - at_;
   }
 
-  Word number() {
+  RequirementToken number() {
     const std::size_t length = number_length(), end = at_ + length;
-    if (length > 0 && (end == text_.size() || (!in_name(text_[end]) && text_[end] != '.')))
+    if (length > 0 && (end == text_.size() || (!is_name_byte(text_[end]) && text_[end] != '.')))
       return take(Kind::number, length);
     return name();
   }
 
-  Word name() {
+  RequirementToken name() {
     std::size_t end = at_;
-    while (end < text_.size() && (in_name(text_[end]) || text_[end] == '.')) ++end;
+    while (end < text_.size() && (is_name_byte(text_[end]) || text_[end] == '.')) ++end;
     const std::string word = text_.substr(at_, end - at_);
     const std::size_t after = text_.find_first_not_of(" \t", end);
     if (after != std::string::npos && text_[after] == '(') return call(word, after);
@@ -149,24 +150,25 @@ class Splitter {
     return take(Kind::run, word.size());
   }
 
-  Word call(const std::string& word, std::size_t parenthesis) {
-    for (const AskedFigure& one : asked_figures) {
+  RequirementToken call(const std::string& word, std::size_t parenthesis) {
+    for (const FigureFunction& one : figure_functions) {
       if (word == one.name) return figure(one, parenthesis);
     }
     const auto& functions = function_names();
     if (std::find(functions.begin(), functions.end(), word) != functions.end())
       return take(Kind::function, word.size());
     std::vector<std::string> names;
-    for (const AskedFigure& one : asked_figures) names.emplace_back(one.name);
-    const std::string own = one_of(names);
+    for (const FigureFunction& one : figure_functions) names.emplace_back(one.name);
+    const std::string own = join_alternatives(names);
     names.insert(names.end(), functions.begin(), functions.end());
-    fail(at_, fmt::format("{} is no function: {}, or arithmetic{}", in_quotes(word), own, nearest_hint(word, names)));
+    fail(at_, fmt::format("{} is no function: {}, or arithmetic{}", quote_for_message(word), own,
+                          append_nearest_name(word, names)));
   }
 
   /// `peak(torque[A1], base)` from its name on; a quantity may have anything in its brackets.
-  Word figure(const AskedFigure& named, std::size_t parenthesis) {
+  RequirementToken figure(const FigureFunction& named, std::size_t parenthesis) {
     const std::size_t begin = at_;
-    Word word{Kind::figure, "", begin, begin, {}};
+    RequirementToken word{Kind::figure, "", begin, begin, {}};
     word.figure.figure = named.figure;
     word.figure.column = begin + 1;
     at_ = parenthesis + 1;
@@ -175,17 +177,17 @@ class Splitter {
       word.figure.column = at_ + 1;
       word.figure.quantity = quantity(named.name);
       skip_space();
-      if (sees(",")) {
+      if (starts_with(",")) {
         ++at_;
         skip_space();
         word.figure.run = run_argument();
       }
-    } else if (!sees(")")) {
+    } else if (!starts_with(")")) {
       word.figure.run = run_argument();
     }
     skip_space();
     if (at_ == text_.size()) fail(parenthesis, "the parenthesis is not closed");
-    if (!sees(")")) fail(at_, fmt::format("expected ')' behind what {} is of, found {}", named.name, rest()));
+    if (!starts_with(")")) fail(at_, fmt::format("expected ')' behind what {} is of, found {}", named.name, rest()));
     word.end = ++at_;
     word.text = text_.substr(begin, word.end - begin);
     return word;
@@ -193,7 +195,7 @@ class Splitter {
 
   std::string quantity(const char* figure) {
     const std::size_t begin = at_;
-    while (at_ < text_.size() && (in_name(text_[at_]) || text_[at_] == '.')) ++at_;
+    while (at_ < text_.size() && (is_name_byte(text_[at_]) || text_[at_] == '.')) ++at_;
     if (at_ == begin)
       fail(begin,
            fmt::format("expected a quantity such as shaking_force or torque[A1] for {}, found {}", figure, rest()));
@@ -216,7 +218,7 @@ class Splitter {
     std::size_t end = std::min(text_.find(')', at_), text_.size());
     // Names may have parentheses themselves.
     for (const std::string& name : names_) {
-      if (sees(name) && at_ + name.size() > end) end = at_ + name.size();
+      if (starts_with(name) && at_ + name.size() > end) end = at_ + name.size();
     }
     while (end > begin && is_space(text_[end - 1])) --end;
     const std::string name = text_.substr(begin, end - begin);
@@ -233,11 +235,12 @@ class Splitter {
   void check_run(const std::string& name, std::size_t at) const {
     if (std::find(names_.begin(), names_.end(), name) != names_.end()) return;
     if (names_.empty())
-      fail(at, fmt::format("{} is no number and no figure: there are no other runs", in_quotes(name)));
-    fail(at, fmt::format("no run is called {}: {}{}", in_quotes(name), one_of(names_), nearest_hint(name, names_)));
+      fail(at, fmt::format("{} is no number and no figure: there are no other runs", quote_for_message(name)));
+    fail(at, fmt::format("no run is called {}: {}{}", quote_for_message(name), join_alternatives(names_),
+                         append_nearest_name(name, names_)));
   }
 
-  std::string rest() const { return at_ == text_.size() ? "the end" : in_quotes(text_.substr(at_)); }
+  std::string rest() const { return at_ == text_.size() ? "the end" : quote_for_message(text_.substr(at_)); }
 
   const std::string& text_;
   const RunNames& runs_;
@@ -247,8 +250,8 @@ class Splitter {
 
 }  // namespace
 
-std::vector<Word> split_requirement(const std::string& text, const RunNames& runs) {
-  return Splitter(text, runs).split();
+std::vector<RequirementToken> tokenise_requirement(const std::string& text, const RunNames& runs) {
+  return RequirementLexer(text, runs).split();
 }
 
-}  // namespace balance::read
+}  // namespace balance::specification

@@ -7,19 +7,19 @@
 #include <string>
 #include <vector>
 
-namespace balance::read {
+namespace balance::specification {
 
-struct Word {
+struct RequirementToken {
   enum class Kind {
-    number,    ///< 0.9, 1e-3
-    run,       ///< the name of a run, quoted or not
-    figure,    ///< peak(…), energy(…): the whole call
-    function,  ///< sqrt; its parenthesis is a word of its own
-    constant,  ///< pi
-    sign,      ///< + - * / ^ ( ) ,
-    relation,  ///< < <= > >= ==
-    both,      ///< &&
-    either,    ///< ||
+    number,       ///< 0.9, 1e-3
+    run,          ///< the name of a run, quoted or not
+    figure,       ///< peak(…), energy(…): the whole call
+    function,     ///< sqrt; its parenthesis is a word of its own
+    constant,     ///< pi
+    symbol,       ///< + - * / ^ ( ) ,
+    relation,     ///< < <= > >= ==
+    logical_and,  ///< &&
+    logical_or,   ///< ||
   };
   Kind kind = Kind::number;
   std::string text;       ///< as written; of a run its name without quotes
@@ -31,9 +31,10 @@ struct Word {
 };
 
 /// @throws RequirementError for anything that is no word of the language
-std::vector<Word> split_requirement(const std::string& text, const RunNames& runs);
+std::vector<RequirementToken> tokenise_requirement(const std::string& text, const RunNames& runs);
 
 /// Puts the words together again. @throws RequirementError if they make no sense
-Requirement parse_requirement(const std::vector<Word>& words, const std::string& text, const RunNames& runs);
+Requirement parse_requirement_tokens(const std::vector<RequirementToken>& words, const std::string& text,
+                                     const RunNames& runs);
 
-}  // namespace balance::read
+}  // namespace balance::specification

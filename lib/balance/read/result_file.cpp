@@ -20,15 +20,15 @@ namespace balance {
 
 namespace {
 
-constexpr const char* convention = "balance-1";
-constexpr double most_iterations = 1e9;  // of one sample: an int holds them
+constexpr const char* file_convention = "balance-1";
+constexpr double max_stored_iterations = 1e9;  // of one sample: an int holds them
 
-struct Place {
+struct RunLocationInFile {
   std::string path, group;
 };
 
 /// What stands behind the colon after a file's suffix is a group.
-Place place_of(const std::string& name) {
+RunLocationInFile place_of(const std::string& name) {
   for (const char* suffix : {".h5:", ".hdf5:", ".nc:"})
     if (const auto at = name.rfind(suffix); at != std::string::npos) {
       const std::size_t colon = name.find(':', at);
@@ -37,15 +37,16 @@ Place place_of(const std::string& name) {
   return {name, ""};
 }
 
-class Reader {
+class ResultReader {
  public:
-  Reader(const Hdf5Source& file, const std::string& group) : file_(file), prefix_(group.empty() ? "" : group + "/") {}
+  ResultReader(const Hdf5Reader& file, const std::string& group)
+      : file_(file), prefix_(group.empty() ? "" : group + "/") {}
 
-  Result result() {
+  RunResult result() {
     names();
     samples();
     metrics();
-    read_law(file_, prefix_, r_);
+    read_law_group(file_, prefix_, r_);
     r_.outcome.status = MotionStatus::done;
     return std::move(r_);
   }
@@ -88,7 +89,7 @@ class Reader {
     expect(!time.values.empty() && are_finite(time.values) && std::is_sorted(time.values.begin(), time.values.end()),
            "time");
     r_.time = Eigen::Map<const VectorX>(time.values.data(), static_cast<Eigen::Index>(time.values.size()));
-    for (const Quantity& quantity : all_quantities(r_)) {
+    for (const Quantity& quantity : list_all_quantities(r_)) {
       const std::string path = prefix_ + quantity.name;
       if (!file_.has(path)) continue;
       const auto found = file_.numbers(path);
@@ -97,7 +98,7 @@ class Reader {
                  static_cast<Eigen::Index>(found.values.size()) == rows * wide && are_finite(found.values),
              quantity.name);
       r_.*quantity.member = Eigen::Map<const Samples>(found.values.data(), rows, wide);
-      if (quantity.about) about(path);
+      if (quantity.has_moment_reference) about(path);
       round_off(quantity, path);
     }
     expect(r_.joint_position.size() > 0 || r_.coordinate_names.empty(), "joint_position");
@@ -105,7 +106,7 @@ class Reader {
     const std::string iterations = prefix_ + "newton_iterations";
     if (!file_.has(iterations)) return;
     const auto found = file_.numbers(iterations, 1);
-    const auto is_count = [](double value) { return value >= 0 && value <= most_iterations; };
+    const auto is_count = [](double value) { return value >= 0 && value <= max_stored_iterations; };
     expect(found.values.size() == time.values.size() && std::all_of(found.values.begin(), found.values.end(), is_count),
            "newton_iterations");
     r_.newton_iterations =
@@ -114,7 +115,7 @@ class Reader {
 
   /// Files of version 0.1.0 have none.
   void round_off(const Quantity& quantity, const std::string& path) {
-    VectorX TermSizes::*const size = term_size_of(quantity.member);
+    VectorX TermMagnitudes::*const size = term_magnitude_of(quantity.member);
     const auto found = file_.numbers_attribute(path, "round_off");
     if (size == nullptr || !found) return;
     const auto count = static_cast<Eigen::Index>(found->size()), wide = count_columns(quantity.columns, r_);
@@ -126,7 +127,7 @@ class Reader {
   void about(const std::string& path) {
     const auto point = file_.numbers_attribute(path, "about");
     expect(point && static_cast<int>(point->size()) == r_.axes && are_finite(*point), "about");
-    for (int i = 0; i < r_.axes; ++i) r_.about[i] = (*point)[static_cast<std::size_t>(i)];
+    for (int i = 0; i < r_.axes; ++i) r_.moment_reference[i] = (*point)[static_cast<std::size_t>(i)];
   }
 
   void metrics() {
@@ -136,7 +137,8 @@ class Reader {
     const auto quantities = texts("metrics/quantity"), units = texts("metrics/unit");
     expect(units.size() == quantities.size(), "metrics/unit");
     for (std::size_t i = 0; i < quantities.size(); ++i)  // version 0.1.0 called a slide's force a torque
-      r_.metrics.push_back({.quantity = units[i] == "N" ? force_name(quantities[i]) : quantities[i], .unit = units[i]});
+      r_.metrics.push_back(
+          {.quantity = units[i] == "N" ? to_force_name(quantities[i]) : quantities[i], .unit = units[i]});
     const auto read = [&](const std::string& name, double Metric::*figure) {
       if (quantities.empty()) return;
       const auto found = file_.numbers(prefix_ + "metrics/" + name, 1);
@@ -156,61 +158,61 @@ class Reader {
   }
 
   static void expect(bool good, const std::string& name) {
-    if (!good) throw Hdf5Error(in_quotes(name) + " is not as a result has it: the file is damaged");
+    if (!good) throw Hdf5Error(quote_for_message(name) + " is not as a result has it: the file is damaged");
   }
 
-  const Hdf5Source& file_;
+  const Hdf5Reader& file_;
   std::string prefix_;
-  Result r_;
+  RunResult r_;
 };
 
 /// The runs of a design file.
-std::vector<std::string> runs_in(const Hdf5Source& file) {
+std::vector<std::string> runs_in(const Hdf5Reader& file) {
   std::vector<std::string> runs;
   for (const char* when : {"before", "after"})
     for (const std::string& name : file.groups(when)) runs.push_back(std::string(when) + "/" + name);
   return runs;
 }
 
-void check_group(const Hdf5Source& file, const std::string& group) {
+void check_group(const Hdf5Reader& file, const std::string& group) {
   if (!group.empty() && file.has(group + "/numbers/deviation"))
     throw Hdf5Error(
-        in_quotes(group) +
+        quote_for_message(group) +
         " holds how far the file's run is off (balance tolerance), not a run: the run is the file without it");
   if (group.empty() && file.has("second_rate") && !file.has("shaking_force"))
     throw Hdf5Error("holds equations of motion (balance equations), not a run: balance simulate writes runs");
   if (group.empty() ? file.has("time") : file.has(group + "/time")) return;
   const auto runs = runs_in(file);
-  if (runs.empty()) throw Hdf5Error(group.empty() ? "has no run" : "has no group " + in_quotes(group));
+  if (runs.empty()) throw Hdf5Error(group.empty() ? "has no run" : "has no group " + quote_for_message(group));
   if (group.empty())
     throw Hdf5Error(fmt::format("is a design with several runs: put one of them behind it, such as :{}", runs.back()));
-  throw Hdf5Error(
-      fmt::format("has no run {}, only {}{}", in_quotes(group), fmt::join(runs, ", "), nearest_hint(group, runs)));
+  throw Hdf5Error(fmt::format("has no run {}, only {}{}", quote_for_message(group), fmt::join(runs, ", "),
+                              append_nearest_name(group, runs)));
 }
 
-RunFile read_run(const Hdf5Source& file, const Place& place) {
-  if (file.text_attribute("", "Conventions") != convention)
-    throw Hdf5Error("is no result of balance: its attribute 'Conventions' is not " + std::string(convention));
+StoredRun read_run(const Hdf5Reader& file, const RunLocationInFile& place) {
+  if (file.text_attribute("", "Conventions") != file_convention)
+    throw Hdf5Error("is no result of balance: its attribute 'Conventions' is not " + std::string(file_convention));
   check_group(file, place.group);
   const auto whole = [&](const char* attribute) { return file.text_attribute("", attribute).value_or(""); };
   const auto line = [&](const std::string& group, const char* attribute) {
-    return visible(file.text_attribute(group, attribute).value_or(""));
+    return escape_for_terminal(file.text_attribute(group, attribute).value_or(""));
   };
-  RunFile run{.path = place.path,
-              .group = place.group,
-              .title = line("", "title"),
-              .version = line("", "balance_version"),
-              .spec_text = whole("spec"),
-              .command_line = whole("command_line"),
-              .trajectory = line(place.group, "trajectory"),
-              .law = line(place.group, "law"),
-              .drive = line(place.group, "drive"),
-              .formulation = line(place.group, "formulation"),
-              .controller = line(place.group, "controller"),
-              .controller_type = line(place.group, "controller_type"),
-              .at = line(place.group, "at")};
+  StoredRun run{.path = place.path,
+                .group = place.group,
+                .title = line("", "title"),
+                .version = line("", "balance_version"),
+                .spec_text = whole("spec"),
+                .command_line = whole("command_line"),
+                .trajectory = line(place.group, "trajectory"),
+                .law = line(place.group, "law"),
+                .drive = line(place.group, "drive"),
+                .formulation = line(place.group, "formulation"),
+                .controller = line(place.group, "controller"),
+                .controller_type = line(place.group, "controller_type"),
+                .at = line(place.group, "at")};
   if (!run.controller.empty() && line(place.group, "status") != "done") run.ended_early = line(place.group, "reason");
-  run.result = Reader(file, place.group).result();
+  run.result = ResultReader(file, place.group).result();
   return run;
 }
 
@@ -221,22 +223,22 @@ bool names_result_file(const std::string& name) {
   return path.ends_with(".h5") || path.ends_with(".hdf5") || path.ends_with(".nc");
 }
 
-RunFile read_result_file(const std::string& name) {
-  const Place place = place_of(name);
+StoredRun read_result_file(const std::string& name) {
+  const RunLocationInFile place = place_of(name);
   std::error_code error;
   const auto status = std::filesystem::status(place.path, error);
   if (!std::filesystem::exists(status)) throw SystemError(place.path + ": no such file");
   if (std::filesystem::is_directory(status)) throw SystemError(place.path + ": is a folder, not a result file");
   if (!std::filesystem::is_regular_file(status)) throw SystemError(place.path + ": is not a regular file");
   try {
-    return read_run(Hdf5Source(place.path), place);
+    return read_run(Hdf5Reader(place.path), place);
   } catch (const Hdf5Error& wrong) {
     throw SystemError(name + ": " + wrong.what());
   }
 }
 
-RunFile read_motion_file(const std::string& name) {
-  RunFile file = read_result_file(name);
+StoredRun read_motion_file(const std::string& name) {
+  StoredRun file = read_result_file(name);
   if (!file.at.empty())
     throw SystemError(
         name + " holds a single state, not a run: simulate without --at, along a trajectory, and take that file");

@@ -8,45 +8,45 @@
 #include <string>
 #include <vector>
 
-namespace balance::read {
+namespace balance::specification {
 
 /// A suite while it is read.
-struct SuiteDraft {
-  explicit SuiteDraft(const std::string& file_name) : file(file_name), problems(file_name) {}
+struct SuiteBuilder {
+  explicit SuiteBuilder(const std::string& file_name) : file(file_name), problems(file_name) {}
 
   std::string file;
-  Problems problems;
+  SpecErrorCollector problems;
   SuiteCase defaults;
   std::vector<SuiteCase> cases;
-  std::set<std::string> names;            ///< of the cases
-  std::vector<std::string> spoilt_names;  ///< of cases with mistakes
-  bool lacks_names = false;               ///< there are cases with mistakes whose names are not known
-  std::vector<std::pair<std::size_t, Cursor>>
+  std::set<std::string> names;                  ///< of the cases
+  std::vector<std::string> invalid_case_names;  ///< of cases with mistakes
+  bool has_unnamed_cases = false;               ///< there are cases with mistakes whose names are not known
+  std::vector<std::pair<std::size_t, SpecCursor>>
       requirements;  ///< of cases, by their index; read when all names are known
 
   /// "suite.yaml:4:7: cases.a.spec"
-  SpecPlace place(const Cursor& at) const;
+  SourceLocation place(const SpecCursor& at) const;
 };
 
 /// What `cases` and `defaults` share: spec, set, trajectory, controller, samples, design.
-std::vector<Field> case_fields(SuiteDraft& draft, SuiteCase& one);
+std::vector<Field> make_case_fields(SuiteBuilder& draft, SuiteCase& one);
 
 /// Where a part of the case is said, from now on.
-void note_place(SuiteCase& one, const std::string& part, const SpecPlace& place);
+void record_location(SuiteCase& one, const std::string& part, const SourceLocation& place);
 
 /// A number of samples.
-long read_samples(const Cursor& at);
+long read_samples(const SpecCursor& at);
 
 /// A parameter's value: a number or an expression.
-std::string read_value(const Cursor& at);
+std::string read_value(const SpecCursor& at);
 
 /// Whether a name of a case may begin so: neither hidden, nor like an option, nor like a formula.
-bool begins_name(char c);
+bool is_case_name_start(char c);
 
 /// Adds a case. Fails at `named` if its name is taken or cannot be a file's.
-void add_case(SuiteDraft& draft, SuiteCase one, const Cursor& named);
+void add_case(SuiteBuilder& draft, SuiteCase one, const SpecCursor& named);
 
 /// `matrix`: one mapping of lists, or a list of such.
-void read_matrices(const Cursor& section, SuiteDraft& draft);
+void read_matrices(const SpecCursor& section, SuiteBuilder& draft);
 
-}  // namespace balance::read
+}  // namespace balance::specification

@@ -20,7 +20,7 @@ void replace_all(std::string& text, const std::string& old, const std::string& n
     text.replace(at, old.size(), now);
 }
 
-std::string xml_text(std::string_view text) {
+std::string escape_xml(std::string_view text) {
   std::string escaped;
   for (const char c : text) {
     if (c == '<') {
@@ -35,20 +35,20 @@ std::string xml_text(std::string_view text) {
 }
 
 /// What the picture is called where it has no title: its quantities.
-std::string name_of(const Picture& picture) {
-  if (!picture.title.empty()) return visible(picture.title);  // as it is drawn
+std::string name_of(const Plot& picture) {
+  if (!picture.title.empty()) return escape_for_terminal(picture.title);  // as it is drawn
   std::string name;
-  for (const PicturePanel& panel : picture.panels) name += (name.empty() ? "" : ", ") + panel.name;
+  for (const PlotPanel& panel : picture.panels) name += (name.empty() ? "" : ", ") + panel.name;
   return name;
 }
 
 }  // namespace
 
-std::string finish_svg(std::string svg, const std::string& name, const PageOptions& page) {
+std::string normalise_svg(std::string svg, const std::string& name, const PlotPage& page) {
   const std::size_t width = svg.find(" width=\""), end = svg.find('\n', width);
   if (width != std::string::npos && end != std::string::npos && width < svg.find("viewBox"))
     svg.replace(width, end - width, fmt::format(" width=\"{:g}mm\" height=\"{:g}mm\"", page.width, page.height));
-  replace_first(svg, "<title>Gnuplot</title>", "<title>" + xml_text(name) + "</title>");
+  replace_first(svg, "<title>Gnuplot</title>", "<title>" + escape_xml(name) + "</title>");
   const std::string generic = page.font.find("Mono") != std::string::npos                            ? "monospace"
                               : page.font.find("Serif") != std::string::npos || page.font == "Times" ? "serif"
                                                                                                      : "sans-serif";
@@ -58,7 +58,7 @@ std::string finish_svg(std::string svg, const std::string& name, const PageOptio
   return svg;
 }
 
-std::string finish_pdf(std::string pdf) {
+std::string remove_pdf_date(std::string pdf) {
   constexpr std::string_view mark = "/CreationDate (D:", epoch = "19700101000000";
   const std::size_t at = pdf.find(mark);
   if (at == std::string::npos) return pdf;
@@ -71,11 +71,11 @@ std::string finish_pdf(std::string pdf) {
   return pdf;
 }
 
-std::string draw_picture(const Picture& picture, const PageOptions& options) {
-  const PageOptions page = sized_for(picture, options);
+std::string render_plot(const Plot& picture, const PlotPage& options) {
+  const PlotPage page = resolve_page_size(picture, options);
   std::string drawn = run_gnuplot(gnuplot_script(picture, page));
-  if (page.format == PictureFormat::svg) return finish_svg(std::move(drawn), name_of(picture), page);
-  return page.format == PictureFormat::pdf ? finish_pdf(std::move(drawn)) : drawn;
+  if (page.format == PlotFileFormat::svg) return normalise_svg(std::move(drawn), name_of(picture), page);
+  return page.format == PlotFileFormat::pdf ? remove_pdf_date(std::move(drawn)) : drawn;
 }
 
 }  // namespace balance

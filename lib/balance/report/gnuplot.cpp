@@ -22,16 +22,16 @@
 namespace balance {
 namespace {
 
-constexpr rlim_t most_seconds = 8;  // of the processor; a picture takes a fraction of one
+constexpr rlim_t max_cpu_seconds = 8;  // of the processor; a picture takes a fraction of one
 
 [[noreturn]] void fail(const std::string& what, int error) {
   throw SystemError(fmt::format("{}: {}", what, std::strerror(error)));
 }
 
 /// A file without a name. With files in place of pipes nobody waits for anybody.
-class NamelessFile {
+class UnnamedFile {
  public:
-  NamelessFile() : file_(std::tmpfile(), &std::fclose) {
+  UnnamedFile() : file_(std::tmpfile(), &std::fclose) {
     if (!file_) fail("cannot make a temporary file", errno);
   }
 
@@ -70,7 +70,7 @@ std::vector<std::string> environment() {
   return kept;
 }
 
-pid_t start(const NamelessFile& in, const NamelessFile& out, const NamelessFile& err) {
+pid_t start(const UnnamedFile& in, const UnnamedFile& out, const UnnamedFile& err) {
   posix_spawn_file_actions_t actions;
   ::posix_spawn_file_actions_init(&actions);
   ::posix_spawn_file_actions_adddup2(&actions, in.descriptor(), STDIN_FILENO);
@@ -91,7 +91,7 @@ pid_t start(const NamelessFile& in, const NamelessFile& out, const NamelessFile&
     throw SystemError("gnuplot, which draws the pictures, is not in PATH; on Debian: apt install gnuplot-nox");
   if (error != 0) fail("cannot start gnuplot", error);
   // Numbers of strangers may be such that it never ends.
-  const rlimit time{most_seconds, most_seconds + 1};
+  const rlimit time{max_cpu_seconds, max_cpu_seconds + 1};
   ::prlimit(child, RLIMIT_CPU, &time, nullptr);
   return child;
 }
@@ -104,7 +104,7 @@ int wait_for(pid_t child) {
 }
 
 /// What it said, on one line.
-std::string said(std::string text) {
+std::string join_error_lines(std::string text) {
   std::replace_if(
       text.begin(), text.end(), [](unsigned char c) { return c < 0x20; }, ' ');
   const std::size_t begin = std::min(text.find_first_not_of(' '), text.size());
@@ -114,16 +114,17 @@ std::string said(std::string text) {
 }  // namespace
 
 std::string run_gnuplot(const std::string& script) {
-  NamelessFile in, out, err;
+  UnnamedFile in, out, err;
   in.fill(script);
   const int status = wait_for(start(in, out, err));
   if (WIFSIGNALED(status) && WTERMSIG(status) == SIGXCPU)
-    throw SystemError(fmt::format("gnuplot was stopped: it took longer than {} s", most_seconds));
+    throw SystemError(fmt::format("gnuplot was stopped: it took longer than {} s", max_cpu_seconds));
   if (WIFSIGNALED(status)) throw SystemError(fmt::format("gnuplot was stopped by signal {}", WTERMSIG(status)));
   if (WEXITSTATUS(status) != 0)
-    throw SystemError(fmt::format("gnuplot failed (exit code {}): {}", WEXITSTATUS(status), said(err.read())));
+    throw SystemError(
+        fmt::format("gnuplot failed (exit code {}): {}", WEXITSTATUS(status), join_error_lines(err.read())));
   std::string picture = out.read();
-  if (picture.empty()) throw SystemError("gnuplot drew nothing: " + said(err.read()));
+  if (picture.empty()) throw SystemError("gnuplot drew nothing: " + join_error_lines(err.read()));
   return picture;
 }
 

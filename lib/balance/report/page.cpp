@@ -14,26 +14,26 @@ namespace {
 Json parsed(const std::string& text) { return text.empty() ? Json(nullptr) : Json::parse(text); }
 
 /// More samples than pixels make a page slow and no picture better.
-constexpr Eigen::Index most_page_samples = 4000;
+constexpr Eigen::Index max_displayed_samples = 4000;
 
-bool has_samples(const std::optional<Result>& run) {
+bool has_samples(const std::optional<RunResult>& run) {
   return run && run->outcome.status == MotionStatus::done && run->time.size() > 0;
 }
 
-Json optional_run(const Mechanism& mechanism, const std::optional<Result>& run, const std::vector<Eigen::Index>& rows,
-                  const std::optional<Result>& deviation) {
-  return run ? run_page_json(mechanism, *run, rows, deviation ? &*deviation : nullptr) : Json(nullptr);
+Json optional_run(const Mechanism& mechanism, const std::optional<RunResult>& run,
+                  const std::vector<Eigen::Index>& rows, const std::optional<RunResult>& deviation) {
+  return run ? run_data_json(mechanism, *run, rows, deviation ? &*deviation : nullptr) : Json(nullptr);
 }
 
 /// Both runs of a trajectory at the same samples: their lines stand in one chart.
-Json trajectory_json(const Page& page, const PageTrajectory& t) {
-  std::vector<const Result*> runs;
+Json trajectory_json(const HtmlReport& page, const ReportedTrajectory& t) {
+  std::vector<const RunResult*> runs;
   for (const auto* run : {&t.before, &t.after})
     if (has_samples(*run)) runs.push_back(&**run);
   const bool alike = runs.size() == 2 && runs[0]->time.size() == runs[1]->time.size();
-  const auto rows_of = [&](const std::optional<Result>& run) {
+  const auto rows_of = [&](const std::optional<RunResult>& run) {
     if (!has_samples(run)) return std::vector<Eigen::Index>();
-    return choose_rows(alike ? runs : std::vector<const Result*>{&*run}, most_page_samples);
+    return select_display_rows(alike ? runs : std::vector<const RunResult*>{&*run}, max_displayed_samples);
   };
   return {{"name", t.name},
           {"law", t.law},
@@ -42,9 +42,9 @@ Json trajectory_json(const Page& page, const PageTrajectory& t) {
           {"after", optional_run(page.after.value_or(page.before), t.after, rows_of(t.after), t.deviation_after)}};
 }
 
-Json trajectories_json(const Page& page) {
+Json trajectories_json(const HtmlReport& page) {
   Json list = Json::array();
-  for (const PageTrajectory& t : page.trajectories) list.push_back(trajectory_json(page, t));
+  for (const ReportedTrajectory& t : page.trajectories) list.push_back(trajectory_json(page, t));
   return list;
 }
 
@@ -74,7 +74,7 @@ std::string script(std::string_view attributes, std::string_view content) {
 
 }  // namespace
 
-std::string page_json(const Page& page) {
+std::string format_report_data(const HtmlReport& page) {
   Json json = {{"format", 1},
                {"version", page.version},
                {"title", page.before.name},
@@ -88,7 +88,7 @@ std::string page_json(const Page& page) {
   json["conditions"] = parsed(page.conditions);
   json["design"] = parsed(page.design);
   json["front"] = parsed(page.front);
-  json["meaning"] = page.meaning;
+  json["meaning"] = page.goal_descriptions;
   json["mechanism"] = {{"before", mechanism_json(page.before)},
                        {"after", page.after ? mechanism_json(*page.after) : Json(nullptr)}};
   json["controller"] = nullptr;
@@ -98,7 +98,7 @@ std::string page_json(const Page& page) {
   return json.dump(-1, ' ', false, Json::error_handler_t::replace);
 }
 
-std::string html_escaped(const std::string& text) {
+std::string escape_html(const std::string& text) {
   std::string escaped;
   for (const char c : text) {
     switch (c) {
@@ -113,7 +113,7 @@ std::string html_escaped(const std::string& text) {
   return escaped;
 }
 
-std::string script_safe(const std::string& json) {
+std::string escape_script_json(const std::string& json) {
   std::string safe;
   safe.reserve(json.size());
   // In JSON `<` occurs inside strings only, where it may be written as an escape.
@@ -121,10 +121,10 @@ std::string script_safe(const std::string& json) {
   return safe;
 }
 
-bool has_page_scripts() { return !page_assets().style.empty(); }
+bool has_report_scripts() { return !page_assets().style.empty(); }
 
-std::string page_html(const Page& page) {
-  const PageAssets assets = page_assets();
+std::string format_html_report(const HtmlReport& page) {
+  const HtmlReportAssets assets = page_assets();
   if (assets.style.empty())
     throw SystemError(
         "this program was built without the scripts of the page: install node 18 or newer and npm "
@@ -136,11 +136,11 @@ std::string page_html(const Page& page) {
   html +=
       "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n"
       "<meta name=\"generator\" content=\"balance " +
-      html_escaped(page.version) + "\">\n<link rel=\"icon\" href=\"data:,\">\n<title>" +
-      html_escaped(page.before.name.empty() ? page.spec_file : page.before.name) + "</title>\n<style>";
+      escape_html(page.version) + "\">\n<link rel=\"icon\" href=\"data:,\">\n<title>" +
+      escape_html(page.before.name.empty() ? page.spec_file : page.before.name) + "</title>\n<style>";
   html += assets.style;
   html += "</style>\n</head>\n<body>\n<noscript>This page needs JavaScript, which it brings with it.</noscript>\n";
-  html += script(" type=\"application/json\" id=\"balance-data\"", script_safe(page_json(page)));
+  html += script(" type=\"application/json\" id=\"balance-data\"", escape_script_json(format_report_data(page)));
   html += script("", code);
   return html + "</body>\n</html>\n";
 }

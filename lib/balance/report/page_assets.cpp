@@ -15,7 +15,7 @@ BALANCE_EMBED(balance_page_style, "page.css")
 
 namespace balance {
 
-PageAssets page_assets() {
+HtmlReportAssets page_assets() {
 #ifdef BALANCE_PAGE_BUNDLE
   return {{balance_page_planar_begin, balance_page_planar_end},
           {balance_page_spatial_begin, balance_page_spatial_end},

@@ -5,10 +5,10 @@
 
 namespace balance {
 
-struct PageAssets {
+struct HtmlReportAssets {
   std::string_view planar_script, spatial_script, style;  ///< UTF-8; all empty: built without them
 };
 
-PageAssets page_assets();
+HtmlReportAssets page_assets();
 
 }  // namespace balance

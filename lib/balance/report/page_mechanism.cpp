@@ -7,7 +7,7 @@
 namespace balance {
 
 template <class Kind>
-void to_json(Json& json, const IdOf<Kind>& id) {
+void to_json(Json& json, const TypedIndex<Kind>& id) {
   json = static_cast<int>(id);
 }
 
@@ -47,7 +47,7 @@ Json joints_json(const Mechanism& mechanism) {
                     {"point_first", place(joint.point_first)},
                     {"point_second", place(joint.point_second)},
                     {"axis", place(joint.axis)}});
-    if (!rolls(joint.type)) continue;
+    if (!is_rolling(joint.type)) continue;
     list.back()["radius"] = joint.radius;
     if (joint.type == JointType::rolling_disc)  // its own axis, on the disc
       list.back()["spin"] = place(joint.rotation.transpose() * joint.axis.cross(joint.axis2));
@@ -66,7 +66,7 @@ Json attachments_json(const Mechanism& mechanism) {
   return list;
 }
 
-Json followed_json(const Followed& followed) {
+Json followed_json(const CoordinateCombination& followed) {
   Json list = Json::array();
   for (const CoordinateTerm& term : followed.terms)
     list.push_back({{"coordinate", term.coordinate}, {"ratio", term.ratio}});
@@ -143,8 +143,8 @@ Json friction_json(const Mechanism& mechanism) {
   for (const Friction& friction : mechanism.friction)
     list.push_back({{"coordinate", friction.coordinate},
                     {"viscous", friction.viscous},
-                    {"coulomb", friction.dry(1)},
-                    {"coulomb_backward", friction.dry(-1)}});
+                    {"coulomb", friction.dry_friction(1)},
+                    {"coulomb_backward", friction.dry_friction(-1)}});
   return list;
 }
 

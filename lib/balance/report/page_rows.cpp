@@ -12,12 +12,12 @@ namespace balance {
 namespace {
 
 /// How much the rows of a run are needed, raised column by column.
-class Worth {
+class RowSignificance {
  public:
-  Worth(Eigen::Index rows, const std::vector<Eigen::Index>& spread)
+  RowSignificance(Eigen::Index rows, const std::vector<Eigen::Index>& spread)
       : spread_(spread), worth_(static_cast<std::size_t>(rows), 0) {}
 
-  void look_at(const Samples& samples, Eigen::Index column) {
+  void add_column(const Samples& samples, Eigen::Index column) {
     if (samples.rows() == 0) return;
     const Eigen::Index low = min_index(samples.col(column)), high = max_index(samples.col(column));
     const double least = samples(low, column), largest = samples(high, column);
@@ -25,7 +25,7 @@ class Worth {
     raise(low, std::numeric_limits<double>::infinity());
     raise(high, std::numeric_limits<double>::infinity());
     for (std::size_t i = 0; i + 1 < spread_.size(); ++i)
-      look_between(samples, column, spread_[i], spread_[i + 1], largest - least);
+      add_segment_extremes(samples, column, spread_[i], spread_[i + 1], largest - least);
   }
 
   const std::vector<double>& values() const { return worth_; }
@@ -37,7 +37,8 @@ class Worth {
   }
 
   /// The two rows between first and last that are farthest above and below the straight line.
-  void look_between(const Samples& samples, Eigen::Index column, Eigen::Index first, Eigen::Index last, double span) {
+  void add_segment_extremes(const Samples& samples, Eigen::Index column, Eigen::Index first, Eigen::Index last,
+                            double span) {
     const double start = samples(first, column);
     const double slope = (samples(last, column) - start) / static_cast<double>(last - first);
     double above = 0, below = 0;
@@ -57,7 +58,7 @@ class Worth {
 
 }  // namespace
 
-std::vector<Eigen::Index> choose_rows(const std::vector<const Result*>& runs, Eigen::Index most) {
+std::vector<Eigen::Index> select_display_rows(const std::vector<const RunResult*>& runs, Eigen::Index most) {
   const Eigen::Index all = runs.front()->time.size();
   std::vector<Eigen::Index> rows;
   if (all <= most) {
@@ -67,10 +68,10 @@ std::vector<Eigen::Index> choose_rows(const std::vector<const Result*>& runs, Ei
   }
   const Eigen::Index spread = most / 2;
   for (Eigen::Index i = 0; i < spread; ++i) rows.push_back(i * (all - 1) / (spread - 1));
-  Worth worth(all, rows);
-  for (const Result* run : runs)
-    for (const Quantity& quantity : list_quantities(*run))
-      for (Eigen::Index c = 0; c < quantity.samples->cols(); ++c) worth.look_at(*quantity.samples, c);
+  RowSignificance worth(all, rows);
+  for (const RunResult* run : runs)
+    for (const Quantity& quantity : list_sampled_quantities(*run))
+      for (Eigen::Index c = 0; c < quantity.samples->cols(); ++c) worth.add_column(*quantity.samples, c);
   std::vector<Eigen::Index> wanted;
   for (Eigen::Index k = 0; k < all; ++k)
     if (worth.values()[static_cast<std::size_t>(k)] > 0) wanted.push_back(k);
@@ -85,8 +86,8 @@ std::vector<Eigen::Index> choose_rows(const std::vector<const Result*>& runs, Ei
   return rows;
 }
 
-Result at_rows(const Result& result, const std::vector<Eigen::Index>& rows) {
-  Result shown;  // not a copy: of a million samples one is enough
+RunResult extract_rows(const RunResult& result, const std::vector<Eigen::Index>& rows) {
+  RunResult shown;  // not a copy: of a million samples one is enough
   shown.outcome = result.outcome;
   shown.coordinate_names = result.coordinate_names;
   shown.coordinate_units = result.coordinate_units;
@@ -100,13 +101,13 @@ Result at_rows(const Result& result, const std::vector<Eigen::Index>& rows) {
   shown.sliding_units = result.sliding_units;
   shown.axes = result.axes;
   shown.moment_axes = result.moment_axes;
-  shown.about = result.about;
+  shown.moment_reference = result.moment_reference;
   shown.metrics = result.metrics;
   shown.energy = result.energy;
   shown.round_off = result.round_off;
   shown.time = result.time(rows);
   if (result.newton_iterations.size() > 0) shown.newton_iterations = result.newton_iterations(rows);
-  for (const Quantity& quantity : list_quantities(result))
+  for (const Quantity& quantity : list_sampled_quantities(result))
     shown.*quantity.member = (result.*quantity.member)(rows, Eigen::all);
   return shown;
 }

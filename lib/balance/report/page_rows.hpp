@@ -12,9 +12,9 @@ namespace balance {
 /// the spread ones.
 /// @param runs with samples at the same times
 /// @param most at least as many as there are columns, times four
-std::vector<Eigen::Index> choose_rows(const std::vector<const Result*>& runs, Eigen::Index most);
+std::vector<Eigen::Index> select_display_rows(const std::vector<const RunResult*>& runs, Eigen::Index most);
 
 /// A run with these samples only.
-Result at_rows(const Result& result, const std::vector<Eigen::Index>& rows);
+RunResult extract_rows(const RunResult& result, const std::vector<Eigen::Index>& rows);
 
 }  // namespace balance

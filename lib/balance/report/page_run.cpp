@@ -16,10 +16,10 @@ namespace balance {
 namespace {
 
 /// Not every array of a result file is worth its bytes in a page.
-constexpr std::array left_out = {"tool_orientation", "joint_moment", "body_position", "body_orientation"};
+constexpr std::array omitted_quantities = {"tool_orientation", "joint_moment", "body_position", "body_orientation"};
 
 /// Planar poses are x, y, angle; spatial ones x, y, z and a quaternion.
-Samples packed_poses(const Mechanism& mechanism, const Result& result) {
+Samples packed_poses(const Mechanism& mechanism, const RunResult& result) {
   const BodyPoses poses = body_poses(mechanism, result);
   const auto bodies = static_cast<Eigen::Index>(mechanism.bodies.size());
   const bool planar = mechanism.space == SpaceKind::planar;
@@ -47,8 +47,8 @@ Samples magnitudes(const Samples& vectors, int axes) {
   return sizes;
 }
 
-std::vector<std::string> column_names(const Quantity& quantity, const Result& result) {
-  using enum Columns;
+std::vector<std::string> column_names(const Quantity& quantity, const RunResult& result) {
+  using enum ColumnKind;
   switch (quantity.columns) {
     case coordinate: return result.coordinate_names;
     case actuator: return result.actuator_names;
@@ -66,12 +66,14 @@ std::vector<std::string> column_names(const Quantity& quantity, const Result& re
   return {};
 }
 
-Json series_json(const Result& result) {
+Json series_json(const RunResult& result) {
   Json list = Json::array();
-  for (const Quantity& quantity : list_quantities(result)) {
-    if (std::find(left_out.begin(), left_out.end(), std::string(quantity.name)) != left_out.end()) continue;
-    const bool reaction = quantity.columns == Columns::joint_axis;
-    const Samples clean = above_round_off(result, quantity.member);
+  for (const Quantity& quantity : list_sampled_quantities(result)) {
+    if (std::find(omitted_quantities.begin(), omitted_quantities.end(), std::string(quantity.name)) !=
+        omitted_quantities.end())
+      continue;
+    const bool reaction = quantity.columns == ColumnKind::joint_axis;
+    const Samples clean = suppress_round_off(result, quantity.member);
     const Samples samples = reaction ? magnitudes(clean, result.axes) : clean;
     list.push_back({{"quantity", quantity.name},
                     {"columns", column_names(quantity, result)},
@@ -82,12 +84,12 @@ Json series_json(const Result& result) {
 }
 
 /// What bands are drawn of: as series, but as they are.
-constexpr std::array with_bands = {&Result::torque, &Result::shaking_force, &Result::shaking_moment};
+constexpr std::array band_quantities = {&RunResult::torque, &RunResult::shaking_force, &RunResult::shaking_moment};
 
-Json deviation_json(const Result& deviation, const std::vector<Eigen::Index>& rows) {
+Json deviation_json(const RunResult& deviation, const std::vector<Eigen::Index>& rows) {
   Json list = Json::array();
-  for (const Quantity& quantity : list_quantities(deviation))
-    if (std::find(with_bands.begin(), with_bands.end(), quantity.member) != with_bands.end())
+  for (const Quantity& quantity : list_sampled_quantities(deviation))
+    if (std::find(band_quantities.begin(), band_quantities.end(), quantity.member) != band_quantities.end())
       list.push_back(
           {{"quantity", quantity.name},
            {"columns", column_names(quantity, deviation)},
@@ -100,30 +102,30 @@ Json deviation_json(const Result& deviation, const std::vector<Eigen::Index>& ro
 Json phase_plane_json(const PhasePlane& plane) {
   const auto packed = [](const VectorX& values) { return Json{{"f32", base64_floats(Samples(values))}}; };
   return {{"time", packed(plane.time)},
-          {"place", packed(plane.place)},
-          {"rate", packed(plane.rate)},
-          {"ceiling_place", packed(plane.ceiling_place)},
-          {"ceiling", packed(plane.ceiling)}};
+          {"place", packed(plane.path_parameter)},
+          {"rate", packed(plane.path_rate)},
+          {"ceiling_place", packed(plane.mvc_path_parameter)},
+          {"ceiling", packed(plane.mvc_path_rate)}};
 }
 
 }  // namespace
 
-Json run_page_json(const Mechanism& mechanism, const Result& computed, const std::vector<Eigen::Index>& rows,
-                   const Result* deviation) {
+Json run_data_json(const Mechanism& mechanism, const RunResult& computed, const std::vector<Eigen::Index>& rows,
+                   const RunResult* deviation) {
   Json json = {{"outcome", outcome_json(computed.outcome)}};
   if (computed.outcome.status != MotionStatus::done) return json;
   const bool all = static_cast<Eigen::Index>(rows.size()) == computed.time.size();
-  const Result thinned = all ? Result{} : at_rows(computed, rows);
-  const Result& result = all ? computed : thinned;
+  const RunResult thinned = all ? RunResult{} : extract_rows(computed, rows);
+  const RunResult& result = all ? computed : thinned;
   json["notes"] = result.outcome.notes;
   json["metrics"] = Json::array();
   for (const Metric& metric : result.metrics) json["metrics"].push_back(metric_json(metric));
   json["energy"] = result.energy;
-  json["about"] = vector_json(result.about, result.axes);
-  if (computed.found_corridor) json["found_corridor"] = found_corridor_json(*computed.found_corridor);
-  if (computed.found_law) json["found_law"] = found_law_json(*computed.found_law);
+  json["about"] = vector_json(result.moment_reference, result.axes);
+  if (computed.corridor_result) json["found_corridor"] = corridor_result_json(*computed.corridor_result);
+  if (computed.optimised_law) json["found_law"] = optimised_law_json(*computed.optimised_law);
   const PhasePlane& plane = computed.phase_plane;
-  if (plane.time.size() > 1 && plane.ceiling.size() > 0) json["phase_plane"] = phase_plane_json(plane);
+  if (plane.time.size() > 1 && plane.mvc_path_rate.size() > 0) json["phase_plane"] = phase_plane_json(plane);
   json["samples"] = computed.time.size();
   json["time"] = {{"f64", base64_doubles(result.time)}};
   json["poses"] = {{"f32", base64_floats(packed_poses(mechanism, result))}};

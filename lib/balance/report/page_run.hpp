@@ -13,7 +13,7 @@ namespace balance {
 /// @param rows samples to show
 /// @param deviation standard deviations of the run's arrays, with as many samples; null: not known
 /// @throws std::invalid_argument if the run is of another mechanism
-Json run_page_json(const Mechanism& mechanism, const Result& result, const std::vector<Eigen::Index>& rows,
-                   const Result* deviation);
+Json run_data_json(const Mechanism& mechanism, const RunResult& result, const std::vector<Eigen::Index>& rows,
+                   const RunResult* deviation);
 
 }  // namespace balance

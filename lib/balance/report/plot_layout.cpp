@@ -13,9 +13,9 @@ namespace balance {
 namespace {
 
 constexpr double mm_per_point = 25.4 / 72;
-constexpr double least_width = 15, least_height = 5;  // mm of a frame that still shows something
+constexpr double min_frame_width = 15, min_frame_height = 5;  // mm of a frame that still shows something
 // of a legend, in font sizes
-constexpr double sample = 2.4, text_gap = 0.6, entry_gap = 1.8;
+constexpr double legend_line_length = 2.4, text_gap = 0.6, entry_gap = 1.8;
 
 struct Sizes {
   double em;  ///< font size in mm
@@ -28,7 +28,7 @@ struct Sizes {
   double title() const { return 1.9 * em; }
 };
 
-Sizes sizes_of(const PageOptions& page) { return {page.font_size * mm_per_point}; }
+Sizes sizes_of(const PlotPage& page) { return {page.font_size * mm_per_point}; }
 
 /// About the width of a text in a face without serifs, in font sizes.
 double text_width(const std::string& text) {
@@ -43,35 +43,35 @@ double text_width(const std::string& text) {
   return width;
 }
 
-std::vector<std::string> labels_of(const PicturePanel& panel) {
+std::vector<std::string> labels_of(const PlotPanel& panel) {
   std::vector<std::string> labels;
-  for (const PictureLine& line : panel.lines)
+  for (const PlotLine& line : panel.lines)
     if (!line.label.empty()) labels.push_back(line.label);
-  for (const PictureMark& mark : panel.marks)
+  for (const PlotMarker& mark : panel.marks)
     if (!mark.label.empty()) labels.push_back(mark.label);
   return panel.legend ? labels : std::vector<std::string>();
 }
 
-double frame_width(const PageOptions& page) { return page.width - sizes_of(page).left() - sizes_of(page).right(); }
+double frame_width(const PlotPage& page) { return page.width - sizes_of(page).left() - sizes_of(page).right(); }
 
 /// Entries from the left, on one row if they fit, else in columns; y is from the legend's top.
-std::vector<LegendPlace> place_legend(const PicturePanel& panel, const PageOptions& page) {
+std::vector<LegendEntryLayout> place_legend(const PlotPanel& panel, const PlotPage& page) {
   const Sizes sizes = sizes_of(page);
   std::vector<double> widths;
   double all = 0, widest = 0;
   for (const std::string& label : labels_of(panel)) {
-    widths.push_back((sample + text_gap + text_width(label) + entry_gap) * sizes.em);
+    widths.push_back((legend_line_length + text_gap + text_width(label) + entry_gap) * sizes.em);
     all += widths.back();
     widest = std::max(widest, widths.back());
   }
   const double room = frame_width(page) + entry_gap * sizes.em;
   const bool one_row = all <= room;
   const std::size_t columns = one_row ? widths.size() : static_cast<std::size_t>(std::max(1.0, room / widest));
-  std::vector<LegendPlace> places;
+  std::vector<LegendEntryLayout> places;
   double x = 0;
   for (std::size_t i = 0; i < widths.size(); ++i) {
     if (!one_row) x = static_cast<double>(i % columns) * widest;
-    const double begin = sizes.left() + x, end = begin + sample * sizes.em;
+    const double begin = sizes.left() + x, end = begin + legend_line_length * sizes.em;
     const std::size_t row = i / columns;
     places.push_back({begin, end, end + text_gap * sizes.em, (static_cast<double>(row) + 0.5) * sizes.line()});
     x += widths[i];
@@ -79,23 +79,23 @@ std::vector<LegendPlace> place_legend(const PicturePanel& panel, const PageOptio
   return places;
 }
 
-double legend_height(const std::vector<LegendPlace>& places, const Sizes& sizes) {
+double legend_height(const std::vector<LegendEntryLayout>& places, const Sizes& sizes) {
   return places.empty() ? 0 : places.back().y + 0.5 * sizes.line() + 0.4 * sizes.em;
 }
 
 /// Everything but the frames.
-double other_height(const Picture& picture, const PageOptions& page) {
+double other_height(const Plot& picture, const PlotPage& page) {
   const Sizes sizes = sizes_of(page);
   double height = sizes.above() + sizes.below() + (picture.title.empty() ? 0 : sizes.title());
-  for (const PicturePanel& panel : picture.panels) height += legend_height(place_legend(panel, page), sizes);
+  for (const PlotPanel& panel : picture.panels) height += legend_height(place_legend(panel, page), sizes);
   return height + static_cast<double>(picture.panels.size() - 1) * sizes.between();
 }
 
 }  // namespace
 
-AxisRange range_over(const PicturePanel& panel, double PlotPoint::*coordinate) {
+AxisRange range_over(const PlotPanel& panel, double PlotPoint::*coordinate) {
   double low = std::numeric_limits<double>::infinity(), high = -low;
-  for (const PictureLine& line : panel.lines) {
+  for (const PlotLine& line : panel.lines) {
     for (const PlotPoint& point : line.points) {
       if (!std::isfinite(point.*coordinate)) continue;
       low = std::min(low, point.*coordinate);
@@ -105,7 +105,7 @@ AxisRange range_over(const PicturePanel& panel, double PlotPoint::*coordinate) {
   return low <= high ? AxisRange{low, high} : AxisRange{0, 1};
 }
 
-AxisRange value_range(const PicturePanel& panel) {
+AxisRange value_range(const PlotPanel& panel) {
   AxisRange range = range_over(panel, &PlotPoint::y);
   if (panel.from_zero) return {0, range.high > 0 ? 1.06 * range.high : 1};
   // What differs by round-off only is a constant and stands in the middle.
@@ -115,7 +115,7 @@ AxisRange value_range(const PicturePanel& panel) {
   return {range.low - spare, range.high + spare};
 }
 
-double usual_height(const Picture& picture, const PageOptions& page) {
+double default_height(const Plot& picture, const PlotPage& page) {
   const double other = other_height(picture, page);
   if (!picture.equal_axes) return other + picture.panel_height * static_cast<double>(picture.panels.size());
   const AxisRange x = range_over(picture.panels.front(), &PlotPoint::x);
@@ -124,9 +124,9 @@ double usual_height(const Picture& picture, const PageOptions& page) {
   return other + frame_width(page) * std::clamp(ratio, 0.4, 1.2);
 }
 
-void check_room(const Picture& picture, const PageOptions& page) {
-  const double width = page.width - frame_width(page) + least_width;
-  const double height = other_height(picture, page) + least_height * static_cast<double>(picture.panels.size());
+void check_page_size(const Plot& picture, const PlotPage& page) {
+  const double width = page.width - frame_width(page) + min_frame_width;
+  const double height = other_height(picture, page) + min_frame_height * static_cast<double>(picture.panels.size());
   if (page.width < width || page.height < height)
     throw std::invalid_argument(
         fmt::format("{:g}x{:g} mm is too small for {} with a font of {:g} pt: it takes {:.0f}x{:.0f}", page.width,
@@ -134,7 +134,7 @@ void check_room(const Picture& picture, const PageOptions& page) {
                     std::ceil(std::max(width, page.width)), std::ceil(std::max(height, page.height))));
 }
 
-PageLayout lay_out(const Picture& picture, const PageOptions& page) {
+PageLayout compute_layout(const Plot& picture, const PlotPage& page) {
   const Sizes sizes = sizes_of(page);
   PageLayout layout{.width = page.width, .height = page.height};
   const double frames = (page.height - other_height(picture, page)) / static_cast<double>(picture.panels.size());
@@ -142,12 +142,12 @@ PageLayout lay_out(const Picture& picture, const PageOptions& page) {
   layout.title = y + sizes.title() / 2;
   if (!picture.title.empty()) y += sizes.title();
   for (std::size_t i = 0; i < picture.panels.size(); ++i) {
-    PanelPlace place;
+    PanelLayout place;
     place.legend = place_legend(picture.panels[i], page);
     place.left = sizes.left();
     place.right = page.width - sizes.right();
     place.top = y + legend_height(place.legend, sizes);
-    for (LegendPlace& entry : place.legend) entry.y += y;
+    for (LegendEntryLayout& entry : place.legend) entry.y += y;
     place.bottom = place.top + frames;
     y = place.bottom + sizes.between();
     layout.panels.push_back(place);

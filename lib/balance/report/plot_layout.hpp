@@ -8,15 +8,15 @@
 namespace balance {
 
 /// Of the entries of a legend: lines with a label, then marks with one.
-struct LegendPlace {
+struct LegendEntryLayout {
   double sample = 0, sample_end = 0;  ///< the piece of line, from the left
   double text = 0;                    ///< where the text begins
   double y = 0;                       ///< middle of the row
 };
 
-struct PanelPlace {
+struct PanelLayout {
   double left = 0, right = 0, top = 0, bottom = 0;  ///< of the frame
-  std::vector<LegendPlace> legend;
+  std::vector<LegendEntryLayout> legend;
 };
 
 struct PageLayout {
@@ -24,26 +24,26 @@ struct PageLayout {
   double title = 0;    ///< middle of the title's line
   double x_label = 0;  ///< middle of the line below the last panel's tics
   double y_label = 0;  ///< middle of the upright line, from the left
-  std::vector<PanelPlace> panels;
+  std::vector<PanelLayout> panels;
 };
 
 /// @param page with its size
-PageLayout lay_out(const Picture& picture, const PageOptions& page);
+PageLayout compute_layout(const Plot& picture, const PlotPage& page);
 
 /// The height that leaves each panel its usual height (paths: as much as they need).
-double usual_height(const Picture& picture, const PageOptions& page);
+double default_height(const Plot& picture, const PlotPage& page);
 
 /// @throws std::invalid_argument if texts and legends leave too little for the panels
-void check_room(const Picture& picture, const PageOptions& page);
+void check_page_size(const Plot& picture, const PlotPage& page);
 
 struct AxisRange {
   double low = 0, high = 1;
 };
 
 /// Room for all points of a panel, with some to spare.
-AxisRange range_over(const PicturePanel& panel, double PlotPoint::*coordinate);
+AxisRange range_over(const PlotPanel& panel, double PlotPoint::*coordinate);
 
 /// Vertical axis of values over time: begins at 0 if they are magnitudes.
-AxisRange value_range(const PicturePanel& panel);
+AxisRange value_range(const PlotPanel& panel);
 
 }  // namespace balance

@@ -8,17 +8,18 @@
 namespace balance {
 namespace {
 
-constexpr double steeper = 6;     // a step this many times those around it is no smooth motion: theirs differ by the
-                                  // third derivative only
-constexpr double notable = 0.01;  // of the range; smaller steps are round-off
-constexpr double same = 1e-4;     // of the range: an upright step that nobody would see
+constexpr double jump_slope_ratio =
+    6;  // a step this many times those around it is no smooth motion: theirs differ by the
+        // third derivative only
+constexpr double jump_epsilon = 0.01;              // of the range; smaller steps are round-off
+constexpr double invisible_step_tolerance = 1e-4;  // of the range: an upright step that nobody would see
 
 bool jumps_at(const VectorX& values, Eigen::Index k, double range) {
   const auto step = [&](Eigen::Index i) {
     return i < 1 || i >= values.size() ? 0.0 : std::abs(values[i] - values[i - 1]);
   };
   const double around = std::max({step(k - 2), step(k - 1), step(k + 1), step(k + 2)});
-  return step(k) > notable * range && step(k) > steeper * around;
+  return step(k) > jump_epsilon * range && step(k) > jump_slope_ratio * around;
 }
 
 /// What the samples before k lead to at k: through the last three of them that no other jump parts.
@@ -31,7 +32,7 @@ double value_before(const VectorX& values, Eigen::Index k, Eigen::Index first) {
 
 }  // namespace
 
-std::vector<Eigen::Index> find_jumps(const Result& result) {
+std::vector<Eigen::Index> find_sampled_jumps(const RunResult& result) {
   std::vector<Eigen::Index> jumps;
   const Samples& all = result.joint_acceleration;
   for (Eigen::Index column = 0; column < all.cols(); ++column) {
@@ -55,7 +56,7 @@ std::vector<PlotPoint> trace_values(const VectorX& x, const VectorX& values, con
   for (Eigen::Index k = 0; k < values.size(); ++k) {
     if (next != jumps.end() && *next == k) {
       const double before = value_before(values, k, first);
-      if (std::abs(before - values[k]) > same * range) points.push_back({x[k], before});
+      if (std::abs(before - values[k]) > invisible_step_tolerance * range) points.push_back({x[k], before});
       first = k;
       ++next;
     }
@@ -64,7 +65,7 @@ std::vector<PlotPoint> trace_values(const VectorX& x, const VectorX& values, con
   return points;
 }
 
-std::vector<PlotPoint> thin_values(std::vector<PlotPoint> points, std::size_t most) {
+std::vector<PlotPoint> decimate_series(std::vector<PlotPoint> points, std::size_t most) {
   if (points.size() <= most) return points;
   const std::size_t stretches = std::max<std::size_t>(most / 4, 1);
   std::vector<PlotPoint> kept;
@@ -81,7 +82,7 @@ std::vector<PlotPoint> thin_values(std::vector<PlotPoint> points, std::size_t mo
   return kept;
 }
 
-std::vector<PlotPoint> thin_path(std::vector<PlotPoint> points, std::size_t most) {
+std::vector<PlotPoint> decimate_path(std::vector<PlotPoint> points, std::size_t most) {
   if (points.size() <= most || most < 2) return points;
   std::vector<PlotPoint> kept;
   for (std::size_t i = 0; i < most; ++i) kept.push_back(points[i * (points.size() - 1) / (most - 1)]);

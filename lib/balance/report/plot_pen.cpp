@@ -16,7 +16,7 @@ double linear(double s) { return s <= 0.04045 ? s / 12.92 : elementary::pow((s +
 
 }  // namespace
 
-Pen make_pen(std::size_t colour, std::size_t dashes) {
+LineStyle make_line_style(std::size_t colour, std::size_t dashes) {
   return {colours[colour % colours.size()], patterns[dashes % patterns.size()]};
 }
 

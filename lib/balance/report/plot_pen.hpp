@@ -8,13 +8,13 @@
 
 namespace balance {
 
-struct Pen {
+struct LineStyle {
   std::string colour;          ///< "#rrggbb"
   std::vector<double> dashes;  ///< lengths of dash, gap, dash, gap, … in line widths; solid if there are none
 };
 
 /// Colours and dashes repeat, with different periods.
-Pen make_pen(std::size_t colour, std::size_t dashes);
+LineStyle make_line_style(std::size_t colour, std::size_t dashes);
 
 /// How light a colour is, from 0 (black) to 100 (white): CIE L*.
 double lightness(const std::string& colour);

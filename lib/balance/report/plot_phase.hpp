@@ -8,6 +8,6 @@ namespace balance {
 /// The rate s' over the place s: the laws, the largest rates that limits leave, and where the path's acceleration jumps. The line of
 /// one law tells by its pens which limit is active where.
 /// @throws std::invalid_argument if a run has no phase plane; the message says which
-Picture picture_of_phase(const std::vector<PlotRun>& runs);
+Plot plot_phase_plane(const std::vector<PlotRun>& runs);
 
 }  // namespace balance

@@ -27,9 +27,9 @@ struct PlotQuantity {
 };
 
 /// Every name that the result has, those of single members and components behind the name of the whole.
-std::vector<std::string> list_plot_names(const Result& result);
+std::vector<std::string> list_plot_names(const RunResult& result);
 
 /// Nothing if the result has no quantity of that name.
-std::optional<PlotQuantity> find_plot_quantity(const Result& result, const std::string& name, VectorView view);
+std::optional<PlotQuantity> find_plot_quantity(const RunResult& result, const std::string& name, VectorView view);
 
 }  // namespace balance

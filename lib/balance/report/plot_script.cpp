@@ -19,17 +19,17 @@ constexpr int first_legend_label = 4;           // after title and axes
 constexpr const char* grey = "#9aa1a9";
 constexpr const char* pale = "#e3e6ea";
 
-std::string terminal(const PageOptions& page) {
+std::string terminal(const PlotPage& page) {
   const double width = page.width * points_per_mm, height = page.height * points_per_mm;
   const std::string font = fmt::format("font '{},{:g}'", page.font, page.font_size);
   switch (page.format) {
-    case PictureFormat::svg:
+    case PlotFileFormat::svg:
       return fmt::format("svg noenhanced size {:.0f},{:.0f} {} butt background rgb 'white'", width, height, font);
-    case PictureFormat::pdf:
+    case PlotFileFormat::pdf:
       return fmt::format(
           "pdfcairo noenhanced color size {:.4f}cm,{:.4f}cm {} fontscale {:g} linewidth 2 butt dashlength 2",
           page.width / 10, page.height / 10, font, cairo_font_scale);
-    case PictureFormat::png: break;
+    case PlotFileFormat::png: break;
   }
   return fmt::format(
       "pngcairo noenhanced color size {:.0f},{:.0f} {} fontscale {:g} linewidth {:g} pointscale {:g} butt dashlength 2",
@@ -37,7 +37,7 @@ std::string terminal(const PageOptions& page) {
       png_per_point);
 }
 
-std::string dash_type(const Pen& pen) {
+std::string dash_type(const LineStyle& pen) {
   return pen.dashes.empty() ? "solid" : fmt::format("({})", fmt::join(pen.dashes, ","));
 }
 
@@ -51,7 +51,7 @@ std::string data_block(const std::string& name, const std::vector<PlotPoint>& po
   return text + "end_of_data\n";
 }
 
-std::string data_blocks(const PicturePanel& panel, std::size_t index) {
+std::string data_blocks(const PlotPanel& panel, std::size_t index) {
   std::string text;
   for (std::size_t i = 0; i < panel.lines.size(); ++i)
     text += data_block(data_name(index, "line", i), panel.lines[i].points);
@@ -60,30 +60,30 @@ std::string data_blocks(const PicturePanel& panel, std::size_t index) {
   return text;
 }
 
-std::string stroke(const Pen& pen) {
+std::string stroke(const LineStyle& pen) {
   return fmt::format("linewidth 1.1 linecolor rgb '{}' dashtype {}", pen.colour, dash_type(pen));
 }
 
-std::string stroke(const PictureMark& mark) {
-  return fmt::format("pointtype {} pointsize 0.6 linewidth 1 linecolor rgb '{}'", mark.shape == MarkShape::ring ? 6 : 7,
-                     mark.colour);
+std::string stroke(const PlotMarker& mark) {
+  return fmt::format("pointtype {} pointsize 0.6 linewidth 1 linecolor rgb '{}'",
+                     mark.shape == MarkerShape::circle ? 6 : 7, mark.colour);
 }
 
-std::string plot_command(const PicturePanel& panel, std::size_t index) {
+std::string plot_command(const PlotPanel& panel, std::size_t index) {
   std::vector<std::string> parts;
   for (std::size_t i = 0; i < panel.lines.size(); ++i)
     parts.push_back(fmt::format("{} with lines {}", data_name(index, "line", i), stroke(panel.lines[i].pen)));
   for (std::size_t i = 0; i < panel.marks.size(); ++i) {
     const std::string name = data_name(index, "mark", i);
     // A ring is white inside: the line that it marks does not show through.
-    if (panel.marks[i].shape == MarkShape::ring)
+    if (panel.marks[i].shape == MarkerShape::circle)
       parts.push_back(name + " with points pointtype 7 pointsize 0.6 linecolor rgb 'white'");
     parts.push_back(fmt::format("{} with points {}", name, stroke(panel.marks[i])));
   }
   return fmt::format("plot {}\n", fmt::join(parts, ", \\\n     "));
 }
 
-std::string margins(const PanelPlace& place, const PageLayout& page) {
+std::string margins(const PanelLayout& place, const PageLayout& page) {
   return fmt::format(
       "set lmargin at screen {:.6f}\nset rmargin at screen {:.6f}\nset tmargin at screen {:.6f}\n"
       "set bmargin at screen {:.6f}\n",
@@ -91,7 +91,7 @@ std::string margins(const PanelPlace& place, const PageLayout& page) {
 }
 
 /// The range of the axis whose points need less room than the frame has grows on both sides.
-void equalise(AxisRange& x, AxisRange& y, const PanelPlace& place) {
+void equalise_axes(AxisRange& x, AxisRange& y, const PanelLayout& place) {
   const double width = place.right - place.left, height = place.bottom - place.top;
   const auto grown = [](const AxisRange& range, double span) {
     const double middle = (range.low + range.high) / 2;
@@ -112,11 +112,11 @@ double tic_step(const AxisRange& range, double length, double apart) {
   return 10 * power;
 }
 
-std::string ranges(const Picture& picture, const PicturePanel& panel, const PanelPlace& place) {
+std::string ranges(const Plot& picture, const PlotPanel& panel, const PanelLayout& place) {
   AxisRange x = range_over(panel, &PlotPoint::x), y;
   if (picture.equal_axes) {
     y = range_over(panel, &PlotPoint::y);
-    equalise(x, y, place);
+    equalise_axes(x, y, place);
   } else {
     y = value_range(panel);
   }
@@ -137,7 +137,7 @@ std::string label(int number, const std::string& text, double x, double y, const
 }
 
 /// Drawn by hand: gnuplot guesses how wide texts are, and differently for every format.
-std::string legend(const PicturePanel& panel, const PanelPlace& place, const PageLayout& page) {
+std::string legend(const PlotPanel& panel, const PanelLayout& place, const PageLayout& page) {
   std::string text;
   auto entry = place.legend.begin();
   int number = first_legend_label;
@@ -148,13 +148,13 @@ std::string legend(const PicturePanel& panel, const PanelPlace& place, const Pag
     text += label(number++, words, entry->text, entry->y, page, "left");
     ++entry;
   };
-  for (const PictureLine& line : panel.lines) {
+  for (const PlotLine& line : panel.lines) {
     if (line.label.empty() || entry == place.legend.end()) continue;
     text +=
         fmt::format("set arrow from {} to {} nohead {}\n", at(entry->sample), at(entry->sample_end), stroke(line.pen));
     name(line.label);
   }
-  for (const PictureMark& mark : panel.marks) {
+  for (const PlotMarker& mark : panel.marks) {
     if (mark.label.empty() || entry == place.legend.end()) continue;
     text += fmt::format("set label {} '' at {} point {}\n", number++, at((entry->sample + entry->sample_end) / 2),
                         stroke(mark));
@@ -163,9 +163,9 @@ std::string legend(const PicturePanel& panel, const PanelPlace& place, const Pag
   return text;
 }
 
-std::string panel_text(const Picture& picture, std::size_t index, const PageLayout& layout) {
-  const PicturePanel& panel = picture.panels[index];
-  const PanelPlace& place = layout.panels[index];
+std::string panel_text(const Plot& picture, std::size_t index, const PageLayout& layout) {
+  const PlotPanel& panel = picture.panels[index];
+  const PanelLayout& place = layout.panels[index];
   std::string text = margins(place, layout) + ranges(picture, panel, place) + legend(panel, place, layout);
   // Labels instead of gnuplot's own, which would stand elsewhere in every panel.
   text += label(2, panel.y_label, layout.y_label, (place.top + place.bottom) / 2, layout, "rotate by 90 center");
@@ -182,7 +182,7 @@ std::string panel_text(const Picture& picture, std::size_t index, const PageLayo
 }  // namespace
 
 std::string gnuplot_quoted(std::string_view text) {
-  const std::string shown = visible(text);
+  const std::string shown = escape_for_terminal(text);
   if (shown.find('\'') == std::string::npos) return "'" + shown + "'";
   // gnuplot 5.4 takes a doubled quote at either end of a text for the end. Double quotes hold it, where three other marks mean something.
   std::string quoted = "\"";
@@ -191,16 +191,16 @@ std::string gnuplot_quoted(std::string_view text) {
   return quoted + "\"";
 }
 
-PageOptions sized_for(const Picture& picture, PageOptions page) {
+PlotPage resolve_page_size(const Plot& picture, PlotPage page) {
   if (page.width <= 0) page.width = 120;
-  if (page.height <= 0) page.height = std::round(usual_height(picture, page));
-  check_room(picture, page);
+  if (page.height <= 0) page.height = std::round(default_height(picture, page));
+  check_page_size(picture, page);
   return page;
 }
 
-std::string gnuplot_script(const Picture& picture, const PageOptions& options) {
-  const PageOptions page = sized_for(picture, options);
-  const PageLayout layout = lay_out(picture, page);
+std::string gnuplot_script(const Plot& picture, const PlotPage& options) {
+  const PlotPage page = resolve_page_size(picture, options);
+  const PageLayout layout = compute_layout(picture, page);
   std::string text = "set encoding utf8\nset minussign\nset terminal " + terminal(page) + "\n";
   for (std::size_t i = 0; i < picture.panels.size(); ++i) text += data_blocks(picture.panels[i], i);
   text += fmt::format(

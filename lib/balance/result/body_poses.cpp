@@ -12,7 +12,7 @@ namespace balance {
 namespace {
 
 /// A body's frame in another one.
-struct Frame3 {
+struct WorldFrame {
   Matrix3 rotation = Matrix3::Identity();
   Vector3 origin = Vector3::Zero();
 };
@@ -51,23 +51,23 @@ Displacement displace(const Joint& joint, const double* q) {
 }
 
 /// A joint on the way from the ground to a body.
-struct Step {
+struct TreeStep {
   JointId joint = 0;
   bool forward = true;  ///< towards the joint's second body
   Eigen::Index first_coordinate = 0;
 };
 
 /// Joints that reach every body, nearest to the ground first. All coordinates of a run are known, so any tree will do.
-std::vector<Step> steps_from_ground(const Mechanism& mechanism) {
+std::vector<TreeStep> steps_from_ground(const Mechanism& mechanism) {
   std::vector<Eigen::Index> first;
   Eigen::Index count = 0;
   for (const Joint& joint : mechanism.joints) {
     first.push_back(count);
-    count += freedom(joint.type);
+    count += joint_degrees_of_freedom(joint.type);
   }
   std::vector<bool> reached(mechanism.bodies.size(), false);
   reached[ground] = true;
-  std::vector<Step> steps;
+  std::vector<TreeStep> steps;
   for (bool grows = true; grows;) {
     grows = false;
     const std::vector<bool> before = reached;
@@ -84,12 +84,12 @@ std::vector<Step> steps_from_ground(const Mechanism& mechanism) {
   return steps;
 }
 
-void take(const Step& step, const Joint& joint, const double* q, std::vector<Frame3>& frames) {
+void propagate_pose(const TreeStep& step, const Joint& joint, const double* q, std::vector<WorldFrame>& frames) {
   const Displacement d = displace(joint, q + step.first_coordinate);
   const Matrix3 rotation = d.turn * joint.rotation;  // of the second body's frame in the first one's
   const Vector3 origin = joint.point_first + d.place - rotation * joint.point_second;
-  Frame3 &first = frames[static_cast<std::size_t>(joint.first)],
-         &second = frames[static_cast<std::size_t>(joint.second)];
+  WorldFrame &first = frames[static_cast<std::size_t>(joint.first)],
+             &second = frames[static_cast<std::size_t>(joint.second)];
   if (step.forward) {
     second.rotation = first.rotation * rotation;
     second.origin = first.origin + first.rotation * origin;
@@ -101,18 +101,19 @@ void take(const Step& step, const Joint& joint, const double* q, std::vector<Fra
 
 }  // namespace
 
-BodyPoses body_poses(const Mechanism& mechanism, const Result& result) {
+BodyPoses body_poses(const Mechanism& mechanism, const RunResult& result) {
   if (result.coordinate_names.size() != mechanism.coordinates.size())
     throw std::invalid_argument("the run belongs to another mechanism: it has other joint coordinates");
   const Eigen::Index rows = result.time.size(), bodies = static_cast<Eigen::Index>(mechanism.bodies.size());
   BodyPoses poses{Samples(rows, 3 * bodies), Samples(rows, 4 * bodies)};
-  const std::vector<Step> steps = steps_from_ground(mechanism);
-  std::vector<Frame3> frames(mechanism.bodies.size());
+  const std::vector<TreeStep> steps = steps_from_ground(mechanism);
+  std::vector<WorldFrame> frames(mechanism.bodies.size());
   for (Eigen::Index k = 0; k < rows; ++k) {
     const double* q = result.joint_position.row(k).data();
-    for (const Step& step : steps) take(step, mechanism.joints[static_cast<std::size_t>(step.joint)], q, frames);
+    for (const TreeStep& step : steps)
+      propagate_pose(step, mechanism.joints[static_cast<std::size_t>(step.joint)], q, frames);
     for (Eigen::Index b = 0; b < bodies; ++b) {
-      const Frame3& frame = frames[static_cast<std::size_t>(b)];
+      const WorldFrame& frame = frames[static_cast<std::size_t>(b)];
       Eigen::Vector4d turn = quaternion_of(frame.rotation);
       if (k > 0 && poses.orientation.row(k - 1).segment<4>(4 * b).dot(turn) < 0) turn = -turn;
       poses.position.row(k).segment<3>(3 * b) = frame.origin;
@@ -122,7 +123,7 @@ BodyPoses body_poses(const Mechanism& mechanism, const Result& result) {
   return poses;
 }
 
-void add_body_poses(const Mechanism& mechanism, Result& result) {
+void add_body_poses(const Mechanism& mechanism, RunResult& result) {
   const BodyPoses poses = body_poses(mechanism, result);
   const bool planar = mechanism.space == SpaceKind::planar;
   const Eigen::Index rows = result.time.size(), moving = static_cast<Eigen::Index>(mechanism.bodies.size()) - 1;
@@ -143,7 +144,7 @@ void add_body_poses(const Mechanism& mechanism, Result& result) {
       result.body_orientation(k, b) = last + std::remainder(angle - last, 2 * std::numbers::pi);
     }
   }
-  clear_round_off(&Result::body_position, result);
+  clear_round_off(&RunResult::body_position, result);
 }
 
 }  // namespace balance

@@ -14,10 +14,10 @@ struct BodyPoses {
 
 /// @param result a run of this mechanism that is done
 /// @throws std::invalid_argument if the run has other coordinates than the mechanism
-BodyPoses body_poses(const Mechanism& mechanism, const Result& result);
+BodyPoses body_poses(const Mechanism& mechanism, const RunResult& result);
 
 /// Fills the result's body_names, body_position and body_orientation.
 /// @throws std::invalid_argument as body_poses
-void add_body_poses(const Mechanism& mechanism, Result& result);
+void add_body_poses(const Mechanism& mechanism, RunResult& result);
 
 }  // namespace balance

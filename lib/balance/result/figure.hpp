@@ -3,6 +3,6 @@
 
 namespace balance {
 
-enum class Figure { peak, rms, mean, range };  ///< of the same names in Metric
+enum class Statistic { peak, rms, mean, range };  ///< of the same names in Metric
 
 }  // namespace balance

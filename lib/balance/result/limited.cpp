@@ -11,65 +11,65 @@
 namespace balance {
 namespace {
 
-using Kind = LimitedQuantity::Kind;
+using Kind = LimitableQuantity::Kind;
 
-struct Named {
+struct NamedKind {
   std::string_view name;
   Kind kind;
 };
 
 /// Of the table of quantities. Power is no such quantity: it is a product with s'.
-constexpr std::array of_table = {Named{"torque", Kind::force},
-                                 Named{"total_torque", Kind::force},
-                                 Named{"joint_velocity", Kind::rate},
-                                 Named{"joint_acceleration", Kind::force},
-                                 Named{"com_velocity", Kind::rate},
-                                 Named{"com_acceleration", Kind::force},
-                                 Named{"shaking_force", Kind::force},
-                                 Named{"shaking_moment", Kind::force},
-                                 Named{"shaking_moment_com", Kind::force},
-                                 Named{"ground_force", Kind::force},
-                                 Named{"ground_moment", Kind::force},
-                                 Named{"joint_force", Kind::force},
-                                 Named{"joint_moment", Kind::force},
-                                 Named{"kinetic_energy", Kind::energy}};
+constexpr std::array limitable_table = {NamedKind{"torque", Kind::force},
+                                        NamedKind{"total_torque", Kind::force},
+                                        NamedKind{"joint_velocity", Kind::rate},
+                                        NamedKind{"joint_acceleration", Kind::force},
+                                        NamedKind{"com_velocity", Kind::rate},
+                                        NamedKind{"com_acceleration", Kind::force},
+                                        NamedKind{"shaking_force", Kind::force},
+                                        NamedKind{"shaking_moment", Kind::force},
+                                        NamedKind{"shaking_moment_com", Kind::force},
+                                        NamedKind{"ground_force", Kind::force},
+                                        NamedKind{"ground_moment", Kind::force},
+                                        NamedKind{"joint_force", Kind::force},
+                                        NamedKind{"joint_moment", Kind::force},
+                                        NamedKind{"kinetic_energy", Kind::energy}};
 
 /// A shared name and the quantities that it stands for.
-struct Group {
+struct QuantityGroup {
   std::string name;
   bool has_name = true;  ///< false: units differ, so that one bound for all would mean nothing
-  std::vector<LimitedQuantity> quantities;
+  std::vector<LimitableQuantity> quantities;
 };
 
-const double* efforts(const Sample& sample) { return sample.effort.data(); }
-const double* tool_place(const Sample& sample) { return sample.tool_position.data(); }
+const double* effort_values(const Sample& sample) { return sample.effort.data(); }
+const double* tool_position_values(const Sample& sample) { return sample.tool_position.data(); }
 
-class Catalogue {
+class LimitableCatalogue {
  public:
-  explicit Catalogue(const Mechanism& mechanism) {
+  explicit LimitableCatalogue(const Mechanism& mechanism) {
     name_columns(mechanism, shape_);
-    size_arrays(mechanism, 1, {}, shape_);
-    const std::vector<Quantity> quantities = all_quantities(shape_);
-    for (const Named& named : of_table)
+    resize_arrays(mechanism, 1, {}, shape_);
+    const std::vector<Quantity> quantities = list_all_quantities(shape_);
+    for (const NamedKind& named : limitable_table)
       for (std::size_t q = 0; q < quantities.size(); ++q)
         if (quantities[q].name == named.name && quantities[q].samples->cols() > 0)
           add(quantity_table()[q], quantities[q], named.kind);
     if (!mechanism.tool) return;
-    add_whole("tool_velocity", "m/s", Kind::tool_velocity, tool_place, shape_.axes);
-    add_whole("tool_acceleration", "m/s^2", Kind::tool_acceleration, tool_place, shape_.axes);
+    add_whole("tool_velocity", "m/s", Kind::tool_velocity, tool_position_values, shape_.axes);
+    add_whole("tool_acceleration", "m/s^2", Kind::tool_acceleration, tool_position_values, shape_.axes);
   }
 
-  const std::vector<Group>& groups() const { return groups_; }
+  const std::vector<QuantityGroup>& groups() const { return groups_; }
 
  private:
-  void add(const QuantityKind& kind, const Quantity& quantity, Kind how) {
+  void add(const QuantityDefinition& kind, const Quantity& quantity, Kind how) {
     switch (quantity.columns) {
-      case Columns::axis: return add_whole(quantity.name, quantity.units.front(), how, kind.values, shape_.axes);
-      case Columns::single: return add_single(kind, quantity, how);
-      case Columns::coordinate: return add_each(kind, quantity, how, shape_.coordinate_names, 1, 1, 0);
-      case Columns::actuator: return add_each(kind, quantity, how, shape_.actuator_names, 1, 1, 0);
-      case Columns::joint: return add_each(kind, quantity, how, shape_.joint_names, 3, 1, 2);
-      case Columns::joint_axis: return add_each(kind, quantity, how, shape_.joint_names, 3, shape_.axes, 0);
+      case ColumnKind::axis: return add_whole(quantity.name, quantity.units.front(), how, kind.values, shape_.axes);
+      case ColumnKind::single: return add_single(kind, quantity, how);
+      case ColumnKind::coordinate: return add_each(kind, quantity, how, shape_.coordinate_names, 1, 1, 0);
+      case ColumnKind::actuator: return add_each(kind, quantity, how, shape_.actuator_names, 1, 1, 0);
+      case ColumnKind::joint: return add_each(kind, quantity, how, shape_.joint_names, 3, 1, 2);
+      case ColumnKind::joint_axis: return add_each(kind, quantity, how, shape_.joint_names, 3, shape_.axes, 0);
       default: return;
     }
   }
@@ -85,28 +85,28 @@ class Catalogue {
     }
   }
 
-  void add_single(const QuantityKind& kind, const Quantity& quantity, Kind how) {
-    LimitedQuantity one{quantity.name, quantity.units.front(), how, kind.values, 0, 1};
-    if (kind.shape == QuantityKind::Shape::moment) one.first = 2;  // planar, along z
-    if (quantity.name == "total_torque") {                         // the magnitude of all efforts
-      one.values = efforts;
+  void add_single(const QuantityDefinition& kind, const Quantity& quantity, Kind how) {
+    LimitableQuantity one{quantity.name, quantity.units.front(), how, kind.values, 0, 1};
+    if (kind.shape == QuantityDefinition::Shape::moment) one.first = 2;  // planar, along z
+    if (quantity.name == "total_torque") {                               // the magnitude of all efforts
+      one.values = effort_values;
       one.count = static_cast<int>(shape_.actuator_names.size());
     }
     groups_.push_back({quantity.name, true, {one}});
   }
 
-  void add_each(const QuantityKind& kind, const Quantity& quantity, Kind how, const std::vector<std::string>& owners,
-                int stride, int width, int skip) {
-    Group all{quantity.name, common_unit(quantity.units) != "mixed", {}};
-    std::vector<Group> single;
+  void add_each(const QuantityDefinition& kind, const Quantity& quantity, Kind how,
+                const std::vector<std::string>& owners, int stride, int width, int skip) {
+    QuantityGroup all{quantity.name, common_unit(quantity.units) != "mixed", {}};
+    std::vector<QuantityGroup> single;
     for (std::size_t i = 0; i < owners.size(); ++i) {
       const std::string& unit = quantity.unit_of(i, owners.size());
-      const LimitedQuantity one{effort_name(quantity.name, unit) + "[" + owners[i] + "]",
-                                unit,
-                                how,
-                                kind.values,
-                                static_cast<int>(i) * stride + skip,
-                                width};
+      const LimitableQuantity one{effort_display_name(quantity.name, unit) + "[" + owners[i] + "]",
+                                  unit,
+                                  how,
+                                  kind.values,
+                                  static_cast<int>(i) * stride + skip,
+                                  width};
       all.quantities.push_back(one);
       single.push_back({one.name, true, {one}});
     }
@@ -114,23 +114,23 @@ class Catalogue {
     groups_.insert(groups_.end(), single.begin(), single.end());
   }
 
-  Result shape_;
-  std::vector<Group> groups_;
+  RunResult shape_;
+  std::vector<QuantityGroup> groups_;
 };
 
 }  // namespace
 
-std::vector<LimitedQuantity> find_limited(const Mechanism& mechanism, const std::string& name) {
-  const Catalogue catalogue(mechanism);
-  for (const Group& group : catalogue.groups())
-    if (group.has_name && is_name_of(name, group.name)) return group.quantities;
+std::vector<LimitableQuantity> find_limitable_quantities(const Mechanism& mechanism, const std::string& name) {
+  const LimitableCatalogue catalogue(mechanism);
+  for (const QuantityGroup& group : catalogue.groups())
+    if (group.has_name && is_quantity_name(name, group.name)) return group.quantities;
   return {};
 }
 
-std::vector<std::string> limited_names(const Mechanism& mechanism) {
-  const Catalogue catalogue(mechanism);
+std::vector<std::string> list_limitable_names(const Mechanism& mechanism) {
+  const LimitableCatalogue catalogue(mechanism);
   std::vector<std::string> names;
-  for (const Group& group : catalogue.groups())
+  for (const QuantityGroup& group : catalogue.groups())
     if (group.has_name) names.push_back(group.name);
   return names;
 }

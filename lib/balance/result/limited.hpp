@@ -11,7 +11,7 @@
 namespace balance {
 
 /// A scalar, or a vector whose magnitude is meant.
-struct LimitedQuantity {
+struct LimitableQuantity {
   /// How it depends on the motion along a path.
   enum class Kind {
     force,              ///< a s'' + b s'² + c, and friction's part in s'
@@ -30,9 +30,9 @@ struct LimitedQuantity {
 
 /// What a name stands for: one quantity, or all that share it ("torque": every actuator's, if their units are alike).
 /// Empty if there is no such quantity.
-std::vector<LimitedQuantity> find_limited(const Mechanism& mechanism, const std::string& name);
+std::vector<LimitableQuantity> find_limitable_quantities(const Mechanism& mechanism, const std::string& name);
 
-/// Every name that find_limited() knows of a mechanism, the shared ones before those that share them.
-std::vector<std::string> limited_names(const Mechanism& mechanism);
+/// Every name that find_limitable_quantities() knows of a mechanism, the shared ones before those that share them.
+std::vector<std::string> list_limitable_names(const Mechanism& mechanism);
 
 }  // namespace balance

@@ -7,14 +7,14 @@
 
 namespace balance {
 
-double LinearFigure::operator()(const VectorX& parameters) const {
+double AffineFigure::operator()(const VectorX& parameters) const {
   if (coefficients.size() > 0) return coefficients.dot(parameters.head(coefficients.size()));
   double worst = 0;
-  for (const PlaceRows& one : series) {
+  for (const AffineSeries& one : series) {
     const VectorX values = one.rows * parameters;
-    const auto sizes = values.reshaped(one.components, one.share.size()).colwise().norm();
-    worst = std::max(worst,
-                     figure == Figure::peak ? max_abs(sizes) : std::sqrt(sizes.cwiseAbs2().dot(one.share.transpose())));
+    const auto sizes = values.reshaped(one.components, one.time_weights.size()).colwise().norm();
+    worst = std::max(worst, figure == Statistic::peak ? max_abs(sizes)
+                                                      : std::sqrt(sizes.cwiseAbs2().dot(one.time_weights.transpose())));
   }
   return worst;
 }

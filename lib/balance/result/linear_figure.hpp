@@ -9,18 +9,18 @@
 namespace balance {
 
 /// A force or another quantity place by place along a motion.
-struct PlaceRows {
+struct AffineSeries {
   MatrixX rows;  ///< places · components × (parameters, one) [SI]: what does not depend on a parameter stands last
   Eigen::Index components = 1;  ///< rows of one place
-  VectorX share;                ///< per place: of the time average
+  VectorX time_weights;         ///< per place: of the time average
 };
 
 /// weight · a convex function of the parameters.
-struct LinearFigure {
+struct AffineFigure {
   double weight = 1;
-  VectorX coefficients;           ///< of the parameters, if it is a sum of them; else empty
-  Figure figure = Figure::rms;    ///< rms or peak
-  std::vector<PlaceRows> series;  ///< the worst of them counts
+  VectorX coefficients;               ///< of the parameters, if it is a sum of them; else empty
+  Statistic figure = Statistic::rms;  ///< rms or peak
+  std::vector<AffineSeries> series;   ///< the worst of them counts
 
   /// Without the weight. @param parameters [SI], a one behind them
   double operator()(const VectorX& parameters) const;

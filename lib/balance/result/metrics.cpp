@@ -15,14 +15,14 @@ namespace balance {
 namespace {
 
 /// One row of the run or of what lies between its samples.
-struct Place {
+struct SampleReference {
   double time;
-  const Result* result;
+  const RunResult* result;
   long row;
 };
 
-std::vector<Place> in_order(const Result& result, const BetweenSamples& between) {
-  std::vector<Place> places;
+std::vector<SampleReference> merge_in_time_order(const RunResult& result, const IntermediateSamples& between) {
+  std::vector<SampleReference> places;
   places.reserve(static_cast<std::size_t>(result.time.size()) + between.next_sample.size());
   std::size_t j = 0;
   for (long k = 0; k < result.time.size(); ++k) {
@@ -36,8 +36,8 @@ std::vector<Place> in_order(const Result& result, const BetweenSamples& between)
 }
 
 /// Every second place, but both ends and both sides of every jump.
-std::vector<Place> every_second(const std::vector<Place>& places) {
-  std::vector<Place> chosen{places.front()};
+std::vector<SampleReference> halve_samples(const std::vector<SampleReference>& places) {
+  std::vector<SampleReference> chosen{places.front()};
   bool skip = true;
   for (std::size_t i = 1; i + 1 < places.size(); ++i) {
     const double time = places[i].time;
@@ -50,10 +50,10 @@ std::vector<Place> every_second(const std::vector<Place>& places) {
 }
 
 /// A scalar with its sign, or a vector's magnitude, at every place.
-std::vector<double> values(const Track& track, const std::vector<Place>& places) {
+std::vector<double> evaluate_series(const MetricSeries& track, const std::vector<SampleReference>& places) {
   std::vector<double> all(places.size());
-  const auto begin_of = [&](const Result* result) { return (result->*track.array).data() + track.first; };
-  const Result* result = places.front().result;
+  const auto begin_of = [&](const RunResult* result) { return (result->*track.array).data() + track.first; };
+  const RunResult* result = places.front().result;
   const double* first = begin_of(result);
   const long width = (result->*track.array).cols();
   for (std::size_t i = 0; i < places.size(); ++i) {
@@ -66,15 +66,15 @@ std::vector<double> values(const Track& track, const std::vector<Place>& places)
   return all;
 }
 
-void drop_round_off(Metric& metric, double start) {
+void zero_round_off(Metric& metric, double start) {
   if (metric.peak <= metric.round_off) metric.peak_time = start;
   for (double Metric::*figure : {&Metric::peak, &Metric::rms, &Metric::mean, &Metric::range})
-    metric.*figure = above(metric.round_off, metric.*figure);
+    metric.*figure = suppress_round_off(metric.round_off, metric.*figure);
 }
 
-Metric measure(const Track& track, const std::vector<Place>& places) {
+Metric compute_metric(const MetricSeries& track, const std::vector<SampleReference>& places) {
   Metric metric{track.quantity, track.unit};
-  const std::vector<double> all = values(track, places);
+  const std::vector<double> all = evaluate_series(track, places);
   double peak = 0, low = INFINITY, high = -INFINITY, squares = 0, sum = 0, last = 0, last_square = 0;
   for (std::size_t i = 0; i < places.size(); ++i) {
     const double size = std::abs(all[i]), square = size * size;
@@ -97,8 +97,8 @@ Metric measure(const Track& track, const std::vector<Place>& places) {
   metric.rms = std::sqrt(squares / duration);
   metric.mean = sum / duration;
   metric.range = high - low;
-  metric.round_off = round_off_of(*places.back().result, track.array, track.first);
-  drop_round_off(metric, places.front().time);
+  metric.round_off = column_round_off(*places.back().result, track.array, track.first);
+  zero_round_off(metric, places.front().time);
   return metric;
 }
 
@@ -115,28 +115,33 @@ Metric worst_of(const std::vector<Metric>& all, std::string quantity) {
   return worst;
 }
 
-double energy(const Result& result, const std::vector<Place>& places) {
+double integrate_power(const RunResult& result, const std::vector<SampleReference>& places) {
   double sum = 0;
   for (std::size_t i = 1; i < places.size(); ++i) {
-    const auto total = [&](const Place& place) { return place.result->power.row(place.row).cwiseAbs().sum(); };
+    const auto total = [&](const SampleReference& place) {
+      return place.result->power.row(place.row).cwiseAbs().sum();
+    };
     sum += (places[i].time - places[i - 1].time) * (total(places[i]) + total(places[i - 1])) / 2;
   }
   if (result.actuator_names.empty()) return 0;
   double round_off = 0;
-  for (Eigen::Index a = 0; a < result.power.cols(); ++a) round_off += round_off_of(result, &Result::power, a);
-  return above(round_off * (places.back().time - places.front().time), sum);
+  for (Eigen::Index a = 0; a < result.power.cols(); ++a) round_off += column_round_off(result, &RunResult::power, a);
+  return suppress_round_off(round_off * (places.back().time - places.front().time), sum);
 }
 
 /// It shows first that places are too few: what the motors and the frame feel.
-bool is_telling(const Track& track) {
-  return track.array == &Result::torque || track.array == &Result::shaking_force ||
-         track.array == &Result::shaking_moment;
+bool is_sampling_indicator(const MetricSeries& track) {
+  return track.array == &RunResult::torque || track.array == &RunResult::shaking_force ||
+         track.array == &RunResult::shaking_moment;
 }
 
 /// The largest turn of a joint from one place to the next [rad], and whose.
-std::pair<std::string, double> largest_turn(const Result& result, const std::vector<Place>& places) {
+std::pair<std::string, double> find_largest_joint_step(const RunResult& result,
+                                                       const std::vector<SampleReference>& places) {
   std::pair<std::string, double> largest{"", 0};
-  const auto position = [&](const Place& place, Eigen::Index c) { return place.result->joint_position(place.row, c); };
+  const auto position = [&](const SampleReference& place, Eigen::Index c) {
+    return place.result->joint_position(place.row, c);
+  };
   for (std::size_t joint = 0; joint < result.coordinate_names.size(); ++joint) {
     if (result.coordinate_units[joint] != "rad") continue;
     const auto c = static_cast<Eigen::Index>(joint);
@@ -150,25 +155,26 @@ std::pair<std::string, double> largest_turn(const Result& result, const std::vec
 
 }  // namespace
 
-std::string sampling_note(const Result& result, const BetweenSamples& between) {
-  constexpr double much = 0.02;
-  constexpr double far = 0.5;  // rad: the peak of what a turn makes once may then be missed by 3 %
-  const std::vector<Place> places = in_order(result, between), half = every_second(places);
-  if (const auto [joint, angle] = largest_turn(result, places); angle > far) {
+std::string check_sampling_density(const RunResult& result, const IntermediateSamples& between) {
+  constexpr double max_relative_change = 0.02;
+  constexpr double max_joint_step = 0.5;  // rad: the peak of what a turn makes once may then be missed by 3 %
+  const std::vector<SampleReference> places = merge_in_time_order(result, between), half = halve_samples(places);
+  if (const auto [joint, angle] = find_largest_joint_step(result, places); angle > max_joint_step) {
     char degrees[32];
     std::snprintf(degrees, sizeof degrees, "%.3g", angle * 180 / std::numbers::pi);
     return "figures rest on places that are far apart: " + joint + " turns by " + degrees +
            " degrees from one to the next; ask for more samples";
   }
   if (half.size() < 3) return "";
-  for (const Track& track : list_tracks(result)) {
+  for (const MetricSeries& track : list_metric_series(result)) {
     const auto fine = std::find_if(result.metrics.begin(), result.metrics.end(),
                                    [&](const Metric& metric) { return metric.quantity == track.quantity; });
     // of what is nearly round-off every digit changes
-    if (!is_telling(track) || fine == result.metrics.end() || !(fine->peak > 1e3 * fine->round_off)) continue;
-    const Metric coarse = measure(track, half);
+    if (!is_sampling_indicator(track) || fine == result.metrics.end() || !(fine->peak > 1e3 * fine->round_off))
+      continue;
+    const Metric coarse = compute_metric(track, half);
     const double change = std::max(std::abs(fine->peak - coarse.peak), std::abs(fine->rms - coarse.rms));
-    if (change > much * fine->peak)
+    if (change > max_relative_change * fine->peak)
       return std::to_string(places.size()) +
              " places along the motion are few for its figures: without every second one " + fine->quantity +
              " would change by " + std::to_string(static_cast<int>(std::lround(100 * change / fine->peak))) +
@@ -177,25 +183,25 @@ std::string sampling_note(const Result& result, const BetweenSamples& between) {
   return "";
 }
 
-void add_metrics(Result& result, const BetweenSamples& between) {
-  const std::vector<Place> places = in_order(result, between);
+void add_metrics(RunResult& result, const IntermediateSamples& between) {
+  const std::vector<SampleReference> places = merge_in_time_order(result, between);
   result.metrics.clear();
-  const std::vector<Track> tracks = list_tracks(result);
-  for (const auto& [first, last] : neighbours(tracks)) {
+  const std::vector<MetricSeries> tracks = list_metric_series(result);
+  for (const auto& [first, last] : group_metric_series(tracks)) {
     std::vector<Metric> each;
-    for (std::size_t i = first; i < last; ++i) each.push_back(measure(tracks[i], places));
-    if (!tracks[first].of_worst.empty()) result.metrics.push_back(worst_of(each, tracks[first].of_worst));
+    for (std::size_t i = first; i < last; ++i) each.push_back(compute_metric(tracks[i], places));
+    if (!tracks[first].worst_group.empty()) result.metrics.push_back(worst_of(each, tracks[first].worst_group));
     result.metrics.insert(result.metrics.end(), each.begin(), each.end());
   }
-  result.energy = energy(result, places);
+  result.energy = integrate_power(result, places);
 }
 
-double figure_of(const Metric& metric, Figure figure) {
+double statistic_of(const Metric& metric, Statistic figure) {
   switch (figure) {
-    case Figure::peak: return metric.peak;
-    case Figure::rms: return metric.rms;
-    case Figure::mean: return metric.mean;
-    case Figure::range: return metric.range;
+    case Statistic::peak: return metric.peak;
+    case Statistic::rms: return metric.rms;
+    case Statistic::mean: return metric.mean;
+    case Statistic::range: return metric.range;
   }
   return std::numeric_limits<double>::quiet_NaN();
 }

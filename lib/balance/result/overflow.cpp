@@ -15,8 +15,8 @@ struct Overflow {
 };
 
 /// @param rows that are filled
-void look(const Result& result, long rows, Overflow& first) {
-  for (const Quantity& quantity : list_quantities(result)) {
+void find_in_quantities(const RunResult& result, long rows, Overflow& first) {
+  for (const Quantity& quantity : list_sampled_quantities(result)) {
     const auto filled = quantity.samples->topRows(rows);
     if ((filled.array() - filled.array()).sum() == 0)
       continue;  // a number minus itself is not a number where it is none
@@ -27,11 +27,11 @@ void look(const Result& result, long rows, Overflow& first) {
 
 }  // namespace
 
-std::optional<MotionOutcome> find_overflow(const Result& result, const BetweenSamples& between,
+std::optional<MotionOutcome> find_overflow(const RunResult& result, const IntermediateSamples& between,
                                            const Mechanism& mechanism) {
   Overflow first;
-  look(result, result.time.size(), first);
-  look(between.rows, static_cast<long>(between.next_sample.size()), first);
+  find_in_quantities(result, result.time.size(), first);
+  find_in_quantities(between.rows, static_cast<long>(between.next_sample.size()), first);
   for (const Metric& metric : result.metrics) {  // squares overflow long before what they are squares of
     const bool finite = std::isfinite(metric.peak) && std::isfinite(metric.rms) && std::isfinite(metric.mean) &&
                         std::isfinite(metric.range);
@@ -39,7 +39,7 @@ std::optional<MotionOutcome> find_overflow(const Result& result, const BetweenSa
   }
   if (!std::isfinite(result.energy) && first.what.empty()) first = {result.time[0], "the energy moved"};
   if (first.what.empty()) return std::nullopt;
-  return numbers_overflow(first.time, first.what, mechanism);
+  return make_overflow_outcome(first.time, first.what, mechanism);
 }
 
 }  // namespace balance

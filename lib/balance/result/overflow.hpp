@@ -9,7 +9,7 @@
 namespace balance {
 
 /// The first place where a quantity, or a figure made of it, is not finite. @param result with its metrics
-std::optional<MotionOutcome> find_overflow(const Result& result, const BetweenSamples& between,
+std::optional<MotionOutcome> find_overflow(const RunResult& result, const IntermediateSamples& between,
                                            const Mechanism& mechanism);
 
 }  // namespace balance

@@ -12,7 +12,7 @@
 namespace balance {
 
 /// What the columns of a quantity belong to.
-enum class Columns {
+enum class ColumnKind {
   single,
   coordinate,
   actuator,
@@ -28,50 +28,50 @@ enum class Columns {
 };
 
 /// Which runs have a quantity.
-enum class Occasion {
+enum class Availability {
   always,
-  tool,           ///< the mechanism has a tool
-  like_motors,    ///< several actuators, and their efforts have one unit
-  reactions,      ///< the formulation knows what single joints transmit, and how near a singularity is
-  control,        ///< under control
-  tracking,       ///< and the desired motion is known
-  tool_tracking,  ///< and there is a tool
-  poses,          ///< asked for, and computed after the run (result/body_poses.hpp)
-  split,          ///< the same (equations/effort_parts.hpp)
+  tool,               ///< the mechanism has a tool
+  uniform_actuators,  ///< several actuators, and their efforts have one unit
+  reactions,          ///< the formulation knows what single joints transmit, and how near a singularity is
+  control,            ///< under control
+  tracking,           ///< and the desired motion is known
+  tool_tracking,      ///< and there is a tool
+  poses,              ///< asked for, and computed after the run (result/body_poses.hpp)
+  split,              ///< the same (equations/effort_parts.hpp)
 };
 
 /// A line of the table.
-struct QuantityKind {
+struct QuantityDefinition {
   /// In the plane moments and turns have one component, in space three, or a quaternion.
-  enum class Shape { plain, moment, turn };
+  enum class Shape { plain, moment, orientation };
   /// Whose unit the columns have, where it is not the same for all of them.
-  enum class Unit { fixed, coordinate, actuator, constraint, sliding, turn };
+  enum class UnitSource { fixed, coordinate, actuator, constraint, sliding, turn };
 
   /// Which figures there are of it.
-  enum class Figures {
+  enum class MetricScope {
     none,
-    whole,      ///< of the scalar or vector
-    each,       ///< of each joint's
-    and_worst,  ///< of each actuator's or variable's, and the worst of them
-    tracked,    ///< of each coordinate's that is to be led, and the worst of them
+    whole,                 ///< of the scalar or vector
+    per_member,            ///< of each joint's
+    per_member_and_worst,  ///< of each actuator's or variable's, and the worst of them
+    tracked,               ///< of each coordinate's that is to be led, and the worst of them
   };
 
   const char* name;
   const char* short_name;  ///< behind the name of a coordinate, actuator, joint or body
   const char* long_name;
-  Columns columns;
+  ColumnKind columns;
   Shape shape;
-  Unit unit_of;
+  UnitSource unit_of;
   const char* unit;  ///< or what follows the columns' own: "/s"
-  Occasion occasion;
-  Figures figures;
-  Samples Result::*member;
+  Availability occasion;
+  MetricScope figures;
+  Samples RunResult::*member;
   const double* (*values)(const Sample&);  ///< null: not read off samples one by one
-  VectorX TermSizes::*terms;               ///< null: never round-off
-  bool about = false;                      ///< a moment about Result::about
+  VectorX TermMagnitudes::*terms;          ///< null: never round-off
+  bool has_moment_reference = false;       ///< a moment about Result::about
 };
 
-std::span<const QuantityKind> quantity_table();
+std::span<const QuantityDefinition> quantity_table();
 
 /// A quantity of one Result, which must outlive it.
 struct Quantity {
@@ -79,9 +79,9 @@ struct Quantity {
   std::string short_name;  ///< behind the name of a coordinate, actuator or joint: "position"
   std::string long_name;
   std::vector<std::string> units;  ///< one per column; one for all if they are alike
-  Columns columns = Columns::single;
-  bool about = false;  ///< a moment about Result::about
-  Samples Result::*member = nullptr;
+  ColumnKind columns = ColumnKind::single;
+  bool has_moment_reference = false;  ///< a moment about Result::about
+  Samples RunResult::*member = nullptr;
   const Samples* samples = nullptr;  ///< that member of the result
 
   /// @param owner index of a coordinate, actuator, joint, … that columns belong to @param owners how many there are
@@ -91,16 +91,16 @@ struct Quantity {
 };
 
 /// All that there are for mechanisms of the result's space, with or without samples.
-std::vector<Quantity> all_quantities(const Result& result);
+std::vector<Quantity> list_all_quantities(const RunResult& result);
 
 /// Quantities without columns (no tool, no actuator) are left out.
-std::vector<Quantity> list_quantities(const Result& result);
+std::vector<Quantity> list_sampled_quantities(const RunResult& result);
 
 /// What a kind's columns are in the result's space.
-Columns columns_of(const QuantityKind& kind, const Result& result);
+ColumnKind columns_of(const QuantityDefinition& kind, const RunResult& result);
 
 /// How many there are, by the result's names.
-Eigen::Index count_columns(Columns columns, const Result& result);
+Eigen::Index count_columns(ColumnKind columns, const RunResult& result);
 
 /// "rad" if all are alike, else "mixed"; "1" for none.
 std::string common_unit(const std::vector<std::string>& units);

@@ -29,10 +29,10 @@ struct Metric {
   double round_off = 0;  ///< what is no larger was computed but means 0 (result/round_off.hpp)
 };
 
-struct Result {
+struct RunResult {
   MotionOutcome outcome;
-  std::optional<FoundLaw> found_law;  ///< of a law that was searched for
-  PhasePlane phase_plane;             ///< empty under control; the ceiling is empty where no limits are stated
+  std::optional<OptimisedLaw> optimised_law;  ///< of a law that was searched for
+  PhasePlane phase_plane;                     ///< empty under control; the ceiling is empty where no limits are stated
 
   // what the columns are called
   std::vector<std::string> coordinate_names;  ///< C columns of joint_position
@@ -41,10 +41,10 @@ struct Result {
   std::vector<std::string> actuator_names;    ///< A
   std::vector<std::string> actuator_units;    ///< "N m" or "N"
   std::vector<std::string> constraint_names,
-      constraint_units;             ///< "N" where the speed is one of points or slides, else "N m"
-  int axes = 2;                     ///< 2 planar, 3 spatial: columns of a vector
-  int moment_axes = 1;              ///< 1 planar (about z), 3 spatial
-  Vector3 about = Vector3::Zero();  ///< the point that moments are about
+      constraint_units;                        ///< "N" where the speed is one of points or slides, else "N m"
+  int axes = 2;                                ///< 2 planar, 3 spatial: columns of a vector
+  int moment_axes = 1;                         ///< 1 planar (about z), 3 spatial
+  Vector3 moment_reference = Vector3::Zero();  ///< the point that moments are about
 
   VectorX time;                                                ///< N [s]
   Samples joint_position, joint_velocity, joint_acceleration;  ///< N×C [rad or m, …/s, …/s^2]; angles run on past ±π
@@ -85,12 +85,12 @@ struct Result {
   Samples saturation;        ///< N×A: 1 while the torque is cut by its limit, else 0
 
   std::vector<Metric> metrics;
-  std::vector<PayloadChange> payload_changes;   ///< in the order of time; no file is read for them
-  double energy = 0;                            ///< ∫ Σ|power| dt: what the actuators move back and forth [J]
-  std::optional<FoundCorridor> found_corridor;  ///< of a way that was searched for; no file is read for it
+  std::vector<PayloadEvent> payload_events;       ///< in the order of time; no file is read for them
+  double energy = 0;                              ///< ∫ Σ|power| dt: what the actuators move back and forth [J]
+  std::optional<CorridorResult> corridor_result;  ///< of a way that was searched for; no file is read for it
 
-  TermSizes term_sizes;  ///< largest in the run; not in files
-  TermSizes round_off;   ///< what samples that ought to be zero may be; the samples themselves are as computed
+  TermMagnitudes term_magnitudes;  ///< largest in the run; not in files
+  TermMagnitudes round_off;  ///< what samples that ought to be zero may be; the samples themselves are as computed
 };
 
 }  // namespace balance

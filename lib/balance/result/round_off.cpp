@@ -7,20 +7,21 @@
 
 namespace balance {
 
-void set_round_off(Result& result, const TermSizes& terms, const TermSizes& grown) {
-  result.term_sizes = terms;
+void set_round_off(RunResult& result, const TermMagnitudes& terms, const TermMagnitudes& grown) {
+  result.term_magnitudes = terms;
   result.round_off = {};
-  result.round_off.raise(grown, round_off_part);
+  result.round_off.raise_to(grown, round_off_factor);
 }
 
-VectorX TermSizes::*term_size_of(Samples Result::*array) {
+VectorX TermMagnitudes::*term_magnitude_of(Samples RunResult::*array) {
   const auto table = quantity_table();
   const auto found = std::find_if(table.begin(), table.end(), [&](const auto& kind) { return kind.member == array; });
   return found == table.end() ? nullptr : found->terms;
 }
 
-double of_column(const Result& result, const TermSizes& sizes, Samples Result::*array, Eigen::Index column) {
-  VectorX TermSizes::*const size = term_size_of(array);
+double column_term_magnitude(const RunResult& result, const TermMagnitudes& sizes, Samples RunResult::*array,
+                             Eigen::Index column) {
+  VectorX TermMagnitudes::*const size = term_magnitude_of(array);
   if (size == nullptr) return 0;
   const VectorX& known = sizes.*size;
   const Eigen::Index columns = (result.*array).cols();
@@ -29,35 +30,35 @@ double of_column(const Result& result, const TermSizes& sizes, Samples Result::*
   return known[std::min(known.size() - 1, column * known.size() / columns)];
 }
 
-double round_off_of(const Result& result, Samples Result::*array, Eigen::Index column) {
-  return of_column(result, result.round_off, array, column);
+double column_round_off(const RunResult& result, Samples RunResult::*array, Eigen::Index column) {
+  return column_term_magnitude(result, result.round_off, array, column);
 }
 
 void clear_column(Samples& values, Eigen::Index column, double round_off) {
-  const auto is_small = [round_off](double value) { return above(round_off, value) == 0; };
+  const auto is_small = [round_off](double value) { return suppress_round_off(round_off, value) == 0; };
   if (std::all_of(values.col(column).begin(), values.col(column).end(), is_small)) values.col(column).setZero();
 }
 
-void clear_round_off(Samples Result::*array, Result& result) {
+void clear_round_off(Samples RunResult::*array, RunResult& result) {
   constexpr double max_cleared_part = 1e-9;  // of the terms: near a singularity round-off is only estimated
   Samples& values = result.*array;
   for (Eigen::Index c = 0; c < values.cols(); ++c) {
-    const double terms = of_column(result, result.term_sizes, array, c);
-    clear_column(values, c, std::min(round_off_of(result, array, c), max_cleared_part * terms));
+    const double terms = column_term_magnitude(result, result.term_magnitudes, array, c);
+    clear_column(values, c, std::min(column_round_off(result, array, c), max_cleared_part * terms));
   }
 }
 
-void clear_round_off(Result& result) {
-  for (const QuantityKind& kind : quantity_table())
+void clear_round_off(RunResult& result) {
+  for (const QuantityDefinition& kind : quantity_table())
     if (kind.terms != nullptr && (result.*kind.member).size() > 0) clear_round_off(kind.member, result);
 }
 
-Samples above_round_off(const Result& result, Samples Result::*array) {
+Samples suppress_round_off(const RunResult& result, Samples RunResult::*array) {
   Samples values = result.*array;
   for (Eigen::Index c = 0; c < values.cols(); ++c) {
-    const double round_off = round_off_of(result, array, c);
+    const double round_off = column_round_off(result, array, c);
     if (round_off == 0) continue;
-    for (Eigen::Index k = 0; k < values.rows(); ++k) values(k, c) = above(round_off, values(k, c));
+    for (Eigen::Index k = 0; k < values.rows(); ++k) values(k, c) = suppress_round_off(round_off, values(k, c));
   }
   return values;
 }

@@ -18,35 +18,37 @@ namespace {
 
 /// Where a run begins, whatever becomes of it on the way.
 template <class S>
-Configured first_moment(const Mechanism& mechanism, const Trajectory& trajectory) {
-  Tree<S> tree = compile<S>(mechanism, prescribed_coordinates(trajectory));
-  const Plan<S> plan = make_plan(mechanism, tree, trajectory);
+ConfigurationResult find_first_configuration(const Mechanism& mechanism, const Trajectory& trajectory) {
+  Tree<S> tree = compile_tree<S>(mechanism, prescribed_coordinates(trajectory));
+  const CompiledTrajectory<S> plan = compile_trajectory(mechanism, tree, trajectory);
   if (plan.outcome.status != MotionStatus::done) return {plan.outcome, {}};
-  Stepper<S> stepper(mechanism, tree, plan);
+  MotionStepper<S> stepper(mechanism, tree, plan);
   if (!stepper.begin()) return {stepper.outcome(), {}};
-  Configured found;
+  ConfigurationResult found;
   found.outcome.status = MotionStatus::done;
-  const std::vector<double> q = read_coordinates(mechanism, tree, Eigen::Map<const VectorX>(stepper.y(), tree.columns));
+  const std::vector<double> q =
+      compute_coordinates(mechanism, tree, Eigen::Map<const VectorX>(stepper.y(), tree.columns));
   for (std::size_t c = 0; c < q.size(); ++c) found.coordinates.push_back({static_cast<int>(c), q[c]});
   return found;
 }
 
 }  // namespace
 
-Configured start_configuration(const Mechanism& mechanism, const Trajectory& trajectory) {
+ConfigurationResult find_start_configuration(const Mechanism& mechanism, const Trajectory& trajectory) {
   // a table has its start in itself; where rates are bound, `from` may leave the configuration to `assembly`
-  if (std::holds_alternative<TablePath>(trajectory.path) || binds_rates(mechanism)) {
-    const TimedTrajectory timed = time_law(mechanism, trajectory);
+  if (std::holds_alternative<TablePath>(trajectory.path) || has_velocity_constraints(mechanism)) {
+    const ResolvedTrajectory timed = resolve_trajectory(mechanism, trajectory);
     if (timed.outcome.status != MotionStatus::done) return {timed.outcome, {}};
-    return in_space(mechanism.space, [&]<class S>(S) { return first_moment<S>(mechanism, timed.trajectory); });
+    return dispatch_space(mechanism.space,
+                          [&]<class S>(S) { return find_first_configuration<S>(mechanism, timed.trajectory); });
   }
-  return find_configuration(mechanism, trajectory.from);
+  return solve_configuration(mechanism, trajectory.from);
 }
 
-Configured end_configuration(const Mechanism& mechanism, Trajectory trajectory) {
+ConfigurationResult find_end_configuration(const Mechanism& mechanism, Trajectory trajectory) {
   trajectory.samples = 2;
-  Result run = simulate(mechanism, trajectory);
-  Configured found{std::move(run.outcome), {}};
+  RunResult run = simulate(mechanism, trajectory);
+  ConfigurationResult found{std::move(run.outcome), {}};
   if (found.outcome.status != MotionStatus::done) return found;
   for (Eigen::Index c = 0; c < run.joint_position.cols(); ++c)
     found.coordinates.push_back({static_cast<int>(c), run.joint_position(run.joint_position.rows() - 1, c)});

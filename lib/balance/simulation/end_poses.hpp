@@ -7,9 +7,9 @@
 namespace balance {
 
 /// Found without a run where the trajectory's `from` tells it.
-Configured start_configuration(const Mechanism& mechanism, const Trajectory& trajectory);
+ConfigurationResult find_start_configuration(const Mechanism& mechanism, const Trajectory& trajectory);
 
 /// In the assembly mode that a run comes in.
-Configured end_configuration(const Mechanism& mechanism, Trajectory trajectory);
+ConfigurationResult find_end_configuration(const Mechanism& mechanism, Trajectory trajectory);
 
 }  // namespace balance

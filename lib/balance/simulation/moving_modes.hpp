@@ -12,6 +12,7 @@ namespace balance {
 /// failure is no matter of modes, or there is one mode only.
 /// @param trajectory whose run has failed after its start
 /// @throws std::invalid_argument as simulate()
-std::string moving_modes_text(const Mechanism& mechanism, const Trajectory& trajectory, const MotionOutcome& outcome);
+std::string describe_feasible_modes(const Mechanism& mechanism, const Trajectory& trajectory,
+                                    const MotionOutcome& outcome);
 
 }  // namespace balance

@@ -15,19 +15,19 @@ struct PayloadMotion {
 };
 
 /// From one stretch to the next, with the efforts on both sides.
-struct LoadSwitch {
+struct PayloadSwitch {
   double time;
   int before, after;
   const VectorX &effort_before, &effort_after;
 };
 
-/// Adds to Result::payload_changes what is there on one side of the switch alone.
+/// Adds to Result::payload_events what is there on one side of the switch alone.
 /// @param motion of the payload with this index into Mechanism::attachments, at the switch
-void add_payload_changes(const Mechanism& mechanism, const PayloadStretches& stretches, const LoadSwitch& change,
-                         const std::function<PayloadMotion(std::size_t attachment)>& motion, Result& result);
+void add_payload_changes(const Mechanism& mechanism, const PayloadIntervals& stretches, const PayloadSwitch& change,
+                         const std::function<PayloadMotion(std::size_t attachment)>& motion, RunResult& result);
 
 /// Adds a note for every change that is an impact, which the figures leave out, and for every payload that is never there.
 /// @param duration of the motion [s]
-void add_payload_notes(const Mechanism& mechanism, double duration, Result& result);
+void add_payload_notes(const Mechanism& mechanism, double duration, RunResult& result);
 
 }  // namespace balance

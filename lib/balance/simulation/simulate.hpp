@@ -15,6 +15,6 @@ using Progress = std::function<void(double part)>;
 /// Moves the mechanism along the trajectory and computes everything of Result.
 /// An unwelcome answer (unreachable, singular, …) is result.outcome, with the other fields empty.
 /// @throws std::invalid_argument if trajectory and mechanism do not fit (a drive on the tool without a tool, …)
-Result simulate(const Mechanism& mechanism, const Trajectory& trajectory, const Progress& progress = {});
+RunResult simulate(const Mechanism& mechanism, const Trajectory& trajectory, const Progress& progress = {});
 
 }  // namespace balance

@@ -7,13 +7,13 @@
 #include <set>
 #include <string>
 
-namespace balance::read {
+namespace balance::specification {
 
 /// @param path of a number, `counterweights.cw1.mass`
-bool is_added_amount(const std::string& path);
+bool is_added_element_path(const std::string& path);
 
 /// The parameters that feed such numbers and nothing else, through other parameters or not, and let them have a value at 0.
 /// @param root the document
-std::set<std::string> parameters_of_added_amounts(const Node& root);
+std::set<std::string> list_added_element_parameters(const YamlNode& root);
 
-}  // namespace balance::read
+}  // namespace balance::specification

@@ -6,13 +6,13 @@
 
 #include <algorithm>
 
-namespace balance::read {
+namespace balance::specification {
 
 namespace {
 
-const std::vector<std::string> sections = {"counterweights", "discs", "springs"};
+const std::vector<std::string> optional_sections = {"counterweights", "discs", "springs"};
 
-std::vector<std::string> names_in_section(const std::string& section, const Draft& draft) {
+std::vector<std::string> names_in_section(const std::string& section, const StudyBuilder& draft) {
   std::vector<std::string> names;
   const MechanismOf<Expression>& mechanism = draft.mechanism();
   if (section == "discs")
@@ -26,54 +26,55 @@ std::vector<std::string> names_in_section(const std::string& section, const Draf
 }
 
 /// A designed spec: what was free is a number now, and what was left out is not there.
-bool has_free_numbers(const Draft& draft) {
+bool has_free_numbers(const StudyBuilder& draft) {
   return !draft.free_numbers.empty() || !draft.parameters.free_numbers().empty();
 }
 
-int read_most(const Cursor& at, Draft& draft, long offered) {
+int read_max_count(const SpecCursor& at, StudyBuilder& draft, long offered) {
   if (at.is_scalar() && at.node().text == "least") return -1;
   const std::string what = fmt::format("how many are kept at most, 0 to {}, or least", offered);
-  if (!at.is_scalar()) at.expected(what);
+  if (!at.is_scalar()) at.fail_expected(what);
   const double value = draft.parameters.evaluate(at).value();
-  const long most = has_free_numbers(draft) ? offered : static_cast<long>(most_members);
+  const long most = has_free_numbers(draft) ? offered : static_cast<long>(max_members);
   if (value != static_cast<double>(static_cast<long>(value)) || value < 0 || value > static_cast<double>(most))
-    at.expected(what);
+    at.fail_expected(what);
   return static_cast<int>(value);
 }
 
-void read_from(const Cursor& at, const Draft& draft, ElementChoice& choice) {
+void read_element_names(const SpecCursor& at, const StudyBuilder& draft, CardinalityRequest& choice) {
   const std::vector<std::string> known = names_in_section(choice.section, draft);
-  choice.from.clear();
-  choice.all = false;
-  read_each(at.items("names of " + choice.section), [&](const Cursor& item) {
-    const std::string& name = item.word("a name");
+  choice.elements.clear();
+  choice.is_whole_section = false;
+  read_each(at.items("names of " + choice.section), [&](const SpecCursor& item) {
+    const std::string& name = item.read_word("a name");
     if (!has_free_numbers(draft)) return;
     if (std::find(known.begin(), known.end(), name) == known.end()) {
-      if (!draft.mechanism_is_right) throw Consequence();
-      expected_one_of(item, "one of the " + choice.section, known);
+      if (!draft.is_mechanism_valid) throw CascadingError();
+      fail_expected_one_of(item, "one of the " + choice.section, known);
     }
-    for (const OfferedElement& other : choice.from)
-      if (other.name == name) item.fail({.expected = "every name once", .found = item.found() + " again"});
-    choice.from.push_back({name});
+    for (const OptionalElementText& other : choice.elements)
+      if (other.name == name) item.fail({.expected = "every name once", .found = item.describe_found() + " again"});
+    choice.elements.push_back({name});
   });
-  if (at.node().items.empty()) at.expected("at least one name");
+  if (at.node().items.empty()) at.fail_expected("at least one name");
 }
 
-ElementChoice read_choice(const std::string& section, const Cursor& at, Draft& draft) {
-  ElementChoice choice{section, {}, true, -1};
-  for (const std::string& name : names_in_section(section, draft)) choice.from.push_back({name});
-  if (has_free_numbers(draft) && draft.mechanism_is_right && choice.from.empty())
+CardinalityRequest read_cardinality_request(const std::string& section, const SpecCursor& at, StudyBuilder& draft) {
+  CardinalityRequest choice{section, {}, true, -1};
+  for (const std::string& name : names_in_section(section, draft)) choice.elements.push_back({name});
+  if (has_free_numbers(draft) && draft.is_mechanism_valid && choice.elements.empty())
     at.fail({.expected = section + " to choose among", .found = "none in the spec"});
   if (!at.is_map()) {
-    choice.most = read_most(at, draft, static_cast<long>(choice.from.size()));
+    choice.max_count = read_max_count(at, draft, static_cast<long>(choice.elements.size()));
     return choice;
   }
-  std::optional<Cursor> most;
-  const bool right = read_fields(at, "a number, least or {from: names, most: …}",
-                                 {{"from", Need::optional, [&](const Cursor& c) { read_from(c, draft, choice); }},
-                                  {"most", Need::optional, [&](const Cursor& c) { most = c; }}});
-  if (!right) throw Consequence();
-  if (most) choice.most = read_most(*most, draft, static_cast<long>(choice.from.size()));
+  std::optional<SpecCursor> most;
+  const bool right =
+      read_fields(at, "a number, least or {from: names, most: …}",
+                  {{"from", Presence::optional, [&](const SpecCursor& c) { read_element_names(c, draft, choice); }},
+                   {"most", Presence::optional, [&](const SpecCursor& c) { most = c; }}});
+  if (!right) throw CascadingError();
+  if (most) choice.max_count = read_max_count(*most, draft, static_cast<long>(choice.elements.size()));
   return choice;
 }
 
@@ -83,21 +84,21 @@ class EntryText {
   explicit EntryText(const std::string& text) : source_(text) {}
 
   /// Empty where the entry cannot be taken out: others repeat what is in it.
-  Span of(const Node& map, std::size_t which) const {
-    const Node &key = map.keys[which], &value = map.items[which];
+  Span of(const YamlNode& map, std::size_t which) const {
+    const YamlNode &key = map.keys[which], &value = map.items[which];
     if (map.alias != 0 || bears_anchor(value)) return {};
     const std::size_t begin = source_.span(key).begin;
     const std::size_t end = std::max(source_.span(key).end, source_.span(value).end);
-    return map.flow ? between_commas(map, which, begin, end) : whole_lines(begin, end);
+    return map.is_flow ? between_commas(map, which, begin, end) : whole_lines(begin, end);
   }
 
  private:
-  static bool bears_anchor(const Node& node) {
+  static bool bears_anchor(const YamlNode& node) {
     return node.anchor != 0 || std::any_of(node.items.begin(), node.items.end(), bears_anchor);
   }
 
   /// With the comma behind it, or the last one with that before it.
-  Span between_commas(const Node& map, std::size_t which, std::size_t begin, std::size_t end) const {
+  Span between_commas(const YamlNode& map, std::size_t which, std::size_t begin, std::size_t end) const {
     if (which + 1 < map.keys.size()) return {begin, source_.span(map.keys[which + 1]).begin};
     const std::size_t after = source_.skip_blank(end);
     if (after < source_.text().size() && source_.text()[after] == ',') end = after + 1;
@@ -115,7 +116,7 @@ class EntryText {
   SourceText source_;
 };
 
-const Node* find_section(const Node& root, const std::string& name) {
+const YamlNode* find_section(const YamlNode& root, const std::string& name) {
   for (std::size_t i = 0; i < root.keys.size(); ++i)
     if (root.keys[i].text == name) return &root.items[i];
   return nullptr;
@@ -123,28 +124,28 @@ const Node* find_section(const Node& root, const std::string& name) {
 
 }  // namespace
 
-std::vector<ElementChoice> read_choices(const Cursor& at, Draft& draft) {
-  std::vector<ElementChoice> choices;
+std::vector<CardinalityRequest> read_cardinality_requests(const SpecCursor& at, StudyBuilder& draft) {
+  std::vector<CardinalityRequest> choices;
   std::vector<Field> fields;
-  for (const std::string& section : sections)
-    fields.push_back({section, Need::optional, [&choices, &draft, section](const Cursor& c) {
-                        choices.push_back(read_choice(section, c, draft));
+  for (const std::string& section : optional_sections)
+    fields.push_back({section, Presence::optional, [&choices, &draft, section](const SpecCursor& c) {
+                        choices.push_back(read_cardinality_request(section, c, draft));
                       }});
-  if (!read_fields(at, "what to choose among {counterweights, discs, springs}", fields)) throw Consequence();
-  if (choices.empty()) at.missing(sections);
+  if (!read_fields(at, "what to choose among {counterweights, discs, springs}", fields)) throw CascadingError();
+  if (choices.empty()) at.fail_missing(optional_sections);
   return choices;
 }
 
-void list_offered_texts(const Node& root, Study& study) {
+void find_optional_element_texts(const YamlNode& root, Study& study) {
   const EntryText entries(study.spec_text);
-  for (ElementChoice& choice : study.design.choose) {
-    const Node* section = find_section(root, choice.section);
+  for (CardinalityRequest& choice : study.design.cardinality) {
+    const YamlNode* section = find_section(root, choice.section);
     if (section == nullptr) continue;
     for (std::size_t i = 0; i < section->keys.size(); ++i) {
       const std::string& name = section->keys[i].text;
-      const auto known = std::find_if(choice.from.begin(), choice.from.end(),
-                                      [&](const OfferedElement& one) { return one.name == name; });
-      if (known == choice.from.end()) continue;
+      const auto known = std::find_if(choice.elements.begin(), choice.elements.end(),
+                                      [&](const OptionalElementText& one) { return one.name == name; });
+      if (known == choice.elements.end()) continue;
       const Span span = entries.of(*section, i);
       known->begin = span.begin;
       known->end = span.end;
@@ -152,4 +153,4 @@ void list_offered_texts(const Node& root, Study& study) {
   }
 }
 
-}  // namespace balance::read
+}  // namespace balance::specification

@@ -3,13 +3,13 @@
 
 #include "balance/spec/draft.hpp"
 
-namespace balance::read {
+namespace balance::specification {
 
 /// Per section of counterweights, discs or springs how many are kept: a number, `least`, or `{from: names, most: one of these}`.
-std::vector<ElementChoice> read_choices(const Cursor& at, Draft& draft);
+std::vector<CardinalityRequest> read_cardinality_requests(const SpecCursor& at, StudyBuilder& draft);
 
 /// Finds where in the text the elements stand that the study's choices offer; all of a section's where a choice names none.
 /// @param root the spec's document, of its text
-void list_offered_texts(const Node& root, Study& study);
+void find_optional_element_texts(const YamlNode& root, Study& study);
 
-}  // namespace balance::read
+}  // namespace balance::specification

@@ -8,15 +8,15 @@
 #include <functional>
 #include <limits>
 
-namespace balance::read {
+namespace balance::specification {
 
 namespace {
 
-constexpr int most_knots = 100;
-constexpr int most_starts = 100;
+constexpr int max_corridor_knots = 100;
+constexpr int max_corridor_starts = 100;
 
 /// Of the space that the path lies in: joint coordinates are its axes where joints are driven.
-Dimension width_dimension(const Cursor& at, const TrajectoryOf<Expression>& trajectory, const Draft& draft) {
+Dimension width_dimension(const SpecCursor& at, const TrajectoryOf<Expression>& trajectory, const StudyBuilder& draft) {
   if (trajectory.drive != DriveKind::joints) return dimension::length;
   bool turns = false, slides = false;
   for (const auto& value : trajectory.from.joints) {
@@ -31,7 +31,7 @@ Dimension width_dimension(const Cursor& at, const TrajectoryOf<Expression>& traj
 }
 
 /// Only of a path without corners a distance to every side is known.
-void read_middle(const Cursor& at, Draft& draft, TrajectoryOf<Expression>& trajectory) {
+void read_centreline(const SpecCursor& at, StudyBuilder& draft, TrajectoryOf<Expression>& trajectory) {
   read_path(at, draft, trajectory);
   if (trajectory.corridor || std::holds_alternative<WaypointPathOf<Expression>>(trajectory.path) ||
       std::holds_alternative<TablePathOf<Expression>>(trajectory.path))
@@ -40,18 +40,18 @@ void read_middle(const Cursor& at, Draft& draft, TrajectoryOf<Expression>& traje
 }
 
 /// What a law leaves open must be left to the search: nothing beside it depends on where the mechanism is when.
-void check_company(const Cursor& at, const TrajectoryOf<Expression>& trajectory) {
+void check_corridor_trajectory(const SpecCursor& at, const TrajectoryOf<Expression>& trajectory) {
   const auto& components = trajectory.components;
   const auto turns = [](Component c) { return c >= Component::rx; };
   if (!components.empty() && std::count_if(components.begin(), components.end(), std::not_fn(turns)) < 2)
     at.fail(
         {.expected = "at least two coordinates of a point among the components: one leaves no room beside its path"});
-  if (trajectory.law.kind == LawKind::steady_momentum)
+  if (trajectory.law.kind == MotionLawKind::constant_momentum)
     at.fail({.expected = "no corridor with the law 'steady-momentum', which leaves nothing to be made least"});
   if (trajectory.start_speed.value() != 0 || trajectory.end_speed.value() != 0)
     at.fail({.expected = "no corridor beside 'speeds': the motion starts and ends at rest"});
-  for (const auto& course : trajectory.courses) {
-    const auto* spline = std::get_if<AddedSplineOf<Expression>>(&course.kind);
+  for (const auto& course : trajectory.secondary_tasks) {
+    const auto* spline = std::get_if<SplineTaskOf<Expression>>(&course.kind);
     if (spline == nullptr || spline->over_time)
       at.fail({.expected = "no corridor beside a spline over time or a kept momentum"});
   }
@@ -67,12 +67,12 @@ double radius_of(const TrajectoryOf<Expression>& trajectory) {
 
 }  // namespace
 
-Cursor middle_of(const Cursor& path) {
-  const auto member = [](const Cursor& map, const std::string& name) -> std::optional<Cursor> {
+SpecCursor corridor_centreline(const SpecCursor& path) {
+  const auto member = [](const SpecCursor& map, const std::string& name) -> std::optional<SpecCursor> {
     if (!map.is_map()) return std::nullopt;
-    const Node& node = map.node();
+    const YamlNode& node = map.node();
     for (std::size_t i = 0; i < node.keys.size() && i < node.items.size(); ++i)
-      if (node.keys[i].text == name) return Cursor(node.items[i], map.path() + "." + name, map.problems());
+      if (node.keys[i].text == name) return SpecCursor(node.items[i], map.path() + "." + name, map.problems());
     return std::nullopt;
   };
   const auto corridor = member(path, "corridor");
@@ -80,27 +80,30 @@ Cursor middle_of(const Cursor& path) {
   return along ? *along : path;
 }
 
-void read_corridor(const Cursor& at, Draft& draft, TrajectoryOf<Expression>& trajectory) {
-  std::optional<Cursor> along, width;
+void read_corridor(const SpecCursor& at, StudyBuilder& draft, TrajectoryOf<Expression>& trajectory) {
+  std::optional<SpecCursor> along, width;
   CorridorOf<Expression> corridor;
-  const bool read = read_fields(
-      at, "a corridor {along, width}",
-      {{"along", Need::required, [&](const Cursor& c) { along = c; }},
-       {"width", Need::required, [&](const Cursor& c) { width = c; }},
-       {"knots", Need::optional,
-        [&](const Cursor& c) { corridor.knots = static_cast<int>(read_whole(c, draft, 1, most_knots)); }},
-       {"starts", Need::optional,
-        [&](const Cursor& c) { corridor.starts = static_cast<int>(read_whole(c, draft, 1, most_starts)); }}});
+  const bool read = read_fields(at, "a corridor {along, width}",
+                                {{"along", Presence::required, [&](const SpecCursor& c) { along = c; }},
+                                 {"width", Presence::required, [&](const SpecCursor& c) { width = c; }},
+                                 {"knots", Presence::optional,
+                                  [&](const SpecCursor& c) {
+                                    corridor.inner_knots =
+                                        static_cast<int>(read_integer(c, draft, 1, max_corridor_knots));
+                                  }},
+                                 {"starts", Presence::optional, [&](const SpecCursor& c) {
+                                    corridor.starts = static_cast<int>(read_integer(c, draft, 1, max_corridor_starts));
+                                  }}});
   if (!read) return;
-  check_company(at, trajectory);
+  check_corridor_trajectory(at, trajectory);
   const Dimension dimension = width_dimension(at, trajectory, draft);
-  if (!width->is_scalar()) width->expected("a number or an expression");
-  corridor.width = read_number(*width, draft, dimension, Sign::positive);
-  read_middle(*along, draft, trajectory);
+  if (!width->is_scalar()) width->fail_expected("a number or an expression");
+  corridor.width = read_number(*width, draft, dimension, SignConstraint::positive);
+  read_centreline(*along, draft, trajectory);
   if (const double radius = radius_of(trajectory); !(corridor.width.value() < radius))
     width->fail({.expected = fmt::format("a width less than the circle's radius ({:.6g} m)", radius),
                  .found = fmt::format("{:.6g} m", corridor.width.value())});
   trajectory.corridor = std::move(corridor);
 }
 
-}  // namespace balance::read
+}  // namespace balance::specification

@@ -7,11 +7,11 @@
 #include <cmath>
 #include <string_view>
 
-namespace balance::read {
+namespace balance::specification {
 
 namespace {
 
-std::string_view trimmed(std::string_view text) {
+std::string_view trim(std::string_view text) {
   const auto first = text.find_first_not_of(" \t\r");
   return first == std::string_view::npos ? std::string_view{}
                                          : text.substr(first, text.find_last_not_of(" \t\r") - first + 1);
@@ -21,7 +21,7 @@ std::vector<std::string_view> split(std::string_view line) {
   std::vector<std::string_view> parts;
   for (std::size_t start = 0;;) {
     const auto comma = line.find(',', start);
-    parts.push_back(trimmed(line.substr(start, comma - start)));
+    parts.push_back(trim(line.substr(start, comma - start)));
     if (comma == std::string_view::npos) return parts;
     start = comma + 1;
   }
@@ -33,7 +33,7 @@ double number(std::string_view text, long line) {
   double value = 0;
   const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), value);
   if (error != std::errc{} || end != digits.data() + digits.size() || !std::isfinite(value))
-    throw TableError(fmt::format("line {}: expected a finite number, found {}", line, in_quotes(text)));
+    throw TableError(fmt::format("line {}: expected a finite number, found {}", line, quote_for_message(text)));
   return value;
 }
 
@@ -60,7 +60,7 @@ RawTable parse_csv(const std::string& text) {
   if (rest.substr(0, 3) == "\xEF\xBB\xBF") rest.remove_prefix(3);
   for (long line = 1; !rest.empty(); ++line) {
     const auto end = rest.find('\n');
-    const std::string_view content = trimmed(rest.substr(0, std::min(end, rest.find('#'))));
+    const std::string_view content = trim(rest.substr(0, std::min(end, rest.find('#'))));
     if (!content.empty()) read_line(content, line, table);
     rest.remove_prefix(end == std::string_view::npos ? rest.size() : end + 1);
   }
@@ -68,4 +68,4 @@ RawTable parse_csv(const std::string& text) {
   return table;
 }
 
-}  // namespace balance::read
+}  // namespace balance::specification

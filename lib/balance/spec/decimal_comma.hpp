@@ -5,12 +5,12 @@
 
 #include <string>
 
-namespace balance::read {
+namespace balance::specification {
 
 /// A hint on the first two entries of a list that may be one number, `[0,25, 0]`; else empty.
-std::string decimal_comma_in(const Node& list);
+std::string find_decimal_comma_in(const YamlNode& list);
 
 /// A hint on a key of a mapping that may be the decimals of the value before it, `{m: 1,5}`; else empty.
-std::string decimal_comma_before(const Node& map, const std::string& key);
+std::string find_decimal_comma_before(const YamlNode& map, const std::string& key);
 
-}  // namespace balance::read
+}  // namespace balance::specification

@@ -1,6 +1,6 @@
 #include "balance/spec/directions.hpp"
 
-namespace balance::read {
+namespace balance::specification {
 
 Vector3E normalized(const Vector3E& v) { return v / sqrt(v.squaredNorm()); }
 
@@ -48,4 +48,4 @@ Vector3 values_of(const Vector3E& vector) {
   return vector.unaryExpr([](const Expression& x) { return x.value(); });
 }
 
-}  // namespace balance::read
+}  // namespace balance::specification

@@ -3,7 +3,7 @@
 
 #include "balance/spec/draft.hpp"
 
-namespace balance::read {
+namespace balance::specification {
 
 /// Entry by entry.
 template <class Derived>
@@ -11,7 +11,7 @@ Eigen::Matrix<Expression, Derived::RowsAtCompileTime, Derived::ColsAtCompileTime
     const Expression& condition, const Eigen::MatrixBase<Derived>& yes, const Eigen::MatrixBase<Derived>& no) {
   Eigen::Matrix<Expression, Derived::RowsAtCompileTime, Derived::ColsAtCompileTime> result;
   for (Eigen::Index j = 0; j < result.cols(); ++j)
-    for (Eigen::Index i = 0; i < result.rows(); ++i) result(i, j) = balance::choose(condition, yes(i, j), no(i, j));
+    for (Eigen::Index i = 0; i < result.rows(); ++i) result(i, j) = balance::select(condition, yes(i, j), no(i, j));
   return result;
 }
 
@@ -29,4 +29,4 @@ Matrix3E rotation_from_quaternion(const std::vector<Expression>& q);
 Matrix3 values_of(const Matrix3E& matrix);
 Vector3 values_of(const Vector3E& vector);
 
-}  // namespace balance::read
+}  // namespace balance::specification

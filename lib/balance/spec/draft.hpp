@@ -20,66 +20,66 @@
 #include <utility>
 #include <vector>
 
-namespace balance::read {
+namespace balance::specification {
 
 using Vector3E = Vector3Of<Expression>;
 using Matrix3E = Matrix3Of<Expression>;
 
 /// Where a body's mass and inertia are said.
-struct BodyText {
-  std::optional<Cursor> mass, inertia;
+struct BodyKeys {
+  std::optional<SpecCursor> mass, inertia;
 };
 
 /// `positive_or_zero`: positive, but for a zero that is judged elsewhere.
-enum class Sign { any, not_negative, positive, positive_or_zero };
+enum class SignConstraint { none, not_negative, positive, positive_or_zero };
 
 /// A number that `design: for` names.
-struct FoundLoad {
+struct LoadParameterEntry {
   std::string path;
   double unit = 1;  ///< SI value of the spec's unit there
-  Sign sign = Sign::any;
+  SignConstraint sign = SignConstraint::none;
   std::optional<Expression> input;  ///< none: it is free
 };
 
 /// A number that `tolerances` names.
-struct FoundTolerance {
+struct ToleranceEntry {
   std::string path;
   double value = 0;  ///< [SI]
   double unit = 1;   ///< SI value of the spec's unit there
-  Sign sign = Sign::any;
-  Expression input;  ///< what moves it
-  Expression moved;  ///< the number itself
+  SignConstraint sign = SignConstraint::none;
+  Expression input;      ///< what moves it
+  Expression perturbed;  ///< the number itself
 };
 
 /// A spec is read at the start values, and everything is judged there. With other values of the free numbers a mass may be zero,
 /// or two points may meet: that is for others to judge.
-struct Draft {
-  explicit Draft(const std::string& file_name) : problems(file_name) { study.spec_file = file_name; }
+struct StudyBuilder {
+  explicit StudyBuilder(const std::string& file_name) : problems(file_name) { study.spec_file = file_name; }
 
   Study study;
-  Problems problems;
+  SpecErrorCollector problems;
   Units units;
-  Parameters parameters;
-  std::vector<FoundFreeNumber> free_numbers;   ///< but for parameters
-  bool mechanism_is_right = false;             ///< nothing is wrong with what stands above `motion` in sections.hpp
-  std::vector<Place> body_places;              ///< of the bodies' names, as mechanism.bodies
-  std::map<std::size_t, BodyText> body_texts;  ///< of bodies that could be read, by their index
+  SpecParameters parameters;
+  std::vector<FreeNumberEntry> free_numbers;   ///< but for parameters
+  bool is_mechanism_valid = false;             ///< nothing is wrong with what stands above `motion` in sections.hpp
+  std::vector<NodeLocation> body_places;       ///< of the bodies' names, as mechanism.bodies
+  std::map<std::size_t, BodyKeys> body_texts;  ///< of bodies that could be read, by their index
   std::map<std::string, Expression>
-      inputs;                           ///< of free_numbers by key path: what several trajectories share is one number
-  std::set<std::string> load_names;     ///< under `design: for`
-  std::vector<FoundLoad> load_numbers;  ///< of the mechanism, that bear one of these names
-  std::set<std::string> adapted;        ///< paths of free numbers under `design: adapt`
+      inputs;                        ///< of free_numbers by key path: what several trajectories share is one number
+  std::set<std::string> load_names;  ///< under `design: for`
+  std::vector<LoadParameterEntry> load_numbers;  ///< of the mechanism, that bear one of these names
+  std::set<std::string> adapted;                 ///< paths of free numbers under `design: adapt`
   std::shared_ptr<Recording> recording = std::make_shared<Recording>();
 
-  std::vector<std::pair<Cursor, double>>
-      taken_up;  ///< payloads that come or go: where it is said, and when they come [s]
+  std::vector<std::pair<SpecCursor, double>>
+      payload_activations;  ///< payloads that come or go: where it is said, and when they come [s]
 
-  std::vector<CouplingOf<Expression>> wheels;  ///< of rolling joints: the slide follows the angle
+  std::vector<CouplingOf<Expression>> rolling_couplings;  ///< of rolling joints: the slide follows the angle
 
   mutable NameIndex bodies, coordinates;  ///< of the mechanism's lists
 
   std::set<std::string> tolerance_names;          ///< under `tolerances`
-  std::vector<FoundTolerance> tolerance_numbers;  ///< but for parameters
+  std::vector<ToleranceEntry> tolerance_numbers;  ///< but for parameters
 
   MechanismOf<Expression>& mechanism() { return recording->mechanism; }
   const MechanismOf<Expression>& mechanism() const { return recording->mechanism; }
@@ -90,32 +90,35 @@ struct Draft {
 };
 
 /// A number, an expression or a free number, in SI.
-Expression read_number(const Cursor& at, Draft& draft, Dimension dimension, Sign sign = Sign::any);
+Expression read_number(const SpecCursor& at, StudyBuilder& draft, Dimension dimension,
+                       SignConstraint sign = SignConstraint::none);
 /// Zero, and no free number may change it: a start in the middle of symmetric bounds is zero, too.
-bool is_stuck_at_zero(const Cursor& at, const Expression& value, const Draft& draft);
+bool is_fixed_zero(const SpecCursor& at, const Expression& value, const StudyBuilder& draft);
 /// `{free: [lower, upper], <count key>: n}`: a list of free numbers.
 /// @param numbers_of how many numbers a count of n means; fails at it if n is not allowed
-std::vector<Expression> read_free_list(const Cursor& at, Draft& draft, Dimension dimension, const char* count_key,
-                                       const std::function<long(const Cursor&, long)>& numbers_of);
+std::vector<Expression> read_free_list(const SpecCursor& at, StudyBuilder& draft, Dimension dimension,
+                                       const char* count_key,
+                                       const std::function<long(const SpecCursor&, long)>& numbers_of);
 /// How long a motion takes.
-Expression read_duration(const Cursor& at, Draft& draft);
+Expression read_duration(const SpecCursor& at, StudyBuilder& draft);
 /// Fails unless a motion may take that long [s].
-void check_duration(const Cursor& at, double duration);
+void check_duration(const SpecCursor& at, double duration);
 /// A list of such numbers of one dimension. @param what for the message: "three numbers"
-std::vector<Expression> read_numbers(const Cursor& at, Draft& draft, Dimension dimension, const std::string& what);
+std::vector<Expression> read_numbers(const SpecCursor& at, StudyBuilder& draft, Dimension dimension,
+                                     const std::string& what);
 /// Two numbers in the plane (z = 0), three in space.
-Vector3E read_vector(const Cursor& at, Draft& draft, Dimension dimension);
+Vector3E read_vector(const SpecCursor& at, StudyBuilder& draft, Dimension dimension);
 /// A vector that is not zero, normalised; evaluated at numbers that make it zero: x.
-Vector3E read_direction(const Cursor& at, Draft& draft);
+Vector3E read_direction(const SpecCursor& at, StudyBuilder& draft);
 /// A whole number. Never free.
-long read_whole(const Cursor& at, Draft& draft, long least, long most);
+long read_integer(const SpecCursor& at, StudyBuilder& draft, long least, long most);
 /// [roll, pitch, yaw]: Rz(yaw) Ry(pitch) Rx(roll).
-Matrix3E read_rpy(const Cursor& at, Draft& draft);
+Matrix3E read_rpy(const SpecCursor& at, StudyBuilder& draft);
 /// [w, x, y, z], normalised; evaluated at numbers that make it zero: no rotation.
-Matrix3E read_quaternion(const Cursor& at, Draft& draft);
+Matrix3E read_quaternion(const SpecCursor& at, StudyBuilder& draft);
 
 /// A body's name. @return its index
-BodyId read_body(const Cursor& at, const Draft& draft);
+BodyId read_body(const SpecCursor& at, const StudyBuilder& draft);
 
 struct PointReference {
   BodyId body = 0;
@@ -123,19 +126,19 @@ struct PointReference {
   Vector3E position = Vector3E::Zero();
 };
 /// `body.point`.
-PointReference read_reference(const Cursor& at, const Draft& draft);
+PointReference read_reference(const SpecCursor& at, const StudyBuilder& draft);
 /// A place on a known body: the name of one of its points (`H` or `body.H`) or its coordinates.
 /// @param body nothing if it could not be read
-Vector3E read_place(const Cursor& at, Draft& draft, std::optional<BodyId> body);
+Vector3E read_position(const SpecCursor& at, StudyBuilder& draft, std::optional<BodyId> body);
 /// A coordinate's name. @return its index
-CoordinateId read_coordinate(const Cursor& at, const Draft& draft);
+CoordinateId read_coordinate(const SpecCursor& at, const StudyBuilder& draft);
 /// The same for a name that has no node of its own (a key, a column).
-CoordinateId find_coordinate(const Cursor& at, const std::string& name, const Draft& draft);
+CoordinateId find_coordinate(const SpecCursor& at, const std::string& name, const StudyBuilder& draft);
 /// A coordinate's name, or `{J1: 1, J2: -0.5}`: ratios of the follower, which has this dimension, to several.
-FollowedOf<Expression> read_followed(const Cursor& at, Draft& draft, const Dimension& follower);
+CoordinateCombinationOf<Expression> read_followed(const SpecCursor& at, StudyBuilder& draft, const Dimension& follower);
 /// Whether a mapping's `follows` has ratios of its own: its `ratio` then is a plain factor of all of them.
-bool follows_several(const Cursor& map);
+bool has_several_leaders(const SpecCursor& map);
 /// `{J1: 0.3, J2: …}`: values of coordinates, each in its own unit.
-std::vector<CoordinateValueOf<Expression>> read_coordinate_values(const Cursor& at, Draft& draft);
+std::vector<CoordinateValueOf<Expression>> read_coordinate_values(const SpecCursor& at, StudyBuilder& draft);
 
-}  // namespace balance::read
+}  // namespace balance::specification

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cctype>
 
-namespace balance::read {
+namespace balance::specification {
 
 namespace {
 
@@ -25,7 +25,7 @@ bool is_plain(const std::string& text) {
 
 }  // namespace
 
-std::string double_quoted(const std::string& text) {
+std::string quote_yaml(const std::string& text) {
   std::string quoted = "\"";
   for (const char c : text) {
     const auto byte = static_cast<unsigned char>(c);
@@ -39,24 +39,24 @@ std::string double_quoted(const std::string& text) {
   return quoted + "\"";
 }
 
-std::string as_scalar(const std::string& text) {
+std::string format_scalar(const std::string& text) {
   const auto first = text.find_first_not_of(" \t\r\n");
   if (first == std::string::npos) return "\"\"";
   const std::string trimmed = text.substr(first, text.find_last_not_of(" \t\r\n") - first + 1);
-  return is_plain(trimmed) ? trimmed : double_quoted(trimmed);
+  return is_plain(trimmed) ? trimmed : quote_yaml(trimmed);
 }
 
-std::string flow_text(const Node& node) {
-  if (node.kind == Node::Kind::null) return "~";
-  if (node.kind == Node::Kind::scalar) return node.quoted ? double_quoted(node.text) : as_scalar(node.text);
-  const bool map = node.kind == Node::Kind::map;
+std::string format_flow(const YamlNode& node) {
+  if (node.kind == YamlNode::Kind::null) return "~";
+  if (node.kind == YamlNode::Kind::scalar) return node.is_quoted ? quote_yaml(node.text) : format_scalar(node.text);
+  const bool map = node.kind == YamlNode::Kind::map;
   std::string text = map ? "{" : "[";
   for (std::size_t i = 0; i < node.items.size(); ++i) {
     if (i > 0) text += ", ";
-    if (map) text += as_scalar(node.keys[i].text) + ": ";
-    text += flow_text(node.items[i]);
+    if (map) text += format_scalar(node.keys[i].text) + ": ";
+    text += format_flow(node.items[i]);
   }
   return text + (map ? "}" : "]");
 }
 
-}  // namespace balance::read
+}  // namespace balance::specification

@@ -5,16 +5,16 @@
 
 #include <string>
 
-namespace balance::read {
+namespace balance::specification {
 
 /// The text in double quotes, on one line.
-std::string double_quoted(const std::string& text);
+std::string quote_yaml(const std::string& text);
 
 /// The text as a scalar that stands anywhere in YAML: without blanks around it, and in quotes unless it is a number or a simple
 /// expression.
-std::string as_scalar(const std::string& text);
+std::string format_scalar(const std::string& text);
 
 /// The node on one line, anywhere in YAML. Aliases are written out.
-std::string flow_text(const Node& node);
+std::string format_flow(const YamlNode& node);
 
-}  // namespace balance::read
+}  // namespace balance::specification

@@ -5,14 +5,14 @@
 #include "balance/spec/node.hpp"
 #include "balance/study/study.hpp"
 
-namespace balance::read {
+namespace balance::specification {
 
 /// A free number, the mapping that says so, and the input that stands for it. Its span is not known yet.
-struct FoundFreeNumber {
-  const Node* node = nullptr;
+struct FreeNumberEntry {
+  const YamlNode* node = nullptr;
   FreeNumber number;
   Expression input;
-  bool listed = false;  ///< one of a list that the mapping stands for
+  bool is_list_item = false;  ///< one of a list that the mapping stands for
 };
 
-}  // namespace balance::read
+}  // namespace balance::specification

@@ -3,9 +3,9 @@
 
 #include "balance/spec/draft.hpp"
 
-namespace balance::read {
+namespace balance::specification {
 
 /// A list of two or three figures, each as `minimize` has it, or {of: such a list, points: how many designs}.
-FrontRequest read_front(const Cursor& at, Draft& draft);
+ParetoRequest read_pareto_request(const SpecCursor& at, StudyBuilder& draft);
 
-}  // namespace balance::read
+}  // namespace balance::specification

@@ -4,23 +4,23 @@
 
 #include <algorithm>
 
-namespace balance::read {
+namespace balance::specification {
 
-std::vector<Goal> read_goals(const Cursor& at) {
+std::vector<Goal> read_goals(const SpecCursor& at) {
   std::vector<Goal> goals;
-  const auto read_one = [&](const Cursor& c) {
-    const Goal goal = *find_goal(goal_names()[c.choice("a goal", goal_names())]);
+  const auto read_one = [&](const SpecCursor& c) {
+    const Goal goal = *find_goal(goal_names()[c.read_choice("a goal", goal_names())]);
     if (std::find(goals.begin(), goals.end(), goal) != goals.end())
-      c.fail({.expected = "every goal once", .found = fmt::format("{} again", c.found())});
+      c.fail({.expected = "every goal once", .found = fmt::format("{} again", c.describe_found())});
     goals.push_back(goal);
   };
   if (!at.is_list()) {
     read_one(at);
     return goals;
   }
-  for (const Cursor& item : at.items("a list of goals")) at.problems().guard([&] { read_one(item); });
-  if (at.node().items.empty()) at.expected("at least one goal");
+  for (const SpecCursor& item : at.items("a list of goals")) at.problems().collect([&] { read_one(item); });
+  if (at.node().items.empty()) at.fail_expected("at least one goal");
   return goals;
 }
 
-}  // namespace balance::read
+}  // namespace balance::specification

@@ -6,9 +6,9 @@
 
 #include <vector>
 
-namespace balance::read {
+namespace balance::specification {
 
 /// One goal or a list of different ones; a fault at the cursor's place if it is neither.
-std::vector<Goal> read_goals(const Cursor& at);
+std::vector<Goal> read_goals(const SpecCursor& at);
 
-}  // namespace balance::read
+}  // namespace balance::specification

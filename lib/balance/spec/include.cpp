@@ -15,28 +15,28 @@
 #include <optional>
 #include <stdexcept>
 
-namespace balance::read {
+namespace balance::specification {
 
 namespace {
 
 /// Parts of parts of parts.
-constexpr std::size_t deepest = 8;
+constexpr std::size_t max_include_depth = 8;
 
 /// What a whole takes over from a part.
-constexpr const char* taken_sections[]{"parameters",  "ground",    "bodies",   "joints",         "couplings",
-                                       "constraints", "actuators", "assembly", "counterweights", "payloads",
-                                       "discs",       "loads",     "springs",  "friction"};
+constexpr const char* imported_sections[]{"parameters",  "ground",    "bodies",   "joints",         "couplings",
+                                          "constraints", "actuators", "assembly", "counterweights", "payloads",
+                                          "discs",       "loads",     "springs",  "friction"};
 /// What stays there, so that a part can be run by itself.
-constexpr const char* left_sections[]{"name",   "space",       "gravity", "units",  "tool",    "trajectories",
-                                      "speeds", "controllers", "motion",  "design", "include", "workspace"};
+constexpr const char* ignored_sections[]{"name",   "space",       "gravity", "units",  "tool",    "trajectories",
+                                         "speeds", "controllers", "motion",  "design", "include", "workspace"};
 
-long nodes_in(const Node& node) {
+long nodes_in(const YamlNode& node) {
   long all = 1 + static_cast<long>(node.keys.size());
-  for (const Node& item : node.items) all += nodes_in(item);
+  for (const YamlNode& item : node.items) all += nodes_in(item);
   return all;
 }
 
-void erase_entry(Node& map, const std::string& key) {
+void erase_entry(YamlNode& map, const std::string& key) {
   for (std::size_t i = 0; i < map.items.size(); ++i)
     if (map.keys[i].text == key) {
       map.keys.erase(map.keys.begin() + static_cast<std::ptrdiff_t>(i));
@@ -46,37 +46,38 @@ void erase_entry(Node& map, const std::string& key) {
 }
 
 /// The first entries of a section, the whole's own, go behind those of its parts.
-void put_last(Node& section, std::size_t own) {
+void move_to_end(YamlNode& section, std::size_t own) {
   const auto middle = static_cast<std::ptrdiff_t>(own);
   std::rotate(section.items.begin(), section.items.begin() + middle, section.items.end());
   if (!section.keys.empty()) std::rotate(section.keys.begin(), section.keys.begin() + middle, section.keys.end());
 }
 
-bool same(const Units& a, const Units& b) {
+bool is_same_units(const Units& a, const Units& b) {
   return a.length == b.length && a.mass == b.mass && a.time == b.time && a.angle == b.angle &&
          a.factor(dimension::force) == b.factor(dimension::force);
 }
 
-class Expansion {
+class IncludeExpansion {
  public:
-  Expansion(Problems& problems, const PartText& text) : problems_(problems), files_(text, problems) {}
+  IncludeExpansion(SpecErrorCollector& problems, const PartReader& text)
+      : problems_(problems), files_(text, problems) {}
 
   /// The document with its parts in their places.
-  Node expanded(Node document, const std::string& path) {
-    const Node* found = find_entry(document, "include");
+  YamlNode expand(YamlNode document, const std::string& path) {
+    const YamlNode* found = find_entry(document, "include");
     if (found == nullptr) return document;
-    const Node section = *found;
+    const YamlNode section = *found;
     erase_entry(document, "include");
-    const Cursor at(section, "include", problems_);
+    const SpecCursor at(section, "include", problems_);
     chain_.push_back(path);
     // By their places, as a document in error may have a section twice. The parts' own sections come behind.
     std::vector<std::size_t> own;
-    for (const Node& said : document.items) own.push_back(said.items.size());
+    for (const YamlNode& said : document.items) own.push_back(said.items.size());
     std::vector<std::string> names;
     const auto items = at.is_map() ? std::vector{at} : at.items("a part {file, as} or a list of them");
-    for (const Cursor& item : items) problems_.guard([&] { place(item, path, names, document); });
+    for (const SpecCursor& item : items) problems_.collect([&] { insert_item(item, path, names, document); });
     chain_.pop_back();
-    for (std::size_t i = 0; i < own.size(); ++i) put_last(document.items[i], own[i]);
+    for (std::size_t i = 0; i < own.size(); ++i) move_to_end(document.items[i], own[i]);
     return document;
   }
 
@@ -87,113 +88,114 @@ class Expansion {
   }
 
  private:
-  void place(const Cursor& item, const std::string& path, std::vector<std::string>& names, Node& document) {
-    PartEntry said;
-    const auto keep = [](std::optional<Cursor>& slot) { return [&slot](const Cursor& c) { slot = c; }; };
+  void insert_item(const SpecCursor& item, const std::string& path, std::vector<std::string>& names,
+                   YamlNode& document) {
+    IncludeEntry said;
+    const auto keep = [](std::optional<SpecCursor>& slot) { return [&slot](const SpecCursor& c) { slot = c; }; };
     if (!read_fields(item, "a part {file, as, on, at, angle, set, without}",
-                     {{"file", Need::required, keep(said.file)},
-                      {"as", Need::required, keep(said.as)},
-                      {"on", Need::optional, keep(said.on)},
-                      {"at", Need::optional, keep(said.at)},
-                      {"angle", Need::optional, keep(said.angle)},
-                      {"rpy", Need::optional, keep(said.rpy)},
-                      {"quaternion", Need::optional, keep(said.quaternion)},
-                      {"set", Need::optional, keep(said.set)},
-                      {"without", Need::optional, keep(said.without)}}))
-      throw Consequence();
-    const std::filesystem::path name = said.file->word("the file of a part");
+                     {{"file", Presence::required, keep(said.file)},
+                      {"as", Presence::required, keep(said.as)},
+                      {"on", Presence::optional, keep(said.on)},
+                      {"at", Presence::optional, keep(said.at)},
+                      {"angle", Presence::optional, keep(said.angle)},
+                      {"rpy", Presence::optional, keep(said.rpy)},
+                      {"quaternion", Presence::optional, keep(said.quaternion)},
+                      {"set", Presence::optional, keep(said.set)},
+                      {"without", Presence::optional, keep(said.without)}}))
+      throw CascadingError();
+    const std::filesystem::path name = said.file->read_word("the file of a part");
     said.folder = name.parent_path().string();
     read_copy_names(said, document, names);
     const std::string file = (std::filesystem::path(path).parent_path() / name).lexically_normal().string();
-    const Node& part = part_of(file, *said.file, document);
+    const YamlNode& part = part_of(file, *said.file, document);
     const long size = nodes_in(part) + 10;
     for (std::size_t i = 0; i < said.names.size(); ++i) {
       left_ -= size;
       if (left_ < 0)
         said.names[i].fail(
-            {.expected = fmt::format("at most {} values in a spec, its parts included", DocumentLimits{}.nodes)});
-      problems_.guard([&] { place_copy(said, part, i, document); });
+            {.expected = fmt::format("at most {} values in a spec, its parts included", DocumentLimits{}.max_nodes)});
+      problems_.collect([&] { insert_part(said, part, i, document); });
     }
   }
 
   /// A part with its own parts in their places, no more than the whole takes over.
-  const Node& part_of(const std::string& file, const Cursor& at, const Node& document) {
+  const YamlNode& part_of(const std::string& file, const SpecCursor& at, const YamlNode& document) {
     if (std::find(chain_.begin(), chain_.end(), file) != chain_.end())
       at.fail({.expected = "a file that does not include itself",
                .found = fmt::format("{} → {}", fmt::join(chain_, " → "), file)});
-    if (chain_.size() > deepest)
-      at.fail({.expected = fmt::format("parts in parts at most {} deep", deepest),
+    if (chain_.size() > max_include_depth)
+      at.fail({.expected = fmt::format("parts in parts at most {} deep", max_include_depth),
                .found = fmt::format("{} → {}", fmt::join(chain_, " → "), file)});
-    const Node& root = files_.load(file, at);
-    if (!problems_.guard([&] { check_part(root, at, document); })) throw Consequence();
+    const YamlNode& root = files_.load(file, at);
+    if (!problems_.collect([&] { check_part(root, at, document); })) throw CascadingError();
     if (const auto known = parts_.find(file); known != parts_.end()) return known->second;
-    Node part = expanded(root, file);
-    for (const char* name : left_sections) erase_entry(part, name);
+    YamlNode part = expand(root, file);
+    for (const char* name : ignored_sections) erase_entry(part, name);
     return parts_.emplace(file, std::move(part)).first->second;
   }
 
-  void check_part(const Node& root, const Cursor& at, const Node& document) {
-    const Cursor part(root, "", problems_);
+  void check_part(const YamlNode& root, const SpecCursor& at, const YamlNode& document) {
+    const SpecCursor part(root, "", problems_);
     // What stands in a file that is no part is not told: a spec may name any file.
     if (!part.is_map())
       part.fail({.expected = "a part: a mapping with 'space', 'bodies', 'joints', …", .found = "something else"});
     std::vector<Field> fields;
-    for (const char* name : left_sections) fields.push_back({name, Need::optional, [](const Cursor&) {}});
-    fields[1].need = Need::required;
-    for (const char* name : taken_sections)
-      fields.push_back({name, Need::optional, [list = std::string(name)](const Cursor& c) {
+    for (const char* name : ignored_sections) fields.push_back({name, Presence::optional, [](const SpecCursor&) {}});
+    fields[1].need = Presence::required;
+    for (const char* name : imported_sections)
+      fields.push_back({name, Presence::optional, [list = std::string(name)](const SpecCursor& c) {
                           const bool is_list = list == "couplings" || list == "actuators";
-                          if (is_list ? !c.is_list() : !c.is_map()) c.expected(is_list ? "a list" : "a mapping");
+                          if (is_list ? !c.is_list() : !c.is_map()) c.fail_expected(is_list ? "a list" : "a mapping");
                         }});
-    if (!read_fields(part, "a part", fields)) throw Consequence();
-    check_alike(root, at, document);
+    if (!read_fields(part, "a part", fields)) throw CascadingError();
+    check_space_and_units(root, at, document);
   }
 
   /// Part and whole must be in the same space and in the same units.
-  void check_alike(const Node& root, const Cursor& at, const Node& document) {
-    const Node *space = find_entry(root, "space"), *own = find_entry(document, "space");
+  void check_space_and_units(const YamlNode& root, const SpecCursor& at, const YamlNode& document) {
+    const YamlNode *space = find_entry(root, "space"), *own = find_entry(document, "space");
     if (own != nullptr && own->text != space->text)
-      at.fail({.expected = fmt::format("a part whose space is {} like the whole's", in_quotes(own->text)),
-               .found = in_quotes(space->text)});
-    const auto units = [&](const Node& of) {
-      const Node* section = find_entry(of, "units");
-      return section == nullptr ? Units() : read_units(Cursor(*section, "units", problems_));
+      at.fail({.expected = fmt::format("a part whose space is {} like the whole's", quote_for_message(own->text)),
+               .found = quote_for_message(space->text)});
+    const auto units = [&](const YamlNode& of) {
+      const YamlNode* section = find_entry(of, "units");
+      return section == nullptr ? Units() : read_units(SpecCursor(*section, "units", problems_));
     };
-    if (!same(units(root), units(document)))
+    if (!is_same_units(units(root), units(document)))
       at.fail({.expected = "a part in the whole's units",
-               .found = "other units in " + in_quotes(problems_.file_of(root.place))});
+               .found = "other units in " + quote_for_message(problems_.file_of(root.place))});
   }
 
-  Problems& problems_;
+  SpecErrorCollector& problems_;
   PartFiles files_;
-  std::map<std::string, Node> parts_;  ///< by their paths, as part_of gives them
-  std::vector<std::string> chain_;     ///< of files that are being read, each including the next
-  long left_ = DocumentLimits{}.nodes;
+  std::map<std::string, YamlNode> parts_;  ///< by their paths, as part_of gives them
+  std::vector<std::string> chain_;         ///< of files that are being read, each including the next
+  long left_ = DocumentLimits{}.max_nodes;
 };
 
 /// The document, a section's entry on each line.
-std::string text_of(const Node& root, const std::string& file, const std::vector<std::string>& parts) {
+std::string text_of(const YamlNode& root, const std::string& file, const std::vector<std::string>& parts) {
   std::vector<std::string> names;
   for (const std::string& part : parts) names.push_back(std::filesystem::path(part).filename().string());
-  std::string text =
-      fmt::format("# {} and its parts in one: {}\n", visible(std::filesystem::path(file).filename().string()),
-                  visible(fmt::format("{}", fmt::join(names, ", "))));
+  std::string text = fmt::format("# {} and its parts in one: {}\n",
+                                 escape_for_terminal(std::filesystem::path(file).filename().string()),
+                                 escape_for_terminal(fmt::format("{}", fmt::join(names, ", "))));
   for (std::size_t i = 0; i < root.items.size(); ++i) {
-    const Node& section = root.items[i];
-    text += as_scalar(root.keys[i].text) + ":";
-    if (section.kind != Node::Kind::map || section.items.empty()) {
-      text += " " + flow_text(section) + "\n";
+    const YamlNode& section = root.items[i];
+    text += format_scalar(root.keys[i].text) + ":";
+    if (section.kind != YamlNode::Kind::map || section.items.empty()) {
+      text += " " + format_flow(section) + "\n";
       continue;
     }
     text += "\n";
     for (std::size_t k = 0; k < section.items.size(); ++k)
-      text += "  " + as_scalar(section.keys[k].text) + ": " + flow_text(section.items[k]) + "\n";
+      text += "  " + format_scalar(section.keys[k].text) + ": " + format_flow(section.items[k]) + "\n";
   }
   return text;
 }
 
 /// Every node is where it was written, not where it stands in the text that was made of all.
-void set_places(Node& flat, const Node& written) {
+void set_places(YamlNode& flat, const YamlNode& written) {
   if (flat.items.size() != written.items.size() || flat.keys.size() != written.keys.size() || flat.text != written.text)
     throw std::logic_error("a spec with its parts reads otherwise than it was written");
   flat.place = written.place;
@@ -203,18 +205,19 @@ void set_places(Node& flat, const Node& written) {
 
 }  // namespace
 
-bool includes_parts(const Node& root) { return find_entry(root, "include") != nullptr; }
+bool has_includes(const YamlNode& root) { return find_entry(root, "include") != nullptr; }
 
-FlatDocument flatten(const Node& root, const std::string& file, Problems& problems, const PartText& text) {
-  Expansion expansion(problems, text);
-  Node written;
-  problems.guard([&] { written = expansion.expanded(root, file); });
-  problems.throw_all();
-  FlatDocument flat{.files = expansion.files()};
+ExpandedDocument expand_includes(const YamlNode& root, const std::string& file, SpecErrorCollector& problems,
+                                 const PartReader& text) {
+  IncludeExpansion expansion(problems, text);
+  YamlNode written;
+  problems.collect([&] { written = expansion.expand(root, file); });
+  problems.throw_if_any();
+  ExpandedDocument flat{.files = expansion.files()};
   flat.text = text_of(written, file, flat.files);
   try {
     flat.root = parse_yaml(flat.text, problems);
-  } catch (Problem& limit) {
+  } catch (ReadError& limit) {
     limit.place = {1, 1};  // of the text that nobody wrote
     throw;
   }
@@ -222,4 +225,4 @@ FlatDocument flatten(const Node& root, const std::string& file, Problems& proble
   return flat;
 }
 
-}  // namespace balance::read
+}  // namespace balance::specification

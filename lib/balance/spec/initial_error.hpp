@@ -3,9 +3,9 @@
 
 #include "balance/spec/draft.hpp"
 
-namespace balance::read {
+namespace balance::specification {
 
 /// `{joints: {A1: 0.05}}` or `{tool: [0.01, 0]}`, in the plane with `angle`.
-void read_initial_error(const Cursor& at, Draft& draft, InitialError& error);
+void read_initial_error(const SpecCursor& at, StudyBuilder& draft, InitialError& error);
 
-}  // namespace balance::read
+}  // namespace balance::specification

@@ -13,7 +13,7 @@
 #include <numbers>
 #include <optional>
 
-namespace balance::read {
+namespace balance::specification {
 
 namespace {
 
@@ -23,12 +23,12 @@ bool has_axis(JointType type, bool planar) {
 }
 
 bool has_second_axis(JointType type) {
-  return type == JointType::universal || type == JointType::planar || rolls(type);
+  return type == JointType::universal || type == JointType::planar || is_rolling(type);
 }
 
 /// What one joint's mapping says, before its parts are put together.
-struct JointText {
-  std::optional<Cursor> axis, axis2, rpy, quaternion, angle, radius, shape;
+struct JointKeys {
+  std::optional<SpecCursor> axis, axis2, rpy, quaternion, angle, radius, shape;
   bool rolls = false;
 };
 
@@ -40,13 +40,13 @@ Vector3E perpendicular(const Vector3E& axis) {
     return normalized(away - axis[i] * axis);
   };
   const Expression x = abs(axis[0]), y = abs(axis[1]), z = abs(axis[2]);
-  const Vector3E farthest =
-      choose(both(at_most(x, y), at_most(x, z)), square_to(0), choose(at_most(y, z), square_to(1), square_to(2)));
-  const Expression along_z = both(both(equal(axis[0], 0), equal(axis[1], 0)), equal(axis[2], 1));
+  const Vector3E farthest = choose(logical_and(less_equal(x, y), less_equal(x, z)), square_to(0),
+                                   choose(less_equal(y, z), square_to(1), square_to(2)));
+  const Expression along_z = logical_and(logical_and(equal(axis[0], 0), equal(axis[1], 0)), equal(axis[2], 1));
   return choose(along_z, Vector3E(Vector3E::UnitX()), farthest);
 }
 
-void read_second_axis(const JointText& text, Draft& draft, JointOf<Expression>& joint, bool first_read) {
+void read_second_axis(const JointKeys& text, StudyBuilder& draft, JointOf<Expression>& joint, bool first_read) {
   if (joint.type == JointType::universal && text.axis.has_value() != text.axis2.has_value())
     (text.axis ? *text.axis : *text.axis2)
         .fail({.expected = "'axis' and 'axis2' of a universal joint together", .found = "only one of them"});
@@ -56,7 +56,7 @@ void read_second_axis(const JointText& text, Draft& draft, JointOf<Expression>& 
     return;
   }
   joint.axis2 = read_direction(*text.axis2, draft);
-  if (!first_read) throw Consequence();
+  if (!first_read) throw CascadingError();
   const Expression cosine = joint.axis.dot(joint.axis2);
   // Directions typed with ten digits pass; anything less square is a different joint.
   if (std::abs(cosine.value()) > 1e-9)
@@ -69,12 +69,12 @@ void read_second_axis(const JointText& text, Draft& draft, JointOf<Expression>& 
   joint.axis2 = choose(less(0, square.squaredNorm()), normalized(square), perpendicular(joint.axis));
 }
 
-void read_axes(const JointText& text, Draft& draft, JointOf<Expression>& joint) {
+void read_axes(const JointKeys& text, StudyBuilder& draft, JointOf<Expression>& joint) {
   const bool planar = draft.planar();
   const bool default_x = (planar && has_axis(joint.type, planar)) || joint.type == JointType::universal;
   joint.axis = default_x ? Vector3E::UnitX() : Vector3E::UnitZ();
   joint.axis2 = Vector3E::UnitX();
-  const bool first_read = draft.problems.guard([&] {
+  const bool first_read = draft.problems.collect([&] {
     if (!text.axis) return;
     if (!has_axis(joint.type, planar))
       text.axis->fail({.expected = fmt::format("no axis: this type of joint has none in a {} mechanism",
@@ -85,7 +85,7 @@ void read_axes(const JointText& text, Draft& draft, JointOf<Expression>& joint) 
   if (text.axis2) text.axis2->fail({.expected = "no 'axis2': only universal, planar and rolling joints have one"});
 }
 
-void read_rotation(const JointText& text, Draft& draft, JointOf<Expression>& joint) {
+void read_rotation(const JointKeys& text, StudyBuilder& draft, JointOf<Expression>& joint) {
   if (text.rpy && text.quaternion) text.quaternion->fail({.expected = "'rpy' or 'quaternion'", .found = "both"});
   if (draft.planar()) {
     for (const auto& spatial : {text.rpy, text.quaternion})
@@ -100,61 +100,62 @@ void read_rotation(const JointText& text, Draft& draft, JointOf<Expression>& joi
 
 /// The wheel's centre lies its radius to the left of the line, and goes along it as the wheel turns.
 /// @return the radius
-Expression read_wheel(const Cursor& radius, Draft& draft, JointOf<Expression>& joint) {
-  const Expression r = read_number(radius, draft, dimension::length, Sign::positive);
+Expression read_wheel(const SpecCursor& radius, StudyBuilder& draft, JointOf<Expression>& joint) {
+  const Expression r = read_number(radius, draft, dimension::length, SignConstraint::positive);
   joint.point_first += r * Vector3E(-joint.axis.y(), joint.axis.x(), Expression(0));
   return r;
 }
 
-void read_shape(const Cursor& shape, const JointText& text, const Draft& draft, JointOf<Expression>& joint) {
+void read_shape(const SpecCursor& shape, const JointKeys& text, const StudyBuilder& draft, JointOf<Expression>& joint) {
   if (!text.rolls || draft.planar())
     shape.fail({.expected = text.rolls ? "no 'shape': in the plane, what rolls is a wheel"
                                        : "no 'shape': only rolling joints have one"});
-  const bool sphere = shape.choice("the shape of what rolls", {"disc", "sphere"}) == 1;
+  const bool sphere = shape.read_choice("the shape of what rolls", {"disc", "sphere"}) == 1;
   joint.type = sphere ? JointType::rolling_sphere : JointType::rolling_disc;
 }
 
 /// @param radius of a joint that rolls on a line
-void read_joint(const Cursor& at, Draft& draft, JointOf<Expression>& joint, std::optional<Expression>& radius) {
-  JointText text;
-  const auto keep = [](std::optional<Cursor>& slot) { return [&slot](const Cursor& c) { slot = c; }; };
+void read_joint(const SpecCursor& at, StudyBuilder& draft, JointOf<Expression>& joint,
+                std::optional<Expression>& radius) {
+  JointKeys text;
+  const auto keep = [](std::optional<SpecCursor>& slot) { return [&slot](const SpecCursor& c) { slot = c; }; };
   read_fields(at, "a joint",
-              {{"type", Need::required,
-                [&](const Cursor& c) {
+              {{"type", Presence::required,
+                [&](const SpecCursor& c) {
                   const NamedJointType type = read_joint_type(c, draft.planar());
                   joint.type = type.type;
-                  text.rolls = type.rolls;
+                  text.rolls = type.is_rolling;
                 }},
-               {"connects", Need::required, [&](const Cursor& c) { read_ends(c, draft, joint); }},
-               {"axis", Need::optional, keep(text.axis)},
-               {"axis2", Need::optional, keep(text.axis2)},
-               {"rpy", Need::optional, keep(text.rpy)},
-               {"quaternion", Need::optional, keep(text.quaternion)},
-               {"angle", Need::optional, keep(text.angle)},
-               {"radius", Need::optional, keep(text.radius)},
-               {"shape", Need::optional, keep(text.shape)}});
-  if (text.shape && !draft.problems.doubtful(at.path() + ".type"))
-    draft.problems.guard([&] { read_shape(*text.shape, text, draft, joint); });
+               {"connects", Presence::required, [&](const SpecCursor& c) { read_connection_points(c, draft, joint); }},
+               {"axis", Presence::optional, keep(text.axis)},
+               {"axis2", Presence::optional, keep(text.axis2)},
+               {"rpy", Presence::optional, keep(text.rpy)},
+               {"quaternion", Presence::optional, keep(text.quaternion)},
+               {"angle", Presence::optional, keep(text.angle)},
+               {"radius", Presence::optional, keep(text.radius)},
+               {"shape", Presence::optional, keep(text.shape)}});
+  if (text.shape && !draft.problems.is_uncertain(at.path() + ".type"))
+    draft.problems.collect([&] { read_shape(*text.shape, text, draft, joint); });
   // Which axes there are is the type's to say; that they are directions, not.
-  if (!draft.problems.doubtful(at.path() + ".type"))
-    draft.problems.guard([&] { read_axes(text, draft, joint); });
+  if (!draft.problems.is_uncertain(at.path() + ".type"))
+    draft.problems.collect([&] { read_axes(text, draft, joint); });
   else
     for (const auto& axis : {text.axis, text.axis2})
-      if (axis) draft.problems.guard([&] { read_direction(*axis, draft); });
-  draft.problems.guard([&] { read_rotation(text, draft, joint); });
-  if (draft.problems.doubtful(at.path() + ".type")) return;
-  draft.problems.guard([&] {
+      if (axis) draft.problems.collect([&] { read_direction(*axis, draft); });
+  draft.problems.collect([&] { read_rotation(text, draft, joint); });
+  if (draft.problems.is_uncertain(at.path() + ".type")) return;
+  draft.problems.collect([&] {
     if (text.rolls && !text.radius)
       at.fail({.kind = "missing key", .expected = "'radius' of a rolling joint", .found = "none"});
     if (!text.rolls && text.radius) text.radius->fail({.expected = "no 'radius': only rolling joints have one"});
     if (text.rolls && draft.planar()) radius = read_wheel(*text.radius, draft, joint);
     if (text.rolls && !draft.planar())
-      joint.radius = read_number(*text.radius, draft, dimension::length, Sign::positive);
+      joint.radius = read_number(*text.radius, draft, dimension::length, SignConstraint::positive);
   });
 }
 
 /// Rolling without slip: what the contact point would slip by, d(slide) + r d(angle), is zero.
-void couple_wheels(const std::map<int, Expression>& radii, Draft& draft) {
+void couple_wheels(const std::map<int, Expression>& radii, StudyBuilder& draft) {
   const auto& coordinates = draft.mechanism().coordinates;
   for (std::size_t c = 0; c + 1 < coordinates.size(); ++c) {
     const auto wheel = radii.find(coordinates[c].joint);
@@ -163,36 +164,36 @@ void couple_wheels(const std::map<int, Expression>& radii, Draft& draft) {
     coupling.follower = static_cast<int>(c);
     coupling.leader = static_cast<int>(c) + 1;
     coupling.ratio = -wheel->second;
-    draft.wheels.push_back(std::move(coupling));
+    draft.rolling_couplings.push_back(std::move(coupling));
   }
 }
 
 /// `J.slide` must be either a joint or a coordinate of one.
-void check_coordinates(const std::vector<Member>& all, Draft& draft) {
+void check_coordinates(const std::vector<Member>& all, StudyBuilder& draft) {
   for (const Member& one : all) {
     const auto dot = one.name.rfind('.');
     if (dot == std::string::npos) continue;
     const std::string beginning = one.name.substr(0, dot);
     if (std::any_of(all.begin(), all.end(), [&](const Member& m) { return m.name == beginning; }))
-      draft.problems.guard([&] {
+      draft.problems.collect([&] {
         one.key.fail({.expected = "a name that does not begin with another joint's and a point",
-                      .found = fmt::format("{} and {}", in_quotes(one.name), in_quotes(beginning))});
+                      .found = fmt::format("{} and {}", quote_for_message(one.name), quote_for_message(beginning))});
       });
   }
 }
 
 }  // namespace
 
-void read_joints(const Cursor& section, Draft& draft) {
-  draft.problems.guard([&] {
-    const auto all = named_members(section, "a mapping of joints");
-    if (all.empty()) section.expected("at least one joint");
+void read_joints(const SpecCursor& section, StudyBuilder& draft) {
+  draft.problems.collect([&] {
+    const auto all = list_named_members(section, "a mapping of joints");
+    if (all.empty()) section.fail_expected("at least one joint");
     std::map<int, Expression> radii;  // of joints that roll
     for (const Member& member : all) {
       JointOf<Expression> joint;
       joint.name = member.name;
       std::optional<Expression> radius;
-      draft.problems.guard([&] { read_joint(member.value, draft, joint, radius); });
+      draft.problems.collect([&] { read_joint(member.value, draft, joint, radius); });
       if (radius) radii.emplace(static_cast<int>(draft.mechanism().joints.size()), *radius);
       draft.mechanism().joints.push_back(std::move(joint));
     }
@@ -204,15 +205,15 @@ void read_joints(const Cursor& section, Draft& draft) {
   });
 }
 
-void check_connected(Draft& draft) {
+void check_connected(StudyBuilder& draft) {
   const auto& mechanism = draft.mechanism();
   std::vector<bool> used(mechanism.bodies.size()), reached(mechanism.bodies.size());
   reached[ground] = true;
   const auto at = [](BodyId body) { return static_cast<std::size_t>(body); };
   // A joint of the ground with itself is one whose ends could not be read.
   for (const auto& joint : mechanism.joints)
-    if (joint.first == joint.second || draft.problems.doubtful("joints." + joint.name + ".connects")) return;
-  if (draft.problems.lost("joints.another")) return;
+    if (joint.first == joint.second || draft.problems.is_uncertain("joints." + joint.name + ".connects")) return;
+  if (draft.problems.is_section_invalid("joints.another")) return;
   for (const auto& joint : mechanism.joints) used[at(joint.first)] = used[at(joint.second)] = true;
   for (bool growing = true; growing;) {
     growing = false;
@@ -236,4 +237,4 @@ void check_connected(Draft& draft) {
   }
 }
 
-}  // namespace balance::read
+}  // namespace balance::specification

@@ -6,65 +6,66 @@
 
 #include <algorithm>
 
-namespace balance::read {
+namespace balance::specification {
 
 namespace {
 
-constexpr Dimension angular_momentum = dimension::moment * dimension::time;
+constexpr Dimension angular_momentum_dimension = dimension::moment * dimension::time;
 constexpr const char* momentum_forms = "zero, a number, {table: [[time, momentum], …]} or {file: …}";
-constexpr std::size_t fewest_momenta = 2;
+constexpr std::size_t min_momentum_rows = 2;
 
-void take_momenta(const Cursor& at, const TimeTable& table, KeptMomentumE& kept) {
-  if (table.time.size() < fewest_momenta)
-    at.fail(
-        {.expected = fmt::format("at least {} rows", fewest_momenta), .found = fmt::format("{}", table.time.size())});
+void assign_momentum_table(const SpecCursor& at, const TimeTable& table, KeptMomentumE& kept) {
+  if (table.time.size() < min_momentum_rows)
+    at.fail({.expected = fmt::format("at least {} rows", min_momentum_rows),
+             .found = fmt::format("{}", table.time.size())});
   kept.time = table.time;
   for (const auto& row : table.values) kept.value.push_back(row.front());
 }
 
-bool says_free(const Cursor& at) {
-  const std::vector<Member> all = members(at, momentum_forms);
+bool has_free_key(const SpecCursor& at) {
+  const std::vector<Member> all = list_members(at, momentum_forms);
   return std::any_of(all.begin(), all.end(), [](const Member& member) { return member.name == "free"; });
 }
 
-void read_momenta(const Cursor& at, Draft& draft, KeptMomentumE& kept) {
-  std::optional<Cursor> table, file;
-  const auto keep = [](std::optional<Cursor>& slot) { return [&slot](const Cursor& c) { slot = c; }; };
-  if (!read_fields(at, momentum_forms, {{"table", Need::optional, keep(table)}, {"file", Need::optional, keep(file)}}))
-    throw Consequence();
+void read_momenta(const SpecCursor& at, StudyBuilder& draft, KeptMomentumE& kept) {
+  std::optional<SpecCursor> table, file;
+  const auto keep = [](std::optional<SpecCursor>& slot) { return [&slot](const SpecCursor& c) { slot = c; }; };
+  if (!read_fields(at, momentum_forms,
+                   {{"table", Presence::optional, keep(table)}, {"file", Presence::optional, keep(file)}}))
+    throw CascadingError();
   if (table.has_value() == file.has_value())
     at.fail({.expected = "'table' or 'file'", .found = table ? "both" : "neither"});
-  const std::vector<Column> columns{{"momentum", angular_momentum}};
+  const std::vector<TableColumn> columns{{"momentum", angular_momentum_dimension}};
   if (table)
-    take_momenta(*table, read_inline_table(*table, draft, columns), kept);
+    assign_momentum_table(*table, read_inline_table(*table, draft, columns), kept);
   else
-    take_momenta(*file, read_table_file(*file, draft, columns), kept);
+    assign_momentum_table(*file, read_table_file(*file, draft, columns), kept);
 }
 
 std::vector<KeptMomentumE*> kept_momenta(TrajectoryOf<Expression>& trajectory) {
   std::vector<KeptMomentumE*> all;
-  for (auto& course : trajectory.courses)
+  for (auto& course : trajectory.secondary_tasks)
     if (auto* kept = std::get_if<KeptMomentumE>(&course.kind)) all.push_back(kept);
   return all;
 }
 
 }  // namespace
 
-KeptMomentumE read_momentum(const Cursor& at, const std::optional<Cursor>& axis, Draft& draft) {
-  KeptMomentumE kept{.axis = draft.planar() ? 2 : -1, .time = {}, .value = {}, .course = {}};
+KeptMomentumE read_momentum_task(const SpecCursor& at, const std::optional<SpecCursor>& axis, StudyBuilder& draft) {
+  KeptMomentumE kept{.axis = draft.planar() ? 2 : -1, .time = {}, .value = {}, .solution = {}};
   if (axis && draft.planar())
     axis->fail({.expected = "no 'axis' in the plane, where the angular momentum has one component"});
-  if (axis) kept.axis = static_cast<int>(axis->choice("a component of the angular momentum", {"x", "y", "z"}));
+  if (axis) kept.axis = static_cast<int>(axis->read_choice("a component of the angular momentum", {"x", "y", "z"}));
   if (at.is_scalar() && at.node().text == "zero") return kept;
-  if (at.is_list()) at.expected(momentum_forms);
-  if (at.is_map() && !says_free(at))
+  if (at.is_list()) at.fail_expected(momentum_forms);
+  if (at.is_map() && !has_free_key(at))
     read_momenta(at, draft, kept);
   else
-    kept.value.push_back(read_number(at, draft, angular_momentum));
+    kept.value.push_back(read_number(at, draft, angular_momentum_dimension));
   return kept;
 }
 
-void assign_components(const Cursor& at, const Draft& draft, TrajectoryOf<Expression>& trajectory) {
+void assign_momentum_components(const SpecCursor& at, const StudyBuilder& draft, TrajectoryOf<Expression>& trajectory) {
   const std::vector<KeptMomentumE*> all = kept_momenta(trajectory);
   if (all.empty()) return;
   if (draft.planar() && all.size() > 1)
@@ -85,10 +86,10 @@ void assign_components(const Cursor& at, const Draft& draft, TrajectoryOf<Expres
                .found = fmt::format("{} again", "xyz"[kept->axis])});
     axes.push_back(kept->axis);
   }
-  if (is_searched(trajectory.law.kind) && !std::all_of(all.begin(), all.end(), zero))
+  if (is_mechanism_dependent(trajectory.law.kind) && !std::all_of(all.begin(), all.end(), zero))
     at.fail(
         {.expected = "'momentum: zero' with a law that is searched for: it decides when the momentum has which value",
          .found = "another one"});
 }
 
-}  // namespace balance::read
+}  // namespace balance::specification

@@ -6,7 +6,7 @@
 
 #include <algorithm>
 
-namespace balance::read {
+namespace balance::specification {
 
 namespace {
 
@@ -19,23 +19,23 @@ int index_of(const Elements& elements, const std::string& name) {
 
 }  // namespace
 
-Landmark read_landmark(const Cursor& at, const Draft& draft) {
-  const std::string& text = at.word("a point, body.point or a counterweight's name");
+Landmark read_landmark(const SpecCursor& at, const StudyBuilder& draft) {
+  const std::string& text = at.read_word("a point, body.point or a counterweight's name");
   const Mechanism& mechanism = draft.study.mechanism;
   using Kind = Landmark::Kind;
   if (text.find('.') == std::string::npos) {
     if (const int found = index_of(mechanism.attachments, text); found >= 0) return {Kind::attachment, 0, found};
     if (const int found = index_of(mechanism.discs, text); found >= 0) return {Kind::disc, 0, found};
-    const Problems& problems = at.problems();
+    const SpecErrorCollector& problems = at.problems();
     for (const char* section : {"counterweights", "payloads", "discs"})
-      if (problems.doubtful(fmt::format("{}.{}", section, text))) throw Consequence();
+      if (problems.is_uncertain(fmt::format("{}.{}", section, text))) throw CascadingError();
     if (index_of(mechanism.bodies, text) < 0) {
       std::vector<std::string> names;
       for (const Attachment& attachment : mechanism.attachments) names.push_back(attachment.name);
       for (const Disc& disc : mechanism.discs) names.push_back(disc.name);
       at.fail({.expected = "body.point, or the name of a counterweight, payload or disc",
-               .found = in_quotes(text),
-               .hint = nearest_is(text, names)});
+               .found = quote_for_message(text),
+               .hint = format_nearest_name(text, names)});
     }
   }
   const std::size_t dot = text.find('.');
@@ -47,4 +47,4 @@ Landmark read_landmark(const Cursor& at, const Draft& draft) {
   return {Kind::origin, read_reference(at, draft).body, 0};
 }
 
-}  // namespace balance::read
+}  // namespace balance::specification

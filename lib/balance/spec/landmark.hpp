@@ -3,9 +3,9 @@
 
 #include "balance/spec/draft.hpp"
 
-namespace balance::read {
+namespace balance::specification {
 
 /// The name of a counterweight, payload or disc, or `body.point`, `body.com`, `body.origin`.
-Landmark read_landmark(const Cursor& at, const Draft& draft);
+Landmark read_landmark(const SpecCursor& at, const StudyBuilder& draft);
 
-}  // namespace balance::read
+}  // namespace balance::specification

@@ -3,11 +3,11 @@
 
 #include "balance/spec/draft.hpp"
 
-namespace balance::read {
+namespace balance::specification {
 
 /// A law's name.
-LawKind read_law(const Cursor& at);
+MotionLawKind read_law(const SpecCursor& at);
 /// The ramps of a trapezoidal velocity: one number for both, or two. Fails for any other law.
-void read_ramps(const Cursor& at, Draft& draft, LawOf<Expression>& law);
+void read_ramps(const SpecCursor& at, StudyBuilder& draft, MotionLawOf<Expression>& law);
 
-}  // namespace balance::read
+}  // namespace balance::specification

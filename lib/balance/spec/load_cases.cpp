@@ -7,20 +7,22 @@
 #include <algorithm>
 #include <cmath>
 
-namespace balance::read {
+namespace balance::specification {
 
 namespace {
 
-constexpr Eigen::Index most_cases = 64;
-constexpr long usual_samples = 5;
+constexpr Eigen::Index max_load_cases = 64;
+constexpr long default_range_samples = 5;
 
 /// "payloads.cargo.mass" may be called "cargo.mass".
 std::string without_section(const std::string& path) { return path.substr(path.find('.') + 1); }
 
-bool calls(const std::string& name, const std::string& path) { return name == path || name == without_section(path); }
+bool is_name_of(const std::string& name, const std::string& path) {
+  return name == path || name == without_section(path);
+}
 
 /// The same, or what holds it: "cw1.at" for "counterweights.cw1.at[0]".
-bool holds(const std::string& name, const std::string& path) {
+bool is_name_of_container(const std::string& name, const std::string& path) {
   const auto begins = [&](const std::string& whole) {
     return whole.starts_with(name) &&
            (whole.size() == name.size() || whole[name.size()] == '.' || whole[name.size()] == '[');
@@ -28,119 +30,122 @@ bool holds(const std::string& name, const std::string& path) {
   return begins(path) || begins(without_section(path));
 }
 
-const Node* value_of_key(const Node& map, const std::string& key) {
+const YamlNode* value_of_key(const YamlNode& map, const std::string& key) {
   for (std::size_t i = 0; i < map.keys.size(); ++i)
     if (map.keys[i].text == key) return &map.items[i];
   return nullptr;
 }
 
 /// What a name of `for` stands for, and how its values are read.
-struct Named {
-  LoadNumber number;
-  Sign sign = Sign::any;
+struct NamedLoad {
+  LoadParameter number;
+  SignConstraint sign = SignConstraint::none;
 };
 
-[[noreturn]] void fail_at(const Cursor& key, const std::string& found, const std::string& hint = "") {
+[[noreturn]] void fail_at(const SpecCursor& key, const std::string& found, const std::string& hint = "") {
   key.fail(
       {.expected = "a parameter with a value of its own, or the path of a number of the mechanism that is not free",
        .found = found,
        .hint = hint});
 }
 
-std::optional<Named> find_parameter(const Member& member, const Draft& draft) {
-  const auto named = [&](const NamedExpression& one) { return calls(member.name, "parameters." + one.name); };
+std::optional<NamedLoad> find_parameter(const Member& member, const StudyBuilder& draft) {
+  const auto named = [&](const NamedExpression& one) { return is_name_of(member.name, "parameters." + one.name); };
   const auto& all = draft.recording->parameters;
   const auto parameter = std::find_if(all.begin(), all.end(), named);
   if (parameter == all.end()) return std::nullopt;
   const std::string path = "parameters." + parameter->name;
   const auto& free = draft.parameters.free_numbers();
-  if (std::any_of(free.begin(), free.end(), [&](const FoundFreeNumber& one) { return one.number.path == path; }))
-    fail_at(member.key, in_quotes(member.name) + ", which is free");
-  if (!parameter->plain) fail_at(member.key, in_quotes(member.name) + ", which other parameters make up");
-  return Named{{member.name, path, parameter->value.value(), 1, draft.recording->input_of(parameter->value)},
-               Sign::any};
+  if (std::any_of(free.begin(), free.end(), [&](const FreeNumberEntry& one) { return one.number.key_path == path; }))
+    fail_at(member.key, quote_for_message(member.name) + ", which is free");
+  if (!parameter->is_plain) fail_at(member.key, quote_for_message(member.name) + ", which other parameters make up");
+  return NamedLoad{{member.name, path, parameter->value.value(), 1, draft.recording->input_index(parameter->value)},
+                   SignConstraint::none};
 }
 
-Named find_named(const Member& member, const Draft& draft) {
+NamedLoad find_named_load(const Member& member, const StudyBuilder& draft) {
   if (const auto parameter = find_parameter(member, draft)) return *parameter;
-  std::vector<const FoundLoad*> found;
-  for (const FoundLoad& one : draft.load_numbers)
-    if (calls(member.name, one.path)) found.push_back(&one);
-  if (found.empty() && !draft.mechanism_is_right) throw Consequence();
-  if (found.empty()) fail_at(member.key, in_quotes(member.name), nearest_is(member.name, draft.parameters.names()));
+  std::vector<const LoadParameterEntry*> found;
+  for (const LoadParameterEntry& one : draft.load_numbers)
+    if (is_name_of(member.name, one.path)) found.push_back(&one);
+  if (found.empty() && !draft.is_mechanism_valid) throw CascadingError();
+  if (found.empty())
+    fail_at(member.key, quote_for_message(member.name), format_nearest_name(member.name, draft.parameters.names()));
   if (found.size() > 1)
-    fail_at(member.key,
-            in_quotes(member.name) + ", which is " + in_quotes(found[0]->path) + " and " + in_quotes(found[1]->path));
-  if (!found[0]->input) fail_at(member.key, in_quotes(member.name) + ", which is free");
-  const FoundLoad& load = *found.front();
-  return {{member.name, load.path, load.input->value(), load.unit, draft.recording->input_of(*load.input)}, load.sign};
+    fail_at(member.key, quote_for_message(member.name) + ", which is " + quote_for_message(found[0]->path) + " and " +
+                            quote_for_message(found[1]->path));
+  if (!found[0]->input) fail_at(member.key, quote_for_message(member.name) + ", which is free");
+  const LoadParameterEntry& load = *found.front();
+  return {{member.name, load.path, load.input->value(), load.unit, draft.recording->input_index(*load.input)},
+          load.sign};
 }
 
-double read_value(const Cursor& at, Draft& draft, const Named& named) {
-  if (!at.is_scalar()) at.expected("a number or an expression");
+double read_value(const SpecCursor& at, StudyBuilder& draft, const NamedLoad& named) {
+  if (!at.is_scalar()) at.fail_expected("a number or an expression");
   const double value = draft.parameters.evaluate(at).value();
-  if (named.sign == Sign::positive && !(value > 0))
+  if (named.sign == SignConstraint::positive && !(value > 0))
     at.fail({.kind = "must be positive", .expected = "a number > 0", .found = fmt::format("{}", value)});
-  if (named.sign != Sign::any && value < 0)
+  if (named.sign != SignConstraint::none && value < 0)
     at.fail({.kind = "must not be negative", .expected = "a number ≥ 0", .found = fmt::format("{}", value)});
   const double number = value * named.number.unit;
   if (!std::isfinite(number)) at.fail({.expected = "a number that is finite in SI units", .found = "one that is not"});
   return number;
 }
 
-VectorX read_range(const Cursor& at, Draft& draft, const Named& named) {
+VectorX read_range(const SpecCursor& at, StudyBuilder& draft, const NamedLoad& named) {
   std::vector<double> ends;
-  long samples = usual_samples;
-  const bool right = read_fields(
-      at, "values [a, b, …] or {range: [from, to], samples: n}",
-      {{"range", Need::required,
-        [&](const Cursor& c) {
-          read_each(c.items("[from, to]", 2),
-                    [&](const Cursor& end) { ends.push_back(read_value(end, draft, named)); });
-          if (!(ends[0] < ends[1]))
-            c.fail({.expected = "from < to", .found = fmt::format("[{}, {}]", ends[0], ends[1])});
-        }},
-       {"samples", Need::optional, [&](const Cursor& c) { samples = read_whole(c, draft, 2, most_cases); }}});
-  if (!right) throw Consequence();
+  long samples = default_range_samples;
+  const bool right =
+      read_fields(at, "values [a, b, …] or {range: [from, to], samples: n}",
+                  {{"range", Presence::required,
+                    [&](const SpecCursor& c) {
+                      read_each(c.items("[from, to]", 2),
+                                [&](const SpecCursor& end) { ends.push_back(read_value(end, draft, named)); });
+                      if (!(ends[0] < ends[1]))
+                        c.fail({.expected = "from < to", .found = fmt::format("[{}, {}]", ends[0], ends[1])});
+                    }},
+                   {"samples", Presence::optional,
+                    [&](const SpecCursor& c) { samples = read_integer(c, draft, 2, max_load_cases); }}});
+  if (!right) throw CascadingError();
   return VectorX::LinSpaced(samples, ends[0], ends[1]);
 }
 
-VectorX read_values(const Cursor& at, Draft& draft, const Named& named) {
+VectorX read_values(const SpecCursor& at, StudyBuilder& draft, const NamedLoad& named) {
   if (at.is_map()) return read_range(at, draft, named);
   std::vector<double> values;
-  read_each(at.items("values [a, b, …] or {range: [from, to], samples: n}"), [&](const Cursor& item) {
+  read_each(at.items("values [a, b, …] or {range: [from, to], samples: n}"), [&](const SpecCursor& item) {
     const double value = read_value(item, draft, named);
     if (std::find(values.begin(), values.end(), value) != values.end())
-      item.fail({.expected = "every value once", .found = item.found() + " again"});
+      item.fail({.expected = "every value once", .found = item.describe_found() + " again"});
     values.push_back(value);
   });
-  if (values.empty()) at.expected("at least one value");
+  if (values.empty()) at.fail_expected("at least one value");
   return Eigen::Map<const VectorX>(values.data(), static_cast<Eigen::Index>(values.size()));
 }
 
-void require_new(const Member& member, const Named& named, const std::vector<LoadNumber>& known) {
-  for (const LoadNumber& one : known)
-    if (one.path == named.number.path) fail_at(member.key, in_quotes(member.name) + ", which is there already");
+void require_new(const Member& member, const NamedLoad& named, const std::vector<LoadParameter>& known) {
+  for (const LoadParameter& one : known)
+    if (one.path == named.number.path) fail_at(member.key, quote_for_message(member.name) + ", which is there already");
 }
 
 /// All combinations, the last number changing first.
-void read_product(const Cursor& at, Draft& draft, LoadCases& cases) {
+void read_product(const SpecCursor& at, StudyBuilder& draft, LoadCases& cases) {
   std::vector<VectorX> lists;
   Eigen::Index count = 1;
   bool right = true;
-  for (const Member& member : members(at, "numbers {name: values}")) {
-    right = draft.problems.guard([&] {
-      const Named named = find_named(member, draft);
+  for (const Member& member : list_members(at, "numbers {name: values}")) {
+    right = draft.problems.collect([&] {
+      const NamedLoad named = find_named_load(member, draft);
       require_new(member, named, cases.numbers);
       lists.push_back(read_values(member.value, draft, named));
-      count = std::min(count * lists.back().size(), most_cases + 1);
+      count = std::min(count * lists.back().size(), max_load_cases + 1);
       cases.numbers.push_back(named.number);
     }) && right;
   }
-  if (!right) throw Consequence();
-  if (count < 2 || count > most_cases)
-    at.fail({.expected = fmt::format("2 to {} cases", most_cases),
-             .found = count > most_cases ? "more of them" : fmt::format("{}", lists.empty() ? 0 : count)});
+  if (!right) throw CascadingError();
+  if (count < 2 || count > max_load_cases)
+    at.fail({.expected = fmt::format("2 to {} cases", max_load_cases),
+             .found = count > max_load_cases ? "more of them" : fmt::format("{}", lists.empty() ? 0 : count)});
   cases.values.resize(count, static_cast<Eigen::Index>(lists.size()));
   for (Eigen::Index row = 0; row < count; ++row) {
     Eigen::Index rest = row;
@@ -153,30 +158,30 @@ void read_product(const Cursor& at, Draft& draft, LoadCases& cases) {
 }
 
 /// One mapping a case, all of the same names.
-void read_listed(const Cursor& at, Draft& draft, LoadCases& cases) {
-  const std::vector<Cursor> items = at.items("cases {name: value}");
+void read_listed(const SpecCursor& at, StudyBuilder& draft, LoadCases& cases) {
+  const std::vector<SpecCursor> items = at.items("cases {name: value}");
   const auto count = static_cast<Eigen::Index>(items.size());
-  if (count < 2 || count > most_cases)
-    at.fail({.expected = fmt::format("2 to {} cases", most_cases), .found = fmt::format("{}", count)});
-  std::vector<Named> all;
+  if (count < 2 || count > max_load_cases)
+    at.fail({.expected = fmt::format("2 to {} cases", max_load_cases), .found = fmt::format("{}", count)});
+  std::vector<NamedLoad> all;
   Eigen::Index row = 0;
-  read_each(items, [&](const Cursor& item) {
-    const std::vector<Member> given = members(item, "a case {name: value}");
+  read_each(items, [&](const SpecCursor& item) {
+    const std::vector<Member> given = list_members(item, "a case {name: value}");
     if (all.empty()) {
       for (const Member& member : given) {
-        all.push_back(find_named(member, draft));
+        all.push_back(find_named_load(member, draft));
         require_new(member, all.back(), cases.numbers);
         cases.numbers.push_back(all.back().number);
       }
-      if (given.empty()) item.expected("at least one number {name: value}");
+      if (given.empty()) item.fail_expected("at least one number {name: value}");
       cases.values.resize(count, static_cast<Eigen::Index>(all.size()));
     }
     std::vector<std::string> names;
-    for (const Named& named : all) names.push_back(named.number.name);
-    if (given.size() != all.size()) item.expected("a value for each of " + one_of(names));
+    for (const NamedLoad& named : all) names.push_back(named.number.name);
+    if (given.size() != all.size()) item.fail_expected("a value for each of " + join_alternatives(names));
     for (const Member& member : given) {
       const auto which = std::find(names.begin(), names.end(), member.name);
-      if (which == names.end()) expected_one_of(member.key, "a number of the first case", names);
+      if (which == names.end()) fail_expected_one_of(member.key, "a number of the first case", names);
       const auto column = which - names.begin();
       cases.values(row, column) = read_value(member.value, draft, all[static_cast<std::size_t>(column)]);
     }
@@ -186,68 +191,70 @@ void read_listed(const Cursor& at, Draft& draft, LoadCases& cases) {
 
 }  // namespace
 
-std::set<std::string> list_load_names(const Cursor* design) {
+std::set<std::string> list_load_names(const SpecCursor* design) {
   std::set<std::string> names;
-  const Node* loads = design == nullptr ? nullptr : value_of_key(design->node(), "for");
+  const YamlNode* loads = design == nullptr ? nullptr : value_of_key(design->node(), "for");
   if (loads == nullptr) return names;
-  const auto collect = [&](const Node& map) {
-    for (const Node& key : map.keys) names.insert(key.text);
+  const auto collect = [&](const YamlNode& map) {
+    for (const YamlNode& key : map.keys) names.insert(key.text);
   };
   collect(*loads);
-  for (const Node& item : loads->items) collect(item);
+  for (const YamlNode& item : loads->items) collect(item);
   return names;
 }
 
-Expression as_load_number(const Cursor& at, Draft& draft, const Expression& number, double unit, Sign sign) {
-  const auto is = [&](const std::string& name) { return calls(name, at.path()); };
+Expression register_load_parameter(const SpecCursor& at, StudyBuilder& draft, const Expression& number, double unit,
+                                   SignConstraint sign) {
+  const auto is = [&](const std::string& name) { return is_name_of(name, at.path()); };
   if (std::none_of(draft.load_names.begin(), draft.load_names.end(), is)) return number;
-  for (const FoundLoad& known : draft.load_numbers)
+  for (const LoadParameterEntry& known : draft.load_numbers)
     if (known.path == at.path() && known.input) return *known.input;
   const Expression input = draft.add_input(number.value());
   draft.load_numbers.push_back({at.path(), unit, sign, input});
   return input;
 }
 
-void note_free(const std::string& path, Draft& draft) {
-  if (!draft.load_names.empty()) draft.load_numbers.push_back({path, 1, Sign::any, std::nullopt});
+void register_free_load_name(const std::string& path, StudyBuilder& draft) {
+  if (!draft.load_names.empty()) draft.load_numbers.push_back({path, 1, SignConstraint::none, std::nullopt});
 }
 
-void read_load_cases(const Cursor& at, Draft& draft, LoadCases& cases) {
+void read_load_cases(const SpecCursor& at, StudyBuilder& draft, LoadCases& cases) {
   if (at.is_list())
     read_listed(at, draft, cases);
   else
     read_product(at, draft, cases);
 }
 
-AcrossCases read_across(const Cursor& at) {
-  return at.choice("what counts of all cases", {"worst", "mean"}) == 0 ? AcrossCases::worst : AcrossCases::mean;
+CaseAggregation read_case_aggregation(const SpecCursor& at) {
+  return at.read_choice("what counts of all cases", {"worst", "mean"}) == 0 ? CaseAggregation::worst
+                                                                            : CaseAggregation::mean;
 }
 
-std::set<std::string> read_adapted(const Cursor& at, const Draft& draft) {
+std::set<std::string> read_adapted(const SpecCursor& at, const StudyBuilder& draft) {
   std::vector<std::string> free;
   for (const auto* all : {&draft.parameters.free_numbers(), &draft.free_numbers})
-    for (const FoundFreeNumber& one : *all) free.push_back(one.number.path);
+    for (const FreeNumberEntry& one : *all) free.push_back(one.number.key_path);
   std::set<std::string> paths;
   if (free.empty()) return paths;  // a designed spec: what was free is a number now
-  const auto read_one = [&](const Cursor& item) {
-    const std::string& name = item.word("the name of a free number, or of what holds some");
+  const auto read_one = [&](const SpecCursor& item) {
+    const std::string& name = item.read_word("the name of a free number, or of what holds some");
     bool found = false;
     for (const std::string& path : free) {
-      if (!holds(name, path)) continue;
+      if (!is_name_of_container(name, path)) continue;
       paths.insert(path);
       found = true;
     }
     if (found) return;
-    if (!draft.mechanism_is_right) throw Consequence();
-    expected_one_of(item, "a free number, or what holds some", free);
+    if (!draft.is_mechanism_valid) throw CascadingError();
+    fail_expected_one_of(item, "a free number, or what holds some", free);
   };
   if (!at.is_list()) {
     read_one(at);
     return paths;
   }
   read_each(at.items("names of free numbers"), read_one);
-  if (paths.empty()) at.expected("at least one name");
+  if (paths.empty()) at.fail_expected("at least one name");
   return paths;
 }
 
-}  // namespace balance::read
+}  // namespace balance::specification

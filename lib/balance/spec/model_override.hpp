@@ -3,10 +3,11 @@
 
 #include "balance/spec/draft.hpp"
 
-namespace balance::read {
+namespace balance::specification {
 
 /// `model: {without: [cargo], mass_scale: 0.9, set: {m1: 2, bodies.link2.mass: 1.5}}`.
 /// @param root, overrides of the whole spec, which has been read without a mistake
-Mechanism read_model(const Cursor& at, const Node& root, const Parameters::Overrides& overrides, Draft& draft);
+Mechanism read_controller_model(const SpecCursor& at, const YamlNode& root, const SpecParameters::Overrides& overrides,
+                                StudyBuilder& draft);
 
-}  // namespace balance::read
+}  // namespace balance::specification

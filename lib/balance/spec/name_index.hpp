@@ -6,7 +6,7 @@
 #include <unordered_map>
 #include <vector>
 
-namespace balance::read {
+namespace balance::specification {
 
 class NameIndex {
  public:
@@ -14,14 +14,15 @@ class NameIndex {
   /// @return the place of the first of that name; −1 if there is none
   template <class Named>
   int find(const std::vector<Named>& list, const std::string& name) {
-    if (const int at = look_up(name); at >= 0 && at < static_cast<int>(list.size()) && list[at].name == name) return at;
+    if (const int at = find_cached(name); at >= 0 && at < static_cast<int>(list.size()) && list[at].name == name)
+      return at;
     places_.clear();
     for (std::size_t i = 0; i < list.size(); ++i) places_.emplace(list[i].name, static_cast<int>(i));
-    return look_up(name);
+    return find_cached(name);
   }
 
  private:
-  int look_up(const std::string& name) const {
+  int find_cached(const std::string& name) const {
     const auto found = places_.find(name);
     return found == places_.end() ? -1 : found->second;
   }
@@ -29,4 +30,4 @@ class NameIndex {
   std::unordered_map<std::string, int> places_;
 };
 
-}  // namespace balance::read
+}  // namespace balance::specification

@@ -8,10 +8,10 @@ namespace balance {
 
 /// Tables, parts, and the tables and parts of parts, with their folders; each once. What cannot be read names nothing.
 /// @param spec_file what messages call the spec: its files are looked for in its folder
-std::vector<std::string> files_read_with(const std::string& spec_text, const std::string& spec_file);
+std::vector<std::string> list_referenced_files(const std::string& spec_text, const std::string& spec_file);
 
-/// The spec itself, where it is a file, and what files_read_with says of it. A text that has its parts in it already does not name them,
+/// The spec itself, where it is a file, and what list_referenced_files says of it. A text that has its parts in it already does not name them,
 /// so the file is looked at again.
-std::vector<std::string> files_of_spec(const std::string& spec_text, const std::string& spec_file);
+std::vector<std::string> list_spec_files(const std::string& spec_text, const std::string& spec_file);
 
 }  // namespace balance

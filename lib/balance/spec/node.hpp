@@ -6,33 +6,33 @@
 #include <string>
 #include <vector>
 
-namespace balance::read {
+namespace balance::specification {
 
-struct Node {
+struct YamlNode {
   enum class Kind { null, scalar, list, map };
 
   Kind kind = Kind::null;
-  bool quoted = false;  ///< a scalar in quotes
-  bool flow = false;    ///< a list in brackets, a mapping in braces
-  Place place;
+  bool is_quoted = false;  ///< a scalar in quotes
+  bool is_flow = false;    ///< a list in brackets, a mapping in braces
+  NodeLocation place;
   std::size_t begin =
       0;             ///< byte of the text where it begins, its anchor and tag included; a copy: where the alias does
   int anchor = 0;    ///< number of the anchor that it bears; 0: none
   int alias = 0;     ///< number of the anchor that it is a copy of; 0: none
   std::string text;  ///< of a scalar
-  std::vector<Node> items;  ///< of a list; the values of a map
-  std::vector<Node> keys;   ///< of a map: scalars, as many as items
+  std::vector<YamlNode> items;  ///< of a list; the values of a map
+  std::vector<YamlNode> keys;   ///< of a map: scalars, as many as items
 };
 
 /// Size limits of a spec; they keep every later step small.
 struct DocumentLimits {
-  std::size_t bytes = std::size_t{4} << 20;
-  int depth = 64;
-  long nodes = 200'000;  ///< after aliases are expanded
+  std::size_t max_bytes = std::size_t{4} << 20;
+  int max_depth = 64;
+  long max_nodes = 200'000;  ///< after aliases are expanded
 };
 
 /// One document. Duplicate keys go to `problems`.
 /// @throws Problem if the text is not YAML, holds more than one document or exceeds a limit
-Node parse_yaml(const std::string& text, Problems& problems, const DocumentLimits& limits = {});
+YamlNode parse_yaml(const std::string& text, SpecErrorCollector& problems, const DocumentLimits& limits = {});
 
-}  // namespace balance::read
+}  // namespace balance::specification

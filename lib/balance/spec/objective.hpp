@@ -3,20 +3,20 @@
 
 #include "balance/spec/draft.hpp"
 
-namespace balance::read {
+namespace balance::specification {
 
 /// One term or a list of terms. @param study whose actuators, joints and trajectories the terms may name
-std::vector<ObjectiveTerm> read_terms(const Cursor& at, Parameters& parameters, const Study& study);
+std::vector<ObjectiveTerm> read_objective_terms(const SpecCursor& at, SpecParameters& parameters, const Study& study);
 
 /// Parts of a term.
-std::string read_quantity(const Cursor& at, const Study& study);
-std::string read_along(const Cursor& at, const Study& study);
-double read_weight(const Cursor& at, Parameters& parameters);
+std::string read_quantity(const SpecCursor& at, const Study& study);
+std::string read_trajectory_name(const SpecCursor& at, const Study& study);
+double read_weight(const SpecCursor& at, SpecParameters& parameters);
 /// How many deviations are added to a figure's mean. The spec must have tolerances.
-double read_deviations(const Cursor& at, Parameters& parameters, const Study& study);
+double read_deviation_multiple(const SpecCursor& at, SpecParameters& parameters, const Study& study);
 /// Fails if the term's trajectory is found anew for every mechanism: runs along it have no deviations.
-void require_stated(const Cursor& at, const ObjectiveTerm& term, const Study& study);
+void require_prescribed_motion(const SpecCursor& at, const ObjectiveTerm& term, const Study& study);
 /// The trajectory of a figure without one: the spec's first. Fails at the figure if there is none.
-std::string first_along(const Cursor& at, const Study& study);
+std::string default_trajectory_name(const SpecCursor& at, const Study& study);
 
-}  // namespace balance::read
+}  // namespace balance::specification

@@ -6,22 +6,22 @@
 
 #include <string>
 
-namespace balance::read {
+namespace balance::specification {
 
 /// A draft of the study with its units, whose complaints are about an option.
-inline Draft draft_of(const Study& study, const char* option) {
-  Draft draft(study.spec_file);
+inline StudyBuilder make_option_builder(const Study& study, const char* option) {
+  StudyBuilder draft(study.spec_file);
   draft.study = study;
-  draft.mechanism() = converted<Expression>(study.mechanism, [](double x) { return Expression(x); });
-  static_cast<SpecUnits&>(draft.units) = study.mechanism.units;
-  draft.problems = Problems::of_option(option);
+  draft.mechanism() = convert_mechanism<Expression>(study.mechanism, [](double x) { return Expression(x); });
+  static_cast<DisplayUnits&>(draft.units) = study.mechanism.units;
+  draft.problems = SpecErrorCollector::of_option(option);
   return draft;
 }
 
 /// Fails unless there is anything to read.
-inline void need_text(const std::string& text, const char* what) {
+inline void require_text(const std::string& text, const char* what) {
   if (text.find_first_not_of(" \t\r\n") == std::string::npos)
-    throw Problem({}, "", {.expected = what, .found = "an empty text"});
+    throw ReadError({}, "", {.expected = what, .found = "an empty text"});
 }
 
-}  // namespace balance::read
+}  // namespace balance::specification

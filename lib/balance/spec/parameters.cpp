@@ -15,11 +15,11 @@
 #include <map>
 #include <utility>
 
-namespace balance::read {
+namespace balance::specification {
 
 namespace {
 
-std::string trimmed(const std::string& text) {
+std::string trim_name(const std::string& text) {
   const auto first = text.find_first_not_of(" \t\r\n");
   return first == std::string::npos ? "" : text.substr(first, text.find_last_not_of(" \t\r\n") - first + 1);
 }
@@ -47,10 +47,10 @@ std::optional<double> plain_number(std::string text) {
 }
 
 /// `deg` of `360deg`, `°` of `5 °`; empty: the text is no number with something like a unit behind it.
-std::string unit_behind(const std::string& text) {
+std::string trailing_unit(const std::string& text) {
   double value = 0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  const std::string rest = trimmed(std::string(end, text.data() + text.size()));
+  const std::string rest = trim_name(std::string(end, text.data() + text.size()));
   if (error == std::errc::invalid_argument || rest.empty()) return "";
   const auto in_unit = [](char c) {
     return std::isalpha(static_cast<unsigned char>(c)) != 0 || (static_cast<unsigned char>(c) & 0x80) != 0;
@@ -80,9 +80,10 @@ bool is_identifier(const std::string& name) {
 }
 
 /// Evaluates parameters after those that they use.
-class Resolver {
+class DependencyResolver {
  public:
-  Resolver(const std::vector<Member>& members, Problems& problems, std::function<void(const Member&)> evaluate)
+  DependencyResolver(const std::vector<Member>& members, SpecErrorCollector& problems,
+                     std::function<void(const Member&)> evaluate)
       : members_(members), problems_(problems), evaluate_(std::move(evaluate)), state_(members.size()) {
     for (std::size_t i = 0; i < members.size(); ++i) index_[members[i].name] = i;
   }
@@ -92,30 +93,30 @@ class Resolver {
   }
 
  private:
-  enum class State { untouched, open, known, failed };
+  enum class State { untouched, in_progress, known, failed };
 
   /// What depends on a failed parameter fails without a message of its own.
   void resolve(std::size_t i) {
     if (state_[i] == State::known || state_[i] == State::failed) return;
-    if (state_[i] == State::open) return report_cycle(i);
-    state_[i] = State::open;
+    if (state_[i] == State::in_progress) return report_cycle(i);
+    state_[i] = State::in_progress;
     chain_.push_back(i);
-    for (const std::size_t used : used_by(members_[i].value.node())) {
+    for (const std::size_t used : dependencies_of(members_[i].value.node())) {
       resolve(used);
       if (state_[used] == State::failed) state_[i] = State::failed;
     }
     chain_.pop_back();
     if (state_[i] == State::failed) return;
-    state_[i] = problems_.guard([&] { evaluate_(members_[i]); }) ? State::known : State::failed;
+    state_[i] = problems_.collect([&] { evaluate_(members_[i]); }) ? State::known : State::failed;
   }
 
-  std::vector<std::size_t> used_by(const Node& node) const {
+  std::vector<std::size_t> dependencies_of(const YamlNode& node) const {
     std::vector<std::size_t> used;
-    if (node.kind == Node::Kind::scalar)
-      for (const std::string& name : names_in(node.text).values)
+    if (node.kind == YamlNode::Kind::scalar)
+      for (const std::string& name : find_expression_names(node.text).values)
         if (const auto at = index_.find(name); at != index_.end()) used.push_back(at->second);
-    for (const Node& item : node.items) {
-      const auto more = used_by(item);
+    for (const YamlNode& item : node.items) {
+      const auto more = dependencies_of(item);
       used.insert(used.end(), more.begin(), more.end());
     }
     return used;
@@ -123,21 +124,21 @@ class Resolver {
 
   void report_cycle(std::size_t again) {
     const auto start = std::find(chain_.begin(), chain_.end(), again);
-    constexpr std::ptrdiff_t most_named = 12;
+    constexpr std::ptrdiff_t max_listed_cycle = 12;
     std::string cycle;
     for (auto i = start; i != chain_.end(); ++i) {
-      if (i - start < most_named) cycle += members_[*i].name + " → ";
-      if (i - start == most_named) cycle += "… → ";
+      if (i - start < max_listed_cycle) cycle += members_[*i].name + " → ";
+      if (i - start == max_listed_cycle) cycle += "… → ";
       state_[*i] = State::failed;
     }
-    problems_.guard([&] {
+    problems_.collect([&] {
       members_[again].value.fail({.expected = "a parameter that does not depend on itself",
                                   .found = "the cycle " + cycle + members_[again].name});
     });
   }
 
   const std::vector<Member>& members_;
-  Problems& problems_;
+  SpecErrorCollector& problems_;
   std::function<void(const Member&)> evaluate_;
   std::map<std::string, std::size_t> index_;
   std::vector<State> state_;
@@ -146,11 +147,12 @@ class Resolver {
 
 }  // namespace
 
-Parameters::Parameters(const std::optional<Cursor>& section, const Overrides& overrides,
-                       std::set<std::string> of_added_amounts, Recording& recording, Problems& problems)
-    : of_added_amounts_(std::move(of_added_amounts)) {
+SpecParameters::SpecParameters(const std::optional<SpecCursor>& section, const Overrides& overrides,
+                               std::set<std::string> of_added_amounts, Recording& recording,
+                               SpecErrorCollector& problems)
+    : added_element_parameters_(std::move(of_added_amounts)) {
   std::vector<Member> all;
-  if (section) problems.guard([&] { all = members(*section, "a mapping of parameters"); });
+  if (section) problems.collect([&] { all = list_members(*section, "a mapping of parameters"); });
   for (const Member& member : all) names_.push_back(member.name);
   known_ = {names_.begin(), names_.end()};
 
@@ -158,49 +160,51 @@ Parameters::Parameters(const std::optional<Cursor>& section, const Overrides& ov
     const auto& functions = function_names();
     const bool taken =
         member.name == "pi" || std::find(functions.begin(), functions.end(), member.name) != functions.end();
-    return !problems.guard([&] {
+    return !problems.collect([&] {
       const auto fail = [&](const char* expected, const std::string& found) {
-        Problem problem(
+        ReadError problem(
             member.key.node().place, member.key.path(),
-            {.expected = expected, .found = found, .hint = decimal_comma_before(section->node(), member.name)});
-        problem.odd_in = "parameters";
-        throw Problem(std::move(problem));
+            {.expected = expected, .found = found, .hint = find_decimal_comma_before(section->node(), member.name)});
+        problem.unknown_key_in = "parameters";
+        throw ReadError(std::move(problem));
       };
-      if (!is_identifier(member.name)) fail("a name of letters, digits and '_'", in_quotes(member.name));
-      if (taken) fail("a name of its own", in_quotes(member.name) + ", which has a meaning in expressions");
+      if (!is_identifier(member.name)) fail("a name of letters, digits and '_'", quote_for_message(member.name));
+      if (taken) fail("a name of its own", quote_for_message(member.name) + ", which has a meaning in expressions");
     });
   });
 
   override_values(overrides, all, problems);
-  Resolver(all, problems, [&](const Member& member) { define(member, recording); }).run();
+  DependencyResolver(all, problems, [&](const Member& member) { define(member, recording); }).run();
   const auto place = [&](const NamedExpression& one) { return std::find(names_.begin(), names_.end(), one.name); };
   std::sort(recording.parameters.begin(), recording.parameters.end(),
             [&](const NamedExpression& a, const NamedExpression& b) { return place(a) < place(b); });
 }
 
 /// The text of an override stands where the parameter's own value stood.
-void Parameters::override_values(const Overrides& overrides, std::vector<Member>& members, Problems& problems) {
+void SpecParameters::override_values(const Overrides& overrides, std::vector<Member>& members,
+                                     SpecErrorCollector& problems) {
   for (const auto& [name, text] : overrides) {
     const bool known = std::find(names_.begin(), names_.end(), name) != names_.end();
-    if (!known && !(names_.empty() && problems.lost("parameters")))
-      problems.add({{},
-                    "--set " + name,
-                    {.expected = fmt::format("a parameter ({})", names_.empty() ? "there are none" : one_of(names_)),
-                     .found = in_quotes(name),
-                     .hint = nearest_is(name, names_)}});
-    Node& node = replacements_[name];
-    node.kind = Node::Kind::scalar;
+    if (!known && !(names_.empty() && problems.is_section_invalid("parameters")))
+      problems.add(
+          {{},
+           "--set " + name,
+           {.expected = fmt::format("a parameter ({})", names_.empty() ? "there are none" : join_alternatives(names_)),
+            .found = quote_for_message(name),
+            .hint = format_nearest_name(name, names_)}});
+    YamlNode& node = replacements_[name];
+    node.kind = YamlNode::Kind::scalar;
     node.text = text;
   }
   for (Member& member : members) {
     const auto found = replacements_.find(member.name);
     if (found == replacements_.end()) continue;
     overridden_.emplace_back(&member.value.node(), found->second.text);
-    member.value = Cursor(found->second, "--set " + member.name, problems);
+    member.value = SpecCursor(found->second, "--set " + member.name, problems);
   }
 }
 
-void Parameters::define(const Member& member, Recording& recording) {
+void SpecParameters::define(const Member& member, Recording& recording) {
   const auto add_input = [&](double value) {
     recording.inputs.push_back(value);
     return Expression::input(recording.graph, value);
@@ -209,69 +213,71 @@ void Parameters::define(const Member& member, Recording& recording) {
   bool plain = true;
   if (!member.value.is_map()) {
     value = evaluate(member.value);
-    plain = names_in(member.value.node().text).values.empty();
-    value = plain ? add_input(value.value()) : Expression::named(recording.graph, value);
+    plain = find_expression_names(member.value.node().text).values.empty();
+    value = plain ? add_input(value.value()) : Expression::make_alias(recording.graph, value);
   } else {
     FreeValue free = evaluate_free(member.value);
-    if (of_added_amounts_.contains(member.name)) free.start_at_none();
+    if (added_element_parameters_.contains(member.name)) free.default_start_to_zero();
     value = add_input(free.start);
     free_numbers_.push_back({&member.value.node(),
-                             {.path = member.value.path(),
+                             {.key_path = member.value.path(),
                               .lower = free.lower,
                               .upper = free.upper,
                               .start = free.start,
-                              .start_from = free.start_from,
-                              .sizes = free.sizes},
+                              .start_source = free.start_source,
+                              .discrete_values = free.discrete_values},
                              value});
   }
   values_[member.name] = value;
   recording.parameters.push_back({member.name, value, plain});
 }
 
-Expression Parameters::evaluate(const Cursor& scalar) {
+Expression SpecParameters::evaluate(const SpecCursor& scalar) {
   const std::string what = "a number, an expression or {free: [lower, upper]}";
-  const std::string text = trimmed(scalar.word(what));
+  const std::string text = trim_name(scalar.read_word(what));
   // Most numbers are plain, and most others a parameter alone.
   if (const auto known = values_.find(text); known != values_.end()) return known->second;
-  if (known_.count(text) > 0) throw Consequence();
+  if (known_.count(text) > 0) throw CascadingError();
   const std::optional<double> number = plain_number(text);
-  if (!number && (text.empty() || is_truth_value(text))) scalar.expected(what);
+  if (!number && (text.empty() || is_truth_value(text))) scalar.fail_expected(what);
   const Expression value = number ? Expression(*number) : evaluate_expression(scalar, text);
-  if (!std::isfinite(value.value())) scalar.fail({.expected = "a finite number", .found = in_quotes(text)});
+  if (!std::isfinite(value.value())) scalar.fail({.expected = "a finite number", .found = quote_for_message(text)});
   return value;
 }
 
 /// The parameter of this name may be one whose own name is wrong, or stand in a section that was not read.
-bool Parameters::may_be_spoilt(const Cursor& at, const std::string& name) const {
-  return at.problems().lost("parameters." + name) || (names_.empty() && at.problems().lost("parameters"));
+bool SpecParameters::can_be_invalid(const SpecCursor& at, const std::string& name) const {
+  return at.problems().is_section_invalid("parameters." + name) ||
+         (names_.empty() && at.problems().is_section_invalid("parameters"));
 }
 
-Expression Parameters::evaluate_expression(const Cursor& scalar, const std::string& text) {
+Expression SpecParameters::evaluate_expression(const SpecCursor& scalar, const std::string& text) {
   const auto wrong = [&](const std::string& why) {
-    scalar.fail({.message = fmt::format("expected a number or an expression, found {}: {}", in_quotes(text), why),
-                 .expected = "a number or an expression",
-                 .found = in_quotes(text),
-                 .hint = why});
+    scalar.fail(
+        {.message = fmt::format("expected a number or an expression, found {}: {}", quote_for_message(text), why),
+         .expected = "a number or an expression",
+         .found = quote_for_message(text),
+         .hint = why});
   };
-  if (const std::string comma = decimal_comma(text); !comma.empty()) wrong(comma);
-  const std::string unit = unit_behind(text);
+  if (const std::string comma = suggest_decimal_point(text); !comma.empty()) wrong(comma);
+  const std::string unit = trailing_unit(text);
   if (!unit.empty() && known_.count(unit) == 0)
     wrong(fmt::format("there is no place for {} behind a number: 'units:' states the units of all of them",
-                      in_quotes(unit)));
+                      quote_for_message(unit)));
   const auto unknown = [&](const char* what, const std::string& name, const std::vector<std::string>& known) {
-    wrong(fmt::format("there is no {} {}{}", what, in_quotes(name), nearest_hint(name, known)));
+    wrong(fmt::format("there is no {} {}{}", what, quote_for_message(name), append_nearest_name(name, known)));
   };
   expressions_size_ += text.size();
-  if (expressions_size_ > longest_expressions)
-    scalar.fail({.expected = fmt::format("at most {} characters in all expressions together", longest_expressions)});
+  if (expressions_size_ > max_expressions_length)
+    scalar.fail({.expected = fmt::format("at most {} characters in all expressions together", max_expressions_length)});
   const auto& functions = function_names();
-  const ExpressionNames used = names_in(text);
+  const ExpressionNames used = find_expression_names(text);
   for (const std::string& name : used.functions)
     if (std::find(functions.begin(), functions.end(), name) == functions.end()) unknown("function", name, functions);
   for (const std::string& name : used.values) {
     const bool function = std::find(functions.begin(), functions.end(), name) != functions.end();
-    if (function) wrong(fmt::format("the function {} needs parentheses: {}(…)", in_quotes(name), name));
-    if (known_.count(name) > 0 ? values_.count(name) == 0 : may_be_spoilt(scalar, name)) throw Consequence();
+    if (function) wrong(fmt::format("the function {} needs parentheses: {}(…)", quote_for_message(name), name));
+    if (known_.count(name) > 0 ? values_.count(name) == 0 : can_be_invalid(scalar, name)) throw CascadingError();
     if (known_.count(name) == 0) unknown("parameter", name, names_);
   }
   try {
@@ -282,9 +288,9 @@ Expression Parameters::evaluate_expression(const Cursor& scalar, const std::stri
   }
 }
 
-FreeValue Parameters::evaluate_free(const Cursor& map, const std::vector<Field>& others) {
+FreeValue SpecParameters::evaluate_free(const SpecCursor& map, const std::vector<Field>& others) {
   return read_free_value(
-      map, [this](const Cursor& c) { return evaluate(c).value(); }, others);
+      map, [this](const SpecCursor& c) { return evaluate(c).value(); }, others);
 }
 
-}  // namespace balance::read
+}  // namespace balance::specification

@@ -7,28 +7,28 @@
 
 #include <filesystem>
 
-namespace balance::read {
+namespace balance::specification {
 
 namespace {
 
-constexpr std::size_t most_files = 100;
+constexpr std::size_t max_part_files = 100;
 
-void set_file(Node& node, int file) {
+void set_file(YamlNode& node, int file) {
   node.place.file = file;
-  for (Node& key : node.keys) set_file(key, file);
-  for (Node& item : node.items) set_file(item, file);
+  for (YamlNode& key : node.keys) set_file(key, file);
+  for (YamlNode& item : node.items) set_file(item, file);
 }
 
 /// What is wrong with the text is told of it alone.
-Node parse_part(const std::string& text, const std::string& path) {
-  Problems own(path);
-  Node root;
+YamlNode parse_part(const std::string& text, const std::string& path) {
+  SpecErrorCollector own(path);
+  YamlNode root;
   try {
     root = parse_yaml(text, own);
-  } catch (const Problem& problem) {
+  } catch (const ReadError& problem) {
     own.add(problem);
   }
-  own.throw_all();
+  own.throw_if_any();
   return root;
 }
 
@@ -36,25 +36,25 @@ Node parse_part(const std::string& text, const std::string& path) {
 
 std::string read_part_text(const std::string& path) {
   std::error_code error;
-  if (!std::filesystem::exists(path, error)) throw SystemError(fmt::format("none at {}", in_quotes(path)));
-  if (const std::string kind = kind_of_no_file(path); !kind.empty())
-    throw SystemError(fmt::format("{} at {}", kind, in_quotes(path)));
+  if (!std::filesystem::exists(path, error)) throw SystemError(fmt::format("none at {}", quote_for_message(path)));
+  if (const std::string kind = describe_non_file(path); !kind.empty())
+    throw SystemError(fmt::format("{} at {}", kind, quote_for_message(path)));
   return read_text_file(path, "part");
 }
 
-const Node& PartFiles::load(const std::string& path, const Cursor& at) {
+const YamlNode& PartFiles::load(const std::string& path, const SpecCursor& at) {
   if (const auto known = documents_.find(path); known != documents_.end()) return known->second;
-  if (documents_.size() >= most_files)
-    at.fail({.expected = fmt::format("at most {} files that a spec is made of", most_files)});
+  if (documents_.size() >= max_part_files)
+    at.fail({.expected = fmt::format("at most {} files that a spec is made of", max_part_files)});
   std::string text;
   try {
     text = text_(path);
   } catch (const SystemError& error) {
     at.fail({.expected = "the file of a part", .found = error.what()});
   }
-  Node root = parse_part(text, path);
+  YamlNode root = parse_part(text, path);
   set_file(root, problems_->add_file(path));
   return documents_.emplace(path, std::move(root)).first->second;
 }
 
-}  // namespace balance::read
+}  // namespace balance::specification

@@ -7,27 +7,27 @@
 #include <map>
 #include <string>
 
-namespace balance::read {
+namespace balance::specification {
 
 /// A file's text. @throws SystemError with the reason if it cannot be had
-using PartText = std::function<std::string(const std::string& path)>;
+using PartReader = std::function<std::string(const std::string& path)>;
 
 /// From a regular file: pipes and devices have no end. @throws SystemError
 std::string read_part_text(const std::string& path);
 
 class PartFiles {
  public:
-  PartFiles(PartText text, Problems& problems) : text_(std::move(text)), problems_(&problems) {}
+  PartFiles(PartReader text, SpecErrorCollector& problems) : text_(std::move(text)), problems_(&problems) {}
 
   /// A part's document, every place of it in its file. Valid as long as this.
   /// @param path as messages call it @param at where the spec names it
   /// @throws Problem if it cannot be read, SpecError if it is no YAML
-  const Node& load(const std::string& path, const Cursor& at);
+  const YamlNode& load(const std::string& path, const SpecCursor& at);
 
  private:
-  PartText text_;
-  Problems* problems_;
-  std::map<std::string, Node> documents_;
+  PartReader text_;
+  SpecErrorCollector* problems_;
+  std::map<std::string, YamlNode> documents_;
 };
 
-}  // namespace balance::read
+}  // namespace balance::specification

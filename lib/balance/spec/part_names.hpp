@@ -5,12 +5,12 @@
 
 #include <string>
 
-namespace balance::read {
+namespace balance::specification {
 
-struct Placement {
-  std::string name;     ///< of the copy, `leg1`
-  std::string carrier;  ///< the body that the part's ground is a piece of, or is fixed to
-  bool fixed = false;   ///< the part's ground is a body of its own, `leg1.ground`
+struct PartPlacement {
+  std::string name;            ///< of the copy, `leg1`
+  std::string carrier;         ///< the body that the part's ground is a piece of, or is fixed to
+  bool is_fixed_body = false;  ///< the part's ground is a body of its own, `leg1.ground`
   bool planar = true;
   std::string folder;  ///< of the part's file, seen from the whole's: what files are looked for in
 };
@@ -18,14 +18,14 @@ struct Placement {
 /// Every name and every reference of a part that includes nothing, as the whole says them. Names in expressions are the part's own
 /// parameters, all of them; its ground is the carrier, whose points the part's are then (`leg1.A`), or the body `leg1.ground`.
 /// @param part the sections that are taken over, a mapping
-void rename_part(Node& part, const Placement& placement);
+void rename_part(YamlNode& part, const PartPlacement& placement);
 
 /// The value of a key; null if there is none.
-Node* find_entry(Node& map, const std::string& key);
-const Node* find_entry(const Node& map, const std::string& key);
+YamlNode* find_entry(YamlNode& map, const std::string& key);
+const YamlNode* find_entry(const YamlNode& map, const std::string& key);
 /// A scalar that stands at a place.
-Node scalar_node(std::string text, const Place& place);
+YamlNode scalar_node(std::string text, const NodeLocation& place);
 /// Adds an entry to a mapping.
-void add_entry(Node& map, Node key, Node value);
+void add_entry(YamlNode& map, YamlNode key, YamlNode value);
 
-}  // namespace balance::read
+}  // namespace balance::specification

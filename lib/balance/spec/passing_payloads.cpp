@@ -8,34 +8,35 @@
 #include <algorithm>
 #include <set>
 
-namespace balance::read {
+namespace balance::specification {
 
 namespace {
 
-bool has_entry(const Cursor& map, const std::string& name) {
-  return std::any_of(map.node().keys.begin(), map.node().keys.end(), [&](const Node& key) { return key.text == name; });
+bool has_entry(const SpecCursor& map, const std::string& name) {
+  return std::any_of(map.node().keys.begin(), map.node().keys.end(),
+                     [&](const YamlNode& key) { return key.text == name; });
 }
 
-SpecPlace place_of(const Cursor& at) {
-  const Place& place = at.node().place;
+SourceLocation place_of(const SpecCursor& at) {
+  const NodeLocation& place = at.node().place;
   return {at.problems().file_of(place), place.line, place.column, at.path()};
 }
 
 /// Inputs of the recording that designs, load cases and tolerances change.
-std::set<int> moving_inputs(const Draft& draft) {
+std::set<int> variable_inputs(const StudyBuilder& draft) {
   std::set<int> inputs;
   const Recording& recording = *draft.recording;
   for (const auto* free : {&draft.parameters.free_numbers(), &draft.free_numbers})
-    for (const FoundFreeNumber& one : *free) inputs.insert(recording.input_of(one.input));
+    for (const FreeNumberEntry& one : *free) inputs.insert(recording.input_index(one.input));
   for (const NamedExpression& parameter : recording.parameters)
     for (const auto* names : {&draft.load_names, &draft.tolerance_names})
-      if (parameter.plain && !parameter.value.is_constant() &&
+      if (parameter.is_plain && !parameter.value.is_constant() &&
           (names->contains(parameter.name) || names->contains("parameters." + parameter.name)))
-        inputs.insert(recording.input_of(parameter.value));
+        inputs.insert(recording.input_index(parameter.value));
   return inputs;
 }
 
-bool depends_on(const ExpressionGraph& graph, const Expression& number, const std::set<int>& inputs) {
+bool has_dependence(const ExpressionGraph& graph, const Expression& number, const std::set<int>& inputs) {
   if (number.is_constant() || inputs.empty()) return false;
   std::vector<bool> wanted(static_cast<std::size_t>(number.node()) + 1, false);
   wanted.back() = true;
@@ -49,46 +50,46 @@ bool depends_on(const ExpressionGraph& graph, const Expression& number, const st
   return false;
 }
 
-double read_switch(const Cursor& at, Draft& draft) {
+double read_switch_time(const SpecCursor& at, StudyBuilder& draft) {
   const std::string what = "a time of the trajectory, a number or an expression";
-  if (!at.is_scalar()) at.expected(what);
+  if (!at.is_scalar()) at.fail_expected(what);
   const Expression time = draft.parameters.evaluate(at) * draft.units.factor(dimension::time);
-  if (is_moving(time, draft))
+  if (is_variable_number(time, draft))
     at.fail({.expected = what + " of numbers that are neither free nor named under 'for' or 'tolerances'",
-             .found = in_quotes(at.node().text)});
+             .found = quote_for_message(at.node().text)});
   return time.value();
 }
 
 }  // namespace
 
-bool is_moving(const Expression& number, const Draft& draft) {
-  return depends_on(draft.recording->graph, number, moving_inputs(draft));
+bool is_variable_number(const Expression& number, const StudyBuilder& draft) {
+  return has_dependence(draft.recording->graph, number, variable_inputs(draft));
 }
 
-std::vector<Field> presence_fields(const Cursor& at, AttachmentKind kind, PresenceText& text) {
+std::vector<Field> presence_fields(const SpecCursor& at, AttachmentKind kind, PresenceKeys& text) {
   std::vector<Field> fields;
   for (auto& [name, slot] : {std::pair{"from", &text.from}, std::pair{"until", &text.until}}) {
     if (kind == AttachmentKind::payload)
-      fields.push_back({name, Need::optional, [slot = slot](const Cursor& c) { *slot = c; }});
+      fields.push_back({name, Presence::optional, [slot = slot](const SpecCursor& c) { *slot = c; }});
     else if (has_entry(at, name))
-      fields.push_back({name, Need::optional, [name = name](const Cursor& c) {
+      fields.push_back({name, Presence::optional, [name = name](const SpecCursor& c) {
                           c.fail({.expected = fmt::format("no '{}': counterweights are always there, payloads may come "
                                                           "and go",
                                                           name),
-                                  .found = c.found()});
+                                  .found = c.describe_found()});
                         }});
   }
   return fields;
 }
 
-void read_presence(const PresenceText& text, Draft& draft, AttachmentOf<Expression>& attachment) {
+void read_presence(const PresenceKeys& text, StudyBuilder& draft, AttachmentOf<Expression>& attachment) {
   if (!text.given()) return;
-  const bool read = draft.problems.guard([&] {
-    if (text.from) attachment.from = read_switch(*text.from, draft);
+  const bool read = draft.problems.collect([&] {
+    if (text.from) attachment.from = read_switch_time(*text.from, draft);
   });
-  draft.problems.guard([&] {
+  draft.problems.collect([&] {
     if (!text.until) return;
-    attachment.until = read_switch(*text.until, draft);
+    attachment.until = read_switch_time(*text.until, draft);
     if (read && !(attachment.from < attachment.until))
       text.until->fail({.expected = text.from ? "a time later than 'from'" : "a time",
                         .found = fmt::format("{:.6g} s", attachment.until)});
@@ -96,34 +97,35 @@ void read_presence(const PresenceText& text, Draft& draft, AttachmentOf<Expressi
       text.until->fail({.expected = "a time later than the start of the motion, 0 s",
                         .found = fmt::format("{:.6g} s", attachment.until)});
   });
-  const Cursor& said = text.from ? *text.from : *text.until;
-  draft.study.passing_payloads.push_back({attachment.name, place_of(said)});
-  draft.taken_up.emplace_back(said, attachment.from);
+  const SpecCursor& said = text.from ? *text.from : *text.until;
+  draft.study.temporary_payloads.push_back({attachment.name, place_of(said)});
+  draft.payload_activations.emplace_back(said, attachment.from);
 }
 
-void expect_lasting_payloads(const Cursor& at, const std::string& expected, const Draft& draft) {
-  const auto& all = draft.study.passing_payloads;
+void require_permanent_payloads(const SpecCursor& at, const std::string& expected, const StudyBuilder& draft) {
+  const auto& all = draft.study.temporary_payloads;
   if (all.empty()) return;
   at.fail({.expected = fmt::format("{}, because payload {} is taken up or set down on the way", expected,
-                                   in_quotes(all.front().name)),
-           .found = at.found()});
+                                   quote_for_message(all.front().name)),
+           .found = at.describe_found()});
 }
 
-void check_passing(const MotionText& text, const Draft& draft, const TrajectoryOf<Expression>& trajectory) {
-  if (draft.study.passing_payloads.empty()) return;
+void check_temporary_payloads(const MotionKeys& text, const StudyBuilder& draft,
+                              const TrajectoryOf<Expression>& trajectory) {
+  if (draft.study.temporary_payloads.empty()) return;
   if (trajectory.drive == DriveKind::com && text.drive)
-    expect_lasting_payloads(*text.drive, "'joints' or 'tool': the centre of mass would jump", draft);
-  if (is_searched(trajectory.law.kind) && text.law)
-    expect_lasting_payloads(*text.law, "a law that is not searched for", draft);
-  if (is_moving(trajectory.duration, draft))
-    expect_lasting_payloads(text.at, "a 'duration' that no free number, load case or tolerance changes", draft);
-  if (text.limits) expect_lasting_payloads(*text.limits, "no 'limits'", draft);
-  if (depends_on_mechanism(trajectory)) expect_lasting_payloads(text.at, "a motion that no mass decides", draft);
+    require_permanent_payloads(*text.drive, "'joints' or 'tool': the centre of mass would jump", draft);
+  if (is_mechanism_dependent(trajectory.law.kind) && text.law)
+    require_permanent_payloads(*text.law, "a law that is not searched for", draft);
+  if (is_variable_number(trajectory.duration, draft))
+    require_permanent_payloads(text.at, "a 'duration' that no free number, load case or tolerance changes", draft);
+  if (text.limits) require_permanent_payloads(*text.limits, "no 'limits'", draft);
+  if (is_mechanism_dependent(trajectory)) require_permanent_payloads(text.at, "a motion that no mass decides", draft);
   for (const auto& [pose, place] : {std::pair{&trajectory.from, &text.from}, std::pair{&trajectory.to, &text.to}})
-    if (pose->com) expect_lasting_payloads(*place, "a pose by 'joints' or 'tool'", draft);
+    if (pose->com) require_permanent_payloads(*place, "a pose by 'joints' or 'tool'", draft);
 }
 
-void check_presence(Draft& draft) {
+void check_presence(StudyBuilder& draft) {
   const auto& trajectories = draft.trajectories();
   if (trajectories.empty()) return;
   double longest = 0;
@@ -133,8 +135,8 @@ void check_presence(Draft& draft) {
                                     ? table->time.back().value() - table->time.front().value()
                                     : one.duration.value());
   }
-  for (const auto& [at, from] : draft.taken_up)
-    draft.problems.guard([&, &at = at, &from = from] {
+  for (const auto& [at, from] : draft.payload_activations)
+    draft.problems.collect([&, &at = at, &from = from] {
       if (from >= longest)
         at.fail({.expected = fmt::format("a time before the longest trajectory's end, {:.6g} s: the payload would "
                                          "never be there",
@@ -143,4 +145,4 @@ void check_presence(Draft& draft) {
     });
 }
 
-}  // namespace balance::read
+}  // namespace balance::specification

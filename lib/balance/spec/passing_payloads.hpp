@@ -5,38 +5,39 @@
 
 #include <optional>
 
-namespace balance::read {
+namespace balance::specification {
 
 /// Where a payload says when it is there.
-struct PresenceText {
-  std::optional<Cursor> from, until;
+struct PresenceKeys {
+  std::optional<SpecCursor> from, until;
 
   bool given() const { return from || until; }
 };
 
 /// The keys `from` and `until` of a payload. Of a counterweight none but those that are there, to be refused.
-std::vector<Field> presence_fields(const Cursor& at, AttachmentKind kind, PresenceText& text);
+std::vector<Field> presence_fields(const SpecCursor& at, AttachmentKind kind, PresenceKeys& text);
 
 /// Into the attachment, and where it is said into the study.
-void read_presence(const PresenceText& text, Draft& draft, AttachmentOf<Expression>& attachment);
+void read_presence(const PresenceKeys& text, StudyBuilder& draft, AttachmentOf<Expression>& attachment);
 
 /// Fails if something comes or goes on the way and may not where this stands. @param expected what is expected there instead
-void expect_lasting_payloads(const Cursor& at, const std::string& expected, const Draft& draft);
+void require_permanent_payloads(const SpecCursor& at, const std::string& expected, const StudyBuilder& draft);
 
 /// Whether free numbers, load cases or tolerances change it.
-bool is_moving(const Expression& number, const Draft& draft);
+bool is_variable_number(const Expression& number, const StudyBuilder& draft);
 
 /// Where a trajectory says what payloads that come and go may not suit.
-struct MotionText {
-  const Cursor& at;
-  const std::optional<Cursor>&drive, &law, &limits;
-  Cursor from, to;
+struct MotionKeys {
+  const SpecCursor& at;
+  const std::optional<SpecCursor>&drive, &law, &limits;
+  SpecCursor from, to;
 };
 
 /// What depends on the masses that move would jump with them, or be found for masses that are not always there.
-void check_passing(const MotionText& text, const Draft& draft, const TrajectoryOf<Expression>& trajectory);
+void check_temporary_payloads(const MotionKeys& text, const StudyBuilder& draft,
+                              const TrajectoryOf<Expression>& trajectory);
 
 /// Once all trajectories are known: a payload must be there in one of them.
-void check_presence(Draft& draft);
+void check_presence(StudyBuilder& draft);
 
-}  // namespace balance::read
+}  // namespace balance::specification

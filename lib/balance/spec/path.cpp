@@ -9,13 +9,13 @@
 #include <cmath>
 #include <numbers>
 
-namespace balance::read {
+namespace balance::specification {
 
 namespace {
 
-bool has_key(const Cursor& at, const char* name) {
+bool has_key(const SpecCursor& at, const char* name) {
   if (!at.is_map()) return false;
-  for (const Node& key : at.node().keys)
+  for (const YamlNode& key : at.node().keys)
     if (key.text == name) return true;
   return false;
 }
@@ -25,38 +25,41 @@ std::optional<Vector3E> moved_point(const PoseTargetOf<Expression>& pose, DriveK
   return drive == DriveKind::tool ? pose.tool : pose.com;
 }
 
-void need_point(const Cursor& at, const TrajectoryOf<Expression>& trajectory) {
+void require_moved_point(const SpecCursor& at, const TrajectoryOf<Expression>& trajectory) {
   if (trajectory.drive == DriveKind::joints)
     at.fail({.expected = "a path for joint coordinates (line, waypoints, table, file)",
              .found = "one for a point in the plane or in space"});
 }
 
-CirclePathOf<Expression> read_circle(const Cursor& at, Draft& draft, const TrajectoryOf<Expression>& trajectory) {
-  need_point(at, trajectory);
+CirclePathOf<Expression> read_circle(const SpecCursor& at, StudyBuilder& draft,
+                                     const TrajectoryOf<Expression>& trajectory) {
+  require_moved_point(at, trajectory);
   CirclePathOf<Expression> circle;
-  std::optional<Cursor> centre, angle;
-  const auto read_centre = [&](const Cursor& c) {
+  std::optional<SpecCursor> centre, angle;
+  const auto read_centre = [&](const SpecCursor& c) {
     if (centre) c.fail({.expected = "'centre' once", .found = "it again in another spelling"});
     centre = c;
     circle.centre = read_vector(c, draft, dimension::length);
   };
-  const auto read_angle = [&](const Cursor& c, const Expression& value) {
+  const auto read_angle = [&](const SpecCursor& c, const Expression& value) {
     if (angle) c.fail({.expected = "'angle' or 'turns'", .found = "both"});
     angle = c;
     circle.angle = value;
     if (value.value() == 0 && c.is_scalar()) c.fail({.expected = "an angle other than 0", .found = "0"});
   };
-  std::vector<Field> fields{
-      {"centre", Need::optional, read_centre},
-      {"center", Need::optional, read_centre},
-      {"angle", Need::optional, [&](const Cursor& c) { read_angle(c, read_number(c, draft, dimension::angle)); }},
-      {"turns", Need::optional,
-       [&](const Cursor& c) { read_angle(c, 2.0 * std::numbers::pi * read_number(c, draft, dimension::none)); }}};
+  std::vector<Field> fields{{"centre", Presence::optional, read_centre},
+                            {"center", Presence::optional, read_centre},
+                            {"angle", Presence::optional,
+                             [&](const SpecCursor& c) { read_angle(c, read_number(c, draft, dimension::angle)); }},
+                            {"turns", Presence::optional, [&](const SpecCursor& c) {
+                               read_angle(c, 2.0 * std::numbers::pi * read_number(c, draft, dimension::dimensionless));
+                             }}};
   if (!draft.planar())
-    fields.push_back({"normal", Need::required, [&](const Cursor& c) { circle.normal = read_direction(c, draft); }});
+    fields.push_back(
+        {"normal", Presence::required, [&](const SpecCursor& c) { circle.normal = read_direction(c, draft); }});
   if (!read_fields(at, "a circle {centre, angle or turns}", fields)) return circle;
-  if (!centre) at.missing({"centre"});
-  if (!angle) at.missing({"angle", "turns"});
+  if (!centre) at.fail_missing({"centre"});
+  if (!angle) at.fail_missing({"angle", "turns"});
   if (const auto start = moved_point(trajectory.from, trajectory.drive)) {
     const Vector3 radius = values_of(*start) - values_of(circle.centre);
     if (!(radius.cross(values_of(circle.normal)).norm() > 0))
@@ -65,11 +68,11 @@ CirclePathOf<Expression> read_circle(const Cursor& at, Draft& draft, const Traje
   return circle;
 }
 
-ArcPathOf<Expression> read_arc(const Cursor& at, Draft& draft, const TrajectoryOf<Expression>& trajectory) {
-  need_point(at, trajectory);
+ArcPathOf<Expression> read_arc(const SpecCursor& at, StudyBuilder& draft, const TrajectoryOf<Expression>& trajectory) {
+  require_moved_point(at, trajectory);
   ArcPathOf<Expression> arc;
-  std::optional<Cursor> via;
-  const bool read = read_fields(at, "an arc {via}", {{"via", Need::required, [&](const Cursor& c) {
+  std::optional<SpecCursor> via;
+  const bool read = read_fields(at, "an arc {via}", {{"via", Presence::required, [&](const SpecCursor& c) {
                                                         via = c;
                                                         arc.via = read_vector(c, draft, dimension::length);
                                                       }}});
@@ -83,16 +86,16 @@ ArcPathOf<Expression> read_arc(const Cursor& at, Draft& draft, const TrajectoryO
   return arc;
 }
 
-void read_times(const Cursor& at, Draft& draft, const TrajectoryOf<Expression>& trajectory,
+void read_times(const SpecCursor& at, StudyBuilder& draft, const TrajectoryOf<Expression>& trajectory,
                 WaypointPathOf<Expression>& path) {
-  if (is_searched(trajectory.law.kind))
+  if (is_mechanism_dependent(trajectory.law.kind))
     at.fail({.expected = "no 'times' with a law that is searched for: it decides when waypoints are passed"});
   const auto times = at.items("a list of times");
   if (times.size() != path.points.size())
     at.fail({.expected = fmt::format("a list of {}, one time for each waypoint", path.points.size()),
              .found = fmt::format("{}", times.size())});
   double before = 0;
-  read_each(times, [&](const Cursor& item) {
+  read_each(times, [&](const SpecCursor& item) {
     const Expression at_point = read_number(item, draft, dimension::time);
     const double time = at_point.value(), duration = trajectory.duration.value();
     if (!(time > before && time < duration))
@@ -103,65 +106,66 @@ void read_times(const Cursor& at, Draft& draft, const TrajectoryOf<Expression>& 
   });
 }
 
-WaypointPathOf<Expression> read_waypoints(const Cursor& at, Draft& draft, const TrajectoryOf<Expression>& trajectory) {
+WaypointPathOf<Expression> read_waypoints(const SpecCursor& at, StudyBuilder& draft,
+                                          const TrajectoryOf<Expression>& trajectory) {
   WaypointPathOf<Expression> path;
-  const DriveNeeds needs{trajectory.drive, trajectory.components};
-  std::optional<Cursor> times;
+  const DriveRequirements needs{trajectory.drive, trajectory.components};
+  std::optional<SpecCursor> times;
   const bool read = read_fields(at, "waypoints",
-                                {{"waypoints", Need::required,
-                                  [&](const Cursor& c) {
-                                    read_each(c.items("a list of poses"), [&](const Cursor& item) {
+                                {{"waypoints", Presence::required,
+                                  [&](const SpecCursor& c) {
+                                    read_each(c.items("a list of poses"), [&](const SpecCursor& item) {
                                       PoseTargetOf<Expression> pose;
-                                      if (!draft.problems.guard([&] { pose = read_pose(item, draft); }))
-                                        throw Consequence();
+                                      if (!draft.problems.collect([&] { pose = read_pose(item, draft); }))
+                                        throw CascadingError();
                                       check_pose(item, pose, needs, draft);
                                       match_pose(item, pose, trajectory.from, trajectory.drive, draft);
                                       path.points.push_back(pose);
                                     });
-                                    if (c.node().items.empty()) c.expected("at least one pose");
+                                    if (c.node().items.empty()) c.fail_expected("at least one pose");
                                   }},
-                                 {"blend", Need::optional,
-                                  [&](const Cursor& c) {
-                                    path.spline = c.choice("how to pass the waypoints", {"rest", "spline"}) == 1;
+                                 {"blend", Presence::optional,
+                                  [&](const SpecCursor& c) {
+                                    path.spline = c.read_choice("how to pass the waypoints", {"rest", "spline"}) == 1;
                                   }},
-                                 {"times", Need::optional, [&](const Cursor& c) { times = c; }}});
+                                 {"times", Presence::optional, [&](const SpecCursor& c) { times = c; }}});
   if (read && times) read_times(*times, draft, trajectory, path);
   return path;
 }
 
 }  // namespace
 
-bool is_corridor(const Cursor& path) { return has_key(path, "corridor"); }
+bool is_corridor(const SpecCursor& path) { return has_key(path, "corridor"); }
 
-bool is_table(const Cursor& path) { return has_key(path, "table") || has_key(path, "file"); }
+bool is_table(const SpecCursor& path) { return has_key(path, "table") || has_key(path, "file"); }
 
-bool is_circle(const Cursor& path) { return has_key(middle_of(path), "circle"); }
+bool is_circle(const SpecCursor& path) { return has_key(corridor_centreline(path), "circle"); }
 
-bool needs_end(const Cursor* path) { return path == nullptr || !is_circle(*path); }
+bool has_end_pose(const SpecCursor* path) { return path == nullptr || !is_circle(*path); }
 
-void read_path(const Cursor& at, Draft& draft, TrajectoryOf<Expression>& trajectory) {
+void read_path(const SpecCursor& at, StudyBuilder& draft, TrajectoryOf<Expression>& trajectory) {
   const std::string what =
       "a path: line, {circle: …}, {arc: …}, {waypoints: …}, {table: …}, {file: …} or {corridor: …}";
   if (at.is_scalar() && at.node().text == "line") return;
-  if (!at.is_map()) at.expected(what);
+  if (!at.is_map()) at.fail_expected(what);
   if (has_key(at, "waypoints")) {
     trajectory.path = read_waypoints(at, draft, trajectory);
     return;
   }
-  std::optional<Cursor> table, columns, file, circle, arc, corridor;
-  const auto keep = [](std::optional<Cursor>& slot) { return [&slot](const Cursor& c) { slot = c; }; };
+  std::optional<SpecCursor> table, columns, file, circle, arc, corridor;
+  const auto keep = [](std::optional<SpecCursor>& slot) { return [&slot](const SpecCursor& c) { slot = c; }; };
   const bool read = read_fields(at, what,
-                                {{"circle", Need::optional, keep(circle)},
-                                 {"arc", Need::optional, keep(arc)},
-                                 {"waypoints", Need::optional, [](const Cursor&) {}},
-                                 {"table", Need::optional, keep(table)},
-                                 {"columns", Need::optional, keep(columns)},
-                                 {"file", Need::optional, keep(file)},
-                                 {"corridor", Need::optional, keep(corridor)}});
+                                {{"circle", Presence::optional, keep(circle)},
+                                 {"arc", Presence::optional, keep(arc)},
+                                 {"waypoints", Presence::optional, [](const SpecCursor&) {}},
+                                 {"table", Presence::optional, keep(table)},
+                                 {"columns", Presence::optional, keep(columns)},
+                                 {"file", Presence::optional, keep(file)},
+                                 {"corridor", Presence::optional, keep(corridor)}});
   if (!read) return;
   const auto given = {&circle, &arc, &table, &file, &corridor};
   if (std::count_if(given.begin(), given.end(), [](const auto* path) { return path->has_value(); }) != 1)
-    at.expected(what);
+    at.fail_expected(what);
   if (columns && !table) columns->fail({.expected = "no 'columns' without 'table'"});
   if (circle) trajectory.path = read_circle(*circle, draft, trajectory);
   if (arc) trajectory.path = read_arc(*arc, draft, trajectory);
@@ -170,4 +174,4 @@ void read_path(const Cursor& at, Draft& draft, TrajectoryOf<Expression>& traject
   if (corridor) read_corridor(*corridor, draft, trajectory);
 }
 
-}  // namespace balance::read
+}  // namespace balance::specification

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <numbers>
 
-namespace balance::read {
+namespace balance::specification {
 
 namespace {
 
@@ -17,7 +17,7 @@ constexpr double max_plausible_turns = 2;      // of a joint at the start, which
 constexpr double earth_gravity = 9.81;         // [m/s^2]
 constexpr double max_plausible_gravity = 5 * earth_gravity;
 
-void judge_size(const Study& study, const Units& units, std::vector<std::string>& warnings) {
+void check_plausible_size(const Study& study, const Units& units, std::vector<std::string>& warnings) {
   const double size = characteristic_length(study.mechanism), mass = total_mass(study.mechanism);
   if (size > max_plausible_size)
     warnings.push_back(fmt::format("the mechanism's largest dimension is {:.4g} m: are its lengths in {}?", size,
@@ -32,7 +32,7 @@ void judge_size(const Study& study, const Units& units, std::vector<std::string>
 }
 
 /// No body turns with more than all of the mass at four times the mechanism's size.
-void judge_inertias(const Study& study, std::vector<std::string>& warnings) {
+void check_plausible_inertias(const Study& study, std::vector<std::string>& warnings) {
   const double edge = 4 * characteristic_length(study.mechanism), mass = total_mass(study.mechanism);
   for (const Body& body : study.mechanism.bodies) {
     const double largest = max_abs(body.inertia);
@@ -45,7 +45,7 @@ void judge_inertias(const Study& study, std::vector<std::string>& warnings) {
   }
 }
 
-void judge_gravity(const Study& study, const Units& units, std::vector<std::string>& warnings) {
+void check_plausible_gravity(const Study& study, const Units& units, std::vector<std::string>& warnings) {
   const double gravity = study.mechanism.gravity.norm(), unit = units.factor(dimension::acceleration);
   if (unit != 1 && std::abs(gravity / unit - earth_gravity) < 0.02)
     warnings.push_back("gravity: 9.81 in the spec's units is not the earth's gravity; in millimetres it would be 9810");
@@ -54,7 +54,7 @@ void judge_gravity(const Study& study, const Units& units, std::vector<std::stri
                                    gravity / earth_gravity));
 }
 
-void judge_angles(const Study& study, const Units& units, std::vector<std::string>& warnings) {
+void check_plausible_angles(const Study& study, const Units& units, std::vector<std::string>& warnings) {
   const double most = max_plausible_turns * 2 * std::numbers::pi;
   const auto judge = [&](const std::string& where, const std::vector<CoordinateValue>& values) {
     for (const CoordinateValue& one : values) {
@@ -77,13 +77,13 @@ void judge_angles(const Study& study, const Units& units, std::vector<std::strin
 
 }  // namespace
 
-std::vector<std::string> implausible_numbers(const Study& study, const Units& units) {
+std::vector<std::string> list_implausible_numbers(const Study& study, const Units& units) {
   std::vector<std::string> warnings;
-  judge_size(study, units, warnings);
-  judge_inertias(study, warnings);
-  judge_gravity(study, units, warnings);
-  judge_angles(study, units, warnings);
+  check_plausible_size(study, units, warnings);
+  check_plausible_inertias(study, warnings);
+  check_plausible_gravity(study, units, warnings);
+  check_plausible_angles(study, units, warnings);
   return warnings;
 }
 
-}  // namespace balance::read
+}  // namespace balance::specification

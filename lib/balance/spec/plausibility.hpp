@@ -7,10 +7,10 @@
 #include <string>
 #include <vector>
 
-namespace balance::read {
+namespace balance::specification {
 
 /// One sentence for every sort of number that is beyond what mechanisms have.
 /// @param units in which the study was written
-std::vector<std::string> implausible_numbers(const Study& study, const Units& units);
+std::vector<std::string> list_implausible_numbers(const Study& study, const Units& units);
 
-}  // namespace balance::read
+}  // namespace balance::specification

@@ -7,55 +7,56 @@
 #include <algorithm>
 #include <map>
 
-namespace balance::read {
+namespace balance::specification {
 
 namespace {
 
-void need_tool(const Cursor& at, const Draft& draft) {
+void require_tool(const SpecCursor& at, const StudyBuilder& draft) {
   if (!draft.mechanism().tool)
-    at.fail_unless_doubtful("tool", {.expected = "a spec with a tool ('tool: body.point')",
-                                     .found = "none",
-                                     .hint = "this key is about the tool's pose"});
+    at.fail_unless_uncertain("tool", {.expected = "a spec with a tool ('tool: body.point')",
+                                      .found = "none",
+                                      .hint = "this key is about the tool's pose"});
 }
 
 }  // namespace
 
-PoseTargetOf<Expression> read_pose(const Cursor& at, Draft& draft) {
+PoseTargetOf<Expression> read_pose(const SpecCursor& at, StudyBuilder& draft) {
   PoseTargetOf<Expression> pose;
   std::vector<Field> fields{
-      {"tool", Need::optional,
-       [&](const Cursor& c) {
+      {"tool", Presence::optional,
+       [&](const SpecCursor& c) {
          pose.tool = read_vector(c, draft, dimension::length);
-         need_tool(c, draft);
+         require_tool(c, draft);
        }},
-      {"joints", Need::optional,
-       [&](const Cursor& c) {
+      {"joints", Presence::optional,
+       [&](const SpecCursor& c) {
          pose.joints = read_coordinate_values(c, draft);
-         if (c.node().items.empty()) c.expected("values of at least one joint coordinate");
+         if (c.node().items.empty()) c.fail_expected("values of at least one joint coordinate");
        }},
-      {"com", Need::optional, [&](const Cursor& c) { pose.com = read_vector(c, draft, dimension::length); }}};
-  const auto orientation = [&](Matrix3E (*read)(const Cursor&, Draft&)) {
-    return [&pose, &draft, read](const Cursor& c) {
+      {"com", Presence::optional, [&](const SpecCursor& c) { pose.com = read_vector(c, draft, dimension::length); }}};
+  const auto orientation = [&](Matrix3E (*read)(const SpecCursor&, StudyBuilder&)) {
+    return [&pose, &draft, read](const SpecCursor& c) {
       if (pose.orientation) c.fail({.expected = "'rpy' or 'quaternion'", .found = "both"});
       pose.orientation = read(c, draft);
-      need_tool(c, draft);
+      require_tool(c, draft);
     };
   };
   if (draft.planar()) {
-    fields.push_back({"angle", Need::optional, [&](const Cursor& c) {
+    fields.push_back({"angle", Presence::optional, [&](const SpecCursor& c) {
                         pose.angle = read_number(c, draft, dimension::angle);
-                        need_tool(c, draft);
+                        require_tool(c, draft);
                       }});
   } else {
-    fields.push_back({"rpy", Need::optional, orientation(read_rpy)});
-    fields.push_back({"quaternion", Need::optional, orientation(read_quaternion)});
+    fields.push_back({"rpy", Presence::optional, orientation(read_rpy)});
+    fields.push_back({"quaternion", Presence::optional, orientation(read_quaternion)});
   }
   if (read_fields(at, "a pose {tool: …}, {joints: …} or {com: …}", fields) && at.node().items.empty())
-    at.expected("a pose {tool: …}, {joints: …} or {com: …}");
+    at.fail_expected("a pose {tool: …}, {joints: …} or {com: …}");
   return pose;
 }
 
-void check_pose(const Cursor& at, const PoseTargetOf<Expression>& pose, const DriveNeeds& needs, const Draft& draft) {
+void check_pose(const SpecCursor& at, const PoseTargetOf<Expression>& pose, const DriveRequirements& needs,
+                const StudyBuilder& draft) {
   const auto has = [&](auto... c) {
     return ((std::find(needs.components.begin(), needs.components.end(), c) != needs.components.end()) || ...);
   };
@@ -93,8 +94,8 @@ std::map<int, CoordinateValueOf<Expression>> by_coordinate(const PoseTargetOf<Ex
 
 }  // namespace
 
-void match_pose(const Cursor& at, PoseTargetOf<Expression>& pose, const PoseTargetOf<Expression>& model,
-                DriveKind drive, const Draft& draft) {
+void match_pose(const SpecCursor& at, PoseTargetOf<Expression>& pose, const PoseTargetOf<Expression>& model,
+                DriveKind drive, const StudyBuilder& draft) {
   const auto same = [&](bool here, bool there, const char* what) {
     if (here != there)
       at.fail({.expected = "the same quantities in all poses of a trajectory",
@@ -111,7 +112,7 @@ void match_pose(const Cursor& at, PoseTargetOf<Expression>& pose, const PoseTarg
     const auto found = given.find(wanted.coordinate);
     const std::string& name = draft.mechanism().coordinates[static_cast<std::size_t>(wanted.coordinate)].name;
     if (found == given.end())
-      at.fail({.expected = fmt::format("a value of {} as in the trajectory's other poses", in_quotes(name)),
+      at.fail({.expected = fmt::format("a value of {} as in the trajectory's other poses", quote_for_message(name)),
                .found = "none"});
     ordered.push_back(found->second);
   }
@@ -119,15 +120,15 @@ void match_pose(const Cursor& at, PoseTargetOf<Expression>& pose, const PoseTarg
     const std::string& name = draft.mechanism().coordinates[static_cast<std::size_t>(extra.coordinate)].name;
     if (!known.contains(extra.coordinate))
       at.fail({.expected = "the same joints as in the trajectory's other poses",
-               .found = fmt::format("also {}", in_quotes(name))});
+               .found = fmt::format("also {}", quote_for_message(name))});
   }
   pose.joints = ordered;
 }
 
-bool told_otherwise(const PoseTargetOf<Expression>& pose, DriveKind drive) {
+bool overrides_pose(const PoseTargetOf<Expression>& pose, DriveKind drive) {
   const bool by_joints = !pose.joints.empty(), by_place = pose.tool || pose.com;
   return drive == DriveKind::joints ? !by_joints && by_place
                                     : drive == DriveKind::tool && !pose.tool && (by_joints || pose.com);
 }
 
-}  // namespace balance::read
+}  // namespace balance::specification

@@ -3,25 +3,26 @@
 
 #include "balance/spec/draft.hpp"
 
-namespace balance::read {
+namespace balance::specification {
 
 /// At least one quantity. Keys: tool, joints, com; planar: angle; spatial: rpy or quaternion.
-PoseTargetOf<Expression> read_pose(const Cursor& at, Draft& draft);
+PoseTargetOf<Expression> read_pose(const SpecCursor& at, StudyBuilder& draft);
 
 /// Which part of a pose a drive needs.
-struct DriveNeeds {
+struct DriveRequirements {
   DriveKind drive = DriveKind::tool;
   std::vector<Component> components;  ///< empty: positions, and an orientation if the pose has one
 };
 
 /// Fails at `at` unless the pose has what the drive needs.
-void check_pose(const Cursor& at, const PoseTargetOf<Expression>& pose, const DriveNeeds& needs, const Draft& draft);
+void check_pose(const SpecCursor& at, const PoseTargetOf<Expression>& pose, const DriveRequirements& needs,
+                const StudyBuilder& draft);
 
 /// A pose may be told in other quantities than the drive's: it is found, and the drive's are measured there.
-bool told_otherwise(const PoseTargetOf<Expression>& pose, DriveKind drive);
+bool overrides_pose(const PoseTargetOf<Expression>& pose, DriveKind drive);
 
 /// Fails at `at` unless `pose` gives the same quantities as `model`; puts its joints into the model's order.
-void match_pose(const Cursor& at, PoseTargetOf<Expression>& pose, const PoseTargetOf<Expression>& model,
-                DriveKind drive, const Draft& draft);
+void match_pose(const SpecCursor& at, PoseTargetOf<Expression>& pose, const PoseTargetOf<Expression>& model,
+                DriveKind drive, const StudyBuilder& draft);
 
-}  // namespace balance::read
+}  // namespace balance::specification

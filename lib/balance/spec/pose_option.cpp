@@ -12,10 +12,10 @@ namespace balance {
 
 namespace {
 
-using namespace read;
+using namespace specification;
 
 /// `A1=0.3, J.slide=2` as the YAML that it is short for. Only a comma or the end may follow a value.
-std::string as_mapping(const std::string& text) {
+std::string to_yaml_mapping(const std::string& text) {
   std::string yaml = "{";
   std::size_t at = 0;
   while (at <= text.size()) {
@@ -23,10 +23,10 @@ std::string as_mapping(const std::string& text) {
     const std::string part = text.substr(at, comma - at);
     const std::size_t equals = part.find('=');
     if (equals == std::string::npos || equals == 0 || equals + 1 == part.size())
-      throw Problem({}, "",
-                    {.expected = "coordinates with their values such as A1=0.3,A2=0.5",
-                     .found = in_quotes(text),
-                     .hint = decimal_comma(text)});
+      throw ReadError({}, "",
+                      {.expected = "coordinates with their values such as A1=0.3,A2=0.5",
+                       .found = quote_for_message(text),
+                       .hint = suggest_decimal_point(text)});
     yaml += (at == 0 ? "" : ", ") + part.substr(0, equals) + ": " + part.substr(equals + 1);
     at = comma + 1;
   }
@@ -36,29 +36,29 @@ std::string as_mapping(const std::string& text) {
 }  // namespace
 
 PoseTarget read_pose(const std::string& text, const Study& study) {
-  Draft draft = draft_of(study, "--at");
+  StudyBuilder draft = make_option_builder(study, "--at");
   TrajectoryOf<Expression> stated;  // a pose is part of one
-  draft.problems.guard([&] {
-    need_text(text, "a pose");
+  draft.problems.collect([&] {
+    require_text(text, "a pose");
     const bool short_form = text.find('=') != std::string::npos;
-    const std::string joints = short_form ? "{joints: " + as_mapping(text) + "}" : text;
-    const Node root = parse_yaml(short_form || text.find('{') == 0 ? joints : "{" + joints + "}", draft.problems);
-    stated.from = read::read_pose(Cursor(root, "", draft.problems), draft);
+    const std::string joints = short_form ? "{joints: " + to_yaml_mapping(text) + "}" : text;
+    const YamlNode root = parse_yaml(short_form || text.find('{') == 0 ? joints : "{" + joints + "}", draft.problems);
+    stated.from = specification::read_pose(SpecCursor(root, "", draft.problems), draft);
   });
-  draft.problems.throw_all();
-  return converted<double>(stated, [](const Expression& x) { return x.value(); }).from;
+  draft.problems.throw_if_any();
+  return cast_scalar<double>(stated, [](const Expression& x) { return x.value(); }).from;
 }
 
-std::vector<CoordinateValue> read_rates(const std::string& text, const char* option, const Study& study) {
-  Draft draft = draft_of(study, option);
+std::vector<CoordinateValue> read_coordinate_rates(const std::string& text, const char* option, const Study& study) {
+  StudyBuilder draft = make_option_builder(study, option);
   std::vector<CoordinateValue> rates;
-  draft.problems.guard([&] {
-    need_text(text, "rates of coordinates");
-    const Node root = parse_yaml(as_mapping(text), draft.problems);
-    for (const auto& [coordinate, rate] : read_coordinate_values(Cursor(root, "", draft.problems), draft))
+  draft.problems.collect([&] {
+    require_text(text, "rates of coordinates");
+    const YamlNode root = parse_yaml(to_yaml_mapping(text), draft.problems);
+    for (const auto& [coordinate, rate] : read_coordinate_values(SpecCursor(root, "", draft.problems), draft))
       rates.push_back({coordinate, rate.value()});
   });
-  draft.problems.throw_all();
+  draft.problems.throw_if_any();
   return rates;
 }
 

@@ -10,8 +10,8 @@
 
 namespace balance {
 
-namespace read {
-struct Node;
+namespace specification {
+struct YamlNode;
 }
 
 struct ReadOptions {
@@ -31,11 +31,11 @@ class SpecDocument {
   explicit SpecDocument(std::string text);
   const std::string& text() const { return text_; }
   /// Nothing if there is something wrong.
-  const read::Node* root() const { return root_.get(); }
+  const specification::YamlNode* root() const { return root_.get(); }
 
  private:
   std::string text_;
-  std::shared_ptr<const read::Node> root_;
+  std::shared_ptr<const specification::YamlNode> root_;
 };
 
 /// @throws SpecError as above
@@ -63,6 +63,6 @@ PoseTarget read_pose(const std::string& text, const Study& study);
 /// Rates or accelerations of joint coordinates, in the spec's units of length and angle and in seconds.
 /// @param text `A1=1,A2=-2` @param option what messages call it
 /// @throws SpecError whose file is the option
-std::vector<CoordinateValue> read_rates(const std::string& text, const char* option, const Study& study);
+std::vector<CoordinateValue> read_coordinate_rates(const std::string& text, const char* option, const Study& study);
 
 }  // namespace balance

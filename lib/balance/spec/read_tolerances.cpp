@@ -7,14 +7,15 @@
 
 namespace balance {
 
-TolerancedSpace read_toleranced(const std::string& text, const std::string& file_name, const ReadOptions& options) {
-  read::Reading reading = read::read_study(text, file_name, options.set);
+TolerancedDesignSpace read_toleranced_space(const std::string& text, const std::string& file_name,
+                                            const ReadOptions& options) {
+  specification::ReadResult reading = specification::read_study(text, file_name, options.set);
   Tolerances tolerances = reading.start.tolerances;
   return {{std::move(reading.start), std::move(reading.recording)}, std::move(tolerances)};
 }
 
-TolerancedSpace read_toleranced_file(const std::string& path, const ReadOptions& options) {
-  return read_toleranced(read_text_file(path, "spec"), shown_name(path), options);
+TolerancedDesignSpace read_toleranced_space_file(const std::string& path, const ReadOptions& options) {
+  return read_toleranced_space(read_text_file(path, "spec"), display_name(path), options);
 }
 
 }  // namespace balance

@@ -8,13 +8,14 @@
 
 namespace balance {
 
-struct TolerancedSpace {
+struct TolerancedDesignSpace {
   DesignSpace space;
   Tolerances tolerances;  ///< parameters first, else in the order of reading; empty if the spec says nothing of them
 };
 
 /// @throws SpecError, SystemError as read_design_space
-TolerancedSpace read_toleranced(const std::string& text, const std::string& file_name, const ReadOptions& options = {});
-TolerancedSpace read_toleranced_file(const std::string& path, const ReadOptions& options = {});
+TolerancedDesignSpace read_toleranced_space(const std::string& text, const std::string& file_name,
+                                            const ReadOptions& options = {});
+TolerancedDesignSpace read_toleranced_space_file(const std::string& path, const ReadOptions& options = {});
 
 }  // namespace balance

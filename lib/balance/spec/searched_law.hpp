@@ -5,16 +5,16 @@
 
 #include <optional>
 
-namespace balance::read {
+namespace balance::specification {
 
 /// Where they stand in a trajectory.
-struct SearchedLawText {
-  std::optional<Cursor> limits, of, speeds;
+struct OptimisedLawKeys {
+  std::optional<SpecCursor> limits, of, speeds;
 };
 
 /// Into the trajectory, whose law and drive are known. Fails if the law needs what is missing or is none that may say it.
 /// @param at the trajectory @param corridor its path is one: then any law may say whose peak is to be least
-void read_searched_law(const Cursor& at, const SearchedLawText& text, bool corridor, Draft& draft,
-                       TrajectoryOf<Expression>& trajectory);
+void read_optimised_law(const SpecCursor& at, const OptimisedLawKeys& text, bool corridor, StudyBuilder& draft,
+                        TrajectoryOf<Expression>& trajectory);
 
-}  // namespace balance::read
+}  // namespace balance::specification

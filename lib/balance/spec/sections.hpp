@@ -4,31 +4,32 @@
 
 #include "balance/spec/draft.hpp"
 
-namespace balance::read {
+namespace balance::specification {
 
-void read_ground(const Cursor& section, Draft& draft);
-void read_bodies(const Cursor& section, Draft& draft);
-void read_joints(const Cursor& section, Draft& draft);
+void read_ground(const SpecCursor& section, StudyBuilder& draft);
+void read_bodies(const SpecCursor& section, StudyBuilder& draft);
+void read_joints(const SpecCursor& section, StudyBuilder& draft);
 /// Every body must be reached from the ground through joints.
-void check_connected(Draft& draft);
+void check_connected(StudyBuilder& draft);
 /// Bodies without mass, and points, must carry something. Once everything that they may carry has been read.
-void check_light_bodies(Draft& draft);
-void read_couplings(const Cursor& section, Draft& draft);
-void read_actuators(const Cursor& section, Draft& draft);
-void read_tool(const Cursor& section, Draft& draft);
+void check_massless_bodies(StudyBuilder& draft);
+void read_couplings(const SpecCursor& section, StudyBuilder& draft);
+void read_actuators(const SpecCursor& section, StudyBuilder& draft);
+void read_tool(const SpecCursor& section, StudyBuilder& draft);
 /// Sums of speeds that the equation of motion is wanted in: their start values.
-std::vector<Speed> read_speeds(const Cursor& section, Draft& draft);
+std::vector<GeneralisedSpeed> read_speeds(const SpecCursor& section, StudyBuilder& draft);
 /// Sums of speeds that are zero.
-void read_constraints(const Cursor& section, Draft& draft);
-void read_attachments(const Cursor& section, Draft& draft, AttachmentKind kind);
-void read_discs(const Cursor& section, Draft& draft);
-void read_loads(const Cursor& section, Draft& draft);
-void read_springs(const Cursor& section, Draft& draft);
-void read_friction(const Cursor& section, Draft& draft);
+void read_constraints(const SpecCursor& section, StudyBuilder& draft);
+void read_attachments(const SpecCursor& section, StudyBuilder& draft, AttachmentKind kind);
+void read_discs(const SpecCursor& section, StudyBuilder& draft);
+void read_loads(const SpecCursor& section, StudyBuilder& draft);
+void read_springs(const SpecCursor& section, StudyBuilder& draft);
+void read_friction(const SpecCursor& section, StudyBuilder& draft);
 /// `motion` and `trajectories` together: a trajectory takes from `motion` what it does not say itself.
-void read_trajectories(const Cursor* motion, const Cursor* trajectories, Draft& draft);
+void read_trajectories(const SpecCursor* motion, const SpecCursor* trajectories, StudyBuilder& draft);
 /// @param root, overrides of the whole spec, for what a controller believes of the mechanism. Null section: the built-in ones alone.
-void read_controllers(const Cursor* section, const Node& root, const Parameters::Overrides& overrides, Draft& draft);
-void read_design(const Cursor& section, Draft& draft);
+void read_controllers(const SpecCursor* section, const YamlNode& root, const SpecParameters::Overrides& overrides,
+                      StudyBuilder& draft);
+void read_design(const SpecCursor& section, StudyBuilder& draft);
 
-}  // namespace balance::read
+}  // namespace balance::specification

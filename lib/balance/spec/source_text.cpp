@@ -2,7 +2,7 @@
 
 #include <cstring>
 
-namespace balance::read {
+namespace balance::specification {
 
 namespace {
 bool is_blank(char c) { return c == ' ' || c == '\t' || c == '\n' || c == '\r'; }
@@ -50,19 +50,19 @@ std::size_t SourceText::word_end(std::size_t at) const {
 }
 
 /// Where the value itself begins, after its anchor and tag.
-std::size_t SourceText::content(const Node& node) const {
+std::size_t SourceText::content(const YamlNode& node) const {
   std::size_t at = skip_blank(node.begin);
   while (is_one_of(at, "&!")) at = skip_blank(word_end(at));
   return at;
 }
 
-std::size_t SourceText::end(const Node& node) const {
+std::size_t SourceText::end(const YamlNode& node) const {
   if (node.alias != 0) return word_end(node.begin);
   switch (node.kind) {
-    case Node::Kind::null: return null_end(node);
-    case Node::Kind::scalar: return scalar_end(content(node), node.text);
-    case Node::Kind::list:
-    case Node::Kind::map: return collection_end(node);
+    case YamlNode::Kind::null: return null_end(node);
+    case YamlNode::Kind::scalar: return scalar_end(content(node), node.text);
+    case YamlNode::Kind::list:
+    case YamlNode::Kind::map: return collection_end(node);
   }
   return node.begin;
 }
@@ -94,7 +94,7 @@ std::size_t SourceText::quoted_end(std::size_t at) const {
 }
 
 /// `~` and `null` are there, nothing is not: then yaml-cpp's beginning is that of what comes next, perhaps a key `null`.
-std::size_t SourceText::null_end(const Node& node) const {
+std::size_t SourceText::null_end(const YamlNode& node) const {
   const std::size_t at = content(node);
   for (const char* word : {"~", "null", "Null", "NULL"}) {
     const std::size_t end = at + std::strlen(word);
@@ -107,23 +107,23 @@ std::size_t SourceText::null_end(const Node& node) const {
   return node.begin;
 }
 
-std::size_t SourceText::collection_end(const Node& node) const {
+std::size_t SourceText::collection_end(const YamlNode& node) const {
   const std::size_t begin = content(node);
   std::size_t at = begin;
   if (!node.items.empty()) at = end(node.items.back());
   if (!node.keys.empty()) at = std::max(at, end(node.keys.back()));
   // A mapping of one entry in a list needs no braces.
-  if (!node.flow || !is_one_of(begin, "[{")) return at;
+  if (!node.is_flow || !is_one_of(begin, "[{")) return at;
   if (node.items.empty()) ++at;
   for (at = skip_blank(at); is_one_of(at, ",:"); at = skip_blank(at + 1)) {
   }
   return std::min(at + 1, text_.size());
 }
 
-void SourceText::leaves(const Node& node, std::vector<Span>& all) const {
+void SourceText::leaves(const YamlNode& node, std::vector<Span>& all) const {
   if (node.alias != 0) {
     all.push_back({node.begin, end(node)});
-  } else if (node.kind == Node::Kind::scalar) {
+  } else if (node.kind == YamlNode::Kind::scalar) {
     const std::size_t begin = content(node);
     // The line of `|` and `>` may end with a comment.
     if (is_one_of(begin, "|>")) all.push_back({begin, begin + 1});
@@ -151,7 +151,7 @@ std::vector<Span> SourceText::comments_between(std::size_t begin, std::size_t en
   return found;
 }
 
-std::vector<Span> SourceText::comments(const Node& node) const {
+std::vector<Span> SourceText::comments(const YamlNode& node) const {
   std::vector<Span> all, values;
   leaves(node, values);
   std::size_t at = node.begin;
@@ -167,4 +167,4 @@ std::vector<Span> SourceText::comments(const Node& node) const {
   return all;
 }
 
-}  // namespace balance::read
+}  // namespace balance::specification

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-namespace balance::read {
+namespace balance::specification {
 
 /// Bytes [begin, end) of the text.
 struct Span {
@@ -22,9 +22,9 @@ class SourceText {
 
   const std::string& text() const { return text_; }
   /// What the node takes up: from its anchor or tag to its last character. Empty if there is nothing.
-  Span span(const Node& node) const { return {node.begin, end(node)}; }
+  Span span(const YamlNode& node) const { return {node.begin, end(node)}; }
   /// Comments inside the node, without the ends of their lines.
-  std::vector<Span> comments(const Node& node) const;
+  std::vector<Span> comments(const YamlNode& node) const;
   /// Comments in a stretch that holds nothing but them, blanks, punctuation, anchors and tags.
   std::vector<Span> comments_between(std::size_t begin, std::size_t end) const;
   /// The first byte at or after `at` that is neither blank nor in a comment.
@@ -42,15 +42,15 @@ class SourceText {
  private:
   bool is_one_of(std::size_t at, const char* characters) const;
   std::size_t word_end(std::size_t at) const;
-  std::size_t content(const Node& node) const;
-  std::size_t end(const Node& node) const;
+  std::size_t content(const YamlNode& node) const;
+  std::size_t end(const YamlNode& node) const;
   std::size_t scalar_end(std::size_t at, const std::string& value) const;
   std::size_t quoted_end(std::size_t at) const;
-  std::size_t null_end(const Node& node) const;
-  std::size_t collection_end(const Node& node) const;
-  void leaves(const Node& node, std::vector<Span>& all) const;
+  std::size_t null_end(const YamlNode& node) const;
+  std::size_t collection_end(const YamlNode& node) const;
+  void leaves(const YamlNode& node, std::vector<Span>& all) const;
 
   const std::string& text_;
 };
 
-}  // namespace balance::read
+}  // namespace balance::specification

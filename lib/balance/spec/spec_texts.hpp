@@ -7,6 +7,6 @@
 namespace balance {
 
 /// @param options those that the space was read with
-SpecTexts read_spec_texts(const DesignSpace& space, const ReadOptions& options = {});
+SpecNumberTexts read_spec_number_texts(const DesignSpace& space, const ReadOptions& options = {});
 
 }  // namespace balance

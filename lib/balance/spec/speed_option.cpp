@@ -7,31 +7,33 @@ namespace balance {
 
 namespace {
 
-using namespace read;
+using namespace specification;
 
 /// An option has no free numbers.
-void need_numbers(const Member& member) {
+void require_numbers(const Member& member) {
   if (member.value.is_scalar()) return;
-  for (const Member& one : members(member.value, "a joint coordinate, or a mapping of such to factors"))
-    if (!one.value.is_scalar()) one.value.expected("a number");
+  for (const Member& one : list_members(member.value, "a joint coordinate, or a mapping of such to factors"))
+    if (!one.value.is_scalar()) one.value.fail_expected("a number");
 }
 
 }  // namespace
 
-std::vector<Speed> read_speeds(const std::string& text, const char* option, const Study& study) {
-  Draft draft = draft_of(study, option);
-  std::vector<Speed> speeds;
-  draft.problems.guard([&] {
-    need_text(text, "speeds");
-    const Node root = parse_yaml(text.find('{') == 0 ? text : "{" + text + "}", draft.problems);
-    for (const Member& member : named_members(Cursor(root, "", draft.problems), "a mapping of speeds", Names::single))
-      draft.problems.guard([&] {
-        need_numbers(member);
+std::vector<GeneralisedSpeed> read_speeds(const std::string& text, const char* option, const Study& study) {
+  StudyBuilder draft = make_option_builder(study, option);
+  std::vector<GeneralisedSpeed> speeds;
+  draft.problems.collect([&] {
+    require_text(text, "speeds");
+    const YamlNode root = parse_yaml(text.find('{') == 0 ? text : "{" + text + "}", draft.problems);
+    for (const Member& member :
+         list_named_members(SpecCursor(root, "", draft.problems), "a mapping of speeds", NameForm::simple))
+      draft.problems.collect([&] {
+        require_numbers(member);
         speeds.push_back(value_of(read_speed(member, draft)));
       });
-    if (root.items.empty()) Cursor(root, "", draft.problems).fail({.expected = "at least one speed", .found = "none"});
+    if (root.items.empty())
+      SpecCursor(root, "", draft.problems).fail({.expected = "at least one speed", .found = "none"});
   });
-  draft.problems.throw_all();
+  draft.problems.throw_if_any();
   return speeds;
 }
 

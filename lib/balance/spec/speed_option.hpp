@@ -13,6 +13,6 @@ namespace balance {
 ///        as in a spec's `constraints` (spec/speeds.hpp)
 /// @param option what messages call it
 /// @throws SpecError whose file is the option
-std::vector<Speed> read_speeds(const std::string& text, const char* option, const Study& study);
+std::vector<GeneralisedSpeed> read_speeds(const std::string& text, const char* option, const Study& study);
 
 }  // namespace balance

@@ -3,9 +3,9 @@
 
 #include "balance/spec/draft.hpp"
 
-namespace balance::read {
+namespace balance::specification {
 
 /// `peak(torque[A1]) <= 12`, or a list of such.
-std::vector<FigureLimit> read_limits(const Cursor& at, Draft& draft);
+std::vector<FigureLimit> read_figure_limits(const SpecCursor& at, StudyBuilder& draft);
 
-}  // namespace balance::read
+}  // namespace balance::specification

@@ -9,16 +9,16 @@
 #include <string_view>
 #include <vector>
 
-namespace balance::read {
+namespace balance::specification {
 
 namespace {
 
-Problem syntax_problem(Place place, const std::string& what, const std::string& hint = "") {
+ReadError syntax_problem(NodeLocation place, const std::string& what, const std::string& hint = "") {
   return {place, "", {.expected = "YAML", .found = "an error of syntax: " + what, .hint = hint}};
 }
 
 /// Behind the quote that closes the one at `begin`; the text's size if there is none.
-std::size_t behind_quoted(const std::string& text, std::size_t begin) {
+std::size_t end_of_quoted(const std::string& text, std::size_t begin) {
   const char quote = text[begin];
   for (std::size_t i = begin + 1; i < text.size(); ++i) {
     if (quote == '"' && text[i] == '\\') {
@@ -32,11 +32,11 @@ std::size_t behind_quoted(const std::string& text, std::size_t begin) {
 }
 
 /// Looks for brackets and quotes that have no counterpart. It knows of YAML what it takes to tell brackets and quotes from text.
-class SyntaxGlance {
+class SyntaxScanner {
  public:
-  explicit SyntaxGlance(const std::string& text) : text_(text) {}
+  explicit SyntaxScanner(const std::string& text) : text_(text) {}
 
-  std::optional<Problem> look() {
+  std::optional<ReadError> diagnose() {
     while (at_ < text_.size() && !odd_) step();
     if (!odd_ && !open_.empty())
       odd_ = syntax_problem(place(open_.back()), fmt::format("'{}' is not closed", text_[open_.back()]));
@@ -44,7 +44,7 @@ class SyntaxGlance {
   }
 
  private:
-  Place place(std::size_t byte) const {
+  NodeLocation place(std::size_t byte) const {
     const auto before = std::string_view(text_).substr(0, byte);
     const auto line = std::count(before.begin(), before.end(), '\n');
     const std::size_t end = before.rfind('\n');
@@ -87,14 +87,14 @@ class SyntaxGlance {
   }
 
   void quoted() {
-    const std::size_t begin = at_, end = behind_quoted(text_, at_);
+    const std::size_t begin = at_, end = end_of_quoted(text_, at_);
     if (end == std::string::npos) {
       odd_ = syntax_problem(place(begin), fmt::format("the quote {} is not closed", text_[begin]));
       return;
     }
     const std::size_t rest = text_.find_first_not_of(" \t\r", end);
     if (rest != std::string::npos && std::strchr(":,]}#\n", text_[rest]) == nullptr) {
-      const Place from = place(begin), to = place(end - 1);
+      const NodeLocation from = place(begin), to = place(end - 1);
       const bool several = from.line != to.line;
       odd_ = several ? syntax_problem(
                            from, fmt::format("the quote {} is closed no sooner than in line {}", text_[begin], to.line))
@@ -113,7 +113,7 @@ class SyntaxGlance {
     }
     const char opened = text_[open_.back()];
     if ((opened == '[') != (c == ']')) {
-      const Place from = place(open_.back());
+      const NodeLocation from = place(open_.back());
       odd_ = syntax_problem(place(at_), fmt::format("'{}' where the '{}' of line {}, column {} wants a '{}'", c, opened,
                                                     from.line, from.column, opened == '[' ? ']' : '}'));
       return;
@@ -144,7 +144,7 @@ class SyntaxGlance {
   bool fresh_ = true;    ///< a value may begin here
   bool closed_ = false;  ///< behind a bracket or a quote
   std::vector<std::size_t> open_;
-  std::optional<Problem> odd_;
+  std::optional<ReadError> odd_;
 };
 
 std::vector<std::string_view> lines_until(const std::string& text, int last) {
@@ -158,7 +158,7 @@ std::vector<std::string_view> lines_until(const std::string& text, int last) {
 }
 
 /// Two keys run into one text where the first lacks its colon, or the blank behind it.
-std::optional<Problem> line_without_colon(const std::string& text, Place noticed) {
+std::optional<ReadError> find_missing_colon(const std::string& text, NodeLocation noticed) {
   const auto lines = lines_until(text, noticed.line);
   if (static_cast<int>(lines.size()) < noticed.line) return std::nullopt;
   const auto indent = [](std::string_view line) { return line.find_first_not_of(' '); };
@@ -180,7 +180,7 @@ std::optional<Problem> line_without_colon(const std::string& text, Place noticed
 }
 
 /// What a parser's words mean for the one who wrote the text.
-std::string hint_on(const std::string& text, Place noticed, const std::string& why) {
+std::string hint_on(const std::string& text, NodeLocation noticed, const std::string& why) {
   const auto lines = lines_until(text, noticed.line);
   const bool there = static_cast<int>(lines.size()) == noticed.line && noticed.column >= 1;
   const std::string_view line = there ? lines.back() : std::string_view();
@@ -201,14 +201,14 @@ bool is_quote_closed(const std::string& text, std::size_t begin) {
   while (begin < text.size() && (text[begin] == '&' || text[begin] == '!'))
     begin = text.find_first_not_of(" \t\r\n", std::min(text.find_first_of(" \t\r\n", begin), text.size()));
   const bool quoted = begin < text.size() && (text[begin] == '"' || text[begin] == '\'');
-  return !quoted || behind_quoted(text, begin) != std::string::npos;
+  return !quoted || end_of_quoted(text, begin) != std::string::npos;
 }
 
-Problem explain_syntax(const std::string& text, Place noticed, const std::string& why) {
-  if (auto odd = SyntaxGlance(text).look()) return *odd;
+ReadError diagnose_syntax_error(const std::string& text, NodeLocation noticed, const std::string& why) {
+  if (auto odd = SyntaxScanner(text).diagnose()) return *odd;
   if (why == "illegal map value")
-    if (auto odd = line_without_colon(text, noticed)) return *odd;
+    if (auto odd = find_missing_colon(text, noticed)) return *odd;
   return syntax_problem(noticed, why, hint_on(text, noticed, why));
 }
 
-}  // namespace balance::read
+}  // namespace balance::specification

@@ -5,14 +5,14 @@
 
 #include <string>
 
-namespace balance::read {
+namespace balance::specification {
 
 /// What is wrong with a text that a parser gave up.
 /// @param noticed where it gave up
 /// @param why in its words
-Problem explain_syntax(const std::string& text, Place noticed, const std::string& why);
+ReadError diagnose_syntax_error(const std::string& text, NodeLocation noticed, const std::string& why);
 
 /// Whether a text in quotes that begins at a byte, behind its anchor and tag, ends; also true of what stands in no quotes.
 bool is_quote_closed(const std::string& text, std::size_t begin);
 
-}  // namespace balance::read
+}  // namespace balance::specification

@@ -13,31 +13,32 @@
 #include <fstream>
 #include <sstream>
 
-namespace balance::read {
+namespace balance::specification {
 
 namespace {
 
-constexpr std::uintmax_t most_bytes = std::uintmax_t{256} << 20;
+constexpr std::uintmax_t max_table_bytes = std::uintmax_t{256} << 20;
 constexpr const char* hdf5_signature = "\x89HDF\r\n\x1a\n";
 
-std::vector<std::string> names_of(const std::vector<Column>& columns) {
+std::vector<std::string> names_of(const std::vector<TableColumn>& columns) {
   std::vector<std::string> names{"time"};
-  for (const Column& column : columns) names.push_back(column.name);
+  for (const TableColumn& column : columns) names.push_back(column.name);
   return names;
 }
 
 /// The file's path, seen from the spec's folder.
-std::filesystem::path find_file(const Cursor& at, const Draft& draft) {
+std::filesystem::path find_file(const SpecCursor& at, const StudyBuilder& draft) {
   const std::filesystem::path path =
-      std::filesystem::path(draft.study.spec_file).parent_path() / at.word("a file's name");
+      std::filesystem::path(draft.study.spec_file).parent_path() / at.read_word("a file's name");
   std::error_code error;
   if (!std::filesystem::exists(path, error))
-    at.fail({.expected = "a file beside the spec", .found = fmt::format("none at {}", in_quotes(path.string()))});
-  if (const std::string kind = kind_of_no_file(path.string()); !kind.empty())
-    at.fail({.expected = "a file", .found = fmt::format("{} at {}", kind, in_quotes(path.string()))});
-  if (std::filesystem::file_size(path, error) > most_bytes)
-    at.fail({.expected = fmt::format("a table of at most {} MiB", most_bytes >> 20),
-             .found = fmt::format("more at {}", in_quotes(path.string()))});
+    at.fail(
+        {.expected = "a file beside the spec", .found = fmt::format("none at {}", quote_for_message(path.string()))});
+  if (const std::string kind = describe_non_file(path.string()); !kind.empty())
+    at.fail({.expected = "a file", .found = fmt::format("{} at {}", kind, quote_for_message(path.string()))});
+  if (std::filesystem::file_size(path, error) > max_table_bytes)
+    at.fail({.expected = fmt::format("a table of at most {} MiB", max_table_bytes >> 20),
+             .found = fmt::format("more at {}", quote_for_message(path.string()))});
   return path;
 }
 
@@ -57,23 +58,23 @@ std::vector<int> place_columns(const RawTable& raw, const std::vector<std::strin
   for (const std::string& column : raw.columns) {
     const auto at = std::find(names.begin(), names.end(), column);
     if (at == names.end())
-      throw TableError(fmt::format("expected the columns {}, found {}{}", one_of(names), in_quotes(column),
-                                   column.find(';') != std::string::npos
-                                       ? "; commas stand between columns, points before decimals"
-                                       : nearest_hint(column, names)));
+      throw TableError(
+          fmt::format("expected the columns {}, found {}{}", join_alternatives(names), quote_for_message(column),
+                      column.find(';') != std::string::npos ? "; commas stand between columns, points before decimals"
+                                                            : append_nearest_name(column, names)));
     const int place = static_cast<int>(at - names.begin()) - 1;
     if (std::find(places.begin(), places.end(), place) != places.end())
-      throw TableError(fmt::format("expected every column once, found {} again", in_quotes(column)));
+      throw TableError(fmt::format("expected every column once, found {} again", quote_for_message(column)));
     places.push_back(place);
   }
   if (std::find(places.begin(), places.end(), -1) == places.end())
     throw TableError("expected a column 'time', found none");
   if (places.size() < 2)
-    throw TableError(fmt::format("expected columns beside 'time' ({}), found none", one_of(names)));
+    throw TableError(fmt::format("expected columns beside 'time' ({}), found none", join_alternatives(names)));
   return places;
 }
 
-TimeTable in_si(const RawTable& raw, const Draft& draft, const std::vector<Column>& possible) {
+TimeTable to_si_table(const RawTable& raw, const StudyBuilder& draft, const std::vector<TableColumn>& possible) {
   const std::vector<int> places = place_columns(raw, names_of(possible));
   TimeTable table;
   std::vector<double> units;
@@ -101,47 +102,48 @@ TimeTable in_si(const RawTable& raw, const Draft& draft, const std::vector<Colum
 
 }  // namespace
 
-void check_times(const Cursor& at, const std::vector<Expression>& time) {
+void check_times(const SpecCursor& at, const std::vector<Expression>& time) {
   for (std::size_t i = 1; i < time.size(); ++i)
     if (!(time[i].value() > time[i - 1].value()))
       at.fail({.expected = "increasing times",
                .found = fmt::format("{:.9g} s after {:.9g} s in row {}", time[i].value(), time[i - 1].value(), i + 1)});
 }
 
-TimeTable read_inline_table(const Cursor& at, Draft& draft, const std::vector<Column>& columns) {
+TimeTable read_inline_table(const SpecCursor& at, StudyBuilder& draft, const std::vector<TableColumn>& columns) {
   TimeTable table;
   std::string what = "a row [time";
   for (std::size_t i = 0; i < columns.size(); ++i) {
     what += ", " + columns[i].name;
     table.columns.push_back(static_cast<int>(i));
   }
-  read_each(at.items("a list of rows"), [&](const Cursor& row) {
+  read_each(at.items("a list of rows"), [&](const SpecCursor& row) {
     std::vector<Expression> numbers;
-    read_each(row.items(what + "]", columns.size() + 1), [&](const Cursor& item) {
+    read_each(row.items(what + "]", columns.size() + 1), [&](const SpecCursor& item) {
       const std::size_t i = numbers.size();
       numbers.push_back(read_number(item, draft, i == 0 ? dimension::time : columns[i - 1].dimension));
     });
     table.time.push_back(numbers[0]);
     table.values.emplace_back(numbers.begin() + 1, numbers.end());
   });
-  if (table.time.empty()) at.expected("at least one row");
+  if (table.time.empty()) at.fail_expected("at least one row");
   check_times(at, table.time);
   return table;
 }
 
-TimeTable read_table_file(const Cursor& at, Draft& draft, const std::vector<Column>& possible) {
+TimeTable read_table_file(const SpecCursor& at, StudyBuilder& draft, const std::vector<TableColumn>& possible) {
   const std::filesystem::path path = find_file(at, draft);
   try {
-    TimeTable table = in_si(load(path, names_of(possible)), draft, possible);
+    TimeTable table = to_si_table(load(path, names_of(possible)), draft, possible);
     if (table.time.empty()) throw TableError("expected at least one row of numbers, found none");
     check_times(at, table.time);
     return table;
   } catch (const TableError& wrong) {
-    at.fail({.message = visible(path.string()) + ": " + wrong.what(),
-             .expected = fmt::format("a table with 'time' and some of {}", listed(names_of(possible), "and")),
-             .found = in_quotes(path.string()),
+    at.fail({.message = escape_for_terminal(path.string()) + ": " + wrong.what(),
+             .expected =
+                 fmt::format("a table with 'time' and some of {}", join_with_conjunction(names_of(possible), "and")),
+             .found = quote_for_message(path.string()),
              .hint = wrong.what()});
   }
 }
 
-}  // namespace balance::read
+}  // namespace balance::specification

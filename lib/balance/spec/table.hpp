@@ -8,21 +8,21 @@
 #include <string>
 #include <vector>
 
-namespace balance::read {
+namespace balance::specification {
 
 /// A column that a table may have.
-struct Column {
+struct TableColumn {
   std::string name;
   Dimension dimension;
 };
 
 /// `[[t, …], …]`, each row a time and one number per column. Fails unless the times increase.
-TimeTable read_inline_table(const Cursor& at, Draft& draft, const std::vector<Column>& columns);
+TimeTable read_inline_table(const SpecCursor& at, StudyBuilder& draft, const std::vector<TableColumn>& columns);
 /// A file beside the spec with a column `time` and some of the possible columns, in any order, in the spec's units.
-TimeTable read_table_file(const Cursor& at, Draft& draft, const std::vector<Column>& possible);
+TimeTable read_table_file(const SpecCursor& at, StudyBuilder& draft, const std::vector<TableColumn>& possible);
 
 /// Throws a Problem at `at` unless the times increase.
-void check_times(const Cursor& at, const std::vector<Expression>& time);
+void check_times(const SpecCursor& at, const std::vector<Expression>& time);
 
 /// What a file holds, in the file's units.
 struct RawTable {
@@ -40,4 +40,4 @@ RawTable parse_csv(const std::string& text);
 /// Those of the named one-dimensional datasets of the root group that exist. @throws TableError
 RawTable read_hdf5_table(const std::string& path, const std::vector<std::string>& names);
 
-}  // namespace balance::read
+}  // namespace balance::specification

@@ -8,26 +8,26 @@
 #include <algorithm>
 #include <numeric>
 
-namespace balance::read {
+namespace balance::specification {
 
 namespace {
 
 /// A spline needs that many.
-constexpr std::size_t fewest_rows = 4;
+constexpr std::size_t min_table_rows = 4;
 
 constexpr Component space_components[]{Component::x,  Component::y,  Component::z,
                                        Component::rx, Component::ry, Component::rz};
 constexpr Component plane_components[]{Component::x, Component::y, Component::rz};
 
-Component component_at(int column, const Draft& draft) {
+Component component_at(int column, const StudyBuilder& draft) {
   const auto i = static_cast<std::size_t>(column);
   return draft.planar() ? plane_components[i] : space_components[i];
 }
 
 /// What a table may prescribe.
-std::vector<Column> possible_columns(const Draft& draft, DriveKind drive) {
+std::vector<TableColumn> possible_columns(const StudyBuilder& draft, DriveKind drive) {
   const bool planar = draft.planar();
-  std::vector<Column> columns;
+  std::vector<TableColumn> columns;
   if (drive == DriveKind::joints) {
     for (const Coordinate& c : draft.mechanism().coordinates) columns.push_back({c.name, dimension_of(c.kind)});
     return columns;
@@ -44,7 +44,7 @@ std::vector<Column> possible_columns(const Draft& draft, DriveKind drive) {
 
 /// The pose that one row of the table prescribes.
 PoseTargetOf<Expression> pose_of(const std::vector<Expression>& row, const std::vector<int>& columns,
-                                 const Draft& draft, DriveKind drive) {
+                                 const StudyBuilder& draft, DriveKind drive) {
   PoseTargetOf<Expression> pose;
   Vector3E position = Vector3E::Zero(), turn = Vector3E::Zero();
   bool moves = false, turns = false;
@@ -65,9 +65,11 @@ PoseTargetOf<Expression> pose_of(const std::vector<Expression>& row, const std::
   return pose;
 }
 
-void take_table(const Cursor& at, const TimeTable& table, Draft& draft, TrajectoryOf<Expression>& trajectory) {
-  if (table.time.size() < fewest_rows)
-    at.fail({.expected = fmt::format("at least {} rows", fewest_rows), .found = fmt::format("{}", table.time.size())});
+void assign_path_table(const SpecCursor& at, const TimeTable& table, StudyBuilder& draft,
+                       TrajectoryOf<Expression>& trajectory) {
+  if (table.time.size() < min_table_rows)
+    at.fail(
+        {.expected = fmt::format("at least {} rows", min_table_rows), .found = fmt::format("{}", table.time.size())});
   const auto possible = possible_columns(draft, trajectory.drive);
   if (trajectory.drive != DriveKind::joints) {
     std::vector<Component> components;
@@ -85,7 +87,7 @@ void take_table(const Cursor& at, const TimeTable& table, Draft& draft, Trajecto
 }
 
 /// The columns in the order of Component, as the drive expects them. A file may have them in any order.
-TimeTable sorted(TimeTable table) {
+TimeTable sort_columns(TimeTable table) {
   std::vector<std::size_t> order(table.columns.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
   std::sort(order.begin(), order.end(),
@@ -100,7 +102,7 @@ TimeTable sorted(TimeTable table) {
 }
 
 /// The columns of a table in the spec, where it does not name them.
-std::vector<int> default_columns(const Cursor& table, std::size_t count, const Draft& draft,
+std::vector<int> default_columns(const SpecCursor& table, std::size_t count, const StudyBuilder& draft,
                                  const TrajectoryOf<Expression>& trajectory) {
   std::vector<int> columns;
   if (trajectory.drive == DriveKind::joints) {
@@ -121,42 +123,42 @@ std::vector<int> default_columns(const Cursor& table, std::size_t count, const D
   return columns;
 }
 
-std::vector<int> read_columns(const Cursor& at, const std::vector<Column>& possible) {
+std::vector<int> read_columns(const SpecCursor& at, const std::vector<TableColumn>& possible) {
   std::vector<std::string> names;
-  for (const Column& column : possible) names.push_back(column.name);
+  for (const TableColumn& column : possible) names.push_back(column.name);
   std::vector<int> columns;
-  read_each(at.items("a list of the columns after the time"), [&](const Cursor& item) {
-    const int column = static_cast<int>(item.choice("a column", names));
+  read_each(at.items("a list of the columns after the time"), [&](const SpecCursor& item) {
+    const int column = static_cast<int>(item.read_choice("a column", names));
     if (std::find(columns.begin(), columns.end(), column) != columns.end())
-      item.fail({.expected = "every column once", .found = fmt::format("{} again", item.found())});
+      item.fail({.expected = "every column once", .found = fmt::format("{} again", item.describe_found())});
     columns.push_back(column);
   });
-  if (columns.empty()) at.expected("at least one column");
+  if (columns.empty()) at.fail_expected("at least one column");
   return columns;
 }
 
 }  // namespace
 
-void read_table_path(const Cursor& at, const std::optional<Cursor>& columns, Draft& draft,
+void read_table_path(const SpecCursor& at, const std::optional<SpecCursor>& columns, StudyBuilder& draft,
                      TrajectoryOf<Expression>& trajectory) {
   const auto rows = at.items("a list of rows [time, …]");
-  if (rows.empty()) at.expected("a list of rows [time, …]");
+  if (rows.empty()) at.fail_expected("a list of rows [time, …]");
   const auto possible = possible_columns(draft, trajectory.drive);
   const std::size_t count = rows[0].node().items.empty() ? 0 : rows[0].node().items.size() - 1;
   const std::vector<int> chosen =
       columns ? read_columns(*columns, possible) : default_columns(at, count, draft, trajectory);
-  std::vector<Column> wanted;
+  std::vector<TableColumn> wanted;
   for (const int column : chosen) wanted.push_back(possible[static_cast<std::size_t>(column)]);
   TimeTable table = read_inline_table(at, draft, wanted);
   table.columns = chosen;
   const bool order_given = trajectory.drive == DriveKind::joints || !trajectory.components.empty();
-  take_table(at, order_given ? table : sorted(std::move(table)), draft, trajectory);
+  assign_path_table(at, order_given ? table : sort_columns(std::move(table)), draft, trajectory);
 }
 
-void read_file_path(const Cursor& file, Draft& draft, TrajectoryOf<Expression>& trajectory) {
+void read_file_path(const SpecCursor& file, StudyBuilder& draft, TrajectoryOf<Expression>& trajectory) {
   const auto possible = possible_columns(draft, trajectory.drive);
   TimeTable table = read_table_file(file, draft, possible);
-  take_table(file, sorted(std::move(table)), draft, trajectory);
+  assign_path_table(file, sort_columns(std::move(table)), draft, trajectory);
 }
 
-}  // namespace balance::read
+}  // namespace balance::specification

@@ -15,9 +15,9 @@ inline constexpr const char* standard_input = "<stdin>";
 std::string read_text_file(const std::string& path, const std::string& what);
 
 /// What a path leads to that is no file to be read: "a folder", "a pipe or a device"; empty if it is a file or nothing.
-std::string kind_of_no_file(const std::string& path);
+std::string describe_non_file(const std::string& path);
 
 /// What messages call a document: its path, or standard_input.
-inline std::string shown_name(const std::string& path) { return path == "-" ? standard_input : path; }
+inline std::string display_name(const std::string& path) { return path == "-" ? standard_input : path; }
 
 }  // namespace balance

@@ -5,7 +5,7 @@
 
 #include <vector>
 
-namespace balance::read {
+namespace balance::specification {
 
 /// Rows of values in SI at increasing times [s].
 struct TimeTable {
@@ -14,4 +14,4 @@ struct TimeTable {
   std::vector<std::vector<Expression>> values;  ///< one row per time, one entry per column
 };
 
-}  // namespace balance::read
+}  // namespace balance::specification

@@ -3,17 +3,18 @@
 
 #include "balance/spec/draft.hpp"
 
-namespace balance::read {
+namespace balance::specification {
 
 /// The names of the section, which read_number looks for. Whatever is wrong with them is told later.
 /// @param section null if the spec has none
-std::set<std::string> list_tolerance_names(const Cursor* section);
+std::set<std::string> list_tolerance_names(const SpecCursor* section);
 
 /// A number that a name of the section calls gets an input of the recording that moves it alone.
 /// @param number as it is without that [SI] @param unit that its deviation is told in
-Expression as_toleranced(const Cursor& at, Draft& draft, const Expression& number, double unit, Sign sign);
+Expression register_toleranced_parameter(const SpecCursor& at, StudyBuilder& draft, const Expression& number,
+                                         double unit, SignConstraint sign);
 
 /// Once everything that has names has been read.
-Tolerances read_tolerances(const Cursor& section, Draft& draft);
+Tolerances read_tolerances(const SpecCursor& section, StudyBuilder& draft);
 
-}  // namespace balance::read
+}  // namespace balance::specification

@@ -14,42 +14,43 @@
 #include <limits>
 #include <numbers>
 
-namespace balance::read {
+namespace balance::specification {
 
 namespace {
 
 /// What both `motion` and a trajectory may say.
-struct Timing {
+struct MotionDefaults {
   bool duration_given = false;  ///< rightly or wrongly
   std::optional<Expression> duration;
   std::optional<long> samples;
   std::optional<PoseTargetOf<Expression>> from, to;
-  std::optional<Cursor> from_at, to_at;
+  std::optional<SpecCursor> from_at, to_at;
   std::optional<Vector3E> about;
 };
 
-std::vector<Field> timing_fields(Timing& timing, Draft& draft) {
-  return {{"duration", Need::optional,
-           [&](const Cursor& c) {
+std::vector<Field> timing_fields(MotionDefaults& timing, StudyBuilder& draft) {
+  return {{"duration", Presence::optional,
+           [&](const SpecCursor& c) {
              timing.duration_given = true;
              timing.duration = read_duration(c, draft);
            }},
-          {"samples", Need::optional,
-           [&](const Cursor& c) { timing.samples = read_whole(c, draft, min_samples, max_samples); }},
-          {"from", Need::optional,
-           [&](const Cursor& c) {
+          {"samples", Presence::optional,
+           [&](const SpecCursor& c) { timing.samples = read_integer(c, draft, min_samples, max_samples); }},
+          {"from", Presence::optional,
+           [&](const SpecCursor& c) {
              timing.from_at = c;
              timing.from = read_pose(c, draft);
            }},
-          {"to", Need::optional,
-           [&](const Cursor& c) {
+          {"to", Presence::optional,
+           [&](const SpecCursor& c) {
              timing.to_at = c;
              timing.to = read_pose(c, draft);
            }},
-          {"about", Need::optional, [&](const Cursor& c) { timing.about = read_vector(c, draft, dimension::length); }}};
+          {"about", Presence::optional,
+           [&](const SpecCursor& c) { timing.about = read_vector(c, draft, dimension::length); }}};
 }
 
-std::vector<Component> read_components(const Cursor& at, const Draft& draft, DriveKind drive) {
+std::vector<Component> read_components(const SpecCursor& at, const StudyBuilder& draft, DriveKind drive) {
   const bool planar = draft.planar();
   using enum Component;
   if (drive == DriveKind::joints)
@@ -60,52 +61,54 @@ std::vector<Component> read_components(const Cursor& at, const Draft& draft, Dri
   const std::vector<Component> values =
       planar ? std::vector<Component>{x, y, rz} : std::vector<Component>{x, y, z, rx, ry, rz};
   std::vector<Component> components;
-  read_each(at.items("a list of components"), [&](const Cursor& item) {
-    const Component component = values[item.choice("a component", names)];
+  read_each(at.items("a list of components"), [&](const SpecCursor& item) {
+    const Component component = values[item.read_choice("a component", names)];
     if (std::find(components.begin(), components.end(), component) != components.end())
-      item.fail({.expected = "every component once", .found = fmt::format("{} again", item.found())});
+      item.fail({.expected = "every component once", .found = fmt::format("{} again", item.describe_found())});
     components.push_back(component);
   });
-  if (components.empty()) at.expected("at least one component");
+  if (components.empty()) at.fail_expected("at least one component");
   return components;
 }
 
 /// What only a trajectory says, before its parts are put together.
-struct TrajectoryText {
-  std::optional<Cursor> law, drive, path, ramp, ramps, components, remaining, turns;
-  SearchedLawText searched;
+struct TrajectoryKeys {
+  std::optional<SpecCursor> law, drive, path, ramp, ramps, components, remaining, turns;
+  OptimisedLawKeys searched;
 };
 
 /// Where to complain about a pose that a trajectory has from itself, from `motion` or not at all.
-Cursor place_of(const std::optional<Cursor>& own, const std::optional<Cursor>& shared, const Cursor& otherwise) {
+SpecCursor place_of(const std::optional<SpecCursor>& own, const std::optional<SpecCursor>& shared,
+                    const SpecCursor& otherwise) {
   return own ? *own : shared ? *shared : otherwise;
 }
 
 /// A trajectory being read: what it says, what `motion` says for all, and where it goes.
-struct Assembly {
-  const Cursor& at;
-  const TrajectoryText& text;
-  const Timing& own;
-  const Timing& shared;
-  Draft& draft;
+struct TrajectoryAssembly {
+  const SpecCursor& at;
+  const TrajectoryKeys& text;
+  const MotionDefaults& own;
+  const MotionDefaults& shared;
+  StudyBuilder& draft;
   TrajectoryOf<Expression>& trajectory;
 
-  const Cursor* path() const { return text.path ? &*text.path : nullptr; }
+  const SpecCursor* path() const { return text.path ? &*text.path : nullptr; }
   bool by_table() const { return text.path && is_table(*text.path); }
 
   /// Whether a key that both may have is missing, or wrong, because of a mistake that is told already.
   bool unread(const char* key, bool own_given, bool shared_given) const {
-    const Problems& problems = draft.problems;
+    const SpecErrorCollector& problems = draft.problems;
     const std::string here = at.path() + "." + key, there = std::string("motion.") + key;
-    if (problems.spoilt(here)) return true;
-    return !own_given && (shared_given ? problems.spoilt(there) : problems.lost(here) || problems.lost(there));
+    if (problems.is_invalid(here)) return true;
+    return !own_given && (shared_given ? problems.is_invalid(there)
+                                       : problems.is_section_invalid(here) || problems.is_section_invalid(there));
   }
 };
 
 /// Whole or broken turns of the one joint that is driven, from its start on.
-void read_turns(const Assembly& a) {
+void read_turns(const TrajectoryAssembly& a) {
   auto& trajectory = a.trajectory;
-  const Cursor& at = *a.text.turns;
+  const SpecCursor& at = *a.text.turns;
   if (trajectory.drive != DriveKind::joints || a.text.path)
     at.fail({.expected = "'turns' with 'drive: joints' and no 'path'; a circle has turns of its own"});
   const auto& joints = trajectory.from.joints;
@@ -114,27 +117,27 @@ void read_turns(const Assembly& a) {
       coordinates[static_cast<std::size_t>(joints.front().coordinate)].kind != CoordinateKind::angle)
     at.fail({.expected = "a start pose (from) of one joint that turns",
              .found = fmt::format("one of {}", joints.size() == 1 ? "a joint that slides" : "several joints")});
-  const Expression turns = read_number(at, a.draft, dimension::none);
+  const Expression turns = read_number(at, a.draft, dimension::dimensionless);
   trajectory.to = trajectory.from;
   trajectory.to.joints.front().value = joints.front().value + turns * (2 * std::numbers::pi);
 }
 
-void read_poses(const Assembly& a) {
-  const Timing &own = a.own, &shared = a.shared;
+void read_poses(const TrajectoryAssembly& a) {
+  const MotionDefaults &own = a.own, &shared = a.shared;
   TrajectoryOf<Expression>& trajectory = a.trajectory;
-  const Cursor* path = a.path();
-  const bool goes_on = a.text.turns || !needs_end(path);  // and so says where it ends
-  if (a.unread("from", own.from_at.has_value(), shared.from_at.has_value())) throw Consequence();
-  if (a.unread("to", own.to_at.has_value(), shared.to_at.has_value()) && !goes_on) throw Consequence();
+  const SpecCursor* path = a.path();
+  const bool goes_on = a.text.turns || !has_end_pose(path);  // and so says where it ends
+  if (a.unread("from", own.from_at.has_value(), shared.from_at.has_value())) throw CascadingError();
+  if (a.unread("to", own.to_at.has_value(), shared.to_at.has_value()) && !goes_on) throw CascadingError();
   const auto from = own.from ? own.from : shared.from;
   const auto to = own.to ? own.to : shared.to;
   if (from) trajectory.from = *from;
   if (to) trajectory.to = *to;
-  if (keeps_momentum(trajectory)) trajectory.to.angle = trajectory.from.angle;  // where it ends is found
+  if (has_momentum_task(trajectory)) trajectory.to.angle = trajectory.from.angle;  // where it ends is found
   if (a.by_table()) return;
-  const DriveNeeds needs{trajectory.drive, trajectory.components};
+  const DriveRequirements needs{trajectory.drive, trajectory.components};
   if (!from) a.at.fail({.kind = "missing key", .expected = "'from' here or in 'motion'", .found = "none"});
-  const bool from_elsewhere = told_otherwise(trajectory.from, trajectory.drive);
+  const bool from_elsewhere = overrides_pose(trajectory.from, trajectory.drive);
   if (!from_elsewhere || path != nullptr)
     check_pose(place_of(own.from_at, shared.from_at, a.at), trajectory.from, needs, a.draft);
   if (a.text.turns) return read_turns(a);
@@ -143,77 +146,79 @@ void read_poses(const Assembly& a) {
     return;
   }
   if (!to) a.at.fail({.kind = "missing key", .expected = "'to' here or in 'motion'", .found = "none"});
-  const Cursor to_at = place_of(own.to_at, shared.to_at, a.at);
-  const bool to_elsewhere = told_otherwise(trajectory.to, trajectory.drive);
+  const SpecCursor to_at = place_of(own.to_at, shared.to_at, a.at);
+  const bool to_elsewhere = overrides_pose(trajectory.to, trajectory.drive);
   if (!to_elsewhere || path != nullptr) check_pose(to_at, trajectory.to, needs, a.draft);
   if ((!from_elsewhere && !to_elsewhere) || path != nullptr)
     match_pose(to_at, trajectory.to, trajectory.from, trajectory.drive, a.draft);
 }
 
-void read_drive(const Assembly& a) {
-  if (!a.text.drive) throw Consequence();
-  a.trajectory.drive = static_cast<DriveKind>(a.text.drive->choice("a drive", {"joints", "tool", "com"}));
+void read_drive(const TrajectoryAssembly& a) {
+  if (!a.text.drive) throw CascadingError();
+  a.trajectory.drive = static_cast<DriveKind>(a.text.drive->read_choice("a drive", {"joints", "tool", "com"}));
   if (a.trajectory.drive == DriveKind::tool && !a.draft.mechanism().tool)
-    a.text.drive->fail_unless_doubtful(
+    a.text.drive->fail_unless_uncertain(
         "tool", {.expected = "a spec with a tool ('tool: body.point') for 'drive: tool'", .found = "none"});
 }
 
-void read_whole_law(const Assembly& a) {
+void read_trajectory_law(const TrajectoryAssembly& a) {
   if (a.text.law)
     a.trajectory.law.kind = read_law(*a.text.law);
-  else if (a.draft.problems.doubtful(a.at.path() + ".law"))
-    throw Consequence();
+  else if (a.draft.problems.is_uncertain(a.at.path() + ".law"))
+    throw CascadingError();
   else if (!a.by_table())
-    a.at.missing({"law"});
+    a.at.fail_missing({"law"});
   if (a.text.ramp && a.text.ramps) a.text.ramps->fail({.expected = "'ramp' or 'ramps'", .found = "both"});
   for (const auto& ramps : {a.text.ramp, a.text.ramps})
     if (ramps) read_ramps(*ramps, a.draft, a.trajectory.law);
 }
 
-void read_timing(const Assembly& a) {
-  const LawKind law = a.trajectory.law.kind;
-  if (law == LawKind::fastest && a.own.duration_given)
+void read_timing(const TrajectoryAssembly& a) {
+  const MotionLawKind law = a.trajectory.law.kind;
+  if (law == MotionLawKind::time_optimal && a.own.duration_given)
     a.at.fail({.expected = "no 'duration' with the law 'fastest', which finds it"});
   const auto duration = a.own.duration ? a.own.duration : a.shared.duration;
   const bool unread = a.unread("duration", a.own.duration_given, a.shared.duration_given);
   a.trajectory.duration = duration.value_or(unread ? std::numeric_limits<double>::infinity() : 1.0);
   a.trajectory.samples = a.own.samples.value_or(a.shared.samples.value_or(a.trajectory.samples));
   a.trajectory.about = a.own.about.value_or(a.shared.about.value_or(Vector3E::Zero()));
-  if (unread || duration || law == LawKind::fastest || (a.by_table() && !is_searched(law))) return;
+  if (unread || duration || law == MotionLawKind::time_optimal || (a.by_table() && !is_mechanism_dependent(law)))
+    return;
   a.trajectory.duration = std::numeric_limits<double>::infinity();
   a.at.fail({.kind = "missing key", .expected = "'duration' here or in 'motion'", .found = "none"});
 }
 
 /// Reads on after a mistake with what does not depend on it.
-void put_together(const Assembly& a) {
-  Problems& problems = a.draft.problems;
-  const bool driven = problems.guard([&] { read_drive(a); });
-  problems.guard([&] { read_whole_law(a); });
-  problems.guard([&] { read_timing(a); });
+void assemble_trajectory(const TrajectoryAssembly& a) {
+  SpecErrorCollector& problems = a.draft.problems;
+  const bool driven = problems.collect([&] { read_drive(a); });
+  problems.collect([&] { read_trajectory_law(a); });
+  problems.collect([&] { read_timing(a); });
   if (!driven) return;
-  const bool chosen = problems.guard([&] {
+  const bool chosen = problems.collect([&] {
     if (a.text.components) a.trajectory.components = read_components(*a.text.components, a.draft, a.trajectory.drive);
   });
-  problems.guard([&] {
-    if (a.text.remaining) read_remaining(*a.text.remaining, a.draft, a.trajectory);
+  problems.collect([&] {
+    if (a.text.remaining) read_secondary_tasks(*a.text.remaining, a.draft, a.trajectory);
   });
-  const bool posed = chosen && problems.guard([&] { read_poses(a); });
+  const bool posed = chosen && problems.collect([&] { read_poses(a); });
   const bool corridor = a.text.path && is_corridor(*a.text.path);
-  problems.guard([&] { read_searched_law(a.at, a.text.searched, corridor, a.draft, a.trajectory); });
+  problems.collect([&] { read_optimised_law(a.at, a.text.searched, corridor, a.draft, a.trajectory); });
   if (chosen && a.text.path && (posed || (is_circle(*a.text.path) && a.trajectory.drive != DriveKind::joints)))
-    problems.guard([&] { read_path(*a.text.path, a.draft, a.trajectory); });
-  const Cursor from = place_of(a.own.from_at, a.shared.from_at, a.at), to = place_of(a.own.to_at, a.shared.to_at, a.at);
-  problems.guard([&] {
-    check_passing({a.at, a.text.drive, a.text.law, a.text.searched.limits, from, to}, a.draft, a.trajectory);
+    problems.collect([&] { read_path(*a.text.path, a.draft, a.trajectory); });
+  const SpecCursor from = place_of(a.own.from_at, a.shared.from_at, a.at),
+                   to = place_of(a.own.to_at, a.shared.to_at, a.at);
+  problems.collect([&] {
+    check_temporary_payloads({a.at, a.text.drive, a.text.law, a.text.searched.limits, from, to}, a.draft, a.trajectory);
   });
 }
 
-void read_trajectory(const Member& member, const Timing& shared, Draft& draft) {
+void read_trajectory(const Member& member, const MotionDefaults& shared, StudyBuilder& draft) {
   TrajectoryOf<Expression> trajectory;
   trajectory.name = member.name;
-  TrajectoryText text;
-  Timing own;
-  const auto keep = [](std::optional<Cursor>& slot) { return [&slot](const Cursor& c) { slot = c; }; };
+  TrajectoryKeys text;
+  MotionDefaults own;
+  const auto keep = [](std::optional<SpecCursor>& slot) { return [&slot](const SpecCursor& c) { slot = c; }; };
   auto fields = timing_fields(own, draft);
   for (auto& [name, slot] : {std::pair{"law", &text.law},
                              {"path", &text.path},
@@ -225,16 +230,17 @@ void read_trajectory(const Member& member, const Timing& shared, Draft& draft) {
                              {"limits", &text.searched.limits},
                              {"of", &text.searched.of},
                              {"speeds", &text.searched.speeds}})
-    fields.push_back({name, Need::optional, keep(*slot)});
-  fields.push_back({"drive", Need::required, keep(text.drive)});
+    fields.push_back({name, Presence::optional, keep(*slot)});
+  fields.push_back({"drive", Presence::required, keep(text.drive)});
   read_fields(member.value, "a trajectory {law, drive}", fields);
-  if (member.value.is_map()) put_together({member.value, text, own, shared, draft, trajectory});
+  if (member.value.is_map()) assemble_trajectory({member.value, text, own, shared, draft, trajectory});
   // Even if it is wrong its name is known.
   draft.trajectories().push_back(std::move(trajectory));
 }
 
 /// `cycloid` and `bang-bang` exist whenever `motion` says from where to where. What they drive is what it says.
-void add_built_in(const Cursor& motion, const Timing& timing, const char* name, LawKind law, Draft& draft) {
+void add_built_in(const SpecCursor& motion, const MotionDefaults& timing, const char* name, MotionLawKind law,
+                  StudyBuilder& draft) {
   const auto& known = draft.trajectories();
   if (std::any_of(known.begin(), known.end(), [&](const TrajectoryOf<Expression>& t) { return t.name == name; }))
     return;
@@ -249,12 +255,12 @@ void add_built_in(const Cursor& motion, const Timing& timing, const char* name, 
     timing.to_at->fail(
         {.expected = "the same of 'tool', 'joints' or 'com' in 'from' and 'to'", .found = "different ones"});
   const DriveKind moved = by_tool ? DriveKind::tool : by_joints ? DriveKind::joints : DriveKind::com;
-  trajectory.drive = law == LawKind::bang_bang && by_tool ? DriveKind::com : moved;
-  if (moved == DriveKind::com) expect_lasting_payloads(*timing.from_at, "a pose by 'joints' or 'tool'", draft);
+  trajectory.drive = law == MotionLawKind::bang_bang && by_tool ? DriveKind::com : moved;
+  if (moved == DriveKind::com) require_permanent_payloads(*timing.from_at, "a pose by 'joints' or 'tool'", draft);
   // the centre of mass would jump: nobody asked for this trajectory by name
-  if (trajectory.drive == DriveKind::com && !draft.study.passing_payloads.empty()) return;
+  if (trajectory.drive == DriveKind::com && !draft.study.temporary_payloads.empty()) return;
   match_pose(*timing.to_at, to, from, moved, draft);
-  if (!timing.duration) motion.missing({"duration"});
+  if (!timing.duration) motion.fail_missing({"duration"});
   trajectory.from = from;
   trajectory.to = to;
   trajectory.duration = *timing.duration;
@@ -264,38 +270,38 @@ void add_built_in(const Cursor& motion, const Timing& timing, const char* name, 
 }
 
 /// Without declared trajectories a motion must say from where to where.
-void need_ends(const Cursor& motion, const Timing& timing) {
-  if (motion.problems().lost("trajectories")) throw Consequence();
+void require_end_poses(const SpecCursor& motion, const MotionDefaults& timing) {
+  if (motion.problems().is_section_invalid("trajectories")) throw CascadingError();
   for (const auto& [pose, name] : {std::pair{&timing.from, "from"}, {&timing.to, "to"}})
-    motion.problems().guard([&, &pose = pose, &name = name] {
-      if (!*pose) motion.missing({name});
+    motion.problems().collect([&, &pose = pose, &name = name] {
+      if (!*pose) motion.fail_missing({name});
     });
 }
 
 }  // namespace
 
-void read_trajectories(const Cursor* motion, const Cursor* trajectories, Draft& draft) {
-  Timing shared;
-  Problems& problems = draft.problems;
+void read_trajectories(const SpecCursor* motion, const SpecCursor* trajectories, StudyBuilder& draft) {
+  MotionDefaults shared;
+  SpecErrorCollector& problems = draft.problems;
   bool read = motion == nullptr || read_fields(*motion, "a motion {duration, from, to}", timing_fields(shared, draft));
   if (trajectories != nullptr) {
-    const bool known = problems.guard([&] {
-      for (const Member& member : named_members(*trajectories, "a mapping of trajectories", Names::single))
+    const bool known = problems.collect([&] {
+      for (const Member& member : list_named_members(*trajectories, "a mapping of trajectories", NameForm::simple))
         read_trajectory(member, shared, draft);
     });
     read = read && known;
   }
   if (motion == nullptr) return;
-  const bool known = read && problems.guard([&] {
+  const bool known = read && problems.collect([&] {
     const bool declared = !draft.trajectories().empty();
-    if (!declared) need_ends(*motion, shared);
+    if (!declared) require_end_poses(*motion, shared);
     if (!shared.from || !shared.to) return;
     // A motion that only serves declared trajectories need not carry the built-in ones.
     if (declared && !shared.duration) return;
-    add_built_in(*motion, shared, "cycloid", LawKind::cycloidal, draft);
-    add_built_in(*motion, shared, "bang-bang", LawKind::bang_bang, draft);
+    add_built_in(*motion, shared, "cycloid", MotionLawKind::cycloidal, draft);
+    add_built_in(*motion, shared, "bang-bang", MotionLawKind::bang_bang, draft);
   });
-  if (!known) problems.spoil("motion");
+  if (!known) problems.mark_invalid("motion");
 }
 
-}  // namespace balance::read
+}  // namespace balance::specification

@@ -7,7 +7,7 @@
 #include <optional>
 #include <string>
 
-namespace balance::read {
+namespace balance::specification {
 
 /// Exponents of a quantity's dimension. Force counts on its own, because a spec may name its unit.
 struct Dimension {
@@ -26,7 +26,7 @@ struct Dimension {
 };
 
 namespace dimension {
-inline constexpr Dimension none{};
+inline constexpr Dimension dimensionless{};
 inline constexpr Dimension length{.length = 1};
 inline constexpr Dimension mass{.mass = 1};
 inline constexpr Dimension time{.time = 1};
@@ -47,7 +47,7 @@ constexpr Dimension dimension_of(CoordinateKind kind) {
 Dimension dimension_of_unit(const std::string& unit);
 
 /// SI values of the spec's units: those that the mechanism keeps, and the others.
-struct Units : SpecUnits {
+struct Units : DisplayUnits {
   double mass = 1;
   double time = 1;
   std::optional<double> force;  ///< without one: mass · length / time²
@@ -57,6 +57,6 @@ struct Units : SpecUnits {
 };
 
 /// Reads `units: {length: mm, mass: g, angle: deg, time: s, force: N}`.
-Units read_units(const Cursor& section);
+Units read_units(const SpecCursor& section);
 
-}  // namespace balance::read
+}  // namespace balance::specification

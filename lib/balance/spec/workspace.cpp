@@ -9,15 +9,15 @@
 #include <algorithm>
 #include <utility>
 
-namespace balance::read {
+namespace balance::specification {
 
 namespace {
 
-constexpr long most_poses = 10'000;
-constexpr long usual_poses = 9;
+constexpr long max_workspace_poses = 10'000;
+constexpr long default_workspace_poses = 9;
 
 /// One coordinate of the box: a stretch, or a value that all poses share.
-struct BoxSide {
+struct PoseInterval {
   Expression begin, end;
   bool open = false;  ///< a stretch
   long samples = 1;
@@ -29,73 +29,75 @@ struct BoxSide {
 };
 
 /// What a pose is told in, and the sides in that order.
-struct Box {
+struct PoseBox {
   std::vector<int> joints;
   bool tool = false, angle = false;
   std::optional<Matrix3E> orientation;
-  std::vector<BoxSide> sides;
-  std::optional<Cursor> samples;
+  std::vector<PoseInterval> sides;
+  std::optional<SpecCursor> samples;
 };
 
 /// `[0.1, 0.4]`, or one number.
-BoxSide read_side(const Cursor& at, Draft& draft, Dimension dimension) {
+PoseInterval read_side(const SpecCursor& at, StudyBuilder& draft, Dimension dimension) {
   if (!at.is_list()) {
     const Expression value = read_number(at, draft, dimension);
     return {value, value};
   }
   const auto ends = at.items("a number or [from, to]", 2);
-  BoxSide side{read_number(ends[0], draft, dimension), read_number(ends[1], draft, dimension), true};
+  PoseInterval side{read_number(ends[0], draft, dimension), read_number(ends[1], draft, dimension), true};
   if (side.begin.value() == side.end.value())
     at.fail({.expected = "two different numbers, or one number without brackets", .found = "the same twice"});
   return side;
 }
 
-void read_tool_box(const Cursor& at, Draft& draft, Box& box) {
+void read_tool_box(const SpecCursor& at, StudyBuilder& draft, PoseBox& box) {
   box.tool = true;
   const std::size_t count = draft.planar() ? 2 : 3;
-  for (const Cursor& item : at.items(draft.planar() ? "two stretches [[x0, x1], [y0, y1]]" : "three stretches", count))
+  for (const SpecCursor& item :
+       at.items(draft.planar() ? "two stretches [[x0, x1], [y0, y1]]" : "three stretches", count))
     box.sides.push_back(read_side(item, draft, dimension::length));
 }
 
-void read_joints_box(const Cursor& at, Draft& draft, Box& box) {
+void read_joints_box(const SpecCursor& at, StudyBuilder& draft, PoseBox& box) {
   bool right = true;
-  for (const Member& member : members(at, "a mapping of joint coordinates to stretches {J1: [0, 1]}")) {
+  for (const Member& member : list_members(at, "a mapping of joint coordinates to stretches {J1: [0, 1]}")) {
     const auto read = [&] {
       const CoordinateId coordinate = find_coordinate(member.key, member.name, draft);
       const CoordinateKind kind = draft.mechanism().coordinates[static_cast<std::size_t>(coordinate)].kind;
       box.sides.push_back(read_side(member.value, draft, dimension_of(kind)));
       box.joints.push_back(coordinate);
     };
-    right = at.problems().guard(read) && right;
+    right = at.problems().collect(read) && right;
   }
-  if (!right) throw Consequence();
-  if (at.node().items.empty()) at.expected("stretches of at least one joint coordinate");
+  if (!right) throw CascadingError();
+  if (at.node().items.empty()) at.fail_expected("stretches of at least one joint coordinate");
 }
 
-void read_samples(Draft& draft, const Cursor& at, Box& box) {
-  const Cursor& c = box.samples ? *box.samples : at;
-  std::vector<BoxSide*> open;
-  for (BoxSide& side : box.sides)
+void read_samples(StudyBuilder& draft, const SpecCursor& at, PoseBox& box) {
+  const SpecCursor& c = box.samples ? *box.samples : at;
+  std::vector<PoseInterval*> open;
+  for (PoseInterval& side : box.sides)
     if (side.open) open.push_back(&side);
   if (open.empty()) at.fail({.expected = "a stretch [from, to] of something", .found = "one pose"});
-  for (BoxSide* side : open) side->samples = usual_poses;
+  for (PoseInterval* side : open) side->samples = default_workspace_poses;
   if (box.samples && c.is_list()) {
     const auto items = c.items("one number of samples a stretch", open.size());
-    for (std::size_t i = 0; i < items.size(); ++i) open[i]->samples = read_whole(items[i], draft, 2, most_poses);
+    for (std::size_t i = 0; i < items.size(); ++i)
+      open[i]->samples = read_integer(items[i], draft, 2, max_workspace_poses);
   } else if (box.samples) {
-    const long all = read_whole(c, draft, 2, most_poses);
-    for (BoxSide* side : open) side->samples = all;
+    const long all = read_integer(c, draft, 2, max_workspace_poses);
+    for (PoseInterval* side : open) side->samples = all;
   }
   double poses = 1;
-  for (const BoxSide* side : open) poses *= static_cast<double>(side->samples);
-  if (poses > static_cast<double>(most_poses))
-    c.fail({.expected = fmt::format("at most {} poses", most_poses), .found = fmt::format("{:.9g}", poses)});
+  for (const PoseInterval* side : open) poses *= static_cast<double>(side->samples);
+  if (poses > static_cast<double>(max_workspace_poses))
+    c.fail({.expected = fmt::format("at most {} poses", max_workspace_poses), .found = fmt::format("{:.9g}", poses)});
 }
 
 /// Places on the grid, one side's number each, every one beside the one before it.
-std::vector<std::vector<long>> rows_of(const std::vector<BoxSide>& sides) {
+std::vector<std::vector<long>> serpentine_grid(const std::vector<PoseInterval>& sides) {
   std::vector<std::vector<long>> places{{}};
-  for (const BoxSide& side : sides) {
+  for (const PoseInterval& side : sides) {
     std::vector<std::vector<long>> longer;
     for (std::size_t p = 0; p < places.size(); ++p)
       for (long k = 0; k < side.samples; ++k) {
@@ -107,7 +109,7 @@ std::vector<std::vector<long>> rows_of(const std::vector<BoxSide>& sides) {
   return places;
 }
 
-PoseTargetOf<Expression> pose_at(const Box& box, const std::vector<long>& place) {
+PoseTargetOf<Expression> pose_at(const PoseBox& box, const std::vector<long>& place) {
   PoseTargetOf<Expression> pose;
   const auto value = [&](std::size_t s) { return box.sides[s].at(place[s]); };
   for (std::size_t s = 0; s < box.joints.size(); ++s) pose.joints.push_back({box.joints[s], value(s)});
@@ -121,11 +123,11 @@ PoseTargetOf<Expression> pose_at(const Box& box, const std::vector<long>& place)
 }
 
 /// To and fro, with two stops at every turn, and one more at the end: each pose then weighs the same.
-std::vector<PoseTargetOf<Expression>> stops_of(const Box& box) {
+std::vector<PoseTargetOf<Expression>> list_stops(const PoseBox& box) {
   std::vector<PoseTargetOf<Expression>> once, stops;
-  for (const auto& place : rows_of(box.sides)) once.push_back(pose_at(box, place));
+  for (const auto& place : serpentine_grid(box.sides)) once.push_back(pose_at(box, place));
   const auto count = static_cast<long>(once.size());
-  const long rounds = std::max(1L, (least_steps + 2 * count - 1) / (2 * count));
+  const long rounds = std::max(1L, (min_time_steps + 2 * count - 1) / (2 * count));
   for (long round = 0; round < rounds; ++round) {
     stops.insert(stops.end(), once.begin(), once.end());
     stops.insert(stops.end(), once.rbegin(), once.rend());
@@ -138,7 +140,7 @@ std::vector<PoseTargetOf<Expression>> stops_of(const Box& box) {
 TrajectoryOf<Expression> stopping_at(const std::vector<PoseTargetOf<Expression>>& stops, DriveKind drive) {
   TrajectoryOf<Expression> trajectory;
   trajectory.name = workspace_name;
-  trajectory.law.kind = LawKind::polynomial_345;
+  trajectory.law.kind = MotionLawKind::polynomial_345;
   trajectory.drive = drive;
   trajectory.from = stops.front();
   trajectory.to = stops.back();
@@ -154,32 +156,32 @@ TrajectoryOf<Expression> stopping_at(const std::vector<PoseTargetOf<Expression>>
 }
 
 /// The box as the spec has it.
-Box read_box(const Cursor& at, Draft& draft) {
-  Box box;
-  std::optional<Cursor> tool, joints, angle;
-  const auto keep = [](std::optional<Cursor>& slot) { return [&slot](const Cursor& c) { slot = c; }; };
-  std::vector<Field> fields{{"tool", Need::optional, keep(tool)},
-                            {"joints", Need::optional, keep(joints)},
-                            {"samples", Need::optional, keep(box.samples)}};
-  const auto turned = [&](Matrix3E (*read)(const Cursor&, Draft&)) {
-    return [&box, &draft, read](const Cursor& c) {
+PoseBox read_box(const SpecCursor& at, StudyBuilder& draft) {
+  PoseBox box;
+  std::optional<SpecCursor> tool, joints, angle;
+  const auto keep = [](std::optional<SpecCursor>& slot) { return [&slot](const SpecCursor& c) { slot = c; }; };
+  std::vector<Field> fields{{"tool", Presence::optional, keep(tool)},
+                            {"joints", Presence::optional, keep(joints)},
+                            {"samples", Presence::optional, keep(box.samples)}};
+  const auto turned = [&](Matrix3E (*read)(const SpecCursor&, StudyBuilder&)) {
+    return [&box, &draft, read](const SpecCursor& c) {
       if (box.orientation) c.fail({.expected = "'rpy' or 'quaternion'", .found = "both"});
       box.orientation = read(c, draft);
     };
   };
   if (draft.planar()) {
-    fields.push_back({"angle", Need::optional, keep(angle)});
+    fields.push_back({"angle", Presence::optional, keep(angle)});
   } else {
-    fields.push_back({"rpy", Need::optional, turned(read_rpy)});
-    fields.push_back({"quaternion", Need::optional, turned(read_quaternion)});
+    fields.push_back({"rpy", Presence::optional, turned(read_rpy)});
+    fields.push_back({"quaternion", Presence::optional, turned(read_quaternion)});
   }
   if (!read_fields(at, "a workspace {tool: [[x0, x1], [y0, y1]]} or {joints: {J1: [a, b]}}", fields))
-    throw Consequence();
+    throw CascadingError();
   if (tool && joints) joints->fail({.expected = "'tool' or 'joints'", .found = "both"});
-  if (!tool && !joints) at.missing({"tool", "joints"});
+  if (!tool && !joints) at.fail_missing({"tool", "joints"});
   if (joints && (angle || box.orientation)) at.fail({.expected = "no direction of the tool beside 'joints'"});
   if (tool && !draft.mechanism().tool)
-    tool->fail_unless_doubtful("tool", {.expected = "a spec with a tool ('tool: body.point')", .found = "none"});
+    tool->fail_unless_uncertain("tool", {.expected = "a spec with a tool ('tool: body.point')", .found = "none"});
   if (tool) read_tool_box(*tool, draft, box);
   if (angle) box.sides.push_back(read_side(*angle, draft, dimension::angle));
   box.angle = angle.has_value();
@@ -190,13 +192,13 @@ Box read_box(const Cursor& at, Draft& draft) {
 
 }  // namespace
 
-void read_workspace(const Cursor& at, Draft& draft) {
+void read_workspace(const SpecCursor& at, StudyBuilder& draft) {
   for (const auto& trajectory : draft.trajectories())
     if (trajectory.name == workspace_name)
       at.fail({.expected = "another name of the trajectory 'workspace'", .found = "a workspace beside it"});
-  expect_lasting_payloads(at, "no workspace, whose poses have no time", draft);
-  const Box box = read_box(at, draft);
-  draft.trajectories().push_back(stopping_at(stops_of(box), box.tool ? DriveKind::tool : DriveKind::joints));
+  require_permanent_payloads(at, "no workspace, whose poses have no time", draft);
+  const PoseBox box = read_box(at, draft);
+  draft.trajectories().push_back(stopping_at(list_stops(box), box.tool ? DriveKind::tool : DriveKind::joints));
 }
 
-}  // namespace balance::read
+}  // namespace balance::specification

@@ -3,7 +3,7 @@
 
 #include "balance/spec/draft.hpp"
 
-namespace balance::read {
+namespace balance::specification {
 
 /// The name of the trajectory that a workspace is.
 inline constexpr const char* workspace_name = "workspace";
@@ -12,6 +12,6 @@ inline constexpr const char* workspace_name = "workspace";
 /// to and fro so often that no figure asks for steps between the samples (motion/walk.hpp); every pose is then as many samples as any
 /// other, by the trapezoidal rule, and the averages are those of the poses.
 /// Keys: `tool` and, planar, `angle` or, spatial, `rpy` or `quaternion`; or `joints`; `samples`.
-void read_workspace(const Cursor& at, Draft& draft);
+void read_workspace(const SpecCursor& at, StudyBuilder& draft);
 
-}  // namespace balance::read
+}  // namespace balance::specification

@@ -21,8 +21,8 @@ struct Landmark {
 
 /// Distance between a point and `to`: another point, or the straight line from one to another [m].
 struct Clearance {
-  Landmark of;
-  std::vector<Landmark> to;  ///< one or two
+  Landmark point;
+  std::vector<Landmark> target;  ///< one or two
 };
 
 }  // namespace balance

@@ -6,15 +6,15 @@ namespace balance {
 
 namespace {
 
-constexpr ControllerType all_types[] = {ControllerType::none,         ControllerType::open_loop,
-                                        ControllerType::pd,           ControllerType::computed_torque,
-                                        ControllerType::sliding_mode, ControllerType::extended_sliding_mode};
+constexpr ControllerType controller_types[] = {ControllerType::none,         ControllerType::open_loop,
+                                               ControllerType::pd,           ControllerType::computed_torque,
+                                               ControllerType::sliding_mode, ControllerType::extended_sliding_mode};
 
 }  // namespace
 
 double Controller::natural_frequency() const { return 2 * std::numbers::pi * bandwidth.value_or(0.01 / period); }
 
-const char* name_of(ControllerType type) {
+const char* controller_type_name(ControllerType type) {
   switch (type) {
     case ControllerType::none: return "none";
     case ControllerType::open_loop: return "open-loop";
@@ -28,14 +28,14 @@ const char* name_of(ControllerType type) {
 
 std::vector<std::string> controller_type_names() {
   std::vector<std::string> names;
-  for (const ControllerType type : all_types) names.emplace_back(name_of(type));
+  for (const ControllerType type : controller_types) names.emplace_back(controller_type_name(type));
   return names;
 }
 
 std::vector<Controller> built_in_controllers() {
   std::vector<Controller> all;
-  for (const ControllerType type : all_types) {
-    all.emplace_back().name = name_of(type);
+  for (const ControllerType type : controller_types) {
+    all.emplace_back().name = controller_type_name(type);
     all.back().type = type;
   }
   return all;

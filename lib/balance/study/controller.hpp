@@ -21,11 +21,11 @@ enum class ControllerType {
 };
 
 /// What a PD controller adds: the efforts that hold the model at rest (weight, springs, loads), or nothing.
-enum class Gravity { compensated, ignored };
+enum class GravityCompensation { compensated, ignored };
 
 /// Which nearest admissible acceleration stands for the one wished for in redundant coordinates: by the kinetic energy of the
 /// difference (P0 eq. 57), or by its length, in rad and characteristic lengths.
-enum class Projection { inertia, identity };
+enum class AccelerationProjection { inertia, identity };
 
 enum class VelocitySource {
   measured,    ///< true rates plus noise
@@ -52,7 +52,7 @@ struct EffortTable {
   std::vector<double> time;     ///< increasing [s]
   std::vector<VectorX> effort;  ///< one per time [N m or N]
   Interpolation interpolation = Interpolation::linear;
-  bool held = false;  ///< between the controller's samples; else they act as they are at every moment
+  bool is_held = false;  ///< between the controller's samples; else they act as they are at every moment
 };
 
 /// How far from the desired motion the mechanism starts; the rates of the actuated coordinates are the desired ones.
@@ -71,13 +71,13 @@ struct Controller {
 
   VectorX kp;  ///< pd [N m/rad or N/m], computed torque [1/s²]; empty: from bandwidth
   VectorX kd;  ///< pd [N m s/rad or N s/m], computed torque [1/s]; empty: from bandwidth and damping
-  Gravity gravity = Gravity::compensated;
+  GravityCompensation gravity = GravityCompensation::compensated;
 
   VectorX lambda;  ///< λ [1/s]; one entry for extended sliding mode; empty: 2π bandwidth
   VectorX
-      k;  ///< [rad/s² or m/s²]; extended: one entry [rad/s²], per characteristic length for slides; empty: default_k
+      switching_gain;  ///< [rad/s² or m/s²]; extended: one entry [rad/s²], per characteristic length for slides; empty: default_k
   VectorX boundary_layer;  ///< |s| below which the switching is linear, as k [rad/s or m/s]; empty: the sign switches
-  Projection projection = Projection::inertia;
+  AccelerationProjection projection = AccelerationProjection::inertia;
 
   EffortTable efforts;
   VectorX torque_limit;  ///< largest magnitude [N m or N]; empty: none
@@ -87,8 +87,8 @@ struct Controller {
 
   double natural_frequency() const;  ///< [rad/s]
   /// Efforts that are stated over time and act at every moment.
-  bool is_continuous() const { return type == ControllerType::open_loop && !efforts.time.empty() && !efforts.held; }
-  bool samples() const { return type != ControllerType::none && !is_continuous(); }
+  bool is_continuous() const { return type == ControllerType::open_loop && !efforts.time.empty() && !efforts.is_held; }
+  bool is_sampled() const { return type != ControllerType::none && !is_continuous(); }
 };
 
 /// Those that exist without being listed: `none`, `open-loop`, `pd`, `computed-torque`, `sliding-mode`,
@@ -96,7 +96,7 @@ struct Controller {
 std::vector<Controller> built_in_controllers();
 
 /// The spec's word for a type: "computed-torque".
-const char* name_of(ControllerType type);
+const char* controller_type_name(ControllerType type);
 
 /// All types in the order of the enumeration.
 std::vector<std::string> controller_type_names();

@@ -10,23 +10,27 @@ namespace {
 
 /// All inputs, those of the free numbers from x.
 template <class T>
-std::vector<T> inputs_at(const DesignSpace& space, const std::vector<T>& x) {
+std::vector<T> evaluate_inputs(const DesignSpace& space, const std::vector<T>& x) {
   std::vector<T> inputs(space.inputs.begin(), space.inputs.end());
-  for (std::size_t i = 0; i < space.free.size(); ++i) inputs[static_cast<std::size_t>(space.free[i])] = x[i];
+  for (std::size_t i = 0; i < space.free_inputs.size(); ++i)
+    inputs[static_cast<std::size_t>(space.free_inputs[i])] = x[i];
   return inputs;
 }
 
-std::vector<double> inputs_at(const DesignSpace& space, const VectorX& x) {
-  if (x.size() != static_cast<Eigen::Index>(space.free.size()))
-    throw std::invalid_argument("expected " + std::to_string(space.free.size()) + " values of free numbers, found " +
-                                std::to_string(x.size()));
-  return inputs_at(space, std::vector<double>(x.begin(), x.end()));
+std::vector<double> evaluate_inputs(const DesignSpace& space, const VectorX& x) {
+  if (x.size() != static_cast<Eigen::Index>(space.free_inputs.size()))
+    throw std::invalid_argument("expected " + std::to_string(space.free_inputs.size()) +
+                                " values of free numbers, found " + std::to_string(x.size()));
+  return evaluate_inputs(space, std::vector<double>(x.begin(), x.end()));
 }
 
 }  // namespace
 
 DesignSpace::DesignSpace(Study study, std::shared_ptr<const Recording> recorded)
-    : start(std::move(study)), recording(std::move(recorded)), inputs(recording->inputs), free(recording->free) {}
+    : start(std::move(study)),
+      recording(std::move(recorded)),
+      inputs(recording->inputs),
+      free_inputs(recording->free) {}
 
 VectorX DesignSpace::start_values() const {
   VectorX x(static_cast<Eigen::Index>(start.free_numbers.size()));
@@ -35,13 +39,13 @@ VectorX DesignSpace::start_values() const {
   return x;
 }
 
-Trial DesignSpace::trial(const VectorX& x) const {
-  const RecordedValues<double> values(*recording, inputs_at(*this, x));
+DesignInstance DesignSpace::instantiate(const VectorX& x) const {
+  const RecordedValues<double> values(*recording, evaluate_inputs(*this, x));
   return {values.mechanism(), values.trajectories()};
 }
 
-Study DesignSpace::at(const VectorX& x) const {
-  Trial found = trial(x);
+Study DesignSpace::study_at(const VectorX& x) const {
+  DesignInstance found = instantiate(x);
   Study study = start;
   study.mechanism = std::move(found.mechanism);
   study.trajectories = std::move(found.trajectories);
@@ -49,22 +53,22 @@ Study DesignSpace::at(const VectorX& x) const {
 }
 
 ParametricMechanism DesignSpace::parametric() const {
-  return balance::parametric(start_values(), [&](const std::vector<Expression>& x) {
-    return RecordedValues<Expression>(*recording, inputs_at(*this, x)).mechanism();
+  return balance::make_parametric_mechanism(start_values(), [&](const std::vector<Expression>& x) {
+    return RecordedValues<Expression>(*recording, evaluate_inputs(*this, x)).mechanism();
   });
 }
 
-DesignSpace DesignSpace::held(const VectorX& x, const std::vector<int>& kept) const {
+DesignSpace DesignSpace::fix_others(const VectorX& x, const std::vector<int>& kept) const {
   DesignSpace part = *this;
-  part.start = at(x);
+  part.start = study_at(x);
   part.start.free_numbers.clear();
-  part.free.clear();
-  part.inputs = inputs_at(*this, x);
+  part.free_inputs.clear();
+  part.inputs = evaluate_inputs(*this, x);
   for (const int i : kept) {
     FreeNumber number = start.free_numbers[static_cast<std::size_t>(i)];
     number.start = x[i];
     part.start.free_numbers.push_back(std::move(number));
-    part.free.push_back(free[static_cast<std::size_t>(i)]);
+    part.free_inputs.push_back(free_inputs[static_cast<std::size_t>(i)]);
   }
   return part;
 }

@@ -10,7 +10,7 @@ namespace {
 
 using namespace std::string_view_literals;
 
-constexpr std::array plain = {
+constexpr std::array base_goal_names = {
     std::pair{GoalKind::statics, "static"sv},
     std::pair{GoalKind::gyroscopic, "gyroscopic"sv},
     std::pair{GoalKind::gyroscopic_independent, "gyroscopic-independent"sv},
@@ -23,21 +23,22 @@ constexpr std::array plain = {
 };
 
 /// P0 defines the adjective for what the actuators feel.
-bool may_be_full(GoalKind kind) { return kind <= GoalKind::decoupled; }
+bool can_be_fully(GoalKind kind) { return kind <= GoalKind::decoupled; }
 
 }  // namespace
 
-std::string name_of(const Goal& goal) {
-  const auto at = std::find_if(plain.begin(), plain.end(), [&](const auto& p) { return p.first == goal.kind; });
-  return (goal.fully ? "fully-" : "") + std::string(at->second);
+std::string goal_name(const Goal& goal) {
+  const auto at =
+      std::find_if(base_goal_names.begin(), base_goal_names.end(), [&](const auto& p) { return p.first == goal.kind; });
+  return (goal.is_fully ? "fully-" : "") + std::string(at->second);
 }
 
 const std::vector<std::string>& goal_names() {
   static const std::vector<std::string> names = [] {
     std::vector<std::string> all;
     for (const bool fully : {false, true})
-      for (const auto& [kind, name] : plain)
-        if (!fully || may_be_full(kind)) all.push_back(name_of({kind, fully}));
+      for (const auto& [kind, name] : base_goal_names)
+        if (!fully || can_be_fully(kind)) all.push_back(goal_name({kind, fully}));
     return all;
   }();
   return names;
@@ -45,18 +46,18 @@ const std::vector<std::string>& goal_names() {
 
 std::optional<Goal> find_goal(const std::string& name) {
   for (const bool fully : {false, true})
-    for (const auto& [kind, plain_name] : plain)
-      if ((!fully || may_be_full(kind)) && name == name_of({kind, fully})) return Goal{kind, fully};
+    for (const auto& [kind, plain_name] : base_goal_names)
+      if ((!fully || can_be_fully(kind)) && name == goal_name({kind, fully})) return Goal{kind, fully};
   return std::nullopt;
 }
 
-std::string list_names(const std::vector<Goal>& goals) {
+std::string join_goal_names(const std::vector<Goal>& goals) {
   std::string text;
-  for (const Goal& goal : goals) text += (text.empty() ? "" : ", ") + name_of(goal);
+  for (const Goal& goal : goals) text += (text.empty() ? "" : ", ") + goal_name(goal);
   return text;
 }
 
-std::string in_words(const Goal& goal) {
+std::string describe_goal(const Goal& goal) {
   const auto meaning = [&]() -> std::string {
     switch (goal.kind) {
       case GoalKind::statics: return "at rest the actuators carry nothing";
@@ -79,7 +80,7 @@ std::string in_words(const Goal& goal) {
     }
     return "";
   };
-  return meaning() + (goal.fully ? ", and feel the same inertia everywhere" : "");
+  return meaning() + (goal.is_fully ? ", and feel the same inertia everywhere" : "");
 }
 
 }  // namespace balance

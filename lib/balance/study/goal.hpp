@@ -22,21 +22,21 @@ enum class GoalKind {
 
 struct Goal {
   GoalKind kind = GoalKind::statics;
-  bool fully = false;  ///< besides, the inertia that the actuators feel is the same in every configuration
+  bool is_fully = false;  ///< besides, the inertia that the actuators feel is the same in every configuration
 
   bool operator==(const Goal&) const = default;
 };
 
 /// The goal of a name such as `gyroscopic-independent` or `fully-decoupled`.
 std::optional<Goal> find_goal(const std::string& name);
-std::string name_of(const Goal& goal);
+std::string goal_name(const Goal& goal);
 /// All names that find_goal knows.
 const std::vector<std::string>& goal_names();
 
 /// "static, force": the goals' names between commas.
-std::string list_names(const std::vector<Goal>& goals);
+std::string join_goal_names(const std::vector<Goal>& goals);
 
 /// What a goal means, as the end of a sentence: "the actuators carry no weight, whatever the configuration".
-std::string in_words(const Goal& goal);
+std::string describe_goal(const Goal& goal);
 
 }  // namespace balance

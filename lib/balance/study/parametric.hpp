@@ -17,13 +17,13 @@ struct ParametricMechanism {
   int size() const { return graph ? graph->inputs() : 0; }
 
   /// Written into another graph.
-  MechanismOf<Expression> over(const std::vector<Expression>& numbers) const { return evaluated<Expression>(numbers); }
+  MechanismOf<Expression> over(const std::vector<Expression>& numbers) const { return evaluate<Expression>(numbers); }
   /// @param numbers doubles or numbers with derivatives, as many as size()
   template <class T>
-  MechanismOf<T> evaluated(const std::vector<T>& numbers) const {
+  MechanismOf<T> evaluate(const std::vector<T>& numbers) const {
     std::vector<T> values;
-    if (graph) values = evaluate(*graph, numbers, ScalarAlgebra<T>());
-    return converted<T>(mechanism, [&](const Expression& x) {
+    if (graph) values = balance::evaluate(*graph, numbers, ScalarAlgebra<T>());
+    return convert_mechanism<T>(mechanism, [&](const Expression& x) {
       return x.is_constant() ? T(x.value()) : values[static_cast<std::size_t>(x.node())];
     });
   }
@@ -32,7 +32,7 @@ struct ParametricMechanism {
 /// Built from inputs 0 … size − 1 of a new graph, whose present values are `start`.
 /// @param build const std::vector<Expression>& → MechanismOf<Expression>
 template <class Build>
-ParametricMechanism parametric(const VectorX& start, const Build& build) {
+ParametricMechanism make_parametric_mechanism(const VectorX& start, const Build& build) {
   const auto graph = std::make_shared<ExpressionGraph>();
   std::vector<Expression> numbers;
   for (const double value : start) numbers.push_back(Expression::input(*graph, value));

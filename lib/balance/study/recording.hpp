@@ -15,7 +15,7 @@ namespace balance {
 struct NamedExpression {
   std::string name;
   Expression value;
-  bool plain = false;  ///< a number or free; otherwise an expression over others
+  bool is_plain = false;  ///< a number or free; otherwise an expression over others
 };
 
 struct Recording {
@@ -28,7 +28,7 @@ struct Recording {
   std::vector<Expression> toleranced;  ///< numbers that may be off: what `tolerances` names
 
   /// The input that an expression is. @param input one made by Expression::input
-  int input_of(const Expression& input) const { return graph.nodes()[static_cast<std::size_t>(input.node())].input; }
+  int input_index(const Expression& input) const { return graph.nodes()[static_cast<std::size_t>(input.node())].input; }
 };
 
 /// All expressions of a recording at values of its inputs.
@@ -42,10 +42,10 @@ class RecordedValues {
     return expression.is_constant() ? T(expression.value()) : values_[static_cast<std::size_t>(expression.node())];
   }
 
-  MechanismOf<T> mechanism() const { return converted<T>(recording_.mechanism, *this); }
+  MechanismOf<T> mechanism() const { return convert_mechanism<T>(recording_.mechanism, *this); }
   std::vector<TrajectoryOf<T>> trajectories() const {
     std::vector<TrajectoryOf<T>> all;
-    for (const auto& trajectory : recording_.trajectories) all.push_back(converted<T>(trajectory, *this));
+    for (const auto& trajectory : recording_.trajectories) all.push_back(cast_scalar<T>(trajectory, *this));
     return all;
   }
 

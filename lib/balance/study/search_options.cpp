@@ -33,9 +33,9 @@ const std::vector<std::string>& local_methods() {
 void SearchOptions::validate() const {
   require_among(global_methods(), global, "global");
   require_among(local_methods(), local, "local");
-  require(restarts >= 1 && restarts <= 10000, "the number of restarts lies between 1 and 10000");
-  require(evaluations >= 1 && evaluations <= 100000000, "the number of evaluations lies between 1 and 1e8");
-  require(seconds > 0 && std::isfinite(seconds), "the search's time must be positive");
+  require(max_restarts >= 1 && max_restarts <= 10000, "the number of restarts lies between 1 and 10000");
+  require(max_evaluations >= 1 && max_evaluations <= 100000000, "the number of evaluations lies between 1 and 1e8");
+  require(max_time > 0 && std::isfinite(max_time), "the search's time must be positive");
 }
 
 }  // namespace balance

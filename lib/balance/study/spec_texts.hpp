@@ -16,7 +16,7 @@ struct ParameterText {
 };
 
 /// Nothing in it: a mechanism that no spec says.
-struct SpecTexts {
+struct SpecNumberTexts {
   std::vector<ParameterText> parameters;       ///< in the document's order
   std::map<std::string, std::string> numbers;  ///< scalars by key path, `bodies.link1.com[0]`
   std::shared_ptr<const Recording> recording;  ///< null: every number is what it is

@@ -23,33 +23,33 @@ namespace balance {
 /// A number that the designer left open: `{free: [lower, upper], start: …}`. The study holds its start value.
 struct FreeNumber {
   /// Where its start is from.
-  enum class StartFrom {
-    spec,    ///< it says `start`
-    none,    ///< what is added to balance a mechanism is not there to begin with
-    middle,  ///< of the bounds, or the size nearest to it: nobody has said it
+  enum class StartSource {
+    spec,                   ///< it says `start`
+    zero_of_added_element,  ///< what is added to balance a mechanism is not there to begin with
+    midpoint,               ///< of the bounds, or the size nearest to it: nobody has said it
   };
-  std::string path;  ///< key path in the spec, `counterweights.cw2.mass`, or the parameter's: `parameters.x`
+  std::string key_path;  ///< key path in the spec, `counterweights.cw2.mass`, or the parameter's: `parameters.x`
   double lower = 0, upper = 0, start = 0;  ///< SI, except free parameters: as written
-  StartFrom start_from = StartFrom::spec;
+  StartSource start_source = StartSource::spec;
   double unit = 1;                 ///< SI value of the spec's unit here; 1 for parameters
   std::size_t begin = 0, end = 0;  ///< bytes of spec_text that `{free: …}`, or the alias that stands for it, takes up
-  std::vector<double> sizes =
+  std::vector<double> discrete_values =
       {};  ///< the only values that it may have, increasing [as the bounds]; empty: any between them
 };
 
 /// How a spec is written with numbers in place of its free ones, and with what `--set` said: bytes [begin, end) of its text are
 /// replaced by `text` and then, if there is one, the value of a free number.
-struct Rewrite {
+struct TextReplacement {
   std::size_t begin = 0, end = 0;
   std::string text;
-  int number = -1;  ///< index of the free number; −1: none
+  int free_number = -1;  ///< index of the free number; −1: none
 };
 
 /// One number that says how good a design is: its size, or something of a run along a trajectory.
 struct ObjectiveTerm {
   enum class Size { none, added_mass, added_inertia, total_mass };
   /// What of a run. All but the first two are for limits.
-  enum class Run {
+  enum class RunMeasure {
     figure,     ///< `figure` of `quantity`
     duration,   ///< how long it takes [s]
     energy,     ///< Result::energy [J]
@@ -57,31 +57,31 @@ struct ObjectiveTerm {
     clearance,  ///< the least there is [m]
   };
   Size size = Size::none;
-  Run run = Run::figure;  ///< unless there is a size
-  Figure figure = Figure::rms;
+  RunMeasure run = RunMeasure::figure;  ///< unless there is a size
+  Statistic figure = Statistic::rms;
   std::string quantity;    ///< as in Result::metrics: "shaking_force", "torque[A1]"
   std::string trajectory;  ///< name of one of the study's trajectories
   double weight = 1;       ///< not negative
   Clearance clearance = {};
   /// Of a figure alone: its mean plus so many deviations where the study's tolerances have the numbers off (analysis/robust_figure.hpp).
-  std::optional<double> plus = {};
+  std::optional<double> deviation_multiple = {};
 };
 
 /// What a weighted sum of terms must not exceed, or fall below.
 struct FigureLimit {
   std::string text;  ///< as written
   std::vector<ObjectiveTerm> terms;
-  bool at_least = false;  ///< else at most
+  bool is_lower = false;  ///< else at most
   double bound = 0;       ///< SI
   std::string unit;       ///< of the bound: "N m"; empty: none, or a sum
-  AcrossCases across =
-      AcrossCases::worst;  ///< which of the load cases' values counts; at least: the worst is the least
+  CaseAggregation aggregation =
+      CaseAggregation::worst;  ///< which of the load cases' values counts; at least: the worst is the least
 };
 
 /// Figures of which none can become smaller without another one growing: designs all along that trade-off.
-struct FrontRequest {
+struct ParetoRequest {
   std::vector<std::vector<ObjectiveTerm>> figures;  ///< weighted sums; none, two or three
-  int points = 9;                                   ///< designs wanted, at most
+  int max_points = 9;                               ///< designs wanted, at most
 
   explicit operator bool() const { return !figures.empty(); }
 };
@@ -91,32 +91,32 @@ struct DesignRequest {
   std::vector<Goal> goals;
   std::vector<ObjectiveTerm> minimize;  ///< their weighted sum; empty: nothing in particular
   std::vector<FigureLimit> subject_to;  ///< all of them must hold
-  FrontRequest front;                   ///< in place of `minimize`
+  ParetoRequest front;                  ///< in place of `minimize`
   SearchOptions search;
   LoadCases cases;
-  std::vector<ElementChoice> choose;  ///< what may be left out; empty: nothing
+  std::vector<CardinalityRequest> cardinality;  ///< what may be left out; empty: nothing
 };
 
 /// A payload that is taken up or set down on the way (AttachmentOf::from, until), and where the spec says so.
-struct PassingPayload {
+struct TemporaryPayload {
   std::string name;
-  SpecPlace place;
+  SourceLocation place;
 };
 
 struct Study {
   Mechanism mechanism;
   std::vector<Trajectory>
       trajectories;  ///< declared ones and the built-in `cycloid` and `bang-bang`; empty without `motion`
-  std::vector<Controller> controllers;   ///< declared ones, then the built-in ones that no declared one replaces
-  std::vector<FreeNumber> free_numbers;  ///< in the document's order
-  std::vector<Rewrite> rewrites;         ///< in the text's order, disjoint
+  std::vector<Controller> controllers;    ///< declared ones, then the built-in ones that no declared one replaces
+  std::vector<FreeNumber> free_numbers;   ///< in the document's order
+  std::vector<TextReplacement> rewrites;  ///< in the text's order, disjoint
   DesignRequest design;
   Tolerances tolerances;  ///< parameters first, else in the order of reading; empty: nothing is said of them
-  std::vector<PassingPayload> passing_payloads;
-  std::vector<Speed> speeds;          ///< in which the equation of motion is wanted, too; empty: none
-  std::string spec_file;              ///< as named by the user
-  std::string spec_text;              ///< as read
-  std::vector<std::string> warnings;  ///< legal but suspicious
+  std::vector<TemporaryPayload> temporary_payloads;
+  std::vector<GeneralisedSpeed> speeds;  ///< in which the equation of motion is wanted, too; empty: none
+  std::string spec_file;                 ///< as named by the user
+  std::string spec_text;                 ///< as read
+  std::vector<std::string> warnings;     ///< legal but suspicious
 };
 
 }  // namespace balance

@@ -10,7 +10,7 @@
 namespace balance {
 
 /// A moment of it.
-struct ArcNode {
+struct ProfilePoint {
   double t = 0;  ///< from the arc's start [s]
   double s = 0, v = 0;
   double u = 0;  ///< s''
@@ -18,51 +18,51 @@ struct ArcNode {
 };
 
 /// Ascending in t and s.
-using Arc = std::vector<ArcNode>;
+using VelocityProfile = std::vector<ProfilePoint>;
 
 /// Place, rate and second rate between two nodes, by the quintic that the law will be.
-ArcNode between(const ArcNode& a, const ArcNode& b, double t);
+ProfilePoint interpolate(const ProfilePoint& a, const ProfilePoint& b, double t);
 /// The same at a place.
-ArcNode between_at(const ArcNode& a, const ArcNode& b, double s);
+ProfilePoint interpolate_at_parameter(const ProfilePoint& a, const ProfilePoint& b, double s);
 
-enum class Edge {
-  speed_up,  ///< the largest s'', forwards in time
-  brake,     ///< the smallest s'', backwards in time
-  slide,     ///< on the cap of a row without a, forwards
+enum class ProfileKind {
+  accelerate,  ///< the largest s'', forwards in time
+  decelerate,  ///< the smallest s'', backwards in time
+  slide,       ///< on the cap of a row without a, forwards
 };
 
-enum class ArcEnd {
-  arrived,    ///< at the place that it was to go to
-  blocked,    ///< nothing is allowed any more
-  capped,     ///< on the cap, exactly
-  left,       ///< a slide: the cap can be followed no further, s'' has to be smaller than it asks for
-  told,       ///< by the watcher
-  unlimited,  ///< nothing limits s''
-  stuck,      ///< s' does not leave zero
+enum class IntegrationEnd {
+  reached_target,       ///< at the place that it was to go to
+  infeasible,           ///< nothing is allowed any more
+  hit_velocity_bound,   ///< on the cap, exactly
+  left_velocity_bound,  ///< a slide: the cap can be followed no further, s'' has to be smaller than it asks for
+  stopped_by_callback,  ///< by the watcher
+  unbounded,            ///< nothing limits s''
+  infeasible_start,     ///< s' does not leave zero
 };
 
 /// A stretch of the path where everything is smooth.
-struct Smooth {
+struct SmoothInterval {
   double begin = 0, end = 1;
   std::size_t first_panel = 0, last_panel = 1;
-  bool vanishes_at_begin = false, vanishes_at_end = false;  ///< a row's a
+  bool has_zero_inertia_begin = false, has_zero_inertia_end = false;  ///< a row's a
 
   /// How near arcs come to such an end: on it nothing can be asked of that row.
-  double near_begin() const { return vanishes_at_begin ? begin + margin() : begin; }
-  double near_end() const { return vanishes_at_end ? end - margin() : end; }
+  double inner_begin() const { return has_zero_inertia_begin ? begin + margin() : begin; }
+  double inner_end() const { return has_zero_inertia_end ? end - margin() : end; }
 
  private:
   double margin() const { return 1e-6 * (end - begin); }
 };
 
 /// Sees every step; true: enough.
-using Watcher = std::function<bool(const ArcNode& from, const ArcNode& to)>;
+using StepCallback = std::function<bool(const ProfilePoint& from, const ProfilePoint& to)>;
 
 /// Continues an arc by embedded Runge–Kutta steps in time (Dormand and Prince), so short that the quintics between nodes keep s''.
 /// @param arc at least one node, on the stretch; braking: nodes run backwards, t counts backwards from the arc's first node
 /// @param until within the stretch
 /// @param under not 0: the ceiling, less this part of it, is taken for a cap, too
-ArcEnd follow_edge(Allowed& allowed, const Smooth& stretch, Edge edge, double until, const Watcher& watcher, Arc& arc,
-                   double under = 0);
+IntegrationEnd integrate_profile(AccelerationLimits& allowed, const SmoothInterval& stretch, ProfileKind edge,
+                                 double until, const StepCallback& watcher, VelocityProfile& arc, double under = 0);
 
 }  // namespace balance

@@ -10,6 +10,6 @@ namespace balance {
 
 /// Fills the ceiling of a phase plane.
 /// @param bounds one per row of the model
-void add_ceiling(const PathModel& model, const std::vector<double>& bounds, PhasePlane& plane);
+void add_maximum_velocity_curve(const PathModel& model, const std::vector<double>& bounds, PhasePlane& plane);
 
 }  // namespace balance

@@ -13,49 +13,49 @@
 namespace balance {
 namespace {
 
-constexpr double same_figure = 1e-5;  // of the least
-constexpr unsigned seed = 20200517;   // of the starts: the same in every run
-constexpr double start_size = 0.7;    // of the width
+constexpr double objective_tolerance = 1e-5;  // of the least
+constexpr unsigned start_seed = 20200517;     // of the starts: the same in every run
+constexpr double start_width_fraction = 0.7;  // of the width
 
-MotionOutcome followed() { return {MotionStatus::done, 0, "", {}}; }
+MotionOutcome make_done() { return {MotionStatus::done, 0, "", {}}; }
 
-bool same_kind(const Mechanism& mechanism, const std::vector<CoordinateValue>& joints) {
+bool has_one_unit(const Mechanism& mechanism, const std::vector<CoordinateValue>& joints) {
   return std::all_of(joints.begin(), joints.end(), [&](const CoordinateValue& joint) {
     const auto kind = [&](int c) { return mechanism.coordinates[static_cast<std::size_t>(c)].kind; };
     return kind(joint.coordinate) == kind(joints.front().coordinate);
   });
 }
 
-void check(const Mechanism& mechanism, const Trajectory& trajectory) {
+void validate_corridor(const Mechanism& mechanism, const Trajectory& trajectory) {
   const Corridor& corridor = *trajectory.corridor;
   const auto require = [](bool right, const char* what) {
     if (!right) throw std::invalid_argument(what);
   };
   require(corridor.width > 0 && std::isfinite(corridor.width), "the width of a corridor must be positive");
-  require(corridor.knots >= 1, "a corridor needs at least one knot");
+  require(corridor.inner_knots >= 1, "a corridor needs at least one knot");
   require(corridor.starts >= 1, "the search within a corridor needs at least one start");
-  require(trajectory.law.kind != LawKind::steady_momentum,
+  require(trajectory.law.kind != MotionLawKind::constant_momentum,
           "the law 'steady-momentum' leaves nothing to be made least in a corridor");
   require(trajectory.start_speed == 0 && trajectory.end_speed == 0,
           "a motion within a corridor starts and ends at rest");
-  require(trajectory.drive != DriveKind::joints || same_kind(mechanism, trajectory.from.joints),
+  require(trajectory.drive != DriveKind::joints || has_one_unit(mechanism, trajectory.from.joints),
           "turning and sliding joints have no distance in common that a corridor could limit");
-  require(trajectory.law.kind == LawKind::fastest || !trajectory.gentlest_of.empty(),
+  require(trajectory.law.kind == MotionLawKind::time_optimal || !trajectory.min_peak_quantity.empty(),
           "a corridor needs a quantity whose peak is to be least");
-  for (const Course& course : trajectory.courses) {
-    const auto* spline = std::get_if<AddedSpline>(&course.kind);
+  for (const SecondaryTask& course : trajectory.secondary_tasks) {
+    const auto* spline = std::get_if<SplineTask>(&course.kind);
     require(spline != nullptr && !spline->over_time,
             "no spline over time and no kept momentum go beside the way within a corridor");
   }
 }
 
 /// Random controls within the corridor; the first start is its middle.
-VectorX start_of(const Tube& tube, int start) {
+VectorX draw_random_start(const CorridorSet& tube, int start) {
   VectorX controls = VectorX::Zero(tube.size());
   if (start == 0) return controls;
-  std::mt19937_64 engine(seed + static_cast<unsigned>(start));
+  std::mt19937_64 engine(start_seed + static_cast<unsigned>(start));
   for (double& control : controls) control = static_cast<double>(engine() >> 11) * 0x1p-52 - 1;
-  return controls * (start_size / tube.reach(controls));
+  return controls * (start_width_fraction / tube.gauge(controls));
 }
 
 class CorridorSearch {
@@ -64,29 +64,29 @@ class CorridorSearch {
       : trajectory_(trajectory),
         width_(trajectory.corridor->width),
         figure_(mechanism, trajectory),
-        tube_(trajectory.corridor->knots, figure_.directions()) {}
+        tube_(trajectory.corridor->inner_knots, figure_.directions()) {}
 
-  MotionOutcome run(Trajectory& trajectory, FoundCorridor& found) {
+  MotionOutcome run(Trajectory& trajectory, CorridorResult& found) {
     if (figure_.outcome().status != MotionStatus::done) return figure_.outcome();
-    const VectorX middle = figure_.pieces(VectorX::Zero(tube_.size()));
-    if (middle.size() == 0) return in_middle(figure_.refusal());
+    const VectorX middle = figure_.terms(VectorX::Zero(tube_.size()));
+    if (middle.size() == 0) return in_middle(figure_.infeasibility_outcome());
     std::vector<double> values;
-    Minimax best{VectorX::Zero(tube_.size()), max_coefficient(middle)};
-    found.on_path = best.value;
+    MinimaxResult best{VectorX::Zero(tube_.size()), max_coefficient(middle)};
+    found.centreline_value = best.value;
     for (int start = 0; start < trajectory_.corridor->starts; ++start) {
-      const Minimax end = from(start);
+      const MinimaxResult end = from(start);
       values.push_back(end.value);
       if (end.value < best.value) best = end;
     }
-    found.figure = best.value;
+    found.objective_value = best.value;
     found.unit = figure_.unit();
-    found.used = width_ * tube_.reach(best.x);
+    found.max_offset = width_ * tube_.gauge(best.x);
     found.starts = trajectory_.corridor->starts;
-    found.agreeing = static_cast<int>(std::count_if(
-        values.begin(), values.end(), [&](double value) { return value <= best.value * (1 + same_figure); }));
+    found.agreeing_starts = static_cast<int>(std::count_if(
+        values.begin(), values.end(), [&](double value) { return value <= best.value * (1 + objective_tolerance); }));
     const VectorX controls = width_ * best.x;
-    trajectory.corridor->controls.assign(controls.begin(), controls.end());
-    return followed();
+    trajectory.corridor->control_points.assign(controls.begin(), controls.end());
+    return make_done();
   }
 
  private:
@@ -96,22 +96,23 @@ class CorridorSearch {
   }
 
   /// A start that cannot be followed is drawn towards the middle.
-  Minimax from(int start) {
-    const MinimaxProblem problem{.values = [this](const VectorX& x) { return figure_.pieces(width_ * x); },
-                                 .slopes = [this](const VectorX&) { return MatrixX(width_ * figure_.slopes()); },
-                                 .reach = [this](const VectorX& x) { return tube_.reach(x); },
+  MinimaxResult from(int start) {
+    const MinimaxProblem problem{.values = [this](const VectorX& x) { return figure_.terms(width_ * x); },
+                                 .jacobian = [this](const VectorX&) { return MatrixX(width_ * figure_.jacobian()); },
+                                 .gauge = [this](const VectorX& x) { return tube_.gauge(x); },
                                  .metric = tube_.metric(),
-                                 .cuts = [this](const VectorX& x) { return tube_.cuts(x); }};
-    VectorX controls = start_of(tube_, start);
-    constexpr int most_tries = 8;
-    for (int tries = 0; tries < most_tries && figure_.pieces(width_ * controls).size() == 0; ++tries) controls /= 2;
-    return minimise_largest(problem, controls);
+                                 .cutting_planes = [this](const VectorX& x) { return tube_.cutting_planes(x); }};
+    VectorX controls = draw_random_start(tube_, start);
+    constexpr int max_start_halvings = 8;
+    for (int tries = 0; tries < max_start_halvings && figure_.terms(width_ * controls).size() == 0; ++tries)
+      controls /= 2;
+    return solve_minimax(problem, controls);
   }
 
   const Trajectory& trajectory_;
   double width_;
-  CorridorFigure figure_;
-  Tube tube_;
+  CorridorObjective figure_;
+  CorridorSet tube_;
 };
 
 std::string width_unit(const Mechanism& mechanism, const Trajectory& trajectory) {
@@ -122,13 +123,14 @@ std::string width_unit(const Mechanism& mechanism, const Trajectory& trajectory)
 
 }  // namespace
 
-MotionOutcome find_corridor(const Mechanism& mechanism, Trajectory& trajectory, std::optional<FoundCorridor>& found) {
-  if (!trajectory.corridor || !trajectory.corridor->controls.empty()) return followed();
-  check(mechanism, trajectory);
-  FoundCorridor told;
+MotionOutcome optimise_corridor_path(const Mechanism& mechanism, Trajectory& trajectory,
+                                     std::optional<CorridorResult>& found) {
+  if (!trajectory.corridor || !trajectory.corridor->control_points.empty()) return make_done();
+  validate_corridor(mechanism, trajectory);
+  CorridorResult told;
   told.width = trajectory.corridor->width;
   told.width_unit = width_unit(mechanism, trajectory);
-  told.of = trajectory.law.kind == LawKind::fastest ? "duration" : trajectory.gentlest_of;
+  told.objective = trajectory.law.kind == MotionLawKind::time_optimal ? "duration" : trajectory.min_peak_quantity;
   const Trajectory stated = trajectory;
   const MotionOutcome outcome = CorridorSearch(mechanism, stated).run(trajectory, told);
   if (outcome.status == MotionStatus::done) found = told;

@@ -14,6 +14,7 @@ namespace balance {
 /// peak under a stated law is least. A trajectory without one, or whose way has been found, stays as it is.
 /// @return done; or why the path in the corridor's middle cannot be followed or has no law
 /// @throws std::invalid_argument if the trajectory asks for something that does not exist
-MotionOutcome find_corridor(const Mechanism& mechanism, Trajectory& trajectory, std::optional<FoundCorridor>& found);
+MotionOutcome optimise_corridor_path(const Mechanism& mechanism, Trajectory& trajectory,
+                                     std::optional<CorridorResult>& found);
 
 }  // namespace balance

@@ -11,10 +11,10 @@ namespace balance {
 
 /// A function of the corridor's controls: the largest of its pieces. Under a law that is searched for there is one, the duration or the
 /// peak that the law reaches; under a stated one a piece is a quantity's magnitude at a moment.
-class CorridorFigure {
+class CorridorObjective {
  public:
   /// @param trajectory with a corridor whose way is not known
-  CorridorFigure(const Mechanism& mechanism, const Trajectory& trajectory);
+  CorridorObjective(const Mechanism& mechanism, const Trajectory& trajectory);
 
   /// Of the path itself: done, or why it cannot be followed.
   const MotionOutcome& outcome() const { return outcome_; }
@@ -23,11 +23,11 @@ class CorridorFigure {
   const std::string& unit() const { return unit_; }
 
   /// Empty if the way cannot be followed or has no law: refusal() says why.
-  VectorX pieces(const VectorX& controls);
-  const MotionOutcome& refusal() const { return refusal_; }
+  VectorX terms(const VectorX& controls);
+  const MotionOutcome& infeasibility_outcome() const { return refusal_; }
 
   /// Derivatives of the pieces at the controls last asked for, one row each.
-  MatrixX slopes();
+  MatrixX jacobian();
 
  private:
   /// The models to both sides of the present one, in steps that do not overlap: every fourth spline of a direction at once.
@@ -36,27 +36,27 @@ class CorridorFigure {
     double step = 0;  ///< between them; 0: neither can be followed
   };
 
-  Trajectory with(const VectorX& controls) const;
+  Trajectory with_control_points(const VectorX& controls) const;
   PathModel model_of(const VectorX& controls) const;
-  void list_moments();
-  void look_round();
+  void list_path_points();
+  void build_neighbours();
   /// Of a row's magnitude with respect to all controls.
-  VectorX row_slopes(const PathMoment& moment, const RowValue& here) const;
-  VectorX fixed_pieces() const;
-  MatrixX fixed_slopes() const;
-  VectorX found_slopes() const;
+  VectorX constraint_gradient(const PathPoint& moment, const ConstraintValue& here) const;
+  VectorX stated_law_terms() const;
+  MatrixX stated_law_jacobian() const;
+  VectorX optimal_law_gradient() const;
 
   const Mechanism& mechanism_;
   Trajectory trajectory_;
-  StatedLimits task_;
-  Eigen::Index each_ = 0, directions_ = 1;
+  PathLimits limits_;
+  Eigen::Index control_points_per_direction_ = 0, directions_ = 1;
   std::string unit_ = "s";
   MotionOutcome outcome_, refusal_;
-  double step_ = 0;                  ///< of differences [m or rad]
-  std::vector<PathMoment> moments_;  ///< under a stated law; their rows are the first
+  double step_ = 0;                 ///< of differences [m or rad]
+  std::vector<PathPoint> moments_;  ///< under a stated law; their rows are the first
   VectorX controls_;
   PathModel model_;
-  GentlestLaw law_;
+  MinPeakLaw law_;
   std::vector<Neighbours> neighbours_;  ///< by direction and colour
 };
 

@@ -9,10 +9,10 @@
 namespace balance {
 namespace {
 
-constexpr double a_little = 1e-5;  // of a limit
+constexpr double max_relative_violation = 1e-5;  // of a limit
 
 /// Appends a leg.
-void add_leg(const FastestLaw& part, FastestLaw& law) {
+void append_segment(const TimeOptimalLaw& part, TimeOptimalLaw& law) {
   const double start = law.nodes.empty() ? 0 : law.duration();
   auto first = part.nodes.begin();
   if (!law.nodes.empty()) {
@@ -27,45 +27,48 @@ void add_leg(const FastestLaw& part, FastestLaw& law) {
 }
 
 /// By arcs, whose quintics may go a little beyond a limit between their nodes: then within limits that are smaller by that.
-FastestLaw by_arcs(const PathModel& model, std::vector<double> bounds, const LegOfPath& leg, const EndRates& rates) {
-  const FastestLaw law = find_leg_by_arcs(model, bounds, leg, rates);
-  if (!law.refusal.empty()) return law;
-  const double load = worst_load(model, bounds, law);
-  if (load < 1 + kept || load > 1 + a_little) return law;
+TimeOptimalLaw solve_by_integration(const PathModel& model, std::vector<double> bounds, const SegmentRange& leg,
+                                    const EndpointRates& rates) {
+  const TimeOptimalLaw law = integrate_phase_plane(model, bounds, leg, rates);
+  if (!law.infeasibility_reason.empty()) return law;
+  const double load = find_max_limit_ratio(model, bounds, law);
+  if (load < 1 + limit_violation_tolerance || load > 1 + max_relative_violation) return law;
   for (double& bound : bounds) bound /= load;
-  return find_leg_by_arcs(model, bounds, leg, rates);
+  return integrate_phase_plane(model, bounds, leg, rates);
 }
 
 }  // namespace
 
-FastestLaw find_fastest(const PathModel& model, const std::vector<double>& bounds, const EndRates& rates) {
-  FastestLaw law;
-  law.refusal = find_unholdable(model, bounds);
-  if (!law.refusal.empty()) return law;
-  const std::vector<LegOfPath> legs = cut_legs(model);
-  for (const LegOfPath& leg : legs) {
-    const EndRates own{&leg == &legs.front() ? rates.start : 0, &leg == &legs.back() ? rates.end : 0};
-    FastestLaw part = by_arcs(model, bounds, leg, own);
-    if (!part.refusal.empty() || !(worst_load(model, bounds, part) < 1 + kept)) {
-      FastestLaw swept = sweep_leg(model, bounds, leg, own);
-      if (swept.refusal.empty()) part = std::move(swept);
+TimeOptimalLaw find_time_optimal_law(const PathModel& model, const std::vector<double>& bounds,
+                                     const EndpointRates& rates) {
+  TimeOptimalLaw law;
+  law.infeasibility_reason = check_static_feasibility(model, bounds);
+  if (!law.infeasibility_reason.empty()) return law;
+  const std::vector<SegmentRange> legs = split_into_segments(model);
+  for (const SegmentRange& leg : legs) {
+    const EndpointRates own{&leg == &legs.front() ? rates.start : 0, &leg == &legs.back() ? rates.end : 0};
+    TimeOptimalLaw part = solve_by_integration(model, bounds, leg, own);
+    if (!part.infeasibility_reason.empty() ||
+        !(find_max_limit_ratio(model, bounds, part) < 1 + limit_violation_tolerance)) {
+      TimeOptimalLaw swept = solve_by_reachability(model, bounds, leg, own);
+      if (swept.infeasibility_reason.empty()) part = std::move(swept);
     }
-    law.refusal = part.refusal;
-    if (!law.refusal.empty()) return law;
-    add_leg(part, law);
+    law.infeasibility_reason = part.infeasibility_reason;
+    if (!law.infeasibility_reason.empty()) return law;
+    append_segment(part, law);
   }
   return law;
 }
 
-std::string find_unholdable(const PathModel& model, const std::vector<double>& bounds) {
-  Allowed allowed(model, bounds);
+std::string check_static_feasibility(const PathModel& model, const std::vector<double>& bounds) {
+  AccelerationLimits allowed(model, bounds);
   double worst = 1 + 1e-9, place = 0;
   int row = -1;
   for (std::size_t p = 0; p < model.value.panels().size(); ++p) {
     const Panel& panel = model.value.panels()[p];
     for (int k = 0; k <= 32; ++k) {
       const double s = panel.begin + (panel.end - panel.begin) * k / 32;
-      allowed.go(s, p, p + 1);
+      allowed.move_to(s, p, p + 1);
       for (std::size_t r = 0; r < bounds.size(); ++r) {
         const double load = allowed.magnitude(static_cast<int>(r), 0, 0) / bounds[r];
         if (load > worst) worst = load, place = s, row = static_cast<int>(r);
@@ -73,20 +76,20 @@ std::string find_unholdable(const PathModel& model, const std::vector<double>& b
     }
   }
   if (row < 0) return "";
-  const LimitRow& unheld = model.rows[static_cast<std::size_t>(row)];
+  const PathConstraintRow& unheld = model.rows[static_cast<std::size_t>(row)];
   const double bound = bounds[static_cast<std::size_t>(row)];
   const char* unit = unheld.unit.c_str();
   char text[200];
-  if (unheld.middle == 0) {
+  if (unheld.centre == 0) {
     std::snprintf(text, sizeof text, " needs %.6g %s at rest, %.6g %s more than its limit", worst * bound, unit,
                   (worst - 1) * bound, unit);
   } else {
-    allowed.go(place, 0, model.value.panels().size());
-    const double value = allowed.at_rest(row);
+    allowed.move_to(place, 0, model.value.panels().size());
+    const double value = allowed.static_value(row);
     std::snprintf(text, sizeof text, " needs %.6g %s at rest, %.6g %s %s than its limit", value, unit,
-                  (worst - 1) * bound, unit, value > unheld.middle ? "more" : "less");
+                  (worst - 1) * bound, unit, value > unheld.centre ? "more" : "less");
   }
-  return place_text(place) + " " + unheld.name + text;
+  return format_path_parameter(place) + " " + unheld.name + text;
 }
 
 }  // namespace balance

@@ -5,14 +5,14 @@
 
 namespace balance {
 
-struct GentlestLaw {
-  FastestLaw law;              ///< to be stretched to the duration
+struct MinPeakLaw {
+  TimeOptimalLaw law;          ///< to be stretched to the duration
   double peak = 0;             ///< [SI]
   std::vector<double> bounds;  ///< that the law before stretching keeps, one per row of the model
 };
 
 /// @param limits of the model's first rows; the others are those whose peak is to be least @param duration [s]
-GentlestLaw find_gentlest(const PathModel& model, const std::vector<double>& limits, const EndRates& rates,
-                          double duration);
+MinPeakLaw find_min_peak_law(const PathModel& model, const std::vector<double>& limits, const EndpointRates& rates,
+                             double duration);
 
 }  // namespace balance

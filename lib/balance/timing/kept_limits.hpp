@@ -8,13 +8,13 @@
 namespace balance {
 
 /// Limits are kept to this part of them.
-constexpr double kept = 1e-6;
+constexpr double limit_violation_tolerance = 1e-6;
 
 /// Between two nodes, joined by a quintic. @return the worst load, as a part of its bound
-double load_between(const PathModel& model, const std::vector<double>& bounds, Allowed& allowed, const TimedNode& a,
-                    const TimedNode& b);
+double find_max_limit_ratio_between(const PathModel& model, const std::vector<double>& bounds,
+                                    AccelerationLimits& allowed, const TimeLawNode& a, const TimeLawNode& b);
 
 /// Between all nodes of a law.
-double worst_load(const PathModel& model, const std::vector<double>& bounds, const FastestLaw& law);
+double find_max_limit_ratio(const PathModel& model, const std::vector<double>& bounds, const TimeOptimalLaw& law);
 
 }  // namespace balance

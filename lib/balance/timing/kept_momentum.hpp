@@ -12,6 +12,6 @@ namespace balance {
 /// @return done; or why not: J loses its rank somewhere, the way there cannot be followed, or the stated values end too early
 /// @throws std::invalid_argument if quantities and components do not match, or if time decides and the law is not known yet. The
 ///         message is fit for a user.
-MotionOutcome keep_momentum(const Mechanism& mechanism, Trajectory& trajectory);
+MotionOutcome solve_momentum_tasks(const Mechanism& mechanism, Trajectory& trajectory);
 
 }  // namespace balance

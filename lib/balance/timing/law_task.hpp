@@ -8,9 +8,9 @@ namespace balance {
 
 /// Of the law fastest or gentlest: the limits, and behind their quantities those whose peak is to be least.
 /// @throws std::invalid_argument if what the law needs is missing, or it cannot be found for this mechanism
-StatedLimits law_task(const Mechanism& mechanism, const Trajectory& trajectory);
+PathLimits make_law_limits(const Mechanism& mechanism, const Trajectory& trajectory);
 
 /// @param model of the task's quantities @return the law, or its refusal, with the peak reached if that is what is sought
-GentlestLaw find_law(const PathModel& model, const StatedLimits& task, const Trajectory& trajectory);
+MinPeakLaw find_motion_law(const PathModel& model, const PathLimits& task, const Trajectory& trajectory);
 
 }  // namespace balance

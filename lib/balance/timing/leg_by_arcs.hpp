@@ -9,7 +9,7 @@ namespace balance {
 
 /// @param bounds one per row of the model
 /// @return nodes from the leg's begin to its end, t from zero; or a refusal
-FastestLaw find_leg_by_arcs(const PathModel& model, const std::vector<double>& bounds, const LegOfPath& leg,
-                            const EndRates& rates);
+TimeOptimalLaw integrate_phase_plane(const PathModel& model, const std::vector<double>& bounds, const SegmentRange& leg,
+                                     const EndpointRates& rates);
 
 }  // namespace balance

@@ -13,16 +13,16 @@ struct MinimaxProblem {
   /// The functions' values, positive; empty where there are none.
   std::function<VectorX(const VectorX& x)> values;
   /// Their derivatives, one row for each, at the x that values() was asked for last.
-  std::function<MatrixX(const VectorX& x)> slopes;
+  std::function<MatrixX(const VectorX& x)> jacobian;
   /// By how much the set must grow to hold x.
-  std::function<double(const VectorX& x)> reach;
+  std::function<double(const VectorX& x)> gauge;
   /// Positive definite: what the curvature is taken for, but for a factor, before steps have shown it.
   MatrixX metric;
   /// Normals n of half-spaces n·x ≤ 1 that hold the set, but not x.
-  std::function<std::vector<VectorX>(const VectorX& x)> cuts;
+  std::function<std::vector<VectorX>(const VectorX& x)> cutting_planes;
 };
 
-struct Minimax {
+struct MinimaxResult {
   VectorX x;
   double value = 0;  ///< the largest function's; infinite if there are none at the start
 };
@@ -31,6 +31,6 @@ struct Minimax {
 /// the steps so far showed of it (Broyden, Fletcher, Goldfarb, Shanno, damped as Powell does), and the set for the half-spaces found
 /// so far.
 /// @param start within the set
-Minimax minimise_largest(const MinimaxProblem& problem, const VectorX& start);
+MinimaxResult solve_minimax(const MinimaxProblem& problem, const VectorX& start);
 
 }  // namespace balance

@@ -6,19 +6,20 @@
 namespace balance {
 
 /// A moment on a path, and the row that matters there.
-struct PathMoment {
+struct PathPoint {
   double s = 0, v = 0, u = 0;  ///< s, s', s''
   int row = 0;
 };
 
 /// a u + b x + c + d√x with x = v², less its middle.
-struct RowValue {
+struct ConstraintValue {
   VectorX value;  ///< of every component
   double magnitude = 0;
-  double by_u = 0, by_x = 0;  ///< derivatives of the magnitude
-  bool tangent = false;       ///< a vanishes, or is at right angles to the value: u does not change the magnitude
+  double d_du = 0, d_dx = 0;  ///< derivatives of the magnitude
+  bool is_velocity_limited =
+      false;  ///< a vanishes, or is at right angles to the value: u does not change the magnitude
 };
 
-RowValue value_of_row(const PathModel& model, const PathMoment& moment);
+ConstraintValue evaluate_constraint(const PathModel& model, const PathPoint& moment);
 
 }  // namespace balance

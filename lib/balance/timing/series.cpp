@@ -8,12 +8,12 @@
 namespace balance {
 namespace {
 
-constexpr int series_terms = PiecewiseSeries::terms;
-constexpr int first_panels = 8;    // over the whole parameter
-constexpr int most_halvings = 14;  // a kink left in so short a panel does no harm
-constexpr std::size_t most_panels = 4096;
+constexpr int series_terms = PiecewiseChebyshevSeries::coefficient_count;
+constexpr int min_series_panels = 8;  // over the whole parameter
+constexpr int max_bisections = 14;    // a kink left in so short a panel does no harm
+constexpr std::size_t max_panels = 4096;
 
-bool has_ended(const Samples& terms, const VectorX& floor, double tolerance) {
+bool has_converged(const Samples& terms, const VectorX& floor, double tolerance) {
   for (Eigen::Index c = 0; c < terms.cols(); ++c) {
     const double size = terms.col(c).cwiseAbs().sum();
     if (max_abs(terms.col(c).tail(3)) > std::max(tolerance * size, floor[c])) return false;
@@ -21,16 +21,16 @@ bool has_ended(const Samples& terms, const VectorX& floor, double tolerance) {
   return true;
 }
 
-struct Waiting {
+struct PendingPanel {
   double begin, end;
   int halvings;
 };
 
-std::vector<Waiting> first_stretches(const std::vector<double>& stations) {
-  std::vector<Waiting> stretches;
+std::vector<PendingPanel> make_initial_panels(const std::vector<double>& stations) {
+  std::vector<PendingPanel> stretches;
   for (std::size_t i = 0; i + 1 < stations.size(); ++i) {
     const double width = stations[i + 1] - stations[i];
-    const int pieces = std::max(1, static_cast<int>(std::ceil(first_panels * width - 1e-9)));
+    const int pieces = std::max(1, static_cast<int>(std::ceil(min_series_panels * width - 1e-9)));
     for (int k = 0; k < pieces; ++k)
       stretches.push_back({stations[i] + width * k / pieces,
                            k + 1 == pieces ? stations[i + 1] : stations[i] + width * (k + 1) / pieces, 0});
@@ -40,24 +40,25 @@ std::vector<Waiting> first_stretches(const std::vector<double>& stations) {
 
 }  // namespace
 
-FitStatus fit_series(const std::vector<double>& stations, const VectorX& floor, const SampleFunctions& sample,
-                     PiecewiseSeries& series) {
-  std::vector<Waiting> waiting = first_stretches(stations);
+FitStatus fit_chebyshev_series(const std::vector<double>& stations, const VectorX& floor, const FunctionSampler& sample,
+                               PiecewiseChebyshevSeries& series) {
+  std::vector<PendingPanel> waiting = make_initial_panels(stations);
   std::vector<Panel> panels;
   Samples rows;
   while (!waiting.empty()) {
-    if (panels.size() + waiting.size() > most_panels) return FitStatus::too_rough;
+    if (panels.size() + waiting.size() > max_panels) return FitStatus::not_resolved;
     std::vector<double> parameters;
-    for (const Waiting& w : waiting)
+    for (const PendingPanel& w : waiting)
       for (int k = 0; k < series_terms; ++k)
-        parameters.push_back((w.begin + w.end) / 2 + (w.end - w.begin) / 2 * PiecewiseSeries::point(k));
+        parameters.push_back((w.begin + w.end) / 2 +
+                             (w.end - w.begin) / 2 * PiecewiseChebyshevSeries::chebyshev_point(k));
     if (!sample(parameters, rows)) return FitStatus::not_sampled;
-    std::vector<Waiting> next;
+    std::vector<PendingPanel> next;
     for (std::size_t i = 0; i < waiting.size(); ++i) {
-      const Waiting& w = waiting[i];
-      Samples terms =
-          PiecewiseSeries::transform() * rows.middleRows(static_cast<Eigen::Index>(i) * series_terms, series_terms);
-      if (w.halvings == most_halvings || has_ended(terms, floor, series_tolerance)) {
+      const PendingPanel& w = waiting[i];
+      Samples terms = PiecewiseChebyshevSeries::values_to_coefficients() *
+                      rows.middleRows(static_cast<Eigen::Index>(i) * series_terms, series_terms);
+      if (w.halvings == max_bisections || has_converged(terms, floor, series_tolerance)) {
         panels.push_back({w.begin, w.end, std::move(terms)});
         continue;
       }
@@ -68,7 +69,7 @@ FitStatus fit_series(const std::vector<double>& stations, const VectorX& floor, 
     waiting = std::move(next);
   }
   std::sort(panels.begin(), panels.end(), [](const Panel& a, const Panel& b) { return a.begin < b.begin; });
-  series = PiecewiseSeries(std::move(panels));
+  series = PiecewiseChebyshevSeries(std::move(panels));
   return FitStatus::done;
 }
 

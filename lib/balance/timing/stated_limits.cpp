@@ -9,24 +9,24 @@ namespace {
 
 void check_limits(const Mechanism& mechanism, const Trajectory& trajectory) {
   for (const MotionLimit& limit : trajectory.limits) {
-    const double least = limit.least.value_or(-limit.bound);
-    if (!(least < limit.bound) || !std::isfinite(least) || !std::isfinite(limit.bound))
+    const double least = limit.lower_bound.value_or(-limit.upper_bound);
+    if (!(least < limit.upper_bound) || !std::isfinite(least) || !std::isfinite(limit.upper_bound))
       throw std::invalid_argument(
           "the limit of " + limit.quantity +
-          (limit.least ? " must have a least value below the largest one" : " must be positive"));
+          (limit.lower_bound ? " must have a least value below the largest one" : " must be positive"));
   }
-  if (!trajectory.limits.empty()) refuse_changing_loads(mechanism, "what limits leave");
+  if (!trajectory.limits.empty()) require_constant_loads(mechanism, "what limits leave");
 }
 
 }  // namespace
 
-std::vector<LimitedQuantity> find_or_throw(const Mechanism& mechanism, const std::string& name) {
-  std::vector<LimitedQuantity> found = find_limited(mechanism, name);
+std::vector<LimitableQuantity> require_limited_quantities(const Mechanism& mechanism, const std::string& name) {
+  std::vector<LimitableQuantity> found = find_limitable_quantities(mechanism, name);
   if (found.empty()) throw std::invalid_argument("no law of motion can limit '" + name + "' of this mechanism");
   return found;
 }
 
-void refuse_changing_loads(const Mechanism& mechanism, const std::string& what) {
+void require_constant_loads(const Mechanism& mechanism, const std::string& what) {
   for (const Load& load : mechanism.loads)
     for (std::size_t k = 1; k < load.force.size(); ++k)
       if (load.force[k] != load.force[0] || load.moment[k] != load.moment[0])
@@ -34,25 +34,25 @@ void refuse_changing_loads(const Mechanism& mechanism, const std::string& what) 
                                     ", which changes with time");
 }
 
-StatedLimits list_limits(const Mechanism& mechanism, const Trajectory& trajectory) {
+PathLimits collect_limits(const Mechanism& mechanism, const Trajectory& trajectory) {
   check_limits(mechanism, trajectory);
-  StatedLimits all;
+  PathLimits all;
   for (const MotionLimit& limit : trajectory.limits)
-    for (const LimitedQuantity& quantity : find_or_throw(mechanism, limit.quantity)) {
-      if (limit.least && quantity.count > 1)
+    for (const LimitableQuantity& quantity : require_limited_quantities(mechanism, limit.quantity)) {
+      if (limit.lower_bound && quantity.count > 1)
         throw std::invalid_argument("the magnitude of " + quantity.name + " has no least value: limit a component");
-      const double least = limit.least.value_or(-limit.bound);
+      const double least = limit.lower_bound.value_or(-limit.upper_bound);
       all.quantities.push_back(quantity);
-      all.bounds.push_back((limit.bound - least) / 2);
-      all.middles.push_back((limit.bound + least) / 2);
+      all.half_widths.push_back((limit.upper_bound - least) / 2);
+      all.centres.push_back((limit.upper_bound + least) / 2);
     }
   return all;
 }
 
-PathModel model_limits(const Mechanism& mechanism, const Trajectory& trajectory, const StatedLimits& limits) {
-  PathModel model = model_path(mechanism, trajectory, limits.quantities);
-  for (std::size_t r = 0; r < std::min(model.rows.size(), limits.middles.size()); ++r)
-    model.rows[r].middle = limits.middles[r];
+PathModel build_limited_path_model(const Mechanism& mechanism, const Trajectory& trajectory, const PathLimits& limits) {
+  PathModel model = build_path_model(mechanism, trajectory, limits.quantities);
+  for (std::size_t r = 0; r < std::min(model.rows.size(), limits.centres.size()); ++r)
+    model.rows[r].centre = limits.centres[r];
   return model;
 }
 

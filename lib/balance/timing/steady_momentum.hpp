@@ -7,17 +7,18 @@
 
 namespace balance {
 
-struct SteadyLaw {
-  Law law;
-  double momentum = 0;         ///< about the trajectory's point [N m s]
-  double least = 0, most = 0;  ///< of the angular momentum per rate of the path's parameter [kg m^2]
-  std::string refusal;         ///< why there is none; empty: there is
+struct ConstantMomentumLaw {
+  MotionLaw law;
+  double momentum = 0;  ///< about the trajectory's point [N m s]
+  double min_momentum_per_rate = 0,
+         max_momentum_per_rate = 0;  ///< of the angular momentum per rate of the path's parameter [kg m^2]
+  std::string refusal;               ///< why there is none; empty: there is
 };
 
 /// With h = g(s) s' constant the shaking moment vanishes: s' = h / g, s'' = −h² g' / g³, h = ∫ g ds / T. It exists where g keeps its
 /// sign.
 /// @param model of a planar mechanism whose first row is the shaking moment
 /// @param duration T [s]
-SteadyLaw find_steady_momentum(const PathModel& model, double duration);
+ConstantMomentumLaw find_constant_momentum_law(const PathModel& model, double duration);
 
 }  // namespace balance

@@ -10,58 +10,59 @@
 namespace balance {
 namespace {
 
-constexpr double first_cells = 1000;        // of a leg
-constexpr double least_cells = 24;          // of a stretch
-constexpr std::size_t most_cells = 60'000;  // of a leg
-constexpr double narrowest = 1e-9;          // cell, as a part of its leg
-constexpr double idle_time = 1e-8;          // of a cell, below its limits, as a part of the duration
-constexpr double kept_in_cells = kept / 2;  // above it a cell is halved
-constexpr double least_rate = 1e-9;         // x where nothing is known, for the order of magnitude
-constexpr double of_round_off = 1e-13;      // of x: what bounds it does so after a root and a square, too
-constexpr int most_sweeps = 40;
+constexpr double initial_cells = 1000;            // of a leg
+constexpr double min_cells_per_interval = 24;     // of a stretch
+constexpr std::size_t max_cells = 60'000;         // of a leg
+constexpr double min_cell_fraction = 1e-9;        // cell, as a part of its leg
+constexpr double inactive_time_tolerance = 1e-8;  // of a cell, below its limits, as a part of the duration
+constexpr double cell_violation_tolerance = limit_violation_tolerance / 2;  // above it a cell is halved
+constexpr double initial_squared_rate = 1e-9;   // x where nothing is known, for the order of magnitude
+constexpr double squared_rate_epsilon = 1e-13;  // of x: what bounds it does so after a root and a square, too
+constexpr int max_sweeps = 40;
 
 /// A place of the grid: what is behind it belongs to one stretch, what is before it to the next.
-struct Knot {
+struct PathGridPoint {
   double s = 0;
   std::size_t before = 0, after = 0;  ///< stretches
-  double part = 1;                    ///< of the limits that is used
+  double limit_fraction = 1;          ///< of the limits that is used
 };
 
 /// One side of a knot: the limits there, as functions of x.
-class KnotSide {
+class OneSidedLimits {
  public:
-  KnotSide(Allowed& allowed, double place, const Smooth& stretch, double length) : allowed_(allowed) {
-    allowed_.go(place, stretch.first_panel, stretch.last_panel);
-    const bool vanishes = allowed_.drop_inertia();
-    cap_ = allowed_.cap();
+  OneSidedLimits(AccelerationLimits& allowed, double place, const SmoothInterval& stretch, double length)
+      : allowed_(allowed) {
+    allowed_.move_to(place, stretch.first_panel, stretch.last_panel);
+    const bool vanishes = allowed_.drop_zero_inertia_rows();
+    cap_ = allowed_.direct_velocity_bound();
     if (!vanishes || !std::isfinite(cap_.x)) return;
-    const double own = allowed_.has_dropped(cap_.row) ? std::abs(allowed_.along(cap_.row, cap_.x)) : 0;
-    free_ = std::max(far_beyond * cap_.x / length, std::isfinite(own) ? 2 * own : 0);
+    const double own = allowed_.is_dropped(cap_.row) ? std::abs(allowed_.acceleration_on_bound(cap_.row, cap_.x)) : 0;
+    free_ = std::max(free_acceleration_factor * cap_.x / length, std::isfinite(own) ? 2 * own : 0);
   }
 
   /// Where the only row's a vanishes s'' is free at one place: it is held within what is far more than it will need.
-  Interval at(double x) const {
-    Interval interval = allowed_.by_inertia(x);
+  AccelerationInterval at(double x) const {
+    AccelerationInterval interval = allowed_.bounds_by_acceleration_rows(x);
     if (x > cap_.x * (1 + 1e-12)) return {INFINITY, -INFINITY, -1, -1};
-    if (interval.low > interval.high && interval.low - interval.high < 1e-9 * std::abs(interval.low))
-      std::swap(interval.low, interval.high);  // one s'' but for round-off
-    if (interval.low == -INFINITY) interval.low = -free_;
-    if (interval.high == INFINITY) interval.high = free_;
+    if (interval.lower > interval.upper && interval.lower - interval.upper < 1e-9 * std::abs(interval.lower))
+      std::swap(interval.lower, interval.upper);  // one s'' but for round-off
+    if (interval.lower == -INFINITY) interval.lower = -free_;
+    if (interval.upper == INFINITY) interval.upper = free_;
     return interval;
   }
-  const Ceiling& cap() const { return cap_; }
+  const VelocityBound& cap() const { return cap_; }
 
  private:
-  static constexpr double far_beyond = 10;
+  static constexpr double free_acceleration_factor = 10;
 
-  Allowed& allowed_;
-  Ceiling cap_;
+  AccelerationLimits& allowed_;
+  VelocityBound cap_;
   double free_ = INFINITY;
 };
 
 /// The largest x up to `most` with a property that holds from rest on.
 template <class Property>
-double largest_with(double most, const Property& holds) {
+double bisect(double most, const Property& holds) {
   if (holds(most)) return most;
   double low = 0, high = most;
   for (int k = 1; k < 50; ++k) {  // its order of magnitude
@@ -82,7 +83,7 @@ double largest_with(double most, const Property& holds) {
 
 /// Where a concave function on [0, most] is largest.
 template <class Function>
-double summit(double most, const Function& f) {
+double golden_section_max(double most, const Function& f) {
   if (f(most) >= f(most * (1 - 1e-9))) return most;
   double low = 0, high = most;
   for (int part = 0; part < 90; ++part) {
@@ -92,112 +93,115 @@ double summit(double most, const Function& f) {
   return (low + high) / 2;
 }
 
-class Sweep {
+class ReachabilitySolver {
  public:
-  Sweep(const PathModel& model, const std::vector<double>& bounds, const LegOfPath& leg, const EndRates& rates)
+  ReachabilitySolver(const PathModel& model, const std::vector<double>& bounds, const SegmentRange& leg,
+                     const EndpointRates& rates)
       : model_(model), stated_(bounds), bounds_(bounds), leg_(leg), rates_(rates), length_(leg.end - leg.begin) {
-    for (std::size_t k = 0; k < leg.stretches.size(); ++k) add_knots(k);
+    for (std::size_t k = 0; k < leg.smooth_intervals.size(); ++k) add_knots(k);
   }
 
-  FastestLaw run() {
-    FastestLaw law = once();
-    for (int round = 1; round < most_sweeps && knots_.size() <= most_cells; ++round) {
-      if (!law.refusal.empty()) return law;
-      if (!halve_coarse(law)) break;
-      law = once();
+  TimeOptimalLaw run() {
+    TimeOptimalLaw law = sweep();
+    for (int round = 1; round < max_sweeps && knots_.size() <= max_cells; ++round) {
+      if (!law.infeasibility_reason.empty()) return law;
+      if (!refine_cells(law)) break;
+      law = sweep();
     }
-    return tightened(std::move(law));
+    return tighten_limits(std::move(law));
   }
 
  private:
-  static FastestLaw lost() {
-    FastestLaw law;
-    law.refusal = "the search for the law lost its way";
+  static TimeOptimalLaw search_failed() {
+    TimeOptimalLaw law;
+    law.infeasibility_reason = "the search for the law lost its way";
     return law;
   }
 
-  const Smooth& stretch(std::size_t k) const { return leg_.stretches[k]; }
+  const SmoothInterval& interval(std::size_t k) const { return leg_.smooth_intervals[k]; }
 
   /// Graded towards both ends of a stretch.
   void add_knots(std::size_t k) {
-    const double width = stretch(k).end - stretch(k).begin;
-    const int cells = static_cast<int>(std::max(least_cells, std::ceil(first_cells * width / length_)));
+    const double width = interval(k).end - interval(k).begin;
+    const int cells = static_cast<int>(std::max(min_cells_per_interval, std::ceil(initial_cells * width / length_)));
     for (int i = 0; i < cells; ++i) {
       const double part = elementary::pow(elementary::sin(std::numbers::pi * i / (2 * cells)), 2);
-      knots_.push_back({stretch(k).begin + width * part, i == 0 && k > 0 ? k - 1 : k, k});
+      knots_.push_back({interval(k).begin + width * part, i == 0 && k > 0 ? k - 1 : k, k});
     }
-    if (k + 1 == leg_.stretches.size()) knots_.push_back({leg_.end, k, k});
+    if (k + 1 == leg_.smooth_intervals.size()) knots_.push_back({leg_.end, k, k});
   }
 
   double width(std::size_t i) const { return knots_[i + 1].s - knots_[i].s; }
-  KnotSide behind(Allowed& allowed, std::size_t i) { return side(allowed, i, knots_[i].after); }
-  KnotSide ahead(Allowed& allowed, std::size_t i) { return side(allowed, i, knots_[i].before); }
+  OneSidedLimits limits_after(AccelerationLimits& allowed, std::size_t i) { return side(allowed, i, knots_[i].after); }
+  OneSidedLimits limits_before(AccelerationLimits& allowed, std::size_t i) {
+    return side(allowed, i, knots_[i].before);
+  }
 
   /// One at a time.
-  KnotSide side(Allowed& allowed, std::size_t i, std::size_t k) {
-    for (std::size_t r = 0; r < bounds_.size(); ++r) bounds_[r] = knots_[i].part * stated_[r];
-    return {allowed, knots_[i].s, stretch(k), length_};
+  OneSidedLimits side(AccelerationLimits& allowed, std::size_t i, std::size_t k) {
+    for (std::size_t r = 0; r < bounds_.size(); ++r) bounds_[r] = knots_[i].limit_fraction * stated_[r];
+    return {allowed, knots_[i].s, interval(k), length_};
   }
 
   /// Two sweeps.
-  FastestLaw once() {
-    Allowed allowed(model_, bounds_);
-    if (!backwards(allowed)) return lost();
-    FastestLaw law;
-    if (rates_.start * rates_.start > most_.front() * (1 + 1e-9)) {
-      law.refusal = "the motion starts faster than it could brake within its limits";
+  TimeOptimalLaw sweep() {
+    AccelerationLimits allowed(model_, bounds_);
+    if (!backward_pass(allowed)) return search_failed();
+    TimeOptimalLaw law;
+    if (rates_.start * rates_.start > controllable_bound_.front() * (1 + 1e-9)) {
+      law.infeasibility_reason = "the motion starts faster than it could brake within its limits";
       return law;
     }
-    law.nodes.push_back({0, leg_.begin, std::min(rates_.start, std::sqrt(most_.front())), 0, 0, -1});
+    law.nodes.push_back({0, leg_.begin, std::min(rates_.start, std::sqrt(controllable_bound_.front())), 0, 0, -1});
     for (std::size_t i = 0; i + 1 < knots_.size(); ++i)
-      if (!forwards(allowed, i, law.nodes)) return lost();
-    return law.nodes.back().v < rates_.end * (1 - 1e-9) ? lost() : law;
+      if (!forward_step(allowed, i, law.nodes)) return search_failed();
+    return law.nodes.back().v < rates_.end * (1 - 1e-9) ? search_failed() : law;
   }
 
   /// The largest x at every knot from which the end can be reached.
-  bool backwards(Allowed& allowed) {
-    most_.assign(knots_.size(), 0);
-    most_.back() = rates_.end * rates_.end;
+  bool backward_pass(AccelerationLimits& allowed) {
+    controllable_bound_.assign(knots_.size(), 0);
+    controllable_bound_.back() = rates_.end * rates_.end;
     for (std::size_t i = knots_.size() - 1; i-- > 0;) {
       const double h = width(i);
       double high = 0, low = 0;  // of x behind the middle of the cell, as s'' were constant on both sides of it
       {
-        const KnotSide end = ahead(allowed, i + 1);
-        const double most = largest_with(most_[i + 1], [&](double y) { return !end.at(y).empty(); });
-        const auto latest = [&](double y) { return y - h * end.at(y).low; };
-        high = latest(summit(most, latest));
-        low = std::min(-h * end.at(0).high, most - h * end.at(most).high);
+        const OneSidedLimits end = limits_before(allowed, i + 1);
+        const double most = bisect(controllable_bound_[i + 1], [&](double y) { return !end.at(y).is_empty(); });
+        const auto latest = [&](double y) { return y - h * end.at(y).lower; };
+        high = latest(golden_section_max(most, latest));
+        low = std::min(-h * end.at(0).upper, most - h * end.at(most).upper);
       }
-      const KnotSide start = behind(allowed, i);
+      const OneSidedLimits start = limits_after(allowed, i);
       const auto reaches = [&](double x) {
-        const Interval u = start.at(x);
-        return !u.empty() && x + h * u.low <= high && x + h * u.high >= low;
+        const AccelerationInterval u = start.at(x);
+        return !u.is_empty() && x + h * u.lower <= high && x + h * u.upper >= low;
       };
-      double most = std::max({4 * most_[i + 1], 4 * high, least_rate});
+      double most = std::max({4 * controllable_bound_[i + 1], 4 * high, initial_squared_rate});
       if (std::isfinite(start.cap().x)) most = start.cap().x;
       while (!std::isfinite(start.cap().x) && reaches(most) && most < 1e60) most *= 16;
-      most_[i] = (1 - of_round_off) * largest_with(most, reaches);
-      if (!std::isfinite(most_[i]) || (!(most_[i] > 0) && i > 0)) return false;
+      controllable_bound_[i] = (1 - squared_rate_epsilon) * bisect(most, reaches);
+      if (!std::isfinite(controllable_bound_[i]) || (!(controllable_bound_[i] > 0) && i > 0)) return false;
     }
     return true;
   }
 
   /// One cell, as fast as what comes allows.
-  bool forwards(Allowed& allowed, std::size_t i, std::vector<TimedNode>& nodes) {
+  bool forward_step(AccelerationLimits& allowed, std::size_t i, std::vector<TimeLawNode>& nodes) {
     const double h = width(i), x = nodes.back().v * nodes.back().v;
-    const KnotSide start = behind(allowed, i);
-    const Interval u = start.at(x);
-    const Ceiling cap = start.cap();
-    if (u.empty() || !std::isfinite(u.high - u.low)) return false;
-    const KnotSide end = ahead(allowed, i + 1);
+    const OneSidedLimits start = limits_after(allowed, i);
+    const AccelerationInterval u = start.at(x);
+    const VelocityBound cap = start.cap();
+    if (u.is_empty() || !std::isfinite(u.upper - u.lower)) return false;
+    const OneSidedLimits end = limits_before(allowed, i + 1);
     const auto reached = [&](double y) {
-      const Interval w = end.at(y);
-      return !w.empty() && y - h * w.high <= x + h * u.high;
+      const AccelerationInterval w = end.at(y);
+      return !w.is_empty() && y - h * w.upper <= x + h * u.upper;
     };
-    double y = largest_with(most_[i + 1], reached);
-    const auto latest = [&](double z) { return z - h * end.at(z).low; };
-    if (const double least = x + h * u.low; latest(y) < least) {
-      const double top = summit(y, latest);
+    double y = bisect(controllable_bound_[i + 1], reached);
+    const auto latest = [&](double z) { return z - h * end.at(z).lower; };
+    if (const double least = x + h * u.lower; latest(y) < least) {
+      const double top = golden_section_max(y, latest);
       double low = top, high = y;
       for (int halving = 0; halving < 60; ++halving) {
         const double middle = (low + high) / 2;
@@ -205,24 +209,24 @@ class Sweep {
       }
       y = low;
     }
-    const Interval w = end.at(y);
-    if (w.empty() || !std::isfinite(w.high - w.low) || (!(y > 0) && i + 2 < knots_.size())) return false;
+    const AccelerationInterval w = end.at(y);
+    if (w.is_empty() || !std::isfinite(w.upper - w.lower) || (!(y > 0) && i + 2 < knots_.size())) return false;
     add(i, x, y, u, w, cap, nodes);
     return true;
   }
 
   /// s'' at both ends has the mean that leads from x to y; of all pairs the one that is most even.
-  void add(std::size_t i, double x, double y, const Interval& u, const Interval& w, const Ceiling& cap,
-           std::vector<TimedNode>& nodes) const {
+  void add(std::size_t i, double x, double y, const AccelerationInterval& u, const AccelerationInterval& w,
+           const VelocityBound& cap, std::vector<TimeLawNode>& nodes) const {
     const double h = width(i), sum = (y - x) / h;
-    double first = std::clamp(sum / 2, u.low, u.high);
-    const double second = std::clamp(sum - first, w.low, w.high);
-    first = std::clamp(sum - second, u.low, u.high);
-    TimedNode& from = nodes.back();
+    double first = std::clamp(sum / 2, u.lower, u.upper);
+    const double second = std::clamp(sum - first, w.lower, w.upper);
+    first = std::clamp(sum - second, u.lower, u.upper);
+    TimeLawNode& from = nodes.back();
     from.u_after = first;
     if (nodes.size() == 1) from.u_before = first;
-    const double near = 1e-6 * (u.high - u.low);
-    from.row_after = u.high - first <= near ? u.high_row : first - u.low <= near ? u.low_row : -1;
+    const double near = 1e-6 * (u.upper - u.lower);
+    from.row_after = u.upper - first <= near ? u.upper_row : first - u.lower <= near ? u.lower_row : -1;
     if (x > cap.x * (1 - 1e-6)) from.row_after = cap.row;
     const double v = std::sqrt(y);
     nodes.push_back({from.t + duration(h, from.v, v, (second - first) / h), knots_[i + 1].s, v, second, second, -1});
@@ -236,24 +240,25 @@ class Sweep {
   }
 
   /// Whether limits are not kept between a cell's ends, or nowhere in it is one reached, which costs time.
-  bool is_coarse(Allowed& allowed, const FastestLaw& law, std::size_t i) const {
-    const TimedNode &from = law.nodes[i], &to = law.nodes[i + 1];
-    const double load = load_between(model_, stated_, allowed, from, to);
-    return load > 1 + kept_in_cells || (1 - load) * (to.t - from.t) > idle_time * law.duration();
+  bool is_coarse(AccelerationLimits& allowed, const TimeOptimalLaw& law, std::size_t i) const {
+    const TimeLawNode &from = law.nodes[i], &to = law.nodes[i + 1];
+    const double load = find_max_limit_ratio_between(model_, stated_, allowed, from, to);
+    return load > 1 + cell_violation_tolerance ||
+           (1 - load) * (to.t - from.t) > inactive_time_tolerance * law.duration();
   }
 
   /// Halves the coarse cells and their neighbours. @return whether there are any
-  bool halve_coarse(const FastestLaw& law) {
-    Allowed allowed(model_, stated_);
+  bool refine_cells(const TimeOptimalLaw& law) {
+    AccelerationLimits allowed(model_, stated_);
     std::vector<char> halved(knots_.size() - 1, 0);
     for (std::size_t i = 0; i + 1 < knots_.size(); ++i)
       if (is_coarse(allowed, law, i))
         for (std::size_t j = i > 0 ? i - 1 : 0; j <= std::min(i + 1, halved.size() - 1); ++j) halved[j] = 1;
-    std::vector<Knot> knots;
+    std::vector<PathGridPoint> knots;
     bool any = false;
     for (std::size_t i = 0; i < knots_.size(); ++i) {
       knots.push_back(knots_[i]);
-      if (i == halved.size() || !halved[i] || width(i) < 2 * narrowest * length_) continue;
+      if (i == halved.size() || !halved[i] || width(i) < 2 * min_cell_fraction * length_) continue;
       any = true;
       knots.push_back({knots_[i].s + width(i) / 2, knots_[i].after, knots_[i].after});
     }
@@ -262,19 +267,19 @@ class Sweep {
   }
 
   /// Where limits are exceeded between knots they are narrowed at them.
-  FastestLaw tightened(FastestLaw law) {
-    Allowed allowed(model_, stated_);
-    for (int round = 0; round < most_sweeps && law.refusal.empty(); ++round) {
+  TimeOptimalLaw tighten_limits(TimeOptimalLaw law) {
+    AccelerationLimits allowed(model_, stated_);
+    for (int round = 0; round < max_sweeps && law.infeasibility_reason.empty(); ++round) {
       bool any = false;
       for (std::size_t i = 0; i + 1 < knots_.size(); ++i) {
-        const double load = load_between(model_, stated_, allowed, law.nodes[i], law.nodes[i + 1]);
-        if (load < 1 + 0.9 * kept) continue;
+        const double load = find_max_limit_ratio_between(model_, stated_, allowed, law.nodes[i], law.nodes[i + 1]);
+        if (load < 1 + 0.9 * limit_violation_tolerance) continue;
         any = true;
-        knots_[i].part *= (1 + kept / 4) / load;
-        knots_[i + 1].part *= (1 + kept / 4) / load;
+        knots_[i].limit_fraction *= (1 + limit_violation_tolerance / 4) / load;
+        knots_[i + 1].limit_fraction *= (1 + limit_violation_tolerance / 4) / load;
       }
       if (!any) return law;
-      law = once();
+      law = sweep();
     }
     return law;
   }
@@ -282,18 +287,18 @@ class Sweep {
   const PathModel& model_;
   const std::vector<double>& stated_;
   std::vector<double> bounds_;  ///< at the knot that is looked at
-  const LegOfPath& leg_;
-  EndRates rates_;
+  const SegmentRange& leg_;
+  EndpointRates rates_;
   double length_;
-  std::vector<Knot> knots_;
-  std::vector<double> most_;  ///< x at the knots from which the end can be reached
+  std::vector<PathGridPoint> knots_;
+  std::vector<double> controllable_bound_;  ///< x at the knots from which the end can be reached
 };
 
 }  // namespace
 
-FastestLaw sweep_leg(const PathModel& model, const std::vector<double>& bounds, const LegOfPath& leg,
-                     const EndRates& rates) {
-  return Sweep(model, bounds, leg, rates).run();
+TimeOptimalLaw solve_by_reachability(const PathModel& model, const std::vector<double>& bounds, const SegmentRange& leg,
+                                     const EndpointRates& rates) {
+  return ReachabilitySolver(model, bounds, leg, rates).run();
 }
 
 }  // namespace balance

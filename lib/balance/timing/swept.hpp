@@ -11,7 +11,7 @@ namespace balance {
 /// between the nodes, too, and one of them is reached nearly everywhere.
 /// @param bounds one per row of the model
 /// @return nodes from the leg's begin to its end, t from zero; or a refusal
-FastestLaw sweep_leg(const PathModel& model, const std::vector<double>& bounds, const LegOfPath& leg,
-                     const EndRates& rates);
+TimeOptimalLaw solve_by_reachability(const PathModel& model, const std::vector<double>& bounds, const SegmentRange& leg,
+                                     const EndpointRates& rates);
 
 }  // namespace balance

@@ -15,37 +15,39 @@ namespace balance {
 namespace {
 
 /// Jumps of s'' below this part of its size are no switches.
-constexpr double least_switch = 1e-4;
+constexpr double switch_tolerance = 1e-4;
 
-MotionOutcome refused(const std::string& reason) { return {MotionStatus::limits_not_held, 0, reason, {}}; }
-
-bool is_switch(const TimedNode& node) {
-  return std::abs(node.u_after - node.u_before) > least_switch * (std::abs(node.u_after) + std::abs(node.u_before));
+MotionOutcome make_infeasible_outcome(const std::string& reason) {
+  return {MotionStatus::limits_not_held, 0, reason, {}};
 }
 
-FoundLaw tell(const PathModel& model, const FastestLaw& law, double stretched) {
-  FoundLaw found;
+bool is_switch(const TimeLawNode& node) {
+  return std::abs(node.u_after - node.u_before) > switch_tolerance * (std::abs(node.u_after) + std::abs(node.u_before));
+}
+
+OptimisedLaw describe_law(const PathModel& model, const TimeOptimalLaw& law, double stretched) {
+  OptimisedLaw found;
   found.duration = law.duration() * stretched;
   for (std::size_t k = 0; k + 1 < law.nodes.size(); ++k) {
-    const TimedNode &a = law.nodes[k], &b = law.nodes[k + 1];
+    const TimeLawNode &a = law.nodes[k], &b = law.nodes[k + 1];
     const double begin = a.t * stretched, end = b.t * stretched;
     const bool jump = k > 0 && is_switch(a);
-    if (jump) found.switches.push_back(begin);
+    if (jump) found.switch_times.push_back(begin);
     const std::string limit = a.row_after < 0 ? "" : model.rows[static_cast<std::size_t>(a.row_after)].name;
-    if (!jump && !found.stretches.empty() && found.stretches.back().limit == limit) {
-      found.stretches.back().end = end;
-      found.stretches.back().to = b.s;
+    if (!jump && !found.active_limits.empty() && found.active_limits.back().limit == limit) {
+      found.active_limits.back().end = end;
+      found.active_limits.back().path_end = b.s;
     } else {
-      found.stretches.push_back({begin, end, a.s, b.s, limit});
+      found.active_limits.push_back({begin, end, a.s, b.s, limit});
     }
   }
   return found;
 }
 
-Law as_law(LawKind kind, const FastestLaw& found) {
-  Law law{.kind = kind};
+MotionLaw to_motion_law(MotionLawKind kind, const TimeOptimalLaw& found) {
+  MotionLaw law{.kind = kind};
   const double duration = found.duration();
-  for (const TimedNode& node : found.nodes) {
+  for (const TimeLawNode& node : found.nodes) {
     const bool jump = is_switch(node);
     const double mean = (node.u_before + node.u_after) / 2;
     const double before = jump ? node.u_before : mean, after = jump ? node.u_after : mean;
@@ -57,83 +59,85 @@ Law as_law(LawKind kind, const FastestLaw& found) {
 }
 
 /// What limits would allow beside a law that does not ask for them.
-void tell_ceiling(const Mechanism& mechanism, TimedTrajectory& timed) {
+void add_mvc_of_limits(const Mechanism& mechanism, ResolvedTrajectory& timed) {
   if (timed.trajectory.limits.empty()) return;
-  const StatedLimits limits = list_limits(mechanism, timed.trajectory);
-  const PathModel model = model_limits(mechanism, timed.trajectory, limits);
+  const PathLimits limits = collect_limits(mechanism, timed.trajectory);
+  const PathModel model = build_limited_path_model(mechanism, timed.trajectory, limits);
   timed.outcome = model.outcome;
-  if (model.outcome.status == MotionStatus::done) add_ceiling(model, limits.bounds, timed.phase_plane);
+  if (model.outcome.status == MotionStatus::done)
+    add_maximum_velocity_curve(model, limits.half_widths, timed.phase_plane);
 }
 
-bool depends_on_momentum(const Trajectory& trajectory) {
-  return std::any_of(trajectory.courses.begin(), trajectory.courses.end(),
-                     [](const Course& course) { return std::holds_alternative<KeptMomentum>(course.kind); });
+bool has_momentum_task(const Trajectory& trajectory) {
+  return std::any_of(trajectory.secondary_tasks.begin(), trajectory.secondary_tasks.end(),
+                     [](const SecondaryTask& course) { return std::holds_alternative<MomentumTask>(course.kind); });
 }
 
 /// The law along a path that keeps the angular momentum.
-void keep_steady(const Mechanism& mechanism, TimedTrajectory& timed) {
+void apply_constant_momentum_law(const Mechanism& mechanism, ResolvedTrajectory& timed) {
   if (mechanism.space != SpaceKind::planar)
     throw std::invalid_argument("the law 'steady-momentum' is one for planar mechanisms");
   Trajectory& trajectory = timed.trajectory;
-  const PathModel model = model_path(mechanism, trajectory, find_or_throw(mechanism, "shaking_moment"));
+  const PathModel model =
+      build_path_model(mechanism, trajectory, require_limited_quantities(mechanism, "shaking_moment"));
   timed.outcome = model.outcome;
   if (model.outcome.status != MotionStatus::done) return;
-  SteadyLaw steady = find_steady_momentum(model, trajectory.duration);
+  ConstantMomentumLaw steady = find_constant_momentum_law(model, trajectory.duration);
   if (!steady.refusal.empty()) {
-    timed.outcome = refused(steady.refusal);
+    timed.outcome = make_infeasible_outcome(steady.refusal);
     return;
   }
   trajectory.law = std::move(steady.law);
-  timed.found.emplace();
-  timed.found->duration = trajectory.duration;
-  timed.found->momentum = steady.momentum;
+  timed.optimised_law.emplace();
+  timed.optimised_law->duration = trajectory.duration;
+  timed.optimised_law->momentum = steady.momentum;
 }
 
 /// The fastest or the gentlest law.
-void search(const Mechanism& mechanism, TimedTrajectory& timed) {
+void apply_optimised_law(const Mechanism& mechanism, ResolvedTrajectory& timed) {
   const Trajectory trajectory = timed.trajectory;
-  const LawKind kind = trajectory.law.kind;
-  const StatedLimits task = law_task(mechanism, trajectory);
-  const PathModel model = model_limits(mechanism, trajectory, task);
+  const MotionLawKind kind = trajectory.law.kind;
+  const PathLimits task = make_law_limits(mechanism, trajectory);
+  const PathModel model = build_limited_path_model(mechanism, trajectory, task);
   timed.outcome = model.outcome;
   if (model.outcome.status != MotionStatus::done) return;
-  const GentlestLaw gentlest = find_law(model, task, trajectory);
-  const FastestLaw& law = gentlest.law;
-  if (!law.refusal.empty()) {
-    timed.outcome = refused(law.refusal);
+  const MinPeakLaw gentlest = find_motion_law(model, task, trajectory);
+  const TimeOptimalLaw& law = gentlest.law;
+  if (!law.infeasibility_reason.empty()) {
+    timed.outcome = make_infeasible_outcome(law.infeasibility_reason);
     return;
   }
-  timed.trajectory.law = as_law(kind, law);
-  if (kind == LawKind::fastest) timed.trajectory.duration = law.duration();
-  timed.found = tell(model, law, timed.trajectory.duration / law.duration());
-  if (kind == LawKind::gentlest) {
-    timed.found->of = trajectory.gentlest_of;
-    timed.found->peak = gentlest.peak;
-    timed.found->unit = model.rows[task.bounds.size()].unit;
+  timed.trajectory.law = to_motion_law(kind, law);
+  if (kind == MotionLawKind::time_optimal) timed.trajectory.duration = law.duration();
+  timed.optimised_law = describe_law(model, law, timed.trajectory.duration / law.duration());
+  if (kind == MotionLawKind::min_peak) {
+    timed.optimised_law->objective = trajectory.min_peak_quantity;
+    timed.optimised_law->objective_value = gentlest.peak;
+    timed.optimised_law->unit = model.rows[task.half_widths.size()].unit;
   }
-  std::vector<double> bounds = task.bounds;
+  std::vector<double> bounds = task.half_widths;
   bounds.resize(model.rows.size(), gentlest.peak);
-  add_ceiling(model, bounds, timed.phase_plane);
+  add_maximum_velocity_curve(model, bounds, timed.phase_plane);
 }
 
 }  // namespace
 
-TimedTrajectory time_law(const Mechanism& mechanism, const Trajectory& stated) {
-  TimedTrajectory timed{{MotionStatus::done, 0, "", {}}, stated, std::nullopt, std::nullopt, {}};
-  if (binds_rates(mechanism) && (stated.corridor || depends_on_momentum(stated)))
+ResolvedTrajectory resolve_trajectory(const Mechanism& mechanism, const Trajectory& stated) {
+  ResolvedTrajectory timed{{MotionStatus::done, 0, "", {}}, stated, std::nullopt, std::nullopt, {}};
+  if (has_velocity_constraints(mechanism) && (stated.corridor || has_momentum_task(stated)))
     throw std::invalid_argument("where rates are bound, no way can be found in a corridor or for a kept momentum");
-  timed.outcome = find_corridor(mechanism, timed.trajectory, timed.corridor);
+  timed.outcome = optimise_corridor_path(mechanism, timed.trajectory, timed.corridor);
   if (timed.outcome.status != MotionStatus::done) return timed;
-  timed.outcome = keep_momentum(mechanism, timed.trajectory);
+  timed.outcome = solve_momentum_tasks(mechanism, timed.trajectory);
   if (timed.outcome.status != MotionStatus::done) return timed;
-  const LawKind kind = stated.law.kind;
-  if (is_searched(kind) && !timed.trajectory.law.nodes.empty()) return timed;
-  if (kind == LawKind::fastest || kind == LawKind::gentlest) {
-    search(mechanism, timed);
+  const MotionLawKind kind = stated.law.kind;
+  if (is_mechanism_dependent(kind) && !timed.trajectory.law.nodes.empty()) return timed;
+  if (kind == MotionLawKind::time_optimal || kind == MotionLawKind::min_peak) {
+    apply_optimised_law(mechanism, timed);
     return timed;
   }
-  if (kind == LawKind::steady_momentum) keep_steady(mechanism, timed);
-  if (timed.outcome.status == MotionStatus::done) tell_ceiling(mechanism, timed);
+  if (kind == MotionLawKind::constant_momentum) apply_constant_momentum_law(mechanism, timed);
+  if (timed.outcome.status == MotionStatus::done) add_mvc_of_limits(mechanism, timed);
   return timed;
 }
 

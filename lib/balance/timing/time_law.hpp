@@ -12,18 +12,18 @@
 
 namespace balance {
 
-struct TimedTrajectory {
-  MotionOutcome outcome;                  ///< done, or why there is no law
-  Trajectory trajectory;                  ///< with the law's nodes and its duration
-  std::optional<FoundLaw> found;          ///< nothing if the law needed no search
-  std::optional<FoundCorridor> corridor;  ///< nothing if there is none, or it had been found before
-  PhasePlane phase_plane;                 ///< its ceiling alone; empty if no limits are stated
+struct ResolvedTrajectory {
+  MotionOutcome outcome;                      ///< done, or why there is no law
+  Trajectory trajectory;                      ///< with the law's nodes and its duration
+  std::optional<OptimisedLaw> optimised_law;  ///< nothing if the law needed no search
+  std::optional<CorridorResult> corridor;     ///< nothing if there is none, or it had been found before
+  PhasePlane phase_plane;                     ///< its ceiling alone; empty if no limits are stated
 };
 
 /// The same trajectory with a law and a way that can be followed. Those that need no search, or have been found, stay as they are; what
 /// limits beside them would allow is told.
 /// Method and sources: docs/motion.md.
 /// @throws std::invalid_argument if the trajectory asks for something that does not exist
-TimedTrajectory time_law(const Mechanism& mechanism, const Trajectory& trajectory);
+ResolvedTrajectory resolve_trajectory(const Mechanism& mechanism, const Trajectory& trajectory);
 
 }  // namespace balance

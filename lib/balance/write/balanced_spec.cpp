@@ -42,25 +42,27 @@ std::string number_text(double value, double unit) {
 }
 
 /// What is left out goes as a whole, whatever was to be rewritten in it.
-std::vector<Rewrite> with_gaps(const std::vector<Rewrite>& rewrites, const std::vector<OfferedElement>& left_out) {
-  std::vector<Rewrite> all;
-  const auto inside = [&](const Rewrite& rewrite) {
-    return std::any_of(left_out.begin(), left_out.end(), [&](const OfferedElement& gap) {
+std::vector<TextReplacement> cut_omitted_elements(const std::vector<TextReplacement>& rewrites,
+                                                  const std::vector<OptionalElementText>& left_out) {
+  std::vector<TextReplacement> all;
+  const auto inside = [&](const TextReplacement& rewrite) {
+    return std::any_of(left_out.begin(), left_out.end(), [&](const OptionalElementText& gap) {
       return gap.begin <= rewrite.begin && rewrite.begin < gap.end && rewrite.end <= gap.end;
     });
   };
-  for (const Rewrite& rewrite : rewrites)
+  for (const TextReplacement& rewrite : rewrites)
     if (!inside(rewrite)) all.push_back(rewrite);
-  for (const OfferedElement& gap : left_out)
+  for (const OptionalElementText& gap : left_out)
     if (gap.begin < gap.end) all.push_back({gap.begin, gap.end, "", -1});
-  std::stable_sort(all.begin(), all.end(), [](const Rewrite& a, const Rewrite& b) { return a.begin < b.begin; });
+  std::stable_sort(all.begin(), all.end(),
+                   [](const TextReplacement& a, const TextReplacement& b) { return a.begin < b.begin; });
   return all;
 }
 
 }  // namespace
 
-std::string balanced_spec(const Study& study, const VectorX& x, const std::vector<std::string>& expressions,
-                          const std::vector<OfferedElement>& left_out) {
+std::string format_balanced_spec(const Study& study, const VectorX& x, const std::vector<std::string>& expressions,
+                                 const std::vector<OptionalElementText>& left_out) {
   const std::size_t count = study.free_numbers.size();
   if (x.size() != static_cast<Eigen::Index>(count))
     throw std::invalid_argument(fmt::format("expected {} values of free numbers, found {}", count, x.size()));
@@ -70,13 +72,15 @@ std::string balanced_spec(const Study& study, const VectorX& x, const std::vecto
   const std::string_view spec = study.spec_text;
   std::string text;
   std::size_t done = 0;
-  for (const Rewrite& rewrite : with_gaps(study.rewrites, left_out)) {
+  for (const TextReplacement& rewrite : cut_omitted_elements(study.rewrites, left_out)) {
     text += spec.substr(done, rewrite.begin - done);
     text += rewrite.text;
-    if (rewrite.number >= 0 && !expressions.empty() && !expressions[static_cast<std::size_t>(rewrite.number)].empty())
-      text += expressions[static_cast<std::size_t>(rewrite.number)];
-    else if (rewrite.number >= 0)
-      text += number_text(x[rewrite.number], study.free_numbers[static_cast<std::size_t>(rewrite.number)].unit);
+    if (rewrite.free_number >= 0 && !expressions.empty() &&
+        !expressions[static_cast<std::size_t>(rewrite.free_number)].empty())
+      text += expressions[static_cast<std::size_t>(rewrite.free_number)];
+    else if (rewrite.free_number >= 0)
+      text +=
+          number_text(x[rewrite.free_number], study.free_numbers[static_cast<std::size_t>(rewrite.free_number)].unit);
     done = rewrite.end;
   }
   text += spec.substr(done);

@@ -14,7 +14,7 @@ namespace balance {
 /// @return every number is the shortest text that reads back to the same value, in the spec's own unit
 /// @param left_out elements that the text is written without
 /// @throws std::invalid_argument if x or expressions have another length or is not finite
-std::string balanced_spec(const Study& study, const VectorX& x, const std::vector<std::string>& expressions = {},
-                          const std::vector<OfferedElement>& left_out = {});
+std::string format_balanced_spec(const Study& study, const VectorX& x, const std::vector<std::string>& expressions = {},
+                                 const std::vector<OptionalElementText>& left_out = {});
 
 }  // namespace balance

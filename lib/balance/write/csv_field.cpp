@@ -15,8 +15,8 @@ bool begins_formula(const std::string& text) {
 
 }  // namespace
 
-std::string csv_field(const std::string& text) {
-  const std::string shown = visible_lines(text);
+std::string escape_csv_field(const std::string& text) {
+  const std::string shown = escape_lines_for_terminal(text);
   const std::string harmless = begins_formula(text) ? "'" + shown : shown;
   if (harmless.find_first_of(",\"\n") == std::string::npos) return harmless;
   std::string quoted = "\"";

@@ -7,6 +7,6 @@ namespace balance {
 
 /// A text, not a number, as one field: quoted where a comma or a quote would end it (RFC 4180); behind an apostrophe where a spreadsheet
 /// would take it for a formula; visible as in base/plain_text.hpp.
-std::string csv_field(const std::string& text);
+std::string escape_csv_field(const std::string& text);
 
 }  // namespace balance

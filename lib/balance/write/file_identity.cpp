@@ -10,7 +10,7 @@
 
 namespace balance {
 
-std::string resolved_path(const std::string& path) {
+std::string resolve_path(const std::string& path) {
   std::error_code error;
   // The canonical form of a relative path begins at the root only if some of it exists.
   const std::filesystem::path whole = std::filesystem::absolute(path, error);
@@ -26,33 +26,33 @@ std::string resolved_path(const std::string& path) {
   return name.empty() ? folder.string() + "/" : (folder / name).string();
 }
 
-std::optional<FileIdentity> identity_of(const std::string& path) {
+std::optional<FileIdentity> find_file_identity(const std::string& path) {
   struct stat status {};
-  if (::stat(path.c_str(), &status) != 0 && ::stat(resolved_path(path).c_str(), &status) != 0) return std::nullopt;
+  if (::stat(path.c_str(), &status) != 0 && ::stat(resolve_path(path).c_str(), &status) != 0) return std::nullopt;
   return FileIdentity(status.st_dev, status.st_ino);
 }
 
 std::optional<FileIdentity> identity_of_input(const std::string& path) {
-  if (path != "-" && path != "<stdin>") return identity_of(path);
+  if (path != "-" && path != "<stdin>") return find_file_identity(path);
   struct stat status {};
   if (::fstat(STDIN_FILENO, &status) != 0 || !S_ISREG(status.st_mode)) return std::nullopt;
   return FileIdentity(status.st_dev, status.st_ino);
 }
 
-bool same_file(const std::string& a, const std::string& b) {
-  if (a == standard_output || b == standard_output) return false;
-  const auto one = identity_of(a), other = identity_of(b);
+bool is_same_file(const std::string& a, const std::string& b) {
+  if (a == standard_output_path || b == standard_output_path) return false;
+  const auto one = find_file_identity(a), other = find_file_identity(b);
   if (one && other) return one == other;
   if (one || other) return false;
-  return resolved_path(a) == resolved_path(b);
+  return resolve_path(a) == resolve_path(b);
 }
 
-const InputFile* find_replaced(const std::string& output, const std::vector<InputFile>& inputs) {
-  if (output.empty() || output == standard_output) return nullptr;
+const InputFile* find_replaced_input(const std::string& output, const std::vector<InputFile>& inputs) {
+  if (output.empty() || output == standard_output_path) return nullptr;
   const auto found = std::find_if(inputs.begin(), inputs.end(), [&](const InputFile& input) {
     if (input.path.empty()) return false;
-    if (const auto read = identity_of_input(input.path)) return read == identity_of(output);
-    return same_file(output, input.path);
+    if (const auto read = identity_of_input(input.path)) return read == find_file_identity(output);
+    return is_same_file(output, input.path);
   });
   return found == inputs.end() ? nullptr : &*found;
 }

@@ -14,25 +14,25 @@ using FileIdentity = std::pair<std::uintmax_t, std::uintmax_t>;
 
 /// The same path, from the root, with the links and `..` of its folders worked out, those of folders that are still to be made too. What
 /// the last name itself links to is left alone.
-std::string resolved_path(const std::string& path);
+std::string resolve_path(const std::string& path);
 
 /// Nothing if there is no such file. A folder on the way that is missing counts as made: `missing/../file` is `file`.
-std::optional<FileIdentity> identity_of(const std::string& path);
+std::optional<FileIdentity> find_file_identity(const std::string& path);
 
-/// As identity_of, of a name that is read: of `-` and `<stdin>` the file that standard input is, if it is one.
+/// As find_file_identity, of a name that is read: of `-` and `<stdin>` the file that standard input is, if it is one.
 std::optional<FileIdentity> identity_of_input(const std::string& path);
 
 /// Whether two names are one file, which need not exist yet. Standard input and output are no files.
-bool same_file(const std::string& a, const std::string& b);
+bool is_same_file(const std::string& a, const std::string& b);
 
 /// A file that something is made from.
 struct InputFile {
   std::string path;
-  std::string what;  ///< in a sentence: "the spec"
+  std::string description;  ///< in a sentence: "the spec"
 };
 
 /// The first of the inputs that a file written to `output` would replace, by whatever path, by way of standard input too; null if there
 /// is none.
-const InputFile* find_replaced(const std::string& output, const std::vector<InputFile>& inputs);
+const InputFile* find_replaced_input(const std::string& output, const std::vector<InputFile>& inputs);
 
 }  // namespace balance

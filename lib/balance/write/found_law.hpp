@@ -9,15 +9,15 @@
 namespace balance {
 
 /// What was found, and a table of which limit is active when; ends with a line feed.
-std::string found_law_text(const FoundLaw& law);
+std::string format_optimised_law(const OptimisedLaw& law);
 
 /// {duration, switches, stretches: [{begin, end, from, to, limit}]} and, of a gentlest law, {of, peak, unit}.
-Json found_law_json(const FoundLaw& law);
+Json optimised_law_json(const OptimisedLaw& law);
 
 /// How far the path is left, what was reached by it, and how many starts of the search agree; ends with a line feed.
-std::string found_corridor_text(const FoundCorridor& corridor);
+std::string format_corridor_result(const CorridorResult& corridor);
 
 /// {width, used, unit, of, value, on_path, value_unit, starts, agreeing}.
-Json found_corridor_json(const FoundCorridor& corridor);
+Json corridor_result_json(const CorridorResult& corridor);
 
 }  // namespace balance

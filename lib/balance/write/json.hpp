@@ -12,15 +12,15 @@
 namespace balance {
 
 /// One object: what was run, how it ended, the metrics and the files written; ends with a line feed.
-std::string result_json(const Result& result, const FileDescription& description,
-                        const std::vector<std::string>& files);
+std::string format_result_json(const RunResult& result, const Provenance& description,
+                               const std::vector<std::string>& files);
 
 /// {"error": {"kind": …, "message": …}}; what stopped early adds its status, a motion the time too.
-std::string error_json(const std::string& kind, const std::string& message);
-std::string error_json(const std::string& kind, const std::string& message, const std::string& status);
-std::string error_json(const std::string& kind, const MotionOutcome& outcome);
+std::string format_error_json(const std::string& kind, const std::string& message);
+std::string format_error_json(const std::string& kind, const std::string& message, const std::string& status);
+std::string format_error_json(const std::string& kind, const MotionOutcome& outcome);
 /// Adds "mistakes", each with its file, line, column, key, message, expected, found, hint (null where there is none), and "more",
 /// how many mistakes there are besides.
-std::string error_json(const std::string& kind, const SpecError& error);
+std::string format_error_json(const std::string& kind, const SpecError& error);
 
 }  // namespace balance

@@ -12,7 +12,7 @@ namespace balance {
 namespace {
 
 /// Characters that are not seen stand in strings alone, where they may be written as escapes.
-std::string seen_json(std::string_view json) {
+std::string escape_invisible_json(std::string_view json) {
   std::string text;
   text.reserve(json.size());
   const auto plain = [](char c) { return static_cast<unsigned char>(c) < 0x7f; };
@@ -21,9 +21,9 @@ std::string seen_json(std::string_view json) {
     text += json.substr(0, run);
     json.remove_prefix(run);
     if (json.empty()) break;
-    const Utf8Character one = first_character(json);
+    const Utf8CodePoint one = decode_utf8(json);
     const std::size_t bytes = std::max<std::size_t>(one.bytes, 1);
-    if (!is_unseen(one.code))
+    if (!is_invisible(one.code))
       text += json.substr(0, bytes);
     else if (one.code < 0x10000)
       text += fmt::format("\\u{:04x}", one.code);
@@ -36,9 +36,9 @@ std::string seen_json(std::string_view json) {
 
 }  // namespace
 
-std::string dump(const Json& value) {
+std::string format_json(const Json& value) {
   // Names that are not UTF-8 must not cost the user the answer.
-  return seen_json(value.dump(2, ' ', false, Json::error_handler_t::replace)) + "\n";
+  return escape_invisible_json(value.dump(2, ' ', false, Json::error_handler_t::replace)) + "\n";
 }
 
 Json vector_json(const Vector3& vector, int axes) { return std::vector<double>(vector.data(), vector.data() + axes); }

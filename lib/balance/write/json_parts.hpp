@@ -14,7 +14,7 @@ namespace balance {
 using Json = nlohmann::ordered_json;
 
 /// Two spaces deep, ending with a line feed. What is not finite is null.
-std::string dump(const Json& value);
+std::string format_json(const Json& value);
 
 Json vector_json(const Vector3& vector, int axes);
 Json numbers_json(const VectorX& numbers);

@@ -7,6 +7,6 @@
 namespace balance {
 
 /// The group `law`, if the law was searched for or limits are stated beside it.
-void add_law(Hdf5File& file, Hdf5File::Group parent, const Result& result);
+void write_law_group(Hdf5Writer& file, Hdf5Writer::Group parent, const RunResult& result);
 
 }  // namespace balance

@@ -10,12 +10,12 @@
 namespace balance {
 
 /// "cargo taken up at 0.2 s: R1 from 3.1 to 7.4 N m, R2 from …", a line each; empty if there is none.
-std::string payload_changes_text(const Result& result);
+std::string format_payload_events(const RunResult& result);
 
 /// [{payload, change, time, speed, turning, torque: [{actuator, unit, before, after}]}].
-Json payload_changes_json(const Result& result);
+Json payload_events_json(const RunResult& result);
 
-/// The group `payload_changes`, if there is any.
-void add_payload_changes(Hdf5File& file, Hdf5File::Group parent, const Result& result);
+/// The group `payload_events`, if there is any.
+void write_payload_events(Hdf5Writer& file, Hdf5Writer::Group parent, const RunResult& result);
 
 }  // namespace balance

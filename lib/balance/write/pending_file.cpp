@@ -37,8 +37,8 @@ std::string folder_of(const std::string& path) {
 }
 
 /// The nearest folder above a file that is to be made. @throws SystemError if a file stands where a folder is needed
-std::string existing_folder_above(const std::string& path) {
-  for (fs::path folder = folder_of(resolved_path(path));; folder = folder.parent_path()) {
+std::string find_existing_parent_folder(const std::string& path) {
+  for (fs::path folder = folder_of(resolve_path(path));; folder = folder.parent_path()) {
     struct stat status {};
     if (::stat(folder.c_str(), &status) == 0) {
       if (!S_ISDIR(status.st_mode)) fail(path, folder.string() + " is a file, not a folder");
@@ -49,23 +49,23 @@ std::string existing_folder_above(const std::string& path) {
   }
 }
 
-void check_target(const std::string& path, Existing existing) {
+void check_target(const std::string& path, OverwritePolicy existing) {
   if (path.empty()) throw SystemError("cannot write a file without a name");
   struct stat status {};
-  if (::lstat(resolved_path(path).c_str(), &status) != 0) {
+  if (::lstat(resolve_path(path).c_str(), &status) != 0) {
     if (errno != ENOENT && errno != ENOTDIR) fail(path, errno);
-    existing_folder_above(path);
+    find_existing_parent_folder(path);
     if (fs::path(path).filename().empty()) fail(path, "it is a folder's name, not a file's");
     return;
   }
   if (S_ISLNK(status.st_mode)) fail(path, "it is a symbolic link, which is not followed; name the file itself");
   if (S_ISDIR(status.st_mode)) fail(path, "it is a folder");
   if (!S_ISREG(status.st_mode)) fail(path, "it is not a regular file");
-  if (existing == Existing::keep) fail_existing(path);
+  if (existing == OverwritePolicy::forbid) fail_existing(path);
 }
 
 /// @param target a resolved path: no folder is made that `..` leaves again
-void make_folder_of(const std::string& target, const std::string& path) {
+void create_parent_folder(const std::string& target, const std::string& path) {
   std::error_code error;
   fs::create_directories(folder_of(target), error);
   if (error) fail(path, "cannot make its folder: " + error.message());
@@ -100,7 +100,7 @@ void sync_folder(const std::string& target) {
 }
 
 /// A file without a name in the folder for temporary files. @return its descriptor, or -1
-int open_nameless() {
+int open_unnamed() {
   std::error_code error;
   const fs::path folder = fs::temp_directory_path(error);
   std::string name = ((error ? fs::path("/tmp") : folder) / "balance.XXXXXX").string();
@@ -120,45 +120,45 @@ void write_all(int descriptor, std::string_view bytes, const std::string& shown_
 
 }  // namespace
 
-std::string target_of_temporary(const std::string& name, std::string_view mark) {
-  constexpr std::size_t digits = 8;
+std::string parse_temporary_name(const std::string& name, std::string_view mark) {
+  constexpr std::size_t random_digits = 8;
   constexpr std::string_view ending = ".tmp";
   if (name.empty() || name[0] != '.' || !name.ends_with(ending)) return "";
   const std::string_view stem = std::string_view(name).substr(1, name.size() - 1 - ending.size());
-  const std::size_t tail = 1 + mark.size() + digits;
+  const std::size_t tail = 1 + mark.size() + random_digits;
   if (stem.size() <= tail) return "";
   const std::string_view end = stem.substr(stem.size() - tail);
-  const std::string_view number = end.substr(tail - digits);
+  const std::string_view number = end.substr(tail - random_digits);
   const bool numbered =
       std::all_of(number.begin(), number.end(), [](unsigned char c) { return std::isxdigit(c) != 0; });
   const bool marked = end[0] == '.' && end.substr(1, mark.size()) == mark;
   return numbered && marked ? std::string(stem.substr(0, stem.size() - tail)) : "";
 }
 
-void remove_if_abandoned(const std::string& temporary) {
+void remove_stale_temporary(const std::string& temporary) {
   const int descriptor = ::open(temporary.c_str(), O_RDONLY | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC);
   if (descriptor < 0) return;
   if (::flock(descriptor, LOCK_EX | LOCK_NB) == 0) ::unlink(temporary.c_str());
   ::close(descriptor);
 }
 
-void check_writable(const std::string& path, Existing existing) {
-  if (path == standard_output) return;
+void check_writable(const std::string& path, OverwritePolicy existing) {
+  if (path == standard_output_path) return;
   check_target(path, existing);
-  if (::access(existing_folder_above(path).c_str(), W_OK | X_OK) != 0) fail(path, errno);
+  if (::access(find_existing_parent_folder(path).c_str(), W_OK | X_OK) != 0) fail(path, errno);
 }
 
-PendingFile::PendingFile(const std::string& path, Existing existing, std::string_view mark)
-    : path_(path), target_(resolved_path(path)), existing_(existing) {
-  if (path == standard_output) {
-    descriptor_ = open_nameless();
+AtomicFile::AtomicFile(const std::string& path, OverwritePolicy existing, std::string_view mark)
+    : path_(path), target_(resolve_path(path)), existing_(existing) {
+  if (path == standard_output_path) {
+    descriptor_ = open_unnamed();
     if (descriptor_ < 0) fail("a temporary file", errno);
     return;
   }
   check_target(path_, existing_);
-  make_folder_of(target_, path_);
-  constexpr int attempts = 8;  // two equal random names are already unlikely
-  for (int attempt = 0; attempt < attempts; ++attempt) {
+  create_parent_folder(target_, path_);
+  constexpr int max_name_attempts = 8;  // two equal random names are already unlikely
+  for (int attempt = 0; attempt < max_name_attempts; ++attempt) {
     temporary_ = temporary_name(target_, mark);
     descriptor_ = ::open(temporary_.c_str(), O_RDWR | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, 0666);
     if (descriptor_ < 0 && errno == EEXIST) continue;
@@ -169,14 +169,14 @@ PendingFile::PendingFile(const std::string& path, Existing existing, std::string
   fail(path_, errno);
 }
 
-PendingFile::~PendingFile() {
+AtomicFile::~AtomicFile() {
   if (descriptor_ >= 0) ::close(descriptor_);
   if (!temporary_.empty()) ::unlink(temporary_.c_str());
 }
 
-void PendingFile::write(std::string_view bytes) { write_all(descriptor_, bytes, path_); }
+void AtomicFile::write(std::string_view bytes) { write_all(descriptor_, bytes, path_); }
 
-void PendingFile::send() {
+void AtomicFile::copy_to_standard_output() {
   if (::lseek(descriptor_, 0, SEEK_SET) < 0) fail(path_, errno);
   std::string block(1 << 20, '\0');
   while (true) {
@@ -188,21 +188,21 @@ void PendingFile::send() {
   }
 }
 
-void PendingFile::commit(Durability durability) {
-  if (path_ == standard_output) return send();
-  if (durability == Durability::wait && ::fsync(descriptor_) != 0) fail(path_, errno);
+void AtomicFile::commit(Durability durability) {
+  if (path_ == standard_output_path) return copy_to_standard_output();
+  if (durability == Durability::synced && ::fsync(descriptor_) != 0) fail(path_, errno);
   struct stat before {};
-  if (existing_ == Existing::replace && ::lstat(target_.c_str(), &before) == 0)
+  if (existing_ == OverwritePolicy::replace && ::lstat(target_.c_str(), &before) == 0)
     ::fchmod(descriptor_, before.st_mode & 0777);  // where a file system knows no permissions, there are none to keep
   const int descriptor = descriptor_;
   descriptor_ = -1;
   if (::close(descriptor) != 0) fail(path_, errno);
-  const bool renamed = existing_ == Existing::keep ? rename_exclusively(temporary_, target_)
-                                                   : ::rename(temporary_.c_str(), target_.c_str()) == 0;
+  const bool renamed = existing_ == OverwritePolicy::forbid ? rename_exclusively(temporary_, target_)
+                                                            : ::rename(temporary_.c_str(), target_.c_str()) == 0;
   if (!renamed && errno == EEXIST) fail_existing(path_);
   if (!renamed) fail(path_, errno);
   temporary_.clear();
-  if (durability == Durability::wait) sync_folder(target_);
+  if (durability == Durability::synced) sync_folder(target_);
 }
 
 }  // namespace balance

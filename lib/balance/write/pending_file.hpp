@@ -10,10 +10,10 @@
 namespace balance {
 
 /// What to do with an older file of the same name.
-enum class Existing { keep, replace };
+enum class OverwritePolicy { forbid, replace };
 
 /// Whether a file is worth waiting for the disk: what can be computed again is not.
-enum class Durability { wait, later };
+enum class Durability { synced, deferred };
 
 /// The user asked to stop; the unfinished file is gone.
 class Cancelled : public std::runtime_error {
@@ -23,30 +23,30 @@ class Cancelled : public std::runtime_error {
 /// Fails early what would fail later: call it before a long computation.
 /// @throws SystemError if a file of this name exists and must be kept, if the name belongs to something that is no
 ///         regular file, a symbolic link among them, or if its folder cannot be written or, where there is none, made
-void check_writable(const std::string& path, Existing existing);
+void check_writable(const std::string& path, OverwritePolicy existing);
 
 /// The path that means standard output.
-inline constexpr const char* standard_output = "-";
+inline constexpr const char* standard_output_path = "-";
 
 /// The name that an unfinished file was to get, without its folder; empty if the name is none of an unfinished file with this mark.
-std::string target_of_temporary(const std::string& name, std::string_view mark);
+std::string parse_temporary_name(const std::string& name, std::string_view mark);
 
 /// Removes an unfinished file whose writer is dead; keeps one that is still being written.
-void remove_if_abandoned(const std::string& temporary);
+void remove_stale_temporary(const std::string& temporary);
 
-class PendingFile {
+class AtomicFile {
  public:
-  /// @param path the name that the file gets in the end. Of standard_output, where the complete file is sent to in the end, the
+  /// @param path the name that the file gets in the end. Of standard_output_path, where the complete file is sent to in the end, the
   ///        temporary file has no name
   /// @param mark stands in the temporary name, for whoever looks for files of his own that were left over
   /// Makes the folders where there are none. A file that is replaced leaves its permissions to the new one.
   /// @throws SystemError as check_writable, or if the temporary file cannot be made
-  PendingFile(const std::string& path, Existing existing, std::string_view mark = {});
+  AtomicFile(const std::string& path, OverwritePolicy existing, std::string_view mark = {});
 
   /// Removes the temporary file unless it was committed.
-  ~PendingFile();
-  PendingFile(const PendingFile&) = delete;
-  PendingFile& operator=(const PendingFile&) = delete;
+  ~AtomicFile();
+  AtomicFile(const AtomicFile&) = delete;
+  AtomicFile& operator=(const AtomicFile&) = delete;
 
   const std::string& temporary() const { return temporary_; }
 
@@ -58,13 +58,13 @@ class PendingFile {
 
   /// Waits until the bytes are on disk, unless told otherwise, and gives the file its name.
   /// @throws SystemError; then nothing has changed
-  void commit(Durability durability = Durability::wait);
+  void commit(Durability durability = Durability::synced);
 
  private:
-  void send();
+  void copy_to_standard_output();
 
   std::string path_, target_, temporary_;  ///< as the user named it; the same resolved; where the bytes grow
-  Existing existing_;
+  OverwritePolicy existing_;
   int descriptor_ = -1;
 };
 

@@ -15,7 +15,7 @@
 namespace balance {
 namespace {
 
-using Dimension = Hdf5File::Dimension;
+using Dimension = Hdf5Writer::Dimension;
 
 /// The dimensions that this result's quantities need.
 struct Dimensions {
@@ -23,13 +23,13 @@ struct Dimensions {
   std::optional<Dimension> coordinate, joint, actuator, axis, quaternion, constraint, sliding, body;
 };
 
-std::optional<Dimension> add_labels(Hdf5File& file, Hdf5File::Group group, const std::string& name,
+std::optional<Dimension> add_labels(Hdf5Writer& file, Hdf5Writer::Group group, const std::string& name,
                                     const std::string& long_name, const std::vector<std::string>& labels) {
   if (labels.empty()) return std::nullopt;
   return file.add_dimension(group, {name, long_name, "1", {}, {}}, labels);
 }
 
-Dimensions add_dimensions(Hdf5File& file, Hdf5File::Group group, const Result& r) {
+Dimensions add_dimensions(Hdf5Writer& file, Hdf5Writer::Group group, const RunResult& r) {
   Dimensions d;
   d.time = file.add_dimension(group, {"time", "time", "s", {}, {}}, std::span(r.time.data(), r.time.size()));
   d.coordinate = add_labels(file, group, "coordinate", "joint coordinate", r.coordinate_names);
@@ -46,20 +46,20 @@ Dimensions add_dimensions(Hdf5File& file, Hdf5File::Group group, const Result& r
   return d;
 }
 
-std::vector<Dimension> dimensions_of(Columns columns, const Dimensions& d) {
+std::vector<Dimension> dimensions_of(ColumnKind columns, const Dimensions& d) {
   switch (columns) {
-    case Columns::single: return {d.time};
-    case Columns::coordinate: return {d.time, d.coordinate.value()};
-    case Columns::actuator: return {d.time, d.actuator.value()};
-    case Columns::axis: return {d.time, d.axis.value()};
-    case Columns::quaternion: return {d.time, d.quaternion.value()};
-    case Columns::joint: return {d.time, d.joint.value()};
-    case Columns::joint_axis: return {d.time, d.joint.value(), d.axis.value()};
-    case Columns::constraint: return {d.time, d.constraint.value()};
-    case Columns::sliding: return {d.time, d.sliding.value()};
-    case Columns::body: return {d.time, d.body.value()};
-    case Columns::body_axis: return {d.time, d.body.value(), d.axis.value()};
-    case Columns::body_quaternion: return {d.time, d.body.value(), d.quaternion.value()};
+    case ColumnKind::single: return {d.time};
+    case ColumnKind::coordinate: return {d.time, d.coordinate.value()};
+    case ColumnKind::actuator: return {d.time, d.actuator.value()};
+    case ColumnKind::axis: return {d.time, d.axis.value()};
+    case ColumnKind::quaternion: return {d.time, d.quaternion.value()};
+    case ColumnKind::joint: return {d.time, d.joint.value()};
+    case ColumnKind::joint_axis: return {d.time, d.joint.value(), d.axis.value()};
+    case ColumnKind::constraint: return {d.time, d.constraint.value()};
+    case ColumnKind::sliding: return {d.time, d.sliding.value()};
+    case ColumnKind::body: return {d.time, d.body.value()};
+    case ColumnKind::body_axis: return {d.time, d.body.value(), d.axis.value()};
+    case ColumnKind::body_quaternion: return {d.time, d.body.value(), d.quaternion.value()};
   }
   return {};
 }
@@ -69,23 +69,23 @@ std::span<const double> values_of(const Samples& samples) {
 }
 
 /// Which unit each label has, where they differ.
-void add_units(Hdf5File& file, Hdf5File::Group group, const std::string& name, const std::string& long_name,
+void add_units(Hdf5Writer& file, Hdf5Writer::Group group, const std::string& name, const std::string& long_name,
                Dimension dimension, const std::vector<std::string>& units) {
   if (common_unit(units) != "mixed") return;
-  file.add(group, {name, long_name, "1", {dimension}, {}}, units);
+  file.add_variable(group, {name, long_name, "1", {dimension}, {}}, units);
 }
 
 /// What the columns of `torque` are called, where some are forces.
-void add_effort_names(Hdf5File& file, Hdf5File::Group group, Dimension dimension, const Result& r) {
+void add_effort_names(Hdf5Writer& file, Hdf5Writer::Group group, Dimension dimension, const RunResult& r) {
   std::vector<std::string> names;
   for (std::size_t a = 0; a < r.actuator_names.size(); ++a)
-    names.push_back(effort_name("torque", r.actuator_units[a]) + "[" + r.actuator_names[a] + "]");
+    names.push_back(effort_display_name("torque", r.actuator_units[a]) + "[" + r.actuator_names[a] + "]");
   if (std::any_of(names.begin(), names.end(), [](const std::string& name) { return name.starts_with("force"); }))
-    file.add(group, {"effort", "name of the actuator's torque or force", "1", {dimension}, {}}, names);
+    file.add_variable(group, {"effort", "name of the actuator's torque or force", "1", {dimension}, {}}, names);
 }
 
 /// Dimensions, and the units of those whose labels differ in unit.
-Dimensions add_columns(Hdf5File& file, Hdf5File::Group group, const Result& r) {
+Dimensions add_columns(Hdf5Writer& file, Hdf5Writer::Group group, const RunResult& r) {
   const Dimensions dimensions = add_dimensions(file, group, r);
   if (dimensions.coordinate) {
     add_units(file, group, "coordinate_unit", "unit of the joint coordinate", *dimensions.coordinate,
@@ -105,34 +105,34 @@ Dimensions add_columns(Hdf5File& file, Hdf5File::Group group, const Result& r) {
 }
 
 /// One number, or one per label where they differ in kind; none if it is not known.
-std::vector<double> round_off_per_label(const Result& r, const Quantity& quantity) {
-  VectorX TermSizes::*const size = term_size_of(quantity.member);
+std::vector<double> round_off_per_label(const RunResult& r, const Quantity& quantity) {
+  VectorX TermMagnitudes::*const size = term_magnitude_of(quantity.member);
   if (size == nullptr) return {};
   const VectorX& known = r.round_off.*size;
   return {known.data(), known.data() + known.size()};
 }
 
-void add_samples(Hdf5File& file, Hdf5File::Group group, const Result& r, const Dimensions& d,
+void add_samples(Hdf5Writer& file, Hdf5Writer::Group group, const RunResult& r, const Dimensions& d,
                  const WriteOptions& options) {
-  const std::vector<double> about(r.about.data(), r.about.data() + r.axes);
-  for (const Quantity& quantity : list_quantities(r)) {
-    stop_if_cancelled(options);
-    Hdf5File::Variable variable{
+  const std::vector<double> about(r.moment_reference.data(), r.moment_reference.data() + r.axes);
+  for (const Quantity& quantity : list_sampled_quantities(r)) {
+    throw_if_cancelled(options);
+    Hdf5Writer::Variable variable{
         quantity.name, quantity.long_name, common_unit(quantity.units), dimensions_of(quantity.columns, d), {}};
-    if (quantity.about) variable.attributes.push_back({"about", about});
+    if (quantity.has_moment_reference) variable.attributes.push_back({"about", about});
     if (const auto round_off = round_off_per_label(r, quantity); !round_off.empty())
       variable.attributes.push_back({"round_off", round_off});
-    file.add(group, variable, values_of(*quantity.samples));
+    file.add_variable(group, variable, values_of(*quantity.samples));
   }
   if (r.newton_iterations.size() == 0) return;
-  file.add(group, {"newton_iterations", "Newton iterations for the position", "1", {d.time}, {}},
-           std::span(r.newton_iterations.data(), r.newton_iterations.size()));
+  file.add_variable(group, {"newton_iterations", "Newton iterations for the position", "1", {d.time}, {}},
+                    std::span(r.newton_iterations.data(), r.newton_iterations.size()));
 }
 
-void add_metrics(Hdf5File& file, Hdf5File::Group parent, const Result& r) {
-  const Hdf5File::Group group = file.add_group(parent, "metrics");
-  file.add(group, {"energy", "energy moved by the actuators, the integral of the sum of |power|", "J", {}, {}},
-           std::span(&r.energy, 1));
+void add_metrics(Hdf5Writer& file, Hdf5Writer::Group parent, const RunResult& r) {
+  const Hdf5Writer::Group group = file.add_group(parent, "metrics");
+  file.add_variable(group, {"energy", "energy moved by the actuators, the integral of the sum of |power|", "J", {}, {}},
+                    std::span(&r.energy, 1));
   if (r.metrics.empty()) return;
   std::vector<std::string> names, units;
   for (const Metric& metric : r.metrics) {
@@ -140,11 +140,11 @@ void add_metrics(Hdf5File& file, Hdf5File::Group parent, const Result& r) {
     units.push_back(metric.unit);
   }
   const Dimension quantity = file.add_dimension(group, {"quantity", "quantity", "1", {}, {}}, names);
-  file.add(group, {"unit", "unit of the quantity", "1", {quantity}, {}}, units);
+  file.add_variable(group, {"unit", "unit of the quantity", "1", {quantity}, {}}, units);
   const auto add = [&](const char* name, const char* long_name, const std::string& unit, double Metric::*figure) {
     std::vector<double> values;
     for (const Metric& metric : r.metrics) values.push_back(metric.*figure);
-    file.add(group, {name, long_name, unit, {quantity}, {}}, values);
+    file.add_variable(group, {name, long_name, unit, {quantity}, {}}, values);
   };
   const std::string unit = common_unit(units);
   add("peak", "largest magnitude", unit, &Metric::peak);
@@ -157,8 +157,8 @@ void add_metrics(Hdf5File& file, Hdf5File::Group parent, const Result& r) {
 
 }  // namespace
 
-void describe_source(Hdf5File& file, const FileDescription& d) {
-  constexpr Hdf5File::Group root{};
+void write_source_attributes(Hdf5Writer& file, const Provenance& d) {
+  constexpr Hdf5Writer::Group root{};
   file.set_attribute(root, "title", d.title);
   file.set_attribute(root, "Conventions", "balance-1");
   file.set_attribute(root, "balance_version", d.version);
@@ -167,8 +167,8 @@ void describe_source(Hdf5File& file, const FileDescription& d) {
   file.set_attribute(root, "command_line", d.command_line);
 }
 
-void describe_run(Hdf5File& file, Hdf5File::Group group, const FileDescription& d) {
-  if (!d.at.empty()) return file.set_attribute(group, "at", d.at);
+void write_run_attributes(Hdf5Writer& file, Hdf5Writer::Group group, const Provenance& d) {
+  if (!d.pose.empty()) return file.set_attribute(group, "at", d.pose);
   file.set_attribute(group, "trajectory", d.trajectory);
   file.set_attribute(group, "law", d.law);
   file.set_attribute(group, "drive", d.drive);
@@ -178,32 +178,35 @@ void describe_run(Hdf5File& file, Hdf5File::Group group, const FileDescription& 
   file.set_attribute(group, "controller_type", d.controller_type);
 }
 
-void describe_end(Hdf5File& file, Hdf5File::Group group, const MotionOutcome& outcome) {
+void write_outcome_attributes(Hdf5Writer& file, Hdf5Writer::Group group, const MotionOutcome& outcome) {
   file.set_attribute(group, "status", name_of(outcome.status));
   file.set_attribute(group, "reason", outcome.reason);
 }
 
-void add_result(Hdf5File& file, Hdf5File::Group group, const Result& r, const WriteOptions& options) {
-  if (r.found_corridor) file.set_attribute(group, "found_corridor", dump(found_corridor_json(*r.found_corridor)));
+void write_result_variables(Hdf5Writer& file, Hdf5Writer::Group group, const RunResult& r,
+                            const WriteOptions& options) {
+  if (r.corridor_result)
+    file.set_attribute(group, "found_corridor", format_json(corridor_result_json(*r.corridor_result)));
   const Dimensions dimensions = add_columns(file, group, r);
   add_samples(file, group, r, dimensions, options);
   add_metrics(file, group, r);
-  add_law(file, group, r);
-  add_payload_changes(file, group, r);
+  write_law_group(file, group, r);
+  write_payload_events(file, group, r);
 }
 
-void add_deviations(Hdf5File& file, Hdf5File::Group group, const Result& deviation, const WriteOptions& options) {
+void write_deviation_variables(Hdf5Writer& file, Hdf5Writer::Group group, const RunResult& deviation,
+                               const WriteOptions& options) {
   const Dimensions dimensions = add_columns(file, group, deviation);
-  for (const Quantity& quantity : list_quantities(deviation)) {
-    stop_if_cancelled(options);
-    if (quantity.columns == Columns::quaternion || quantity.columns == Columns::body_quaternion) continue;
-    file.add(group,
-             {quantity.name,
-              "standard deviation of the " + quantity.long_name,
-              common_unit(quantity.units),
-              dimensions_of(quantity.columns, dimensions),
-              {}},
-             values_of(*quantity.samples));
+  for (const Quantity& quantity : list_sampled_quantities(deviation)) {
+    throw_if_cancelled(options);
+    if (quantity.columns == ColumnKind::quaternion || quantity.columns == ColumnKind::body_quaternion) continue;
+    file.add_variable(group,
+                      {quantity.name,
+                       "standard deviation of the " + quantity.long_name,
+                       common_unit(quantity.units),
+                       dimensions_of(quantity.columns, dimensions),
+                       {}},
+                      values_of(*quantity.samples));
   }
 }
 

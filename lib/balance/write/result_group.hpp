@@ -8,20 +8,22 @@
 namespace balance {
 
 /// Attributes of the root that say where the file comes from.
-void describe_source(Hdf5File& file, const FileDescription& description);
+void write_source_attributes(Hdf5Writer& file, const Provenance& description);
 
 /// Attributes that say what was run.
-void describe_run(Hdf5File& file, Hdf5File::Group group, const FileDescription& description);
+void write_run_attributes(Hdf5Writer& file, Hdf5Writer::Group group, const Provenance& description);
 
 /// Attributes that say how a run under control ended.
-void describe_end(Hdf5File& file, Hdf5File::Group group, const MotionOutcome& outcome);
+void write_outcome_attributes(Hdf5Writer& file, Hdf5Writer::Group group, const MotionOutcome& outcome);
 
 /// All dimensions and datasets of a result that has samples, metrics included.
 /// @throws Cancelled if options.cancelled says so
-void add_result(Hdf5File& file, Hdf5File::Group group, const Result& result, const WriteOptions& options);
+void write_result_variables(Hdf5Writer& file, Hdf5Writer::Group group, const RunResult& result,
+                            const WriteOptions& options);
 
 /// Standard deviations of a run's samples, under the same names; orientations in space have none, nor have counts.
 /// @throws Cancelled if options.cancelled says so
-void add_deviations(Hdf5File& file, Hdf5File::Group group, const Result& deviation, const WriteOptions& options);
+void write_deviation_variables(Hdf5Writer& file, Hdf5Writer::Group group, const RunResult& deviation,
+                               const WriteOptions& options);
 
 }  // namespace balance

@@ -14,7 +14,7 @@ namespace balance {
 /// @throws SystemError with path and reason; an older file of that name is then as it was
 /// @throws Cancelled if options.cancelled says so
 /// @throws std::invalid_argument if the result is neither, has no samples, or its sizes contradict each other
-void write_result(const std::string& path, const Result& result, const FileDescription& description,
-                  const WriteOptions& options = {});
+void write_result_hdf5(const std::string& path, const RunResult& result, const Provenance& description,
+                       const WriteOptions& options = {});
 
 }  // namespace balance

@@ -13,8 +13,8 @@ namespace balance {
 
 namespace {
 
-std::string command_of(std::vector<std::string> words) {
-  for (std::string& word : words) word = shell_word(word);
+std::string join_command(std::vector<std::string> words) {
+  for (std::string& word : words) word = quote_for_shell(word);
   return fmt::format("{}", fmt::join(words, " "));
 }
 
@@ -22,15 +22,16 @@ std::string file_name_of(const std::string& path) { return std::filesystem::path
 
 }  // namespace
 
-std::string shell_word(const std::string& text) {
-  static constexpr const char* harmless = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-+=./:,@%";
-  if (!text.empty() && text.find_first_not_of(harmless) == std::string::npos) return text;
+std::string quote_for_shell(const std::string& text) {
+  static constexpr const char* unquoted_characters =
+      "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-+=./:,@%";
+  if (!text.empty() && text.find_first_not_of(unquoted_characters) == std::string::npos) return text;
   std::string quoted = "'";
   for (const char c : text) quoted += c == '\'' ? "'\\''" : std::string(1, c);
   return quoted + "'";
 }
 
-std::string simulate_command(const SimulateCall& call) {
+std::string format_simulate_command(const SimulateCommand& call) {
   const bool controlled = !call.controller.empty();
   std::vector<std::string> words = {"balance", controlled ? "control" : "simulate", file_name_of(call.spec_file),
                                     "--trajectory", call.trajectory};
@@ -45,10 +46,10 @@ std::string simulate_command(const SimulateCall& call) {
   if (call.compress) words.push_back("--compress");
   if (call.poses) words.push_back("--poses");
   if (call.split) words.push_back("--split");
-  return command_of(std::move(words));
+  return join_command(std::move(words));
 }
 
-std::vector<std::pair<std::string, std::string>> overrides_in(const std::string& command) {
+std::vector<std::pair<std::string, std::string>> parse_overrides(const std::string& command) {
   std::vector<std::string> words(1);
   bool quoted = false;
   for (std::size_t i = 0; i < command.size(); ++i) {
@@ -71,23 +72,23 @@ std::vector<std::pair<std::string, std::string>> overrides_in(const std::string&
   return found;
 }
 
-FileDescription describe_simulation(const Study& study, const Trajectory& trajectory, const SimulateCall& call) {
-  FileDescription description;
+Provenance make_simulation_provenance(const Study& study, const Trajectory& trajectory, const SimulateCommand& call) {
+  Provenance description;
   description.title = study.mechanism.name;
   description.version = version();
   description.spec_text = study.spec_text;
-  description.command_line = simulate_command(call);
+  description.command_line = format_simulate_command(call);
   description.trajectory = trajectory.name;
   description.law = law_name(trajectory);
   description.drive = name_of(trajectory.drive);
   description.formulation = call.formulation;
   description.controller = call.controller;
   for (const Controller& controller : study.controllers)
-    if (controller.name == call.controller) description.controller_type = name_of(controller.type);
+    if (controller.name == call.controller) description.controller_type = controller_type_name(controller.type);
   return description;
 }
 
-FileDescription describe_state(const Study& study, const StateCall& call) {
+Provenance describe_state(const Study& study, const StateCommand& call) {
   std::vector<std::string> words = {"balance", "simulate", file_name_of(call.spec_file), "--at=" + call.at};
   const auto add = [&](const char* option, const std::string& value) {
     if (!value.empty()) words.push_back(std::string(option) + "=" + value);
@@ -101,12 +102,12 @@ FileDescription describe_state(const Study& study, const StateCall& call) {
   for (const std::string& set : call.set) words.insert(words.end(), {"--set", set});
   if (call.compress) words.emplace_back("--compress");
   if (call.poses) words.emplace_back("--poses");
-  FileDescription description;
+  Provenance description;
   description.title = study.mechanism.name;
   description.version = version();
   description.spec_text = study.spec_text;
-  description.command_line = command_of(std::move(words));
-  description.at = call.at;
+  description.command_line = join_command(std::move(words));
+  description.pose = call.at;
   return description;
 }
 

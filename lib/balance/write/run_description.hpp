@@ -12,10 +12,10 @@
 namespace balance {
 
 /// One word for a POSIX shell: quoted if it needs to be.
-std::string shell_word(const std::string& text);
+std::string quote_for_shell(const std::string& text);
 
 /// What was asked for, as it would be asked of `balance simulate` or, with a controller, of `balance control`.
-struct SimulateCall {
+struct SimulateCommand {
   std::string spec_file;  ///< its folder does not matter
   std::string trajectory;
   std::optional<long> samples;
@@ -32,7 +32,7 @@ struct SimulateCall {
 };
 
 /// A single state, as it would be asked of `balance simulate --at`.
-struct StateCall {
+struct StateCommand {
   std::string spec_file;  ///< its folder does not matter
   std::string at, rates, accelerations;
   std::string trajectory;  ///< whose start, end and point of moments are meant; empty: the first
@@ -46,14 +46,14 @@ struct StateCall {
 
 /// What computes the same file again. Options that do not change its content are left out, and so is the spec's folder: the same
 /// spec gives the same bytes wherever it and the result lie.
-std::string simulate_command(const SimulateCall& call);
+std::string format_simulate_command(const SimulateCommand& call);
 
 /// What `--set` said in such a command, name and value.
-std::vector<std::pair<std::string, std::string>> overrides_in(const std::string& command);
+std::vector<std::pair<std::string, std::string>> parse_overrides(const std::string& command);
 
 /// @param trajectory one of the study's, perhaps changed. The controller, if there is one, is one of the study's
-FileDescription describe_simulation(const Study& study, const Trajectory& trajectory, const SimulateCall& call);
+Provenance make_simulation_provenance(const Study& study, const Trajectory& trajectory, const SimulateCommand& call);
 
-FileDescription describe_state(const Study& study, const StateCall& call);
+Provenance describe_state(const Study& study, const StateCommand& call);
 
 }  // namespace balance

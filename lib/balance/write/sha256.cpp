@@ -13,9 +13,9 @@ namespace balance {
 
 namespace {
 
-class Digest {
+class Sha256Digest {
  public:
-  Digest() : context_(EVP_MD_CTX_new(), EVP_MD_CTX_free) {
+  Sha256Digest() : context_(EVP_MD_CTX_new(), EVP_MD_CTX_free) {
     check(context_ != nullptr && EVP_DigestInit_ex(context_.get(), EVP_sha256(), nullptr) == 1);
   }
   void add(std::string_view bytes) { check(EVP_DigestUpdate(context_.get(), bytes.data(), bytes.size()) == 1); }
@@ -38,7 +38,7 @@ class Digest {
 }  // namespace
 
 std::string sha256(std::string_view bytes) {
-  Digest digest;
+  Sha256Digest digest;
   digest.add(bytes);
   return digest.digits();
 }
@@ -46,7 +46,7 @@ std::string sha256(std::string_view bytes) {
 std::string sha256_of_file(const std::string& path) {
   std::ifstream file(path, std::ios::binary);
   if (!file) return "";
-  Digest digest;
+  Sha256Digest digest;
   std::string block(std::size_t{1} << 18, '\0');
   while (file) {
     file.read(block.data(), static_cast<std::streamsize>(block.size()));

@@ -10,17 +10,17 @@
 namespace balance {
 
 /// One scalar or vector.
-struct StateNumber {
+struct StateEntry {
   std::string quantity;  ///< as in Result::metrics: "torque[A1]", "joint_force[B1]"
   std::string unit;
   std::vector<double> value;  ///< round-off is 0; NaN where there is none
 };
 
 /// @param result with one row
-std::vector<StateNumber> list_state(const Result& result);
+std::vector<StateEntry> list_state_entries(const RunResult& result);
 
 /// @param description whose `at` is not empty
-std::string state_text(const Result& result, const FileDescription& description);
-std::string state_json(const Result& result, const FileDescription& description, const std::vector<std::string>& files);
+std::string format_state(const RunResult& result, const Provenance& description);
+std::string state_json(const RunResult& result, const Provenance& description, const std::vector<std::string>& files);
 
 }  // namespace balance

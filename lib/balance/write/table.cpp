@@ -16,7 +16,7 @@ std::size_t width_of(const std::string& text) {
       std::count_if(text.begin(), text.end(), [](char c) { return (static_cast<unsigned char>(c) & 0xC0) != 0x80; }));
 }
 
-std::string format_row(const std::vector<std::string>& cells, const Table& table,
+std::string format_row(const std::vector<std::string>& cells, const TextTable& table,
                        const std::vector<std::size_t>& widths) {
   std::string line;
   for (std::size_t i = 0; i < cells.size(); ++i) {
@@ -30,11 +30,11 @@ std::string format_row(const std::vector<std::string>& cells, const Table& table
 
 }  // namespace
 
-std::string format_table(const Table& wanted) {
-  Table table = wanted;
-  for (std::string& cell : table.heading) cell = visible(cell);
+std::string format_table(const TextTable& wanted) {
+  TextTable table = wanted;
+  for (std::string& cell : table.heading) cell = escape_for_terminal(cell);
   for (auto& row : table.rows)
-    for (std::string& cell : row) cell = visible(cell);
+    for (std::string& cell : row) cell = escape_for_terminal(cell);
   std::vector<std::size_t> widths(table.heading.size(), 0);
   const auto widen = [&](const std::vector<std::string>& cells) {
     if (cells.size() != widths.size()) throw std::invalid_argument("a row of the table has a wrong number of cells");

@@ -9,8 +9,8 @@
 
 namespace balance {
 
-std::string summary_text(const Result& result, const FileDescription& description) {
-  if (!description.at.empty()) return state_text(result, description);
+std::string format_result_summary(const RunResult& result, const Provenance& description) {
+  if (!description.pose.empty()) return format_state(result, description);
   const double duration = result.time.size() == 0 ? 0 : result.time[result.time.size() - 1] - result.time[0];
   const std::string controller =
       description.controller.empty()
@@ -19,10 +19,10 @@ std::string summary_text(const Result& result, const FileDescription& descriptio
   std::string text =
       fmt::format("{}: trajectory {} ({}, drive {}){}, {:.6g} s, {} samples\n\n", description.title,
                   description.trajectory, description.law, description.drive, controller, duration, result.time.size());
-  if (result.found_corridor) text += found_corridor_text(*result.found_corridor) + "\n";
-  if (result.found_law) text += found_law_text(*result.found_law) + "\n";
-  if (!result.payload_changes.empty()) text += payload_changes_text(result) + "\n";
-  Table table;
+  if (result.corridor_result) text += format_corridor_result(*result.corridor_result) + "\n";
+  if (result.optimised_law) text += format_optimised_law(*result.optimised_law) + "\n";
+  if (!result.payload_events.empty()) text += format_payload_events(result) + "\n";
+  TextTable table;
   table.heading = {"quantity", "unit", "peak", "at time [s]", "rms", "mean"};
   table.align = {Align::left, Align::left, Align::right, Align::right, Align::right, Align::right};
   for (const Metric& metric : result.metrics) {

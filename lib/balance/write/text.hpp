@@ -9,6 +9,6 @@
 namespace balance {
 
 /// One line on what was run, then a table of the metrics, six significant digits, ending with a line feed.
-std::string summary_text(const Result& result, const FileDescription& description);
+std::string format_result_summary(const RunResult& result, const Provenance& description);
 
 }  // namespace balance

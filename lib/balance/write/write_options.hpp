@@ -9,7 +9,7 @@
 namespace balance {
 
 /// Where a result comes from.
-struct FileDescription {
+struct Provenance {
   std::string title;         ///< the mechanism's name
   std::string version;       ///< of the program
   std::string spec_text;     ///< the whole spec
@@ -20,22 +20,22 @@ struct FileDescription {
   std::string formulation = "tree";
   std::string controller;       ///< its name; empty: a run without one
   std::string controller_type;  ///< as in the spec: "computed-torque"
-  std::string at;               ///< a single state, as it was asked for; empty: a run along the trajectory
+  std::string pose;             ///< a single state, as it was asked for; empty: a run along the trajectory
 };
 
 enum class Compression { none, gzip };
 
 struct WriteOptions {
-  Existing existing = Existing::keep;
-  Durability durability = Durability::wait;
+  OverwritePolicy existing = OverwritePolicy::forbid;
+  Durability durability = Durability::synced;
   Compression compression = Compression::none;  ///< HDF5 only; costs more than ten times the dynamics
-  std::function<bool()> cancelled;              ///< asked now and then if set; true stops and leaves no file
-  std::string mark;                             ///< in the temporary file's name, as for PendingFile
+  std::function<bool()> is_cancelled;           ///< asked now and then if set; true stops and leaves no file
+  std::string temporary_tag;                    ///< in the temporary file's name, as for AtomicFile
 };
 
 /// @throws Cancelled if the user wants to stop
-inline void stop_if_cancelled(const WriteOptions& options) {
-  if (options.cancelled && options.cancelled()) throw Cancelled("interrupted, nothing written");
+inline void throw_if_cancelled(const WriteOptions& options) {
+  if (options.is_cancelled && options.is_cancelled()) throw Cancelled("interrupted, nothing written");
 }
 
 }  // namespace balance
