@@ -1,14 +1,14 @@
 #include "design_options.hpp"
 
-#include "failure.hpp"
-#include "suggestion.hpp"
-#include "value_check.hpp"
+#include "cli/failures.hpp"
+#include "cli/help.hpp"
+#include "cli/validators.hpp"
 
-#include "balance/base/error.hpp"
-#include "balance/base/nearest.hpp"
-#include "balance/base/version.hpp"
-#include "balance/write/file_identity.hpp"
-#include "balance/write/run_description.hpp"
+#include "balance/foundation/base/error.hpp"
+#include "balance/foundation/base/spelling.hpp"
+#include "balance/foundation/base/version.hpp"
+#include "balance/interface/files/atomic_file.hpp"
+#include "balance/interface/files/provenance.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -49,7 +49,7 @@ std::vector<ObjectiveTerm> choose_objective(const std::string& text, const Study
   return text.empty() ? std::vector<ObjectiveTerm>{} : read_objective(text, study);
 }
 
-/// What computes the same file again; see describe in simulate_options.cpp.
+/// What computes the same file again; see describe in run_options.cpp.
 std::string command_line(const DesignCommandOptions& o) {
   std::vector<std::string> words = {"balance", "design", std::filesystem::path(o.spec.spec).filename().string()};
   const auto add = [&](const char* name, const std::string& value) {

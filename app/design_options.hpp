@@ -1,10 +1,11 @@
 #pragma once
 /// What the user asks of `balance design`, and what it means for the library.
 
-#include "goals.hpp"
-
-#include "balance/analysis/design_study.hpp"
-#include "balance/write/write_options.hpp"
+#include "balance/interface/files/result_file.hpp"
+#include "balance/synthesis/design/design_study.hpp"
+#include "balance/synthesis/design/pareto_front.hpp"
+#include "cli/failures.hpp"
+#include "balance_options.hpp"
 
 #include <string>
 
@@ -33,5 +34,19 @@ DesignStudyOptions make_study_options(const DesignCommandOptions& options, const
 void check_outputs(const DesignCommandOptions& options, const Study& study);
 
 Provenance describe(const DesignCommandOptions& options, const Study& study);
+
+/// `balance design` of a spec that asks for a trade-off.
+
+/// The spec asks for a front, and the command line for nothing else.
+bool is_front_requested(const DesignCommandOptions& options, const Study& study);
+
+/// Refuses options of fronts for other designs, and the other way round. @throws UsageError
+void check_front_options(const DesignCommandOptions& options, const Study& study);
+
+/// Finds the front, prints it or one of its designs, and writes files.
+ExitCode run_front(const DesignCommandOptions& options, const DesignSpace& space);
+
+/// @throws SpecError if the spec asks for what makes no sense
+ParetoFront find_front_or_throw(const DesignSpace& space, const DesignStudyOptions& options);
 
 }  // namespace balance::app

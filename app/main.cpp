@@ -1,20 +1,20 @@
 /// Parses, runs one command, translates exceptions to exit codes.
 
-#include "call_mistake.hpp"
-#include "command.hpp"
-#include "console.hpp"
-#include "failure.hpp"
-#include "help_text.hpp"
-#include "signals.hpp"
+#include "cli/parse_errors.hpp"
+#include "cli/command.hpp"
+#include "cli/console.hpp"
+#include "cli/failures.hpp"
+#include "cli/help.hpp"
+#include "cli/signals.hpp"
 
-#include "balance/base/computing_time.hpp"
-#include "balance/base/error.hpp"
-#include "balance/base/nearest.hpp"
-#include "balance/base/plain_text.hpp"
-#include "balance/base/version.hpp"
-#include "balance/motion/missing_start.hpp"
-#include "balance/write/json.hpp"
-#include "balance/write/pending_file.hpp"
+#include "balance/foundation/base/cpu_time.hpp"
+#include "balance/foundation/base/error.hpp"
+#include "balance/foundation/base/spelling.hpp"
+#include "balance/foundation/base/unicode_text.hpp"
+#include "balance/foundation/base/version.hpp"
+#include "balance/interface/files/atomic_file.hpp"
+#include "balance/interface/files/json.hpp"
+#include "balance/mechanics/kinematics/assembly_diagnostics.hpp"
 
 #include <algorithm>
 #include <csignal>
@@ -96,9 +96,6 @@ ExitCode parse_and_run(int argc, char** argv) {
   program.set_version_flag("-V,--version", std::string("balance ") + version(), "Print the version and exit");
   program.footer(footer);
   const std::vector<Command> commands = {
-#ifdef BALANCE_SIMULATE_ONLY
-      in_group("Move", setup_simulate(program)),
-#else
       in_group("Describe", setup_new(program)),
       in_group("Describe", setup_check(program)),
       in_group("Describe", setup_import(program)),
@@ -115,7 +112,6 @@ ExitCode parse_and_run(int argc, char** argv) {
       in_group("Show", setup_export(program)),
       setup_completion(program),
       setup_man(program),
-#endif
   };
   program.require_subcommand(0, 1);
   program.allow_extras();  // after the commands, which would inherit it: only here can the message be a good one

@@ -23,12 +23,10 @@ endforeach()
 find_package(ZLIB REQUIRED)
 find_package(OpenSSL 3 REQUIRED COMPONENTS Crypto)
 find_package(CLI11 2.1 REQUIRED)
-if(NOT BALANCE_SIMULATE_ONLY)
-  find_package(PkgConfig REQUIRED)
-  pkg_check_modules(nlopt REQUIRED IMPORTED_TARGET nlopt)
-  pkg_check_modules(clp REQUIRED IMPORTED_TARGET clp)
-  find_package(pugixml 1.12 REQUIRED)
-  find_package(Boost 1.74 REQUIRED) # headers only: Odeint
-endif()
+find_package(PkgConfig REQUIRED)
+pkg_check_modules(nlopt REQUIRED IMPORTED_TARGET nlopt)
+pkg_check_modules(clp REQUIRED IMPORTED_TARGET clp)
+find_package(pugixml 1.12 REQUIRED)
+find_package(Boost 1.74 REQUIRED) # headers only: Odeint
 
 set(balance_app_libraries CLI11::CLI11 fmt::fmt nlohmann_json::nlohmann_json)

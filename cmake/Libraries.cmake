@@ -9,7 +9,8 @@ function(balance_part part)
     file(GLOB_RECURSE found CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/lib/balance/${room}/*.cpp)
     list(APPEND sources ${found})
   endforeach()
-  list(FILTER sources EXCLUDE REGEX "/lanes/kernels\\.cpp$") # by balance_compile_lanes
+  # The first by balance_compile_lanes, the second where Clp is.
+  list(FILTER sources EXCLUDE REGEX "/lane_kernels\\.cpp$|/linear_program\\.cpp$")
   set(target balance_${part})
   add_library(${target} STATIC ${sources})
   add_library(balance::${part} ALIAS ${target})
@@ -24,13 +25,17 @@ function(balance_part part)
   set_property(GLOBAL APPEND PROPERTY balance_parts ${target})
 endfunction()
 
+set(balance_clp_seam lib/balance/foundation/numerics/linear_program.cpp)
+
 # The long ones stay alone, so that two processors share them.
 set_source_files_properties(
-  lib/balance/base/factorizations.cpp lib/balance/base/factorizations_svd.cpp lib/balance/conditions/factorizations.cpp
-  lib/balance/conditions/farkas_cone.cpp
+  lib/balance/foundation/numerics/eigen_instantiations.cpp lib/balance/foundation/numerics/eigen_instantiations_svd.cpp
+  lib/balance/foundation/numerics/right_singular_vectors.cpp lib/balance/synthesis/conditions/farkas_certificates.cpp
   PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)
 
-balance_part(core ROOMS base expression model kinematics motion dynamics lanes natural result inverse equations timing simulation study)
+balance_part(core
+  ROOMS foundation/base foundation/numerics foundation/expression mechanics/model mechanics/trajectory mechanics/results
+        mechanics/kinematics mechanics/dynamics mechanics/lanes motion/study motion/time_optimal motion/simulation)
 target_link_libraries(balance_core PUBLIC Eigen3::Eigen)
 target_compile_features(balance_core PUBLIC cxx_std_20)
 target_include_directories(
@@ -39,37 +44,37 @@ target_include_directories(
 # Three-vectors and 3×3 matrices written in pairs and read one by one (or the other way round) stall the processor's store
 # buffer: without this the recursions take a third longer.
 target_compile_definitions(balance_core PUBLIC EIGEN_UNALIGNED_VECTORIZE=0 PRIVATE ${balance_lane_definitions})
-balance_compile_lanes(balance_core balance_lanes lib/balance/lanes/kernels.cpp lib/balance/motion/equations.cpp)
+balance_compile_lanes(balance_core balance_lanes lib/balance/mechanics/lanes/lane_kernels.cpp
+                      lib/balance/mechanics/kinematics/kinematic_equations.cpp)
 
-# The engine over numbers with derivatives: these sources of templates once more, see base/number.hpp.
+# The engine over dual numbers: these sources of templates once more, see numerics/engine_scalar.hpp.
 add_library(balance_duals OBJECT
-  lib/balance/model/coupling_roots.cpp
-  lib/balance/kinematics/joint_coordinates.cpp lib/balance/kinematics/joint_steps.cpp
-  lib/balance/kinematics/rate_closures.cpp lib/balance/kinematics/tree.cpp
-  lib/balance/motion/drive_rows.cpp lib/balance/motion/equations.cpp lib/balance/motion/equations_singular.cpp
-  lib/balance/dynamics/actuation.cpp lib/balance/dynamics/actuation_matrix.cpp lib/balance/dynamics/external.cpp lib/balance/dynamics/observer.cpp)
+  lib/balance/mechanics/model/couplings.cpp
+  lib/balance/mechanics/kinematics/drive.cpp lib/balance/mechanics/kinematics/joint_coordinates.cpp
+  lib/balance/mechanics/kinematics/kinematic_equations.cpp lib/balance/mechanics/kinematics/kinematic_equations_singular.cpp
+  lib/balance/mechanics/kinematics/tree.cpp
+  lib/balance/mechanics/dynamics/actuation.cpp lib/balance/mechanics/dynamics/external_forces.cpp
+  lib/balance/mechanics/dynamics/sample_evaluator.cpp)
 target_link_libraries(balance_duals PRIVATE balance_core)
 target_compile_definitions(balance_duals PRIVATE BALANCE_DUALS)
 balance_compile_options(balance_duals)
 balance_harden(balance_duals)
-balance_part(gradients ROOMS gradients STANDS_ON core)
-balance_part(formulas ROOMS formulas STANDS_ON core)
-target_sources(balance_gradients PRIVATE $<TARGET_OBJECTS:balance_duals>)
+balance_part(derivatives ROOMS mechanics/derivatives STANDS_ON core)
+target_sources(balance_derivatives PRIVATE $<TARGET_OBJECTS:balance_duals>)
 
-balance_part(reading ROOMS hdf5 spec STANDS_ON core
-             LINK yaml-cpp hdf5::hdf5 hdf5::hdf5_hl fmt::fmt ZLIB::ZLIB)
-balance_optimise_little(balance_reading)
-balance_part(writing ROOMS write STANDS_ON reading LINK fmt::fmt nlohmann_json::nlohmann_json OpenSSL::Crypto)
-if(NOT BALANCE_SIMULATE_ONLY)
-  balance_part(design ROOMS control conditions design cost analysis STANDS_ON core gradients LINK fmt::fmt PkgConfig::nlopt PkgConfig::clp)
-  target_include_directories(balance_design SYSTEM PRIVATE ${Boost_INCLUDE_DIRS}) # headers only: Odeint
-  balance_part(comparing ROOMS compare read present answers batch STANDS_ON design writing formulas LINK fmt::fmt nlohmann_json::nlohmann_json)
-  balance_optimise_little(balance_comparing)
-  balance_part(importing ROOMS import STANDS_ON design reading LINK fmt::fmt pugixml::pugixml)
-  balance_optimise_little(balance_importing)
-  balance_part(pages ROOMS report STANDS_ON comparing LINK fmt::fmt nlohmann_json::nlohmann_json)
-  balance_optimise_little(balance_pages)
-endif()
+balance_part(files ROOMS foundation/hdf5 interface/specification interface/files STANDS_ON core
+             LINK yaml-cpp hdf5::hdf5 hdf5::hdf5_hl fmt::fmt nlohmann_json::nlohmann_json OpenSSL::Crypto ZLIB::ZLIB)
+balance_optimise_little(balance_files)
+
+balance_part(synthesis
+  ROOMS motion/control synthesis/conditions synthesis/verification synthesis/formulas synthesis/tolerance synthesis/design
+  STANDS_ON core derivatives LINK fmt::fmt PkgConfig::nlopt PkgConfig::clp)
+target_sources(balance_synthesis PRIVATE ${balance_clp_seam})
+target_include_directories(balance_synthesis SYSTEM PRIVATE ${Boost_INCLUDE_DIRS}) # headers only: Odeint
+
+balance_part(interface ROOMS interface/comparison interface/import interface/reports interface/batch STANDS_ON synthesis files
+             LINK fmt::fmt nlohmann_json::nlohmann_json pugixml::pugixml)
+balance_optimise_little(balance_interface)
 
 # All there are.
 get_property(balance_parts GLOBAL PROPERTY balance_parts)

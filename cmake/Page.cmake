@@ -17,7 +17,7 @@ option(BALANCE_PAGE "Bundle the scripts of `balance report` (needs node 18 or ne
 set(page_folder ${PROJECT_BINARY_DIR}/web)
 set(page_bundle ${page_folder}/bundle)
 set(page_outputs ${page_bundle}/planar.js ${page_bundle}/spatial.js ${page_bundle}/page.css)
-if(BALANCE_PAGE AND node_suits AND NOT BALANCE_SIMULATE_ONLY)
+if(BALANCE_PAGE AND node_suits)
   # Tests drive a browser, which takes a package more.
   set(npm_omit --omit=dev)
   if(BALANCE_TESTS)
@@ -37,9 +37,7 @@ if(BALANCE_PAGE AND node_suits AND NOT BALANCE_SIMULATE_ONLY)
     endif()
   endif()
 endif()
-if(BALANCE_SIMULATE_ONLY)
-  # nothing shows the page
-elseif(BALANCE_PAGE AND EXISTS "${page_stamp}")
+if(BALANCE_PAGE AND EXISTS "${page_stamp}")
   file(GLOB_RECURSE page_sources CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/web/src/*)
   add_custom_command(
     OUTPUT ${page_outputs}
@@ -48,9 +46,9 @@ elseif(BALANCE_PAGE AND EXISTS "${page_stamp}")
     COMMENT "Bundling the report's page"
     VERBATIM)
   add_custom_target(balance_page DEPENDS ${page_outputs})
-  add_dependencies(balance_pages balance_page)
+  add_dependencies(balance_interface balance_page)
   set_source_files_properties(
-    ${PROJECT_SOURCE_DIR}/lib/balance/report/page_assets.cpp
+    ${PROJECT_SOURCE_DIR}/lib/balance/interface/reports/html_report.cpp
     PROPERTIES COMPILE_DEFINITIONS BALANCE_PAGE_BUNDLE="${page_bundle}" OBJECT_DEPENDS "${page_outputs}")
 else()
   set(BALANCE_PAGE OFF)

@@ -1,50 +1,52 @@
 # The headers that users of the library include, part by part. They alone are installed, with what they include themselves; and they
 # make the umbrella <balance/balance.hpp>. All others are the library's own: see "Private to" in their first lines.
 set(balance_public_core
-    base/error.hpp
-    base/rotation.hpp
-    base/types.hpp
-    base/version.hpp
-    dynamics/parameter.hpp
-    inverse/inverse_dynamics.hpp
-    model/mechanism.hpp
-    model/validate.hpp
-    motion/law.hpp
-    motion/motion.hpp
-    motion/names.hpp
-    motion/sample.hpp
-    motion/trajectory.hpp
-    result/body_poses.hpp
-    result/metrics.hpp
-    result/quantities.hpp
-    result/result.hpp
-    simulation/simulate.hpp
-    study/study.hpp)
-set(balance_public_gradients gradients/mechanism_number.hpp gradients/state_gradient.hpp)
-set(balance_public_reading spec/read_spec.hpp)
-set(balance_public_writing write/balanced_spec.hpp write/result_csv.hpp write/result_hdf5.hpp write/text.hpp)
-set(balance_public_design
-    analysis/check.hpp
-    analysis/control.hpp
-    analysis/design_study.hpp
-    analysis/figure_gradient.hpp
-    analysis/robust_figure.hpp
-    analysis/verify.hpp
-    conditions/conditions.hpp
-    conditions/latex.hpp
-    conditions/modular.hpp
-    conditions/text.hpp)
-set(balance_public_comparing compare/comparison.hpp compare/verdict.hpp read/requirement.hpp read/result_file.hpp)
-set(balance_public_importing import/export_masses.hpp import/import.hpp)
-set(balance_public_pages report/page.hpp)
+    foundation/base/error.hpp
+    foundation/base/rotation.hpp
+    foundation/base/types.hpp
+    foundation/base/version.hpp
+    mechanics/model/mechanism.hpp
+    mechanics/model/validation.hpp
+    mechanics/trajectory/motion_law.hpp
+    mechanics/trajectory/motion_outcome.hpp
+    mechanics/trajectory/motion_sample.hpp
+    mechanics/trajectory/trajectory.hpp
+    mechanics/results/body_poses.hpp
+    mechanics/results/metrics.hpp
+    mechanics/results/quantities.hpp
+    mechanics/results/result.hpp
+    mechanics/dynamics/dynamic_parameters.hpp
+    mechanics/dynamics/inverse_dynamics.hpp
+    motion/study/study.hpp
+    motion/simulation/simulate.hpp)
+set(balance_public_derivatives mechanics/derivatives/mechanism_variables.hpp mechanics/derivatives/state_gradient.hpp)
+set(balance_public_files
+    interface/specification/balanced_spec.hpp
+    interface/specification/read_spec.hpp
+    interface/files/result_file.hpp
+    interface/files/result_summary.hpp)
+set(balance_public_synthesis
+    motion/control/closed_loop_run.hpp
+    synthesis/conditions/condition_text.hpp
+    synthesis/conditions/conditions.hpp
+    synthesis/conditions/modular_conditions.hpp
+    synthesis/verification/formulation_check.hpp
+    synthesis/verification/mechanism_check.hpp
+    synthesis/tolerance/robust_figure.hpp
+    synthesis/design/design_study.hpp
+    synthesis/design/spec_figure_gradients.hpp)
+set(balance_public_interface
+    interface/comparison/comparison.hpp
+    interface/comparison/requirement.hpp
+    interface/comparison/requirement_verdict.hpp
+    interface/import/import.hpp
+    interface/import/mass_export.hpp
+    interface/reports/html_report.hpp)
 
 set(balance_umbrella
     "#pragma once\n/// Everything that users of the library include; <balance/…> of their own are in the same place.\n")
 set(balance_installed_headers "")
-foreach(part core gradients reading writing design comparing importing pages)
-  if(NOT TARGET balance_${part})
-    continue()
-  endif()
+foreach(part core derivatives files synthesis interface)
   string(APPEND balance_umbrella "\n// balance::${part}\n")
   foreach(header IN LISTS balance_public_${part})
     string(APPEND balance_umbrella "#include \"balance/${header}\"\n")

@@ -1,6 +1,6 @@
 # The Python module (python/): where pybind11 and Python's headers are missing everything else is built.
 option(BALANCE_PYTHON_MODULE "Build the Python module balance_mechanisms (needs pybind11 and Python's headers)" ON)
-if(BALANCE_PYTHON_MODULE AND (BALANCE_SIMULATE_ONLY OR BALANCE_SANITIZE OR BALANCE_COVERAGE))
+if(BALANCE_PYTHON_MODULE AND (BALANCE_SANITIZE OR BALANCE_COVERAGE))
   set(BALANCE_PYTHON_MODULE OFF) # an interpreter cannot load what is sanitized
 endif()
 if(BALANCE_PYTHON_MODULE)

@@ -1,7 +1,7 @@
 #pragma once
 /// Numbers of the library as NumPy's arrays.
 
-#include "balance/base/types.hpp"
+#include "balance/foundation/base/types.hpp"
 
 #include <pybind11/numpy.h>
 

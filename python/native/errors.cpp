@@ -1,9 +1,9 @@
 #include "native.hpp"
 
-#include "balance/base/computing_time.hpp"
-#include "balance/base/error.hpp"
-#include "balance/base/plain_text.hpp"
-#include "balance/write/pending_file.hpp"
+#include "balance/foundation/base/cpu_time.hpp"
+#include "balance/foundation/base/error.hpp"
+#include "balance/foundation/base/unicode_text.hpp"
+#include "balance/interface/files/atomic_file.hpp"
 
 namespace balance::python {
 namespace {

@@ -1,9 +1,9 @@
 #include "arrays.hpp"
 #include "native.hpp"
 
-#include "balance/dynamics/parameter.hpp"
-#include "balance/inverse/inverse_dynamics.hpp"
-#include "balance/model/joint_names.hpp"
+#include "balance/mechanics/dynamics/dynamic_parameters.hpp"
+#include "balance/mechanics/dynamics/inverse_dynamics.hpp"
+#include "balance/mechanics/model/mechanism.hpp"
 
 namespace balance::python {
 namespace {

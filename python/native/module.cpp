@@ -1,6 +1,6 @@
 #include "native.hpp"
 
-#include "balance/base/version.hpp"
+#include "balance/foundation/base/version.hpp"
 
 PYBIND11_MODULE(_native, m) {
   m.doc() = "What balance_mechanisms is made of. Use that.";

@@ -1,16 +1,15 @@
 #include "arrays.hpp"
 #include "native.hpp"
 
-#include "balance/base/error.hpp"
-#include "balance/motion/names.hpp"
-#include "balance/result/quantities.hpp"
-#include "balance/result/round_off.hpp"
-#include "balance/spec/named_files.hpp"
-#include "balance/write/file_identity.hpp"
-#include "balance/write/json.hpp"
-#include "balance/write/result_csv.hpp"
-#include "balance/write/result_hdf5.hpp"
-#include "balance/write/text.hpp"
+#include "balance/foundation/base/error.hpp"
+#include "balance/interface/files/atomic_file.hpp"
+#include "balance/interface/files/json.hpp"
+#include "balance/interface/files/result_file.hpp"
+#include "balance/interface/files/result_summary.hpp"
+#include "balance/interface/specification/include_expansion.hpp"
+#include "balance/mechanics/results/quantities.hpp"
+#include "balance/mechanics/results/round_off.hpp"
+#include "balance/mechanics/trajectory/trajectory.hpp"
 
 namespace balance::python {
 namespace {

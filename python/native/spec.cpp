@@ -1,15 +1,13 @@
 #include "native.hpp"
 #include "patience.hpp"
 
-#include "balance/analysis/check.hpp"
-#include "balance/analysis/verify.hpp"
-#include "balance/base/error.hpp"
-#include "balance/base/nearest.hpp"
-#include "balance/motion/names.hpp"
-#include "balance/present/check_json.hpp"
-#include "balance/present/check_text.hpp"
-#include "balance/present/verify_text.hpp"
-#include "balance/study/controller.hpp"
+#include "balance/foundation/base/error.hpp"
+#include "balance/foundation/base/spelling.hpp"
+#include "balance/interface/reports/check_sections.hpp"
+#include "balance/mechanics/trajectory/trajectory.hpp"
+#include "balance/motion/study/controller_spec.hpp"
+#include "balance/synthesis/verification/formulation_check.hpp"
+#include "balance/synthesis/verification/mechanism_check.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>

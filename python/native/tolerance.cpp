@@ -1,16 +1,13 @@
 #include "native.hpp"
 #include "patience.hpp"
 
-#include "balance/base/error.hpp"
-#include "balance/base/nearest.hpp"
-#include "balance/motion/names.hpp"
-#include "balance/motion/timing_bounds.hpp"
-#include "balance/present/tolerance_hdf5.hpp"
-#include "balance/present/tolerance_json.hpp"
-#include "balance/present/tolerance_text.hpp"
-#include "balance/result/effort_names.hpp"
-#include "balance/result/tracks.hpp"
-#include "balance/spec/read_tolerances.hpp"
+#include "balance/foundation/base/error.hpp"
+#include "balance/foundation/base/spelling.hpp"
+#include "balance/interface/reports/tolerance_sections.hpp"
+#include "balance/interface/specification/read_spec.hpp"
+#include "balance/mechanics/results/metrics.hpp"
+#include "balance/mechanics/results/quantities.hpp"
+#include "balance/mechanics/trajectory/trajectory.hpp"
 
 #include <fmt/format.h>
 

@@ -1,6 +1,6 @@
 #include "ulps.hpp"
 
-#include "balance/base/elementary.hpp"
+#include "balance/foundation/base/elementary.hpp"
 
 #include <doctest/doctest.h>
 

@@ -1,6 +1,6 @@
 // Indices of different kinds keep apart.
 
-#include "balance/model/ids.hpp"
+#include "balance/mechanics/model/mechanism.hpp"
 
 #include <doctest/doctest.h>
 

@@ -1,5 +1,5 @@
-#include "balance/base/pack_eigen.hpp"
-#include "balance/base/types.hpp"
+#include "balance/foundation/base/pack.hpp"
+#include "balance/foundation/base/types.hpp"
 
 #include <doctest/doctest.h>
 

@@ -1,4 +1,4 @@
-#include "balance/base/plain_text.hpp"
+#include "balance/foundation/base/unicode_text.hpp"
 
 #include <doctest/doctest.h>
 

@@ -1,4 +1,4 @@
-#include "balance/base/rotation.hpp"
+#include "balance/foundation/base/rotation.hpp"
 
 #include <doctest/doctest.h>
 

@@ -1,6 +1,6 @@
 #include "ulps.hpp"
 
-#include "balance/base/lane_sine.hpp"
+#include "balance/foundation/base/pack.hpp"
 
 #include <doctest/doctest.h>
 

@@ -1,6 +1,6 @@
 // Work that crashes, hangs or eats memory harms nobody else.
 
-#include "balance/batch/fence.hpp"
+#include "balance/interface/batch/sandboxed_worker.hpp"
 
 #include <doctest/doctest.h>
 

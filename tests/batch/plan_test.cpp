@@ -1,10 +1,9 @@
 // A suite becomes cases, each with a key of everything that its result depends on.
 
-#include "balance/batch/plan.hpp"
-#include "balance/batch/build_identity.hpp"
-#include "balance/batch/folder.hpp"
-#include "balance/batch/run.hpp"
-#include "balance/write/sha256.hpp"
+#include "balance/interface/batch/batch_folder.hpp"
+#include "balance/interface/batch/batch_plan.hpp"
+#include "balance/interface/batch/batch_run.hpp"
+#include "balance/interface/files/sha256.hpp"
 
 #include <doctest/doctest.h>
 

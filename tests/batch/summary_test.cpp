@@ -1,7 +1,7 @@
 // What cases come to together.
 
-#include "balance/batch/summary.hpp"
-#include "balance/batch/plan.hpp"
+#include "balance/interface/batch/batch_plan.hpp"
+#include "balance/interface/batch/batch_summary.hpp"
 
 #include <doctest/doctest.h>
 

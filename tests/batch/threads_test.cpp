@@ -1,7 +1,7 @@
 // Several threads at once write and read what one would.
 
-#include "balance/batch/run.hpp"
-#include "balance/read/result_file.hpp"
+#include "balance/interface/batch/batch_run.hpp"
+#include "balance/interface/files/result_file.hpp"
 
 #include <doctest/doctest.h>
 

@@ -1,13 +1,13 @@
 /// What a batch costs above its simulations: 1,000 cases on two threads, against the same cases read, simulated and written by
 /// a bare loop on two threads.
 
-#include "balance/batch/run.hpp"
-#include "balance/batch/summary.hpp"
-#include "balance/compare/metric_table.hpp"
-#include "balance/simulation/simulate.hpp"
-#include "balance/spec/read_spec.hpp"
-#include "balance/write/result_hdf5.hpp"
-#include "balance/write/run_description.hpp"
+#include "balance/interface/batch/batch_run.hpp"
+#include "balance/interface/batch/batch_summary.hpp"
+#include "balance/interface/comparison/comparison.hpp"
+#include "balance/interface/files/provenance.hpp"
+#include "balance/interface/files/result_file.hpp"
+#include "balance/interface/specification/read_spec.hpp"
+#include "balance/motion/simulation/simulate.hpp"
 
 #include <benchmark/benchmark.h>
 

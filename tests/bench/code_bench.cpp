@@ -1,8 +1,8 @@
 /// The program that `balance equations --code c` prints of a six-joint arm like the UR5, compiled, beside the engine's efforts of
 /// the same states; and how long it takes to derive. The ratio of the first two is what counts.
 
-#include "balance/formulas/code.hpp"
-#include "balance/inverse/inverse_dynamics.hpp"
+#include "balance/mechanics/dynamics/inverse_dynamics.hpp"
+#include "balance/synthesis/formulas/program_code.hpp"
 
 #include <benchmark/benchmark.h>
 #include <dlfcn.h>

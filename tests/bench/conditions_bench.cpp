@@ -1,11 +1,11 @@
 /// Conditions with the names of their coefficients: derived once, then again with every length a little larger and smaller. The
 /// Delta robot has 130 parameters; walking through configurations anew for every length took it 1.2 to 5 s.
 
-#include "balance/analysis/start_pose.hpp"
-#include "balance/conditions/naming.hpp"
-#include "balance/conditions/nearby.hpp"
-#include "balance/conditions/symbols.hpp"
-#include "balance/spec/read_spec.hpp"
+#include "balance/interface/specification/read_spec.hpp"
+#include "balance/motion/simulation/end_configurations.hpp"
+#include "balance/synthesis/conditions/coefficient_names.hpp"
+#include "balance/synthesis/conditions/perturbed_conditions.hpp"
+#include "balance/synthesis/conditions/spec_symbols.hpp"
 
 #include <benchmark/benchmark.h>
 

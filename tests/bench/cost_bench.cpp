@@ -2,7 +2,7 @@
 
 #include "fixtures.hpp"
 
-#include "balance/cost/trajectory_cost.hpp"
+#include "balance/synthesis/design/trajectory_cost.hpp"
 
 #include <benchmark/benchmark.h>
 

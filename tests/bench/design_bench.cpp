@@ -2,9 +2,9 @@
 
 #include "fixtures.hpp"
 
-#include "balance/analysis/design_study.hpp"
-#include "balance/design/solve.hpp"
-#include "balance/spec/read_spec.hpp"
+#include "balance/interface/specification/read_spec.hpp"
+#include "balance/synthesis/design/design_study.hpp"
+#include "balance/synthesis/design/solve_design.hpp"
 
 #include <benchmark/benchmark.h>
 

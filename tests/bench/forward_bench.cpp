@@ -3,8 +3,8 @@
 
 #include "fixtures.hpp"
 
-#include "balance/control/plant.hpp"
-#include "balance/simulation/simulate.hpp"
+#include "balance/motion/control/plant.hpp"
+#include "balance/motion/simulation/simulate.hpp"
 
 #include <benchmark/benchmark.h>
 

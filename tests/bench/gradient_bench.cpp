@@ -1,12 +1,12 @@
 /// Time of a run with its derivatives by eight numbers of the motion, as ratios: a figure's to the plain run's, which works in lanes, and the
 /// run's alone to that of the scalar engine.
 
-#include "balance/analysis/figure_gradient.hpp"
-#include "balance/dynamics/observer.hpp"
-#include "balance/gradients/motion_gradient.hpp"
-#include "balance/motion/walk.hpp"
-#include "balance/simulation/simulate.hpp"
-#include "balance/spec/read_spec.hpp"
+#include "balance/interface/specification/read_spec.hpp"
+#include "balance/mechanics/derivatives/run_gradient.hpp"
+#include "balance/mechanics/dynamics/sample_evaluator.hpp"
+#include "balance/mechanics/trajectory/time_grid.hpp"
+#include "balance/motion/simulation/simulate.hpp"
+#include "balance/synthesis/design/spec_figure_gradients.hpp"
 
 #include <benchmark/benchmark.h>
 

@@ -1,8 +1,8 @@
 /// Laws of motion that are found for a mechanism, with the run of 1,001 samples behind the search.
 
-#include "balance/simulation/simulate.hpp"
-#include "balance/spec/read_spec.hpp"
-#include "balance/timing/time_law.hpp"
+#include "balance/interface/specification/read_spec.hpp"
+#include "balance/motion/simulation/simulate.hpp"
+#include "balance/motion/time_optimal/resolve_trajectory.hpp"
 
 #include <benchmark/benchmark.h>
 

@@ -2,7 +2,7 @@
 
 #include "fixtures.hpp"
 
-#include "balance/dynamics/observer.hpp"
+#include "balance/mechanics/dynamics/sample_evaluator.hpp"
 
 #include <benchmark/benchmark.h>
 

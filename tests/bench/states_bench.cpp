@@ -1,7 +1,7 @@
 /// Efforts of 100,000 states, which tests/bench/states.py compares with the same question from Python.
 
-#include "balance/inverse/inverse_dynamics.hpp"
-#include "balance/spec/read_spec.hpp"
+#include "balance/interface/specification/read_spec.hpp"
+#include "balance/mechanics/dynamics/inverse_dynamics.hpp"
 
 #include <benchmark/benchmark.h>
 

@@ -2,8 +2,8 @@
 
 #include "fixtures.hpp"
 
-#include "balance/simulation/simulate.hpp"
-#include "balance/write/result_hdf5.hpp"
+#include "balance/interface/files/result_file.hpp"
+#include "balance/motion/simulation/simulate.hpp"
 
 #include <benchmark/benchmark.h>
 

@@ -4,10 +4,10 @@
 #include "fixtures.hpp"
 #include "yardsticks.hpp"
 
-#include "balance/dynamics/observer.hpp"
-#include "balance/lanes/kernels.hpp"
-#include "balance/simulation/group_stepper.hpp"
-#include "balance/simulation/simulate.hpp"
+#include "balance/mechanics/dynamics/sample_evaluator.hpp"
+#include "balance/mechanics/lanes/lane_kernels.hpp"
+#include "balance/motion/simulation/group_stepper.hpp"
+#include "balance/motion/simulation/simulate.hpp"
 
 #include <benchmark/benchmark.h>
 

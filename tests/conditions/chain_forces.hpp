@@ -1,12 +1,12 @@
 #pragma once
 /// Generalised forces of a mechanism and of its chains moving along with it, by the regressor alone.
 
-#include "balance/base/factorizations.hpp"
-#include "balance/conditions/chains.hpp"
-#include "balance/conditions/sampling.hpp"
-#include "balance/dynamics/regressor.hpp"
-#include "balance/kinematics/closure.hpp"
-#include "balance/kinematics/joint_coordinates.hpp"
+#include "balance/foundation/numerics/eigen_instantiations.hpp"
+#include "balance/mechanics/dynamics/inertia_regressor.hpp"
+#include "balance/mechanics/kinematics/closure.hpp"
+#include "balance/mechanics/kinematics/joint_coordinates.hpp"
+#include "balance/synthesis/conditions/chain_split.hpp"
+#include "balance/synthesis/conditions/configuration_sampler.hpp"
 
 #include <map>
 #include <string>

@@ -1,8 +1,8 @@
 /// Numbers of conditions that are known by hand or from the literature, and what the conditions do not depend on.
 
-#include "balance/conditions/conditions.hpp"
-#include "balance/conditions/text.hpp"
-#include "balance/spec/read_spec.hpp"
+#include "balance/interface/specification/read_spec.hpp"
+#include "balance/synthesis/conditions/condition_text.hpp"
+#include "balance/synthesis/conditions/conditions.hpp"
 
 #include <doctest/doctest.h>
 

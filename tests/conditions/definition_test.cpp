@@ -1,4 +1,4 @@
-#include "balance/conditions/definition.hpp"
+#include "balance/synthesis/conditions/conditions.hpp"
 
 #include <doctest/doctest.h>
 

@@ -1,8 +1,8 @@
 #pragma once
 /// Conditions written by hand, over the parameters of bodies that need no joints.
 
-#include "balance/base/rotation.hpp"
-#include "balance/conditions/conditions.hpp"
+#include "balance/foundation/base/rotation.hpp"
+#include "balance/synthesis/conditions/conditions.hpp"
 
 #include <random>
 #include <stdexcept>

@@ -2,7 +2,7 @@
 
 #include "hand_made.hpp"
 
-#include "balance/conditions/impossibility.hpp"
+#include "balance/synthesis/conditions/infeasibility_certificate.hpp"
 
 #include <doctest/doctest.h>
 

@@ -1,4 +1,4 @@
-#include "balance/conditions/latex.hpp"
+#include "balance/synthesis/conditions/condition_text.hpp"
 
 #include <doctest/doctest.h>
 

@@ -3,10 +3,10 @@
 #include "chain_forces.hpp"
 #include "parallel.hpp"
 
-#include "balance/base/factorizations.hpp"
-#include "balance/conditions/modular.hpp"
-#include "balance/conditions/rows.hpp"
-#include "balance/spec/read_spec.hpp"
+#include "balance/foundation/numerics/eigen_instantiations.hpp"
+#include "balance/interface/specification/read_spec.hpp"
+#include "balance/synthesis/conditions/goal_rows.hpp"
+#include "balance/synthesis/conditions/modular_conditions.hpp"
 
 #include <doctest/doctest.h>
 

@@ -1,4 +1,4 @@
-#include "balance/conditions/naming.hpp"
+#include "balance/synthesis/conditions/coefficient_names.hpp"
 
 #include <doctest/doctest.h>
 

@@ -1,11 +1,11 @@
 /// Masses that meet the conditions, whatever else they are, balance the mechanism; masses that miss one do not. Judged by
 /// simulation, which knows nothing of conditions.
 
-#include "balance/base/factorizations.hpp"
-#include "balance/conditions/conditions.hpp"
-#include "balance/conditions/proportion.hpp"
-#include "balance/simulation/simulate.hpp"
-#include "balance/spec/read_spec.hpp"
+#include "balance/foundation/numerics/eigen_instantiations.hpp"
+#include "balance/interface/specification/read_spec.hpp"
+#include "balance/motion/simulation/simulate.hpp"
+#include "balance/synthesis/conditions/com_tool_map.hpp"
+#include "balance/synthesis/conditions/conditions.hpp"
 
 #include <doctest/doctest.h>
 

@@ -1,8 +1,8 @@
 #pragma once
 /// A one-joint arm whose motion can be told by hand, and runs of it and of the 5R.
 
-#include "balance/analysis/control.hpp"
-#include "balance/spec/read_spec.hpp"
+#include "balance/interface/specification/read_spec.hpp"
+#include "balance/motion/control/closed_loop_run.hpp"
 
 #include <doctest/doctest.h>
 

@@ -4,7 +4,7 @@
 
 #include "plant_cases.hpp"
 
-#include "balance/analysis/control.hpp"
+#include "balance/motion/control/closed_loop_run.hpp"
 
 #include <cmath>
 #include <numbers>

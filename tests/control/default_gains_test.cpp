@@ -3,7 +3,7 @@
 #include "../sampling.hpp"
 #include "plant_cases.hpp"
 
-#include "balance/analysis/control.hpp"
+#include "balance/motion/control/closed_loop_run.hpp"
 
 #include <cmath>
 

@@ -2,7 +2,7 @@
 
 #include "plant_cases.hpp"
 
-#include "balance/control/forward_dynamics.hpp"
+#include "balance/mechanics/dynamics/forward_dynamics.hpp"
 
 #include <random>
 

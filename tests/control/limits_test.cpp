@@ -2,7 +2,7 @@
 
 #include "plant_cases.hpp"
 
-#include "balance/analysis/control.hpp"
+#include "balance/motion/control/closed_loop_run.hpp"
 
 using namespace plants;
 

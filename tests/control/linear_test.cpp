@@ -1,6 +1,6 @@
 #include "arms.hpp"
 
-#include "balance/control/plant.hpp"
+#include "balance/motion/control/plant.hpp"
 
 #include <algorithm>
 

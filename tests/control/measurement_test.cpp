@@ -1,6 +1,6 @@
 #include "arms.hpp"
 
-#include "balance/control/sensor.hpp"
+#include "balance/motion/control/sensor.hpp"
 
 using namespace arms;
 

@@ -2,8 +2,8 @@
 
 #include "arms.hpp"
 
-#include "balance/base/extrema.hpp"
-#include "balance/control/effort_course.hpp"
+#include "balance/foundation/numerics/extrema.hpp"
+#include "balance/motion/control/control_law.hpp"
 
 #include <algorithm>
 #include <numbers>

@@ -1,9 +1,9 @@
 #pragma once
 /// Mechanisms of configs/ as plants, and where they start from.
 
-#include "balance/control/plant.hpp"
-#include "balance/simulation/simulate.hpp"
-#include "balance/spec/read_spec.hpp"
+#include "balance/interface/specification/read_spec.hpp"
+#include "balance/motion/control/plant.hpp"
+#include "balance/motion/simulation/simulate.hpp"
 
 #include <doctest/doctest.h>
 

@@ -1,6 +1,6 @@
 #include "arms.hpp"
 
-#include "balance/control/forward_dynamics.hpp"
+#include "balance/mechanics/dynamics/forward_dynamics.hpp"
 
 #include <algorithm>
 

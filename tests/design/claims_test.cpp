@@ -1,4 +1,4 @@
-#include "balance/design/seek.hpp"
+#include "balance/synthesis/design/multistart.hpp"
 #include "mechanisms.hpp"
 #include "objectives.hpp"
 

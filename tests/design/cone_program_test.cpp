@@ -1,8 +1,8 @@
 /// Cone programs, against closed forms, the optimality conditions themselves and linear programs solved by Clp.
 
-#include "balance/design/cone_program.hpp"
-#include "balance/conditions/linear_program.hpp"
-#include "balance/design/box.hpp"
+#include "balance/foundation/numerics/cone_program.hpp"
+#include "balance/foundation/numerics/linear_program.hpp"
+#include "balance/synthesis/design/variable_classification.hpp"
 
 #include <doctest/doctest.h>
 

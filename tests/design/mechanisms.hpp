@@ -1,7 +1,7 @@
 #pragma once
 /// Mechanisms with free numbers, built without a spec.
 
-#include "balance/design/solve.hpp"
+#include "balance/synthesis/design/solve_design.hpp"
 
 #include <string>
 #include <vector>

@@ -1,7 +1,7 @@
-#include "balance/base/quadratic_program.hpp"
-#include "balance/design/gauss_newton.hpp"
-#include "balance/design/least_squares.hpp"
-#include "balance/design/parameter_map.hpp"
+#include "balance/foundation/numerics/bounded_least_squares.hpp"
+#include "balance/foundation/numerics/levenberg_marquardt.hpp"
+#include "balance/foundation/numerics/quadratic_program.hpp"
+#include "balance/synthesis/design/feature_map.hpp"
 
 #include "mechanisms.hpp"
 

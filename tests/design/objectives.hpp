@@ -1,7 +1,7 @@
 #pragma once
 /// Objectives whose best values are known by hand.
 
-#include "balance/design/solve.hpp"
+#include "balance/synthesis/design/solve_design.hpp"
 
 namespace design_tests {
 

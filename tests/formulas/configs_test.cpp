@@ -1,8 +1,8 @@
 #include "reading.hpp"
 
-#include "balance/formulas/code.hpp"
-#include "balance/formulas/printed_program.hpp"
-#include "balance/model/payload_stretches.hpp"
+#include "balance/mechanics/model/payload_intervals.hpp"
+#include "balance/synthesis/formulas/formula_parser.hpp"
+#include "balance/synthesis/formulas/program_code.hpp"
 
 #include <doctest/doctest.h>
 

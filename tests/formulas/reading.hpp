@@ -1,10 +1,10 @@
 #pragma once
 /// Formulas of the configs as they are printed, read back.
 
-#include "balance/formulas/check.hpp"
-#include "balance/formulas/printed.hpp"
-#include "balance/formulas/text_value.hpp"
-#include "balance/spec/spec_texts.hpp"
+#include "balance/interface/specification/read_spec.hpp"
+#include "balance/synthesis/formulas/formula_check.hpp"
+#include "balance/synthesis/formulas/formula_parser.hpp"
+#include "balance/synthesis/formulas/formula_sheet.hpp"
 
 #include <algorithm>
 #include <map>

@@ -1,7 +1,7 @@
-#include "balance/formulas/numbers.hpp"
-#include "balance/formulas/polynomial.hpp"
-#include "balance/formulas/printer.hpp"
-#include "balance/formulas/text_value.hpp"
+#include "balance/synthesis/formulas/formula_parser.hpp"
+#include "balance/synthesis/formulas/formula_printer.hpp"
+#include "balance/synthesis/formulas/mechanism_symbols.hpp"
+#include "balance/synthesis/formulas/symbolic_polynomial.hpp"
 
 #include <doctest/doctest.h>
 

@@ -1,7 +1,7 @@
 #include "memory_file.hpp"
 #include "targets.hpp"
 
-#include "balance/spec/read_spec.hpp"
+#include "balance/interface/specification/read_spec.hpp"
 
 namespace balance::fuzz {
 

@@ -1,10 +1,10 @@
 #include "targets.hpp"
 
-#include "balance/import/closures.hpp"
-#include "balance/import/prepare.hpp"
-#include "balance/import/read_robot.hpp"
-#include "balance/import/spec_text.hpp"
-#include "balance/spec/read_spec.hpp"
+#include "balance/interface/import/foreign_model.hpp"
+#include "balance/interface/import/foreign_readers.hpp"
+#include "balance/interface/import/model_simplification.hpp"
+#include "balance/interface/import/spec_writer.hpp"
+#include "balance/interface/specification/read_spec.hpp"
 
 namespace balance::fuzz {
 

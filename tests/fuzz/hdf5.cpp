@@ -1,7 +1,7 @@
 #include "memory_file.hpp"
 #include "targets.hpp"
 
-#include "balance/read/result_file.hpp"
+#include "balance/interface/files/result_file.hpp"
 
 namespace balance::fuzz {
 

@@ -1,8 +1,8 @@
-#include "balance/read/requirement.hpp"
+#include "balance/interface/comparison/requirement.hpp"
 
 #include "targets.hpp"
 
-#include "balance/spec/read_spec.hpp"
+#include "balance/interface/specification/read_spec.hpp"
 
 namespace balance::fuzz {
 

@@ -1,9 +1,9 @@
 #include "targets.hpp"
 
-#include "balance/conditions/symbols.hpp"
-#include "balance/spec/include.hpp"
-#include "balance/spec/read_spec.hpp"
-#include "balance/write/balanced_spec.hpp"
+#include "balance/interface/specification/balanced_spec.hpp"
+#include "balance/interface/specification/include_expansion.hpp"
+#include "balance/interface/specification/read_spec.hpp"
+#include "balance/synthesis/conditions/spec_symbols.hpp"
 
 #include <cstdio>
 #include <sstream>

@@ -1,5 +1,5 @@
-#include "balance/read/suite.hpp"
-#include "balance/spec/named_files.hpp"
+#include "balance/interface/batch/suite.hpp"
+#include "balance/interface/specification/include_expansion.hpp"
 
 #include "targets.hpp"
 

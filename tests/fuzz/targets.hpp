@@ -41,4 +41,4 @@ bool complains_well(Read&& read);
 
 }  // namespace balance::fuzz
 
-#include "complaint.hpp"
+#include "diagnostic_check.hpp"

@@ -1,7 +1,7 @@
 // Reads a spec, moves the mechanism and prints its peak shaking force: the library as a stranger uses it.
-#include <balance/base/version.hpp>
-#include <balance/simulation/simulate.hpp>
-#include <balance/spec/read_spec.hpp>
+#include <balance/foundation/base/version.hpp>
+#include <balance/interface/specification/read_spec.hpp>
+#include <balance/motion/simulation/simulate.hpp>
 
 #include <cstdio>
 

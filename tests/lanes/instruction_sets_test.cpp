@@ -1,8 +1,8 @@
-#include "../base/patterns.hpp"
+#include "../numerics/patterns.hpp"
 #include "probe.hpp"
 
-#include "balance/base/instruction_set.hpp"
-#include "balance/base/lane_sine.hpp"
+#include "balance/foundation/base/instruction_set.hpp"
+#include "balance/foundation/base/pack.hpp"
 
 #include <doctest/doctest.h>
 

@@ -1,7 +1,7 @@
 #pragma once
 /// Calculations in lanes to compare between instruction sets, eight samples at a time.
 
-#include "balance/base/block_triangular.hpp"
+#include "balance/foundation/numerics/block_triangular.hpp"
 
 struct Probe {
   int lanes;

@@ -1,8 +1,8 @@
 // Compiled once for every instruction set: see cmake/Lanes.cmake.
 #include "probe.hpp"
 
-#include "balance/base/block_lanes.hpp"
-#include "balance/base/lane_sine.hpp"
+#include "balance/foundation/base/pack.hpp"
+#include "balance/foundation/numerics/lane_block_triangular.hpp"
 
 namespace {
 

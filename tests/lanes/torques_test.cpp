@@ -1,6 +1,6 @@
-#include "balance/base/lane_sine.hpp"
-#include "balance/dynamics/recursion.hpp"
-#include "balance/lanes/kernels.hpp"
+#include "balance/foundation/base/pack.hpp"
+#include "balance/mechanics/dynamics/tree_dynamics.hpp"
+#include "balance/mechanics/lanes/lane_kernels.hpp"
 
 #include <doctest/doctest.h>
 

@@ -1,9 +1,9 @@
 // Every key of every config spoilt in every way: refused with a place and the key's name, or right by its meaning.
 // All of them with BALANCE_MUTATE_ALL in the environment, else a sample.
 
-#include "balance/base/error.hpp"
-#include "balance/spec/node.hpp"
-#include "balance/spec/read_spec.hpp"
+#include "balance/foundation/base/error.hpp"
+#include "balance/interface/specification/read_spec.hpp"
+#include "balance/interface/specification/yaml_document.hpp"
 
 #include <doctest/doctest.h>
 

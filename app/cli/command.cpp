@@ -1,0 +1,71 @@
+#include "cli/command.hpp"
+
+#include "cli/failures.hpp"
+
+#include "balance/interface/files/atomic_file.hpp"
+#include "balance/interface/specification/include_expansion.hpp"
+
+#include <unistd.h>
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+namespace balance::app {
+
+void add_spec_options(CLI::App& parser, SpecOptions& options) {
+  parser.add_option("spec", options.spec, "the mechanism, a YAML file")->required()->type_name("SPEC");
+  parser.add_option("--set", options.overrides, "override a parameter of the spec; may be repeated")
+      ->type_name("NAME=VALUE")
+      ->allow_extra_args(false);  // or it would swallow the spec's name
+  parser.add_flag("--json", options.json, "print JSON, errors included");
+}
+
+ReadOptions read_options(const SpecOptions& options) {
+  ReadOptions read;
+  for (const std::string& text : options.overrides) {
+    const std::size_t equals = text.find('=');
+    if (equals == 0 || equals == std::string::npos || equals + 1 == text.size()) {
+      throw UsageError("--set needs name=value, not '" + text + "'");
+    }
+    read.set.emplace_back(text.substr(0, equals), text.substr(equals + 1));
+  }
+  return read;
+}
+
+Study read_study(const SpecOptions& options) { return read_space(options).start; }
+
+DesignSpace read_space(const SpecOptions& options) {
+  return read_design_space_file(options.spec, read_options(options));
+}
+
+void check_standard_output(const std::vector<std::string>& files, bool json, bool binary) {
+  const auto wishes = std::count(files.begin(), files.end(), standard_output_path);
+  if (wishes == 0) return;
+  if (wishes > 1) throw UsageError("two files cannot both go to standard output");
+  if (json) throw UsageError("--json goes to standard output, where a file named - cannot go, too");
+  if (binary && ::isatty(STDOUT_FILENO) == 1)
+    throw UsageError("standard output is a terminal, which has no use for HDF5; send it to a file or a program");
+}
+
+std::vector<InputFile> list_input_files(const Study& study) {
+  std::vector<InputFile> inputs = {{study.spec_file, "the spec"}};
+  for (const std::string& file : list_spec_files(study.spec_text, study.spec_file))
+    if (file != study.spec_file) inputs.push_back({file, "a table or a part of the spec"});
+  return inputs;
+}
+
+void check_overwrites_no_input(const std::string& output, const std::string& what,
+                               const std::vector<InputFile>& inputs) {
+  if (const InputFile* replaced = find_replaced_input(output, inputs))
+    throw UsageError(fmt::format("{} would replace {}: {}", what, replaced->description, replaced->path));
+}
+
+void check_output(const std::string& output, const std::string& what, const std::vector<InputFile>& inputs,
+                  bool force) {
+  if (output.empty()) return;
+  check_overwrites_no_input(output, what, inputs);
+  check_writable(output, force ? OverwritePolicy::replace : OverwritePolicy::forbid);
+}
+
+}  // namespace balance::app

@@ -1,0 +1,65 @@
+#include "cli/console.hpp"
+#include "balance/foundation/base/error.hpp"
+#include "balance/foundation/base/unicode_text.hpp"
+#include "balance/interface/files/atomic_file.hpp"
+
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstdio>
+#include <cstring>
+#include <initializer_list>
+
+namespace balance::app {
+
+void reserve_standard_descriptors() {
+  for (const int descriptor : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO}) {
+    // open takes the lowest free number. Read-only, so that writing to a closed stdout stays an error.
+    if (::fcntl(descriptor, F_GETFD) < 0 && ::open("/dev/null", O_RDONLY) < 0) return;
+  }
+}
+
+void print(const std::string& text) {
+  const bool written = std::fwrite(text.data(), 1, text.size(), stdout) == text.size();
+  if (!written || std::fflush(stdout) != 0) {
+    throw SystemError(std::string("cannot write to standard output: ") + std::strerror(errno));
+  }
+}
+
+void print_text(const std::string& text) { print(escape_lines_for_terminal(text)); }
+
+void print_status(const std::vector<std::string>& files, const std::string& text) {
+  if (std::find(files.begin(), files.end(), standard_output_path) == files.end()) return print_text(text);
+  std::fputs(escape_lines_for_terminal(text).c_str(), stderr);
+}
+
+std::string format_written_message(const std::string& file, const std::string& what) {
+  return file == standard_output_path ? "" : what + ": " + escape_for_terminal(file) + "\n";
+}
+
+void print_message(const std::string& text) { tell_lines(escape_for_terminal(text)); }
+
+void tell_lines(const std::string& text) { std::fprintf(stderr, "%s\n", escape_lines_for_terminal(text).c_str()); }
+
+ProgressLine::ProgressLine(bool quiet) : shown_(!quiet && ::isatty(STDERR_FILENO) == 1) {}
+
+ProgressLine::~ProgressLine() {
+  if (shown_ && drawn_) std::fputs("\r\033[K", stderr);
+}
+
+void ProgressLine::draw(const std::string& text) {
+  if (!shown_) return;
+  std::fprintf(stderr, "\r\033[K%s", text.c_str());
+  drawn_ = true;
+}
+
+void ProgressLine::draw_fraction(const std::string& what, double part) {
+  const auto now = std::chrono::steady_clock::now();
+  if (!shown_ || now - last_ < std::chrono::seconds(1)) return;
+  last_ = now;
+  draw(what + ": " + std::to_string(static_cast<int>(100 * part)) + " %");
+}
+
+}  // namespace balance::app

@@ -1,0 +1,291 @@
+#include "balance/foundation/base/error.hpp"
+#include "balance/foundation/base/spelling.hpp"
+#include "balance/foundation/base/unicode_text.hpp"
+#include "balance/interface/batch/batch_folder.hpp"
+#include "balance/interface/batch/batch_run.hpp"
+#include "balance/interface/batch/batch_summary.hpp"
+#include "balance/interface/files/atomic_file.hpp"
+#include "balance/interface/files/json.hpp"
+#include "balance/mechanics/trajectory/trajectory.hpp"
+#include "cli/command.hpp"
+#include "cli/console.hpp"
+#include "cli/failures.hpp"
+#include "cli/signals.hpp"
+#include "cli/help.hpp"
+#include "cli/validators.hpp"
+
+#include <fmt/format.h>
+
+#include <charconv>
+#include <cmath>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+#include <thread>
+#include <utility>
+
+namespace balance::app {
+
+/// What `batch` is asked to do.
+struct BatchCommandOptions {
+  std::string suite;
+  std::string output;                     ///< folder; empty: the suite's stem with `-results`, in the current folder
+  unsigned jobs = 0;                      ///< 0: all cores
+  std::string shard;                      ///< "i/n"
+  std::string case_timeout, case_memory;  ///< empty: as the library has it
+  bool metrics_only = false;
+  bool retry_failed = false;
+  bool merge = false;
+  bool list = false;
+  bool force = false;
+  bool json = false;
+  bool quiet = false;
+};
+
+void add_batch_options(CLI::App& parser, BatchCommandOptions& options);
+
+/// @throws UsageError for text that is not i/n
+std::optional<Shard> parse_shard(const std::string& text);
+
+/// Where the results go.
+std::string choose_output_folder(const BatchCommandOptions& options);
+
+/// What the library is to do, without progress. @throws UsageError for a limit that is none
+BatchOptions make_batch_options(const BatchCommandOptions& options);
+
+namespace {
+
+std::string format_progress(const BatchProgress& progress) {
+  std::string text = fmt::format("{} of {} cases", progress.finished, progress.total);
+  if (progress.reused > 0) text += fmt::format(", {} found finished", progress.reused);
+  if (progress.failed > 0) text += fmt::format(", {} failed", progress.failed);
+  return text;
+}
+
+/// The cases and the files that they are made of, for scripts.
+ExitCode print_case_list(const BatchPlan& plan, const BatchCommandOptions& options, const std::optional<Shard>& shard) {
+  Json json = {{"suite", plan.suite.name}, {"cases", Json::array()}};
+  std::string names;
+  for (const SuiteCase& one : plan.suite.cases) {
+    if (shard && !is_in_shard(one.name, *shard)) continue;
+    names += one.name + "\n";
+    json["cases"].push_back(one.name);
+  }
+  json["files"] = {options.suite};
+  for (const SpecSource& spec : plan.specs) {
+    json["files"].push_back(spec.path);
+    for (const std::string& table : spec.referenced_files) json["files"].push_back(table);
+  }
+  print(options.json ? format_json(json) : names);
+  return ExitCode::done;
+}
+
+/// What earlier batches have left.
+void print_reused_cases(const BatchOutcome& outcome, const BatchCommandOptions& options) {
+  const BatchProgress& progress = outcome.progress;
+  if (options.quiet || progress.reused == 0) return;
+  std::string text = fmt::format("note: {} of {} cases were finished already", progress.reused, progress.total);
+  if (progress.reused_failed > 0)
+    text += fmt::format(", {} of them without a result; --retry-failed computes those again", progress.reused_failed);
+  print_message(text);
+}
+
+std::string format_case(const CaseRecord& record) {
+  return escape_for_terminal(record.name + ": " + record.status +
+                             (record.message.empty() ? "" : ": " + record.message));
+}
+
+/// A shard's part of the results: no summary of all, no requirements.
+ExitCode report_shard(const BatchOutcome& outcome, const BatchCommandOptions& options) {
+  int code = 0;
+  std::string text;
+  Json json = {{"shard", options.shard}, {"cases", Json::array()}};
+  for (const CaseRecord& record : outcome.records) {
+    code = std::max(code, record.exit_code());
+    text += format_case(record) + "\n";
+    json["cases"].push_back({{"name", record.name}, {"status", record.status}, {"message", record.message}});
+  }
+  if (options.json)
+    print(format_json(json));
+  else if (!options.quiet)
+    print_text(text);
+  else
+    for (const CaseRecord& record : outcome.records)
+      if (record.status != "done") print_message("FAILED " + format_case(record));
+  return static_cast<ExitCode>(code);
+}
+
+ExitCode report(const BatchPlan& plan, BatchOutcome outcome, const BatchCommandOptions& options) {
+  const BatchSummary summary = summarise_batch(plan.suite, std::move(outcome.records));
+  const std::vector<std::string> files = [&] {
+    const SignalDeferral deferred;
+    return write_summary(choose_output_folder(options), summary);
+  }();
+  if (pending_signal() != 0) throw Cancelled("interrupted, after the summary was written");
+  if (options.json) {
+    print(summary_json(summary));
+  } else if (!options.quiet) {
+    std::string text = format_batch_text(summary);
+    for (const std::string& file : files) text += format_written_message(file);
+    // The end of a log is what is read of it.
+    const std::string failures = format_failures(summary);
+    print_text(text + (failures.empty() ? "" : "\n") + failures);
+  } else if (const std::string failures = format_failures(summary); !failures.empty()) {
+    tell_lines(failures.substr(0, failures.size() - 1));
+  }
+  return static_cast<ExitCode>(summary.exit_code());
+}
+
+ExitCode run(const BatchCommandOptions& options) {
+  const std::optional<Shard> shard = parse_shard(options.shard);
+  if (options.merge && shard) throw UsageError("--merge is about all cases and does not go with --shard");
+  const BatchPlan plan = make_batch_plan(read_suite_file(options.suite));
+  if (options.list) return print_case_list(plan, options, shard);
+  if (const std::string trouble = find_overwritten_input(plan, choose_output_folder(options)); !trouble.empty())
+    throw UsageError(trouble);
+  if (options.merge) return report(plan, collect_batch(plan, choose_output_folder(options)), options);
+  set_interrupt_message("interrupted; cases that are finished are kept, and the same command goes on behind them");
+  BatchOutcome outcome;
+  {
+    ProgressLine line(options.quiet);
+    BatchOptions batch = make_batch_options(options);
+    batch.progress = [&line](const BatchProgress& progress) { line.draw(format_progress(progress)); };
+    outcome = run_batch(plan, batch);
+  }
+  print_reused_cases(outcome, options);
+  return shard ? report_shard(outcome, options) : report(plan, std::move(outcome), options);
+}
+
+}  // namespace
+
+Command setup_batch(CLI::App& program) {
+  CLI::App* parser = program.add_subcommand("batch", "Run many cases, compare them, judge requirements");
+  const auto options = std::make_shared<BatchCommandOptions>();
+  add_batch_options(*parser, *options);
+  parser->footer(
+      "Runs the cases of a suite, which docs/suite.md describes, and writes into a folder: one HDF5 file\n"
+      "per case, summary.json, summary.csv, summary.md and junit.xml. Every case runs in a process of its\n"
+      "own: one that fails, crashes or goes beyond --case-timeout or --case-memory does not stop the\n"
+      "others. A batch that was interrupted goes on where it stopped and does nothing twice; a case that\n"
+      "failed is tried again when something that it depends on has changed, or with --retry-failed.\n\n"
+      "Exit code 0: all cases are done and the requirements hold; 1: a requirement is missed or a design\n"
+      "is only a compromise; else the largest code (3, 4 or 5) among the cases that failed.\n\n"
+      "Examples:\n"
+      "  balance batch suite.yaml\n"
+      "  balance batch suite.yaml -j 4 -o results\n"
+      "  balance batch suite.yaml --metrics-only --case-timeout 60 --case-memory 1GiB\n"
+      "  balance batch suite.yaml --shard 2/8 -o results\n"
+      "  balance batch suite.yaml --merge -o results");
+  return {parser, [options] { return run(*options); }};
+}
+
+namespace {
+
+/// A number ≥ 0 and what stands behind it. @throws UsageError
+std::pair<double, std::string> split_number(const std::string& text, const std::string& complaint) {
+  double number = 0;
+  const char* const end = text.data() + text.size();
+  const auto [rest, wrong] = std::from_chars(text.data(), end, number);
+  if (wrong != std::errc() || !std::isfinite(number) || number < 0) throw UsageError(complaint);
+  return {number, std::string(rest, end)};
+}
+
+double parse_seconds(const std::string& text) {
+  const std::string complaint =
+      "--case-timeout needs seconds, such as 60, or 0 for none, not " + quote_for_message(text);
+  const auto [number, unit] = split_number(text, complaint);
+  for (const auto& [name, seconds] : {std::pair("", 1.0), {"s", 1.0}, {"min", 60.0}, {"h", 3600.0}})
+    if (unit == name && number * seconds <= max_duration) return number * seconds;
+  throw UsageError(complaint);
+}
+
+constexpr double min_case_memory = 16;  // MiB: what a process has before it reads its spec
+
+std::uintmax_t parse_bytes(const std::string& text) {
+  const std::string complaint =
+      "--case-memory needs MiB, such as 512, or a size such as 2GiB, or 0 for no limit, not " + quote_for_message(text);
+  const auto [number, unit] = split_number(text, complaint);
+  constexpr double kibibyte = 1024, mebibyte = kibibyte * kibibyte;
+  for (const auto& [name, bytes] : {std::pair("", mebibyte),
+                                    {"K", kibibyte},
+                                    {"KiB", kibibyte},
+                                    {"M", mebibyte},
+                                    {"MiB", mebibyte},
+                                    {"G", mebibyte * kibibyte},
+                                    {"GiB", mebibyte * kibibyte},
+                                    {"T", mebibyte * mebibyte},
+                                    {"TiB", mebibyte * mebibyte},
+                                    {"kB", 1e3},
+                                    {"MB", 1e6},
+                                    {"GB", 1e9},
+                                    {"TB", 1e12}}) {
+    if (unit != name) continue;
+    if (number * bytes > 1e18) throw UsageError(complaint);
+    if (number > 0 && number * bytes < min_case_memory * mebibyte)
+      throw UsageError(fmt::format("--case-memory {}: expected at least {:g} MiB, without which no case can begin",
+                                   quote_for_message(text), min_case_memory));
+    return static_cast<std::uintmax_t>(number * bytes);
+  }
+  throw UsageError(complaint);
+}
+
+}  // namespace
+
+void add_batch_options(CLI::App& parser, BatchCommandOptions& o) {
+  suggest_files(parser.add_option("suite", o.suite, "the suite, a YAML file")->required()->type_name("SUITE"),
+                {"yaml", "yml"});
+  parser.add_option("-o,--output", o.output, "folder for results; SUITE's name with -results if not given")
+      ->type_name("FOLDER");
+  parser.add_option("-j,--jobs", o.jobs, "cases computed at once; all cores if not given")
+      ->type_name("N")
+      ->check(integer_range_validator(1, 4096));
+  parser.add_option("--shard", o.shard, "compute only the i-th of n parts of the cases")->type_name("I/N");
+  parser.add_option("--case-timeout", o.case_timeout, "longest time of a case in seconds; 3600 if not given, 0: none")
+      ->type_name("SECONDS");
+  parser
+      .add_option("--case-memory", o.case_memory,
+                  "most memory of a case in MiB, or as 2GiB; the machine's, divided by the cases at once, if not "
+                  "given, 0: no limit")
+      ->type_name("SIZE");
+  parser.add_flag("--metrics-only", o.metrics_only, "keep no samples: no HDF5 files, only metrics and summaries");
+  parser.add_flag("--retry-failed", o.retry_failed, "compute cases again that failed, although nothing has changed");
+  parser.add_flag("--merge", o.merge, "compute nothing; summarise what shards have computed");
+  parser.add_flag("--list", o.list, "compute nothing; print the cases' names, with --json the files too");
+  parser.add_flag("--force", o.force, "use a folder that holds other things; files of the same names are replaced");
+  parser.add_flag("--json", o.json, "print JSON, errors included");
+  parser.add_flag("-q,--quiet", o.quiet, "print nothing but errors (and JSON if asked for)");
+}
+
+std::optional<Shard> parse_shard(const std::string& text) {
+  if (text.empty()) return std::nullopt;
+  Shard shard;
+  const char* const end = text.data() + text.size();
+  const auto [slash, wrong] = std::from_chars(text.data(), end, shard.index);
+  const bool first = wrong == std::errc() && slash != end && *slash == '/';
+  const auto [last, wrong_too] = first ? std::from_chars(slash + 1, end, shard.count) : std::from_chars_result{};
+  if (!first || wrong_too != std::errc() || last != end || shard.index < 1 || shard.index > shard.count)
+    throw UsageError("--shard needs i/n with 1 <= i <= n, such as 2/8, not '" + text + "'");
+  return shard;
+}
+
+std::string choose_output_folder(const BatchCommandOptions& options) {
+  if (!options.output.empty()) return options.output;
+  if (options.suite == "-") throw UsageError("--output is needed for a suite from standard input");
+  return std::filesystem::path(options.suite).stem().string() + "-results";
+}
+
+BatchOptions make_batch_options(const BatchCommandOptions& options) {
+  BatchOptions batch;
+  batch.folder = choose_output_folder(options);
+  batch.jobs = options.jobs > 0 ? options.jobs : std::max(1U, std::thread::hardware_concurrency());
+  batch.shard = parse_shard(options.shard);
+  batch.force = options.force;
+  if (!options.case_timeout.empty()) batch.limits.wall_seconds = parse_seconds(options.case_timeout);
+  if (!options.case_memory.empty()) batch.limits.memory_bytes = parse_bytes(options.case_memory);
+  batch.stored_output = options.metrics_only ? StoredOutput::metrics_only : StoredOutput::series;
+  batch.retry_failed = options.retry_failed;
+  return batch;
+}
+
+}  // namespace balance::app

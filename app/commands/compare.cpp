@@ -1,0 +1,183 @@
+#include "balance/interface/comparison/comparison.hpp"
+#include "balance/interface/comparison/requirement.hpp"
+#include "balance/interface/files/atomic_file.hpp"
+#include "balance/interface/reports/comparison_sections.hpp"
+#include "balance/interface/specification/text_file.hpp"
+#include "cli/command.hpp"
+#include "cli/console.hpp"
+#include "cli/failures.hpp"
+#include "run_operands.hpp"
+#include "cli/signals.hpp"
+#include "cli/validators.hpp"
+
+#include <CLI/CLI.hpp>
+
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace balance::app {
+
+/// What the user asks of `balance compare`.
+enum class ComparisonFormat { text, markdown, csv, json, junit };
+
+struct CompareOptions {
+  std::vector<std::string> files;
+  std::vector<std::string> requirements;
+  std::string format;  ///< empty: by the output's ending, else text
+  std::string output;  ///< empty: stdout
+  bool json = false;
+  bool all = false;
+  bool force = false;
+  bool quiet = false;
+};
+
+void add_compare_options(CLI::App& parser, CompareOptions& options);
+
+/// @throws UsageError if options contradict each other
+ComparisonFormat choose_format(const CompareOptions& options);
+
+namespace {
+
+std::vector<NamedRun> read_runs(const CompareOptions& options) {
+  std::vector<NamedRun> runs;
+  std::vector<RunLocation> places;
+  for (const std::string& file : options.files) {
+    StoredRun run = load_or_simulate_run(file, options.output, "the comparison");
+    places.push_back({run.path == standard_input ? "stdin" : run.path, run.group});
+    runs.push_back({"", file, run.title, run.trajectory, run.law, run.drive, std::move(run.result)});
+  }
+  const std::vector<std::string> names = make_run_names(places);
+  for (std::size_t i = 0; i < runs.size(); ++i) runs[i].name = names[i];
+  return runs;
+}
+
+std::vector<RequirementVerdict> judge(const std::vector<std::string>& texts, const std::vector<NamedRun>& runs) {
+  try {
+    return judge_requirements(texts, runs);
+  } catch (const std::invalid_argument& error) {
+    throw UsageError(std::string("--require ") + error.what());
+  }
+}
+
+std::string format_comparison(ComparisonFormat format, const ComparedRuns& compared,
+                              const std::vector<RequirementVerdict>& verdicts, QuantitySelection shown) {
+  switch (format) {
+    case ComparisonFormat::text: return comparison_text(compared, verdicts, shown);
+    case ComparisonFormat::markdown: return comparison_markdown(compared, verdicts, shown);
+    case ComparisonFormat::csv: return comparison_csv(compared);
+    case ComparisonFormat::json: return comparison_json(compared, verdicts);
+    case ComparisonFormat::junit: return junit_xml("balance compare", {make_verdict_suite("requirements", verdicts)});
+  }
+  return "";
+}
+
+void write_file(const CompareOptions& options, const std::string& content) {
+  const SignalDeferral deferred;
+  AtomicFile pending(options.output, options.force ? OverwritePolicy::replace : OverwritePolicy::forbid);
+  pending.write(content);
+  if (pending_signal() != 0) throw Cancelled(nothing_written_message);
+  pending.commit();
+}
+
+ExitCode run(const CompareOptions& options) {
+  const ComparisonFormat format = choose_format(options);
+  check_standard_input_once(options.files);
+  std::vector<InputFile> inputs;
+  for (const std::string& file : options.files) inputs.push_back({file, "what it is made from"});
+  check_output(options.output, "the comparison", inputs, options.force);
+  const std::vector<NamedRun> runs = read_runs(options);
+  const std::vector<RequirementVerdict> verdicts = judge(options.requirements, runs);
+  const std::string content = format_comparison(format, compare_runs(runs), verdicts,
+                                                options.all ? QuantitySelection::all : QuantitySelection::main);
+  if (options.output.empty()) {
+    print_text(content);
+  } else {
+    write_file(options, content);
+    if (!options.quiet)
+      print_status({options.output}, format_verdicts(verdicts) + format_written_message(options.output));
+  }
+  // A table of values has no place for them.
+  const bool shown = options.output.empty() ? format != ComparisonFormat::csv : !options.quiet;
+  for (const RequirementVerdict& verdict : verdicts) {
+    if (!verdict.holds && !shown) print_message(format_verdict_line(verdict));
+  }
+  return do_all_hold(verdicts) ? ExitCode::done : ExitCode::not_met;
+}
+
+}  // namespace
+
+Command setup_compare(CLI::App& program) {
+  CLI::App* parser = program.add_subcommand("compare", "Compare runs; check requirements on their figures");
+  const auto options = std::make_shared<CompareOptions>();
+  add_compare_options(*parser, *options);
+  parser->footer(
+      "The first run is the base; a spec, with a trajectory behind a colon, is run first. Requirements compare peak, "
+      "rms, mean and range of a quantity, and\n"
+      "energy(), of each other file with numbers and with other files, which are called by their names\n"
+      "without folder and ending; docs/compare.md describes them.\n\n"
+      "Examples:\n"
+      "  balance compare original.h5 balanced.h5\n"
+      "  balance compare 3rrr.yaml:cycloid 3rrr.yaml:bang-bang\n"
+      "  balance compare a.h5 b.h5 --require 'peak(shaking_force) <= 0.9 * base'\n"
+      "  balance compare a.h5 b.h5 --require 'rms(torque) < 1.2 * base' -o junit.xml\n"
+      "  balance compare d.h5:before/cycloid d.h5:after/cycloid --format markdown");
+  return {parser, [options] { return run(*options); }};
+}
+
+namespace {
+
+struct NamedFormat {
+  const char* name;
+  const char* ending;
+  ComparisonFormat format;
+};
+
+constexpr NamedFormat formats[]{{"text", ".txt", ComparisonFormat::text},
+                                {"markdown", ".md", ComparisonFormat::markdown},
+                                {"csv", ".csv", ComparisonFormat::csv},
+                                {"json", ".json", ComparisonFormat::json},
+                                {"junit", ".xml", ComparisonFormat::junit}};
+
+ComparisonFormat find_format(const CompareOptions& options) {
+  const std::string ending = std::filesystem::path(options.output).extension().string();
+  for (const NamedFormat& one : formats) {
+    if (options.format.empty() ? ending == one.ending : options.format == one.name) return one.format;
+  }
+  return ComparisonFormat::text;
+}
+
+}  // namespace
+
+void add_compare_options(CLI::App& parser, CompareOptions& o) {
+  std::vector<std::string> names;
+  for (const NamedFormat& one : formats) names.emplace_back(one.name);
+  add_run_operands(parser, o.files)
+      ->description(
+          "result files, runs of design files (design.h5:after/cycloid) or specs (arm.yaml:cycloid), the base first");
+  parser.add_option("--require", o.requirements, "what must hold; may be repeated")
+      ->type_name("EXPR")
+      ->allow_extra_args(false);
+  CLI::Option* format =
+      parser.add_option("--format", o.format, "how to write it; else by the output's ending, else text");
+  add_choice_validator(format->type_name("FORMAT"), names);
+  parser.add_flag("--json", o.json, "the same as --format json; errors too")->excludes(format);
+  parser.add_option("-o,--output", o.output, "write to this file instead of the terminal")->type_name("FILE");
+  parser.add_flag("--all", o.all, "show all quantities, every joint's reactions too (csv and json always do)");
+  parser.add_flag("--force", o.force, "replace a file that exists");
+  parser.add_flag("-q,--quiet", o.quiet, "with --output: print nothing but errors");
+}
+
+ComparisonFormat choose_format(const CompareOptions& options) {
+  if (options.files.size() < 2)
+    throw UsageError(
+        "two runs at least are needed to compare, the base first: result files or specs (arm.yaml:cycloid)");
+  const ComparisonFormat format = options.json ? ComparisonFormat::json : find_format(options);
+  if (format == ComparisonFormat::junit && options.requirements.empty()) {
+    throw UsageError("JUnit reports are on requirements: give at least one --require");
+  }
+  return format;
+}
+
+}  // namespace balance::app

@@ -1,0 +1,63 @@
+#include "balance_options.hpp"
+#include "cli/command.hpp"
+#include "cli/console.hpp"
+
+#include "balance/interface/reports/conditions_sections.hpp"
+#include "balance/synthesis/conditions/condition_text.hpp"
+
+#include <memory>
+
+namespace balance::app {
+namespace {
+
+struct ConditionsOptions {
+  SpecOptions spec;
+  GoalOptions goal;
+  bool latex = false;
+  bool numbers = false;
+};
+
+void add_options(CLI::App& parser, ConditionsOptions& o) {
+  add_spec_options(parser, o.spec);
+  add_goal_options(parser, o.goal);
+  CLI::Option* latex = parser.add_flag("--latex", o.latex, "print LaTeX (amsmath) and nothing else");
+  latex->excludes(parser.get_option("--json"));
+  parser.add_flag("--numbers", o.numbers, "print coefficients as numbers, without the lengths that they are made of");
+}
+
+ExitCode run(const ConditionsOptions& options) {
+  const DesignSpace space = read_space(options.spec);
+  const ConditionsReportData view = derive_conditions_or_throw(options.goal, space, !options.numbers);
+  for (const std::string& warning : space.start.warnings) print_message("warning: " + warning);
+  if (options.spec.json)
+    print(conditions_json(view, space.start.warnings));
+  else
+    print_text(options.latex ? conditions_latex(view.conditions, view.names) : conditions_text(view));
+  return view.unbalanced_remainder.empty() ? ExitCode::done : ExitCode::not_met;
+}
+
+}  // namespace
+
+Command setup_conditions(CLI::App& program) {
+  CLI::App* parser = program.add_subcommand("conditions", "Derive the complete balancing conditions");
+  const auto options = std::make_shared<ConditionsOptions>();
+  add_options(*parser, *options);
+  parser->footer(
+      "Prints the linear conditions on masses, centres of mass, inertias and stiffnesses that are\n"
+      "necessary and sufficient for the goal, which of them are met and which free numbers of the\n"
+      "spec each of them depends on. Without --goal it is the spec's `design: goal`.\n"
+      "Inertial parameters are about the origin of the body's frame, those of discs about their\n"
+      "centre of mass. Loads are known terms on the right-hand side. What masses and springs cannot\n"
+      "balance (friction, loads that change or that act otherwise than weight) is named with the\n"
+      "largest effort that it leaves to the actuators, and the exit code is 1, unless --without\n"
+      "leaves it out. Exit code 4: the loops cannot be closed, the number of conditions is not\n"
+      "clear, or the goal needs actuators or a tool that the mechanism does not have.\n\n"
+      "Examples:\n"
+      "  balance conditions 5r.yaml --goal static\n"
+      "  balance conditions 3rrr.yaml --goal force --goal gyroscopic --json\n"
+      "  balance conditions rr.yaml --goal decoupled --latex\n"
+      "  balance conditions arm.yaml --goal gyroscopic --without friction");
+  return {parser, [options] { return run(*options); }};
+}
+
+}  // namespace balance::app

@@ -1,0 +1,139 @@
+#include "balance/foundation/base/error.hpp"
+#include "balance/foundation/base/spelling.hpp"
+#include "balance/interface/files/provenance.hpp"
+#include "balance/mechanics/results/body_poses.hpp"
+#include "balance/mechanics/trajectory/trajectory.hpp"
+#include "balance/motion/control/closed_loop_run.hpp"
+#include "balance/motion/study/study.hpp"
+#include "cli/console.hpp"
+#include "run_options.hpp"
+#include "cli/failures.hpp"
+#include "run_operands.hpp"
+#include "cli/validators.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <cmath>
+#include <limits>
+#include <memory>
+
+namespace balance::app {
+namespace {
+
+RunResult control_or_throw(const Study& study, const Trajectory& trajectory, const Controller& controller,
+                           const ControlCommandOptions& options) {
+  ProgressLine line(options.run.quiet);
+  const auto progress = [&](double part) { line.draw_fraction(trajectory.name, part); };
+  try {
+    return simulate_closed_loop(study.mechanism, trajectory, controller,
+                                {.hold_time = options.settle, .max_steps = options.steps, .progress = progress});
+  } catch (const std::invalid_argument& error) {
+    // The library was asked something that the spec should not have asked.
+    throw SpecError({.place = {.file = study.spec_file,
+                               .key = "trajectories." + trajectory.name + ", controllers." + controller.name},
+                     .message = error.what()});
+  }
+}
+
+ExitCode run(const ControlCommandOptions& options) {
+  const SimulateOptions& shared = options.run;
+  const Study study = read_study(shared.spec);
+  reject_temporary_payloads(study, "a controlled run");
+  const Trajectory trajectory = choose_trajectory(shared, study);
+  const Controller controller = choose_controller(options, study);
+  check_outputs(shared, study);
+  print_run_header(shared, study, trajectory);
+  if (options.controller.empty() && !shared.quiet)
+    print_message("note: no --controller given: '" + controller.name + "' is taken");
+  RunResult result = control_or_throw(study, trajectory, controller, options);
+  if (shared.poses && result.time.size() > 0) add_body_poses(study.mechanism, result);
+  print_notes(shared, result);
+  const Provenance description = describe(options, study, trajectory, controller);
+  // What was computed until something stopped the run is worth keeping; the file says that it ended early.
+  const bool done = result.outcome.status == MotionStatus::done;
+  std::vector<std::string> files;
+  if (result.time.size() >= 2) files = write_files(shared, result, description);
+  if (!done) {
+    for (const std::string& file : files) print_message("written up to where the run ended: " + file);
+    throw MotionFailure(result.outcome);
+  }
+  print_result(shared, result, description, files);
+  return ExitCode::done;
+}
+
+}  // namespace
+
+Command setup_control(CLI::App& program) {
+  CLI::App* parser = program.add_subcommand("control", "Let a controller lead a mechanism along a trajectory");
+  const auto options = std::make_shared<ControlCommandOptions>();
+  add_control_options(*parser, *options);
+  parser->footer(
+      "The mechanism moves by its own dynamics under the efforts of a controller that samples it at its\n"
+      "own rate: one of the spec's 'controllers', or, without being listed there, computed-torque, pd,\n"
+      "sliding-mode, extended-sliding-mode, open-loop, none.\n\n"
+      "Prints tracking errors, torques, how much they change, shaking forces; the samples go to the files\n"
+      "asked for, which docs/file-format.md describes. A singular configuration on the way ends the run\n"
+      "with code 4; the files then hold what was computed until there.\n\n"
+      "Examples:\n"
+      "  balance control 5r.yaml --trajectory cycloid --controller computed-torque\n"
+      "  balance control 5r.yaml -t circle -c sliding-mode -o out.h5 --force\n"
+      "  balance control arm.yaml -t cycloid -c none --duration 10 --json\n"
+      "  balance control arm.yaml -t cycloid -c pd --settle 0.5 --csv out.csv");
+  return {parser, [options] {
+            split_trajectory_name(options->run.spec.spec, options->run.trajectory);
+            return run(*options);
+          }};
+}
+
+void add_control_options(CLI::App& parser, ControlCommandOptions& o) {
+  add_run_options(parser, o.run);
+  CLI::Option* controller =
+      parser.add_option("-c,--controller", o.controller, "which controller; the first of the spec if not given");
+  controller->type_name("NAME");
+  parser.add_option("--settle", o.settle, "hold the last pose so much longer, in seconds")
+      ->type_name("T")
+      ->check(number_range_validator(0, max_duration));
+  parser.add_option("--steps", o.steps, "how many steps the integration may take before the run is given up")
+      ->type_name("N")
+      ->check(integer_range_validator(1));
+}
+
+Controller choose_controller(const ControlCommandOptions& options, const Study& study) {
+  return find_controller(options.controller, study);
+}
+
+Provenance describe(const ControlCommandOptions& options, const Study& study, const Trajectory& trajectory,
+                    const Controller& controller) {
+  const SimulateOptions& o = options.run;
+  return make_simulation_provenance(study, trajectory,
+                                    {.spec_file = o.spec.spec,
+                                     .trajectory = trajectory.name,
+                                     .samples = o.samples,
+                                     .duration = o.duration,
+                                     .about = o.about,
+                                     .set = o.spec.overrides,
+                                     .compress = o.compress,
+                                     .poses = o.poses,
+                                     .controller = controller.name,
+                                     .settle = options.settle,
+                                     .steps = options.steps});
+}
+
+Controller find_controller(const std::string& name, const Study& study) {
+  std::vector<std::string> names;
+  for (const Controller& controller : study.controllers) {
+    names.push_back(controller.name);
+    if (controller.name == name) return controller;
+  }
+  if (!name.empty())
+    throw UsageError(fmt::format("{} has no controller {}, only {}{}", study.spec_file, quote_for_message(name),
+                                 fmt::join(names, ", "), append_nearest_name(name, names)));
+  // The built-in ones stand behind those of the spec.
+  const bool listed = study.controllers.size() > built_in_controllers().size() ||
+                      study.controllers.front().name != built_in_controllers().front().name;
+  if (listed) return study.controllers.front();
+  return find_controller(controller_type_name(ControllerType::computed_torque), study);
+}
+
+}  // namespace balance::app

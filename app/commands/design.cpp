@@ -1,0 +1,240 @@
+#include "balance_options.hpp"
+#include "balance/foundation/base/cpu_time.hpp"
+#include "balance/foundation/base/error.hpp"
+#include "balance/foundation/base/spelling.hpp"
+#include "balance/interface/files/atomic_file.hpp"
+#include "balance/interface/reports/design_sections.hpp"
+#include "balance/interface/reports/front_sections.hpp"
+#include "cli/console.hpp"
+#include "design_options.hpp"
+#include "cli/failures.hpp"
+#include "cli/signals.hpp"
+
+#include <fmt/format.h>
+
+#include <memory>
+#include <optional>
+#include <stdexcept>
+#include <string>
+#include <utility>
+
+namespace balance::app {
+
+/// A design's search under the user's eyes.
+
+/// On a terminal it tells how far the search is; Ctrl-C ends it with what it has. @throws Cancelled if that is nothing
+/// @param what is done, for the terminal
+/// @param find does it, with the options that it is given
+/// @param interrupted after how long Ctrl-C came [s]
+template <class Find>
+auto run_interruptible_search(const DesignCommandOptions& options, DesignStudyOptions wanted, const std::string& what,
+                              std::optional<double>& interrupted, Find&& find) {
+  ProgressLine line(options.quiet || options.spec.json);
+  const InterruptGuard interrupt;
+  const Stopwatch watch;
+  wanted.on_progress = [&](const SearchProgress& progress) {
+    line.draw_fraction(what, progress.seconds / progress.max_time);
+    if (interrupt.was_interrupted() && !interrupted) interrupted = watch.seconds();
+    return !interrupt.was_interrupted();
+  };
+  try {
+    return std::forward<Find>(find)(wanted);
+  } catch (const DeadlineExceeded&) {
+    if (!interrupt.was_interrupted()) throw;
+  } catch (const MechanismFailure&) {
+    if (!interrupt.was_interrupted()) throw;
+  }
+  throw Cancelled(nothing_written_message);
+}
+
+namespace {
+
+std::vector<std::string> write_files(const DesignCommandOptions& options, const DesignSpace& space,
+                                     const std::string& balanced, const DesignReportData& view) {
+  WriteOptions write;
+  write.existing = options.force ? OverwritePolicy::replace : OverwritePolicy::forbid;
+  write.is_cancelled = [] { return pending_signal() != 0; };
+  const SignalDeferral deferred;
+  std::vector<std::string> files;
+  if (!options.output.empty()) {
+    AtomicFile file(options.output, write.existing);
+    file.write(balanced);
+    throw_if_cancelled(write);
+    file.commit();
+    files.push_back(options.output);
+  }
+  if (!options.h5.empty()) {
+    write_design(options.h5, view, describe(options, space.start), write);
+    files.push_back(options.h5);
+  }
+  return files;
+}
+
+ExitCode run(const DesignCommandOptions& options) {
+  const DesignSpace space = read_space(options.spec);
+  check_front_options(options, space.start);
+  const DesignStudyOptions wanted = make_study_options(options, space.start);
+  check_outputs(options, space.start);
+  if (!options.quiet)
+    for (const std::string& warning : space.start.warnings) print_message("warning: " + warning);
+  if (is_front_requested(options, space.start)) return run_front(options, space);
+  std::optional<double> interrupted;
+  DesignReport report =
+      run_interruptible_search(options, wanted, "searching, Ctrl-C ends it with the best so far", interrupted,
+                               [&](const DesignStudyOptions& watched) { return design_or_throw(space, watched); });
+  const DesignStatus status = report.outcome.status;
+  const bool done = status == DesignStatus::balanced || status == DesignStatus::no_goal;
+  const std::string spec = designed_spec_or_throw(space, report);
+  DesignReportData view = make_design_data(wanted, space, spec, std::move(report));
+  view.interrupted = interrupted;
+  const std::vector<std::string> files = write_files(options, space, spec, view);
+  if (options.spec.json) {
+    print(design_json(view, files));
+  } else if (!options.quiet) {
+    std::string text = design_text(view);
+    std::string lines;
+    for (const std::string& file : files)
+      lines += format_written_message(file, done ? "written" : "written, not balanced");
+    if (!lines.empty()) text += "\n" + lines;
+    print_status(files, text);
+  }
+  return done ? ExitCode::done : ExitCode::not_met;
+}
+
+}  // namespace
+
+Command setup_design(CLI::App& program) {
+  CLI::App* parser = program.add_subcommand("design", "Find numbers that balance a mechanism");
+  const auto options = std::make_shared<DesignCommandOptions>();
+  add_design_options(*parser, *options);
+  parser->footer(
+      "Finds values for the spec's free numbers that meet all conditions of its goal, the best of them\n"
+      "if something is to be minimized; otherwise the best compromise and the reason why there is no\n"
+      "solution. Says what was shown: proved-best, local-best or stopped. Prints the numbers, the\n"
+      "conditions, what they cost and what every trajectory gains. Without a goal the numbers are\n"
+      "chosen for what is to be minimized alone. Ctrl-C ends the search with the best so far.\n"
+      "Where the spec has a front, a trade-off between two or three figures, designs all along it are\n"
+      "listed, numbered from 1; --point K shows one, and writes it with -o.\n"
+      "Exit code 0: balanced (or no goal) and within all limits; 1: a compromise, or it is impossible;\n"
+      "files are written all the same.\n\n"
+      "Examples:\n"
+      "  balance design 5r.yaml -o balanced.yaml\n"
+      "  balance design 5r.yaml --goal static --minimize added-mass --h5 design.h5\n"
+      "  balance design 5r.yaml --strategy modular --json\n"
+      "  balance design front.yaml --csv front.csv --point middle -o middle.yaml");
+  return {parser, [options] { return run(*options); }};
+}
+
+namespace {
+
+constexpr const char* middle = "middle";
+
+/// Index of the point that the option names; −1: none.
+int choose_point(const std::string& name, const ParetoFront& front) {
+  if (name.empty() || front.points.empty()) return -1;
+  if (name == middle) return find_compromise_point(front);
+  const auto count = static_cast<int>(front.points.size());
+  const int k = std::stoi(name);
+  if (k > count) throw UsageError(fmt::format("--point {}: the front has {} point{}", k, count, count == 1 ? "" : "s"));
+  return k - 1;
+}
+
+/// A point's design with what is told of it.
+struct FrontDesign {
+  std::string spec, text, json;
+};
+
+FrontDesign make_front_design(const DesignStudyOptions& wanted, const DesignSpace& space, const ParetoPoint& point) {
+  FrontDesign chosen;
+  DesignReport report = make_pareto_design(space, point, wanted.compare_trajectories);
+  chosen.spec = designed_spec_or_throw(space, report);
+  const DesignReportData view = make_design_data(wanted, point.space, chosen.spec, std::move(report));
+  chosen.text = design_text(view);
+  chosen.json = design_json(view, {});
+  return chosen;
+}
+
+std::vector<std::string> write_files(const DesignCommandOptions& options, const DesignSpace& space,
+                                     const std::string& balanced, const FrontReportData& view) {
+  WriteOptions write;
+  write.existing = options.force ? OverwritePolicy::replace : OverwritePolicy::forbid;
+  write.is_cancelled = [] { return pending_signal() != 0; };
+  const SignalDeferral deferred;
+  std::vector<std::string> files;
+  const auto put = [&](const std::string& path, const std::string& text) {
+    if (path.empty()) return;
+    AtomicFile file(path, write.existing);
+    file.write(text);
+    throw_if_cancelled(write);
+    file.commit();
+    files.push_back(path);
+  };
+  if (!balanced.empty()) put(options.output, balanced);
+  put(options.csv, front_csv(view));
+  if (!options.h5.empty()) {
+    write_front(options.h5, view, describe(options, space.start), write);
+    files.push_back(options.h5);
+  }
+  return files;
+}
+
+}  // namespace
+
+bool is_front_requested(const DesignCommandOptions& options, const Study& study) {
+  return study.design.front && options.minimize.empty();
+}
+
+void check_front_options(const DesignCommandOptions& options, const Study& study) {
+  const bool number = !options.point.empty() && options.point.size() < 6 && options.point[0] != '0' &&
+                      options.point.find_first_not_of("0123456789") == std::string::npos;
+  if (!options.point.empty() && options.point != middle && !number)
+    throw UsageError(
+        fmt::format("--point {}: expected the number of a point, from 1, or middle", quote_for_message(options.point)));
+  if (!is_front_requested(options, study)) {
+    for (const auto& [name, value] : {std::pair("--point", options.point), std::pair("--csv", options.csv)})
+      if (!value.empty())
+        throw UsageError(
+            fmt::format("{} is for specs that ask for a front (design: front), and without --minimize", name));
+    return;
+  }
+  if (!options.output.empty() && options.point.empty())
+    throw UsageError("--output writes one design, and a front has several: choose one by --point K or --point middle");
+}
+
+ParetoFront find_front_or_throw(const DesignSpace& space, const DesignStudyOptions& options) {
+  try {
+    ParetoFront front = compute_pareto_front(space, options);
+    if (front.points.empty())
+      if (const RequestFailure refusal = find_failure(front.failure))
+        throw MechanismFailure(refusal.status, refusal.reason);
+    return front;
+  } catch (const std::invalid_argument& error) {
+    throw SpecError({.place = {.file = space.start.spec_file, .key = "design"}, .message = error.what()});
+  }
+}
+
+ExitCode run_front(const DesignCommandOptions& options, const DesignSpace& space) {
+  const DesignStudyOptions wanted = make_study_options(options, space.start);
+  std::optional<double> interrupted;
+  ParetoFront front = run_interruptible_search(
+      options, wanted, "searching the front, Ctrl-C ends it with the points so far", interrupted,
+      [&](const DesignStudyOptions& watched) { return find_front_or_throw(space, watched); });
+  FrontReportData view = make_front_report_data(wanted, space, std::move(front));
+  view.interrupted = interrupted;
+  const int k = choose_point(options.point, view.front);
+  FrontDesign chosen;
+  if (k >= 0) chosen = make_front_design(wanted, space, view.front.points[static_cast<std::size_t>(k)]);
+  const std::vector<std::string> files = write_files(options, space, chosen.spec, view);
+  if (options.spec.json) {
+    print(front_json(view, files, chosen.json));
+  } else if (!options.quiet) {
+    std::string text = front_text(view);
+    if (k >= 0) text += fmt::format("\npoint {}\n", k + 1) + chosen.text;
+    std::string lines;
+    for (const std::string& file : files) lines += format_written_message(file);
+    print_status(files, text + (lines.empty() ? "" : "\n" + lines));
+  }
+  return view.front.points.empty() ? ExitCode::not_met : ExitCode::done;
+}
+
+}  // namespace balance::app

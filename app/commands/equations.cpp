@@ -1,0 +1,403 @@
+#include "balance/foundation/base/error.hpp"
+#include "balance/foundation/base/spelling.hpp"
+#include "balance/foundation/base/version.hpp"
+#include "balance/interface/files/atomic_file.hpp"
+#include "balance/interface/files/json.hpp"
+#include "balance/interface/files/provenance.hpp"
+#include "balance/interface/reports/equations_sections.hpp"
+#include "balance/interface/reports/formulas_sections.hpp"
+#include "balance/interface/specification/read_options.hpp"
+#include "balance/interface/specification/read_spec.hpp"
+#include "balance/interface/specification/text_file.hpp"
+#include "balance/motion/simulation/simulate.hpp"
+#include "balance/motion/study/study.hpp"
+#include "balance/synthesis/conditions/spec_symbols.hpp"
+#include "balance/synthesis/formulas/equations_report.hpp"
+#include "balance/synthesis/formulas/formula_sheet.hpp"
+#include "balance/synthesis/formulas/program_code.hpp"
+#include "cli/command.hpp"
+#include "cli/console.hpp"
+#include "cli/failures.hpp"
+#include "state_options.hpp"
+#include "cli/signals.hpp"
+#include "cli/help.hpp"
+#include "cli/validators.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <limits>
+#include <memory>
+#include <stdexcept>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace balance::app {
+
+/// What the user asks of `balance equations`, and what it means for the study.
+
+/// `at` may also be a trajectory's name, or empty: formulas.
+struct EquationsOptions : StateOptions {
+  SpecOptions spec;
+  std::string speeds, constraints;  ///< `v: tool.u, w: {A: 0.5}`; empty: none
+  std::vector<std::string> only;
+  std::string output;
+  bool latex = false, force = false, compress = false;
+
+  // of formulas
+  std::string code;  ///< `c` or `python`; empty: none
+  bool expand = false, numbers = false, all = false;
+};
+
+void add_equations_options(CLI::App& parser, EquationsOptions& options);
+
+/// The sections that --only names; without it those that a page of text has room for, or all.
+/// @throws UsageError
+std::set<EquationSection> choose_sections(const EquationsOptions& options);
+
+/// The trajectory that --at names as a whole; null if it names a pose.
+const Trajectory* trajectory_at(const EquationsOptions& options, const Study& study);
+
+/// The pose that --at means, found on the mechanism, with the rates asked for.
+/// @throws UsageError, SpecError; MotionFailure if the mechanism cannot take the pose
+EquationsQuery make_query(const EquationsOptions& options, const Study& study);
+
+/// Refuses at once what would fail after the computation. @throws UsageError, SystemError
+void check_outputs(const EquationsOptions& options, const Study& study);
+
+/// `balance equations` without a pose: closed formulas.
+struct FormulaOptions {
+  SpecOptions spec;
+  std::vector<std::string> only;
+  std::string code;  ///< `c` or `python`; empty: formulas
+  bool latex = false, numbers = false, expand = false, all = false;
+};
+
+/// @throws UsageError for sections that there are not
+ExitCode print_formulas(const FormulaOptions& options);
+
+namespace {
+
+std::vector<std::string> coordinate_names(const Mechanism& mechanism) {
+  std::vector<std::string> names;
+  for (const Coordinate& coordinate : mechanism.coordinates) names.push_back(coordinate.name);
+  return names;
+}
+
+std::vector<std::string> actuator_names(const Mechanism& mechanism) {
+  std::vector<std::string> names;
+  for (const int a : mechanism.actuators) names.push_back(mechanism.coordinates[static_cast<std::size_t>(a)].name);
+  return names;
+}
+
+template <class Question>
+auto call_or_throw_usage_error(const EquationsOptions& options, const Study& study, const Question& question) {
+  const bool by_options = !options.rates.empty() || !options.accelerations.empty() || !options.independent.empty() ||
+                          !options.speeds.empty();
+  return call_library(by_options, study, question);
+}
+
+Provenance describe(const EquationsOptions& options, const Study& study) {
+  Provenance description;
+  description.title = study.mechanism.name;
+  description.version = version();
+  description.spec_text = study.spec_text;
+  description.command_line =
+      fmt::format("balance equations {} --at {}", quote_for_shell(study.spec_file), quote_for_shell(options.at));
+  for (const std::string& set : options.spec.overrides) description.command_line += " --set " + quote_for_shell(set);
+  return description;
+}
+
+void write(const EquationsOptions& options, const Study& study, const EquationsAlongRun& along) {
+  if (along.outcome.status != MotionStatus::done) throw MotionFailure(along.outcome);
+  WriteOptions write;
+  write.existing = options.force ? OverwritePolicy::replace : OverwritePolicy::forbid;
+  write.compression = options.compress ? Compression::gzip : Compression::none;
+  write.is_cancelled = [] { return pending_signal() != 0; };
+  const SignalDeferral deferred;
+  write_equations(options.output, along, actuator_names(study.mechanism), describe(options, study), write);
+}
+
+ExitCode run_along(const EquationsOptions& options, const Study& study, const Trajectory& trajectory) {
+  reject_temporary_payloads(study, "equations of motion along a trajectory");
+  if (options.output.empty())
+    throw UsageError(fmt::format("--at {} is a whole trajectory, which needs -o FILE; --at start and end are poses",
+                                 trajectory.name));
+  const RunResult run =
+      call_or_throw_usage_error(options, study, [&] { return simulate(study.mechanism, trajectory); });
+  if (run.outcome.status != MotionStatus::done) throw MotionFailure(run.outcome);
+  write(options, study, call_or_throw_usage_error(options, study, [&] {
+          return compute_equations_along(study.mechanism, run, options.independent);
+        }));
+  if (options.spec.json)
+    print(format_json({{"mechanism", study.mechanism.name},
+                       {"trajectory", trajectory.name},
+                       {"samples", run.time.size()},
+                       {"warnings", study.warnings},
+                       {"files", {options.output}}}));
+  else
+    print_status({options.output}, format_written_message(options.output));
+  return ExitCode::done;
+}
+
+EquationsReportData make_equations_data(const EquationsOptions& options, const DesignSpace& space) {
+  const Study& study = space.start;
+  const EquationsQuery query = make_query(options, study);
+  std::vector<GeometricSymbol> symbols;
+  if (query.sections.count(EquationSection::parameters) > 0) symbols = list_symbols(space);
+  EquationsReport report =
+      call_or_throw_usage_error(options, study, [&] { return compute_equations_at(study.mechanism, query, symbols); });
+  if (report.outcome.status != MotionStatus::done) throw MotionFailure(report.outcome);
+  return {study.mechanism.name, coordinate_names(study.mechanism), std::move(report.at), choose_sections(options)};
+}
+
+ExitCode run(const EquationsOptions& options) {
+  if (options.at.empty())
+    return print_formulas(
+        {options.spec, options.only, options.code, options.latex, options.numbers, options.expand, options.all});
+  choose_sections(options);
+  const DesignSpace space = read_space(options.spec);
+  const Study& study = space.start;
+  check_outputs(options, study);
+  for (const std::string& warning : study.warnings) print_message("warning: " + warning);
+  if (const Trajectory* trajectory = trajectory_at(options, study)) return run_along(options, study, *trajectory);
+  const EquationsReportData view = make_equations_data(options, space);
+  if (options.spec.json)
+    print(equations_json(view, study.warnings));
+  else if (options.latex)
+    print_text(equations_latex(view));
+  if (!options.output.empty()) write(options, study, as_one_sample(view.at));
+  if (!options.spec.json && !options.latex) print_text(equations_text(view));
+  return ExitCode::done;
+}
+
+}  // namespace
+
+Command setup_equations(CLI::App& program) {
+  CLI::App* parser = program.add_subcommand("equations", "Print a mechanism's equation of motion");
+  const auto options = std::make_shared<EquationsOptions>();
+  add_equations_options(*parser, *options);
+  parser->footer(
+      "Without --at, prints the equations of motion as formulas: --only inertia,velocity,gravity,\n"
+      "closures,solved,conditions,regressor,natural picks some, --code c makes a program of\n"
+      "them. What is printed has been read back and compared with the engine.\n\n"
+      "With --at, prints the equation where the mechanism has a pose, as matrices in its independent\n"
+      "coordinates: inertia M', velocity terms D'_krs and B', weight, springs and loads z'; what\n"
+      "every torque adds up from; and the base parameters: the combinations of inertial parameters\n"
+      "that the equation depends on.\n"
+      "--speeds prints the equation in speeds of your choice, and --constraints what keeps it from\n"
+      "slipping: sums of rates that are zero. A coordinate's name stands for its rate; the tool has\n"
+      "x y z along the world's and u v w along its body's axes, and turns by angle in the plane, by\n"
+      "rx ry rz or p q r in space. Factors are in SI units.\n"
+      "Files hold the matrices at a pose or, where --at names a trajectory, at all its samples.\n\n"
+      "Examples:\n"
+      "  balance equations spatial-rrr.yaml --only inertia,conditions\n"
+      "  balance equations 5r.yaml --code c\n"
+      "  balance equations planar-rrr.yaml --at start\n"
+      "  balance equations 5r.yaml --at \"tool: [0.1, 0.3]\" --rates A1=2,A2=-1\n"
+      "  balance equations rr.yaml --at start --speeds \"vx: tool.x, vy: tool.y\"\n"
+      "  balance equations 3rrr.yaml --at end --only natural --latex\n"
+      "  balance equations 3rrr.yaml --at cycloid -o equations.h5");
+  return {parser, [options] { return run(*options); }};
+}
+
+namespace {
+
+/// Of poses and of formulas, which share some.
+std::vector<std::string> all_section_names() {
+  std::vector<std::string> names = equation_section_names();
+  for (const std::string& name : formulas::sheet_section_names())
+    if (std::find(names.begin(), names.end(), name) == names.end()) names.push_back(name);
+  return names;
+}
+
+/// What only formulas have; a pose needs those that stand before it.
+void add_formula_options(CLI::App& parser, EquationsOptions& o) {
+  CLI::Option* at = parser.get_option("--at");
+  add_choice_validator(parser.add_option("--code", o.code, "print the torques as a program in c or python")
+                           ->type_name("LANGUAGE")
+                           ->excludes(at)
+                           ->excludes(parser.get_option("--json"))
+                           ->excludes(parser.get_option("--latex")),
+                       {"c", "python"});
+  parser.add_flag("--expand", o.expand, "put in what parameters are that are expressions of others")->excludes(at);
+  parser.add_flag("--numbers", o.numbers, "print numbers in place of symbols")->excludes(at);
+  parser.add_flag("--all", o.all, "print formulas however long they are")->excludes(at);
+  for (const char* name : {"--speeds", "--trajectory", "--output"}) parser.get_option(name)->needs(at);
+}
+
+}  // namespace
+
+namespace {
+
+bool is_blank(const std::string& text) { return text.find_first_not_of(" \t\r\n") == std::string::npos; }
+
+void add_speed_options(CLI::App& parser, EquationsOptions& o) {
+  const auto not_blank = [](const std::string& text) {
+    return is_blank(text) ? "expected speeds, found an empty text" : "";
+  };
+  CLI::Option* speeds =
+      parser
+          .add_option("--speeds", o.speeds,
+                      "the equation in these speeds, too: sums of rates of coordinates and of the tool's, as\n"
+                      "\"v: tool.u, w: {A: 0.5, B: -0.5}\"")
+          ->type_name("NAME: TERMS,...")
+          ->check(not_blank);
+  parser.add_option("--constraints", o.constraints, "speeds that are zero, as of wheels that roll: \"slip: tool.v\"")
+      ->type_name("NAME: TERMS,...")
+      ->check(not_blank)
+      ->needs(speeds);
+  for (const char* name : {"--latex", "--output"}) speeds->excludes(parser.get_option(name));
+}
+
+}  // namespace
+
+void add_equations_options(CLI::App& parser, EquationsOptions& o) {
+  add_spec_options(parser, o.spec);
+  add_state_options(parser, o,
+                    "a pose (A1=0.3,A2=0.5 or tool: [0.1, 0.2], in the spec's units), start, end or a trajectory");
+  parser.add_option("-t,--trajectory", o.trajectory, "whose start or end is meant; the first if not given")
+      ->type_name("NAME");
+  suggest_words(parser.add_option("--only", o.only, "what is wanted, between commas")
+                    ->type_name("NAMES")
+                    ->delimiter(',')
+                    ->allow_extra_args(false),
+                all_section_names());
+  CLI::Option* latex = parser.add_flag("--latex", o.latex, "print LaTeX (amsmath) and nothing else");
+  latex->excludes(parser.get_option("--json"));
+  CLI::Option* output = parser.add_option("-o,--output", o.output, "write the matrices to this HDF5 file");
+  output->type_name("FILE");
+  parser.add_flag("--force", o.force, "replace a file that exists");
+  parser.add_flag("--compress", o.compress, "compress the HDF5 file; slow")->needs(output);
+  add_speed_options(parser, o);
+  add_formula_options(parser, o);
+}
+
+std::set<EquationSection> choose_sections(const EquationsOptions& options) {
+  using enum EquationSection;
+  const std::vector<std::string>& names = equation_section_names();
+  std::set<EquationSection> sections;
+  for (const std::string& name : options.only) {
+    const auto at = std::find(names.begin(), names.end(), name);
+    if (at == names.end())
+      throw UsageError(fmt::format("--only needs {}, not {}{}", fmt::join(names, ", "), quote_for_message(name),
+                                   append_nearest_name(name, names)));
+    sections.insert(static_cast<EquationSection>(at - names.begin()));
+  }
+  if (!sections.empty()) return sections;
+  sections = {inertia, velocity, gravity, torques, parameters};
+  if (options.spec.json) sections.insert({redundant, natural, regressor});
+  return sections;
+}
+
+const Trajectory* trajectory_at(const EquationsOptions& options, const Study& study) {
+  return options.at == "start" || options.at == "end" ? nullptr : find_trajectory(options.at, study);
+}
+
+namespace {
+
+SpeedChoice read_choice(const EquationsOptions& options, const Study& study) {
+  SpeedChoice choice;
+  if (!options.speeds.empty()) choice.speeds = read_speeds(options.speeds, "--speeds", study);
+  if (options.speeds.empty() && !options.latex && options.output.empty()) choice.speeds = study.speeds;
+  if (!options.constraints.empty()) choice.constrained = read_speeds(options.constraints, "--constraints", study);
+  for (const GeneralisedSpeed& speed : choice.speeds)
+    for (const GeneralisedSpeed& zero : choice.constrained)
+      if (speed.name == zero.name)
+        throw UsageError(
+            fmt::format("--constraints has the name {}, too, which is one of --speeds", quote_for_message(zero.name)));
+  return choice;
+}
+
+}  // namespace
+
+EquationsQuery make_query(const EquationsOptions& options, const Study& study) {
+  EquationsQuery query;
+  query.speeds = read_choice(options, study);
+  SingleState state = read_state(options, study);
+  query.configuration = std::move(state.configuration);
+  query.rates = std::move(state.rates);
+  query.accelerations = std::move(state.accelerations);
+  query.time = state.time;
+  query.independent = options.independent;
+  query.sections = choose_sections(options);
+  if (!options.output.empty()) query.sections.insert(EquationSection::redundant);
+  return query;
+}
+
+void check_outputs(const EquationsOptions& options, const Study& study) {
+  check_standard_output({options.output}, options.spec.json || options.latex, options.output == standard_output_path);
+  check_output(options.output, "the result", list_input_files(study), options.force);
+}
+
+namespace {
+
+std::vector<formulas::SheetSectionKind> sections_of(const FormulaOptions& options) {
+  const std::vector<std::string>& names = formulas::sheet_section_names();
+  std::vector<formulas::SheetSectionKind> sections;
+  for (const std::string& name : options.only) {
+    const auto at = std::find(names.begin(), names.end(), name);
+    if (at == names.end())
+      throw UsageError(fmt::format("--only without --at needs {}, not {}{}", fmt::join(names, ", "),
+                                   quote_for_message(name), append_nearest_name(name, names)));
+    sections.push_back(static_cast<formulas::SheetSectionKind>(at - names.begin()));
+  }
+  return sections;
+}
+
+std::string title_of(const Study& study) {
+  return study.mechanism.name.empty() ? study.spec_file : study.mechanism.name;
+}
+
+void print_view(const FormulaOptions& options, const Study& study, const SpecNumberTexts& texts) {
+  const auto expressions =
+      options.expand ? formulas::ParameterExpressions::inlined : formulas::ParameterExpressions::symbols;
+  const formulas::FormulaSheet sheet =
+      formulas::make_sheet(study.mechanism, texts, {sections_of(options), expressions});
+  formulas::PrintOptions print_options;
+  print_options.with_values = options.numbers;
+  if (options.all) print_options.max_terms = std::numeric_limits<std::size_t>::max();
+  FormulasReportData view{title_of(study), &sheet, print_sheet(sheet, print_options), {}, study.warnings};
+  view.check = check_against_engine(sheet, texts_by_label(view.sections), study.mechanism,
+                                    {.with_perturbed_parameters = !options.numbers});
+  if (!view.check.is_consistent)
+    throw MechanismFailure("no-formulas", fmt::format("no formulas: {} (checked at {} states: {:.0e})",
+                                                      view.check.reason, view.check.states, view.check.error));
+  if (options.latex) {
+    print_options.style = formulas::PrintStyle::latex;
+    view.sections = print_sheet(sheet, print_options);
+  }
+  if (options.spec.json)
+    print(formulas_json(view));
+  else
+    print_text(options.latex ? formulas_latex(view) : formulas_text(view));
+}
+
+}  // namespace
+
+ExitCode print_formulas(const FormulaOptions& options) {
+  sections_of(options);
+  const std::string text = read_text_file(options.spec.spec, "spec");
+  const DesignSpace space = read_design_space(text, display_name(options.spec.spec), read_options(options.spec));
+  const Study& study = space.start;
+  reject_temporary_payloads(study, "equations of motion");
+  if (study.mechanism.coordinates.empty())
+    throw MechanismFailure("mismatch", "the mechanism has no degrees of freedom: there is no equation of motion");
+  const SpecNumberTexts texts = read_spec_number_texts(space, read_options(options.spec));
+  for (const std::string& warning : study.warnings) print_message("warning: " + warning);
+  try {
+    if (options.code.empty()) {
+      print_view(options, study, texts);
+    } else {
+      const auto language = options.code == "python" ? formulas::Language::python : formulas::Language::c;
+      print(formulas::generate_program(study.mechanism, texts, language));
+    }
+  } catch (const formulas::FormulaError& error) {
+    throw MechanismFailure("no-formulas", std::string("no formulas: ") + error.what());
+  }
+  return ExitCode::done;
+}
+
+}  // namespace balance::app

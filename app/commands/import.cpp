@@ -1,0 +1,170 @@
+#include "cli/command.hpp"
+#include "cli/console.hpp"
+#include "cli/failures.hpp"
+#include "cli/validators.hpp"
+
+#include "balance/foundation/base/spelling.hpp"
+#include "balance/interface/files/atomic_file.hpp"
+#include "balance/interface/files/json.hpp"
+#include "balance/interface/import/foreign_readers.hpp"
+#include "balance/interface/import/import.hpp"
+#include "balance/interface/specification/text_file.hpp"
+
+#include <fmt/format.h>
+
+#include <memory>
+#include <utility>
+
+namespace balance::app {
+namespace {
+
+struct ImportCommandOptions {
+  std::string file, output, base;
+  ImportOptions options;
+  bool strict = false, json = false, force = false;
+};
+
+Json findings_json(const ImportResult& imported) {
+  Json list = Json::array();
+  for (const foreign::Finding& one : imported.findings)
+    list.push_back({{"level", one.level == foreign::Severity::warning ? "warning" : "note"},
+                    {"code", one.code},
+                    {"file", one.place.file},
+                    {"line", one.place.line > 0 ? Json(one.place.line) : Json()},
+                    {"subject", one.subject},
+                    {"message", one.message}});
+  return list;
+}
+
+std::string import_json(const ImportResult& imported, const std::string& output) {
+  Json json{{"format", imported.format},
+            {"bodies", imported.bodies},
+            {"joints", imported.joints},
+            {"loops", imported.loops},
+            {"degrees_of_freedom", imported.degrees_of_freedom ? Json(*imported.degrees_of_freedom) : Json()},
+            {"total_mass", imported.total_mass},
+            {"actuators", imported.actuators}};
+  Json assembly = Json::object(), ignored = Json::object(), renamed = Json::object();
+  for (const auto& [name, value] : imported.assembly) assembly[name] = value;
+  for (const auto& [what, count] : imported.ignored) ignored[what] = count;
+  for (const auto& [before, after] : imported.renamed) renamed[before] = after;
+  json["assembly"] = assembly;
+  json["not_assembled"] = imported.assembly_failure_reason.empty() ? Json() : Json(imported.assembly_failure_reason);
+  json["findings"] = findings_json(imported);
+  json["ignored"] = ignored;
+  json["renamed"] = renamed;
+  json["file"] = output.empty() ? Json() : Json(output);
+  json["spec"] = imported.spec;
+  return format_json(json);
+}
+
+std::string counted(int count, const char* one, const char* several) {
+  return fmt::format("{} {}", count, count == 1 ? one : several);
+}
+
+/// What a person reads: everything that was found, then what came of it.
+std::string report_text(const ImportResult& imported) {
+  std::string text;
+  for (const foreign::Finding& one : imported.findings) text += one.text() + "\n";
+  std::string ignored, renamed, assembly;
+  for (const auto& [what, count] : imported.ignored)
+    ignored += (ignored.empty() ? "" : ", ") + what + (count == 1 ? "" : fmt::format(" ({})", count));
+  for (const auto& [before, after] : imported.renamed)
+    renamed += fmt::format("{}{} is {}", renamed.empty() ? "" : ", ", before, after);
+  for (const auto& [name, value] : imported.assembly)
+    assembly += fmt::format("{}{}: {:.6g}", assembly.empty() ? "" : ", ", name, value);
+  if (!ignored.empty()) text += "left out: " + ignored + "\n";
+  if (!renamed.empty()) text += "renamed: " + renamed + "\n";
+  text += fmt::format(
+      "{}: {}, {}, {}; {:.9g} kg move\n", imported.format, counted(imported.bodies, "moving body", "moving bodies"),
+      counted(imported.joints, "joint", "joints"), counted(imported.loops, "loop", "loops"), imported.total_mass);
+  if (imported.degrees_of_freedom)
+    text += fmt::format("{}, {}\n", counted(*imported.degrees_of_freedom, "degree of freedom", "degrees of freedom"),
+                        counted(static_cast<int>(imported.actuators.size()), "actuator", "actuators"));
+  if (!assembly.empty()) text += "assembled near the file's zero pose: {" + assembly + "}\n";
+  if (!imported.assembly_failure_reason.empty())
+    text += "warning: it could not be assembled: " + imported.assembly_failure_reason + "\n";
+  return text;
+}
+
+void check_call(const ImportCommandOptions& call) {
+  check_standard_output({call.output}, call.json, false);
+  check_output(call.output, "the spec",
+               {{call.file, "what it is made from"}, {call.options.loops, "what it is made from"}}, call.force);
+}
+
+void check_overwrites_no_robot_file(const ImportCommandOptions& call, const std::string& text) {
+  std::vector<InputFile> inputs;
+  for (std::string& file : list_referenced_robot_files(text, display_name(call.file)))
+    inputs.push_back({std::move(file), "a file that the mechanism names"});
+  check_overwrites_no_input(call.output, "the spec", inputs);
+}
+
+void write_spec(const ImportCommandOptions& call, const ImportResult& imported) {
+  AtomicFile file(call.output, call.force ? OverwritePolicy::replace : OverwritePolicy::forbid);
+  file.write(imported.spec);
+  file.commit();
+}
+
+ExitCode run(const ImportCommandOptions& call) {
+  check_call(call);
+  const std::string text = read_text_file(call.file, "mechanism");
+  check_overwrites_no_robot_file(call, text);
+  const ImportResult imported = import_text(text, display_name(call.file), call.options);
+  const bool wanted = call.strict && (imported.has_warnings() || !imported.assembly_failure_reason.empty());
+  const bool to_stdout = call.output.empty() || call.output == standard_output_path;
+  if (!to_stdout) write_spec(call, imported);
+  if (call.json) {
+    print(import_json(imported, call.output));
+  } else {
+    const std::string report = report_text(imported);
+    if (to_stdout) {
+      tell_lines(report.substr(0, report.size() - 1));
+      print(imported.spec);
+    } else {
+      print_text(report + format_written_message(call.output));
+    }
+  }
+  return wanted ? ExitCode::not_met : ExitCode::done;
+}
+
+}  // namespace
+
+Command setup_import(CLI::App& program) {
+  CLI::App* parser = program.add_subcommand("import", "Make a spec from a URDF, MJCF, MBSE or Chrono file");
+  const auto call = std::make_shared<ImportCommandOptions>();
+  parser->add_option("file", call->file, "the mechanism: URDF or MJCF (XML), MBSE or Chrono (YAML)")
+      ->required()
+      ->type_name("FILE");
+  parser->add_option("--loops", call->options.loops, "closures of a URDF, a YAML file with closed_loop and type")
+      ->type_name("FILE");
+  CLI::Option* base = parser->add_option("--base", call->base, "fixed: what floats in the file is held where it is");
+  add_choice_validator(base->type_name("WORD"), {"fixed"});
+  parser
+      ->add_option("--actuate", call->options.actuate,
+                   "joints that have motors, by the file's names, separated by commas")
+      ->delimiter(',')
+      ->type_name("NAMES")
+      ->allow_extra_args(false);
+  parser->add_option("-o,--output", call->output, "the spec to write; without it, to standard output")
+      ->type_name("FILE");
+  parser->add_flag("--strict", call->strict, "exit code 1 if there is anything to warn of");
+  parser->add_flag("--force", call->force, "replace a file that exists");
+  parser->add_flag("--json", call->json, "print JSON, errors included");
+  parser->footer(
+      "Links that are fixed to each other become one body, closures become joints, names that a spec\n"
+      "cannot have are changed and told. Nothing is repaired: an inertia that no body can have is kept\n"
+      "with as_given, and what is odd about masses is told with its line. Meshes, collisions and\n"
+      "sensors are counted and left out.\n\n"
+      "Loops are closed near the file's zero pose, and the values found stand in assembly.\n\n"
+      "Examples:\n"
+      "  balance import arm.urdf -o arm.yaml\n"
+      "  balance import leg.urdf --loops leg.yaml --actuate hip,knee -o spec.yaml\n"
+      "  balance import gripper.xml --strict --json");
+  return {parser, [call] {
+            call->options.fixed_base = call->base == "fixed";
+            return run(*call);
+          }};
+}
+
+}  // namespace balance::app

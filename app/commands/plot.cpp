@@ -1,0 +1,310 @@
+#include "balance/interface/reports/plot.hpp"
+#include "balance/foundation/base/error.hpp"
+#include "balance/foundation/base/spelling.hpp"
+#include "balance/foundation/base/unicode_text.hpp"
+#include "balance/interface/files/atomic_file.hpp"
+#include "balance/interface/files/json.hpp"
+#include "balance/interface/files/result_file.hpp"
+#include "balance/interface/reports/gnuplot.hpp"
+#include "balance/interface/reports/gnuplot_script.hpp"
+#include "balance/mechanics/results/quantities.hpp"
+#include "cli/command.hpp"
+#include "cli/console.hpp"
+#include "cli/failures.hpp"
+#include "run_operands.hpp"
+#include "cli/signals.hpp"
+#include "cli/help.hpp"
+
+#include <fmt/format.h>
+#include <CLI/CLI.hpp>
+
+#include <algorithm>
+#include <charconv>
+#include <filesystem>
+#include <memory>
+#include <set>
+#include <string>
+#include <vector>
+
+namespace balance::app {
+
+/// What `balance plot` is asked for.
+struct PlotOptions {
+  std::vector<std::string> results, quantities, labels;
+  std::string output, vectors = "magnitude", x = "time", plane = "xy", size, font, title;
+  bool path = false, phase = false, script = false, force = false, json = false, quiet = false;
+};
+
+void add_plot_options(CLI::App& parser, PlotOptions& options);
+
+/// @throws UsageError for values that make no sense
+PlotPage choose_page(const PlotOptions& options);
+
+/// The picture of the runs. @throws UsageError for a quantity or plane that they do not have
+Plot choose_picture(const PlotOptions& options, const std::vector<StoredRun>& files);
+
+/// Fails early what would fail late. @throws UsageError, SystemError
+void check_outputs(const PlotOptions& options);
+
+namespace {
+
+std::string description(const Plot& picture, const PlotPage& page, const std::string& file) {
+  Json panels = Json::array();
+  for (const PlotPanel& panel : picture.panels) {
+    Json lines = Json::array();
+    for (const PlotLine& line : panel.lines)
+      lines.push_back({{"label", line.label}, {"colour", line.pen.colour}, {"dashes", line.pen.dashes}});
+    panels.push_back({{"quantity", panel.name}, {"axis", panel.y_label}, {"lines", lines}});
+  }
+  return format_json({{"width", page.width}, {"height", page.height}, {"panels", panels}, {"files", {file}}});
+}
+
+std::string draw(const Plot& picture, const PlotPage& page) {
+  try {
+    return render_plot(picture, page);
+  } catch (const SystemError&) {
+    // A signal from the keyboard reaches gnuplot too.
+    if (pending_signal() != 0) throw Cancelled(nothing_written_message);
+    throw;
+  }
+}
+
+ExitCode run(const PlotOptions& options) {
+  PlotPage page = choose_page(options);
+  check_outputs(options);
+  check_standard_input_once(options.results);
+  std::vector<StoredRun> files;
+  for (const std::string& name : options.results) {
+    files.push_back(load_or_simulate_run(name, options.script ? "" : options.output, "the picture"));
+  }
+  const Plot picture = choose_picture(options, files);
+  try {
+    page = resolve_page_size(picture, page);
+  } catch (const std::invalid_argument& error) {
+    throw UsageError(std::string("--size: ") + error.what());
+  }
+  if (options.script) {
+    print(gnuplot_script(picture, page));
+    return ExitCode::done;
+  }
+  const SignalDeferral deferred;
+  const std::string bytes = draw(picture, page);
+  AtomicFile file(options.output, options.force ? OverwritePolicy::replace : OverwritePolicy::forbid);
+  file.write(bytes);
+  if (pending_signal() != 0) throw Cancelled(nothing_written_message);
+  file.commit();
+  if (options.json) {
+    print(description(picture, page, options.output));
+  } else if (!options.quiet) {
+    print_status({options.output}, format_written_message(options.output));
+  }
+  return ExitCode::done;
+}
+
+}  // namespace
+
+Command setup_plot(CLI::App& program) {
+  CLI::App* parser = program.add_subcommand("plot", "Draw quantities, paths or phase planes of runs: SVG, PDF, PNG");
+  const auto options = std::make_shared<PlotOptions>();
+  add_plot_options(*parser, *options);
+  parser->footer(
+      "A quantity is named as in the result file: shaking_force is a vector's magnitude, shaking_force.x\n"
+      "its component; torque is every actuator's, torque[A1] one; joint_force[B1].y goes further still.\n"
+      "Without --quantity it is torque, shaking_force and shaking_moment. Several results are laid over\n"
+      "each other. A spec, with a trajectory behind a colon, is run first. A phase plane shows the rate\n"
+      "along the path over the place, below what limits leave. gnuplot must be installed.\n\n"
+      "Examples:\n"
+      "  balance plot run.h5 -o run.pdf\n"
+      "  balance plot a.h5 b.h5 --quantity shaking_force --x normalised -o force.svg\n"
+      "  balance plot run.h5 --quantity 'torque[A1]' -o a1.png --size 160x90\n"
+      "  balance plot run.h5 --path -o path.svg --font Times,10\n"
+      "  balance plot 3rrr.yaml:fast --phase -o phase.svg");
+  return {parser, [options] { return run(*options); }};
+}
+
+namespace {
+
+const std::vector<std::string> views = {"magnitude", "components", "both"};
+const std::vector<std::string> abscissas = {"time", "normalised"};
+const std::vector<std::string> planes = {"xy", "xz", "yz"};
+const std::vector<std::string> suffixes = {"svg", "pdf", "png"};
+constexpr double min_page_side = 30, max_page_side = 1000;  // mm
+constexpr double min_font_size = 4, max_font_size = 72;     // pt
+
+std::size_t position(const char* option, const std::string& word, const std::vector<std::string>& words) {
+  const auto found = std::find(words.begin(), words.end(), word);
+  if (found == words.end())
+    throw UsageError(fmt::format("{} {}: expected {}{}", option, quote_for_message(word), join_alternatives(words),
+                                 append_nearest_name(word, words)));
+  return static_cast<std::size_t>(found - words.begin());
+}
+
+PlotFileFormat choose_format(const std::string& output) {
+  if (output.empty() || output == standard_output_path) return PlotFileFormat::svg;
+  std::string suffix = std::filesystem::path(output).extension().string();
+  if (!suffix.empty()) suffix.erase(0, 1);
+  if (std::find(suffixes.begin(), suffixes.end(), suffix) == suffixes.end())
+    throw UsageError(fmt::format("--output {}: the name must end with .svg, .pdf or .png", quote_for_message(output)));
+  return static_cast<PlotFileFormat>(position("--output", suffix, suffixes));
+}
+
+/// A number and nothing behind it, inside bounds.
+bool parse(std::string_view text, double low, double high, double& number) {
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
+  return error == std::errc() && end == text.data() + text.size() && number >= low && number <= high;
+}
+
+void choose_size(const std::string& text, PlotPage& page) {
+  const std::size_t cross = text.find('x');
+  const bool good = cross != std::string::npos &&
+                    parse(std::string_view(text).substr(0, cross), min_page_side, max_page_side, page.width) &&
+                    parse(std::string_view(text).substr(cross + 1), min_page_side, max_page_side, page.height);
+  if (!good)
+    throw UsageError(fmt::format("--size {}: expected WIDTHxHEIGHT in mm, each from {:g} to {:g}, such as 120x80",
+                                 quote_for_message(text), min_page_side, max_page_side));
+}
+
+void choose_font(const std::string& text, PlotPage& page) {
+  const std::size_t comma = text.find(',');
+  page.font = text.substr(0, comma);
+  const bool name = !page.font.empty() && std::all_of(page.font.begin(), page.font.end(), [](char c) {
+    return std::isalnum(static_cast<unsigned char>(c)) || c == ' ' || c == '-';
+  });
+  const bool size = comma == std::string::npos ||
+                    parse(std::string_view(text).substr(comma + 1), min_font_size, max_font_size, page.font_size);
+  if (!name || !size)
+    throw UsageError(
+        fmt::format("--font {}: expected NAME or NAME,SIZE, the name of letters, digits, blanks and hyphens, the "
+                    "size from {:g} to {:g} pt, such as 'Times,10'",
+                    quote_for_message(text), min_font_size, max_font_size));
+}
+
+/// What tells a file from the others: its name without folder and suffix, and its group.
+std::string default_label(const StoredRun& file) {
+  const std::string stem = escape_for_terminal(std::filesystem::path(file.path).stem().string());
+  return file.group.empty() ? stem : stem + " " + file.group;
+}
+
+std::vector<PlotRun> label_runs(const PlotOptions& options, const std::vector<StoredRun>& files) {
+  if (!options.labels.empty() && options.labels.size() != files.size())
+    throw UsageError(fmt::format("--label is given {} times for {} results: one for each, in their order",
+                                 options.labels.size(), files.size()));
+  std::vector<PlotRun> runs;
+  std::set<std::string> used;
+  bool clash = false;
+  for (std::size_t i = 0; i < files.size(); ++i) {
+    runs.push_back({options.labels.empty() ? default_label(files[i]) : options.labels[i], &files[i].result});
+    clash = clash || !used.insert(runs.back().label).second;
+  }
+  // Files of one name in several folders.
+  if (clash && options.labels.empty())
+    for (std::size_t i = 0; i < files.size(); ++i)
+      runs[i].label =
+          escape_for_terminal(files[i].group.empty() ? files[i].path : files[i].path + ":" + files[i].group);
+  return runs;
+}
+
+/// What all have of what a designer asks first.
+std::vector<std::string> default_quantities(const std::vector<StoredRun>& files) {
+  std::vector<std::string> names = {"torque", "shaking_force", "shaking_moment"};
+  std::erase_if(names, [&](const std::string& name) {
+    return !std::all_of(files.begin(), files.end(), [&](const StoredRun& file) {
+      const auto found = find_plot_quantity(file.result, name, VectorView::magnitude);
+      return found && found->unit != "mixed";
+    });
+  });
+  return names;
+}
+
+void check_names(const std::vector<std::string>& names, const std::vector<StoredRun>& files) {
+  for (const StoredRun& file : files) {
+    const std::vector<std::string> known = list_plot_names(file.result);
+    for (const std::string& name : names)
+      if (std::find(known.begin(), known.end(), resolve_quantity_name(name, known)) == known.end())
+        throw UsageError(fmt::format("--quantity {}: {} has no such quantity{}", quote_for_message(name), file.path,
+                                     append_nearest_name(name, known)));
+  }
+}
+
+}  // namespace
+
+void add_plot_options(CLI::App& parser, PlotOptions& o) {
+  add_run_operands(parser, o.results);
+  CLI::Option* quantity = parser.add_option(
+      "--quantity", o.quantities, "what to draw over time; may be repeated: one panel each, below each other");
+  quantity->type_name("NAME")->allow_extra_args(false);
+  suggest_words(quantity,
+                {"torque",           "power",          "shaking_force",    "shaking_moment",     "ground_force",
+                 "ground_moment",    "com_position",   "com_velocity",     "com_acceleration",   "tool_position",
+                 "tool_orientation", "joint_position", "joint_velocity",   "joint_acceleration", "joint_force",
+                 "joint_moment",     "kinetic_energy", "potential_energy", "mobility",           "newton_iterations"});
+  CLI::Option* path = parser.add_flag("--path", o.path, "draw the ways of tool and centre of mass instead");
+  path->excludes(quantity);
+  CLI::Option* phase = parser.add_flag("--phase", o.phase,
+                                       "draw the rate along the path over the place, and what limits leave, instead");
+  phase->excludes(quantity)->excludes(path);
+  suggest_files(
+      parser.add_option("-o,--output", o.output, "the picture; .svg, .pdf or .png says its format, - is SVG on stdout")
+          ->type_name("FILE"),
+      suffixes);
+  const auto choice = [&](const char* name, std::string& value, const char* text,
+                          const std::vector<std::string>& words) {
+    CLI::Option* option = parser.add_option(name, value, text);
+    suggest_words(option->type_name("NAME")->capture_default_str(), words);
+    return option;
+  };
+  choice("--vectors", o.vectors, "what to draw of vectors: magnitude, components or both", views)
+      ->excludes(path)
+      ->excludes(phase);
+  choice("--x", o.x, "time in seconds, or normalised by the duration", abscissas)->excludes(path)->excludes(phase);
+  choice("--plane", o.plane, "of a path: xy, xz or yz", planes)->needs(path);
+  parser.add_option("--label", o.labels, "name of a result in the legend; once for each, in their order")
+      ->type_name("TEXT")
+      ->allow_extra_args(false);
+  parser.add_option("--title", o.title, "text above the picture")->type_name("TEXT");
+  parser.add_option("--size", o.size, "width and height in mm; as high as it needs if not given")->type_name("WxH");
+  parser.add_option("--font", o.font, "font and its size in points")->type_name("NAME[,SIZE]");
+  parser.add_flag("--script", o.script, "print the gnuplot script, to be changed by hand, and draw nothing");
+  parser.add_flag("--force", o.force, "replace a file that exists");
+  CLI::Option* json = parser.add_flag("--json", o.json, "print JSON, errors included");
+  json->excludes(parser.get_option("--script"));
+  parser.add_flag("-q,--quiet", o.quiet, "print nothing but errors (and JSON if asked for)");
+}
+
+PlotPage choose_page(const PlotOptions& options) {
+  PlotPage page;
+  page.format = choose_format(options.output);
+  if (!options.size.empty()) choose_size(options.size, page);
+  if (!options.font.empty()) choose_font(options.font, page);
+  return page;
+}
+
+Plot choose_picture(const PlotOptions& options, const std::vector<StoredRun>& files) {
+  const std::vector<PlotRun> runs = label_runs(options, files);
+  const auto view = static_cast<VectorView>(position("--vectors", options.vectors, views));
+  const auto axis = static_cast<TimeAxis>(position("--x", options.x, abscissas));
+  position("--plane", options.plane, planes);
+  check_names(options.quantities, files);
+  try {
+    Plot picture =
+        options.phase ? plot_phase_plane(runs)
+        : options.path
+            ? plot_paths(runs, options.plane)
+            : plot_over_time(runs, options.quantities.empty() ? default_quantities(files) : options.quantities, view,
+                             axis);
+    picture.title = options.title;
+    return picture;
+  } catch (const std::invalid_argument& error) {
+    throw UsageError(error.what());
+  }
+}
+
+void check_outputs(const PlotOptions& options) {
+  if (options.script) return;
+  if (options.output.empty()) throw UsageError("--output is needed: the picture's file, .svg, .pdf or .png");
+  std::vector<InputFile> inputs;
+  for (const std::string& result : options.results) inputs.push_back({result, "what it is made from"});
+  check_output(options.output, "the picture", inputs, options.force);
+}
+
+}  // namespace balance::app

@@ -1,0 +1,396 @@
+#include "balance_options.hpp"
+#include "balance/foundation/base/error.hpp"
+#include "balance/foundation/base/spelling.hpp"
+#include "balance/foundation/base/unicode_text.hpp"
+#include "balance/foundation/base/version.hpp"
+#include "balance/interface/files/atomic_file.hpp"
+#include "balance/interface/files/json.hpp"
+#include "balance/interface/files/provenance.hpp"
+#include "balance/interface/files/result_file.hpp"
+#include "balance/interface/reports/check_sections.hpp"
+#include "balance/interface/reports/conditions_sections.hpp"
+#include "balance/interface/reports/design_sections.hpp"
+#include "balance/interface/reports/front_sections.hpp"
+#include "balance/interface/reports/html_report.hpp"
+#include "balance/interface/reports/status_names.hpp"
+#include "balance/mechanics/trajectory/trajectory.hpp"
+#include "balance/motion/control/closed_loop_run.hpp"
+#include "balance/motion/simulation/simulate.hpp"
+#include "balance/synthesis/tolerance/robust_figure.hpp"
+#include "balance/synthesis/tolerance/tolerance_analysis.hpp"
+#include "balance/synthesis/verification/mechanism_check.hpp"
+#include "cli/console.hpp"
+#include "run_options.hpp"
+#include "design_options.hpp"
+#include "cli/failures.hpp"
+#include "cli/signals.hpp"
+#include "run_operands.hpp"
+#include "cli/validators.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+namespace balance::app {
+
+/// What the user asks of `balance report`.
+struct ReportOptions {
+  SpecOptions spec;
+  GoalOptions goal;
+  std::vector<std::string> trajectories;  ///< names; empty: all that the spec declares
+  std::string controller;                 ///< that leads every run; empty: none
+  std::optional<long> samples;            ///< of every trajectory; the spec's if not given
+  std::string output;                     ///< empty: the spec's name with .html, in the current folder
+  bool force = false;
+  bool quiet = false;
+};
+
+void add_report_options(CLI::App& parser, ReportOptions& options);
+
+/// Those asked for, in the spec's order; without a wish those that the spec lists, else the built-in ones.
+/// @throws UsageError for a name that does not exist
+std::vector<std::string> choose_trajectories(const ReportOptions& options, const Study& study);
+
+/// The file that the page goes to. @throws UsageError if that is the spec; SystemError if it cannot be written
+std::string choose_output(const ReportOptions& options);
+
+/// What makes the same page again; the spec's folder is left out.
+std::string command_line(const ReportOptions& options);
+
+namespace {
+
+/// A run of the trajectory of this name. What cannot be run has an outcome that says so: the page shows it.
+RunResult run_named(const Study& study, const std::string& name, const ReportOptions& options) {
+  const auto found = std::find_if(study.trajectories.begin(), study.trajectories.end(),
+                                  [&](const Trajectory& trajectory) { return trajectory.name == name; });
+  RunResult result;
+  if (found == study.trajectories.end()) {
+    result.outcome = {MotionStatus::mismatch, 0, "the designed spec has no such trajectory", {}};
+    return result;
+  }
+  Trajectory trajectory = *found;
+  if (options.samples) trajectory.samples = *options.samples;
+  try {
+    result = options.controller.empty()
+                 ? simulate(study.mechanism, trajectory)
+                 : simulate_closed_loop(study.mechanism, trajectory, find_controller(options.controller, study));
+  } catch (const std::invalid_argument& error) {
+    result.outcome = {MotionStatus::mismatch, 0, error.what(), {}};
+  }
+  return result;
+}
+
+bool is_done(const std::optional<RunResult>& result) { return result && result->outcome.status == MotionStatus::done; }
+
+ReportedTrajectory describe(const Study& study, const std::string& name) {
+  ReportedTrajectory shown;
+  shown.name = name;
+  for (const Trajectory& trajectory : study.trajectories) {
+    if (trajectory.name != name) continue;
+    shown.law = law_name(trajectory);
+    shown.drive = name_of(trajectory.drive);
+  }
+  return shown;
+}
+
+/// A finished run may have a duration or a point for moments that its spec does not tell.
+bool is_same_run(const RunResult& a, const RunResult& b) {
+  const auto alike = [](const auto& one, const auto& other) {
+    return one.size() == other.size() && (one - other).norm() <= 1e-6 * (1 + one.norm());
+  };
+  return alike(a.time, b.time) && alike(a.shaking_moment, b.shaking_moment);
+}
+
+/// How far a run along a trajectory is off; nothing where that cannot be told, with the reason among the notes.
+/// @param space whose start is the mechanism that runs
+std::optional<RunResult> deviation_of(const DesignSpace& space, const RunResult& run, const std::string& name,
+                                      HtmlReport& page) {
+  if (space.start.tolerances.empty() || run.outcome.status != MotionStatus::done || !page.controller.empty()) return {};
+  for (Trajectory trajectory : space.start.trajectories) {
+    if (trajectory.name != name || is_mechanism_dependent(trajectory)) continue;
+    trajectory.samples = run.time.size();
+    try {
+      ToleranceReport off = analyse_tolerance(space, evaluate_tolerances(space), trajectory,
+                                              {"torque", "shaking_force", "shaking_moment"});
+      if (off.outcome.status != MotionStatus::done) continue;
+      if (is_same_run(off.run, run)) {
+        for (const IncompatibleParameter& one : off.incompatible_parameters)
+          page.notes.push_back(name + ": " + format_incompatibility_note(one));
+        return std::move(off.deviation);
+      }
+      page.notes.push_back("no band of tolerances along " + name + ": the run was made with options of its own");
+    } catch (const std::invalid_argument& error) {
+      page.notes.push_back("no band of tolerances along " + name + ": " + error.what());
+    }
+  }
+  return {};
+}
+
+/// Every trajectory asked for, before and, if there is a design, after. @throws MotionFailure if none can be run at all
+void run_trajectories(const ReportOptions& options, const DesignSpace& before, const DesignSpace* after,
+                      HtmlReport& page) {
+  for (const std::string& name : choose_trajectories(options, before.start)) {
+    ReportedTrajectory shown = describe(before.start, name);
+    shown.before = run_named(before.start, name, options);
+    shown.deviation_before = deviation_of(before, *shown.before, name, page);
+    if (after != nullptr) {
+      shown.after = run_named(after->start, name, options);
+      shown.deviation_after = deviation_of(*after, *shown.after, name, page);
+    }
+    page.trajectories.push_back(std::move(shown));
+    if (pending_signal() != 0) throw Cancelled(nothing_written_message);
+  }
+  const auto works = [](const ReportedTrajectory& t) { return is_done(t.before) || is_done(t.after); };
+  if (!page.trajectories.empty() && std::none_of(page.trajectories.begin(), page.trajectories.end(), works))
+    throw MotionFailure(page.trajectories.front().before->outcome);
+}
+
+HtmlReport begin_page(const ReportOptions& options, const Study& study) {
+  HtmlReport page;
+  page.version = version();
+  page.command = command_line(options);
+  page.spec_file = std::filesystem::path(study.spec_file).filename().string();
+  page.spec_text = study.spec_text;
+  page.before = study.mechanism;
+  page.check = check_json(check_mechanism(study), study.mechanism, study.warnings);
+  page.notes = study.warnings;
+  page.controller = options.controller;
+  if (!options.controller.empty())
+    page.controller_type = controller_type_name(find_controller(options.controller, study).type);
+  return page;
+}
+
+/// @throws SystemError unless the run is one of the mechanism in its spec
+void check_run_matches_spec(const StoredRun& run, const Study& study) {
+  std::vector<std::string> coordinates, joints;
+  for (const Coordinate& coordinate : study.mechanism.coordinates) coordinates.push_back(coordinate.name);
+  for (const Joint& joint : study.mechanism.joints) joints.push_back(joint.name);
+  const RunResult& r = run.result;
+  const bool planar = study.mechanism.space == SpaceKind::planar;
+  if (r.coordinate_names != coordinates || (!r.joint_names.empty() && r.joint_names != joints) ||
+      r.axes != (planar ? 2 : 3))
+    throw SystemError(run.path + ": is damaged: its run belongs to another mechanism than its spec");
+}
+
+/// The run of a result file, with the spec that it was made from.
+HtmlReport file_page(const ReportOptions& options, const StoredRun& run, const DesignSpace& space) {
+  const Study& study = space.start;
+  check_run_matches_spec(run, study);
+  HtmlReport page = begin_page(options, study);
+  page.controller = run.controller;
+  page.controller_type = run.controller_type;
+  if (!run.ended_early.empty()) page.notes.push_back("the run ended early: " + run.ended_early);
+  ReportedTrajectory shown{run.trajectory, run.law, run.drive, run.result, std::nullopt};
+  shown.deviation_before = deviation_of(space, run.result, run.trajectory, page);
+  page.trajectories.push_back(std::move(shown));
+  return page;
+}
+
+DesignStudyOptions design_options(const ReportOptions& options, const Study& study) {
+  DesignCommandOptions as_design;
+  as_design.spec = options.spec;
+  as_design.goal = options.goal;
+  DesignStudyOptions wanted = make_study_options(as_design, study);
+  wanted.compare_trajectories = false;  // run here, with their samples
+  return wanted;
+}
+
+/// The page's design is the front's middle.
+DesignReportData make_middle_design_data(const DesignStudyOptions& wanted, const DesignSpace& space, HtmlReport& page) {
+  ParetoFront front = find_front_or_throw(space, wanted);
+  if (front.points.empty()) throw MechanismFailure("no-front", front.failure.outcome.reason);
+  const ParetoPoint point = front.points[static_cast<std::size_t>(find_compromise_point(front))];
+  DesignReport report = make_pareto_design(space, point, false);
+  page.front = front_json(make_front_report_data(wanted, space, std::move(front)), {});
+  const std::string balanced = designed_spec_or_throw(space, report);
+  return make_design_data(wanted, point.space, balanced, std::move(report));
+}
+
+DesignReportData only_design(const DesignStudyOptions& wanted, const DesignSpace& space) {
+  DesignReport report = design_or_throw(space, wanted);
+  const std::string balanced = designed_spec_or_throw(space, report);
+  return make_design_data(wanted, space, balanced, std::move(report));
+}
+
+void add_design(const ReportOptions& options, const DesignSpace& space, HtmlReport& page) {
+  const DesignStudyOptions wanted = design_options(options, space.start);
+  const DesignReportData view =
+      space.start.design.front ? make_middle_design_data(wanted, space, page) : only_design(wanted, space);
+  page.before = view.report.study_before.mechanism;
+  page.after = view.report.study_after.mechanism;
+  page.design = design_json(view, {});
+  DesignSpace before = space.fix_others(view.report.before, {}), after = space.fix_others(view.report.outcome.x, {});
+  before.start = view.report.study_before;
+  after.start = view.report.study_after;
+  run_trajectories(options, before, &after, page);
+}
+
+HtmlReport make_page(const ReportOptions& options, const DesignSpace& space) {
+  const Study& study = space.start;
+  HtmlReport page = begin_page(options, study);
+  const bool has_goal = !options.goal.goals.empty() || !study.design.goals.empty();
+  if (has_goal)
+    for (const Goal& goal : choose_goals(options.goal, study)) page.goal_descriptions.push_back(describe_goal(goal));
+  const bool asks_for_design =
+      has_goal || study.design.front || !study.design.minimize.empty() || !study.design.subject_to.empty();
+  if (asks_for_design && !study.free_numbers.empty()) {
+    add_design(options, space, page);
+    return page;
+  }
+  if (has_goal) page.conditions = conditions_json(derive_conditions_or_throw(options.goal, space), {});
+  run_trajectories(options, space, nullptr, page);
+  return page;
+}
+
+std::string summary_json(const HtmlReport& page, const std::string& file, std::size_t bytes) {
+  Json json = {{"mechanism", page.before.name}, {"trajectories", Json::array()}};
+  for (const ReportedTrajectory& t : page.trajectories) {
+    Json shown = {{"trajectory", t.name}, {"before", name_of(t.before->outcome.status)}};
+    if (t.after) shown["after"] = name_of(t.after->outcome.status);
+    json["trajectories"].push_back(std::move(shown));
+  }
+  json["conditions"] = !page.conditions.empty() || !page.design.empty();
+  json["design"] = !page.design.empty();
+  json["bytes"] = bytes;
+  json["files"] = {file};
+  return format_json(json);
+}
+
+void write_page(const ReportOptions& options, const std::string& file, const std::string& html) {
+  const SignalDeferral deferred;
+  AtomicFile pending(file, options.force ? OverwritePolicy::replace : OverwritePolicy::forbid);
+  pending.write(html);
+  if (pending_signal() != 0) throw Cancelled(nothing_written_message);
+  pending.commit();
+}
+
+/// @throws UsageError for wishes that a finished run cannot fulfil
+void check_file_options(const ReportOptions& o) {
+  if (!o.trajectories.empty() || !o.controller.empty() || !o.goal.goals.empty() || o.samples ||
+      !o.spec.overrides.empty())
+    throw UsageError(
+        "a result file is shown as it is: --trajectory, --controller, --goal, --samples and --set are for specs");
+}
+
+ExitCode run(const ReportOptions& options) {
+  std::optional<StoredRun> finished;
+  if (names_result_file(options.spec.spec)) {
+    check_file_options(options);
+    finished = read_motion_file(options.spec.spec);
+  }
+  const DesignSpace space = finished ? read_design_space(finished->spec_text, options.spec.spec,
+                                                         {.set = parse_overrides(finished->command_line)})
+                                     : read_space(options.spec);
+  choose_trajectories(options, space.start);  // misspelt names are told before anything is computed
+  if (!options.controller.empty()) find_controller(options.controller, space.start);
+  const std::string file = choose_output(options);
+  std::vector<InputFile> inputs = list_input_files(space.start);
+  if (finished) inputs.insert(inputs.begin(), {finished->path, "the result"});
+  check_output(file, "the page", inputs, options.force);
+  if (!has_report_scripts()) format_html_report({});  // says what is missing
+  if (!options.quiet)
+    for (const std::string& warning : space.start.warnings) print_message("warning: " + warning);
+  const HtmlReport page = finished ? file_page(options, *finished, space) : make_page(options, space);
+  const std::string html = format_html_report(page);
+  write_page(options, file, html);
+  if (options.spec.json)
+    print(summary_json(page, file, html.size()));
+  else if (!options.quiet && file != standard_output_path)
+    print_text(fmt::format("written: {} ({:.0f} kB)\n", escape_for_terminal(file),
+                           std::max(1.0, static_cast<double>(html.size()) / 1000)));
+  return ExitCode::done;
+}
+
+}  // namespace
+
+Command setup_report(CLI::App& program) {
+  CLI::App* parser = program.add_subcommand("report", "Write one HTML page: mechanism, conditions, design, runs");
+  const auto options = std::make_shared<ReportOptions>();
+  add_report_options(*parser, *options);
+  parser->footer(
+      "The page needs no network: what the mechanism is, the conditions of its goal, its design if it\n"
+      "has free numbers, figures of every run before and after, charts, and the mechanism moving.\n"
+      "Without --goal it is the spec's `design: goal`; without either there are runs only.\n"
+      "docs/report.md describes the page.\n\n"
+      "Examples:\n"
+      "  balance report 3rrr.yaml\n"
+      "  balance report 5r-design.yaml -o 5r.html --force\n"
+      "  balance report delta.yaml -t cycloid --goal static --samples 301\n"
+      "  balance report 5r.yaml -t cycloid --controller computed-torque\n"
+      "  balance report out.h5 -o run.html");
+  return {parser, [options] {
+            std::string trajectory;
+            split_trajectory_name(options->spec.spec, trajectory);
+            if (!trajectory.empty()) options->trajectories.push_back(trajectory);
+            return run(*options);
+          }};
+}
+
+namespace {
+
+constexpr long max_report_samples = 20'000;  // a page with more is slow to open, and no chart is that wide
+
+}  // namespace
+
+void add_report_options(CLI::App& parser, ReportOptions& o) {
+  add_spec_options(parser, o.spec);
+  parser.add_option("-o,--output", o.output, "the page; the spec's name with .html if not given")->type_name("FILE");
+  parser
+      .add_option("-t,--trajectory", o.trajectories, "a trajectory to show; may be repeated; all of them if not given")
+      ->type_name("NAME")
+      ->allow_extra_args(false);
+  parser.add_option("-c,--controller", o.controller, "run every trajectory under this controller")->type_name("NAME");
+  add_goal_options(parser, o.goal);
+  parser.add_option("--samples", o.samples, "samples of every trajectory, both ends included")
+      ->type_name("N")
+      ->check(integer_range_validator(2, max_report_samples));
+  parser.add_flag("--force", o.force, "replace a file that exists");
+  parser.add_flag("-q,--quiet", o.quiet, "print nothing but errors (and JSON if asked for)");
+}
+
+std::vector<std::string> choose_trajectories(const ReportOptions& options, const Study& study) {
+  std::vector<std::string> names, chosen;
+  for (const Trajectory& trajectory : study.trajectories) names.push_back(trajectory.name);
+  for (const std::string& wish : options.trajectories) {
+    if (std::find(names.begin(), names.end(), wish) == names.end())
+      throw UsageError(fmt::format("{} has no trajectory {}, only {}{}", study.spec_file, quote_for_message(wish),
+                                   fmt::join(names, ", "), append_nearest_name(wish, names)));
+  }
+  for (const std::string& name : names) {
+    const auto& wishes = options.trajectories;
+    if (wishes.empty() || std::find(wishes.begin(), wishes.end(), name) != wishes.end()) chosen.push_back(name);
+  }
+  return chosen;
+}
+
+std::string choose_output(const ReportOptions& options) {
+  if (options.output.empty() && options.spec.spec == "-")
+    throw UsageError("--output is needed for a spec from standard input");
+  check_standard_output({options.output}, options.spec.json, false);
+  const std::string file =
+      options.output.empty() ? std::filesystem::path(options.spec.spec).stem().string() + ".html" : options.output;
+  return file;
+}
+
+std::string command_line(const ReportOptions& o) {
+  std::vector<std::string> words = {"balance", "report", std::filesystem::path(o.spec.spec).filename().string()};
+  for (const std::string& name : o.trajectories) words.insert(words.end(), {"--trajectory", name});
+  if (!o.controller.empty()) words.insert(words.end(), {"--controller", o.controller});
+  for (const std::string& goal : o.goal.goals) words.insert(words.end(), {"--goal", goal});
+  if (o.goal.strategy != "complete") words.insert(words.end(), {"--strategy", o.goal.strategy});
+  for (const std::string& names : o.goal.without) words.insert(words.end(), {"--without", names});
+  if (o.goal.seed) words.insert(words.end(), {"--seed", std::to_string(*o.goal.seed)});
+  if (o.samples) words.insert(words.end(), {"--samples", std::to_string(*o.samples)});
+  for (const std::string& set : o.spec.overrides) words.insert(words.end(), {"--set", set});
+  for (std::string& word : words) word = quote_for_shell(word);
+  return fmt::format("{}", fmt::join(words, " "));
+}
+
+}  // namespace balance::app

@@ -1,0 +1,178 @@
+#include "cli/command.hpp"
+#include "cli/console.hpp"
+#include "cli/failures.hpp"
+#include "cli/signals.hpp"
+#include "run_operands.hpp"
+#include "cli/validators.hpp"
+
+#include "balance/foundation/base/error.hpp"
+#include "balance/foundation/base/spelling.hpp"
+#include "balance/interface/reports/tolerance_sections.hpp"
+#include "balance/interface/specification/read_spec.hpp"
+#include "balance/mechanics/results/metrics.hpp"
+#include "balance/mechanics/results/quantities.hpp"
+#include "balance/mechanics/trajectory/trajectory.hpp"
+#include "balance/motion/study/study.hpp"
+
+#include <fmt/format.h>
+
+#include <memory>
+#include <stdexcept>
+
+namespace balance::app {
+namespace {
+
+struct ToleranceOptions {
+  SpecOptions spec;
+  std::string trajectory;  ///< empty: the first of the spec
+  std::vector<std::string> of;
+  std::optional<long> samples;
+  long draws = 0;  ///< 0: none
+  std::uint64_t seed = 1;
+  bool at_rest = false;
+  std::string output;  ///< HDF5 file to write; empty: none
+  bool force = false;
+};
+
+Trajectory choose_trajectory(const ToleranceOptions& options, const Study& study) {
+  if (study.trajectories.empty())
+    throw SpecError({.place = {.file = study.spec_file}, .message = "there is no motion: --at-rest needs none"});
+  std::vector<std::string> names;
+  for (const Trajectory& one : study.trajectories) {
+    names.push_back(one.name);
+    if (!options.trajectory.empty() && one.name != options.trajectory) continue;
+    Trajectory trajectory = one;
+    if (options.samples) trajectory.samples = *options.samples;
+    return trajectory;
+  }
+  throw UsageError(fmt::format("--trajectory {}: expected {}{}", quote_for_message(options.trajectory),
+                               join_alternatives(names), append_nearest_name(options.trajectory, names)));
+}
+
+void check_quantities(const ToleranceOptions& options, const Mechanism& mechanism) {
+  const std::vector<std::string> names = list_metric_names(mechanism);
+  for (const std::string& name : options.of)
+    if (std::find(names.begin(), names.end(), resolve_quantity_name(name, names)) == names.end())
+      throw UsageError(fmt::format("--of {}: expected {}{}", quote_for_message(name), join_alternatives(names),
+                                   append_nearest_name(name, names)));
+}
+
+/// Refuses at once what would fail after the computation.
+void check_deviations_output(const ToleranceOptions& options, const Study& study) {
+  check_standard_output({options.output}, options.spec.json, options.output == standard_output_path);
+  check_output(options.output, "the result", list_input_files(study), options.force);
+}
+
+std::vector<std::string> write_deviations(const ToleranceOptions& options, const Study& study,
+                                          const ToleranceReportData& view) {
+  if (options.output.empty()) return {};
+  WriteOptions write;
+  write.existing = options.force ? OverwritePolicy::replace : OverwritePolicy::forbid;
+  write.is_cancelled = [] { return pending_signal() != 0; };
+  const SignalDeferral deferred;
+  const ToleranceCommand call{.of = options.of, .samples = options.samples, .set = options.spec.overrides};
+  write_tolerance(options.output, view, make_tolerance_provenance(study, choose_trajectory(options, study), call),
+                  write);
+  return {options.output};
+}
+
+ToleranceReportData compute_tolerance_data(const ToleranceOptions& options, const TolerancedDesignSpace& spec) {
+  const Study& study = spec.space.start;
+  ToleranceReportData view{.mechanism = study.mechanism.name, .trajectory = {}, .numbers = spec.tolerances};
+  view.draws = {options.draws, options.seed};
+  if (options.at_rest) {
+    view.at_rest = analyse_static_tolerance(spec.space, spec.tolerances);
+    if (view.at_rest->outcome.status != MotionStatus::done) throw MotionFailure(view.at_rest->outcome);
+    return view;
+  }
+  const Trajectory trajectory = choose_trajectory(options, study);
+  view.trajectory = trajectory.name;
+  view.report = analyse_tolerance(spec.space, spec.tolerances, trajectory, options.of);
+  if (view.report->outcome.status != MotionStatus::done) throw MotionFailure(view.report->outcome);
+  if (options.draws == 0) return view;
+  const Tolerances drawn = remove_incompatible_parameters(spec.tolerances, view.report->incompatible_parameters);
+  ProgressLine line(false);
+  view.sampling = sample_tolerance(spec.space, drawn, trajectory, options.of, view.draws,
+                                   [&](double part) { line.draw_fraction("draws", part); });
+  return view;
+}
+
+ExitCode run(const ToleranceOptions& options) {
+  const TolerancedDesignSpace spec = read_toleranced_space_file(options.spec.spec, read_options(options.spec));
+  const Study& study = spec.space.start;
+  for (const std::string& warning : study.warnings) print_message("warning: " + warning);
+  if (spec.tolerances.empty())
+    throw SpecError({.place = {.file = study.spec_file, .key = "tolerances"},
+                     .message = "missing: it says which numbers may be off"});
+  check_quantities(options, study.mechanism);
+  check_deviations_output(options, study);
+  try {
+    const ToleranceReportData view = compute_tolerance_data(options, spec);
+    const std::vector<std::string> files = write_deviations(options, study, view);
+    if (options.spec.json) {
+      print(tolerance_json(view));
+    } else {
+      std::string text = tolerance_text(view);
+      for (const std::string& file : files) text += "\n" + format_written_message(file);
+      print_status(files, text);
+    }
+  } catch (const std::invalid_argument& error) {
+    throw SpecError({.place = {.file = study.spec_file, .key = "tolerances"}, .message = error.what()});
+  }
+  return ExitCode::done;
+}
+
+void add_tolerance_options(CLI::App& parser, ToleranceOptions& o) {
+  add_spec_options(parser, o.spec);
+  CLI::Option* trajectory =
+      parser.add_option("-t,--trajectory", o.trajectory, "which trajectory of the spec; the first if not given")
+          ->type_name("NAME");
+  parser.add_option("--of", o.of, "which quantities: torque, torque[A1], shaking_force; all if not given")
+      ->type_name("NAME");
+  parser.add_option("--samples", o.samples, "number of samples, both ends included")
+      ->type_name("N")
+      ->check(integer_range_validator(min_samples, max_samples));
+  CLI::Option* draws =
+      parser.add_option("--monte-carlo", o.draws, "run so many mechanisms with numbers drawn at random, too")
+          ->type_name("N")
+          ->check(integer_range_validator(2, max_tolerance_draws));
+  parser.add_option("--seed", o.seed, "of the draws")
+      ->type_name("S")
+      ->check(integer_range_validator(0, max_seed))
+      ->needs(draws)
+      ->capture_default_str();
+  CLI::Option* output =
+      parser.add_option("-o,--output", o.output, "write the run and the deviation of every sample to this HDF5 file")
+          ->type_name("FILE");
+  parser.add_flag("--force", o.force, "replace a file that exists")->needs(output);
+  parser.add_flag("--at-rest", o.at_rest, "efforts at rest in all poses instead of a trajectory")
+      ->excludes(trajectory)
+      ->excludes(draws)
+      ->excludes(output);
+}
+
+}  // namespace
+
+Command setup_tolerance(CLI::App& program) {
+  CLI::App* parser = program.add_subcommand("tolerance", "How far torques and shaking are off when numbers are");
+  const auto options = std::make_shared<ToleranceOptions>();
+  add_tolerance_options(*parser, *options);
+  parser->footer(
+      "The spec's `tolerances` say which numbers may be off, and how far. Prints the standard\n"
+      "deviation of every figure to first order, by exact derivatives; the sample that is off most, and\n"
+      "which numbers make it so; and for what vanishes (a balanced force) the root of its expected mean\n"
+      "square. Numbers are independent of each other.\n\n"
+      "--monte-carlo runs mechanisms with numbers drawn at random and tells mean, deviation and\n"
+      "quantiles with standard errors. Draws that are no mechanism or cannot move are counted.\n\n"
+      "Examples:\n"
+      "  balance tolerance rr.yaml --trajectory cycloid\n"
+      "  balance tolerance rr.yaml --of shaking_force --monte-carlo 1000 --seed 7\n"
+      "  balance tolerance rr.yaml -o deviations.h5\n"
+      "  balance tolerance rr.yaml --at-rest --json");
+  return {parser, [options] {
+            split_trajectory_name(options->spec.spec, options->trajectory);
+            return run(*options);
+          }};
+}
+
+}  // namespace balance::app

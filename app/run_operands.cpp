@@ -1,0 +1,101 @@
+#include "balance/foundation/base/error.hpp"
+#include "balance/foundation/base/spelling.hpp"
+#include "balance/mechanics/trajectory/trajectory.hpp"
+#include "balance/motion/simulation/simulate.hpp"
+#include "cli/console.hpp"
+#include "cli/failures.hpp"
+#include "run_operands.hpp"
+#include "run_options.hpp"
+#include "cli/help.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <optional>
+#include <stdexcept>
+
+namespace balance::app {
+namespace {
+
+StoredRun simulate_spec_run(const SpecTrajectoryName& wanted, const std::string& output, const std::string& what) {
+  SimulateOptions options;
+  options.spec.spec = wanted.spec;
+  options.trajectory = wanted.trajectory;
+  const Study study = read_study(options.spec);
+  const Trajectory trajectory = choose_trajectory(options, study);
+  check_overwrites_no_input(output, what, list_input_files(study));
+  for (const std::string& warning : study.warnings) print_message("warning: " + warning);
+  if (wanted.trajectory.empty() && study.trajectories.size() > 1)
+    print_message(fmt::format(
+        "note: {}: {} is the first of its {} trajectories; {}", study.spec_file, quote_for_message(trajectory.name),
+        study.trajectories.size(),
+        wanted.spec == "-" ? "save the spec as a file to take another" : wanted.spec + ":NAME takes another"));
+  StoredRun run{.path = study.spec_file,
+                .group = wanted.trajectory,
+                .title = study.mechanism.name,
+                .spec_text = study.spec_text,
+                .trajectory = trajectory.name,
+                .law = law_name(trajectory),
+                .drive = name_of(trajectory.drive)};
+  try {
+    run.result = simulate(study.mechanism, trajectory);
+  } catch (const std::invalid_argument& error) {
+    throw SpecError(
+        {.place = {.file = study.spec_file, .key = "trajectories." + trajectory.name}, .message = error.what()});
+  }
+  if (run.result.outcome.status != MotionStatus::done) throw MotionFailure(run.result.outcome);
+  return run;
+}
+
+}  // namespace
+
+CLI::Option* add_run_operands(CLI::App& parser, std::vector<std::string>& runs) {
+  CLI::Option* operands = parser.add_option(
+      "runs", runs, "result files, runs of design files (design.h5:after/cycloid) or specs (arm.yaml:cycloid)");
+  suggest_files(operands->required()->type_name("RUN"), {"h5", "yaml", "yml"});
+  return operands;
+}
+
+void check_standard_input_once(const std::vector<std::string>& names) {
+  const auto is_input = [](const std::string& name) {
+    const std::optional<SpecTrajectoryName> spec = parse_spec_trajectory_name(name);
+    return spec && spec->spec == "-";
+  };
+  if (std::count_if(names.begin(), names.end(), is_input) > 1)
+    throw UsageError("standard input, -, can be read once only: save the spec as a file");
+}
+
+StoredRun load_or_simulate_run(const std::string& name, const std::string& output, const std::string& what) {
+  const std::optional<SpecTrajectoryName> spec = parse_spec_trajectory_name(name);
+  check_overwrites_no_input(output, what, {{spec ? spec->spec : name, "what it is made from"}});
+  StoredRun file = spec ? simulate_spec_run(*spec, output, what) : read_motion_file(name);
+  check_overwrites_no_input(output, what, {{file.path, "what it is made from"}});
+  if (!file.ended_early.empty()) print_message("note: " + name + " ended early: " + file.ended_early);
+  return file;
+}
+
+std::optional<SpecTrajectoryName> parse_spec_trajectory_name(const std::string& name) {
+  if (name == "-") return SpecTrajectoryName{name, ""};
+  std::error_code ignored;
+  const bool exists = std::filesystem::exists(name, ignored);
+  for (const std::string suffix : {".yaml", ".yml"}) {
+    if (name.ends_with(suffix)) return SpecTrajectoryName{name, ""};
+    if (exists) continue;
+    if (const std::size_t at = name.rfind(suffix + ":"); at != std::string::npos)
+      return SpecTrajectoryName{name.substr(0, at + suffix.size()), name.substr(at + suffix.size() + 1)};
+  }
+  return std::nullopt;
+}
+
+void split_trajectory_name(std::string& spec, std::string& trajectory) {
+  const std::optional<SpecTrajectoryName> named = parse_spec_trajectory_name(spec);
+  if (!named || named->trajectory.empty()) return;
+  if (!trajectory.empty() && trajectory != named->trajectory)
+    throw UsageError("two trajectories are named: " + quote_for_message(named->trajectory) + " and " +
+                     quote_for_message(trajectory));
+  spec = named->spec;
+  trajectory = named->trajectory;
+}
+
+}  // namespace balance::app

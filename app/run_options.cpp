@@ -1,0 +1,224 @@
+#include "balance/foundation/base/error.hpp"
+#include "balance/foundation/base/spelling.hpp"
+#include "balance/interface/files/atomic_file.hpp"
+#include "balance/interface/files/json.hpp"
+#include "balance/interface/files/provenance.hpp"
+#include "balance/interface/files/result_file.hpp"
+#include "balance/interface/files/result_summary.hpp"
+#include "balance/mechanics/trajectory/trajectory.hpp"
+#include "cli/console.hpp"
+#include "cli/failures.hpp"
+#include "run_options.hpp"
+#include "cli/signals.hpp"
+#include "cli/help.hpp"
+#include "cli/validators.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <stdexcept>
+
+namespace balance::app {
+
+void print_run_header(const SimulateOptions& options, const Study& study, const Trajectory& trajectory) {
+  if (options.quiet) return;
+  for (const std::string& warning : study.warnings) print_message("warning: " + warning);
+  if (options.trajectory.empty() && study.trajectories.size() > 1)
+    print_message("note: no --trajectory given: '" + trajectory.name + "' is the first in the spec");
+}
+
+void print_notes(const SimulateOptions& options, const RunResult& result) {
+  if (options.quiet) return;
+  for (const std::string& text : result.outcome.notes) print_message("note: " + text);
+}
+
+std::vector<std::string> write_files(const SimulateOptions& options, const RunResult& result,
+                                     const Provenance& description) {
+  WriteOptions write;
+  write.existing = options.force ? OverwritePolicy::replace : OverwritePolicy::forbid;
+  write.compression = options.compress ? Compression::gzip : Compression::none;
+  write.is_cancelled = [] { return pending_signal() != 0; };
+  const SignalDeferral deferred;
+  std::vector<std::string> files;
+  if (!options.output.empty()) {
+    write_result_hdf5(options.output, result, description, write);
+    files.push_back(options.output);
+  }
+  if (!options.csv.empty()) {
+    write_result_csv(options.csv, result, write);
+    files.push_back(options.csv);
+  }
+  return files;
+}
+
+void print_result(const SimulateOptions& options, const RunResult& result, const Provenance& description,
+                  const std::vector<std::string>& files) {
+  if (options.spec.json) return print(format_result_json(result, description, files));
+  if (options.quiet) return;
+  std::string text = format_result_summary(result, description);
+  for (const std::string& file : files) text += format_written_message(file);
+  print_status(files, text);
+}
+
+namespace {
+
+/// Numbers between commas; nothing else around them.
+std::optional<std::vector<double>> parse_numbers(const std::string& text) {
+  std::vector<double> numbers;
+  const char* at = text.data();
+  const char* const end = at + text.size();
+  while (true) {
+    double number = 0;
+    const auto [next, error] = std::from_chars(at, end, number);
+    if (error != std::errc() || !std::isfinite(number)) return std::nullopt;
+    numbers.push_back(number);
+    if (next == end) return numbers;
+    if (*next != ',') return std::nullopt;
+    at = next + 1;
+  }
+}
+
+Vector3 parse_moment_reference(const std::string& text, SpaceKind space) {
+  const std::size_t axes = space == SpaceKind::planar ? 2 : 3;
+  const auto numbers = parse_numbers(text);
+  if (!numbers || numbers->size() != axes) {
+    throw UsageError(fmt::format("--about needs {} in metres, not '{}'", axes == 2 ? "x,y" : "x,y,z", text));
+  }
+  Vector3 about = Vector3::Zero();
+  for (std::size_t i = 0; i < axes; ++i) about[static_cast<Eigen::Index>(i)] = (*numbers)[i];
+  return about;
+}
+
+std::vector<std::string> formulations() { return {"tree", "natural"}; }
+
+void change_timing(Trajectory& trajectory, const SimulateOptions& options) {
+  if (options.samples) change_samples(trajectory, *options.samples);
+  if (!options.duration) return;
+  try {
+    change_duration(trajectory, *options.duration);
+  } catch (const std::invalid_argument& error) {
+    throw UsageError(std::string("--duration ") + error.what());
+  }
+}
+
+}  // namespace
+
+void add_run_options(CLI::App& parser, SimulateOptions& o) {
+  add_spec_options(parser, o.spec);
+  parser.add_option("-t,--trajectory", o.trajectory, "which trajectory of the spec; the first if not given")
+      ->type_name("NAME");
+  CLI::Option* output = parser.add_option("-o,--output", o.output, "write the samples to this HDF5 file");
+  output->type_name("FILE");
+  parser.add_option("--csv", o.csv, "write the samples to this CSV file")->type_name("FILE");
+  parser.add_flag("--force", o.force, "replace files that exist");
+  parser.add_flag("--compress", o.compress, "compress the HDF5 file; slow")->needs(output);
+  parser.add_flag("--poses", o.poses, "write where every body is, too");
+  parser.add_option("--samples", o.samples, "number of samples, both ends included")
+      ->type_name("N")
+      ->check(integer_range_validator(min_samples, max_samples));
+  parser.add_option("--duration", o.duration, "duration in seconds")
+      ->type_name("T")
+      ->check(number_range_validator(min_duration, max_duration));
+  parser.add_option("--about", o.about, "point that moments are about, in metres")->type_name("X,Y[,Z]");
+  parser.add_flag("-q,--quiet", o.quiet, "print nothing but errors (and JSON if asked for)");
+}
+
+void add_simulate_options(CLI::App& parser, SimulateOptions& o) {
+  add_run_options(parser, o);
+  suggest_words(parser.add_option("--formulation", o.formulation, "tree, or natural: the second, independent one")
+                    ->type_name("NAME")
+                    ->capture_default_str(),
+                formulations());
+  CLI::Option* split = parser.add_flag("--split", o.split, "write what every torque adds up from, too");
+  add_state_options(parser, o.state, "a single state: a pose (A1=0.3,A2=0.5 or tool: [0.1, 0.2]), start or end");
+  CLI::Option* at = parser.get_option("--at");
+  for (const char* name : {"--samples", "--duration", "--formulation"}) at->excludes(parser.get_option(name));
+  at->excludes(split);
+}
+
+void check_formulation(const SimulateOptions& options, const Study& study) {
+  const std::vector<std::string> known = formulations();
+  if (std::find(known.begin(), known.end(), options.formulation) == known.end()) {
+    throw UsageError(fmt::format("--formulation needs {}, not {}{}", fmt::join(known, " or "),
+                                 quote_for_message(options.formulation),
+                                 append_nearest_name(options.formulation, known)));
+  }
+  if (options.formulation == "natural" && study.mechanism.space == SpaceKind::spatial) {
+    throw UsageError(study.spec_file + " is spatial: --formulation natural is for planar mechanisms");
+  }
+}
+
+InverseOptions choose_state_options(const SimulateOptions& options, const Study& study) {
+  std::optional<Trajectory> trajectory;
+  if (!study.trajectories.empty() || !options.trajectory.empty()) trajectory = choose_trajectory(options, study);
+  InverseOptions of_state = make_state_options(trajectory ? &*trajectory : nullptr);
+  of_state.independent = options.state.independent;
+  if (!options.about.empty()) of_state.about = parse_moment_reference(options.about, study.mechanism.space);
+  return of_state;
+}
+
+Trajectory choose_trajectory(const SimulateOptions& options, const Study& study) {
+  if (study.trajectories.empty())
+    throw SpecError({.place = {.file = study.spec_file}, .message = "there is no motion to simulate"});
+  std::vector<std::string> names;
+  const Trajectory* chosen = options.trajectory.empty() ? &study.trajectories.front() : nullptr;
+  for (const Trajectory& trajectory : study.trajectories) {
+    names.push_back(trajectory.name);
+    if (trajectory.name == options.trajectory) chosen = &trajectory;
+  }
+  if (chosen == nullptr) {
+    throw UsageError(fmt::format("{} has no trajectory {}, only {}{}", study.spec_file,
+                                 quote_for_message(options.trajectory), fmt::join(names, ", "),
+                                 append_nearest_name(options.trajectory, names)));
+  }
+  Trajectory trajectory = *chosen;
+  change_timing(trajectory, options);
+  if (!options.about.empty()) trajectory.about = parse_moment_reference(options.about, study.mechanism.space);
+  return trajectory;
+}
+
+void check_outputs(const SimulateOptions& options, const Study& study) {
+  if (options.poses && options.output.empty() && options.csv.empty())
+    throw UsageError("--poses needs a file to write them to: --output or --csv");
+  if (options.split && options.output.empty() && options.csv.empty())
+    throw UsageError("--split needs a file to write the parts to: --output or --csv");
+  check_standard_output({options.output, options.csv}, options.spec.json, options.output == standard_output_path);
+  const std::vector<InputFile> inputs = list_input_files(study);
+  for (const std::string& file : {options.output, options.csv}) check_output(file, "the result", inputs, options.force);
+  if (!options.output.empty() && !options.csv.empty() && is_same_file(options.output, options.csv)) {
+    throw UsageError("--output and --csv name the same file: " + options.output);
+  }
+}
+
+Provenance describe(const SimulateOptions& options, const Study& study, const Trajectory& trajectory) {
+  return make_simulation_provenance(study, trajectory,
+                                    {.spec_file = options.spec.spec,
+                                     .trajectory = trajectory.name,
+                                     .samples = options.samples,
+                                     .duration = options.duration,
+                                     .about = options.about,
+                                     .set = options.spec.overrides,
+                                     .compress = options.compress,
+                                     .poses = options.poses,
+                                     .split = options.split,
+                                     .formulation = options.formulation});
+}
+
+Provenance describe_state(const SimulateOptions& options, const Study& study) {
+  return describe_state(study, {.spec_file = options.spec.spec,
+                                .at = options.state.at,
+                                .rates = options.state.rates,
+                                .accelerations = options.state.accelerations,
+                                .trajectory = options.trajectory,
+                                .independent = options.state.independent,
+                                .time = options.state.time,
+                                .about = options.about,
+                                .set = options.spec.overrides,
+                                .compress = options.compress,
+                                .poses = options.poses});
+}
+
+}  // namespace balance::app

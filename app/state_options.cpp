@@ -1,0 +1,81 @@
+#include "state_options.hpp"
+
+#include "cli/failures.hpp"
+#include "cli/validators.hpp"
+
+#include "balance/foundation/base/spelling.hpp"
+#include "balance/mechanics/kinematics/assembly.hpp"
+#include "balance/mechanics/trajectory/trajectory.hpp"
+#include "balance/motion/simulation/end_configurations.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <utility>
+
+namespace balance::app {
+
+namespace {
+
+/// Whose start or end is meant.
+const Trajectory& choose_state_trajectory(const StateOptions& options, const Study& study) {
+  if (study.trajectories.empty())
+    throw UsageError(fmt::format("{} has no motion: --at {} needs one", study.spec_file, options.at));
+  if (options.trajectory.empty()) return study.trajectories.front();
+  if (const Trajectory* found = find_trajectory(options.trajectory, study)) return *found;
+  std::vector<std::string> names;
+  for (const Trajectory& t : study.trajectories) names.push_back(t.name);
+  throw UsageError(fmt::format("{} has no trajectory {}, only {}{}", study.spec_file,
+                               quote_for_message(options.trajectory), fmt::join(names, ", "),
+                               append_nearest_name(options.trajectory, names)));
+}
+
+std::vector<CoordinateValue> find_state_configuration(const StateOptions& options, const Study& study) {
+  const Mechanism& mechanism = study.mechanism;
+  ConfigurationResult found =
+      options.at == "end"     ? find_end_configuration(mechanism, choose_state_trajectory(options, study))
+      : options.at == "start" ? find_start_configuration(mechanism, choose_state_trajectory(options, study))
+                              : solve_configuration(mechanism, read_pose(options.at, study));
+  if (found.outcome.status != MotionStatus::done) throw MotionFailure(found.outcome);
+  return std::move(found.coordinates);
+}
+
+}  // namespace
+
+const Trajectory* find_trajectory(const std::string& name, const Study& study) {
+  const auto at = std::find_if(study.trajectories.begin(), study.trajectories.end(),
+                               [&](const Trajectory& t) { return t.name == name; });
+  return at == study.trajectories.end() ? nullptr : &*at;
+}
+
+void add_state_options(CLI::App& parser, StateOptions& o, const std::string& at_help) {
+  CLI::Option* at = parser.add_option("--at", o.at, at_help)->type_name("POSE")->check([](const std::string& text) {
+    return text.find_first_not_of(" \t\r\n") == std::string::npos ? "expected a pose, found an empty text" : "";
+  });
+  parser.add_option("--rates", o.rates, "rates of the independent coordinates there; those not named are 0")
+      ->type_name("NAME=V,...")
+      ->needs(at);
+  parser.add_option("--accelerations", o.accelerations, "their accelerations")->type_name("NAME=V,...")->needs(at);
+  parser.add_option("--time", o.time, "seconds at which loads that change are taken, and payloads that come and go")
+      ->type_name("T")
+      ->check(number_range_validator(-max_duration, max_duration))
+      ->needs(at);
+  parser.add_option("--independent", o.independent, "independent coordinates, between commas; else the actuated ones")
+      ->type_name("NAMES")
+      ->delimiter(',')
+      ->allow_extra_args(false)
+      ->needs(at);
+}
+
+SingleState read_state(const StateOptions& options, const Study& study) {
+  SingleState state;
+  if (!options.rates.empty()) state.rates = read_coordinate_rates(options.rates, "--rates", study);
+  if (!options.accelerations.empty())
+    state.accelerations = read_coordinate_rates(options.accelerations, "--accelerations", study);
+  state.configuration = find_state_configuration(options, study);
+  state.time = options.time;
+  return state;
+}
+
+}  // namespace balance::app

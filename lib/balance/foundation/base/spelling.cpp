@@ -1,0 +1,180 @@
+#include "balance/foundation/base/spelling.hpp"
+
+#include "balance/foundation/base/unicode_text.hpp"
+
+#include <algorithm>
+#include <cctype>
+
+namespace balance {
+
+namespace {
+
+constexpr std::size_t max_compared_length = 64;
+constexpr std::size_t min_common_prefix = 3;  ///< letters that two names must begin with alike
+
+/// Beyond it a word is another word, not a misspelt one. One slip, and a capital letter, is one in words of two letters, too.
+/// @param length of the longer word
+double max_edit_distance(std::size_t length) {
+  constexpr double max_difference_fraction = 0.45, max_short_word_difference = 1.25;
+  constexpr std::size_t max_short_word_length = 5;
+  if (length < 2) return 0.25;
+  return length <= max_short_word_length ? max_short_word_difference
+                                         : max_difference_fraction * static_cast<double>(length);
+}
+
+/// An option's name without its dashes, which all options have.
+std::string_view strip_dashes(std::string_view word) {
+  return word.substr(std::min(word.find_first_not_of('-'), word.size()));
+}
+
+/// Whether a name is the plural of a word: bodies of body.
+bool is_plural_of(std::string_view name, std::string_view word) {
+  if (word.ends_with('y'))
+    return name.ends_with("ies") && name.substr(0, name.size() - 3) == word.substr(0, word.size() - 1);
+  return name.ends_with('s') && name.substr(0, name.size() - 1) == word;
+}
+
+double substitution_cost(char a, char b) {
+  if (a == b) return 0;
+  const auto lower = [](char c) { return std::tolower(static_cast<unsigned char>(c)); };
+  return lower(a) == lower(b) ? 0.25 : 1;
+}
+
+}  // namespace
+
+double edit_distance(std::string_view a, std::string_view b) {
+  a = a.substr(0, max_compared_length);
+  b = b.substr(0, max_compared_length);
+  std::vector<std::vector<double>> d(a.size() + 1, std::vector<double>(b.size() + 1));
+  for (std::size_t i = 0; i <= a.size(); ++i) d[i][0] = static_cast<double>(i);
+  for (std::size_t j = 0; j <= b.size(); ++j) d[0][j] = static_cast<double>(j);
+  for (std::size_t i = 1; i <= a.size(); ++i) {
+    for (std::size_t j = 1; j <= b.size(); ++j) {
+      d[i][j] = std::min({d[i - 1][j] + 1, d[i][j - 1] + 1, d[i - 1][j - 1] + substitution_cost(a[i - 1], b[j - 1])});
+      if (i > 1 && j > 1 && a[i - 1] == b[j - 2] && a[i - 2] == b[j - 1])
+        d[i][j] = std::min(d[i][j], d[i - 2][j - 2] + 1);
+    }
+  }
+  return d[a.size()][b.size()];
+}
+
+std::string find_nearest_name(std::string_view given, const std::vector<std::string>& names) {
+  const std::string_view word = strip_dashes(given);
+  const auto length = [](std::string_view text) { return std::min(text.size(), max_compared_length); };
+  const std::string* best = nullptr;
+  double least = 0;
+  for (const std::string& candidate : names) {
+    const std::string_view name = strip_dashes(candidate);
+    if (!word.empty() && (is_plural_of(name, word) || is_plural_of(word, name))) return candidate;
+    const double limit = max_edit_distance(std::max(length(word), length(name)));
+    // every character more or less is a difference: of thousands of names most need no closer look
+    const std::size_t apart = std::max(length(word), length(name)) - std::min(length(word), length(name));
+    if (static_cast<double>(apart) > limit || (best != nullptr && static_cast<double>(apart) >= least)) continue;
+    const double distance = edit_distance(word, name);
+    if (distance <= limit && (best == nullptr || distance < least)) best = &candidate, least = distance;
+  }
+  if (best != nullptr) return *best;
+  const auto begins = std::find_if(names.begin(), names.end(), [&](const std::string& candidate) {
+    const std::string_view name = strip_dashes(candidate);
+    return std::min(word.size(), name.size()) >= min_common_prefix &&
+           (name.starts_with(word) || word.starts_with(name));
+  });
+  return begins == names.end() ? "" : *begins;
+}
+
+std::string format_nearest_name(std::string_view word, const std::vector<std::string>& names) {
+  const std::string best = find_nearest_name(word, names);
+  return best.empty() ? "" : "nearest is " + quote_for_message(best);
+}
+
+std::string append_nearest_name(std::string_view word, const std::vector<std::string>& names) {
+  const std::string near = format_nearest_name(word, names);
+  return near.empty() ? "" : "; " + near;
+}
+
+namespace {
+
+bool is_digit(char c) { return c >= '0' && c <= '9'; }
+
+/// Digits with `separator` between every three, but for the first one to three: 1.234.567.
+bool has_digit_groups(std::string_view text, char separator) {
+  std::size_t at = text.find(separator);
+  if (at == std::string_view::npos || at == 0 || at > 3) return false;
+  for (; at < text.size(); at += 4)
+    if (text[at] != separator || at + 4 > text.size() || !std::all_of(&text[at + 1], &text[at + 1] + 3, is_digit))
+      return false;
+  return true;
+}
+
+std::string remove_character(std::string_view text, char separator) {
+  std::string rest(text);
+  std::erase(rest, separator);
+  return rest;
+}
+
+/// A number with a comma in it as it is to be written; empty if nobody can tell. @param text digits, points and commas
+std::string replace_decimal_comma(std::string_view text) {
+  const std::size_t comma = text.rfind(','), point = text.rfind('.');
+  const auto commas = std::count(text.begin(), text.end(), ',');
+  if (point == std::string_view::npos) {
+    if (commas == 1) return std::string(text.substr(0, comma)) + "." + std::string(text.substr(comma + 1));
+    return has_digit_groups(text, ',') ? remove_character(text, ',') : "";
+  }
+  if (comma < point)
+    return has_digit_groups(text.substr(0, point), ',')
+               ? remove_character(text.substr(0, point), ',') + std::string(text.substr(point))
+               : "";
+  if (commas > 1 || !has_digit_groups(text.substr(0, comma), '.')) return "";
+  return remove_character(text.substr(0, comma), '.') + "." + std::string(text.substr(comma + 1));
+}
+
+}  // namespace
+
+std::string suggest_decimal_point(std::string_view text) {
+  const auto is_part = [&](std::size_t at) {
+    return is_digit(text[at]) ||
+           ((text[at] == ',' || text[at] == '.') && at + 1 < text.size() && is_digit(text[at + 1]));
+  };
+  int depth = 0;
+  for (std::size_t at = 0; at < text.size(); ++at) {
+    depth += text[at] == '(' ? 1 : text[at] == ')' ? -1 : 0;
+    if (depth > 0 || !is_digit(text[at])) continue;
+    std::size_t end = at;
+    while (end < text.size() && is_part(end)) ++end;
+    const std::string_view number = text.substr(at, end - at);
+    const bool in_name = at > 0 && (std::isalpha(static_cast<unsigned char>(text[at - 1])) != 0 || text[at - 1] == '_');
+    at = end - 1;
+    if (in_name || number.find(',') == std::string_view::npos) continue;
+    const std::string right = replace_decimal_comma(number);
+    return "decimals stand behind a point" + (right.empty() ? ", and nothing between thousands" : ": " + right);
+  }
+  return "";
+}
+
+std::string format_decimal_point_hint(std::string_view text) {
+  const std::string words = suggest_decimal_point(text);
+  return words.empty() ? "" : "; " + words;
+}
+
+std::string join_with_conjunction(const std::vector<std::string>& names, const std::string& last) {
+  constexpr std::size_t max_listed_names = 24;
+  std::string text;
+  const std::size_t shown = std::min(names.size(), max_listed_names);
+  for (std::size_t i = 0; i < shown; ++i) {
+    if (i > 0) text += i + 1 == names.size() ? " " + last + " " : ", ";
+    text += names[i];
+  }
+  return shown < names.size() ? text + ", …" : text;
+}
+
+std::string join_alternatives(const std::vector<std::string>& names) { return join_with_conjunction(names, "or"); }
+
+std::string quote_for_message(std::string_view text) {
+  constexpr std::size_t max_quoted_length = 60;
+  std::size_t end = std::min(text.size(), max_quoted_length);
+  // Do not cut a UTF-8 character in two.
+  while (end < text.size() && end > 0 && (static_cast<unsigned char>(text[end]) & 0xC0) == 0x80) --end;
+  return "'" + escape_for_terminal(text.substr(0, end)) + (end < text.size() ? "…" : "") + "'";
+}
+
+}  // namespace balance

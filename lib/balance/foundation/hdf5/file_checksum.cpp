@@ -1,0 +1,95 @@
+// The only place that knows zlib.
+
+#include "balance/foundation/hdf5/file_checksum.hpp"
+
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+#include <zlib.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstdio>
+#include <optional>
+#include <vector>
+
+namespace balance {
+
+namespace {
+
+constexpr std::size_t checksum_length = 16;
+
+std::string checksum_text(unsigned long checksum) {
+  char text[checksum_length + 1];
+  std::snprintf(text, sizeof text, "balance:%08lx", checksum);
+  return text;
+}
+
+/// Reads [at, at + size) or what there is of it. @return bytes read; nothing if the system fails
+std::optional<std::size_t> read_at(int descriptor, char* to, std::size_t size, off_t at) {
+  std::size_t done = 0;
+  while (done < size) {
+    const ssize_t now = ::pread(descriptor, to + done, size - done, at + static_cast<off_t>(done));
+    if (now < 0 && errno == EINTR) continue;
+    if (now < 0) return std::nullopt;
+    if (now == 0) break;
+    done += static_cast<std::size_t>(now);
+  }
+  return done;
+}
+
+/// Of the first `size` bytes; nothing if they cannot be read.
+std::optional<unsigned long> crc_of(int descriptor, off_t size) {
+  std::vector<char> block(std::size_t{1} << 20);
+  unsigned long sum = crc32(0, nullptr, 0);
+  for (off_t at = 0; at < size;) {
+    const auto wanted = static_cast<std::size_t>(std::min<off_t>(size - at, static_cast<off_t>(block.size())));
+    const auto found = read_at(descriptor, block.data(), wanted, at);
+    if (!found || *found != wanted) return std::nullopt;
+    sum = crc32(sum, reinterpret_cast<const Bytef*>(block.data()), static_cast<uInt>(wanted));
+    at += static_cast<off_t>(wanted);
+  }
+  return sum;
+}
+
+off_t size_of(int descriptor) {
+  struct stat status {};
+  return ::fstat(descriptor, &status) == 0 ? status.st_size : -1;
+}
+
+ChecksumStatus checksum_of(int descriptor) {
+  const off_t size = size_of(descriptor) - static_cast<off_t>(checksum_length);
+  char found[checksum_length];
+  if (size < 0 || read_at(descriptor, found, checksum_length, size) != checksum_length) return ChecksumStatus::none;
+  const std::string text(found, checksum_length);
+  if (!text.starts_with("balance:")) return ChecksumStatus::none;
+  const auto sum = crc_of(descriptor, size);
+  return sum && checksum_text(*sum) == text ? ChecksumStatus::intact : ChecksumStatus::mismatch;
+}
+
+}  // namespace
+
+int append_checksum(int descriptor) {
+  const off_t size = size_of(descriptor);
+  const auto sum = size < 0 ? std::nullopt : crc_of(descriptor, size);
+  if (!sum) return errno;
+  const std::string text = checksum_text(*sum);
+  for (std::size_t done = 0; done < checksum_length;) {
+    const ssize_t now =
+        ::pwrite(descriptor, text.data() + done, checksum_length - done, size + static_cast<off_t>(done));
+    if (now < 0 && errno == EINTR) continue;
+    if (now < 0) return errno;
+    done += static_cast<std::size_t>(now);
+  }
+  return 0;
+}
+
+ChecksumStatus verify_checksum(const std::string& path) {
+  const int descriptor = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
+  if (descriptor < 0) return ChecksumStatus::none;
+  const ChecksumStatus found = checksum_of(descriptor);
+  ::close(descriptor);
+  return found;
+}
+
+}  // namespace balance

@@ -1,0 +1,206 @@
+#include "balance/foundation/hdf5/hdf5_reader.hpp"
+
+#include "balance/foundation/base/spelling.hpp"
+#include "balance/foundation/base/unicode_text.hpp"
+#include "balance/foundation/hdf5/file_checksum.hpp"
+#include "balance/foundation/hdf5/hdf5_lock.hpp"
+#include "balance/foundation/hdf5/hdf5_read_server.hpp"
+
+#include <fmt/format.h>
+
+#include <sys/socket.h>
+#include <sys/time.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <system_error>
+
+namespace balance {
+
+namespace {
+
+constexpr std::size_t max_error_bytes = 16384;
+constexpr std::size_t max_header_bytes = 1'000;  // bytes of an answer that is only sizes
+constexpr std::size_t max_attribute_values = 1'000;
+
+/// Whether it begins as HDF5 files do.
+bool has_hdf5_signature(const std::string& path) {
+  char begin[8] = {};
+  std::ifstream(path, std::ios::binary).read(begin, sizeof begin);
+  return std::string(begin, sizeof begin) == "\x89HDF\r\n\x1a\n";
+}
+
+[[noreturn]] void throw_damaged() { throw Hdf5Error("expected a whole HDF5 file, found one that is damaged"); }
+
+/// A copy of this process may sleep for good, too.
+void set_socket_timeout(int socket, std::uintmax_t seconds) {
+  const timeval longest{static_cast<time_t>(seconds), 0};
+  ::setsockopt(socket, SOL_SOCKET, SO_RCVTIMEO, &longest, sizeof longest);
+  ::setsockopt(socket, SOL_SOCKET, SO_SNDTIMEO, &longest, sizeof longest);
+}
+
+}  // namespace
+
+Hdf5Reader::Hdf5Reader(const std::string& file, const Hdf5ReadLimits& limits) : limits_(limits) {
+  if (verify_checksum(file) == ChecksumStatus::mismatch)
+    throw Hdf5Error("is damaged: its bytes do not have the checksum that they were written with");
+  std::error_code error;
+  const auto found = std::filesystem::file_size(file, error);
+  const std::uintmax_t bytes = error ? 0 : found;
+  values_ = values_left_ = limits.max_values + bytes;
+  const std::uintmax_t seconds = 3 + bytes / 10'000'000;
+  try {
+    const Hdf5Lock turn;  // no other thread is inside the library while its state is copied
+    child_.emplace([&](int line) { run_read_server(file, line); },
+                   SandboxLimits{.cpu_seconds = seconds, .memory_bytes = std::uintmax_t{256} << 20});
+  } catch (const std::system_error& wrong) {
+    throw Hdf5Error(fmt::format("cannot be read: there is no process left to read it in ({})", wrong.code().message()));
+  }
+  set_socket_timeout(child_->socket(), 60 + 10 * seconds);
+  Message answer;
+  try {
+    answer = MessageChannel(child_->socket()).receive(max_error_bytes);
+    if (answer.read_number() == 1) return;
+  } catch (const ChannelError&) {
+    throw_damaged();
+  }
+  if (has_hdf5_signature(file)) throw Hdf5Error("expected a whole HDF5 file, found one that is damaged or cut off");
+  throw Hdf5Error("expected an HDF5 file, found one that cannot be opened as such");
+}
+
+/// The answer without the number that says whether it is one.
+Message Hdf5Reader::request(const Message& question, std::size_t most) const {
+  try {
+    const MessageChannel wire(child_->socket());
+    wire.send(question);
+    Message answer = wire.receive(most + max_error_bytes);
+    if (answer.read_number() == 1) return answer;
+    const std::string complaint = answer.read_text();
+    throw Hdf5Error(escape_for_terminal(std::string_view(complaint).substr(0, max_error_bytes)));
+  } catch (const ChannelError&) {
+    throw_damaged();
+  }
+}
+
+bool Hdf5Reader::has(const std::string& path) const {
+  try {
+    return request(make_read_request(Hdf5Request::has, path), 0).read_number() == 1;
+  } catch (const ChannelError&) {
+    throw_damaged();
+  }
+}
+
+/// @throws Hdf5Error if there are more than allowed
+std::vector<std::size_t> Hdf5Reader::checked_sizes(Message& answer, const std::string& path, std::size_t most_sizes,
+                                                   std::size_t most_values) const {
+  const std::uint64_t count = answer.read_number();
+  if (count > most_sizes) {
+    const std::string expected = most_sizes == 1 ? "one dimension" : fmt::format("at most {} dimensions", most_sizes);
+    throw Hdf5Error(fmt::format("{}: expected {}, found {}", quote_for_message(path), expected, count));
+  }
+  const std::size_t most = std::min(most_values, values_left_);
+  std::vector<std::size_t> sizes;
+  std::size_t total = 1;
+  for (std::uint64_t i = 0; i < count; ++i) {
+    const std::uint64_t size = answer.read_number();
+    if (size > most || total * size > most)
+      throw Hdf5Error(
+          most < most_values
+              ? fmt::format("{}: holds more numbers than a file of this size is read for, which are {} in all",
+                            quote_for_message(path), values_)
+              : fmt::format("{}: expected at most {} values, found more", quote_for_message(path), most_values));
+    total *= size;
+    sizes.push_back(size);
+  }
+  return sizes;
+}
+
+Hdf5Reader::Dataset Hdf5Reader::numbers(const std::string& path, std::size_t most_sizes,
+                                        std::size_t most_values) const {
+  const MessageChannel wire(child_->socket());
+  const auto go_on = [&wire](bool yes) {
+    Message message;
+    message.write(std::uint64_t{yes});
+    wire.send(message);
+  };
+  try {
+    Message answer = request(make_read_request(Hdf5Request::numbers, path), max_header_bytes);
+    Dataset found;
+    try {
+      found.sizes = checked_sizes(answer, path, most_sizes, most_values);
+    } catch (const Hdf5Error&) {
+      go_on(false);
+      throw;
+    }
+    std::size_t total = 1;
+    for (const std::size_t size : found.sizes) total *= size;
+    values_left_ -= total;
+    found.values.resize(total);
+    go_on(true);
+    wire.receive(found.values);
+    return found;
+  } catch (const ChannelError&) {
+    throw_damaged();
+  }
+}
+
+std::vector<std::string> Hdf5Reader::labels(const Message& question, const std::string& path) const {
+  std::vector<std::string> texts;
+  try {
+    Message answer = request(question, limits_.max_attribute_bytes);
+    const std::uint64_t count = answer.read_number();
+    if (count > limits_.max_labels)
+      throw Hdf5Error(
+          fmt::format("{}: expected at most {} names, found {}", quote_for_message(path), limits_.max_labels, count));
+    for (std::uint64_t i = 0; i < count; ++i) {
+      texts.push_back(answer.read_text());
+      if (texts.back().size() > limits_.max_label_bytes || escape_for_terminal(texts.back()) != texts.back())
+        throw Hdf5Error(fmt::format("{}: expected names, found {}", quote_for_message(path),
+                                    quote_for_message(escape_for_terminal(texts.back()))));
+    }
+  } catch (const ChannelError&) {
+    throw_damaged();
+  }
+  return texts;
+}
+
+std::vector<std::string> Hdf5Reader::texts(const std::string& path) const {
+  return labels(make_read_request(Hdf5Request::texts, path, "", limits_.max_labels), path);
+}
+
+std::vector<std::string> Hdf5Reader::groups(const std::string& path) const {
+  return labels(make_read_request(Hdf5Request::groups, path, "", limits_.max_labels), path);
+}
+
+std::optional<std::string> Hdf5Reader::text_attribute(const std::string& path, const std::string& name) const {
+  try {
+    Message answer = request(make_read_request(Hdf5Request::text_attribute, path, name, limits_.max_attribute_bytes),
+                             limits_.max_attribute_bytes);
+    if (answer.read_number() == 0) return std::nullopt;
+    std::string text = answer.read_text();
+    if (!is_utf8(text) || text.find('\0') != std::string::npos)
+      throw Hdf5Error(fmt::format("attribute {}: expected UTF-8, found something else", quote_for_message(name)));
+    return text;
+  } catch (const ChannelError&) {
+    throw_damaged();
+  }
+}
+
+std::optional<std::vector<double>> Hdf5Reader::numbers_attribute(const std::string& path,
+                                                                 const std::string& name) const {
+  try {
+    Message answer =
+        request(make_read_request(Hdf5Request::numbers_attribute, path, name, max_attribute_values), max_header_bytes);
+    if (answer.read_number() == 0) return std::nullopt;
+    const std::uint64_t count = answer.read_number();
+    if (count > max_attribute_values) throw_damaged();
+    std::vector<double> values(count);
+    MessageChannel(child_->socket()).receive(values);
+    return values;
+  } catch (const ChannelError&) {
+    throw_damaged();
+  }
+}
+
+}  // namespace balance

@@ -1,0 +1,31 @@
+#pragma once
+/// Small strictly convex quadratic programs.
+
+#include "balance/foundation/base/types.hpp"
+
+#include <optional>
+
+namespace balance {
+
+/// Minimise ½ xᵀ H x + gᵀ x subject to E x = e and C x ≥ c.
+struct QuadraticProgram {
+  MatrixX hessian;  ///< symmetric positive definite
+  VectorX gradient;
+  MatrixX equalities;               ///< E
+  VectorX equality_values;          ///< e
+  MatrixX inequalities;             ///< C
+  VectorX inequality_lower_bounds;  ///< c
+};
+
+struct QuadraticOptimum {
+  VectorX x;
+  VectorX equality_multipliers;    ///< H x + g = Eᵀ y + Cᵀ z
+  VectorX inequality_multipliers;  ///< not negative
+};
+
+/// @return nothing if the constraints contradict each other
+/// Source: Goldfarb & Idnani, A numerically stable dual method for solving strictly convex quadratic programs,
+/// Mathematical Programming 27 (1983); the active set is factorised anew in every step.
+std::optional<QuadraticOptimum> solve_quadratic_program(const QuadraticProgram& program);
+
+}  // namespace balance

@@ -1,0 +1,405 @@
+// A summary for programs: CSV, JSON and JUnit XML.
+
+#include "balance/interface/batch/batch_summary.hpp"
+
+#include "balance/foundation/base/unicode_text.hpp"
+#include "balance/interface/comparison/comparison.hpp"
+#include "balance/interface/comparison/requirement.hpp"
+#include "balance/interface/files/atomic_file.hpp"
+#include "balance/interface/files/json.hpp"
+#include "balance/interface/files/text_table.hpp"
+#include "balance/interface/reports/junit.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <filesystem>
+#include <map>
+
+namespace balance {
+
+/// The cases of a summary as rows of cells, for text and Markdown.
+
+/// Status, peak and rms of the torque, the shaking force and the shaking moment, and the peaks' ratios to the baseline's where
+/// there is one. Mass added by designs where there are designs.
+TextTable case_table(const BatchSummary& summary);
+
+/// "3 cases: 2 done, 1 failed; 4 of 5 requirements hold"
+std::string format_summary_line(const BatchSummary& summary);
+
+const char* requirement_status_name(RequirementOutcome::Status status);  ///< "holds", "missed", …
+
+/// "peak(shaking_force) <= base [cycloid]": the requirement and the case that it is about.
+std::string requirement_title(const RequirementOutcome& one);
+
+namespace {
+
+using Status = RequirementOutcome::Status;
+
+class RequirementEvaluator {
+ public:
+  RequirementEvaluator(const Suite& suite, const std::vector<CaseRecord>& records) : suite_(suite) {
+    for (std::size_t i = 0; i < records.size(); ++i) {
+      if (!records[i].has_result()) continue;
+      table_of_[records[i].name] = tables_.size();
+      tables_.push_back({records[i].name, records[i].metrics, records[i].energy});
+    }
+    quantities_ = list_quantity_names(tables_);
+  }
+
+  std::vector<RequirementOutcome> judge() {
+    for (const SuiteRequirement& one : suite_.require) {
+      if (!one.requirement.applies_to_each_run()) {
+        judge_one(one, "");
+        continue;
+      }
+      for (const SuiteCase& each : suite_.cases)
+        if (each.name != suite_.baseline) judge_one(one, each.name);
+    }
+    for (const SuiteCase& each : suite_.cases)
+      for (const SuiteRequirement& one : each.requirements)
+        judge_one(one, one.requirement.applies_to_each_run() ? each.name : "");
+    return std::move(outcomes_);
+  }
+
+ private:
+  void judge_one(const SuiteRequirement& one, const std::string& run) {
+    RequirementOutcome outcome{.text = one.requirement.text, .run = run};
+    std::vector<std::string> needed = one.requirement.named_runs();
+    if (!run.empty()) needed.push_back(run);
+    const auto absent =
+        std::find_if(needed.begin(), needed.end(), [&](const std::string& name) { return table_of_.count(name) == 0; });
+    if (absent != needed.end()) {
+      outcome.status = Status::not_judged;
+      outcome.message = fmt::format("not judged: {} has no result", *absent);
+    } else {
+      judge_complete(one, run, needed, outcome);
+    }
+    outcomes_.push_back(std::move(outcome));
+  }
+
+  void judge_complete(const SuiteRequirement& one, const std::string& run, const std::vector<std::string>& needed,
+                      RequirementOutcome& outcome) const {
+    try {
+      check_quantities(one.requirement, quantities_);
+    } catch (const RequirementError& error) {
+      outcome.status = Status::invalid;
+      outcome.message = one.location.text() + ": " + error.what();
+      return;
+    }
+    // Of thousands of cases a requirement is about two or three.
+    std::vector<MetricTable> tables;
+    for (const std::string& name : needed) tables.push_back(tables_[table_of_.at(name)]);
+    const RequirementVerdict verdict =
+        balance::judge_requirement(one.requirement, tables, run.empty() ? 0 : tables.size() - 1);
+    outcome.status = verdict.holds ? Status::holds : Status::violated;
+    outcome.message = describe_verdict(verdict);
+  }
+
+  const Suite& suite_;
+  std::vector<MetricTable> tables_;  ///< of the cases with results
+  std::map<std::string, std::size_t> table_of_;
+  std::vector<std::string> quantities_;
+  std::vector<RequirementOutcome> outcomes_;
+};
+
+}  // namespace
+
+const CaseRecord* BatchSummary::baseline_record() const {
+  const auto at = std::find_if(cases.begin(), cases.end(), [&](const CaseRecord& c) { return c.name == baseline; });
+  return at != cases.end() && at->has_result() ? &*at : nullptr;
+}
+
+int BatchSummary::exit_code() const {
+  int code = 0;
+  for (const CaseRecord& one : cases) code = std::max(code, one.exit_code());
+  for (const RequirementOutcome& one : requirements) {
+    if (one.status == Status::violated) code = std::max(code, 1);
+    if (one.status == Status::invalid) code = std::max(code, 3);
+  }
+  return code;
+}
+
+BatchSummary summarise_batch(const Suite& suite, std::vector<CaseRecord> records) {
+  BatchSummary summary;
+  summary.name = suite.name;
+  summary.baseline = suite.baseline;
+  for (const SuiteCase& one : suite.cases) summary.specs.push_back(one.spec);
+  summary.requirements = RequirementEvaluator(suite, records).judge();
+  summary.cases = std::move(records);
+  return summary;
+}
+
+std::vector<std::string> write_summary(const std::string& folder, const BatchSummary& summary) {
+  constexpr std::array<std::string (*)(const BatchSummary&), summary_file_names.size()> documents{
+      summary_json, summary_csv, summary_markdown, summary_junit};
+  std::vector<std::string> files;
+  for (std::size_t i = 0; i < documents.size(); ++i) {
+    files.push_back((std::filesystem::path(folder) / summary_file_names[i]).string());
+    AtomicFile file(files.back(), OverwritePolicy::replace, temporary_tag);
+    file.write(documents[i](summary));
+    file.commit();
+  }
+  return files;
+}
+
+namespace {
+
+/// The shortest text that reads back to the same value; nothing for what is not a number.
+std::string csv_number(double value) { return std::isfinite(value) ? fmt::format("{}", value) : ""; }
+
+std::string csv_ratio(double value, double base) { return base > 0 ? csv_number(value / base) : ""; }
+
+void add_csv_lines(const CaseRecord& record, const std::string& spec, const MetricTable* base, std::string& text) {
+  const std::string begin = fmt::format("{},{},{},{}", escape_csv_field(record.name), escape_csv_field(spec),
+                                        escape_csv_field(record.trajectory), record.status);
+  if (!record.has_result()) {
+    text += begin + ",,,,,,,,,,\n";
+    return;
+  }
+  for (const Metric& metric : record.metrics) {
+    const Metric* other = base == nullptr ? nullptr : find_metric(*base, metric.quantity);
+    fmt::format_to(std::back_inserter(text), "{},{},{},{},{},{},{},{},,{},{}\n", begin,
+                   escape_csv_field(metric.quantity), metric.unit, csv_number(metric.peak),
+                   csv_number(metric.peak_time), csv_number(metric.rms), csv_number(metric.mean),
+                   csv_number(metric.range), other == nullptr ? "" : csv_ratio(metric.peak, other->peak),
+                   other == nullptr ? "" : csv_ratio(metric.rms, other->rms));
+  }
+  text += fmt::format("{},energy,J,,,,,,{},,\n", begin, csv_number(record.energy));
+}
+
+Json case_json(const CaseRecord& record, const std::string& spec) {
+  Json json = {{"name", record.name}, {"spec", spec}, {"status", record.status}};
+  if (!record.message.empty()) json["message"] = record.message;
+  json["mechanism"] = record.title;
+  json["trajectory"] = record.trajectory;
+  json["samples"] = record.samples;
+  if (record.failure) json["cause"] = record.failure->cause;
+  if (record.design)
+    json["design"] = {{"status", record.design->status},
+                      {"mass_before", record.design->mass_before},
+                      {"mass_after", record.design->mass_after},
+                      {"added_mass", record.design->added_mass}};
+  json["metrics"] = Json::array();
+  for (const Metric& metric : record.metrics) json["metrics"].push_back(metric_json(metric));
+  json["energy"] = record.energy;
+  json["warnings"] = record.warnings;
+  json["notes"] = record.notes;
+  json["files"] = Json::array();
+  for (const RecordedFile& file : record.files) json["files"].push_back({{"name", file.name}, {"sha256", file.sha256}});
+  return json;
+}
+
+JunitCase test_of(const CaseRecord& record, const std::string& spec, const std::string& group) {
+  JunitCase test{
+      .group = group, .name = record.name, .message = record.message, .kind = record.status, .seconds = record.seconds};
+  if (record.status == "compromise") test.status = JunitCase::Status::failed;
+  if (!record.has_result()) test.status = JunitCase::Status::error;
+  if (test.status != JunitCase::Status::passed)
+    test.details = fmt::format("spec: {}\ntrajectory: {}\n", spec, record.trajectory);
+  return test;
+}
+
+JunitCase test_of(const RequirementOutcome& one, const std::string& group) {
+  JunitCase test{.group = group, .name = requirement_title(one), .message = one.message, .kind = "requirement"};
+  switch (one.status) {
+    case RequirementOutcome::Status::holds: test.message.clear(); break;
+    case RequirementOutcome::Status::violated: test.status = JunitCase::Status::failed; break;
+    case RequirementOutcome::Status::not_judged: test.status = JunitCase::Status::skipped; break;
+    case RequirementOutcome::Status::invalid: test.status = JunitCase::Status::error; break;
+  }
+  return test;
+}
+
+}  // namespace
+
+std::string summary_csv(const BatchSummary& summary) {
+  std::string text =
+      "case,spec,trajectory,status,quantity,unit,peak,peak_time,rms,mean,range,total,peak_ratio,rms_ratio\n";
+  const CaseRecord* record = summary.baseline_record();
+  const MetricTable base =
+      record == nullptr ? MetricTable{} : MetricTable{record->name, record->metrics, record->energy};
+  for (std::size_t i = 0; i < summary.cases.size(); ++i)
+    add_csv_lines(summary.cases[i], summary.specs[i], record == nullptr ? nullptr : &base, text);
+  return text;
+}
+
+std::string summary_json(const BatchSummary& summary) {
+  Json json = {{"suite", summary.name}, {"exit_code", summary.exit_code()}};
+  json["baseline"] = summary.baseline.empty() ? Json(nullptr) : Json(summary.baseline);
+  json["requirements"] = Json::array();
+  for (const RequirementOutcome& one : summary.requirements)
+    json["requirements"].push_back({{"requirement", one.text},
+                                    {"case", one.run.empty() ? Json(nullptr) : Json(one.run)},
+                                    {"status", requirement_status_name(one.status)},
+                                    {"verdict", one.message}});
+  json["cases"] = Json::array();
+  for (std::size_t i = 0; i < summary.cases.size(); ++i)
+    json["cases"].push_back(case_json(summary.cases[i], summary.specs[i]));
+  return format_json(json);
+}
+
+std::string summary_junit(const BatchSummary& summary) {
+  JunitSuite cases{summary.name + ".cases", {}}, requirements{summary.name + ".requirements", {}};
+  for (std::size_t i = 0; i < summary.cases.size(); ++i)
+    cases.cases.push_back(test_of(summary.cases[i], summary.specs[i], cases.name));
+  for (const RequirementOutcome& one : summary.requirements)
+    requirements.cases.push_back(test_of(one, requirements.name));
+  std::vector<JunitSuite> suites = {std::move(cases)};
+  if (!requirements.cases.empty()) suites.push_back(std::move(requirements));
+  return junit_xml(summary.name, suites);
+}
+
+namespace {
+
+constexpr std::array<const char*, 3> shown_quantities{"torque", "shaking_force", "shaking_moment"};
+
+const Metric* find(const CaseRecord& record, const std::string& quantity) {
+  const auto at = std::find_if(record.metrics.begin(), record.metrics.end(),
+                               [&](const Metric& metric) { return metric.quantity == quantity; });
+  return at == record.metrics.end() ? nullptr : &*at;
+}
+
+struct SummaryColumns {
+  std::vector<std::pair<std::string, std::string>> quantities;  ///< that some case has, with units
+  bool designs = false;
+};
+
+/// A unit only where all cases agree on it.
+SummaryColumns choose_columns(const BatchSummary& summary) {
+  SummaryColumns columns;
+  for (const char* quantity : shown_quantities) {
+    std::vector<std::string> units;
+    for (const CaseRecord& record : summary.cases)
+      if (const Metric* metric = find(record, quantity)) units.push_back(metric->unit);
+    if (units.empty()) continue;
+    const bool alike = std::all_of(units.begin(), units.end(), [&](const std::string& u) { return u == units[0]; });
+    columns.quantities.emplace_back(quantity, alike ? " [" + units[0] + "]" : "");
+  }
+  columns.designs = std::any_of(summary.cases.begin(), summary.cases.end(),
+                                [](const CaseRecord& record) { return record.design.has_value(); });
+  return columns;
+}
+
+std::string ratio(const Metric& metric, const CaseRecord& base) {
+  const Metric* other = find(base, metric.quantity);
+  return other == nullptr || !(other->peak > 0) ? "-" : fmt::format("{:.4f}", metric.peak / other->peak);
+}
+
+void add_quantity(const CaseRecord& record, const std::string& quantity, const CaseRecord* base,
+                  std::vector<std::string>& row) {
+  const Metric* metric = find(record, quantity);
+  row.push_back(metric == nullptr ? "-" : format_number(metric->peak));
+  row.push_back(metric == nullptr ? "-" : format_number(metric->rms));
+  if (base != nullptr) row.push_back(metric == nullptr ? "-" : ratio(*metric, *base));
+}
+
+}  // namespace
+
+TextTable case_table(const BatchSummary& summary) {
+  const SummaryColumns columns = choose_columns(summary);
+  const CaseRecord* base = summary.baseline_record();
+  TextTable table{{"case", "status"}, {Align::left, Align::left}, {}};
+  const auto add_column = [&](const std::string& heading) {
+    table.heading.push_back(heading);
+    table.align.push_back(Align::right);
+  };
+  for (const auto& [quantity, unit] : columns.quantities) {
+    add_column("peak " + quantity + unit);
+    add_column("rms" + unit);
+    if (base != nullptr) add_column("peak/base");
+  }
+  if (columns.designs) add_column("added mass [kg]");
+  for (const CaseRecord& record : summary.cases) {
+    std::vector<std::string> row = {record.name, record.status};
+    for (const auto& [quantity, unit] : columns.quantities) add_quantity(record, quantity, base, row);
+    if (columns.designs) row.push_back(record.design ? format_number(record.design->added_mass) : "-");
+    table.rows.push_back(std::move(row));
+  }
+  return table;
+}
+
+std::string format_summary_line(const BatchSummary& summary) {
+  const auto count = [&](const char* status) {
+    return std::count_if(summary.cases.begin(), summary.cases.end(),
+                         [&](const CaseRecord& record) { return record.status == status; });
+  };
+  const auto done = count("done"), compromises = count("compromise"), missing = count("missing");
+  const auto failed = static_cast<long>(summary.cases.size()) - done - compromises - missing;
+  std::string text =
+      fmt::format("{} case{}: {} done", summary.cases.size(), summary.cases.size() == 1 ? "" : "s", done);
+  if (compromises > 0) text += fmt::format(", {} only a compromise", compromises);
+  if (failed > 0) text += fmt::format(", {} failed", failed);
+  if (missing > 0) text += fmt::format(", {} missing", missing);
+  if (summary.requirements.empty()) return text;
+  const auto held = std::count_if(summary.requirements.begin(), summary.requirements.end(),
+                                  [](const auto& one) { return one.status == RequirementOutcome::Status::holds; });
+  return text + fmt::format("; {} of {} requirements hold", held, summary.requirements.size());
+}
+
+const char* requirement_status_name(RequirementOutcome::Status status) {
+  switch (status) {
+    case RequirementOutcome::Status::holds: return "holds";
+    case RequirementOutcome::Status::violated: return "missed";
+    case RequirementOutcome::Status::not_judged: return "not-judged";
+    case RequirementOutcome::Status::invalid: return "wrong";
+  }
+  return "";
+}
+
+std::string requirement_title(const RequirementOutcome& one) {
+  return one.run.empty() ? one.text : fmt::format("{} [{}]", one.text, one.run);
+}
+
+// A summary for people: on a terminal and as Markdown.
+std::string format_batch_text(const BatchSummary& summary) {
+  std::string text = summary.name + "\n\n" + format_table(case_table(summary));
+  TextTable requirements{{"requirement", "case", "verdict"}, {Align::left, Align::left, Align::left}, {}};
+  for (const RequirementOutcome& one : summary.requirements)
+    requirements.rows.push_back({one.text, one.run, one.message});
+  if (!requirements.rows.empty()) text += "\n" + format_table(requirements);
+  bool first = true;
+  for (const CaseRecord& record : summary.cases) {
+    if (record.message.empty()) continue;
+    text += fmt::format("{}{}: {}\n", first ? "\n" : "", escape_for_terminal(record.name),
+                        escape_for_terminal(record.message));
+    first = false;
+  }
+  return text + "\n" + format_summary_line(summary) + "\n";
+}
+
+std::string format_failures(const BatchSummary& summary) {
+  std::string text;
+  for (const CaseRecord& record : summary.cases)
+    if (record.status != "done")
+      text += fmt::format("FAILED {}: {}\n", escape_for_terminal(record.name), escape_for_terminal(record.message));
+  for (const RequirementOutcome& one : summary.requirements)
+    if (one.status == RequirementOutcome::Status::violated || one.status == RequirementOutcome::Status::invalid)
+      text +=
+          fmt::format("FAILED {}: {}\n", escape_for_terminal(requirement_title(one)), escape_for_terminal(one.message));
+  return text;
+}
+
+std::string summary_markdown(const BatchSummary& summary) {
+  std::string text =
+      fmt::format("# {}\n\n{}.\n\n## Cases\n\n", escape_markdown(summary.name), format_summary_line(summary));
+  text += format_markdown_table(case_table(summary));
+  if (!summary.baseline.empty()) text += fmt::format("\nThe baseline is {}.\n", escape_markdown(summary.baseline));
+  if (!summary.requirements.empty()) {
+    TextTable table{
+        {"requirement", "case", "status", "verdict"}, {Align::left, Align::left, Align::left, Align::left}, {}};
+    for (const RequirementOutcome& one : summary.requirements)
+      table.rows.push_back({one.text, one.run, requirement_status_name(one.status), one.message});
+    text += "\n## Requirements\n\n" + format_markdown_table(table, {0});
+  }
+  std::string troubles;
+  for (const CaseRecord& record : summary.cases)
+    if (!record.message.empty())
+      troubles +=
+          fmt::format("- {} ({}): {}\n", escape_markdown(record.name), record.status, escape_markdown(record.message));
+  return troubles.empty() ? text : text + "\n## What went wrong\n\n" + troubles;
+}
+
+}  // namespace balance

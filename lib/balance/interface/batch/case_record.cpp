@@ -1,0 +1,160 @@
+#include "balance/interface/batch/case_record.hpp"
+
+#include "balance/interface/files/atomic_file.hpp"
+#include "balance/interface/files/json.hpp"
+#include "balance/interface/files/sha256.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cstdint>
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+#include <string_view>
+
+namespace balance {
+namespace {
+
+std::string path_in(const std::string& folder, const std::string& file) {
+  return (std::filesystem::path(folder) / file).string();
+}
+
+/// Far more than the thousands of metrics of the largest mechanism need.
+constexpr std::uintmax_t max_record_bytes = std::uintmax_t{64} << 20;
+
+/// No link, no device.
+bool is_plain_file(const std::string& path) {
+  std::error_code error;
+  return std::filesystem::symlink_status(path, error).type() == std::filesystem::file_type::regular;
+}
+
+double number(const Json& json) {
+  return json.is_null() ? std::numeric_limits<double>::quiet_NaN() : json.get<double>();
+}
+
+Metric metric_of(const Json& json) {
+  Metric metric;
+  metric.quantity = json.at("quantity");
+  metric.unit = json.at("unit");
+  metric.peak = number(json.at("peak"));
+  metric.peak_time = number(json.at("peak_time"));
+  metric.rms = number(json.at("rms"));
+  metric.mean = number(json.at("mean"));
+  metric.range = number(json.at("range"));
+  return metric;
+}
+
+constexpr const char* digest_key = "sha256";
+
+/// Of what is worth remembering.
+bool is_stored_status(const std::string& word) {
+  constexpr std::array words{"done", "compromise", "spec", "mechanism", "failed"};
+  return std::find(words.begin(), words.end(), word) != words.end();
+}
+
+CaseRecord record_of(const Json& json) {
+  CaseRecord record;
+  record.name = json.at("name");
+  record.cache_key = json.at("key");
+  record.status = json.at("status");
+  record.message = json.at("message");
+  record.title = json.at("title");
+  record.trajectory = json.at("trajectory");
+  record.samples = json.at("samples");
+  record.seconds = json.at("seconds");
+  if (json.contains("failure"))
+    record.failure = {json.at("failure").at("cause"), number(json.at("failure").at("limit"))};
+  if (json.contains("design")) {
+    const Json& design = json.at("design");
+    record.design = {design.at("status"), design.at("reason"), number(design.at("mass_before")),
+                     number(design.at("mass_after")), number(design.at("added_mass"))};
+  }
+  for (const Json& metric : json.at("metrics")) record.metrics.push_back(metric_of(metric));
+  record.energy = number(json.at("energy"));
+  record.warnings = json.at("warnings").get<std::vector<std::string>>();
+  record.notes = json.at("notes").get<std::vector<std::string>>();
+  for (const Json& file : json.at("files")) record.files.push_back({file.at("name"), file.at("sha256")});
+  return record;
+}
+
+}  // namespace
+
+bool CaseRecord::has_samples() const {
+  return std::any_of(files.begin(), files.end(),
+                     [&](const RecordedFile& file) { return file.name == result_file_name(name); });
+}
+
+int CaseRecord::exit_code() const {
+  if (status == "done") return 0;
+  if (status == "compromise") return 1;
+  if (status == "spec") return 3;
+  if (status == "mechanism") return 4;
+  return 5;
+}
+
+std::string encode_record(const CaseRecord& record) {
+  Json json = {{"name", record.name},       {"key", record.cache_key},  {"status", record.status},
+               {"message", record.message}, {"title", record.title},    {"trajectory", record.trajectory},
+               {"samples", record.samples}, {"seconds", record.seconds}};
+  if (record.failure) json["failure"] = {{"cause", record.failure->cause}, {"limit", record.failure->limit}};
+  if (record.design)
+    json["design"] = {{"status", record.design->status},
+                      {"reason", record.design->reason},
+                      {"mass_before", record.design->mass_before},
+                      {"mass_after", record.design->mass_after},
+                      {"added_mass", record.design->added_mass}};
+  json["metrics"] = Json::array();
+  for (const Metric& metric : record.metrics) json["metrics"].push_back(metric_json(metric));
+  json["energy"] = record.energy;
+  json["warnings"] = record.warnings;
+  json["notes"] = record.notes;
+  json["files"] = Json::array();
+  for (const RecordedFile& file : record.files) json["files"].push_back({{"name", file.name}, {"sha256", file.sha256}});
+  // the last key, written by hand: numbers take long to become digits
+  std::string text = format_json(json);
+  const std::string digest = sha256(text);
+  constexpr std::string_view end = "\n}\n";
+  text.resize(text.size() - end.size());
+  return text.append(",\n  \"").append(digest_key).append("\": \"").append(digest).append("\"").append(end);
+}
+
+std::optional<CaseRecord> decode_record(const std::string& text) {
+  try {
+    CaseRecord record = record_of(Json::parse(text));
+    return encode_record(record) == text ? std::optional(std::move(record)) : std::nullopt;
+  } catch (const Json::exception&) {
+    return std::nullopt;
+  }
+}
+
+std::string record_file_name(const std::string& case_name) { return case_name + ".case.json"; }
+std::string result_file_name(const std::string& case_name) { return case_name + ".h5"; }
+std::string balanced_spec_file_name(const std::string& case_name) { return case_name + ".yaml"; }
+
+void store_record(const std::string& folder, const CaseRecord& record, const std::string& text) {
+  AtomicFile file(path_in(folder, record_file_name(record.name)), OverwritePolicy::replace, temporary_tag);
+  file.write(text);
+  file.commit(Durability::deferred);
+}
+
+std::optional<CaseRecord> load_valid_record(const std::string& folder, const std::string& case_name,
+                                            const std::string& key) {
+  const std::string path = path_in(folder, record_file_name(case_name));
+  std::error_code error;
+  if (!is_plain_file(path) || std::filesystem::file_size(path, error) > max_record_bytes) return std::nullopt;
+  std::ifstream file(path, std::ios::binary);
+  if (!file) return std::nullopt;
+  std::ostringstream text;
+  text << file.rdbuf();
+  std::optional<CaseRecord> record = decode_record(text.str());
+  if (!record || record->name != case_name || record->cache_key != key || !is_stored_status(record->status))
+    return std::nullopt;
+  const bool intact = std::all_of(record->files.begin(), record->files.end(), [&](const RecordedFile& one) {
+    if (one.name != result_file_name(case_name) && one.name != balanced_spec_file_name(case_name)) return false;
+    const std::string name = path_in(folder, one.name);
+    return is_plain_file(name) && sha256_of_file(name) == one.sha256;
+  });
+  return intact ? record : std::nullopt;
+}
+
+}  // namespace balance

@@ -1,0 +1,217 @@
+#include "balance/interface/comparison/requirement.hpp"
+
+#include "balance/foundation/base/spelling.hpp"
+#include "balance/foundation/expression/expression_parser.hpp"
+#include "balance/interface/comparison/requirement_parser.hpp"
+#include "balance/mechanics/results/quantities.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+
+namespace balance {
+namespace {
+
+/// Of the variables that stand for figures.
+using Values = std::map<std::string, double>;
+
+double evaluate_figure_expression(const std::string& expression, const Values& values) {
+  const auto value = [&](const std::string& name) -> Expression {
+    const auto found = values.find(name);
+    if (found == values.end()) throw ExpressionError("there is nothing called " + quote_for_message(name));
+    return found->second;
+  };
+  return parse_expression(expression, value).value();
+}
+
+template <class See>
+void for_each_figure(const Requirement& requirement, See&& see) {
+  for (const RequirementComparison& comparison : requirement.comparisons) {
+    for (const FigureExpression* side : {&comparison.left, &comparison.right})
+      for (const FigureReference& figure : side->figures) see(figure);
+  }
+}
+
+/// Whether the arithmetic can be done at all, tried with ones.
+void check_arithmetic(const RequirementComparison& comparison) {
+  for (const FigureExpression* side : {&comparison.left, &comparison.right}) {
+    Values ones;
+    for (const FigureReference& figure : side->figures) ones[figure.variable] = 1;
+    try {
+      evaluate_figure_expression(side->expression, ones);
+    } catch (const ExpressionError& error) {
+      throw RequirementError(comparison.column, quote_for_message(side->text) + ": " + error.what() +
+                                                    format_decimal_point_hint(side->text));
+    }
+  }
+}
+
+const MetricTable& find_table(const std::string& name, const std::vector<MetricTable>& tables) {
+  const auto found =
+      std::find_if(tables.begin(), tables.end(), [&](const MetricTable& table) { return table.name == name; });
+  if (found == tables.end())
+    throw std::invalid_argument("there are no figures of a run called " + quote_for_message(name));
+  return *found;
+}
+
+void add_once(std::vector<std::string>& all, const std::string& one) {
+  if (std::find(all.begin(), all.end(), one) == all.end()) all.push_back(one);
+}
+
+const MetricTable& find_metric_table(const FigureReference& figure, const std::vector<MetricTable>& tables,
+                                     std::size_t run) {
+  return figure.run.empty() ? tables.at(run) : find_table(figure.run, tables);
+}
+
+double value_of(const FigureReference& figure, const MetricTable& table) {
+  return figure.figure ? find_figure(table, *figure.figure, figure.quantity) : table.energy;
+}
+
+/// Whether the side is a number of the figures' own unit: plain, or growing in a straight line as all of them grow.
+bool has_unit_of_figures(const FigureExpression& side, const std::vector<MetricTable>& tables, std::size_t run) {
+  constexpr double step = 1e-3, round_off = 1e-9;
+  const auto grown = [&](double factor) {
+    Values values;
+    for (const FigureReference& figure : side.figures) {
+      const double value = value_of(figure, find_metric_table(figure, tables, run));
+      values[figure.variable] = factor * (value == 0 ? 1 : value);
+    }
+    return evaluate_figure_expression(side.expression, values);
+  };
+  if (side.figures.empty()) return true;
+  const double less = grown(1 - step), now = grown(1), more = grown(1 + step), growth = std::abs(more - less);
+  return growth > round_off * std::abs(now) && std::abs(more - 2 * now + less) <= round_off * growth;
+}
+
+/// The unit of both sides; empty if the figures differ in theirs, or a side is their product, ratio, root, …
+std::string common_unit(const RequirementComparison& comparison, const std::vector<MetricTable>& tables,
+                        std::size_t run) {
+  std::vector<std::string> units;
+  for (const FigureExpression* side : {&comparison.left, &comparison.right})
+    for (const FigureReference& figure : side->figures) {
+      const Metric* metric = find_metric(find_metric_table(figure, tables, run), figure.quantity);
+      add_once(units, !figure.figure ? "J" : metric == nullptr ? "" : metric->unit);
+    }
+  const bool common = units.size() == 1 && has_unit_of_figures(comparison.left, tables, run) &&
+                      has_unit_of_figures(comparison.right, tables, run);
+  return common ? units.front() : "";
+}
+
+double evaluate(const FigureExpression& side, const std::vector<MetricTable>& tables, std::size_t run,
+                RequirementVerdict& verdict) {
+  Values values;
+  bool complete = true;
+  for (const FigureReference& figure : side.figures) {
+    const MetricTable& table = find_metric_table(figure, tables, run);
+    const double value = value_of(figure, table);
+    const std::string what = figure.figure ? figure.quantity : "energy";
+    if (figure.figure ? find_metric(table, figure.quantity) == nullptr : std::isnan(value)) {
+      add_once(verdict.missing, fmt::format("{} has no {}", table.name, what));
+    }
+    // min(…), max(…) and the like could hide it.
+    complete = complete && !std::isnan(value);
+    values[figure.variable] = value;
+  }
+  return complete ? evaluate_figure_expression(side.expression, values) : std::numeric_limits<double>::quiet_NaN();
+}
+
+bool combine_comparisons(const Requirement& requirement, const std::vector<JudgedComparison>& judged) {
+  std::vector<bool> stack;
+  for (const Requirement::PostfixStep& step : requirement.steps) {
+    if (step.kind == Requirement::PostfixStep::Kind::compare) {
+      stack.push_back(judged[step.comparison].holds());
+      continue;
+    }
+    const bool last = stack.back();
+    stack.pop_back();
+    stack.back() =
+        step.kind == Requirement::PostfixStep::Kind::logical_and ? stack.back() && last : stack.back() || last;
+  }
+  return stack.back();
+}
+
+}  // namespace
+
+RequirementError::RequirementError(std::size_t where, const std::string& message)
+    : std::runtime_error(fmt::format("column {}: {}", where, message)), column(where) {}
+
+bool Requirement::applies_to_each_run() const {
+  bool found = false;
+  for_each_figure(*this, [&](const FigureReference& figure) { found = found || figure.run.empty(); });
+  return found;
+}
+
+std::vector<std::string> Requirement::named_runs() const {
+  std::vector<std::string> names;
+  for_each_figure(*this, [&](const FigureReference& figure) {
+    if (!figure.run.empty()) add_once(names, figure.run);
+  });
+  return names;
+}
+
+Requirement parse_requirement(const std::string& text, const RunNames& runs) {
+  if (text.size() > max_expression_length)
+    throw RequirementError(1, fmt::format("it is longer than {} characters", max_expression_length));
+  Requirement requirement =
+      specification::parse_requirement_tokens(specification::tokenise_requirement(text, runs), text, runs);
+  for (const RequirementComparison& comparison : requirement.comparisons) check_arithmetic(comparison);
+  return requirement;
+}
+
+void check_quantities(const Requirement& requirement, const std::vector<std::string>& quantities) {
+  for_each_figure(requirement, [&](const FigureReference& figure) {
+    const bool known = std::find(quantities.begin(), quantities.end(),
+                                 resolve_quantity_name(figure.quantity, quantities)) != quantities.end();
+    if (!figure.figure || known) return;
+    throw RequirementError(figure.column, fmt::format("no run has a quantity {}{}", quote_for_message(figure.quantity),
+                                                      append_nearest_name(figure.quantity, quantities)));
+  });
+}
+
+RequirementVerdict judge_requirement(const Requirement& requirement, const std::vector<MetricTable>& tables,
+                                     std::size_t run) {
+  RequirementVerdict verdict;
+  verdict.requirement = requirement.text;
+  if (requirement.applies_to_each_run()) verdict.run = tables.at(run).name;
+  for (const RequirementComparison& comparison : requirement.comparisons) {
+    JudgedComparison judged{comparison.left.text, comparison.right.text, comparison.relation};
+    judged.left = evaluate(comparison.left, tables, run, verdict);
+    judged.right = evaluate(comparison.right, tables, run, verdict);
+    judged.unit = common_unit(comparison, tables, run);
+    verdict.compared.push_back(judged);
+  }
+  verdict.holds = combine_comparisons(requirement, verdict.compared);
+  return verdict;
+}
+
+std::vector<RequirementVerdict> judge_each_run(const Requirement& requirement, const std::vector<MetricTable>& tables) {
+  if (!requirement.applies_to_each_run()) return {judge_requirement(requirement, tables, 0)};
+  std::vector<RequirementVerdict> verdicts;
+  for (std::size_t run = 1; run < tables.size(); ++run) verdicts.push_back(judge_requirement(requirement, tables, run));
+  return verdicts;
+}
+
+std::vector<RequirementVerdict> judge_requirements(const std::vector<std::string>& texts,
+                                                   const std::vector<NamedRun>& runs) {
+  RunNames names;
+  for (const NamedRun& run : runs) names.all.push_back(run.name);
+  names.base = names.all.front();
+  const std::vector<MetricTable> tables = make_metric_tables(runs);
+  const std::vector<std::string> quantities = list_quantity_names(tables);
+  std::vector<RequirementVerdict> verdicts;
+  for (const std::string& text : texts) {
+    try {
+      const Requirement requirement = parse_requirement(text, names);
+      check_quantities(requirement, quantities);
+      for (RequirementVerdict& verdict : judge_each_run(requirement, tables)) verdicts.push_back(std::move(verdict));
+    } catch (const RequirementError& error) {
+      throw std::invalid_argument(quote_for_message(text) + ": " + error.what());
+    }
+  }
+  return verdicts;
+}
+
+}  // namespace balance

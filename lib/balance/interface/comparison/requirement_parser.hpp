@@ -1,0 +1,40 @@
+#pragma once
+/// A requirement taken apart into words, and what they mean together. Private to interface.
+
+#include "balance/interface/comparison/requirement.hpp"
+
+#include <cstddef>
+#include <string>
+#include <vector>
+
+namespace balance::specification {
+
+struct RequirementToken {
+  enum class Kind {
+    number,       ///< 0.9, 1e-3
+    run,          ///< the name of a run, quoted or not
+    figure,       ///< peak(…), energy(…): the whole call
+    function,     ///< sqrt; its parenthesis is a word of its own
+    constant,     ///< pi
+    symbol,       ///< + - * / ^ ( ) ,
+    relation,     ///< < <= > >= ==
+    logical_and,  ///< &&
+    logical_or,   ///< ||
+  };
+  Kind kind = Kind::number;
+  std::string text;       ///< as written; of a run its name without quotes
+  std::size_t begin = 0;  ///< bytes of the requirement [begin, end)
+  std::size_t end = 0;
+  FigureReference figure;  ///< of a figure
+
+  std::size_t column() const { return begin + 1; }
+};
+
+/// @throws RequirementError for anything that is no word of the language
+std::vector<RequirementToken> tokenise_requirement(const std::string& text, const RunNames& runs);
+
+/// Puts the words together again. @throws RequirementError if they make no sense
+Requirement parse_requirement_tokens(const std::vector<RequirementToken>& words, const std::string& text,
+                                     const RunNames& runs);
+
+}  // namespace balance::specification

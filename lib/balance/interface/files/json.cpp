@@ -1,0 +1,61 @@
+#include "balance/interface/files/json.hpp"
+
+#include "balance/foundation/base/unicode_text.hpp"
+#include "balance/mechanics/trajectory/trajectory.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <string_view>
+
+namespace balance {
+namespace {
+
+/// Characters that are not seen stand in strings alone, where they may be written as escapes.
+std::string escape_invisible_json(std::string_view json) {
+  std::string text;
+  text.reserve(json.size());
+  const auto plain = [](char c) { return static_cast<unsigned char>(c) < 0x7f; };
+  for (;;) {
+    const auto run = static_cast<std::size_t>(std::find_if_not(json.begin(), json.end(), plain) - json.begin());
+    text += json.substr(0, run);
+    json.remove_prefix(run);
+    if (json.empty()) break;
+    const Utf8CodePoint one = decode_utf8(json);
+    const std::size_t bytes = std::max<std::size_t>(one.bytes, 1);
+    if (!is_invisible(one.code))
+      text += json.substr(0, bytes);
+    else if (one.code < 0x10000)
+      text += fmt::format("\\u{:04x}", one.code);
+    else
+      text += fmt::format("\\u{:04x}\\u{:04x}", 0xD7C0 + (one.code >> 10), 0xDC00 + (one.code & 0x3FF));
+    json.remove_prefix(bytes);
+  }
+  return text;
+}
+
+}  // namespace
+
+std::string format_json(const Json& value) {
+  // Names that are not UTF-8 must not cost the user the answer.
+  return escape_invisible_json(value.dump(2, ' ', false, Json::error_handler_t::replace)) + "\n";
+}
+
+Json vector_json(const Vector3& vector, int axes) { return std::vector<double>(vector.data(), vector.data() + axes); }
+
+Json numbers_json(const VectorX& numbers) { return std::vector<double>(numbers.begin(), numbers.end()); }
+
+Json metric_json(const Metric& metric) {
+  return {{"quantity", metric.quantity}, {"unit", metric.unit}, {"peak", metric.peak},  {"peak_time", metric.peak_time},
+          {"rms", metric.rms},           {"mean", metric.mean}, {"range", metric.range}};
+}
+
+Json outcome_json(const MotionOutcome& outcome) {
+  Json json = {{"status", name_of(outcome.status)}};
+  if (outcome.status == MotionStatus::done) return json;
+  json["time"] = outcome.time;
+  json["reason"] = outcome.reason;
+  return json;
+}
+
+}  // namespace balance

@@ -1,0 +1,66 @@
+#include "balance/interface/files/optimised_law_summary.hpp"
+
+#include "balance/interface/files/text_table.hpp"
+
+#include <fmt/format.h>
+
+namespace balance {
+namespace {
+
+constexpr std::size_t max_listed_intervals = 40;
+
+}  // namespace
+
+std::string format_optimised_law(const OptimisedLaw& law) {
+  if (law.momentum != 0)
+    return fmt::format("law of steady momentum: {:.9g} N m s in {:.9g} s\n", law.momentum, law.duration);
+  std::string text = law.objective.empty() ? fmt::format("fastest law within the limits: {:.9g} s", law.duration)
+                                           : fmt::format("gentlest law: peak of {} {:.9g} {} in {:.9g} s",
+                                                         law.objective, law.objective_value, law.unit, law.duration);
+  text += fmt::format(", {} switch{}\n", law.switch_times.size(), law.switch_times.size() == 1 ? "" : "es");
+  TextTable table;
+  table.heading = {"from [s]", "to [s]", "path from [%]", "to [%]", "at its limit"};
+  table.align = {Align::right, Align::right, Align::right, Align::right, Align::left};
+  for (const ActiveLimitInterval& stretch : law.active_limits) {
+    if (table.rows.size() == max_listed_intervals) break;
+    table.rows.push_back({format_number(stretch.begin), format_number(stretch.end),
+                          format_number(100 * stretch.path_begin), format_number(100 * stretch.path_end),
+                          stretch.limit.empty() ? "-" : stretch.limit});
+  }
+  text += format_table(table);
+  if (law.active_limits.size() > max_listed_intervals)
+    text += fmt::format("and {} more\n", law.active_limits.size() - max_listed_intervals);
+  return text;
+}
+
+Json optimised_law_json(const OptimisedLaw& law) {
+  Json json = {{"duration", law.duration}, {"switches", law.switch_times}, {"stretches", Json::array()}};
+  for (const ActiveLimitInterval& stretch : law.active_limits)
+    json["stretches"].push_back({{"begin", stretch.begin},
+                                 {"end", stretch.end},
+                                 {"from", stretch.path_begin},
+                                 {"to", stretch.path_end},
+                                 {"limit", stretch.limit.empty() ? Json(nullptr) : Json(stretch.limit)}});
+  if (law.momentum != 0) json["momentum"] = law.momentum;
+  if (law.objective.empty()) return json;
+  json["of"] = law.objective;
+  json["peak"] = law.objective_value;
+  json["unit"] = law.unit;
+  return json;
+}
+
+std::string format_corridor_result(const CorridorResult& c) {
+  return fmt::format(
+      "corridor: the path is left by up to {0:.6g} of {1:.6g} {2}: {3} {4:.9g} {6} instead of {5:.9g} {6}; {7} of {8} "
+      "starts ended there\n",
+      c.max_offset, c.width, c.width_unit, c.objective == "duration" ? c.objective : "peak of " + c.objective,
+      c.objective_value, c.centreline_value, c.unit, c.agreeing_starts, c.starts);
+}
+
+Json corridor_result_json(const CorridorResult& c) {
+  return {{"width", c.width},     {"used", c.max_offset},       {"unit", c.width_unit},
+          {"of", c.objective},    {"value", c.objective_value}, {"on_path", c.centreline_value},
+          {"value_unit", c.unit}, {"starts", c.starts},         {"agreeing", c.agreeing_starts}};
+}
+
+}  // namespace balance

@@ -1,0 +1,87 @@
+#pragma once
+/// Reading back what a run was written to; docs/file-format.md describes the file.
+
+#include "balance/interface/files/atomic_file.hpp"
+#include "balance/mechanics/results/result.hpp"
+
+#include <functional>
+#include <string>
+
+namespace balance {
+
+/// A run from a file: where it comes from and all of its samples and metrics.
+struct StoredRun {
+  std::string path;   ///< as named by the user, without the group
+  std::string group;  ///< of a design file: "after/cycloid"; "" for a run's own file
+  std::string title;  ///< the mechanism's name
+  std::string version, spec_text, command_line;
+  std::string trajectory, law, drive, formulation;
+  std::string controller, controller_type;  ///< of a run under control; else empty
+  std::string at;                           ///< of a single state (`simulate --at`): the pose; of a run empty
+  std::string ended_early;                  ///< why a run under control did not reach its end; else empty
+  RunResult result;                         ///< outcome.status is done; outcome.notes are not stored
+};
+
+/// Whether a name is that of a result file rather than of a spec: `….h5`, `….hdf5`, `….nc`, or a group of one behind a colon.
+bool names_result_file(const std::string& name);
+
+/// Reads `run.h5`, or one run of a design file: `design.h5:after/cycloid`.
+/// @throws SystemError with the name and what is wrong: no such file, not HDF5, not written by this program, equations of motion
+/// (`equations -o`), a dataset missing or of another size (a damaged file), a group that does not exist (with those that do)
+StoredRun read_result_file(const std::string& name);
+
+/// The same, of a motion. @throws SystemError as read_result_file, and for a single state, which has no figures to compare or to draw
+StoredRun read_motion_file(const std::string& name);
+
+/// What every result file needs to know beyond the result.
+
+/// Where a result comes from.
+struct Provenance {
+  std::string title;         ///< the mechanism's name
+  std::string version;       ///< of the program
+  std::string spec_text;     ///< the whole spec
+  std::string command_line;  ///< what computes the same file again
+  std::string trajectory;    ///< its name
+  std::string law;           ///< as in the spec: "cycloidal"
+  std::string drive;         ///< as in the spec: "tool"
+  std::string formulation = "tree";
+  std::string controller;       ///< its name; empty: a run without one
+  std::string controller_type;  ///< as in the spec: "computed-torque"
+  std::string pose;             ///< a single state, as it was asked for; empty: a run along the trajectory
+};
+
+enum class Compression { none, gzip };
+
+struct WriteOptions {
+  OverwritePolicy existing = OverwritePolicy::forbid;
+  Durability durability = Durability::synced;
+  Compression compression = Compression::none;  ///< HDF5 only; costs more than ten times the dynamics
+  std::function<bool()> is_cancelled;           ///< asked now and then if set; true stops and leaves no file
+  std::string temporary_tag;                    ///< in the temporary file's name, as for AtomicFile
+};
+
+/// @throws Cancelled if the user wants to stop
+inline void throw_if_cancelled(const WriteOptions& options) {
+  if (options.is_cancelled && options.is_cancelled()) throw Cancelled("interrupted, nothing written");
+}
+
+/// A Result as one table of comma-separated values.
+
+/// One row per sample; the first line names each column with its unit in brackets: `time [s],A1.position [rad],…`.
+/// Numbers have 17 significant digits, enough to give back the same double. Written under a temporary name and
+/// renamed when complete.
+/// @throws SystemError, Cancelled, std::invalid_argument as write_result_hdf5
+void write_result_csv(const std::string& path, const RunResult& result, const WriteOptions& options = {});
+
+/// A Result as HDF5 that is also netCDF-4; docs/file-format.md describes the file.
+
+/// Writes the file under a temporary name and renames it when it is complete. The same result and description give the
+/// same bytes. The samples are written from where they are.
+/// @param result of a run that is done, or of one under control that ended early
+/// @throws SystemError with path and reason; an older file of that name is then as it was
+/// @throws Cancelled if options.cancelled says so
+/// @throws std::invalid_argument if the result is neither, has no samples, or its sizes contradict each other
+void write_result_hdf5(const std::string& path, const RunResult& result, const Provenance& description,
+                       const WriteOptions& options = {});
+
+}  // namespace balance

@@ -1,0 +1,272 @@
+#include "balance/interface/files/result_summary.hpp"
+
+#include "balance/interface/files/json.hpp"
+#include "balance/interface/files/optimised_law_summary.hpp"
+#include "balance/interface/files/result_file.hpp"
+#include "balance/interface/files/result_group.hpp"
+#include "balance/interface/files/text_table.hpp"
+#include "balance/mechanics/results/quantities.hpp"
+#include "balance/mechanics/results/result.hpp"
+#include "balance/mechanics/results/round_off.hpp"
+#include "balance/mechanics/trajectory/trajectory.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <string>
+#include <vector>
+
+namespace balance {
+
+/// The numbers of a single state (mechanics/dynamics/single_state.hpp) one by one, in words and as JSON.
+
+/// One scalar or vector.
+struct StateEntry {
+  std::string quantity;  ///< as in Result::metrics: "torque[A1]", "joint_force[B1]"
+  std::string unit;
+  std::vector<double> value;  ///< round-off is 0; NaN where there is none
+};
+
+/// @param result with one row
+std::vector<StateEntry> list_state_entries(const RunResult& result);
+
+/// @param description whose `at` is not empty
+std::string format_state(const RunResult& result, const Provenance& description);
+std::string state_json(const RunResult& result, const Provenance& description, const std::vector<std::string>& files);
+
+namespace {
+
+/// What the columns of a quantity belong to, in their order; one empty name where they are those of the whole mechanism.
+std::vector<std::string> list_quantity_owners(ColumnKind columns, const RunResult& r) {
+  switch (columns) {
+    case ColumnKind::coordinate: return r.coordinate_names;
+    case ColumnKind::actuator: return r.actuator_names;
+    case ColumnKind::joint:
+    case ColumnKind::joint_axis: return r.joint_names;
+    case ColumnKind::constraint: return r.constraint_names;
+    case ColumnKind::sliding: return r.sliding_names;
+    case ColumnKind::body:
+    case ColumnKind::body_axis:
+    case ColumnKind::body_quaternion: return r.body_names;
+    case ColumnKind::single:
+    case ColumnKind::axis:
+    case ColumnKind::quaternion: break;
+  }
+  return {""};
+}
+
+std::string format_value(const std::vector<double>& value) {
+  std::string text;
+  for (const double x : value) text += (text.empty() ? "" : ", ") + (std::isnan(x) ? "none" : format_number(x));
+  return text;
+}
+
+}  // namespace
+
+std::vector<StateEntry> list_state_entries(const RunResult& result) {
+  std::vector<StateEntry> all;
+  for (const Quantity& quantity : list_sampled_quantities(result)) {
+    const Samples samples = suppress_round_off(result, quantity.member);
+    const std::vector<std::string> owners = list_quantity_owners(quantity.columns, result);
+    const auto width = samples.cols() / static_cast<Eigen::Index>(owners.size());
+    for (std::size_t i = 0; i < owners.size(); ++i) {
+      const std::string& unit = quantity.unit_of(i, owners.size());
+      const std::string owner = owners[i].empty() ? "" : "[" + owners[i] + "]";
+      StateEntry one{(owner.empty() ? quantity.name : effort_display_name(quantity.name, unit)) + owner, unit, {}};
+      for (Eigen::Index k = 0; k < width; ++k)
+        one.value.push_back(samples(0, static_cast<Eigen::Index>(i) * width + k));
+      all.push_back(std::move(one));
+    }
+  }
+  return all;
+}
+
+std::string format_state(const RunResult& result, const Provenance& description) {
+  std::string text =
+      fmt::format("{}: at {}, {:.6g} s; moments about {:.6g}, {:.6g}", description.title, description.pose,
+                  result.time[0], result.moment_reference.x(), result.moment_reference.y());
+  if (result.axes == 3) text += fmt::format(", {:.6g}", result.moment_reference.z());
+  TextTable table{{"quantity", "unit", "value"}, {Align::left, Align::left, Align::left}, {}};
+  for (const StateEntry& one : list_state_entries(result))
+    table.rows.push_back({one.quantity, one.unit, format_value(one.value)});
+  return text + "\n\n" + format_table(table);
+}
+
+std::string state_json(const RunResult& result, const Provenance& description, const std::vector<std::string>& files) {
+  Json json = {{"mechanism", description.title},
+               {"balance_version", description.version},
+               {"at", description.pose},
+               {"time", result.time[0]},
+               {"outcome", outcome_json(result.outcome)},
+               {"about", vector_json(result.moment_reference, result.axes)},
+               {"values", Json::array()}};
+  for (const StateEntry& one : list_state_entries(result))
+    json["values"].push_back({{"quantity", one.quantity},
+                              {"unit", one.unit},
+                              {"value", one.value.size() == 1 ? Json(one.value[0]) : Json(one.value)}});
+  json["notes"] = result.outcome.notes;
+  json["files"] = files;
+  return format_json(json);
+}
+
+std::string format_result_json(const RunResult& result, const Provenance& description,
+                               const std::vector<std::string>& files) {
+  if (!description.pose.empty()) return state_json(result, description, files);
+  Json json = {{"mechanism", description.title},       {"balance_version", description.version},
+               {"trajectory", description.trajectory}, {"law", description.law},
+               {"drive", description.drive},           {"formulation", description.formulation}};
+  if (!description.controller.empty()) {
+    json["controller"] = description.controller;
+    json["controller_type"] = description.controller_type;
+  }
+  json["outcome"] = outcome_json(result.outcome);
+  json["samples"] = result.time.size();
+  json["duration"] = result.time.size() == 0 ? 0 : result.time[result.time.size() - 1] - result.time[0];
+  if (result.corridor_result) json["found_corridor"] = corridor_result_json(*result.corridor_result);
+  if (result.optimised_law) json["found_law"] = optimised_law_json(*result.optimised_law);
+  if (!result.payload_events.empty()) json["payload_changes"] = payload_events_json(result);
+  json["about"] = vector_json(result.moment_reference, result.axes);
+  json["metrics"] = Json::array();
+  for (const Metric& metric : result.metrics) json["metrics"].push_back(metric_json(metric));
+  json["energy"] = result.energy;
+  json["notes"] = result.outcome.notes;
+  json["files"] = files;
+  return format_json(json);
+}
+
+std::string format_error_json(const std::string& kind, const std::string& message) {
+  return format_json({{"error", {{"kind", kind}, {"message", message}}}});
+}
+
+std::string format_error_json(const std::string& kind, const std::string& message, const std::string& status) {
+  return format_json({{"error", {{"kind", kind}, {"message", message}, {"status", status}}}});
+}
+
+std::string format_error_json(const std::string& kind, const SpecError& error) {
+  const auto text_or_null = [](const std::string& text) { return text.empty() ? Json(nullptr) : Json(text); };
+  const auto count_or_null = [](int count) { return count > 0 ? Json(count) : Json(nullptr); };
+  Json mistakes = Json::array();
+  for (const Diagnostic& one : error.diagnostics())
+    mistakes.push_back({{"file", text_or_null(one.place.file)},
+                        {"line", count_or_null(one.place.line)},
+                        {"column", count_or_null(one.place.column)},
+                        {"key", text_or_null(one.place.key)},
+                        {"message", one.message},
+                        {"expected", text_or_null(one.expected)},
+                        {"found", text_or_null(one.found)},
+                        {"hint", text_or_null(one.hint)}});
+  return format_json({{"error",
+                       {{"kind", kind},
+                        {"message", error.what()},
+                        {"mistakes", std::move(mistakes)},
+                        {"more", error.unlisted_count()}}}});
+}
+
+std::string format_error_json(const std::string& kind, const MotionOutcome& outcome) {
+  return format_json(
+      {{"error",
+        {{"kind", kind}, {"message", outcome.reason}, {"status", name_of(outcome.status)}, {"time", outcome.time}}}});
+}
+
+namespace {
+
+using Change = PayloadEvent;
+
+/// As long as its round-off allows; 0 stays 0.
+std::string effort_text(const RunResult& result, const VectorX& efforts, std::size_t actuator) {
+  const auto a = static_cast<Eigen::Index>(actuator);
+  const VectorX& known = result.round_off.effort;
+  const double zero = a < known.size() ? known[a] : 0;
+  return fmt::format("{:.5g}", std::abs(efforts[a]) <= zero ? 0 : efforts[a]);
+}
+
+}  // namespace
+
+std::string format_payload_events(const RunResult& result) {
+  std::string text;
+  for (const Change& change : result.payload_events) {
+    text += fmt::format("{} {} at {:.6g} s", change.payload, describe_payload_event(change), change.time);
+    for (std::size_t a = 0; a < result.actuator_names.size(); ++a)
+      text += fmt::format("{} {} from {} to {} {}", a == 0 ? ":" : ",", result.actuator_names[a],
+                          effort_text(result, change.effort_before, a), effort_text(result, change.effort_after, a),
+                          result.actuator_units[a]);
+    text += "\n";
+  }
+  return text;
+}
+
+Json payload_events_json(const RunResult& result) {
+  Json all = Json::array();
+  for (const Change& change : result.payload_events) {
+    Json torque = Json::array();
+    for (std::size_t a = 0; a < result.actuator_names.size(); ++a) {
+      const auto i = static_cast<Eigen::Index>(a);
+      torque.push_back({{"actuator", result.actuator_names[a]},
+                        {"unit", result.actuator_units[a]},
+                        {"before", change.effort_before[i]},
+                        {"after", change.effort_after[i]}});
+    }
+    all.push_back({{"payload", change.payload},
+                   {"change", describe_payload_event(change)},
+                   {"time", change.time},
+                   {"speed", change.speed},
+                   {"turning", change.angular_speed},
+                   {"torque", std::move(torque)}});
+  }
+  return all;
+}
+
+void write_payload_events(Hdf5Writer& file, Hdf5Writer::Group parent, const RunResult& result) {
+  const std::vector<Change>& all = result.payload_events;
+  if (all.empty()) return;
+  const Hdf5Writer::Group group = file.add_group(parent, "payload_changes");
+  std::vector<std::string> labels;
+  for (const Change& change : all) labels.push_back(change.payload + " " + describe_payload_event(change));
+  const Hdf5Writer::Dimension each =
+      file.add_dimension(group, {"change", "payload taken up or set down", "1", {}, {}}, labels);
+  const auto add = [&](const char* name, const char* long_name, const char* unit, double Change::*number) {
+    std::vector<double> values;
+    for (const Change& change : all) values.push_back(change.*number);
+    file.add_variable(group, {name, long_name, unit, {each}, {}}, values);
+  };
+  add("switch_time", "when it changes", "s", &Change::time);
+  add("speed", "speed of the payload's place then", "m/s", &Change::speed);
+  add("turning", "angular velocity of its body then, where it has a moment of inertia", "rad/s",
+      &Change::angular_speed);
+  if (result.actuator_names.empty()) return;
+  const Hdf5Writer::Dimension actuator =
+      file.add_dimension(group, {"actuator", "actuated joint coordinate", "1", {}, {}}, result.actuator_names);
+  const auto add_efforts = [&](const char* name, const char* long_name, VectorX Change::*efforts) {
+    std::vector<double> values;
+    for (const Change& change : all) values.insert(values.end(), (change.*efforts).begin(), (change.*efforts).end());
+    file.add_variable(group, {name, long_name, common_unit(result.actuator_units), {each, actuator}, {}}, values);
+  };
+  add_efforts("torque_before", "torque or force of the actuator just before", &Change::effort_before);
+  add_efforts("torque_after", "torque or force of the actuator just after", &Change::effort_after);
+}
+
+std::string format_result_summary(const RunResult& result, const Provenance& description) {
+  if (!description.pose.empty()) return format_state(result, description);
+  const double duration = result.time.size() == 0 ? 0 : result.time[result.time.size() - 1] - result.time[0];
+  const std::string controller =
+      description.controller.empty()
+          ? ""
+          : fmt::format(", controller {} ({})", description.controller, description.controller_type);
+  std::string text =
+      fmt::format("{}: trajectory {} ({}, drive {}){}, {:.6g} s, {} samples\n\n", description.title,
+                  description.trajectory, description.law, description.drive, controller, duration, result.time.size());
+  if (result.corridor_result) text += format_corridor_result(*result.corridor_result) + "\n";
+  if (result.optimised_law) text += format_optimised_law(*result.optimised_law) + "\n";
+  if (!result.payload_events.empty()) text += format_payload_events(result) + "\n";
+  TextTable table;
+  table.heading = {"quantity", "unit", "peak", "at time [s]", "rms", "mean"};
+  table.align = {Align::left, Align::left, Align::right, Align::right, Align::right, Align::right};
+  for (const Metric& metric : result.metrics) {
+    table.rows.push_back({metric.quantity, metric.unit, format_number(metric.peak), format_number(metric.peak_time),
+                          format_number(metric.rms), format_number(metric.mean)});
+  }
+  return text + format_table(table) +
+         fmt::format("\nenergy moved by the actuators: {} J\n", format_number(result.energy));
+}
+
+}  // namespace balance

@@ -1,0 +1,14 @@
+#pragma once
+/// Results as text for people.
+
+#include "balance/interface/files/result_file.hpp"
+#include "balance/mechanics/results/result.hpp"
+
+#include <string>
+
+namespace balance {
+
+/// One line on what was run, then a table of the metrics, six significant digits, ending with a line feed.
+std::string format_result_summary(const RunResult& result, const Provenance& description);
+
+}  // namespace balance

@@ -1,0 +1,448 @@
+#include "balance/interface/import/mass_export.hpp"
+
+#include "balance/foundation/base/rotation.hpp"
+#include "balance/foundation/base/spelling.hpp"
+#include "balance/interface/import/foreign_model.hpp"
+#include "balance/interface/import/foreign_readers.hpp"
+#include "balance/interface/import/mjcf_elements.hpp"
+#include "balance/interface/import/model_simplification.hpp"
+#include "balance/interface/import/spec_writer.hpp"
+#include "balance/interface/import/xml_document.hpp"
+#include "balance/interface/specification/text_file.hpp"
+#include "balance/motion/study/study.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <tuple>
+#include <vector>
+
+namespace balance::foreign {
+
+/// Changes of single numbers in the text of an XML document.
+class XmlEdits {
+ public:
+  /// Numbers that are what stands there stay as they are written. An attribute that is missing is added unless it would be a lone zero.
+  void set(const XmlElement& at, const char* attribute, const std::vector<double>& values);
+  /// Another attribute in the place of one that is there.
+  void replace(const XmlElement& at, const char* attribute, const char* other, const std::vector<double>& values);
+  /// Takes an attribute away that is there, with the blank before it.
+  void remove(const XmlElement& at, const char* attribute);
+  /// Text before an element, or behind an element's opening tag.
+  void insert_before(const XmlElement& at, const std::string& text);
+  void insert_inside(const XmlElement& at, const std::string& text);
+
+  /// The document's text with all changes.
+  std::string apply(const std::string& text);
+
+ private:
+  struct Edit {
+    std::size_t begin, end;
+    std::string text;
+  };
+  std::vector<Edit> edits_;
+};
+
+/// "1 2.5 0", each as short as it reads back.
+std::string numbers_text(const std::vector<double>& values);
+
+/// A robot file whose masses can be written.
+
+/// Mass, centre of mass and inertia about it, in a body's axes [kg, m, kg m^2].
+struct MassProperties {
+  double mass = 0;
+  Vector3 com = Vector3::Zero();
+  Matrix3 inertia = Matrix3::Zero();
+};
+
+class MassPropertyWriter {
+ public:
+  virtual ~MassPropertyWriter() = default;
+
+  virtual ForeignModel read() const = 0;
+  /// What the format calls a body, and itself.
+  virtual const char* body_term() const = 0;
+  virtual const char* name() const = 0;
+  /// Whether a body of what was read can be given mass properties.
+  virtual bool can_set_mass(const ForeignBody& body) const = 0;
+  /// @param body one that can take them
+  /// @throws SpecError where the file keeps them from meaning anything
+  virtual void write(const ForeignBody& body, const MassProperties& properties, XmlEdits& edits) const = 0;
+};
+
+/// @param document must outlive it
+std::unique_ptr<MassPropertyWriter> make_urdf_mass_writer(const XmlDocument& document);
+std::unique_ptr<MassPropertyWriter> make_mjcf_mass_writer(const XmlDocument& document);
+
+}  // namespace balance::foreign
+
+namespace balance {
+
+namespace {
+
+using namespace foreign;
+
+/// Mass, first moment and inertia about a frame's origin: they add up.
+struct MassMoments {
+  double mass = 0;
+  Vector3 first = Vector3::Zero();
+  Matrix3 second = Matrix3::Zero();
+
+  void add(double m, const Vector3& com, const Matrix3& central, double sign = 1) {
+    mass += sign * m;
+    first += sign * m * com;
+    second += sign * (central - m * skew(com) * skew(com));
+  }
+};
+
+std::unique_ptr<MassPropertyWriter> open_mass_writer(const XmlDocument& document) {
+  if (document.root.name == "robot") return make_urdf_mass_writer(document);
+  if (document.root.name == "mujoco") return make_mjcf_mass_writer(document);
+  throw SpecError({.place = place_of(document.root),
+                   .message = "expected <robot> or <mujoco>: only a URDF or an MJCF can be written"});
+}
+
+class MassExporter {
+ public:
+  MassExporter(const Study& study, const std::string& text, const std::string& file, const ImportOptions& options)
+      : mechanism_(study.mechanism), spec_file_(study.spec_file), document_(parse_xml(text, file)) {
+    file_ = open_mass_writer(*document_);
+    raw_ = file_->read();
+    if (!options.loops.empty())
+      read_gepetto_loops(read_text_file(options.loops, "closures"), display_name(options.loops), raw_);
+    merged_ = raw_;
+    simplify_model(merged_, options);
+    names_ = spec_names(merged_);
+  }
+
+  MassExport run() {
+    for (std::size_t b = 1; b < mechanism_.bodies.size(); ++b) write(static_cast<int>(b));
+    const std::string place = fmt::format("have no place in this {}: they are left out", file_->name());
+    if (!mechanism_.discs.empty()) out_.notes.push_back("discs " + place);
+    if (!mechanism_.springs.empty()) out_.notes.push_back("springs " + place);
+    out_.text = edits_.apply(document_->text);
+    return std::move(out_);
+  }
+
+ private:
+  /// The merged body that is called so in the spec.
+  int find(const std::string& name) const {
+    for (std::size_t b = 1; b < names_.bodies.size(); ++b)
+      if (merged_.bodies[b].is_active && names_.bodies[b] == name) return static_cast<int>(b);
+    throw SpecError({.place = {.file = spec_file_},
+                     .message = fmt::format("body {}: {} has no {} that becomes it", quote_for_message(name),
+                                            document_->file, file_->body_term())});
+  }
+
+  MassMoments wanted(int body) const {
+    const Body& own = mechanism_.bodies[static_cast<std::size_t>(body)];
+    MassMoments sum;
+    sum.add(own.mass, own.com, own.inertia);
+    for (const Attachment& extra : mechanism_.attachments)
+      if (extra.body == body && extra.kind == AttachmentKind::counterweight)
+        sum.add(extra.mass, extra.position, extra.inertia);
+    return sum;
+  }
+
+  /// The links of a body with their places in it, the carrier first.
+  std::vector<MergedBody> links_of(int merged) const {
+    std::vector<MergedBody> links{{merged, {}}};
+    const auto& members = merged_.bodies[static_cast<std::size_t>(merged)].merged_bodies;
+    links.insert(links.end(), members.begin(), members.end());
+    return links;
+  }
+
+  const Body& link(int index) const { return raw_.bodies[static_cast<std::size_t>(index)].body; }
+  const ForeignBody& raw(const MergedBody& member) const { return raw_.bodies[static_cast<std::size_t>(member.body)]; }
+
+  void write(int body) {
+    const std::string& name = mechanism_.bodies[static_cast<std::size_t>(body)].name;
+    const int merged = find(name);
+    MassMoments rest = wanted(body);
+    const std::vector<MergedBody> links = links_of(merged);
+    if (is_unchanged(rest, merged_.bodies[static_cast<std::size_t>(merged)].body)) return;
+    auto taker = std::find_if(links.begin(), links.end(), [&](const MergedBody& one) {
+      return raw(one).has_inertial && file_->can_set_mass(raw(one));
+    });
+    if (taker == links.end())
+      taker = std::find_if(links.begin(), links.end(),
+                           [&](const MergedBody& one) { return file_->can_set_mass(raw(one)); });
+    if (taker == links.end())
+      throw SpecError({.place = merged_.bodies[static_cast<std::size_t>(merged)].place,
+                       .message = fmt::format("{} {}: has no <inertial> that could take a mass of {:.6g} kg",
+                                              file_->body_term(), quote_for_message(link(merged).name), rest.mass)});
+    for (const MergedBody& one : links)
+      if (one.body != taker->body) {
+        const Body& other = link(one.body);
+        rest.add(other.mass, one.pose.p + one.pose.R * other.com, one.pose.R * other.inertia * one.pose.R.transpose(),
+                 -1);
+      }
+    write_link(raw(*taker), taker->pose, rest);
+  }
+
+  /// To the last digits: then the file's own numbers stay.
+  static bool is_unchanged(const MassMoments& wanted, const Body& body) {
+    MassMoments before;
+    before.add(body.mass, body.com, body.inertia);
+    const double near = 1e-14;
+    return std::abs(wanted.mass - before.mass) <= near * std::abs(before.mass) &&
+           (wanted.first - before.first).norm() <= near * before.first.norm() &&
+           (wanted.second - before.second).norm() <= near * before.second.norm();
+  }
+
+  /// @param pose of the link in the body
+  void write_link(const ForeignBody& link, const Pose& pose, const MassMoments& total) {
+    if (!(total.mass > 0))
+      throw SpecError({.place = link.place,
+                       .message = fmt::format("{} {}: {:.6g} kg would be left for it", file_->body_term(),
+                                              quote_for_message(link.body.name), total.mass)});
+    const Vector3 com = total.first / total.mass;
+    const Matrix3 central = total.second + total.mass * skew(com) * skew(com);
+    file_->write(link, {total.mass, pose.R.transpose() * (com - pose.p), pose.R.transpose() * central * pose.R},
+                 edits_);
+    out_.changed.push_back(link.body.name);
+  }
+
+  const Mechanism& mechanism_;
+  std::string spec_file_;
+  std::unique_ptr<const XmlDocument> document_;
+  std::unique_ptr<MassPropertyWriter> file_;
+  ForeignModel raw_, merged_;
+  GeneratedNames names_;
+  XmlEdits edits_;
+  MassExport out_;
+};
+
+}  // namespace
+
+MassExport export_masses(const Study& study, const std::string& text, const std::string& file,
+                         const ImportOptions& options) {
+  reject_temporary_payloads(study, "the masses of another file");
+  return MassExporter(study, text, file, options).run();
+}
+
+std::string format_balancing_elements_csv(const Mechanism& mechanism) {
+  std::string text = "name,kind,body,x,y,z,mass,ixx,iyy,izz,ixy,ixz,iyz\n";
+  const auto add = [&](const std::string& name, const char* kind, int body, const Vector3& p, double mass,
+                       const Matrix3& I) {
+    text += fmt::format("{},{},{},{},{},{},{},{},{},{},{},{},{}\n", name, kind,
+                        mechanism.bodies[static_cast<std::size_t>(body)].name, format_yaml_number(p.x()),
+                        format_yaml_number(p.y()), format_yaml_number(p.z()), format_yaml_number(mass),
+                        format_yaml_number(I(0, 0)), format_yaml_number(I(1, 1)), format_yaml_number(I(2, 2)),
+                        format_yaml_number(I(0, 1)), format_yaml_number(I(0, 2)), format_yaml_number(I(1, 2)));
+  };
+  for (const Attachment& one : mechanism.attachments)
+    if (one.kind == AttachmentKind::counterweight)
+      add(one.name, "counterweight", one.body, one.position, one.mass, one.inertia);
+  for (const Disc& one : mechanism.discs) add(one.name, "disc", one.body, one.position, one.mass, one.inertia);
+  return text;
+}
+
+}  // namespace balance
+
+namespace balance::foreign {
+
+namespace {
+
+bool same_place(const SourceLocation& a, const SourceLocation& b) {
+  return a.file == b.file && a.line == b.line && a.column == b.column;
+}
+
+class MjcfMasses : public MassPropertyWriter {
+ public:
+  explicit MjcfMasses(const XmlDocument& document) : document_(document), tree_(expand_mjcf_includes(document)) {}
+
+  ForeignModel read() const override { return read_mjcf(document_); }
+  const char* body_term() const override { return "body"; }
+  const char* name() const override { return "MJCF"; }
+  /// Of a chain of joints the last body alone stands in the file.
+  bool can_set_mass(const ForeignBody& body) const override { return find_body(tree_.root, body.place) != nullptr; }
+
+  void write(const ForeignBody& body, const MassProperties& properties, XmlEdits& edits) const override {
+    const XmlElement& element = *find_body(tree_.root, body.place);
+    if (element.document != &document_)
+      throw SpecError({.place = body.place,
+                       .message = fmt::format("body {}: stands in an included file, which is not written",
+                                              quote_for_message(body.body.name))});
+    if (weighs_shapes())
+      throw SpecError({.place = body.place,
+                       .message = fmt::format("body {}: its mass follows from its shapes (inertiafromgeom=\"true\")",
+                                              quote_for_message(body.body.name))});
+    if (const XmlElement* inertial = element.child("inertial"))
+      change(*inertial, properties, edits);
+    else
+      add(element, properties, edits);
+  }
+
+ private:
+  static const XmlElement* find_body(const XmlElement& parent, const SourceLocation& place) {
+    for (const XmlElement& child : parent.children) {
+      if (child.name == "body" && same_place(place_of(child), place)) return &child;
+      if (const XmlElement* inside = find_body(child, place)) return inside;
+    }
+    return nullptr;
+  }
+
+  bool weighs_shapes() const {
+    bool weighs = false;
+    for (const XmlElement& child : tree_.root.children)
+      if (const std::string* rule = child.name == "compiler" ? child.attribute("inertiafromgeom") : nullptr)
+        weighs = *rule == "true";
+    return weighs;
+  }
+
+  static std::vector<double> six(const Matrix3& I) { return {I(0, 0), I(1, 1), I(2, 2), I(0, 1), I(0, 2), I(1, 2)}; }
+
+  /// A full inertia is one in the body's axes: MuJoCo takes no orientation beside it.
+  void change(const XmlElement& at, const MassProperties& properties, XmlEdits& edits) const {
+    edits.set(at, "pos", {properties.com.x(), properties.com.y(), properties.com.z()});
+    edits.set(at, "mass", {properties.mass});
+    ForeignDiagnostics faults;
+    const XmlAttributeReader reader(faults);
+    const Matrix3 R = MjcfCompilerAngles(tree_.root, reader, faults).orientation(at);
+    const Matrix3 I = R.transpose() * properties.inertia * R;
+    const Vector3 diagonal = I.diagonal();
+    const bool is_diagonal = (I - Matrix3(diagonal.asDiagonal())).norm() <= 1e-14 * I.norm();
+    if (at.attribute("fullinertia") != nullptr) return edits.set(at, "fullinertia", six(I));
+    if (is_diagonal) return edits.set(at, "diaginertia", {diagonal.x(), diagonal.y(), diagonal.z()});
+    if (at.attribute("diaginertia") != nullptr)
+      edits.replace(at, "diaginertia", "fullinertia", six(properties.inertia));
+    else
+      edits.set(at, "fullinertia", six(properties.inertia));
+    for (const char* attribute : {"quat", "axisangle", "euler", "xyaxes", "zaxis"})
+      if (at.attribute(attribute) != nullptr) edits.remove(at, attribute);
+  }
+
+  static void add(const XmlElement& body, const MassProperties& properties, XmlEdits& edits) {
+    const std::vector<double> place{properties.com.x(), properties.com.y(), properties.com.z()};
+    edits.insert_inside(body, fmt::format("<inertial pos=\"{}\" mass=\"{}\" fullinertia=\"{}\"/>", numbers_text(place),
+                                          numbers_text({properties.mass}), numbers_text(six(properties.inertia))));
+  }
+
+  const XmlDocument& document_;
+  ExpandedMjcf tree_;
+};
+
+}  // namespace
+
+std::unique_ptr<MassPropertyWriter> make_mjcf_mass_writer(const XmlDocument& document) {
+  return std::make_unique<MjcfMasses>(document);
+}
+
+namespace {
+
+class UrdfMasses : public MassPropertyWriter {
+ public:
+  explicit UrdfMasses(const XmlDocument& document) : document_(document) {}
+
+  ForeignModel read() const override { return read_urdf(document_); }
+  const char* body_term() const override { return "link"; }
+  const char* name() const override { return "URDF"; }
+  bool can_set_mass(const ForeignBody& body) const override { return body.has_inertial; }
+
+  void write(const ForeignBody& body, const MassProperties& properties, XmlEdits& edits) const override {
+    const XmlElement& inertial = *find_link(body.body.name)->child("inertial");
+    const XmlElement* origin = inertial.child("origin");
+    Matrix3 axes = Matrix3::Identity();
+    if (origin != nullptr && origin->attribute("rpy") != nullptr) {
+      const auto v =
+          parse_number_list(*origin->attribute("rpy")).value_or(std::vector<double>(3));  // the reader has checked it
+      axes = rotation_from_rpy({v[0], v[1], v[2]});
+    }
+    const Matrix3 I = axes.transpose() * properties.inertia * axes;
+    edits.set(*inertial.child("mass"), "value", {properties.mass});
+    write_place(inertial, origin, properties.com, edits);
+    if (const XmlElement* inertia = inertial.child("inertia"))
+      for (const auto& [key, i, j] :
+           {std::tuple{"ixx", 0, 0}, {"ixy", 0, 1}, {"ixz", 0, 2}, {"iyy", 1, 1}, {"iyz", 1, 2}, {"izz", 2, 2}})
+        edits.set(*inertia, key, {I(i, j)});
+  }
+
+ private:
+  const XmlElement* find_link(const std::string& name) const {
+    for (const XmlElement& part : document_.root.children)
+      if (part.name == "link" && part.attribute("name") != nullptr && *part.attribute("name") == name) return &part;
+    return nullptr;
+  }
+
+  static void write_place(const XmlElement& inertial, const XmlElement* origin, const Vector3& place, XmlEdits& edits) {
+    const std::vector<double> xyz{place.x(), place.y(), place.z()};
+    if (origin != nullptr && origin->attribute("xyz") != nullptr) return edits.set(*origin, "xyz", xyz);
+    if (place.isZero(0)) return;
+    if (origin != nullptr) return edits.set(*origin, "xyz", xyz);
+    edits.insert_before(*inertial.child("mass"), fmt::format("<origin xyz=\"{}\"/>", numbers_text(xyz)));
+  }
+
+  const XmlDocument& document_;
+};
+
+}  // namespace
+
+std::unique_ptr<MassPropertyWriter> make_urdf_mass_writer(const XmlDocument& document) {
+  return std::make_unique<UrdfMasses>(document);
+}
+
+std::string numbers_text(const std::vector<double>& values) {
+  std::string text;
+  for (const double value : values) text += (text.empty() ? "" : " ") + format_yaml_number(value);
+  return text;
+}
+
+void XmlEdits::set(const XmlElement& at, const char* attribute, const std::vector<double>& values) {
+  const std::string* before = at.attribute(attribute);
+  if (before != nullptr && parse_number_list(*before).value_or(std::vector<double>{}) == values) return;
+  const XmlSpan span = value_span(at, attribute);
+  const std::size_t behind_name = at.offset + at.name.size();
+  if (span.end > span.begin)
+    edits_.push_back({span.begin, span.end, numbers_text(values)});
+  else if (values != std::vector<double>{0})
+    edits_.push_back({behind_name, behind_name, fmt::format(" {}=\"{}\"", attribute, numbers_text(values))});
+}
+
+void XmlEdits::replace(const XmlElement& at, const char* attribute, const char* other,
+                       const std::vector<double>& values) {
+  const XmlSpan span = value_span(at, attribute);
+  const std::string& text = at.document->text;
+  const std::size_t begin = text.rfind(attribute, span.begin);
+  edits_.push_back({begin, span.end, fmt::format("{}={}{}", other, text[span.begin - 1], numbers_text(values))});
+}
+
+void XmlEdits::remove(const XmlElement& at, const char* attribute) {
+  const XmlSpan span = value_span(at, attribute);
+  const std::string& text = at.document->text;
+  std::size_t begin = text.rfind(attribute, span.begin);
+  while (begin > 0 && std::string_view(" \t\r\n").find(text[begin - 1]) != std::string_view::npos) --begin;
+  edits_.push_back({begin, span.end + 1, ""});
+}
+
+void XmlEdits::insert_before(const XmlElement& at, const std::string& text) {
+  edits_.push_back({at.offset - 1, at.offset - 1, text});
+}
+
+void XmlEdits::insert_inside(const XmlElement& at, const std::string& text) {
+  const std::string& all = at.document->text;
+  char quote = 0;
+  std::size_t end = at.offset;
+  for (; end < all.size() && (quote != 0 || all[end] != '>'); ++end)
+    if (quote != 0 ? all[end] == quote : all[end] == '"' || all[end] == '\'') quote = quote != 0 ? 0 : all[end];
+  if (end > 0 && all[end - 1] == '/')  // an element without anything inside is opened
+    edits_.push_back({end - 1, end + 1, fmt::format(">{}</{}>", text, at.name)});
+  else
+    edits_.push_back({end + 1, end + 1, text});
+}
+
+std::string XmlEdits::apply(const std::string& text) {
+  std::stable_sort(edits_.begin(), edits_.end(), [](const Edit& a, const Edit& b) { return a.begin < b.begin; });
+  std::string out;
+  std::size_t at = 0;
+  for (const Edit& edit : edits_) {
+    out += text.substr(at, edit.begin - at) + edit.text;
+    at = edit.end;
+  }
+  return out + text.substr(at);
+}
+
+}  // namespace balance::foreign

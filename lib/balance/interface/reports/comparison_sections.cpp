@@ -1,0 +1,334 @@
+#include "balance/interface/reports/comparison_sections.hpp"
+
+#include "balance/foundation/base/unicode_text.hpp"
+#include "balance/interface/files/json.hpp"
+#include "balance/interface/files/text_table.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+namespace balance {
+namespace {
+
+Json run_json(const ComparedRuns::Run& run) {
+  return {{"name", run.name},    {"file", run.file},   {"mechanism", run.title},   {"trajectory", run.trajectory},
+          {"law", run.law},      {"drive", run.drive}, {"duration", run.duration}, {"samples", run.samples},
+          {"energy", run.energy}};
+}
+
+Json difference_json(const std::optional<Difference>& difference) {
+  if (!difference) return nullptr;
+  return {{"largest", difference->largest}, {"time", difference->time}, {"rms", difference->rms}};
+}
+
+Json metric_of_run_json(const ComparedQuantity& quantity, std::size_t run) {
+  const auto& metric = quantity.metrics[run];
+  if (!metric) return nullptr;
+  Json json = {{"peak", metric->peak},
+               {"peak_time", metric->peak_time},
+               {"rms", metric->rms},
+               {"mean", metric->mean},
+               {"range", metric->range}};
+  if (run == 0) return json;
+  json["ratio"] = {{"peak", ratio_to_base(quantity, run, Statistic::peak)},
+                   {"rms", ratio_to_base(quantity, run, Statistic::rms)},
+                   {"mean", ratio_to_base(quantity, run, Statistic::mean)},
+                   {"range", ratio_to_base(quantity, run, Statistic::range)}};
+  json["difference"] = difference_json(quantity.differences[run]);
+  return json;
+}
+
+Json quantity_json(const ComparedQuantity& quantity, const ComparedRuns& compared) {
+  Json json = {{"quantity", quantity.quantity}, {"unit", quantity.unit}, {"runs", Json::object()}};
+  for (std::size_t run = 0; run < compared.runs.size(); ++run)
+    json["runs"][compared.runs[run].name] = metric_of_run_json(quantity, run);
+  return json;
+}
+
+}  // namespace
+
+Json verdict_json(const RequirementVerdict& verdict) {
+  Json json = {{"requirement", verdict.requirement},
+               {"run", verdict.run.empty() ? Json(nullptr) : Json(verdict.run)},
+               {"holds", verdict.holds},
+               {"outcome", describe_verdict(verdict)},
+               {"comparisons", Json::array()},
+               {"missing", verdict.missing}};
+  for (const JudgedComparison& judged : verdict.compared) {
+    json["comparisons"].push_back({{"left_text", judged.left_text},
+                                   {"relation", relation_symbol(judged.relation)},
+                                   {"right_text", judged.right_text},
+                                   {"left", judged.left},
+                                   {"right", judged.right},
+                                   {"unit", judged.unit},
+                                   {"holds", judged.holds()},
+                                   {"margin", judged.margin()},
+                                   {"margin_percent", judged.margin_percent()}});
+  }
+  return json;
+}
+
+std::string comparison_json(const ComparedRuns& compared, const std::vector<RequirementVerdict>& verdicts) {
+  Json json = {{"base", compared.runs.front().name}};
+  json["runs"] = Json::array();
+  for (const ComparedRuns::Run& run : compared.runs) json["runs"].push_back(run_json(run));
+  json["quantities"] = Json::array();
+  for (const ComparedQuantity& quantity : compared.quantities)
+    json["quantities"].push_back(quantity_json(quantity, compared));
+  json["notes"] = compared.notes;
+  json["requirements"] = Json::array();
+  for (const RequirementVerdict& verdict : verdicts) json["requirements"].push_back(verdict_json(verdict));
+  json["all_hold"] = do_all_hold(verdicts);
+  return format_json(json);
+}
+
+JunitSuite make_verdict_suite(const std::string& name, const std::vector<RequirementVerdict>& verdicts) {
+  JunitSuite suite{name, {}};
+  for (const RequirementVerdict& verdict : verdicts) {
+    JunitCase one;
+    one.group = verdict.run.empty() ? name : verdict.run;
+    one.name = verdict.requirement;
+    if (verdict.holds) {
+      one.output = describe_verdict(verdict);
+    } else {
+      one.status = JunitCase::Status::failed;
+      one.kind = "requirement";
+      one.message = describe_verdict(verdict);
+      for (const JudgedComparison& judged : verdict.compared) {
+        one.details +=
+            fmt::format("{} = {:.17g}\n{} = {:.17g}\n", judged.left_text, judged.left, judged.right_text, judged.right);
+      }
+    }
+    suite.cases.push_back(std::move(one));
+  }
+  return suite;
+}
+
+namespace {
+
+const char* const missing = "-";
+
+std::string cell(double value) { return std::isnan(value) ? missing : format_number(value); }
+std::string ratio_cell(double ratio) { return std::isnan(ratio) ? missing : fmt::format("{:#.4g}", ratio); }
+
+bool is_main(const std::string& quantity) {
+  for (const char* name : {"torque", "power", "shaking_force", "shaking_moment", "joint_force", "joint_moment"}) {
+    if (quantity == name) return true;
+  }
+  return quantity.starts_with("torque[") || quantity.starts_with("force[") || quantity.starts_with("power[");
+}
+
+bool is_shown(const ComparedQuantity& quantity, QuantitySelection shown) {
+  return shown == QuantitySelection::all || is_main(quantity.quantity);
+}
+
+void add_column(TextTable& table, const std::string& heading, Align align) {
+  table.heading.push_back(heading);
+  table.align.push_back(align);
+}
+
+/// A name and its ratio to the base for every run but the base, which has no ratio.
+void add_run_columns(TextTable& table, const ComparedRuns& compared) {
+  for (std::size_t run = 0; run < compared.runs.size(); ++run) {
+    add_column(table, compared.runs[run].name, Align::right);
+    if (run > 0) add_column(table, "ratio", Align::right);
+  }
+}
+
+TitledTextTable runs_table(const ComparedRuns& compared) {
+  TextTable table;
+  for (const char* heading : {"run", "file", "mechanism", "trajectory"}) add_column(table, heading, Align::left);
+  for (const char* heading : {"duration [s]", "samples"}) add_column(table, heading, Align::right);
+  for (const ComparedRuns::Run& run : compared.runs) {
+    table.rows.push_back({run.name, escape_for_terminal(run.file), run.title,
+                          fmt::format("{} ({}, drive {})", run.trajectory, run.law, run.drive),
+                          fmt::format("{:.6g}", run.duration), std::to_string(run.samples)});
+  }
+  return {"runs; ratios and differences are to " + compared.runs.front().name, table};
+}
+
+TitledTextTable figure_table(const ComparedRuns& compared, Statistic figure, const char* title,
+                             QuantitySelection shown) {
+  TextTable table;
+  for (const char* heading : {"quantity", "unit"}) add_column(table, heading, Align::left);
+  add_run_columns(table, compared);
+  for (const ComparedQuantity& quantity : compared.quantities) {
+    if (!is_shown(quantity, shown)) continue;
+    std::vector<std::string> row = {quantity.quantity, quantity.unit};
+    for (std::size_t run = 0; run < compared.runs.size(); ++run) {
+      const auto& metric = quantity.metrics[run];
+      row.push_back(metric ? cell(statistic_of(*metric, figure)) : missing);
+      if (run > 0) row.push_back(ratio_cell(ratio_to_base(quantity, run, figure)));
+    }
+    table.rows.push_back(std::move(row));
+  }
+  return {title, table};
+}
+
+std::string percent_of_peak(const ComparedQuantity& quantity, double value) {
+  const auto& base = quantity.metrics.front();
+  return base && base->peak > 0 ? format_percent(100 * value / base->peak) : missing;
+}
+
+TitledTextTable difference_table(const ComparedRuns& compared, QuantitySelection shown) {
+  TextTable table;
+  for (const char* heading : {"quantity", "unit"}) add_column(table, heading, Align::left);
+  for (std::size_t run = 1; run < compared.runs.size(); ++run) {
+    add_column(table, compared.runs[run].name, Align::right);
+    for (const char* heading : {"of peak", "rms"}) add_column(table, heading, Align::right);
+  }
+  for (const ComparedQuantity& quantity : compared.quantities) {
+    if (!is_shown(quantity, shown)) continue;
+    std::vector<std::string> row = {quantity.quantity, quantity.unit};
+    for (std::size_t run = 1; run < compared.runs.size(); ++run) {
+      const auto& difference = quantity.differences[run];
+      row.push_back(difference ? cell(difference->largest) : missing);
+      row.push_back(difference ? percent_of_peak(quantity, difference->largest) : missing);
+      row.push_back(difference ? cell(difference->rms) : missing);
+    }
+    table.rows.push_back(std::move(row));
+  }
+  return {"largest difference at the same time", table};
+}
+
+TitledTextTable energy_table(const ComparedRuns& compared) {
+  TextTable table;
+  for (const char* heading : {"quantity", "unit"}) add_column(table, heading, Align::left);
+  add_run_columns(table, compared);
+  const double base = compared.runs.front().energy;
+  std::vector<std::string> row = {"energy", "J"};
+  for (std::size_t run = 0; run < compared.runs.size(); ++run) {
+    const double energy = compared.runs[run].energy;
+    row.push_back(cell(energy));
+    if (run > 0) row.push_back(base == 0 ? missing : ratio_cell(energy / base));
+  }
+  table.rows.push_back(std::move(row));
+  return {"moved by the actuators", table};
+}
+
+}  // namespace
+
+std::vector<TitledTextTable> make_comparison_tables(const ComparedRuns& compared, QuantitySelection shown) {
+  return {runs_table(compared),
+          figure_table(compared, Statistic::peak, "peak", shown),
+          figure_table(compared, Statistic::rms, "rms", shown),
+          figure_table(compared, Statistic::mean, "mean", shown),
+          figure_table(compared, Statistic::range, "range", shown),
+          energy_table(compared),
+          difference_table(compared, shown)};
+}
+
+TextTable verdict_table(const std::vector<RequirementVerdict>& verdicts) {
+  TextTable table;
+  for (const char* heading : {"", "requirement", "run", "outcome"}) add_column(table, heading, Align::left);
+  for (const RequirementVerdict& verdict : verdicts) {
+    table.rows.push_back(
+        {verdict.holds ? "ok" : "FAILED", verdict.requirement, verdict.run, describe_verdict(verdict)});
+  }
+  return table;
+}
+
+std::string format_verdict_count(const std::vector<RequirementVerdict>& verdicts) {
+  const auto holding =
+      std::count_if(verdicts.begin(), verdicts.end(), [](const RequirementVerdict& one) { return one.holds; });
+  return fmt::format("{} of {} requirement{} met", holding, verdicts.size(), verdicts.size() == 1 ? "" : "s");
+}
+
+namespace {
+
+std::string number(double value) { return std::isfinite(value) ? fmt::format("{:.17g}", value) : ""; }
+
+class CsvRows {
+ public:
+  explicit CsvRows(const ComparedRuns& compared) : compared_(compared) {}
+
+  void add(const std::string& quantity, const std::string& unit, const char* figure, std::size_t run, double value,
+           double ratio = NAN) {
+    text_ += fmt::format("{},{},{},{},{},{}\n", escape_csv_field(quantity), escape_csv_field(unit), figure,
+                         escape_csv_field(compared_.runs[run].name), number(value), number(ratio));
+  }
+
+  void add(const ComparedQuantity& q, std::size_t run) {
+    const auto& metric = q.metrics[run];
+    for (const auto& [figure, name] : {std::pair{Statistic::peak, "peak"},
+                                       {Statistic::rms, "rms"},
+                                       {Statistic::mean, "mean"},
+                                       {Statistic::range, "range"}}) {
+      add(q.quantity, q.unit, name, run, metric ? statistic_of(*metric, figure) : NAN, ratio_to_base(q, run, figure));
+    }
+    add(q.quantity, "s", "peak_time", run, metric ? metric->peak_time : NAN);
+    if (run == 0) return;
+    const std::optional<Difference>& difference = q.differences[run];
+    add(q.quantity, q.unit, "largest_difference", run, difference ? difference->largest : NAN);
+    add(q.quantity, "s", "difference_time", run, difference ? difference->time : NAN);
+    add(q.quantity, q.unit, "rms_difference", run, difference ? difference->rms : NAN);
+  }
+
+  const std::string& text() const { return text_; }
+
+ private:
+  const ComparedRuns& compared_;
+  std::string text_ = "quantity,unit,figure,run,value,ratio\n";
+};
+
+}  // namespace
+
+std::string format_verdict_line(const RequirementVerdict& verdict) {
+  return escape_for_terminal(fmt::format("{:<6} {}{}{}{}: {}", verdict.holds ? "ok" : "FAILED", verdict.requirement,
+                                         verdict.run.empty() ? "" : " [", verdict.run, verdict.run.empty() ? "" : "]",
+                                         describe_verdict(verdict)));
+}
+
+std::string format_verdicts(const std::vector<RequirementVerdict>& verdicts) {
+  std::string text;
+  for (const RequirementVerdict& verdict : verdicts) text += format_verdict_line(verdict) + "\n";
+  return text;
+}
+
+std::string comparison_text(const ComparedRuns& compared, const std::vector<RequirementVerdict>& verdicts,
+                            QuantitySelection shown) {
+  std::string text;
+  for (const TitledTextTable& one : make_comparison_tables(compared, shown)) {
+    text += one.title + "\n\n" + format_table(one.table) + "\n";
+  }
+  for (const std::string& note : compared.notes) text += "note: " + escape_for_terminal(note) + "\n";
+  if (!compared.notes.empty() && !verdicts.empty()) text += "\n";
+  if (!verdicts.empty()) text += format_verdicts(verdicts) + "\n" + format_verdict_count(verdicts) + "\n";
+  if (text.ends_with("\n\n")) text.pop_back();
+  return text;
+}
+
+std::string comparison_markdown(const ComparedRuns& compared, const std::vector<RequirementVerdict>& verdicts,
+                                QuantitySelection shown) {
+  std::string text = "# Comparison with " + escape_markdown(compared.runs.front().name) + "\n";
+  if (!verdicts.empty()) {
+    constexpr std::size_t requirement = 1;
+    text += "\n## Requirements\n\n" + format_verdict_count(verdicts) + ".\n\n" +
+            format_markdown_table(verdict_table(verdicts), {requirement});
+  }
+  for (const TitledTextTable& one : make_comparison_tables(compared, shown)) {
+    std::string title = one.title;
+    title[0] = static_cast<char>(std::toupper(static_cast<unsigned char>(title[0])));
+    text += "\n## " + escape_markdown(title) + "\n\n" + format_markdown_table(one.table);
+  }
+  for (const std::string& note : compared.notes) text += "\nNote: " + escape_markdown(note) + "\n";
+  return text;
+}
+
+std::string comparison_csv(const ComparedRuns& compared) {
+  CsvRows rows(compared);
+  for (const ComparedQuantity& quantity : compared.quantities) {
+    for (std::size_t run = 0; run < compared.runs.size(); ++run) rows.add(quantity, run);
+  }
+  const double base = compared.runs.front().energy;
+  for (std::size_t run = 0; run < compared.runs.size(); ++run) {
+    const double energy = compared.runs[run].energy;
+    rows.add("energy", "J", "total", run, energy, base == 0 ? NAN : energy / base);
+  }
+  return rows.text();
+}
+
+}  // namespace balance

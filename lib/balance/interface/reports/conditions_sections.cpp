@@ -1,0 +1,354 @@
+#include "balance/interface/reports/conditions_sections.hpp"
+
+#include "balance/foundation/base/elementary.hpp"
+#include "balance/foundation/numerics/extrema.hpp"
+#include "balance/interface/files/text_table.hpp"
+#include "balance/interface/reports/status_names.hpp"
+#include "balance/synthesis/conditions/condition_text.hpp"
+#include "balance/synthesis/conditions/conditions.hpp"
+#include "balance/synthesis/design/solve_design.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace balance {
+
+std::string conditions_json(const ConditionsReportData& view, const std::vector<std::string>& warnings) {
+  Json json = {{"mechanism", view.title}, {"goal", goals_json(view.conditions.goals)}};
+  json["meaning"] = Json::array();
+  for (const Goal& goal : view.conditions.goals) json["meaning"].push_back(describe_goal(goal));
+  json["strategy"] = view.strategy;
+  json["status"] = name_of(view.conditions.status);
+  add_conditions(json, view);
+  json["warnings"] = warnings;
+  return format_json(json);
+}
+
+namespace {
+
+Json terms_json(const ConditionsReportData& view, int row) {
+  const Conditions& c = view.conditions;
+  const double max_abs_entry = max_abs(c.matrix.row(row));
+  Json terms = Json::array();
+  for (Eigen::Index p = 0; p < c.parameter_columns(); ++p) {
+    const double coefficient = c.matrix(row, p);
+    if (std::abs(coefficient) <= 1e-12 * max_abs_entry) continue;
+    Json term = {{"parameter", c.parameters[static_cast<std::size_t>(p)].name}, {"coefficient", coefficient}};
+    if (const CoefficientFormula* formula = view.names.find(row, static_cast<int>(p)))
+      term["name"] = formula_text(*formula, view.names.symbols);
+    terms.push_back(std::move(term));
+  }
+  return terms;
+}
+
+/// The right-hand side: known terms, with what they come to.
+void add_right_hand_side(Json& json, const ConditionsReportData& view, int row) {
+  const Conditions& c = view.conditions;
+  const double max_abs_entry = max_abs(c.matrix.row(row));
+  double sum = 0;
+  Json terms = Json::array();
+  for (Eigen::Index p = c.parameter_columns(); p < c.matrix.cols(); ++p) {
+    const double coefficient = -c.matrix(row, p);
+    if (std::abs(coefficient) <= 1e-12 * max_abs_entry) continue;
+    const double value = c.known_term_values[p - c.parameter_columns()];
+    terms.push_back(
+        {{"term", c.parameters[static_cast<std::size_t>(p)].name}, {"coefficient", coefficient}, {"value", value}});
+    sum += coefficient * value;
+  }
+  json["known"] = std::move(terms);
+  json["right_hand_side"] = sum;
+}
+
+Json staying_json(const ConditionsReportData& view) {
+  Json list = Json::array();
+  for (const UnbalancedRemainder& staying : view.unbalanced_remainder) {
+    const ParameterOwner bearer = staying.element.bearer;
+    Json one = {{"kind", bearer == ParameterOwner::friction ? "friction"
+                         : bearer == ParameterOwner::spring ? "spring"
+                                                            : "load"},
+                {"name", staying.element.name},
+                {"text", staying.text},
+                {"terms", Json::array()},
+                {"efforts", Json::array()},
+                {"unknown", Json::array()}};
+    for (const auto& unknown : staying.failed_trajectories)
+      one["unknown"].push_back({{"along", unknown.trajectory.empty() ? Json(nullptr) : Json(unknown.trajectory)},
+                                {"reason", unknown.reason}});
+    for (const int term : staying.element.terms)
+      one["terms"].push_back(view.conditions.parameters[static_cast<std::size_t>(term)].name);
+    for (const RemainderEffort& effort : staying.efforts)
+      one["efforts"].push_back({{"along", effort.trajectory.empty() ? Json(nullptr) : Json(effort.trajectory)},
+                                {"actuator", effort.actuator},
+                                {"peak", effort.magnitude},
+                                {"unit", effort.unit}});
+    list.push_back(std::move(one));
+  }
+  return list;
+}
+
+Json free_json(const ConditionsReportData& view, int row) {
+  Json free = Json::array();
+  for (const int number : view.free_number_indices[static_cast<std::size_t>(row)])
+    free.push_back(view.numbers[static_cast<std::size_t>(number)].key_path);
+  return free;
+}
+
+}  // namespace
+
+Json goals_json(const std::vector<Goal>& goals) {
+  if (goals.size() == 1) return goal_name(goals.front());
+  Json names = Json::array();
+  for (const Goal& goal : goals) names.push_back(goal_name(goal));
+  return names;
+}
+
+Json conditions_list_json(const ConditionsReportData& view) {
+  Json list = Json::array();
+  for (int row = 0; row < view.parameter_rows(); ++row) {
+    list.push_back({{"text", condition_text(view.conditions, row, view.names)},
+                    {"terms", terms_json(view, row)},
+                    {"residual", view.residuals[row]},
+                    {"met", view.is_met(row)},
+                    {"by_definition", static_cast<bool>(view.holds_by_definition[static_cast<std::size_t>(row)])},
+                    {"scale", view.conditions.row_scales[row]},
+                    {"free", free_json(view, row)},
+                    {"latex", condition_latex(view.conditions, row, view.names)}});
+    add_right_hand_side(list.back(), view, row);
+  }
+  return list;
+}
+
+void add_conditions(Json& json, const ConditionsReportData& view) {
+  const Conditions& c = view.conditions;
+  json["rank"] = view.parameter_rows();
+  json["gap"] = c.singular_value_gap;
+  json["gap_decades"] = c.singular_value_gap > 0 ? Json(elementary::log10(c.singular_value_gap)) : Json(nullptr);
+  json["singular_values"] = {{"smallest_kept", c.min_kept_singular_value},
+                             {"largest_dropped", c.max_dropped_singular_value}};
+  json["samples"] = c.samples;
+  json["parameters"] = Json::array();
+  for (Eigen::Index p = 0; p < c.parameter_columns(); ++p)
+    json["parameters"].push_back(c.parameters[static_cast<std::size_t>(p)].name);
+  json["symbols"] = Json::array();
+  for (const GeometricSymbol& s : view.names.symbols)
+    json["symbols"].push_back({{"name", s.label}, {"value", s.value}, {"unit", s.unit}});
+  json["conditions"] = conditions_list_json(view);
+  json["staying"] = staying_json(view);
+  Json notes = c.notes;
+  for (const std::string& note : view.names.notes) notes.push_back(note);
+  json["notes"] = std::move(notes);
+}
+
+namespace {
+
+constexpr std::size_t max_condition_width = 76;
+
+std::string plural(std::size_t count, const char* one, const char* many) {
+  return fmt::format("{} {}", count, count == 1 ? one : many);
+}
+
+std::string residual_text(const ConditionsReportData& view, int row) {
+  return view.is_met(row) ? "met" : fmt::format("{:.2g}", std::abs(view.residuals[row]));
+}
+
+/// Rows for one condition: further lines of a long one have only that cell.
+void add_rows(TextTable& table, const ConditionsReportData& view, int row) {
+  const auto lines = wrap_condition(view, row, max_condition_width);
+  std::vector<std::string> free;
+  for (const int number : view.free_number_indices[static_cast<std::size_t>(row)])
+    free.push_back(view.numbers[static_cast<std::size_t>(number)].key_path);
+  const bool with_free = table.heading.size() > 3;
+  const std::size_t height = std::max(lines.size(), with_free ? free.size() : 0);
+  for (std::size_t i = 0; i < height; ++i) {
+    std::vector<std::string> cells = {i == 0 ? std::to_string(row + 1) : "", i < lines.size() ? lines[i] : "",
+                                      i == 0 ? residual_text(view, row) : ""};
+    if (with_free) cells.push_back(i < free.size() ? free[i] : (i == 0 ? "nothing free" : ""));
+    table.rows.push_back(std::move(cells));
+  }
+}
+
+std::string table_text(const ConditionsReportData& view) {
+  TextTable table{{"no", "condition", "now"}, {Align::right, Align::left, Align::right}, {}};
+  if (!view.numbers.empty()) {
+    table.heading.push_back("depends on");
+    table.align.push_back(Align::left);
+  }
+  for (int row = 0; row < view.parameter_rows(); ++row)
+    if (!view.holds_by_definition[static_cast<std::size_t>(row)]) add_rows(table, view, row);
+  return table.rows.empty() ? "" : format_table(table) + "\n";
+}
+
+std::string heading_text(const ConditionsReportData& view) {
+  const Conditions& c = view.conditions;
+  std::string text = fmt::format("{}: {} conditions{}\n", view.title, join_goal_names(c.goals),
+                                 view.strategy == "modular" ? ", chain by chain" : "");
+  for (const Goal& goal : c.goals) text += describe_goal(goal) + "\n";
+  text += fmt::format("\nrank {} of {}", view.parameter_rows(),
+                      plural(static_cast<std::size_t>(c.parameter_columns()), "parameter", "parameters"));
+  if (c.rank > 0 && c.singular_value_gap > 0)
+    text += fmt::format(", gap {:.1f} decades", elementary::log10(c.singular_value_gap));
+  if (c.samples > 0) text += ", " + plural(static_cast<std::size_t>(c.samples), "sample", "samples");
+  return text + "\n\n";
+}
+
+std::string closing_text(const ConditionsReportData& view) {
+  std::vector<int> hidden;
+  long open = 0;
+  for (int row = 0; row < view.parameter_rows(); ++row) {
+    if (view.holds_by_definition[static_cast<std::size_t>(row)]) hidden.push_back(row + 1);
+    if (!view.is_met(row)) ++open;
+  }
+  std::string text;
+  if (!hidden.empty())
+    text += fmt::format("{} {} for every disc that is symmetrical about its axis\n", format_ranges(hidden),
+                        hidden.size() == 1 ? "holds" : "hold");
+  if (view.parameter_rows() == 0 && !view.unbalanced_remainder.empty()) return text;
+  if (view.parameter_rows() == 0) return text + "nothing is asked for: the mechanism is balanced as it is\n";
+  if (open == 0)
+    return text + (view.unbalanced_remainder.empty() ? "all are met\n" : "all that masses can meet are met\n");
+  return text + fmt::format("{} of {} not met: now is what is missing, relative to the size of the terms\n", open,
+                            view.parameter_rows());
+}
+
+std::string effort_text(const RemainderEffort& effort) {
+  return fmt::format("{:.4g} {} at {} {}", effort.magnitude, effort.unit, effort.actuator,
+                     effort.trajectory.empty() ? "at rest" : "along " + effort.trajectory);
+}
+
+}  // namespace
+
+std::string format_ranges(const std::vector<int>& rows) {
+  std::string text;
+  for (std::size_t i = 0; i < rows.size();) {
+    std::size_t end = i + 1;
+    while (end < rows.size() && rows[end] == rows[end - 1] + 1) ++end;
+    text += text.empty() ? "" : ", ";
+    text += std::to_string(rows[i]);
+    if (end - i > 1) text += (end - i == 2 ? ", " : "-") + std::to_string(rows[end - 1]);
+    i = end;
+  }
+  return text;
+}
+
+std::vector<std::string> wrap_condition(const ConditionsReportData& view, int row, std::size_t width) {
+  const std::string text = condition_text(view.conditions, row, view.names);
+  std::vector<std::string> lines;
+  std::string line, term;
+  const auto finish_term = [&] {
+    // Further lines are indented by four.
+    const std::size_t room = lines.empty() ? width : width - 4;
+    if (!line.empty() && line.size() + 1 + term.size() > room) {
+      lines.push_back((lines.empty() ? "" : "    ") + line);
+      line.clear();
+    }
+    line += (line.empty() ? "" : " ") + term;
+    term.clear();
+  };
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    // A term begins with its sign; signs inside brackets belong to their term.
+    const bool sign = text.compare(i, 3, " + ") == 0 || text.compare(i, 3, " - ") == 0;
+    const auto depth = std::count(term.begin(), term.end(), '(') - std::count(term.begin(), term.end(), ')');
+    if (sign && depth == 0)
+      finish_term();
+    else
+      term += text[i];
+  }
+  finish_term();
+  lines.push_back((lines.empty() ? "" : "    ") + line);
+  return lines;
+}
+
+std::string symbols_text(const ConditionsReportData& view) {
+  std::string text;
+  for (const auto* symbols : {&view.names.symbols, &view.known_terms}) {
+    for (const GeometricSymbol& symbol : *symbols) {
+      text += (text.empty() ? "" : ", ") + fmt::format("{} = {:.6g}", symbol.label, symbol.value);
+      if (symbol.unit != "1") text += " " + symbol.unit;
+    }
+  }
+  return text;
+}
+
+std::string format_remainder(const ConditionsReportData& view) {
+  if (view.unbalanced_remainder.empty()) return "";
+  std::string text = "cannot be balanced by masses or springs, and stays:\n";
+  for (const UnbalancedRemainder& staying : view.unbalanced_remainder) {
+    text += "  " + staying.text + "\n";
+    for (const RemainderEffort& effort : staying.efforts) text += "      up to " + effort_text(effort) + "\n";
+    for (const auto& unknown : staying.failed_trajectories)
+      if (unknown.trajectory.empty()) text += "      not known at rest: " + unknown.reason + "\n";
+  }
+  std::vector<std::string> lost;
+  for (const UnbalancedRemainder& staying : view.unbalanced_remainder)
+    for (const auto& unknown : staying.failed_trajectories)
+      if (!unknown.trajectory.empty() && std::find(lost.begin(), lost.end(), unknown.trajectory) == lost.end())
+        lost.push_back(unknown.trajectory);
+  if (!lost.empty()) text += fmt::format("not known along {}, which cannot be followed\n", fmt::join(lost, ", "));
+  return text + "--without leaves it out\n";
+}
+
+std::string conditions_text(const ConditionsReportData& view) {
+  std::string text = heading_text(view) + table_text(view);
+  const std::string symbols = symbols_text(view);
+  if (!symbols.empty()) text += "where " + symbols + "\n";
+  text += closing_text(view) + format_remainder(view);
+  for (const std::string& note : view.conditions.notes) text += "note: " + note + "\n";
+  for (const std::string& note : view.names.notes) text += "note: " + note + "\n";
+  return text;
+}
+
+bool ConditionsReportData::is_met(int row) const { return std::abs(residuals[row]) <= condition_tolerance; }
+
+namespace {
+
+std::string unit_of(const Parameter& term) {
+  switch (term.kind) {
+    case ParameterKind::force: return "N";
+    case ParameterKind::viscous: return term.length_power == 0 ? "N s/m" : "N m s/rad";
+    case ParameterKind::coulomb: return term.length_power == 1 ? "N" : "N m";
+    default: return "N m";
+  }
+}
+
+/// Known terms of the conditions that hold parameters, too.
+std::vector<GeometricSymbol> known_values_of(const Conditions& conditions, const VectorX& values) {
+  std::vector<GeometricSymbol> known;
+  for (Eigen::Index column = conditions.parameter_columns(); column < values.size(); ++column) {
+    const Parameter& term = conditions.parameters[static_cast<std::size_t>(column)];
+    if (!conditions.matrix.col(column).head(conditions.parameter_rows()).isZero(0))
+      known.push_back({term.name, unit_of(term), values[column], {}});
+  }
+  return known;
+}
+
+}  // namespace
+
+void evaluate_conditions(ConditionsReportData& view, const Mechanism& mechanism,
+                         const std::vector<Trajectory>& trajectories, const ConditionOptions& options) {
+  const VectorX values = term_values(mechanism, options.loose_springs);
+  view.conditions.known_term_values = values.tail(view.conditions.known_term_values.size());
+  view.residuals = scaled_residuals(view.conditions, values);
+  view.known_terms = known_values_of(view.conditions, values);
+  view.unbalanced_remainder = list_unbalanced_remainders(mechanism, trajectories, view.conditions, options);
+  // what a free number may change is left to the design
+  std::erase_if(view.unbalanced_remainder, [&](const UnbalancedRemainder& staying) {
+    const auto& rows = staying.element.rows;
+    return std::any_of(rows.begin(), rows.end(),
+                       [&](int row) { return !view.free_number_indices[static_cast<std::size_t>(row)].empty(); });
+  });
+  view.holds_by_definition.clear();
+  for (int row = 0; row < view.residuals.size(); ++row)
+    view.holds_by_definition.push_back(view.is_met(row) && is_met_by_symmetric_discs(view.conditions, row, mechanism));
+}
+
+FreeSprings loose_springs_of(const Conditions& conditions, const Mechanism& mechanism) {
+  FreeSprings loose(mechanism.springs.size(), false);
+  for (const Parameter& p : conditions.parameters)
+    if (p.owner_kind == ParameterOwner::spring && p.slot > 0) loose[static_cast<std::size_t>(p.index)] = true;
+  return loose;
+}
+
+}  // namespace balance

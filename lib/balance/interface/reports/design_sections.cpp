@@ -1,0 +1,774 @@
+#include "balance/interface/reports/design_sections.hpp"
+
+#include "balance/interface/files/atomic_file.hpp"
+#include "balance/interface/files/result_group.hpp"
+#include "balance/interface/files/text_table.hpp"
+#include "balance/interface/reports/conditions_sections.hpp"
+#include "balance/interface/reports/load_case_sections.hpp"
+#include "balance/interface/reports/status_names.hpp"
+#include "balance/mechanics/results/metrics.hpp"
+#include "balance/mechanics/results/quantities.hpp"
+#include "balance/mechanics/results/round_off.hpp"
+#include "balance/mechanics/trajectory/trajectory.hpp"
+#include "balance/synthesis/design/objective_builder.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <span>
+
+namespace balance {
+
+namespace {
+
+std::vector<std::string> names_of(const DesignReport& report, std::size_t choice, bool kept) {
+  std::vector<std::string> names;
+  const std::vector<bool>& all = report.outcome.selection->kept[choice];
+  for (std::size_t k = 0; k < all.size(); ++k)
+    if (all[k] == kept) names.push_back(report.cardinality_constraints[choice].elements[k].name);
+  return names;
+}
+
+std::string joined(const std::vector<std::string>& names) {
+  std::string text;
+  for (std::size_t i = 0; i < names.size(); ++i)
+    text += (i == 0 ? "" : i + 1 == names.size() ? " and " : ", ") + names[i];
+  return text;
+}
+
+std::string sentence(const std::vector<std::string>& names, const char* what) {
+  if (names.empty()) return std::string("none is ") + what;
+  return fmt::format("{} {} {}", joined(names), names.size() == 1 ? "is" : "are", what);
+}
+
+}  // namespace
+
+std::string format_optional_elements(const DesignReport& report) {
+  if (!report.outcome.selection) return "";
+  std::string text;
+  for (std::size_t c = 0; c < report.cardinality_constraints.size(); ++c)
+    text += fmt::format("{}: {}, {}\n", report.cardinality_constraints[c].kind,
+                        sentence(names_of(report, c, true), "kept"), sentence(names_of(report, c, false), "left out"));
+  if (report.outcome.selection->min_count >= 0)
+    text += fmt::format("fewest: {} of them are enough, {}\n", report.outcome.selection->min_count,
+                        report.outcome.selection->is_min_count_proved ? "and it is proved that fewer are not"
+                                                                      : "but it is not shown that fewer are not");
+  return text;
+}
+
+Json optional_elements_json(const DesignReport& report) {
+  if (!report.outcome.selection) return nullptr;
+  const ElementSelection& chosen = *report.outcome.selection;
+  Json choices = Json::array();
+  for (std::size_t c = 0; c < report.cardinality_constraints.size(); ++c)
+    choices.push_back(
+        {{"section", report.cardinality_constraints[c].kind},
+         {"most", report.cardinality_constraints[c].max_count < 0 ? Json("least")
+                                                                  : Json(report.cardinality_constraints[c].max_count)},
+         {"kept", names_of(report, c, true)},
+         {"left_out", names_of(report, c, false)}});
+  return {{"choices", std::move(choices)},
+          {"least", chosen.min_count < 0 ? Json(nullptr) : Json(chosen.min_count)},
+          {"least_proved", chosen.min_count < 0 ? Json(nullptr) : Json(chosen.is_min_count_proved)}};
+}
+
+std::vector<OptionalElementText> list_omitted_elements(const DesignReport& report) {
+  std::vector<OptionalElementText> all;
+  if (!report.outcome.selection) return all;
+  for (std::size_t c = 0; c < report.cardinality_constraints.size(); ++c)
+    for (const std::string& name : names_of(report, c, false))
+      for (const OptionalElementText& one : report.study_before.design.cardinality[c].elements)
+        if (one.name == name) all.push_back(one);
+  return all;
+}
+
+namespace {
+
+using Dimension = Hdf5Writer::Dimension;
+using Group = Hdf5Writer::Group;
+
+constexpr Group root_group{};
+
+std::span<const double> values_of(const VectorX& values) {
+  return {values.data(), static_cast<std::size_t>(values.size())};
+}
+
+void add_scalar(Hdf5Writer& file, const char* name, const char* long_name, const std::string& units, double value) {
+  file.add_variable(root_group, {name, long_name, units, {}, {}}, std::span(&value, 1));
+}
+
+void describe_design(Hdf5Writer& file, const DesignReportData& view) {
+  const DesignOutcome& outcome = view.report.outcome;
+  file.set_attribute(root_group, "formulation", "tree");
+  file.set_attribute(root_group, "goal", join_goal_names(outcome.conditions.goals));
+  file.set_attribute(root_group, "strategy", view.conditions.strategy);
+  file.set_attribute(root_group, "status", name_of(outcome.status));
+  file.set_attribute(root_group, "optimality", name_of(outcome.optimality));
+  file.set_attribute(root_group, "tried", outcome.search_summary);
+  file.set_attribute(root_group, "proved", outcome.is_proved_infeasible ? "yes" : "no");
+  file.set_attribute(root_group, "method", name_of(outcome.method));
+  file.set_attribute(root_group, "reason", outcome.reason);
+  file.set_attribute(root_group, "proof", outcome.certificate ? outcome.certificate->statement : "");
+  file.set_attribute(root_group, "objective", view.objective);
+}
+
+void add_numbers(Hdf5Writer& file, const DesignReport& report) {
+  std::vector<std::string> paths;
+  VectorX lower(report.before.size()), upper(report.before.size());
+  for (std::size_t i = 0; i < report.free_numbers.size(); ++i) {
+    paths.push_back(report.free_numbers[i].key_path);
+    lower[static_cast<Eigen::Index>(i)] = report.free_numbers[i].lower;
+    upper[static_cast<Eigen::Index>(i)] = report.free_numbers[i].upper;
+  }
+  const Dimension number = file.add_dimension(root_group, {"free_number", "key path in the spec", "1", {}, {}}, paths);
+  const auto add = [&](const char* name, const char* long_name, const VectorX& values) {
+    file.add_variable(root_group, {name, long_name, "mixed", {number}, {}}, values_of(values));
+  };
+  add("lower", "lower bound, SI; free parameters as written", lower);
+  add("upper", "upper bound", upper);
+  add("start", "value in the mechanism before, the spec's start values", report.before);
+  add("value", "value in the designed mechanism", report.outcome.x);
+}
+
+void add_conditions(Hdf5Writer& file, const DesignReportData& view) {
+  const Conditions& c = view.conditions.conditions;
+  if (c.matrix.rows() == 0) return;
+  std::vector<std::string> texts, names;
+  for (int row = 0; row < static_cast<int>(c.matrix.rows()); ++row)
+    texts.push_back(condition_text(c, row, view.conditions.names));
+  for (const Parameter& p : c.parameters) names.push_back(p.name);
+  const Dimension condition = file.add_dimension(root_group, {"condition", "what must vanish", "1", {}, {}}, texts);
+  const Dimension parameter = file.add_dimension(root_group, {"parameter", "inertial parameter", "1", {}, {}}, names);
+  const Samples matrix = c.matrix;
+  file.add_variable(root_group,
+                    {"condition_matrix",
+                     "coefficients of the conditions at the designed geometry",
+                     "mixed",
+                     {condition, parameter},
+                     {{"smallest_kept", {c.min_kept_singular_value}},
+                      {"largest_dropped", {c.max_dropped_singular_value}},
+                      {"gap", {c.singular_value_gap}}}},
+                    std::span(matrix.data(), static_cast<std::size_t>(matrix.size())));
+  const auto add = [&](const char* name, const char* long_name, const char* units, const VectorX& values) {
+    file.add_variable(root_group, {name, long_name, units, {condition}, {}}, values_of(values));
+  };
+  add("condition_scale", "size of the terms, by which residuals are divided", "mixed", c.row_scales);
+  add("residual_before", "scaled residual of the mechanism before", "1", view.residuals_before);
+  add("residual_after", "scaled residual of the designed mechanism", "1", view.conditions.residuals);
+}
+
+void add_sizes(Hdf5Writer& file, const DesignReportData& view) {
+  const DesignReport& report = view.report;
+  add_scalar(file, "mass_before", "mass of everything that moves, before", "kg", report.mass_before);
+  add_scalar(file, "mass_after", "mass of everything that moves, designed", "kg", report.mass_after);
+  add_scalar(file, "inertia_before", "sum of the moments of inertia, before", "kg m^2", report.inertia_before);
+  add_scalar(file, "inertia_after", "sum of the moments of inertia, designed", "kg m^2", report.inertia_after);
+  add_scalar(file, "added_mass", "mass of counterweights and discs, designed", "kg", report.added_mass);
+  add_scalar(file, "added_inertia", "moments of inertia of counterweights and discs, designed", "kg m^2",
+             report.added_inertia);
+  if (view.objective.empty()) return;
+  const std::string unit = view.objective_unit.empty() ? "mixed" : view.objective_unit;
+  add_scalar(file, "objective_start", "what is minimized, at the start values", unit, report.outcome.start_objective);
+  add_scalar(file, "objective_value", "what is minimized, designed", unit, report.outcome.objective);
+  add_scalar(file, "objective_bound", "what no design is below, if known", unit, report.outcome.lower_bound);
+}
+
+Provenance description_of(const Study& study, const std::string& name) {
+  Provenance description;
+  description.trajectory = name;
+  const auto at = std::find_if(study.trajectories.begin(), study.trajectories.end(),
+                               [&](const Trajectory& trajectory) { return trajectory.name == name; });
+  if (at == study.trajectories.end()) return description;
+  description.law = law_name(*at);
+  description.drive = name_of(at->drive);
+  return description;
+}
+
+/// A run that did not come to its end has only attributes.
+void add_run(Hdf5Writer& file, Group parent, const RunResult& result, const Provenance& run,
+             const WriteOptions& options) {
+  // A slash would be a group of its own.
+  std::string name = run.trajectory;
+  std::replace(name.begin(), name.end(), '/', '_');
+  const Group group = file.add_group(parent, name);
+  write_run_attributes(file, group, run);
+  file.set_attribute(group, "status", name_of(result.outcome.status));
+  file.set_attribute(group, "reason", result.outcome.reason);
+  if (result.outcome.status == MotionStatus::done) write_result_variables(file, group, result, options);
+}
+
+void add_runs(Hdf5Writer& file, const DesignReport& report, const WriteOptions& options) {
+  if (report.comparisons.empty()) return;
+  const Group before = file.add_group("before"), after = file.add_group("after");
+  for (const TrajectoryComparison& c : report.comparisons) {
+    add_run(file, before, c.before, description_of(report.study_before, c.trajectory), options);
+    add_run(file, after, c.after, description_of(report.study_after, c.trajectory), options);
+  }
+}
+
+}  // namespace
+
+void write_design(const std::string& path, const DesignReportData& view, const Provenance& description,
+                  const WriteOptions& options) {
+  AtomicFile pending(path, options.existing, options.temporary_tag);
+  const bool compress = options.compression == Compression::gzip;
+  Hdf5Writer file(pending.descriptor(), path,
+                  compress ? Hdf5Writer::Storage::compressed : Hdf5Writer::Storage::contiguous);
+  write_source_attributes(file, description);
+  describe_design(file, view);
+  add_numbers(file, view.report);
+  add_conditions(file, view);
+  add_sizes(file, view);
+  add_runs(file, view.report, options);
+  file.close();
+  throw_if_cancelled(options);
+  pending.commit();
+}
+
+namespace {
+
+const char* name_of(FreeNumber::StartSource from) {
+  switch (from) {
+    case FreeNumber::StartSource::spec: return "start";
+    case FreeNumber::StartSource::zero_of_added_element: return "none";
+    case FreeNumber::StartSource::midpoint: return "middle";
+  }
+  return "";
+}
+
+Json numbers_list(const DesignReport& report) {
+  Json list = Json::array();
+  for (std::size_t i = 0; i < report.free_numbers.size(); ++i) {
+    const FreeNumber& number = report.free_numbers[i];
+    const auto k = static_cast<Eigen::Index>(i);
+    const double value = report.outcome.x[k];
+    const int bound = active_bound(number, value);
+    list.push_back({{"path", number.key_path},
+                    {"lower", number.lower},
+                    {"upper", number.upper},
+                    {"before", report.before[k]},
+                    {"before_from", name_of(number.start_source)},
+                    {"value", value},
+                    {"sizes", number.discrete_values.empty() ? Json(nullptr) : Json(number.discrete_values)},
+                    {"at_bound", bound < 0 ? Json("lower") : (bound > 0 ? Json("upper") : Json(nullptr))}});
+  }
+  return list;
+}
+
+Json proof_json(const DesignReportData& view) {
+  const auto& proof = view.report.outcome.certificate;
+  if (!proof) return nullptr;
+  const char* kind = proof->kind == InfeasibilityCertificate::Kind::sign     ? "sign"
+                     : proof->kind == InfeasibilityCertificate::Kind::cone   ? "cone"
+                     : proof->kind == InfeasibilityCertificate::Kind::bounds ? "bounds"
+                                                                             : "squares";
+  return {{"kind", kind},
+          {"sentence", proof->statement},
+          {"combination", numbers_json(proof->combination)},
+          {"coefficients", numbers_json(proof->coefficients)}};
+}
+
+Json run_json(const RunResult& result) {
+  Json json = {{"outcome", outcome_json(result.outcome)}, {"notes", result.outcome.notes}, {"metrics", Json::array()}};
+  for (const Metric& metric : result.metrics) json["metrics"].push_back(metric_json(metric));
+  if (result.outcome.status == MotionStatus::done) json["energy"] = result.energy;
+  return json;
+}
+
+Json comparison_json(const TrajectoryComparison& comparison) {
+  Json changes = Json::array();
+  for (const MetricChange& change : list_metric_changes(comparison)) {
+    const bool known = change.before != 0 && !std::isnan(change.before) && !std::isnan(change.after);
+    changes.push_back({{"quantity", change.quantity},
+                       {"unit", change.unit},
+                       {"figure", change.figure},
+                       {"before", change.before},
+                       {"after", change.after},
+                       {"ratio", known ? Json(change.after / change.before) : Json(nullptr)}});
+  }
+  return {{"trajectory", comparison.trajectory},
+          {"changes", std::move(changes)},
+          {"before", run_json(comparison.before)},
+          {"after", run_json(comparison.after)}};
+}
+
+Json freedom_json(const DesignReport& report) {
+  const SolutionSet& freedom = report.outcome.solution_set;
+  const auto counted = [](int count) { return count < 0 ? Json(nullptr) : Json(count); };
+  Json numbers = Json::array();
+  for (const int i : freedom.free_variables)
+    numbers.push_back(report.free_numbers[static_cast<std::size_t>(i)].key_path);
+  return {{"of_conditions", counted(freedom.dimension)},
+          {"left", counted(freedom.optimal_dimension)},
+          {"numbers", std::move(numbers)}};
+}
+
+Json effort_json(const SearchEffort& effort, bool interrupted) {
+  static constexpr const char* ends[] = {"nothing-searched", "goal-met", "all-starts-used", "proof", "time"};
+  const bool cut = interrupted && effort.termination == SearchEffort::Termination::time_limit;
+  return {{"starts", effort.starts},
+          {"local_searches", effort.local_searches},
+          {"same_end", effort.repeated_optima < 0 ? Json(nullptr) : Json(effort.repeated_optima)},
+          {"sets_of_lengths", effort.geometries},
+          {"evaluations", effort.evaluations},
+          {"ended_by", cut ? "interrupt" : ends[static_cast<int>(effort.termination)]}};
+}
+
+Json limits_json(const DesignReportData& view) {
+  const auto& limits = view.report.study_before.design.subject_to;
+  const auto& found = view.report.outcome.limits;
+  Json list = Json::array();
+  for (std::size_t k = 0; k < found.size(); ++k)
+    list.push_back({{"text", limits[k].text},
+                    {"value", found[k].value},
+                    {"relation", limits[k].is_lower ? ">=" : "<="},
+                    {"limit", limits[k].bound},
+                    {"unit", limits[k].unit},
+                    {"kept", found[k].violation <= limit_tolerance},
+                    {"active", found[k].is_active},
+                    {"violation", found[k].violation}});
+  return list;
+}
+
+Json robust_json(const DesignReportData& view) {
+  Json list = Json::array();
+  for (const RobustTerm& one : view.report.robust)
+    list.push_back({{"name", objective_text({one.term})},
+                    {"deviations", *one.term.deviation_multiple},
+                    {"value", one.figure.value},
+                    {"mean", one.figure.mean},
+                    {"deviation", one.figure.deviation},
+                    {"nominal", one.figure.nominal}});
+  return list;
+}
+
+void add_outcome(Json& json, const DesignReportData& view) {
+  const DesignOutcome& outcome = view.report.outcome;
+  json["status"] = name_of(outcome.status);
+  json["optimality"] = name_of(outcome.optimality);
+  json["tried"] = outcome.search_summary;
+  json["search"] = effort_json(outcome.effort, view.interrupted.has_value());
+  json["seconds"] = view.seconds;
+  json["proved"] = outcome.status == DesignStatus::infeasible ? Json(outcome.is_proved_infeasible) : Json(nullptr);
+  json["method"] = name_of(outcome.method);
+  json["reason"] = outcome.reason;
+  json["proof"] = proof_json(view);
+  // of the conditions listed below; what holds no parameter is told by `staying`
+  const auto listed = [&](const std::vector<int>& rows) {
+    std::vector<int> result;
+    for (const int row : rows)
+      if (row < view.conditions.parameter_rows()) result.push_back(row);
+    return result;
+  };
+  json["unmet_fixed"] = listed(outcome.unmet_fixed_conditions);
+  json["open"] = listed(outcome.unmet_conditions);
+  json["objective"] = {{"name", view.objective},
+                       {"unit", view.objective_unit},
+                       {"value", outcome.objective},
+                       {"start", outcome.start_objective},
+                       {"lower_bound", outcome.lower_bound},
+                       {"gap", outcome.gap()},
+                       {"global", outcome.optimality == Optimality::proved_global}};
+  if (!view.report.robust.empty()) json["objective"]["robust"] = robust_json(view);
+  json["freedom"] = freedom_json(view.report);
+  json["chosen"] = optional_elements_json(view.report);
+  json["constraints"] = limits_json(view);
+  json["least_violation"] = outcome.min_violation_bound;
+}
+
+void add_notes(Json& json, const DesignReportData& view) {
+  for (const auto* notes : {&view.report.outcome.notes, &view.report.notes})
+    for (const std::string& note : *notes) json["notes"].push_back(note);
+}
+
+}  // namespace
+
+std::string design_json(const DesignReportData& view, const std::vector<std::string>& files) {
+  const DesignReport& report = view.report;
+  Json json = {{"mechanism", view.conditions.title}, {"goal", goals_json(view.conditions.conditions.goals)}};
+  json["strategy"] = view.conditions.strategy;
+  add_outcome(json, view);
+  json["free_numbers"] = numbers_list(report);
+  add_conditions(json, view.conditions);
+  // Conditions show the designed mechanism; here is what they were before.
+  for (int row = 0; row < view.residuals_before.size(); ++row)
+    json["conditions"][static_cast<std::size_t>(row)]["residual_before"] = view.residuals_before[row];
+  json["mass"] = {{"before", report.mass_before}, {"after", report.mass_after}, {"added", report.added_mass}};
+  json["inertia"] = {
+      {"before", report.inertia_before}, {"after", report.inertia_after}, {"added", report.added_inertia}};
+  json["trajectories"] = Json::array();
+  for (const TrajectoryComparison& comparison : report.comparisons)
+    json["trajectories"].push_back(comparison_json(comparison));
+  add_load_cases(json, report);
+  add_notes(json, view);
+  json["warnings"] = view.warnings;
+  json["files"] = files;
+  return format_json(json);
+}
+
+namespace {
+
+/// Six digits; an exact zero is just that.
+std::string number_text(double value) {
+  if (std::isnan(value)) return "-";
+  return value == 0 ? "0" : format_number(value);
+}
+
+std::string ratio_text(double before, double after) {
+  if (!(before != 0) || std::isnan(before) || std::isnan(after)) return "-";
+  return after == 0 ? "0" : fmt::format("{:.4g}", after / before);
+}
+
+/// A gap of this part of the value is none.
+constexpr double gap_tolerance = 1e-12;
+
+bool is_proved_best(const DesignReportData& view) {
+  return view.report.outcome.optimality == Optimality::proved_global && !view.objective.empty();
+}
+
+/// Of a design that does not keep its limits.
+std::string headline_beyond_limits(const DesignOutcome& outcome, const std::string& goals) {
+  const bool impossible = outcome.status == DesignStatus::infeasible;
+  if (goals.empty())
+    return impossible ? "impossible: no choice of the free numbers keeps all limits"
+                      : "a compromise: not all limits are kept";
+  if (!outcome.unmet_conditions.empty())
+    return fmt::format("{}: not balanced for {}, and not all limits are kept",
+                       impossible ? "impossible" : "a compromise", goals);
+  return impossible
+             ? fmt::format("impossible: no choice of the free numbers that balances it for {} keeps all limits", goals)
+             : fmt::format("a compromise: balanced for {}, but not all limits are kept", goals);
+}
+
+std::string headline(const DesignReportData& view) {
+  const DesignOutcome& outcome = view.report.outcome;
+  const std::string goals = join_goal_names(outcome.conditions.goals);
+  if (!outcome.within_limits && outcome.status != DesignStatus::unsolved) return headline_beyond_limits(outcome, goals);
+  switch (outcome.status) {
+    case DesignStatus::unsolved: return "no design for " + goals;
+    case DesignStatus::balanced:
+      if (is_proved_best(view))
+        return fmt::format("balanced exactly for {}, with the least {} there is", goals, view.objective);
+      return "balanced exactly for " + goals;
+    case DesignStatus::compromise: return fmt::format("a compromise: not balanced for {}", goals);
+    case DesignStatus::infeasible:
+      return fmt::format("impossible: no choice of the free numbers balances it for {}", goals);
+    case DesignStatus::no_feasible_start:
+      return goals.empty() ? "no design was found" : fmt::format("no design for {} was found", goals);
+    case DesignStatus::no_goal:
+      if (is_proved_best(view)) return fmt::format("the least {} there is; no goal was asked for", view.objective);
+      if (view.objective.empty()) return "all limits are kept; no goal was asked for";
+      return fmt::format("a small {}; no goal was asked for", view.objective);
+  }
+  return "";
+}
+
+std::string objective_line(const DesignReportData& view) {
+  const DesignOutcome& outcome = view.report.outcome;
+  if (view.objective.empty() || std::isnan(outcome.objective)) return "";
+  const std::string unit = view.objective_unit.empty() ? "" : " " + view.objective_unit;
+  std::string text = fmt::format("{}: {}{}", view.objective, number_text(outcome.objective), unit);
+  if (!std::isnan(outcome.lower_bound) && outcome.optimality != Optimality::proved_global)
+    text += fmt::format("; at least {}{} is needed", number_text(outcome.lower_bound), unit);
+  text += "\n";
+  for (const RobustTerm& one : view.report.robust)
+    text +=
+        fmt::format("  {} of {} along {}: mean {} ({} where no number is off), deviation {}\n",
+                    objective_term_name(one.term.figure), one.term.quantity, one.term.trajectory,
+                    number_text(one.figure.mean), number_text(one.figure.nominal), number_text(one.figure.deviation));
+  return text;
+}
+
+std::string limits_text(const DesignReportData& view) {
+  const auto& limits = view.report.study_before.design.subject_to;
+  const auto& found = view.report.outcome.limits;
+  std::string text;
+  for (std::size_t k = 0; k < found.size(); ++k) {
+    const std::string unit = limits[k].unit.empty() ? "" : " " + limits[k].unit;
+    const char* state = !(found[k].violation <= limit_tolerance) ? "missed" : found[k].is_active ? "active" : "kept";
+    text += fmt::format("limit {}: {}{}, {}", limits[k].text, number_text(found[k].value), unit, state);
+    if (!(found[k].violation <= limit_tolerance) && limits[k].bound != 0)
+      text += fmt::format(" by {:.3g} %", 100 * found[k].violation);
+    text += "\n";
+  }
+  return text;
+}
+
+/// What is known of how good it is.
+std::string optimality_line(const DesignReportData& view) {
+  const DesignOutcome& outcome = view.report.outcome;
+  const std::string tried = outcome.search_summary.empty() ? "" : " (" + outcome.search_summary + ")";
+  const char* what = !outcome.within_limits ? "the least that limits are missed by"
+                     : view.objective.empty() || std::isnan(outcome.objective)
+                         ? "the least that is left of the conditions"
+                         : "the best";
+  switch (outcome.optimality) {
+    case Optimality::not_optimised: return "optimality: not-asked: nothing was to be minimized\n";
+    case Optimality::proved_global:
+      if (!outcome.within_limits)
+        return "optimality: proved-best: no other choice misses the worst of its limits by less\n";
+      if (std::isnan(outcome.lower_bound))
+        return "optimality: proved-best: no other choice leaves less of the conditions\n";
+      return fmt::format("optimality: proved-best: nothing is below {}, a gap of {:.2g}\n",
+                         number_text(outcome.lower_bound),
+                         outcome.gap() > gap_tolerance * std::abs(outcome.objective) ? outcome.gap() : 0.0);
+    case Optimality::local_optimum:
+      return fmt::format("optimality: local-best: the best of what was tried{}, not shown to be {}\n", tried, what);
+    case Optimality::budget_exhausted:
+      if (view.interrupted)
+        return fmt::format("optimality: stopped: interrupted after {:.2g} s{}, not shown to be {}\n", *view.interrupted,
+                           tried, what);
+      return fmt::format(
+          "optimality: stopped: after the {:g} s that a search may take{}, not shown to be {}; search: {{seconds: "
+          "{:g}}} "
+          "gives it more\n",
+          view.seconds, tried, what, 4 * view.seconds);
+  }
+  return "";
+}
+
+/// How much of the design could be chosen differently.
+std::string freedom_line(const DesignReportData& view) {
+  const SolutionSet& freedom = view.report.outcome.solution_set;
+  const int count = freedom.optimal_dimension >= 0 ? freedom.optimal_dimension : freedom.dimension;
+  if (count < 0) return "";
+  if (count == 0)
+    return fmt::format("freedom: none is left: no other solution {}is near\n",
+                       view.objective.empty() ? "" : "as good ");
+  std::string numbers;
+  for (const int i : freedom.free_variables)
+    numbers += (numbers.empty() ? "" : ", ") + view.report.free_numbers[static_cast<std::size_t>(i)].key_path;
+  if (freedom.optimal_dimension < 0)
+    return fmt::format("freedom: the conditions leave {}, spent on a small {}: {}\n", count, view.objective, numbers);
+  const bool figure = !view.objective.empty();
+  return fmt::format("freedom: {} {} left{}: one of many solutions; what may still change: {}\n", count,
+                     count == 1 ? "is" : "are", figure ? fmt::format(", with the same {}", view.objective) : "",
+                     numbers);
+}
+
+/// Each sentence once, although several parts of the report may have it.
+class UniqueSentences {
+ public:
+  void add(const std::string& sentence) {
+    if (!sentence.empty() && text_.find(sentence) == std::string::npos) text_ += sentence + "\n";
+  }
+  const std::string& text() const { return text_; }
+
+ private:
+  std::string text_;
+};
+
+std::string reasons(const DesignReportData& view) {
+  UniqueSentences sentences;
+  sentences.add(view.report.outcome.reason);
+  if (view.report.outcome.certificate) sentences.add(view.report.outcome.certificate->statement);
+  if (view.report.outcome.status == DesignStatus::infeasible)
+    sentences.add(view.report.outcome.is_proved_infeasible ? "impossibility: proved" : "impossibility: not proved");
+  return sentences.text() + objective_line(view) + limits_text(view) + format_optional_elements(view.report) +
+         optimality_line(view) + freedom_line(view);
+}
+
+std::string bound_remark(const FreeNumber& number, int bound) {
+  if (!number.discrete_values.empty()) return fmt::format("one of {} sizes", number.discrete_values.size());
+  return bound < 0 ? "at its lower bound" : (bound > 0 ? "at its upper bound" : "");
+}
+
+/// What "before" is where nobody has said it.
+std::string format_start_note(const std::vector<FreeNumber>& numbers) {
+  std::string middle;
+  for (const FreeNumber& number : numbers)
+    if (number.start_source == FreeNumber::StartSource::midpoint)
+      middle += (middle.empty() ? "" : ", ") + number.key_path;
+  return middle.empty() ? "" : fmt::format("before: in the middle of the bounds, for want of a 'start': {}\n", middle);
+}
+
+std::string numbers_text(const DesignReportData& view) {
+  const DesignReport& report = view.report;
+  TextTable table{{"free number [SI]", "lower", "upper", "before (start)", "value", ""},
+                  {Align::left, Align::right, Align::right, Align::right, Align::right, Align::left},
+                  {}};
+  for (std::size_t i = 0; i < report.free_numbers.size(); ++i) {
+    const FreeNumber& number = report.free_numbers[i];
+    const auto k = static_cast<Eigen::Index>(i);
+    const double value = report.outcome.x[k];
+    const int bound = active_bound(number, value);
+    // What rounding leaves of a zero says nothing.
+    const bool zero = std::abs(value) < 1e-12 * (number.upper - number.lower);
+    table.rows.push_back({number.key_path, fmt::format("{:g}", number.lower), fmt::format("{:g}", number.upper),
+                          number_text(report.before[k]), number_text(zero ? 0 : value), bound_remark(number, bound)});
+  }
+  return format_table(table) + format_start_note(report.free_numbers) + "\n";
+}
+
+std::string residual_text(double residual) {
+  if (std::isnan(residual)) return "-";
+  return std::abs(residual) <= condition_tolerance ? "met" : fmt::format("{:.2g}", std::abs(residual));
+}
+
+std::string conditions_table(const DesignReportData& view) {
+  const ConditionsReportData& c = view.conditions;
+  TextTable table{{"no", "condition", "before", "after"}, {Align::right, Align::left, Align::right, Align::right}, {}};
+  std::vector<int> hidden;
+  for (int row = 0; row < c.parameter_rows(); ++row) {
+    if (c.holds_by_definition[static_cast<std::size_t>(row)]) {
+      hidden.push_back(row + 1);
+      continue;
+    }
+    const auto lines = wrap_condition(c, row, 76);
+    for (std::size_t i = 0; i < lines.size(); ++i)
+      table.rows.push_back({i == 0 ? std::to_string(row + 1) : "", lines[i],
+                            i == 0 ? residual_text(view.residuals_before[row]) : "",
+                            i == 0 ? residual_text(c.residuals[row]) : ""});
+  }
+  std::string text = table.rows.empty() ? "" : format_table(table);
+  const std::string symbols = symbols_text(c);
+  if (!symbols.empty()) text += "where " + symbols + "\n";
+  if (!hidden.empty())
+    text += fmt::format("{} {} for every disc that is symmetrical about its axis\n", format_ranges(hidden),
+                        hidden.size() == 1 ? "holds" : "hold");
+  text += format_remainder(c);
+  return text.empty() ? "" : text + "\n";
+}
+
+std::string cost_text(const DesignReport& report) {
+  const auto amount = [](double value, double scale) {
+    return std::abs(value) <= 1e-12 * scale ? "0" : fmt::format("{:.6g}", value);
+  };
+  return fmt::format(
+             "added mass     {} kg of counterweights and discs (everything that moves: {:.6g} kg before, {:.6g} kg "
+             "after)\n",
+             amount(report.added_mass, report.mass_after), report.mass_before, report.mass_after) +
+         fmt::format(
+             "added inertia  {} kg m^2 of them (everything that moves: {:.6g} kg m^2 before, {:.6g} kg m^2 after)\n",
+             amount(report.added_inertia, report.inertia_after), report.inertia_before, report.inertia_after);
+}
+
+/// What a user should know of the motion, once where before and after say the same.
+std::string rerun_notes(const TrajectoryComparison& comparison) {
+  const auto &before = comparison.before.outcome.notes, &after = comparison.after.outcome.notes;
+  const auto has = [](const std::vector<std::string>& notes, const std::string& note) {
+    return std::find(notes.begin(), notes.end(), note) != notes.end();
+  };
+  std::string text;
+  for (const std::string& note : before) text += fmt::format("note{}: {}\n", has(after, note) ? "" : ", before", note);
+  for (const std::string& note : after)
+    if (!has(before, note)) text += fmt::format("note, after: {}\n", note);
+  return text;
+}
+
+std::string comparison_text(const TrajectoryComparison& comparison) {
+  std::string text = fmt::format("\ntrajectory {}\n", comparison.trajectory);
+  const bool moved =
+      comparison.before.outcome.status == MotionStatus::done && comparison.after.outcome.status == MotionStatus::done;
+  for (const auto& [when, result] : {std::pair("before", &comparison.before), std::pair("after", &comparison.after)})
+    if (result->outcome.status != MotionStatus::done)
+      text += fmt::format("cannot be followed {}: {}\n", when, result->outcome.reason);
+  if (!moved) return text + rerun_notes(comparison);
+  TextTable table{{"quantity", "unit", "peak before", "after", "ratio", "rms before", "after", "ratio"}, {}, {}};
+  table.align.assign(table.heading.size(), Align::right);
+  table.align[0] = table.align[1] = Align::left;
+  const std::vector<MetricChange> changes = list_metric_changes(comparison);
+  const std::size_t actuators = comparison.before.actuator_names.size();
+  for (std::size_t i = 0; i + 1 < changes.size(); i += 2) {
+    const bool worst = changes[i].quantity == "torque";
+    if (worst && actuators == 1) continue;  // it has a line of its own
+    std::vector<std::string> row = {worst ? "torque, the worst" : changes[i].quantity, changes[i].unit};
+    for (const MetricChange& change : {changes[i], changes[i + 1]}) {
+      row.push_back(number_text(change.before));
+      row.push_back(number_text(change.after));
+      row.push_back(ratio_text(change.before, change.after));
+    }
+    table.rows.push_back(std::move(row));
+  }
+  return (table.rows.empty() ? text : text + format_table(table)) + rerun_notes(comparison);
+}
+
+std::string notes_text(const DesignReportData& view) {
+  std::string text;
+  for (const auto* notes : {&view.report.outcome.notes, &view.report.notes, &view.conditions.conditions.notes,
+                            &view.conditions.names.notes})
+    for (const std::string& note : *notes)
+      if (text.find(note) == std::string::npos) text += "note: " + note + "\n";
+  return text.empty() ? "" : "\n" + text;
+}
+
+}  // namespace
+
+std::string design_text(const DesignReportData& view) {
+  std::string text = fmt::format("{}: {}\n{}\n", view.conditions.title, headline(view), reasons(view));
+  text += numbers_text(view) + conditions_table(view) + cost_text(view.report) + load_cases_text(view.report);
+  for (const TrajectoryComparison& comparison : view.report.comparisons) text += comparison_text(comparison);
+  return text + notes_text(view);
+}
+
+namespace {
+
+std::string term_text(const ObjectiveTerm& term) {
+  if (term.size != ObjectiveTerm::Size::none || term.run == ObjectiveTerm::RunMeasure::duration)
+    return objective_term_name(term);
+  const std::string figure =
+      fmt::format("{} of {} along {}", objective_term_name(term.figure), term.quantity, term.trajectory);
+  return term.deviation_multiple ? fmt::format("mean plus {:g} deviation{} of the {}", *term.deviation_multiple,
+                                               *term.deviation_multiple == 1 ? "" : "s", figure)
+                                 : figure;
+}
+
+bool is_shown(const std::string& quantity) {
+  return effort_array_name(quantity).starts_with("torque") || quantity.starts_with("shaking_");
+}
+
+const Metric* find(const RunResult& result, const std::string& quantity) {
+  for (const Metric& metric : result.metrics)
+    if (metric.quantity == quantity) return &metric;
+  return nullptr;
+}
+
+}  // namespace
+
+std::string objective_text(const std::vector<ObjectiveTerm>& terms) {
+  std::string text;
+  for (const ObjectiveTerm& term : terms) {
+    if (!text.empty()) text += " + ";
+    if (term.weight != 1) text += fmt::format("{:g} ", term.weight);
+    text += term_text(term);
+  }
+  return text;
+}
+
+std::string objective_unit(const std::vector<ObjectiveTerm>& terms, const Mechanism& mechanism) {
+  if (terms.size() != 1 || terms.front().weight != 1) return "";
+  const ObjectiveTerm& term = terms.front();
+  if (term.size == ObjectiveTerm::Size::added_inertia) return "kg m^2";
+  if (term.size != ObjectiveTerm::Size::none) return "kg";
+  if (term.run == ObjectiveTerm::RunMeasure::duration) return "s";
+  return find_metric_unit(mechanism, term.quantity);
+}
+
+int active_bound(const FreeNumber& number, double value) {
+  const double near = 1e-9 * (number.upper - number.lower);
+  return value <= number.lower + near ? -1 : value >= number.upper - near ? 1 : 0;
+}
+
+std::vector<MetricChange> list_metric_changes(const TrajectoryComparison& comparison) {
+  constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
+  const RunResult &before = comparison.before, &after = comparison.after;
+  std::vector<MetricChange> changes;
+  for (const Metric& metric : (before.metrics.empty() ? after : before).metrics) {
+    if (!is_shown(metric.quantity)) continue;
+    const Metric *old = find(before, metric.quantity), *fresh = find(after, metric.quantity);
+    // what the terms of either mechanism leave of zero
+    const double round_off = std::max(old != nullptr ? old->round_off : 0, fresh != nullptr ? fresh->round_off : 0);
+    const auto add = [&](const char* figure, double Metric::*value) {
+      const double was = old != nullptr ? old->*value : unknown, is = fresh != nullptr ? fresh->*value : unknown;
+      changes.push_back({metric.quantity, metric.unit, figure, suppress_round_off(round_off, was),
+                         suppress_round_off(round_off, is)});
+    };
+    add("peak", &Metric::peak);
+    add("rms", &Metric::rms);
+  }
+  return changes;
+}
+
+}  // namespace balance

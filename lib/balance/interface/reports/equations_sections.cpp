@@ -1,0 +1,557 @@
+#include "balance/interface/reports/equations_sections.hpp"
+
+#include "balance/foundation/base/elementary.hpp"
+#include "balance/foundation/hdf5/hdf5_writer.hpp"
+#include "balance/foundation/numerics/extrema.hpp"
+#include "balance/interface/files/atomic_file.hpp"
+#include "balance/interface/files/json.hpp"
+#include "balance/interface/files/result_group.hpp"
+#include "balance/interface/files/text_table.hpp"
+#include "balance/synthesis/conditions/condition_text.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+#include <span>
+
+namespace balance {
+
+namespace {
+
+constexpr double zero_entry_tolerance = 1e-13;  ///< of the largest entry of its kind: shown as 0
+
+}  // namespace
+
+std::string format_entry(double value, double size) {
+  return std::abs(value) <= zero_entry_tolerance * size ? "0" : fmt::format("{:.6g}", value);
+}
+
+std::string matrix_text(const MatrixX& matrix, const std::vector<std::string>& rows,
+                        const std::vector<std::string>& columns) {
+  TextTable table{{""}, {Align::left}, {}};
+  for (const std::string& column : columns) {
+    table.heading.push_back(column);
+    table.align.push_back(Align::right);
+  }
+  const double size = max_abs(matrix);
+  for (Eigen::Index r = 0; r < matrix.rows(); ++r) {
+    std::vector<std::string> cells{"  " + rows[static_cast<std::size_t>(r)]};
+    for (Eigen::Index c = 0; c < matrix.cols(); ++c) cells.push_back(format_entry(matrix(r, c), size));
+    table.rows.push_back(std::move(cells));
+  }
+  return format_table(table);
+}
+
+std::string velocity_table(const IndependentTerms& terms, const std::vector<std::string>& rows,
+                           const std::vector<std::string>& factors) {
+  double size = 1e-3 * max_abs(terms.mass);
+  for (const MatrixX& form : terms.velocity) size = std::max(size, max_abs(form));
+  std::string text;
+  for (std::size_t k = 0; k < terms.velocity.size(); ++k) {
+    const MatrixX& form = terms.velocity[k];
+    std::string sum;
+    for (Eigen::Index r = 0; r < form.rows(); ++r)
+      for (Eigen::Index s = r; s < form.cols(); ++s) {
+        if (std::abs(form(r, s)) <= zero_entry_tolerance * size) continue;
+        const auto& first = factors[static_cast<std::size_t>(r)];
+        const auto& second = factors[static_cast<std::size_t>(s)];
+        sum += sum.empty() ? (form(r, s) < 0 ? "-" : "") : form(r, s) < 0 ? " - " : " + ";
+        sum += fmt::format("{}{:.6g} {}", r == s ? "" : "2 ", std::abs(form(r, s)),
+                           r == s ? first + "^2" : first + " " + second);
+      }
+    text += fmt::format("  {}: {}\n", rows[k], sum.empty() ? "0" : sum);
+  }
+  return text;
+}
+
+namespace {
+
+using Dimension = Hdf5Writer::Dimension;
+constexpr Hdf5Writer::Group equations_root_group{};
+
+std::span<const double> numbers_of(const Samples& samples) {
+  return {samples.data(), static_cast<std::size_t>(samples.size())};
+}
+
+void add_all(Hdf5Writer& file, const EquationsAlongRun& along, const std::vector<std::string>& actuators) {
+  const std::span<const double> times(along.time.data(), static_cast<std::size_t>(along.time.size()));
+  const Dimension time = file.add_dimension(equations_root_group, {"time", "time", "s", {}, {}}, times);
+  const Dimension own = file.add_dimension(equations_root_group, {"coordinate", "independent coordinate", "1", {}, {}},
+                                           along.independent);
+  const Dimension rate = file.add_dimension(
+      equations_root_group, {"rate", "rate of an independent coordinate", "1", {}, {}}, along.independent);
+  const Dimension rate2 = file.add_dimension(
+      equations_root_group, {"second_rate", "rate of an independent coordinate", "1", {}, {}}, along.independent);
+  const Dimension tree =
+      file.add_dimension(equations_root_group, {"tree", "coordinate of the tree", "1", {}, {}}, along.redundant);
+  const auto add = [&](const char* name, const char* long_name, const std::vector<Dimension>& dimensions,
+                       const Samples& samples) {
+    if (samples.size() > 0)
+      file.add_variable(equations_root_group, {name, long_name, "mixed", dimensions, {}}, numbers_of(samples));
+  };
+  add("position", "independent coordinates [rad or m]", {time, own}, along.position);
+  add("M", "M': inertia in the independent coordinates, P0 eq. 62", {time, own, rate}, along.mass);
+  add("D", "D'_krs: velocity terms, P0 eq. 63", {time, own, rate, rate2}, along.velocity);
+  add("B", "B': viscous friction, P0 eq. 63", {time, own, rate}, along.viscous);
+  add("z", "z': weight, springs and loads, P0 eq. 62", {time, own}, along.static_terms);
+  add("C", "rates of the tree's coordinates per independent rate, P0 eq. 16", {time, tree, own}, along.transformation);
+  if (!along.closures.empty()) {
+    const Dimension closure =
+        file.add_dimension(equations_root_group, {"closure", "joint that is closed", "1", {}, {}}, along.closures);
+    add("A", "closures' Jacobian, P0 eq. 7", {time, closure, tree}, along.constraints);
+  }
+  if (along.parts.size() == 0) return;
+  const std::vector<std::string> parts(effort_part_names.begin(), effort_part_names.end());
+  const Dimension actuator =
+      file.add_dimension(equations_root_group, {"actuator", "actuated coordinate", "1", {}, {}}, actuators);
+  const Dimension part = file.add_dimension(equations_root_group, {"part", "part of the torque", "1", {}, {}}, parts);
+  add("torque", "parts of the torques, which add up to them [N m or N]", {time, actuator, part}, along.parts);
+}
+
+}  // namespace
+
+void write_equations(const std::string& path, const EquationsAlongRun& along, const std::vector<std::string>& actuators,
+                     const Provenance& description, const WriteOptions& options) {
+  AtomicFile pending(path, options.existing, options.temporary_tag);
+  {
+    const bool compress = options.compression == Compression::gzip;
+    Hdf5Writer file(pending.descriptor(), path,
+                    compress ? Hdf5Writer::Storage::compressed : Hdf5Writer::Storage::contiguous);
+    write_source_attributes(file, description);
+    add_all(file, along, actuators);
+    file.close();
+  }  // others have their turn with HDF5 while this one waits for the disk
+  throw_if_cancelled(options);
+  pending.commit(options.durability);
+}
+
+namespace {
+
+Json matrix_json(const MatrixX& matrix) {
+  Json rows = Json::array();
+  for (Eigen::Index r = 0; r < matrix.rows(); ++r) rows.push_back(numbers_json(matrix.row(r).transpose()));
+  return rows;
+}
+
+Json forms_json(const std::vector<MatrixX>& forms) {
+  Json all = Json::array();
+  for (const MatrixX& form : forms) all.push_back(matrix_json(form));
+  return all;
+}
+
+Json rest_json(const StaticTerms& rest) {
+  return {{"sum", numbers_json(rest.sum())},
+          {"weight", numbers_json(rest.weight)},
+          {"springs", numbers_json(rest.springs)},
+          {"loads", numbers_json(rest.loads)}};
+}
+
+Json named_json(const std::vector<std::string>& names, const VectorX& values) {
+  Json json = Json::object();
+  for (std::size_t k = 0; k < names.size(); ++k) json[names[k]] = values[static_cast<Eigen::Index>(k)];
+  return json;
+}
+
+Json split_json(const EquationsAtConfiguration& at) {
+  Json json = Json::object();
+  for (std::size_t a = 0; a < at.actuators.size(); ++a) {
+    const auto row = static_cast<Eigen::Index>(a);
+    Json parts = Json::object();
+    for (std::size_t p = 0; p < effort_part_names.size(); ++p)
+      parts[effort_part_names[p]] = at.split->parts(row, static_cast<Eigen::Index>(p));
+    parts["sum"] = at.split->effort[row];
+    parts["unit"] = force_unit(at.is_force[a]);
+    json[at.actuators[a]] = parts;
+  }
+  return json;
+}
+
+Json terms_json(const IndependentTerms& terms) {
+  return {{"M", matrix_json(terms.mass)},
+          {"D", forms_json(terms.velocity)},
+          {"B", matrix_json(terms.viscous)},
+          {"z", rest_json(terms.static_terms)},
+          {"input", matrix_json(terms.input)}};
+}
+
+Json speeds_json(const EquationsAtConfiguration& at) {
+  Json json = terms_json(at.in_speeds->speed_equations);
+  json["speeds"] = at.speeds;
+  json["rows"] = matrix_json(at.in_speeds->rows);
+  json["rates"] = matrix_json(at.in_speeds->rates);
+  json["constraints"] = at.zero;
+  json["freedoms"] = {{"configuration", at.independent.size()}, {"velocity", at.speeds.size()}};
+  json["held"] = terms_json(at.in_speeds->constraint_equations);
+  return json;
+}
+
+Json redundant_json(const EquationsAtConfiguration& at) {
+  const RedundantTerms& loops = *at.loops;
+  return {{"coordinates", at.redundant},
+          {"closures", at.closures},
+          {"M", matrix_json(loops.mass)},
+          {"D", forms_json(loops.velocity)},
+          {"B", matrix_json(loops.viscous)},
+          {"z", rest_json(loops.rest)},
+          {"S", matrix_json(loops.input)},
+          {"A", matrix_json(loops.constraints)},
+          {"C", matrix_json(loops.transformation)},
+          {"c", forms_json(loops.acceleration)}};
+}
+
+Json natural_json(const natural::NaturalTerms& n) {
+  Json json = {{"points", n.points},
+               {"moving", n.moving},
+               {"coordinates", n.coordinates},
+               {"position", matrix_json(n.position)},
+               {"M", matrix_json(n.mass)},
+               {"discs", n.rotors},
+               {"unit", n.unit},
+               {"constraints", n.constraints},
+               {"residual", numbers_json(n.residual)},
+               {"J", matrix_json(n.jacobian)},
+               {"total_mass", n.total_mass}};
+  json["C_P"] = Json::object();
+  for (const natural::PointMatrix& one : n.coefficients) {
+    const double re = one.coefficient.real(), im = one.coefficient.imag();
+    json["C_P"][one.point] = {{re, -im}, {im, re}};
+  }
+  return json;
+}
+
+Json regressor_json(const EffortRegressor& regressor) {
+  std::vector<std::string> names;
+  for (const Parameter& p : regressor.parameters) names.push_back(p.name);
+  return {{"parameters", names},
+          {"values", numbers_json(regressor.values)},
+          {"effort", matrix_json(regressor.effort)},
+          {"shaking_force", matrix_json(regressor.shaking_force)},
+          {"shaking_moment", matrix_json(regressor.shaking_moment)},
+          {"other", numbers_json(regressor.constant_effort)}};
+}
+
+Json parameters_json(const EquationsAtConfiguration& at) {
+  const Conditions& c = *at.parameters;
+  std::vector<std::string> names, texts;
+  for (const Parameter& p : c.parameters) names.push_back(p.name);
+  for (int row = 0; row < c.rank; ++row) texts.push_back(base_parameter_text(c, row, at.parameter_names));
+  return {{"rank", c.rank},        {"gap", c.singular_value_gap}, {"parameters", names},
+          {"combinations", texts}, {"pivots", c.pivots},          {"matrix", matrix_json(c.matrix)}};
+}
+
+}  // namespace
+
+std::string equations_json(const EquationsReportData& view, const std::vector<std::string>& warnings) {
+  using enum EquationSection;
+  const EquationsAtConfiguration& at = view.at;
+  Json json = {{"mechanism", view.title},
+               {"configuration", named_json(view.coordinates, at.configuration)},
+               {"independent", at.independent},
+               {"actuators", at.actuators},
+               {"q", numbers_json(at.q)},
+               {"rates", numbers_json(at.dq)},
+               {"accelerations", numbers_json(at.ddq)}};
+  if (view.shows(inertia)) json["M"] = matrix_json(at.terms->mass);
+  if (view.shows(inertia)) json["input"] = matrix_json(at.terms->input);
+  if (view.shows(velocity)) json["D"] = forms_json(at.terms->velocity);
+  if (view.shows(velocity)) json["B"] = matrix_json(at.terms->viscous);
+  if (view.shows(gravity)) json["z"] = rest_json(at.terms->static_terms);
+  if (at.in_speeds) json["in_speeds"] = speeds_json(at);
+  if (at.diagonal_factors) json["k"] = numbers_json(*at.diagonal_factors);
+  if (at.split && view.shows(torques)) json["torques"] = split_json(at);
+  if (at.loops && view.shows(redundant)) json["redundant"] = redundant_json(at);
+  if (at.natural) json["natural"] = natural_json(*at.natural);
+  if (at.regressor) json["regressor"] = regressor_json(*at.regressor);
+  if (at.parameters) json["base_parameters"] = parameters_json(at);
+  json["notes"] = at.notes;
+  json["warnings"] = warnings;
+  return format_json(json);
+}
+
+namespace {
+
+constexpr double latex_zero_tolerance = 1e-13;   ///< of the largest entry: printed as 0
+constexpr Eigen::Index max_matrix_columns = 10;  ///< that amsmath's matrices take without being asked
+
+std::string number_latex(double value, double size) {
+  if (std::abs(value) <= latex_zero_tolerance * size) return "0";
+  std::string text = fmt::format("{:.6g}", value);
+  if (const std::size_t e = text.find('e'); e != std::string::npos)
+    text = fmt::format("{} \\cdot 10^{{{}}}", text.substr(0, e), std::stoi(text.substr(e + 1)));
+  return text;
+}
+
+std::string matrix_latex(const MatrixX& matrix) {
+  const double size = max_abs(matrix);
+  std::string text = "\\begin{pmatrix}";
+  for (Eigen::Index r = 0; r < matrix.rows(); ++r) {
+    text += r == 0 ? " " : " \\\\ ";
+    for (Eigen::Index c = 0; c < matrix.cols(); ++c) text += (c == 0 ? "" : " & ") + number_latex(matrix(r, c), size);
+  }
+  return text + " \\end{pmatrix}";
+}
+
+class AlignedLines {
+ public:
+  void add(const std::string& name, const std::string& value) {
+    text_ += (text_.empty() ? "  " : " \\\\\n  ") + name + " &= " + value;
+  }
+  std::string all(Eigen::Index widest) const {
+    const std::string wide =
+        widest > max_matrix_columns ? fmt::format("\\setcounter{{MaxMatrixCols}}{{{}}}\n", widest) : std::string();
+    return wide + "\\begin{align*}\n" + text_ + "\n\\end{align*}\n";
+  }
+
+ private:
+  std::string text_;
+};
+
+}  // namespace
+
+std::string equations_latex(const EquationsReportData& view) {
+  using enum EquationSection;
+  const EquationsAtConfiguration& at = view.at;
+  AlignedLines lines;
+  Eigen::Index widest = at.terms->mass.cols();
+  std::string names;
+  for (const std::string& name : at.independent) names += (names.empty() ? "" : ",\\, ") + symbol_latex(name);
+  lines.add("q", "\\left(" + names + "\\right)^{\\mathsf T}");
+  if (view.shows(inertia)) lines.add("M'", matrix_latex(at.terms->mass));
+  if (view.shows(velocity))
+    for (std::size_t k = 0; k < at.independent.size(); ++k)
+      lines.add(fmt::format("D'_{{{}}}", k + 1), matrix_latex(at.terms->velocity[k]));
+  if (view.shows(velocity)) lines.add("B'", matrix_latex(at.terms->viscous));
+  if (view.shows(gravity)) lines.add("z'", matrix_latex(at.terms->static_terms.sum()));
+  if (at.diagonal_factors && view.shows(inertia)) lines.add("k", matrix_latex(*at.diagonal_factors));
+  if (at.split && view.shows(torques)) lines.add("u", matrix_latex(at.split->effort));
+  if (at.loops && view.shows(redundant)) {
+    lines.add("M", matrix_latex(at.loops->mass));
+    lines.add("C", matrix_latex(at.loops->transformation));
+    if (at.loops->constraints.rows() > 0) lines.add("A", matrix_latex(at.loops->constraints));
+    lines.add("z", matrix_latex(at.loops->rest.sum()));
+    widest = std::max(widest, at.loops->mass.cols());
+  }
+  if (at.natural) {
+    lines.add("M_{\\text{points}}", matrix_latex(at.natural->mass));
+    widest = std::max(widest, at.natural->mass.cols());
+    for (const natural::PointMatrix& one : at.natural->coefficients) {
+      const double re = one.coefficient.real(), im = one.coefficient.imag();
+      lines.add("C_{" + symbol_latex(one.point) + "}", matrix_latex((Eigen::Matrix2d() << re, -im, im, re).finished()));
+    }
+  }
+  if (at.parameters)
+    for (int row = 0; row < at.parameters->rank; ++row) {
+      std::string text = condition_latex(*at.parameters, row, at.parameter_names);
+      lines.add(fmt::format("\\pi_{{{}}}", row + 1), text.substr(0, text.rfind(" = ")));
+    }
+  return lines.all(widest);
+}
+
+// The equation of motion in speeds, and what constraints on them do.
+
+namespace {
+
+std::string sections_text(const EquationsReportData& view, const IndependentTerms& terms,
+                          const std::vector<std::string>& rows) {
+  using enum EquationSection;
+  const EquationsAtConfiguration& at = view.at;
+  std::string text;
+  if (view.shows(inertia)) text += "M'\n" + matrix_text(terms.mass, rows, at.speeds);
+  if (view.shows(velocity)) {
+    text += "velocity terms\n" + velocity_table(terms, rows, at.speeds);
+    if (!terms.viscous.isZero(0)) text += "B', of viscous friction\n" + matrix_text(terms.viscous, rows, at.speeds);
+  }
+  if (view.shows(gravity)) {
+    MatrixX rest(terms.static_terms.weight.size(), 4);
+    rest << terms.static_terms.weight, terms.static_terms.springs, terms.static_terms.loads, terms.static_terms.sum();
+    text += "z'\n" + matrix_text(rest, rows, {"weight", "springs", "loads", "z'"});
+  }
+  if (view.shows(torques) && terms.input.cols() > 0)
+    text += "what efforts do: generalised force per effort\n" + matrix_text(terms.input, rows, at.actuators);
+  return text;
+}
+
+}  // namespace
+
+std::string speeds_text(const EquationsReportData& view) {
+  const EquationsAtConfiguration& at = view.at;
+  const SpeedTerms& in = *at.in_speeds;
+  std::string text = fmt::format("in the speeds {}", fmt::join(at.speeds, ", "));
+  if (!at.zero.empty()) text += fmt::format("; zero: {}", fmt::join(at.zero, ", "));
+  text += " (P0 eq. 1)\nfreedoms: ";
+  if (!at.has_rate_constraints) text += fmt::format("{} of configuration, ", at.independent.size());
+  text += fmt::format("{} of velocity\n", at.speeds.size());
+  text += "rates of the coordinates per speed\n" + matrix_text(in.rates, at.independent, at.speeds);
+  text += sections_text(view, in.speed_equations, at.speeds);
+  if (!at.zero.empty())
+    text += "\nforces of the constraints, efforts apart\n" + sections_text(view, in.constraint_equations, at.zero);
+  return text + "\n";
+}
+
+namespace {
+
+std::string numbers_line(const char* label, const std::vector<std::string>& names, const VectorX& values) {
+  std::vector<std::string> parts;
+  for (std::size_t k = 0; k < names.size(); ++k)
+    parts.push_back(fmt::format("{} = {:.9g}", names[k], values[static_cast<Eigen::Index>(k)]));
+  return fmt::format("{}{}\n", label, fmt::join(parts, ", "));
+}
+
+std::vector<std::string> rates_of(std::vector<std::string> names) {
+  for (std::string& name : names) name += "'";
+  return names;
+}
+
+std::string rest_text(const EquationsAtConfiguration& at) {
+  const StaticTerms& rest = at.terms->static_terms;
+  const double size = std::max({at.torque_scale, max_abs(rest.weight), max_abs(rest.springs), max_abs(rest.loads)});
+  TextTable table{{"", "weight", "springs", "loads", "z'", ""},
+                  {Align::left, Align::right, Align::right, Align::right, Align::right, Align::left},
+                  {}};
+  for (std::size_t k = 0; k < at.independent.size(); ++k) {
+    const auto i = static_cast<Eigen::Index>(k);
+    table.rows.push_back({"  " + at.independent[k], format_entry(rest.weight[i], size),
+                          format_entry(rest.springs[i], size), format_entry(rest.loads[i], size),
+                          format_entry(rest.sum()[i], size), force_unit(at.is_length[k])});
+  }
+  return format_table(table);
+}
+
+std::string split_text(const EquationsAtConfiguration& at) {
+  TextTable table{{""}, {Align::left}, {}};
+  for (const char* name : effort_part_names) {
+    table.heading.emplace_back(name);
+    table.align.push_back(Align::right);
+  }
+  table.heading.insert(table.heading.end(), {"sum", ""});
+  table.align.insert(table.align.end(), {Align::right, Align::left});
+  const MatrixX& parts = at.split->parts;
+  const double size = std::max(at.torque_scale, max_abs(parts));
+  for (std::size_t a = 0; a < at.actuators.size(); ++a) {
+    const auto row = parts.row(static_cast<Eigen::Index>(a));
+    std::vector<std::string> cells{"  " + at.actuators[a]};
+    for (const double value : row) cells.push_back(format_entry(value, size));
+    cells.push_back(format_entry(at.split->effort[static_cast<Eigen::Index>(a)], size));
+    cells.push_back(force_unit(at.is_force[a]));
+    table.rows.push_back(std::move(cells));
+  }
+  return format_table(table);
+}
+
+std::string redundant_text(const EquationsAtConfiguration& at) {
+  const RedundantTerms& loops = *at.loops;
+  std::string text = "M in the tree's coordinates (P0 eq. 19)\n" + matrix_text(loops.mass, at.redundant, at.redundant);
+  text += "\nC: tree coordinates' rates per independent rate, A C = 0 (P0 eq. 16)\n" +
+          matrix_text(loops.transformation, at.redundant, at.independent);
+  if (loops.constraints.rows() > 0)
+    text += "\nA: closures (P0 eq. 7, 15)\n" + matrix_text(loops.constraints, at.closures, at.redundant);
+  text += "\nz: weight, springs and loads\n" + matrix_text(loops.rest.sum(), at.redundant, {"z"});
+  return text + "\n";
+}
+
+std::string natural_text(const natural::NaturalTerms& n) {
+  std::string text = fmt::format("natural coordinates (P3): {} points, {} of them move\n", n.points.size(), n.moving);
+  TextTable table{{"point", "x [m]", "y [m]", "C_P [kg]", ""},
+                  {Align::left, Align::right, Align::right, Align::right, Align::left},
+                  {}};
+  for (std::size_t p = 0; p < n.points.size(); ++p) {
+    const auto& c = n.coefficients[p].coefficient;
+    const double size = n.total_mass;
+    table.rows.push_back({"  " + n.points[p], fmt::format("{:.6g}", n.position(static_cast<Eigen::Index>(p), 0)),
+                          fmt::format("{:.6g}", n.position(static_cast<Eigen::Index>(p), 1)),
+                          fmt::format("[{} {}; {} {}]", format_entry(c.real(), size), format_entry(-c.imag(), size),
+                                      format_entry(c.imag(), size), format_entry(c.real(), size)),
+                          n.coefficients[p].fixed ? "fixed" : ""});
+  }
+  text += format_table(table);
+  std::vector<std::string> entries;
+  for (const std::string& point : n.points)
+    for (const char* axis : {".x", ".y"}) entries.push_back(point + axis);
+  text += "\nM [kg] (P3 eq. 35)\n" + matrix_text(n.mass, entries, entries);
+  for (const std::string& rotor : n.rotors) text += "  disc: " + rotor + "\n";
+  text += fmt::format("\nconstraints, points divided by {:.9g} m (P3 eq. 30)\n", n.unit);
+  for (const std::string& row : n.constraints) text += "  " + row + "\n";
+  return text + "\n";
+}
+
+std::string regressor_text(const EquationsAtConfiguration& at) {
+  std::vector<std::string> names;
+  for (const Parameter& p : at.regressor->parameters) names.push_back(p.name);
+  return "regressor Y, effort = Y pi + other, and the parameters pi\n" + [&] {
+    MatrixX all(at.regressor->effort.cols(), at.regressor->effort.rows() + 1);
+    all << at.regressor->values, at.regressor->effort.transpose();
+    std::vector<std::string> columns{"pi"};
+    columns.insert(columns.end(), at.actuators.begin(), at.actuators.end());
+    std::string text;
+    TextTable table{{""}, {Align::left}, {}};
+    for (const std::string& c : columns) table.heading.push_back(c), table.align.push_back(Align::right);
+    for (Eigen::Index r = 0; r < all.rows(); ++r) {
+      std::vector<std::string> cells{"  " + names[static_cast<std::size_t>(r)]};
+      for (Eigen::Index c = 0; c < all.cols(); ++c)
+        cells.push_back(format_entry(all(r, c), c == 0 ? 0 : max_abs(all.col(c))));
+      table.rows.push_back(std::move(cells));
+    }
+    return format_table(table);
+  }() + "\n";
+}
+
+std::string parameters_text(const EquationsAtConfiguration& at) {
+  const Conditions& c = *at.parameters;
+  std::string text =
+      fmt::format("base parameters: {} of {} inertial parameters' combinations occur", c.rank, c.parameters.size());
+  if (c.rank > 0 && c.singular_value_gap > 0)
+    text += fmt::format(" (gap {:.1f} decades)", elementary::log10(c.singular_value_gap));
+  text += "\n";
+  for (int row = 0; row < c.rank; ++row)
+    text += fmt::format("  {:>3}  {}\n", row + 1, base_parameter_text(c, row, at.parameter_names));
+  return text + "\n";
+}
+
+}  // namespace
+
+std::string inertia_unit(bool first_length, bool second_length) {
+  return first_length && second_length ? "kg" : first_length || second_length ? "kg m" : "kg m^2";
+}
+
+std::string force_unit(bool length) { return length ? "N" : "N m"; }
+
+std::string base_parameter_text(const Conditions& parameters, int row, const ConditionNames& names) {
+  std::string text = condition_text(parameters, row, names);
+  return text.substr(0, text.rfind(" = "));
+}
+
+std::string equations_text(const EquationsReportData& view) {
+  using enum EquationSection;
+  const EquationsAtConfiguration& at = view.at;
+  std::string text = view.title + "\n" + numbers_line("at  ", view.coordinates, at.configuration) +
+                     "independent coordinates  " + fmt::format("{}; SI units\n\n", fmt::join(at.independent, ", "));
+  if (view.shows(inertia))
+    text += "M' (P0 eq. 62; P1 eq. 14: D_ij)\n" + matrix_text(at.terms->mass, at.independent, at.independent) + "\n";
+  if (view.shows(velocity)) {
+    text += "velocity terms: D'_krs (P0 eq. 63; P1 eq. 15: D_ijk)\n" +
+            velocity_table(*at.terms, at.independent, rates_of(at.independent));
+    if (!at.terms->viscous.isZero(0))
+      text += "B' (P0 eq. 63), of viscous friction\n" + matrix_text(at.terms->viscous, at.independent, at.independent);
+    text += "\n";
+  }
+  if (view.shows(gravity)) text += "z' (P0 eq. 62; P1 eq. 16: D_i)\n" + rest_text(at) + "\n";
+  if (at.in_speeds) text += speeds_text(view);
+  if (at.diagonal_factors && view.shows(inertia))
+    text +=
+        numbers_line("decoupled there: u = k q'' (P1 eq. 27) with k  ", at.independent, *at.diagonal_factors) + "\n";
+  if (at.split && view.shows(torques)) {
+    text += "torques and what they add up from\n" + numbers_line("  rates  ", at.independent, at.dq) +
+            numbers_line("  accelerations  ", at.independent, at.ddq) + split_text(at) + "\n";
+  }
+  if (at.loops && view.shows(redundant)) text += redundant_text(at);
+  if (at.natural) text += natural_text(*at.natural);
+  if (at.regressor) text += regressor_text(at);
+  if (at.parameters) text += parameters_text(at);
+  for (const std::string& note : at.notes) text += "note: " + note + "\n";
+  while (text.size() > 1 && text.ends_with("\n\n")) text.pop_back();
+  return text;
+}
+
+}  // namespace balance

@@ -1,0 +1,53 @@
+#pragma once
+/// The equations of a mechanism at one configuration, gathered for the writers.
+
+#include "balance/interface/files/result_file.hpp"
+#include "balance/synthesis/formulas/equations_report.hpp"
+
+#include <string>
+#include <vector>
+
+namespace balance {
+
+struct EquationsReportData {
+  std::string title;                     ///< the mechanism's name
+  std::vector<std::string> coordinates;  ///< names of all of the mechanism's
+  EquationsAtConfiguration at;
+  std::set<EquationSection> sections;  ///< that are shown
+
+  bool shows(EquationSection section) const { return sections.count(section) > 0; }
+};
+
+/// Sections as tables, six significant digits; ends with a line feed.
+std::string equations_text(const EquationsReportData& view);
+
+/// All that the view has, as numbers with all their digits.
+std::string equations_json(const EquationsReportData& view, const std::vector<std::string>& warnings);
+
+/// Matrices for amsmath, one align* environment; ends with a line feed.
+std::string equations_latex(const EquationsReportData& view);
+
+/// One base parameter: "link1.J + l1^2 link2.m".
+std::string base_parameter_text(const Conditions& parameters, int row, const ConditionNames& names);
+
+/// The unit of a product of two coordinates' generalised inertia, "kg m^2", and of a generalised force, "N m".
+std::string inertia_unit(bool first_length, bool second_length);
+std::string force_unit(bool length);
+
+/// Datasets over time. @throws SystemError, Cancelled
+void write_equations(const std::string& path, const EquationsAlongRun& along, const std::vector<std::string>& actuators,
+                     const Provenance& description, const WriteOptions& options);
+
+/// Matrices of equations as text.
+
+/// Six significant digits; 0 for what is round-off of a size.
+std::string format_entry(double value, double size);
+std::string matrix_text(const MatrixX& matrix, const std::vector<std::string>& rows,
+                        const std::vector<std::string>& columns);
+/// "A1: 0.3 A1'^2 - 2 0.1 A1' A2'": the terms that are there. @param factors what the forms are of, "A1'"
+std::string velocity_table(const IndependentTerms& terms, const std::vector<std::string>& rows,
+                           const std::vector<std::string>& factors);
+/// What the view's sections are in the speeds that it has.
+std::string speeds_text(const EquationsReportData& view);
+
+}  // namespace balance

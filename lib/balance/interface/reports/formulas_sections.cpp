@@ -1,0 +1,112 @@
+#include "balance/interface/reports/formulas_sections.hpp"
+
+#include "balance/interface/files/json.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <cctype>
+#include <set>
+
+namespace balance {
+
+namespace {
+
+using formulas::PrintedSection;
+
+std::string line_of(const formulas::PrintedFormula& formula) {
+  return formula.label.empty() ? formula.text + " = 0" : formula.label + " = " + formula.text;
+}
+
+std::string too_long(const PrintedSection& section) {
+  if (section.section == formulas::SheetSectionKind::natural)
+    return fmt::format("{} terms: --all prints them", section.terms);
+  return fmt::format("{} terms: --code c prints them as a program, --all as formulas", section.terms);
+}
+
+/// Names in the texts, with the values that the spec gives them.
+std::string symbols_line(const FormulasReportData& view) {
+  std::set<std::string> names;
+  for (const PrintedSection& section : view.sections)
+    for (const auto& formula : section.formulas) {
+      std::string name;
+      for (const char c : formula.text + " ") {
+        const bool part = std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '_';
+        if (!part) names.insert(name);
+        name = part ? name + c : "";
+      }
+    }
+  std::vector<std::string> values;
+  const auto& ring = *view.sheet->ring;
+  for (const auto& symbol : ring.symbols())
+    if (symbol.kind < formulas::SymbolKind::slide && names.contains(symbol.name))
+      values.push_back(fmt::format("{} = {:.6g}", symbol.name, symbol.value));
+  for (const auto& angle : ring.angles())
+    if (angle.is_fixed && names.contains(angle.name))
+      values.push_back(fmt::format("{} = {:.6g}", angle.name, angle.value));
+  return values.empty() ? "" : fmt::format("\nwhere {} in SI units\n", fmt::join(values, ", "));
+}
+
+}  // namespace
+
+std::string formulas_text(const FormulasReportData& view) {
+  std::string text = fmt::format("{}\n", view.title);
+  text += fmt::format("coordinates: {}\n", fmt::join(view.sheet->equations.tree.columns, ", "));
+  for (const PrintedSection& section : view.sections) {
+    text += fmt::format("\n{}\n", section.heading);
+    if (section.is_left_out) text += "  " + too_long(section) + "\n";
+    for (const auto& formula : section.formulas) text += "  " + line_of(formula) + "\n";
+    if (!section.zero.empty()) text += fmt::format("  zero: {}\n", fmt::join(section.zero, ", "));
+    if (section.formulas.empty() && section.zero.empty() && !section.is_left_out) text += "  none: always met\n";
+  }
+  text += symbols_line(view);
+  for (const std::string& note : view.sheet->notes) text += "note: " + note + "\n";
+  if (!view.check.note.empty()) text += "note: " + view.check.note + "\n";
+  const std::string elsewhere = view.check.perturbed_states > 0
+                                    ? fmt::format(", {} of them with other numbers", view.check.perturbed_states)
+                                    : "";
+  return text + fmt::format("checked at {} states{}: {:.0e}\n", view.check.states, elsewhere, view.check.error);
+}
+
+std::string formulas_latex(const FormulasReportData& view) {
+  std::string text;
+  for (const PrintedSection& section : view.sections) {
+    text += "% " + section.heading + "\n";
+    if (section.is_left_out) text += "% " + too_long(section) + "\n";
+    for (const auto& formula : section.formulas)
+      text += "\\[ " +
+              (formula.label.empty() ? formula.text + " = 0"
+                                     : formulas::latex_label(formula.label) + " = " + formula.text) +
+              " \\]\n";
+  }
+  return text;
+}
+
+std::string formulas_json(const FormulasReportData& view) {
+  Json json = {{"mechanism", view.title}, {"coordinates", view.sheet->equations.tree.columns}};
+  json["sections"] = Json::array();
+  for (const PrintedSection& section : view.sections) {
+    Json formulas = Json::array();
+    for (const auto& formula : section.formulas)
+      formulas.push_back({{"name", formula.label}, {"formula", formula.text}});
+    json["sections"].push_back({{"section", formulas::sheet_section_names()[static_cast<std::size_t>(section.section)]},
+                                {"meaning", section.heading},
+                                {"terms", section.terms},
+                                {"too_long", section.is_left_out},
+                                {"formulas", formulas},
+                                {"zero", section.zero}});
+  }
+  json["symbols"] = Json::object();
+  for (const auto& symbol : view.sheet->ring->symbols())
+    if (symbol.kind < formulas::SymbolKind::slide) json["symbols"][symbol.name] = symbol.value;
+  for (const auto& angle : view.sheet->ring->angles())
+    if (angle.is_fixed) json["symbols"][angle.name] = angle.value;
+  json["notes"] = view.sheet->notes;
+  if (!view.check.note.empty()) json["notes"].push_back(view.check.note);
+  json["checked"] = {
+      {"states", view.check.states}, {"other_numbers", view.check.perturbed_states}, {"error", view.check.error}};
+  json["warnings"] = view.warnings;
+  return format_json(json);
+}
+
+}  // namespace balance

@@ -1,0 +1,26 @@
+#pragma once
+/// Closed formulas for people, for LaTeX and for programs.
+
+#include "balance/synthesis/formulas/formula_check.hpp"
+#include "balance/synthesis/formulas/formula_sheet.hpp"
+
+#include <string>
+#include <vector>
+
+namespace balance {
+
+/// What has been printed and checked.
+struct FormulasReportData {
+  std::string title;
+  const formulas::FormulaSheet* sheet = nullptr;
+  std::vector<formulas::PrintedSection> sections;
+  formulas::FormulaCheck check;
+  std::vector<std::string> warnings;  ///< of the spec
+};
+
+std::string formulas_text(const FormulasReportData& view);
+/// Equations between `\[` and `\]` (amsmath), and nothing else.
+std::string formulas_latex(const FormulasReportData& view);
+std::string formulas_json(const FormulasReportData& view);
+
+}  // namespace balance

@@ -1,0 +1,356 @@
+// A trade-off for people.
+
+#include "balance/interface/reports/front_sections.hpp"
+
+#include "balance/interface/files/atomic_file.hpp"
+#include "balance/interface/files/result_group.hpp"
+#include "balance/interface/files/text_table.hpp"
+#include "balance/interface/reports/conditions_sections.hpp"
+#include "balance/interface/reports/design_sections.hpp"
+#include "balance/interface/reports/load_case_sections.hpp"
+#include "balance/interface/reports/status_names.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <span>
+
+namespace balance {
+// A trade-off as an HDF5 file.
+
+namespace {
+
+using Dimension = Hdf5Writer::Dimension;
+using Group = Hdf5Writer::Group;
+
+constexpr Group front_root_group{};
+
+/// A row per point.
+Samples rows_of(const ParetoFront& front, Eigen::Index columns, VectorX (*row)(const ParetoPoint&)) {
+  Samples rows(static_cast<Eigen::Index>(front.points.size()), columns);
+  for (std::size_t k = 0; k < front.points.size(); ++k)
+    rows.row(static_cast<Eigen::Index>(k)) = row(front.points[k]).transpose();
+  return rows;
+}
+
+std::span<const double> values_of(const Samples& values) {
+  return {values.data(), static_cast<std::size_t>(values.size())};
+}
+
+std::vector<std::string> point_names(const ParetoFront& front) {
+  std::vector<std::string> names;
+  for (std::size_t k = 0; k < front.points.size(); ++k) names.push_back(std::to_string(k + 1));
+  return names;
+}
+
+void add_points(Hdf5Writer& file, const FrontReportData& view) {
+  const ParetoFront& front = view.front;
+  if (front.points.empty()) return;
+  std::vector<std::string> paths;
+  for (const FreeNumber& number : view.numbers) paths.push_back(number.key_path);
+  const Dimension point =
+      file.add_dimension(front_root_group, {"point", "of the front", "1", {}, {}}, point_names(front));
+  const Dimension figure =
+      file.add_dimension(front_root_group, {"figure", "what is traded", "1", {}, {}}, view.figures);
+  const Dimension number =
+      file.add_dimension(front_root_group, {"free_number", "key path in the spec", "1", {}, {}}, paths);
+  const auto figures = static_cast<Eigen::Index>(view.figures.size()),
+             numbers = static_cast<Eigen::Index>(paths.size());
+  const auto add = [&](const char* name, const char* long_name, std::vector<Dimension> dimensions,
+                       const Samples& rows) {
+    file.add_variable(front_root_group, {name, long_name, "mixed", std::move(dimensions), {}}, values_of(rows));
+  };
+  add("value", "figures of the points, SI", {point, figure},
+      rows_of(front, figures, [](const ParetoPoint& p) { return p.values; }));
+  add("limit", "what the other figures were limited to; NaN: not limited", {point, figure},
+      rows_of(front, figures, [](const ParetoPoint& p) { return p.limits; }));
+  add("minimized", "index of the figure that was minimized", {point},
+      rows_of(front, 1, [](const ParetoPoint& p) { return VectorX::Constant(1, p.minimized).eval(); }));
+  add("lower_bound", "what no design within the limits has less of; NaN: not proved", {point},
+      rows_of(front, 1, [](const ParetoPoint& p) { return VectorX::Constant(1, p.lower_bound).eval(); }));
+  add("free_numbers", "values of the free numbers, SI; free parameters as written", {point, number},
+      rows_of(front, numbers, [](const ParetoPoint& p) { return p.report.outcome.x; }));
+  const auto cases = static_cast<Eigen::Index>(front.points.front().report.load_cases.size());
+  if (cases == 0) return;
+  std::vector<std::string> names;
+  for (Eigen::Index k = 0; k < cases; ++k) names.push_back(std::to_string(k + 1));
+  const Dimension load = file.add_dimension(front_root_group, {"load_case", "of design: for", "1", {}, {}}, names);
+  add("free_numbers_in_case", "values of the free numbers with the loads of every case, SI; free parameters as written",
+      {point, load, number}, rows_of(front, cases * numbers, [](const ParetoPoint& p) {
+        VectorX all(static_cast<Eigen::Index>(p.report.load_cases.size()) * p.report.outcome.x.size());
+        Eigen::Index at = 0;
+        for (const LoadCaseReport& one : p.report.load_cases) all.segment(at, one.x.size()) = one.x, at += one.x.size();
+        return all;
+      }));
+}
+
+}  // namespace
+
+void write_front(const std::string& path, const FrontReportData& view, const Provenance& description,
+                 const WriteOptions& options) {
+  AtomicFile pending(path, options.existing, options.temporary_tag);
+  const bool compress = options.compression == Compression::gzip;
+  Hdf5Writer file(pending.descriptor(), path,
+                  compress ? Hdf5Writer::Storage::compressed : Hdf5Writer::Storage::contiguous);
+  write_source_attributes(file, description);
+  file.set_attribute(front_root_group, "goal", join_goal_names(view.goals));
+  file.set_attribute(front_root_group, "optimality", name_of(front_optimality(view.front)));
+  file.set_attribute(front_root_group, "stopped", view.front.is_budget_exhausted ? "yes" : "no");
+  add_points(file, view);
+  file.close();
+  throw_if_cancelled(options);
+  pending.commit();
+}
+
+// A trade-off as JSON.
+
+namespace {
+
+Json figures_json(const FrontReportData& view) {
+  Json list = Json::array();
+  for (std::size_t j = 0; j < view.figures.size(); ++j) {
+    Json figure = {{"name", view.figures[j]}, {"unit", view.units[j]}};
+    if (j < view.front.anchors.size()) {
+      const ParetoAnchor& end = view.front.anchors[j];
+      figure["least"] = end.min_value;
+      figure["lower_bound"] = end.lower_bound;
+      figure["optimality"] = name_of(end.optimality);
+    }
+    list.push_back(std::move(figure));
+  }
+  return list;
+}
+
+Json numbers_list(const FrontReportData& view, const VectorX& x) {
+  Json list = Json::array();
+  for (std::size_t i = 0; i < view.numbers.size(); ++i)
+    list.push_back({{"path", view.numbers[i].key_path}, {"value", x[static_cast<Eigen::Index>(i)]}});
+  return list;
+}
+
+Json point_json(const FrontReportData& view, std::size_t k) {
+  const ParetoPoint& point = view.front.points[k];
+  Json json = {{"point", k + 1},
+               {"values", numbers_json(point.values)},
+               {"free_numbers", numbers_list(view, point.report.outcome.x)},
+               {"status", name_of(point.report.outcome.status)},
+               {"optimality", name_of(point.optimality)},
+               {"minimized", point.minimized},
+               {"limits", numbers_json(point.limits)},
+               {"lower_bound", point.lower_bound},
+               {"gap", point.gap()},
+               {"tried", point.report.outcome.search_summary}};
+  if (!point.report.load_cases.empty()) add_load_cases(json, point.report);
+  return json;
+}
+
+}  // namespace
+
+std::string front_json(const FrontReportData& view, const std::vector<std::string>& files, const std::string& design) {
+  const ParetoFront& front = view.front;
+  const bool none = front.points.empty();
+  const DesignReport& shown = none ? front.failure : front.points.front().report;
+  Json json = {{"mechanism", view.title}, {"goal", goals_json(view.goals)}};
+  json["status"] = name_of(shown.outcome.status);
+  json["optimality"] = name_of(front_optimality(front));
+  json["reason"] = none ? shown.outcome.reason : "";
+  json["seconds"] = view.seconds;
+  Json points = Json::array();
+  for (std::size_t k = 0; k < front.points.size(); ++k) points.push_back(point_json(view, k));
+  json["front"] = {{"figures", figures_json(view)},
+                   {"points", std::move(points)},
+                   {"middle", none ? Json(nullptr) : Json(find_compromise_point(front) + 1)},
+                   {"searches", front.searches},
+                   {"stopped", front.is_budget_exhausted}};
+  if (!design.empty()) json["design"] = Json::parse(design);
+  json["notes"] = front.notes;
+  json["warnings"] = view.warnings;
+  json["files"] = files;
+  return format_json(json);
+}
+
+namespace {
+
+/// Of a figure; what is less than this part of its largest value is shown as zero.
+constexpr double zero_value_tolerance = 1e-12;
+
+std::string value_text(double value, double largest) {
+  return std::abs(value) <= zero_value_tolerance * largest ? "0" : format_number(value);
+}
+
+VectorX largest_of(const ParetoFront& front) {
+  VectorX most = VectorX::Zero(front.points.front().values.size());
+  for (const ParetoPoint& point : front.points) most = most.cwiseMax(point.values.cwiseAbs());
+  return most;
+}
+
+/// The figures are called a, b, c.
+std::string letter(std::size_t j) { return std::string(1, static_cast<char>('a' + j)); }
+
+std::string legend(const FrontReportData& view) {
+  std::string text;
+  for (std::size_t j = 0; j < view.figures.size(); ++j) {
+    text += fmt::format("{}  {}{}", letter(j), view.figures[j],
+                        view.units[j].empty() ? "" : fmt::format(" [{}]", view.units[j]));
+    const ParetoAnchor end = j < view.front.anchors.size() ? view.front.anchors[j] : ParetoAnchor{};
+    if (end.optimality == Optimality::proved_global) text += fmt::format("; {:.6g} is proved the least", end.min_value);
+    text += "\n";
+  }
+  return text;
+}
+
+/// "a ≥ 3.2": what no design within the point's limits is below.
+std::string bound_text(const ParetoPoint& point, const VectorX& largest) {
+  if (std::isnan(point.lower_bound)) return "-";
+  return fmt::format("{} >= {}", letter(static_cast<std::size_t>(point.minimized)),
+                     value_text(point.lower_bound, largest[point.minimized]));
+}
+
+std::string points_table(const FrontReportData& view) {
+  const VectorX max_abs_entry = largest_of(view.front);
+  TextTable table{{"point"}, {Align::right}, {}};
+  for (std::size_t j = 0; j < view.figures.size(); ++j) {
+    table.heading.push_back(letter(j));
+    table.align.push_back(Align::right);
+  }
+  table.heading.insert(table.heading.end(), {"optimality", "bound"});
+  table.align.insert(table.align.end(), {Align::left, Align::left});
+  for (std::size_t k = 0; k < view.front.points.size(); ++k) {
+    const ParetoPoint& point = view.front.points[k];
+    std::vector<std::string> row{std::to_string(k + 1)};
+    for (Eigen::Index j = 0; j < point.values.size(); ++j) row.push_back(value_text(point.values[j], max_abs_entry[j]));
+    row.emplace_back(name_of(point.optimality));
+    row.push_back(bound_text(point, max_abs_entry));
+    table.rows.push_back(std::move(row));
+  }
+  return format_table(table);
+}
+
+/// A line per free number, a column per point.
+std::string numbers_table(const FrontReportData& view) {
+  TextTable table{{"free number"}, {Align::left}, {}};
+  for (std::size_t k = 0; k < view.front.points.size(); ++k) {
+    table.heading.push_back(std::to_string(k + 1));
+    table.align.push_back(Align::right);
+  }
+  for (std::size_t i = 0; i < view.numbers.size(); ++i) {
+    std::vector<std::string> row{view.numbers[i].key_path};
+    const FreeNumber& number = view.numbers[i];
+    for (const ParetoPoint& point : view.front.points)
+      row.push_back(value_text(point.report.outcome.x[static_cast<Eigen::Index>(i)],
+                               std::max(std::abs(number.lower), std::abs(number.upper))));
+    table.rows.push_back(std::move(row));
+  }
+  return format_table(table);
+}
+
+std::string optimality_text(const FrontReportData& view) {
+  switch (front_optimality(view.front)) {
+    case Optimality::proved_global: return "optimality: proved-best: no design is better than a point in all figures\n";
+    case Optimality::local_optimum:
+      return "optimality: local-best: the best of what was tried; where there is no bound, better designs may exist\n";
+    case Optimality::budget_exhausted:
+      if (view.interrupted)
+        return fmt::format("optimality: stopped: the points found until it was interrupted, after {:.2g} s\n",
+                           *view.interrupted);
+      return fmt::format("optimality: stopped: the points found so far, within the {:g} s that all searches may take\n",
+                         view.seconds);
+    case Optimality::not_optimised: break;
+  }
+  return "";
+}
+
+}  // namespace
+
+std::string front_text(const FrontReportData& view) {
+  const ParetoFront& front = view.front;
+  if (front.points.empty()) {
+    const std::string& reason = front.failure.outcome.reason;
+    return fmt::format("{}: no front: {}\n", view.title, reason.empty() ? "no design was found" : reason);
+  }
+  std::string text = fmt::format("{}: a front of {} design{}{}\n", view.title, front.points.size(),
+                                 front.points.size() == 1 ? "" : "s",
+                                 view.goals.empty() ? "" : ", all balanced for " + join_goal_names(view.goals));
+  text += optimality_text(view) + "\n" + legend(view) + "\n" + points_table(view) + "\n" + numbers_table(view);
+  text +=
+      fmt::format("\npoint {} is nearest to the least of all figures; --point K shows a point, and writes it with -o\n",
+                  find_compromise_point(front) + 1);
+  for (const std::string& note : front.notes) text += "note: " + note + "\n";
+  return text;
+}
+
+namespace {
+
+std::string with_unit(const std::string& name, const std::string& unit) {
+  return escape_csv_field(unit.empty() ? name : fmt::format("{} [{}]", name, unit));
+}
+
+/// A number that follows the load, in one of the cases.
+struct AdaptedNumber {
+  std::size_t load_case;
+  Eigen::Index number;
+};
+
+/// "counterweights.cw.at[0] (case 2)", one load after the other.
+std::vector<std::pair<std::string, AdaptedNumber>> adapted_numbers(const FrontReportData& view) {
+  std::vector<std::pair<std::string, AdaptedNumber>> all;
+  const std::vector<ParetoPoint>& points = view.front.points;
+  if (points.empty() || !points.front().report.adaptive) return all;
+  const DesignReport& report = points.front().report;
+  for (std::size_t k = 0; k < report.load_cases.size(); ++k)
+    for (const int number : report.adaptive->numbers)
+      all.emplace_back(fmt::format("{} (case {})", view.numbers[static_cast<std::size_t>(number)].key_path, k + 1),
+                       AdaptedNumber{k, number});
+  return all;
+}
+
+}  // namespace
+
+FrontReportData make_front_report_data(const DesignStudyOptions& options, const DesignSpace& space, ParetoFront front) {
+  FrontReportData view;
+  view.title = space.start.mechanism.name;
+  view.goals = options.goals.empty() ? space.start.design.goals : options.goals;
+  for (const std::vector<ObjectiveTerm>& terms : space.start.design.front.figures) {
+    view.figures.push_back(objective_text(terms));
+    view.units.push_back(objective_unit(terms, space.start.mechanism));
+  }
+  view.numbers = space.start.free_numbers;
+  view.seconds = options.search.max_time;
+  view.warnings = space.start.warnings;
+  view.front = std::move(front);
+  return view;
+}
+
+Optimality front_optimality(const ParetoFront& front) {
+  const auto has = [&](Optimality optimality) {
+    return std::any_of(front.points.begin(), front.points.end(),
+                       [&](const ParetoPoint& point) { return point.optimality == optimality; });
+  };
+  if (front.points.empty()) return front.failure.outcome.optimality;
+  if (front.is_budget_exhausted || has(Optimality::budget_exhausted)) return Optimality::budget_exhausted;
+  return has(Optimality::local_optimum) ? Optimality::local_optimum : Optimality::proved_global;
+}
+
+std::string front_csv(const FrontReportData& view) {
+  std::string text = "point";
+  for (std::size_t j = 0; j < view.figures.size(); ++j) text += "," + with_unit(view.figures[j], view.units[j]);
+  text += ",optimality,minimized,lower_bound";
+  for (const FreeNumber& number : view.numbers) text += "," + escape_csv_field(number.key_path);
+  for (const auto& [path, which] : adapted_numbers(view)) text += "," + escape_csv_field(path);
+  text += "\n";
+  for (std::size_t k = 0; k < view.front.points.size(); ++k) {
+    const ParetoPoint& point = view.front.points[k];
+    text += fmt::format("{}", k + 1);
+    for (const double value : point.values) text += fmt::format(",{:.17g}", value);
+    text += fmt::format(",{},{},{:.17g}", name_of(point.optimality),
+                        escape_csv_field(view.figures[static_cast<std::size_t>(point.minimized)]), point.lower_bound);
+    for (const double value : point.report.outcome.x) text += fmt::format(",{:.17g}", value);
+    for (const auto& [path, which] : adapted_numbers(view))
+      text += fmt::format(",{:.17g}", point.report.load_cases[which.load_case].x[which.number]);
+    text += "\n";
+  }
+  return text;
+}
+
+}  // namespace balance

@@ -1,0 +1,452 @@
+#include "balance/interface/reports/html_report_data.hpp"
+
+#include "balance/foundation/base/elementary.hpp"
+#include "balance/foundation/numerics/extrema.hpp"
+#include "balance/interface/files/optimised_law_summary.hpp"
+#include "balance/mechanics/model/mechanism.hpp"
+#include "balance/mechanics/results/body_poses.hpp"
+#include "balance/mechanics/results/quantities.hpp"
+#include "balance/mechanics/results/round_off.hpp"
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cmath>
+#include <cstdint>
+#include <cstring>
+#include <limits>
+#include <numeric>
+
+namespace balance {
+namespace {
+
+static_assert(std::endian::native == std::endian::little, "the page's samples are little-endian");
+
+template <class Number>
+void append(std::string& bytes, Number number) {
+  char raw[sizeof number];
+  std::memcpy(raw, &number, sizeof number);
+  bytes.append(raw, sizeof number);
+}
+
+}  // namespace
+
+std::string base64(std::string_view bytes) {
+  static constexpr const char* digits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+  std::string text;
+  text.reserve((bytes.size() + 2) / 3 * 4);
+  for (std::size_t i = 0; i < bytes.size(); i += 3) {
+    std::uint32_t group = 0;
+    const std::size_t count = std::min<std::size_t>(3, bytes.size() - i);
+    for (std::size_t k = 0; k < 3; ++k)
+      group = group << 8 | (k < count ? static_cast<unsigned char>(bytes[i + k]) : 0U);
+    for (std::size_t k = 0; k < 4; ++k) text += k <= count ? digits[group >> (18 - 6 * k) & 63U] : '=';
+  }
+  return text;
+}
+
+std::string base64_floats(const Samples& by_row) {
+  std::string bytes;
+  bytes.reserve(static_cast<std::size_t>(by_row.size()) * sizeof(float));
+  for (Eigen::Index i = 0; i < by_row.rows(); ++i)
+    for (Eigen::Index j = 0; j < by_row.cols(); ++j) append(bytes, static_cast<float>(by_row(i, j)));
+  return base64(bytes);
+}
+
+std::string base64_float_columns(const Samples& samples) { return base64_floats(Samples(samples.transpose())); }
+
+std::string base64_doubles(const VectorX& numbers) {
+  std::string bytes;
+  for (const double number : numbers) append(bytes, number);
+  return base64(bytes);
+}
+
+template <class Kind>
+void to_json(Json& json, const TypedIndex<Kind>& id) {
+  json = static_cast<int>(id);
+}
+
+namespace {
+
+Json place(const Vector3& p) { return vector_json(p, 3); }
+
+Json inertia_json(const Matrix3& inertia, SpaceKind space) {
+  if (space == SpaceKind::planar) return std::array{inertia(2, 2)};
+  const double xy = inertia(0, 1), xz = inertia(0, 2), yz = inertia(1, 2);
+  if (xy == 0 && xz == 0 && yz == 0) return std::array{inertia(0, 0), inertia(1, 1), inertia(2, 2)};
+  return std::array{inertia(0, 0), inertia(1, 1), inertia(2, 2), xy, xz, yz};
+}
+
+Json bodies_json(const Mechanism& mechanism) {
+  Json list = Json::array();
+  for (const Body& body : mechanism.bodies) {
+    Json points = Json::array();
+    for (const NamedPoint& point : body.points)
+      points.push_back({{"name", point.name}, {"position", place(point.position)}});
+    list.push_back({{"name", body.name},
+                    {"mass", body.mass},
+                    {"com", place(body.com)},
+                    {"inertia", inertia_json(body.inertia, mechanism.space)},
+                    {"points", std::move(points)}});
+  }
+  return list;
+}
+
+Json joints_json(const Mechanism& mechanism) {
+  Json list = Json::array();
+  for (const Joint& joint : mechanism.joints) {
+    list.push_back({{"name", joint.name},
+                    {"type", name_of(joint.type)},
+                    {"first", joint.first},
+                    {"second", joint.second},
+                    {"point_first", place(joint.point_first)},
+                    {"point_second", place(joint.point_second)},
+                    {"axis", place(joint.axis)}});
+    if (!is_rolling(joint.type)) continue;
+    list.back()["radius"] = joint.radius;
+    if (joint.type == JointType::rolling_disc)  // its own axis, on the disc
+      list.back()["spin"] = place(joint.rotation.transpose() * joint.axis.cross(joint.axis2));
+  }
+  return list;
+}
+
+Json attachments_json(const Mechanism& mechanism) {
+  Json list = Json::array();
+  for (const Attachment& a : mechanism.attachments)
+    list.push_back({{"name", a.name},
+                    {"kind", a.kind == AttachmentKind::counterweight ? "counterweight" : "payload"},
+                    {"body", a.body},
+                    {"position", place(a.position)},
+                    {"mass", a.mass}});
+  return list;
+}
+
+Json followed_json(const CoordinateCombination& followed) {
+  Json list = Json::array();
+  for (const CoordinateTerm& term : followed.terms)
+    list.push_back({{"coordinate", term.coordinate}, {"ratio", term.ratio}});
+  return list;
+}
+
+Json discs_json(const Mechanism& mechanism) {
+  Json list = Json::array();
+  for (const Disc& disc : mechanism.discs)
+    list.push_back({{"name", disc.name},
+                    {"body", disc.body},
+                    {"position", place(disc.position)},
+                    {"axis", place(disc.axis)},
+                    {"follows", followed_json(disc.follows)},
+                    {"ratio", disc.ratio},
+                    {"mass", disc.mass},
+                    {"axial", disc.axis.dot(disc.inertia * disc.axis)}});
+  return list;
+}
+
+Json springs_json(const Mechanism& mechanism) {
+  Json list = Json::array();
+  for (const Spring& spring : mechanism.springs)
+    list.push_back({{"name", spring.name},
+                    {"first", spring.first},
+                    {"second", spring.second},
+                    {"point_first", place(spring.point_first)},
+                    {"point_second", place(spring.point_second)},
+                    {"stiffness", spring.stiffness},
+                    {"free_length", spring.free_length},
+                    {"preload", spring.preload},
+                    {"coordinate", spring.coordinate}});
+  return list;
+}
+
+Json coordinates_json(const Mechanism& mechanism) {
+  Json list = Json::array();
+  for (const Coordinate& coordinate : mechanism.coordinates)
+    list.push_back({{"name", coordinate.name},
+                    {"joint", coordinate.joint},
+                    {"unit", coordinate.kind == CoordinateKind::angle ? "rad" : "m"}});
+  return list;
+}
+
+Json couplings_json(const Mechanism& mechanism) {
+  Json list = Json::array();
+  for (const Coupling& coupling : mechanism.couplings)
+    list.push_back({{"follower", coupling.follower},
+                    {"leaders", followed_json(coupling.leader)},
+                    {"ratio", coupling.ratio},
+                    {"offset", coupling.offset}});
+  return list;
+}
+
+Json loads_json(const Mechanism& mechanism) {
+  Json list = Json::array();
+  for (const Load& load : mechanism.loads) {
+    Json forces = Json::array(), moments = Json::array();
+    for (const Vector3& force : load.force) forces.push_back(place(force));
+    for (const Vector3& moment : load.moment) moments.push_back(place(moment));
+    list.push_back({{"name", load.name},
+                    {"body", load.body},
+                    {"point", place(load.point)},
+                    {"frame", load.frame == Frame::world ? "world" : "body"},
+                    {"time", load.time},
+                    {"force", std::move(forces)},
+                    {"moment", std::move(moments)}});
+  }
+  return list;
+}
+
+Json friction_json(const Mechanism& mechanism) {
+  Json list = Json::array();
+  for (const Friction& friction : mechanism.friction)
+    list.push_back({{"coordinate", friction.coordinate},
+                    {"viscous", friction.viscous},
+                    {"coulomb", friction.dry_friction(1)},
+                    {"coulomb_backward", friction.dry_friction(-1)}});
+  return list;
+}
+
+}  // namespace
+
+Json mechanism_json(const Mechanism& mechanism) {
+  Json json = {{"length", characteristic_length(mechanism)},
+               {"bodies", bodies_json(mechanism)},
+               {"joints", joints_json(mechanism)},
+               {"attachments", attachments_json(mechanism)},
+               {"discs", discs_json(mechanism)},
+               {"springs", springs_json(mechanism)},
+               {"coordinates", coordinates_json(mechanism)},
+               {"couplings", couplings_json(mechanism)},
+               {"loads", loads_json(mechanism)},
+               {"friction", friction_json(mechanism)}};
+  json["actuated"] = Json::array();
+  for (const int actuator : mechanism.actuators)
+    json["actuated"].push_back(mechanism.coordinates[static_cast<std::size_t>(actuator)].joint);
+  json["tool"] = nullptr;
+  if (mechanism.tool) json["tool"] = {{"body", mechanism.tool->body}, {"position", place(mechanism.tool->position)}};
+  return json;
+}
+
+namespace {
+
+/// How much the rows of a run are needed, raised column by column.
+class RowSignificance {
+ public:
+  RowSignificance(Eigen::Index rows, const std::vector<Eigen::Index>& spread)
+      : spread_(spread), worth_(static_cast<std::size_t>(rows), 0) {}
+
+  void add_column(const Samples& samples, Eigen::Index column) {
+    if (samples.rows() == 0) return;
+    const Eigen::Index low = min_index(samples.col(column)), high = max_index(samples.col(column));
+    const double least = samples(low, column), largest = samples(high, column);
+    if (!(largest > least)) return;
+    raise(low, std::numeric_limits<double>::infinity());
+    raise(high, std::numeric_limits<double>::infinity());
+    for (std::size_t i = 0; i + 1 < spread_.size(); ++i)
+      add_segment_extremes(samples, column, spread_[i], spread_[i + 1], largest - least);
+  }
+
+  const std::vector<double>& values() const { return worth_; }
+
+ private:
+  void raise(Eigen::Index row, double worth) {
+    double& value = worth_[static_cast<std::size_t>(row)];
+    value = std::max(value, worth);
+  }
+
+  /// The two rows between first and last that are farthest above and below the straight line.
+  void add_segment_extremes(const Samples& samples, Eigen::Index column, Eigen::Index first, Eigen::Index last,
+                            double span) {
+    const double start = samples(first, column);
+    const double slope = (samples(last, column) - start) / static_cast<double>(last - first);
+    double above = 0, below = 0;
+    Eigen::Index high = first, low = first;
+    for (Eigen::Index k = first + 1; k < last; ++k) {
+      const double off = samples(k, column) - start - slope * static_cast<double>(k - first);
+      if (off > above) above = off, high = k;
+      if (off < below) below = off, low = k;
+    }
+    if (above > 0) raise(high, above / span);
+    if (below < 0) raise(low, -below / span);
+  }
+
+  const std::vector<Eigen::Index>& spread_;
+  std::vector<double> worth_;
+};
+
+}  // namespace
+
+std::vector<Eigen::Index> select_display_rows(const std::vector<const RunResult*>& runs, Eigen::Index most) {
+  const Eigen::Index all = runs.front()->time.size();
+  std::vector<Eigen::Index> rows;
+  if (all <= most) {
+    rows.resize(static_cast<std::size_t>(all));
+    std::iota(rows.begin(), rows.end(), Eigen::Index{0});
+    return rows;
+  }
+  const Eigen::Index spread = most / 2;
+  for (Eigen::Index i = 0; i < spread; ++i) rows.push_back(i * (all - 1) / (spread - 1));
+  RowSignificance worth(all, rows);
+  for (const RunResult* run : runs)
+    for (const Quantity& quantity : list_sampled_quantities(*run))
+      for (Eigen::Index c = 0; c < quantity.samples->cols(); ++c) worth.add_column(*quantity.samples, c);
+  std::vector<Eigen::Index> wanted;
+  for (Eigen::Index k = 0; k < all; ++k)
+    if (worth.values()[static_cast<std::size_t>(k)] > 0) wanted.push_back(k);
+  const auto more_worth = [&](Eigen::Index a, Eigen::Index b) {
+    return worth.values()[static_cast<std::size_t>(a)] > worth.values()[static_cast<std::size_t>(b)];
+  };
+  const auto room = std::min(static_cast<std::size_t>(most) - rows.size(), wanted.size());
+  std::partial_sort(wanted.begin(), wanted.begin() + static_cast<std::ptrdiff_t>(room), wanted.end(), more_worth);
+  rows.insert(rows.end(), wanted.begin(), wanted.begin() + static_cast<std::ptrdiff_t>(room));
+  std::sort(rows.begin(), rows.end());
+  rows.erase(std::unique(rows.begin(), rows.end()), rows.end());
+  return rows;
+}
+
+RunResult extract_rows(const RunResult& result, const std::vector<Eigen::Index>& rows) {
+  RunResult shown;  // not a copy: of a million samples one is enough
+  shown.outcome = result.outcome;
+  shown.coordinate_names = result.coordinate_names;
+  shown.coordinate_units = result.coordinate_units;
+  shown.joint_names = result.joint_names;
+  shown.actuator_names = result.actuator_names;
+  shown.actuator_units = result.actuator_units;
+  shown.body_names = result.body_names;
+  shown.constraint_names = result.constraint_names;
+  shown.constraint_units = result.constraint_units;
+  shown.sliding_names = result.sliding_names;
+  shown.sliding_units = result.sliding_units;
+  shown.axes = result.axes;
+  shown.moment_axes = result.moment_axes;
+  shown.moment_reference = result.moment_reference;
+  shown.metrics = result.metrics;
+  shown.energy = result.energy;
+  shown.round_off = result.round_off;
+  shown.time = result.time(rows);
+  if (result.newton_iterations.size() > 0) shown.newton_iterations = result.newton_iterations(rows);
+  for (const Quantity& quantity : list_sampled_quantities(result))
+    shown.*quantity.member = (result.*quantity.member)(rows, Eigen::all);
+  return shown;
+}
+
+namespace {
+
+/// Not every array of a result file is worth its bytes in a page.
+constexpr std::array omitted_quantities = {"tool_orientation", "joint_moment", "body_position", "body_orientation"};
+
+/// Planar poses are x, y, angle; spatial ones x, y, z and a quaternion.
+Samples packed_poses(const Mechanism& mechanism, const RunResult& result) {
+  const BodyPoses poses = body_poses(mechanism, result);
+  const auto bodies = static_cast<Eigen::Index>(mechanism.bodies.size());
+  const bool planar = mechanism.space == SpaceKind::planar;
+  const Eigen::Index width = planar ? 3 : 7;
+  Samples packed(result.time.size(), width * bodies);
+  for (Eigen::Index k = 0; k < packed.rows(); ++k)
+    for (Eigen::Index b = 0; b < bodies; ++b) {
+      const auto turn = poses.orientation.row(k).segment<4>(4 * b);
+      auto pose = packed.row(k).segment(width * b, width);
+      if (planar) {
+        pose.head<2>() = poses.position.row(k).segment<2>(3 * b);
+        pose[2] = 2 * elementary::atan2(turn[3], turn[0]);
+      } else {
+        pose.head<3>() = poses.position.row(k).segment<3>(3 * b);
+        pose.tail<4>() = turn;
+      }
+    }
+  return packed;
+}
+
+/// Reactions by their size alone: a column a joint.
+Samples magnitudes(const Samples& vectors, int axes) {
+  Samples sizes(vectors.rows(), vectors.cols() / axes);
+  for (Eigen::Index j = 0; j < sizes.cols(); ++j) sizes.col(j) = vectors.middleCols(j * axes, axes).rowwise().norm();
+  return sizes;
+}
+
+std::vector<std::string> column_names(const Quantity& quantity, const RunResult& result) {
+  using enum ColumnKind;
+  switch (quantity.columns) {
+    case coordinate: return result.coordinate_names;
+    case actuator: return result.actuator_names;
+    case joint:
+    case joint_axis: return result.joint_names;
+    case axis: return axis_labels(static_cast<int>(quantity.samples->cols()));
+    case quaternion: return quaternion_labels();
+    case constraint: return result.constraint_names;
+    case sliding: return result.sliding_names;
+    case single: return {"value"};
+    case body:
+    case body_axis:
+    case body_quaternion: break;  // the picture has them
+  }
+  return {};
+}
+
+Json series_json(const RunResult& result) {
+  Json list = Json::array();
+  for (const Quantity& quantity : list_sampled_quantities(result)) {
+    if (std::find(omitted_quantities.begin(), omitted_quantities.end(), std::string(quantity.name)) !=
+        omitted_quantities.end())
+      continue;
+    const bool reaction = quantity.columns == ColumnKind::joint_axis;
+    const Samples clean = suppress_round_off(result, quantity.member);
+    const Samples samples = reaction ? magnitudes(clean, result.axes) : clean;
+    list.push_back({{"quantity", quantity.name},
+                    {"columns", column_names(quantity, result)},
+                    {"units", quantity.units},
+                    {"values", {{"f32", base64_float_columns(samples)}}}});
+  }
+  return list;
+}
+
+/// What bands are drawn of: as series, but as they are.
+constexpr std::array band_quantities = {&RunResult::torque, &RunResult::shaking_force, &RunResult::shaking_moment};
+
+Json deviation_json(const RunResult& deviation, const std::vector<Eigen::Index>& rows) {
+  Json list = Json::array();
+  for (const Quantity& quantity : list_sampled_quantities(deviation))
+    if (std::find(band_quantities.begin(), band_quantities.end(), quantity.member) != band_quantities.end())
+      list.push_back(
+          {{"quantity", quantity.name},
+           {"columns", column_names(quantity, deviation)},
+           {"units", quantity.units},
+           {"values", {{"f32", base64_float_columns((deviation.*quantity.member)(rows, Eigen::all).eval())}}}});
+  return list;
+}
+
+/// As little as a picture needs.
+Json phase_plane_json(const PhasePlane& plane) {
+  const auto packed = [](const VectorX& values) { return Json{{"f32", base64_floats(Samples(values))}}; };
+  return {{"time", packed(plane.time)},
+          {"place", packed(plane.path_parameter)},
+          {"rate", packed(plane.path_rate)},
+          {"ceiling_place", packed(plane.mvc_path_parameter)},
+          {"ceiling", packed(plane.mvc_path_rate)}};
+}
+
+}  // namespace
+
+Json run_data_json(const Mechanism& mechanism, const RunResult& computed, const std::vector<Eigen::Index>& rows,
+                   const RunResult* deviation) {
+  Json json = {{"outcome", outcome_json(computed.outcome)}};
+  if (computed.outcome.status != MotionStatus::done) return json;
+  const bool all = static_cast<Eigen::Index>(rows.size()) == computed.time.size();
+  const RunResult thinned = all ? RunResult{} : extract_rows(computed, rows);
+  const RunResult& result = all ? computed : thinned;
+  json["notes"] = result.outcome.notes;
+  json["metrics"] = Json::array();
+  for (const Metric& metric : result.metrics) json["metrics"].push_back(metric_json(metric));
+  json["energy"] = result.energy;
+  json["about"] = vector_json(result.moment_reference, result.axes);
+  if (computed.corridor_result) json["found_corridor"] = corridor_result_json(*computed.corridor_result);
+  if (computed.optimised_law) json["found_law"] = optimised_law_json(*computed.optimised_law);
+  const PhasePlane& plane = computed.phase_plane;
+  if (plane.time.size() > 1 && plane.mvc_path_rate.size() > 0) json["phase_plane"] = phase_plane_json(plane);
+  json["samples"] = computed.time.size();
+  json["time"] = {{"f64", base64_doubles(result.time)}};
+  json["poses"] = {{"f32", base64_floats(packed_poses(mechanism, result))}};
+  json["series"] = series_json(result);
+  if (deviation != nullptr && deviation->time.size() == computed.time.size())
+    json["deviation"] = deviation_json(*deviation, rows);
+  return json;
+}
+
+}  // namespace balance

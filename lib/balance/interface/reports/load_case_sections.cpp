@@ -1,0 +1,284 @@
+#include "balance/interface/reports/load_case_sections.hpp"
+
+#include "balance/interface/files/text_table.hpp"
+#include "balance/synthesis/design/case_objective.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace balance {
+
+namespace {
+
+Json loads_json(const LoadCases& cases, const VectorX& values) {
+  Json json = Json::object();
+  for (std::size_t k = 0; k < cases.numbers.size(); ++k)
+    json[cases.numbers[k].name] = values[static_cast<Eigen::Index>(k)];
+  return json;
+}
+
+Json resting_json(const LoadCaseReport& one, const Mechanism& mechanism) {
+  Json json = Json::object();
+  for (const int actuator : mechanism.actuators) {
+    double most = 0;
+    for (const PeakEffort& effort : one.static_efforts)
+      if (effort.actuator == actuator) most = effort.magnitude;
+    json[mechanism.coordinates[static_cast<std::size_t>(actuator)].name] = most;
+  }
+  return json;
+}
+
+Json case_json(const LoadCaseReport& one, const DesignReport& report) {
+  Json json = {{"loads", loads_json(report.study_after.design.cases, one.loads)},
+               {"largest_residual", one.residual},
+               {"met", one.residual <= condition_tolerance},
+               {"at_rest", resting_json(one, report.study_after.mechanism)}};
+  json["free_numbers"] = Json::object();
+  for (std::size_t i = 0; i < report.free_numbers.size(); ++i)
+    json["free_numbers"][report.free_numbers[i].key_path] = one.x[static_cast<Eigen::Index>(i)];
+  json["trajectories"] = Json::array();
+  for (const LoadCaseRun& run : one.runs) {
+    Json metrics = Json::array();
+    for (const Metric& metric : run.metrics) metrics.push_back(metric_json(metric));
+    json["trajectories"].push_back(
+        {{"trajectory", run.trajectory}, {"outcome", outcome_json(run.outcome)}, {"metrics", std::move(metrics)}});
+  }
+  return json;
+}
+
+Json cases_json(const std::vector<LoadCaseReport>& all, const DesignReport& report) {
+  Json list = Json::array();
+  for (const LoadCaseReport& one : all) list.push_back(case_json(one, report));
+  return list;
+}
+
+Json law_json(const AdaptiveLaw& law, Eigen::Index which, const LoadCases& cases) {
+  Json terms = Json::array();
+  for (const AdaptiveLaw::Term& term : law.terms) {
+    if (term.coefficients[which] == 0) continue;
+    Json powers = Json::object();
+    for (std::size_t k = 0; k < term.powers.size(); ++k)
+      if (term.powers[k] > 0) powers[cases.numbers[k].name] = term.powers[k];
+    terms.push_back({{"coefficient", term.coefficients[which]}, {"powers", std::move(powers)}});
+  }
+  return terms;
+}
+
+Json table_json(const AdaptedTable& table, const DesignReport& report) {
+  if (table.loads.empty()) return nullptr;
+  Json rows = Json::array();
+  for (std::size_t row = 0; row < table.loads.size(); ++row)
+    rows.push_back({{"loads", loads_json(report.study_after.design.cases, table.loads[row])},
+                    {"values", numbers_json(table.values[row])},
+                    {"largest_residual", table.residuals[row]}});
+  const bool one = table.loads.front().size() == 1;
+  return {{"rows", std::move(rows)}, {"residual_between", one ? Json(table.midpoint_residual) : Json(nullptr)}};
+}
+
+Json adaptive_json(const DesignReport& report) {
+  if (!report.adaptive) return nullptr;
+  const AdaptiveReport& adaptive = *report.adaptive;
+  const LoadCases& cases = report.study_after.design.cases;
+  std::vector<std::string> names;
+  VectorX own(static_cast<Eigen::Index>(cases.numbers.size()));
+  for (std::size_t k = 0; k < cases.numbers.size(); ++k) {
+    names.push_back(cases.numbers[k].name);
+    own[static_cast<Eigen::Index>(k)] = cases.numbers[k].nominal;
+  }
+  Json numbers = Json::array();
+  for (std::size_t i = 0; i < adaptive.numbers.size(); ++i) {
+    const auto k = static_cast<Eigen::Index>(i);
+    Json number = {{"path", report.free_numbers[static_cast<std::size_t>(adaptive.numbers[i])].key_path},
+                   {"least", adaptive.min_values[k]},
+                   {"most", adaptive.max_values[k]},
+                   {"law", nullptr}};
+    if (adaptive.law) {
+      number["law"] = {{"text", law_text(*adaptive.law, k, names)},
+                       {"affine", adaptive.law->is_affine(k)},
+                       {"terms", law_json(*adaptive.law, k, cases)}};
+      number["slope"] = loads_json(cases, adaptive.law->jacobian(own).row(k));
+    }
+    numbers.push_back(std::move(number));
+  }
+  return {{"numbers", std::move(numbers)},
+          {"within_bounds", adaptive.is_within_bounds},
+          {"table", table_json(adaptive.table, report)},
+          {"work", adaptive.adjustment_work ? Json(*adaptive.adjustment_work) : Json(nullptr)},
+          {"own_load", loads_json(cases, own)},
+          {"not_adapted", cases_json(adaptive.fixed_design_cases, report)}};
+}
+
+}  // namespace
+
+void add_load_cases(Json& json, const DesignReport& report) {
+  json["load_cases"] = cases_json(report.load_cases, report);
+  json["adaptive"] = adaptive_json(report);
+}
+
+namespace {
+
+/// Of a law in a spec: the last two digits of a double are round-off of what cancelled.
+constexpr int law_significant_digits = 15;
+
+const LoadCases& cases_of(const DesignReport& report) { return report.study_after.design.cases; }
+
+std::vector<std::string> load_names(const LoadCases& loads) {
+  std::vector<std::string> names;
+  for (const LoadParameter& number : loads.numbers) names.push_back(number.name);
+  return names;
+}
+
+std::string figure_text(double value) { return value == 0 ? "0" : format_number(value); }
+
+std::string residual_word(double residual) {
+  if (std::isnan(residual)) return "-";
+  return residual <= condition_tolerance ? "met" : fmt::format("{:.2g}", residual);
+}
+
+/// Largest effort at rest of every actuator: "4.4145, 1.962".
+std::string resting_text(const LoadCaseReport& one, const Mechanism& mechanism) {
+  std::string text;
+  for (const int actuator : mechanism.actuators) {
+    const auto at = std::find_if(one.static_efforts.begin(), one.static_efforts.end(),
+                                 [&](const PeakEffort& effort) { return effort.actuator == actuator; });
+    text += (text.empty() ? "" : ", ") + figure_text(at == one.static_efforts.end() ? 0 : at->magnitude);
+  }
+  return text.empty() ? "-" : text;
+}
+
+/// Peak and mean of the worst actuator's torque.
+std::string torque_text(const LoadCaseRun& run) {
+  for (const Metric& metric : run.metrics)
+    if (metric.quantity == "torque") return fmt::format("{}, {}", figure_text(metric.peak), figure_text(metric.mean));
+  return "-";
+}
+
+std::string cases_table(const std::vector<LoadCaseReport>& all, const DesignReport& report) {
+  const Mechanism& mechanism = report.study_after.mechanism;
+  std::string actuators;
+  for (const int actuator : mechanism.actuators)
+    actuators += (actuators.empty() ? " " : ", ") + mechanism.coordinates[static_cast<std::size_t>(actuator)].name;
+  TextTable table{{"load", "conditions", "most at rest" + actuators}, {Align::left, Align::right, Align::right}, {}};
+  for (const LoadCaseRun& run : all.front().runs) {
+    table.heading.push_back(run.trajectory + ": torque peak, mean");
+    table.align.push_back(Align::right);
+  }
+  for (const LoadCaseReport& one : all) {
+    std::vector<std::string> row{load_text(cases_of(report).numbers, one.loads), residual_word(one.residual),
+                                 resting_text(one, mechanism)};
+    for (const LoadCaseRun& run : one.runs) row.push_back(torque_text(run));
+    table.rows.push_back(std::move(row));
+  }
+  return format_table(table);
+}
+
+std::string path_of(const DesignReport& report, std::size_t which) {
+  return report.free_numbers[static_cast<std::size_t>(report.adaptive->numbers[which])].key_path;
+}
+
+std::string slopes_text(const AdaptiveLaw& law, Eigen::Index i, const LoadCases& loads) {
+  VectorX own(static_cast<Eigen::Index>(loads.numbers.size()));
+  for (Eigen::Index k = 0; k < own.size(); ++k) own[k] = loads.numbers[static_cast<std::size_t>(k)].nominal;
+  const MatrixX slope = law.jacobian(own);
+  std::string text;
+  for (Eigen::Index k = 0; k < own.size(); ++k)
+    text += fmt::format("{}{:.6g} per {}", k == 0 ? "" : ", ", slope(i, k),
+                        loads.numbers[static_cast<std::size_t>(k)].name);
+  return text;
+}
+
+std::string law_lines(const DesignReport& report) {
+  const AdaptiveReport& adaptive = *report.adaptive;
+  const LoadCases& loads = cases_of(report);
+  std::string text = "adapted to the load [SI]\n";
+  for (std::size_t i = 0; i < adaptive.numbers.size(); ++i) {
+    const auto k = static_cast<Eigen::Index>(i);
+    text += fmt::format("  {} = {}", path_of(report, i),
+                        adaptive.law ? law_text(*adaptive.law, k, load_names(loads)) : "by the table below");
+    text += fmt::format("; from {:.6g} to {:.6g}", adaptive.min_values[k], adaptive.max_values[k]);
+    if (adaptive.law) text += "; " + slopes_text(*adaptive.law, k, loads);
+    text += "\n";
+  }
+  if (!adaptive.is_within_bounds)
+    text += "the law leaves the bounds of the free numbers within the range of the loads\n";
+  return text;
+}
+
+std::string table_text(const DesignReport& report) {
+  const AdaptedTable& found = report.adaptive->table;
+  if (found.loads.empty()) return "";
+  TextTable table{{"load", "conditions"}, {Align::left, Align::right}, {}};
+  for (std::size_t i = 0; i < report.adaptive->numbers.size(); ++i) {
+    table.heading.push_back(path_of(report, i));
+    table.align.push_back(Align::right);
+  }
+  for (std::size_t row = 0; row < found.loads.size(); ++row) {
+    std::vector<std::string> cells{load_text(cases_of(report).numbers, found.loads[row]),
+                                   residual_word(found.residuals[row])};
+    for (const double value : found.values[row]) cells.push_back(figure_text(value));
+    table.rows.push_back(std::move(cells));
+  }
+  std::string text = format_table(table);
+  if (found.loads.front().size() == 1)
+    text += fmt::format("between them by a cubic spline: conditions {}\n", residual_word(found.midpoint_residual));
+  return text;
+}
+
+std::string costs_text(const DesignReport& report) {
+  std::string text;
+  if (report.adaptive->adjustment_work)
+    text += fmt::format(
+        "work against gravity and springs from the least to the largest loads, at the start of trajectory {}: {} J\n",
+        report.study_after.trajectories.front().name, figure_text(*report.adaptive->adjustment_work));
+  VectorX own(static_cast<Eigen::Index>(cases_of(report).numbers.size()));
+  for (Eigen::Index k = 0; k < own.size(); ++k) own[k] = cases_of(report).numbers[static_cast<std::size_t>(k)].nominal;
+  text += fmt::format("\nnot adapted: as it suits {}\n", load_text(cases_of(report).numbers, own));
+  return text + cases_table(report.adaptive->fixed_design_cases, report);
+}
+
+}  // namespace
+
+std::string law_text(const AdaptiveLaw& law, Eigen::Index which, const std::vector<std::string>& loads, double unit,
+                     int digits, const char* times) {
+  std::string text;
+  for (const AdaptiveLaw::Term& term : law.terms) {
+    const double coefficient = term.coefficients[which] / unit;
+    if (coefficient == 0) continue;
+    const char* sign = coefficient < 0 ? (text.empty() ? "-" : " - ") : (text.empty() ? "" : " + ");
+    text += fmt::format("{}{:.{}g}", sign, std::abs(coefficient), digits);
+    for (std::size_t k = 0; k < term.powers.size(); ++k) {
+      if (term.powers[k] == 0) continue;
+      text += times + loads[k];
+      if (term.powers[k] > 1) text += fmt::format("^{}", term.powers[k]);
+    }
+  }
+  return text.empty() ? "0" : text;
+}
+
+std::vector<std::string> make_law_expressions(const DesignReport& report) {
+  std::vector<std::string> texts(report.free_numbers.size());
+  if (!report.adaptive || !report.adaptive->law || !report.adaptive->is_within_bounds) return texts;
+  const LoadCases& loads = cases_of(report);
+  std::vector<std::string> names;
+  for (const LoadParameter& number : loads.numbers) {
+    if (!number.path.starts_with("parameters.")) return texts;
+    names.push_back(number.path.substr(std::string("parameters.").size()));
+  }
+  for (std::size_t i = 0; i < report.adaptive->numbers.size(); ++i) {
+    const auto number = static_cast<std::size_t>(report.adaptive->numbers[i]);
+    texts[number] = fmt::format("\"{}\"", law_text(*report.adaptive->law, static_cast<Eigen::Index>(i), names,
+                                                   report.free_numbers[number].unit, law_significant_digits, " * "));
+  }
+  return texts;
+}
+
+std::string load_cases_text(const DesignReport& report) {
+  if (report.load_cases.empty()) return "";
+  std::string text = fmt::format("\nload cases\n{}", cases_table(report.load_cases, report));
+  if (report.adaptive) text += "\n" + law_lines(report) + table_text(report) + costs_text(report);
+  return text;
+}
+
+}  // namespace balance

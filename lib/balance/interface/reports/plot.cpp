@@ -1,0 +1,364 @@
+#include "balance/interface/reports/plot.hpp"
+
+#include "balance/foundation/base/elementary.hpp"
+#include "balance/foundation/numerics/extrema.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+namespace balance {
+namespace {
+
+constexpr double jump_slope_ratio =
+    6;  // a step this many times those around it is no smooth motion: theirs differ by the
+        // third derivative only
+constexpr double jump_epsilon = 0.01;              // of the range; smaller steps are round-off
+constexpr double invisible_step_tolerance = 1e-4;  // of the range: an upright step that nobody would see
+
+bool jumps_at(const VectorX& values, Eigen::Index k, double range) {
+  const auto step = [&](Eigen::Index i) {
+    return i < 1 || i >= values.size() ? 0.0 : std::abs(values[i] - values[i - 1]);
+  };
+  const double around = std::max({step(k - 2), step(k - 1), step(k + 1), step(k + 2)});
+  return step(k) > jump_epsilon * range && step(k) > jump_slope_ratio * around;
+}
+
+/// What the samples before k lead to at k: through the last three of them that no other jump parts.
+double value_before(const VectorX& values, Eigen::Index k, Eigen::Index first) {
+  const Eigen::Index known = std::min<Eigen::Index>(k - first, 3);
+  const auto back = [&](Eigen::Index i) { return values[k - i]; };
+  if (known == 3) return 3 * back(1) - 3 * back(2) + back(3);
+  return known == 2 ? 2 * back(1) - back(2) : back(1);
+}
+
+}  // namespace
+
+std::vector<Eigen::Index> find_sampled_jumps(const RunResult& result) {
+  std::vector<Eigen::Index> jumps;
+  const Samples& all = result.joint_acceleration;
+  for (Eigen::Index column = 0; column < all.cols(); ++column) {
+    const VectorX values = all.col(column);
+    if (values.size() < 4) continue;
+    const double range = max_coefficient(values) - min_coefficient(values);
+    // Ends have neighbours on one side only, which is too little to tell a jump from the motion.
+    for (Eigen::Index k = 2; k + 1 < values.size(); ++k)
+      if (jumps_at(values, k, range)) jumps.push_back(k);
+  }
+  std::sort(jumps.begin(), jumps.end());
+  jumps.erase(std::unique(jumps.begin(), jumps.end()), jumps.end());
+  return jumps;
+}
+
+std::vector<PlotPoint> trace_values(const VectorX& x, const VectorX& values, const std::vector<Eigen::Index>& jumps) {
+  std::vector<PlotPoint> points;
+  const double range = values.size() > 0 ? max_coefficient(values) - min_coefficient(values) : 0;
+  Eigen::Index first = 0;
+  auto next = jumps.begin();
+  for (Eigen::Index k = 0; k < values.size(); ++k) {
+    if (next != jumps.end() && *next == k) {
+      const double before = value_before(values, k, first);
+      if (std::abs(before - values[k]) > invisible_step_tolerance * range) points.push_back({x[k], before});
+      first = k;
+      ++next;
+    }
+    points.push_back({x[k], values[k]});
+  }
+  return points;
+}
+
+std::vector<PlotPoint> decimate_series(std::vector<PlotPoint> points, std::size_t most) {
+  if (points.size() <= most) return points;
+  const std::size_t stretches = std::max<std::size_t>(most / 4, 1);
+  std::vector<PlotPoint> kept;
+  for (std::size_t i = 0; i < stretches; ++i) {
+    const auto begin = points.begin() + static_cast<std::ptrdiff_t>(i * points.size() / stretches);
+    const auto end = points.begin() + static_cast<std::ptrdiff_t>((i + 1) * points.size() / stretches);
+    const auto [low, high] =
+        std::minmax_element(begin, end, [](const PlotPoint& a, const PlotPoint& b) { return a.y < b.y; });
+    std::vector<std::vector<PlotPoint>::iterator> places = {begin, low, high, end - 1};
+    std::sort(places.begin(), places.end());
+    places.erase(std::unique(places.begin(), places.end()), places.end());
+    for (const auto place : places) kept.push_back(*place);
+  }
+  return kept;
+}
+
+std::vector<PlotPoint> decimate_path(std::vector<PlotPoint> points, std::size_t most) {
+  if (points.size() <= most || most < 2) return points;
+  std::vector<PlotPoint> kept;
+  for (std::size_t i = 0; i < most; ++i) kept.push_back(points[i * (points.size() - 1) / (most - 1)]);
+  return kept;
+}
+
+namespace {
+
+const std::vector<std::string> colours = {"#123a6b", "#d1495b", "#dd9a1f", "#1f8a70", "#7a4fa3", "#6b7280"};
+
+const std::vector<std::vector<double>> patterns = {{},    {8, 3}, {3, 2}, {10, 3, 2, 3}, {14, 4}, {10, 3, 2, 3, 2, 3},
+                                                   {4, 5}};
+
+double linear(double s) { return s <= 0.04045 ? s / 12.92 : elementary::pow((s + 0.055) / 1.055, 2.4); }
+
+}  // namespace
+
+LineStyle make_line_style(std::size_t colour, std::size_t dashes) {
+  return {colours[colour % colours.size()], patterns[dashes % patterns.size()]};
+}
+
+double lightness(const std::string& colour) {
+  const auto part = [&](std::size_t at) { return linear(std::stoi(colour.substr(at, 2), nullptr, 16) / 255.0); };
+  const double y = 0.2126 * part(1) + 0.7152 * part(3) + 0.0722 * part(5);
+  return y > 0.008856 ? 116 * std::cbrt(y) - 16 : 903.3 * y;
+}
+
+namespace {
+
+constexpr double max_rate_headroom = 1.4;             // over the fastest law; the ceiling goes on beyond it
+constexpr std::size_t max_distinguished_limits = 12;  // that are told apart; more stand in the table of the run
+constexpr double phase_height = 75;                   // [mm]
+constexpr const char* max_velocity_colour = "#9aa1a9";
+constexpr const char* switch_colour = "#30363d";
+
+const PhasePlane& plane_of(const PlotRun& run) {
+  const PhasePlane& plane = run.result->phase_plane;
+  if (plane.time.size() > 1) return plane;
+  throw std::invalid_argument(fmt::format(
+      "{} has no phase plane: result files have it of laws that were found and of trajectories with limits; "
+      "draw the spec itself, such as spec.yaml:trajectory",
+      run.label));
+}
+
+PlotPoint point_at(const PhasePlane& plane, double time) {
+  const Eigen::Index last = plane.time.size() - 1;
+  Eigen::Index k = 1;
+  while (k < last && plane.time[k] < time) ++k;
+  const double width = plane.time[k] - plane.time[k - 1];
+  const double part = width > 0 ? std::clamp((time - plane.time[k - 1]) / width, 0.0, 1.0) : 1;
+  const auto mix = [&](const VectorX& values) { return (1 - part) * values[k - 1] + part * values[k]; };
+  return {mix(plane.path_parameter), mix(plane.path_rate)};
+}
+
+std::vector<PlotPoint> points_between(const PhasePlane& plane, double begin, double end) {
+  std::vector<PlotPoint> points{point_at(plane, begin)};
+  for (Eigen::Index k = 0; k < plane.time.size(); ++k)
+    if (plane.time[k] > begin && plane.time[k] < end) points.push_back({plane.path_parameter[k], plane.path_rate[k]});
+  points.push_back(point_at(plane, end));
+  return points;
+}
+
+/// One line per stretch, one pen and one entry of the legend per limit.
+void add_stretches(const PlotRun& run, PlotPanel& panel) {
+  std::vector<std::string> limits;
+  for (const ActiveLimitInterval& stretch : run.result->optimised_law->active_limits) {
+    const std::string limit = stretch.limit.empty() ? "no limit" : stretch.limit;
+    const auto known = std::find(limits.begin(), limits.end(), limit);
+    const auto index = static_cast<std::size_t>(known - limits.begin());
+    const bool is_new = known == limits.end();
+    if (is_new) limits.push_back(limit);
+    const std::string label = !is_new || index > max_distinguished_limits ? ""
+                              : index == max_distinguished_limits         ? "others"
+                                                                          : limit;
+    const std::size_t pen = std::min(index, max_distinguished_limits);
+    panel.lines.push_back(
+        {label, make_line_style(pen, pen), points_between(run.result->phase_plane, stretch.begin, stretch.end)});
+  }
+}
+
+/// What lies below the top, in pieces.
+std::vector<std::vector<PlotPoint>> pieces_below(const PhasePlane& plane, double top) {
+  std::vector<std::vector<PlotPoint>> pieces;
+  const auto cross = [&](Eigen::Index below, Eigen::Index above) -> PlotPoint {
+    const double rise = plane.mvc_path_rate[above] - plane.mvc_path_rate[below];
+    const double part = std::isfinite(rise) && rise > 0 ? (top - plane.mvc_path_rate[below]) / rise : 0;
+    return {
+        plane.mvc_path_parameter[below] + part * (plane.mvc_path_parameter[above] - plane.mvc_path_parameter[below]),
+        top};
+  };
+  for (Eigen::Index k = 0; k < plane.mvc_path_rate.size(); ++k) {
+    const bool inside = plane.mvc_path_rate[k] <= top, was_inside = k > 0 && plane.mvc_path_rate[k - 1] <= top;
+    if (inside && !was_inside) pieces.emplace_back();
+    if (inside && !was_inside && k > 0) pieces.back().push_back(cross(k, k - 1));
+    if (inside) pieces.back().push_back({plane.mvc_path_parameter[k], plane.mvc_path_rate[k]});
+    if (!inside && was_inside) pieces.back().push_back(cross(k - 1, k));
+  }
+  return pieces;
+}
+
+void add_max_velocity_curves(const std::vector<PlotRun>& runs, double top, PlotPanel& panel) {
+  for (std::size_t i = 0; i < runs.size(); ++i) {
+    LineStyle pen{max_velocity_colour, {6, 3}};
+    if (runs.size() > 1) pen = {make_line_style(i, i).colour, {2, 2}};
+    std::string label = runs.size() > 1 ? runs[i].label + ", limits" : "largest rate within the limits";
+    for (auto& piece : pieces_below(runs[i].result->phase_plane, top)) {
+      panel.lines.push_back({label, pen, std::move(piece)});
+      label.clear();
+    }
+  }
+}
+
+void add_switches(const std::vector<PlotRun>& runs, PlotPanel& panel) {
+  PlotMarker mark{"switch", MarkerShape::circle, switch_colour, {}};
+  for (const PlotRun& run : runs)
+    if (run.result->optimised_law)
+      for (const double time : run.result->optimised_law->switch_times)
+        mark.points.push_back(point_at(run.result->phase_plane, time));
+  if (!mark.points.empty()) panel.marks.push_back(std::move(mark));
+}
+
+}  // namespace
+
+Plot plot_phase_plane(const std::vector<PlotRun>& runs) {
+  Plot picture;
+  picture.x_label = "part of the path that is behind";
+  picture.panel_height = phase_height;
+  PlotPanel panel{.name = "phase plane", .y_label = "its rate [1/s]", .from_zero = true};
+  double top = 0;
+  for (const PlotRun& run : runs) top = std::max(top, max_rate_headroom * max_coefficient(plane_of(run).path_rate));
+  add_max_velocity_curves(runs, top, panel);
+  for (std::size_t i = 0; i < runs.size(); ++i) {
+    const PhasePlane& plane = runs[i].result->phase_plane;
+    const bool told = runs[i].result->optimised_law && !runs[i].result->optimised_law->active_limits.empty();
+    if (runs.size() == 1 && told)
+      add_stretches(runs[i], panel);
+    else
+      panel.lines.push_back({runs.size() > 1 ? runs[i].label : "law", make_line_style(i, i),
+                             points_between(plane, plane.time[0], plane.time[plane.time.size() - 1])});
+  }
+  add_switches(runs, panel);
+  picture.panels.push_back(std::move(panel));
+  return picture;
+}
+
+namespace {
+
+constexpr std::size_t max_points_per_line = 4000;  // of a line: more than a page resolves
+constexpr std::size_t max_curves_per_panel = 300;  // of a panel: more than an eye tells apart
+
+/// "m/s^2" as it is printed.
+std::string printed_unit(std::string unit) {
+  const std::size_t power = unit.find("^2");
+  if (power != std::string::npos) unit.replace(power, 2, "²");
+  return unit;
+}
+
+std::string axis_label(const std::string& title, const std::string& unit) {
+  return unit == "1" ? title : fmt::format("{} [{}]", title, printed_unit(unit));
+}
+
+std::string legend_label(const std::string& run, const std::string& curve, bool several_runs) {
+  if (!several_runs) return curve;
+  return curve.empty() ? run : run + ", " + curve;
+}
+
+PlotQuantity quantity_of(const PlotRun& run, const std::string& name, VectorView view) {
+  std::optional<PlotQuantity> quantity = find_plot_quantity(*run.result, name, view);
+  if (!quantity) throw std::invalid_argument(fmt::format("{} has no {}", run.label, name));
+  if (quantity->unit == "mixed")
+    throw std::invalid_argument(
+        fmt::format("{0} has different units: name one, such as {0}[{1}]", name, quantity->curves.front().label));
+  return *std::move(quantity);
+}
+
+VectorX abscissa(const RunResult& result, TimeAxis axis) {
+  const double duration = result.time.size() > 0 ? result.time[result.time.size() - 1] : 0;
+  if (axis == TimeAxis::seconds || duration <= 0) return result.time;
+  return result.time / duration;
+}
+
+PlotPanel panel_over_time(const std::vector<PlotRun>& runs, const std::string& name, VectorView view, TimeAxis axis) {
+  PlotPanel panel;
+  panel.name = name;
+  for (std::size_t i = 0; i < runs.size(); ++i) {
+    const PlotQuantity quantity = quantity_of(runs[i], name, view);
+    const std::string label = axis_label(quantity.title, quantity.unit);
+    if (i == 0) {
+      panel.y_label = label;
+      panel.from_zero = quantity.not_negative;
+    } else if (label != panel.y_label) {
+      throw std::invalid_argument(
+          fmt::format("{} is {} in {}, {} in {}", name, quantity.unit, runs[i].label, panel.y_label, runs[0].label));
+    }
+    if (panel.lines.size() + quantity.curves.size() > max_curves_per_panel)
+      throw std::invalid_argument(fmt::format(
+          "{0} has more than {1} curves, the most that a panel holds: name one, such as {0}[{2}]", name,
+          max_curves_per_panel, quantity.curves.front().label.substr(0, quantity.curves.front().label.find(' '))));
+    const std::vector<Eigen::Index> jumps = find_sampled_jumps(*runs[i].result);
+    for (std::size_t j = 0; j < quantity.curves.size(); ++j) {
+      // Colours tell curves apart and dashes runs; where there is one of either, both do.
+      const std::size_t both = quantity.curves.size() == 1 ? i : j;
+      const LineStyle pen = make_line_style(both, runs.size() == 1 || quantity.curves.size() == 1 ? both : i);
+      const PlotCurve& curve = quantity.curves[j];
+      panel.lines.push_back(
+          {legend_label(runs[i].label, curve.label, runs.size() > 1), pen,
+           decimate_series(trace_values(abscissa(*runs[i].result, axis), curve.values, jumps), max_points_per_line)});
+    }
+  }
+  return panel;
+}
+
+std::vector<std::string> legend_of(const PlotPanel& panel) {
+  std::vector<std::string> labels;
+  for (const PlotLine& line : panel.lines) labels.push_back(line.label);
+  return labels;
+}
+
+/// The columns of a plane's axes. @throws std::invalid_argument
+std::pair<Eigen::Index, Eigen::Index> axes_of(const std::string& plane, const PlotRun& run) {
+  const std::string axes = std::string("xyz").substr(0, static_cast<std::size_t>(run.result->axes));
+  if (plane.size() != 2 || axes.find(plane[0]) == std::string::npos || axes.find(plane[1]) == std::string::npos)
+    throw std::invalid_argument(fmt::format("{} is planar: it has no plane {}", run.label, plane));
+  return {static_cast<Eigen::Index>(axes.find(plane[0])), static_cast<Eigen::Index>(axes.find(plane[1]))};
+}
+
+std::vector<PlotPoint> path_points(const Samples& position, std::pair<Eigen::Index, Eigen::Index> axes) {
+  std::vector<PlotPoint> points;
+  for (Eigen::Index k = 0; k < position.rows(); ++k)
+    points.push_back({position(k, axes.first), position(k, axes.second)});
+  return decimate_path(points, max_points_per_line);
+}
+
+constexpr const char* mark_colour = "#30363d";
+
+}  // namespace
+
+Plot plot_over_time(const std::vector<PlotRun>& runs, const std::vector<std::string>& quantities, VectorView view,
+                    TimeAxis axis) {
+  Plot picture;
+  picture.x_label = axis == TimeAxis::seconds ? "time [s]" : "time / duration";
+  for (const std::string& name : quantities) {
+    picture.panels.push_back(panel_over_time(runs, name, view, axis));
+    PlotPanel& panel = picture.panels.back();
+    // Below a panel with the same legend it would be said twice.
+    if (picture.panels.size() > 1) panel.legend = legend_of(panel) != legend_of(*(picture.panels.end() - 2));
+  }
+  return picture;
+}
+
+Plot plot_paths(const std::vector<PlotRun>& runs, const std::string& plane) {
+  Plot picture;
+  picture.equal_axes = true;
+  picture.x_label = fmt::format("{} [m]", plane.substr(0, 1));
+  PlotPanel panel{.name = "path", .y_label = fmt::format("{} [m]", plane.substr(1))};
+  PlotMarker start{"start", MarkerShape::circle, mark_colour, {}},
+      end{"end", MarkerShape::filled_circle, mark_colour, {}};
+  for (std::size_t i = 0; i < runs.size(); ++i) {
+    const auto axes = axes_of(plane, runs[i]);
+    const auto add = [&](const char* what, const Samples& position, std::size_t which) {
+      if (position.rows() == 0) return;
+      const LineStyle pen = make_line_style(runs.size() == 1 ? which : i, which);
+      panel.lines.push_back({legend_label(runs[i].label, what, runs.size() > 1), pen, path_points(position, axes)});
+      start.points.push_back(panel.lines.back().points.front());
+      end.points.push_back(panel.lines.back().points.back());
+    };
+    add("tool", runs[i].result->tool_position, 0);
+    add("centre of mass", runs[i].result->com_position, 1);
+  }
+  panel.marks = {start, end};
+  picture.panels.push_back(panel);
+  return picture;
+}
+
+}  // namespace balance

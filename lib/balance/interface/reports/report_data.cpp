@@ -1,0 +1,124 @@
+#include "balance/interface/reports/report_data.hpp"
+
+#include "balance/foundation/base/error.hpp"
+#include "balance/interface/reports/status_names.hpp"
+#include "balance/interface/specification/read_spec.hpp"
+#include "balance/mechanics/model/validation.hpp"
+#include "balance/motion/simulation/end_configurations.hpp"
+#include "balance/motion/study/study.hpp"
+#include "balance/synthesis/conditions/spec_symbols.hpp"
+#include "balance/synthesis/design/condition_dependence.hpp"
+
+#include <limits>
+
+namespace balance {
+
+ConditionsOutcome derive_conditions_data(const BalanceRequest& question, const DesignSpace& space, bool named) {
+  const Study& study = space.start;
+  const std::vector<CoordinateValue> start = start_coordinates(study);
+  reject_temporary_payloads(study, "conditions", &question.excluded);
+  ConditionOptions options;
+  options.seed = question.seed.value_or(options.seed);
+  options.excluded = question.excluded;
+  // Angular momentum is about the same point as in the runs.
+  if (!study.trajectories.empty()) options.about = study.trajectories.front().about;
+  const DeriveConditions derive = make_conditions_deriver(question.goals, question.is_modular, options, start);
+  ConditionsOutcome answer;
+  ConditionsReportData& view = answer.view;
+  view.title = study.mechanism.name;
+  view.strategy = question.strategy();
+  view.conditions = derive(study.mechanism);
+  if (view.conditions.status != ConditionsStatus::done) {
+    answer.refusal = {name_of(view.conditions.status), view.conditions.reason};
+    return answer;
+  }
+  if (named) {
+    const DeriveConditions nearby =
+        make_perturbed_deriver(derive, question.is_modular, options, start, study.mechanism, view.conditions);
+    view.names = name_coefficients(study.mechanism, view.conditions, list_symbols(space), nearby);
+  }
+  view.numbers = study.free_numbers;
+  view.free_number_indices = probe_condition_variables(space, view.conditions, derive);
+  evaluate_conditions(view, assembled_at(study.mechanism, start), study.trajectories, options);
+  if (!view.residuals.allFinite())
+    answer.refusal = {"overflow",
+                      has_mass(study.mechanism)
+                          ? "numbers overflow: what the conditions leave is larger than can be computed with"
+                          : no_mass_message};
+  return answer;
+}
+
+RequestFailure find_failure(const DesignReport& report) {
+  const Conditions& conditions = report.outcome.conditions;
+  if (report.outcome.status != DesignStatus::unsolved) return {};
+  // with conditions at hand it is what was to be made small that has no value
+  return {conditions.status == ConditionsStatus::done ? "no-value" : name_of(conditions.status),
+          report.outcome.reason.empty() ? conditions.reason : report.outcome.reason};
+}
+
+namespace {
+
+/// The design as its own spec: how a reader of the file that -o writes would know its lengths.
+std::vector<GeometricSymbol> symbols_of_design(const Study& study, const std::string& balanced,
+                                               const Mechanism& mechanism, std::vector<std::string>& notes) {
+  try {
+    return list_symbols(read_design_space(balanced, study.spec_file));
+  } catch (const SpecError& error) {
+    notes.push_back("the designed spec needs a change before it can be read: " + error.summary());
+    return list_geometric_symbols(mechanism);
+  }
+}
+
+ConditionsReportData make_designed_conditions_data(const DesignStudyOptions& options, const DesignSpace& space,
+                                                   const std::string& balanced, DesignReport& report) {
+  const DesignOutcome& outcome = report.outcome;
+  const Mechanism& mechanism = report.study_after.mechanism;
+  ConditionsReportData view;
+  view.title = space.start.mechanism.name;
+  view.strategy = options.is_modular ? "modular" : "complete";
+  view.conditions = outcome.conditions;
+  view.numbers = report.free_numbers;
+  if (view.conditions.goals.empty()) {  // only a figure was asked for
+    view.residuals = VectorX(0);
+    return view;
+  }
+  const FreeSprings loose = loose_springs_of(view.conditions, mechanism);
+  ConditionOptions condition_options;
+  condition_options.loose_springs = loose;
+  condition_options.excluded = options.excluded;
+  condition_options.variable_terms = view.conditions.variable_terms;
+  if (!space.start.trajectories.empty()) condition_options.about = space.start.trajectories.front().about;
+  const auto symbols = symbols_of_design(space.start, balanced, mechanism, report.notes);
+  const auto start = start_coordinates(space.start);
+  const DeriveConditions derive =
+      make_conditions_deriver(view.conditions.goals, options.is_modular, condition_options, start);
+  view.names = name_coefficients(
+      mechanism, view.conditions, symbols,
+      make_perturbed_deriver(derive, options.is_modular, condition_options, start, mechanism, view.conditions));
+  view.free_number_indices = outcome.condition_variables;
+  view.free_number_indices.resize(static_cast<std::size_t>(view.conditions.matrix.rows()));
+  evaluate_conditions(view, assembled_at(mechanism, start_coordinates(space.start)), report.study_after.trajectories,
+                      condition_options);
+  return view;
+}
+
+}  // namespace
+
+DesignReportData make_design_data(const DesignStudyOptions& options, const DesignSpace& space,
+                                  const std::string& balanced, DesignReport report) {
+  DesignReportData view;
+  const auto& terms = options.minimize.empty() ? space.start.design.minimize : options.minimize;
+  view.objective = objective_text(terms);
+  view.objective_unit = objective_unit(terms, space.start.mechanism);
+  view.conditions = make_designed_conditions_data(options, space, balanced, report);
+  const Eigen::Index rows = view.conditions.conditions.matrix.rows();
+  view.residuals_before = report.outcome.residuals_before.size() == rows
+                              ? report.outcome.residuals_before
+                              : VectorX::Constant(rows, std::numeric_limits<double>::quiet_NaN());
+  view.seconds = options.search.max_time;
+  view.warnings = space.start.warnings;
+  view.report = std::move(report);
+  return view;
+}
+
+}  // namespace balance

@@ -1,0 +1,48 @@
+#include "balance/interface/reports/status_names.hpp"
+
+namespace balance {
+
+const char* name_of(ConditionsStatus status) {
+  switch (status) {
+    case ConditionsStatus::unsolved: return "unsolved";
+    case ConditionsStatus::done: return "done";
+    case ConditionsStatus::not_assembled: return "not-assembled";
+    case ConditionsStatus::mismatch: return "mismatch";
+    case ConditionsStatus::rank_unclear: return "rank-unclear";
+  }
+  return "";
+}
+
+const char* name_of(DesignStatus status) {
+  switch (status) {
+    case DesignStatus::unsolved: return "unsolved";
+    case DesignStatus::balanced: return "balanced";
+    case DesignStatus::compromise: return "compromise";
+    case DesignStatus::infeasible: return "impossible";
+    case DesignStatus::no_feasible_start: return "not-found";
+    case DesignStatus::no_goal: return "not-asked";
+  }
+  return "";
+}
+
+const char* name_of(Optimality optimality) {
+  switch (optimality) {
+    case Optimality::not_optimised: return "not-asked";
+    case Optimality::proved_global: return "proved-best";
+    case Optimality::local_optimum: return "local-best";
+    case Optimality::budget_exhausted: return "stopped";
+  }
+  return "";
+}
+
+const char* name_of(DesignMethod method) {
+  switch (method) {
+    case DesignMethod::none: return "nothing-to-do";
+    case DesignMethod::affine: return "affine";
+    case DesignMethod::polynomial: return "polynomial";
+    case DesignMethod::geometric: return "geometric";
+  }
+  return "";
+}
+
+}  // namespace balance

@@ -1,0 +1,14 @@
+#pragma once
+/// What answers about conditions and designs are called.
+
+#include "balance/synthesis/conditions/conditions.hpp"
+#include "balance/synthesis/design/solve_design.hpp"
+
+namespace balance {
+
+const char* name_of(ConditionsStatus status);  ///< "done", "rank-unclear", …
+const char* name_of(DesignStatus status);      ///< "balanced", "compromise", …
+const char* name_of(Optimality optimality);    ///< "proved-best", "local-best", …
+const char* name_of(DesignMethod method);      ///< "affine", "polynomial", …
+
+}  // namespace balance

@@ -1,0 +1,491 @@
+#include "balance/interface/reports/tolerance_sections.hpp"
+
+#include "balance/foundation/hdf5/hdf5_writer.hpp"
+#include "balance/interface/files/atomic_file.hpp"
+#include "balance/interface/files/json.hpp"
+#include "balance/interface/files/provenance.hpp"
+#include "balance/interface/files/result_group.hpp"
+#include "balance/interface/files/text_table.hpp"
+#include "balance/mechanics/results/quantities.hpp"
+#include "balance/synthesis/design/objective_builder.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <limits>
+#include <numeric>
+#include <span>
+#include <stdexcept>
+#include <utility>
+
+namespace balance {
+namespace {
+
+using Dimension = Hdf5Writer::Dimension;
+using Group = Hdf5Writer::Group;
+
+// Every group has a dimension of its own: readers of one group see all of its labels.
+Dimension add_number_labels(Hdf5Writer& file, Group group, const Tolerances& numbers) {
+  std::vector<std::string> paths;
+  for (const TolerancedParameter& one : numbers) paths.push_back(one.path);
+  return file.add_dimension(group, {"number", "key path in the spec", "1", {}, {}}, paths);
+}
+
+/// An entry per number and joint.
+void add_incompatible_parameter_table(Hdf5Writer& file, Group parent,
+                                      const std::vector<IncompatibleParameter>& openings) {
+  if (openings.empty()) return;
+  const Group group = file.add_group(parent, "openings");
+  std::vector<std::string> paths, joints, units;
+  std::vector<double> gaps;
+  for (const IncompatibleParameter& one : openings) {
+    paths.push_back(one.key_path);
+    joints.push_back(one.joint);
+    units.push_back(one.unit);
+    gaps.push_back(one.gap);
+  }
+  const Dimension opening = file.add_dimension(
+      group, {"opening", "number that over-constrained loops cannot follow by itself", "1", {}, {}}, paths);
+  file.add_variable(group, {"joint", "joint that it opens", "1", {opening}, {}}, joints);
+  file.add_variable(group, {"unit", "of the gap", "1", {opening}, {}}, units);
+  file.add_variable(group, {"gap", "what its deviation opens the joint by at least", "mixed", {opening}, {}}, gaps);
+}
+
+void add_tolerances(Hdf5Writer& file, Group parent, const Tolerances& numbers) {
+  const Group group = file.add_group(parent, "numbers");
+  const Dimension number = add_number_labels(file, group, numbers);
+  std::vector<double> value, width, deviation;
+  std::vector<std::string> distribution;
+  for (const TolerancedParameter& one : numbers) {
+    value.push_back(one.value);
+    width.push_back(one.width);
+    deviation.push_back(one.deviation());
+    distribution.emplace_back(one.distribution == Distribution::normal ? "normal" : "uniform");
+  }
+  file.add_variable(group, {"value", "as the spec has it, SI; parameters as written", "mixed", {number}, {}}, value);
+  file.add_variable(group, {"width", "standard deviation; of uniform ones half of the interval", "mixed", {number}, {}},
+                    width);
+  file.add_variable(group, {"deviation", "standard deviation", "mixed", {number}, {}}, deviation);
+  file.add_variable(group, {"distribution", "normal or uniform", "1", {number}, {}}, distribution);
+}
+
+/// The figures of a run's `metrics` and how far they are off, a row per quantity.
+class DeviationWriter {
+ public:
+  DeviationWriter(Hdf5Writer& file, Group group, const ToleranceReport& report)
+      : file_(file), group_(group), report_(report) {
+    std::vector<std::string> names, units;
+    for (const QuantityTolerance& one : report.quantities) {
+      names.push_back(one.quantity);
+      units.push_back(one.unit);
+    }
+    quantity_ = file.add_dimension(group, {"quantity", "quantity", "1", {}, {}}, names);
+    number_ = add_number_labels(file, group, report.numbers);
+    file.add_variable(group, {"unit", "unit of the quantity", "1", {quantity_}, {}}, units);
+    unit_ = common_unit(units);
+  }
+
+  void add_figure(const std::string& name, FigureDeviation QuantityTolerance::*figure) const {
+    add(name, "standard deviation of the " + name + " to first order", unit_,
+        [&](const QuantityTolerance& one) { return (one.*figure).deviation; });
+    add(name + "_rivals", "moments that the " + name + " may come to be at; 0: it stays where it is", "1",
+        [&](const QuantityTolerance& one) { return static_cast<double>((one.*figure).extremum_times.size()); });
+    add_shares(name + "_by_number", "what a number's deviation changes the " + name + " by", unit_,
+               [&](const QuantityTolerance& one) { return (one.*figure).contributions; });
+  }
+
+  void add_squares() const {
+    add("expected_rms", "root of the expected mean square", unit_, [](const auto& one) { return one.expected_rms; });
+    add("mean_square_deviation", "standard deviation of the mean square, in the unit's square", "mixed",
+        [](const auto& one) { return one.square_deviation; });
+  }
+
+  void add_worst() const {
+    add("worst_time", "time of the sample that is off most", "s", [](const auto& one) { return one.worst.time; });
+    add("worst_value", "that sample as the spec has it", unit_, [](const auto& one) { return one.worst.value; });
+    add("worst_deviation", "standard deviation of that sample", unit_,
+        [](const auto& one) { return one.worst.deviation; });
+    add_shares("worst_share", "part of a number in that sample's variance", "1",
+               [](const auto& one) { return one.worst.shares; });
+  }
+
+ private:
+  template <class Value>
+  void add(const std::string& name, const std::string& long_name, const std::string& unit, const Value& value) const {
+    std::vector<double> values;
+    for (const QuantityTolerance& one : report_.quantities) values.push_back(value(one));
+    file_.add_variable(group_, {name, long_name, unit, {quantity_}, {}}, values);
+  }
+
+  template <class Value>
+  void add_shares(const std::string& name, const std::string& long_name, const std::string& unit,
+                  const Value& value) const {
+    std::vector<double> values;
+    for (const QuantityTolerance& one : report_.quantities) {
+      const VectorX row = value(one);
+      values.insert(values.end(), row.begin(), row.end());
+    }
+    file_.add_variable(group_, {name, long_name, unit, {quantity_, number_}, {}}, values);
+  }
+
+  Hdf5Writer& file_;
+  Group group_;
+  const ToleranceReport& report_;
+  Dimension quantity_, number_;
+  std::string unit_;
+};
+
+void add_figures(Hdf5Writer& file, Group parent, const ToleranceReport& report) {
+  const Group group = file.add_group(parent, "metrics");
+  file.add_variable(group, {"energy", "standard deviation of the energy moved by the actuators", "J", {}, {}},
+                    std::span(&report.energy.deviation, 1));
+  if (report.quantities.empty()) return;
+  const DeviationWriter table(file, group, report);
+  table.add_figure("peak", &QuantityTolerance::peak);
+  table.add_figure("rms", &QuantityTolerance::rms);
+  table.add_figure("mean", &QuantityTolerance::mean);
+  table.add_figure("range", &QuantityTolerance::range);
+  table.add_squares();
+  table.add_worst();
+}
+
+}  // namespace
+
+void write_tolerance(const std::string& path, const ToleranceReportData& view, const Provenance& description,
+                     const WriteOptions& options) {
+  if (!view.report) throw std::invalid_argument("only what is off along a trajectory is written");
+  AtomicFile pending(path, options.existing, options.temporary_tag);
+  {
+    const bool compress = options.compression == Compression::gzip;
+    Hdf5Writer file(pending.descriptor(), path,
+                    compress ? Hdf5Writer::Storage::compressed : Hdf5Writer::Storage::contiguous);
+    write_source_attributes(file, description);
+    write_run_attributes(file, {}, description);
+    write_result_variables(file, {}, view.report->run, options);
+    const Group group = file.add_group("tolerance");
+    write_deviation_variables(file, group, view.report->deviation, options);
+    add_tolerances(file, group, view.numbers);
+    add_incompatible_parameter_table(file, group, view.report->incompatible_parameters);
+    add_figures(file, group, *view.report);
+    file.close();
+  }  // others have their turn with HDF5 while this one waits for the disk
+  throw_if_cancelled(options);
+  pending.commit(options.durability);
+}
+
+Provenance make_tolerance_provenance(const Study& study, const Trajectory& trajectory, const ToleranceCommand& call) {
+  Provenance description =
+      make_simulation_provenance(study, trajectory, {.spec_file = study.spec_file, .trajectory = trajectory.name});
+  std::string line = "balance tolerance " +
+                     quote_for_shell(std::filesystem::path(study.spec_file).filename().string()) + " --trajectory " +
+                     quote_for_shell(trajectory.name);
+  for (const std::string& quantity : call.of) line += " --of " + quote_for_shell(quantity);
+  if (call.samples) line += fmt::format(" --samples {}", *call.samples);
+  for (const std::string& set : call.set) line += " --set " + quote_for_shell(set);
+  description.command_line = line;
+  return description;
+}
+
+namespace {
+
+Json by_number(const Tolerances& numbers, const VectorX& values) {
+  Json json = Json::object();
+  for (std::size_t i = 0; i < numbers.size() && static_cast<Eigen::Index>(i) < values.size(); ++i)
+    json[numbers[i].path] = values[static_cast<Eigen::Index>(i)];
+  return json;
+}
+
+Json figure_json(const FigureDeviation& figure, const Tolerances& numbers) {
+  return {{"value", figure.value},
+          {"deviation", figure.deviation},
+          {"by_number", by_number(numbers, figure.contributions)},
+          {"rival_times", figure.extremum_times}};
+}
+
+Json worst_json(const WorstSample& worst, const ToleranceReport& report) {
+  Json pose = Json::object();
+  for (std::size_t c = 0; c < report.run.coordinate_names.size(); ++c)
+    pose[report.run.coordinate_names[c]] = report.run.joint_position(worst.row, static_cast<Eigen::Index>(c));
+  return {{"time", worst.time},
+          {"value", worst.value},
+          {"deviation", worst.deviation},
+          {"coordinates", std::move(pose)},
+          {"shares", by_number(report.numbers, worst.shares)}};
+}
+
+Json report_json(const ToleranceReport& report) {
+  Json quantities = Json::array();
+  for (const QuantityTolerance& one : report.quantities)
+    quantities.push_back({{"quantity", one.quantity},
+                          {"unit", one.unit},
+                          {"peak", figure_json(one.peak, report.numbers)},
+                          {"rms", figure_json(one.rms, report.numbers)},
+                          {"mean", figure_json(one.mean, report.numbers)},
+                          {"range", figure_json(one.range, report.numbers)},
+                          {"expected_rms", one.expected_rms},
+                          {"mean_square_deviation", one.square_deviation},
+                          {"worst_sample", worst_json(one.worst, report)}});
+  return {{"quantities", std::move(quantities)},
+          {"energy", figure_json(report.energy, report.numbers)},
+          {"notes", report.run.outcome.notes}};
+}
+
+Json incompatible_parameters_json(const ToleranceReportData& view) {
+  Json openings = Json::array();
+  for (const IncompatibleParameter& one : incompatible_parameters_of(view))
+    openings.push_back({{"number", one.key_path}, {"joint", one.joint}, {"gap", one.gap}, {"unit", one.unit}});
+  return openings;
+}
+
+Json sampling_json(const ToleranceReportData& view) {
+  if (!view.sampling) return nullptr;
+  Json figures = Json::array();
+  for (const SampledFigure& one : view.sampling->figures)
+    figures.push_back({{"quantity", one.quantity},
+                       {"figure", objective_term_name(one.figure)},
+                       {"unit", one.unit},
+                       {"mean", one.mean},
+                       {"mean_error", one.mean_error},
+                       {"deviation", one.deviation},
+                       {"deviation_error", one.deviation_error},
+                       {"quantiles", {{"5", one.quantiles[0]}, {"50", one.quantiles[1]}, {"95", one.quantiles[2]}}},
+                       {"disagreement", view.report ? Json(sampling_disagreement(*view.report, one)) : Json(nullptr)}});
+  Json refused = Json::object();
+  for (const auto& [why, count] : view.sampling->rejections) refused[why] = count;
+  return {{"draws", view.draws.count},
+          {"seed", view.draws.seed},
+          {"drawn", view.sampling->run_count},
+          {"refused", std::move(refused)},
+          {"figures", std::move(figures)}};
+}
+
+Json poses_at_rest_json(const ToleranceReportData& view) {
+  if (!view.at_rest) return nullptr;
+  const StaticTolerance& rest = *view.at_rest;
+  Json actuators = Json::array();
+  for (const StaticDeviation& one : rest.actuators) {
+    Json pose = Json::object();
+    for (std::size_t k = 0; k < rest.coordinates.size(); ++k)
+      pose[rest.coordinates[k]] = one.pose[static_cast<Eigen::Index>(k)];
+    actuators.push_back({{"actuator", one.actuator},
+                         {"unit", one.unit},
+                         {"deviation", one.deviation},
+                         {"effort", one.effort},
+                         {"coordinates", std::move(pose)},
+                         {"shares", by_number(view.numbers, one.shares)}});
+  }
+  return {{"poses", rest.pose_count}, {"unreached", rest.unreachable_count}, {"actuators", std::move(actuators)}};
+}
+
+}  // namespace
+
+std::string tolerance_json(const ToleranceReportData& view) {
+  Json numbers = Json::array();
+  for (const TolerancedParameter& one : view.numbers)
+    numbers.push_back({{"path", one.path},
+                       {"value", one.value},
+                       {"distribution", one.distribution == Distribution::normal ? "normal" : "uniform"},
+                       {"width", one.width},
+                       {"deviation", one.deviation()}});
+  Json json = {{"mechanism", view.mechanism}, {"numbers", std::move(numbers)}};
+  json["openings"] = incompatible_parameters_json(view);
+  json["trajectory"] = view.report ? Json(view.trajectory) : Json(nullptr);
+  json["first_order"] = view.report ? report_json(*view.report) : Json(nullptr);
+  json["sampling"] = sampling_json(view);
+  json["at_rest"] = poses_at_rest_json(view);
+  return format_json(json);
+}
+
+namespace {
+
+constexpr double disagreement_threshold = 4;
+constexpr double min_listed_share = 0.005;
+
+std::string tolerance_number(double value) { return value == 0 ? "0" : format_number(value); }
+
+/// "0.12", with a star where other moments count, or a word where there is no slope.
+std::string deviation_text(const FigureDeviation& figure) {
+  if (std::isnan(figure.deviation)) return "kink";
+  return tolerance_number(figure.deviation) + (figure.extremum_times.empty() ? "" : "*");
+}
+
+/// "cw1.mass 71 %, cw2.mass 29 %", the largest first.
+std::string shares_text(const Tolerances& numbers, const VectorX& shares) {
+  std::vector<Eigen::Index> order(static_cast<std::size_t>(shares.size()));
+  std::iota(order.begin(), order.end(), Eigen::Index{0});
+  std::stable_sort(order.begin(), order.end(), [&](auto a, auto b) { return shares[a] > shares[b]; });
+  std::string text;
+  for (const Eigen::Index i : order)
+    if (shares[i] >= min_listed_share)
+      text += fmt::format("{}{} {:.0f} %", text.empty() ? "" : ", ",
+                          tolerance_name(numbers[static_cast<std::size_t>(i)]), 100 * shares[i]);
+  return text.empty() ? "-" : text;
+}
+
+std::string numbers_table(const Tolerances& numbers) {
+  TextTable table{
+      {"number", "value", "deviation", "distribution"}, {Align::left, Align::right, Align::right, Align::left}, {}};
+  for (const TolerancedParameter& one : numbers)
+    table.rows.push_back(
+        {one.path, tolerance_number(one.value), tolerance_number(one.deviation()),
+         one.distribution == Distribution::normal ? "normal" : fmt::format("uniform, ± {:.6g}", one.width)});
+  return format_table(table);
+}
+
+/// What no mechanism has, by number.
+std::string format_incompatible_parameters(const ToleranceReportData& view) {
+  const std::vector<IncompatibleParameter>& openings = incompatible_parameters_of(view);
+  if (openings.empty()) return "";
+  std::string text =
+      "\nover-constrained loops cannot follow these numbers by themselves: their deviations would open joints, the\n"
+      "rest being moved so that it is least. They have no part in what is behind ±, and are not drawn\n";
+  TextTable table{{"number", "joint", "opens by", "unit"}, {Align::left, Align::left, Align::right, Align::left}, {}};
+  for (const IncompatibleParameter& one : openings)
+    table.rows.push_back({one.key_path, one.joint, tolerance_number(one.gap), one.unit});
+  return text + format_table(table);
+}
+
+/// Peaks and ranges that may come to be at other moments, and when.
+std::string format_extremum_times(const ToleranceReport& report) {
+  std::string text;
+  for (const QuantityTolerance& one : report.quantities)
+    for (const auto& [word, figure] : {std::pair{"peak", &one.peak}, {"range", &one.range}}) {
+      if (figure->extremum_times.empty()) continue;
+      std::vector<std::string> times;
+      for (const double time : figure->extremum_times) times.push_back(fmt::format("{:.4g}", time));
+      text += fmt::format("  {} of {}: at {} s\n", word, one.quantity, fmt::join(times, ", "));
+    }
+  if (text.empty()) return "";
+  return "*: which moment is the largest depends on the numbers; ± is that of the largest of them, good to a "
+         "hundredth\n" +
+         text;
+}
+
+std::string figures_table(const ToleranceReport& report) {
+  TextTable table{{"quantity", "unit", "peak", "±", "rms", "±", "expected rms", "mean", "±", "range", "±"},
+                  {Align::left, Align::left},
+                  {}};
+  table.align.resize(table.heading.size(), Align::right);
+  for (const QuantityTolerance& one : report.quantities)
+    table.rows.push_back({one.quantity, one.unit, tolerance_number(one.peak.value), deviation_text(one.peak),
+                          tolerance_number(one.rms.value), deviation_text(one.rms), tolerance_number(one.expected_rms),
+                          tolerance_number(one.mean.value), deviation_text(one.mean), tolerance_number(one.range.value),
+                          deviation_text(one.range)});
+  return format_table(table);
+}
+
+std::string pose_text(const ToleranceReport& report, long row) {
+  constexpr std::size_t max_listed_pose_coordinates = 4;
+  std::string text;
+  for (std::size_t c = 0; c < std::min(max_listed_pose_coordinates, report.run.coordinate_names.size()); ++c)
+    text += fmt::format("{}{} {:.4g}", c == 0 ? "" : ", ", report.run.coordinate_names[c],
+                        report.run.joint_position(row, static_cast<Eigen::Index>(c)));
+  return report.run.coordinate_names.size() > max_listed_pose_coordinates ? text + ", …" : text;
+}
+
+std::string worst_table(const ToleranceReport& report) {
+  TextTable table{{"worst sample of", "time [s]", "value", "±", "pose", "what makes it so"},
+                  {Align::left, Align::right, Align::right, Align::right, Align::left, Align::left},
+                  {}};
+  for (const QuantityTolerance& one : report.quantities)
+    if (one.worst.deviation > 0)
+      table.rows.push_back({one.quantity, fmt::format("{:.4g}", one.worst.time), tolerance_number(one.worst.value),
+                            tolerance_number(one.worst.deviation), pose_text(report, one.worst.row),
+                            shares_text(report.numbers, one.worst.shares)});
+  return table.rows.empty() ? "nothing changes to first order\n" : format_table(table);
+}
+
+std::string report_text(const ToleranceReportData& view) {
+  const ToleranceReport& report = *view.report;
+  std::string text = fmt::format("\nalong {}, to first order: standard deviations behind ±\n{}", view.trajectory,
+                                 figures_table(report));
+  text += fmt::format("energy {} J ± {}\n", tolerance_number(report.energy.value), deviation_text(report.energy));
+  text +=
+      "kink: the figure is not three times its own deviations, so it has no slope there; the expected rms has\n"
+      "their squares, and --monte-carlo its distribution\n";
+  text += format_extremum_times(report);
+  for (const std::string& note : report.run.outcome.notes) text += "note: " + note + "\n";
+  return text + "\n" + worst_table(report);
+}
+
+std::string sampling_text(const ToleranceReportData& view) {
+  const MonteCarloReport& found = *view.sampling;
+  std::string text = fmt::format("\n{} of {} draws, seed {}\n", found.run_count, view.draws.count, view.draws.seed);
+  for (const auto& [why, count] : found.rejections) text += fmt::format("  {} refused: {}\n", count, why);
+  if (found.figures.empty()) return text;
+  TextTable table{{"figure", "mean", "±", "deviation", "±", "5 %", "50 %", "95 %", "first order"}, {Align::left}, {}};
+  table.align.resize(table.heading.size(), Align::right);
+  constexpr const char* words[] = {"peak", "rms", "mean", "range"};
+  for (const SampledFigure& one : found.figures) {
+    const double errors = sampling_disagreement(*view.report, one);
+    table.rows.push_back({fmt::format("{} {}", words[static_cast<int>(one.figure)], one.quantity),
+                          tolerance_number(one.mean), fmt::format("{:.2g}", one.mean_error),
+                          tolerance_number(one.deviation), fmt::format("{:.2g}", one.deviation_error),
+                          tolerance_number(one.quantiles[0]), tolerance_number(one.quantiles[1]),
+                          tolerance_number(one.quantiles[2]),
+                          std::isnan(errors)                 ? "-"
+                          : errors <= disagreement_threshold ? "agrees"
+                                                             : fmt::format("{:.1f} errors off", errors)});
+  }
+  return text + format_table(table);
+}
+
+std::string poses_at_rest_text(const ToleranceReportData& view) {
+  const StaticTolerance& rest = *view.at_rest;
+  std::string text = fmt::format("\nat rest, in all poses (whole turns, {} of a grid", rest.pose_count);
+  text += rest.unreachable_count > 0 ? fmt::format(", {} cannot be taken)\n", rest.unreachable_count) : ")\n";
+  TextTable table{{"actuator", "unit", "largest ±", "effort there", "pose", "what makes it so"},
+                  {Align::left, Align::left, Align::right, Align::right, Align::left, Align::left},
+                  {}};
+  for (const StaticDeviation& one : rest.actuators) {
+    std::string pose;
+    for (std::size_t k = 0; k < rest.coordinates.size(); ++k)
+      pose +=
+          fmt::format("{}{} {:.4g}", k == 0 ? "" : ", ", rest.coordinates[k], one.pose[static_cast<Eigen::Index>(k)]);
+    table.rows.push_back({one.actuator, one.unit, tolerance_number(one.deviation), tolerance_number(one.effort), pose,
+                          shares_text(view.numbers, one.shares)});
+  }
+  return text + format_table(table);
+}
+
+}  // namespace
+
+std::string tolerance_text(const ToleranceReportData& view) {
+  std::string text = fmt::format("{}\nnumbers that may be off, independently of each other\n{}", view.mechanism,
+                                 numbers_table(view.numbers));
+  text += format_incompatible_parameters(view);
+  if (view.report) text += report_text(view);
+  if (view.sampling) text += sampling_text(view);
+  if (view.at_rest) text += poses_at_rest_text(view);
+  return text;
+}
+
+const std::vector<IncompatibleParameter>& incompatible_parameters_of(const ToleranceReportData& view) {
+  static const std::vector<IncompatibleParameter> none;
+  if (view.report) return view.report->incompatible_parameters;
+  return view.at_rest ? view.at_rest->incompatible_parameters : none;
+}
+
+const FigureDeviation* find_deviation(const ToleranceReport& report, const std::string& quantity, Statistic figure) {
+  for (const QuantityTolerance& one : report.quantities) {
+    if (one.quantity != quantity) continue;
+    switch (figure) {
+      case Statistic::peak: return &one.peak;
+      case Statistic::rms: return &one.rms;
+      case Statistic::mean: return &one.mean;
+      case Statistic::range: return &one.range;
+    }
+  }
+  return nullptr;
+}
+
+double sampling_disagreement(const ToleranceReport& report, const SampledFigure& sampled) {
+  const FigureDeviation* exact = find_deviation(report, sampled.quantity, sampled.figure);
+  if (exact == nullptr || !(sampled.deviation_error > 0)) return std::numeric_limits<double>::quiet_NaN();
+  return std::abs(sampled.deviation - exact->deviation) / sampled.deviation_error;
+}
+
+}  // namespace balance

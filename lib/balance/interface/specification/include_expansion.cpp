@@ -1,0 +1,369 @@
+#include "balance/interface/specification/include_expansion.hpp"
+
+#include "balance/foundation/base/error.hpp"
+#include "balance/foundation/base/spelling.hpp"
+#include "balance/foundation/base/unicode_text.hpp"
+#include "balance/interface/specification/part_insertion.hpp"
+#include "balance/interface/specification/spec_units.hpp"
+#include "balance/interface/specification/text_file.hpp"
+#include "balance/interface/specification/yaml_document.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <map>
+#include <optional>
+#include <stdexcept>
+
+namespace balance::specification {
+
+namespace {
+
+/// Parts of parts of parts.
+constexpr std::size_t max_include_depth = 8;
+
+/// What a whole takes over from a part.
+constexpr const char* imported_sections[]{"parameters",  "ground",    "bodies",   "joints",         "couplings",
+                                          "constraints", "actuators", "assembly", "counterweights", "payloads",
+                                          "discs",       "loads",     "springs",  "friction"};
+/// What stays there, so that a part can be run by itself.
+constexpr const char* ignored_sections[]{"name",   "space",       "gravity", "units",  "tool",    "trajectories",
+                                         "speeds", "controllers", "motion",  "design", "include", "workspace"};
+
+long nodes_in(const YamlNode& node) {
+  long all = 1 + static_cast<long>(node.keys.size());
+  for (const YamlNode& item : node.items) all += nodes_in(item);
+  return all;
+}
+
+void erase_entry(YamlNode& map, const std::string& key) {
+  for (std::size_t i = 0; i < map.items.size(); ++i)
+    if (map.keys[i].text == key) {
+      map.keys.erase(map.keys.begin() + static_cast<std::ptrdiff_t>(i));
+      map.items.erase(map.items.begin() + static_cast<std::ptrdiff_t>(i));
+      return;
+    }
+}
+
+/// The first entries of a section, the whole's own, go behind those of its parts.
+void move_to_end(YamlNode& section, std::size_t own) {
+  const auto middle = static_cast<std::ptrdiff_t>(own);
+  std::rotate(section.items.begin(), section.items.begin() + middle, section.items.end());
+  if (!section.keys.empty()) std::rotate(section.keys.begin(), section.keys.begin() + middle, section.keys.end());
+}
+
+bool is_same_units(const Units& a, const Units& b) {
+  return a.length == b.length && a.mass == b.mass && a.time == b.time && a.angle == b.angle &&
+         a.factor(dimension::force) == b.factor(dimension::force);
+}
+
+class IncludeExpansion {
+ public:
+  IncludeExpansion(SpecErrorCollector& problems, const PartReader& text)
+      : problems_(problems), files_(text, problems) {}
+
+  /// The document with its parts in their places.
+  YamlNode expand(YamlNode document, const std::string& path) {
+    const YamlNode* found = find_entry(document, "include");
+    if (found == nullptr) return document;
+    const YamlNode section = *found;
+    erase_entry(document, "include");
+    const SpecCursor at(section, "include", problems_);
+    chain_.push_back(path);
+    // By their places, as a document in error may have a section twice. The parts' own sections come behind.
+    std::vector<std::size_t> own;
+    for (const YamlNode& said : document.items) own.push_back(said.items.size());
+    std::vector<std::string> names;
+    const auto items = at.is_map() ? std::vector{at} : at.items("a part {file, as} or a list of them");
+    for (const SpecCursor& item : items) problems_.collect([&] { insert_item(item, path, names, document); });
+    chain_.pop_back();
+    for (std::size_t i = 0; i < own.size(); ++i) move_to_end(document.items[i], own[i]);
+    return document;
+  }
+
+  std::vector<std::string> files() const {
+    std::vector<std::string> names;
+    for (const auto& [path, part] : parts_) names.push_back(path);
+    return names;
+  }
+
+ private:
+  void insert_item(const SpecCursor& item, const std::string& path, std::vector<std::string>& names,
+                   YamlNode& document) {
+    IncludeEntry said;
+    const auto keep = [](std::optional<SpecCursor>& slot) { return [&slot](const SpecCursor& c) { slot = c; }; };
+    if (!read_fields(item, "a part {file, as, on, at, angle, set, without}",
+                     {{"file", Presence::required, keep(said.file)},
+                      {"as", Presence::required, keep(said.as)},
+                      {"on", Presence::optional, keep(said.on)},
+                      {"at", Presence::optional, keep(said.at)},
+                      {"angle", Presence::optional, keep(said.angle)},
+                      {"rpy", Presence::optional, keep(said.rpy)},
+                      {"quaternion", Presence::optional, keep(said.quaternion)},
+                      {"set", Presence::optional, keep(said.set)},
+                      {"without", Presence::optional, keep(said.without)}}))
+      throw CascadingError();
+    const std::filesystem::path name = said.file->read_word("the file of a part");
+    said.folder = name.parent_path().string();
+    read_copy_names(said, document, names);
+    const std::string file = (std::filesystem::path(path).parent_path() / name).lexically_normal().string();
+    const YamlNode& part = part_of(file, *said.file, document);
+    const long size = nodes_in(part) + 10;
+    for (std::size_t i = 0; i < said.names.size(); ++i) {
+      left_ -= size;
+      if (left_ < 0)
+        said.names[i].fail(
+            {.expected = fmt::format("at most {} values in a spec, its parts included", DocumentLimits{}.max_nodes)});
+      problems_.collect([&] { insert_part(said, part, i, document); });
+    }
+  }
+
+  /// A part with its own parts in their places, no more than the whole takes over.
+  const YamlNode& part_of(const std::string& file, const SpecCursor& at, const YamlNode& document) {
+    if (std::find(chain_.begin(), chain_.end(), file) != chain_.end())
+      at.fail({.expected = "a file that does not include itself",
+               .found = fmt::format("{} → {}", fmt::join(chain_, " → "), file)});
+    if (chain_.size() > max_include_depth)
+      at.fail({.expected = fmt::format("parts in parts at most {} deep", max_include_depth),
+               .found = fmt::format("{} → {}", fmt::join(chain_, " → "), file)});
+    const YamlNode& root = files_.load(file, at);
+    if (!problems_.collect([&] { check_part(root, at, document); })) throw CascadingError();
+    if (const auto known = parts_.find(file); known != parts_.end()) return known->second;
+    YamlNode part = expand(root, file);
+    for (const char* name : ignored_sections) erase_entry(part, name);
+    return parts_.emplace(file, std::move(part)).first->second;
+  }
+
+  void check_part(const YamlNode& root, const SpecCursor& at, const YamlNode& document) {
+    const SpecCursor part(root, "", problems_);
+    // What stands in a file that is no part is not told: a spec may name any file.
+    if (!part.is_map())
+      part.fail({.expected = "a part: a mapping with 'space', 'bodies', 'joints', …", .found = "something else"});
+    std::vector<Field> fields;
+    for (const char* name : ignored_sections) fields.push_back({name, Presence::optional, [](const SpecCursor&) {}});
+    fields[1].need = Presence::required;
+    for (const char* name : imported_sections)
+      fields.push_back({name, Presence::optional, [list = std::string(name)](const SpecCursor& c) {
+                          const bool is_list = list == "couplings" || list == "actuators";
+                          if (is_list ? !c.is_list() : !c.is_map()) c.fail_expected(is_list ? "a list" : "a mapping");
+                        }});
+    if (!read_fields(part, "a part", fields)) throw CascadingError();
+    check_space_and_units(root, at, document);
+  }
+
+  /// Part and whole must be in the same space and in the same units.
+  void check_space_and_units(const YamlNode& root, const SpecCursor& at, const YamlNode& document) {
+    const YamlNode *space = find_entry(root, "space"), *own = find_entry(document, "space");
+    if (own != nullptr && own->text != space->text)
+      at.fail({.expected = fmt::format("a part whose space is {} like the whole's", quote_for_message(own->text)),
+               .found = quote_for_message(space->text)});
+    const auto units = [&](const YamlNode& of) {
+      const YamlNode* section = find_entry(of, "units");
+      return section == nullptr ? Units() : read_units(SpecCursor(*section, "units", problems_));
+    };
+    if (!is_same_units(units(root), units(document)))
+      at.fail({.expected = "a part in the whole's units",
+               .found = "other units in " + quote_for_message(problems_.file_of(root.place))});
+  }
+
+  SpecErrorCollector& problems_;
+  PartFiles files_;
+  std::map<std::string, YamlNode> parts_;  ///< by their paths, as part_of gives them
+  std::vector<std::string> chain_;         ///< of files that are being read, each including the next
+  long left_ = DocumentLimits{}.max_nodes;
+};
+
+/// The document, a section's entry on each line.
+std::string text_of(const YamlNode& root, const std::string& file, const std::vector<std::string>& parts) {
+  std::vector<std::string> names;
+  for (const std::string& part : parts) names.push_back(std::filesystem::path(part).filename().string());
+  std::string text = fmt::format("# {} and its parts in one: {}\n",
+                                 escape_for_terminal(std::filesystem::path(file).filename().string()),
+                                 escape_for_terminal(fmt::format("{}", fmt::join(names, ", "))));
+  for (std::size_t i = 0; i < root.items.size(); ++i) {
+    const YamlNode& section = root.items[i];
+    text += format_scalar(root.keys[i].text) + ":";
+    if (section.kind != YamlNode::Kind::map || section.items.empty()) {
+      text += " " + format_flow(section) + "\n";
+      continue;
+    }
+    text += "\n";
+    for (std::size_t k = 0; k < section.items.size(); ++k)
+      text += "  " + format_scalar(section.keys[k].text) + ": " + format_flow(section.items[k]) + "\n";
+  }
+  return text;
+}
+
+/// Every node is where it was written, not where it stands in the text that was made of all.
+void set_places(YamlNode& flat, const YamlNode& written) {
+  if (flat.items.size() != written.items.size() || flat.keys.size() != written.keys.size() || flat.text != written.text)
+    throw std::logic_error("a spec with its parts reads otherwise than it was written");
+  flat.place = written.place;
+  for (std::size_t i = 0; i < flat.keys.size(); ++i) set_places(flat.keys[i], written.keys[i]);
+  for (std::size_t i = 0; i < flat.items.size(); ++i) set_places(flat.items[i], written.items[i]);
+}
+
+}  // namespace
+
+bool has_includes(const YamlNode& root) { return find_entry(root, "include") != nullptr; }
+
+ExpandedDocument expand_includes(const YamlNode& root, const std::string& file, SpecErrorCollector& problems,
+                                 const PartReader& text) {
+  IncludeExpansion expansion(problems, text);
+  YamlNode written;
+  problems.collect([&] { written = expansion.expand(root, file); });
+  problems.throw_if_any();
+  ExpandedDocument flat{.files = expansion.files()};
+  flat.text = text_of(written, file, flat.files);
+  try {
+    flat.root = parse_yaml(flat.text, problems);
+  } catch (ReadError& limit) {
+    limit.place = {1, 1};  // of the text that nobody wrote
+    throw;
+  }
+  set_places(flat.root, written);
+  return flat;
+}
+
+}  // namespace balance::specification
+
+namespace balance {
+
+namespace specification {
+namespace {
+
+/// More than a spec may be made of.
+constexpr int max_listed_parts = 200, max_part_depth = 10;
+
+class FileListing {
+ public:
+  /// Everything that a document names, then what those name that are parts.
+  void add(const std::string& text, const std::filesystem::path& folder) {
+    // Reading takes much longer than looking; a key can be written otherwise only with escapes.
+    if (text.find("file") == std::string::npos && text.find('\\') == std::string::npos) return;
+    SpecErrorCollector problems("");
+    YamlNode root;
+    try {
+      root = parse_yaml(text, problems);
+    } catch (const ReadError&) {
+      return;  // whoever reads the spec will say what is wrong with it
+    } catch (const SpecError&) {
+      return;
+    }
+    if (root.kind != YamlNode::Kind::map) return;
+    for (std::size_t i = 0; i < root.items.size(); ++i) visit(root.items[i], root.keys[i].text == "include", folder);
+  }
+
+  std::vector<std::string> take() { return std::move(files_); }
+
+ private:
+  void visit(const YamlNode& node, bool part, const std::filesystem::path& folder) {
+    for (std::size_t i = 0; i < node.items.size(); ++i) {
+      const YamlNode& item = node.items[i];
+      const bool named =
+          node.kind == YamlNode::Kind::map && node.keys[i].text == "file" && item.kind == YamlNode::Kind::scalar;
+      if (named) note(folder / item.text, part);
+      visit(item, part, folder);
+    }
+  }
+
+  void note(const std::filesystem::path& path, bool part) {
+    const std::string file = path.lexically_normal().string();
+    if (std::find(files_.begin(), files_.end(), file) != files_.end()) return;
+    files_.push_back(file);
+    if (!part || depth_ == max_part_depth || ++parts_ > max_listed_parts) return;
+    ++depth_;
+    try {
+      add(read_part_text(file), path.lexically_normal().parent_path());
+    } catch (const SystemError&) {
+      // the reader's to complain about
+    }
+    --depth_;
+  }
+
+  int parts_ = 0, depth_ = 0;
+  std::vector<std::string> files_;
+};
+
+}  // namespace
+}  // namespace specification
+
+std::vector<std::string> list_referenced_files(const std::string& spec_text, const std::string& spec_file) {
+  specification::FileListing listing;
+  listing.add(spec_text, std::filesystem::path(spec_file).parent_path());
+  return listing.take();
+}
+
+std::vector<std::string> list_spec_files(const std::string& spec_text, const std::string& spec_file) {
+  std::vector<std::string> files;
+  std::error_code ignored;
+  const auto add = [&](const std::string& text) {
+    for (std::string& file : list_referenced_files(text, spec_file)) files.push_back(std::move(file));
+  };
+  if (std::filesystem::is_regular_file(spec_file, ignored)) {
+    files.push_back(spec_file);
+    try {
+      add(read_text_file(spec_file, "spec"));
+    } catch (const SystemError&) {
+      // what was readable once still is what its text says
+    }
+  }
+  add(spec_text);
+  return files;
+}
+
+}  // namespace balance
+
+namespace balance::specification {
+
+namespace {
+
+constexpr std::size_t max_part_files = 100;
+
+void set_file(YamlNode& node, int file) {
+  node.place.file = file;
+  for (YamlNode& key : node.keys) set_file(key, file);
+  for (YamlNode& item : node.items) set_file(item, file);
+}
+
+/// What is wrong with the text is told of it alone.
+YamlNode parse_part(const std::string& text, const std::string& path) {
+  SpecErrorCollector own(path);
+  YamlNode root;
+  try {
+    root = parse_yaml(text, own);
+  } catch (const ReadError& problem) {
+    own.add(problem);
+  }
+  own.throw_if_any();
+  return root;
+}
+
+}  // namespace
+
+std::string read_part_text(const std::string& path) {
+  std::error_code error;
+  if (!std::filesystem::exists(path, error)) throw SystemError(fmt::format("none at {}", quote_for_message(path)));
+  if (const std::string kind = describe_non_file(path); !kind.empty())
+    throw SystemError(fmt::format("{} at {}", kind, quote_for_message(path)));
+  return read_text_file(path, "part");
+}
+
+const YamlNode& PartFiles::load(const std::string& path, const SpecCursor& at) {
+  if (const auto known = documents_.find(path); known != documents_.end()) return known->second;
+  if (documents_.size() >= max_part_files)
+    at.fail({.expected = fmt::format("at most {} files that a spec is made of", max_part_files)});
+  std::string text;
+  try {
+    text = text_(path);
+  } catch (const SystemError& error) {
+    at.fail({.expected = "the file of a part", .found = error.what()});
+  }
+  YamlNode root = parse_part(text, path);
+  set_file(root, problems_->add_file(path));
+  return documents_.emplace(path, std::move(root)).first->second;
+}
+
+}  // namespace balance::specification

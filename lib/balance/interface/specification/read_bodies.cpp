@@ -1,0 +1,450 @@
+// What bodies carry: counterweights, payloads, discs.
+
+#include "balance/foundation/base/spelling.hpp"
+#include "balance/interface/specification/read_temporary_payloads.hpp"
+#include "balance/interface/specification/study_builder.hpp"
+#include "balance/mechanics/model/mechanism_conversion.hpp"
+#include "balance/mechanics/model/validation.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <utility>
+
+namespace balance::specification {
+
+/// Inertias and whether a body can have them.
+
+/// A number (planar), three or six numbers [Ixx, Iyy, Izz, Ixy, Ixz, Iyz] (spatial): the entries of the matrix, Ixy = −∫xy dm.
+Matrix3E read_inertia_value(const SpecCursor& at, StudyBuilder& draft);
+
+/// A body's: the same, `{about: origin, value: …}`, or `{as_given: …}`, which keeps what no body can have and warns of it.
+/// @return about the CoM; checked with check_inertia
+/// @param mass nothing if mass or com could not be read: then nothing is moved
+Matrix3E read_inertia(const SpecCursor& at, StudyBuilder& draft, const std::optional<Expression>& mass,
+                      const Vector3E& com);
+
+/// Fails unless the inertia about the CoM belongs to some distribution of positive mass.
+void check_inertia(const SpecCursor& at, const Matrix3E& inertia, const StudyBuilder& draft, InertiaOwner bearer);
+
+namespace {
+
+/// The keys that everything carried has.
+struct AttachedKeys {
+  std::optional<BodyId> body;
+  std::optional<SpecCursor> at, mass, inertia;
+};
+
+int read_carrier(const SpecCursor& at, const StudyBuilder& draft) {
+  const BodyId body = read_body(at, draft);
+  if (body == ground) at.fail({.expected = "a moving body", .found = "the ground"});
+  return body;
+}
+
+std::vector<Field> attached_fields(AttachedKeys& carried, StudyBuilder& draft) {
+  return {{"body", Presence::required, [&](const SpecCursor& c) { carried.body = read_carrier(c, draft); }, "on"},
+          {"at", Presence::required, [&](const SpecCursor& c) { carried.at = c; }},
+          {"mass", Presence::required, [&](const SpecCursor& c) { carried.mass = c; }},
+          {"inertia", Presence::optional, [&](const SpecCursor& c) { carried.inertia = c; }}};
+}
+
+void read_attachment(const SpecCursor& at, StudyBuilder& draft, AttachmentOf<Expression>& attachment) {
+  AttachedKeys carried;
+  PresenceKeys presence;
+  std::vector<Field> fields = attached_fields(carried, draft);
+  for (Field& field : presence_fields(at, attachment.kind, presence)) fields.push_back(std::move(field));
+  read_fields(at, "a mass {body, at, mass}", fields);
+  read_presence(presence, draft, attachment);
+  attachment.body = carried.body.value_or(ground);
+  if (carried.at)
+    draft.problems.collect([&] { attachment.position = read_position(*carried.at, draft, carried.body); });
+  if (carried.mass)
+    draft.problems.collect(
+        [&] { attachment.mass = read_number(*carried.mass, draft, dimension::mass, SignConstraint::not_negative); });
+  if (!carried.inertia) return;
+  draft.problems.collect([&] {
+    attachment.inertia = read_inertia_value(*carried.inertia, draft);
+    check_inertia(*carried.inertia, attachment.inertia, draft, InertiaOwner::attachment);
+  });
+}
+
+/// What a disc's mapping says, before its parts are put together.
+struct DiscKeys {
+  AttachedKeys carried;
+  std::optional<CoordinateCombinationOf<Expression>> follows;
+  std::optional<SpecCursor> ratio, axis;
+};
+
+/// The direction of the followed joint's axis in the carrier's axes; it must stand still in the carrier.
+Vector3E followed_axis(const SpecCursor& at, const StudyBuilder& draft, const DiscKeys& text,
+                       const DiscOf<Expression>& disc) {
+  if (!text.carried.body || !text.follows) throw CascadingError();
+  const auto& mechanism = draft.mechanism();
+  if (disc.follows.terms.size() > 1)
+    at.fail({.kind = "missing key",
+             .expected = "'axis', the direction about which the disc turns in its carrier, because it follows several "
+                         "coordinates"});
+  const Coordinate& coordinate = mechanism.coordinates[static_cast<std::size_t>(disc.follows.terms[0].coordinate)];
+  const auto& joint = mechanism.joints[static_cast<std::size_t>(coordinate.joint)];
+  if (draft.problems.is_invalid("joints." + joint.name)) throw CascadingError();
+  const bool on_first = disc.body == joint.first;
+  const bool on_second = disc.body == joint.second;
+  const bool universal = joint.type == JointType::universal;
+  // Turning by the first coordinate leaves the first axis in the first body, by the second the second axis in the second body.
+  const bool own_axis =
+      joint.type != JointType::spherical && (!universal || (coordinate.index == 0 ? on_first : on_second));
+  if ((!on_first && !on_second) || !own_axis)
+    at.fail({.kind = "missing key",
+             .expected = fmt::format("'axis', the direction about which the disc turns in {}, because the axis of {} "
+                                     "does not stand still there",
+                                     quote_for_message(mechanism.bodies[static_cast<std::size_t>(disc.body)].name),
+                                     quote_for_message(coordinate.name))});
+  const Vector3E axis = universal && coordinate.index == 1 ? joint.axis2 : joint.axis;
+  return on_first ? axis : Vector3E(joint.rotation.transpose() * axis);
+}
+
+/// A number (planar); {axial, transverse}, three or six numbers (spatial).
+Matrix3E read_disc_inertia(const SpecCursor& at, StudyBuilder& draft, const Vector3E& axis) {
+  if (draft.planar() || at.is_list()) return read_inertia_value(at, draft);
+  Expression axial = 0, transverse = 0;
+  const bool read = read_fields(
+      at, "an inertia {axial, transverse}, [Ixx, Iyy, Izz] or six numbers",
+      {{"axial", Presence::required, [&](const SpecCursor& c) { axial = read_number(c, draft, dimension::inertia); }},
+       {"transverse", Presence::required,
+        [&](const SpecCursor& c) { transverse = read_number(c, draft, dimension::inertia); }}});
+  if (!read) return Matrix3E::Zero();
+  const Matrix3E along = axis * axis.transpose(), identity = Matrix3E::Identity();
+  return transverse * identity + (axial - transverse) * along;
+}
+
+/// @param sum whether what is followed has ratios of its own
+Expression read_disc_ratio(const SpecCursor& at, StudyBuilder& draft, const DiscOf<Expression>& disc, bool sum) {
+  const auto followed = static_cast<std::size_t>(disc.follows.terms[0].coordinate);
+  const Dimension own =
+      sum ? dimension::dimensionless : dimension::angle / dimension_of(draft.mechanism().coordinates[followed].kind);
+  const Expression ratio = read_number(at, draft, own);
+  if (is_fixed_zero(at, ratio, draft))
+    at.fail({.expected = "a ratio other than 0 (a disc that does not turn is a counterweight)", .found = "0"});
+  return ratio;
+}
+
+void assemble_disc(const SpecCursor& at, const DiscKeys& text, StudyBuilder& draft, DiscOf<Expression>& disc) {
+  const AttachedKeys& carried = text.carried;
+  const auto guard = [&](auto&& read) { return draft.problems.collect(read); };
+  disc.body = carried.body.value_or(ground);
+  disc.follows = text.follows.value_or(0);
+  if (carried.at) guard([&] { disc.position = read_position(*carried.at, draft, carried.body); });
+  if (text.ratio)
+    guard([&] {
+      if (text.follows)
+        disc.ratio = read_disc_ratio(*text.ratio, draft, disc, has_several_leaders(at));
+      else
+        read_number(*text.ratio, draft, dimension::dimensionless);
+    });
+  const bool axis_read = guard([&] {
+    if (text.axis && draft.planar()) text.axis->fail({.expected = "no axis: a disc in the plane turns about z"});
+    if (text.axis)
+      disc.axis = read_direction(*text.axis, draft);
+    else if (!draft.planar())
+      disc.axis = followed_axis(at, draft, text, disc);
+  });
+  if (carried.mass)
+    guard([&] { disc.mass = read_number(*carried.mass, draft, dimension::mass, SignConstraint::not_negative); });
+  if (carried.inertia)
+    guard([&] {
+      disc.inertia = read_disc_inertia(*carried.inertia, draft, disc.axis);
+      if (axis_read) check_inertia(*carried.inertia, disc.inertia, draft, InertiaOwner::attachment);
+    });
+}
+
+void read_disc(const SpecCursor& at, StudyBuilder& draft, DiscOf<Expression>& disc) {
+  DiscKeys text;
+  auto fields = attached_fields(text.carried, draft);
+  fields[0].read = [&](const SpecCursor& c) {
+    text.carried.body = read_body(c, draft);
+  };  // the base carries discs, too
+  fields[2].need = Presence::optional;
+  fields[3].need = Presence::required;
+  fields.push_back({"follows", Presence::required,
+                    [&](const SpecCursor& c) { text.follows = read_followed(c, draft, dimension::angle); }});
+  fields.push_back({"ratio", Presence::optional, [&](const SpecCursor& c) { text.ratio = c; }});
+  fields.push_back({"axis", Presence::optional, [&](const SpecCursor& c) { text.axis = c; }});
+  read_fields(at, "a disc {body, at, follows, ratio, mass, inertia}", fields);
+  if (at.is_map()) assemble_disc(at, text, draft, disc);
+}
+
+}  // namespace
+
+void read_attachments(const SpecCursor& section, StudyBuilder& draft, AttachmentKind kind) {
+  for (const Member& member : list_named_members(section, "a mapping of masses {body, at, mass}")) {
+    AttachmentOf<Expression> attachment;
+    attachment.name = member.name;
+    attachment.kind = kind;
+    draft.problems.collect([&] { read_attachment(member.value, draft, attachment); });
+    draft.mechanism().attachments.push_back(std::move(attachment));
+  }
+}
+
+void read_discs(const SpecCursor& section, StudyBuilder& draft) {
+  for (const Member& member :
+       list_named_members(section, "a mapping of discs {body, at, follows, ratio, mass, inertia}")) {
+    DiscOf<Expression> disc;
+    disc.name = member.name;
+    draft.problems.collect([&] { read_disc(member.value, draft, disc); });
+    draft.mechanism().discs.push_back(std::move(disc));
+  }
+}
+
+namespace {
+
+void read_points(const SpecCursor& section, StudyBuilder& draft, BodyOf<Expression>& body) {
+  for (const Member& member : list_named_members(section, "a mapping of points"))
+    draft.problems.collect([&] {
+      body.points.push_back({member.name, read_vector(member.value, draft, dimension::length)});
+    });
+}
+
+/// A point that cannot be read still has a name, so that references to it are not reported too.
+void name_points(const SpecCursor& body_at, BodyOf<Expression>& body) {
+  const YamlNode& node = body_at.node();
+  for (std::size_t i = 0; node.kind == YamlNode::Kind::map && i < node.items.size(); ++i) {
+    if (node.keys[i].text != "points" || node.items[i].kind != YamlNode::Kind::map) continue;
+    for (const YamlNode& key : node.items[i].keys)
+      if (std::none_of(body.points.begin(), body.points.end(), [&](const auto& p) { return p.name == key.text; }))
+        body.points.push_back({key.text, Vector3E::Zero()});
+  }
+}
+
+/// A body is massless where its mass says 0; then com and inertia may be left out.
+bool is_declared_massless(const SpecCursor& body_at) {
+  if (!body_at.is_map()) return false;
+  for (std::size_t i = 0; i < body_at.node().items.size(); ++i) {
+    const YamlNode& value = body_at.node().items[i];
+    if (body_at.node().keys[i].text == "mass" && value.kind == YamlNode::Kind::scalar)
+      return value.text == "0" || value.text == "0.0";
+  }
+  return false;
+}
+
+bool has_as_given_inertia(const BodyKeys& text) {
+  if (!text.inertia || !text.inertia->is_map()) return false;
+  const auto& keys = text.inertia->node().keys;
+  return std::any_of(keys.begin(), keys.end(), [](const YamlNode& key) { return key.text == "as_given"; });
+}
+
+void read_body_fields(const SpecCursor& at, StudyBuilder& draft, BodyOf<Expression>& body) {
+  BodyKeys text;
+  const Presence need = is_declared_massless(at) ? Presence::optional : Presence::required;
+  const bool read =
+      read_fields(at, "a body",
+                  {{"mass", Presence::required,
+                    [&](const SpecCursor& c) {
+                      text.mass = c;
+                      body.mass = read_number(c, draft, dimension::mass, SignConstraint::positive_or_zero);
+                    }},
+                   {"com", need, [&](const SpecCursor& c) { body.com = read_vector(c, draft, dimension::length); }},
+                   {"inertia", need, [&](const SpecCursor& c) { text.inertia = c; }},
+                   {"points", Presence::optional, [&](const SpecCursor& c) { read_points(c, draft, body); }}});
+  // The inertia may be about the origin: mass and centre of mass come first.
+  if (text.inertia)
+    draft.problems.collect([&] {
+      const bool moved =
+          draft.problems.is_invalid(at.path() + ".mass") || draft.problems.is_invalid(at.path() + ".com");
+      body.inertia_as_given = has_as_given_inertia(text);
+      body.inertia = read_inertia(*text.inertia, draft, moved ? std::nullopt : std::optional(body.mass), body.com);
+    });
+  if (read) draft.body_texts.emplace(draft.mechanism().bodies.size(), std::move(text));
+  if (!read) name_points(at, body);
+}
+
+/// Something besides the joint that it hangs on needs the body.
+bool has_attached_elements(const MechanismOf<Expression>& mechanism, BodyId body) {
+  const auto on = [body](const auto& part) { return part.body == body; };
+  const auto ends = [body](const auto& part) { return part.first == body || part.second == body; };
+  return std::count_if(mechanism.joints.begin(), mechanism.joints.end(), ends) > 1 ||
+         std::any_of(mechanism.attachments.begin(), mechanism.attachments.end(), on) ||
+         std::any_of(mechanism.discs.begin(), mechanism.discs.end(), on) ||
+         std::any_of(mechanism.loads.begin(), mechanism.loads.end(), on) ||
+         std::any_of(mechanism.springs.begin(), mechanism.springs.end(), ends) ||
+         (mechanism.tool && mechanism.tool->body == body);
+}
+
+void check_positive_mass(const BodyKeys& text, const BodyOf<Expression>& body) {
+  if (text.mass && !body.inertia_as_given && !is_valid_mass(body.mass.value(), values_of(body.inertia)))
+    text.mass->fail({.kind = "must be positive", .expected = "a number > 0", .found = "0"});
+}
+
+/// Not what anybody meant at the end of a chain, mostly.
+void warn_of_zero_mass(const SpecCursor& mass, StudyBuilder& draft) {
+  const NodeLocation place = mass.node().place;
+  const SourceLocation said{draft.problems.file_of(place), place.line, place.column, mass.path()};
+  draft.study.warnings.push_back(said.text() + ": the body has no mass, and it carries nothing");
+}
+
+/// `arm.hand` must be either a body or a point of one.
+void check_name_prefix(const Member& body, const std::vector<Member>& all) {
+  for (auto dot = body.name.find('.'); dot != std::string::npos; dot = body.name.find('.', dot + 1)) {
+    const std::string beginning = body.name.substr(0, dot);
+    if (beginning == "ground" ||
+        std::any_of(all.begin(), all.end(), [&](const Member& m) { return m.name == beginning; }))
+      body.key.fail({.expected = "a name that does not begin with another body's and a point",
+                     .found = fmt::format("{} and {}", quote_for_message(body.name), quote_for_message(beginning))});
+  }
+}
+
+}  // namespace
+
+void read_ground(const SpecCursor& section, StudyBuilder& draft) {
+  BodyOf<Expression>& body = draft.mechanism().bodies[ground];
+  if (!read_fields(section, "the ground",
+                   {{"points", Presence::optional, [&](const SpecCursor& c) { read_points(c, draft, body); }}}))
+    name_points(section, body);
+}
+
+void read_bodies(const SpecCursor& section, StudyBuilder& draft) {
+  draft.problems.collect([&] {
+    const auto all = list_named_members(section, "a mapping of bodies");
+    if (all.empty()) section.fail_expected("at least one body");
+    for (const Member& member : all) {
+      BodyOf<Expression> body;
+      body.name = member.name;
+      draft.problems.collect([&] {
+        if (member.name == "ground")
+          member.key.fail({.expected = "a name other than 'ground', which is the body that does not move",
+                           .hint = "its points go into 'ground:'"});
+        check_name_prefix(member, all);
+        read_body_fields(member.value, draft, body);
+      });
+      draft.mechanism().bodies.push_back(std::move(body));
+      draft.body_places.push_back(member.key.node().place);
+    }
+  });
+}
+
+void check_massless_bodies(StudyBuilder& draft) {
+  const auto& mechanism = draft.mechanism();
+  const bool weightless =
+      !has_mass(convert_mechanism<double>(mechanism, [](const Expression& number) { return number.value(); }));
+  if (weightless && draft.problems.is_empty())
+    draft.study.warnings.push_back("bodies: no body has mass, so nothing can be said of forces, efforts and balance");
+  for (const auto& [index, text] : draft.body_texts) {
+    const auto& body = mechanism.bodies[index];
+    if (draft.problems.is_invalid("bodies." + body.name) || draft.problems.is_section_invalid("joints.another"))
+      continue;
+    draft.problems.collect([&, &where = text] { check_positive_mass(where, body); });
+    const bool nothing = body.mass.value() == 0 && !has_attached_elements(mechanism, static_cast<int>(index));
+    if (text.mass && nothing && !weightless) warn_of_zero_mass(*text.mass, draft);
+  }
+}
+
+namespace {
+
+/// Steiner's theorem from the origin to the centre of mass.
+Matrix3E shift_to_com(const Matrix3E& about_origin, const Expression& mass, const Vector3E& com, bool planar) {
+  const auto moment = [&](int i, int j) { return mass * com[i] * com[j]; };
+  Matrix3E inertia = about_origin;
+  for (int i = planar ? 2 : 0; i < 3; ++i)
+    inertia(i, i) -= moment((i + 1) % 3, (i + 1) % 3) + moment((i + 2) % 3, (i + 2) % 3);
+  for (int i = 0; i < 3 && !planar; ++i)
+    for (int j = 0; j < 3; ++j)
+      if (i != j) inertia(i, j) += moment(j, i);
+  return inertia;
+}
+
+}  // namespace
+
+Matrix3E read_inertia_value(const SpecCursor& at, StudyBuilder& draft) {
+  Matrix3E inertia = Matrix3E::Zero();
+  if (draft.planar()) {
+    inertia(2, 2) = read_number(at, draft, dimension::inertia);
+    return inertia;
+  }
+  const std::string what = "[Ixx, Iyy, Izz] or [Ixx, Iyy, Izz, Ixy, Ixz, Iyz]";
+  if (at.is_list() && at.node().items.size() != 3 && at.node().items.size() != 6) at.fail_expected(what);
+  const auto v = read_numbers(at, draft, dimension::inertia, what);
+  for (int i = 0; i < 3; ++i) inertia(i, i) = v[static_cast<std::size_t>(i)];
+  if (v.size() == 6) {
+    inertia(0, 1) = inertia(1, 0) = v[3];
+    inertia(0, 2) = inertia(2, 0) = v[4];
+    inertia(1, 2) = inertia(2, 1) = v[5];
+  }
+  return inertia;
+}
+
+namespace {
+
+/// What `{about: …, value: …}` says; `as_given` in place of `value`.
+struct InertiaKeys {
+  bool about_origin = false;
+  bool as_given = false;
+  Matrix3E value = Matrix3E::Zero();
+};
+
+InertiaKeys read_inertia_text(const SpecCursor& at, StudyBuilder& draft) {
+  // A mapping with `free` is a free number, not a choice of the reference point.
+  const bool is_free =
+      at.is_map() && !at.node().keys.empty() && (at.node().keys[0].text == "free" || at.node().keys[0].text == "start");
+  InertiaKeys text;
+  if (!at.is_map() || is_free) {
+    text.value = read_inertia_value(at, draft);
+    return text;
+  }
+  const auto& keys = at.node().keys;
+  text.as_given = std::any_of(keys.begin(), keys.end(), [](const YamlNode& key) { return key.text == "as_given"; });
+  const char* name = text.as_given ? "as_given" : "value";
+  const bool read = read_fields(
+      at, "an inertia",
+      {{"about", text.as_given ? Presence::optional : Presence::required,
+        [&](const SpecCursor& c) {
+          text.about_origin = c.read_choice("the point that the inertia is about", {"com", "origin"}) == 1;
+        }},
+       {name, Presence::required, [&](const SpecCursor& c) { text.value = read_inertia_value(c, draft); }}});
+  if (!read) throw CascadingError();
+  return text;
+}
+
+/// A warning in place of the mistake that it would be without `as_given`.
+void warn_of_inertia(const SpecCursor& at, const Matrix3E& inertia, StudyBuilder& draft) {
+  try {
+    check_inertia(at, inertia, draft, InertiaOwner::body);
+  } catch (const ReadError& problem) {
+    const SourceLocation place{draft.problems.file_of(problem.place), problem.place.line, problem.place.column,
+                               problem.path};
+    draft.study.warnings.push_back(place.text() + ": kept as given: " + problem.message.text());
+  }
+}
+
+}  // namespace
+
+Matrix3E read_inertia(const SpecCursor& at, StudyBuilder& draft, const std::optional<Expression>& mass,
+                      const Vector3E& com) {
+  const InertiaKeys text = read_inertia_text(at, draft);
+  if (text.about_origin && !mass) return text.value;
+  const Matrix3E inertia = text.about_origin ? shift_to_com(text.value, *mass, com, draft.planar()) : text.value;
+  if (text.as_given)
+    warn_of_inertia(at, inertia, draft);
+  else
+    check_inertia(at, inertia, draft, InertiaOwner::body);
+  return inertia;
+}
+
+void check_inertia(const SpecCursor& at, const Matrix3E& inertia, const StudyBuilder& draft, InertiaOwner bearer) {
+  const bool planar = draft.planar();
+  const InertiaCheck verdict = find_inertia_issue(values_of(inertia), planar, bearer);
+  if (verdict.issue == InertiaIssue::none) return;
+  const Vector3& principal = verdict.principal_moments;
+  const char* expected = verdict.issue == InertiaIssue::triangle_violated
+                             ? "no principal moment above the sum of the other two"
+                         : !planar                      ? "a positive definite matrix"
+                         : bearer == InertiaOwner::body ? "a positive one about its CoM"
+                                                        : "one that is not negative about its CoM";
+  at.fail({.kind = "no body can have this inertia",
+           .expected = expected,
+           .found = planar ? fmt::format("{:.6g} kg m^2", principal[2])
+                           : fmt::format("the principal moments {:.6g}, {:.6g}, {:.6g} kg m^2 about its CoM",
+                                         principal[0], principal[1], principal[2])});
+}
+
+}  // namespace balance::specification

@@ -1,0 +1,572 @@
+// What leads the mechanism along a trajectory.
+
+#include "balance/foundation/base/error.hpp"
+#include "balance/foundation/base/spelling.hpp"
+#include "balance/interface/specification/read_document.hpp"
+#include "balance/interface/specification/spec_table.hpp"
+#include "balance/interface/specification/study_builder.hpp"
+#include "balance/motion/study/study.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <functional>
+#include <optional>
+#include <vector>
+
+namespace balance::specification {
+
+/// By how much a controlled run starts away from where it should.
+
+/// `{joints: {A1: 0.05}}` or `{tool: [0.01, 0]}`, in the plane with `angle`.
+void read_initial_error(const SpecCursor& at, StudyBuilder& draft, InitialError& error);
+
+/// What a controller believes of the mechanism where that is not the truth.
+
+/// `model: {without: [cargo], mass_scale: 0.9, set: {m1: 2, bodies.link2.mass: 1.5}}`.
+/// @param root, overrides of the whole spec, which has been read without a mistake
+Mechanism read_controller_model(const SpecCursor& at, const YamlNode& root, const SpecParameters::Overrides& overrides,
+                                StudyBuilder& draft);
+
+namespace {
+
+/// A dimension per kind of coordinate.
+using DimensionOf = std::function<Dimension(CoordinateKind)>;
+
+Dimension effort_of(CoordinateKind kind) {
+  return kind == CoordinateKind::angle ? dimension::moment : dimension::force;
+}
+
+constexpr Dimension per_second = dimension::dimensionless / dimension::time;
+
+double read_fixed(const SpecCursor& at, StudyBuilder& draft, Dimension dimension, SignConstraint sign) {
+  if (at.is_map()) at.fail_expected("a number or an expression");
+  return read_number(at, draft, dimension, sign).value();
+}
+
+/// In 1/s whatever the spec's unit of time.
+double read_hertz(const SpecCursor& at, StudyBuilder& draft) {
+  return read_fixed(at, draft, dimension::dimensionless, SignConstraint::positive);
+}
+
+CoordinateKind kind_of(CoordinateId coordinate, const StudyBuilder& draft) {
+  return draft.study.mechanism.coordinates[static_cast<std::size_t>(coordinate)].kind;
+}
+
+std::string names_of(const std::vector<CoordinateId>& actuators, const StudyBuilder& draft) {
+  std::vector<std::string> names;
+  for (const int c : actuators) names.push_back(draft.study.mechanism.coordinates[static_cast<std::size_t>(c)].name);
+  return join_with_conjunction(names, "and");
+}
+
+/// Numbers of whatever actuators: only that they are numbers can be told.
+void read_all_fixed(const SpecCursor& at, StudyBuilder& draft, SignConstraint sign) {
+  const auto one = [&](const SpecCursor& c) { read_fixed(c, draft, dimension::dimensionless, sign); };
+  if (at.is_scalar()) return one(at);
+  if (at.is_list()) return read_each(at.items("a list of numbers"), one);
+  for (const Member& member : list_members(at, "a number, or one for each actuator"))
+    draft.problems.collect([&] { one(member.value); });
+}
+
+/// One number for all actuators, a list in their order, or a mapping with one for each.
+VectorX read_per_actuator(const SpecCursor& at, StudyBuilder& draft, const DimensionOf& dimension,
+                          SignConstraint sign) {
+  const std::vector<CoordinateId>& actuators = draft.mechanism().actuators;
+  const auto count = static_cast<Eigen::Index>(actuators.size());
+  VectorX values = VectorX::Zero(count);
+  const auto read = [&](const SpecCursor& c, Eigen::Index a) {
+    values[a] = read_fixed(c, draft, dimension(kind_of(actuators[static_cast<std::size_t>(a)], draft)), sign);
+  };
+  if (actuators.empty() ? draft.problems.is_uncertain("actuators") : draft.problems.is_invalid("actuators")) {
+    read_all_fixed(at, draft, sign);
+    throw CascadingError();
+  }
+  if (!at.is_map() && !at.is_list()) {
+    for (Eigen::Index a = 0; a < count; ++a) read(at, a);
+    return values;
+  }
+  if (at.is_list()) {
+    std::string wanted = "a number: the spec names no 'actuators'";
+    if (count > 0)
+      wanted =
+          fmt::format("a number, or {} numbers, one for each of the actuators {}", count, names_of(actuators, draft));
+    Eigen::Index a = 0;
+    read_each(at.items(wanted, static_cast<std::size_t>(count)), [&](const SpecCursor& item) { read(item, a++); });
+    return values;
+  }
+  std::vector<Field> fields;
+  for (Eigen::Index a = 0; a < count; ++a) {
+    const auto c = static_cast<std::size_t>(actuators[static_cast<std::size_t>(a)]);
+    fields.push_back({draft.mechanism().coordinates[c].name, Presence::required,
+                      [&read, a](const SpecCursor& entry) { read(entry, a); }});
+  }
+  read_fields(at, "a number, or one for each actuator", fields);
+  return values;
+}
+
+/// One number, for laws that treat all coordinates alike.
+VectorX read_single(const SpecCursor& at, StudyBuilder& draft, Dimension dimension) {
+  if (!at.is_scalar()) at.fail_expected("one number for all coordinates: this law treats them alike");
+  return VectorX::Constant(1, read_fixed(at, draft, dimension, SignConstraint::positive));
+}
+
+void read_measurement(const SpecCursor& at, StudyBuilder& draft, Measurement& measurement) {
+  const auto position = [](CoordinateKind kind) { return dimension_of(kind); };
+  const auto rate = [](CoordinateKind kind) { return dimension_of(kind) / dimension::time; };
+  const auto values = [&](VectorX& target, const DimensionOf& dimension) {
+    return [&target, &draft, dimension](const SpecCursor& c) {
+      target = read_per_actuator(c, draft, dimension, SignConstraint::not_negative);
+    };
+  };
+  std::optional<SpecCursor> noise;
+  read_fields(at, "what is measured {position_step, position_noise, velocity_noise, velocity, seed}",
+              {{"position_step", Presence::optional, values(measurement.position_step, position)},
+               {"position_noise", Presence::optional, values(measurement.position_noise, position)},
+               {"velocity_noise", Presence::optional,
+                [&](const SpecCursor& c) {
+                  noise = c;
+                  values(measurement.velocity_noise, rate)(c);
+                }},
+               {"velocity", Presence::optional,
+                [&](const SpecCursor& c) {
+                  measurement.velocity = c.read_choice("where velocities come from", {"measured", "difference"}) == 0
+                                             ? VelocitySource::measured
+                                             : VelocitySource::difference;
+                }},
+               {"seed", Presence::optional, [&](const SpecCursor& c) {
+                  measurement.seed = static_cast<std::uint64_t>(read_integer(c, draft, 0, max_seed));
+                }}});
+  if (noise && measurement.velocity == VelocitySource::difference)
+    noise->fail(
+        {.expected = "no 'velocity_noise' with 'velocity: difference', which has its noise from the positions"});
+}
+
+void read_efforts(const std::optional<SpecCursor>& torque, const std::optional<SpecCursor>& table,
+                  const std::optional<SpecCursor>& file, StudyBuilder& draft, EffortTable& efforts) {
+  const std::vector<CoordinateId>& actuators = draft.mechanism().actuators;
+  if (torque) {
+    efforts.time = {0};
+    efforts.effort = {read_per_actuator(*torque, draft, effort_of, SignConstraint::none)};
+  }
+  if (!table && !file) return;
+  std::vector<TableColumn> columns;
+  for (const int c : actuators)
+    columns.push_back({draft.mechanism().coordinates[static_cast<std::size_t>(c)].name, effort_of(kind_of(c, draft))});
+  const TimeTable rows = table ? read_inline_table(*table, draft, columns) : read_table_file(*file, draft, columns);
+  for (const Expression& time : rows.time) efforts.time.push_back(time.value());
+  for (const auto& row : rows.values) {
+    VectorX effort = VectorX::Zero(static_cast<Eigen::Index>(actuators.size()));
+    for (std::size_t i = 0; i < row.size(); ++i) effort[rows.columns[i]] = row[i].value();
+    efforts.effort.push_back(effort);
+  }
+}
+
+/// Which keys a type has beside the common ones.
+std::vector<std::string> keys_of(ControllerType type) {
+  switch (type) {
+    case ControllerType::none: return {"initial_error"};
+    case ControllerType::open_loop: return {"torque", "table", "file", "interpolation"};
+    case ControllerType::pd: return {"kp", "kd", "bandwidth", "damping", "gravity"};
+    case ControllerType::computed_torque: return {"kp", "kd", "bandwidth", "damping"};
+    case ControllerType::sliding_mode: return {"lambda", "k", "bandwidth", "switching"};
+    case ControllerType::extended_sliding_mode: return {"lambda", "k", "bandwidth", "switching", "projection"};
+  }
+  return {};
+}
+
+constexpr const char* common_controller_keys[] = {"rate",        "period", "torque_limit",
+                                                  "measurement", "model",  "initial_error"};
+
+class ControllerReader {
+ public:
+  ControllerReader(const YamlNode& root, const SpecParameters::Overrides& overrides, StudyBuilder& draft)
+      : root_(root), overrides_(overrides), draft_(draft) {}
+
+  Controller read(const Member& member) {
+    controller_.name = member.name;
+    std::vector<Field> fields{{"type", Presence::required, [&](const SpecCursor& c) {
+                                 controller_.type = static_cast<ControllerType>(
+                                     c.read_choice("a type of controller", controller_type_names()));
+                               }}};
+    for (const char* key :
+         {"rate", "period", "bandwidth", "damping", "kp", "kd", "gravity", "lambda", "k", "switching", "projection",
+          "torque", "table", "file", "interpolation", "torque_limit", "measurement", "model", "initial_error"})
+      fields.push_back({key, Presence::optional, [this, key](const SpecCursor& c) { found_.emplace(key, c); }});
+    read_fields(member.value, "a controller {type, …}", fields);
+    const bool typed = !draft_.problems.is_uncertain(member.value.path() + ".type");
+    if (typed) check_keys();
+    read_common_keys();
+    if (typed) read_gains();
+    for (const char* key : {"kp", "kd", "lambda", "k"})
+      if (!typed) read_key(key, [&](const SpecCursor& c) { read_all_fixed(c, draft_, SignConstraint::none); });
+    read_open_loop(member.value);
+    return controller_;
+  }
+
+ private:
+  void read_open_loop(const SpecCursor& at) {
+    const auto given = [&](const char* key) {
+      const auto one = found_.find(key);
+      return one == found_.end() ? std::nullopt : std::optional(one->second);
+    };
+    if (found_.count("torque") + found_.count("table") + found_.count("file") > 1)
+      at.fail({.expected = "one of 'torque' (constant), 'table' and 'file'", .found = "several"});
+    if (!draft_.problems.is_invalid("actuators"))
+      read_efforts(given("torque"), given("table"), given("file"), draft_, controller_.efforts);
+    controller_.efforts.is_held = found_.count("rate") + found_.count("period") > 0;
+    read_key("interpolation", [&](const SpecCursor& c) {
+      const bool curved = c.read_choice("how torques go on between rows", {"linear", "spline"}) == 1;
+      if (found_.count("table") + found_.count("file") == 0)
+        c.fail({.expected = "no 'interpolation' without 'table' or 'file'"});
+      if (!curved) return;
+      controller_.efforts.interpolation = EffortTable::Interpolation::spline;
+      const std::size_t rows = controller_.efforts.time.size();
+      if (rows > 0 && rows < 4)
+        c.fail({.expected = "'linear', or at least four rows for a spline", .found = fmt::format("{} rows", rows)});
+    });
+  }
+
+  void check_keys() const {
+    std::vector<std::string> allowed = keys_of(controller_.type);
+    if (controller_.type != ControllerType::none)
+      allowed.insert(allowed.end(), std::begin(common_controller_keys), std::end(common_controller_keys));
+    for (const auto& [key, cursor] : found_)
+      draft_.problems.collect([&, &key = key, &cursor = cursor] {
+        if (std::find(allowed.begin(), allowed.end(), key) == allowed.end())
+          cursor.fail(
+              {.expected = fmt::format("no '{}' with 'type: {}', which has {}", key,
+                                       controller_type_name(controller_.type), join_with_conjunction(allowed, "and"))});
+      });
+  }
+
+  template <class Read>
+  void read_key(const char* key, Read&& read) {
+    const auto at = found_.find(key);
+    if (at != found_.end()) draft_.problems.collect([&] { read(at->second); });
+  }
+
+  void read_common_keys() {
+    read_key("rate", [&](const SpecCursor& c) {
+      if (found_.count("period") > 0) c.fail({.expected = "'rate' or 'period'", .found = "both"});
+    });
+    read_key("rate", [&](const SpecCursor& c) { controller_.period = 1 / read_hertz(c, draft_); });
+    read_key("period", [&](const SpecCursor& c) {
+      controller_.period = read_fixed(c, draft_, dimension::time, SignConstraint::positive);
+    });
+    read_key("bandwidth", [&](const SpecCursor& c) { controller_.bandwidth = read_hertz(c, draft_); });
+    read_key("damping", [&](const SpecCursor& c) {
+      controller_.damping = read_fixed(c, draft_, dimension::dimensionless, SignConstraint::not_negative);
+    });
+    read_key("torque_limit", [&](const SpecCursor& c) {
+      controller_.torque_limit = read_per_actuator(c, draft_, effort_of, SignConstraint::not_negative);
+    });
+    read_key("measurement", [&](const SpecCursor& c) { read_measurement(c, draft_, controller_.measurement); });
+    read_key("model",
+             [&](const SpecCursor& c) { controller_.model = read_controller_model(c, root_, overrides_, draft_); });
+    read_key("initial_error", [&](const SpecCursor& c) { read_initial_error(c, draft_, controller_.initial_error); });
+  }
+
+  void read_gains() {
+    const bool pd = controller_.type == ControllerType::pd;
+    const bool extended = controller_.type == ControllerType::extended_sliding_mode;
+    const auto gain = [&](const char* key, VectorX& target, const DimensionOf& dimension, SignConstraint sign) {
+      read_key(key, [&](const SpecCursor& c) { target = read_per_actuator(c, draft_, dimension, sign); });
+    };
+    gain(
+        "kp", controller_.kp,
+        [pd](CoordinateKind kind) { return pd ? effort_of(kind) / dimension_of(kind) : per_second * per_second; },
+        SignConstraint::not_negative);
+    gain(
+        "kd", controller_.kd,
+        [pd](CoordinateKind kind) { return pd ? effort_of(kind) / dimension_of(kind) * dimension::time : per_second; },
+        SignConstraint::not_negative);
+    const auto rate = [](CoordinateKind kind) { return dimension_of(kind) / dimension::time; };
+    const auto acceleration = [](CoordinateKind kind) { return dimension_of(kind) * per_second * per_second; };
+    const auto sliding = [&](const SpecCursor& c, const DimensionOf& dimension, VectorX& target) {
+      target = extended ? read_single(c, draft_, dimension(CoordinateKind::angle))
+                        : read_per_actuator(c, draft_, dimension, SignConstraint::positive);
+    };
+    const auto inverse = [](CoordinateKind) { return per_second; };
+    read_key("lambda", [&](const SpecCursor& c) { sliding(c, inverse, controller_.lambda); });
+    read_key("k", [&](const SpecCursor& c) { sliding(c, acceleration, controller_.switching_gain); });
+    read_key("switching", [&](const SpecCursor& c) {
+      const std::string what = "how to switch, 'sign' or {boundary_layer: …}";
+      if (!c.is_map() && c.read_word(what) == "sign") return;
+      read_fields(c, what, {{"boundary_layer", Presence::required, [&](const SpecCursor& layer) {
+                               sliding(layer, rate, controller_.boundary_layer);
+                             }}});
+    });
+    read_key("gravity", [&](const SpecCursor& c) {
+      controller_.gravity = c.read_choice("whether weight is compensated", {"compensated", "ignored"}) == 0
+                                ? GravityCompensation::compensated
+                                : GravityCompensation::ignored;
+    });
+    read_key("projection", [&](const SpecCursor& c) {
+      controller_.projection = c.read_choice("a projection", {"inertia", "identity"}) == 0
+                                   ? AccelerationProjection::inertia
+                                   : AccelerationProjection::identity;
+    });
+  }
+
+  const YamlNode& root_;
+  const SpecParameters::Overrides& overrides_;
+  StudyBuilder& draft_;
+  Controller controller_;
+  std::map<std::string, SpecCursor> found_;
+};
+
+}  // namespace
+
+void read_controllers(const SpecCursor* section, const YamlNode& root, const SpecParameters::Overrides& overrides,
+                      StudyBuilder& draft) {
+  std::vector<Controller>& controllers = draft.study.controllers;
+  if (section != nullptr)
+    draft.problems.collect([&] {
+      for (const Member& member : list_named_members(*section, "a mapping of controllers {type, …}", NameForm::simple))
+        draft.problems.collect([&] { controllers.push_back(ControllerReader(root, overrides, draft).read(member)); });
+    });
+  for (Controller& built_in : built_in_controllers())
+    if (std::none_of(controllers.begin(), controllers.end(),
+                     [&](const Controller& known) { return known.name == built_in.name; }))
+      controllers.push_back(std::move(built_in));
+}
+
+void read_initial_error(const SpecCursor& at, StudyBuilder& draft, InitialError& error) {
+  std::optional<SpecCursor> joints, tool, angle;
+  const auto keep = [](std::optional<SpecCursor>& slot) { return [&slot](const SpecCursor& c) { slot = c; }; };
+  std::vector<Field> fields{{"joints", Presence::optional, keep(joints)}, {"tool", Presence::optional, keep(tool)}};
+  if (draft.planar()) fields.push_back({"angle", Presence::optional, keep(angle)});
+  if (!read_fields(at, "an initial error {joints: …} or {tool: …}", fields)) return;
+  if (joints.has_value() == tool.has_value()) at.fail_expected("an initial error of either 'joints' or the 'tool'");
+  if (angle && !tool) angle->fail({.expected = "'angle' only with 'tool'", .found = "it with 'joints'"});
+  if (tool && !draft.mechanism().tool)
+    tool->fail_unless_uncertain("tool", {.expected = "a spec with a tool ('tool: body.point')",
+                                         .found = "none",
+                                         .hint = "this key is about the tool's pose"});
+  if (tool) error.tool = values_of(read_vector(*tool, draft, dimension::length));
+  if (angle && angle->is_map()) angle->fail_expected("a number or an expression");
+  if (angle) error.angle = read_number(*angle, draft, dimension::angle).value();
+  if (!joints) return;
+  for (const auto& [coordinate, value] : read_coordinate_values(*joints, draft))
+    error.joints.push_back({coordinate, value.value()});
+  for (const Member& member : list_members(*joints, "joint coordinates")) {
+    const auto& actuators = draft.mechanism().actuators;
+    draft.problems.collect([&] {
+      const CoordinateId coordinate = find_coordinate(member.key, member.name, draft);
+      if (!draft.problems.is_invalid("actuators") && !actuators.empty() &&
+          std::find(actuators.begin(), actuators.end(), coordinate) == actuators.end())
+        member.key.fail(
+            {.expected = "an actuated coordinate (the others follow)", .found = quote_for_message(member.name)});
+    });
+  }
+}
+
+namespace {
+
+/// What a model may have other numbers in.
+constexpr std::array overridable_sections{"gravity",        "ground",   "bodies", "joints", "couplings", "constraints",
+                                          "counterweights", "payloads", "discs",  "loads",  "springs",   "friction"};
+
+/// "bodies.link1.com[0]" → bodies, link1, com, 0.
+std::vector<std::string> split_key_path(const std::string& path) {
+  std::vector<std::string> steps(1);
+  for (const char c : path) {
+    if (c == '.' || c == '[')
+      steps.emplace_back();
+    else if (c != ']')
+      steps.back() += c;
+  }
+  return steps;
+}
+
+/// The entry of a mapping or a list that a step of a path names.
+YamlNode& find_path_entry(YamlNode& node, const std::string& step, const SpecCursor& named, const std::string& path) {
+  std::vector<std::string> names;
+  for (std::size_t i = 0; i < node.items.size(); ++i) {
+    names.push_back(node.kind == YamlNode::Kind::map ? node.keys[i].text : std::to_string(i));
+    if (names.back() == step) return node.items[i];
+  }
+  // A coordinate's own name may have a dot: `friction.J.slide.coulomb`.
+  named.fail({.expected = "a parameter or a number of this spec",
+              .found = fmt::format("{}: there is no {} in {}", quote_for_message(path), quote_for_message(step),
+                                   quote_for_message(path.substr(0, path.rfind(step) - 1))),
+              .hint = format_nearest_name(step, names)});
+}
+
+YamlNode& number_at(YamlNode& root, const Member& member, const SpecParameters& parameters) {
+  const std::vector<std::string> steps = split_key_path(member.name);
+  if (steps.size() < 2 ||
+      std::find(overridable_sections.begin(), overridable_sections.end(), steps[0]) == overridable_sections.end()) {
+    std::vector<std::string> names = parameters.names();
+    names.insert(names.end(), overridable_sections.begin(), overridable_sections.end());
+    member.key.fail(
+        {.expected = fmt::format("a parameter ({}) or the path of a number such as bodies.link1.mass",
+                                 parameters.names().empty() ? "there are none" : join_alternatives(parameters.names())),
+         .found = quote_for_message(member.name),
+         .hint = format_nearest_name(steps[0], names)});
+  }
+  YamlNode* node = &root;
+  for (std::size_t i = 0; i < steps.size(); ++i) {
+    // Names of coordinates and of what parts consist of have dots of their own.
+    std::string step = steps[i];
+    const auto is_key = [&](const std::string& name) {
+      return node->kind == YamlNode::Kind::map &&
+             std::any_of(node->keys.begin(), node->keys.end(), [&](const YamlNode& key) { return key.text == name; });
+    };
+    std::string longer = step;
+    for (std::size_t k = i + 1; !is_key(step) && k < steps.size(); ++k)
+      if (longer += "." + steps[k]; is_key(longer)) {
+        step = longer;
+        i = k;
+      }
+    node = &find_path_entry(*node, step, member.key, member.name);
+  }
+  const bool free =
+      node->kind == YamlNode::Kind::map &&
+      std::any_of(node->keys.begin(), node->keys.end(), [](const YamlNode& key) { return key.text == "free"; });
+  if (node->kind != YamlNode::Kind::scalar && !free)
+    member.key.fail({.expected = "the path of a single number",
+                     .found = fmt::format("{}, which is {}", quote_for_message(member.name),
+                                          node->kind == YamlNode::Kind::list ? "a list" : "a mapping")});
+  return *node;
+}
+
+/// @param overrides take what names a parameter, `root` all else
+void replace_number(const Member& member, YamlNode& root, SpecParameters::Overrides& overrides,
+                    const StudyBuilder& draft) {
+  const std::string& text = member.value.read_word("a number or an expression");
+  const auto& names = draft.parameters.names();
+  if (std::find(names.begin(), names.end(), member.name) != names.end()) {
+    std::erase_if(overrides, [&](const auto& pair) { return pair.first == member.name; });
+    overrides.emplace_back(member.name, text);
+    return;
+  }
+  YamlNode& number = number_at(root, member, draft.parameters);
+  number.kind = YamlNode::Kind::scalar;
+  number.text = text;
+  number.keys.clear();
+  number.items.clear();
+}
+
+/// The mechanism that the spec would describe with other numbers.
+Mechanism read_overridden_mechanism(const SpecCursor& at, const YamlNode& root,
+                                    const SpecParameters::Overrides& overrides, StudyBuilder& draft) {
+  YamlNode changed = root;
+  SpecParameters::Overrides all = overrides;
+  bool right = true;
+  for (const Member& member : list_members(at, "numbers {name or path: value}"))
+    right = draft.problems.collect([&] { replace_number(member, changed, all, draft); }) && right;
+  if (!right) throw CascadingError();
+  try {
+    return read_mechanism_alone(changed, draft.study.spec_file, draft.problems, all);
+  } catch (const SpecError& error) {
+    const Diagnostic& first = error.diagnostics().front();
+    at.fail({.message = "expected numbers that a mechanism may have, but with these: " + first.text(),
+             .expected = "numbers that a mechanism may have",
+             .found = first.text()});
+  }
+}
+
+/// @param sure that nothing is missing in the mechanism because of a mistake
+void remove_mechanism_elements(const SpecCursor& at, Mechanism& mechanism, bool sure) {
+  std::vector<std::string> known;
+  bool found = false;
+  const std::string& name = at.read_word("the name of something that the controller does not know");
+  const auto erase = [&](auto& list) {
+    for (const auto& one : list) known.push_back(one.name);
+    found = std::erase_if(list, [&](const auto& one) { return one.name == name; }) > 0 || found;
+  };
+  erase(mechanism.attachments);
+  erase(mechanism.discs);
+  erase(mechanism.loads);
+  erase(mechanism.springs);
+  if (found) return;
+  const auto erase_all = [&](const char* section, auto& list, auto&& which) {
+    if (!list.empty()) known.emplace_back(section);
+    if (name != section) return;
+    found = true;
+    std::erase_if(list, which);
+  };
+  const auto of = [](AttachmentKind kind) { return [kind](const Attachment& one) { return one.kind == kind; }; };
+  const auto all = [](const auto&) { return true; };
+  erase_all("payloads", mechanism.attachments, of(AttachmentKind::payload));
+  erase_all("counterweights", mechanism.attachments, of(AttachmentKind::counterweight));
+  erase_all("discs", mechanism.discs, all);
+  erase_all("loads", mechanism.loads, all);
+  erase_all("springs", mechanism.springs, all);
+  erase_all("friction", mechanism.friction, all);
+  if (!found && !sure) throw CascadingError();
+  if (!found) fail_expected_one_of(at, "something that can be left out", known);
+}
+
+/// Mass and inertia alike, as if the density were another.
+void scale_masses(const SpecCursor& at, StudyBuilder& draft, Mechanism& mechanism) {
+  const auto factor_of = [&](const SpecCursor& c) {
+    if (c.is_map()) c.fail_expected("a factor > 0");
+    return read_number(c, draft, dimension::dimensionless, SignConstraint::positive).value();
+  };
+  const auto scale = [](auto& one, double factor) {
+    one.mass *= factor;
+    one.inertia *= factor;
+  };
+  if (!at.is_map()) {
+    const double factor = factor_of(at);
+    for (std::size_t b = 1; b < mechanism.bodies.size(); ++b) scale(mechanism.bodies[b], factor);
+    for (Attachment& one : mechanism.attachments) scale(one, factor);
+    for (Disc& one : mechanism.discs) scale(one, factor);
+    return;
+  }
+  for (const Member& member : list_members(at, "a factor, or factors {name: factor}")) {
+    draft.problems.collect([&] {
+      const double factor = factor_of(member.value);
+      std::vector<std::string> names;
+      bool found = false;
+      const auto look = [&](auto begin, auto end) {
+        for (auto one = begin; one != end; ++one) {
+          names.push_back(one->name);
+          if (one->name != member.name) continue;
+          scale(*one, factor);
+          found = true;
+        }
+      };
+      look(mechanism.bodies.begin() + 1, mechanism.bodies.end());
+      look(mechanism.attachments.begin(), mechanism.attachments.end());
+      look(mechanism.discs.begin(), mechanism.discs.end());
+      if (!found && !draft.is_mechanism_valid) throw CascadingError();
+      if (!found)
+        member.key.fail({.expected = fmt::format("something with a mass ({})", join_alternatives(names)),
+                         .found = quote_for_message(member.name),
+                         .hint = format_nearest_name(member.name, names)});
+    });
+  }
+}
+
+}  // namespace
+
+Mechanism read_controller_model(const SpecCursor& at, const YamlNode& root, const SpecParameters::Overrides& overrides,
+                                StudyBuilder& draft) {
+  std::optional<SpecCursor> without, mass_scale, set;
+  const auto keep = [](std::optional<SpecCursor>& slot) { return [&slot](const SpecCursor& c) { slot = c; }; };
+  Mechanism model = draft.study.mechanism;
+  read_fields(at, "what the controller believes {without, mass_scale, set}",
+              {{"without", Presence::optional, keep(without)},
+               {"mass_scale", Presence::optional, keep(mass_scale)},
+               {"set", Presence::optional, keep(set)}});
+  // With other numbers the whole spec is read again, so that it must be right.
+  const bool sure = draft.is_mechanism_valid;
+  if (set)
+    draft.problems.collect([&] {
+      if (!sure) throw CascadingError();
+      model = read_overridden_mechanism(*set, root, overrides, draft);
+    });
+  // Scaled first: what is left out must still be found by its name.
+  if (mass_scale) draft.problems.collect([&] { scale_masses(*mass_scale, draft, model); });
+  if (without && !without->is_list()) remove_mechanism_elements(*without, model, sure);
+  if (without && without->is_list())
+    for (const SpecCursor& item : without->items("a list of names"))
+      draft.problems.collect([&] { remove_mechanism_elements(item, model, sure); });
+  return model;
+}
+
+}  // namespace balance::specification

@@ -1,0 +1,281 @@
+#include "balance/interface/specification/read_design.hpp"
+
+#include "balance/foundation/base/spelling.hpp"
+#include "balance/interface/specification/read_load_cases.hpp"
+#include "balance/interface/specification/read_objective.hpp"
+#include "balance/interface/specification/study_builder.hpp"
+#include "balance/interface/specification/yaml_source.hpp"
+#include "balance/motion/study/study.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+namespace balance::specification {
+
+namespace {
+
+const std::vector<std::string> optional_sections = {"counterweights", "discs", "springs"};
+
+std::vector<std::string> names_in_section(const std::string& section, const StudyBuilder& draft) {
+  std::vector<std::string> names;
+  const MechanismOf<Expression>& mechanism = draft.mechanism();
+  if (section == "discs")
+    for (const auto& disc : mechanism.discs) names.push_back(disc.name);
+  else if (section == "springs")
+    for (const auto& spring : mechanism.springs) names.push_back(spring.name);
+  else
+    for (const auto& one : mechanism.attachments)
+      if (one.kind == AttachmentKind::counterweight) names.push_back(one.name);
+  return names;
+}
+
+/// A designed spec: what was free is a number now, and what was left out is not there.
+bool has_free_numbers(const StudyBuilder& draft) {
+  return !draft.free_numbers.empty() || !draft.parameters.free_numbers().empty();
+}
+
+int read_max_count(const SpecCursor& at, StudyBuilder& draft, long offered) {
+  if (at.is_scalar() && at.node().text == "least") return -1;
+  const std::string what = fmt::format("how many are kept at most, 0 to {}, or least", offered);
+  if (!at.is_scalar()) at.fail_expected(what);
+  const double value = draft.parameters.evaluate(at).value();
+  const long most = has_free_numbers(draft) ? offered : static_cast<long>(max_members);
+  if (value != static_cast<double>(static_cast<long>(value)) || value < 0 || value > static_cast<double>(most))
+    at.fail_expected(what);
+  return static_cast<int>(value);
+}
+
+void read_element_names(const SpecCursor& at, const StudyBuilder& draft, CardinalityRequest& choice) {
+  const std::vector<std::string> known = names_in_section(choice.section, draft);
+  choice.elements.clear();
+  choice.is_whole_section = false;
+  read_each(at.items("names of " + choice.section), [&](const SpecCursor& item) {
+    const std::string& name = item.read_word("a name");
+    if (!has_free_numbers(draft)) return;
+    if (std::find(known.begin(), known.end(), name) == known.end()) {
+      if (!draft.is_mechanism_valid) throw CascadingError();
+      fail_expected_one_of(item, "one of the " + choice.section, known);
+    }
+    for (const OptionalElementText& other : choice.elements)
+      if (other.name == name) item.fail({.expected = "every name once", .found = item.describe_found() + " again"});
+    choice.elements.push_back({name});
+  });
+  if (at.node().items.empty()) at.fail_expected("at least one name");
+}
+
+CardinalityRequest read_cardinality_request(const std::string& section, const SpecCursor& at, StudyBuilder& draft) {
+  CardinalityRequest choice{section, {}, true, -1};
+  for (const std::string& name : names_in_section(section, draft)) choice.elements.push_back({name});
+  if (has_free_numbers(draft) && draft.is_mechanism_valid && choice.elements.empty())
+    at.fail({.expected = section + " to choose among", .found = "none in the spec"});
+  if (!at.is_map()) {
+    choice.max_count = read_max_count(at, draft, static_cast<long>(choice.elements.size()));
+    return choice;
+  }
+  std::optional<SpecCursor> most;
+  const bool right =
+      read_fields(at, "a number, least or {from: names, most: …}",
+                  {{"from", Presence::optional, [&](const SpecCursor& c) { read_element_names(c, draft, choice); }},
+                   {"most", Presence::optional, [&](const SpecCursor& c) { most = c; }}});
+  if (!right) throw CascadingError();
+  if (most) choice.max_count = read_max_count(*most, draft, static_cast<long>(choice.elements.size()));
+  return choice;
+}
+
+/// Finds in the document what an entry takes up.
+class EntryText {
+ public:
+  explicit EntryText(const std::string& text) : source_(text) {}
+
+  /// Empty where the entry cannot be taken out: others repeat what is in it.
+  Span of(const YamlNode& map, std::size_t which) const {
+    const YamlNode &key = map.keys[which], &value = map.items[which];
+    if (map.alias != 0 || bears_anchor(value)) return {};
+    const std::size_t begin = source_.span(key).begin;
+    const std::size_t end = std::max(source_.span(key).end, source_.span(value).end);
+    return map.is_flow ? between_commas(map, which, begin, end) : whole_lines(begin, end);
+  }
+
+ private:
+  static bool bears_anchor(const YamlNode& node) {
+    return node.anchor != 0 || std::any_of(node.items.begin(), node.items.end(), bears_anchor);
+  }
+
+  /// With the comma behind it, or the last one with that before it.
+  Span between_commas(const YamlNode& map, std::size_t which, std::size_t begin, std::size_t end) const {
+    if (which + 1 < map.keys.size()) return {begin, source_.span(map.keys[which + 1]).begin};
+    const std::size_t after = source_.skip_blank(end);
+    if (after < source_.text().size() && source_.text()[after] == ',') end = after + 1;
+    return {begin, end};
+  }
+
+  Span whole_lines(std::size_t begin, std::size_t end) const {
+    begin -= source_.indentation(begin).size();
+    if (begin > 0 && !source_.is_break(begin - 1)) return {};
+    end = source_.line_end(end);
+    if (source_.text().compare(end, 2, "\r\n") == 0) return {begin, end + 2};
+    return {begin, std::min(end + 1, source_.text().size())};
+  }
+
+  SourceText source_;
+};
+
+const YamlNode* find_section(const YamlNode& root, const std::string& name) {
+  for (std::size_t i = 0; i < root.keys.size(); ++i)
+    if (root.keys[i].text == name) return &root.items[i];
+  return nullptr;
+}
+
+}  // namespace
+
+std::vector<CardinalityRequest> read_cardinality_requests(const SpecCursor& at, StudyBuilder& draft) {
+  std::vector<CardinalityRequest> choices;
+  std::vector<Field> fields;
+  for (const std::string& section : optional_sections)
+    fields.push_back({section, Presence::optional, [&choices, &draft, section](const SpecCursor& c) {
+                        choices.push_back(read_cardinality_request(section, c, draft));
+                      }});
+  if (!read_fields(at, "what to choose among {counterweights, discs, springs}", fields)) throw CascadingError();
+  if (choices.empty()) at.fail_missing(optional_sections);
+  return choices;
+}
+
+void find_optional_element_texts(const YamlNode& root, Study& study) {
+  const EntryText entries(study.spec_text);
+  for (CardinalityRequest& choice : study.design.cardinality) {
+    const YamlNode* section = find_section(root, choice.section);
+    if (section == nullptr) continue;
+    for (std::size_t i = 0; i < section->keys.size(); ++i) {
+      const std::string& name = section->keys[i].text;
+      const auto known = std::find_if(choice.elements.begin(), choice.elements.end(),
+                                      [&](const OptionalElementText& one) { return one.name == name; });
+      if (known == choice.elements.end()) continue;
+      const Span span = entries.of(*section, i);
+      known->begin = span.begin;
+      known->end = span.end;
+    }
+  }
+}
+
+// What the free numbers are to achieve.
+
+namespace {
+
+std::string read_search_method(const SpecCursor& at, const std::string& what, const std::vector<std::string>& names) {
+  return names[at.read_choice(what, names)];
+}
+
+void read_search(const SpecCursor& at, StudyBuilder& draft, SearchOptions& search) {
+  read_fields(
+      at, "how to search {global, local, seed, restarts, evaluations, seconds}",
+      {{"global", Presence::optional,
+        [&](const SpecCursor& c) { search.global = read_search_method(c, "a global method", global_methods()); }},
+       {"local", Presence::optional,
+        [&](const SpecCursor& c) { search.local = read_search_method(c, "a local method", local_methods()); }},
+       {"seed", Presence::optional,
+        [&](const SpecCursor& c) { search.seed = static_cast<std::uint64_t>(read_integer(c, draft, 0, max_seed)); }},
+       {"restarts", Presence::optional,
+        [&](const SpecCursor& c) { search.max_restarts = static_cast<int>(read_integer(c, draft, 1, 10'000)); },
+        "starts"},
+       {"evaluations", Presence::optional,
+        [&](const SpecCursor& c) {
+          search.max_evaluations = static_cast<int>(read_integer(c, draft, 1, 100'000'000));
+        }},
+       {"seconds", Presence::optional, [&](const SpecCursor& c) {
+          if (!c.is_scalar()) c.fail_expected("a number of seconds");
+          search.max_time = draft.parameters.evaluate(c).value();
+          if (!(search.max_time > 0))
+            c.fail({.kind = "must be positive",
+                    .expected = "a number of seconds > 0",
+                    .found = fmt::format("{}", search.max_time)});
+        }}});
+}
+
+}  // namespace
+
+void read_design(const SpecCursor& section, StudyBuilder& draft) {
+  DesignRequest& request = draft.study.design;
+  std::optional<SpecCursor> front, cases, across, adapt;
+  const auto keep = [](std::optional<SpecCursor>& slot) { return [&slot](const SpecCursor& c) { slot = c; }; };
+  read_fields(
+      section, "what to design for {goal, minimize, front, subject_to, choose, search, for, across, adapt}",
+      {{"goal", Presence::optional, [&](const SpecCursor& c) { request.goals = read_goals(c); }},
+       {"minimize", Presence::optional,
+        [&](const SpecCursor& c) { request.minimize = read_objective_terms(c, draft.parameters, draft.study); }},
+       {"front", Presence::optional, keep(front)},
+       {"subject_to", Presence::optional,
+        [&](const SpecCursor& c) { request.subject_to = read_figure_limits(c, draft); }},
+       {"choose", Presence::optional,
+        [&](const SpecCursor& c) { request.cardinality = read_cardinality_requests(c, draft); }},
+       {"search", Presence::optional, [&](const SpecCursor& c) { read_search(c, draft, request.search); }},
+       {"for", Presence::optional, keep(cases)},
+       {"across", Presence::optional, keep(across)},
+       {"adapt", Presence::optional, keep(adapt)}});
+  if (front) draft.problems.collect([&] { request.front = read_pareto_request(*front, draft); });
+  if (front && !request.minimize.empty())
+    draft.problems.collect([&] { front->fail({.expected = "no 'minimize' beside a front", .found = "both"}); });
+  if (cases) draft.problems.collect([&] { read_load_cases(*cases, draft, request.cases); });
+  for (const auto* slot : {&across, &adapt})
+    if (*slot && !cases)
+      draft.problems.collect([&] { (*slot)->fail({.expected = "'for', the load cases, beside it", .found = "none"}); });
+  if (across) draft.problems.collect([&] { request.cases.aggregation = read_case_aggregation(*across); });
+  if (adapt) draft.problems.collect([&] { draft.adapted = read_adapted(*adapt, draft); });
+}
+
+namespace {
+
+constexpr long min_pareto_points = 3, max_pareto_points = 200;
+
+/// Figures that nothing can be traded for have no front.
+void require_weight(const SpecCursor& at, const std::vector<ObjectiveTerm>& terms) {
+  for (const ObjectiveTerm& term : terms)
+    if (term.weight > 0) return;
+  at.fail({.expected = "a figure with a weight > 0", .found = "none"});
+}
+
+void read_figures(const SpecCursor& at, StudyBuilder& draft, ParetoRequest& request) {
+  const std::string what = "two or three figures, such as [added-mass, {rms: shaking_moment}]";
+  const std::vector<SpecCursor> items = at.items(what);
+  if (items.size() < 2 || items.size() > 3)
+    at.fail({.expected = what, .found = items.size() == 1 ? "one" : fmt::format("{}", items.size())});
+  read_each(items, [&](const SpecCursor& item) {
+    request.figures.push_back(read_objective_terms(item, draft.parameters, draft.study));
+    require_weight(item, request.figures.back());
+  });
+}
+
+}  // namespace
+
+ParetoRequest read_pareto_request(const SpecCursor& at, StudyBuilder& draft) {
+  ParetoRequest request;
+  if (!at.is_map()) {
+    read_figures(at, draft, request);
+    return request;
+  }
+  read_fields(at, "a trade-off {of, points}",
+              {{"of", Presence::required, [&](const SpecCursor& c) { read_figures(c, draft, request); }},
+               {"points", Presence::optional, [&](const SpecCursor& c) {
+                  request.max_points = static_cast<int>(read_integer(c, draft, min_pareto_points, max_pareto_points));
+                }}});
+  return request;
+}
+
+std::vector<Goal> read_goals(const SpecCursor& at) {
+  std::vector<Goal> goals;
+  const auto read_one = [&](const SpecCursor& c) {
+    const Goal goal = *find_goal(goal_names()[c.read_choice("a goal", goal_names())]);
+    if (std::find(goals.begin(), goals.end(), goal) != goals.end())
+      c.fail({.expected = "every goal once", .found = fmt::format("{} again", c.describe_found())});
+    goals.push_back(goal);
+  };
+  if (!at.is_list()) {
+    read_one(at);
+    return goals;
+  }
+  for (const SpecCursor& item : at.items("a list of goals")) at.problems().collect([&] { read_one(item); });
+  if (at.node().items.empty()) at.fail_expected("at least one goal");
+  return goals;
+}
+
+}  // namespace balance::specification

@@ -1,0 +1,32 @@
+#pragma once
+/// Reading one spec.
+
+#include "balance/interface/specification/spec_parameters.hpp"
+#include "balance/interface/specification/yaml_document.hpp"
+
+#include <memory>
+#include <string>
+
+namespace balance::specification {
+
+struct ReadResult {
+  Study start;  ///< at the start values
+  std::shared_ptr<const Recording> recording;
+};
+
+/// @throws SpecError with everything that is wrong, in the order of the document
+ReadResult read_study(const std::string& text, const std::string& file_name,
+                      const SpecParameters::Overrides& overrides);
+
+/// The same, for whoever will not read again.
+/// @param root the text's document, if it has been parsed already
+Study read_start_study(const std::string& text, const YamlNode* root, const std::string& file_name,
+                       const SpecParameters::Overrides& overrides);
+
+/// The mechanism alone, of a document that includes no parts any more.
+/// @param known of the reading that the root's places are from
+/// @throws SpecError as above
+Mechanism read_mechanism_alone(const YamlNode& root, const std::string& file_name, const SpecErrorCollector& known,
+                               const SpecParameters::Overrides& overrides);
+
+}  // namespace balance::specification

@@ -1,0 +1,284 @@
+// What pushes and pulls: loads, springs, friction.
+
+#include "balance/foundation/base/spelling.hpp"
+#include "balance/interface/specification/spec_table.hpp"
+#include "balance/interface/specification/study_builder.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+namespace balance::specification {
+
+namespace {
+
+/// A number in the plane (about z), three in space.
+Vector3E read_moment(const SpecCursor& at, StudyBuilder& draft) {
+  if (!draft.planar()) return read_vector(at, draft, dimension::moment);
+  return {Expression(0), Expression(0), read_number(at, draft, dimension::moment)};
+}
+
+/// Columns of a load's table and where their values go: 0–2 force, 3–5 moment.
+struct LoadColumns {
+  std::vector<TableColumn> columns;
+  std::vector<int> slots;
+};
+
+LoadColumns load_columns(bool planar) {
+  LoadColumns all;
+  const std::vector<std::pair<const char*, int>> names =
+      planar
+          ? std::vector<std::pair<const char*, int>>{{"fx", 0}, {"fy", 1}, {"m", 5}}
+          : std::vector<std::pair<const char*, int>>{{"fx", 0}, {"fy", 1}, {"fz", 2}, {"mx", 3}, {"my", 4}, {"mz", 5}};
+  for (const auto& [name, slot] : names) {
+    all.columns.push_back({name, slot < 3 ? dimension::force : dimension::moment});
+    all.slots.push_back(slot);
+  }
+  return all;
+}
+
+void assign_load_table(const TimeTable& table, const LoadColumns& columns, LoadOf<Expression>& load) {
+  load.time = table.time;
+  for (const auto& row : table.values) {
+    Vector3E part[2] = {Vector3E::Zero(), Vector3E::Zero()};
+    for (std::size_t i = 0; i < row.size(); ++i) {
+      const int slot = columns.slots[static_cast<std::size_t>(table.columns[i])];
+      part[slot / 3][slot % 3] = row[i];
+    }
+    load.force.push_back(part[0]);
+    load.moment.push_back(part[1]);
+  }
+}
+
+/// `[[t, fx, fy], …]`, with the moment as further entries if the first row has them.
+void read_rows(const SpecCursor& at, StudyBuilder& draft, LoadOf<Expression>& load) {
+  LoadColumns columns = load_columns(draft.planar());
+  const auto rows = at.items("a list of rows [time, force …, moment …]");
+  const std::size_t forces = draft.planar() ? 2 : 3;
+  if (!rows.empty() && rows[0].node().items.size() == forces + 1) columns.columns.resize(forces);
+  assign_load_table(read_inline_table(at, draft, columns.columns), columns, load);
+}
+
+/// `{time: […], force: [[…], …], moment: […]}`.
+void read_lists(const SpecCursor& at, StudyBuilder& draft, LoadOf<Expression>& load) {
+  std::optional<SpecCursor> force, moment;
+  std::optional<SpecCursor> time;
+  const bool read = read_fields(at, "a table {time, force, moment}",
+                                {{"time", Presence::required,
+                                  [&](const SpecCursor& c) {
+                                    time = c;
+                                    load.time = read_numbers(c, draft, dimension::time, "a list of times");
+                                    if (load.time.empty()) c.fail_expected("at least one time");
+                                    check_times(c, load.time);
+                                  }},
+                                 {"force", Presence::optional, [&](const SpecCursor& c) { force = c; }},
+                                 {"moment", Presence::optional, [&](const SpecCursor& c) { moment = c; }}});
+  if (read && !force && !moment)
+    at.fail({.kind = "missing key", .expected = "'force' or 'moment'", .found = "neither"});
+  load.force.assign(load.time.size(), Vector3E::Zero());
+  load.moment = load.force;
+  const std::string what = fmt::format("{} entries, one for each time", load.time.size());
+  const auto read_entries = [&](const SpecCursor& entries, std::vector<Vector3E>& values, const auto& read_one) {
+    std::vector<Vector3E> all;
+    // How many there must be, only the times can tell.
+    read_each(read ? entries.items(what, load.time.size()) : entries.items("a list of entries, one for each time"),
+              [&](const SpecCursor& item) { all.push_back(read_one(item)); });
+    if (read) values = std::move(all);
+  };
+  if (force)
+    draft.problems.collect([&] {
+      read_entries(*force, load.force, [&](const SpecCursor& c) { return read_vector(c, draft, dimension::force); });
+    });
+  if (moment)
+    draft.problems.collect(
+        [&] { read_entries(*moment, load.moment, [&](const SpecCursor& c) { return read_moment(c, draft); }); });
+}
+
+/// What a load's mapping says, before its parts are put together.
+struct LoadKeys {
+  std::optional<BodyId> body;
+  std::optional<SpecCursor> place, force, moment, table, file;
+};
+
+void check_load_form(const SpecCursor& at, const LoadKeys& text) {
+  const bool constant = text.force || text.moment;
+  const int ways = (constant ? 1 : 0) + (text.table ? 1 : 0) + (text.file ? 1 : 0);
+  if (ways == 1) return;
+  const std::string wanted = "one of: 'force' and 'moment' (constant), 'table', 'file'";
+  const std::string found = ways > 1 ? "several" : "none";
+  ErrorMessage complaint{
+      .message = fmt::format("expected {}; found {}", wanted, found), .expected = wanted, .found = found};
+  // A misspelt key may be one of them.
+  if (ways == 0)
+    at.fail_unless_uncertain(at.path() + ".force", std::move(complaint));
+  else
+    at.fail(std::move(complaint));
+}
+
+void read_load_values(const LoadKeys& text, StudyBuilder& draft, LoadOf<Expression>& load) {
+  if (text.table && text.table->is_map()) return read_lists(*text.table, draft, load);
+  if (text.table) return read_rows(*text.table, draft, load);
+  if (text.file) {
+    const LoadColumns columns = load_columns(draft.planar());
+    return assign_load_table(read_table_file(*text.file, draft, columns.columns), columns, load);
+  }
+  Vector3E force = Vector3E::Zero(), moment = Vector3E::Zero();
+  if (text.force) draft.problems.collect([&] { force = read_vector(*text.force, draft, dimension::force); });
+  if (text.moment) draft.problems.collect([&] { moment = read_moment(*text.moment, draft); });
+  load.force.push_back(force);
+  load.moment.push_back(moment);
+}
+
+void read_load(const SpecCursor& at, StudyBuilder& draft, LoadOf<Expression>& load) {
+  LoadKeys text;
+  const auto keep = [](std::optional<SpecCursor>& slot) { return [&slot](const SpecCursor& c) { slot = c; }; };
+  const auto read_carrier = [&](const SpecCursor& c) {
+    const BodyId body = read_body(c, draft);
+    if (body == ground) c.fail({.expected = "a moving body", .found = "the ground"});
+    text.body = body;
+  };
+  read_fields(at, "a load {body, at, force, moment}",
+              {{"body", Presence::required, read_carrier, "on"},
+               {"at", Presence::optional, keep(text.place)},
+               {"force", Presence::optional, keep(text.force)},
+               {"moment", Presence::optional, keep(text.moment)},
+               {"table", Presence::optional, keep(text.table)},
+               {"file", Presence::optional, keep(text.file)},
+               {"frame", Presence::optional, [&](const SpecCursor& c) {
+                  load.frame = c.read_choice("a frame", {"world", "body"}) == 0 ? Frame::world : Frame::body;
+                }}});
+  if (!at.is_map()) return;
+  load.body = text.body.value_or(ground);
+  if (!draft.problems.collect([&] { check_load_form(at, text); })) return;
+  if (text.place) draft.problems.collect([&] { load.point = read_position(*text.place, draft, text.body); });
+  read_load_values(text, draft, load);
+}
+
+/// What a spring is given by; units of its numbers hang on where it is.
+struct SpringKeys {
+  std::optional<SpecCursor> between, joint, stiffness, free_length, rest, preload;
+};
+
+/// Between points or in a joint, each with its own words.
+void check_spring_form(const SpecCursor& at, const SpringKeys& text) {
+  const auto one_of_both = [&](const std::string& wanted, bool both) {
+    const std::string found = both ? "both" : "neither";
+    at.fail_unless_uncertain(
+        at.path() + ".between",
+        {.message = fmt::format("expected {}; found {}", wanted, found), .expected = wanted, .found = found});
+  };
+  if (text.between.has_value() == text.joint.has_value())
+    one_of_both("one of: 'between' (two points), 'joint' (a coordinate)", text.between.has_value());
+  if (text.rest && text.preload) one_of_both("one of: 'rest' (a coordinate), 'preload' (at zero)", true);
+  const std::string length = "'free_length', which is a spring's between points";
+  const std::string rest = "'rest' or 'preload', which are a spring's in a joint";
+  if (text.joint && text.free_length) text.free_length->fail({.expected = rest, .found = "'free_length'"});
+  for (const auto& [own, name] : {std::pair(&text.rest, "'rest'"), std::pair(&text.preload, "'preload'")})
+    if (text.between && *own) (*own)->fail({.expected = length, .found = name});
+}
+
+void read_spring(const SpecCursor& at, StudyBuilder& draft, SpringOf<Expression>& spring) {
+  SpringKeys text;
+  const auto keep = [](std::optional<SpecCursor>& slot) { return [&slot](const SpecCursor& c) { slot = c; }; };
+  read_fields(at, "a spring {between or joint, stiffness}",
+              {{"between", Presence::optional, keep(text.between)},
+               {"joint", Presence::optional, keep(text.joint)},
+               {"stiffness", Presence::required, keep(text.stiffness)},
+               {"free_length", Presence::optional, keep(text.free_length)},
+               {"rest", Presence::optional, keep(text.rest)},
+               {"preload", Presence::optional, keep(text.preload)}});
+  if (!at.is_map() || !draft.problems.collect([&] { check_spring_form(at, text); })) return;
+  Dimension way = dimension::length, force = dimension::force;
+  const auto read_joint = [&] {
+    spring.coordinate = read_coordinate(*text.joint, draft);
+    const CoordinateKind kind = draft.mechanism().coordinates[static_cast<std::size_t>(spring.coordinate)].kind;
+    way = dimension_of(kind);
+    if (kind == CoordinateKind::angle) force = dimension::moment;
+  };
+  if (text.between) draft.problems.collect([&] { read_connection_points(*text.between, draft, spring); });
+  if (text.joint && !draft.problems.collect(read_joint)) return;
+  Expression rest;
+  const auto read = [&](const std::optional<SpecCursor>& c, Expression& number, const Dimension& in,
+                        SignConstraint sign) {
+    if (c) draft.problems.collect([&] { number = read_number(*c, draft, in, sign); });
+  };
+  read(text.stiffness, spring.stiffness, force / way, SignConstraint::not_negative);
+  read(text.free_length, spring.free_length, way, SignConstraint::not_negative);
+  read(text.preload, spring.preload, force, SignConstraint::none);
+  read(text.rest, rest, way, SignConstraint::none);
+  if (text.rest) spring.preload = spring.stiffness * rest;
+}
+
+/// Dry friction: one number for both directions, or {forward, backward}.
+void read_dry_friction(const SpecCursor& at, StudyBuilder& draft, Dimension effort, Expression& forward,
+                       std::optional<Expression>& backward) {
+  const auto is_direction = [](const YamlNode& key) { return key.text == "forward" || key.text == "backward"; };
+  if (!at.is_map() || std::none_of(at.node().keys.begin(), at.node().keys.end(), is_direction)) {
+    forward = read_number(at, draft, effort, SignConstraint::not_negative);
+    return;
+  }
+  read_fields(at, "a number, or dry friction {forward, backward}",
+              {{"forward", Presence::required,
+                [&](const SpecCursor& c) { forward = read_number(c, draft, effort, SignConstraint::not_negative); }},
+               {"backward", Presence::required,
+                [&](const SpecCursor& c) { backward = read_number(c, draft, effort, SignConstraint::not_negative); }}});
+}
+
+void read_one_friction(const Member& member, StudyBuilder& draft) {
+  FrictionOf<Expression> friction;
+  friction.coordinate = find_coordinate(member.key, member.name, draft);
+  const bool turns =
+      draft.mechanism().coordinates[static_cast<std::size_t>(friction.coordinate)].kind == CoordinateKind::angle;
+  const Dimension effort = turns ? dimension::moment : dimension::force;
+  std::optional<SpecCursor> held;
+  const Dimension rate = (turns ? dimension::angle : dimension::length) / dimension::time;
+  if (!read_fields(member.value, "friction {viscous, coulomb, static}",
+                   {{"viscous", Presence::optional,
+                     [&](const SpecCursor& c) {
+                       friction.viscous = read_number(c, draft, effort / rate, SignConstraint::not_negative);
+                     }},
+                    {"coulomb", Presence::optional,
+                     [&](const SpecCursor& c) {
+                       read_dry_friction(c, draft, effort, friction.coulomb, friction.coulomb_backward);
+                     }},
+                    {"static", Presence::optional, [&](const SpecCursor& c) {
+                       Expression forward;
+                       read_dry_friction(c, draft, effort, forward, friction.at_rest_backward);
+                       friction.breakaway = forward;
+                       held = c;
+                     }}}))
+    return;
+  if (member.value.node().items.empty()) member.value.fail_expected("'viscous', 'coulomb' or 'static'");
+  for (const int sign : {1, -1})
+    if (friction.static_limit(sign).value() < friction.dry_friction(sign).value())
+      held->fail_expected("at least as much as 'coulomb'");
+  draft.mechanism().friction.push_back(friction);
+}
+
+}  // namespace
+
+void read_loads(const SpecCursor& section, StudyBuilder& draft) {
+  for (const Member& member : list_named_members(section, "a mapping of loads {body, at, force}")) {
+    LoadOf<Expression> load;
+    load.name = member.name;
+    draft.problems.collect([&] { read_load(member.value, draft, load); });
+    draft.mechanism().loads.push_back(std::move(load));
+  }
+}
+
+void read_springs(const SpecCursor& section, StudyBuilder& draft) {
+  for (const Member& member : list_named_members(section, "a mapping of springs {between or joint, stiffness}")) {
+    SpringOf<Expression> spring;
+    spring.name = member.name;
+    draft.problems.collect([&] { read_spring(member.value, draft, spring); });
+    draft.mechanism().springs.push_back(std::move(spring));
+  }
+}
+
+void read_friction(const SpecCursor& section, StudyBuilder& draft) {
+  for (const Member& member :
+       list_members(section, "a mapping of joint coordinates to friction {viscous, coulomb, static}"))
+    draft.problems.collect([&] { read_one_friction(member, draft); });
+}
+
+}  // namespace balance::specification

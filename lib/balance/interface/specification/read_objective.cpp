@@ -1,0 +1,515 @@
+#include "balance/interface/specification/read_objective.hpp"
+
+#include "balance/foundation/base/error.hpp"
+#include "balance/foundation/base/spelling.hpp"
+#include "balance/interface/specification/read_spec.hpp"
+#include "balance/interface/specification/read_workspace.hpp"
+#include "balance/interface/specification/study_builder.hpp"
+#include "balance/mechanics/results/metrics.hpp"
+#include "balance/mechanics/results/quantities.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <optional>
+
+namespace balance::specification {
+
+/// Places that a spec names.
+
+/// The name of a counterweight, payload or disc, or `body.point`, `body.com`, `body.origin`.
+Landmark read_landmark(const SpecCursor& at, const StudyBuilder& draft);
+
+namespace {
+
+/// Index of the element of that name; −1: there is none.
+template <class Elements>
+int index_of(const Elements& elements, const std::string& name) {
+  const auto found = std::find_if(elements.begin(), elements.end(), [&](const auto& e) { return e.name == name; });
+  return found == elements.end() ? -1 : static_cast<int>(found - elements.begin());
+}
+
+}  // namespace
+
+Landmark read_landmark(const SpecCursor& at, const StudyBuilder& draft) {
+  const std::string& text = at.read_word("a point, body.point or a counterweight's name");
+  const Mechanism& mechanism = draft.study.mechanism;
+  using Kind = Landmark::Kind;
+  if (text.find('.') == std::string::npos) {
+    if (const int found = index_of(mechanism.attachments, text); found >= 0) return {Kind::attachment, 0, found};
+    if (const int found = index_of(mechanism.discs, text); found >= 0) return {Kind::disc, 0, found};
+    const SpecErrorCollector& problems = at.problems();
+    for (const char* section : {"counterweights", "payloads", "discs"})
+      if (problems.is_uncertain(fmt::format("{}.{}", section, text))) throw CascadingError();
+    if (index_of(mechanism.bodies, text) < 0) {
+      std::vector<std::string> names;
+      for (const Attachment& attachment : mechanism.attachments) names.push_back(attachment.name);
+      for (const Disc& disc : mechanism.discs) names.push_back(disc.name);
+      at.fail({.expected = "body.point, or the name of a counterweight, payload or disc",
+               .found = quote_for_message(text),
+               .hint = format_nearest_name(text, names)});
+    }
+  }
+  const std::size_t dot = text.find('.');
+  const std::string name = dot == std::string::npos ? "" : text.substr(dot + 1);
+  const BodyId body = index_of(mechanism.bodies, text.substr(0, dot));
+  const int point = body < 0 ? -1 : index_of(mechanism.bodies[static_cast<std::size_t>(body)].points, name);
+  if (point >= 0) return {Kind::point, body, point};
+  if (body > 0 && name == "com") return {Kind::com, body, 0};
+  return {Kind::origin, read_reference(at, draft).body, 0};
+}
+
+namespace {
+
+struct NamedSize {
+  const char* name;
+  ObjectiveTerm::Size size;
+};
+
+constexpr NamedSize size_names[]{{"added-mass", ObjectiveTerm::Size::added_mass},
+                                 {"added-inertia", ObjectiveTerm::Size::added_inertia},
+                                 {"total-mass", ObjectiveTerm::Size::total_mass}};
+
+struct NamedFigure {
+  const char* name;
+  Statistic figure;
+};
+
+constexpr NamedFigure figure_names[]{
+    {"peak", Statistic::peak}, {"rms", Statistic::rms}, {"mean", Statistic::mean}, {"range", Statistic::range}};
+
+ObjectiveTerm::Size read_size(const SpecCursor& at) {
+  std::vector<std::string> names;
+  for (const NamedSize& size : size_names) names.emplace_back(size.name);
+  const auto found = std::find(names.begin(), names.end(), at.is_scalar() ? at.node().text : "");
+  if (found != names.end()) return size_names[found - names.begin()].size;
+  at.fail({.expected = fmt::format("what to minimize ({}, or a figure along a trajectory such as {{rms: torque}})",
+                                   join_with_conjunction(names, "or")),
+           .found = fmt::format("{}{}", at.describe_found(),
+                                at.is_scalar() ? append_nearest_name(at.node().text, names) : "")});
+}
+
+/// Some may be missing because of a mistake.
+bool can_lack_trajectories(const SpecCursor& at) {
+  return at.problems().is_section_invalid("motion") || at.problems().is_section_invalid("trajectories");
+}
+
+}  // namespace
+
+std::string read_quantity(const SpecCursor& at, const Study& study) {
+  const auto names = list_metric_names(study.mechanism);
+  const SpecErrorCollector& problems = at.problems();
+  const std::string given = at.is_scalar() ? resolve_quantity_name(at.node().text, names) : "";
+  const bool known = std::find(names.begin(), names.end(), given) != names.end();
+  if (known) return given;
+  if (problems.is_uncertain("actuators") || problems.is_uncertain("joints")) throw CascadingError();
+  return names[at.read_choice("a quantity", names)];
+}
+
+std::string read_trajectory_name(const SpecCursor& at, const Study& study) {
+  std::vector<std::string> names;
+  for (const Trajectory& trajectory : study.trajectories) names.push_back(trajectory.name);
+  const bool known = at.is_scalar() && std::find(names.begin(), names.end(), at.node().text) != names.end();
+  if (!known && can_lack_trajectories(at)) throw CascadingError();
+  if (names.empty())
+    at.fail({.expected = "a spec with a trajectory", .found = fmt::format("{} but no motion", at.describe_found())});
+  return names[at.read_choice("a trajectory", names)];
+}
+
+std::string default_trajectory_name(const SpecCursor& at, const Study& study) {
+  if (study.trajectories.empty() && can_lack_trajectories(at)) throw CascadingError();
+  if (study.trajectories.empty()) at.fail({.expected = "a spec with a trajectory", .found = "a figure but no motion"});
+  if (is_mechanism_dependent(study.trajectories.front()))
+    at.fail({.expected = "'along' a trajectory that does not depend on the mechanism",
+             .found = "none, and the spec's first one is found for the mechanism"});
+  return study.trajectories.front().name;
+}
+
+double read_weight(const SpecCursor& at, SpecParameters& parameters) {
+  if (!at.is_scalar()) at.fail_expected("a weight, a number or an expression");
+  const double weight = parameters.evaluate(at).value();
+  if (weight < 0)
+    at.fail({.kind = "must not be negative", .expected = "a weight ≥ 0", .found = fmt::format("{}", weight)});
+  return weight;
+}
+
+double read_deviation_multiple(const SpecCursor& at, SpecParameters& parameters, const Study& study) {
+  if (!at.is_scalar()) at.fail_expected("how many deviations, a number or an expression");
+  const double count = parameters.evaluate(at).value();
+  if (!(count >= 0))
+    at.fail(
+        {.kind = "must not be negative", .expected = "a number of deviations ≥ 0", .found = fmt::format("{}", count)});
+  if (study.tolerances.empty()) {
+    if (at.problems().is_uncertain("tolerances")) throw CascadingError();
+    at.fail({.expected = "a spec with 'tolerances', which say how far its numbers may be off", .found = "none"});
+  }
+  return count;
+}
+
+void require_prescribed_motion(const SpecCursor& at, const ObjectiveTerm& term, const Study& study) {
+  for (const Trajectory& trajectory : study.trajectories)
+    if (trajectory.name == term.trajectory && is_mechanism_dependent(trajectory))
+      at.fail({.expected = "a trajectory that does not depend on the mechanism, which has deviations",
+               .found = quote_for_message(term.trajectory)});
+}
+
+namespace {
+
+/// `over: workspace`, which must be there.
+void read_over(const SpecCursor& at, const Study& study) {
+  at.read_choice("what to go over", {workspace_name});
+  if (at.problems().is_uncertain(workspace_name)) throw CascadingError();
+  const auto& all = study.trajectories;
+  if (std::none_of(all.begin(), all.end(), [](const Trajectory& t) { return t.name == workspace_name; }))
+    at.fail({.expected = "a spec with a 'workspace'", .found = "none"});
+}
+
+ObjectiveTerm read_weighted_term(const SpecCursor& at, SpecParameters& parameters, const Study& study);
+
+bool states_key(const SpecCursor& at, const char* key) {
+  const auto& keys = at.node().keys;
+  return at.is_map() && std::any_of(keys.begin(), keys.end(), [&](const YamlNode& one) { return one.text == key; });
+}
+
+/// `{mean_plus: 3, of: {peak: torque, along: cycloid}, weight: 2}`.
+ObjectiveTerm read_robust_term(const SpecCursor& at, SpecParameters& parameters, const Study& study) {
+  ObjectiveTerm term;
+  double weight = 1;
+  std::optional<double> plus;
+  const auto read_figure = [&](const SpecCursor& c) {
+    if (!c.is_map() || states_key(c, "of") || states_key(c, "weight") || states_key(c, "mean_plus"))
+      c.fail(
+          {.expected = "a figure along a trajectory such as {rms: torque, along: cycloid}, without a weight of its own",
+           .found = !c.is_map()               ? c.describe_found()
+                    : states_key(c, "weight") ? "a weight"
+                                              : "another term"});
+    term = read_weighted_term(c, parameters, study);
+  };
+  if (!read_fields(at, "a term {mean_plus: 3, of: {rms: torque, along: cycloid}}",
+                   {{"mean_plus", Presence::required,
+                     [&](const SpecCursor& c) { plus = read_deviation_multiple(c, parameters, study); }},
+                    {"of", Presence::required, read_figure},
+                    {"weight", Presence::optional, [&](const SpecCursor& c) { weight = read_weight(c, parameters); }}}))
+    throw CascadingError();
+  term.deviation_multiple = plus;
+  term.weight = weight;
+  require_prescribed_motion(at, term, study);
+  return term;
+}
+
+/// `{of: added-mass, weight: 0.5}` or `{rms: torque, along: cycloid, weight: 2}`.
+ObjectiveTerm read_weighted_term(const SpecCursor& at, SpecParameters& parameters, const Study& study) {
+  if (states_key(at, "mean_plus")) return read_robust_term(at, parameters, study);
+  ObjectiveTerm term;
+  std::optional<SpecCursor> first, along, over;
+  const auto once = [&](const SpecCursor& c) {
+    if (first) c.fail({.expected = "one of 'of', 'peak', 'rms', 'mean' and 'range'", .found = "a second one"});
+    first = c;
+  };
+  std::vector<Field> fields{
+      {"of", Presence::optional,
+       [&](const SpecCursor& c) {
+         once(c);
+         if (c.is_scalar() && c.node().text == "duration")
+           term.run = ObjectiveTerm::RunMeasure::duration;
+         else
+           term.size = read_size(c);
+       }},
+      {"along", Presence::optional, [&](const SpecCursor& c) { along = c; }},
+      {"over", Presence::optional, [&](const SpecCursor& c) { over = c; }},
+      {"weight", Presence::optional, [&](const SpecCursor& c) { term.weight = read_weight(c, parameters); }},
+      {"mean_plus", Presence::optional, [](const SpecCursor&) {}}};  // named in messages; read above
+  for (const NamedFigure& one : figure_names)
+    fields.push_back({one.name, Presence::optional, [&, one](const SpecCursor& c) {
+                        once(c);
+                        term.figure = one.figure;
+                        term.quantity = read_quantity(c, study);
+                      }});
+  if (!read_fields(at, "a term {of: added-mass} or {rms: torque, along: cycloid}", fields)) return term;
+  if (!first) at.fail_missing({"of", "peak", "rms", "mean", "range"});
+  const bool size = term.size != ObjectiveTerm::Size::none;
+  if (over && along) over->fail({.expected = "'along' a trajectory or 'over: workspace'", .found = "both"});
+  if (over) read_over(*over, study);
+  if (over) along = over;
+  if (size && along) along->fail({.expected = "no 'along' with 'of', which does not depend on a trajectory"});
+  if (!size && along) term.trajectory = read_trajectory_name(*along, study);
+  if (!size && !along) term.trajectory = default_trajectory_name(at, study);
+  return term;
+}
+
+ObjectiveTerm read_term(const SpecCursor& at, SpecParameters& parameters, const Study& study) {
+  if (at.is_map()) return read_weighted_term(at, parameters, study);
+  ObjectiveTerm term;
+  term.size = read_size(at);
+  return term;
+}
+
+}  // namespace
+
+std::vector<ObjectiveTerm> read_objective_terms(const SpecCursor& at, SpecParameters& parameters, const Study& study) {
+  if (!at.is_list()) return {read_term(at, parameters, study)};
+  std::vector<ObjectiveTerm> terms;
+  for (const SpecCursor& item : at.items("a list of terms"))
+    at.problems().collect([&] { terms.push_back(read_term(item, parameters, study)); });
+  if (at.node().items.empty()) at.fail_expected("at least one term");
+  return terms;
+}
+
+}  // namespace balance::specification
+
+namespace balance {
+
+std::vector<ObjectiveTerm> read_objective(const std::string& text, const Study& study) {
+  using namespace specification;
+  SpecErrorCollector problems = SpecErrorCollector::of_option("--minimize");
+  std::vector<ObjectiveTerm> terms;
+  problems.collect([&] {
+    if (text.find_first_not_of(" \t\r\n") == std::string::npos)
+      throw ReadError({}, "", {.expected = "what to minimize", .found = "an empty text"});
+    const YamlNode root = parse_yaml(text, problems);
+    SpecParameters none;
+    terms = read_objective_terms(SpecCursor(root, "", problems), none, study);
+  });
+  problems.throw_if_any();
+  return terms;
+}
+
+}  // namespace balance
+
+namespace balance::specification {
+
+namespace {
+
+constexpr const char* limit_example = "a limit such as peak(torque) <= 12 or mobility(cycloid) >= 0.1";
+
+constexpr const char* robust_function_name = "mean_plus";
+
+/// Part of a scalar's text as a scalar of its own, so that messages name its place.
+class TextPart {
+ public:
+  TextPart(const SpecCursor& whole, std::size_t begin, std::size_t end) : whole_(whole), node_(whole.node()) {
+    const std::string& text = whole.node().text;
+    while (begin < end && is_blank(text[begin])) ++begin;
+    while (end > begin && is_blank(text[end - 1])) --end;
+    begin_ = begin;
+    node_.text = text.substr(begin, end - begin);
+    node_.place.column += begin + (node_.is_quoted ? 1 : 0);
+  }
+  SpecCursor cursor() const { return {node_, whole_.path(), whole_.problems()}; }
+  const std::string& text() const { return node_.text; }
+  /// Part of this part.
+  TextPart part(std::size_t begin, std::size_t end) const { return {whole_, begin_ + begin, begin_ + end}; }
+
+ private:
+  static bool is_blank(char c) { return c == ' ' || c == '\t' || c == '\n'; }
+
+  SpecCursor whole_;
+  YamlNode node_;
+  std::size_t begin_ = 0;
+};
+
+/// Splits at a sign that stands outside all parentheses and brackets.
+std::vector<TextPart> split_outside_brackets(const TextPart& part, char sign) {
+  std::vector<TextPart> parts;
+  std::size_t begin = 0;
+  int depth = 0;
+  const std::string& text = part.text();
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    if (text[i] == '(' || text[i] == '[') ++depth;
+    if (text[i] == ')' || text[i] == ']') --depth;
+    if (text[i] != sign || depth != 0) continue;
+    parts.push_back(part.part(begin, i));
+    begin = i + 1;
+  }
+  parts.push_back(part.part(begin, text.size()));
+  return parts;
+}
+
+struct NamedFigureTerm {
+  const char* name;
+  ObjectiveTerm term;
+};
+
+const std::array<NamedFigureTerm, 11>& terms_by_name() {
+  using Size = ObjectiveTerm::Size;
+  using Run = ObjectiveTerm::RunMeasure;
+  static const std::array<NamedFigureTerm, 11> names{{{"peak", {.figure = Statistic::peak}},
+                                                      {"rms", {.figure = Statistic::rms}},
+                                                      {"mean", {.figure = Statistic::mean}},
+                                                      {"range", {.figure = Statistic::range}},
+                                                      {"duration", {.run = Run::duration}},
+                                                      {"energy", {.run = Run::energy}},
+                                                      {"mobility", {.run = Run::mobility}},
+                                                      {"clearance", {.run = Run::clearance}},
+                                                      {"added_mass", {.size = Size::added_mass}},
+                                                      {"added_inertia", {.size = Size::added_inertia}},
+                                                      {"total_mass", {.size = Size::total_mass}}}};
+  return names;
+}
+
+std::string unit_of(const ObjectiveTerm& term, const Mechanism& mechanism) {
+  switch (term.size) {
+    case ObjectiveTerm::Size::added_inertia: return "kg m^2";
+    case ObjectiveTerm::Size::added_mass:
+    case ObjectiveTerm::Size::total_mass: return "kg";
+    case ObjectiveTerm::Size::none: break;
+  }
+  switch (term.run) {
+    case ObjectiveTerm::RunMeasure::duration: return "s";
+    case ObjectiveTerm::RunMeasure::energy: return "J";
+    case ObjectiveTerm::RunMeasure::mobility: return "1";
+    case ObjectiveTerm::RunMeasure::clearance: return "m";
+    case ObjectiveTerm::RunMeasure::figure: break;
+  }
+  return find_metric_unit(mechanism, term.quantity);
+}
+
+class LimitReader {
+ public:
+  explicit LimitReader(StudyBuilder& draft) : draft_(draft) {}
+
+  FigureLimit read(const SpecCursor& at) {
+    const TextPart whole(at, 0, at.read_word(limit_example).size());
+    const std::size_t relation = find_relation(whole);
+    FigureLimit limit;
+    limit.text = whole.text();
+    limit.is_lower = whole.text()[relation] == '>';
+    const TextPart left = whole.part(0, relation), right = whole.part(relation + 2, whole.text().size());
+    for (const TextPart& part : split_outside_brackets(left, '+')) limit.terms.push_back(read_weighted(part));
+    require_alone(limit, left.cursor());
+    limit.unit = common_unit_of(limit.terms);
+    const double bound = draft_.parameters.evaluate(right.cursor()).value();
+    limit.bound = bound * draft_.units.factor(dimension_of_unit(limit.unit));
+    if (limit.unit == "1") limit.unit.clear();
+    return limit;
+  }
+
+ private:
+  static std::size_t find_relation(const TextPart& whole) {
+    const std::string& text = whole.text();
+    const std::size_t first = text.find_first_of("<>=");
+    const bool one = first != std::string::npos && text[first] != '=' && first + 1 < text.size() &&
+                     text[first + 1] == '=' && text.find_first_of("<>=", first + 2) == std::string::npos;
+    if (!one)
+      whole.cursor().fail(
+          {.expected = std::string(limit_example) + ", with one <= or >=", .found = quote_for_message(text)});
+    return first;
+  }
+
+  /// `0.5 * peak(torque)`
+  ObjectiveTerm read_weighted(const TextPart& part) {
+    const std::vector<TextPart> factors = split_outside_brackets(part, '*');
+    ObjectiveTerm term = read_term(factors.back());
+    for (std::size_t k = 0; k + 1 < factors.size(); ++k)
+      term.weight *= read_weight(factors[k].cursor(), draft_.parameters);
+    return term;
+  }
+
+  /// `mean_plus(3, peak(torque, cycloid))`
+  ObjectiveTerm read_robust(const std::vector<TextPart>& given, const TextPart& part) {
+    if (given.size() != 2)
+      part.cursor().fail({.expected = "mean_plus(deviations, figure)", .found = quote_for_message(part.text())});
+    const double count = read_deviation_multiple(given[0].cursor(), draft_.parameters, draft_.study);
+    ObjectiveTerm term = read_term(given[1]);
+    if (term.size != ObjectiveTerm::Size::none || term.run != ObjectiveTerm::RunMeasure::figure ||
+        term.deviation_multiple)
+      given[1].cursor().fail(
+          {.expected = "peak, rms, mean or range of a quantity", .found = quote_for_message(given[1].text())});
+    require_prescribed_motion(given[1].cursor(), term, draft_.study);
+    term.deviation_multiple = count;
+    return term;
+  }
+
+  ObjectiveTerm read_term(const TextPart& part) {
+    const std::string& text = part.text();
+    const std::size_t open = text.find('(');
+    std::string name = text.substr(0, open);
+    while (!name.empty() && name.back() == ' ') name.pop_back();
+    std::replace(name.begin(), name.end(), '-', '_');
+    std::vector<std::string> names;
+    for (const NamedFigureTerm& one : terms_by_name()) names.emplace_back(one.name);
+    if (name == robust_function_name && open != std::string::npos && text.back() == ')')
+      return read_robust(split_outside_brackets(part.part(open + 1, text.size() - 1), ','), part);
+    names.emplace_back(robust_function_name);
+    const auto found = std::find(names.begin(), names.end(), name);
+    if (found == names.end() || name == robust_function_name)
+      part.cursor().fail({.expected = fmt::format("a figure ({})", join_alternatives(names)),
+                          .found = fmt::format("{}{}", quote_for_message(text),
+                                               name == robust_function_name ? "; mean_plus(3, peak(torque)) is one"
+                                                                            : append_nearest_name(name, names))});
+    ObjectiveTerm term = terms_by_name()[static_cast<std::size_t>(found - names.begin())].term;
+    const bool size = term.size != ObjectiveTerm::Size::none;
+    if (size != (open == std::string::npos) || (!size && text.back() != ')'))
+      part.cursor().fail(
+          {.expected = size ? name + " without parentheses" : name + "(…)", .found = quote_for_message(text)});
+    if (!size)
+      read_arguments(split_outside_brackets(part.part(open + 1, text.size() - 1), ','), name, part.cursor(), term);
+    return term;
+  }
+
+  /// What it is of, and the trajectory behind it, which may be left out.
+  void read_arguments(const std::vector<TextPart>& given, const std::string& name, const SpecCursor& at,
+                      ObjectiveTerm& term) {
+    using Run = ObjectiveTerm::RunMeasure;
+    const std::size_t own = term.run == Run::clearance ? 2 : term.run == Run::figure ? 1 : 0;
+    const bool none = own == 0 && given.size() == 1 && given[0].text().empty();
+    const std::size_t count = none ? 0 : given.size();
+    if (count < own || count > own + 1) {
+      const char* form = own == 2   ? "(point, point or line, trajectory)"
+                         : own == 1 ? "(quantity, trajectory)"
+                                    : "(trajectory)";
+      at.fail({.expected = name + form, .found = quote_for_message(at.node().text)});
+    }
+    if (own == 1) term.quantity = read_quantity(given[0].cursor(), draft_.study);
+    if (own == 2) {
+      term.clearance.point = read_landmark(given[0].cursor(), draft_);
+      for (const TextPart& end : ends_of_line(given[1]))
+        term.clearance.target.push_back(read_landmark(end.cursor(), draft_));
+    }
+    term.trajectory = count > own ? read_trajectory_name(given[own].cursor(), draft_.study)
+                                  : default_trajectory_name(at, draft_.study);
+  }
+
+  /// `leg2.A to leg2.B`
+  static std::vector<TextPart> ends_of_line(const TextPart& part) {
+    const std::size_t to = part.text().find(" to ");
+    if (to == std::string::npos) return {part};
+    return {part.part(0, to), part.part(to + 4, part.text().size())};
+  }
+
+  static void require_alone(const FigureLimit& limit, const SpecCursor& at) {
+    using Run = ObjectiveTerm::RunMeasure;
+    for (const ObjectiveTerm& term : limit.terms) {
+      const bool least =
+          term.size == ObjectiveTerm::Size::none && (term.run == Run::mobility || term.run == Run::clearance);
+      if (least && (limit.terms.size() > 1 || term.weight != 1))
+        at.fail({.expected = "mobility and clearance alone, not in a sum", .found = quote_for_message(at.node().text)});
+    }
+  }
+
+  /// Empty: they have several.
+  std::string common_unit_of(const std::vector<ObjectiveTerm>& terms) const {
+    const std::string unit = unit_of(terms.front(), draft_.study.mechanism);
+    const bool alike = std::all_of(terms.begin(), terms.end(), [&](const ObjectiveTerm& term) {
+      return unit_of(term, draft_.study.mechanism) == unit;
+    });
+    return alike ? unit : "";
+  }
+
+  StudyBuilder& draft_;
+};
+
+}  // namespace
+
+std::vector<FigureLimit> read_figure_limits(const SpecCursor& at, StudyBuilder& draft) {
+  LimitReader reader(draft);
+  if (!at.is_list()) return {reader.read(at)};
+  std::vector<FigureLimit> limits;
+  for (const SpecCursor& item : at.items("a list of limits"))
+    at.problems().collect([&] { limits.push_back(reader.read(item)); });
+  if (at.node().items.empty()) at.fail_expected("at least one limit");
+  return limits;
+}
+
+}  // namespace balance::specification

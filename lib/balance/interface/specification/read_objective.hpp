@@ -1,0 +1,27 @@
+#pragma once
+/// What to minimize, in a spec or on the command line.
+
+#include "balance/interface/specification/study_builder.hpp"
+
+namespace balance::specification {
+
+/// One term or a list of terms. @param study whose actuators, joints and trajectories the terms may name
+std::vector<ObjectiveTerm> read_objective_terms(const SpecCursor& at, SpecParameters& parameters, const Study& study);
+
+/// Parts of a term.
+std::string read_quantity(const SpecCursor& at, const Study& study);
+std::string read_trajectory_name(const SpecCursor& at, const Study& study);
+double read_weight(const SpecCursor& at, SpecParameters& parameters);
+/// How many deviations are added to a figure's mean. The spec must have tolerances.
+double read_deviation_multiple(const SpecCursor& at, SpecParameters& parameters, const Study& study);
+/// Fails if the term's trajectory is found anew for every mechanism: runs along it have no deviations.
+void require_prescribed_motion(const SpecCursor& at, const ObjectiveTerm& term, const Study& study);
+/// The trajectory of a figure without one: the spec's first. Fails at the figure if there is none.
+std::string default_trajectory_name(const SpecCursor& at, const Study& study);
+
+/// Figures that a design must keep to.
+
+/// `peak(torque[A1]) <= 12`, or a list of such.
+std::vector<FigureLimit> read_figure_limits(const SpecCursor& at, StudyBuilder& draft);
+
+}  // namespace balance::specification

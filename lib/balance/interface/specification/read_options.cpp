@@ -1,0 +1,99 @@
+// Poses and rates from the command line.
+
+#include "balance/interface/specification/read_options.hpp"
+
+#include "balance/foundation/base/error.hpp"
+#include "balance/foundation/base/spelling.hpp"
+#include "balance/interface/specification/read_pose.hpp"
+#include "balance/interface/specification/read_spec.hpp"
+#include "balance/interface/specification/read_speeds.hpp"
+
+#include <algorithm>
+
+namespace balance {
+
+namespace {
+
+using namespace specification;
+
+/// `A1=0.3, J.slide=2` as the YAML that it is short for. Only a comma or the end may follow a value.
+std::string to_yaml_mapping(const std::string& text) {
+  std::string yaml = "{";
+  std::size_t at = 0;
+  while (at <= text.size()) {
+    const std::size_t comma = std::min(text.find(',', at), text.size());
+    const std::string part = text.substr(at, comma - at);
+    const std::size_t equals = part.find('=');
+    if (equals == std::string::npos || equals == 0 || equals + 1 == part.size())
+      throw ReadError({}, "",
+                      {.expected = "coordinates with their values such as A1=0.3,A2=0.5",
+                       .found = quote_for_message(text),
+                       .hint = suggest_decimal_point(text)});
+    yaml += (at == 0 ? "" : ", ") + part.substr(0, equals) + ": " + part.substr(equals + 1);
+    at = comma + 1;
+  }
+  return yaml + "}";
+}
+
+}  // namespace
+
+PoseTarget read_pose(const std::string& text, const Study& study) {
+  StudyBuilder draft = make_option_builder(study, "--at");
+  TrajectoryOf<Expression> stated;  // a pose is part of one
+  draft.problems.collect([&] {
+    require_text(text, "a pose");
+    const bool short_form = text.find('=') != std::string::npos;
+    const std::string joints = short_form ? "{joints: " + to_yaml_mapping(text) + "}" : text;
+    const YamlNode root = parse_yaml(short_form || text.find('{') == 0 ? joints : "{" + joints + "}", draft.problems);
+    stated.from = specification::read_pose(SpecCursor(root, "", draft.problems), draft);
+  });
+  draft.problems.throw_if_any();
+  return cast_scalar<double>(stated, [](const Expression& x) { return x.value(); }).from;
+}
+
+std::vector<CoordinateValue> read_coordinate_rates(const std::string& text, const char* option, const Study& study) {
+  StudyBuilder draft = make_option_builder(study, option);
+  std::vector<CoordinateValue> rates;
+  draft.problems.collect([&] {
+    require_text(text, "rates of coordinates");
+    const YamlNode root = parse_yaml(to_yaml_mapping(text), draft.problems);
+    for (const auto& [coordinate, rate] : read_coordinate_values(SpecCursor(root, "", draft.problems), draft))
+      rates.push_back({coordinate, rate.value()});
+  });
+  draft.problems.throw_if_any();
+  return rates;
+}
+
+namespace {
+
+using namespace specification;
+
+/// An option has no free numbers.
+void require_numbers(const Member& member) {
+  if (member.value.is_scalar()) return;
+  for (const Member& one : list_members(member.value, "a joint coordinate, or a mapping of such to factors"))
+    if (!one.value.is_scalar()) one.value.fail_expected("a number");
+}
+
+}  // namespace
+
+std::vector<GeneralisedSpeed> read_speeds(const std::string& text, const char* option, const Study& study) {
+  StudyBuilder draft = make_option_builder(study, option);
+  std::vector<GeneralisedSpeed> speeds;
+  draft.problems.collect([&] {
+    require_text(text, "speeds");
+    const YamlNode root = parse_yaml(text.find('{') == 0 ? text : "{" + text + "}", draft.problems);
+    for (const Member& member :
+         list_named_members(SpecCursor(root, "", draft.problems), "a mapping of speeds", NameForm::simple))
+      draft.problems.collect([&] {
+        require_numbers(member);
+        speeds.push_back(value_of(read_speed(member, draft)));
+      });
+    if (root.items.empty())
+      SpecCursor(root, "", draft.problems).fail({.expected = "at least one speed", .found = "none"});
+  });
+  draft.problems.throw_if_any();
+  return speeds;
+}
+
+}  // namespace balance

@@ -1,0 +1,102 @@
+#include "balance/interface/specification/read_spec.hpp"
+
+#include "balance/foundation/base/error.hpp"
+#include "balance/interface/specification/read_document.hpp"
+#include "balance/interface/specification/text_file.hpp"
+#include "balance/interface/specification/yaml_document.hpp"
+
+#include <utility>
+
+namespace balance {
+
+SpecDocument::SpecDocument(std::string text) : text_(std::move(text)) {
+  specification::SpecErrorCollector problems("");
+  try {
+    auto root = std::make_shared<const specification::YamlNode>(specification::parse_yaml(text_, problems));
+    if (problems.is_empty()) root_ = std::move(root);
+  } catch (const specification::ReadError&) {
+    // without a root the text is parsed, and refused, by whoever reads it
+  } catch (const SpecError&) {
+  }
+}
+
+Study read_spec(const SpecDocument& document, const std::string& file_name, const ReadOptions& options) {
+  return specification::read_start_study(document.text(), document.root(), file_name, options.set);
+}
+
+Study read_spec(const std::string& text, const std::string& file_name, const ReadOptions& options) {
+  return specification::read_start_study(text, nullptr, file_name, options.set);
+}
+
+Study read_spec_file(const std::string& path, const ReadOptions& options) {
+  return read_spec(read_text_file(path, "spec"), display_name(path), options);
+}
+
+DesignSpace read_design_space(const std::string& text, const std::string& file_name, const ReadOptions& options) {
+  specification::ReadResult reading = specification::read_study(text, file_name, options.set);
+  return {std::move(reading.start), std::move(reading.recording)};
+}
+
+DesignSpace read_design_space_file(const std::string& path, const ReadOptions& options) {
+  return read_design_space(read_text_file(path, "spec"), display_name(path), options);
+}
+
+TolerancedDesignSpace read_toleranced_space(const std::string& text, const std::string& file_name,
+                                            const ReadOptions& options) {
+  specification::ReadResult reading = specification::read_study(text, file_name, options.set);
+  Tolerances tolerances = reading.start.tolerances;
+  return {{std::move(reading.start), std::move(reading.recording)}, std::move(tolerances)};
+}
+
+TolerancedDesignSpace read_toleranced_space_file(const std::string& path, const ReadOptions& options) {
+  return read_toleranced_space(read_text_file(path, "spec"), display_name(path), options);
+}
+
+namespace {
+
+using specification::YamlNode;
+
+void collect(const YamlNode& node, const std::string& path, SpecNumberTexts& texts) {
+  if (node.kind == YamlNode::Kind::scalar) texts.numbers[path] = node.text;
+  for (std::size_t i = 0; i < node.items.size(); ++i) {
+    const bool map = node.kind == YamlNode::Kind::map;
+    const std::string key = map ? (path.empty() ? "" : ".") + node.keys[i].text : "[" + std::to_string(i) + "]";
+    collect(node.items[i], path + key, texts);
+  }
+}
+
+const YamlNode* member(const YamlNode& map, const std::string& key) {
+  for (std::size_t i = 0; map.kind == YamlNode::Kind::map && i < map.items.size(); ++i)
+    if (map.keys[i].text == key) return &map.items[i];
+  return nullptr;
+}
+
+/// A free number's start is the middle of its bounds unless it is given.
+std::string value_text(const YamlNode& value) {
+  if (value.kind == YamlNode::Kind::scalar) return value.text;
+  if (const YamlNode* start = member(value, "start")) return start->text;
+  const YamlNode* bounds = member(value, "free");
+  if (bounds == nullptr || bounds->items.size() != 2) return "";
+  return "(" + bounds->items[0].text + " + " + bounds->items[1].text + ") / 2";
+}
+
+}  // namespace
+
+SpecNumberTexts read_spec_number_texts(const DesignSpace& space, const ReadOptions& options) {
+  SpecNumberTexts texts;
+  texts.recording = space.recording;
+  specification::SpecErrorCollector problems("");
+  const YamlNode root = specification::parse_yaml(space.start.spec_text, problems);
+  collect(root, "", texts);
+  if (const YamlNode* section = member(root, "parameters"); section != nullptr && section->kind == YamlNode::Kind::map)
+    for (std::size_t i = 0; i < section->items.size(); ++i)
+      texts.parameters.push_back({section->keys[i].text, value_text(section->items[i])});
+  for (const auto& [name, value] : options.set) {
+    texts.numbers[name] = value;
+    for (ParameterText& parameter : texts.parameters)
+      if (parameter.name == name) parameter.text = value;
+  }
+  return texts;
+}
+
+}  // namespace balance

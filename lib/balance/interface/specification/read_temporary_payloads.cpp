@@ -1,0 +1,148 @@
+#include "balance/interface/specification/read_temporary_payloads.hpp"
+
+#include "balance/foundation/base/spelling.hpp"
+#include "balance/mechanics/model/payload_intervals.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <set>
+
+namespace balance::specification {
+
+namespace {
+
+bool has_entry(const SpecCursor& map, const std::string& name) {
+  return std::any_of(map.node().keys.begin(), map.node().keys.end(),
+                     [&](const YamlNode& key) { return key.text == name; });
+}
+
+SourceLocation place_of(const SpecCursor& at) {
+  const NodeLocation& place = at.node().place;
+  return {at.problems().file_of(place), place.line, place.column, at.path()};
+}
+
+/// Inputs of the recording that designs, load cases and tolerances change.
+std::set<int> variable_inputs(const StudyBuilder& draft) {
+  std::set<int> inputs;
+  const Recording& recording = *draft.recording;
+  for (const auto* free : {&draft.parameters.free_numbers(), &draft.free_numbers})
+    for (const FreeNumberEntry& one : *free) inputs.insert(recording.input_index(one.input));
+  for (const NamedExpression& parameter : recording.parameters)
+    for (const auto* names : {&draft.load_names, &draft.tolerance_names})
+      if (parameter.is_plain && !parameter.value.is_constant() &&
+          (names->contains(parameter.name) || names->contains("parameters." + parameter.name)))
+        inputs.insert(recording.input_index(parameter.value));
+  return inputs;
+}
+
+bool has_dependence(const ExpressionGraph& graph, const Expression& number, const std::set<int>& inputs) {
+  if (number.is_constant() || inputs.empty()) return false;
+  std::vector<bool> wanted(static_cast<std::size_t>(number.node()) + 1, false);
+  wanted.back() = true;
+  for (std::size_t n = wanted.size(); n-- > 0;) {  // arguments are earlier nodes
+    if (!wanted[n]) continue;
+    const ExpressionNode& node = graph.nodes()[n];
+    if (node.operation == Operation::input && inputs.contains(node.input)) return true;
+    for (const int argument : node.arguments)
+      if (argument >= 0) wanted[static_cast<std::size_t>(argument)] = true;
+  }
+  return false;
+}
+
+double read_switch_time(const SpecCursor& at, StudyBuilder& draft) {
+  const std::string what = "a time of the trajectory, a number or an expression";
+  if (!at.is_scalar()) at.fail_expected(what);
+  const Expression time = draft.parameters.evaluate(at) * draft.units.factor(dimension::time);
+  if (is_variable_number(time, draft))
+    at.fail({.expected = what + " of numbers that are neither free nor named under 'for' or 'tolerances'",
+             .found = quote_for_message(at.node().text)});
+  return time.value();
+}
+
+}  // namespace
+
+bool is_variable_number(const Expression& number, const StudyBuilder& draft) {
+  return has_dependence(draft.recording->graph, number, variable_inputs(draft));
+}
+
+std::vector<Field> presence_fields(const SpecCursor& at, AttachmentKind kind, PresenceKeys& text) {
+  std::vector<Field> fields;
+  for (auto& [name, slot] : {std::pair{"from", &text.from}, std::pair{"until", &text.until}}) {
+    if (kind == AttachmentKind::payload)
+      fields.push_back({name, Presence::optional, [slot = slot](const SpecCursor& c) { *slot = c; }});
+    else if (has_entry(at, name))
+      fields.push_back({name, Presence::optional, [name = name](const SpecCursor& c) {
+                          c.fail({.expected = fmt::format("no '{}': counterweights are always there, payloads may come "
+                                                          "and go",
+                                                          name),
+                                  .found = c.describe_found()});
+                        }});
+  }
+  return fields;
+}
+
+void read_presence(const PresenceKeys& text, StudyBuilder& draft, AttachmentOf<Expression>& attachment) {
+  if (!text.given()) return;
+  const bool read = draft.problems.collect([&] {
+    if (text.from) attachment.from = read_switch_time(*text.from, draft);
+  });
+  draft.problems.collect([&] {
+    if (!text.until) return;
+    attachment.until = read_switch_time(*text.until, draft);
+    if (read && !(attachment.from < attachment.until))
+      text.until->fail({.expected = text.from ? "a time later than 'from'" : "a time",
+                        .found = fmt::format("{:.6g} s", attachment.until)});
+    if (attachment.until <= 0)
+      text.until->fail({.expected = "a time later than the start of the motion, 0 s",
+                        .found = fmt::format("{:.6g} s", attachment.until)});
+  });
+  const SpecCursor& said = text.from ? *text.from : *text.until;
+  draft.study.temporary_payloads.push_back({attachment.name, place_of(said)});
+  draft.payload_activations.emplace_back(said, attachment.from);
+}
+
+void require_permanent_payloads(const SpecCursor& at, const std::string& expected, const StudyBuilder& draft) {
+  const auto& all = draft.study.temporary_payloads;
+  if (all.empty()) return;
+  at.fail({.expected = fmt::format("{}, because payload {} is taken up or set down on the way", expected,
+                                   quote_for_message(all.front().name)),
+           .found = at.describe_found()});
+}
+
+void check_temporary_payloads(const MotionKeys& text, const StudyBuilder& draft,
+                              const TrajectoryOf<Expression>& trajectory) {
+  if (draft.study.temporary_payloads.empty()) return;
+  if (trajectory.drive == DriveKind::com && text.drive)
+    require_permanent_payloads(*text.drive, "'joints' or 'tool': the centre of mass would jump", draft);
+  if (is_mechanism_dependent(trajectory.law.kind) && text.law)
+    require_permanent_payloads(*text.law, "a law that is not searched for", draft);
+  if (is_variable_number(trajectory.duration, draft))
+    require_permanent_payloads(text.at, "a 'duration' that no free number, load case or tolerance changes", draft);
+  if (text.limits) require_permanent_payloads(*text.limits, "no 'limits'", draft);
+  if (is_mechanism_dependent(trajectory)) require_permanent_payloads(text.at, "a motion that no mass decides", draft);
+  for (const auto& [pose, place] : {std::pair{&trajectory.from, &text.from}, std::pair{&trajectory.to, &text.to}})
+    if (pose->com) require_permanent_payloads(*place, "a pose by 'joints' or 'tool'", draft);
+}
+
+void check_presence(StudyBuilder& draft) {
+  const auto& trajectories = draft.trajectories();
+  if (trajectories.empty()) return;
+  double longest = 0;
+  for (const auto& one : trajectories) {
+    const auto* table = std::get_if<TablePathOf<Expression>>(&one.path);
+    longest = std::max(longest, table != nullptr && !table->time.empty()
+                                    ? table->time.back().value() - table->time.front().value()
+                                    : one.duration.value());
+  }
+  for (const auto& [at, from] : draft.payload_activations)
+    draft.problems.collect([&, &at = at, &from = from] {
+      if (from >= longest)
+        at.fail({.expected = fmt::format("a time before the longest trajectory's end, {:.6g} s: the payload would "
+                                         "never be there",
+                                         longest),
+                 .found = fmt::format("{:.6g} s", from)});
+    });
+}
+
+}  // namespace balance::specification

@@ -1,0 +1,241 @@
+#include "balance/interface/specification/spec_cursor.hpp"
+
+#include "balance/foundation/base/spelling.hpp"
+#include "balance/foundation/base/unicode_text.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <string_view>
+#include <unordered_set>
+#include <utility>
+
+namespace balance::specification {
+namespace {
+
+/// A comma that was meant to stand before decimals makes two entries of a number: `0,25` between brackets or braces.
+/// @return what to write, if the second follows the first without a space; else empty
+std::string find_decimal_comma_between(const YamlNode& first, const YamlNode& second) {
+  const auto ends_in_digit = [](const std::string& text) {
+    return !text.empty() && text.back() >= '0' && text.back() <= '9';
+  };
+  const bool adjacent = first.kind == YamlNode::Kind::scalar && second.kind == YamlNode::Kind::scalar &&
+                        !first.is_quoted && !second.is_quoted && first.place.line == second.place.line &&
+                        second.place.column == first.place.column + static_cast<int>(first.text.size()) + 1;
+  if (!adjacent || !ends_in_digit(first.text)) return "";
+  return suggest_decimal_point(first.text + "," + second.text);
+}
+
+}  // namespace
+
+std::string find_decimal_comma_in(const YamlNode& list) {
+  for (std::size_t i = 0; i + 1 < list.items.size(); ++i)
+    if (std::string hint = find_decimal_comma_between(list.items[i], list.items[i + 1]); !hint.empty())
+      return "if a comma is meant to begin decimals: " + hint;
+  return "";
+}
+
+std::string find_decimal_comma_before(const YamlNode& map, const std::string& key) {
+  for (std::size_t i = 1; i < map.keys.size(); ++i)
+    if (map.keys[i].text == key && map.items[i].kind == YamlNode::Kind::null)
+      return find_decimal_comma_between(map.items[i - 1], map.keys[i]);
+  return "";
+}
+
+void SpecCursor::fail_expected(const std::string& what) const { fail({.expected = what, .found = describe_found()}); }
+
+void SpecCursor::fail(ErrorMessage complaint) const { throw ReadError(node_->place, path_, std::move(complaint)); }
+
+void SpecCursor::fail_unless_uncertain(const std::string& path, ErrorMessage complaint) const {
+  if (problems_->is_uncertain(path)) throw CascadingError();
+  fail(std::move(complaint));
+}
+
+std::string SpecCursor::describe_found() const {
+  switch (kind()) {
+    case YamlNode::Kind::null: return "nothing";
+    case YamlNode::Kind::scalar: return node_->text.empty() ? "an empty text" : quote_for_message(node_->text);
+    case YamlNode::Kind::list:
+      return node_->items.empty() ? "an empty list" : fmt::format("a list of {}", node_->items.size());
+    case YamlNode::Kind::map: return node_->items.empty() ? "an empty mapping" : "a mapping";
+  }
+  return "";
+}
+
+void SpecCursor::fail_missing(const std::vector<std::string>& keys) const {
+  std::vector<std::string> wanted, given;
+  for (const std::string& key : keys) wanted.push_back(quote_for_message(key));
+  for (const YamlNode& one : node_->keys) given.push_back(one.text);
+  ReadError problem(node_->place, path_,
+                    {.kind = "missing key",
+                     .expected = join_alternatives(wanted),
+                     .found = given.empty() ? describe_found() : "only " + join_with_conjunction(given, "and")});
+  problem.subject_path = path_.empty() ? keys.front() : path_ + "." + keys.front();
+  throw ReadError(std::move(problem));
+}
+
+std::vector<SpecCursor> SpecCursor::items(const std::string& what) const {
+  if (!is_list()) fail_expected(what);
+  std::vector<SpecCursor> all;
+  for (std::size_t i = 0; i < node_->items.size(); ++i)
+    all.emplace_back(node_->items[i], fmt::format("{}[{}]", path_, i), *problems_);
+  return all;
+}
+
+std::vector<SpecCursor> SpecCursor::items(const std::string& what, std::size_t count) const {
+  if (is_list() && node_->items.size() > count)
+    fail({.expected = what, .found = describe_found(), .hint = find_decimal_comma_in(*node_)});
+  if (!is_list() || node_->items.size() != count) fail_expected(what);
+  return items(what);
+}
+
+const std::string& SpecCursor::read_word(const std::string& what) const {
+  if (!is_scalar() || node_->text.empty()) fail_expected(what);
+  return node_->text;
+}
+
+std::size_t SpecCursor::read_choice(const std::string& what, const std::vector<std::string>& names) const {
+  const std::string& text = read_word(fmt::format("{} ({})", what, join_alternatives(names)));
+  const auto at = std::find(names.begin(), names.end(), text);
+  if (at == names.end()) fail_expected_one_of(*this, what, names);
+  return static_cast<std::size_t>(at - names.begin());
+}
+
+void fail_expected_one_of(const SpecCursor& found, const std::string& what, const std::vector<std::string>& names) {
+  found.fail({.expected = fmt::format("{} ({})", what, names.empty() ? "there are none" : join_alternatives(names)),
+              .found = found.describe_found(),
+              .hint = found.is_scalar() ? format_nearest_name(found.node().text, names) : ""});
+}
+
+namespace {
+
+SpecCursor member_at(const SpecCursor& map, std::size_t i, const YamlNode& node) {
+  const std::string& name = map.node().keys[i].text;
+  return {node, map.path().empty() ? name : map.path() + "." + name, map.problems()};
+}
+
+}  // namespace
+
+std::vector<Member> list_members(const SpecCursor& map, const std::string& what) {
+  if (!map.is_map()) map.fail_expected(what);
+  const YamlNode& node = map.node();
+  if (node.items.size() > max_members)
+    map.fail(
+        {.expected = fmt::format("at most {} entries", max_members), .found = fmt::format("{}", node.items.size())});
+  std::vector<Member> all;
+  std::unordered_set<std::string_view> seen;
+  for (std::size_t i = 0; i < node.items.size(); ++i) {
+    if (!seen.insert(node.keys[i].text).second) continue;  // already reported while parsing
+    all.push_back({member_at(map, i, node.keys[i]), node.keys[i].text, member_at(map, i, node.items[i])});
+  }
+  return all;
+}
+
+namespace {
+
+/// One name or several, joined by points: `leg1.crank`.
+bool is_dotted_name(std::string_view text) {
+  for (std::size_t dot = text.find('.'); dot != std::string_view::npos; dot = text.find('.')) {
+    if (!is_unicode_identifier(text.substr(0, dot))) return false;
+    text.remove_prefix(dot + 1);
+  }
+  return is_unicode_identifier(text);
+}
+
+}  // namespace
+
+std::vector<Member> list_named_members(const SpecCursor& map, const std::string& what, NameForm names) {
+  const auto good = [&](const std::string& name) {
+    return names == NameForm::dotted ? is_dotted_name(name) : is_unicode_identifier(name);
+  };
+  std::vector<Member> all = list_members(map, what);
+  for (const Member& member : all)
+    map.problems().collect([&] {
+      if (good(member.name)) return;
+      const bool otherwise_right = !member.name.empty() && good("x" + member.name);
+      const std::string comma = find_decimal_comma_before(map.node(), member.name);
+      ReadError problem(member.key.node().place, member.key.path(),
+                        {.expected = "a name of letters, digits, '_' and '-'",
+                         .found = quote_for_message(member.name),
+                         .hint = !comma.empty()    ? comma
+                                 : otherwise_right ? "it must begin with a letter"
+                                                   : ""});
+      problem.unknown_key_in = map.path();
+      throw ReadError(std::move(problem));
+    });
+  return all;
+}
+
+namespace {
+
+/// Why nobody wrote what stands there.
+std::string unknown_key_hint(const YamlNode& map, const std::string& key, const std::vector<std::string>& names) {
+  if (std::string comma = find_decimal_comma_before(map, key); !comma.empty()) return comma;
+  const bool carried = std::find(names.begin(), names.end(), "body") != names.end();
+  if (carried && (key == "true" || key == "True"))
+    return "'on' is a truth value in YAML 1.1, so that a tool such as PyYAML writes 'true' for it: say 'body'";
+  const auto is_digit = [](char c) { return c >= '0' && c <= '9'; };
+  if (!key.empty() && std::all_of(key.begin(), key.end(), is_digit))
+    return "decimals stand behind a point; a comma separates entries";
+  return format_nearest_name(key, names);
+}
+
+class FieldsReader {
+ public:
+  FieldsReader(const SpecCursor& map, const std::string& what, const std::vector<Field>& fields)
+      : map_(map), fields_(fields), given_(list_members(map, what)) {
+    for (const Field& field : fields) names_.push_back(field.name);
+  }
+
+  void read() {
+    for (const Member& member : given_)
+      if (!map_.problems().collect([&] { read_member(member); })) map_.problems().mark_invalid(member.value.path());
+    // A misspelt key is one mistake, not two.
+    for (const Field& field : fields_)
+      if (field.need == Presence::required && !unknown_ && count(field) == 0)
+        map_.problems().collect([&] { map_.fail_missing({field.name}); });
+  }
+
+ private:
+  static bool names(const Field& field, const std::string& key) {
+    return key == field.name || (key == field.alias && !key.empty());
+  }
+
+  std::ptrdiff_t count(const Field& field) const {
+    return std::count_if(given_.begin(), given_.end(), [&](const Member& m) { return names(field, m.name); });
+  }
+
+  void read_member(const Member& member) {
+    const auto field =
+        std::find_if(fields_.begin(), fields_.end(), [&](const Field& f) { return names(f, member.name); });
+    if (field == fields_.end()) fail_unknown(member);
+    if (member.name == field->alias && count(*field) > 1)
+      member.key.fail({.expected = fmt::format("'{}' or '{}'", field->name, field->alias), .found = "both"});
+    field->read(member.value);
+  }
+
+  [[noreturn]] void fail_unknown(const Member& member) {
+    unknown_ = true;
+    ReadError problem(member.key.node().place, member.key.path(),
+                      {.kind = "unknown key",
+                       .expected = join_alternatives(names_),
+                       .found = quote_for_message(member.name),
+                       .hint = unknown_key_hint(map_.node(), member.name, names_)});
+    problem.unknown_key_in = map_.path();
+    throw ReadError(std::move(problem));
+  }
+
+  const SpecCursor& map_;
+  const std::vector<Field>& fields_;
+  std::vector<Member> given_;
+  std::vector<std::string> names_;
+  bool unknown_ = false;
+};
+
+}  // namespace
+
+bool read_fields(const SpecCursor& map, const std::string& what, const std::vector<Field>& fields) {
+  return map.problems().collect([&] { FieldsReader(map, what, fields).read(); });
+}
+
+}  // namespace balance::specification

@@ -1,0 +1,105 @@
+#pragma once
+/// A node of the spec together with its key path: where every message gets its place from.
+
+#include "balance/interface/specification/diagnostics.hpp"
+#include "balance/interface/specification/yaml_document.hpp"
+
+#include <functional>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace balance::specification {
+
+/// A comma that was meant to begin decimals makes two entries of one number, between brackets and between braces.
+
+/// A hint on the first two entries of a list that may be one number, `[0,25, 0]`; else empty.
+std::string find_decimal_comma_in(const YamlNode& list);
+
+/// A hint on a key of a mapping that may be the decimals of the value before it, `{m: 1,5}`; else empty.
+std::string find_decimal_comma_before(const YamlNode& map, const std::string& key);
+
+class SpecCursor {
+ public:
+  SpecCursor(const YamlNode& node, std::string path, SpecErrorCollector& problems)
+      : node_(&node), path_(std::move(path)), problems_(&problems) {}
+
+  const YamlNode& node() const { return *node_; }
+  const std::string& path() const { return path_; }
+  SpecErrorCollector& problems() const { return *problems_; }
+  YamlNode::Kind kind() const { return node_->kind; }
+  bool is_scalar() const { return kind() == YamlNode::Kind::scalar; }
+  bool is_list() const { return kind() == YamlNode::Kind::list; }
+  bool is_map() const { return kind() == YamlNode::Kind::map; }
+
+  /// Throws the Problem "expected <what>, found <this value>".
+  [[noreturn]] void fail_expected(const std::string& what) const;
+  /// Throws a Problem.
+  [[noreturn]] void fail(ErrorMessage complaint) const;
+  /// The same, but a Consequence if what is looked for at a path may be there after all.
+  [[noreturn]] void fail_unless_uncertain(const std::string& path, ErrorMessage complaint) const;
+  /// Throws the Problem that this mapping lacks a key, one of those named.
+  [[noreturn]] void fail_missing(const std::vector<std::string>& keys) const;
+  /// "a list of 3", "a mapping", "'abc'", "nothing".
+  std::string describe_found() const;
+
+  /// The entries of a list, paths `path[0]`, `path[1]`, … Fails if it is none, naming `what` was expected.
+  std::vector<SpecCursor> items(const std::string& what) const;
+  /// The same for a list of one length.
+  std::vector<SpecCursor> items(const std::string& what, std::size_t count) const;
+  /// The text of a scalar; fails if it is none or empty.
+  const std::string& read_word(const std::string& what) const;
+  /// Index into `names` of this scalar's text; fails with the nearest of them.
+  std::size_t read_choice(const std::string& what, const std::vector<std::string>& names) const;
+
+ private:
+  const YamlNode* node_;
+  std::string path_;
+  SpecErrorCollector* problems_;
+};
+
+/// Reads every item of a list, so that each mistake in it is told. @throws Consequence if there is any
+template <class Read>
+void read_each(const std::vector<SpecCursor>& items, Read&& read) {
+  bool right = true;
+  for (const SpecCursor& item : items) right = item.problems().collect([&] { read(item); }) && right;
+  if (!right) throw CascadingError();
+}
+
+/// Fails with "expected <what> (a, b or c), found …; nearest is …".
+[[noreturn]] void fail_expected_one_of(const SpecCursor& found, const std::string& what,
+                                       const std::vector<std::string>& names);
+
+/// One entry of a mapping whose keys the user chose.
+struct Member {
+  SpecCursor key;  ///< the key itself, for complaints about the name
+  std::string name;
+  SpecCursor value;
+};
+
+/// The entries of a mapping in the document's order; fails if it is none. Never more than `max_members`.
+std::vector<Member> list_members(const SpecCursor& map, const std::string& what);
+inline constexpr std::size_t max_members = 2000;
+
+enum class NameForm { simple, dotted };
+
+/// The same, and every key must be a name (`is_unicode_identifier`), or several with points between them. One that is not is reported, and its entry read all the
+/// same.
+std::vector<Member> list_named_members(const SpecCursor& map, const std::string& what,
+                                       NameForm names = NameForm::dotted);
+
+enum class Presence { required, optional };
+
+/// One key that a mapping may have, and what to do with its value.
+struct Field {
+  std::string name;
+  Presence need = Presence::optional;
+  std::function<void(const SpecCursor&)> read;
+  std::string alias = {};  ///< another spelling; not both may be given
+};
+
+/// Reads a mapping with a fixed set of keys in the document's order. Unknown and missing keys and whatever the fields' readers
+/// throw are collected. @return whether nothing was wrong
+bool read_fields(const SpecCursor& map, const std::string& what, const std::vector<Field>& fields);
+
+}  // namespace balance::specification

@@ -1,0 +1,296 @@
+#include "balance/interface/specification/spec_parameters.hpp"
+
+#include "balance/foundation/base/spelling.hpp"
+#include "balance/interface/specification/spec_cursor.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cctype>
+#include <charconv>
+#include <cmath>
+#include <cstdlib>
+#include <functional>
+#include <limits>
+#include <map>
+#include <utility>
+
+namespace balance::specification {
+
+namespace {
+
+std::string trim_name(const std::string& text) {
+  const auto first = text.find_first_not_of(" \t\r\n");
+  return first == std::string::npos ? "" : text.substr(first, text.find_last_not_of(" \t\r\n") - first + 1);
+}
+
+std::string lower_case(std::string text) {
+  std::transform(text.begin(), text.end(), text.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return text;
+}
+
+/// A plain number; not finite if it is too large for a double or one of YAML's words for such.
+std::optional<double> plain_number(std::string text) {
+  if (text.size() == 4 || text.size() == 5) {
+    const std::string word = lower_case(text);
+    if (word == ".nan" || word == ".inf" || word == "+.inf" || word == "-.inf")
+      return std::numeric_limits<double>::infinity();
+  }
+  if (text.size() > 1 && text[0] == '+' && text[1] != '-' && text[1] != '+') text.erase(0, 1);
+  double value = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (end != text.data() + text.size() || error == std::errc::invalid_argument) return std::nullopt;
+  // Out of range: too small is zero, too large is infinite; strtod knows which.
+  if (error == std::errc::result_out_of_range) return std::strtod(text.c_str(), nullptr);
+  return value;
+}
+
+/// `deg` of `360deg`, `°` of `5 °`; empty: the text is no number with something like a unit behind it.
+std::string trailing_unit(const std::string& text) {
+  double value = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  const std::string rest = trim_name(std::string(end, text.data() + text.size()));
+  if (error == std::errc::invalid_argument || rest.empty()) return "";
+  const auto in_unit = [](char c) {
+    return std::isalpha(static_cast<unsigned char>(c)) != 0 || (static_cast<unsigned char>(c) & 0x80) != 0;
+  };
+  const auto in_rest = [&](char c) {
+    return in_unit(c) || std::string_view("*/^23 %\"'").find(c) != std::string_view::npos;
+  };
+  const bool begins = in_unit(rest[0]) || rest == "%" || rest == "\"" || rest == "'";
+  return begins && std::all_of(rest.begin(), rest.end(), in_rest) ? rest : "";
+}
+
+bool is_truth_value(const std::string& text) {
+  const std::string lower = lower_case(text);
+  return lower == "true" || lower == "false" || lower == "yes" || lower == "no" || lower == "on" || lower == "off";
+}
+
+/// Several names, joined by points, are that of a part's parameter.
+bool is_identifier(const std::string& name) {
+  bool begins = true;
+  for (const char c : name) {
+    const bool digit = std::isdigit(static_cast<unsigned char>(c)) != 0;
+    const bool letter = c == '_' || std::isalpha(static_cast<unsigned char>(c)) != 0;
+    if (begins ? !letter : !letter && !digit && c != '.') return false;
+    begins = c == '.';
+  }
+  return !begins;
+}
+
+/// Evaluates parameters after those that they use.
+class DependencyResolver {
+ public:
+  DependencyResolver(const std::vector<Member>& members, SpecErrorCollector& problems,
+                     std::function<void(const Member&)> evaluate)
+      : members_(members), problems_(problems), evaluate_(std::move(evaluate)), state_(members.size()) {
+    for (std::size_t i = 0; i < members.size(); ++i) index_[members[i].name] = i;
+  }
+
+  void run() {
+    for (std::size_t i = 0; i < members_.size(); ++i) resolve(i);
+  }
+
+ private:
+  enum class State { untouched, in_progress, known, failed };
+
+  /// What depends on a failed parameter fails without a message of its own.
+  void resolve(std::size_t i) {
+    if (state_[i] == State::known || state_[i] == State::failed) return;
+    if (state_[i] == State::in_progress) return report_cycle(i);
+    state_[i] = State::in_progress;
+    chain_.push_back(i);
+    for (const std::size_t used : dependencies_of(members_[i].value.node())) {
+      resolve(used);
+      if (state_[used] == State::failed) state_[i] = State::failed;
+    }
+    chain_.pop_back();
+    if (state_[i] == State::failed) return;
+    state_[i] = problems_.collect([&] { evaluate_(members_[i]); }) ? State::known : State::failed;
+  }
+
+  std::vector<std::size_t> dependencies_of(const YamlNode& node) const {
+    std::vector<std::size_t> used;
+    if (node.kind == YamlNode::Kind::scalar)
+      for (const std::string& name : find_expression_names(node.text).values)
+        if (const auto at = index_.find(name); at != index_.end()) used.push_back(at->second);
+    for (const YamlNode& item : node.items) {
+      const auto more = dependencies_of(item);
+      used.insert(used.end(), more.begin(), more.end());
+    }
+    return used;
+  }
+
+  void report_cycle(std::size_t again) {
+    const auto start = std::find(chain_.begin(), chain_.end(), again);
+    constexpr std::ptrdiff_t max_listed_cycle = 12;
+    std::string cycle;
+    for (auto i = start; i != chain_.end(); ++i) {
+      if (i - start < max_listed_cycle) cycle += members_[*i].name + " → ";
+      if (i - start == max_listed_cycle) cycle += "… → ";
+      state_[*i] = State::failed;
+    }
+    problems_.collect([&] {
+      members_[again].value.fail({.expected = "a parameter that does not depend on itself",
+                                  .found = "the cycle " + cycle + members_[again].name});
+    });
+  }
+
+  const std::vector<Member>& members_;
+  SpecErrorCollector& problems_;
+  std::function<void(const Member&)> evaluate_;
+  std::map<std::string, std::size_t> index_;
+  std::vector<State> state_;
+  std::vector<std::size_t> chain_;
+};
+
+}  // namespace
+
+SpecParameters::SpecParameters(const std::optional<SpecCursor>& section, const Overrides& overrides,
+                               std::set<std::string> of_added_amounts, Recording& recording,
+                               SpecErrorCollector& problems)
+    : added_element_parameters_(std::move(of_added_amounts)) {
+  std::vector<Member> all;
+  if (section) problems.collect([&] { all = list_members(*section, "a mapping of parameters"); });
+  for (const Member& member : all) names_.push_back(member.name);
+  known_ = {names_.begin(), names_.end()};
+
+  std::erase_if(all, [&](const Member& member) {
+    const auto& functions = function_names();
+    const bool taken =
+        member.name == "pi" || std::find(functions.begin(), functions.end(), member.name) != functions.end();
+    return !problems.collect([&] {
+      const auto fail = [&](const char* expected, const std::string& found) {
+        ReadError problem(
+            member.key.node().place, member.key.path(),
+            {.expected = expected, .found = found, .hint = find_decimal_comma_before(section->node(), member.name)});
+        problem.unknown_key_in = "parameters";
+        throw ReadError(std::move(problem));
+      };
+      if (!is_identifier(member.name)) fail("a name of letters, digits and '_'", quote_for_message(member.name));
+      if (taken) fail("a name of its own", quote_for_message(member.name) + ", which has a meaning in expressions");
+    });
+  });
+
+  override_values(overrides, all, problems);
+  DependencyResolver(all, problems, [&](const Member& member) { define(member, recording); }).run();
+  const auto place = [&](const NamedExpression& one) { return std::find(names_.begin(), names_.end(), one.name); };
+  std::sort(recording.parameters.begin(), recording.parameters.end(),
+            [&](const NamedExpression& a, const NamedExpression& b) { return place(a) < place(b); });
+}
+
+/// The text of an override stands where the parameter's own value stood.
+void SpecParameters::override_values(const Overrides& overrides, std::vector<Member>& members,
+                                     SpecErrorCollector& problems) {
+  for (const auto& [name, text] : overrides) {
+    const bool known = std::find(names_.begin(), names_.end(), name) != names_.end();
+    if (!known && !(names_.empty() && problems.is_section_invalid("parameters")))
+      problems.add(
+          {{},
+           "--set " + name,
+           {.expected = fmt::format("a parameter ({})", names_.empty() ? "there are none" : join_alternatives(names_)),
+            .found = quote_for_message(name),
+            .hint = format_nearest_name(name, names_)}});
+    YamlNode& node = replacements_[name];
+    node.kind = YamlNode::Kind::scalar;
+    node.text = text;
+  }
+  for (Member& member : members) {
+    const auto found = replacements_.find(member.name);
+    if (found == replacements_.end()) continue;
+    overridden_.emplace_back(&member.value.node(), found->second.text);
+    member.value = SpecCursor(found->second, "--set " + member.name, problems);
+  }
+}
+
+void SpecParameters::define(const Member& member, Recording& recording) {
+  const auto add_input = [&](double value) {
+    recording.inputs.push_back(value);
+    return Expression::input(recording.graph, value);
+  };
+  Expression value;
+  bool plain = true;
+  if (!member.value.is_map()) {
+    value = evaluate(member.value);
+    plain = find_expression_names(member.value.node().text).values.empty();
+    value = plain ? add_input(value.value()) : Expression::make_alias(recording.graph, value);
+  } else {
+    FreeValue free = evaluate_free(member.value);
+    if (added_element_parameters_.contains(member.name)) free.default_start_to_zero();
+    value = add_input(free.start);
+    free_numbers_.push_back({&member.value.node(),
+                             {.key_path = member.value.path(),
+                              .lower = free.lower,
+                              .upper = free.upper,
+                              .start = free.start,
+                              .start_source = free.start_source,
+                              .discrete_values = free.discrete_values},
+                             value});
+  }
+  values_[member.name] = value;
+  recording.parameters.push_back({member.name, value, plain});
+}
+
+Expression SpecParameters::evaluate(const SpecCursor& scalar) {
+  const std::string what = "a number, an expression or {free: [lower, upper]}";
+  const std::string text = trim_name(scalar.read_word(what));
+  // Most numbers are plain, and most others a parameter alone.
+  if (const auto known = values_.find(text); known != values_.end()) return known->second;
+  if (known_.count(text) > 0) throw CascadingError();
+  const std::optional<double> number = plain_number(text);
+  if (!number && (text.empty() || is_truth_value(text))) scalar.fail_expected(what);
+  const Expression value = number ? Expression(*number) : evaluate_expression(scalar, text);
+  if (!std::isfinite(value.value())) scalar.fail({.expected = "a finite number", .found = quote_for_message(text)});
+  return value;
+}
+
+/// The parameter of this name may be one whose own name is wrong, or stand in a section that was not read.
+bool SpecParameters::can_be_invalid(const SpecCursor& at, const std::string& name) const {
+  return at.problems().is_section_invalid("parameters." + name) ||
+         (names_.empty() && at.problems().is_section_invalid("parameters"));
+}
+
+Expression SpecParameters::evaluate_expression(const SpecCursor& scalar, const std::string& text) {
+  const auto wrong = [&](const std::string& why) {
+    scalar.fail(
+        {.message = fmt::format("expected a number or an expression, found {}: {}", quote_for_message(text), why),
+         .expected = "a number or an expression",
+         .found = quote_for_message(text),
+         .hint = why});
+  };
+  if (const std::string comma = suggest_decimal_point(text); !comma.empty()) wrong(comma);
+  const std::string unit = trailing_unit(text);
+  if (!unit.empty() && known_.count(unit) == 0)
+    wrong(fmt::format("there is no place for {} behind a number: 'units:' states the units of all of them",
+                      quote_for_message(unit)));
+  const auto unknown = [&](const char* what, const std::string& name, const std::vector<std::string>& known) {
+    wrong(fmt::format("there is no {} {}{}", what, quote_for_message(name), append_nearest_name(name, known)));
+  };
+  expressions_size_ += text.size();
+  if (expressions_size_ > max_expressions_length)
+    scalar.fail({.expected = fmt::format("at most {} characters in all expressions together", max_expressions_length)});
+  const auto& functions = function_names();
+  const ExpressionNames used = find_expression_names(text);
+  for (const std::string& name : used.functions)
+    if (std::find(functions.begin(), functions.end(), name) == functions.end()) unknown("function", name, functions);
+  for (const std::string& name : used.values) {
+    const bool function = std::find(functions.begin(), functions.end(), name) != functions.end();
+    if (function) wrong(fmt::format("the function {} needs parentheses: {}(…)", quote_for_message(name), name));
+    if (known_.count(name) > 0 ? values_.count(name) == 0 : can_be_invalid(scalar, name)) throw CascadingError();
+    if (known_.count(name) == 0) unknown("parameter", name, names_);
+  }
+  try {
+    return parse_expression(text, [&](const std::string& name) { return values_.at(name); });
+  } catch (const ExpressionError& error) {
+    wrong(error.what());
+    throw;
+  }
+}
+
+FreeValue SpecParameters::evaluate_free(const SpecCursor& map, const std::vector<Field>& others) {
+  return read_free_value(
+      map, [this](const SpecCursor& c) { return evaluate(c).value(); }, others);
+}
+
+}  // namespace balance::specification

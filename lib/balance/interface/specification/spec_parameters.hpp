@@ -1,0 +1,61 @@
+#pragma once
+/// The spec's parameters and the arithmetic over them.
+
+#include "balance/foundation/expression/expression_parser.hpp"
+#include "balance/interface/specification/free_number.hpp"
+#include "balance/interface/specification/spec_cursor.hpp"
+#include "balance/motion/study/spec_expressions.hpp"
+
+#include <map>
+#include <optional>
+#include <set>
+#include <string>
+#include <unordered_map>
+#include <utility>
+#include <vector>
+
+namespace balance::specification {
+
+/// Of a whole spec, in characters.
+inline constexpr std::size_t max_expressions_length = 500'000;
+
+class SpecParameters {
+ public:
+  using Overrides = std::vector<std::pair<std::string, std::string>>;
+
+  SpecParameters() = default;
+  /// Evaluates all parameters, in whatever order they depend on each other. Problems are collected.
+  /// @param section null if the spec has none
+  /// @param recording where they get an input or a node each
+  /// @param of_added_amounts those that start at 0 (list_added_element_parameters)
+  SpecParameters(const std::optional<SpecCursor>& section, const Overrides& overrides,
+                 std::set<std::string> of_added_amounts, Recording& recording, SpecErrorCollector& problems);
+
+  /// A number or an expression, in the spec's units. Fails unless it is finite.
+  Expression evaluate(const SpecCursor& scalar);
+  /// `{free: …}`, as read_free_value.
+  FreeValue evaluate_free(const SpecCursor& map, const std::vector<Field>& others = {});
+
+  const std::vector<FreeNumberEntry>& free_numbers() const { return free_numbers_; }
+  /// In the document's order.
+  const std::vector<std::string>& names() const { return names_; }
+  /// The values' mappings or scalars that an override replaced, with its text.
+  const std::vector<std::pair<const YamlNode*, std::string>>& overridden() const { return overridden_; }
+
+ private:
+  Expression evaluate_expression(const SpecCursor& scalar, const std::string& text);
+  bool can_be_invalid(const SpecCursor& at, const std::string& name) const;
+  void define(const Member& member, Recording& recording);
+  void override_values(const Overrides& overrides, std::vector<Member>& members, SpecErrorCollector& problems);
+
+  std::set<std::string> added_element_parameters_;
+  std::size_t expressions_size_ = 0;
+  std::vector<std::string> names_;  ///< in the document's order, for messages
+  std::set<std::string> known_;     ///< the same, to look up
+  std::unordered_map<std::string, Expression> values_;
+  std::vector<FreeNumberEntry> free_numbers_;
+  std::vector<std::pair<const YamlNode*, std::string>> overridden_;
+  std::map<std::string, YamlNode> replacements_;
+};
+
+}  // namespace balance::specification

@@ -1,0 +1,247 @@
+#include "balance/interface/specification/spec_table.hpp"
+
+#include "balance/foundation/base/spelling.hpp"
+#include "balance/foundation/base/unicode_text.hpp"
+#include "balance/foundation/hdf5/hdf5_reader.hpp"
+#include "balance/interface/specification/text_file.hpp"
+#include "balance/motion/study/study.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+#include <string_view>
+
+namespace balance::specification {
+
+namespace {
+
+std::string_view trim(std::string_view text) {
+  const auto first = text.find_first_not_of(" \t\r");
+  return first == std::string_view::npos ? std::string_view{}
+                                         : text.substr(first, text.find_last_not_of(" \t\r") - first + 1);
+}
+
+std::vector<std::string_view> split(std::string_view line) {
+  std::vector<std::string_view> parts;
+  for (std::size_t start = 0;;) {
+    const auto comma = line.find(',', start);
+    parts.push_back(trim(line.substr(start, comma - start)));
+    if (comma == std::string_view::npos) return parts;
+    start = comma + 1;
+  }
+}
+
+double number(std::string_view text, long line) {
+  std::string_view digits = text;
+  if (digits.size() > 1 && digits[0] == '+') digits.remove_prefix(1);
+  double value = 0;
+  const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), value);
+  if (error != std::errc{} || end != digits.data() + digits.size() || !std::isfinite(value))
+    throw TableError(fmt::format("line {}: expected a finite number, found {}", line, quote_for_message(text)));
+  return value;
+}
+
+void read_line(std::string_view line, long number_of_line, RawTable& table) {
+  const auto parts = split(line);
+  if (table.columns.empty()) {
+    table.columns.assign(parts.begin(), parts.end());
+    return;
+  }
+  if (parts.size() != table.columns.size())
+    throw TableError(fmt::format("line {}: expected {} numbers as in the line of names, found {}", number_of_line,
+                                 table.columns.size(), parts.size()));
+  std::vector<double> row;
+  row.reserve(parts.size());
+  for (const std::string_view part : parts) row.push_back(number(part, number_of_line));
+  table.rows.push_back(std::move(row));
+}
+
+}  // namespace
+
+RawTable parse_csv(const std::string& text) {
+  RawTable table;
+  std::string_view rest = text;
+  if (rest.substr(0, 3) == "\xEF\xBB\xBF") rest.remove_prefix(3);
+  for (long line = 1; !rest.empty(); ++line) {
+    const auto end = rest.find('\n');
+    const std::string_view content = trim(rest.substr(0, std::min(end, rest.find('#'))));
+    if (!content.empty()) read_line(content, line, table);
+    rest.remove_prefix(end == std::string_view::npos ? rest.size() : end + 1);
+  }
+  if (table.columns.empty()) throw TableError("expected a line of column names, found an empty file");
+  return table;
+}
+
+namespace {
+
+constexpr std::size_t max_table_rows = 1'000'000;
+
+std::vector<double> read_column(const Hdf5Reader& file, const std::string& name) {
+  auto found = file.numbers(name, 1, max_table_rows);
+  if (found.sizes.empty())
+    throw TableError(fmt::format("{}: expected one dimension, found 0", quote_for_message(name)));
+  return std::move(found.values);
+}
+
+RawTable read_columns(const Hdf5Reader& file, const std::vector<std::string>& names) {
+  RawTable table;
+  for (const std::string& name : names) {
+    if (!file.has(name)) continue;
+    const auto values = read_column(file, name);
+    if (table.columns.empty()) table.rows.resize(values.size());
+    if (values.size() != table.rows.size())
+      throw TableError(fmt::format("{}: expected {} values as in {}, found {}", quote_for_message(name),
+                                   table.rows.size(), quote_for_message(table.columns[0]), values.size()));
+    table.columns.push_back(name);
+    for (std::size_t i = 0; i < values.size(); ++i) table.rows[i].push_back(values[i]);
+  }
+  return table;
+}
+
+}  // namespace
+
+RawTable read_hdf5_table(const std::string& path, const std::vector<std::string>& names) {
+  try {
+    return read_columns(Hdf5Reader(path), names);
+  } catch (const Hdf5Error& error) {
+    throw TableError(error.what());
+  }
+}
+
+namespace {
+
+constexpr std::uintmax_t max_table_bytes = std::uintmax_t{256} << 20;
+constexpr const char* hdf5_signature = "\x89HDF\r\n\x1a\n";
+
+std::vector<std::string> names_of(const std::vector<TableColumn>& columns) {
+  std::vector<std::string> names{"time"};
+  for (const TableColumn& column : columns) names.push_back(column.name);
+  return names;
+}
+
+/// The file's path, seen from the spec's folder.
+std::filesystem::path find_file(const SpecCursor& at, const StudyBuilder& draft) {
+  const std::filesystem::path path =
+      std::filesystem::path(draft.study.spec_file).parent_path() / at.read_word("a file's name");
+  std::error_code error;
+  if (!std::filesystem::exists(path, error))
+    at.fail(
+        {.expected = "a file beside the spec", .found = fmt::format("none at {}", quote_for_message(path.string()))});
+  if (const std::string kind = describe_non_file(path.string()); !kind.empty())
+    at.fail({.expected = "a file", .found = fmt::format("{} at {}", kind, quote_for_message(path.string()))});
+  if (std::filesystem::file_size(path, error) > max_table_bytes)
+    at.fail({.expected = fmt::format("a table of at most {} MiB", max_table_bytes >> 20),
+             .found = fmt::format("more at {}", quote_for_message(path.string()))});
+  return path;
+}
+
+RawTable load(const std::filesystem::path& path, const std::vector<std::string>& names) {
+  std::ifstream file(path, std::ios::binary);
+  if (!file) throw TableError("the file cannot be read");
+  std::ostringstream text;
+  text << file.rdbuf();
+  if (file.bad() || text.fail()) throw TableError("the file is empty or cannot be read");
+  if (text.view().substr(0, 8) == hdf5_signature) return read_hdf5_table(path.string(), names);
+  return parse_csv(text.str());
+}
+
+/// Index of every column among the possible ones; −1 for the time. @throws TableError
+std::vector<int> place_columns(const RawTable& raw, const std::vector<std::string>& names) {
+  std::vector<int> places;
+  for (const std::string& column : raw.columns) {
+    const auto at = std::find(names.begin(), names.end(), column);
+    if (at == names.end())
+      throw TableError(
+          fmt::format("expected the columns {}, found {}{}", join_alternatives(names), quote_for_message(column),
+                      column.find(';') != std::string::npos ? "; commas stand between columns, points before decimals"
+                                                            : append_nearest_name(column, names)));
+    const int place = static_cast<int>(at - names.begin()) - 1;
+    if (std::find(places.begin(), places.end(), place) != places.end())
+      throw TableError(fmt::format("expected every column once, found {} again", quote_for_message(column)));
+    places.push_back(place);
+  }
+  if (std::find(places.begin(), places.end(), -1) == places.end())
+    throw TableError("expected a column 'time', found none");
+  if (places.size() < 2)
+    throw TableError(fmt::format("expected columns beside 'time' ({}), found none", join_alternatives(names)));
+  return places;
+}
+
+TimeTable to_si_table(const RawTable& raw, const StudyBuilder& draft, const std::vector<TableColumn>& possible) {
+  const std::vector<int> places = place_columns(raw, names_of(possible));
+  TimeTable table;
+  std::vector<double> units;
+  for (const int place : places) {
+    units.push_back(
+        draft.units.factor(place < 0 ? dimension::time : possible[static_cast<std::size_t>(place)].dimension));
+    if (place >= 0) table.columns.push_back(place);
+  }
+  for (const std::vector<double>& numbers : raw.rows) {
+    std::vector<Expression> row;
+    row.reserve(table.columns.size());
+    for (std::size_t i = 0; i < numbers.size(); ++i) {
+      const double value = numbers[i] * units[i];
+      if (!std::isfinite(value))
+        throw TableError(fmt::format("row {}: expected finite numbers, found {}", table.time.size() + 1, value));
+      if (places[i] < 0)
+        table.time.push_back(value);
+      else
+        row.push_back(value);
+    }
+    table.values.push_back(std::move(row));
+  }
+  return table;
+}
+
+}  // namespace
+
+void check_times(const SpecCursor& at, const std::vector<Expression>& time) {
+  for (std::size_t i = 1; i < time.size(); ++i)
+    if (!(time[i].value() > time[i - 1].value()))
+      at.fail({.expected = "increasing times",
+               .found = fmt::format("{:.9g} s after {:.9g} s in row {}", time[i].value(), time[i - 1].value(), i + 1)});
+}
+
+TimeTable read_inline_table(const SpecCursor& at, StudyBuilder& draft, const std::vector<TableColumn>& columns) {
+  TimeTable table;
+  std::string what = "a row [time";
+  for (std::size_t i = 0; i < columns.size(); ++i) {
+    what += ", " + columns[i].name;
+    table.columns.push_back(static_cast<int>(i));
+  }
+  read_each(at.items("a list of rows"), [&](const SpecCursor& row) {
+    std::vector<Expression> numbers;
+    read_each(row.items(what + "]", columns.size() + 1), [&](const SpecCursor& item) {
+      const std::size_t i = numbers.size();
+      numbers.push_back(read_number(item, draft, i == 0 ? dimension::time : columns[i - 1].dimension));
+    });
+    table.time.push_back(numbers[0]);
+    table.values.emplace_back(numbers.begin() + 1, numbers.end());
+  });
+  if (table.time.empty()) at.fail_expected("at least one row");
+  check_times(at, table.time);
+  return table;
+}
+
+TimeTable read_table_file(const SpecCursor& at, StudyBuilder& draft, const std::vector<TableColumn>& possible) {
+  const std::filesystem::path path = find_file(at, draft);
+  try {
+    TimeTable table = to_si_table(load(path, names_of(possible)), draft, possible);
+    if (table.time.empty()) throw TableError("expected at least one row of numbers, found none");
+    check_times(at, table.time);
+    return table;
+  } catch (const TableError& wrong) {
+    at.fail({.message = escape_for_terminal(path.string()) + ": " + wrong.what(),
+             .expected =
+                 fmt::format("a table with 'time' and some of {}", join_with_conjunction(names_of(possible), "and")),
+             .found = quote_for_message(path.string()),
+             .hint = wrong.what()});
+  }
+}
+
+}  // namespace balance::specification

@@ -1,0 +1,42 @@
+#pragma once
+/// Values over time: written in the spec, or in a CSV or HDF5 file beside it.
+
+#include "balance/interface/specification/study_builder.hpp"
+
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+namespace balance::specification {
+
+/// A column that a table may have.
+struct TableColumn {
+  std::string name;
+  Dimension dimension;
+};
+
+/// `[[t, …], …]`, each row a time and one number per column. Fails unless the times increase.
+TimeTable read_inline_table(const SpecCursor& at, StudyBuilder& draft, const std::vector<TableColumn>& columns);
+/// A file beside the spec with a column `time` and some of the possible columns, in any order, in the spec's units.
+TimeTable read_table_file(const SpecCursor& at, StudyBuilder& draft, const std::vector<TableColumn>& possible);
+
+/// Throws a Problem at `at` unless the times increase.
+void check_times(const SpecCursor& at, const std::vector<Expression>& time);
+
+/// What a file holds, in the file's units.
+struct RawTable {
+  std::vector<std::string> columns;
+  std::vector<std::vector<double>> rows;
+};
+
+/// A table file is not as it should be; the message says where.
+struct TableError : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
+/// A line naming the columns, then numbers; separated by commas, `#` starts a comment. @throws TableError
+RawTable parse_csv(const std::string& text);
+/// Those of the named one-dimensional datasets of the root group that exist. @throws TableError
+RawTable read_hdf5_table(const std::string& path, const std::vector<std::string>& names);
+
+}  // namespace balance::specification

@@ -1,0 +1,82 @@
+#include "balance/interface/specification/spec_units.hpp"
+
+#include "balance/foundation/base/elementary.hpp"
+
+#include <cmath>
+#include <numbers>
+#include <span>
+#include <utility>
+
+namespace balance::specification {
+
+namespace {
+
+struct NamedUnit {
+  const char* name;
+  double value;
+};
+
+const NamedUnit& read_unit(const SpecCursor& unit, const std::string& what, std::span<const NamedUnit> known) {
+  std::vector<std::string> names;
+  for (const NamedUnit& one : known) names.emplace_back(one.name);
+  return known[unit.read_choice("a unit of " + what, names)];
+}
+
+constexpr NamedUnit length_units[]{{"m", 1},     {"dm", 0.1}, {"cm", 0.01},   {"mm", 1e-3},
+                                   {"um", 1e-6}, {"km", 1e3}, {"in", 0.0254}, {"ft", 0.3048}};
+constexpr NamedUnit mass_units[]{{"kg", 1},
+                                 {"g", 1e-3},
+                                 {"mg", 1e-6},
+                                 {"t", 1e3},
+                                 {"lb", 0.45359237},
+                                 {"oz", 0.028349523125},
+                                 {"slug", 14.593902937206364}};
+constexpr NamedUnit time_units[]{{"s", 1}, {"ms", 1e-3}, {"us", 1e-6}, {"min", 60}};
+constexpr NamedUnit angle_units[]{
+    {"rad", 1}, {"mrad", 1e-3}, {"deg", std::numbers::pi / 180}, {"turn", 2 * std::numbers::pi}};
+constexpr NamedUnit force_units[]{{"N", 1}, {"mN", 1e-3}, {"kN", 1e3}, {"kgf", 9.80665}, {"lbf", 4.4482216152605}};
+
+}  // namespace
+
+Dimension dimension_of_unit(const std::string& unit) {
+  using namespace dimension;
+  const std::pair<const char*, Dimension> known[] = {{"N", force},         {"N m", moment},     {"J", moment},
+                                                     {"W", moment / time}, {"m", length},       {"kg", mass},
+                                                     {"s", time},          {"kg m^2", inertia}, {"rad", angle}};
+  const std::size_t slash = unit.find('/');
+  for (const auto& [name, dimension] : known)
+    if (unit.substr(0, slash) == name) {
+      if (slash == std::string::npos) return dimension;
+      return unit.ends_with("^2") ? dimension / (time * time) : dimension / time;
+    }
+  return dimensionless;
+}
+
+double Units::factor(Dimension d) const {
+  const double newton = force.value_or(mass * length / (time * time));
+  return elementary::pow(length, d.length) * elementary::pow(mass, d.mass) * elementary::pow(time, d.time) *
+         elementary::pow(angle, d.angle) * elementary::pow(newton, d.force);
+}
+
+Units read_units(const SpecCursor& section) {
+  Units units;
+  const auto read_length = [&units](const SpecCursor& c) {
+    const NamedUnit& unit = read_unit(c, "length", length_units);
+    units.length = unit.value, units.length_name = unit.name;
+  };
+  const auto read_angle = [&units](const SpecCursor& c) {
+    const NamedUnit& unit = read_unit(c, "angle", angle_units);
+    units.angle = unit.value, units.angle_name = unit.name;
+  };
+  read_fields(
+      section, "a mapping of units",
+      {{"length", Presence::optional, read_length},
+       {"mass", Presence::optional, [&](const SpecCursor& c) { units.mass = read_unit(c, "mass", mass_units).value; }},
+       {"time", Presence::optional, [&](const SpecCursor& c) { units.time = read_unit(c, "time", time_units).value; }},
+       {"angle", Presence::optional, read_angle},
+       {"force", Presence::optional,
+        [&](const SpecCursor& c) { units.force = read_unit(c, "force", force_units).value; }}});
+  return units;
+}
+
+}  // namespace balance::specification

@@ -1,0 +1,82 @@
+#include "balance/mechanics/derivatives/mechanism_variables.hpp"
+
+#include <stdexcept>
+
+namespace balance {
+
+namespace {
+
+using Kind = MechanismVariable::Kind;
+
+/// Entries of the list that `index` counts.
+std::size_t count_elements(const Mechanism& mechanism, Kind kind) {
+  using enum MechanismVariable::Kind;
+  switch (kind) {
+    case gravity: return 1;
+    case tool_position: return mechanism.tool ? 1 : 0;
+    case body_mass:
+    case body_com:
+    case body_inertia: return mechanism.bodies.size();
+    case joint_point_first:
+    case joint_point_second: return mechanism.joints.size();
+    case attachment_mass:
+    case attachment_position:
+    case attachment_inertia: return mechanism.attachments.size();
+    case disc_mass:
+    case disc_position:
+    case disc_inertia:
+    case disc_ratio:
+    case disc_term_ratio: return mechanism.discs.size();
+    case coupling_ratio:
+    case coupling_term_ratio:
+    case coupling_offset: return mechanism.couplings.size();
+    case spring_stiffness:
+    case spring_free_length:
+    case spring_preload:
+    case spring_point_first:
+    case spring_point_second: return mechanism.springs.size();
+    case friction_viscous:
+    case friction_coulomb:
+    case friction_coulomb_backward: return mechanism.friction.size();
+    case load_force:
+    case load_moment: return mechanism.loads.size();
+  }
+  return 0;
+}
+
+bool is_matrix(Kind kind) {
+  return kind == Kind::body_inertia || kind == Kind::attachment_inertia || kind == Kind::disc_inertia;
+}
+
+/// Entries that `column` counts.
+std::size_t columns_of(const Mechanism& mechanism, const MechanismVariable& number) {
+  const auto at = static_cast<std::size_t>(number.index);
+  switch (number.kind) {
+    case Kind::load_force:
+    case Kind::load_moment: return mechanism.loads[at].force.size();
+    case Kind::disc_term_ratio: return mechanism.discs[at].follows.terms.size();
+    case Kind::coupling_term_ratio: return mechanism.couplings[at].leader.terms.size();
+    default: return is_matrix(number.kind) ? 3 : 1;
+  }
+}
+
+}  // namespace
+
+bool has_symmetric_entry(const MechanismVariable& number) {
+  return is_matrix(number.kind) && number.row != number.column;
+}
+
+void require_variable(const Mechanism& mechanism, const MechanismVariable& number) {
+  const auto in = [](int value, std::size_t count) { return value >= 0 && static_cast<std::size_t>(value) < count; };
+  const auto refuse = [](const std::string& what, int value) {
+    throw std::invalid_argument("a number of the mechanism: there is no " + what + " " + std::to_string(value));
+  };
+  if (!in(number.index, count_elements(mechanism, number.kind))) refuse("element", number.index);
+  if (number.kind == Kind::friction_coulomb_backward &&
+      !mechanism.friction[static_cast<std::size_t>(number.index)].coulomb_backward)
+    throw std::invalid_argument("a mechanism's number: that friction tells no directions apart");
+  if (!in(number.row, 3)) refuse("row", number.row);
+  if (!in(number.column, columns_of(mechanism, number))) refuse("column", number.column);
+}
+
+}  // namespace balance

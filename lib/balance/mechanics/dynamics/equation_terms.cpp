@@ -1,0 +1,338 @@
+#include "balance/mechanics/dynamics/equation_terms.hpp"
+
+#include "balance/mechanics/dynamics/equation_terms_impl.hpp"
+#include "balance/mechanics/dynamics/external_forces.hpp"
+#include "balance/mechanics/kinematics/assembly.hpp"
+#include "balance/mechanics/trajectory/motion_outcome.hpp"
+
+#include <cmath>
+#include <stdexcept>
+#include <utility>
+
+namespace balance {
+
+namespace {
+
+/// The mechanism with no other outer forces than these.
+Mechanism with_only(Mechanism mechanism, EffortPart part) {
+  if (part != EffortPart::load) mechanism.loads.clear();
+  if (part != EffortPart::spring) mechanism.springs.clear();
+  return mechanism;
+}
+
+MotionOutcome finite_outcome(double time, bool finite, const char* what, const Mechanism& mechanism) {
+  MotionOutcome outcome;
+  outcome.status = MotionStatus::done;
+  return finite ? outcome : make_overflow_outcome(time, what, mechanism);
+}
+
+}  // namespace
+
+template <class S>
+EquationTermsOf<S>::EquationTermsOf(const Mechanism& given, const InverseOptions& wishes)
+    : Implementation(given, wishes),
+      branch_(mechanism, choose_independent_coordinates<S>(mechanism, options.independent)),
+      actuation_(mechanism, branch_.tree(), branch_.freedoms()),
+      only_loads_(with_only(mechanism, EffortPart::load)),
+      only_springs_(with_only(mechanism, EffortPart::spring)),
+      loads_(only_loads_, branch_.tree()),
+      springs_(only_springs_, branch_.tree()),
+      closure_system_(branch_.tree(), Drive<S>{}),
+      gravity_(to_vector<S>(mechanism.gravity)),
+      wrenches_(branch_.tree().nodes.size()),
+      columns_(branch_.tree().columns),
+      freedoms_(branch_.freedoms()) {
+  independent = branch_.independent();
+  name_tree_coordinates();
+  if (!branch_.note().empty()) notes.push_back(branch_.note());
+  for (const std::string& note : actuation_.notes()) notes.push_back(note);
+  for (const PassiveFreedom& spin : branch_.tree().locked_freedoms)
+    notes.push_back(describe_locked_freedom(mechanism, spin));
+}
+
+/// A column is called like the joint coordinate that it is; of several that are coupled, the leader.
+template <class S>
+void EquationTermsOf<S>::name_tree_coordinates() {
+  const Tree<S>& tree = branch_.tree();
+  redundant.assign(static_cast<std::size_t>(columns_), "");
+  for (int c = 0; c < columns_; ++c)
+    redundant_lengths.push_back(tree.is_length_column[static_cast<std::size_t>(c)] != 0);
+  for (std::size_t c = mechanism.coordinates.size(); c-- > 0;) {
+    if (tree.coordinate_expressions[c].is_column())
+      redundant[static_cast<std::size_t>(tree.coordinate_expressions[c].terms[0].first)] =
+          mechanism.coordinates[c].name;
+  }
+  for (std::size_t c = 0; c < redundant.size(); ++c)
+    if (redundant[c].empty()) redundant[c] = "y" + std::to_string(c + 1);
+  auto constraint = mechanism.constraints.begin();
+  for (const Closure<S>& closure : tree.closures) {
+    const std::string& name =
+        closure.joint < 0 ? (constraint++)->name : mechanism.joints[static_cast<std::size_t>(closure.joint)].name;
+    closures.insert(closures.end(), closure.rows.size(), name);
+  }
+}
+
+template <class S>
+MotionOutcome EquationTermsOf<S>::assemble(const double* q, const std::vector<CoordinateValue>& near,
+                                           VectorX& coordinates) {
+  MotionOutcome outcome = branch_.assemble(q, near);
+  if (outcome.status == MotionStatus::done) coordinates = branch_.coordinates();
+  return outcome;
+}
+
+/// Poses and C at a configuration.
+template <class S>
+MotionOutcome EquationTermsOf<S>::move_to(const double* q) {
+  MotionOutcome outcome = branch_.move_to(q);
+  if (outcome.status != MotionStatus::done) return outcome;
+  compute_poses(branch_.tree(), branch_.y(), branch_.state());
+  branch_.fill_transformation(C_);
+  return outcome;
+}
+
+/// What it takes to move the masses so, per tree coordinate.
+template <class S>
+VectorX EquationTermsOf<S>::inverse_dynamics_forces(const VectorX& dy, const VectorX& ddy, bool weight) {
+  const Tree<S>& tree = branch_.tree();
+  TreeState<S>& state = branch_.state();
+  compute_angular_velocities(tree, dy.data(), state);
+  const typename S::Vector base = weight ? typename S::Vector(-gravity_) : typename S::Vector(S::Vector::Zero());
+  compute_accelerations<S>(tree, dy.data(), ddy.data(), base, state);
+  for (auto& wrench : wrenches_) wrench = {};
+  VectorX tau(columns_);
+  inverse_dynamics(tree, state, wrenches_, tau.data());
+  return tau;
+}
+
+template <class S>
+VectorX EquationTermsOf<S>::external_forces(const ExternalForces<S>& forces, double time) {
+  VectorX tau = VectorX::Zero(columns_);
+  if (forces.is_empty()) return tau;
+  for (auto& wrench : wrenches_) wrench = {};
+  Wrench<S> total, loads;
+  forces.subtract(branch_.state(), time, wrenches_, total, loads);
+  compute_wrench_forces(branch_.tree(), branch_.state(), wrenches_, tau.data());
+  forces.add_joint_springs(branch_.y(), tau.data());
+  return tau;
+}
+
+template <class S>
+StaticTerms EquationTermsOf<S>::rest_terms(double time) {
+  const VectorX rest = VectorX::Zero(columns_);
+  return {inverse_dynamics_forces(rest, rest, true), external_forces(springs_, time), external_forces(loads_, time)};
+}
+
+template <class S>
+MatrixX EquationTermsOf<S>::mass_matrix() {
+  const VectorX rest = VectorX::Zero(columns_);
+  MatrixX mass(columns_, columns_);
+  for (int c = 0; c < columns_; ++c) mass.col(c) = inverse_dynamics_forces(rest, VectorX::Unit(columns_, c), false);
+  return (mass + mass.transpose()) / 2;
+}
+
+template <class S>
+MatrixX EquationTermsOf<S>::viscous_friction() const {
+  MatrixX viscous = MatrixX::Zero(columns_, columns_);
+  for (const Friction& friction : mechanism.friction) {
+    VectorX rates = VectorX::Zero(columns_);
+    branch_.tree().coordinate_expressions[static_cast<std::size_t>(friction.coordinate)].add_generalised_force(
+        1, rates.data());
+    viscous += friction.viscous * rates * rates.transpose();
+  }
+  return viscous;
+}
+
+template <class S>
+MatrixX EquationTermsOf<S>::input_matrix() const {
+  MatrixX out = MatrixX::Zero(columns_, static_cast<Eigen::Index>(mechanism.actuators.size()));
+  for (std::size_t a = 0; a < mechanism.actuators.size(); ++a) {
+    const auto coordinate = static_cast<std::size_t>(mechanism.actuators[a]);
+    branch_.tree().coordinate_expressions[coordinate].add_generalised_force(
+        1, out.col(static_cast<Eigen::Index>(a)).data());
+  }
+  return out;
+}
+
+/// A in SI: without the scales that make the entries comparable.
+template <class S>
+MatrixX EquationTermsOf<S>::constraint_matrix() {
+  const Tree<S>& tree = branch_.tree();
+  MatrixX A;
+  closure_system_.velocity_jacobian(Eigen::Map<const VectorX>(branch_.y(), columns_), {}, A);
+  const VectorX scale = column_scale(tree);
+  A = A * scale.cwiseInverse().asDiagonal();
+  Eigen::Index row = 0;
+  for (const Closure<S>& closure : tree.closures)
+    for (const ClosureRow& kind : closure.rows) A.row(row++) /= compute_row_scale(tree, closure, kind);
+  return A;
+}
+
+/// Tree accelerations that rates cause while the independent coordinates do not accelerate.
+template <class S>
+VectorX EquationTermsOf<S>::compute_velocity_product_acceleration(const VectorX& rates, VectorX& dy) {
+  const VectorX still = VectorX::Zero(freedoms_);
+  branch_.set_rates(rates.data());
+  branch_.set_accelerations(still.data());
+  dy = Eigen::Map<const VectorX>(branch_.dy(), columns_);
+  return Eigen::Map<const VectorX>(branch_.ddy(), columns_);
+}
+
+template <class S>
+MotionOutcome EquationTermsOf<S>::independent_terms(const double* q, double time, IndependentTerms& out) {
+  if (MotionOutcome outcome = move_to(q); outcome.status != MotionStatus::done) return outcome;
+  const StaticTerms rest = rest_terms(time);
+  out.static_terms = {C_.transpose() * rest.weight, C_.transpose() * rest.springs, C_.transpose() * rest.loads};
+  out.mass.resize(freedoms_, freedoms_);
+  const VectorX still = VectorX::Zero(columns_);
+  for (int k = 0; k < freedoms_; ++k)
+    out.mass.col(k) = C_.transpose() * inverse_dynamics_forces(still, C_.col(k), false);
+  out.mass = (out.mass + out.mass.transpose().eval()) / 2;
+  out.velocity = polarise_quadratic_form(freedoms_, [&](const VectorX& rates) -> VectorX {
+    VectorX dy;
+    const VectorX ddy = compute_velocity_product_acceleration(rates, dy);
+    return C_.transpose() * inverse_dynamics_forces(dy, ddy, false);
+  });
+  out.viscous = C_.transpose() * viscous_friction() * C_;
+  out.input = C_.transpose() * input_matrix();
+  bool finite = out.mass.allFinite() && out.static_terms.sum().allFinite() && out.viscous.allFinite();
+  for (const MatrixX& form : out.velocity) finite = finite && form.allFinite();
+  return finite_outcome(time, finite, "the equation of motion", mechanism);
+}
+
+template <class S>
+std::vector<MatrixX> EquationTermsOf<S>::tree_velocity_terms() {
+  const VectorX still = VectorX::Zero(columns_);
+  return polarise_quadratic_form(columns_,
+                                 [&](const VectorX& dy) { return inverse_dynamics_forces(dy, still, false); });
+}
+
+template <class S>
+MotionOutcome EquationTermsOf<S>::redundant_terms(const double* q, double time, RedundantTerms& out) {
+  if (MotionOutcome outcome = move_to(q); outcome.status != MotionStatus::done) return outcome;
+  out.rest = rest_terms(time);
+  out.mass = mass_matrix();
+  out.velocity = tree_velocity_terms();
+  out.viscous = viscous_friction();
+  out.input = input_matrix();
+  out.constraints = constraint_matrix();
+  out.transformation = C_;
+  out.acceleration = polarise_quadratic_form(freedoms_, [&](const VectorX& rates) {
+    VectorX dy;
+    return compute_velocity_product_acceleration(rates, dy);
+  });
+  if (freedoms_ == 0) out.acceleration.assign(static_cast<std::size_t>(columns_), MatrixX(0, 0));
+  bool finite = out.mass.allFinite() && out.rest.sum().allFinite() && out.constraints.allFinite();
+  for (const MatrixX& form : out.velocity) finite = finite && form.allFinite();
+  return finite_outcome(time, finite, "the equation of motion", mechanism);
+}
+
+/// Efforts per unit of the tree's generalised forces.
+template <class S>
+MotionOutcome EquationTermsOf<S>::projection(double time, MatrixX& matrix) {
+  MotionOutcome outcome;
+  outcome.status = MotionStatus::done;
+  if (!actuation_.mismatch().empty()) return {MotionStatus::mismatch, time, actuation_.mismatch(), {}};
+  if (!actuation_.project(branch_.equations(), matrix))
+    return {MotionStatus::actuation_singularity,
+            time,
+            "actuation singularity: the actuators do not hold the mechanism there; configuration: " +
+                format_configuration(mechanism, branch_.tree(), branch_.y()),
+            {}};
+  return outcome;
+}
+
+template <class S>
+MotionOutcome EquationTermsOf<S>::split(const double* q, const double* dq, const double* ddq, double time,
+                                        EffortBreakdown& out) {
+  if (MotionOutcome outcome = move_to(q); outcome.status != MotionStatus::done) return outcome;
+  MatrixX P;
+  if (MotionOutcome outcome = projection(time, P); outcome.status != MotionStatus::done) return outcome;
+  const Eigen::Map<const VectorX> rates(dq, freedoms_), accelerations(ddq, freedoms_);
+  const VectorX still = VectorX::Zero(columns_);
+  VectorX dy, friction = still;
+  const VectorX c = compute_velocity_product_acceleration(rates, dy), C_ddq = C_ * accelerations;
+  if (!mechanism.friction.empty())
+    add_friction_forces(mechanism, branch_.tree(), dy.data(), options.time_scale, friction.data());
+  const StaticTerms rest = rest_terms(time);
+  MatrixX tau(columns_, static_cast<Eigen::Index>(effort_part_names.size()));
+  tau << inverse_dynamics_forces(still, C_ddq, false), inverse_dynamics_forces(dy, c, false), friction, rest.weight,
+      rest.springs, rest.loads;
+  out.parts = P * tau;
+  // all at once, by the loops' multipliers
+  const VectorX all = inverse_dynamics_forces(dy, C_ddq + c, true) + friction + rest.springs + rest.loads;
+  actuation_.solve(branch_.equations(), all.data());
+  out.effort =
+      Eigen::Map<const VectorX>(actuation_.efforts().data(), static_cast<Eigen::Index>(actuation_.efforts().size()));
+  return finite_outcome(time, out.parts.allFinite() && out.effort.allFinite(), "torque", mechanism);
+}
+
+template class EquationTermsOf<Planar>;
+template class EquationTermsOf<Spatial>;
+
+namespace {
+
+std::unique_ptr<EquationTerms::Implementation> make_equation_terms(const Mechanism& mechanism,
+                                                                   const InverseOptions& options) {
+  require_valid(mechanism);
+  if (!(options.time_scale > 0) || !std::isfinite(options.time_scale))
+    throw std::invalid_argument("time_scale: expected a positive number");
+  return dispatch_space(mechanism.space, [&]<class S>(S) -> std::unique_ptr<EquationTerms::Implementation> {
+    return std::make_unique<EquationTermsOf<S>>(mechanism, options);
+  });
+}
+
+void check_vector(const char* what, const VectorX& values, const std::vector<CoordinateId>& independent) {
+  if (values.size() != static_cast<Eigen::Index>(independent.size()))
+    throw std::invalid_argument(std::string(what) + ": expected " + std::to_string(independent.size()) +
+                                " numbers; got " + std::to_string(values.size()));
+  if (!values.allFinite()) throw std::invalid_argument(std::string(what) + ": expected finite numbers");
+}
+
+}  // namespace
+
+EquationTerms::EquationTerms(const Mechanism& mechanism, const InverseOptions& options)
+    : engine_(make_equation_terms(mechanism, options)) {}
+EquationTerms::~EquationTerms() = default;
+EquationTerms::EquationTerms(EquationTerms&&) noexcept = default;
+EquationTerms& EquationTerms::operator=(EquationTerms&&) noexcept = default;
+
+const Mechanism& EquationTerms::mechanism() const { return engine_->mechanism; }
+int EquationTerms::degrees_of_freedom() const { return static_cast<int>(engine_->independent.size()); }
+const std::vector<CoordinateId>& EquationTerms::independent() const { return engine_->independent; }
+const std::vector<std::string>& EquationTerms::redundant() const { return engine_->redundant; }
+std::vector<bool> EquationTerms::redundant_lengths() const { return engine_->redundant_lengths; }
+const std::vector<std::string>& EquationTerms::closures() const { return engine_->closures; }
+const std::vector<std::string>& EquationTerms::notes() const { return engine_->notes; }
+
+Expected<VectorX> EquationTerms::assemble(const VectorX& q, const std::vector<CoordinateValue>& near) {
+  check_vector("q", q, engine_->independent);
+  Expected<VectorX> found;
+  found.outcome = engine_->assemble(q.data(), near, found.value);
+  return found;
+}
+
+Expected<IndependentTerms> EquationTerms::independent_terms(const VectorX& q, double time) {
+  check_vector("q", q, engine_->independent);
+  Expected<IndependentTerms> found;
+  found.outcome = engine_->independent_terms(q.data(), time, found.value);
+  return found;
+}
+
+Expected<RedundantTerms> EquationTerms::redundant_terms(const VectorX& q, double time) {
+  check_vector("q", q, engine_->independent);
+  Expected<RedundantTerms> found;
+  found.outcome = engine_->redundant_terms(q.data(), time, found.value);
+  return found;
+}
+
+Expected<EffortBreakdown> EquationTerms::split_efforts(const VectorX& q, const VectorX& dq, const VectorX& ddq,
+                                                       double time) {
+  check_vector("q", q, engine_->independent);
+  check_vector("dq", dq, engine_->independent);
+  check_vector("ddq", ddq, engine_->independent);
+  Expected<EffortBreakdown> found;
+  found.outcome = engine_->split(q.data(), dq.data(), ddq.data(), time, found.value);
+  return found;
+}
+
+}  // namespace balance

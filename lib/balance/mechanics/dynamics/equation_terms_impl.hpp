@@ -1,0 +1,99 @@
+#pragma once
+/// What EquationTerms is made of, for the plane and for space. Private to mechanics.
+
+#include "balance/foundation/base/types.hpp"
+#include "balance/mechanics/dynamics/actuation.hpp"
+#include "balance/mechanics/dynamics/equation_terms.hpp"
+#include "balance/mechanics/dynamics/external_forces.hpp"
+#include "balance/mechanics/kinematics/assembly_branch.hpp"
+
+#include <vector>
+
+namespace balance {
+
+class EquationTerms::Implementation {
+ public:
+  Implementation(Mechanism given, const InverseOptions& wishes) : mechanism(std::move(given)), options(wishes) {}
+  virtual ~Implementation() = default;
+  Implementation(const Implementation&) = delete;
+  Implementation& operator=(const Implementation&) = delete;
+
+  virtual MotionOutcome assemble(const double* q, const std::vector<CoordinateValue>& near, VectorX& coordinates) = 0;
+  virtual MotionOutcome independent_terms(const double* q, double time, IndependentTerms& out) = 0;
+  virtual MotionOutcome redundant_terms(const double* q, double time, RedundantTerms& out) = 0;
+  /// Speeds per rate of the independent coordinates, and per speed what rates alone make of its derivative.
+  virtual MotionOutcome speed_rows(const double* q, const std::vector<GeneralisedSpeed>& speeds, MatrixX& rows,
+                                   std::vector<MatrixX>& forms) = 0;
+  virtual MotionOutcome split(const double* q, const double* dq, const double* ddq, double time,
+                              EffortBreakdown& out) = 0;
+
+  const Mechanism mechanism;
+  const InverseOptions options;
+  std::vector<CoordinateId> independent;
+  std::vector<std::string> redundant, closures, notes;
+  std::vector<bool> redundant_lengths;
+};
+
+template <class S>
+class EquationTermsOf final : public EquationTerms::Implementation {
+ public:
+  EquationTermsOf(const Mechanism& mechanism, const InverseOptions& options);
+
+  MotionOutcome assemble(const double* q, const std::vector<CoordinateValue>& near, VectorX& coordinates) override;
+  MotionOutcome independent_terms(const double* q, double time, IndependentTerms& out) override;
+  MotionOutcome redundant_terms(const double* q, double time, RedundantTerms& out) override;
+  MotionOutcome speed_rows(const double* q, const std::vector<GeneralisedSpeed>& speeds, MatrixX& rows,
+                           std::vector<MatrixX>& forms) override;
+  MotionOutcome split(const double* q, const double* dq, const double* ddq, double time, EffortBreakdown& out) override;
+
+ private:
+  void name_tree_coordinates();
+  MotionOutcome move_to(const double* q);
+  VectorX inverse_dynamics_forces(const VectorX& dy, const VectorX& ddy, bool weight);
+  VectorX external_forces(const ExternalForces<S>& forces, double time);
+  StaticTerms rest_terms(double time);
+  MatrixX mass_matrix();
+  MatrixX viscous_friction() const;
+  MatrixX input_matrix() const;
+  MatrixX constraint_matrix();
+  VectorX compute_velocity_product_acceleration(const VectorX& rates, VectorX& dy);
+  std::vector<MatrixX> tree_velocity_terms();
+  MotionOutcome projection(double time, MatrixX& matrix);
+
+  AssemblyBranch<S> branch_;
+  Actuation<S> actuation_;
+  Mechanism only_loads_, only_springs_;
+  ExternalForces<S> loads_, springs_;
+  ConstraintSystem<S> closure_system_;
+  typename S::Vector gravity_;
+  std::vector<Wrench<S>> wrenches_;
+  int columns_, freedoms_;
+  MatrixX C_;
+};
+
+extern template class EquationTermsOf<Planar>;
+extern template class EquationTermsOf<Spatial>;
+
+/// Quadratic forms of rates.
+
+/// Quadratic forms from their values at unit rates and sums of two: exact but for round-off.
+/// @param at the forms' values at rates
+template <class Values>
+std::vector<MatrixX> polarise_quadratic_form(int size, const Values& at) {
+  std::vector<VectorX> own;
+  for (int r = 0; r < size; ++r) own.push_back(at(VectorX::Unit(size, r)));
+  if (own.empty()) return {};
+  std::vector<MatrixX> forms(static_cast<std::size_t>(own.front().size()), MatrixX(size, size));
+  for (int r = 0; r < size; ++r)
+    for (int s = 0; s <= r; ++s) {
+      const VectorX value = r == s ? own[static_cast<std::size_t>(r)]
+                                   : VectorX((at(VectorX::Unit(size, r) + VectorX::Unit(size, s)) -
+                                              own[static_cast<std::size_t>(r)] - own[static_cast<std::size_t>(s)]) /
+                                             2);
+      for (std::size_t k = 0; k < forms.size(); ++k)
+        forms[k](r, s) = forms[k](s, r) = value[static_cast<Eigen::Index>(k)];
+    }
+  return forms;
+}
+
+}  // namespace balance

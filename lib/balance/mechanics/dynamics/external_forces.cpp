@@ -1,0 +1,195 @@
+#include "balance/mechanics/dynamics/external_forces.hpp"
+
+#include "balance/foundation/numerics/engine_scalar.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace balance {
+
+namespace {
+
+template <class S>
+FixedFrame<S> place_on_body(const Tree<S>& tree, BodyId body, const Vector3Of<typename S::Scalar>& point) {
+  const FixedFrame<S>& frame = tree.bodies[body];
+  return {frame.node, frame.R_N, frame.p_N + frame.R_N * to_vector<S>(point)};
+}
+
+/// Force and moment of a load at a time: linear between its entries, held beyond them.
+template <class T>
+void interpolate_load(const LoadOf<T>& load, const T& time, Vector3Of<T>& force, Vector3Of<T>& moment) {
+  if (load.time.empty()) {
+    force = load.force[0], moment = load.moment[0];
+    return;
+  }
+  const auto next = std::upper_bound(load.time.begin(), load.time.end(), time);
+  if (next == load.time.begin() || next == load.time.end()) {
+    const std::size_t k = next == load.time.begin() ? 0 : load.time.size() - 1;
+    force = load.force[k], moment = load.moment[k];
+    return;
+  }
+  const std::size_t k = static_cast<std::size_t>(next - load.time.begin());
+  const T part = (time - load.time[k - 1]) / (load.time[k] - load.time[k - 1]);
+  force = (1 - part) * load.force[k - 1] + part * load.force[k];
+  moment = (1 - part) * load.moment[k - 1] + part * load.moment[k];
+}
+
+}  // namespace
+
+template <class S>
+ExternalForces<S>::ExternalForces(const MechanismOf<Scalar>& mechanism, const Tree<S>& tree) {
+  for (const LoadOf<Scalar>& load : mechanism.loads)
+    if (load.body != ground) loads_.push_back({&load, place_on_body(tree, load.body, load.point)});
+  for (const SpringOf<Scalar>& spring : mechanism.springs)
+    if (spring.is_joint_spring())
+      joint_springs_.push_back({&tree.coordinate_expressions[spring.coordinate], spring.stiffness, spring.preload});
+    else
+      springs_.push_back({place_on_body(tree, spring.first, spring.point_first),
+                          place_on_body(tree, spring.second, spring.point_second), spring.stiffness,
+                          spring.free_length});
+}
+
+template <class S>
+void ExternalForces<S>::apply(const TreeState<S>& state, const FixedFrame<S>& at, const typename S::Vector& force,
+                              typename S::Angular moment, std::vector<Wrench<S>>& wrenches, Wrench<S>& total) const {
+  if (at.node == 0) return;  // the ground takes it
+  const NodeState<S>& s = state[at.node];
+  const typename S::Vector f_N = rotate_inverse(s.R_WN, force);
+  wrenches[at.node].force -= f_N;
+  wrenches[at.node].moment -= rotate_inverse(s.R_WN, moment) + cross(at.p_N, f_N);
+  total.force += force;
+  total.moment += moment + cross(position(state, at), force);
+}
+
+template <class S>
+void ExternalForces<S>::subtract(const TreeState<S>& state, const Scalar& time, std::vector<Wrench<S>>& wrenches,
+                                 Wrench<S>& total, Wrench<S>& loads) const {
+  for (const PlacedLoad& placed : loads_) {
+    Vector3Of<Scalar> force, moment;
+    interpolate_load(*placed.load, time, force, moment);
+    typename S::Vector f = to_vector<S>(force);
+    typename S::Angular m = to_angular<S>(moment);
+    if (placed.load->frame == Frame::body) {
+      const typename S::Rotation R = orientation(state, placed.frame);
+      f = R * f;
+      m = R * m;
+    }
+    apply(state, placed.frame, f, m, wrenches, loads);
+  }
+  total = loads;
+  for (const PlacedSpring& spring : springs_) {
+    const typename S::Vector d = position(state, spring.second) - position(state, spring.first);
+    const Scalar length = d.norm();
+    // a spring without free length pulls with k d even at zero length
+    const Scalar tension = spring.free_length == 0 ? spring.stiffness
+                           : length > 0            ? Scalar(spring.stiffness * (1 - spring.free_length / length))
+                                                   : Scalar(0);
+    apply(state, spring.first, tension * d, S::zero_angular(), wrenches, total);
+    apply(state, spring.second, -tension * d, S::zero_angular(), wrenches, total);
+  }
+}
+
+template <class S>
+void ExternalForces<S>::add_joint_springs(const Scalar* y, Scalar* tau) const {
+  for (const JointSpring& spring : joint_springs_)
+    spring.coordinate->add_generalised_force(spring.stiffness * spring.coordinate->value(y) - spring.preload, tau);
+}
+
+template <class S>
+typename S::Scalar ExternalForces<S>::energy(const TreeState<S>& state, const Scalar* y) const {
+  Scalar sum = 0;
+  for (const JointSpring& spring : joint_springs_) {
+    const Scalar q = spring.coordinate->value(y);
+    sum += (0.5 * spring.stiffness * q - spring.preload) * q;
+  }
+  for (const PlacedSpring& spring : springs_) {
+    const Scalar stretch = (position(state, spring.second) - position(state, spring.first)).norm() - spring.free_length;
+    sum += 0.5 * spring.stiffness * stretch * stretch;
+  }
+  return sum;
+}
+
+template <class S>
+double ExternalForces<S>::length_magnitude(const TreeState<S>& state, const PlacedSpring& spring) {
+  return value_of(position(state, spring.first).norm() + position(state, spring.second).norm() + spring.free_length);
+}
+
+template <class S>
+template <class Tension, class Add>
+void ExternalForces<S>::visit_magnitudes(const Scalar& time, const Tension& tension, const Add& add) const {
+  const auto visit = [&](const FixedFrame<S>& at, double force, double moment) {
+    if (at.node != 0) add(at, force, moment);
+  };
+  for (const PlacedLoad& placed : loads_) {
+    Vector3Of<Scalar> force, moment;
+    interpolate_load(*placed.load, time, force, moment);
+    visit(placed.frame, value_of(force.norm()), value_of(moment.norm()));
+  }
+  for (const PlacedSpring& spring : springs_) {
+    const double force = value_of(spring.stiffness) * tension(spring);
+    visit(spring.first, force, 0);
+    visit(spring.second, force, 0);
+  }
+}
+
+template <class S>
+void ExternalForces<S>::add_magnitudes(const TreeState<S>& state, const Scalar& time,
+                                       std::vector<ForceMagnitude>& sizes) const {
+  visit_magnitudes(
+      time, [&](const PlacedSpring& spring) { return length_magnitude(state, spring); },
+      [&](const FixedFrame<S>& at, double force, double moment) {
+        ForceMagnitude& size = sizes[static_cast<std::size_t>(at.node)];
+        size.force += force;
+        size.moment += moment + value_of(at.p_N.norm()) * force;
+      });
+}
+
+template <class S>
+ForceMagnitude ExternalForces<S>::sum_magnitudes(const TreeState<S>& state, const Scalar& time) const {
+  ForceMagnitude sum;
+  visit_magnitudes(
+      time,
+      [&](const PlacedSpring& spring) {
+        const Scalar length = (position(state, spring.second) - position(state, spring.first)).norm();
+        return std::abs(value_of(length) - value_of(spring.free_length));
+      },
+      [&](const FixedFrame<S>& at, double force, double moment) {
+        sum.force += force;
+        sum.moment += moment + value_of(position(state, at).norm()) * force;
+      });
+  return sum;
+}
+
+template <class S>
+double ExternalForces<S>::JointSpring::coordinate_magnitude(const Scalar* y) const {
+  const double size = std::abs(value_of(coordinate->value(y)));
+  return coordinate->is_length ? size : std::max(1.0, size);
+}
+
+template <class S>
+void ExternalForces<S>::add_joint_magnitudes(const Scalar* y, std::vector<double>& tau) const {
+  for (const JointSpring& spring : joint_springs_)
+    for (const auto& [column, ratio] : spring.coordinate->terms)
+      tau[static_cast<std::size_t>(column)] +=
+          std::abs(value_of(ratio)) *
+          (value_of(spring.stiffness) * spring.coordinate_magnitude(y) + std::abs(value_of(spring.preload)));
+}
+
+template <class S>
+double ExternalForces<S>::energy_magnitude(const TreeState<S>& state, const Scalar* y) const {
+  double sum = 0;
+  for (const JointSpring& spring : joint_springs_) {
+    const double q = spring.coordinate_magnitude(y);
+    sum += (0.5 * value_of(spring.stiffness) * q + std::abs(value_of(spring.preload))) * q;
+  }
+  for (const PlacedSpring& spring : springs_) {
+    const double length = length_magnitude(state, spring);
+    sum += 0.5 * value_of(spring.stiffness) * length * length;
+  }
+  return sum;
+}
+
+template class ExternalForces<PlanarOf<EngineScalar>>;
+template class ExternalForces<SpatialOf<EngineScalar>>;
+
+}  // namespace balance

@@ -1,0 +1,44 @@
+#pragma once
+/// Inverse dynamics as a matrix times the inertial parameters of all mass elements (bodies, attachments, discs): forces are
+/// linear in m, m r and the inertia about the element's frame. Private to dynamics and the rooms that open it up.
+
+#include "balance/mechanics/dynamics/tree_dynamics.hpp"
+
+namespace balance {
+
+/// Parameters of one inertia: planar m, mx, my, J; spatial m, mx, my, mz, Ixx, Iyy, Izz, Ixy, Ixz, Iyz.
+template <class S>
+VectorX list_inertial_parameters(const typename S::Inertia& inertia);
+template <>
+VectorX list_inertial_parameters<Planar>(const Planar::Inertia& inertia);
+template <>
+VectorX list_inertial_parameters<Spatial>(const Spatial::Inertia& inertia);
+
+/// All elements' parameters, one after another, each about its own frame's origin.
+template <class S>
+VectorX list_inertial_parameters(const Tree<S>& tree);
+
+template <class S>
+struct InertiaRegressor {
+  MatrixX torque;  ///< columns × P: generalised forces of the tree per unit parameter
+  MatrixX force;   ///< dimension × P: rate of linear momentum less weight, world axes
+  MatrixX moment;  ///< angular × P: the same about the world's origin
+};
+
+/// @param state poses, velocities and accelerations; with the ground accelerated by −g weight is included
+template <class S>
+InertiaRegressor<S> compute_regressor(const Tree<S>& tree, const TreeState<S>& state);
+
+/// Its force and moment alone, without going through the joints: a cost that grows as the mechanism does.
+template <class S>
+InertiaRegressor<S> compute_momentum_rate_regressor(const Tree<S>& tree, const TreeState<S>& state);
+
+#define BALANCE_DECLARE(S)                                                                                     \
+  extern template VectorX list_inertial_parameters<S>(const Tree<S>&);                                         \
+  extern template InertiaRegressor<S> compute_momentum_rate_regressor<S>(const Tree<S>&, const TreeState<S>&); \
+  extern template InertiaRegressor<S> compute_regressor<S>(const Tree<S>&, const TreeState<S>&);
+BALANCE_DECLARE(Planar)
+BALANCE_DECLARE(Spatial)
+#undef BALANCE_DECLARE
+
+}  // namespace balance

@@ -1,0 +1,95 @@
+#pragma once
+/// What InverseDynamics is made of, for the plane and for space. Private to mechanics.
+
+#include "balance/mechanics/dynamics/inverse_dynamics.hpp"
+#include "balance/mechanics/dynamics/sample_evaluator.hpp"
+#include "balance/mechanics/kinematics/assembly_branch.hpp"
+#include "balance/mechanics/results/term_magnitudes.hpp"
+
+namespace balance {
+
+/// A state as plain numbers: n each, and the time.
+struct StateView {
+  const double *q, *dq, *ddq;
+  double time;
+};
+
+/// Many states, one a row.
+struct StateTableView {
+  Eigen::Ref<const Samples> q, dq, ddq;
+  const VectorX& time;  ///< empty: 0 for all
+
+  Eigen::Index rows() const { return q.rows(); }
+  StateView row(Eigen::Index k) const {
+    return {q.data() + k * q.outerStride(), dq.data() + k * dq.outerStride(), ddq.data() + k * ddq.outerStride(),
+            time.size() > 0 ? time[k] : 0};
+  }
+};
+
+class InverseDynamics::Implementation {
+ public:
+  Implementation(Mechanism given, const InverseOptions& wishes) : mechanism(std::move(given)), options(wishes) {}
+  virtual ~Implementation() = default;
+  Implementation(const Implementation&) = delete;
+  Implementation& operator=(const Implementation&) = delete;
+
+  virtual MotionOutcome assemble(const double* q, const std::vector<CoordinateValue>& near, VectorX& coordinates) = 0;
+  virtual MotionOutcome efforts(const StateView& state, double* effort) = 0;
+  virtual void efforts(const StateTableView& states, EffortBatch& table) = 0;
+  virtual MotionOutcome observe(const StateView& state, Sample& sample) = 0;
+  /// Sizes of the terms that the last observed sample was the sum of, and the same over the mobility.
+  virtual void measure_terms(const Sample& sample, double time, TermMagnitudes& terms, TermMagnitudes& grown) = 0;
+  virtual MotionOutcome mass_matrix(const double* q, MatrixX& mass) = 0;
+  virtual MotionOutcome bias(const StateView& state, VectorX& bias) = 0;
+  virtual MotionOutcome regressor(const StateView& state, EffortRegressor& regressor) = 0;
+
+  const Mechanism mechanism;
+  const InverseOptions options;
+  int freedoms = 0;
+  bool is_fully_actuated_tree =
+      false;  ///< nothing but a tree with a motor at every coordinate: the shortest way to the efforts
+  std::vector<std::string> independent, notes;
+};
+
+template <class S>
+class InverseDynamicsOf final : public InverseDynamics::Implementation {
+ public:
+  InverseDynamicsOf(const Mechanism& mechanism, const InverseOptions& options);
+
+  MotionOutcome assemble(const double* q, const std::vector<CoordinateValue>& near, VectorX& coordinates) override;
+  MotionOutcome efforts(const StateView& state, double* effort) override;
+  void efforts(const StateTableView& states, EffortBatch& table) override;
+  MotionOutcome observe(const StateView& state, Sample& sample) override;
+  void measure_terms(const Sample& sample, double time, TermMagnitudes& terms, TermMagnitudes& grown) override;
+  MotionOutcome mass_matrix(const double* q, MatrixX& mass) override;
+  MotionOutcome bias(const StateView& state, VectorX& bias) override;
+  MotionOutcome regressor(const StateView& state, EffortRegressor& regressor) override;
+
+  const AssemblyBranch<S>& branch() const { return branch_; }
+
+ private:
+  struct ActuatedColumn {
+    ColumnId column;
+    double inverse;  ///< of the actuated coordinate's ratio to the tree coordinate
+  };
+
+  MotionOutcome set_state(const StateView& state);
+  MotionOutcome solve_open_tree(const StateView& state, double* effort);
+  TreeMotion<S> instant(double time);
+  MotionOutcome not_held(double time) const;
+  MotionOutcome mismatch(double time) const;
+  void fill_shaking(EffortRegressor& regressor);
+
+  AssemblyBranch<S> branch_;
+  SampleEvaluator<S> observer_;
+  typename S::Vector gravity_;
+  std::vector<ActuatedColumn> motors_;
+  std::vector<Wrench<S>> wrenches_;
+  std::vector<double> tau_;
+  MatrixX C_;
+};
+
+extern template class InverseDynamicsOf<Planar>;
+extern template class InverseDynamicsOf<Spatial>;
+
+}  // namespace balance

@@ -1,0 +1,658 @@
+#include "balance/mechanics/dynamics/loop_dynamics.hpp"
+
+#include "balance/foundation/base/types.hpp"
+#include "balance/foundation/numerics/eigen_instantiations.hpp"
+#include "balance/foundation/numerics/extrema.hpp"
+#include "balance/mechanics/kinematics/assembly.hpp"
+#include "balance/mechanics/kinematics/joint_coordinates.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <numeric>
+#include <stdexcept>
+#include <vector>
+
+namespace balance {
+
+/// Columns of a matrix that determine the others, by QR decompositions with column pivoting (Businger and Golub, Numer. Math. 7,
+/// 1965).
+double compute_reciprocal_condition(const MatrixX& matrix);  ///< singular values
+MatrixX select_columns(const MatrixX& matrix, const std::vector<int>& columns);
+std::vector<int> complement_indices(const std::vector<int>& some, int n);  ///< of 0 … n − 1
+
+/// The first `count` pivots, in the order of the columns. @param last the last pivot against the first
+std::vector<int> pivot_columns(const MatrixX& matrix, int count, double& last);
+
+/// The same, columns of joints that stick only where the others do not suffice: then all that can move while these joints
+/// stick moves with the independent columns that are not theirs.
+std::vector<int> pivot_moving_columns(const MatrixX& matrix, int count, const std::vector<bool>& stuck);
+
+namespace {
+
+constexpr double moving_pivot_tolerance =
+    1e-5;  // smallest pivot, against the largest, that columns which move must leave to determine others
+
+}  // namespace
+
+double compute_reciprocal_condition(const MatrixX& matrix) {
+  if (matrix.size() == 0) return 1;
+  const VectorX values = singular_values(matrix);
+  return values[0] > 0 ? values[values.size() - 1] / values[0] : 0;
+}
+
+MatrixX select_columns(const MatrixX& matrix, const std::vector<int>& columns) {
+  MatrixX out(matrix.rows(), static_cast<Eigen::Index>(columns.size()));
+  for (std::size_t k = 0; k < columns.size(); ++k) out.col(static_cast<Eigen::Index>(k)) = matrix.col(columns[k]);
+  return out;
+}
+
+std::vector<int> complement_indices(const std::vector<int>& some, int n) {
+  std::vector<int> out;
+  for (int c = 0; c < n; ++c)
+    if (std::find(some.begin(), some.end(), c) == some.end()) out.push_back(c);
+  return out;
+}
+
+/// The first `count` pivots of a QR decomposition with column pivoting.
+std::vector<int> pivot_columns(const MatrixX& matrix, int count, double& last) {
+  const ColumnPivotingQr qr(matrix);
+  std::vector<int> out;
+  last = 1;
+  for (int k = 0; k < count; ++k) {
+    out.push_back(qr.colsPermutation().indices()[k]);
+    last = std::abs(qr.matrixQR()(k, k) / qr.matrixQR()(0, 0));
+  }
+  if (!(last == last)) last = 0;
+  std::sort(out.begin(), out.end());
+  return out;
+}
+
+std::vector<int> pivot_moving_columns(const MatrixX& matrix, int count, const std::vector<bool>& stuck) {
+  std::vector<int> moving, standing, out;
+  for (int c = 0; c < static_cast<int>(matrix.cols()); ++c)
+    (stuck[static_cast<std::size_t>(c)] ? standing : moving).push_back(c);
+  MatrixX rest = select_columns(matrix, standing);
+  const double largest = max_abs(matrix.colwise().norm());
+  int found = 0;
+  if (!moving.empty()) {
+    const ColumnPivotingQr qr(select_columns(matrix, moving));
+    const auto most = static_cast<int>(std::min(qr.matrixQR().rows(), qr.matrixQR().cols()));
+    for (; found < std::min(count, most) && std::abs(qr.matrixQR()(found, found)) > moving_pivot_tolerance * largest;
+         ++found)
+      out.push_back(moving[static_cast<std::size_t>(qr.colsPermutation().indices()[found])]);
+    rest.applyOnTheLeft(qr.householderQ().adjoint());
+  }
+  if (found < count && !standing.empty()) {
+    const MatrixX left = rest.bottomRows(rest.rows() - found);
+    double last;
+    for (const int c : pivot_columns(left, count - found, last)) out.push_back(standing[static_cast<std::size_t>(c)]);
+  }
+  std::sort(out.begin(), out.end());
+  return out;
+}
+
+namespace {
+
+constexpr double dependent_residual_tolerance = 4e-15;   // scaled residual after which one correction is the last
+constexpr double stagnation_residual_tolerance = 1e-12;  // below this a residual that hardly shrinks has met round-off
+constexpr double acceleration_residual_tolerance = 1e-12;  // the same, in the accelerations that are left uncorrected
+constexpr double second_order_threshold = 1e-8;   // above this the second derivative of the closures is worth its cost
+constexpr double max_dependent_correction = 0.2;  // of a warm start, in radians or characteristic lengths
+constexpr int max_dependent_iterations = 8;
+
+}  // namespace
+
+template <class S>
+LoopDynamics<S>::LoopDynamics(const Mechanism& mechanism, const ForwardOptions& options)
+    : mechanism_(mechanism),
+      options_(options),
+      full_tree_(compile_tree<S>(mechanism, options.preferred)),
+      tree_(full_tree_),
+      external_(mechanism, full_tree_),
+      composite_(full_tree_),
+      gravity_(to_vector<S>(mechanism.gravity)),
+      ground_extent_(ground_extent(mechanism)),
+      state_(full_tree_.nodes.size()),
+      wrenches_(full_tree_.nodes.size()) {
+  options.validate();
+  const int n = columns();
+  for (const NodeId spherical : full_tree_.spherical_joints) reference_.push_back(full_tree_.nodes[spherical].R_PF);
+  for (int c = 0; c < n; ++c) scale_.push_back(full_tree_.is_length_column[c] ? full_tree_.characteristic_length : 1);
+  for (std::size_t a = 0; a < mechanism.actuators.size(); ++a)
+    for (const auto& [column, ratio] : full_tree_.coordinate_expressions[mechanism.actuators[a]].terms)
+      driven_.push_back({a, column, ratio});
+  for (const Friction& friction : mechanism.friction) {
+    const LinearQuantity& source = full_tree_.coordinate_expressions[friction.coordinate];
+    const double unit = source.is_length ? full_tree_.characteristic_length : 1;
+    frictions_.push_back({friction, source, unit, options.friction_regularisation_speed * unit});
+    if (!frictions_.back().has_dry_friction()) continue;
+    dry_ = true;
+    if (!source.has_single_term())
+      throw std::invalid_argument("dry friction in '" + mechanism.coordinates[friction.coordinate].name +
+                                  "', which follows several coordinates: whether it sticks cannot be computed");
+  }
+  const std::size_t most = static_cast<std::size_t>(n) + static_cast<std::size_t>(full_tree_.closure_rows);
+  x_.assign(most, 0), rates_.assign(most, 0);
+  weigh_columns();
+  mass_.assign(n * n, 0), tau_.assign(n, 0), ddy0_.assign(n, 0), joint_springs_.assign(n, 0);
+}
+
+/// The poses alone do not tell how often a joint has turned.
+template <class S>
+void LoopDynamics<S>::update_joint_springs(const double* y) {
+  std::fill(joint_springs_.begin(), joint_springs_.end(), 0);
+  external_.add_joint_springs(y, joint_springs_.data());
+}
+
+template <class S>
+bool LoopDynamics<S>::solve_dependent(double* y, double* dy) {
+  iterations_ = 0;
+  if (is_open_tree()) {
+    compute_poses(tree_, y, state_);
+    update_joint_springs(y);
+    return true;
+  }
+  const int d = freedoms_, n = columns(), rows = tree_.closure_rows;
+  for (int k = 0; k < d; ++k) {
+    sample_.value[k] = y[columns_[k]];
+    sample_.rate[k] = dy[columns_[k]];
+  }
+  double last = INFINITY, moved = 0;
+  for (; iterations_ <= max_dependent_iterations; ++iterations_) {
+    if (iterations_ == 0)
+      compute_poses(tree_, y, state_);
+    else
+      dependent_poses(y);
+    equations_->evaluate(state_, y, sample_, x_.data());
+    double worst = 0;
+    for (int r = 0; r < rows; ++r) worst = std::max(worst, std::abs(x_[r]));
+    if (!std::isfinite(worst) || !equations_->factorise()) return false;
+    // either small, or as small as round-off allows: the last correction is too small to show in the poses
+    const double regularity = std::min(1.0, equations_->regularity());
+    const bool last_one =
+        worst <= ground_extent_ * std::max(dependent_residual_tolerance,
+                                           acceleration_residual_tolerance * regularity * regularity) ||
+        (worst <= stagnation_residual_tolerance * ground_extent_ && worst > 0.25 * last);
+    if (last_one) {
+      equations_->velocity_rhs(sample_, rates_.data());
+      equations_->solve_pair(x_.data(), rates_.data());
+    } else {
+      equations_->solve(x_.data());
+    }
+    for (int c = 0; c < n; ++c) {
+      y[c] -= x_[c];
+      moved = std::max(moved, std::abs(x_[c]) / scale_[c]);
+    }
+    for (int k = 0; k < d; ++k) y[columns_[k]] = sample_.value[k];
+    if (moved > max_dependent_correction) return false;
+    if (worst > second_order_threshold) apply_second_order_correction(y);
+    if (last_one) {
+      for (int c = 0; c < n; ++c) dy[c] = rates_[c];
+      for (int k = 0; k < d; ++k) dy[columns_[k]] = sample_.rate[k];
+      update_joint_springs(y);
+      return true;
+    }
+    last = worst;
+  }
+  return false;
+}
+
+/// Poses once more, after a change of the dependent coordinates only.
+template <class S>
+void LoopDynamics<S>::dependent_poses(const double* y) {
+  for (std::size_t n = 1; n < tree_.nodes.size(); ++n) {
+    if (is_dependent_node_[n]) set_local_pose(tree_.nodes[n], y, state_[n]);
+    set_world_pose(state_[tree_.nodes[n].parent], state_[n]);
+  }
+}
+
+/// After a Newton step −δ the closures are left with ½ δᵀΦ″δ, which is the second derivative that velocities δ alone make: Chebyshev's
+/// third-order step costs less than another evaluation of the poses.
+template <class S>
+void LoopDynamics<S>::apply_second_order_correction(double* y) {
+  compute_angular_velocities(tree_, x_.data(), state_);
+  if (tree_.has_sliding_closures) compute_origin_velocities(tree_, x_.data(), state_);
+  compute_accelerations<S>(tree_, x_.data(), nullptr, S::Vector::Zero(), state_);
+  equations_->acceleration_rhs(state_, sample_, x_.data());
+  equations_->solve(x_.data());
+  for (int c = 0; c < columns(); ++c) y[c] += x_[c] / 2;
+  for (int k = 0; k < freedoms_; ++k) y[columns_[k]] = sample_.value[k];
+}
+
+template <class S>
+void LoopDynamics<S>::compute_tree_terms(double time, const double* dy) {
+  compute_angular_velocities(tree_, dy, state_);
+  if (tree_.has_sliding_closures) compute_origin_velocities(tree_, dy, state_);
+  // The ground accelerated by −g carries the weight into the inertia forces; in the closures' differences it cancels.
+  compute_accelerations<S>(tree_, dy, nullptr, -gravity_, state_);
+  if (is_open_tree()) {
+    std::fill(ddy0_.begin(), ddy0_.end(), 0);
+  } else {
+    equations_->acceleration_rhs(state_, sample_, x_.data());
+    unit_rows(0, rates_);  // the first column of C is solved for in the same go
+    equations_->solve_pair(x_.data(), rates_.data());
+    std::copy_n(x_.data(), columns(), ddy0_.data());
+    store_transformation_column(0, rates_);
+  }
+  for (auto& wrench : wrenches_) wrench = {};
+  Wrench<S> total, loads;
+  if (!external_.is_empty()) external_.subtract(state_, time, wrenches_, total, loads);
+  inverse_dynamics(tree_, state_, wrenches_, tau_.data());
+  for (int c = 0; c < columns(); ++c) tau_[c] += joint_springs_[c];
+  if (!frictions_.empty()) add_friction(dy);
+  composite_.compute_mass_matrix(tree_, state_, mass_.data());
+}
+
+/// Right-hand side of the rates that a unit rate of one independent coordinate causes; nothing beyond the last.
+template <class S>
+void LoopDynamics<S>::unit_rows(int k, std::vector<double>& rows) const {
+  std::fill(rows.begin(), rows.end(), 0.0);
+  const int row = tree_.closure_rows + k;
+  if (k < freedoms_) rows[row] = equations_->row_scale()[row];
+}
+
+template <class S>
+void LoopDynamics<S>::store_transformation_column(int k, const std::vector<double>& rates) {
+  if (k >= freedoms_) return;
+  for (int c = 0; c < columns(); ++c) C_[c * freedoms_ + k] = rates[c];
+}
+
+template <class S>
+void LoopDynamics<S>::reduce_to_independent() {
+  const int n = columns(), d = freedoms_;
+  if (is_open_tree()) {
+    for (int c = 0; c < n; ++c)
+      for (int k = 0; k < d; ++k) C_[c * d + k] = columns_[k] == c;
+    for (int a = 0; a < d; ++a) {
+      bias_[a] = tau_[columns_[a]];
+      for (int b = 0; b < d; ++b) M_(a, b) = mass_[columns_[a] * n + columns_[b]];
+    }
+    return;
+  }
+  for (int k = 1; k < d; k += 2) {  // the first one is known from prepare()
+    unit_rows(k, x_);
+    unit_rows(k + 1, rates_);
+    equations_->solve_pair(x_.data(), rates_.data());
+    store_transformation_column(k, x_);
+    store_transformation_column(k + 1, rates_);
+  }
+  double* HC = HC_.data();
+  for (int i = 0; i < n; ++i) {
+    double* row = HC + i * d;
+    for (int k = 0; k < d; ++k) row[k] = 0;
+    double sum = tau_[i];
+    for (int j = 0; j < n; ++j) {
+      const double h = mass_[i * n + j];
+      if (h == 0) continue;
+      sum += h * ddy0_[j];
+      for (int k = 0; k < d; ++k) row[k] += h * C_[j * d + k];
+    }
+    x_[i] = sum;
+  }
+  for (int a = 0; a < d; ++a) {
+    bias_[a] = 0;
+    for (int b = 0; b <= a; ++b) M_(a, b) = 0;
+  }
+  for (int i = 0; i < n; ++i)
+    for (int a = 0; a < d; ++a) {
+      const double c = C_[i * d + a];
+      if (c == 0) continue;
+      bias_[a] += c * x_[i];
+      for (int b = 0; b <= a; ++b) M_(a, b) += c * HC[i * d + b];
+    }
+  for (int a = 0; a < d; ++a)
+    for (int b = 0; b < a; ++b) M_(b, a) = M_(a, b);
+}
+
+namespace {
+
+/// x := A⁻¹ x by Cholesky's factors of the few rows that there are; A's lower triangle on entry, the factor on return.
+bool solve_cholesky(double* A, double* x, int d) {
+  for (int i = 0; i < d; ++i) {
+    for (int j = 0; j <= i; ++j) {
+      double sum = A[i * d + j];
+      for (int k = 0; k < j; ++k) sum -= A[i * d + k] * A[j * d + k];
+      if (i == j) {
+        if (!(sum > 0)) return false;
+        A[i * d + i] = 1 / std::sqrt(sum);
+      } else {
+        A[i * d + j] = sum * A[j * d + j];
+      }
+    }
+  }
+  for (int i = 0; i < d; ++i) {
+    for (int k = 0; k < i; ++k) x[i] -= A[i * d + k] * x[k];
+    x[i] *= A[i * d + i];
+  }
+  for (int i = d - 1; i >= 0; --i) {
+    for (int k = i + 1; k < d; ++k) x[i] -= A[k * d + i] * x[k];
+    x[i] *= A[i * d + i];
+  }
+  return true;
+}
+
+}  // namespace
+
+template <class S>
+bool LoopDynamics<S>::accelerate(double time, const double* dy, const double* efforts, double* ddy) {
+  compute_tree_terms(time, dy);
+  reduce_to_independent();
+  const int n = columns(), d = freedoms_;
+  for (int k = 0; k < d; ++k) right_[k] = -bias_[k];
+  for (const ActuatedColumn& driven : driven_) {
+    const double force = driven.ratio * efforts[driven.actuator];
+    if (force == 0) continue;
+    for (int k = 0; k < d; ++k) right_[k] += C_[driven.column * d + k] * force;
+  }
+  for (int a = 0; a < d; ++a)
+    for (int b = 0; b <= a; ++b) factor_[a * d + b] = M_(a, b);
+  if (is_any_sticking()) fix_sticking_accelerations();
+  if (!solve_cholesky(factor_.data(), right_.data(), d)) return false;
+  bool finite = true;
+  for (int c = 0; c < n; ++c) {
+    double sum = ddy0_[c];
+    for (int k = 0; k < d; ++k) sum += C_[c * d + k] * right_[k];
+    ddy[c] = sum;
+    finite = finite && std::isfinite(sum);
+  }
+  return finite;
+}
+
+template class LoopDynamics<Planar>;
+template class LoopDynamics<Spatial>;
+
+/// Which coordinates are independent, and the way there from a guess.
+
+namespace {
+
+constexpr double closure_rank_tolerance = 1e-5;       // smallest relative pivot of closures that have their full rank
+constexpr double preferred_columns_tolerance = 1e-5;  // the same that preferred coordinates must leave
+// What makes a column a dependent one where there is a choice: being a spherical joint's, whose own coordinates mean little, and taking part in
+// one loop only, which lets the loops be solved one by one.
+constexpr double spherical_weight = 10;
+constexpr double own_loop_weight = 3;
+
+MotionOutcome make_outcome(MotionStatus status, double time, std::string reason) {
+  return {status, time, std::move(reason), {}};
+}
+
+}  // namespace
+
+template <class S>
+std::vector<int> LoopDynamics<S>::preferred_columns() const {
+  std::vector<int> out;
+  for (const CoordinateId coordinate : options_.preferred) {
+    if (!full_tree_.coordinate_expressions[coordinate].has_single_term()) return {};
+    const int column = full_tree_.coordinate_expressions[coordinate].terms[0].first;
+    if (std::find(out.begin(), out.end(), column) != out.end()) return {};
+    out.push_back(column);
+  }
+  if (static_cast<int>(out.size()) != freedoms_) return {};
+  return out;
+}
+
+template <class S>
+void LoopDynamics<S>::weigh_columns() {
+  weight_.assign(columns(), own_loop_weight);
+  std::vector<int> loops(columns(), 0);
+  for (const Closure<S>& closure : full_tree_.closures) {
+    std::vector<bool> seen(columns(), false);
+    for (const PathStep& step : closure.path) seen[full_tree_.nodes[step.node].column] = true;
+    for (int c = 0; c < columns(); ++c)
+      if (seen[c] && ++loops[c] > 1) weight_[c] = 1;
+  }
+  for (const NodeId spherical : full_tree_.spherical_joints)
+    for (int k = spherical; k < spherical + 3; ++k)
+      if (full_tree_.nodes[k].column >= 0) weight_[full_tree_.nodes[k].column] = spherical_weight;
+}
+
+template <class S>
+bool LoopDynamics<S>::choose_independent_columns(const double* y, bool prefer) {
+  ++choices_;
+  const int n = columns(), d = freedoms_, rank = n - d;
+  std::vector<int> wanted;
+  if (prefer) wanted = preferred_columns();
+  std::vector<int> rows(full_tree_.closure_rows);
+  std::iota(rows.begin(), rows.end(), 0);
+  if (is_open_tree()) {
+    columns_ = static_cast<int>(wanted.size()) == n ? wanted : complement_indices({}, n);
+  } else {
+    // one row of a point's closure lies along the joint's axes, both together may lie along the world's
+    Tree<S> by_axes = full_tree_;
+    for (Closure<S>& closure : by_axes.closures)
+      closure.has_coincident_origins = closure.has_coincident_origins && !has_redundant_closures();
+    ConstraintSystem<S> closures(by_axes, Drive<S>{});
+    MatrixX jacobian;
+    closures.velocity_jacobian(Eigen::Map<const VectorX>(y, n), {}, jacobian);
+    MatrixX weighted = jacobian;
+    for (int c = 0; c < n; ++c) weighted.col(c) *= weight_[c];
+    double last;
+    std::vector<int> dependent = pivot_columns(weighted, rank, closure_regularity_);
+    if (closure_regularity_ < closure_rank_tolerance) return false;
+    if (is_any_sticking()) dependent = pivot_moving_columns(weighted, rank, sticking_columns());
+    if (!wanted.empty() && compute_reciprocal_condition(select_columns(jacobian, complement_indices(wanted, n))) >
+                               preferred_columns_tolerance)
+      dependent = complement_indices(wanted, n);
+    else
+      wanted = complement_indices(dependent, n);
+    columns_ = wanted;
+    if (has_redundant_closures()) rows = pivot_columns(select_columns(jacobian, dependent).transpose(), rank, last);
+  }
+  select_closure_rows(rows);
+  is_dependent_node_.clear();
+  for (const Node<S>& node : full_tree_.nodes)
+    is_dependent_node_.push_back(std::find(columns_.begin(), columns_.end(), node.column) == columns_.end());
+  drive_ = {};
+  for (const int column : columns_)
+    drive_.linear.push_back({{{column, 1.0}}, 0, full_tree_.is_length_column[column] != 0});
+  sample_.value.setZero(d);
+  sample_.rate.setZero(d);
+  sample_.acceleration.setZero(d);
+  mark_sticking_columns();
+  C_.assign(n * d, 0), HC_.assign(n * d, 0);
+  M_.setZero(d, d), bias_.setZero(d);
+  factor_.assign(d * d, 0), right_.assign(d, 0);
+  if (is_open_tree()) return true;
+  equations_.emplace(tree_, drive_, false);
+  if (equations_->structurally_singular()) return false;
+  VectorX here = Eigen::Map<const VectorX>(y, n);
+  for (int k = 0; k < d; ++k) sample_.value[k] = here[columns_[k]];
+  compute_poses(tree_, here.data(), state_);
+  equations_->evaluate(state_, here.data(), sample_, x_.data());
+  const bool good = equations_->factorise();
+  regularity_at_choice_ = equations_->regularity();
+  return good;
+}
+
+/// Leaves these rows of the closures in the tree that the equations are made of.
+template <class S>
+void LoopDynamics<S>::select_closure_rows(const std::vector<int>& rows) {
+  tree_.closures = full_tree_.closures;
+  tree_.closure_rows = static_cast<int>(rows.size());
+  tree_.has_sliding_closures = full_tree_.has_sliding_closures;
+  if (tree_.closure_rows == full_tree_.closure_rows) return;
+  tree_.has_sliding_closures = false;
+  int row = 0;
+  for (Closure<S>& closure : tree_.closures) {
+    std::vector<ClosureRow> kept;
+    int along = 0;
+    for (const ClosureRow& one : closure.rows) {
+      if (!std::binary_search(rows.begin(), rows.end(), row++)) continue;
+      kept.push_back(one);
+      along += one.kind == ClosureRow::Kind::along;
+    }
+    closure.rows = kept;
+    closure.has_coincident_origins = along == S::dimension;
+    tree_.has_sliding_closures = tree_.has_sliding_closures || !closure.has_coincident_origins;
+  }
+}
+
+template <class S>
+MotionOutcome LoopDynamics<S>::assemble(const VectorX& q, const VectorX& dq, VectorX& y, VectorX& dy) {
+  for (std::size_t b = 0; b < full_tree_.spherical_joints.size(); ++b)
+    full_tree_.nodes[full_tree_.spherical_joints[b]].R_PF = tree_.nodes[full_tree_.spherical_joints[b]].R_PF =
+        reference_[b];
+  reset_friction();
+  to_tree_coordinates(mechanism_, full_tree_, q, dq, y, dy);
+  reset_spherical_references(0.5, y.data(), dy.data());
+  ConstraintSystem<S> closures(full_tree_, Drive<S>{});
+  const AssemblySolution nearest = solve_assembly(closures, y, {});
+  if (!nearest.found)
+    return make_outcome(MotionStatus::not_assembled, 0, "the loops do not close near the joint coordinates given");
+  if (freedoms_ < 0) freedoms_ = columns() - find_generic_closure_rank(full_tree_, nearest.y);
+  const auto singular = [&] {
+    return make_outcome(
+        MotionStatus::constraint_singularity, 0,
+        "constraint singularity: the loop closures lose rank, the mechanism gains a freedom; configuration: " +
+            format_configuration(mechanism_, q));
+  };
+  if (!choose_independent_columns(nearest.y.data(), true)) return singular();
+  // the independent ones as given, where the others can follow
+  ConstraintSystem<S> held(full_tree_, drive_);
+  DriveSample target;
+  target.value.resize(freedoms_);
+  for (int k = 0; k < freedoms_; ++k) target.value[k] = y[columns_[k]];
+  const AssemblySolution exact = solve_assembly(held, nearest.y, target);
+  if (!exact.found)
+    return make_outcome(MotionStatus::not_assembled, 0,
+                        "the loops do not close with the independent joint coordinates as given");
+  y = exact.y;
+  reset_spherical_references(1, y.data(), dy.data());
+  if (!choose_independent_columns(y.data(), true) || !solve_dependent(y.data(), dy.data())) return singular();
+  return {MotionStatus::done, 0, "", {}};
+}
+
+template <class S>
+double LoopDynamics<S>::mobility() {
+  if (is_open_tree()) return 1;
+  return equations_->min_singular_value();
+}
+
+/// τ = Sᵀu + Jᵀλ with τ what the tree's motion takes.
+template <class S>
+void LoopDynamics<S>::multipliers(const double* efforts, const double* ddy, const double* y, std::vector<double>& out) {
+  const int n = columns();
+  out.assign(full_tree_.closure_rows, 0);
+  if (is_open_tree()) return;
+  for (int i = 0; i < n; ++i) {
+    x_[i] = tau_[i];
+    for (int j = 0; j < n; ++j) x_[i] += mass_[i * n + j] * ddy[j];
+  }
+  for (const ActuatedColumn& driven : driven_) x_[driven.column] -= driven.ratio * efforts[driven.actuator];
+  if (!has_redundant_closures()) {
+    equations_->solve_transposed(x_.data());
+    std::copy_n(x_.data(), full_tree_.closure_rows, out.data());
+    return;
+  }
+  ConstraintSystem<S> closures(full_tree_, Drive<S>{});
+  VectorX needed(n);
+  MatrixX jacobian;
+  closures.velocity_jacobian(Eigen::Map<const VectorX>(y, n), {}, jacobian);
+  for (int c = 0; c < n; ++c) needed[c] = scale_[c] * x_[c];
+  CompleteOrthogonalDecomposition decomposition;
+  decomposition.setThreshold(1e-8);
+  decomposition.compute(jacobian.transpose());
+  const VectorX scaled = decomposition.solve(needed);
+  int r = 0;
+  for (const Closure<S>& closure : full_tree_.closures)
+    for (const ClosureRow& row : closure.rows) {
+      out[r] = scaled[r] * compute_row_scale(full_tree_, closure, row);
+      ++r;
+    }
+}
+
+template <class S>
+bool LoopDynamics<S>::reset_spherical_references(double limit, double* y, double* dy) {
+  bool any = false;
+  for (const NodeId spherical : full_tree_.spherical_joints) {
+    const double middle = std::remainder(y[full_tree_.nodes[spherical + 1].column], 2 * std::numbers::pi);
+    if (std::abs(middle) < limit) continue;
+    const Tree<S> before = full_tree_;
+    const VectorX y_before = Eigen::Map<const VectorX>(y, columns());
+    reset_spherical_reference(full_tree_, spherical, y);
+    tree_.nodes[spherical].R_PF = full_tree_.nodes[spherical].R_PF;
+    transfer_spherical_rates(before, y_before.data(), full_tree_, y, spherical, dy);
+    any = true;
+  }
+  return any;
+}
+
+template <class S>
+double LoopDynamics<S>::residual() const {
+  double worst = 0;
+  for (const Closure<S>& closure : full_tree_.closures) {
+    if (closure.is_velocity_level()) break;
+    const ClosurePose<S> pose = closure_pose(state_, closure);
+    for (const ClosureRow& row : closure.rows)
+      worst = std::max(worst, std::abs(compute_row_scale(full_tree_, closure, row) * closure_residual(pose, row)));
+  }
+  return worst;
+}
+
+#define BALANCE_INSTANTIATE(S)                                                                          \
+  template bool LoopDynamics<S>::reset_spherical_references(double, double*, double*);                  \
+  template double LoopDynamics<S>::residual() const;                                                    \
+  template void LoopDynamics<S>::weigh_columns();                                                       \
+  template std::vector<int> LoopDynamics<S>::preferred_columns() const;                                 \
+  template bool LoopDynamics<S>::choose_independent_columns(const double*, bool);                       \
+  template void LoopDynamics<S>::select_closure_rows(const std::vector<int>&);                          \
+  template MotionOutcome LoopDynamics<S>::assemble(const VectorX&, const VectorX&, VectorX&, VectorX&); \
+  template double LoopDynamics<S>::mobility();                                                          \
+  template void LoopDynamics<S>::multipliers(const double*, const double*, const double*, std::vector<double>&);
+BALANCE_INSTANTIATE(Planar)
+BALANCE_INSTANTIATE(Spatial)
+#undef BALANCE_INSTANTIATE
+
+namespace {
+
+constexpr double inertia_epsilon = 1e-14;  // of the largest inertia: round-off
+
+bool has_singular_inertia(const Body& body) { return body.mass == 0 || body.inertia.isZero(0); }
+
+std::string describe_missing_inertia(const Body& body) {
+  return "body '" + body.name + "' has no " + (body.mass == 0 ? "mass" : "moment of inertia");
+}
+
+/// The light body on a joint, else all light ones.
+std::string light_bodies(const Mechanism& mechanism, JointId joint) {
+  for (const BodyId body : {mechanism.joints[joint].second, mechanism.joints[joint].first})
+    if (body != ground && has_singular_inertia(mechanism.bodies[body]))
+      return describe_missing_inertia(mechanism.bodies[body]);
+  std::string all;
+  for (std::size_t b = 1; b < mechanism.bodies.size(); ++b)
+    if (has_singular_inertia(mechanism.bodies[b]))
+      all += (all.empty() ? "" : ", ") + describe_missing_inertia(mechanism.bodies[b]);
+  return all;
+}
+
+}  // namespace
+
+template <class S>
+MotionOutcome check_mass_matrix(const Mechanism& mechanism, LoopDynamics<S>& loops, double time, const double* dy) {
+  const MotionOutcome fine{MotionStatus::done, time, "", {}};
+  if (std::none_of(mechanism.bodies.begin() + 1, mechanism.bodies.end(), has_singular_inertia) || loops.freedoms() == 0)
+    return fine;
+  loops.compute_tree_terms(time, dy);
+  loops.reduce_to_independent();
+  MatrixX mass = loops.reduced_mass();
+  for (int a = 0; a < loops.freedoms(); ++a) {
+    mass.row(a) *= loops.scale()[loops.independent()[a]];
+    mass.col(a) *= loops.scale()[loops.independent()[a]];
+  }
+  const SymmetricEigenSolver solver(mass);
+  const VectorX& sizes = solver.eigenvalues();  // increasing
+  if (sizes[0] > inertia_epsilon * sizes[sizes.size() - 1]) return fine;
+  const Eigen::Index free = max_index(solver.eigenvectors().col(0).cwiseAbs());
+  const CoordinateId coordinate = find_column_coordinates(loops.tree())[loops.independent()[free]];
+  return {MotionStatus::actuation_singularity,
+          time,
+          "the mass matrix is singular: no mass resists an acceleration of " + mechanism.coordinates[coordinate].name +
+              "; " + light_bodies(mechanism, mechanism.coordinates[coordinate].joint),
+          {}};
+}
+
+template MotionOutcome check_mass_matrix(const Mechanism&, LoopDynamics<Planar>&, double, const double*);
+template MotionOutcome check_mass_matrix(const Mechanism&, LoopDynamics<Spatial>&, double, const double*);
+
+}  // namespace balance

@@ -1,0 +1,194 @@
+// The equation of motion in speeds: with σ = (speeds, zeros) = W q̇ and q̇ = V σ the accelerations are q̈ = V (σ̇ − N(q̇, q̇)), N being what
+// rates alone make of σ̇, and the virtual speeds' work is Vᵀ (M q̈ + w + z) = Vᵀ S u.
+
+#include "balance/foundation/numerics/eigen_instantiations.hpp"
+#include "balance/mechanics/dynamics/equation_terms_impl.hpp"
+#include "balance/mechanics/trajectory/motion_outcome.hpp"
+
+#include <Eigen/LU>
+#include <Eigen/SVD>
+
+#include <stdexcept>
+
+namespace balance {
+
+// Speeds as rows over the independent coordinates' rates, and what rates make of their derivatives.
+
+namespace {
+
+/// A component of a body's motion, or its rate of change. Components v in axes R that turn at w change by Rᵀ (v̇ − w × v).
+template <class S>
+double compute_speed_component(const TreeState<S>& state, const FixedFrame<S>& body, const GeneralisedSpeedTerm& term,
+                               bool derivative) {
+  using enum GeneralisedSpeedTerm::Kind;
+  const NodeState<S>& node = state[static_cast<std::size_t>(body.node)];
+  const Vector3 w = angular_to_3d(typename S::Angular(node.R_WN * node.angular_velocity));
+  Vector3 value;
+  if (term.kind == angular_velocity || term.kind == angular_velocity_body) {
+    value = derivative ? angular_to_3d(typename S::Angular(node.R_WN * node.angular_acceleration)) : w;
+  } else {
+    const typename S::Vector p_N = body.p_N + body.R_N * to_vector<S>(term.position);
+    const Vector3 v = to_3d(point_velocity<S>(node, p_N));
+    value = !derivative ? v : to_3d(point_acceleration<S>(node, p_N));
+    if (derivative && term.kind == velocity_body) value -= w.cross(v);
+  }
+  const bool own = term.kind == velocity_body || term.kind == angular_velocity_body;
+  return own ? to_matrix(orientation(state, body)).col(term.index).dot(value) : value[term.index];
+}
+
+/// @throws std::invalid_argument
+template <class S>
+void check_speeds(const Mechanism& mechanism, const Tree<S>& tree, const std::vector<GeneralisedSpeed>& speeds) {
+  for (const GeneralisedSpeed& speed : speeds)
+    for (const GeneralisedSpeedTerm& term : speed.terms) {
+      if (term.kind != GeneralisedSpeedTerm::Kind::coordinate) {
+        if (term.body < 0 || term.body >= static_cast<int>(tree.bodies.size()) || term.index < 0 || term.index > 2)
+          throw std::invalid_argument("the speed " + speed.name + " is one of a body or an axis that does not exist");
+        continue;
+      }
+      const auto c = static_cast<std::size_t>(term.index);
+      const Coordinate& coordinate = mechanism.coordinates.at(c);
+      if (!tree.coordinate_expressions[c].has_terms() || tree.is_floating[c])
+        throw std::invalid_argument("the speed " + speed.name + " cannot be made of " + coordinate.name +
+                                    ", whose joint closes a loop or floats; make it independent, or take others");
+    }
+}
+
+/// @param dy rates, or accelerations, of the tree's coordinates @param state moves with them
+template <class S>
+VectorX evaluate_speeds(const std::vector<GeneralisedSpeed>& speeds, const Tree<S>& tree, const double* dy,
+                        const TreeState<S>& state, bool derivative) {
+  VectorX values = VectorX::Zero(static_cast<Eigen::Index>(speeds.size()));
+  for (std::size_t i = 0; i < speeds.size(); ++i)
+    for (const GeneralisedSpeedTerm& term : speeds[i].terms)
+      values[static_cast<Eigen::Index>(i)] +=
+          term.factor *
+          (term.kind == GeneralisedSpeedTerm::Kind::coordinate
+               ? tree.coordinate_expressions[static_cast<std::size_t>(term.index)].rate(dy)
+               : compute_speed_component(state, tree.bodies[static_cast<std::size_t>(term.body)], term, derivative));
+  return values;
+}
+
+}  // namespace
+
+template <class S>
+MotionOutcome EquationTermsOf<S>::speed_rows(const double* q, const std::vector<GeneralisedSpeed>& speeds,
+                                             MatrixX& rows, std::vector<MatrixX>& forms) {
+  if (MotionOutcome outcome = move_to(q); outcome.status != MotionStatus::done) return outcome;
+  const Tree<S>& tree = branch_.tree();
+  check_speeds(mechanism, tree, speeds);
+  TreeState<S>& state = branch_.state();
+  rows.resize(static_cast<Eigen::Index>(speeds.size()), freedoms_);
+  for (int k = 0; k < freedoms_; ++k) {
+    const VectorX dy = C_.col(k);
+    compute_velocities(tree, dy.data(), state);
+    rows.col(k) = evaluate_speeds(speeds, tree, dy.data(), state, false);
+  }
+  forms = polarise_quadratic_form(freedoms_, [&](const VectorX& rates) {
+    VectorX dy;
+    const VectorX ddy = compute_velocity_product_acceleration(rates, dy);
+    compute_velocities(tree, dy.data(), state);
+    compute_accelerations<S>(tree, dy.data(), ddy.data(), S::Vector::Zero(), state);
+    return evaluate_speeds(speeds, tree, ddy.data(), state, true);
+  });
+  return {MotionStatus::done, 0, "", {}};
+}
+
+template MotionOutcome EquationTermsOf<Planar>::speed_rows(const double*, const std::vector<GeneralisedSpeed>&,
+                                                           MatrixX&, std::vector<MatrixX>&);
+template MotionOutcome EquationTermsOf<Spatial>::speed_rows(const double*, const std::vector<GeneralisedSpeed>&,
+                                                            MatrixX&, std::vector<MatrixX>&);
+
+namespace {
+
+constexpr double inverse_condition_tolerance = 1e-9;  ///< of the largest singular value: what counts as no inverse
+
+/// Rows of any unit, columns in characteristic lengths.
+bool is_regular(MatrixX rows, const Mechanism& mechanism, const std::vector<CoordinateId>& independent) {
+  for (std::size_t k = 0; k < independent.size(); ++k)
+    if (mechanism.coordinates[static_cast<std::size_t>(independent[k])].kind == CoordinateKind::length)
+      rows.col(static_cast<Eigen::Index>(k)) *= characteristic_length(mechanism);
+  for (Eigen::Index r = 0; r < rows.rows(); ++r) rows.row(r).stableNormalize();
+  if (!rows.allFinite()) return false;
+  const VectorX values = singular_values(rows);
+  return values.size() == 0 || values[values.size() - 1] > inverse_condition_tolerance * values[0];
+}
+
+bool is_finite(const IndependentTerms& terms) {
+  for (const MatrixX& form : terms.velocity)
+    if (!form.allFinite()) return false;
+  return terms.mass.allFinite() && terms.viscous.allFinite() && terms.static_terms.sum().allFinite() &&
+         terms.input.allFinite();
+}
+
+/// Rows `first` on of the equation for all of σ.
+IndependentTerms select_rows(const IndependentTerms& all, Eigen::Index first, Eigen::Index count) {
+  IndependentTerms out;
+  out.mass = all.mass.middleRows(first, count);
+  out.velocity.assign(all.velocity.begin() + first, all.velocity.begin() + first + count);
+  out.viscous = all.viscous.middleRows(first, count);
+  out.static_terms = {all.static_terms.weight.segment(first, count), all.static_terms.springs.segment(first, count),
+                      all.static_terms.loads.segment(first, count)};
+  out.input = all.input.middleRows(first, count);
+  return out;
+}
+
+/// @param V d×d @param forms N @param s how many of σ move
+IndependentTerms project_on_speeds(const IndependentTerms& terms, const MatrixX& V, const std::vector<MatrixX>& forms,
+                                   Eigen::Index s) {
+  const MatrixX moving = V.leftCols(s), inertia = V.transpose() * terms.mass * V;
+  IndependentTerms all;
+  all.mass = inertia.leftCols(s);
+  for (Eigen::Index k = 0; k < V.cols(); ++k) {
+    MatrixX form = MatrixX::Zero(V.rows(), V.rows());
+    for (Eigen::Index a = 0; a < V.rows(); ++a)
+      form +=
+          V(a, k) * terms.velocity[static_cast<std::size_t>(a)] - inertia(k, a) * forms[static_cast<std::size_t>(a)];
+    all.velocity.push_back(moving.transpose() * form * moving);
+  }
+  all.viscous = V.transpose() * terms.viscous * moving;
+  all.static_terms = {V.transpose() * terms.static_terms.weight, V.transpose() * terms.static_terms.springs,
+                      V.transpose() * terms.static_terms.loads};
+  all.input = V.transpose() * terms.input;
+  return all;
+}
+
+}  // namespace
+
+Expected<SpeedTerms> EquationTerms::speed_terms(const VectorX& q, const SpeedChoice& choice, double time) {
+  const auto d = static_cast<Eigen::Index>(engine_->independent.size());
+  const auto s = static_cast<Eigen::Index>(choice.speeds.size()),
+             p = static_cast<Eigen::Index>(choice.constrained.size());
+  if (s == 0 || s + p != d)
+    throw std::invalid_argument("speeds, and what is zero, must be as many as the degrees of freedom, " +
+                                std::to_string(d) + "; they are " + std::to_string(s) + " and " + std::to_string(p));
+  const Expected<IndependentTerms> terms = independent_terms(q, time);
+  Expected<SpeedTerms> found;
+  found.outcome = terms.outcome;
+  if (!terms) return found;
+  std::vector<GeneralisedSpeed> all = choice.speeds;
+  all.insert(all.end(), choice.constrained.begin(), choice.constrained.end());
+  std::vector<MatrixX> forms;
+  found.outcome = engine_->speed_rows(q.data(), all, found.value.rows, forms);
+  if (!found) return found;
+  if (!is_regular(found.value.rows, engine_->mechanism, engine_->independent)) {
+    found.outcome = {MotionStatus::drive_singularity,
+                     time,
+                     p == 0 ? "the speeds do not determine the mechanism's motion there"
+                            : "the speeds, with what is zero, do not determine the mechanism's motion there",
+                     {}};
+    return found;
+  }
+  const MatrixX V = found.value.rows.partialPivLu().inverse();
+  const IndependentTerms whole = project_on_speeds(terms.value, V, forms, s);
+  if (!is_finite(whole)) {
+    found.outcome = make_overflow_outcome(time, "the equation of motion", engine_->mechanism);
+    return found;
+  }
+  found.value.rates = V.leftCols(s);
+  found.value.speed_equations = select_rows(whole, 0, s);
+  found.value.constraint_equations = select_rows(whole, s, p);
+  return found;
+}
+
+}  // namespace balance

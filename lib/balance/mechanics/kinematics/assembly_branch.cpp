@@ -1,0 +1,535 @@
+#include "balance/mechanics/kinematics/assembly_branch.hpp"
+
+#include "balance/foundation/base/spelling.hpp"
+#include "balance/foundation/numerics/eigen_instantiations.hpp"
+#include "balance/mechanics/kinematics/assembly_diagnostics.hpp"
+#include "balance/mechanics/kinematics/joint_coordinates.hpp"
+#include "balance/mechanics/kinematics/motion_stepper.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <set>
+#include <stdexcept>
+
+namespace balance {
+
+namespace {
+
+constexpr double newton_residual_tolerance = 1e-12;  // scaled residual after which one correction is the last
+constexpr double max_correction = 0.1;               // of a prediction, in radians or characteristic lengths
+constexpr int max_newton_iterations = 8;
+
+template <class S>
+Drive<S> make_independent_drive(const Mechanism& mechanism, const Tree<S>& tree,
+                                const std::vector<CoordinateId>& coordinates) {
+  Drive<S> drive;
+  for (const int c : coordinates) drive.linear.push_back(find_coordinate_expression(mechanism, tree, c));
+  return drive;
+}
+
+template <class S>
+bool has_single_terms(const Tree<S>& tree, const std::vector<CoordinateId>& coordinates) {
+  return std::all_of(coordinates.begin(), coordinates.end(),
+                     [&](int c) { return tree.coordinate_expressions[static_cast<std::size_t>(c)].has_single_term(); });
+}
+
+}  // namespace
+
+template <class S>
+AssemblyBranch<S>::AssemblyBranch(const Mechanism& mechanism, IndependentCoordinates<S> choice)
+    : mechanism_(mechanism),
+      tree_(std::move(choice.tree)),
+      needed_(std::move(choice.needed)),
+      independent_(std::move(choice.coordinates)),
+      note_(std::move(choice.note)),
+      freedoms_(choice.freedoms),
+      redundant_(choice.redundant),
+      direct_(tree_.closures.empty() && has_single_terms(tree_, independent_)),
+      drive_(make_independent_drive(mechanism, tree_, independent_)),
+      equations_(tree_, drive_, redundant_),
+      round_off_(newton_residual_tolerance * ground_extent(mechanism)),
+      state_(tree_.nodes.size()) {
+  for (const LinearQuantity& quantity : drive_.linear)
+    columns_.push_back({quantity.terms[0].first, 1 / quantity.terms[0].second, quantity.constant});
+  plain_ = direct_;
+  for (std::size_t k = 0; k < columns_.size(); ++k)
+    plain_ = plain_ && columns_[k].column == static_cast<int>(k) && columns_[k].inverse == 1 && columns_[k].offset == 0;
+  std::set<ColumnId> matrix_columns;
+  for (const Closure<S>& closure : tree_.closures)
+    for (const PathStep& part : closure.path) matrix_columns.insert(tree_.nodes[part.node].column);
+  matrix_columns_.assign(matrix_columns.begin(), matrix_columns.end());
+  for (const NodeId spherical : tree_.spherical_joints) initial_references_.push_back(tree_.nodes[spherical].R_PF);
+  for (VectorX* values : {&y_, &dy_, &ddy_, &predicted_, &trial_}) values->setZero(tree_.columns);
+  for (VectorX* values : {&sample_.value, &sample_.rate, &sample_.acceleration}) values->setZero(freedoms_);
+  q_.assign(static_cast<std::size_t>(freedoms_), 0);
+  x_.assign(static_cast<std::size_t>(std::max(tree_.columns, equations_.rows())), 0);
+}
+
+template <class S>
+bool AssemblyBranch<S>::newton(VectorX& y, const double* q) {
+  has_current_equations_ = false;
+  std::copy_n(q, freedoms_, sample_.value.data());
+  double last = INFINITY;
+  for (iterations_ = 0; iterations_ <= max_newton_iterations; ++iterations_) {
+    compute_poses(tree_, y.data(), state_);
+    equations_.evaluate(state_, y.data(), sample_, x_.data());
+    double worst = 0;
+    for (int r = 0; r < equations_.rows(); ++r) worst = std::max(worst, std::abs(x_[r]));
+    if (!std::isfinite(worst) || !equations_.factorise()) return false;
+    equations_.solve(x_.data());
+    for (int c = 0; c < tree_.columns; ++c) y[c] -= x_[c];
+    if (worst <= round_off_ || (worst <= 10 * round_off_ && worst >= last)) return true;
+    last = worst;
+  }
+  return false;
+}
+
+/// Equations and poses at q_ and y_, whose coordinates may be counted from new references.
+template <class S>
+bool AssemblyBranch<S>::update_equations() {
+  reset_spherical_references();
+  if (!newton(y_, q_.data())) return false;
+  equations_.store();
+  has_current_equations_ = true;
+  return true;
+}
+
+template <class S>
+bool AssemblyBranch<S>::reset_spherical_references() {
+  constexpr double max_middle_angle = 1;  // at a right angle a spherical joint's coordinates fail
+  bool any = false;
+  for (const NodeId spherical : tree_.spherical_joints) {
+    const double middle = std::remainder(y_[tree_.nodes[spherical + 1].column], 2 * std::numbers::pi);
+    if (std::abs(middle) < max_middle_angle) continue;
+    reset_spherical_reference(tree_, spherical, y_.data());
+    any = true;
+  }
+  return any;
+}
+
+/// To a state so near that neither the mode nor the sign of a determinant can have changed on the way.
+template <class S>
+bool AssemblyBranch<S>::step(const double* q) {
+  if (!has_current_equations_ && !update_equations()) return false;
+  std::fill(x_.begin(), x_.end(), 0);
+  for (int k = 0; k < freedoms_; ++k) {
+    const int row = tree_.closure_rows + k;
+    x_[row] = equations_.row_scale()[row] * (q[k] - q_[k]);
+  }
+  equations_.solve(x_.data());
+  const std::vector<double>& scale = equations_.column_scale();
+  for (int c = 0; c < tree_.columns; ++c) predicted_[c] = y_[c] + x_[c];
+  trial_ = predicted_;
+  if (!newton(trial_, q)) return false;
+  for (int c = 0; c < tree_.columns; ++c)
+    if (!(std::abs(trial_[c] - predicted_[c]) <= max_correction * scale[c])) return false;
+  double way = 0;
+  for (const int c : matrix_columns_) way = std::max(way, std::abs(trial_[c] - y_[c]) / scale[c]);
+  if (!(way * way <= max_matrix_curvature * equations_.regularity()) || !equations_.is_near_stored(max_matrix_change))
+    return false;
+  std::swap(y_, trial_);
+  std::copy_n(q, freedoms_, q_.begin());
+  has_current_equations_ = true;
+  if (reset_spherical_references()) return update_equations();
+  equations_.store();
+  return true;
+}
+
+template <class S>
+void AssemblyBranch<S>::set_rates(const double* dq) {
+  if (direct_) return set_direct(dq, 0, dy_.data());
+  std::copy_n(dq, freedoms_, sample_.rate.data());
+  equations_.velocity_rhs(sample_, x_.data());
+  equations_.solve(x_.data());
+  std::copy_n(x_.data(), tree_.columns, dy_.data());
+  compute_angular_velocities(tree_, dy_.data(), state_);
+  if (tree_.has_sliding_closures) compute_origin_velocities(tree_, dy_.data(), state_);
+}
+
+template <class S>
+void AssemblyBranch<S>::set_accelerations(const double* ddq) {
+  if (direct_) return set_direct(ddq, 0, ddy_.data());
+  std::copy_n(ddq, freedoms_, sample_.acceleration.data());
+  compute_accelerations<S>(tree_, dy_.data(), nullptr, S::Vector::Zero(), state_);
+  equations_.acceleration_rhs(state_, sample_, x_.data());
+  equations_.solve(x_.data());
+  std::copy_n(x_.data(), tree_.columns, ddy_.data());
+}
+
+template <class S>
+void AssemblyBranch<S>::fill_transformation(MatrixX& C) {
+  C.setZero(tree_.columns, freedoms_);
+  for (int k = 0; k < freedoms_; ++k) {
+    if (direct_) {
+      C(columns_[static_cast<std::size_t>(k)].column, k) = columns_[static_cast<std::size_t>(k)].inverse;
+      continue;
+    }
+    std::fill(x_.begin(), x_.end(), 0);
+    const int row = tree_.closure_rows + k;
+    x_[row] = equations_.row_scale()[row];
+    equations_.solve(x_.data());
+    C.col(k) = Eigen::Map<const VectorX>(x_.data(), tree_.columns);
+  }
+}
+
+template <class S>
+VectorX AssemblyBranch<S>::coordinates() const {
+  const std::vector<double> wrapped = compute_coordinates(mechanism_, tree_, y_);
+  VectorX all = Eigen::Map<const VectorX>(wrapped.data(), static_cast<Eigen::Index>(wrapped.size()));
+  for (std::size_t c = 0; c < mechanism_.coordinates.size(); ++c) {
+    const LinearQuantity& source = tree_.coordinate_expressions[c];
+    if (source.has_terms() && !tree_.is_floating[c]) all[static_cast<Eigen::Index>(c)] = source.value(y_.data());
+  }
+  return all;
+}
+
+template class AssemblyBranch<Planar>;
+template class AssemblyBranch<Spatial>;
+
+// How a branch is found, and how it is followed where states are far from each other.
+
+namespace {
+
+constexpr double min_path_fraction = 1.0 / 4096;  // of the way to the next state
+constexpr double max_tracking_distance = 1000;    // that is followed, in radians or characteristic lengths
+
+/// A stepper's words without the time, which has no meaning between two states.
+std::string strip_time_prefix(const MotionOutcome& outcome) {
+  const std::string::size_type end = outcome.reason.find("s: ");
+  return outcome.reason.rfind("at t = ", 0) == 0 && end != std::string::npos ? outcome.reason.substr(end + 3)
+                                                                             : outcome.reason;
+}
+
+}  // namespace
+
+/// In as many steps as it takes.
+template <class S>
+bool AssemblyBranch<S>::step_repeatedly(const double* q) {
+  const std::vector<double> from = q_;
+  std::vector<double> next(q_.size());
+  double done = 0, size = 0.5;
+  while (done < 1) {
+    const double part = std::min(1.0, done + size);
+    for (std::size_t k = 0; k < next.size(); ++k) next[k] = part == 1 ? q[k] : (1 - part) * from[k] + part * q[k];
+    if (step(next.data())) {
+      done = part;
+      size = std::min(2 * size, 0.5);
+    } else if ((size /= 2) < min_path_fraction) {
+      return false;
+    }
+  }
+  return true;
+}
+
+template <class S>
+CompiledTrajectory<S> AssemblyBranch<S>::compile_path_to(const double* q) const {
+  CompiledTrajectory<S> plan;
+  plan.outcome.status = MotionStatus::done;
+  plan.drive = drive_;
+  plan.start = y_;
+  plan.freedoms = freedoms_;
+  plan.has_redundant_closures = redundant_;
+  PrescribedMotion::Request request;
+  request.law.kind = MotionLawKind::cubic;
+  request.from.value = Eigen::Map<const VectorX>(q_.data(), freedoms_);
+  request.to.value = Eigen::Map<const VectorX>(q, freedoms_);
+  plan.prescribed_motion.emplace(request);
+  return plan;
+}
+
+/// The stepper's way, which comes nearer to singular configurations and knows what they are called.
+template <class S>
+MotionOutcome AssemblyBranch<S>::track_with_stepper(const double* q, const char* words) {
+  MotionOutcome outcome;
+  outcome.status = MotionStatus::done;
+  if (freedoms_ == 0) {  // nowhere to go
+    outcome.status = update_equations() ? MotionStatus::done : MotionStatus::constraint_singularity;
+    outcome.reason = has_current_equations_ ? "" : "constraint singularity: the loop closures lose rank";
+    return outcome;
+  }
+  const CompiledTrajectory<S> plan = compile_path_to(q);
+  MotionStepper<S> stepper(mechanism_, tree_, plan);
+  const bool there = stepper.begin() && stepper.advance(plan.prescribed_motion->duration());
+  if (there) {
+    y_ = Eigen::Map<const VectorX>(stepper.y(), tree_.columns);
+    std::copy_n(q, freedoms_, q_.begin());
+    if (update_equations()) return outcome;
+  }
+  outcome.status = there ? MotionStatus::drive_singularity : stepper.outcome().status;
+  outcome.reason = there ? "drive singularity: the independent coordinates no longer determine the motion"
+                         : strip_time_prefix(stepper.outcome());
+  outcome.reason.insert(0, words);
+  return outcome;
+}
+
+template <class S>
+typename AssemblyBranch<S>::Snapshot AssemblyBranch<S>::snapshot() const {
+  Snapshot mark{y_, q_, {}};
+  for (const NodeId spherical : tree_.spherical_joints) mark.references.push_back(tree_.nodes[spherical].R_PF);
+  return mark;
+}
+
+template <class S>
+void AssemblyBranch<S>::restore(const Snapshot& mark) {
+  y_ = mark.y;
+  q_ = mark.q;
+  for (std::size_t b = 0; b < tree_.spherical_joints.size(); ++b)
+    tree_.nodes[tree_.spherical_joints[b]].R_PF = mark.references[b];
+  has_current_equations_ = false;
+}
+
+template <class S>
+MotionOutcome AssemblyBranch<S>::move_closed_to(const double* q) {
+  MotionOutcome outcome;
+  outcome.status = MotionStatus::done;
+  if (!assembled_) return assemble(q, {});
+  if (has_current_equations_ && std::equal(q_.begin(), q_.end(), q)) return outcome;
+  if (step(q)) return outcome;
+  for (int k = 0; k < freedoms_; ++k) {
+    const double unit = drive_.linear[static_cast<std::size_t>(k)].is_length ? tree_.characteristic_length : 1;
+    if (std::abs(q[k] - q_[static_cast<std::size_t>(k)]) <= max_tracking_distance * unit) continue;
+    outcome.status = MotionStatus::unreachable;
+    outcome.reason = mechanism_.coordinates[independent_[static_cast<std::size_t>(k)]].name +
+                     " is too far from the state before to be followed there";
+    return outcome;
+  }
+  const Snapshot before = snapshot();
+  if (step_repeatedly(q)) return outcome;
+  has_current_equations_ = false;
+  outcome = track_with_stepper(q, "on the straight way from the state before: ");
+  if (outcome.status != MotionStatus::done) restore(before);
+  return outcome;
+}
+
+template <class S>
+MotionOutcome AssemblyBranch<S>::assemble(const double* q, const std::vector<CoordinateValue>& near) {
+  if (direct_) return move_to(q);
+  const Snapshot before = snapshot();
+  for (std::size_t b = 0; b < tree_.spherical_joints.size(); ++b)
+    tree_.nodes[tree_.spherical_joints[b]].R_PF = initial_references_[b];
+  Mechanism rough = mechanism_;
+  const auto put = [&](const CoordinateValue& value, bool always) {
+    const auto same = [&](const CoordinateValue& other) { return other.coordinate == value.coordinate; };
+    const bool named = std::erase_if(rough.assembly, same) > 0;
+    if (named || always) rough.assembly.push_back(value);
+  };
+  for (const CoordinateValue& value : near) put(value, true);
+  for (int k = 0; k < freedoms_; ++k) put({independent_[static_cast<std::size_t>(k)], q[k]}, false);
+  ConstraintSystem<S> system(tree_, drive_);
+  DriveSample target;
+  target.value = Eigen::Map<const VectorX>(q, freedoms_);
+  const AssemblySolution found = solve_pose(rough, tree_, system, target);
+  MotionOutcome outcome;
+  if (found.found) {
+    y_ = found.y;
+    std::copy_n(q, freedoms_, q_.begin());
+    outcome = track_with_stepper(q, "");
+    assembled_ = assembled_ || outcome.status == MotionStatus::done;
+  } else {
+    PoseTarget pose;
+    for (int k = 0; k < freedoms_; ++k) pose.joints.push_back({independent_[static_cast<std::size_t>(k)], q[k]});
+    outcome = explain_assembly_failure(rough, tree_, found, pose);
+    if (outcome.status == MotionStatus::unreachable)
+      outcome.reason = "the loops cannot be closed with these independent coordinates: " +
+                       outcome.reason.substr(std::min(outcome.reason.size(), outcome.reason.find(": ") + 2));
+  }
+  if (outcome.status != MotionStatus::done) restore(before);
+  return outcome;
+}
+
+#define BALANCE_INSTANTIATE(S)                                                              \
+  template bool AssemblyBranch<S>::step_repeatedly(const double*);                          \
+  template CompiledTrajectory<S> AssemblyBranch<S>::compile_path_to(const double*) const;   \
+  template MotionOutcome AssemblyBranch<S>::track_with_stepper(const double*, const char*); \
+  template AssemblyBranch<S>::Snapshot AssemblyBranch<S>::snapshot() const;                 \
+  template void AssemblyBranch<S>::restore(const AssemblyBranch<S>::Snapshot&);             \
+  template MotionOutcome AssemblyBranch<S>::move_closed_to(const double*);                  \
+  template MotionOutcome AssemblyBranch<S>::assemble(const double*, const std::vector<CoordinateValue>&);
+BALANCE_INSTANTIATE(Planar)
+BALANCE_INSTANTIATE(Spatial)
+#undef BALANCE_INSTANTIATE
+
+int require_coordinate(const Mechanism& mechanism, const std::string& name, const char* what) {
+  std::vector<std::string> names;
+  for (std::size_t c = 0; c < mechanism.coordinates.size(); ++c) {
+    names.push_back(mechanism.coordinates[c].name);
+    if (names.back() == name) return static_cast<int>(c);
+  }
+  const std::string hint = format_nearest_name(name, names);
+  throw std::invalid_argument(std::string(what) + ": there is no coordinate '" + name + "'" +
+                              (hint.empty() ? "" : "; " + hint));
+}
+
+namespace {
+
+constexpr double min_independent_rate =
+    1e-6;  // of a coordinate's rate, in radians or characteristic lengths per unit of all coordinates
+
+/// The loops of a compiled mechanism, and the velocities that they allow at some of its configurations.
+template <class S>
+struct SampledLoopVelocities {
+  Tree<S> tree;
+  std::vector<CoordinateId> needed;  ///< it was compiled with
+  int freedoms = 0;
+  std::vector<MatrixX>
+      velocities;  ///< scaled columns × freedoms; the first one where the mechanism assembles, if it is generic
+};
+
+/// Looks on at configurations near by: the first one may be singular by accident.
+template <class S>
+void sample_configurations(const VectorX& start, SampledLoopVelocities<S>& loops) {
+  ConstraintSystem<S> closures(loops.tree, Drive<S>{});
+  const VectorX scale = column_scale(loops.tree);
+  VectorX here = start;
+  MatrixX jacobian;
+  for (std::uint64_t seed = 0; seed <= 4; ++seed) {
+    closures.velocity_jacobian(here, {}, jacobian);
+    const MatrixX allowed = decompose_rank(jacobian).null_space;
+    if (allowed.cols() == loops.freedoms) loops.velocities.push_back(allowed);
+    const VectorX random = random_coordinates(loops.tree, seed + 1).cwiseQuotient(scale);
+    const VectorX aside = allowed * (allowed.transpose() * random);
+    if (aside.norm() < 1e-12) return;
+    const AssemblySolution moved = solve_assembly(closures, here + scale.cwiseProduct(0.2 / aside.norm() * aside), {});
+    if (moved.found) here = moved.y;
+  }
+}
+
+template <class S>
+SampledLoopVelocities<S> sample_loop_velocities(const Mechanism& mechanism, const std::vector<CoordinateId>& needed) {
+  SampledLoopVelocities<S> loops{compile_tree<S>(mechanism, needed), needed, 0, {}};
+  ConstraintSystem<S> closures(loops.tree, Drive<S>{});
+  const AssemblySolution start = solve_pose(mechanism, loops.tree, closures, {});
+  if (!start.found) throw UnsolvableMechanism(explain_assembly_failure(mechanism, loops.tree, start, {}));
+  loops.freedoms = loops.tree.columns - find_generic_closure_rank(loops.tree, start.y);
+  sample_configurations(start.y, loops);
+  return loops;
+}
+
+/// Rates of coordinates, in their units, per unit of each allowed velocity; a coordinate that is none of the tree's has none.
+template <class S>
+MatrixX compute_coordinate_rates(const Tree<S>& tree, const std::vector<CoordinateId>& coordinates,
+                                 const MatrixX& velocities) {
+  MatrixX rates = MatrixX::Zero(static_cast<Eigen::Index>(coordinates.size()), velocities.cols());
+  const VectorX scale = column_scale(tree);
+  for (std::size_t k = 0; k < coordinates.size(); ++k) {
+    const LinearQuantity& source = tree.coordinate_expressions[coordinates[k]];
+    for (const auto& [column, ratio] : source.terms)
+      rates.row(static_cast<Eigen::Index>(k)) +=
+          ratio * scale[column] / (source.is_length ? tree.characteristic_length : 1) * velocities.row(column);
+  }
+  return rates;
+}
+
+template <class S>
+bool can_determine_motion(const SampledLoopVelocities<S>& loops, const std::vector<CoordinateId>& coordinates) {
+  if (static_cast<int>(coordinates.size()) != loops.freedoms) return false;
+  if (loops.freedoms == 0) return true;
+  return std::any_of(loops.velocities.begin(), loops.velocities.end(), [&](const MatrixX& velocities) {
+    const MatrixX rates = compute_coordinate_rates(loops.tree, coordinates, velocities);
+    return singular_values(rates)[loops.freedoms - 1] > min_independent_rate;
+  });
+}
+
+/// Takes what independent rates a coordinate still has out of all others'.
+void project_out(MatrixX& rates, Eigen::Index row) {
+  const VectorX direction = rates.row(row).transpose().normalized();
+  rates -= rates * direction * direction.transpose();
+}
+
+/// Actuated coordinates in their order, then those with the largest rates; floating ones only if there are no others.
+template <class S>
+std::vector<CoordinateId> pick_independent(const Mechanism& mechanism, const SampledLoopVelocities<S>& loops) {
+  std::vector<CoordinateId> all(mechanism.coordinates.size()), chosen;
+  for (std::size_t c = 0; c < all.size(); ++c) all[c] = static_cast<int>(c);
+  if (loops.velocities.empty()) return chosen;
+  MatrixX rates = compute_coordinate_rates(loops.tree, all, loops.velocities.front());
+  const auto take = [&](CoordinateId coordinate) {
+    project_out(rates, coordinate);
+    chosen.push_back(coordinate);
+  };
+  const auto missing = [&] { return static_cast<int>(chosen.size()) < loops.freedoms; };
+  for (const CoordinateId coordinate : mechanism.actuators)
+    if (missing() && rates.row(coordinate).norm() > min_independent_rate) take(coordinate);
+  for (const bool floating : {false, true})
+    while (missing()) {
+      int best = -1;
+      for (const int c : all)
+        if (loops.tree.is_floating[c] == floating && rates.row(c).norm() > min_independent_rate &&
+            (best < 0 || rates.row(c).norm() > (1 + 1e-9) * rates.row(best).norm()))
+          best = c;
+      if (best < 0) break;
+      take(best);
+    }
+  return chosen;
+}
+
+template <class S>
+bool has_floating(const Tree<S>& tree, const std::vector<CoordinateId>& coordinates) {
+  return std::any_of(coordinates.begin(), coordinates.end(), [&](int c) { return tree.is_floating[c]; });
+}
+
+std::string list_names(const Mechanism& mechanism, const std::vector<CoordinateId>& coordinates) {
+  std::string text;
+  for (const int c : coordinates) text += (text.empty() ? "" : ", ") + mechanism.coordinates[c].name;
+  return text;
+}
+
+std::vector<CoordinateId> find_named_coordinates(const Mechanism& mechanism, const std::vector<std::string>& names) {
+  std::vector<CoordinateId> coordinates;
+  for (const std::string& name : names) {
+    coordinates.push_back(require_coordinate(mechanism, name, "independent"));
+    if (std::count(coordinates.begin(), coordinates.end(), coordinates.back()) > 1)
+      throw std::invalid_argument("independent: '" + name + "' is named twice");
+  }
+  return coordinates;
+}
+
+template <class S>
+IndependentCoordinates<S> make_independent_coordinates(SampledLoopVelocities<S>&& loops,
+                                                       std::vector<CoordinateId> coordinates, std::string note) {
+  const bool redundant = loops.tree.closure_rows > loops.tree.columns - loops.freedoms;
+  return {std::move(loops.tree), std::move(loops.needed), std::move(coordinates), loops.freedoms, redundant,
+          std::move(note)};
+}
+
+template <class S>
+IndependentCoordinates<S> use_named(const Mechanism& mechanism, const std::vector<CoordinateId>& coordinates) {
+  SampledLoopVelocities<S> loops = sample_loop_velocities<S>(mechanism, coordinates);
+  const std::string list = list_names(mechanism, coordinates);
+  if (static_cast<int>(coordinates.size()) != loops.freedoms)
+    throw std::invalid_argument("independent: " + std::to_string(coordinates.size()) + " coordinates (" + list +
+                                ") for " + std::to_string(loops.freedoms) + " degrees of freedom");
+  if (!can_determine_motion(loops, coordinates))
+    throw std::invalid_argument("independent: " + list + " do not determine the other coordinates");
+  return make_independent_coordinates(std::move(loops), coordinates, "");
+}
+
+}  // namespace
+
+template <class S>
+IndependentCoordinates<S> choose_independent_coordinates(const Mechanism& mechanism,
+                                                         const std::vector<std::string>& names) {
+  if (!names.empty()) return use_named<S>(mechanism, find_named_coordinates(mechanism, names));
+  std::vector<CoordinateId> coordinates;
+  for (int rounds = 0; rounds < 4; ++rounds) {
+    SampledLoopVelocities<S> loops = sample_loop_velocities<S>(mechanism, coordinates);
+    if (rounds == 0 && can_determine_motion(loops, mechanism.actuators))
+      return make_independent_coordinates(std::move(loops), mechanism.actuators, "");
+    coordinates = pick_independent(mechanism, loops);
+    // what is needed does not float: a spin that was held as idle may become a freedom then
+    const bool stands = !has_floating(loops.tree, coordinates);
+    if (stands && can_determine_motion(loops, coordinates)) {
+      const std::string note = "independent coordinates: " + list_names(mechanism, coordinates);
+      return make_independent_coordinates(std::move(loops), coordinates, note);
+    }
+  }
+  throw UnsolvableMechanism({MotionStatus::mismatch, 0, "no joint coordinates determine the motion", {}});
+}
+
+template IndependentCoordinates<Planar> choose_independent_coordinates<Planar>(const Mechanism&,
+                                                                               const std::vector<std::string>&);
+template IndependentCoordinates<Spatial> choose_independent_coordinates<Spatial>(const Mechanism&,
+                                                                                 const std::vector<std::string>&);
+
+}  // namespace balance

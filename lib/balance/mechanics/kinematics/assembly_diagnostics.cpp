@@ -1,0 +1,294 @@
+#include "balance/mechanics/kinematics/assembly_diagnostics.hpp"
+
+#include "balance/foundation/base/elementary.hpp"
+#include "balance/mechanics/kinematics/closure.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <utility>
+#include <vector>
+
+namespace balance {
+
+namespace {
+
+constexpr double parallel_tolerance =
+    1e-3;  // sine of the angle between two links in line: places are known to about its square
+constexpr std::size_t max_listed_pairs = 3;  // in a sentence that is to be read
+
+/// A place on a body at which something else is held: another joint, or the tool.
+struct LinkEnd {
+  JointId joint = -1;
+  Vector3 position;
+};
+
+bool is_pivot(JointType type) {
+  return type == JointType::revolute || type == JointType::universal || type == JointType::spherical;
+}
+
+template <class S>
+Vector3 world_position(const Tree<S>& tree, const TreeState<S>& state, BodyId body, const Vector3& point) {
+  FixedFrame<S> frame = tree.bodies[static_cast<std::size_t>(body)];
+  frame.p_N += frame.R_N * to_vector<S>(point);
+  return to_3d(position(state, frame));
+}
+
+/// By body.
+template <class S>
+std::vector<std::vector<LinkEnd>> list_link_ends(const Mechanism& mechanism, const Tree<S>& tree,
+                                                 const TreeState<S>& state) {
+  std::vector<std::vector<LinkEnd>> ends(mechanism.bodies.size());
+  for (std::size_t j = 0; j < mechanism.joints.size(); ++j) {
+    const Joint& joint = mechanism.joints[j];
+    if (!is_pivot(joint.type)) continue;
+    for (const auto& [body, point] : {std::pair(joint.first, joint.point_first), {joint.second, joint.point_second}})
+      ends[static_cast<std::size_t>(body)].push_back({static_cast<int>(j), world_position(tree, state, body, point)});
+  }
+  if (mechanism.tool)
+    ends[static_cast<std::size_t>(mechanism.tool->body)].push_back(
+        {-1, world_position(tree, state, mechanism.tool->body, mechanism.tool->position)});
+  return ends;
+}
+
+/// Some end of the one link, the joint and some end of the other lie on a straight line.
+bool has_collinear_ends(const std::vector<LinkEnd>& first, const std::vector<LinkEnd>& second, JointId joint,
+                        double min_length) {
+  const auto at = [joint](const LinkEnd& end) { return end.joint == joint; };
+  const auto a = std::find_if(first.begin(), first.end(), at), b = std::find_if(second.begin(), second.end(), at);
+  for (const LinkEnd& from : first)
+    for (const LinkEnd& to : second) {
+      if (at(from) || at(to)) continue;
+      const Vector3 u = from.position - a->position, v = to.position - b->position;
+      const double lengths = u.norm() * v.norm();
+      if (std::min(u.norm(), v.norm()) > min_length && u.cross(v).norm() <= parallel_tolerance * lengths) return true;
+    }
+  return false;
+}
+
+}  // namespace
+
+template <class S>
+std::string describe_collinear_links(const Mechanism& mechanism, const Tree<S>& tree, const TreeState<S>& state) {
+  const auto ends = list_link_ends(mechanism, tree, state);
+  std::string text;
+  std::size_t pairs = 0;
+  for (std::size_t j = 0; j < mechanism.joints.size(); ++j) {
+    const Joint& joint = mechanism.joints[j];
+    if (!is_pivot(joint.type) || joint.first == ground || joint.second == ground) continue;
+    if (!has_collinear_ends(ends[static_cast<std::size_t>(joint.first)], ends[static_cast<std::size_t>(joint.second)],
+                            static_cast<int>(j), 1e-6 * tree.characteristic_length))
+      continue;
+    if (++pairs > max_listed_pairs) return "";
+    text += (text.empty() ? "" : ", ") + mechanism.bodies[joint.first].name + " and " +
+            mechanism.bodies[joint.second].name + " are in line at " + joint.name;
+  }
+  return text;
+}
+
+template std::string describe_collinear_links<Planar>(const Mechanism&, const Tree<Planar>&, const TreeState<Planar>&);
+template std::string describe_collinear_links<Spatial>(const Mechanism&, const Tree<Spatial>&,
+                                                       const TreeState<Spatial>&);
+
+namespace {
+
+// radians or characteristic lengths
+constexpr double min_listed_miss = 1e-6;             // less is not worth a number
+constexpr double singular_closure_tolerance = 1e-9;  // what closes in a singular configuration stays open by less
+
+/// "; there a and b are in line at B"
+template <class S>
+std::string format_collinear_links(const Mechanism& mechanism, const Tree<S>& tree, const TreeState<S>& state) {
+  const std::string links = describe_collinear_links(mechanism, tree, state);
+  return links.empty() ? "" : "; there " + links;
+}
+
+/// How far the two sides of a closure are from where they hold each other: what a joint lets free does not count.
+struct ClosureError {
+  JointId joint = -1;
+  double gap = 0;    ///< [m]
+  double angle = 0;  ///< [rad]
+
+  double scaled_norm(double length) const { return std::max(gap / length, angle); }
+};
+
+template <class S>
+ClosureError compute_closure_error(const TreeState<S>& state, const Closure<S>& closure) {
+  const ClosurePose<S> pose = closure_pose(state, closure);
+  if (is_point_closure(closure)) return {closure.joint, (pose.p_B - pose.p_A).norm(), 0};
+  double gap = 0, turn = 0;
+  for (const ClosureRow& row : closure.rows) {
+    const double miss = closure_residual(pose, row);
+    (row.kind == ClosureRow::Kind::dot ? turn : gap) += miss * miss;
+  }
+  return {closure.joint, std::sqrt(gap), elementary::asin(std::min(1.0, std::sqrt(turn)))};
+}
+
+template <class S>
+ClosureError find_max_closure_error(const Tree<S>& tree, const TreeState<S>& state) {
+  ClosureError worst;
+  for (const Closure<S>& closure : tree.closures) {
+    if (closure.is_velocity_level()) continue;
+    const ClosureError opening = compute_closure_error(state, closure);
+    if (worst.joint < 0 ||
+        opening.scaled_norm(tree.characteristic_length) > worst.scaled_norm(tree.characteristic_length))
+      worst = opening;
+  }
+  return worst;
+}
+
+/// @param attempt the configuration that was found where the loops should have been closed; those from other starts may be nearer
+template <class S>
+MotionOutcome explain_open_loops(const Mechanism& mechanism, const Tree<S>& tree, const VectorX& attempt) {
+  constexpr int max_columns = 60;
+  constexpr std::uint64_t max_random_starts = 40;
+  ConstraintSystem<S> closures(tree, Drive<S>{});
+  ClosureError worst;
+  TreeState<S> state(tree.nodes.size()), there_state = state;
+  for (std::uint64_t seed = 0; seed <= (tree.columns > max_columns ? 0 : max_random_starts); ++seed) {
+    const VectorX y = seed == 0 ? attempt : solve_assembly(closures, random_coordinates(tree, seed), {}).y;
+    compute_poses(tree, y.data(), state);
+    const ClosureError opening = find_max_closure_error(tree, state);
+    if (worst.joint >= 0 &&
+        opening.scaled_norm(tree.characteristic_length) >= worst.scaled_norm(tree.characteristic_length))
+      continue;
+    worst = opening;
+    there_state = state;
+  }
+  const double size = worst.scaled_norm(tree.characteristic_length);
+  std::string by =
+      worst.gap >= 0.01 * size * tree.characteristic_length ? format_length(worst.gap, mechanism.units) : "";
+  if (worst.angle >= 0.01 * size && worst.angle > 0)
+    by += (by.empty() ? "" : " and ") + format_angle(worst.angle, mechanism.units);
+  const std::string open = "joint " + mechanism.joints[worst.joint].name + " stays open by " + by + " at best";
+  const std::string there = format_collinear_links(mechanism, tree, there_state);
+  if (size < singular_closure_tolerance)
+    return {MotionStatus::not_assembled,
+            0,
+            "the loops close in a singular configuration only, to within round-off (" + open +
+                "): the lengths barely suffice, and nothing can move" + there,
+            {}};
+  return {MotionStatus::not_assembled, 0, "the loops cannot be closed: " + open + there, {}};
+}
+
+/// From a configuration with closed loops to the one that comes nearest to a pose: Levenberg and Marquardt's steps along the freedoms
+/// that the loops leave.
+template <class S>
+VectorX approach_pose(const Tree<S>& tree, ConstraintSystem<S>& system, const DriveSample& target, VectorX y) {
+  constexpr int max_steps = 200;
+  constexpr double max_step = 0.3, max_damping = 1e8, min_relative_gain = 1e-12;
+  ConstraintSystem<S> closures(tree, Drive<S>{});
+  const VectorX scale = column_scale(tree);
+  VectorX residual, trial_residual;
+  MatrixX jacobian, trial_jacobian;
+  system.evaluate(y, target, residual, jacobian);
+  double damping = 1e-3;
+  for (int k = 0; k < max_steps && damping < max_damping; ++k) {
+    const Eigen::Index stated = residual.size() - tree.position_rows;
+    const double cost = residual.tail(stated).squaredNorm();
+    const MatrixX free = decompose_rank(jacobian.topRows(tree.position_rows)).null_space;
+    const MatrixX along = jacobian.bottomRows(stated) * free;
+    MatrixX normal = along.transpose() * along;
+    normal.diagonal().array() += damping;
+    VectorX step = -free * normal.ldlt().solve(along.transpose() * residual.tail(stated));
+    if (step.norm() > max_step) step *= max_step / step.norm();
+    const AssemblySolution moved = solve_assembly(closures, y + scale.cwiseProduct(step), {}, 30);
+    damping *= 4;
+    if (!moved.found) continue;
+    system.evaluate(moved.y, target, trial_residual, trial_jacobian);
+    const double gain = cost - trial_residual.tail(stated).squaredNorm();
+    if (!(gain > 0)) continue;
+    y = moved.y;
+    residual.swap(trial_residual), jacobian.swap(trial_jacobian);
+    damping = std::max(1e-12, damping / 20);
+    if (gain < min_relative_gain * cost) break;
+  }
+  return y;
+}
+
+/// What a pose asks for and the nearest configuration does not have: "A 1.2 rad (nearest is 1.07 rad)".
+template <class S>
+std::string format_missed_values(const Mechanism& mechanism, const Drive<S>& drive, const PoseTarget& pose,
+                                 double length, const DriveSample& target, const DriveSample& nearest) {
+  std::string text;
+  const auto add = [&text](const std::string& what, const std::string& wish, const std::string& found) {
+    text += (text.empty() ? "" : ", ") + what + " " + wish + " (nearest is " + found + ")";
+  };
+  Eigen::Index k = 0;
+  for (const auto& [what, components] :
+       {std::pair("the tool at", &drive.point), {"the centre of mass at", &drive.com}}) {
+    const auto count = static_cast<Eigen::Index>(components->size());
+    if (count >= 2 && (target.value - nearest.value).segment(k, count).norm() > min_listed_miss * length)
+      add(what, format_position(&target.value[k], static_cast<int>(count), mechanism.units),
+          format_position(&nearest.value[k], static_cast<int>(count), mechanism.units, min_listed_miss * length));
+    k += count;
+  }
+  auto joint = pose.joints.begin();
+  for (std::size_t q = 0; q < drive.linear.size(); ++q, ++k) {
+    const bool of_tool = q == 0 && drive.linear.size() > pose.joints.size();
+    const CoordinateId coordinate = of_tool ? CoordinateId(-1) : (joint++)->coordinate;
+    const bool is_length = !of_tool && mechanism.coordinates[coordinate].kind == CoordinateKind::length;
+    if (std::abs(target.value[k] - nearest.value[k]) <= min_listed_miss * (is_length ? length : 1)) continue;
+    const auto text_of = [&](double value, double round_off) {
+      return is_length ? format_length(value, mechanism.units, round_off * length)
+                       : format_angle(value, mechanism.units, round_off);
+    };
+    add(of_tool ? "the tool's angle" : mechanism.coordinates[coordinate].name, text_of(target.value[k], 0),
+        text_of(nearest.value[k], min_listed_miss));
+  }
+  if (!drive.rotation.empty()) {
+    const double off = Eigen::AngleAxisd(nearest.rotation * target.rotation.transpose()).angle();
+    if (off > min_listed_miss)
+      text += (text.empty() ? "" : ", ") + ("an orientation that stays off by " + format_angle(off, mechanism.units));
+  }
+  return text;
+}
+
+template <class S>
+MotionOutcome explain_unreached_pose(const Mechanism& mechanism, const Tree<S>& tree, const AssemblySolution& attempt,
+                                     const VectorX& assembled, const PoseTarget& pose) {
+  constexpr int max_columns = 120;  // of which the loops' freedoms are found in no time
+  const PoseEquations<S> stated = make_pose_equations(mechanism, tree, pose);
+  ConstraintSystem<S> system(tree, stated.drive);
+  std::string reason = "the start pose cannot be reached";
+  if (stated.drive.row_count() == 0 || tree.columns > max_columns)
+    return {MotionStatus::unreachable, 0, reason + ": no configuration was found that has it", {}};
+  ConstraintSystem<S> closures(tree, Drive<S>{});
+  VectorX best;
+  double least = INFINITY;
+  for (const VectorX& guess : {attempt.y, assembled}) {
+    const AssemblySolution closed_loops = solve_assembly(closures, guess, {});
+    if (!closed_loops.found) continue;
+    const VectorX y = approach_pose(tree, system, stated.target, closed_loops.y);
+    VectorX residual;
+    MatrixX jacobian;
+    system.evaluate(y, stated.target, residual, jacobian);
+    if (residual.norm() < least) least = residual.norm(), best = y;
+  }
+  if (best.size() == 0) return {MotionStatus::unreachable, 0, reason + ": no configuration was found that has it", {}};
+  VectorX residual;
+  MatrixX jacobian;
+  system.evaluate(best, stated.target, residual, jacobian);
+  const std::string missed = format_missed_values(mechanism, stated.drive, pose, tree.characteristic_length,
+                                                  stated.target, system.measure(best));
+  reason += missed.empty() ? ": no configuration was found that has it" : ": it asks for " + missed;
+  return {MotionStatus::unreachable, 0, reason + format_collinear_links(mechanism, tree, system.state()), {}};
+}
+
+}  // namespace
+
+template <class S>
+MotionOutcome explain_assembly_failure(const Mechanism& mechanism, const Tree<S>& tree, const AssemblySolution& attempt,
+                                       const PoseTarget& pose) {
+  ConstraintSystem<S> closures(tree, Drive<S>{});
+  const AssemblySolution loops = solve_pose(mechanism, tree, closures, {});
+  if (!loops.found) return explain_open_loops(mechanism, tree, loops.y);
+  return explain_unreached_pose(mechanism, tree, attempt, loops.y, pose);
+}
+
+template MotionOutcome explain_assembly_failure<Planar>(const Mechanism&, const Tree<Planar>&, const AssemblySolution&,
+                                                        const PoseTarget&);
+template MotionOutcome explain_assembly_failure<Spatial>(const Mechanism&, const Tree<Spatial>&,
+                                                         const AssemblySolution&, const PoseTarget&);
+
+}  // namespace balance

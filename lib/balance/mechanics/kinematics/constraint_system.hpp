@@ -1,0 +1,62 @@
+#pragma once
+/// All equations that pin a configuration, loop closures first and prescribed quantities after them, as one system, dense or sparse; and
+/// those that pin its rates, which are more where something rolls.
+/// For everything that happens once: assembly, ranks, end poses, and mechanisms with redundant constraints.
+/// Private to kinematics, motion and dynamics.
+
+#include "balance/foundation/numerics/sparse_matrix.hpp"
+#include "balance/mechanics/kinematics/drive.hpp"
+#include "balance/mechanics/trajectory/drive_sample.hpp"
+
+namespace balance {
+
+template <class S>
+class ConstraintSystem {
+ public:
+  /// @param tree must outlive the system
+  ConstraintSystem(const Tree<S>& tree, Drive<S> drive);
+
+  int rows() const { return tree_.position_rows + drive_.row_count(); }
+  int place_rows() const { return tree_.position_rows; }
+  int closure_rows() const { return tree_.closure_rows; }
+  int columns() const { return tree_.columns; }
+  const Drive<S>& drive() const { return drive_; }
+  const Tree<S>& tree() const { return tree_; }
+  const TreeState<S>& state() const { return state_; }
+  const MassDistribution<S>& masses() const { return masses_; }
+
+  /// Residual and Jacobian at y. Lengths are divided by the characteristic length and columns that are lengths are
+  /// multiplied by it, so that all entries are comparable numbers.
+  void evaluate(const VectorX& y, const DriveSample& target, VectorX& residual, MatrixX& jacobian);
+  void evaluate(const VectorX& y, const DriveSample& target, VectorX& residual, SparseMatrix& jacobian);
+
+  /// The same Jacobian with the rows of closures of rates between those of the other closures and the prescribed quantities': what it
+  /// maps to zero, or to prescribed rates, are the rates that are possible.
+  void velocity_jacobian(const VectorX& y, const DriveSample& target, MatrixX& jacobian);
+
+  /// All joints' frames point the way they should at the configuration last evaluated.
+  bool is_aligned() const;
+
+  /// Present values of the driven quantities at the configuration last evaluated.
+  DriveSample measure(const VectorX& y) const;
+
+ private:
+  // add(row, column, value): several values may meet in one place
+  template <class Add>
+  void add_closures(VectorX& residual, const Add& add);
+  template <class Add>
+  void add_velocity_closures(const Add& add) const;
+  template <class Add>
+  void add_drive(const VectorX& y, const DriveSample& target, int first_row, VectorX& residual, const Add& add);
+
+  const Tree<S>& tree_;
+  Drive<S> drive_;
+  TreeState<S> state_;
+  MassDistribution<S> masses_;
+  std::vector<Eigen::Triplet<double>> entries_;  ///< of the sparse Jacobian
+};
+
+extern template class ConstraintSystem<Planar>;
+extern template class ConstraintSystem<Spatial>;
+
+}  // namespace balance

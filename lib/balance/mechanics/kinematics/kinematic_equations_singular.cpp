@@ -1,0 +1,101 @@
+// How far the equations' matrix is from a singular one.
+
+#include "balance/foundation/numerics/eigen_instantiations.hpp"
+#include "balance/foundation/numerics/engine_scalar.hpp"
+#include "balance/mechanics/kinematics/kinematic_equations.hpp"
+
+#include <cmath>
+#include <optional>
+
+namespace balance {
+
+namespace {
+
+/// Singular vectors of the smallest value, of which duals alone are in need.
+struct SmallestSingularVectors {
+  VectorX left, right;
+};
+
+[[maybe_unused]] SmallestSingularVectors find_singular_vectors_by_svd(const MatrixX& matrix) {
+  const SingularValueDecomposition svd(matrix, Eigen::ComputeThinU | Eigen::ComputeThinV);
+  const Eigen::Index last = svd.singularValues().size() - 1;
+  return {svd.matrixU().col(last), svd.matrixV().col(last)};
+}
+
+/// Inverse iteration on the factors at hand. @return nothing where two values are near each other
+[[maybe_unused]] std::optional<SmallestSingularVectors> find_singular_vectors_by_inverse_iteration(
+    BlockTriangular& factors) {
+  constexpr int max_inverse_iterations = 24;
+  constexpr double vector_change_tolerance = 1e-13;
+  const int n = factors.size();
+  VectorX right = VectorX::LinSpaced(n, 1, 1.3).normalized(), left;
+  for (int step = 0; step < max_inverse_iterations; ++step) {
+    left = right;
+    factors.solve_transposed(left.data());
+    VectorX next = left;
+    factors.solve(next.data());
+    next.normalize();
+    left.normalize();
+    const double change = (next - right).norm();
+    right = next;
+    if (step >= 3 && change < vector_change_tolerance * std::sqrt(n)) return SmallestSingularVectors{left, right};
+  }
+  return std::nullopt;
+}
+
+}  // namespace
+
+template <class S>
+typename S::Scalar KinematicEquations<S>::min_singular_value() {
+  if (columns() == 0) return 1;
+  if constexpr (!std::is_same_v<T, double>) {  // dσ = uᵀ dA v
+    std::optional<SmallestSingularVectors> found;
+    // duals are filled anew with other derivatives of the same values
+    if (!redundant_ && regularity_ > 0) found = find_singular_vectors_by_inverse_iteration(values_of(sparse_));
+    if (!found) found = find_singular_vectors_by_svd(dense());
+    T least = 0;
+    for (int r = 0; r < rows(); ++r)
+      for (int c = 0; c < columns(); ++c) least += found->left[r] * found->right[c] * entry(r, c);
+    return least;
+  } else {
+    const int n = columns();
+    if (!redundant_ && n > max_dense_columns && factorise())
+      if (const std::optional<double> value = min_singular_value_by_lanczos(sparse_)) return *value;
+    double* normal = least_singular_.normal_matrix(n);
+    if (redundant_) {
+      Eigen::Map<Samples>(normal, n, n).noalias() = tall_.dense().transpose() * tall_.dense();
+      return least_singular_.compute_from_normal_matrix();
+    }
+    sparse_.write_normal_matrix(normal);  // in the order of the storage, which changes no singular value
+    if (factorised_evaluation_ == evaluations_ && regularity_ > 0)
+      if (const std::optional<double> value = least_singular_.compute_from_factors(sparse_)) return *value;
+    return least_singular_.compute_from_normal_matrix();
+  }
+}
+
+template <class S>
+MatrixX KinematicEquations<S>::dense() const {
+  MatrixX matrix(rows(), columns());
+  for (int r = 0; r < rows(); ++r)
+    for (int c = 0; c < columns(); ++c) matrix(r, c) = value_of(entry(r, c));
+  return matrix;
+}
+
+template <class S>
+double KinematicEquations<S>::distance_to_singularity() const {
+  if (!redundant_ && columns() > max_dense_columns) {
+    SquareSystem<T> factors = sparse_;
+    if (factors.factorise() > 0)
+      if (const std::optional<double> value = min_singular_value_by_lanczos(values_of(factors))) return *value;
+  }
+  return smallest_singular_value(dense());
+}
+
+template EngineScalar KinematicEquations<PlanarOf<EngineScalar>>::min_singular_value();
+template EngineScalar KinematicEquations<SpatialOf<EngineScalar>>::min_singular_value();
+template MatrixX KinematicEquations<PlanarOf<EngineScalar>>::dense() const;
+template MatrixX KinematicEquations<SpatialOf<EngineScalar>>::dense() const;
+template double KinematicEquations<PlanarOf<EngineScalar>>::distance_to_singularity() const;
+template double KinematicEquations<SpatialOf<EngineScalar>>::distance_to_singularity() const;
+
+}  // namespace balance

@@ -1,0 +1,333 @@
+#include "balance/mechanics/kinematics/singularity_monitor.hpp"
+
+#include "balance/foundation/numerics/eigen_instantiations.hpp"
+#include "balance/mechanics/kinematics/closure.hpp"
+#include "balance/mechanics/trajectory/motion_outcome.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace balance {
+
+namespace {
+
+constexpr std::size_t max_loops = 64;
+
+template <class S>
+using LoopTwist = Eigen::Matrix<double, S::dimension + S::angular_dimension, 1>;
+
+void put_angular(LoopTwist<Planar>& twist, double value) { twist[2] = value; }
+void put_angular(LoopTwist<Spatial>& twist, const Vector3& value) { twist.tail<3>() = value; }
+
+/// Per unit rate of a node's coordinate (per characteristic length, if that is a length): velocity at a point in characteristic lengths,
+/// angular velocity.
+template <class S>
+LoopTwist<S> twist_of(const Tree<S>& tree, int n, const TreeState<S>& poses, const typename S::Vector& about) {
+  const Node<S>& node = tree.nodes[n];
+  const double scale = tree.is_length_column[node.column] != 0 ? tree.characteristic_length : 1;
+  LoopTwist<S> twist = LoopTwist<S>::Zero();
+  twist.template head<S::dimension>() = scale / tree.characteristic_length * partial_velocity(node, poses[n], about);
+  if (node.motion == NodeMotion::revolute)
+    put_angular(twist, typename S::Angular(scale * node.ratio * revolute_axis(poses[n].R_WN)));
+  return twist;
+}
+
+/// What a closure leaves free of the motion of b against a: whatever its wrenches do no work on.
+template <class S>
+MatrixX find_free_twists(const Tree<S>& tree, const Closure<S>& closure, const TreeState<S>& poses,
+                         const typename S::Vector& about) {
+  const ClosurePose<S> pose = closure_pose(poses, closure);
+  const auto rows = static_cast<Eigen::Index>(closure.rows.size());
+  MatrixX wrenches(rows, S::dimension + S::angular_dimension);
+  const typename S::Vector arm = (pose.p_B - about) / tree.characteristic_length;
+  for (Eigen::Index r = 0; r < rows; ++r) {
+    const ConstraintWrench<S> wrench = closure_wrench(closure, pose, closure.rows[static_cast<std::size_t>(r)]);
+    LoopTwist<S> row = LoopTwist<S>::Zero();
+    row.template head<S::dimension>() = wrench.force;
+    put_angular(row, typename S::Angular(wrench.moment + cross(arm, wrench.force)));
+    wrenches.row(r) = row;
+  }
+  const SingularValueDecomposition svd(wrenches, Eigen::ComputeFullV);
+  return svd.matrixV().rightCols(wrenches.cols() - rows);
+}
+
+}  // namespace
+
+template <class S>
+LoopRankMonitor<S>::LoopRankMonitor(const Mechanism& mechanism, const Tree<S>& tree)
+    : mechanism_(mechanism), tree_(tree), loops_(list_simple_loops(mechanism, max_loops)) {}
+
+template <class S>
+std::string LoopRankMonitor<S>::joint_names(std::size_t loop) const {
+  std::string names;
+  for (const LoopStep& step : loops_[loop])
+    names += (names.empty() ? "" : ", ") + mechanism_.joints[static_cast<std::size_t>(step.joint)].name;
+  return names;
+}
+
+/// Adds what the joint's own coordinates do to the columns of the tree, or columns for a cut joint.
+template <class S>
+void LoopRankMonitor<S>::add_joint_twists(const LoopStep& step, const TreeState<S>& poses,
+                                          const typename S::Vector& about, MatrixX& twists) const {
+  const auto joint = static_cast<std::size_t>(step.joint);
+  const int last = tree_.joint_nodes[joint];
+  if (last < 0) {
+    for (const Closure<S>& closure : tree_.closures) {
+      if (closure.joint != step.joint || closure.split || closure.is_velocity_level()) continue;
+      const MatrixX left = find_free_twists(tree_, closure, poses, about);
+      twists.conservativeResize(Eigen::NoChange, twists.cols() + left.cols());
+      twists.rightCols(left.cols()) = left;
+    }
+    return;
+  }
+  const bool tree_forward = tree_.joint_forward[joint];
+  const double sign = step.forward == tree_forward ? 1 : -1;
+  const Joint& walked = mechanism_.joints[joint];
+  const int first = tree_.bodies[static_cast<std::size_t>(tree_forward ? walked.first : walked.second)].node;
+  for (int n = last; n != first && n > 0; n = tree_.nodes[n].parent)
+    if (tree_.nodes[n].motion != NodeMotion::weld)
+      twists.col(tree_.nodes[n].column) += sign * twist_of(tree_, n, poses, about);
+}
+
+template <class S>
+VectorX LoopRankMonitor<S>::singular_values(std::size_t loop, const TreeState<S>& poses) const {
+  const Joint& start = mechanism_.joints[static_cast<std::size_t>(loops_[loop].front().joint)];
+  const FixedFrame<S>& frame = tree_.bodies[static_cast<std::size_t>(start.first)];
+  const typename S::Vector about =
+      poses[frame.node].p_WN +
+      poses[frame.node].R_WN * typename S::Vector(frame.p_N + frame.R_N * to_vector<S>(start.point_first));
+  MatrixX twists = MatrixX::Zero(S::dimension + S::angular_dimension, tree_.columns);
+  for (const LoopStep& step : loops_[loop]) add_joint_twists(step, poses, about, twists);
+  return balance::singular_values(twists);
+}
+
+template class LoopRankMonitor<Planar>;
+template class LoopRankMonitor<Spatial>;
+
+namespace {
+
+/// Pivots from here on are followed: a step may come no nearer than some three times the least distance on its way.
+constexpr double monitor_threshold = 4 * near_singular_pivot_threshold;
+
+/// Parts are looked at so often [rad]: no two of their singular configurations are nearer to each other than twice this.
+constexpr double sample_angle = 0.05;
+
+/// Singular values of entries of the order of one that are as good as zero.
+constexpr double zero_singular_value_tolerance = 1e-6;
+
+}  // namespace
+
+template <class S>
+SingularityMonitor<S>::SingularityMonitor(const Mechanism& mechanism, const Tree<S>& tree,
+                                          const CompiledTrajectory<S>& plan, const History& steps)
+    : mechanism_(mechanism), interpolator_(tree, plan), steps_(steps) {
+  if (!plan.has_redundant_closures) return;  // independent closures stay independent, each loop's too
+  loops_.emplace(mechanism, tree);
+  for (std::size_t k = 0; k < loops_->loop_count(); ++k) redundant_matrices_.push_back({.index = k});
+}
+
+template <class S>
+void SingularityMonitor<S>::monitor_actuation(const RegularityMonitor<S>& guard) {
+  regularity_monitor_ = &guard;
+  std::erase_if(redundant_matrices_, [](const RedundantMatrix& part) { return part.is_actuation; });
+  for (std::size_t k = 0; k < guard.redundant_count(); ++k)
+    redundant_matrices_.push_back({.index = k, .is_actuation = true});
+}
+
+template <class S>
+void SingularityMonitor<S>::push_coarse_sample() {
+  std::swap(coarse_samples_[0], coarse_samples_[1]);
+  std::swap(coarse_samples_[1], coarse_samples_[2]);
+  coarse_samples_[2] = *steps_[2];
+}
+
+template <class S>
+bool SingularityMonitor<S>::interpolate(const History& trail, double time) {
+  if (time == interpolated_time_) return true;
+  const auto& [a, b, c] = trail;
+  const bool there = time < b->time ? interpolator_.interpolate(*a, *b, time) : interpolator_.interpolate(*b, *c, time);
+  interpolated_time_ = there ? time : NAN;
+  return there;
+}
+
+template <class S>
+void SingularityMonitor<S>::begin(const KinematicEquations<S>& equations, double pivot, double hold_pivot) {
+  motion_ = actuation_ = {};
+  for (RedundantMatrix& part : redundant_matrices_) part.rank = 0, part.rank_loss_times.clear();
+  start_ = steps_[2]->time;
+  restart(equations, pivot, hold_pivot);
+}
+
+template <class S>
+void SingularityMonitor<S>::restart(const KinematicEquations<S>& equations, double pivot, double hold_pivot) {
+  motion_.minimum_tracker.reset();
+  actuation_.minimum_tracker.reset();
+  interpolated_time_ = NAN;
+  sample_distances(equations, pivot, hold_pivot);
+  if (redundant_matrices_.empty()) return;
+  for (RedundantMatrix& part : redundant_matrices_) part.valley.reset();
+  coarse_samples_[2] = *steps_[2];
+  sample_redundant_matrices();
+}
+
+template <class S>
+void SingularityMonitor<S>::sample(const KinematicEquations<S>& equations, double pivot, double hold_pivot,
+                                   double way) {
+  sample_distances(equations, pivot, hold_pivot);
+  if (redundant_matrices_.empty()) return;
+  rotation_since_sample_ += way;
+  pending_ = rotation_since_sample_ < sample_angle;
+  if (!pending_) sample_redundant_matrices();
+}
+
+template <class S>
+void SingularityMonitor<S>::sample_distances(const KinematicEquations<S>& equations, double pivot, double hold_pivot) {
+  sample_distance(motion_, equations, pivot,
+                  [](const KinematicEquations<S>& there) { return there.distance_to_singularity(); });
+  if (regularity_monitor_ != nullptr)
+    sample_distance(actuation_, equations, hold_pivot,
+                    [this](const KinematicEquations<S>& there) { return regularity_monitor_->mobility(there); });
+}
+
+template <class S>
+template <class Mobility>
+void SingularityMonitor<S>::sample_distance(NearSingularity& pass, const KinematicEquations<S>& equations, double pivot,
+                                            const Mobility& mobility) {
+  LocalMinimumTracker::TimedValue here{steps_[2]->time, INFINITY};
+  if (pivot < monitor_threshold) {
+    here.value = mobility(equations);
+    if (here.value < pass.mobility) pass.pivot_per_mobility = pivot / here.value;
+    pass.update_minimum(here);
+  }
+  const auto value_at = [&](double time) {
+    return interpolate(steps_, time) ? mobility(interpolator_.equations()) : INFINITY;
+  };
+  pass.minimum_tracker.add_sample(here, value_at,
+                                  [&](const LocalMinimumTracker::TimedValue& least) { pass.update_minimum(least); });
+}
+
+template <class S>
+void SingularityMonitor<S>::sample_redundant_matrices() {
+  const double now = steps_[2]->time, from = coarse_history_[2]->time, way = now - from;
+  const int pieces = std::max(1, static_cast<int>(std::ceil(rotation_since_sample_ / sample_angle)));
+  push_coarse_sample();
+  rotation_since_sample_ = 0;
+  pending_ = false;
+  for (int piece = 1; piece <= pieces; ++piece) {
+    const double time = piece == pieces ? now : from + way * piece / pieces;
+    for (RedundantMatrix& part : redundant_matrices_)
+      if (interpolate(coarse_history_, time)) sample_redundant_matrix(part, time);
+  }
+}
+
+template <class S>
+VectorX SingularityMonitor<S>::singular_values(const RedundantMatrix& part) const {
+  return part.is_actuation ? regularity_monitor_->singular_values_without(part.index, interpolator_.equations())
+                           : loops_->singular_values(part.index, interpolator_.state());
+}
+
+/// What vanishes where a part loses rank; of motors only where those left determine everything to begin with.
+template <class S>
+double SingularityMonitor<S>::decisive_singular_value(const RedundantMatrix& part, const VectorX& strengths) const {
+  if (part.rank == 0 || (part.is_actuation && part.rank < interpolator_.equations().columns())) return INFINITY;
+  return strengths[part.rank - 1];
+}
+
+/// The scout is there.
+template <class S>
+void SingularityMonitor<S>::sample_redundant_matrix(RedundantMatrix& part, double time) {
+  const VectorX now = singular_values(part);
+  const auto rank = static_cast<Eigen::Index>(
+      std::count_if(now.begin(), now.end(), [](double s) { return s > zero_singular_value_tolerance; }));
+  if (rank > part.rank) {
+    const bool less_before = part.rank > 0;
+    part.rank = rank;
+    part.valley.reset();
+    if (less_before && std::isfinite(decisive_singular_value(part, now))) part.rank_loss_times.push_back(start_);
+  }
+  const auto value_at = [&](double when) {
+    return interpolate(coarse_history_, when) ? decisive_singular_value(part, singular_values(part)) : INFINITY;
+  };
+  part.valley.add_sample({time, decisive_singular_value(part, now)}, value_at,
+                         [&](const LocalMinimumTracker::TimedValue& least) {
+                           if (least.value < zero_singular_value_tolerance) part.rank_loss_times.push_back(least.time);
+                         });
+}
+
+template <class S>
+std::string SingularityMonitor<S>::describe(const RedundantMatrix& part) const {
+  if (!part.is_actuation) return loops_->joint_names(part.index);
+  const auto coordinate = static_cast<std::size_t>(mechanism_.actuators[part.index]);
+  return mechanism_.coordinates[coordinate].name;
+}
+
+template <class S>
+std::vector<std::string> SingularityMonitor<S>::notes() {
+  std::vector<std::string> notes;
+  if (motion_.is_near())
+    notes.push_back(describe_near_singularity(SingularityKind::motion, motion_.mobility, motion_.time));
+  if (actuation_.is_near())
+    notes.push_back(describe_near_singularity(SingularityKind::actuation, actuation_.mobility, actuation_.time));
+  if (redundant_matrices_.empty()) return notes;
+  const double end = steps_[2]->time;
+  if (pending_) sample_redundant_matrices();
+  for (const RedundantMatrix& part : redundant_matrices_) {
+    std::vector<double> times = part.rank_loss_times;
+    if (end > start_ && interpolate(coarse_history_, end) &&
+        decisive_singular_value(part, singular_values(part)) < zero_singular_value_tolerance)
+      times.push_back(end);
+    if (times.empty()) continue;
+    notes.push_back(part.is_actuation ? describe_redundant_actuator(describe(part), times)
+                                      : describe_change_point(describe(part), times));
+  }
+  return notes;
+}
+
+template class SingularityMonitor<Planar>;
+template class SingularityMonitor<Spatial>;
+
+namespace {
+
+/// y between two moments; the basis of degree 5.
+void interpolate_hermite(const CoordinateSample& a, const CoordinateSample& b, double time, VectorX& y) {
+  const double h = b.time - a.time, s = h > 0 ? (time - a.time) / h : 0;
+  const double s3 = s * s * s, s4 = s3 * s, s5 = s4 * s;
+  const double rise = 10 * s3 - 15 * s4 + 6 * s5;
+  const double leave = s - 6 * s3 + 8 * s4 - 3 * s5, arrive = -4 * s3 + 7 * s4 - 3 * s5;
+  const double bend = (s * s - 3 * s3 + 3 * s4 - s5) / 2, end_bend = (s3 - 2 * s4 + s5) / 2;
+  y = a.y + rise * (b.y - a.y) + h * (leave * a.dy + arrive * b.dy) + h * h * (bend * a.ddy + end_bend * b.ddy);
+}
+
+}  // namespace
+
+template <class S>
+StateInterpolator<S>::StateInterpolator(const Tree<S>& tree, const CompiledTrajectory<S>& plan)
+    : tree_(tree), plan_(plan), equations_(tree, plan.drive, plan.has_redundant_closures), state_(tree.nodes.size()) {
+  x_.assign(static_cast<std::size_t>(std::max(tree.columns, equations_.rows())), 0);
+}
+
+template <class S>
+bool StateInterpolator<S>::interpolate(const CoordinateSample& a, const CoordinateSample& b, double time) {
+  interpolate_hermite(a, b, time, y_);
+  plan_.prescribed_motion->at(time, Side::after, sample_);
+  constexpr double residual_tolerance = 1e-12,
+                   accepted_residual = 1e-7;  // scaled; round-off magnified by a singularity near by
+  constexpr int max_corrections = 4;
+  double worst = INFINITY;
+  for (int k = 0; k <= max_corrections; ++k) {
+    compute_poses(tree_, y_.data(), state_);
+    equations_.evaluate(state_, y_.data(), sample_, x_.data());
+    worst = 0;
+    for (int r = 0; r < equations_.rows(); ++r) worst = std::max(worst, std::abs(x_[r]));
+    if (worst <= residual_tolerance || k == max_corrections) break;
+    if (!equations_.factorise(0)) return false;
+    equations_.solve(x_.data());
+    for (int c = 0; c < tree_.columns; ++c) y_[c] -= x_[c];
+  }
+  return worst <= accepted_residual;
+}
+
+template class StateInterpolator<Planar>;
+template class StateInterpolator<Spatial>;
+
+}  // namespace balance

@@ -1,0 +1,421 @@
+#pragma once
+/// Steps of a motion in lanes: every lane from its own place in the groups before to a moment of the next one. Private to mechanics.
+
+#include "balance/foundation/numerics/lane_block_triangular.hpp"
+#include "balance/mechanics/dynamics/actuation.hpp"
+#include "balance/mechanics/dynamics/sample_quantities.hpp"
+#include "balance/mechanics/kinematics/drive.hpp"
+#include "balance/mechanics/kinematics/motion_stepper.hpp"
+#include "balance/mechanics/lanes/lane_kernels.hpp"
+#include "balance/mechanics/lanes/lane_min_singular_value.hpp"
+
+#include <algorithm>
+#include <array>
+#include <limits>
+#include <vector>
+
+namespace balance {
+
+/// Efforts and multipliers by the square system of Actuation, with a sample in every lane.
+
+/// @tparam L a space over packs
+template <class L>
+class LaneActuation {
+ public:
+  using T = typename L::Scalar;
+
+  /// @param scalar regular, and used before
+  template <class S>
+  explicit LaneActuation(const Actuation<S>& scalar)
+      : closures_(scalar.closures_), passive_columns_(scalar.passive_columns_) {
+    for (const auto& motor : scalar.actuated_) motors_.push_back({motor.column, motor.ratio, {}});
+    for (const auto& entry : scalar.closure_entries_) passive_entries_.push_back({entry.place, entry.index});
+    for (std::size_t a = 0; a < scalar.motor_column_entries_.size(); ++a)
+      for (const auto& entry : scalar.motor_column_entries_[a]) motors_[a].entries.push_back({entry.place, entry.row});
+    SparsityPattern pattern(static_cast<std::size_t>(closures_));
+    for (const auto& entry : scalar.closure_entries_) pattern[entry.row].push_back(position(entry.column));
+    passive_.analyse(pattern);
+    efforts_.assign(motors_.size(), T(0.0));
+    multipliers_.assign(static_cast<std::size_t>(closures_), T(0.0));
+  }
+
+  /// The matrix before the first lane's, and the order of pivots: those of the scalar one's last.
+  template <class S>
+  void start(const Actuation<S>& scalar) {
+    if (closures_ == 0) return;
+    passive_.take_order(scalar.passive_);
+    passive_.store(scalar.passive_.storage());
+  }
+
+  /// Per lane the smallest pivot; see Actuation::look.
+  T factorise(const KinematicEquations<L>& equations) {
+    if (closures_ == 0) return 1.0;
+    for (const EntryCopy& entry : passive_entries_) passive_.storage()[entry.to] = equations.entry_at(entry.from);
+    passive_.factorise();
+    return passive_.min_pivot();
+  }
+  bool near_kept(double limit) { return closures_ == 0 || passive_.is_near_stored(limit); }
+  void keep() {
+    if (closures_ > 0) passive_.store();
+  }
+
+  /// After look(), which found regular matrices. @param tau per tree coordinate
+  void solve(const KinematicEquations<L>& equations, const T* tau) {
+    const std::vector<double>&columns = equations.column_scale(), &rows = equations.row_scale();
+    for (int k = 0; k < closures_; ++k) multipliers_[k] = columns[passive_columns_[k]] * tau[passive_columns_[k]];
+    if (closures_ > 0) passive_.solve_transposed(multipliers_.data());
+    for (std::size_t a = 0; a < motors_.size(); ++a) {
+      const Motor& motor = motors_[a];
+      T sum = 0.0;
+      for (const EntryCopy& entry : motor.entries) sum += equations.entry_at(entry.from) * multipliers_[entry.to];
+      efforts_[a] = (tau[motor.column] - sum / columns[motor.column]) / motor.ratio;
+    }
+    for (int r = 0; r < closures_; ++r) multipliers_[r] *= rows[r];
+  }
+
+  const std::vector<T>& efforts() const { return efforts_; }          ///< per actuator [N m or N]
+  const std::vector<T>& multipliers() const { return multipliers_; }  ///< per closure row [N or N m]
+
+ private:
+  struct EntryCopy {
+    int from;  ///< among the equations' values
+    int to;    ///< in the passive matrix, or the row
+  };
+  struct Motor {
+    ColumnId column;
+    double ratio;
+    std::vector<EntryCopy> entries;
+  };
+
+  int position(ColumnId column) const {
+    return static_cast<int>(std::find(passive_columns_.begin(), passive_columns_.end(), column) -
+                            passive_columns_.begin());
+  }
+
+  int closures_;
+  std::vector<ColumnId> passive_columns_;
+  std::vector<Motor> motors_;
+  std::vector<EntryCopy> passive_entries_;
+  LaneSquareSystem<T::lanes> passive_;
+  std::vector<T> efforts_, multipliers_;
+};
+
+/// The numbers of a GroupJob as lanes.
+
+/// What is prescribed at the moments from `first` on.
+template <class L>
+void load_prescribed_values(const GroupJob& job, int first, const Drive<Constants<L>>& drive,
+                            DriveSampleOf<typename L::Scalar>& sample) {
+  using T = typename L::Scalar;
+  for (int k = 0; k < drive.value_count(); ++k) {
+    const int at = k * group_size + first;
+    sample.value[k] = T::load(&job.value[at]);
+    sample.rate[k] = T::load(&job.rate[at]);
+    sample.acceleration[k] = T::load(&job.acceleration[at]);
+  }
+  if (drive.rotation.empty()) return;
+  for (int k = 0; k < 9; ++k) sample.rotation(k % 3, k / 3) = T::load(&job.rotation[k * group_size + first]);
+  for (int k = 0; k < 3; ++k) {
+    sample.angular_velocity[k] = T::load(&job.angular_velocity[k * group_size + first]);
+    sample.angular_acceleration[k] = T::load(&job.angular_acceleration[k * group_size + first]);
+  }
+}
+
+/// Where the moments from `first` on should be: as Stepper::predict, from the same places of the groups before.
+template <class T>
+void predict_group(const GroupJob& job, int first, std::vector<T>& y_next) {
+  const double h = job.step * group_size, hh = h * h;
+  const auto of = [&](int group, std::vector<double> GroupCoordinates::*numbers, int c) {
+    return T::load(&(job.history[group]->*numbers)[c * group_size + first]);
+  };
+  for (int c = 0; c < static_cast<int>(y_next.size()); ++c) {
+    const T y = of(0, &GroupCoordinates::y, c), v = h * of(0, &GroupCoordinates::dy, c),
+            a = hh * of(0, &GroupCoordinates::ddy, c);
+    if (job.history_count < 2) {
+      y_next[c] = y + v + 0.5 * a;
+      continue;
+    }
+    const T y1 = of(1, &GroupCoordinates::y, c), v1 = h * of(1, &GroupCoordinates::dy, c),
+            a1 = hh * of(1, &GroupCoordinates::ddy, c);
+    if (job.history_count < 3) {
+      y_next[c] = 32.0 * y - 31.0 * y1 - 16.0 * v - 14.0 * v1 + 4.0 * a - 2.0 * a1;
+      continue;
+    }
+    const T y2 = of(2, &GroupCoordinates::y, c), v2 = h * of(2, &GroupCoordinates::dy, c),
+            a2 = hh * of(2, &GroupCoordinates::ddy, c);
+    y_next[c] =
+        229.5 * y - 351.0 * y1 + 122.5 * y2 - 94.5 * v - 54.0 * v1 + 43.5 * v2 + 13.5 * a - 54.0 * a1 + 4.5 * a2;
+  }
+}
+
+/// What an Observer finds at a moment, with a moment in every lane.
+
+/// @tparam L the space S over packs
+template <class L, class S>
+class LaneSampleEvaluator {
+ public:
+  using T = typename L::Scalar;
+
+  explicit LaneSampleEvaluator(const GroupSetup<S>& setup)
+      : mechanism_(setup.mechanism),
+        tree_(setup.tree),
+        tool_(setup.drive.tool),
+        gravity_(to_vector<S>(mechanism_.gravity).template cast<T>()),
+        about_(setup.about.template cast<T>()),
+        wrenches_(tree_.nodes.size()),
+        tau_(static_cast<std::size_t>(tree_.columns)) {
+    seen_.joint_force.assign(mechanism_.joints.size(), Vector3Of<T>::Zero());
+    seen_.joint_moment = seen_.joint_force;
+  }
+
+  /// @param equations filled and actuation looked there, poses and angular velocities in the state
+  void evaluate(const KinematicEquations<L>& equations, LaneActuation<L>& actuation, TreeState<L>& state, const T* dy,
+                const T* ddy) {
+    compute_origin_velocities(tree_, dy, state);
+    compute_accelerations<L>(tree_, dy, ddy, -gravity_, state);
+    for (auto& wrench : wrenches_) wrench = {};
+    inverse_dynamics(tree_, state, wrenches_, tau_.data());
+    actuation.solve(equations, tau_.data());
+    efforts_ = actuation.efforts().data();
+    const Wrench<L> none;
+    compute_total_forces<L>(tree_, state, {wrenches_[0], none, none, gravity_, about_}, seen_);
+    if (mechanism_.tool) {
+      seen_.tool_position = to_3d(position(state, tool_));
+      seen_.tool_rotation = to_matrix(orientation(state, tool_));
+    }
+    seen_.com_velocity = to_3d(com_velocity(tree_, state));
+    compute_energies(tree_, state, gravity_, T(0.0), seen_);
+    if (!tree_.closures.empty()) {
+      for (auto& wrench : wrenches_) wrench = {};
+      add_closure_wrenches(tree_, state, actuation.multipliers(), wrenches_, seen_);
+      inverse_dynamics(tree_, state, wrenches_, tau_.data());
+    }
+    compute_joint_reactions(mechanism_, tree_, state, wrenches_, seen_);
+  }
+
+  /// The moments of all lanes, to the samples from `first` on.
+  template <std::size_t N>
+  void store(const T& mobility, int first, std::array<Sample, N>& samples) const {
+    for (int l = 0; l < T::lanes; ++l) {
+      Sample& out = samples[static_cast<std::size_t>(first) + static_cast<std::size_t>(l)];
+      const auto copy = [l](const auto& in, auto& to) {
+        for (Eigen::Index i = 0; i < in.size(); ++i) to.data()[i] = in.data()[i][l];
+      };
+      for (Eigen::Index a = 0; a < out.effort.size(); ++a) out.effort[a] = efforts_[a][l];
+      copy(seen_.com, out.com);
+      copy(seen_.com_velocity, out.com_velocity);
+      copy(seen_.com_acceleration, out.com_acceleration);
+      copy(seen_.tool_position, out.tool_position);
+      copy(seen_.tool_rotation, out.tool_rotation);
+      copy(seen_.shaking_force, out.shaking_force);
+      copy(seen_.shaking_moment, out.shaking_moment);
+      copy(seen_.ground_force, out.ground_force);
+      copy(seen_.ground_moment, out.ground_moment);
+      for (std::size_t j = 0; j < out.joint_force.size(); ++j) {
+        copy(seen_.joint_force[j], out.joint_force[j]);
+        copy(seen_.joint_moment[j], out.joint_moment[j]);
+      }
+      out.kinetic_energy = seen_.kinetic_energy[l];
+      out.potential_energy = seen_.potential_energy[l];
+      out.mobility = mobility[l];
+    }
+  }
+
+ private:
+  const Mechanism& mechanism_;
+  const Tree<S>& tree_;
+  const FixedFrame<S>& tool_;
+  typename L::Vector gravity_, about_;
+  std::vector<Wrench<L>> wrenches_;
+  std::vector<T> tau_;
+  const T* efforts_ = nullptr;  ///< per actuator
+  SampleOf<T> seen_;
+};
+
+/// @tparam L the space S over packs
+template <class L, class S>
+class LaneStepper {
+ public:
+  using T = typename L::Scalar;
+
+  /// @param setup must outlive it
+  explicit LaneStepper(const GroupSetup<S>& setup)
+      : setup_(setup),
+        tree_(setup.tree),
+        drive_(setup.drive),
+        equations_(tree_, drive_, false),
+        actuation_(setup.actuation),
+        state_(tree_.nodes.size()) {
+    const auto n = static_cast<std::size_t>(tree_.columns);
+    for (auto* numbers : {&y_, &dy_, &ddy_, &x_, &rates_, &predicted_}) numbers->assign(n, T(0.0));
+    last_y_.assign(n, 0);
+    last_dy_ = last_y_;
+    for (auto* values : {&sample_.value, &sample_.rate, &sample_.acceleration})
+      values->setConstant(drive_.value_count(), T(0.0));
+  }
+
+  /// As GroupSolver::start.
+  void start(const KinematicEquations<S>& equations, const Actuation<S>& actuation, const double* y, const double* dy) {
+    if (setup_.direct) return;
+    equations_.system().take_order(equations.system());
+    equations_.system().store(equations.system().storage());
+    actuation_.start(actuation);
+    std::copy_n(y, tree_.columns, last_y_.begin());
+    std::copy_n(dy, tree_.columns, last_dy_.begin());
+  }
+
+  /// The group's moments from `first` on.
+  /// @return as GroupSolver::find
+  bool find(GroupJob& job, int first) {
+    load_prescribed_values<L>(job, first, drive_, sample_);
+    if (!(setup_.direct ? solve_explicit(job, first) : solve_by_newton(job, first))) return false;
+    for (int c = 0; c < tree_.columns; ++c) {
+      const int at = c * group_size + first;
+      y_[c].store(&job.coordinates.y[at]), dy_[c].store(&job.coordinates.dy[at]),
+          ddy_[c].store(&job.coordinates.ddy[at]);
+    }
+    return true;
+  }
+
+  const KinematicEquations<L>& equations() const { return equations_; }  ///< filled there
+  LaneActuation<L>& actuation() { return actuation_; }                   ///< looked there
+  TreeState<L>& state() { return state_; }                               ///< poses and angular velocities there
+  const T* dy() const { return dy_.data(); }
+  const T* ddy() const { return ddy_.data(); }
+
+ private:
+  using Mask = decltype(T() < T());
+
+  /// As Stepper::set_direct.
+  bool solve_explicit(GroupJob& job, int first) {
+    for (std::size_t k = 0; k < drive_.linear.size(); ++k) {
+      const LinearQuantity& quantity = drive_.linear[k];
+      const auto& [column, coefficient] = quantity.terms[0];
+      const double inverse = 1 / coefficient;
+      y_[column] = (sample_.value[k] - quantity.constant) * inverse;
+      dy_[column] = sample_.rate[k] * inverse;
+      ddy_[column] = sample_.acceleration[k] * inverse;
+    }
+    compute_poses(tree_, y_.data(), state_);
+    compute_angular_velocities(tree_, dy_.data(), state_);
+    for (int l = first; l < first + T::lanes; ++l) job.pivot[l] = job.hold_pivot[l] = 1, job.iterations[l] = 0;
+    return true;
+  }
+
+  bool solve_by_newton(GroupJob& job, int first) {
+    predict_group(job, first, predicted_);
+    y_ = predicted_;
+    T iterations;
+    if (!newton(iterations) || !is_near_prediction()) return false;
+    differentiate();
+    const T hold_pivot = actuation_.factorise(equations_);
+    if (!(reduce_min(hold_pivot) >= singular_pivot_threshold)) return false;
+    if (!equations_.is_near_stored(max_matrix_change) || !actuation_.near_kept(max_matrix_change)) return false;
+    equations_.system().min_pivot().store(&job.pivot[first]);
+    hold_pivot.store(&job.hold_pivot[first]);
+    step_distance(job.step).store(&job.distance[first]);
+    iterations.store(&job.iterations[first]);
+    equations_.store();
+    actuation_.keep();
+    for (int c = 0; c < tree_.columns; ++c) last_y_[c] = y_[c][T::lanes - 1], last_dy_[c] = dy_[c][T::lanes - 1];
+    return true;
+  }
+
+  /// As Stepper::newton. A lane that is done stays where it was before its last correction, so that everything is evaluated there
+  /// again, to the same bits, until the others are done, too.
+  bool newton(T& iterations) {
+    constexpr double inf = std::numeric_limits<double>::infinity();
+    const double enough = setup_.residual_tolerance;
+    T last = inf;
+    Mask done = last < 0.0;
+    iterations = 0.0;
+    for (int count = 0; count <= MotionStepper<S>::max_newton_iterations; ++count) {
+      compute_poses(tree_, y_.data(), state_);
+      equations_.evaluate(state_, y_.data(), sample_, x_.data());
+      T worst = 0.0;
+      for (const T& x : x_) worst = max(worst, abs(x));
+      if (!all(worst < inf) || !equations_.factorise()) return false;
+      equations_.velocity_rhs(sample_, rates_.data());
+      equations_.solve_pair(x_.data(), rates_.data());
+      const Mask before = done;
+      done = done | (worst <= enough) | ((worst <= 10 * enough) & (worst >= last));
+      iterations = select(before, iterations, T(count));
+      last = worst;
+      const bool finished = all(done);
+      for (int c = 0; c < tree_.columns; ++c) y_[c] = finished ? y_[c] - x_[c] : select(done, y_[c], y_[c] - x_[c]);
+      if (finished) return true;
+    }
+    return false;
+  }
+
+  bool is_near_prediction() const {
+    const std::vector<double>& scale = equations_.column_scale();
+    for (int c = 0; c < tree_.columns; ++c)
+      if (!all(abs(y_[c] - predicted_[c]) <= MotionStepper<S>::max_correction * scale[c])) return false;
+    return true;
+  }
+
+  void differentiate() {
+    dy_ = rates_;
+    compute_angular_velocities(tree_, dy_.data(), state_);
+    if (tree_.has_sliding_closures) compute_origin_velocities(tree_, dy_.data(), state_);
+    compute_accelerations<L>(tree_, dy_.data(), nullptr, L::Vector::Zero(), state_);
+    equations_.acceleration_rhs(state_, sample_, x_.data());
+    equations_.solve(x_.data());
+    ddy_ = x_;
+  }
+
+  /// As Stepper::turned, of every moment since the one before it.
+  T step_distance(double h) const {
+    const std::vector<double>& scale = equations_.column_scale();
+    T most = 0.0;
+    for (const int c : setup_.matrix_columns) {
+      const T rate = max(abs(shift_lanes(dy_[c], last_dy_[c])), abs(dy_[c]));
+      most = max(most, max(abs(y_[c] - shift_lanes(y_[c], last_y_[c])), h * rate) / scale[c]);
+    }
+    return most;
+  }
+
+  const GroupSetup<S>& setup_;
+  const Tree<S>& tree_;
+  const Drive<S>& drive_;
+  KinematicEquations<L> equations_;
+  LaneActuation<L> actuation_;
+  TreeState<L> state_;
+  DriveSampleOf<T> sample_;
+  std::vector<T> y_, dy_, ddy_, x_, rates_, predicted_;
+  std::vector<double> last_y_, last_dy_;  ///< of the moment before the first lane's
+};
+
+/// A GroupSolver in lanes: as many moments at once as the instruction set has lanes, one such part of a group after another.
+
+/// @tparam L the space S over packs
+template <class L, class S>
+class LaneGroupSolver final : public GroupSolver<S> {
+ public:
+  explicit LaneGroupSolver(const GroupSetup<S>& setup)
+      : setup_(setup), step_(setup_), least_singular_(step_.equations()), moment_(setup_) {}
+
+  void start(const KinematicEquations<S>& equations, const Actuation<S>& actuation, const double* y,
+             const double* dy) override {
+    step_.start(equations, actuation, y, dy);
+  }
+
+  bool solve(GroupJob& job) override {
+    using T = typename L::Scalar;
+    for (int first = 0; first < group_size; first += T::lanes) {
+      if (!step_.find(job, first)) return false;
+      moment_.evaluate(step_.equations(), step_.actuation(), step_.state(), step_.dy(), step_.ddy());
+      moment_.store(setup_.direct ? T(1.0) : least_singular_.compute(step_.equations()), first, job.samples);
+    }
+    return true;
+  }
+
+ private:
+  GroupSetup<S> setup_;
+  LaneStepper<L, S> step_;
+  LaneMinSingularValue<L> least_singular_;
+  LaneSampleEvaluator<L, S> moment_;
+};
+
+}  // namespace balance

@@ -1,0 +1,87 @@
+#pragma once
+/// The same mechanism over another scalar.
+
+#include "balance/foundation/base/dual.hpp"
+#include "balance/mechanics/model/mechanism.hpp"
+
+namespace balance {
+
+/// Every number of `from` through `number` (From → To), everything else as it is.
+template <class To, class From, class Function>
+MechanismOf<To> convert_mechanism(const MechanismOf<From>& from, const Function& number) {
+  const auto vector = [&](const Vector3Of<From>& v) { return Vector3Of<To>(number(v[0]), number(v[1]), number(v[2])); };
+  const auto matrix = [&](const Matrix3Of<From>& m) {
+    Matrix3Of<To> out;
+    for (int column = 0; column < 3; ++column) out.col(column) = vector(m.col(column));
+    return out;
+  };
+  const auto numbers = [&](const std::vector<From>& list) {
+    std::vector<To> out;
+    for (const From& x : list) out.push_back(number(x));
+    return out;
+  };
+  const auto vectors = [&](const std::vector<Vector3Of<From>>& list) {
+    std::vector<Vector3Of<To>> out;
+    for (const auto& v : list) out.push_back(vector(v));
+    return out;
+  };
+  const auto followed = [&](const CoordinateCombinationOf<From>& sum) {
+    std::vector<CoordinateTermOf<To>> terms;
+    for (const CoordinateTermOf<From>& term : sum.terms) terms.push_back({term.coordinate, number(term.ratio)});
+    return CoordinateCombinationOf<To>(std::move(terms));
+  };
+  MechanismOf<To> to;
+  to.name = from.name, to.space = from.space, to.units = from.units, to.gravity = vector(from.gravity);
+  for (const auto& body : from.bodies) {
+    to.bodies.push_back(
+        {body.name, number(body.mass), vector(body.com), matrix(body.inertia), {}, body.inertia_as_given});
+    for (const auto& point : body.points) to.bodies.back().points.push_back({point.name, vector(point.position)});
+  }
+  for (const auto& joint : from.joints)
+    to.joints.push_back({joint.name, joint.type, joint.first, joint.second, vector(joint.point_first),
+                         vector(joint.point_second), vector(joint.axis), vector(joint.axis2), matrix(joint.rotation),
+                         number(joint.radius), joint.slips});
+  to.coordinates = from.coordinates;
+  for (const auto& coupling : from.couplings)
+    to.couplings.push_back(
+        {coupling.follower, followed(coupling.leader), number(coupling.ratio), number(coupling.offset)});
+  for (const auto& constraint : from.constraints) {
+    to.constraints.push_back({constraint.name, {}});
+    for (const auto& term : constraint.terms)
+      to.constraints.back().terms.push_back({static_cast<typename GeneralisedSpeedTermOf<To>::Kind>(term.kind),
+                                             term.index, number(term.factor), term.body, vector(term.position)});
+  }
+  for (const auto& extra : from.attachments)
+    to.attachments.push_back({extra.name, extra.kind, extra.body, vector(extra.position), number(extra.mass),
+                              matrix(extra.inertia), extra.from, extra.until});
+  for (const auto& disc : from.discs)
+    to.discs.push_back({disc.name, disc.body, vector(disc.position), vector(disc.axis), followed(disc.follows),
+                        number(disc.ratio), number(disc.mass), matrix(disc.inertia)});
+  for (const auto& load : from.loads)
+    to.loads.push_back({load.name, load.body, vector(load.point), load.frame, numbers(load.time), vectors(load.force),
+                        vectors(load.moment)});
+  for (const auto& spring : from.springs)
+    to.springs.push_back({spring.name, spring.first, spring.second, vector(spring.point_first),
+                          vector(spring.point_second), number(spring.stiffness), number(spring.free_length),
+                          number(spring.preload), spring.coordinate});
+  for (const auto& friction : from.friction) {
+    to.friction.push_back({friction.coordinate, number(friction.viscous), number(friction.coulomb), {}, {}, {}});
+    auto& copy = to.friction.back();
+    if (friction.breakaway) copy.breakaway = number(*friction.breakaway);
+    if (friction.coulomb_backward) copy.coulomb_backward = number(*friction.coulomb_backward);
+    if (friction.at_rest_backward) copy.at_rest_backward = number(*friction.at_rest_backward);
+  }
+  to.actuators = from.actuators;
+  if (from.tool) to.tool = {from.tool->body, from.tool->point, vector(from.tool->position)};
+  for (const auto& rough : from.assembly) to.assembly.push_back({rough.coordinate, number(rough.value)});
+  return to;
+}
+
+/// The mechanism without its derivatives.
+inline const Mechanism& values_of(const Mechanism& mechanism) { return mechanism; }
+template <int N>
+Mechanism values_of(const MechanismOf<Dual<N>>& mechanism) {
+  return convert_mechanism<double>(mechanism, [](const Dual<N>& x) { return x.value; });
+}
+
+}  // namespace balance

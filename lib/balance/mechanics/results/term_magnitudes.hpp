@@ -1,0 +1,60 @@
+#pragma once
+/// How large the terms are that a figure is the sum of. Where they cancel, what is left over is round-off: a small part of their
+/// size, whatever the sum.
+
+#include "balance/foundation/base/types.hpp"
+
+#include <array>
+
+namespace balance {
+
+/// How small is nothing but round-off.
+
+/// Of the terms' size; a sum of a hundred terms, each of which has gone through a few rotations.
+inline constexpr double round_off_factor = 256 * 2.220446049250313e-16;
+
+/// One number per coordinate, actuator or joint, or a single one; all in the unit of the quantity they belong to. Empty where
+/// nothing is known.
+struct TermMagnitudes {
+  VectorX position, velocity, acceleration;              ///< per joint coordinate
+  VectorX effort, power;                                 ///< per actuator
+  VectorX total_effort;                                  ///< single, of all efforts together
+  VectorX com_position, com_velocity, com_acceleration;  ///< single, as all down to potential_energy
+  VectorX tool_position, tool_angle;
+  VectorX shaking_force, shaking_moment;  ///< of the inertia of all bodies, and of what is added and subtracted
+  VectorX moment_com;                     ///< the same about the centre of mass
+  VectorX force, moment;                  ///< of inertia, loads and springs: what the ground feels
+  VectorX kinetic_energy, potential_energy;
+  VectorX joint_force, joint_moment;  ///< per joint
+  VectorX constraint_force;           ///< per constraint on speeds
+  VectorX sliding_variable;           ///< per sliding variable of a controller
+
+  /// Each entry becomes at least `factor` times the other's.
+  void raise_to(const TermMagnitudes& other, double factor);
+};
+
+/// All members, for what is done to every one of them.
+inline constexpr std::array term_magnitude_members = {&TermMagnitudes::position,
+                                                      &TermMagnitudes::velocity,
+                                                      &TermMagnitudes::acceleration,
+                                                      &TermMagnitudes::effort,
+                                                      &TermMagnitudes::power,
+                                                      &TermMagnitudes::com_position,
+                                                      &TermMagnitudes::com_velocity,
+                                                      &TermMagnitudes::com_acceleration,
+                                                      &TermMagnitudes::tool_position,
+                                                      &TermMagnitudes::tool_angle,
+                                                      &TermMagnitudes::shaking_force,
+                                                      &TermMagnitudes::shaking_moment,
+                                                      &TermMagnitudes::force,
+                                                      &TermMagnitudes::moment,
+                                                      &TermMagnitudes::kinetic_energy,
+                                                      &TermMagnitudes::potential_energy,
+                                                      &TermMagnitudes::joint_force,
+                                                      &TermMagnitudes::joint_moment,
+                                                      &TermMagnitudes::constraint_force,
+                                                      &TermMagnitudes::sliding_variable,
+                                                      &TermMagnitudes::total_effort,
+                                                      &TermMagnitudes::moment_com};
+
+}  // namespace balance

@@ -1,0 +1,29 @@
+#pragma once
+/// Values that a drive prescribes.
+
+#include "balance/foundation/base/types.hpp"
+
+namespace balance {
+
+/// Prescribed values at one pose: k scalars (positions, planar angle, joint coordinates) and, where the whole orientation of
+/// a spatial tool is prescribed, its rotation.
+template <class T>
+struct DriveValueOf {
+  VectorXOf<T> value;  ///< k entries
+  Matrix3Of<T> rotation =
+      Matrix3Of<T>::Identity();  ///< of the tool's body in the world; used only if the rotation is prescribed
+};
+
+/// Prescribed values at one time with their first and second time derivatives.
+template <class T>
+struct DriveSampleOf {
+  VectorXOf<T> value, rate, acceleration;  ///< k entries each
+  Matrix3Of<T> rotation = Matrix3Of<T>::Identity();
+  Vector3Of<T> angular_velocity = Vector3Of<T>::Zero();      ///< world axes [rad/s]
+  Vector3Of<T> angular_acceleration = Vector3Of<T>::Zero();  ///< world axes [rad/s^2]
+};
+
+using DriveValue = DriveValueOf<double>;
+using DriveSample = DriveSampleOf<double>;
+
+}  // namespace balance

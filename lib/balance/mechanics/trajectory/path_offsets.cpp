@@ -1,0 +1,277 @@
+#include "balance/mechanics/trajectory/path_offsets.hpp"
+
+#include "balance/foundation/base/elementary.hpp"
+#include "balance/foundation/numerics/eigen_instantiations.hpp"
+#include "balance/foundation/numerics/extrema.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+#include <stdexcept>
+
+namespace balance {
+namespace {
+
+constexpr int bspline_order = 4;  ///< of a cubic spline: its terms, and how often its ends count as knots
+constexpr double jump_parameter_tolerance = 1e-12;  ///< parameters nearer than this to a jump are the jump
+constexpr std::size_t derivative_columns = 3;       ///< value, first and second derivative
+
+/// Ends fourfold, inner knots evenly spaced, the middle one twice if the second derivative may jump there.
+std::vector<double> make_knot_vector(std::size_t coefficients, bool jump) {
+  const std::size_t inner = jump ? coefficients - 1 : coefficients;
+  std::vector<double> knots(bspline_order, 0.0);
+  for (std::size_t k = 1; k <= inner; ++k) {
+    knots.push_back(static_cast<double>(k) / static_cast<double>(inner + 1));
+    if (jump && 2 * k == inner + 1) knots.push_back(knots.back());
+  }
+  knots.insert(knots.end(), bspline_order, 1.0);
+  return knots;
+}
+
+/// De Boor's algorithm on the stretch between knots j and j + 1.
+double evaluate_de_boor(const std::vector<double>& knots, const std::vector<double>& controls, std::size_t j,
+                        double x) {
+  std::array<double, bspline_order> d;
+  for (std::size_t i = 0; i < bspline_order; ++i) d[i] = controls[j - (bspline_order - 1) + i];
+  for (std::size_t r = 1; r < bspline_order; ++r)
+    for (std::size_t i = bspline_order - 1; i >= r; --i) {
+      const double left = knots[j - (bspline_order - 1) + i], right = knots[j + 1 + i - r];
+      const double part = (x - left) / (right - left);
+      d[i] = (1 - part) * d[i - 1] + part * d[i];
+    }
+  return d[bspline_order - 1];
+}
+
+/// A cubic's Chebyshev terms from its values at Chebyshev's points.
+Panel fit_cubic_panel(const std::vector<double>& knots, const std::vector<double>& controls, std::size_t j) {
+  Panel panel{knots[j], knots[j + 1], Samples::Zero(PiecewiseChebyshevSeries::coefficient_count, 1)};
+  const double middle = (panel.begin + panel.end) / 2, half = (panel.end - panel.begin) / 2;
+  for (int k = 0; k < bspline_order; ++k) {
+    const double angle = std::numbers::pi * (2 * k + 1) / (2 * bspline_order);
+    const double value = evaluate_de_boor(knots, controls, j, middle + half * elementary::cos(angle));
+    for (int i = 0; i < bspline_order; ++i)
+      panel.coefficients(i, 0) += (i == 0 ? 1.0 : 2.0) / bspline_order * value * elementary::cos(i * angle);
+  }
+  return panel;
+}
+
+PiecewiseChebyshevSeries make_spline_series(const std::vector<double>& knots, const std::vector<double>& controls) {
+  std::vector<Panel> panels;
+  for (std::size_t j = bspline_order - 1; j + bspline_order < knots.size(); ++j)
+    if (knots[j] < knots[j + 1]) panels.push_back(fit_cubic_panel(knots, controls, j));
+  return PiecewiseChebyshevSeries(std::move(panels));
+}
+
+/// Where the drive's values hold a coordinate (−1: the tool's angle).
+std::size_t find_component(const DriveQuantities& quantities, CoordinateId coordinate) {
+  const std::size_t first = quantities.point.size() + quantities.com.size();
+  if (coordinate < 0 && quantities.tool_angle) return first;
+  const auto& all = quantities.coordinates;
+  const auto found = std::find(all.begin(), all.end(), coordinate);
+  if (found == all.end()) throw std::invalid_argument("the drive does not prescribe what has a course of its own");
+  return first + (quantities.tool_angle ? 1 : 0) + static_cast<std::size_t>(found - all.begin());
+}
+
+/// A quantity whose end follows from its course goes nowhere by itself.
+void hold_component(PrescribedMotion::Request& request, Eigen::Index component) {
+  const double start = request.from.value[component];
+  if (request.to.value.size() > 0) request.to.value[component] = start;
+  for (DriveValue& point : request.via) point.value[component] = start;
+}
+
+}  // namespace
+
+ValueWithDerivatives evaluate_with_derivatives(const PiecewiseChebyshevSeries& course, double parameter, Side side) {
+  const double beside = parameter + (side == Side::after ? jump_parameter_tolerance : -jump_parameter_tolerance);
+  std::array<double, derivative_columns> out{};
+  course.evaluate(course.find_panel(beside, 0, course.panels().size()), parameter, out.data());
+  return {out[0], out[1], out[2]};
+}
+
+PiecewiseChebyshevSeries append_derivatives(const PiecewiseChebyshevSeries& function) {
+  const PiecewiseChebyshevSeries first = function.derivative(), second = first.derivative();
+  std::vector<Panel> panels = function.panels();
+  for (std::size_t p = 0; p < panels.size(); ++p) {
+    panels[p].coefficients.resize(PiecewiseChebyshevSeries::coefficient_count, derivative_columns);
+    panels[p].coefficients << function.panels()[p].coefficients, first.panels()[p].coefficients,
+        second.panels()[p].coefficients;
+  }
+  return PiecewiseChebyshevSeries(std::move(panels));
+}
+
+PiecewiseChebyshevSeries make_bspline(const std::vector<double>& controls) {
+  if (controls.size() < bspline_order) throw std::invalid_argument("a cubic spline needs four controls");
+  return make_spline_series(make_knot_vector(controls.size() - bspline_order, false), controls);
+}
+
+PiecewiseChebyshevSeries make_clamped_bspline(const std::vector<double>& coefficients, bool jump) {
+  if (coefficients.empty()) throw std::invalid_argument("a spline needs a coefficient");
+  if (jump && coefficients.size() % 2 != 0)
+    throw std::invalid_argument("a spline with a jump in its middle has an even number of coefficients");
+  const std::vector<double> knots = make_knot_vector(coefficients.size(), jump);
+  std::vector<double> controls(2, 0.0);  // the two at each end are the value and the rate there
+  controls.insert(controls.end(), coefficients.begin(), coefficients.end());
+  controls.insert(controls.end(), 2, 0.0);
+  return append_derivatives(make_spline_series(knots, controls));
+}
+
+void add_secondary_tasks(const Trajectory& trajectory, const DriveQuantities& quantities,
+                         PrescribedMotion::Request& request) {
+  if (!trajectory.secondary_tasks.empty() && std::holds_alternative<TablePath>(trajectory.path))
+    throw std::invalid_argument("a table says how every quantity goes; none has a course of its own beside it");
+  for (const SecondaryTask& course : trajectory.secondary_tasks) {
+    const auto component = static_cast<Eigen::Index>(find_component(quantities, course.coordinate));
+    if (const auto* spline = std::get_if<SplineTask>(&course.kind)) {
+      request.component_offsets.push_back(
+          {component, make_clamped_bspline(spline->coefficients, spline->has_middle_jump), spline->over_time});
+      continue;
+    }
+    const auto& kept = std::get<MomentumTask>(course.kind);
+    if (kept.solution.panels().empty())
+      throw std::invalid_argument("the course that keeps the angular momentum has not been found yet");
+    hold_component(request, component);
+    request.component_offsets.push_back({component, kept.solution, kept.over_time});
+  }
+  add_corridor_offset(trajectory.corridor, quantities, request);
+}
+
+namespace {
+
+constexpr double max_panel_rotation = 0.5;     // of the directions on one panel [rad]: 16 terms are then exact
+constexpr double coefficient_epsilon = 4e-16;  // of a panel's largest: smaller ones are round-off
+constexpr double path_length_epsilon = 1e-9;   // of the coordinates' size
+
+StraightCurve extract_straight_part(const PrescribedMotion::Request& request) {
+  const bool stays = request.to.value.size() == 0;
+  return {request.from.value,
+          stays ? VectorX(VectorX::Zero(request.from.value.size())) : VectorX(request.to.value - request.from.value)};
+}
+
+/// Columns that complete a unit vector to an orthonormal basis.
+MatrixX complete_orthonormal_basis(const VectorX& along) {
+  if (along.size() == 2) return VectorX(Vector2(-along[1], along[0]));
+  const MatrixX one = along;
+  const MatrixX basis = Eigen::HouseholderQR<MatrixX>(one).householderQ();
+  return basis.rightCols(along.size() - 1);
+}
+
+/// A vector function on a panel from its values at Chebyshev's points.
+template <class Function>
+Panel fit_panel(double begin, double end, Eigen::Index components, const Function& function) {
+  Samples values(PiecewiseChebyshevSeries::coefficient_count, components);
+  for (int k = 0; k < PiecewiseChebyshevSeries::coefficient_count; ++k)
+    values.row(k) =
+        function((begin + end) / 2 + (end - begin) / 2 * PiecewiseChebyshevSeries::chebyshev_point(k)).transpose();
+  Panel panel{begin, end, PiecewiseChebyshevSeries::values_to_coefficients() * values};
+  const double least = coefficient_epsilon * max_abs(panel.coefficients);
+  panel.coefficients = (panel.coefficients.cwiseAbs().array() > least).select(panel.coefficients, 0.0);
+  return panel;
+}
+
+/// The offset's components.
+PiecewiseChebyshevSeries make_offset_series(const PiecewiseChebyshevSeries& splines, const PathNormals& normals) {
+  std::vector<Panel> panels;
+  for (std::size_t p = 0; p < splines.panels().size(); ++p) {
+    const Panel& whole = splines.panels()[p];
+    if (normals.sweep() == 0) {
+      panels.push_back({whole.begin, whole.end, whole.coefficients * normals.at(0).transpose()});
+      continue;
+    }
+    const double length = whole.end - whole.begin;
+    const int parts = std::max(1, static_cast<int>(std::ceil(std::abs(normals.sweep()) * length / max_panel_rotation)));
+    VectorX values(splines.function_count());
+    for (int k = 0; k < parts; ++k)
+      panels.push_back(fit_panel(whole.begin + length * k / parts,
+                                 k + 1 == parts ? whole.end : whole.begin + length * (k + 1) / parts,
+                                 normals.count() + 1, [&](double s) {
+                                   splines.evaluate(p, s, values.data());
+                                   return VectorX(normals.at(s) * values);
+                                 }));
+  }
+  return PiecewiseChebyshevSeries(std::move(panels));
+}
+
+}  // namespace
+
+int count_corridor_components(const DriveQuantities& quantities) {
+  const std::size_t point = quantities.point.size() + quantities.com.size();
+  const bool joints = point == 0 && !quantities.tool_angle && quantities.rotation.empty();
+  const std::size_t components = joints ? quantities.coordinates.size() : point;
+  if (components < 2)
+    throw std::invalid_argument("a corridor needs a drive of at least two coordinates of a point, or of two joints");
+  return static_cast<int>(components);
+}
+
+PathNormals::PathNormals(const PrescribedMotion::Request& request, int components, double width)
+    : components_(components) {
+  const StraightCurve rest = extract_straight_part(request);
+  if (const auto* path = std::get_if<CirclePath>(&request.path))
+    circle_ = make_circle(rest, components, *path);
+  else if (const auto* through = std::get_if<ArcPath>(&request.path))
+    circle_ = make_circular_arc(rest, components, *through);
+  else if (!std::holds_alternative<LinePath>(request.path))
+    throw std::invalid_argument("a corridor goes along a line, a circle or an arc: other paths have corners or bends");
+  if (circle_) {
+    if (!(width < circle_->u.norm()))
+      throw std::invalid_argument(
+          "the corridor is as wide as the radius of its path, or wider: its inner side would fold");
+    return;
+  }
+  const VectorX way = rest.delta.head(components);
+  if (!(way.norm() > path_length_epsilon * rest.start.head(components).norm()))
+    throw std::invalid_argument("the path of a corridor goes nowhere: it has no direction to leave it by");
+  straight_ = complete_orthonormal_basis(way.normalized());
+}
+
+MatrixX PathNormals::at(double s) const {
+  if (!circle_) return straight_;
+  const double angle = circle_->sweep * s;
+  const Vector3 outward =
+      elementary::cos(angle) * circle_->u.normalized() + elementary::sin(angle) * circle_->v.normalized();
+  MatrixX columns(components_, components_ - 1);
+  columns.col(0) = outward.head(components_);
+  if (components_ == 3) columns.col(1) = circle_->u.cross(circle_->v).normalized();
+  return columns;
+}
+
+PiecewiseChebyshevSeries make_corridor_splines(const std::vector<double>& controls, int knots) {
+  const auto each = static_cast<std::size_t>(knots) + 2;
+  if (knots < 1 || controls.empty() || controls.size() % each != 0)
+    throw std::invalid_argument("the splines of a corridor have two controls more than knots");
+  std::vector<Panel> panels;
+  for (std::size_t first = 0; first < controls.size(); first += each) {
+    std::vector<double> whole(1, 0.0);
+    whole.insert(whole.end(), controls.begin() + static_cast<std::ptrdiff_t>(first),
+                 controls.begin() + static_cast<std::ptrdiff_t>(first + each));
+    whole.push_back(0);
+    const PiecewiseChebyshevSeries one = make_bspline(whole);
+    if (panels.empty())
+      for (const Panel& panel : one.panels())
+        panels.push_back({panel.begin, panel.end,
+                          Samples::Zero(PiecewiseChebyshevSeries::coefficient_count,
+                                        static_cast<Eigen::Index>(controls.size() / each))});
+    for (std::size_t p = 0; p < panels.size(); ++p)
+      panels[p].coefficients.col(static_cast<Eigen::Index>(first / each)) = one.panels()[p].coefficients;
+  }
+  return PiecewiseChebyshevSeries(std::move(panels));
+}
+
+void add_corridor_offset(const std::optional<Corridor>& corridor, const DriveQuantities& quantities,
+                         PrescribedMotion::Request& request) {
+  if (!corridor) return;
+  if (corridor->control_points.empty())
+    throw std::invalid_argument("the way within the corridor has not been found yet");
+  const PathNormals normals(request, count_corridor_components(quantities), corridor->width);
+  const PiecewiseChebyshevSeries splines = make_corridor_splines(corridor->control_points, corridor->inner_knots);
+  if (splines.function_count() != normals.count())
+    throw std::invalid_argument("the way within the corridor was found for another drive");
+  const PiecewiseChebyshevSeries all = make_offset_series(splines, normals);
+  for (Eigen::Index i = 0; i <= normals.count(); ++i) {
+    std::vector<Panel> own = all.panels();
+    for (Panel& panel : own) panel.coefficients = Samples(panel.coefficients.col(i));
+    request.component_offsets.push_back({i, append_derivatives(PiecewiseChebyshevSeries(std::move(own))), false});
+  }
+}
+
+}  // namespace balance

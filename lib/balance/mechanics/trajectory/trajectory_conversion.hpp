@@ -1,0 +1,100 @@
+#pragma once
+/// The same trajectory over another scalar.
+
+#include "balance/mechanics/trajectory/trajectory.hpp"
+
+namespace balance {
+
+/// Every number of a trajectory through `number` (From → To), everything else as it is.
+template <class To, class From, class Function>
+class TrajectoryConversion {
+ public:
+  explicit TrajectoryConversion(const Function& number) : number_(number) {}
+
+  TrajectoryOf<To> operator()(const TrajectoryOf<From>& from) const {
+    TrajectoryOf<To> to;
+    to.name = from.name;
+    to.law = {from.law.kind, number_(from.law.ramp_up), number_(from.law.ramp_down), from.law.nodes};
+    for (const auto& limit : from.limits)
+      to.limits.push_back({limit.quantity, number_(limit.upper_bound), convert(limit.lower_bound)});
+    to.min_peak_quantity = from.min_peak_quantity;
+    to.start_speed = number_(from.start_speed), to.end_speed = number_(from.end_speed);
+    to.drive = from.drive;
+    to.components = from.components;
+    to.remaining_coordinates = from.remaining_coordinates;
+    to.remaining_angle = from.remaining_angle;
+    for (const auto& course : from.secondary_tasks)
+      std::visit(
+          [&](const auto& kind) {
+            to.secondary_tasks.push_back({course.coordinate, convert(kind)});
+          },
+          course.kind);
+    std::visit([&](const auto& path) { to.path = convert(path); }, from.path);
+    if (const auto& c = from.corridor)
+      to.corridor = CorridorOf<To>{number_(c->width), c->inner_knots, c->starts, c->control_points};
+    to.from = convert(from.from);
+    to.to = convert(from.to);
+    to.duration = number_(from.duration);
+    to.samples = from.samples;
+    to.about = convert(from.about);
+    return to;
+  }
+
+ private:
+  SplineTaskOf<To> convert(const SplineTaskOf<From>& spline) const {
+    return {convert(spline.coefficients), spline.has_middle_jump, spline.over_time};
+  }
+  MomentumTaskOf<To> convert(const MomentumTaskOf<From>& kept) const {
+    return {kept.axis, convert(kept.time), convert(kept.value), kept.solution, kept.over_time};
+  }
+  std::optional<To> convert(const std::optional<From>& one) const {
+    return one ? std::optional<To>(number_(*one)) : std::nullopt;
+  }
+  Vector3Of<To> convert(const Vector3Of<From>& v) const { return {number_(v[0]), number_(v[1]), number_(v[2])}; }
+  Matrix3Of<To> convert(const Matrix3Of<From>& m) const {
+    Matrix3Of<To> to;
+    for (int column = 0; column < 3; ++column) to.col(column) = convert(Vector3Of<From>(m.col(column)));
+    return to;
+  }
+  std::vector<To> convert(const std::vector<From>& list) const {
+    std::vector<To> to;
+    to.reserve(list.size());
+    for (const From& one : list) to.push_back(number_(one));
+    return to;
+  }
+  PoseTargetOf<To> convert(const PoseTargetOf<From>& from) const {
+    PoseTargetOf<To> to;
+    for (const auto& joint : from.joints) to.joints.push_back({joint.coordinate, number_(joint.value)});
+    if (from.tool) to.tool = convert(*from.tool);
+    if (from.angle) to.angle = number_(*from.angle);
+    if (from.orientation) to.orientation = convert(*from.orientation);
+    if (from.com) to.com = convert(*from.com);
+    return to;
+  }
+  LinePath convert(const LinePath& from) const { return from; }
+  CirclePathOf<To> convert(const CirclePathOf<From>& from) const {
+    return {convert(from.centre), convert(from.normal), number_(from.angle)};
+  }
+  ArcPathOf<To> convert(const ArcPathOf<From>& from) const { return {convert(from.via)}; }
+  WaypointPathOf<To> convert(const WaypointPathOf<From>& from) const {
+    WaypointPathOf<To> to{{}, from.spline, convert(from.fractions)};
+    for (const auto& point : from.points) to.points.push_back(convert(point));
+    return to;
+  }
+  TablePathOf<To> convert(const TablePathOf<From>& from) const {
+    TablePathOf<To> to{convert(from.time), {}};
+    to.values.reserve(from.values.size());
+    for (const auto& row : from.values) to.values.push_back(convert(row));
+    return to;
+  }
+
+  const Function& number_;
+};
+
+/// Every number of `from` through `number` (From → To), everything else as it is.
+template <class To, class From, class Function>
+TrajectoryOf<To> cast_scalar(const TrajectoryOf<From>& from, const Function& number) {
+  return TrajectoryConversion<To, From, Function>(number)(from);
+}
+
+}  // namespace balance

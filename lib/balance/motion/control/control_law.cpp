@@ -1,0 +1,525 @@
+#include "balance/motion/control/control_law.hpp"
+
+#include "balance/foundation/numerics/cubic_spline.hpp"
+#include "balance/foundation/numerics/eigen_instantiations.hpp"
+#include "balance/mechanics/model/couplings.hpp"
+#include "balance/mechanics/trajectory/motion_outcome.hpp"
+#include "balance/motion/control/default_gains.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <stdexcept>
+
+namespace balance {
+
+EffortProfile::EffortProfile(const EffortTable& table, const VectorX& limit) : effort_limit_(limit) {
+  if (table.time.empty() || table.effort.size() != table.time.size())
+    throw std::invalid_argument("efforts over time need one row per time");
+  make_pieces(table);
+  knots_ = table.time;
+  if (effort_limit_.size() > 0) add_saturation_knots();
+  std::sort(knots_.begin(), knots_.end());
+}
+
+void EffortProfile::make_pieces(const EffortTable& table) {
+  const std::size_t rows = table.time.size();
+  const Eigen::Index actuators = table.effort.front().size();
+  Samples values(static_cast<Eigen::Index>(rows), actuators), curvature = Samples::Zero(values.rows(), actuators);
+  Samples slope = curvature;
+  for (Eigen::Index k = 0; k < values.rows(); ++k) values.row(k) = table.effort[static_cast<std::size_t>(k)];
+  const bool curved = table.interpolation == EffortTable::Interpolation::spline && rows > 1;
+  if (curved) {
+    const CubicSpline spline(table.time, values, SplineEnd::not_a_knot);
+    VectorX value(actuators), first(actuators), second(actuators);
+    for (Eigen::Index k = 0; k < values.rows(); ++k) {
+      spline.at(table.time[static_cast<std::size_t>(k)], value, first, second);
+      slope.row(k) = first;
+      curvature.row(k) = second;
+    }
+  }
+  for (std::size_t k = 0; k + 1 < rows; ++k) {
+    const auto row = static_cast<Eigen::Index>(k);
+    const double h = table.time[k + 1] - table.time[k];
+    Piece piece{table.time[k], table.time[k + 1], {}};
+    for (Eigen::Index a = 0; a < actuators; ++a) {
+      const double rise = (values(row + 1, a) - values(row, a)) / h;
+      const double bend = curvature(row, a) / 2, twist = (curvature(row + 1, a) - curvature(row, a)) / (6 * h);
+      piece.efforts.push_back({values(row, a), curved ? slope(row, a) : rise, bend, twist});
+    }
+    pieces_.push_back(std::move(piece));
+  }
+  if (!pieces_.empty()) return;
+  Piece constant{table.time[0], table.time[0], {}};
+  for (Eigen::Index a = 0; a < actuators; ++a) constant.efforts.push_back({values(0, a), 0, 0, 0});
+  pieces_.push_back(std::move(constant));
+}
+
+/// Bisection on every monotone stretch: each has one crossing of ±limit at most.
+void EffortProfile::add_saturation_knots() {
+  constexpr int max_bisections = 60;
+  for (const Piece& piece : pieces_)
+    for (std::size_t a = 0; a < piece.efforts.size(); ++a) {
+      const std::vector<double> ends = find_monotone_intervals(piece.efforts[a], piece.begin, piece.end);
+      for (std::size_t k = 0; k + 1 < ends.size(); ++k)
+        for (const double level :
+             {effort_limit_[static_cast<Eigen::Index>(a)], -effort_limit_[static_cast<Eigen::Index>(a)]}) {
+          double low = ends[k], high = ends[k + 1];
+          const bool begins_above = evaluate_unsaturated(piece, a, low) > level;
+          if (begins_above == (evaluate_unsaturated(piece, a, high) > level)) continue;
+          for (int turn = 0; turn < max_bisections; ++turn) {
+            const double middle = (low + high) / 2;
+            ((evaluate_unsaturated(piece, a, middle) > level) == begins_above ? low : high) = middle;
+          }
+          if (high > piece.begin && high < piece.end) knots_.push_back(high);
+        }
+    }
+}
+
+const EffortProfile::Piece& EffortProfile::find_piece(double time) const {
+  const auto next = std::upper_bound(pieces_.begin(), pieces_.end(), time,
+                                     [](double t, const Piece& piece) { return t < piece.begin; });
+  return next == pieces_.begin() ? pieces_.front() : *(next - 1);
+}
+
+/// Held before the first and behind the last row.
+double EffortProfile::evaluate_unsaturated(const Piece& piece, std::size_t actuator, double time) const {
+  const Cubic& c = piece.efforts[actuator];
+  const double x = std::clamp(time, piece.begin, piece.end) - piece.begin;
+  return c[0] + x * (c[1] + x * (c[2] + x * c[3]));
+}
+
+double EffortProfile::saturate(std::size_t actuator, double effort) const {
+  if (effort_limit_.size() == 0) return effort;
+  const double limit = effort_limit_[static_cast<Eigen::Index>(actuator)];
+  return std::clamp(effort, -limit, limit);
+}
+
+/// The ends, and between them where the derivative is zero.
+std::vector<double> EffortProfile::find_monotone_intervals(const Cubic& c, double begin, double end) {
+  std::vector<double> at{begin};
+  const double a = 3 * c[3], half = c[2], root = half * half - a * c[1];
+  if (root > 0) {
+    // of a x² + 2 half x + c1, without cancellation
+    const double q = -(half + std::copysign(std::sqrt(root), half));
+    for (const double x : {q / a, c[1] / q})
+      if (std::isfinite(x) && x > 0 && x < end - begin) at.push_back(begin + x);
+  }
+  at.push_back(end);
+  std::sort(at.begin(), at.end());
+  return at;
+}
+
+void EffortProfile::evaluate(double time, VectorX& effort) const {
+  const Piece& piece = find_piece(time);
+  for (std::size_t a = 0; a < piece.efforts.size(); ++a)
+    effort[static_cast<Eigen::Index>(a)] = saturate(a, evaluate_unsaturated(piece, a, time));
+}
+
+VectorX EffortProfile::evaluate(double time) const {
+  VectorX effort(static_cast<Eigen::Index>(pieces_.front().efforts.size()));
+  evaluate(time, effort);
+  return effort;
+}
+
+VectorX EffortProfile::saturation(double time) const {
+  const Piece& piece = find_piece(time);
+  VectorX out = VectorX::Zero(static_cast<Eigen::Index>(piece.efforts.size()));
+  for (std::size_t a = 0; a < piece.efforts.size(); ++a) {
+    const double effort = evaluate_unsaturated(piece, a, time);
+    if (saturate(a, effort) != effort) out[static_cast<Eigen::Index>(a)] = 1;
+  }
+  return out;
+}
+
+VectorX EffortProfile::total_variation(double from, double to) const {
+  VectorX sum = VectorX::Zero(static_cast<Eigen::Index>(pieces_.front().efforts.size()));
+  for (auto piece = pieces_.begin() + (&find_piece(from) - pieces_.data()); piece != pieces_.end(); ++piece) {
+    if (piece->begin >= to) break;
+    const double begin = std::max(from, piece->begin), end = std::min(to, piece->end);
+    if (!(begin < end)) continue;
+    for (std::size_t a = 0; a < piece->efforts.size(); ++a) {
+      double last = saturate(a, evaluate_unsaturated(*piece, a, begin));
+      for (const double turn : find_monotone_intervals(piece->efforts[a], piece->begin, piece->end)) {
+        if (turn <= begin) continue;
+        const double next = saturate(a, evaluate_unsaturated(*piece, a, std::min(turn, end)));
+        sum[static_cast<Eigen::Index>(a)] += std::abs(next - last);
+        last = next;
+        if (turn >= end) break;
+      }
+    }
+  }
+  return sum;
+}
+
+namespace {
+
+MotionOutcome make_done() { return {MotionStatus::done, 0, "", {}}; }
+
+MotionOutcome make_actuation_failure(double time) {
+  return {MotionStatus::actuation_singularity,
+          time,
+          format_time_prefix(time) +
+              "actuation singularity: the actuators cannot give the mechanism the acceleration that the controller "
+              "asks for",
+          {}};
+}
+
+void check_size(const VectorX& values, Eigen::Index size, const char* what) {
+  if (values.size() != 0 && values.size() != size)
+    throw std::invalid_argument(std::string("a controller needs one ") + what + " per actuator");
+}
+
+}  // namespace
+
+bool is_inverse_dynamics_based(const Controller& controller) {
+  switch (controller.type) {
+    case ControllerType::none: return false;
+    case ControllerType::open_loop: return controller.efforts.time.empty();
+    case ControllerType::pd: return controller.gravity == GravityCompensation::compensated;
+    case ControllerType::computed_torque:
+    case ControllerType::sliding_mode:
+    case ControllerType::extended_sliding_mode: return true;
+  }
+  return true;
+}
+
+bool needs_desired_motion(const Controller& controller) {
+  if (controller.type == ControllerType::open_loop) return controller.efforts.time.empty();
+  return controller.type != ControllerType::none;
+}
+
+ControlLaw::ControlLaw(const Mechanism& truth, const Controller& controller)
+    : mechanism_(truth),
+      controller_(controller),
+      model_mechanism_(controller.model ? *controller.model : truth),
+      model_(model_mechanism_, {.preferred = model_mechanism_.actuators}),
+      length_(characteristic_length(truth)) {
+  const auto actuators = static_cast<Eigen::Index>(truth.actuators.size());
+  const bool extended = controller.type == ControllerType::extended_sliding_mode;
+  if (model_mechanism_.coordinates.size() != truth.coordinates.size() || model_mechanism_.actuators != truth.actuators)
+    throw std::invalid_argument("a controller's model has the coordinates and actuators of the mechanism");
+  check_size(controller.kp, actuators, "kp");
+  check_size(controller.kd, actuators, "kd");
+  check_size(controller.lambda, extended ? 1 : actuators, "lambda");
+  check_size(controller.switching_gain, extended ? 1 : actuators, "k");
+  check_size(controller.boundary_layer, extended ? 1 : actuators, "boundary layer");
+  check_size(controller.torque_limit, actuators, "torque limit");
+  efforts_.setZero(actuators);
+  at_limit_.setZero(actuators);
+  if (controller.type == ControllerType::open_loop && !controller.efforts.time.empty())
+    effort_profile_.emplace(controller.efforts, VectorX());
+  for (const Coordinate& coordinate : truth.coordinates) {
+    const JointType type = truth.joints[static_cast<std::size_t>(coordinate.joint)].type;
+    is_assembly_independent_.push_back(type != JointType::spherical &&
+                                       (type != JointType::rolling_sphere || coordinate.index < 2));
+  }
+  for (const int a : truth.actuators) is_assembly_independent_[static_cast<std::size_t>(a)] = true;
+  compute_coupling_map();
+}
+
+MotionOutcome ControlLaw::start(const VectorX& position, const VectorX& velocity, const GainDesignMotion& basis) {
+  if (!controller_.is_sampled()) return make_done();
+  const MotionOutcome assembled = model_.set_state(0, position, velocity);
+  if (assembled.status != MotionStatus::done) return assembled;
+  state_ = model_.position();
+  rates_ = model_.velocity();
+  const int motors = static_cast<int>(mechanism_.actuators.size());
+  if (motors == 0 || (motors < model_.freedoms() && is_inverse_dynamics_based(controller_)))
+    return {MotionStatus::mismatch,
+            0,
+            "a " + std::string(controller_type_name(controller_.type)) +
+                " controller needs an actuator for every degree of freedom: there are " + std::to_string(motors) +
+                " for " + std::to_string(model_.freedoms()),
+            {}};
+  return set_gains(basis);
+}
+
+MotionOutcome ControlLaw::set_gains(const GainDesignMotion& basis) {
+  const auto actuators = static_cast<Eigen::Index>(mechanism_.actuators.size());
+  const double frequency = controller_.natural_frequency();
+  kp_ = VectorX::Constant(actuators, frequency * frequency);
+  kd_ = VectorX::Constant(actuators, 2 * controller_.damping * frequency);
+  if (controller_.type == ControllerType::pd && (controller_.kp.size() == 0 || controller_.kd.size() == 0)) {
+    // A start without a motion to follow is all that there is to go by.
+    const std::vector<DesiredState> here = {{state_, rates_, VectorX::Zero(state_.size())}};
+    const PdGains gains = default_pd_gains(model_mechanism_, controller_, basis.along.empty() ? here : basis.along);
+    kp_ = gains.kp;
+    kd_ = gains.kd;
+    notes_ = gains.notes;
+  }
+  if (controller_.kp.size() > 0) kp_ = controller_.kp;
+  if (controller_.kd.size() > 0) kd_ = controller_.kd;
+  if (controller_.type == ControllerType::sliding_mode) {
+    sliding_ = mechanism_.actuators;
+  } else if (controller_.type == ControllerType::extended_sliding_mode) {
+    for (const int c : model_.tree())
+      if (is_assembly_independent_[static_cast<std::size_t>(c)]) sliding_.push_back(c);
+  }
+  const auto count = static_cast<Eigen::Index>(sliding_.size());
+  lambda_ = VectorX::Constant(count, frequency);
+  if (controller_.lambda.size() > 0)
+    lambda_ = controller_.lambda.size() == count ? controller_.lambda : VectorX::Constant(count, controller_.lambda[0]);
+  k_ = controller_.switching_gain;
+  if (k_.size() > 0) return make_done();
+  // A quarter of what the fastest motor of the kind is asked for: enough against errors of the model of that size.
+  const bool extended = controller_.type == ControllerType::extended_sliding_mode;
+  double largest[2] = {frequency * frequency / 1000, frequency * frequency / 1000};  // angles; slides per length
+  for (Eigen::Index a = 0; a < actuators; ++a) {
+    const bool slide =
+        mechanism_.coordinates[static_cast<std::size_t>(mechanism_.actuators[static_cast<std::size_t>(a)])].kind ==
+        CoordinateKind::length;
+    double& most = largest[slide && !extended ? 1 : 0];
+    most = std::max(most, basis.peak_acceleration[a] / (slide ? length_ : 1) / 4);
+  }
+  k_ = VectorX::Constant(extended ? 1 : actuators, largest[0]);
+  if (extended) return make_done();
+  for (Eigen::Index a = 0; a < actuators; ++a)
+    if (mechanism_.coordinates[static_cast<std::size_t>(mechanism_.actuators[static_cast<std::size_t>(a)])].kind ==
+        CoordinateKind::length)
+      k_[a] = largest[1] * length_;
+  return make_done();
+}
+
+/// The least motion of those coordinates that follow none in which the actuated ones move as they do.
+void ControlLaw::compute_coupling_map() {
+  const std::vector<ResolvedCouplingOf<double>> roots = resolve_couplings(model_mechanism_);
+  const auto count = static_cast<Eigen::Index>(roots.size());
+  const auto actuators = static_cast<Eigen::Index>(mechanism_.actuators.size());
+  MatrixX all = MatrixX::Zero(count, count), actuated(actuators, count);
+  for (Eigen::Index c = 0; c < count; ++c)
+    for (const CoordinateTerm& term : roots[static_cast<std::size_t>(c)].terms) all(c, term.coordinate) = term.ratio;
+  for (Eigen::Index a = 0; a < actuators; ++a)
+    actuated.row(a) = all.row(mechanism_.actuators[static_cast<std::size_t>(a)]);
+  coupling_map_ = all * CompleteOrthogonalDecomposition(actuated).pseudoInverse();
+}
+
+/// Puts the model where the measurements say that the mechanism is.
+MotionOutcome ControlLaw::update_model(double time, const VectorX& position, const VectorX& velocity) {
+  VectorX off = position, rate_off = velocity;
+  for (std::size_t a = 0; a < mechanism_.actuators.size(); ++a) {
+    off[static_cast<Eigen::Index>(a)] -= state_[mechanism_.actuators[a]];
+    rate_off[static_cast<Eigen::Index>(a)] -= rates_[mechanism_.actuators[a]];
+  }
+  state_ += coupling_map_ * off;
+  rates_ += coupling_map_ * rate_off;
+  MotionOutcome outcome = model_.set_state(time, state_, rates_);
+  if (outcome.status == MotionStatus::done) {
+    state_ = model_.position();
+    rates_ = model_.velocity();
+    return outcome;
+  }
+  outcome.time = time;
+  outcome.reason = format_time_prefix(time) +
+                   "what the controller believes of the mechanism does not fit its motors: " + outcome.reason;
+  return outcome;
+}
+
+MotionOutcome ControlLaw::compute_efforts(double time, const DesiredState& desired, const VectorX& position,
+                                          const VectorX& velocity) {
+  efforts_.setZero();
+  failure_ = make_done();
+  bool found = true;
+  switch (controller_.type) {
+    case ControllerType::none: break;
+    case ControllerType::open_loop: found = open_loop(time, desired); break;
+    case ControllerType::pd: {
+      const TrackingErrors e = actuated_errors(desired, position, velocity);
+      if (controller_.gravity == GravityCompensation::compensated) found = compensate_gravity(time, position);
+      efforts_ += kp_.cwiseProduct(e.position) + kd_.cwiseProduct(e.rate);
+      break;
+    }
+    case ControllerType::computed_torque: found = apply_computed_torque(time, desired, position, velocity); break;
+    case ControllerType::sliding_mode:
+      failure_ = update_model(time, position, velocity);
+      found = failure_.status == MotionStatus::done && apply_sliding_mode(desired, position, velocity);
+      break;
+    case ControllerType::extended_sliding_mode:
+      failure_ = update_model(time, position, velocity);
+      found = failure_.status == MotionStatus::done && apply_extended_sliding_mode(desired);
+      break;
+  }
+  if (!found) return failure_.status == MotionStatus::done ? make_actuation_failure(time) : failure_;
+  saturate_efforts();
+  return make_done();
+}
+
+// What each controller makes of its errors.
+
+namespace {
+
+/// The least-norm solution of A x = b.
+/// @return false if A does not reach every b
+bool solve_full_row_rank(const MatrixX& A, const VectorX& b, VectorX& x) {
+  CompleteOrthogonalDecomposition factors;
+  factors.setThreshold(1e-10);
+  factors.compute(A);
+  if (factors.rank() < A.rows()) return false;
+  x = factors.solve(b);
+  return x.allFinite();
+}
+
+/// Whole turns do not count.
+double wrap_angle(double angle) { return std::remainder(angle, 2 * std::numbers::pi); }
+
+}  // namespace
+
+ControlLaw::TrackingErrors ControlLaw::actuated_errors(const DesiredState& desired, const VectorX& position,
+                                                       const VectorX& velocity) const {
+  TrackingErrors e{-position, -velocity, VectorX(position.size())};
+  for (Eigen::Index a = 0; a < position.size(); ++a) {
+    const int c = mechanism_.actuators[static_cast<std::size_t>(a)];
+    e.position[a] += desired.position[c];
+    e.rate[a] += desired.velocity[c];
+    e.acceleration[a] = desired.acceleration[c];
+  }
+  return e;
+}
+
+/// Efforts that give the actuated coordinates these accelerations at the model's state.
+bool ControlLaw::add_acceleration_efforts(const VectorX& actuated) {
+  const EquationOfMotion equation = model_.equation();
+  VectorX rate_change;
+  if (model_.independent() == mechanism_.actuators) {
+    rate_change = actuated;
+  } else {
+    const Transformation all = model_.transformation();
+    const auto motors = static_cast<Eigen::Index>(mechanism_.actuators.size());
+    MatrixX rows(motors, all.matrix.cols());
+    VectorX rest(motors);
+    for (Eigen::Index a = 0; a < motors; ++a) {
+      const int c = mechanism_.actuators[static_cast<std::size_t>(a)];
+      rows.row(a) = all.matrix.row(c);
+      rest[a] = actuated[a] - all.bias[c];
+    }
+    // More motors than freedoms measure the same twice: their average.
+    if (!solve_full_row_rank(rows.transpose() * rows, rows.transpose() * rest, rate_change)) return false;
+  }
+  VectorX efforts;
+  if (!solve_full_row_rank(equation.input, equation.mass * rate_change + equation.bias, efforts)) return false;
+  efforts_ += efforts;
+  return true;
+}
+
+/// Efforts that do the work of generalised forces on the independent coordinates.
+bool ControlLaw::add_generalised_forces(const VectorX& generalised) {
+  VectorX efforts;
+  if (!solve_full_row_rank(model_.equation().input, generalised, efforts)) return false;
+  efforts_ += efforts;
+  return true;
+}
+
+/// Efforts that hold the model at rest where it is.
+bool ControlLaw::compensate_gravity(double time, const VectorX& position) {
+  failure_ = update_model(time, position, VectorX::Zero(position.size()));
+  return failure_.status == MotionStatus::done && add_generalised_forces(model_.equation().bias);
+}
+
+bool ControlLaw::apply_computed_torque(double time, const DesiredState& desired, const VectorX& position,
+                                       const VectorX& velocity) {
+  failure_ = update_model(time, position, velocity);
+  if (failure_.status != MotionStatus::done) return false;
+  const TrackingErrors e = actuated_errors(desired, position, velocity);
+  return add_acceleration_efforts(e.acceleration + kd_.cwiseProduct(e.rate) + kp_.cwiseProduct(e.position));
+}
+
+/// sign(s), or its linear version inside the boundary layer.
+/// @param layer which of the boundary layers. @param unit that it is told in: 1, or the length that s is measured in
+double ControlLaw::switching(double s, Eigen::Index layer, double unit) const {
+  if (controller_.boundary_layer.size() > 0)
+    return std::clamp(s / (controller_.boundary_layer[layer] * unit), -1.0, 1.0);
+  return s > 0 ? 1 : s < 0 ? -1 : 0;
+}
+
+/// P0 eq. 47 for every actuated coordinate.
+bool ControlLaw::apply_sliding_mode(const DesiredState& desired, const VectorX& position, const VectorX& velocity) {
+  const TrackingErrors e = actuated_errors(desired, position, velocity);
+  VectorX v = e.acceleration + lambda_.cwiseProduct(e.rate);
+  for (Eigen::Index a = 0; a < v.size(); ++a)
+    v[a] -= k_[a] * switching(-(e.rate[a] + lambda_[a] * e.position[a]), a, 1);
+  return add_acceleration_efforts(v);
+}
+
+/// Errors of the tree's coordinates at the model's state. Where a coordinate has no reading of its own (a spherical joint's), the
+/// error is the one that the others' errors cause to first order.
+ControlLaw::TrackingErrors ControlLaw::tree_errors(const DesiredState& desired, const Transformation& tree) const {
+  const std::vector<CoordinateId>&columns = model_.tree(), &independent = model_.independent();
+  const auto error = [&](int c) {
+    const double e = desired.position[c] - state_[c];
+    const bool driven =
+        std::find(mechanism_.actuators.begin(), mechanism_.actuators.end(), c) != mechanism_.actuators.end();
+    const bool angle = mechanism_.coordinates[static_cast<std::size_t>(c)].kind == CoordinateKind::angle;
+    return angle && !driven ? wrap_angle(e) : e;
+  };
+  const auto d = static_cast<Eigen::Index>(independent.size()), n = static_cast<Eigen::Index>(columns.size());
+  TrackingErrors own{VectorX::Zero(d), VectorX::Zero(d), VectorX::Zero(d)};
+  for (Eigen::Index i = 0; i < d; ++i) {
+    const int c = independent[static_cast<std::size_t>(i)];
+    if (!is_assembly_independent_[static_cast<std::size_t>(c)]) continue;
+    own.position[i] = error(c);
+    own.rate[i] = desired.velocity[c] - rates_[c];
+    own.acceleration[i] = desired.acceleration[c];
+  }
+  TrackingErrors e{tree.matrix * own.position, tree.matrix * own.rate, tree.matrix * own.acceleration + tree.bias};
+  for (Eigen::Index i = 0; i < n; ++i) {
+    const int c = columns[static_cast<std::size_t>(i)];
+    if (!is_assembly_independent_[static_cast<std::size_t>(c)]) continue;
+    e.position[i] = error(c);
+    e.rate[i] = desired.velocity[c] - rates_[c];
+    e.acceleration[i] = desired.acceleration[c];
+  }
+  return e;
+}
+
+/// P0 eq. 56 and 61, or with the other projection.
+bool ControlLaw::apply_extended_sliding_mode(const DesiredState& desired) {
+  const Transformation tree = model_.tree_transformation();
+  const TrackingErrors e = tree_errors(desired, tree);
+  const double lambda = controller_.lambda.size() > 0 ? controller_.lambda[0] : controller_.natural_frequency();
+  VectorX wished = e.acceleration + lambda * e.rate, unit(wished.size());
+  for (Eigen::Index i = 0; i < wished.size(); ++i) {
+    const int c = model_.tree()[static_cast<std::size_t>(i)];
+    unit[i] = mechanism_.coordinates[static_cast<std::size_t>(c)].kind == CoordinateKind::length ? length_ : 1;
+    wished[i] -= k_[0] * unit[i] * switching(-(e.rate[i] + lambda * e.position[i]), 0, unit[i]);
+  }
+  if (controller_.projection == AccelerationProjection::inertia) {
+    const TreeEquation equation = model_.tree_equation();
+    return add_generalised_forces(tree.matrix.transpose() * (equation.mass * wished + equation.bias));
+  }
+  const MatrixX scaled = unit.cwiseInverse().asDiagonal() * tree.matrix;
+  const VectorX rest = (wished - tree.bias).cwiseQuotient(unit);
+  VectorX rate_change;
+  if (!solve_full_row_rank(scaled.transpose() * scaled, scaled.transpose() * rest, rate_change)) return false;
+  const EquationOfMotion equation = model_.equation();
+  return add_generalised_forces(equation.mass * rate_change + equation.bias);
+}
+
+bool ControlLaw::open_loop(double time, const DesiredState& desired) {
+  if (effort_profile_) {
+    effort_profile_->evaluate(time, efforts_);
+    return true;
+  }
+  const auto motors = static_cast<Eigen::Index>(mechanism_.actuators.size());
+  VectorX position(motors), velocity(motors), acceleration(motors);
+  for (Eigen::Index a = 0; a < motors; ++a) {
+    const int c = mechanism_.actuators[static_cast<std::size_t>(a)];
+    position[a] = desired.position[c];
+    velocity[a] = desired.velocity[c];
+    acceleration[a] = desired.acceleration[c];
+  }
+  failure_ = update_model(time, position, velocity);
+  return failure_.status == MotionStatus::done && add_acceleration_efforts(acceleration);
+}
+
+void ControlLaw::saturate_efforts() {
+  at_limit_.setZero();
+  if (controller_.torque_limit.size() == 0) return;
+  for (Eigen::Index a = 0; a < efforts_.size(); ++a) {
+    const double most = controller_.torque_limit[a];
+    if (std::abs(efforts_[a]) <= most) continue;
+    efforts_[a] = std::copysign(most, efforts_[a]);
+    at_limit_[a] = 1;
+  }
+}
+
+}  // namespace balance

@@ -1,0 +1,126 @@
+#pragma once
+/// What a Plant is made of. Private to motion.
+
+#include "balance/mechanics/dynamics/loop_dynamics.hpp"
+#include "balance/mechanics/dynamics/term_magnitude_recorder.hpp"
+#include "balance/motion/control/ode_integrator.hpp"
+#include "balance/motion/control/plant.hpp"
+
+#include <cmath>
+
+namespace balance {
+
+class Plant::Implementation {
+ public:
+  virtual ~Implementation() = default;
+  virtual MotionOutcome start(double time, const VectorX& position, const VectorX& velocity) = 0;
+  virtual MotionOutcome advance(double time, const VectorX& efforts) = 0;
+  virtual MotionOutcome advance(double time, const EffortProfile& course) = 0;
+  virtual int freedoms() const = 0;
+  virtual const std::vector<CoordinateId>& independent() = 0;
+  virtual double time() const = 0;
+  virtual const VectorX& position() const = 0;
+  virtual const VectorX& velocity() const = 0;
+  virtual VectorX acceleration(const VectorX& efforts) = 0;
+  virtual EquationOfMotion equation() = 0;
+  virtual const Sample& observe(const VectorX& efforts) = 0;
+  virtual const TermMagnitudes& term_sizes() const = 0;
+  virtual const TermMagnitudes& term_sizes_over_mobility() const = 0;
+  virtual const PlantCost& cost() const = 0;
+  virtual const std::vector<std::string>& notes() const = 0;
+};
+
+template <class S>
+class PlantOf : public Plant::Implementation {
+ public:
+  PlantOf(const Mechanism& mechanism, const PlantOptions& options, const Vector3& about);
+
+  MotionOutcome start(double time, const VectorX& q, const VectorX& dq) override;
+  MotionOutcome advance(double time, const VectorX& efforts) override;
+  MotionOutcome advance(double time, const EffortProfile& course) override;
+  int freedoms() const override { return loops_.freedoms(); }
+  const std::vector<CoordinateId>& independent() override;
+  double time() const override { return time_; }
+  const VectorX& position() const override { return position_; }
+  const VectorX& velocity() const override { return velocity_; }
+  VectorX acceleration(const VectorX& efforts) override;
+  EquationOfMotion equation() override;
+  const Sample& observe(const VectorX& efforts) override;
+  const TermMagnitudes& term_sizes() const override { return meter_->magnitudes(); }
+  const TermMagnitudes& term_sizes_over_mobility() const override { return meter_->amplified_magnitudes(); }
+  const PlantCost& cost() const override { return cost_; }
+  const std::vector<std::string>& notes() const override { return notes_; }
+
+ private:
+  /// The state cannot be continued to: another branch, a singularity, or no numbers.
+  struct StateRejected {};
+
+  TreeMotion<S> instant() { return {loops_.state(), y_.data(), dy_.data(), ddy_.data(), time_, false}; }
+  void require_started(const VectorX& efforts) const;
+  void evaluate(const VectorX& efforts);
+  void update_coordinates();
+  void make_notes();
+
+  // the integration: plant.cpp
+  MotionOutcome advance_to(double time);
+  MotionOutcome integrate_to(double end);
+  void update_efforts(double time);
+  bool try_step(double& time, double& step, bool& refused, bool& fresh);
+  void derivative(const std::vector<double>& x, std::vector<double>& dxdt, double time);
+  bool project_step(double step, bool& fresh);
+  bool can_have_crossed_singularity(double step);
+  void restore_step_start();
+  void update_max_rate();
+  bool choose_independent_columns();
+  void unpack_state(const std::vector<double>& x);
+  void pack_state();
+
+  // dry friction: plant_stick_slip.cpp
+  bool update_friction(const VectorX& efforts);
+  double friction_margin(double time);
+  bool step_without_error_control(double at);
+  double find_rate_minimum(double step) const;
+  bool has_event_within(double step, double& high, double& over);
+  bool locate_event(double step, double& time);
+  bool handle_event();
+  bool overflows();
+  MotionOutcome stop(MotionStatus status);
+
+  const Mechanism& mechanism_;
+  PlantOptions options_;
+  typename S::Vector about_;
+  LoopDynamics<S> loops_;
+  std::vector<CoordinateId> column_coordinates_, independent_;
+  std::vector<ColumnId> matrix_columns_;  ///< tree columns that the closures' matrix depends on
+  std::optional<SampleEvaluator<S>> observer_;
+  std::optional<TermMagnitudeRecorder<S>> meter_;
+  Integrator integrator_;
+  double time_ = 0, step_;
+  double max_rate_ = 0;            ///< largest rate of any coordinate so far [rad/s, characteristic lengths per second]
+  double event_time_ = -INFINITY;  ///< of the last event of dry friction
+  int stalled_events_ = 0;         ///< so many of them follow each other without any progress
+  bool is_ignoring_events_ = false,
+       has_noted_shared_stiction_ = false;  ///< the next step takes no notice of them; joints that share have been met
+  int suspect_steps_ = 0;                   ///< steps one after another in which the closures may have been singular
+  bool is_at_event_ = false;                ///< the last step ended at one of dry friction
+  bool started_ = false, reads_each_step_ = false;
+  std::vector<double> x_, last_x_;  ///< tree coordinates, then their rates, lengths in characteristic lengths
+  std::vector<double> load_breakpoints_, multipliers_;
+  const EffortProfile* effort_profile_ = nullptr;  ///< that efforts_ follow; null: they are held
+  VectorX y_, dy_, ddy_, efforts_, position_, velocity_;
+  VectorX start_ddy_;  ///< accelerations at last_x_; with dry friction only
+  Sample sample_;
+  PlantCost cost_;
+  std::vector<std::string> notes_;
+};
+
+template <class S>
+std::unique_ptr<Plant::Implementation> make_plant(const Mechanism& mechanism, const PlantOptions& options,
+                                                  const Vector3& about) {
+  return std::make_unique<PlantOf<S>>(mechanism, options, about);
+}
+
+extern template class PlantOf<Planar>;
+extern template class PlantOf<Spatial>;
+
+}  // namespace balance

@@ -1,0 +1,87 @@
+#include "balance/motion/simulation/end_configurations.hpp"
+
+#include "balance/mechanics/kinematics/compiled_trajectory.hpp"
+#include "balance/mechanics/kinematics/joint_coordinates.hpp"
+#include "balance/mechanics/kinematics/motion_stepper.hpp"
+#include "balance/mechanics/kinematics/space.hpp"
+#include "balance/mechanics/trajectory/drive_quantities.hpp"
+#include "balance/motion/simulation/simulate.hpp"
+#include "balance/motion/time_optimal/resolve_trajectory.hpp"
+
+#include <utility>
+#include <variant>
+#include <vector>
+
+namespace balance {
+
+namespace {
+
+template <class S>
+std::vector<CoordinateValue> find_start_coordinates(const Mechanism& mechanism, const Trajectory& trajectory) {
+  const Tree<S> tree = compile_tree<S>(mechanism, prescribed_coordinates(trajectory));
+  const PoseEquations<S> from = make_pose_equations(mechanism, tree, trajectory.from);
+  ConstraintSystem<S> system(tree, from.drive);
+  const AssemblySolution start = solve_pose(mechanism, tree, system, from.target);
+  std::vector<CoordinateValue> values;
+  if (!start.found) return values;
+  const std::vector<double> coordinates = compute_coordinates(mechanism, tree, start.y);
+  for (std::size_t c = 0; c < coordinates.size(); ++c) values.push_back({static_cast<int>(c), coordinates[c]});
+  return values;
+}
+
+}  // namespace
+
+std::vector<CoordinateValue> start_coordinates(const Study& study) {
+  if (study.trajectories.empty()) return {};
+  const Trajectory& trajectory = study.trajectories.front();
+  return dispatch_space(study.mechanism.space,
+                        [&]<class S>(S) { return find_start_coordinates<S>(study.mechanism, trajectory); });
+}
+
+Mechanism assembled_at(Mechanism mechanism, const std::vector<CoordinateValue>& coordinates) {
+  if (!coordinates.empty()) mechanism.assembly = coordinates;
+  return mechanism;
+}
+
+namespace {
+
+/// Where a run begins, whatever becomes of it on the way.
+template <class S>
+ConfigurationResult find_first_configuration(const Mechanism& mechanism, const Trajectory& trajectory) {
+  Tree<S> tree = compile_tree<S>(mechanism, prescribed_coordinates(trajectory));
+  const CompiledTrajectory<S> plan = compile_trajectory(mechanism, tree, trajectory);
+  if (plan.outcome.status != MotionStatus::done) return {plan.outcome, {}};
+  MotionStepper<S> stepper(mechanism, tree, plan);
+  if (!stepper.begin()) return {stepper.outcome(), {}};
+  ConfigurationResult found;
+  found.outcome.status = MotionStatus::done;
+  const std::vector<double> q =
+      compute_coordinates(mechanism, tree, Eigen::Map<const VectorX>(stepper.y(), tree.columns));
+  for (std::size_t c = 0; c < q.size(); ++c) found.coordinates.push_back({static_cast<int>(c), q[c]});
+  return found;
+}
+
+}  // namespace
+
+ConfigurationResult find_start_configuration(const Mechanism& mechanism, const Trajectory& trajectory) {
+  // a table has its start in itself; where rates are bound, `from` may leave the configuration to `assembly`
+  if (std::holds_alternative<TablePath>(trajectory.path) || has_velocity_constraints(mechanism)) {
+    const ResolvedTrajectory timed = resolve_trajectory(mechanism, trajectory);
+    if (timed.outcome.status != MotionStatus::done) return {timed.outcome, {}};
+    return dispatch_space(mechanism.space,
+                          [&]<class S>(S) { return find_first_configuration<S>(mechanism, timed.trajectory); });
+  }
+  return solve_configuration(mechanism, trajectory.from);
+}
+
+ConfigurationResult find_end_configuration(const Mechanism& mechanism, Trajectory trajectory) {
+  trajectory.samples = 2;
+  RunResult run = simulate(mechanism, trajectory);
+  ConfigurationResult found{std::move(run.outcome), {}};
+  if (found.outcome.status != MotionStatus::done) return found;
+  for (Eigen::Index c = 0; c < run.joint_position.cols(); ++c)
+    found.coordinates.push_back({static_cast<int>(c), run.joint_position(run.joint_position.rows() - 1, c)});
+  return found;
+}
+
+}  // namespace balance

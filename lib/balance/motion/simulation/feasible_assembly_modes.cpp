@@ -1,0 +1,70 @@
+#include "balance/motion/simulation/feasible_assembly_modes.hpp"
+
+#include "balance/mechanics/kinematics/assembly.hpp"
+#include "balance/mechanics/kinematics/compiled_trajectory.hpp"
+#include "balance/mechanics/trajectory/trajectory.hpp"
+#include "balance/motion/simulation/simulate.hpp"
+
+#include <algorithm>
+
+namespace balance {
+
+namespace {
+
+constexpr std::uint64_t max_mode_starts = 60;
+constexpr int max_mode_columns = 60;  // of larger mechanisms the search takes longer than anybody waits for a message
+constexpr std::size_t max_simulated_modes = 16;
+
+bool depends_on_assembly_mode(MotionStatus status) {
+  using enum MotionStatus;
+  return status == unreachable || status == drive_singularity || status == assembly_jump ||
+         status == constraint_singularity || status == actuation_singularity;
+}
+
+/// Whether the motion can be made from there. The run has two samples.
+template <class S>
+bool is_feasible_in_mode(const Mechanism& mechanism, const Trajectory& trajectory, const Tree<S>& tree,
+                         const std::vector<double>& mode) {
+  Mechanism assembled = mechanism;
+  assembled.assembly.clear();
+  for (std::size_t c = 0; c < mode.size(); ++c)
+    if (tree.coordinate_expressions[c].has_terms()) assembled.assembly.push_back({static_cast<int>(c), mode[c]});
+  Trajectory coarse = trajectory;
+  coarse.samples = 2;
+  return simulate(assembled, coarse).outcome.status == MotionStatus::done;
+}
+
+template <class S>
+std::string describe_feasible_modes_in(const Mechanism& mechanism, const Trajectory& trajectory) {
+  const Tree<S> tree = compile_tree<S>(mechanism, prescribed_coordinates(trajectory));
+  if (tree.closures.empty() || tree.columns > max_mode_columns) return "";
+  const PoseEquations<S> from = make_pose_equations(mechanism, tree, trajectory.from);
+  ConstraintSystem<S> system(tree, from.drive);
+  const AssemblySolution selected = solve_pose(mechanism, tree, system, from.target);
+  // a pose that leaves freedoms open has a continuum of solutions, not modes
+  if (!selected.found || from.drive.row_count() < tree.columns - find_generic_position_rank(tree, selected.y))
+    return "";
+  AssemblyModes<S> modes(mechanism, tree, system, from.target, selected.y);
+  for (std::uint64_t start = 1; start <= max_mode_starts; ++start) modes.search_from(start);
+  const std::size_t others = modes.modes().size() - 1;
+  if (others == 0) return "";
+  for (std::size_t m = 1; m < std::min(modes.modes().size(), max_simulated_modes); ++m)
+    if (is_feasible_in_mode(mechanism, trajectory, tree, modes.modes()[m]))
+      return "; another assembly mode can make this motion: " +
+             format_assembly_line(mechanism, tree, from.drive, modes.modes()[m]);
+  return others == 1 ? "; the other assembly mode cannot make this motion either"
+                     : "; none of the " + std::to_string(others) + " other assembly modes found can make this motion";
+}
+
+}  // namespace
+
+std::string describe_feasible_modes(const Mechanism& mechanism, const Trajectory& trajectory,
+                                    const MotionOutcome& outcome) {
+  if (!depends_on_assembly_mode(outcome.status) || has_velocity_constraints(mechanism) ||
+      is_mechanism_dependent(trajectory))
+    return "";
+  return dispatch_space(mechanism.space,
+                        [&]<class S>(S) { return describe_feasible_modes_in<S>(mechanism, trajectory); });
+}
+
+}  // namespace balance

@@ -1,0 +1,20 @@
+#pragma once
+/// One run along one trajectory.
+
+#include "balance/mechanics/model/mechanism.hpp"
+#include "balance/mechanics/results/result.hpp"
+#include "balance/mechanics/trajectory/trajectory.hpp"
+
+#include <functional>
+
+namespace balance {
+
+/// Told now and then how much of a run is done, from 0 to 1.
+using Progress = std::function<void(double part)>;
+
+/// Moves the mechanism along the trajectory and computes everything of Result.
+/// An unwelcome answer (unreachable, singular, …) is result.outcome, with the other fields empty.
+/// @throws std::invalid_argument if trajectory and mechanism do not fit (a drive on the tool without a tool, …)
+RunResult simulate(const Mechanism& mechanism, const Trajectory& trajectory, const Progress& progress = {});
+
+}  // namespace balance

@@ -1,0 +1,44 @@
+#include "balance/motion/study/controller_spec.hpp"
+
+#include <numbers>
+
+namespace balance {
+
+namespace {
+
+constexpr ControllerType controller_types[] = {ControllerType::none,         ControllerType::open_loop,
+                                               ControllerType::pd,           ControllerType::computed_torque,
+                                               ControllerType::sliding_mode, ControllerType::extended_sliding_mode};
+
+}  // namespace
+
+double Controller::natural_frequency() const { return 2 * std::numbers::pi * bandwidth.value_or(0.01 / period); }
+
+const char* controller_type_name(ControllerType type) {
+  switch (type) {
+    case ControllerType::none: return "none";
+    case ControllerType::open_loop: return "open-loop";
+    case ControllerType::pd: return "pd";
+    case ControllerType::computed_torque: return "computed-torque";
+    case ControllerType::sliding_mode: return "sliding-mode";
+    case ControllerType::extended_sliding_mode: return "extended-sliding-mode";
+  }
+  return "";
+}
+
+std::vector<std::string> controller_type_names() {
+  std::vector<std::string> names;
+  for (const ControllerType type : controller_types) names.emplace_back(controller_type_name(type));
+  return names;
+}
+
+std::vector<Controller> built_in_controllers() {
+  std::vector<Controller> all;
+  for (const ControllerType type : controller_types) {
+    all.emplace_back().name = controller_type_name(type);
+    all.back().type = type;
+  }
+  return all;
+}
+
+}  // namespace balance

@@ -1,0 +1,76 @@
+#include "balance/motion/study/design_space.hpp"
+
+#include <stdexcept>
+#include <string>
+#include <utility>
+
+namespace balance {
+
+namespace {
+
+/// All inputs, those of the free numbers from x.
+template <class T>
+std::vector<T> evaluate_inputs(const DesignSpace& space, const std::vector<T>& x) {
+  std::vector<T> inputs(space.inputs.begin(), space.inputs.end());
+  for (std::size_t i = 0; i < space.free_inputs.size(); ++i)
+    inputs[static_cast<std::size_t>(space.free_inputs[i])] = x[i];
+  return inputs;
+}
+
+std::vector<double> evaluate_inputs(const DesignSpace& space, const VectorX& x) {
+  if (x.size() != static_cast<Eigen::Index>(space.free_inputs.size()))
+    throw std::invalid_argument("expected " + std::to_string(space.free_inputs.size()) +
+                                " values of free numbers, found " + std::to_string(x.size()));
+  return evaluate_inputs(space, std::vector<double>(x.begin(), x.end()));
+}
+
+}  // namespace
+
+DesignSpace::DesignSpace(Study study, std::shared_ptr<const Recording> recorded)
+    : start(std::move(study)),
+      recording(std::move(recorded)),
+      inputs(recording->inputs),
+      free_inputs(recording->free) {}
+
+VectorX DesignSpace::start_values() const {
+  VectorX x(static_cast<Eigen::Index>(start.free_numbers.size()));
+  for (std::size_t i = 0; i < start.free_numbers.size(); ++i)
+    x[static_cast<Eigen::Index>(i)] = start.free_numbers[i].start;
+  return x;
+}
+
+DesignInstance DesignSpace::instantiate(const VectorX& x) const {
+  const RecordedValues<double> values(*recording, evaluate_inputs(*this, x));
+  return {values.mechanism(), values.trajectories()};
+}
+
+Study DesignSpace::study_at(const VectorX& x) const {
+  DesignInstance found = instantiate(x);
+  Study study = start;
+  study.mechanism = std::move(found.mechanism);
+  study.trajectories = std::move(found.trajectories);
+  return study;
+}
+
+ParametricMechanism DesignSpace::parametric() const {
+  return balance::make_parametric_mechanism(start_values(), [&](const std::vector<Expression>& x) {
+    return RecordedValues<Expression>(*recording, evaluate_inputs(*this, x)).mechanism();
+  });
+}
+
+DesignSpace DesignSpace::fix_others(const VectorX& x, const std::vector<int>& kept) const {
+  DesignSpace part = *this;
+  part.start = study_at(x);
+  part.start.free_numbers.clear();
+  part.free_inputs.clear();
+  part.inputs = evaluate_inputs(*this, x);
+  for (const int i : kept) {
+    FreeNumber number = start.free_numbers[static_cast<std::size_t>(i)];
+    number.start = x[i];
+    part.start.free_numbers.push_back(std::move(number));
+    part.free_inputs.push_back(free_inputs[static_cast<std::size_t>(i)]);
+  }
+  return part;
+}
+
+}  // namespace balance

@@ -1,0 +1,107 @@
+#pragma once
+/// What a spec says as expressions: every number of the mechanism and of the trajectories over the spec's parameters and free
+/// numbers. Nothing is read again to know it with other values.
+
+#include "balance/foundation/expression/expression_evaluation.hpp"
+#include "balance/mechanics/model/mechanism_conversion.hpp"
+#include "balance/mechanics/trajectory/trajectory_conversion.hpp"
+
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace balance {
+
+/// A parameter of the spec, in the spec's units.
+struct NamedExpression {
+  std::string name;
+  Expression value;
+  bool is_plain = false;  ///< a number or free; otherwise an expression over others
+};
+
+struct Recording {
+  ExpressionGraph graph;
+  std::vector<double> inputs;  ///< their values as read
+  std::vector<int> free;       ///< per free number of the study: its input
+  std::vector<NamedExpression> parameters;
+  MechanismOf<Expression> mechanism;
+  std::vector<TrajectoryOf<Expression>> trajectories;
+  std::vector<Expression> toleranced;  ///< numbers that may be off: what `tolerances` names
+
+  /// The input that an expression is. @param input one made by Expression::input
+  int input_index(const Expression& input) const { return graph.nodes()[static_cast<std::size_t>(input.node())].input; }
+};
+
+/// All expressions of a recording at values of its inputs.
+template <class T>
+class RecordedValues {
+ public:
+  RecordedValues(const Recording& recording, const std::vector<T>& inputs)
+      : recording_(recording), values_(evaluate(recording.graph, inputs, ScalarAlgebra<T>())) {}
+
+  T operator()(const Expression& expression) const {
+    return expression.is_constant() ? T(expression.value()) : values_[static_cast<std::size_t>(expression.node())];
+  }
+
+  MechanismOf<T> mechanism() const { return convert_mechanism<T>(recording_.mechanism, *this); }
+  std::vector<TrajectoryOf<T>> trajectories() const {
+    std::vector<TrajectoryOf<T>> all;
+    for (const auto& trajectory : recording_.trajectories) all.push_back(cast_scalar<T>(trajectory, *this));
+    return all;
+  }
+
+ private:
+  const Recording& recording_;
+  std::vector<T> values_;
+};
+
+/// What a spec says about its numbers: from it formulas know which parameter stands where, and what the numbers are made of.
+struct ParameterText {
+  std::string name;
+  std::string text;  ///< a number or an expression of other parameters; of a free one its start value
+};
+
+/// Nothing in it: a mechanism that no spec says.
+struct SpecNumberTexts {
+  std::vector<ParameterText> parameters;       ///< in the document's order
+  std::map<std::string, std::string> numbers;  ///< scalars by key path, `bodies.link1.com[0]`
+  std::shared_ptr<const Recording> recording;  ///< null: every number is what it is
+};
+
+/// A mechanism that depends on numbers, as expressions: what it is at other numbers, and how it depends on them.
+
+/// A copy shares its graph, which does not change any more.
+struct ParametricMechanism {
+  std::shared_ptr<const ExpressionGraph> graph;  ///< its inputs are the numbers; null: there are none
+  MechanismOf<Expression> mechanism;
+
+  int size() const { return graph ? graph->inputs() : 0; }
+
+  /// Written into another graph.
+  MechanismOf<Expression> over(const std::vector<Expression>& numbers) const { return evaluate<Expression>(numbers); }
+  /// @param numbers doubles or numbers with derivatives, as many as size()
+  template <class T>
+  MechanismOf<T> evaluate(const std::vector<T>& numbers) const {
+    std::vector<T> values;
+    if (graph) values = balance::evaluate(*graph, numbers, ScalarAlgebra<T>());
+    return convert_mechanism<T>(mechanism, [&](const Expression& x) {
+      return x.is_constant() ? T(x.value()) : values[static_cast<std::size_t>(x.node())];
+    });
+  }
+};
+
+/// Built from inputs 0 … size − 1 of a new graph, whose present values are `start`.
+/// @param build const std::vector<Expression>& → MechanismOf<Expression>
+template <class Build>
+ParametricMechanism make_parametric_mechanism(const VectorX& start, const Build& build) {
+  const auto graph = std::make_shared<ExpressionGraph>();
+  std::vector<Expression> numbers;
+  for (const double value : start) numbers.push_back(Expression::input(*graph, value));
+  ParametricMechanism result;
+  result.mechanism = build(numbers);
+  result.graph = graph;
+  return result;
+}
+
+}  // namespace balance

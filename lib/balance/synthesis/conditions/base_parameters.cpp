@@ -1,0 +1,128 @@
+#include "balance/synthesis/conditions/base_parameters.hpp"
+
+#include "balance/foundation/numerics/eigen_instantiations.hpp"
+#include "balance/mechanics/kinematics/closure.hpp"
+#include "balance/synthesis/conditions/goal_rows.hpp"
+#include "balance/synthesis/conditions/row_reduction.hpp"
+
+#include <fmt/format.h>
+
+namespace balance {
+
+namespace {
+
+constexpr int min_identification_samples = 12, max_identification_samples = 2000;
+constexpr int max_identification_retries = 2;  ///< with twice as many samples each, before the rank is called unclear
+
+/// Generalised forces along the admissible velocities, per unit of every parameter, at random configurations.
+template <class S>
+class BaseParameterIdentification {
+ public:
+  BaseParameterIdentification(const Mechanism& mechanism, std::uint64_t seed)
+      : mechanism_(mechanism),
+        tree_(compile_tree<S>(mechanism, mechanism.actuators)),
+        sampler_(mechanism, tree_, seed),
+        random_(seed + 1),
+        scale_(column_scale(tree_)),
+        state_(tree_.nodes.size()) {
+    out_.parameters = list_parameters(mechanism);
+  }
+
+  Conditions run() {
+    const NaturalUnits units(mechanism_, out_.parameters);
+    const std::vector<int> order = order_pivots(mechanism_, out_.parameters);
+    const auto P = static_cast<Eigen::Index>(out_.parameters.size());
+    MatrixX rows(0, P);
+    for (int k = 0, wanted = 2 * static_cast<int>(P) + 20; k <= max_identification_retries; ++k, wanted *= 2) {
+      while (rows.rows() < wanted || out_.samples < min_identification_samples)
+        if (!add_sample(units, rows)) return refuse(ConditionsStatus::not_assembled, sampler_.infeasibility_reason());
+      if (!reduce_conditions(rows, units.parameter, units.mass, order, out_)) continue;
+      out_.status = ConditionsStatus::done;
+      return std::move(out_);
+    }
+    return refuse(ConditionsStatus::rank_unclear,
+                  fmt::format("the number of base parameters is not clear: the widest gap between singular values is "
+                              "{:.1e}, from {:.1e} to {:.1e}",
+                              out_.singular_value_gap, out_.min_kept_singular_value, out_.max_dropped_singular_value));
+  }
+
+ private:
+  Conditions refuse(ConditionsStatus status, const std::string& reason) {
+    out_.status = status;
+    out_.reason = reason;
+    return std::move(out_);
+  }
+
+  MatrixX compute_regressor(const VectorX& velocity, const VectorX& acceleration, bool weight) {
+    const VectorX dy = scale_.cwiseProduct(velocity), ddy = scale_.cwiseProduct(acceleration);
+    compute_angular_velocities(tree_, dy.data(), state_);
+    const typename S::Vector base =
+        weight ? typename S::Vector(-to_vector<S>(mechanism_.gravity)) : typename S::Vector(S::Vector::Zero());
+    compute_accelerations(tree_, dy.data(), ddy.data(), base, state_);
+    return balance::compute_regressor(tree_, state_).torque;
+  }
+
+  /// Some accelerations that go with a velocity: they differ from all others by an admissible one.
+  VectorX bias_acceleration(const VectorX& y, const VectorX& velocity) {
+    VectorX right = VectorX::Zero(tree_.closure_rows);
+    if (right.size() == 0) return VectorX::Zero(tree_.columns);
+    const VectorX dy = scale_.cwiseProduct(velocity);
+    compute_velocities(tree_, dy.data(), state_);
+    compute_accelerations<S>(tree_, dy.data(), nullptr, S::Vector::Zero(), state_);
+    double* next = right.data();
+    for (const Closure<S>& closure : tree_.closures) {
+      closure_bias(state_, closure, closure_pose(state_, closure), next);
+      for (const ClosureRow& row : closure.rows) *next++ *= -compute_row_scale(tree_, closure, row);
+    }
+    ConstraintSystem<S> system(tree_, Drive<S>{});
+    MatrixX jacobian;
+    system.velocity_jacobian(y, {}, jacobian);
+    CompleteOrthogonalDecomposition qr;
+    qr.setThreshold(1e-9);  // redundant closures have rows of round-off
+    return qr.compute(jacobian).solve(right);
+  }
+
+  /// Rows of inertia, velocity terms and weight at one more configuration.
+  bool add_sample(const NaturalUnits& units, MatrixX& rows) {
+    SampledConfiguration here;
+    if (out_.samples == max_identification_samples || !sampler_.next(here)) return false;
+    ++out_.samples;
+    compute_poses(tree_, here.y.data(), state_);
+    const MatrixX project = here.null_space.transpose() * scale_.asDiagonal();
+    const VectorX rest = VectorX::Zero(tree_.columns);
+    const auto mixed = [&] { return VectorX(here.null_space * random_.normal(here.null_space.cols())); };
+    const double L2 = units.length * units.length;
+    add(project * compute_regressor(rest, mixed(), false) / L2, units, rows);
+    const VectorX velocity = mixed();
+    add(project * compute_regressor(velocity, bias_acceleration(here.y, velocity), false) / L2, units, rows);
+    if (mechanism_.gravity.norm() > 0)
+      add(project * compute_regressor(rest, rest, true) / (units.acceleration * units.length), units, rows);
+    return true;
+  }
+
+  static void add(const MatrixX& block, const NaturalUnits& units, MatrixX& rows) {
+    rows.conservativeResize(rows.rows() + block.rows(), Eigen::NoChange);
+    rows.bottomRows(block.rows()) = block * units.parameter.asDiagonal();
+  }
+
+  const Mechanism& mechanism_;
+  Tree<S> tree_;
+  ConfigurationSampler<S> sampler_;
+  UniformRandom random_;
+  VectorX scale_;
+  TreeState<S> state_;
+  Conditions out_;
+};
+
+}  // namespace
+
+Conditions compute_base_parameters(const Mechanism& mechanism, std::uint64_t seed) {
+  Mechanism massive = mechanism;
+  massive.springs.clear();
+  massive.loads.clear();
+  massive.friction.clear();
+  return dispatch_space(mechanism.space,
+                        [&]<class S>(S) { return BaseParameterIdentification<S>(massive, seed).run(); });
+}
+
+}  // namespace balance

@@ -1,0 +1,459 @@
+#include "balance/synthesis/conditions/goal_rows.hpp"
+
+#include "balance/foundation/base/elementary.hpp"
+#include "balance/foundation/numerics/eigen_instantiations.hpp"
+#include "balance/mechanics/kinematics/closure.hpp"
+#include "balance/mechanics/kinematics/compiled_trajectory.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace balance {
+
+namespace {
+
+/// Components of a load: force, then moment.
+template <class S>
+constexpr int load_components = S::dimension + S::angular_dimension;
+
+}  // namespace
+
+template <class S>
+KnownTermColumns<S>::KnownTermColumns(const Mechanism& mechanism, const Tree<S>& tree)
+    : mechanism_(mechanism), tree_(tree), terms_(list_known_terms(mechanism)) {
+  if (const MatrixX changes = load_changes(mechanism, tree.characteristic_length); !changes.isZero(0))
+    changes_ = changes;
+}
+
+/// What holds every unit component of every load: less its power at unit rates of the coordinates.
+template <class S>
+MatrixX KnownTermColumns<S>::load_torques(TreeState<S>& state) const {
+  constexpr int size = load_components<S>;
+  MatrixX torque(tree_.columns, size * static_cast<Eigen::Index>(mechanism_.loads.size()));
+  VectorX unit = VectorX::Zero(tree_.columns);
+  for (int c = 0; c < tree_.columns; ++c) {
+    unit.setZero();
+    unit[c] = 1;
+    compute_velocities(tree_, unit.data(), state);
+    Eigen::Index at = 0;
+    for (const Load& load : mechanism_.loads) {
+      const FixedFrame<S>& body = tree_.bodies[static_cast<std::size_t>(load.body)];
+      const NodeState<S>& node = state[static_cast<std::size_t>(body.node)];
+      typename S::Vector rate =
+          point_velocity<S>(node, typename S::Vector(body.p_N + body.R_N * to_vector<S>(load.point)));
+      typename S::Angular turn = node.R_WN * node.angular_velocity;
+      if (load.frame == Frame::body) {
+        const typename S::Rotation R = node.R_WN * body.R_N;
+        rate = rotate_inverse(R, rate);
+        turn = rotate_inverse(R, turn);
+      }
+      for (int i = 0; i < S::dimension; ++i) torque(c, at++) = -rate[i];
+      const Vector3 spin = angular_to_3d(turn);
+      for (int i = 0; i < S::angular_dimension; ++i) torque(c, at++) = -spin[S::angular_dimension == 1 ? 2 : i];
+    }
+  }
+  return torque;
+}
+
+template <class S>
+void KnownTermColumns<S>::load_columns(TreeState<S>& state, MatrixX& constant, MatrixX& changing) const {
+  constant.setZero(tree_.columns, this->size());
+  changing.setZero(tree_.columns, has_changes() ? this->size() : 0);
+  const MatrixX torque = load_torques(state);
+  const MatrixX together = has_changes() ? MatrixX(torque * changes_) : MatrixX();
+  for (std::size_t t = 0; t < terms_.size(); ++t) {
+    const Parameter& term = terms_[t];
+    if (term.owner_kind != ParameterOwner::load) continue;
+    const Eigen::Index component = load_component(term, S::dimension == 2), column = static_cast<Eigen::Index>(t);
+    if (!is_load_change(term))
+      constant.col(column) = torque.col(component);
+    else if (has_changes())
+      changing.col(column) = together.col(component);
+  }
+}
+
+template <class S>
+MatrixX KnownTermColumns<S>::friction_columns(const VectorX& dy) const {
+  MatrixX torque = MatrixX::Zero(tree_.columns, size());
+  for (std::size_t t = 0; t < terms_.size(); ++t) {
+    const Parameter& term = terms_[t];
+    if (term.owner_kind != ParameterOwner::friction) continue;
+    const Friction& friction = mechanism_.friction[static_cast<std::size_t>(term.index)];
+    const LinearQuantity& source = tree_.coordinate_expressions[static_cast<std::size_t>(friction.coordinate)];
+    source.add_generalised_force(friction_resistance(term, source.rate(dy.data())),
+                                 torque.col(static_cast<Eigen::Index>(t)).data());
+  }
+  return torque;
+}
+
+template class KnownTermColumns<Planar>;
+template class KnownTermColumns<Spatial>;
+
+namespace {
+
+/// What a parameter's unit is besides a power of the length, when forces are in kg times the acceleration.
+double unit_of(ParameterOwner bearer, double acceleration, double length) {
+  switch (bearer) {
+    case ParameterOwner::spring: return acceleration / length;
+    case ParameterOwner::load: return acceleration;
+    default: return 1;  // velocity terms are measured at rates of 1/s
+  }
+}
+
+/// Axes of the tool's body that the goal `affine` looks at: in the plane one tells where the other is.
+template <class S>
+constexpr int tool_axis_count = S::angular_dimension;
+
+}  // namespace
+
+NaturalUnits::NaturalUnits(const Mechanism& mechanism, const std::vector<Parameter>& parameters)
+    : length(characteristic_length(mechanism)), mass(total_mass(mechanism)) {
+  if (const double g = mechanism.gravity.norm(); g > 0) acceleration = g;
+  parameter.resize(static_cast<Eigen::Index>(parameters.size()));
+  for (std::size_t p = 0; p < parameters.size(); ++p)
+    parameter[static_cast<Eigen::Index>(p)] =
+        elementary::pow(length, parameters[p].length_power) * unit_of(parameters[p].owner_kind, acceleration, length);
+}
+
+template <class S>
+GoalRows<S>::GoalRows(const Mechanism& mechanism, const Tree<S>& tree, const NaturalUnits& units,
+                      std::vector<Goal> goals, const ConditionOptions& options, int freedoms)
+    : mechanism_(mechanism),
+      tree_(tree),
+      units_(units),
+      goals_(std::move(goals)),
+      options_(options),
+      parameters_(static_cast<int>(units.parameter.size())),
+      inertial_(S::inertial_parameter_count * static_cast<int>(tree.mass_elements.size())),
+      scale_(column_scale(tree)),
+      known_(mechanism, tree),
+      state_(tree.nodes.size()) {
+  mask_excluded_terms();
+  if (has_goal(GoalKind::proportional)) extra_ += S::dimension * S::dimension;
+  if (has_goal(GoalKind::affine)) extra_ += S::dimension * (S::dimension + S::dimension * tool_axis_count<S>);
+  is_fully_ = std::any_of(goals_.begin(), goals_.end(), [](const Goal& goal) { return goal.is_fully; });
+  needs_actuators_ = is_fully_ || has_goal(GoalKind::decoupled) || has_goal(GoalKind::gyroscopic_independent);
+  check_goals(freedoms);
+}
+
+/// Known terms that are zero ask for nothing; others may be left out on purpose.
+template <class S>
+void GoalRows<S>::mask_excluded_terms() {
+  term_mask_.setOnes(parameters_);
+  const std::vector<Parameter> terms = list_terms(mechanism_, options_.loose_springs);
+  const VectorX known = known_term_values(mechanism_);
+  const Eigen::Index first = parameters_ - known.size();
+  for (Eigen::Index p = 0; p < parameters_; ++p) {
+    const Eigen::Index k = p - first;
+    const bool open = k >= 0 && static_cast<std::size_t>(k) < options_.variable_terms.size() &&
+                      options_.variable_terms[static_cast<std::size_t>(k)];
+    if ((k >= 0 && known[k] == 0 && !open) ||
+        is_excluded(mechanism_, terms[static_cast<std::size_t>(p)], options_.excluded))
+      term_mask_[p] = 0;
+  }
+}
+
+template <class S>
+bool GoalRows<S>::has_goal(GoalKind kind) const {
+  return std::any_of(goals_.begin(), goals_.end(), [&](const Goal& goal) { return goal.kind == kind; });
+}
+
+template <class S>
+void GoalRows<S>::check_goals(int freedoms) {
+  if (extra_ > 0) {
+    if (!mechanism_.tool) {
+      mismatch_ = std::string("the goal ") + (has_goal(GoalKind::affine) ? "affine" : "proportional") +
+                  " compares the centre of mass with the tool, and the mechanism has none";
+      return;
+    }
+    const FixedFrame<S>& body = tree_.bodies[static_cast<std::size_t>(mechanism_.tool->body)];
+    tool_ = {body.node, body.R_N, body.p_N + body.R_N * to_vector<S>(mechanism_.tool->position)};
+  }
+  if (!needs_actuators_) return;
+  const auto count = static_cast<int>(mechanism_.actuators.size());
+  if (count != freedoms) {
+    mismatch_ =
+        "the goal speaks of the actuators' accelerations and asks for one actuator per degree of freedom: there are " +
+        std::to_string(count) + " actuators and " + std::to_string(freedoms) + " degrees of freedom";
+    return;
+  }
+  selection_ = MatrixX::Zero(count, tree_.columns);
+  for (int a = 0; a < count; ++a) {
+    const CoordinateId coordinate = mechanism_.actuators[static_cast<std::size_t>(a)];
+    const LinearQuantity& source = tree_.coordinate_expressions[static_cast<std::size_t>(coordinate)];
+    for (const auto& [column, ratio] : source.terms)
+      selection_(a, column) = ratio * scale_[column] / (source.is_length ? tree_.characteristic_length : 1);
+  }
+}
+
+template <class S>
+bool GoalRows<S>::evaluate(const SampledConfiguration& configuration, const VelocityProbe& probe, MatrixX& rows) {
+  rows.resize(0, parameters_ + extra_);
+  out_.resize(0, parameters_ + extra_);
+  filled_ = 0;
+  y_ = configuration.y;
+  compute_poses(tree_, y_.data(), state_);
+  if (needs_actuators_ && !set_actuated(configuration.null_space)) return false;
+  add_efforts(probe);
+  add_inertia();
+  add_momentum(probe);
+  rows = out_.topRows(filled_);
+  return true;
+}
+
+template <class S>
+void GoalRows<S>::set_motion(const VectorX& velocity, const VectorX& acceleration, bool weight) {
+  const VectorX dy = scale_.cwiseProduct(velocity), ddy = scale_.cwiseProduct(acceleration);
+  compute_angular_velocities(tree_, dy.data(), state_);
+  const typename S::Vector base =
+      weight ? typename S::Vector(-to_vector<S>(mechanism_.gravity)) : typename S::Vector(S::Vector::Zero());
+  compute_accelerations(tree_, dy.data(), ddy.data(), base, state_);
+}
+
+template <class S>
+InertiaRegressor<S> GoalRows<S>::compute_regressor(const VectorX& velocity, const VectorX& acceleration, bool weight) {
+  set_motion(velocity, acceleration, weight);
+  return balance::compute_regressor(tree_, state_);
+}
+
+/// Appends rows per unit of the inertial parameters, or of all parameters and extra unknowns, in natural units.
+template <class S>
+void GoalRows<S>::append_rows(const MatrixX& rows, double unit) {
+  const Eigen::Index count = rows.rows(), width = std::min<Eigen::Index>(rows.cols(), parameters_);
+  if (filled_ + count > out_.rows())
+    out_.conservativeResize(std::max(2 * out_.rows(), filled_ + count), Eigen::NoChange);
+  auto place = out_.middleRows(filled_, count);
+  place.setZero();
+  place.leftCols(width) =
+      rows.leftCols(width) * (units_.parameter.head(width).cwiseProduct(term_mask_.head(width)) / unit).asDiagonal();
+  if (rows.cols() > parameters_) place.rightCols(extra_) = rows.rightCols(extra_) / unit;
+  filled_ += count;
+}
+
+/// Weight, springs and loads. What loads change by over time must vanish by itself.
+template <class S>
+void GoalRows<S>::add_static_efforts(const MatrixX& projection) {
+  const bool weight = mechanism_.gravity.norm() > 0, springs = !mechanism_.springs.empty();
+  if (!weight && !springs && !known_.has_loads()) return;
+  const VectorX rest = VectorX::Zero(tree_.columns);
+  MatrixX torque = MatrixX::Zero(tree_.columns, parameters_), constant, changing;
+  if (weight) torque.leftCols(inertial_) = compute_regressor(rest, rest, true).torque;
+  if (springs) torque.middleCols(inertial_, parameters_ - inertial_ - known_.size()) = spring_torques();
+  if (known_.has_loads()) {
+    known_.load_columns(state_, constant, changing);
+    torque.rightCols(known_.size()) = constant;
+  }
+  append_rows(projection * torque, units_.acceleration * units_.length);
+  if (known_.has_loads() && known_.has_changes())
+    append_known_rows(projection, changing, units_.acceleration * units_.length);
+}
+
+/// Rows of known terms alone, if any of them is asked for.
+template <class S>
+void GoalRows<S>::append_known_rows(const MatrixX& projection, const MatrixX& torque, double unit) {
+  if (term_mask_.tail(known_.size()).isZero(0)) return;
+  MatrixX rows = MatrixX::Zero(projection.rows(), parameters_);
+  rows.rightCols(known_.size()) = projection * torque;
+  append_rows(rows, unit);
+}
+
+/// static, gyroscopic, gyroscopic-independent: generalised forces projected on the allowed velocities.
+template <class S>
+void GoalRows<S>::add_efforts(const VelocityProbe& probe) {
+  const bool gyroscopic = has_goal(GoalKind::gyroscopic) || has_goal(GoalKind::decoupled);
+  const bool independent = has_goal(GoalKind::gyroscopic_independent);
+  if (!gyroscopic && !independent && !has_goal(GoalKind::statics)) return;
+  const VectorX rest = VectorX::Zero(tree_.columns);
+  const MatrixX project = probe.directions.transpose() * scale_.asDiagonal();
+  const double L = units_.length;
+  add_static_efforts(project);
+  // odd in the velocities, where those of masses are even: neither can make up for the other
+  if ((gyroscopic || independent) && known_.has_friction())
+    append_known_rows(project, known_.friction_columns(scale_.cwiseProduct(probe.velocity)), L * L);
+  if (gyroscopic) append_rows(project * compute_regressor(probe.velocity, rest, false).torque, L * L);
+  if (independent)
+    append_rows(project * compute_regressor(probe.velocity, actuated_bias(probe.velocity), false).torque, L * L);
+}
+
+/// decoupled: what one actuator's acceleration asks of another; fully-: changes of the inertia that the actuators feel.
+template <class S>
+void GoalRows<S>::add_inertia() {
+  const bool decoupled = has_goal(GoalKind::decoupled);
+  if (!decoupled && !is_fully_) return;
+  const VectorX rest = VectorX::Zero(tree_.columns);
+  const Eigen::Index n = actuated_.cols();
+  MatrixX apparent(n * (n + 1) / 2, inertial_), coupling(n * (n - 1) / 2, inertial_);
+  Eigen::Index f = 0, c = 0;
+  for (Eigen::Index s = 0; s < n; ++s) {
+    const MatrixX column =
+        actuated_.transpose() * scale_.asDiagonal() * compute_regressor(rest, actuated_.col(s), false).torque;
+    for (Eigen::Index r = 0; r <= s; ++r) {
+      apparent.row(f++) = column.row(r);
+      if (r < s) coupling.row(c++) = column.row(r) / (actuated_.col(r).norm() * actuated_.col(s).norm());
+    }
+  }
+  const double unit = units_.length * units_.length;
+  if (decoupled && n > 1) append_rows(coupling, unit);
+  if (!is_fully_) return;
+  if (inertia_reference_.size() == 0) inertia_reference_ = apparent;
+  append_rows(apparent - inertia_reference_, unit);
+}
+
+/// force, moment, dynamic, proportional, affine: momenta per unit of the allowed velocities.
+template <class S>
+void GoalRows<S>::add_momentum(const VelocityProbe& probe) {
+  const bool both = has_goal(GoalKind::dynamic), following = extra_ > 0;
+  const bool linear = both || has_goal(GoalKind::force), angular = both || has_goal(GoalKind::moment);
+  if (!linear && !angular && !following) return;
+  const VectorX rest = VectorX::Zero(tree_.columns);
+  const double L = units_.length;
+  const Vector3 about = options_.about;
+  for (Eigen::Index k = 0; k < probe.directions.cols(); ++k) {
+    set_motion(rest, probe.directions.col(k), false);
+    const InertiaRegressor<S> momentum = compute_momentum_rate_regressor(tree_, state_);
+    if (linear) append_rows(momentum.force, L);
+    if (angular) {
+      MatrixX rows = momentum.moment;
+      if constexpr (S::angular_dimension == 1)
+        rows -= about.x() * momentum.force.row(1) - about.y() * momentum.force.row(0);
+      else
+        for (Eigen::Index p = 0; p < rows.cols(); ++p) rows.col(p) -= about.cross(Vector3(momentum.force.col(p)));
+      append_rows(rows, L * L);
+    }
+    if (following) append_com_tool_rows(momentum.force);
+  }
+}
+
+/// proportional: momentum − A · tool velocity; affine: less B · the rates of the tool body's axes, too. The state has the
+/// velocities as accelerations from rest.
+template <class S>
+void GoalRows<S>::append_com_tool_rows(const MatrixX& momentum) {
+  constexpr int d = S::dimension;
+  const NodeState<S>& node = state_[static_cast<std::size_t>(tool_.node)];
+  const typename S::Vector tool = point_acceleration<S>(node, tool_.p_N);
+  const typename S::Angular spin = node.R_WN * node.angular_acceleration;
+  const typename S::Rotation R = node.R_WN * tool_.R_N;
+  Eigen::Index first = parameters_;
+  for (const GoalKind kind : {GoalKind::proportional, GoalKind::affine}) {
+    if (!has_goal(kind)) continue;
+    VectorX rates(d + (kind == GoalKind::affine ? d * tool_axis_count<S> : 0));
+    rates.head(d) = tool;
+    for (int k = 0; d * (k + 1) < rates.size(); ++k)
+      rates.segment(d * (k + 1), d) = units_.length * typename S::Vector(cross(spin, typename S::Vector(axis(R, k))));
+    MatrixX rows = MatrixX::Zero(d, parameters_ + extra_);
+    rows.leftCols(inertial_) = momentum;
+    for (int i = 0; i < d; ++i, first += rates.size()) rows.row(i).segment(first, rates.size()) = -rates.transpose();
+    append_rows(rows, units_.length);
+  }
+}
+
+template class GoalRows<Planar>;
+template class GoalRows<Spatial>;
+
+// Velocities and accelerations in terms of the actuators' own.
+
+namespace {
+
+/// Smallest singular value of the actuated rows of the null space: below it C is large and the rows are ill-conditioned.
+constexpr double min_actuator_regularity = 0.02;
+
+}  // namespace
+
+/// C = N (S N)⁻¹: its actuated rows are the identity.
+template <class S>
+bool GoalRows<S>::set_actuated(const MatrixX& null_space) {
+  const MatrixX held = selection_ * null_space;
+  if (held.rows() != held.cols()) return false;
+  if (held.size() > 0 && singular_values(held).tail(1)[0] < min_actuator_regularity) return false;
+  actuated_ = null_space * held.partialPivLu().inverse();
+  return true;
+}
+
+/// The accelerations that a velocity causes while the actuators' own are zero.
+template <class S>
+VectorX GoalRows<S>::actuated_bias(const VectorX& velocity) {
+  const VectorX dy = scale_.cwiseProduct(velocity);
+  compute_velocities(tree_, dy.data(), state_);
+  compute_accelerations<S>(tree_, dy.data(), nullptr, S::Vector::Zero(), state_);
+  const Eigen::Index closures = tree_.closure_rows, actuated = selection_.rows();
+  VectorX bias = VectorX::Zero(closures + actuated);
+  ConstraintSystem<S> system(tree_, Drive<S>{});
+  MatrixX jacobian;
+  system.velocity_jacobian(y_, {}, jacobian);
+  double* next = bias.data();
+  for (const Closure<S>& closure : tree_.closures) {
+    closure_bias(state_, closure, closure_pose(state_, closure), next);
+    for (const ClosureRow& row : closure.rows) *next++ *= -compute_row_scale(tree_, closure, row);
+  }
+  MatrixX all(closures + actuated, tree_.columns);
+  all << jacobian, selection_;
+  CompleteOrthogonalDecomposition qr;
+  qr.setThreshold(1e-9);  // redundant closures have rows of round-off
+  return qr.compute(all).solve(bias);
+}
+
+#define BALANCE_INSTANTIATE(S)                             \
+  template bool GoalRows<S>::set_actuated(const MatrixX&); \
+  template VectorX GoalRows<S>::actuated_bias(const VectorX&);
+BALANCE_INSTANTIATE(Planar)
+BALANCE_INSTANTIATE(Spatial)
+#undef BALANCE_INSTANTIATE
+
+// What springs ask of the actuators at rest.
+
+/// Generalised forces that hold the springs, per unit of each of their parameters: ∂U/∂y with U linear in k, k a, k b, k a bᵀ; in
+/// joint coordinates in k and the preload.
+template <class S>
+MatrixX GoalRows<S>::spring_torques() {
+  MatrixX torque = MatrixX::Zero(tree_.columns, parameters_ - inertial_ - known_.size());
+  VectorX unit = VectorX::Zero(tree_.columns);
+  for (int c = 0; c < tree_.columns; ++c) {
+    unit.setZero();
+    unit[c] = 1;
+    compute_velocities(tree_, unit.data(), state_);
+    Eigen::Index at = 0;
+    for (std::size_t s = 0; s < mechanism_.springs.size(); ++s) {
+      const Spring& spring = mechanism_.springs[s];
+      if (spring.is_joint_spring()) {  // k q − preload
+        const LinearQuantity& source = tree_.coordinate_expressions[static_cast<std::size_t>(spring.coordinate)];
+        const double ratio = source.rate(unit.data());
+        torque(c, at++) = ratio * source.value(y_.data());
+        torque(c, at++) = -ratio;
+        continue;
+      }
+      const FixedFrame<S>&A = tree_.bodies[static_cast<std::size_t>(spring.first)],
+            &B = tree_.bodies[static_cast<std::size_t>(spring.second)];
+      const NodeState<S>&a = state_[static_cast<std::size_t>(A.node)], &b = state_[static_cast<std::size_t>(B.node)];
+      const bool loose = s < options_.loose_springs.size() && options_.loose_springs[s];
+      const typename S::Vector end_a = loose ? typename S::Vector(S::Vector::Zero()) : to_vector<S>(spring.point_first);
+      const typename S::Vector end_b =
+          loose ? typename S::Vector(S::Vector::Zero()) : to_vector<S>(spring.point_second);
+      const typename S::Vector p_A = A.p_N + A.R_N * end_a, p_B = B.p_N + B.R_N * end_b;
+      const typename S::Vector d = position(state_, {A.node, A.R_N, p_A}) - position(state_, {B.node, B.R_N, p_B});
+      const typename S::Vector rate = point_velocity<S>(a, p_A) - point_velocity<S>(b, p_B);
+      const double length = d.norm();
+      const bool taut = loose || spring.free_length == 0;
+      torque(c, at++) = d.dot(rate) * (taut ? 1 : length > 0 ? 1 - spring.free_length / length : 0);
+      if (!loose) continue;
+      const typename S::Rotation R_A = a.R_WN * A.R_N, R_B = b.R_WN * B.R_N;
+      const typename S::Angular w_A = a.R_WN * a.angular_velocity, w_B = b.R_WN * b.angular_velocity;
+      const auto turned_rate = [](const typename S::Angular& w, const typename S::Vector& e) {
+        return typename S::Vector(cross(w, e));
+      };
+      for (int i = 0; i < S::dimension; ++i)
+        torque(c, at++) = rate.dot(axis(R_A, i)) + d.dot(turned_rate(w_A, axis(R_A, i)));
+      for (int j = 0; j < S::dimension; ++j)
+        torque(c, at++) = -rate.dot(axis(R_B, j)) - d.dot(turned_rate(w_B, axis(R_B, j)));
+      for (int i = 0; i < S::dimension; ++i)
+        for (int j = 0; j < S::dimension; ++j)
+          torque(c, at++) =
+              -turned_rate(w_A, axis(R_A, i)).dot(axis(R_B, j)) - axis(R_A, i).dot(turned_rate(w_B, axis(R_B, j)));
+    }
+  }
+  return torque;
+}
+
+template MatrixX GoalRows<Planar>::spring_torques();
+template MatrixX GoalRows<Spatial>::spring_torques();
+
+}  // namespace balance

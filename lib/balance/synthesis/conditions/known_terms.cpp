@@ -1,0 +1,233 @@
+#include "balance/synthesis/conditions/known_terms.hpp"
+
+#include "balance/foundation/numerics/eigen_instantiations.hpp"
+#include "balance/foundation/numerics/extrema.hpp"
+#include "balance/synthesis/conditions/goal_rows.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+namespace balance {
+
+namespace {
+
+/// Of the largest change: what is less than this is none.
+constexpr double load_change_tolerance = 1e-12;
+
+int component_count(const Mechanism& mechanism) { return mechanism.space == SpaceKind::planar ? 3 : 6; }
+
+/// Force, then moment: planar fx, fy, m; spatial fx, fy, fz, mx, my, mz.
+VectorX load_at_entry(const Load& load, std::size_t entry, int size) {
+  const Vector3 &f = load.force[entry], &m = load.moment[entry];
+  if (size == 3) return Vector3(f.x(), f.y(), m.z());
+  VectorX both(6);
+  both << f, m;
+  return both;
+}
+
+VectorX load_at_time(const Load& load, double time, int size) {
+  const auto next = std::upper_bound(load.time.begin(), load.time.end(), time);
+  if (next == load.time.begin()) return load_at_entry(load, 0, size);
+  if (next == load.time.end()) return load_at_entry(load, load.force.size() - 1, size);
+  const auto k = static_cast<std::size_t>(next - load.time.begin());
+  const double part = (time - load.time[k - 1]) / (load.time[k] - load.time[k - 1]);
+  return (1 - part) * load_at_entry(load, k - 1, size) + part * load_at_entry(load, k, size);
+}
+
+std::string owner_of(const Mechanism& mechanism, ParameterOwner bearer, std::size_t index) {
+  return bearer == ParameterOwner::load
+             ? mechanism.loads[index].name
+             : mechanism.coordinates[static_cast<std::size_t>(mechanism.friction[index].coordinate)].name;
+}
+
+/// What else has a name among the columns of conditions.
+std::set<std::string> other_owners(const Mechanism& mechanism) {
+  std::set<std::string> names;
+  for (const Body& body : mechanism.bodies) names.insert(body.name);
+  for (const Attachment& attachment : mechanism.attachments) names.insert(attachment.name);
+  for (const Disc& disc : mechanism.discs) names.insert(disc.name);
+  for (const Spring& spring : mechanism.springs) names.insert(spring.name);
+  return names;
+}
+
+}  // namespace
+
+MatrixX load_histories(const Mechanism& mechanism) {
+  const int size = component_count(mechanism);
+  std::set<double> times;
+  for (const Load& load : mechanism.loads) times.insert(load.time.begin(), load.time.end());
+  MatrixX changes =
+      MatrixX::Zero(static_cast<Eigen::Index>(times.size()), size * static_cast<Eigen::Index>(mechanism.loads.size()));
+  Eigen::Index row = 0;
+  for (const double time : times) {
+    Eigen::Index column = 0;
+    for (const Load& load : mechanism.loads) {
+      if (!load.time.empty())
+        changes.row(row).segment(column, size) = load_at_time(load, time, size) - load_at_entry(load, 0, size);
+      column += size;
+    }
+    ++row;
+  }
+  return changes;
+}
+
+Eigen::Index load_component(const Parameter& term, bool planar) {
+  const int size = planar ? 3 : 6;
+  return size * term.index + term.slot % size;
+}
+
+double& friction_coefficient(Friction& friction, const Parameter& term) {
+  if (term.kind == ParameterKind::viscous) return friction.viscous;
+  return term.symbol == coulomb_backward && friction.coulomb_backward ? *friction.coulomb_backward : friction.coulomb;
+}
+
+double friction_resistance(const Parameter& term, double rate) {
+  if (term.kind == ParameterKind::viscous) return rate;
+  if (rate > 0) return term.symbol == coulomb_backward ? 0 : 1;
+  return rate < 0 && term.symbol != coulomb_forward ? -1 : 0;
+}
+
+bool is_known_term(const Parameter& parameter) {
+  return parameter.owner_kind == ParameterOwner::load || parameter.owner_kind == ParameterOwner::friction;
+}
+
+bool is_load_change(const Parameter& parameter) {
+  return parameter.owner_kind == ParameterOwner::load && parameter.symbol.ends_with("(t)");
+}
+
+std::vector<Parameter> list_known_terms(const Mechanism& mechanism) {
+  const int size = component_count(mechanism);
+  const std::vector<std::string> symbols = size == 3 ? std::vector<std::string>{"fx", "fy", "m"}
+                                                     : std::vector<std::string>{"fx", "fy", "fz", "mx", "my", "mz"};
+  const std::set<std::string> taken = other_owners(mechanism);
+  std::vector<Parameter> all;
+  const auto add = [&](ParameterOwner bearer, std::size_t index, const std::string& symbol, ParameterKind kind,
+                       int power) {
+    std::string owner = owner_of(mechanism, bearer, index);
+    if (taken.count(owner) > 0) owner = (bearer == ParameterOwner::load ? "loads." : "friction.") + owner;
+    const int slot = all.empty() || all.back().owner_kind != bearer || all.back().index != static_cast<int>(index)
+                         ? 0
+                         : all.back().slot + 1;
+    all.push_back({owner + "." + symbol, owner, symbol, bearer, static_cast<int>(index), slot, kind, power});
+  };
+  for (std::size_t l = 0; l < mechanism.loads.size(); ++l)
+    for (const char* suffix : {"", "(t)"}) {
+      if (*suffix != 0 && mechanism.loads[l].time.empty()) continue;
+      for (int c = 0; c < size; ++c) {
+        const bool couple = c >= (size == 3 ? 2 : 3);
+        add(ParameterOwner::load, l, symbols[static_cast<std::size_t>(c)] + suffix,
+            couple ? ParameterKind::couple : ParameterKind::force, couple ? 1 : 0);
+      }
+    }
+  for (std::size_t f = 0; f < mechanism.friction.size(); ++f) {
+    const CoordinateId coordinate = mechanism.friction[f].coordinate;
+    const bool turns = mechanism.coordinates[static_cast<std::size_t>(coordinate)].kind == CoordinateKind::angle;
+    add(ParameterOwner::friction, f, "viscous", ParameterKind::viscous, turns ? 2 : 0);
+    for (const char* symbol : mechanism.friction[f].coulomb_backward
+                                  ? std::vector<const char*>{coulomb_forward, coulomb_backward}
+                                  : std::vector<const char*>{"coulomb"})
+      add(ParameterOwner::friction, f, symbol, ParameterKind::coulomb, turns ? 2 : 1);
+  }
+  return all;
+}
+
+VectorX known_term_values(const Mechanism& mechanism) {
+  const int size = component_count(mechanism);
+  const MatrixX changes = load_histories(mechanism);
+  std::vector<double> values;
+  for (std::size_t l = 0; l < mechanism.loads.size(); ++l) {
+    const Load& load = mechanism.loads[l];
+    const VectorX first = load_at_entry(load, 0, size);
+    values.insert(values.end(), first.begin(), first.end());
+    if (load.time.empty()) continue;
+    for (int c = 0; c < size; ++c) {
+      const VectorX change = changes.col(size * static_cast<Eigen::Index>(l) + c);
+      values.push_back(change[max_index(change.cwiseAbs())]);
+    }
+  }
+  for (const Friction& friction : mechanism.friction) {
+    values.insert(values.end(), {friction.viscous, friction.coulomb});
+    if (friction.coulomb_backward) values.push_back(*friction.coulomb_backward);
+  }
+  return Eigen::Map<const VectorX>(values.data(), static_cast<Eigen::Index>(values.size()));
+}
+
+std::vector<Parameter> list_terms(const Mechanism& mechanism, const FreeSprings& loose) {
+  std::vector<Parameter> all = list_parameters(mechanism, loose);
+  for (Parameter& term : list_known_terms(mechanism)) all.push_back(std::move(term));
+  return all;
+}
+
+VectorX term_values(const Mechanism& mechanism, const FreeSprings& loose) {
+  const VectorX parameters = parameter_values(mechanism, loose), known = known_term_values(mechanism);
+  VectorX all(parameters.size() + known.size());
+  all << parameters, known;
+  return all;
+}
+
+MatrixX load_changes(const Mechanism& mechanism, double length) {
+  const int size = component_count(mechanism), forces = size == 3 ? 2 : 3;
+  MatrixX changes = load_histories(mechanism);
+  const Eigen::Index n = changes.cols();
+  MatrixX together = MatrixX::Zero(n, n);
+  if (changes.rows() == 0) return together;
+  VectorX unit(n);
+  for (Eigen::Index c = 0; c < n; ++c) unit[c] = c % size < forces ? 1 : length;
+  changes = changes * unit.cwiseInverse().asDiagonal();
+  ColumnPivotingQr qr;
+  qr.setThreshold(load_change_tolerance);
+  qr.compute(changes);
+  const Eigen::Index rank = changes.isZero(0) ? 0 : qr.rank();
+  const auto& order = qr.colsPermutation().indices();
+  // the other components' changes are combinations of those of the first ones in this order
+  const MatrixX shares = qr.matrixQR()
+                             .topLeftCorner(rank, rank)
+                             .template triangularView<Eigen::Upper>()
+                             .solve(qr.matrixQR().topRightCorner(rank, n - rank));
+  for (Eigen::Index i = 0; i < rank; ++i) {
+    const Eigen::Index own = order[i];
+    together(own, own) = 1;
+    for (Eigen::Index j = rank; j < n; ++j)
+      if (std::abs(shares(i, j - rank)) > load_change_tolerance)
+        together(order[j], own) = shares(i, j - rank) * unit[order[j]] / unit[own];
+  }
+  return together;
+}
+
+bool is_excluded(const Mechanism& mechanism, const Parameter& term, const std::vector<std::string>& names) {
+  std::string section, name;
+  const auto index = static_cast<std::size_t>(term.index);
+  switch (term.owner_kind) {
+    case ParameterOwner::body: return false;
+    case ParameterOwner::attachment:
+      section = mechanism.attachments[index].kind == AttachmentKind::payload ? "payloads" : "counterweights";
+      name = mechanism.attachments[index].name;
+      break;
+    case ParameterOwner::disc: section = "discs", name = mechanism.discs[index].name; break;
+    case ParameterOwner::spring: section = "springs", name = mechanism.springs[index].name; break;
+    case ParameterOwner::load: section = "loads", name = mechanism.loads[index].name; break;
+    case ParameterOwner::friction: section = "friction", name = owner_of(mechanism, term.owner_kind, index); break;
+  }
+  return std::any_of(names.begin(), names.end(), [&](const std::string& one) {
+    return one == section || one == name || one == section + "." + name;
+  });
+}
+
+std::vector<std::string> list_excludable_names(const Mechanism& mechanism) {
+  std::vector<std::string> all = {"friction", "loads", "springs", "payloads", "counterweights", "discs"};
+  const auto add = [&](const std::string& section, const std::string& name) {
+    for (const std::string& one : {name, section + "." + name})
+      if (std::find(all.begin(), all.end(), one) == all.end()) all.push_back(one);
+  };
+  for (std::size_t f = 0; f < mechanism.friction.size(); ++f)
+    add("friction", owner_of(mechanism, ParameterOwner::friction, f));
+  for (const Load& load : mechanism.loads) add("loads", load.name);
+  for (const Spring& spring : mechanism.springs) add("springs", spring.name);
+  for (const Attachment& a : mechanism.attachments)
+    add(a.kind == AttachmentKind::payload ? "payloads" : "counterweights", a.name);
+  for (const Disc& disc : mechanism.discs) add("discs", disc.name);
+  return all;
+}
+
+}  // namespace balance

@@ -1,0 +1,190 @@
+#include "balance/synthesis/conditions/row_reduction.hpp"
+
+#include "balance/foundation/numerics/eigen_instantiations.hpp"
+#include "balance/foundation/numerics/extrema.hpp"
+#include "balance/foundation/numerics/right_singular_vectors.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numeric>
+#include <queue>
+#include <tuple>
+#include <utility>
+
+namespace balance {
+
+namespace {
+
+constexpr double min_singular_value_gap = 1e3;  ///< between the last singular value kept and the first dropped
+constexpr double dropped_singular_value_threshold =
+    1e-8;                                               ///< of the largest singular value: nothing above it is dropped
+constexpr double kept_singular_value_threshold = 1e-9;  ///< nothing below it is kept
+/// Of a unit row: an entry below it is no pivot. Where smaller ones are all there is, they must do.
+constexpr double pivot_thresholds[] = {1e-4, 1e-6, 0};
+constexpr double elimination_tolerance = 1e-10;  ///< of the largest entry before the extra unknowns were eliminated
+constexpr double row_entry_tolerance = 1e-10;    ///< of a reduced row's largest entry: an entry below it is zero
+
+/// Joints between each body and the ground.
+std::vector<int> joint_depths(const Mechanism& mechanism) {
+  std::vector<int> depth(mechanism.bodies.size(), -1);
+  depth[ground] = 0;
+  std::queue<int> waiting({ground});
+  for (; !waiting.empty(); waiting.pop()) {
+    const BodyId body = waiting.front();
+    for (const Joint& joint : mechanism.joints) {
+      const int other = joint.first == body ? joint.second : joint.second == body ? joint.first : body;
+      if (depth[static_cast<std::size_t>(other)] >= 0) continue;
+      depth[static_cast<std::size_t>(other)] = depth[static_cast<std::size_t>(body)] + 1;
+      waiting.push(other);
+    }
+  }
+  return depth;
+}
+
+/// Masses cannot be chosen freely, springs are an addition.
+int pivot_priority(ParameterKind kind) {
+  switch (kind) {
+    case ParameterKind::mass: return 1;
+    case ParameterKind::stiffness:
+    case ParameterKind::stiffness_moment: return 2;
+    case ParameterKind::force:
+    case ParameterKind::couple:
+    case ParameterKind::viscous:
+    case ParameterKind::coulomb: return 3;
+    default: return 0;
+  }
+}
+
+/// Number of singular values above the widest gap; −1 if it is not wide enough.
+int find_rank_by_gap(const VectorX& values, double floor, Conditions& conditions) {
+  int rank = -1;
+  double widest = 0;
+  const auto at = [&](Eigen::Index i) { return i < values.size() ? std::max(values[i] / values[0], floor) : floor; };
+  for (Eigen::Index r = 1; r <= values.size(); ++r) {
+    const double kept = at(r - 1), dropped = at(r);
+    if (kept < kept_singular_value_threshold || dropped > dropped_singular_value_threshold || kept / dropped <= widest)
+      continue;
+    widest = kept / dropped;
+    rank = static_cast<int>(r);
+    conditions.min_kept_singular_value = kept;
+    conditions.max_dropped_singular_value = dropped;
+  }
+  conditions.singular_value_gap = widest;
+  return widest > min_singular_value_gap ? rank : -1;
+}
+
+/// An orthonormal basis of what the rows span where a column is zero: one row fewer.
+MatrixX eliminate_column(MatrixX rows, int column) {
+  constexpr Eigen::Index min_rows_for_reflection = 48;
+  if (rows.rows() >
+      min_rows_for_reflection) {  // one reflection makes all entries but the first zero, and keeps rows orthonormal
+    VectorX mirror = rows.col(column);
+    mirror[0] += std::copysign(mirror.norm(), mirror[0]);
+    const Eigen::RowVectorXd along = (2 / mirror.squaredNorm()) * (mirror.transpose() * rows);
+    return rows.bottomRows(rows.rows() - 1) - mirror.tail(rows.rows() - 1) * along;
+  }
+  rows.row(0).swap(rows.row(max_index(rows.col(column).cwiseAbs())));
+  const VectorX share = rows.col(column).tail(rows.rows() - 1) / rows(0, column);
+  const MatrixX left = rows.bottomRows(rows.rows() - 1) - share * rows.row(0);
+  if (left.rows() == 0) return left;
+  // what is left keeps its size, so that small stays small: orthonormal again
+  const Eigen::HouseholderQR<MatrixX> qr(left.transpose());
+  return (qr.householderQ() * MatrixX::Identity(left.cols(), left.rows())).transpose();
+}
+
+/// Columns that the rows can be solved for, in the order of preference. Rows: orthonormal.
+std::vector<int> choose_pivots(MatrixX rows, const std::vector<int>& order) {
+  std::vector<int> pivots;
+  std::vector<bool> taken(order.size(), false);
+  for (const double least : pivot_thresholds)
+    for (const int column : order) {
+      if (rows.rows() == 0) return pivots;
+      if (taken[static_cast<std::size_t>(column)]) continue;
+      if (!(max_abs(rows.col(column)) > least)) continue;
+      taken[static_cast<std::size_t>(column)] = true;
+      pivots.push_back(column);
+      rows = eliminate_column(std::move(rows), column);
+      for (const int done : pivots) rows.col(done).setZero();
+    }
+  return pivots;
+}
+
+/// The rows solved for their pivots, at once from the orthonormal ones: errors do not grow from pivot to pivot.
+void compute_echelon_form(MatrixX& rows, const std::vector<int>& pivots) {
+  const MatrixX solved = MatrixX(rows(Eigen::all, pivots)).fullPivLu().solve(rows);
+  rows = solved;
+  for (std::size_t r = 0; r < pivots.size(); ++r)
+    rows.col(pivots[r]) = VectorX::Unit(rows.rows(), static_cast<Eigen::Index>(r));
+}
+
+}  // namespace
+
+std::vector<int> order_pivots(const Mechanism& mechanism, const std::vector<Parameter>& parameters) {
+  const std::vector<int> depth = joint_depths(mechanism);
+  std::vector<int> order(parameters.size());
+  std::iota(order.begin(), order.end(), 0);
+  const auto key = [&](int p) {
+    const Parameter& parameter = parameters[static_cast<std::size_t>(p)];
+    const bool body = parameter.owner_kind == ParameterOwner::body;
+    return std::tuple(pivot_priority(parameter.kind), parameter.owner_kind,
+                      body ? depth[static_cast<std::size_t>(parameter.index)] : 0, parameter.index, parameter.slot);
+  };
+  std::stable_sort(order.begin(), order.end(), [&](int a, int b) { return key(a) < key(b); });
+  return order;
+}
+
+MatrixX eliminate_extra_unknowns(const MatrixX& rows, int parameters) {
+  const Eigen::Index extra = rows.cols() - parameters;
+  if (extra == 0 || rows.rows() == 0) return rows;
+  ColumnPivotingQr qr(rows.rightCols(extra));
+  qr.setThreshold(1e-9);
+  MatrixX rotated = rows.leftCols(parameters);
+  const double size = max_abs(rotated);
+  rotated.applyOnTheLeft(qr.householderQ().adjoint());
+  MatrixX left = rotated.bottomRows(rows.rows() - qr.rank());
+  // The tool of a single link follows its CoM whatever that is: round-off is not a condition.
+  if (max_abs(left) < elimination_tolerance * size) left.setZero();
+  return left;
+}
+
+bool reduce_conditions(const MatrixX& rows, const VectorX& units, double mass, const std::vector<int>& order,
+                       Conditions& conditions) {
+  const Eigen::Index P = units.size();
+  conditions.rank = 0;
+  conditions.matrix.resize(0, P);
+  conditions.row_scales.resize(0);
+  conditions.pivots.clear();
+  conditions.singular_value_gap = 1 / std::numeric_limits<double>::epsilon();
+  if (max_abs(rows) == 0) return true;
+  if (!rows.allFinite()) return false;
+
+  MatrixX compact = rows;
+  if (rows.rows() > P) {
+    const Eigen::HouseholderQR<MatrixX> qr(rows);
+    compact = qr.matrixQR().topRows(P).template triangularView<Eigen::Upper>();
+  }
+  const RightSingularVectors svd = compute_right_singular_vectors(compact);
+  const int rank = find_rank_by_gap(svd.values, std::numeric_limits<double>::epsilon(), conditions);
+  if (rank < 0 || !svd.values.allFinite() || !svd.vectors.allFinite()) return false;
+
+  MatrixX reduced = svd.vectors.leftCols(rank).transpose();
+  conditions.pivots = choose_pivots(reduced, order);
+  if (static_cast<int>(conditions.pivots.size()) != rank) return false;
+  compute_echelon_form(reduced, conditions.pivots);
+  conditions.rank = rank;
+  conditions.matrix.resize(rank, P);
+  conditions.row_scales.resize(rank);
+  for (Eigen::Index r = 0; r < rank; ++r) {
+    const double largest = max_abs(reduced.row(r));
+    for (Eigen::Index p = 0; p < P; ++p)
+      if (std::abs(reduced(r, p)) < row_entry_tolerance * largest) reduced(r, p) = 0;
+    const double pivot = units[conditions.pivots[static_cast<std::size_t>(r)]];
+    conditions.matrix.row(r) = reduced.row(r).cwiseQuotient(units.transpose()) * pivot;
+    conditions.matrix(r, conditions.pivots[static_cast<std::size_t>(r)]) = 1;  // units cancel but for round-off
+    conditions.row_scales[r] = mass * pivot * largest;
+  }
+  return true;
+}
+
+}  // namespace balance

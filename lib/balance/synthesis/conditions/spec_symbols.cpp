@@ -1,0 +1,249 @@
+#include "balance/synthesis/conditions/spec_symbols.hpp"
+
+#include "balance/foundation/base/elementary.hpp"
+#include "balance/foundation/expression/expression_evaluation.hpp"
+#include "balance/synthesis/conditions/geometric_parameters.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <set>
+
+namespace balance {
+
+/// Which power of one number expressions follow.
+
+/// A number that is c · pᵉ, c without p; or does not follow a power of p at all.
+struct PowerLaw {
+  bool is_valid = true;
+  double exponent = 0;
+  double value = 0;  ///< at present: what is zero adds nothing to a sum
+};
+
+/// The algebra (foundation/expression/expression_evaluation.hpp) of power laws in one node of a graph, taken for a number of its own whatever it is made
+/// of.
+class PowerLawAlgebra {
+ public:
+  using Value = PowerLaw;
+
+  /// @param base the node; not an input
+  explicit PowerLawAlgebra(const ExpressionNode* base) : base_(base) {}
+
+  PowerLaw constant(double value) const { return {true, 0, value}; }
+  PowerLaw apply(const ExpressionNode& node, const PowerLaw& a, const PowerLaw& b, const PowerLaw& c) const;
+
+ private:
+  const ExpressionNode* base_;
+};
+
+namespace {
+
+bool is_independent(const PowerLaw& x) { return x.is_valid && x.exponent == 0; }
+
+/// Of a sum, a choice, a comparison: only equal powers are one.
+PowerLaw require_equal_powers(const PowerLaw& a, const PowerLaw& b) {
+  return {a.is_valid && b.is_valid && a.exponent == b.exponent, a.exponent};
+}
+
+PowerLaw add_power_laws(const PowerLaw& a, const PowerLaw& b) {
+  if (a.value == 0 && is_independent(a)) return b;
+  if (b.value == 0 && is_independent(b)) return a;
+  return require_equal_powers(a, b);
+}
+
+/// Whether a comes to the same with a larger p. Functions of what does not depend on p do not, either.
+PowerLaw valid_if_independent(const PowerLaw& a) { return {is_independent(a), 0}; }
+
+PowerLaw apply_function(const ExpressionNode& node, const PowerLaw& a) {
+  static const int root = find_unary_function("sqrt"), size = find_unary_function("abs"),
+                   sign = find_unary_function("sign");
+  if (node.function == root) return {a.is_valid, a.exponent / 2};
+  if (node.function == size) return a;
+  if (node.function == sign) return {a.is_valid, 0};
+  return valid_if_independent(a);
+}
+
+PowerLaw apply_operation(const ExpressionNode& node, const PowerLaw& a, const PowerLaw& b, const PowerLaw& c) {
+  switch (node.operation) {
+    case Operation::constant:
+    case Operation::input: break;
+    case Operation::alias:
+    case Operation::negate: return a;
+    case Operation::add:
+    case Operation::subtract: return add_power_laws(a, b);
+    case Operation::multiply: return {a.is_valid && b.is_valid, a.exponent + b.exponent};
+    case Operation::divide: return {a.is_valid && b.is_valid, a.exponent - b.exponent};
+    case Operation::power: return {a.is_valid && is_independent(b), a.exponent * b.value};
+    case Operation::minimum:
+    case Operation::maximum: return require_equal_powers(a, b);
+    case Operation::atan2:
+    case Operation::less:
+    case Operation::less_equal:
+    case Operation::equal: return {require_equal_powers(a, b).is_valid, 0};
+    case Operation::logical_and:
+    case Operation::logical_or: return {is_independent(a) && is_independent(b), 0};
+    case Operation::select: {
+      const PowerLaw& chosen = a.value != 0 ? b : c;
+      return {is_independent(a) && chosen.is_valid, chosen.exponent};
+    }
+    case Operation::function: return apply_function(node, a);
+  }
+  return {};
+}
+
+}  // namespace
+
+PowerLaw PowerLawAlgebra::apply(const ExpressionNode& node, const PowerLaw& a, const PowerLaw& b,
+                                const PowerLaw& c) const {
+  PowerLaw result = &node == base_ ? PowerLaw{true, 1} : apply_operation(node, a, b, c);
+  result.value = ScalarAlgebra<double>().apply(node, a.value, b.value, c.value);
+  return result;
+}
+
+namespace {
+
+/// The expression that a geometric number is; of gravity, whose size is one, its components.
+std::vector<Expression> expressions_of(const Recording& recording, const GeometricParameter& number) {
+  const auto& mechanism = recording.mechanism;
+  if (number.locations.front().kind != GeometricParameterLocation::Kind::gravity)
+    return {geometric_value_at(mechanism, number.locations.front())};
+  std::vector<Expression> components;
+  for (const Expression& component : mechanism.gravity)
+    if (component.value() != 0) components.push_back(component);
+  return components;
+}
+
+/// How one geometric number follows one parameter.
+struct Dependence {
+  bool power = true;  ///< it follows a power of it, possibly the zeroth
+  int exponent = 0;
+};
+
+/// @param parts of the number, which follow one power together
+Dependence find_dependence(const std::vector<Expression>& parts, const std::vector<PowerLaw>& laws) {
+  std::optional<double> exponent;
+  for (const Expression& part : parts) {
+    const PowerLaw law = part.is_constant() ? PowerLaw{} : laws[static_cast<std::size_t>(part.node())];
+    if (!law.is_valid || law.exponent != exponent.value_or(law.exponent)) return {false, 0};
+    exponent = law.exponent;
+  }
+  const double whole = std::round(exponent.value_or(0));
+  return whole == exponent.value_or(0) ? Dependence{true, static_cast<int>(whole)} : Dependence{false, 0};
+}
+
+/// All numbers' dependences on one parameter.
+std::vector<Dependence> list_dependences(const Recording& recording, const Expression& parameter,
+                                         const std::vector<std::vector<Expression>>& numbers) {
+  const ExpressionNode& base = recording.graph.nodes()[static_cast<std::size_t>(parameter.node())];
+  std::vector<PowerLaw> inputs;
+  for (const double value : recording.inputs) inputs.push_back({true, 0, value});
+  if (base.operation == Operation::input) inputs[static_cast<std::size_t>(base.input)].exponent = 1;
+  const std::vector<PowerLaw> laws = evaluate(recording.graph, inputs, PowerLawAlgebra(&base));
+  std::vector<Dependence> result;
+  for (const auto& parts : numbers) result.push_back(find_dependence(parts, laws));
+  return result;
+}
+
+/// A number made of parameters: a small ratio times their powers.
+using Powers = std::vector<std::pair<std::size_t, int>>;
+
+class SymbolNamer {
+ public:
+  SymbolNamer(const Study& study, const Recording& recording)
+      : length_(study.mechanism.units.length), numbers_(list_geometric_parameters(study.mechanism)) {
+    std::vector<std::vector<Expression>> expressions;
+    for (const GeometricParameter& number : numbers_) expressions.push_back(expressions_of(recording, number));
+    for (const NamedExpression& p : recording.parameters) {
+      if (p.value.value() == 0) continue;
+      parameters_.push_back(p);
+      dependences_.push_back(list_dependences(recording, p.value, expressions));
+    }
+  }
+
+  std::vector<GeometricSymbol> symbols() {
+    const std::size_t count = parameters_.size();
+    std::vector<GeometricSymbol> governing(count);
+    for (std::size_t p = 0; p < count; ++p) governing[p] = {parameters_[p].name, "1", parameters_[p].value.value(), {}};
+    std::vector<std::pair<std::size_t, Powers>> made;
+    for (std::size_t n = 0; n < numbers_.size(); ++n) {
+      if (numbers_[n].value == 0) continue;
+      const Powers powers = powers_of(n);
+      if (!powers.empty()) made.emplace_back(n, powers);
+    }
+    for (const auto& [n, powers] : made)
+      if (powers.size() == 1 && powers[0].second == 1) note_unit(governing[powers[0].first], numbers_[n]);
+    std::set<std::size_t> governed;
+    for (const auto& [n, powers] : made) {
+      if (!is_simple(n, powers, governing)) continue;
+      governed.insert(n);
+      for (const auto& [p, exponent] : powers) governing[p].uses.push_back({numbers_[n], exponent});
+    }
+    std::erase_if(governing, [](const GeometricSymbol& symbol) { return symbol.uses.empty(); });
+    for (std::size_t n = 0; n < numbers_.size(); ++n)
+      if (is_nontrivial(numbers_[n]) && governed.count(n) == 0) governing.push_back(own_symbol(numbers_[n]));
+    return governing;
+  }
+
+ private:
+  /// Of plain parameters if they explain the number altogether; else of one expression that the number is proportional to.
+  Powers powers_of(std::size_t n) const {
+    Powers plain, expressions;
+    bool complete = true;
+    for (std::size_t p = 0; p < parameters_.size(); ++p) {
+      const Dependence& d = dependences_[p][n];
+      const bool is_plain_one = parameters_[p].is_plain;
+      if (!d.power && is_plain_one) complete = false;
+      if (!d.power || d.exponent == 0) continue;
+      if (is_plain_one) plain.emplace_back(p, d.exponent);
+      if (!is_plain_one && d.exponent == 1 && expressions.empty()) expressions.emplace_back(p, 1);
+    }
+    const double unit = numbers_[n].unit == "m" ? length_ : 1;
+    const auto explains = [&](const Powers& powers) {
+      double product = unit;
+      for (const auto& [p, e] : powers) product *= elementary::pow(parameters_[p].value.value(), e);
+      return !powers.empty() && find_small_ratio(numbers_[n].value / product).has_value();
+    };
+    if (complete && explains(plain)) return plain;
+    return explains(expressions) ? expressions : Powers{};
+  }
+
+  /// A parameter that is a length is one in SI.
+  void note_unit(GeometricSymbol& symbol, const GeometricParameter& number) const {
+    if (symbol.unit != "1") return;
+    symbol.unit = number.unit;
+    if (number.unit == "m") symbol.value *= length_;
+  }
+
+  /// Whether a number is a small ratio of its symbols in SI too.
+  bool is_simple(std::size_t n, const Powers& powers, const std::vector<GeometricSymbol>& symbols) const {
+    double product = 1;
+    for (const auto& [p, e] : powers) product *= elementary::pow(symbols[p].value, e);
+    return find_small_ratio(numbers_[n].value / product).has_value();
+  }
+
+  /// A ratio of one is easier to read left out.
+  static bool is_nontrivial(const GeometricParameter& number) {
+    return number.value != 0 && !(number.unit == "1" && std::abs(number.value) == 1);
+  }
+
+  GeometricSymbol own_symbol(const GeometricParameter& number) const {
+    const auto taken = [&](const NamedExpression& p) { return p.name == number.label; };
+    const auto& all = parameters_;
+    const bool doubtful = std::any_of(all.begin(), all.end(), taken);
+    return {doubtful ? "gravity" : number.label, number.unit, number.value, {{number, 1}}};
+  }
+
+  double length_;                            ///< the spec's unit [m]
+  std::vector<NamedExpression> parameters_;  ///< none is zero
+  std::vector<GeometricParameter> numbers_;
+  std::vector<std::vector<Dependence>> dependences_;  ///< per parameter
+};
+
+}  // namespace
+
+std::vector<GeometricSymbol> list_symbols(const DesignSpace& space) {
+  return space.recording ? SymbolNamer(space.start, *space.recording).symbols()
+                         : list_geometric_symbols(space.start.mechanism);
+}
+
+}  // namespace balance

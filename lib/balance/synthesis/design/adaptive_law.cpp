@@ -1,0 +1,168 @@
+#include "balance/synthesis/design/adaptive_law.hpp"
+
+#include "balance/foundation/base/elementary.hpp"
+#include "balance/foundation/numerics/eigen_instantiations.hpp"
+#include "balance/foundation/numerics/extrema.hpp"
+#include "balance/synthesis/design/solve_design.hpp"
+#include "balance/synthesis/design/solver_context.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <numeric>
+
+namespace balance {
+
+namespace design {
+
+namespace {
+
+/// A a + Σ b_m m(p) = 0, with monomials m of the load; everything in unit coordinates.
+struct SeparatedConditions {
+  MatrixX matrix;                      ///< A: conditions × adapted
+  std::map<Monomial, VectorX> loaded;  ///< b
+};
+
+/// @return nothing where an adapted number stands in a product
+std::optional<SeparatedConditions> separate_conditions(const SparsePolynomial& rows, int adapted) {
+  SeparatedConditions conditions{MatrixX::Zero(rows.outputs(), adapted), {}};
+  for (const SparsePolynomial::Term& term : rows.terms()) {
+    const bool own = !term.monomial.empty() && term.monomial.front().first < adapted;
+    if (own && (term.monomial.size() > 1 || term.monomial.front().second > 1)) return std::nullopt;
+    VectorX* column = nullptr;
+    if (!own) {
+      column = &conditions.loaded[term.monomial];
+      if (column->size() == 0) column->setZero(rows.outputs());
+    }
+    for (const auto& [row, coefficient] : term.coefficients)
+      (own ? conditions.matrix(row, term.monomial.front().first) : (*column)[row]) += coefficient;
+  }
+  return conditions;
+}
+
+/// The adapted numbers over the load, both in unit coordinates.
+std::optional<SparsePolynomial> solve_adapted_variables(const SeparatedConditions& conditions, const VectorX& anchor,
+                                                        int variables) {
+  const Eigen::Index n = conditions.matrix.cols();
+  MatrixX inverse = MatrixX::Zero(n, conditions.matrix.rows()), open = MatrixX::Identity(n, n);
+  if (conditions.matrix.size() > 0) {
+    constexpr double adaptive_rank_tolerance = 1e-10;  // of the largest singular value
+    SingularValueDecomposition svd(conditions.matrix, Eigen::ComputeThinU | Eigen::ComputeThinV);
+    svd.setThreshold(adaptive_rank_tolerance);
+    const Eigen::Index rank = svd.rank();
+    const MatrixX v = svd.matrixV().leftCols(rank);
+    inverse =
+        v * svd.singularValues().head(rank).cwiseInverse().asDiagonal() * svd.matrixU().leftCols(rank).transpose();
+    open -= v * v.transpose();
+  }
+  PolynomialBuilder collector(static_cast<int>(n));
+  const VectorX kept = open * anchor;
+  for (int i = 0; i < n; ++i) collector.add({}, i, kept[i]);
+  for (const auto& [monomial, right] : conditions.loaded) {
+    VectorX part = -inverse * right;
+    part -= inverse * (conditions.matrix * part + right);
+    if (max_abs(conditions.matrix * part + right) > condition_tolerance) return std::nullopt;
+    for (int i = 0; i < n; ++i) collector.add(monomial, i, part[i]);
+  }
+  return collector.build(variables, 1e-12);
+}
+
+/// Without the digits that differences of numbers of this size leave as round-off.
+double round_to_significant_digits(double value, double size) {
+  constexpr int significant_digits = 13;
+  const double scale = size > 0 ? elementary::pow(10, significant_digits - std::ceil(elementary::log10(size))) : 1;
+  return scale > 1 && std::isfinite(scale) ? std::round(value * scale) / scale : value;
+}
+
+AdaptiveLaw to_si_law(const SparsePolynomial& units, const VariableScaling& box, int adapted) {
+  const SparsePolynomial loads = units.substitute(box.centre(), box.half_width());
+  AdaptiveLaw law;
+  const Eigen::Index count = box.size() - adapted;
+  law.terms.push_back({std::vector<int>(static_cast<std::size_t>(count), 0), box.centre().head(adapted)});
+  const auto degree = [](const AdaptiveLaw::Term& term) {
+    return std::accumulate(term.powers.begin(), term.powers.end(), 0);
+  };
+  for (const SparsePolynomial::Term& term : loads.terms()) {
+    AdaptiveLaw::Term next{std::vector<int>(static_cast<std::size_t>(count), 0), VectorX::Zero(adapted)};
+    for (const auto& [variable, power] : term.monomial)
+      next.powers[static_cast<std::size_t>(variable - adapted)] = power;
+    for (const auto& [i, coefficient] : term.coefficients) next.coefficients[i] = coefficient * box.half_width()[i];
+    if (degree(next) > 0) {
+      law.terms.push_back(std::move(next));
+      continue;
+    }
+    for (Eigen::Index i = 0; i < adapted; ++i) {
+      double& sum = law.terms.front().coefficients[i];
+      const double size = std::abs(sum) + std::abs(next.coefficients[i]);
+      sum += next.coefficients[i];
+      if (std::abs(sum) < 1e-13 * size) sum = 0;
+    }
+  }
+  const VectorX size = box.centre().cwiseAbs() + box.half_width();
+  for (AdaptiveLaw::Term& term : law.terms) {
+    double load = 1;
+    for (std::size_t k = 0; k < term.powers.size(); ++k)
+      load *= elementary::pow(size[adapted + static_cast<Eigen::Index>(k)], term.powers[k]);
+    for (Eigen::Index i = 0; i < adapted; ++i)
+      term.coefficients[i] = round_to_significant_digits(term.coefficients[i], size[i] / load);
+  }
+  std::stable_sort(law.terms.begin(), law.terms.end(),
+                   [&](const auto& a, const auto& b) { return degree(a) < degree(b); });
+  return law;
+}
+
+}  // namespace
+
+}  // namespace design
+
+VectorX AdaptiveLaw::evaluate(const VectorX& loads) const {
+  VectorX values = VectorX::Zero(terms.front().coefficients.size());
+  for (const Term& term : terms) {
+    double product = 1;
+    for (std::size_t k = 0; k < term.powers.size(); ++k)
+      product *= elementary::pow(loads[static_cast<Eigen::Index>(k)], term.powers[k]);
+    values += product * term.coefficients;
+  }
+  return values;
+}
+
+MatrixX AdaptiveLaw::jacobian(const VectorX& loads) const {
+  MatrixX slope = MatrixX::Zero(terms.front().coefficients.size(), loads.size());
+  for (const Term& term : terms)
+    for (std::size_t k = 0; k < term.powers.size(); ++k) {
+      if (term.powers[k] == 0) continue;
+      double product = term.powers[k];
+      for (std::size_t j = 0; j < term.powers.size(); ++j)
+        product *= elementary::pow(loads[static_cast<Eigen::Index>(j)], term.powers[j] - (j == k ? 1 : 0));
+      slope.col(static_cast<Eigen::Index>(k)) += product * term.coefficients;
+    }
+  return slope;
+}
+
+bool AdaptiveLaw::is_affine(Eigen::Index i) const {
+  return std::all_of(terms.begin(), terms.end(), [&](const Term& term) {
+    return term.coefficients[i] == 0 || std::accumulate(term.powers.begin(), term.powers.end(), 0) <= 1;
+  });
+}
+
+std::optional<AdaptiveLaw> find_adaptive_law(const DesignProblem& problem, const VectorX& anchor) {
+  design::SearchBudget budget(problem.search.max_time);
+  const design::SolverContext context(problem, budget);
+  const int adapted = static_cast<int>(anchor.size());
+  if (context.classification.has_geometric() || !context.features.polynomial()) return std::nullopt;
+  const Conditions conditions = context.conditions_at(context.scaling.start());
+  if (conditions.status != ConditionsStatus::done) return std::nullopt;
+  const Eigen::Index own = conditions.parameter_rows();
+  MatrixX rows = MatrixX::Zero(own, context.features.feature_count());
+  rows.leftCols(conditions.matrix.cols()) =
+      conditions.row_scales.head(own).cwiseInverse().asDiagonal() * conditions.matrix.topRows(own);
+  const auto separated = design::separate_conditions(context.features.polynomial()->combine(rows), adapted);
+  if (!separated) return std::nullopt;
+  const design::VariableScaling& box = context.scaling;
+  const VectorX unit = (anchor - box.centre().head(adapted)).cwiseQuotient(box.half_width().head(adapted));
+  const auto units = design::solve_adapted_variables(*separated, unit, box.size());
+  if (!units) return std::nullopt;
+  return design::to_si_law(*units, box, adapted);
+}
+
+}  // namespace balance

@@ -1,0 +1,352 @@
+#include "balance/synthesis/design/condition_equations.hpp"
+
+#include "balance/foundation/base/error.hpp"
+#include "balance/foundation/numerics/bounded_least_squares.hpp"
+#include "balance/foundation/numerics/eigen_instantiations.hpp"
+#include "balance/foundation/numerics/extrema.hpp"
+#include "balance/foundation/numerics/quadratic_program.hpp"
+#include "balance/synthesis/design/solve_design.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+
+namespace balance::design {
+
+namespace {
+
+/// Weight of a violated inequality among scaled residuals.
+constexpr double violation_weight = 1;
+
+/// Fills rows that are zero where g ≥ 0 and g elsewhere.
+void append_violations(const SolverContext& context, const VectorX& u, Eigen::Index first, VectorX& values,
+                       MatrixX* jacobian) {
+  VectorX g;
+  MatrixX dg;
+  context.evaluate_inequalities(u, g, jacobian != nullptr ? &dg : nullptr);
+  for (Eigen::Index k = 0; k < g.size(); ++k) {
+    values[first + k] = violation_weight * std::min(0.0, g[k]);
+    if (jacobian == nullptr) continue;
+    if (g[k] < 0)
+      jacobian->row(first + k) = violation_weight * dg.row(k);
+    else
+      jacobian->row(first + k).setZero();
+  }
+}
+
+/// What is left of the conditions at a geometry, free of the choice of pivots: the parameters' projection on the row space, in
+/// units that make parameters of different dimension comparable.
+bool project_on_row_space(const SolverContext& context, const Mechanism& mechanism, const VectorX& unit,
+                          VectorX& residual) {
+  const Conditions conditions = context.derive_conditions(mechanism);
+  if (conditions.status != ConditionsStatus::done) return false;
+  const VectorX parameters = term_values(mechanism, context.options.loose_springs).cwiseQuotient(unit);
+  residual.setZero(parameters.size());
+  if (conditions.parameter_rows() == 0) return true;
+  const MatrixX columns = (conditions.matrix.topRows(conditions.parameter_rows()) * unit.asDiagonal()).transpose();
+  const Eigen::HouseholderQR<MatrixX> qr(columns);
+  const MatrixX q = qr.householderQ() * MatrixX::Identity(columns.rows(), columns.cols());
+  residual = q * (q.transpose() * parameters);
+  return true;
+}
+
+}  // namespace
+
+ConditionResidual::ConditionResidual(const SolverContext& context, const Conditions& conditions) : context_(context) {
+  matrix_.setZero(conditions.matrix.rows(), context.features.feature_count());
+  for (Eigen::Index k = 0; k < matrix_.rows(); ++k)
+    matrix_.row(k).head(conditions.matrix.cols()) = conditions.matrix.row(k) / conditions.row_scales[k];
+  if (context.features.polynomial()) polynomial_ = context.features.polynomial()->combine(matrix_);
+}
+
+bool ConditionResidual::has_variable(int row, int variable) const {
+  if (polynomial_) return polynomial_->has_variable(row, variable);
+  const VariableClassification& survey = context_.classification;
+  const VectorX &before = survey.base_features, &after = survey.perturbed_features[static_cast<std::size_t>(variable)];
+  const double size = matrix_.row(row).cwiseAbs().dot(before.cwiseAbs().cwiseMax(after.cwiseAbs()));
+  return std::abs(matrix_.row(row).dot(after - before)) > survey.change_threshold * size;
+}
+
+bool ConditionResidual::is_affine(const std::vector<int>& rows) const {
+  return polynomial_ && std::all_of(rows.begin(), rows.end(), [&](int row) { return polynomial_->is_affine(row); });
+}
+
+void ConditionResidual::evaluate(const VectorX& u, VectorX& residual, MatrixX* jacobian) const {
+  if (polynomial_) {
+    polynomial_->evaluate(u, residual, jacobian);
+    return;
+  }
+  VectorX values;
+  MatrixX slopes;
+  context_.features.evaluate(u, values, jacobian != nullptr ? &slopes : nullptr);
+  residual = matrix_ * values;
+  if (jacobian != nullptr) *jacobian = matrix_ * slopes;
+}
+
+VectorX ConditionResidual::evaluate_from_mechanism(const VectorX& u) const {
+  return matrix_ * context_.features.evaluate_from_mechanism(u);
+}
+
+double ConditionResidual::lower_bound(const VectorX& factors) const {
+  if (!polynomial_) return -std::numeric_limits<double>::infinity();
+  return polynomial_->combine(factors.transpose()).lower_bound(0);
+}
+
+NonlinearSystem make_fixed_geometry_equations(const SolverContext& context, const ConditionResidual& rows,
+                                              std::vector<int> which, VectorX target) {
+  NonlinearSystem equations;
+  equations.primary_rows = static_cast<int>(which.size());
+  equations.row_count = equations.primary_rows + context.inequality_count();
+  equations.evaluate = [&context, &rows, which = std::move(which), target = std::move(target),
+                        total = equations.row_count](const VectorX& u, VectorX& values, MatrixX* jacobian) {
+    VectorX all;
+    MatrixX slopes;
+    rows.evaluate(u, all, jacobian != nullptr ? &slopes : nullptr);
+    values.resize(total);
+    values.head(target.size()) = all(which) - target;
+    if (jacobian != nullptr) {
+      jacobian->resize(total, u.size());
+      jacobian->topRows(target.size()) = slopes(which, Eigen::all);
+    }
+    if (context.inequality_count() > 0) append_violations(context, u, target.size(), values, jacobian);
+    return values.allFinite();
+  };
+  return equations;
+}
+
+NonlinearSystem make_geometry_equations(const SolverContext& context, const VectorX& from) {
+  const Mechanism start = context.mechanism(from);
+  using Residual = std::function<bool(const VectorX&, VectorX&)>;
+  Residual residual;
+  if (context.problem.is_modular) {
+    residual = [&context, unit = parameter_scales(start, context.options.loose_springs)](const VectorX& u, VectorX& r) {
+      return project_on_row_space(context, context.mechanism(u), unit, r);
+    };
+  } else {
+    // shared because a std::function must be copyable; there is one owner in fact
+    auto goal = std::make_shared<GoalResidual>(start, context.problem.goals, context.options);
+    residual = [&context, goal](const VectorX& u, VectorX& r) { return goal->evaluate(context.mechanism(u), r); };
+  }
+  const auto safe = [&context, residual](const VectorX& u, VectorX& r) {
+    try {
+      return !context.budget.is_past_deadline() && residual(u, r) && r.allFinite();
+    } catch (const SpecError&) {
+      return false;  // an expression of the spec has no value here
+    }
+  };
+  VectorX first;
+  NonlinearSystem equations;
+  equations.primary_rows = safe(from, first) ? static_cast<int>(first.size()) : 0;
+  equations.row_count = equations.primary_rows + context.inequality_count();
+  equations.evaluate = [&context, safe, count = equations.primary_rows, total = equations.row_count](
+                           const VectorX& u, VectorX& values, MatrixX* jacobian) {
+    constexpr double geometry_difference_step = 1e-7;  // Gauss–Newton then gains seven digits per step at the end
+    VectorX r, ahead;
+    if (!safe(u, r) || r.size() != count) return false;
+    values.resize(total);
+    values.head(count) = r;
+    if (jacobian != nullptr) jacobian->resize(total, u.size());
+    for (Eigen::Index i = 0; jacobian != nullptr && i < u.size(); ++i) {
+      VectorX v = u;
+      v[i] += u[i] > 0 ? -geometry_difference_step : geometry_difference_step;
+      if (!safe(v, ahead) || ahead.size() != count) return false;
+      jacobian->col(i).head(count) = (ahead - r) / (v[i] - u[i]);
+    }
+    if (context.inequality_count() > 0) append_violations(context, u, count, values, jacobian);
+    return values.allFinite() && (jacobian == nullptr || jacobian->allFinite());
+  };
+  return equations;
+}
+
+NonlinearSystem make_equations_near(const SolverContext& context, const VectorX& u, const NonlinearSystem& otherwise) {
+  if (otherwise.primary_rows == 0) return otherwise;
+  try {
+    NonlinearSystem equations = make_geometry_equations(context, u);
+    if (equations.primary_rows > 0) return equations;
+  } catch (const SpecError&) {
+    // an expression of the spec has no value here
+  } catch (const std::invalid_argument&) {
+    // the mechanism has no configuration to ask at
+  }
+  return otherwise;
+}
+
+double max_condition_residual(const NonlinearSystem& equations, const VectorX& values) {
+  return equations.primary_rows > 0 ? max_abs(values.head(equations.primary_rows)) : 0;
+}
+
+namespace {
+
+/// Rows of affine conditions that are this much smaller than the largest follow from the others.
+constexpr double condition_rank_tolerance = 1e-10;
+
+/// Starts that bring no new solution before the search for more of them ends, or before a proof is tried that there is none.
+constexpr int max_stall_starts = 8;
+/// Solutions that are no designs, of which some are kept to say why.
+constexpr std::size_t max_rejected_solutions = 3;
+/// Numbers this near to a bound, their start or zero may be there.
+constexpr double rounding_tolerance = 1e-8;
+/// Residuals below this are as good as zero.
+constexpr double residual_epsilon = 1e-15;
+
+bool is_new_solution(const std::vector<VectorX>& known, const VectorX& u) {
+  return std::none_of(known.begin(), known.end(), [&](const VectorX& k) { return max_abs(k - u) < 1e-6; });
+}
+
+}  // namespace
+
+LinearConditions linear_conditions(const NonlinearSystem& equations, int numbers) {
+  VectorX values;
+  MatrixX jacobian;
+  const VectorX origin = VectorX::Zero(numbers);
+  equations.evaluate(origin, values, &jacobian);
+  if (equations.primary_rows == 0) return {MatrixX(0, numbers), VectorX(0)};
+  const MatrixX rows = jacobian.topRows(equations.primary_rows);
+  const SingularValueDecomposition svd(rows, Eigen::ComputeThinU | Eigen::ComputeThinV);
+  const VectorX& s = svd.singularValues();
+  Eigen::Index rank = 0;
+  while (rank < s.size() && s[rank] > condition_rank_tolerance * s[0]) ++rank;
+  const VectorX right = -(svd.matrixU().transpose() * values.head(equations.primary_rows));
+  return {svd.matrixV().leftCols(rank).transpose(), right.head(rank).cwiseQuotient(s.head(rank))};
+}
+
+bool is_exact(const SolverContext& context, const NonlinearSystem& equations, const VectorX& u) {
+  VectorX values;
+  return equations.evaluate(u, values, nullptr) && max_condition_residual(equations, values) < condition_tolerance &&
+         context.is_admissible(u);
+}
+
+ExactSolutions find_exact_solutions(const SolverContext& context, const NonlinearSystem& equations,
+                                    const ExactSearchOptions& effort) {
+  ExactSolutions search;
+  UniformRandom random(context.problem.search.seed);
+  int idle = 0;  // starts since the last new solution
+  const std::vector<VectorX> first =
+      effort.starts.empty() ? std::vector<VectorX>{context.scaling.start()} : effort.starts;
+  const int known = static_cast<int>(first.size());
+  for (int k = 0; k < known + effort.max_restarts && static_cast<int>(search.solutions.size()) < effort.max_solutions;
+       ++k) {
+    if (k > 0 && context.budget.is_spent()) break;
+    if (idle++ == max_stall_starts &&
+        (!search.solutions.empty() ||
+         (search.rejected.empty() && effort.is_proved_infeasible && effort.is_proved_infeasible())))
+      break;
+    const VectorX from = k < known ? first[static_cast<std::size_t>(k)] : random.sample_point(context.scaling.size());
+    ++context.budget.starts;
+    LeastSquaresResult descent =
+        solve_levenberg_marquardt(equations, from, 100, [&] { return context.budget.is_spent(); });
+    if (descent.max_residual < condition_tolerance && is_exact(context, equations, descent.u) &&
+        is_new_solution(search.solutions, descent.u)) {
+      const bool usable = !effort.is_usable || effort.is_usable(descent.u);
+      if (usable) {
+        search.solutions.push_back(descent.u);
+        ++context.budget.solutions;
+        idle = 0;
+      } else if (search.rejected.size() < max_rejected_solutions) {
+        search.rejected.push_back(descent.u);
+      }
+    }
+    if (k == 0 || (descent.values.size() > 0 && (search.closest.values.size() == 0 ||
+                                                 descent.values.squaredNorm() < search.closest.values.squaredNorm())))
+      search.closest = std::move(descent);
+  }
+  return search;
+}
+
+VectorX refine_solution(const NonlinearSystem& equations, const VectorX& u,
+                        const std::function<VectorX(const VectorX&)>& exact) {
+  VectorX best = solve_levenberg_marquardt(equations, u).u;
+  if (!exact || equations.primary_rows == 0) return best;
+  // The polynomials are fitted to about 1e-14 of the widest bounds: the last digits come from the mechanism itself.
+  VectorX values, residual = exact(best);
+  MatrixX jacobian;
+  for (int k = 0; k < 2 && max_abs(residual) > 1e-16; ++k) {
+    if (!equations.evaluate(best, values, &jacobian)) break;
+    const auto n = best.size();
+    MatrixX a(equations.primary_rows + n, n);
+    a << jacobian.topRows(equations.primary_rows), 1e-9 * std::max(max_abs(jacobian), 1e-30) * MatrixX::Identity(n, n);
+    VectorX b = VectorX::Zero(a.rows()), d = VectorX::Zero(n);
+    b.head(equations.primary_rows) = -residual;
+    bounded_least_squares(a, b, (-1.0 - best.array()).matrix(), (1.0 - best.array()).matrix(), d);
+    const VectorX next = clip_to_unit_box(best + d), after = exact(next);
+    if (!(after.norm() < residual.norm())) break;
+    best = next;
+    residual = after;
+  }
+  return best;
+}
+
+MatrixX tangent_space(const NonlinearSystem& equations, const VectorX& u) {
+  const auto n = u.size();
+  if (equations.primary_rows == 0) return MatrixX::Identity(n, n);
+  VectorX values;
+  MatrixX jacobian;
+  if (!equations.evaluate(u, values, &jacobian)) return MatrixX(n, 0);
+  ColumnPivotingQr qr(jacobian.topRows(equations.primary_rows).transpose());
+  qr.setThreshold(1e-9);
+  const MatrixX q = qr.householderQ() * MatrixX::Identity(n, n);
+  return q.rightCols(n - qr.rank());
+}
+
+VectorX snap_to_special_values(const SolverContext& context, const NonlinearSystem& equations,
+                               const std::function<double(const VectorX&)>& merit, VectorX u) {
+  VectorX values;
+  if (!equations.evaluate(u, values, nullptr)) return u;
+  double left = max_condition_residual(equations, values), figure = merit ? merit(u) : 0;
+  for (Eigen::Index i = 0; i < u.size(); ++i) {
+    const double zero =
+        context.scaling.half_width()[i] > 0 ? -context.scaling.centre()[i] / context.scaling.half_width()[i] : 0;
+    for (const double target : {context.scaling.start()[i], -1.0, 1.0, zero}) {
+      if (u[i] == target || !(std::abs(u[i] - target) < rounding_tolerance) || std::abs(target) > 1) continue;
+      VectorX moved = u;
+      moved[i] = target;
+      if (!equations.evaluate(moved, values, nullptr) ||
+          max_condition_residual(equations, values) > std::max(left, residual_epsilon))
+        continue;
+      const double changed = merit ? merit(moved) : 0;
+      if (!(changed <= figure + 1e-12 * std::abs(figure)) || !context.is_admissible(moved)) continue;
+      u = moved;
+      left = max_condition_residual(equations, values);
+      figure = changed;
+      break;
+    }
+  }
+  return u;
+}
+
+std::optional<VectorX> find_nearest_solution(const SolverContext& context, const LinearConditions& conditions) {
+  const auto n = context.scaling.size();
+  if (n == 0) return std::nullopt;
+  QuadraticProgram program;
+  program.hessian = MatrixX::Identity(n, n);
+  program.gradient = -context.scaling.start();
+  program.equalities = conditions.a;
+  program.equality_values = conditions.c;
+  program.inequalities.resize(2 * n, n);
+  program.inequalities << MatrixX::Identity(n, n), -MatrixX::Identity(n, n);
+  program.inequality_lower_bounds = VectorX::Constant(2 * n, -1);
+  // concave inequalities are replaced by their tangents where they are violated
+  for (int cut = 0; cut < 50; ++cut) {
+    const auto optimum = solve_quadratic_program(program);
+    if (!optimum) return std::nullopt;
+    VectorX u = clip_to_unit_box(optimum->x), g;
+    for (double& value : u)
+      if (std::abs(value) > 1 - 1e-12) value = value < 0 ? -1 : 1;
+    if (context.inequality_count() == 0) return u;
+    MatrixX dg;
+    context.evaluate_inequalities(u, g, &dg);
+    if (min_coefficient(g) >= -1e-9) return u;
+    for (Eigen::Index k = 0; k < g.size(); ++k) {
+      if (g[k] >= -1e-9) continue;
+      const auto rows = program.inequalities.rows();
+      program.inequalities.conservativeResize(rows + 1, Eigen::NoChange);
+      program.inequalities.row(rows) = dg.row(k);
+      program.inequality_lower_bounds.conservativeResize(rows + 1);
+      program.inequality_lower_bounds[rows] = dg.row(k).dot(u) - g[k];
+    }
+  }
+  return std::nullopt;
+}
+
+}  // namespace balance::design

@@ -1,0 +1,351 @@
+#include "balance/synthesis/design/convex_mass_model.hpp"
+
+#include "balance/foundation/base/elementary.hpp"
+#include "balance/foundation/base/types.hpp"
+#include "balance/foundation/numerics/extrema.hpp"
+#include "balance/foundation/numerics/levenberg_marquardt.hpp"
+#include "balance/synthesis/design/derived_problems.hpp"
+#include "balance/synthesis/design/geometry_features.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <numbers>
+
+namespace balance::design {
+
+/// Points and directions by which a set of places is measured.
+
+/// Numbers that a grid is made for.
+inline constexpr int max_grid_dimension = 2;
+/// Points that fill the box −1…1 of n numbers, bounds included, as columns.
+MatrixX grid_points(int n);
+
+/// Unit vectors all around as rows, the axes among them.
+/// @param dimension 2 or 3
+MatrixX direction_samples(int dimension);
+
+namespace {
+
+/// Second differences below this part of the values are round-off.
+constexpr double nonlinearity_tolerance = 1e-9;
+}  // namespace
+
+ConvexMassModel::ConvexMassModel(const SolverContext& context, const VectorX& anchor, const std::vector<bool>& matters)
+    : context_(context),
+      dimension_(context.classification.base_mechanism.space == SpaceKind::planar ? 2 : 3),
+      terms_(static_cast<Eigen::Index>(matters.size())) {
+  classify_variables(anchor, matters);
+  unknowns_ = static_cast<Eigen::Index>(linear_.size());
+  for (FirstMomentLift& lift : lifts_) {
+    lift.unknown = static_cast<int>(unknowns_);
+    unknowns_ += dimension_ + (lift.inertia >= 0 ? 1 : 0);
+  }
+}
+
+VectorX ConvexMassModel::features(const VectorX& u) const {
+  VectorX values;
+  context_.features.evaluate(u, values, nullptr);
+  return values;
+}
+
+/// The mixed second difference of something that matters is not zero.
+bool ConvexMassModel::is_nonlinear(int i, int j, const VectorX& base, const std::vector<bool>& matters) const {
+  VectorX a = base, b = base, both = base;
+  const auto shift = [&](int k) { return base[k] > 0 ? -0.37 : 0.41; };
+  if (i == j) {
+    a[i] += shift(i);
+    b[i] += 2 * shift(i);
+    both = a;
+  } else {
+    a[i] += shift(i);
+    b[j] += shift(j);
+    both[i] = a[i];
+    both[j] = b[j];
+  }
+  const VectorX f0 = features(base), fa = features(a), fb = features(b), f = features(both);
+  const VectorX bend = i == j ? VectorX(f0 - 2 * fa + fb) : VectorX(f0 - fa - fb + f);
+  const VectorX size = f0.cwiseAbs().cwiseMax(fa.cwiseAbs()).cwiseMax(fb.cwiseAbs());
+  const Mechanism& mechanism = context_.classification.base_mechanism;
+  const double length = characteristic_length(mechanism);
+  const double nothing =
+      1e-14 * std::min(1.0, total_mass(mechanism) * length * length);  // a small mechanism's terms are small
+  for (Eigen::Index k = 0; k < bend.size(); ++k) {
+    const bool counts = k >= terms_ || matters[static_cast<std::size_t>(k)];
+    if (counts && !(std::abs(bend[k]) <= nonlinearity_tolerance * size[k] + nothing)) return true;
+  }
+  return false;
+}
+
+/// The one element whose CoM a number moves, and nothing else.
+std::optional<ConvexMassModel::FirstMomentLift> ConvexMassModel::find_lift(int number,
+                                                                           const std::vector<bool>& matters) const {
+  const Mechanism& mechanism = context_.classification.base_mechanism;
+  const std::vector<Parameter> terms = list_terms(mechanism, context_.classification.loose_springs);
+  std::optional<FirstMomentLift> lift;
+  for (const ElementFeatures& element : list_element_features(mechanism, context_.classification.loose_springs)) {
+    if (element.bearer == ParameterOwner::spring) continue;
+    FirstMomentLift one;
+    for (std::size_t k = 0; k < terms.size(); ++k)
+      if (terms[k].owner_kind == element.bearer && terms[k].index == element.index && terms[k].slot == 0)
+        one.first = static_cast<int>(k);
+    const int count = dimension_ == 2 ? 4 : 10;
+    bool touched = false;
+    for (int k = 0; k < count; ++k) touched = touched || context_.classification.has_effect(number, one.first + k);
+    if (!touched) continue;
+    if (lift || context_.classification.has_effect(number, one.first)) return std::nullopt;
+    bool second = false;
+    for (int k = one.first + 1 + dimension_; k < one.first + count; ++k)
+      second = second || matters[static_cast<std::size_t>(k)];
+    if (second && dimension_ == 3) return std::nullopt;
+    for (int k = 0; k < (dimension_ == 2 ? 1 : 6); ++k)
+      if (context_.classification.has_effect(number, element.inertia + k)) return std::nullopt;
+    if (second) one.inertia = element.inertia;
+    one.numbers = {number};
+    lift = one;
+  }
+  return lift;
+}
+
+void ConvexMassModel::classify_variables(const VectorX& anchor, const std::vector<bool>& matters) {
+  const VectorX& base = context_.classification.base;
+  std::vector<int> inner = inertial_variables(context_);
+  outer_ = geometric_variables(context_);
+  std::map<int, FirstMomentLift> lifts;
+  const std::vector<int> all = inner;
+  const auto bends = [&](int i) {
+    return std::any_of(all.begin(), all.end(), [&](int j) { return is_nonlinear(i, j, base, matters); });
+  };
+  inner.clear();
+  for (const int i : all) {
+    const VectorX& moved = context_.classification.perturbed_features[static_cast<std::size_t>(i)];
+    if (is_equal_to_rounding(moved, context_.classification.base_features)) {
+      outer_.push_back(i);  // a motion's, if anything's
+      continue;
+    }
+    const std::optional<FirstMomentLift> lift = bends(i) ? find_lift(i, matters) : std::nullopt;
+    if (!lift)
+      inner.push_back(i);
+    else if (const auto known = lifts.find(lift->first); known == lifts.end())
+      lifts[lift->first] = *lift;
+    else
+      known->second.numbers.push_back(i);
+  }
+  for (auto& [first, lift] : lifts) {
+    if (sample_com_positions(lift, anchor))
+      lifts_.push_back(lift);
+    else
+      outer_.insert(outer_.end(), lift.numbers.begin(), lift.numbers.end());
+  }
+  move_nonlinear_out(inner, matters);
+  linear_ = inner;
+  std::sort(outer_.begin(), outer_.end());
+}
+
+/// The number that bends most goes out, until the others are straight.
+void ConvexMassModel::move_nonlinear_out(std::vector<int>& inner, const std::vector<bool>& matters) {
+  const VectorX& base = context_.classification.base;
+  while (!inner.empty()) {
+    std::vector<int> count(inner.size(), 0);
+    for (std::size_t i = 0; i < inner.size(); ++i)
+      for (std::size_t j = 0; j <= i; ++j)
+        if (is_nonlinear(inner[i], inner[j], base, matters)) count[i] += i == j ? 2 : 1, count[j] += i == j ? 0 : 1;
+    const auto most = std::max_element(count.begin(), count.end());
+    if (*most == 0) break;
+    outer_.push_back(inner[static_cast<std::size_t>(most - count.begin())]);
+    inner.erase(inner.begin() + (most - count.begin()));
+  }
+}
+
+VectorX ConvexMassModel::com_position(const FirstMomentLift& lift, const VectorX& u) const {
+  const VectorX f = features(u);
+  return f.segment(lift.first + 1, dimension_) / f[lift.first];
+}
+
+/// Where the CoM may be. @return false if that depends on other numbers, or is too much to sample
+bool ConvexMassModel::sample_com_positions(FirstMomentLift& lift, const VectorX& anchor) const {
+  const auto n = static_cast<int>(lift.numbers.size());
+  if (n > max_grid_dimension) return false;
+  const MatrixX points = grid_points(n);
+  VectorX u = context_.classification.base, other = anchor;
+  for (const int i : inertial_variables(context_)) other[i] = std::max(0.3, std::abs(anchor[i]));
+  lift.com_samples.resize(dimension_, points.cols());
+  for (Eigen::Index k = 0; k < points.cols(); ++k) {
+    u(lift.numbers) = points.col(k);
+    lift.com_samples.col(k) = com_position(lift, u);
+    if (!lift.com_samples.col(k).allFinite()) return false;
+  }
+  other(lift.numbers) = points.col(0);
+  lift.radius = max_abs(lift.com_samples.colwise().norm());
+  if (!((com_position(lift, other) - lift.com_samples.col(0)).norm() < 1e-9 * lift.radius)) return false;
+  lift.variable_samples = points;
+  lift.directions = direction_samples(dimension_);
+  lift.support = row_maxima(lift.directions * lift.com_samples);
+  lift.mass = std::max(std::abs(features(context_.classification.base)[lift.first]), 1e-12);
+  return true;
+}
+
+std::optional<AffineTerms> ConvexMassModel::evaluate(const VectorX& u) const {
+  VectorX base = u;
+  for (const int i : linear_) base[i] = 0;
+  for (const FirstMomentLift& lift : lifts_) base(lift.numbers).setZero();
+  const VectorX zero = features(base);
+  if (!zero.allFinite()) return std::nullopt;
+  MatrixX slopes = MatrixX::Zero(zero.size(), unknowns_);
+  for (std::size_t k = 0; k < linear_.size(); ++k) {
+    VectorX moved = base;
+    moved[linear_[k]] = 1;
+    slopes.col(static_cast<Eigen::Index>(k)) = features(moved) - zero;
+  }
+  if (!slopes.allFinite()) return std::nullopt;
+  AffineTerms terms{slopes.topRows(terms_), zero.head(terms_), {}};
+  ConeProgramBuilder rows(unknowns_);
+  const auto n = static_cast<Eigen::Index>(linear_.size());
+  if (n > 0) {
+    rows.add_inequalities(MatrixX::Identity(n, unknowns_), VectorX::Ones(n));
+    rows.add_inequalities(-MatrixX::Identity(n, unknowns_), VectorX::Ones(n));
+  }
+  VectorX g;
+  MatrixX dg;
+  context_.physical_constraints.evaluate(zero, &slopes, g, &dg);
+  for (Eigen::Index k = 0; k < g.size(); ++k) rows.add_inequalities(VectorX(-dg.row(k).transpose()), g[k]);
+  for (const FirstMomentLift& lift : lifts_) write_lift_rows(lift, zero, slopes, terms);
+  for (const FirstMomentLift& lift : lifts_) add_lift_cones(lift, terms, zero, slopes, rows);
+  terms.constraints = rows.build(VectorX::Zero(unknowns_));
+  return terms;
+}
+
+std::vector<Eigen::Index> ConvexMassModel::list_massless_unknowns(const AffineTerms& terms,
+                                                                  const VectorX& upper) const {
+  std::vector<Eigen::Index> none;
+  const VariableScaling& box = context_.scaling;
+  for (const FirstMomentLift& lift : lifts_) {
+    double most = terms.constant[lift.first];
+    for (std::size_t k = 0; k < linear_.size(); ++k) {
+      const double slope = terms.matrix(lift.first, static_cast<Eigen::Index>(k));
+      const int i = linear_[k];
+      const double high =
+          box.half_width()[i] > 0 ? std::min(1.0, (upper[i] - box.centre()[i]) / box.half_width()[i]) : 0.0;
+      most += std::max(-slope, slope * high);
+    }
+    if (most > 1e-12 * lift.mass) continue;
+    const int count = dimension_ + (lift.inertia >= 0 ? 1 : 0);
+    for (int k = 0; k < count; ++k) none.push_back(lift.unknown + k);
+  }
+  return none;
+}
+
+/// The element's first moment and inertia from its own unknowns, which are measured in mass · radius (²).
+void ConvexMassModel::write_lift_rows(const FirstMomentLift& lift, const VectorX& zero, const MatrixX& slopes,
+                                      AffineTerms& terms) const {
+  for (int d = 0; d < dimension_; ++d) {
+    const int row = lift.first + 1 + d;
+    terms.matrix.row(row).setZero();
+    terms.matrix(row, lift.unknown + d) = lift.mass * lift.radius;
+    terms.constant[row] = 0;
+  }
+  if (lift.inertia < 0) return;
+  const int row = lift.first + 1 + dimension_;
+  terms.matrix.row(row) = slopes.row(lift.inertia);
+  terms.matrix(row, lift.unknown + dimension_) = lift.mass * lift.radius * lift.radius;
+  terms.constant[row] = zero[lift.inertia];
+}
+
+/// h in the cone over all places, |h|²/m no more than what it adds to the inertia, which is no more than m r².
+void ConvexMassModel::add_lift_cones(const FirstMomentLift& lift, const AffineTerms& terms, const VectorX& zero,
+                                     const MatrixX& slopes, ConeProgramBuilder& rows) const {
+  const VectorX mass = slopes.row(lift.first).transpose() / lift.mass;
+  const double least = zero[lift.first] / lift.mass;
+  for (Eigen::Index k = 0; k < lift.directions.rows(); ++k) {
+    VectorX row = -lift.support[k] / lift.radius * mass;
+    row.segment(lift.unknown, dimension_) += lift.directions.row(k).transpose();
+    rows.add_inequalities(row, lift.support[k] / lift.radius * least);
+  }
+  MatrixX cone = MatrixX::Zero(1 + dimension_, terms.matrix.cols());
+  VectorX constant = VectorX::Zero(1 + dimension_);
+  cone.row(0) = mass.transpose();
+  constant[0] = least;
+  cone.block(1, lift.unknown, dimension_, dimension_).setIdentity();
+  rows.add_cone(cone, constant);
+  if (lift.inertia < 0) return;
+  const int q = lift.unknown + dimension_;
+  VectorX upper = -mass;
+  upper[q] += 1;
+  rows.add_inequalities(upper, least);
+  // (q + m)² ≥ |2 h|² + (q − m)²
+  MatrixX rotated = MatrixX::Zero(2 + dimension_, terms.matrix.cols());
+  VectorX shift = VectorX::Zero(2 + dimension_);
+  rotated.row(0) = mass.transpose();
+  rotated.row(1) = -mass.transpose();
+  rotated(0, q) += 1;
+  rotated(1, q) += 1;
+  shift[0] = least;
+  shift[1] = -least;
+  rotated.block(2, lift.unknown, dimension_, dimension_) = 2 * MatrixX::Identity(dimension_, dimension_);
+  rows.add_cone(rotated, shift);
+}
+
+VectorX ConvexMassModel::recover_variables(const VectorX& u, const VectorX& unknowns) const {
+  VectorX all = u;
+  for (std::size_t k = 0; k < linear_.size(); ++k)
+    all[linear_[k]] = std::clamp(unknowns[static_cast<Eigen::Index>(k)], -1.0, 1.0);
+  for (const FirstMomentLift& lift : lifts_) {
+    const double mass = features(all)[lift.first];
+    if (!(mass > 1e-9 * lift.mass)) continue;
+    const VectorX target = unknowns.segment(lift.unknown, dimension_) * (lift.mass * lift.radius / mass);
+    const Eigen::Index nearest = min_index((lift.com_samples.colwise() - target).colwise().norm());
+    NonlinearSystem equations;
+    equations.primary_rows = equations.row_count = dimension_;
+    const auto off = [&](const VectorX& v) {
+      VectorX moved = all;
+      moved(lift.numbers) = v;
+      return VectorX((com_position(lift, moved) - target) / lift.radius);
+    };
+    equations.evaluate = [&](const VectorX& v, VectorX& values, MatrixX* jacobian) {
+      values = off(v);
+      if (jacobian != nullptr) *jacobian = central_difference_jacobian(off, v, dimension_);
+      return values.allFinite();
+    };
+    all(lift.numbers) = solve_levenberg_marquardt(equations, lift.variable_samples.col(nearest), 20).u;
+  }
+  return all;
+}
+
+namespace {
+
+/// Points per number.
+constexpr int grid_points_1d = 65, grid_points_2d = 17;
+
+}  // namespace
+
+MatrixX grid_points(int n) {
+  const int each = n == 1 ? grid_points_1d : grid_points_2d;
+  const auto part = [&](int k) { return -1 + 2.0 * k / (each - 1); };
+  MatrixX points(n, n == 1 ? each : each * each);
+  for (Eigen::Index k = 0; k < points.cols(); ++k) {
+    points(0, k) = part(static_cast<int>(k) % each);
+    if (n == 2) points(1, k) = part(static_cast<int>(k) / each);
+  }
+  return points;
+}
+
+MatrixX direction_samples(int dimension) {
+  constexpr int planar_direction_count = 32;
+  if (dimension == 3) {
+    MatrixX all(26, 3);
+    Eigen::Index row = 0;
+    for (int x = -1; x <= 1; ++x)
+      for (int y = -1; y <= 1; ++y)
+        for (int z = -1; z <= 1; ++z)
+          if (const Vector3 d(z, y, x); d.norm() > 0) all.row(row++) = d.normalized();
+    return all;
+  }
+  MatrixX all(planar_direction_count, 2);
+  for (int k = 0; k < planar_direction_count; ++k) {
+    const double angle = 2 * std::numbers::pi * k / planar_direction_count;
+    all.row(k) << elementary::cos(angle), elementary::sin(angle);
+  }
+  return all;
+}
+
+}  // namespace balance::design

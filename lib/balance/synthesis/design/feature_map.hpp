@@ -1,0 +1,46 @@
+#pragma once
+/// From free numbers to features of the mechanism without building it again: masses and inertias are polynomials of low degree
+/// in the numbers that a spec leaves open, so a few mechanisms determine them exactly. Private to synthesis.
+
+#include "balance/foundation/numerics/sparse_polynomial.hpp"
+#include "balance/synthesis/design/variable_classification.hpp"
+
+#include <optional>
+
+namespace balance::design {
+
+class FeatureMap {
+ public:
+  FeatureMap(const VariableScaling& box, const DesignProblem& problem, const VariableClassification& survey);
+
+  int feature_count() const { return features_; }
+  /// In unit coordinates; nothing where some feature is no polynomial of degree four or less.
+  const std::optional<SparsePolynomial>& polynomial() const { return polynomial_; }
+  /// Features and their derivatives (rows) by unit coordinates.
+  void evaluate(const VectorX& u, VectorX& values, MatrixX* jacobian) const;
+  /// From the mechanism itself, to the last digit; NaN where an expression of the spec has no value.
+  VectorX evaluate_from_mechanism(const VectorX& u) const;
+
+ private:
+  const VariableScaling& box_;
+  const DesignProblem& problem_;
+  FreeSprings loose_;
+  int features_;
+  std::optional<SparsePolynomial> polynomial_;
+};
+
+/// Jacobian by central differences inside the box; the error is about 1e-10 of the values.
+template <class F>
+MatrixX central_difference_jacobian(const F& f, const VectorX& u, Eigen::Index rows) {
+  constexpr double central_difference_step = 6e-6;
+  MatrixX jacobian(rows, u.size());
+  for (Eigen::Index i = 0; i < u.size(); ++i) {
+    VectorX ahead = u, behind = u;
+    ahead[i] = std::min(1.0, u[i] + central_difference_step);
+    behind[i] = std::max(-1.0, u[i] - central_difference_step);
+    jacobian.col(i) = (f(ahead) - f(behind)) / (ahead[i] - behind[i]);
+  }
+  return jacobian;
+}
+
+}  // namespace balance::design

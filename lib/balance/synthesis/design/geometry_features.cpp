@@ -1,0 +1,139 @@
+#include "balance/synthesis/design/geometry_features.hpp"
+
+#include "balance/foundation/base/elementary.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace balance::design {
+
+namespace {
+
+int inertia_size(const Mechanism& mechanism) { return mechanism.space == SpaceKind::planar ? 1 : 6; }
+
+class ValueCollector {
+ public:
+  void add(double value) { values_.push_back(value); }
+  void add(const Vector3& v) { values_.insert(values_.end(), v.data(), v.data() + 3); }
+  void add(const Matrix3& m) { values_.insert(values_.end(), m.data(), m.data() + 9); }
+  void add_inertia(const Matrix3& i, bool planar) {
+    if (planar)
+      add(i(2, 2));
+    else
+      for (const double value : {i(0, 0), i(1, 1), i(2, 2), i(0, 1), i(0, 2), i(1, 2)}) add(value);
+  }
+  VectorX finish() const {
+    return Eigen::Map<const VectorX>(values_.data(), static_cast<Eigen::Index>(values_.size()));
+  }
+
+ private:
+  std::vector<double> values_;
+};
+
+}  // namespace
+
+std::vector<ElementFeatures> list_element_features(const Mechanism& mechanism, const FreeSprings& loose) {
+  int next = static_cast<int>(term_values(mechanism, loose).size());
+  std::vector<ElementFeatures> all;
+  const auto add = [&](ParameterOwner bearer, std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      ElementFeatures element{bearer, static_cast<int>(i), next++, -1};
+      if (bearer != ParameterOwner::spring) {
+        element.inertia = next;
+        next += inertia_size(mechanism);
+      }
+      all.push_back(element);
+    }
+  };
+  add(ParameterOwner::body, 1, mechanism.bodies.size());
+  add(ParameterOwner::attachment, 0, mechanism.attachments.size());
+  add(ParameterOwner::disc, 0, mechanism.discs.size());
+  add(ParameterOwner::spring, 0, mechanism.springs.size());
+  return all;
+}
+
+VectorX compute_features(const Mechanism& mechanism, const FreeSprings& loose) {
+  const bool planar = mechanism.space == SpaceKind::planar;
+  const VectorX parameters = term_values(mechanism, loose);
+  ValueCollector rest;
+  const auto add = [&](double mass, const Matrix3& inertia) {
+    rest.add(mass);
+    rest.add_inertia(inertia, planar);
+  };
+  for (std::size_t b = 1; b < mechanism.bodies.size(); ++b) add(mechanism.bodies[b].mass, mechanism.bodies[b].inertia);
+  for (const Attachment& extra : mechanism.attachments) add(extra.mass, extra.inertia);
+  for (const Disc& disc : mechanism.discs) add(disc.mass, disc.inertia);
+  for (const Spring& spring : mechanism.springs) rest.add(spring.stiffness);
+  const VectorX others = rest.finish();
+  VectorX all(parameters.size() + others.size());
+  all << parameters, others;
+  return all;
+}
+
+VectorX collect_geometry(const Mechanism& mechanism, const FreeSprings& loose) {
+  ValueCollector all;
+  all.add(mechanism.gravity);
+  for (const Joint& joint : mechanism.joints) {
+    for (const Vector3& v : {joint.point_first, joint.point_second, joint.axis, joint.axis2}) all.add(v);
+    all.add(joint.rotation);
+    all.add(joint.radius);
+  }
+  for (const GeneralisedSpeed& constraint : mechanism.constraints)
+    for (const GeneralisedSpeedTerm& term : constraint.terms) {
+      all.add(term.factor);
+      all.add(term.position);
+    }
+  for (const Coupling& coupling : mechanism.couplings) {
+    all.add(coupling.ratio);
+    for (const CoordinateTerm& term : coupling.leader.terms) all.add(term.ratio);
+    all.add(coupling.offset);
+  }
+  for (const Disc& disc : mechanism.discs) {
+    all.add(disc.position);
+    all.add(disc.axis);
+    all.add(disc.ratio);
+    for (const CoordinateTerm& term : disc.follows.terms) all.add(term.ratio);
+  }
+  for (std::size_t s = 0; s < mechanism.springs.size(); ++s) {
+    const Spring& spring = mechanism.springs[s];
+    if (spring.is_joint_spring()) continue;
+    all.add(spring.free_length);
+    if (s < loose.size() && loose[s]) continue;
+    all.add(spring.point_first);
+    all.add(spring.point_second);
+  }
+  for (const Load& load : mechanism.loads) all.add(load.point);
+  if (mechanism.tool) all.add(mechanism.tool->position);
+  return all.finish();
+}
+
+VectorX parameter_scales(const Mechanism& mechanism, const FreeSprings& loose) {
+  const double length = characteristic_length(mechanism), mass = total_mass(mechanism);
+  const VectorX values = term_values(mechanism, loose);
+  const auto all = list_terms(mechanism, loose);
+  double stiffness = 0;  // of springs between points, and of torsion springs at an arm of the mechanism's length
+  for (std::size_t p = 0; p < all.size(); ++p)
+    if (all[p].owner_kind == ParameterOwner::spring && all[p].kind == ParameterKind::stiffness)
+      stiffness = std::max(
+          stiffness, std::abs(values[static_cast<Eigen::Index>(p)]) / elementary::pow(length, all[p].length_power));
+  VectorX unit(values.size());
+  for (std::size_t p = 0; p < all.size(); ++p) {
+    if (is_known_term(all[p])) {
+      const double known = std::abs(values[static_cast<Eigen::Index>(p)]);
+      unit[static_cast<Eigen::Index>(p)] = known > 0 ? known : 1;
+      continue;
+    }
+    const double size = all[p].owner_kind == ParameterOwner::spring ? stiffness : mass;
+    unit[static_cast<Eigen::Index>(p)] = (size > 0 ? size : 1) * elementary::pow(length, all[p].length_power);
+  }
+  return unit;
+}
+
+bool is_equal_to_rounding(const VectorX& a, const VectorX& b) {
+  // expressions over free parameters may round differently where they do not depend on them
+  constexpr double equality_tolerance = 1e-14;
+  if (a.size() != b.size()) return false;
+  return ((a - b).cwiseAbs().array() <= equality_tolerance * a.cwiseAbs().cwiseMax(b.cwiseAbs()).array()).all();
+}
+
+}  // namespace balance::design

@@ -1,0 +1,183 @@
+#include "balance/synthesis/design/problem_functions.hpp"
+
+#include "balance/foundation/base/cpu_time.hpp"
+#include "balance/foundation/base/error.hpp"
+#include "balance/foundation/numerics/extrema.hpp"
+#include "balance/synthesis/design/solve_design.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+
+namespace balance::design {
+
+namespace {
+
+/// The caller's parameters among those that include all loose springs' products.
+std::vector<int> find_parameter_indices(const Mechanism& mechanism, const FreeSprings& asked, const FreeSprings& all) {
+  const auto wanted = list_parameters(mechanism, asked), present = list_parameters(mechanism, all);
+  std::vector<int> result;
+  for (const Parameter& w : wanted)
+    for (std::size_t p = 0; p < present.size(); ++p)
+      if (present[p].owner_kind == w.owner_kind && present[p].index == w.index && present[p].slot == w.slot)
+        result.push_back(static_cast<int>(p));
+  return result;
+}
+
+}  // namespace
+
+ScaledObjective::ScaledObjective(const SolverContext& context, const Objective& objective)
+    : context_(context), objective_(objective) {
+  if (static_cast<bool>(objective_.of_parameters) == static_cast<bool>(objective_.of_variables))
+    throw std::invalid_argument("an objective is a function of the parameters or of the variables");
+  parameters_ = find_parameter_indices(context.classification.base_mechanism, context.problem.options.loose_springs,
+                                       context.classification.loose_springs);
+  convex_ = objective_.of_parameters && objective_.is_convex && is_affine_in_variables();
+}
+
+double ScaledObjective::evaluate_by_simulation(const VectorX& u) const {
+  try {
+    return objective_.of_variables(context_.scaling.to_variables(u));
+  } catch (const SpecError&) {
+    return std::numeric_limits<double>::quiet_NaN();  // an expression of the spec has no value here
+  } catch (const std::invalid_argument&) {
+    return std::numeric_limits<double>::quiet_NaN();  // nor is there a motion
+  } catch (const DeadlineExceeded&) {
+    return std::numeric_limits<double>::quiet_NaN();
+  }
+}
+
+std::optional<std::vector<MaxTerm>> ScaledObjective::max_terms(const VectorX& u) const {
+  if (context_.budget.is_past_deadline()) return std::nullopt;
+  try {
+    auto terms = context_.problem.max_terms(context_.scaling.to_variables(u));
+    if (!terms) return std::nullopt;
+    for (MaxTerm& term : *terms) {
+      if (!term.values.allFinite() || !term.jacobian.allFinite()) return std::nullopt;
+      term.jacobian = term.jacobian * context_.scaling.half_width().asDiagonal();
+    }
+    return terms;
+  } catch (const SpecError&) {
+    return std::nullopt;
+  } catch (const std::invalid_argument&) {
+    return std::nullopt;
+  } catch (const DeadlineExceeded&) {
+    return std::nullopt;
+  }
+}
+
+/// By differences where slopes are not known.
+VectorX ScaledObjective::gradient_by_simulation(const VectorX& u) const {
+  if (const auto terms = has_max_terms() ? max_terms(u) : std::nullopt) {
+    VectorX slope = VectorX::Zero(u.size());
+    for (const MaxTerm& term : *terms) {
+      slope += term.weight * term.jacobian.row(max_index(term.values)).transpose();
+    }
+    return slope;
+  }
+  const auto value = [this](const VectorX& v) { return VectorX::Constant(1, evaluate_by_simulation(v)).eval(); };
+  return central_difference_jacobian(value, u, 1).transpose();
+}
+
+double ScaledObjective::operator()(const VectorX& u, VectorX* gradient) const {
+  if (is_simulated()) {
+    if (context_.budget.is_past_deadline()) {
+      if (gradient != nullptr) gradient->setZero(u.size());
+      return std::numeric_limits<double>::quiet_NaN();
+    }
+    if (gradient != nullptr) *gradient = gradient_by_simulation(u);
+    return evaluate_by_simulation(u);
+  }
+  VectorX features, slope;
+  MatrixX slopes;
+  context_.features.evaluate(u, features, gradient != nullptr ? &slopes : nullptr);
+  if (!features.allFinite()) {
+    if (gradient != nullptr) gradient->setZero(u.size());
+    return std::numeric_limits<double>::quiet_NaN();
+  }
+  const double value = objective_.of_parameters(features(parameters_), gradient != nullptr ? &slope : nullptr);
+  if (gradient != nullptr) *gradient = slopes(parameters_, Eigen::all).transpose() * slope;
+  return value;
+}
+
+std::string ScaledObjective::failure_reason(const VectorX& u) const {
+  try {
+    const VectorX x = context_.scaling.to_variables(u);
+    if (objective_.failure_reason) return objective_.failure_reason(x);
+    if (objective_.of_variables) objective_.of_variables(x);
+  } catch (const SpecError& error) {
+    return error.what();
+  } catch (const std::invalid_argument& error) {
+    return error.what();
+  }
+  return "";
+}
+
+double ScaledObjective::round_off() const {
+  const Eigen::Index n = context_.scaling.size();
+  std::vector<VectorX> places{context_.scaling.start()};
+  if (!is_simulated()) places.insert(places.end(), {VectorX::Zero(n), VectorX::Ones(n), -VectorX::Ones(n)});
+  double largest = 0;
+  for (const VectorX& u : places)
+    if (const double value = std::abs((*this)(u, nullptr)); value > largest && std::isfinite(value)) largest = value;
+  return relative_figure_round_off * largest;
+}
+
+bool ScaledObjective::is_affine_in_variables() const {
+  const auto& polynomial = context_.features.polynomial();
+  if (!polynomial) return false;
+  UniformRandom random(1);
+  for (int sample = 0; sample < 3; ++sample) {
+    VectorX features, slope;
+    context_.features.evaluate(random.sample_point(context_.scaling.size()), features, nullptr);
+    if (!features.allFinite()) return false;
+    objective_.of_parameters(features(parameters_), &slope);
+    for (std::size_t p = 0; p < parameters_.size(); ++p)
+      if (slope[static_cast<Eigen::Index>(p)] != 0 && !polynomial->is_affine(parameters_[p])) return false;
+  }
+  return true;
+}
+
+namespace {
+
+/// d violation / d value
+double violation_slope(const DesignLimit& limit) {
+  const double size = limit.bound != 0 ? std::abs(limit.bound) : 1;
+  return limit.is_lower ? -1 / size : 1 / size;
+}
+
+}  // namespace
+
+double relative_violation(const DesignLimit& limit, double value) {
+  return violation_slope(limit) * (value - limit.bound);
+}
+
+DesignLimits::DesignLimits(const SolverContext& context) : limits_(context.problem.limits) {
+  for (const DesignLimit& limit : limits_) merits_.emplace_back(context, limit.figure);
+}
+
+bool DesignLimits::is_convex() const {
+  for (std::size_t k = 0; k < limits_.size(); ++k)
+    if (!limits_[k].figure.is_constant && (limits_[k].is_lower || !merits_[k].is_convex())) return false;
+  return true;
+}
+
+void DesignLimits::evaluate(const VectorX& u, VectorX& g, MatrixX* jacobian) const {
+  g.resize(size());
+  if (jacobian != nullptr) jacobian->resize(size(), u.size());
+  VectorX slope;
+  for (Eigen::Index k = 0; k < g.size(); ++k) {
+    const auto i = static_cast<std::size_t>(k);
+    g[k] = -relative_violation(limits_[i], merits_[i](u, jacobian != nullptr ? &slope : nullptr));
+    if (jacobian != nullptr) jacobian->row(k) = -violation_slope(limits_[i]) * slope.transpose();
+  }
+}
+
+bool DesignLimits::is_satisfied(const VectorX& u) const {
+  for (std::size_t k = 0; k < limits_.size(); ++k)
+    if (!(relative_violation(limits_[k], merits_[k](u, nullptr)) <= limit_tolerance)) return false;
+  return true;
+}
+
+}  // namespace balance::design

@@ -1,0 +1,82 @@
+#include "balance/synthesis/design/required_motions.hpp"
+
+#include "balance/foundation/base/error.hpp"
+#include "balance/mechanics/model/validation.hpp"
+#include "balance/motion/simulation/end_configurations.hpp"
+#include "balance/motion/simulation/simulate.hpp"
+#include "balance/synthesis/design/geometry_features.hpp"
+#include "balance/synthesis/design/trajectory_cost.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+#include <utility>
+
+namespace balance {
+
+namespace {
+
+/// As often looked at as a search needs.
+Trajectory reduce_samples(Trajectory trajectory) {
+  constexpr long max_feasibility_samples = 201;
+  trajectory.samples = std::min(trajectory.samples, max_feasibility_samples);
+  return trajectory;
+}
+
+std::string motion_failure_reason(const Mechanism& mechanism, const Trajectory& trajectory) {
+  try {
+    const RunResult result = simulate(mechanism, trajectory);
+    return result.outcome.status == MotionStatus::done ? "" : result.outcome.reason;
+  } catch (const std::invalid_argument& error) {
+    return error.what();
+  }
+}
+
+}  // namespace
+
+RequiredMotions::RequiredMotions(const Study& start) : coordinates_(balance::start_coordinates(start)) {
+  std::vector<Trajectory> all;
+  for (const Trajectory& trajectory : start.trajectories) {
+    if (is_mass_dependent(trajectory)) continue;
+    all.push_back(reduce_samples(trajectory));
+    if (motion_failure_reason(start.mechanism, all.back()).empty()) motions_.push_back(all.back().name);
+  }
+  if (coordinates_.empty())
+    for (const Trajectory& trajectory : all) motions_.push_back(trajectory.name);
+}
+
+std::string RequiredMotions::infeasibility_reason(const DesignInstance& trial) const {
+  for (const Trajectory& trajectory : trial.trajectories) {
+    if (std::find(motions_.begin(), motions_.end(), trajectory.name) == motions_.end()) continue;
+    const std::string why = motion_failure_reason(trial.mechanism, reduce_samples(trajectory));
+    if (!why.empty()) return fmt::format("'{}' cannot be followed: {}", trajectory.name, why);
+  }
+  return "";
+}
+
+DesignInstance instantiate_checked(const DesignSpace& space, const VectorX& x) {
+  DesignInstance trial = space.instantiate(x);
+  const Mechanism& m = trial.mechanism;
+  const auto fail = [&](const char* message) {
+    throw SpecError({.place = {.file = space.start.spec_file}, .message = message});
+  };
+  const bool finite = design::compute_features(m, {}).allFinite() && design::collect_geometry(m, {}).allFinite() &&
+                      std::all_of(m.assembly.begin(), m.assembly.end(),
+                                  [](const CoordinateValue& given) { return std::isfinite(given.value); });
+  if (!finite) fail("an expression of the spec has no value with these numbers");
+  if (std::any_of(m.friction.begin(), m.friction.end(), [](const Friction& friction) {
+        return friction.static_limit(1) < friction.dry_friction(1) ||
+               friction.static_limit(-1) < friction.dry_friction(-1);
+      }))
+    fail("static friction is less than dry friction with these numbers");
+  return trial;
+}
+
+std::string find_validation_issue(const Mechanism& mechanism) {
+  const std::vector<ValidationIssue> faults = validate(mechanism);
+  return faults.empty() ? "" : faults.front().message;
+}
+
+}  // namespace balance

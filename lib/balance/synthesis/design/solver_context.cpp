@@ -1,0 +1,105 @@
+#include "balance/synthesis/design/solver_context.hpp"
+
+#include "balance/foundation/base/error.hpp"
+#include "balance/synthesis/design/problem_functions.hpp"
+
+namespace balance::design {
+
+namespace {
+
+constexpr const char* time_limit_message = "the time ran out";
+
+}  // namespace
+
+SolverContext::SolverContext(const DesignProblem& p, SearchBudget& b)
+    : problem(p),
+      budget(b),
+      scaling(p.variables),
+      classification(design::classify_variables(scaling, p)),
+      options(p.options),
+      features(scaling, p, classification),
+      physical_constraints(features, classification, features.evaluate_from_mechanism(scaling.start())) {
+  options.loose_springs = classification.loose_springs;
+  const Eigen::Index own = parameter_values(classification.base_mechanism, classification.loose_springs).size(),
+                     known = known_term_values(classification.base_mechanism).size();
+  options.variable_terms.assign(static_cast<std::size_t>(known), false);
+  for (int variable = 0; variable < scaling.size(); ++variable)
+    for (Eigen::Index k = 0; k < known; ++k)
+      if (classification.has_effect(variable, static_cast<int>(own + k)))
+        options.variable_terms[static_cast<std::size_t>(k)] = true;
+  limits = std::make_unique<const DesignLimits>(*this);
+}
+
+SolverContext::~SolverContext() = default;
+
+std::string SolverContext::invalidity_reason(const VectorX& u) const {
+  if (!problem.invalidity_reason) return "";
+  try {
+    return problem.invalidity_reason(scaling.to_variables(u));
+  } catch (const SpecError& error) {
+    return error.what();
+  }
+}
+
+bool SolverContext::is_physical(const VectorX& u) const {
+  return physical_constraints.is_satisfied(features.evaluate_from_mechanism(u)) && invalidity_reason(u).empty();
+}
+
+bool SolverContext::is_admissible(const VectorX& u) const { return is_physical(u) && limits->is_satisfied(u); }
+
+int SolverContext::inequality_count() const { return physical_constraints.size() + limits->size(); }
+
+bool SolverContext::is_convex() const { return physical_constraints.is_convex() && limits->is_convex(); }
+
+void SolverContext::evaluate_inequalities(const VectorX& u, VectorX& g, MatrixX* jacobian) const {
+  VectorX features, bodies, figures;
+  MatrixX slopes, by_body, by_figure;
+  this->features.evaluate(u, features, jacobian != nullptr ? &slopes : nullptr);
+  physical_constraints.evaluate(features, &slopes, bodies, jacobian != nullptr ? &by_body : nullptr);
+  limits->evaluate(u, figures, jacobian != nullptr ? &by_figure : nullptr);
+  g.resize(bodies.size() + figures.size());
+  g << bodies, figures;
+  if (jacobian == nullptr) return;
+  jacobian->resize(g.size(), u.size());
+  jacobian->topRows(bodies.size()) = by_body;
+  jacobian->bottomRows(figures.size()) = by_figure;
+}
+
+Conditions SolverContext::derive_conditions(const Mechanism& mechanism) const {
+  if (!problem.goals.empty()) return problem.derive_conditions(mechanism, problem.goals, options);
+  Conditions none;
+  none.status = ConditionsStatus::done;
+  none.parameters = list_terms(mechanism, options.loose_springs);
+  none.matrix.resize(0, static_cast<Eigen::Index>(none.parameters.size()));
+  return none;
+}
+
+Conditions SolverContext::conditions_at(const VectorX& u) const {
+  Conditions none;
+  if (budget.is_past_deadline()) {
+    none.status = ConditionsStatus::not_assembled;
+    none.reason = time_limit_message;
+    return none;
+  }
+  try {
+    return derive_conditions(mechanism(u));
+  } catch (const SpecError& error) {
+    none.status = ConditionsStatus::not_assembled;
+    none.reason = error.what();
+  }
+  return none;
+}
+
+std::string SolverContext::infeasibility_reason(const VectorX& u) const {
+  if (!problem.infeasibility_reason) return "";
+  if (budget.is_past_deadline()) return time_limit_message;
+  try {
+    return problem.infeasibility_reason(scaling.to_variables(u));
+  } catch (const SpecError& error) {
+    return error.what();
+  } catch (const DeadlineExceeded&) {
+    return time_limit_message;
+  }
+}
+
+}  // namespace balance::design

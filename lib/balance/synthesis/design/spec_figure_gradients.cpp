@@ -1,0 +1,152 @@
+#include "balance/synthesis/design/spec_figure_gradients.hpp"
+
+#include "balance/mechanics/derivatives/run_gradient.hpp"
+#include "balance/mechanics/results/metrics.hpp"
+#include "balance/mechanics/results/quantities.hpp"
+
+#include <algorithm>
+#include <stdexcept>
+
+namespace balance {
+
+namespace {
+
+std::size_t index_of(const DesignSpace& space, const std::string& trajectory) {
+  const auto& all = space.start.trajectories;
+  const auto found = std::find_if(all.begin(), all.end(), [&](const Trajectory& t) { return t.name == trajectory; });
+  if (found == all.end()) throw std::invalid_argument("the spec has no trajectory '" + trajectory + "'");
+  if (is_mechanism_dependent(*found))
+    throw std::invalid_argument("the trajectory '" + trajectory + "' is found anew for every mechanism");
+  return static_cast<std::size_t>(found - all.begin());
+}
+
+/// A figure among a quantity's, and where its derivatives stand in a FigureGradient.
+struct FigureSlot {
+  ValueWithGradient QuantityGradients::*slope;
+  double FigureGradient::*value;
+  std::array<double, dual_width> FigureGradient::*derivatives;
+};
+constexpr FigureSlot figure_slots[] = {{&QuantityGradients::peak, &FigureGradient::peak, &FigureGradient::d_peak},
+                                       {&QuantityGradients::rms, &FigureGradient::rms, &FigureGradient::d_rms},
+                                       {&QuantityGradients::mean, &FigureGradient::mean, &FigureGradient::d_mean},
+                                       {&QuantityGradients::range, &FigureGradient::range, &FigureGradient::d_range}};
+
+class FigureDifferentiation {
+ public:
+  FigureDifferentiation(const DesignSpace& space, const VectorX& x, std::size_t trajectory,
+                        const std::vector<std::string>& arrays)
+      : space_(space), x_(x), trajectory_(trajectory), arrays_(arrays) {}
+
+  SpecFigureGradients run() {
+    for (Eigen::Index first = 0; first == 0 || first < x_.size(); first += dual_width)
+      if (!differentiate(first, std::min<Eigen::Index>(x_.size(), first + dual_width))) break;
+    return std::move(out_);
+  }
+
+ private:
+  /// What the spec says, with its derivatives by these numbers.
+  RecordedValues<DualNumber> derived_by(Eigen::Index first, Eigen::Index last) const {
+    std::vector<DualNumber> inputs(space_.inputs.begin(), space_.inputs.end());
+    for (Eigen::Index i = 0; i < x_.size(); ++i) {
+      DualNumber& input = inputs[static_cast<std::size_t>(space_.free_inputs[static_cast<std::size_t>(i)])];
+      input = x_[i];
+      if (i >= first && i < last) input.d[static_cast<std::size_t>(i - first)] = 1;
+    }
+    return {*space_.recording, inputs};
+  }
+
+  /// @return whether there is a run
+  bool differentiate(Eigen::Index first, Eigen::Index last) {
+    const RecordedValues<DualNumber> values = derived_by(first, last);
+    const auto trajectory = cast_scalar<DualNumber>(space_.recording->trajectories[trajectory_], values);
+    const RunGradient gradient = differentiate_run(values.mechanism(), trajectory, arrays_);
+    out_.outcome = gradient.run.outcome;
+    if (gradient.run.outcome.status != MotionStatus::done) return false;
+    if (out_.quantities.empty()) name_quantities(gradient.run);
+    copy_gradients(differentiate_figures(gradient), first, last);
+    return true;
+  }
+
+  /// What has figures, and of which of the gradient's each is the worst.
+  void name_quantities(const RunResult& run) {
+    const std::vector<MetricSeries> tracks = list_metric_series(run);
+    const ValueWithGradient unknown{0, VectorX::Zero(x_.size())};
+    const auto add = [&](const std::string& quantity, std::size_t first, std::size_t last) {
+      out_.quantities.push_back({quantity, unknown, unknown, unknown, unknown, {}, {}});
+      members_.emplace_back(first, last);
+    };
+    for (const auto& [first, last] : group_metric_series(tracks)) {
+      if (!tracks[first].worst_group.empty()) add(tracks[first].worst_group, first, last);
+      for (std::size_t i = first; i < last; ++i) add(tracks[i].quantity, i, i + 1);
+    }
+    out_.energy = out_.duration = unknown;
+  }
+
+  void copy_gradients(const FigureGradients& found, Eigen::Index from, Eigen::Index to) {
+    const auto copy = [&](const std::array<double, dual_width>& derivatives, ValueWithGradient& slope) {
+      for (Eigen::Index i = from; i < to; ++i) slope.gradient[i] = derivatives[static_cast<std::size_t>(i - from)];
+    };
+    for (std::size_t q = 0; q < members_.size(); ++q) {
+      const auto first = found.figures.begin() + static_cast<std::ptrdiff_t>(members_[q].first);
+      const auto last = found.figures.begin() + static_cast<std::ptrdiff_t>(members_[q].second);
+      for (const FigureSlot& place : figure_slots) {
+        const FigureGradient& worst = *std::max_element(
+            first, last,
+            [&](const FigureGradient& a, const FigureGradient& b) { return a.*place.value < b.*place.value; });
+        ValueWithGradient& slope = out_.quantities[q].*place.slope;
+        slope.value = worst.*place.value;
+        copy(worst.*place.derivatives, slope);
+      }
+      const auto add = [&](const std::vector<Extreme> FigureGradient::*extremes,
+                           std::vector<ValueWithGradient>& slopes) {
+        std::size_t k = 0;
+        for (auto member = first; member != last; ++member)
+          for (const Extreme& extreme : (*member).*extremes) {
+            if (k == slopes.size()) slopes.push_back({0, VectorX::Zero(x_.size())});
+            slopes[k].value = extreme.value;
+            copy(extreme.d, slopes[k++]);
+          }
+      };
+      add(&FigureGradient::highest, out_.quantities[q].segment_maxima);
+      add(&FigureGradient::lowest, out_.quantities[q].segment_minima);
+    }
+    out_.energy.value = found.energy;
+    copy(found.d_energy, out_.energy);
+    out_.duration.value = found.duration;
+    copy(found.d_duration, out_.duration);
+  }
+
+  const DesignSpace& space_;
+  const VectorX& x_;
+  std::size_t trajectory_;
+  const std::vector<std::string>& arrays_;
+  SpecFigureGradients out_;
+  std::vector<std::pair<std::size_t, std::size_t>> members_;  ///< per quantity: the gradient's figures
+};
+
+/// "torque[A1]" is in the array "torque", and so is "force[S]".
+std::vector<std::string> arrays_of(const std::vector<std::string>& quantities) {
+  std::vector<std::string> arrays;
+  for (const std::string& quantity : quantities) arrays.push_back(effort_array_name(quantity));
+  return arrays;
+}
+
+}  // namespace
+
+SpecFigureGradients compute_figure_gradients(const DesignSpace& space, const VectorX& x, const std::string& trajectory,
+                                             const std::vector<std::string>& quantities) {
+  if (x.size() != static_cast<Eigen::Index>(space.free_inputs.size()))
+    throw std::invalid_argument("expected " + std::to_string(space.free_inputs.size()) +
+                                " values of free numbers, found " + std::to_string(x.size()));
+  const std::vector<std::string> arrays = arrays_of(quantities);
+  return FigureDifferentiation(space, x, index_of(space, trajectory), arrays).run();
+}
+
+const QuantityGradients* find_quantity(const SpecFigureGradients& slopes, const std::string& quantity) {
+  const auto found =
+      std::find_if(slopes.quantities.begin(), slopes.quantities.end(),
+                   [&](const QuantityGradients& one) { return is_quantity_name(quantity, one.quantity); });
+  return found == slopes.quantities.end() ? nullptr : &*found;
+}
+
+}  // namespace balance

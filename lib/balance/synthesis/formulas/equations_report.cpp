@@ -1,0 +1,434 @@
+#include "balance/synthesis/formulas/equations_report.hpp"
+
+#include "balance/foundation/numerics/extrema.hpp"
+#include "balance/mechanics/dynamics/effort_breakdown.hpp"
+#include "balance/mechanics/dynamics/equation_terms.hpp"
+#include "balance/mechanics/dynamics/single_state.hpp"
+#include "balance/mechanics/model/mechanism.hpp"
+#include "balance/mechanics/model/payload_intervals.hpp"
+#include "balance/synthesis/conditions/base_parameters.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+#include <utility>
+#include <vector>
+
+namespace balance {
+
+/// Entries of equations of motion that are nothing but round-off become 0.
+
+/// What entries of a mechanism's equations are measured by.
+struct EquationScales {
+  double length;          ///< characteristic [m]
+  double gravity_moment;  ///< of everything that moves times that length [N m]
+  double spring_moment;   ///< that turn by a radian, or stretch by that length [N m]
+  double load_moment;     ///< at that length [N m]
+};
+
+EquationScales compute_equation_scales(const Mechanism& mechanism);
+
+/// @param lengths per row: whether its coordinate is a length
+void clear_round_off(const EquationScales& sizes, const std::vector<bool>& lengths, IndependentTerms& terms);
+void clear_round_off(const EquationScales& sizes, const std::vector<bool>& lengths, RedundantTerms& terms);
+void clear_round_off(const EquationScales& sizes, SpeedTerms& terms);
+/// @param forces per actuator: whether its effort is a force
+void clear_round_off(const EquationScales& sizes, const std::vector<bool>& forces, EffortBreakdown& split);
+
+/// Entries far below the largest one.
+void clear_relative_round_off(MatrixX& matrix);
+
+namespace {
+
+/// Of what entries are made of: products of a hundred terms with inverses of the closures.
+constexpr double relative_entry_tolerance = 1e-12;
+
+void clear_if_round_off(double& value, double size) {
+  if (std::abs(value) <= relative_entry_tolerance * size) value = 0;
+}
+
+void clear_if_round_off(VectorX& values, const VectorX& sizes) {
+  for (Eigen::Index i = 0; i < values.size(); ++i) clear_if_round_off(values[i], sizes[i]);
+}
+
+VectorX coordinate_scales(const std::vector<bool>& lengths, double length) {
+  VectorX units(static_cast<Eigen::Index>(lengths.size()));
+  for (Eigen::Index i = 0; i < units.size(); ++i) units[i] = lengths[static_cast<std::size_t>(i)] ? length : 1;
+  return units;
+}
+
+/// Masses are positive definite: no entry is above the geometric mean of its diagonal ones. Rates of a coordinate turn bodies by its unit.
+void clear_inertia_round_off(const VectorX& units, MatrixX& mass, std::vector<MatrixX>& velocity) {
+  const VectorX root = mass.diagonal().cwiseAbs().cwiseSqrt();
+  const double largest = root.size() > 0 ? max_coefficient(root) : 0;
+  const Eigen::Index d = std::min(root.size(), units.size());
+  for (Eigen::Index r = 0; r < d; ++r)
+    for (Eigen::Index s = 0; s < d; ++s) {
+      clear_if_round_off(mass(r, s), root[r] * root[s]);
+      const double product = std::max(root[r] / units[s], root[s] / units[r]);
+      for (std::size_t k = 0; k < velocity.size(); ++k) clear_if_round_off(velocity[k](r, s), largest * product);
+    }
+}
+
+void clear_static_round_off(const VectorX& units, const EquationScales& sizes, StaticTerms& rest) {
+  for (const auto& [part, moment] : {std::pair(&rest.weight, sizes.gravity_moment),
+                                     {&rest.springs, sizes.spring_moment},
+                                     {&rest.loads, sizes.load_moment}})
+    if (part->size() == units.size()) clear_if_round_off(*part, VectorX(moment * units.cwiseInverse()));
+}
+
+}  // namespace
+
+EquationScales compute_equation_scales(const Mechanism& mechanism) {
+  const double length = characteristic_length(mechanism);
+  EquationScales sizes{length, total_mass(mechanism) * mechanism.gravity.norm() * length, 0, 0};
+  for (const Spring& spring : mechanism.springs) {
+    const bool turns = spring.is_joint_spring() && !is_length_coordinate(mechanism, spring.coordinate);
+    sizes.spring_moment += std::abs(spring.stiffness) * (turns ? 1 : length * std::max(length, spring.free_length));
+    sizes.spring_moment += std::abs(spring.preload) * (turns ? 1 : length);
+  }
+  for (const Load& load : mechanism.loads)
+    for (std::size_t k = 0; k < load.force.size(); ++k)
+      sizes.load_moment += load.force[k].norm() * length + load.moment[k].norm();
+  return sizes;
+}
+
+void clear_relative_round_off(MatrixX& matrix) {
+  const double largest = max_abs(matrix);
+  for (double& value : matrix.reshaped()) clear_if_round_off(value, largest);
+}
+
+void clear_round_off(const EquationScales& sizes, const std::vector<bool>& lengths, IndependentTerms& terms) {
+  const VectorX units = coordinate_scales(lengths, sizes.length);
+  clear_inertia_round_off(units, terms.mass, terms.velocity);
+  clear_relative_round_off(terms.viscous);
+  clear_relative_round_off(terms.input);
+  clear_static_round_off(units, sizes, terms.static_terms);
+}
+
+void clear_round_off(const EquationScales& sizes, const std::vector<bool>& lengths, RedundantTerms& terms) {
+  const VectorX units = coordinate_scales(lengths, sizes.length);
+  clear_inertia_round_off(units, terms.mass, terms.velocity);
+  clear_static_round_off(units, sizes, terms.rest);
+  for (MatrixX* matrix : {&terms.viscous, &terms.input, &terms.constraints, &terms.transformation})
+    clear_relative_round_off(*matrix);
+  const double largest = max_abs(terms.transformation);
+  for (MatrixX& form : terms.acceleration)
+    for (double& value : form.reshaped()) clear_if_round_off(value, largest);
+}
+
+void clear_round_off(const EquationScales& sizes, SpeedTerms& terms) {
+  clear_relative_round_off(terms.rows);
+  clear_relative_round_off(terms.rates);
+  const double inertia = std::max(max_abs(terms.speed_equations.mass), max_abs(terms.constraint_equations.mass));
+  for (IndependentTerms* part : {&terms.speed_equations, &terms.constraint_equations}) {
+    for (double& value : part->mass.reshaped()) clear_if_round_off(value, inertia);
+    for (MatrixX& form : part->velocity)
+      for (double& value : form.reshaped()) clear_if_round_off(value, inertia * std::max(1.0, 1 / sizes.length));
+    clear_relative_round_off(part->viscous);
+    clear_relative_round_off(part->input);
+    clear_static_round_off(VectorX::Constant(part->static_terms.weight.size(), std::max(1.0, sizes.length)), sizes,
+                           part->static_terms);
+  }
+}
+
+void clear_round_off(const EquationScales& sizes, const std::vector<bool>& forces, EffortBreakdown& split) {
+  for (Eigen::Index k = 0; k < split.parts.rows(); ++k) {
+    const double unit = forces[static_cast<std::size_t>(k)] ? sizes.length : 1;
+    const double size = std::max(sizes.gravity_moment / unit, max_abs(split.parts.row(k)));
+    for (double& value : split.parts.row(k)) clear_if_round_off(value, size);
+    clear_if_round_off(split.effort[k], size);
+  }
+}
+
+namespace {
+
+std::vector<bool> flag_lengths(const Mechanism& mechanism, const std::vector<CoordinateId>& coordinates) {
+  std::vector<bool> lengths;
+  for (const CoordinateId c : coordinates) lengths.push_back(is_length_coordinate(mechanism, c));
+  return lengths;
+}
+
+constexpr double zero_term_tolerance = 1e-9;  ///< of the largest term of its kind: what counts as zero
+
+class EquationsReporter {
+ public:
+  EquationsReporter(const Mechanism& mechanism, const EquationsQuery& query,
+                    const std::vector<GeometricSymbol>& symbols)
+      : mechanism_(mechanism),
+        query_(query),
+        symbols_(symbols),
+        options_{query.independent, Vector3::Zero(), 1},
+        terms_(mechanism, options_) {}
+
+  EquationsReport run() {
+    name();
+    set_configuration();
+    if (!add_terms() || !add_speeds()) return std::move(out_);
+    if (is_requested(EquationSection::torques)) add_split();
+    if (is_requested(EquationSection::redundant) && !store(terms_.redundant_terms(at_.q, query_.time), at_.loops))
+      return std::move(out_);
+    if (is_requested(EquationSection::regressor)) add_regressor();
+    if (is_requested(EquationSection::natural)) add_natural();
+    if (is_requested(EquationSection::parameters)) add_parameters();
+    clear_round_off();
+    out_.outcome.status = MotionStatus::done;
+    return std::move(out_);
+  }
+
+ private:
+  bool is_requested(EquationSection section) const { return query_.sections.count(section) > 0; }
+
+  const Coordinate& coordinate(int c) const { return mechanism_.coordinates[static_cast<std::size_t>(c)]; }
+
+  void name() {
+    for (const int c : terms_.independent()) at_.independent.push_back(coordinate(c).name);
+    for (const int c : mechanism_.actuators) at_.actuators.push_back(coordinate(c).name);
+    at_.is_length = flag_lengths(mechanism_, terms_.independent());
+    at_.is_force = flag_lengths(mechanism_, mechanism_.actuators);
+    at_.redundant = terms_.redundant();
+    at_.has_rate_constraints = balance::has_velocity_constraints(mechanism_);
+    at_.closures = terms_.closures();
+    at_.notes = terms_.notes();
+    at_.torque_scale = scales_.gravity_moment;
+  }
+
+  void set_configuration() {
+    const std::vector<CoordinateId>& own = terms_.independent();
+    at_.q = independent_positions(own, query_.configuration);
+    at_.dq = independent_rates(mechanism_, own, query_.rates);
+    at_.ddq = independent_rates(mechanism_, own, query_.accelerations);
+  }
+
+  template <class T>
+  bool store(Expected<T>&& answer, std::optional<T>& slot) {
+    if (!answer) {
+      out_.outcome = answer.outcome;
+      return false;
+    }
+    slot = std::move(answer.value);
+    return true;
+  }
+
+  bool add_terms() {
+    if (terms_.degrees_of_freedom() == 0) {
+      out_.outcome = {
+          MotionStatus::mismatch, 0, "the mechanism has no degrees of freedom: there is no equation of motion", {}};
+      return false;
+    }
+    auto assembled = terms_.assemble(at_.q, query_.configuration);
+    if (!assembled) {
+      out_.outcome = assembled.outcome;
+      return false;
+    }
+    at_.configuration = assembled.value;
+    if (!store(terms_.independent_terms(at_.q, query_.time), at_.terms)) return false;
+    find_factors();
+    return true;
+  }
+
+  void clear_round_off() {
+    balance::clear_round_off(scales_, at_.is_length, *at_.terms);
+    if (at_.in_speeds) balance::clear_round_off(scales_, *at_.in_speeds);
+    if (at_.loops) balance::clear_round_off(scales_, terms_.redundant_lengths(), *at_.loops);
+    if (at_.split) balance::clear_round_off(scales_, at_.is_force, *at_.split);
+    if (at_.regressor)
+      for (MatrixX* matrix : {&at_.regressor->effort, &at_.regressor->shaking_force, &at_.regressor->shaking_moment})
+        clear_relative_round_off(*matrix);
+    clear_pose_round_off(mechanism_, scales_.length, at_.configuration);
+    for (Eigen::Index i = 0; i < at_.q.size(); ++i)
+      at_.q[i] = at_.configuration[terms_.independent()[static_cast<std::size_t>(i)]];
+  }
+
+  bool add_speeds() {
+    const SpeedChoice& choice = query_.speeds;
+    if (choice.speeds.empty() && choice.constrained.empty()) return true;
+    for (const GeneralisedSpeed& speed : choice.speeds) at_.speeds.push_back(speed.name);
+    for (const GeneralisedSpeed& zero : choice.constrained) at_.zero.push_back(zero.name);
+    return store(terms_.speed_terms(at_.q, choice, query_.time), at_.in_speeds);
+  }
+
+  /// P1 eq. 27: u_k = k q̈_k.
+  void find_factors() {
+    const IndependentTerms& t = *at_.terms;
+    const Eigen::Index d = t.mass.rows();
+    if (t.input.rows() != t.input.cols() || !t.input.isApprox(MatrixX::Identity(d, d), zero_term_tolerance)) return;
+    const VectorX k = t.mass.diagonal();
+    const VectorX size = k.cwiseAbs().cwiseSqrt();
+    const auto small = [&](const MatrixX& matrix) {
+      for (Eigen::Index r = 0; r < d; ++r)
+        for (Eigen::Index s = 0; s < d; ++s)
+          if (std::abs(matrix(r, s)) > zero_term_tolerance * size[r] * size[s]) return false;
+      return true;
+    };
+    MatrixX beside = t.mass;
+    beside.diagonal().setZero();
+    bool decoupled = small(beside) && t.viscous.isZero(0);
+    for (const MatrixX& form : t.velocity) decoupled = decoupled && small(form);
+    decoupled = decoupled &&
+                max_abs(t.static_terms.sum()) <= zero_term_tolerance * std::max(at_.torque_scale, max_coefficient(k));
+    if (decoupled) at_.diagonal_factors = k;
+  }
+
+  void add_split() {
+    auto split = terms_.split_efforts(at_.q, at_.dq, at_.ddq, query_.time);
+    if (split)
+      at_.split = std::move(split.value);
+    else
+      at_.notes.push_back("no torques: " + split.outcome.reason);
+  }
+
+  void add_regressor() {
+    if (has_velocity_constraints(mechanism_)) {
+      at_.notes.push_back("no regressor: rates are bound, and it is one of the independent coordinates alone");
+      return;
+    }
+    InverseDynamics door(mechanism_, options_);
+    std::vector<CoordinateGuess> near;
+    for (const CoordinateValue& value : query_.configuration)
+      near.push_back({coordinate(value.coordinate).name, value.value});
+    door.assemble(at_.q, near);
+    auto found = door.regressor(at_.q, at_.dq, at_.ddq, query_.time);
+    if (found)
+      at_.regressor = std::move(found.value);
+    else
+      at_.notes.push_back("no regressor: " + found.outcome.reason);
+  }
+
+  void add_natural() {
+    if (mechanism_.space == SpaceKind::spatial)
+      at_.notes.push_back("no natural coordinates: they are for planar mechanisms");
+    else if (has_velocity_constraints(mechanism_))
+      at_.notes.push_back("no natural coordinates: they know no constraints on speeds");
+    else
+      at_.natural = natural::compute_natural_terms(mechanism_, at_.configuration);
+  }
+
+  void add_parameters() {
+    Mechanism here = mechanism_;
+    here.assembly = query_.configuration;
+    Conditions found = compute_base_parameters(here);
+    if (found.status != ConditionsStatus::done) {
+      at_.notes.push_back("no base parameters: " + found.reason);
+      return;
+    }
+    if (!symbols_.empty())
+      at_.parameter_names = name_coefficients(here, found, symbols_, [&](const Mechanism& other) {
+        Mechanism moved = other;
+        moved.assembly = query_.configuration;
+        return compute_base_parameters(moved);
+      });
+    at_.parameters = std::move(found);
+  }
+
+  const Mechanism& mechanism_;
+  const EquationsQuery& query_;
+  const std::vector<GeometricSymbol>& symbols_;
+  InverseOptions options_;
+  EquationTerms terms_;
+  const EquationScales scales_ = compute_equation_scales(mechanism_);
+  EquationsReport out_;
+  EquationsAtConfiguration& at_ = out_.at;
+};
+
+/// A matrix as a row of numbers, row by row.
+template <class Row>
+void write_matrix_row(const MatrixX& matrix, Eigen::Index first, Row&& row) {
+  const Samples by_rows = matrix;
+  row.segment(first, by_rows.size()) = Eigen::Map<const Eigen::RowVectorXd>(by_rows.data(), by_rows.size());
+}
+
+/// Room for N samples; the coordinates have their names.
+void size_arrays(Eigen::Index N, Eigen::Index actuators, EquationsAlongRun& out) {
+  const auto d = static_cast<Eigen::Index>(out.independent.size()), n = static_cast<Eigen::Index>(out.redundant.size());
+  out.mass.resize(N, d * d), out.viscous.resize(N, d * d), out.velocity.resize(N, d * d * d),
+      out.static_terms.resize(N, d);
+  out.transformation.resize(N, n * d);
+  out.constraints.resize(N, static_cast<Eigen::Index>(out.closures.size()) * n);
+  out.parts.resize(N, actuators * static_cast<Eigen::Index>(effort_part_names.size()));
+}
+
+void write_row(const IndependentTerms& terms, const RedundantTerms& loops, Eigen::Index k, EquationsAlongRun& out) {
+  write_matrix_row(terms.mass, 0, out.mass.row(k));
+  write_matrix_row(terms.viscous, 0, out.viscous.row(k));
+  const Eigen::Index d = terms.mass.rows();
+  for (Eigen::Index i = 0; i < d; ++i)
+    write_matrix_row(terms.velocity[static_cast<std::size_t>(i)], i * d * d, out.velocity.row(k));
+  out.static_terms.row(k) = terms.static_terms.sum();
+  write_matrix_row(loops.transformation, 0, out.transformation.row(k));
+  write_matrix_row(loops.constraints, 0, out.constraints.row(k));
+}
+
+}  // namespace
+
+const std::vector<std::string>& equation_section_names() {
+  static const std::vector<std::string> names{"inertia",   "velocity", "gravity",   "torques",
+                                              "redundant", "natural",  "regressor", "parameters"};
+  return names;
+}
+
+EquationsReport compute_equations_at(const Mechanism& mechanism, const EquationsQuery& query,
+                                     const std::vector<GeometricSymbol>& symbols) {
+  if (!has_temporary_payloads(mechanism)) return EquationsReporter(mechanism, query, symbols).run();
+  const Mechanism there = mechanism_at_time(mechanism, query.time);
+  EquationsReport report = EquationsReporter(there, query, symbols).run();
+  for (std::string& note : list_payload_notes(mechanism, query.time)) report.at.notes.push_back(std::move(note));
+  return report;
+}
+
+EquationsAlongRun as_one_sample(const EquationsAtConfiguration& at) {
+  EquationsAlongRun out;
+  out.outcome.status = MotionStatus::done;
+  out.independent = at.independent;
+  out.redundant = at.redundant;
+  out.closures = at.closures;
+  out.time = VectorX::Zero(1);
+  size_arrays(1, static_cast<Eigen::Index>(at.actuators.size()), out);
+  write_row(*at.terms, *at.loops, 0, out);
+  out.position = at.q.transpose();
+  if (at.split)
+    write_matrix_row(at.split->parts, 0, out.parts.row(0));
+  else
+    out.parts.resize(0, 0);
+  return out;
+}
+
+EquationsAlongRun compute_equations_along(const Mechanism& mechanism, const RunResult& result,
+                                          const std::vector<std::string>& independent) {
+  EquationsAlongRun out;
+  InverseOptions options{independent, Vector3::Zero(), 1};
+  const double duration = result.time[result.time.size() - 1] - result.time[0];
+  if (duration > 0) options.time_scale = duration;
+  EquationTerms terms(mechanism, options);
+  const StateTable states = extract_independent_states(terms, result);
+  for (const int c : terms.independent())
+    out.independent.push_back(mechanism.coordinates[static_cast<std::size_t>(c)].name);
+  out.redundant = terms.redundant();
+  out.closures = terms.closures();
+  const Eigen::Index N = states.q.rows();
+  out.time = result.time;
+  out.position = states.q;
+  size_arrays(N, result.torque.cols(), out);
+  out.outcome = assemble_at_row(terms, result);
+  const std::vector<bool> lengths = flag_lengths(mechanism, terms.independent()),
+                          forces = flag_lengths(mechanism, mechanism.actuators), redundant = terms.redundant_lengths();
+  const EquationScales sizes = compute_equation_scales(mechanism);
+  const bool anew = has_velocity_constraints(mechanism);  // the independent coordinates then do not tell the others
+  for (Eigen::Index k = 0; k < N && out.outcome.status == MotionStatus::done; ++k) {
+    if (anew) out.outcome = assemble_at_row(terms, result, k);
+    if (out.outcome.status != MotionStatus::done) break;
+    auto own = terms.independent_terms(states.q.row(k), result.time[k]);
+    auto loops = terms.redundant_terms(states.q.row(k), result.time[k]);
+    auto split = terms.split_efforts(states.q.row(k), states.dq.row(k), states.ddq.row(k), result.time[k]);
+    out.outcome = !own ? own.outcome : !loops ? loops.outcome : split.outcome;
+    if (out.outcome.status != MotionStatus::done) break;
+    clear_round_off(sizes, lengths, own.value);
+    clear_round_off(sizes, redundant, loops.value);
+    clear_round_off(sizes, forces, split.value);
+    write_row(own.value, loops.value, k, out);
+    write_matrix_row(split.value.parts, 0, out.parts.row(k));
+  }
+  return out;
+}
+
+}  // namespace balance

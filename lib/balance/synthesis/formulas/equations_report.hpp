@@ -1,0 +1,91 @@
+#pragma once
+/// The papers' equations of a mechanism as numbers: at one configuration, or along a run.
+
+#include "balance/mechanics/dynamics/equation_terms.hpp"
+#include "balance/motion/study/study.hpp"
+#include "balance/synthesis/conditions/coefficient_names.hpp"
+#include "balance/synthesis/verification/natural_terms.hpp"
+
+#include <optional>
+#include <set>
+#include <string>
+#include <vector>
+
+namespace balance {
+
+/// What can be asked for.
+enum class EquationSection { inertia, velocity, gravity, torques, redundant, natural, regressor, parameters };
+
+/// "inertia", "velocity", …, in the enum's order.
+const std::vector<std::string>& equation_section_names();
+
+struct EquationsQuery {
+  std::vector<CoordinateValue> configuration;         ///< of all coordinates, with the loops closed
+  std::vector<CoordinateValue> rates, accelerations;  ///< of independent coordinates; others are 0
+  double time = 0;                       ///< of loads that change with it, of payloads that come and go [s]
+  std::vector<std::string> independent;  ///< see InverseOptions
+  SpeedChoice speeds;                    ///< the equation in these, too; without any only as it is
+  std::set<EquationSection> sections;
+};
+
+/// One configuration; what was not asked for, or has no answer there, is empty.
+struct EquationsAtConfiguration {
+  std::vector<std::string> independent;  ///< d names
+  std::vector<bool> is_length;           ///< per independent coordinate: whether it is a length
+  std::vector<std::string> redundant;    ///< n names
+  std::vector<std::string> closures;     ///< per closure row: its joint
+  std::vector<std::string> actuators;
+  std::vector<bool> is_force;  ///< per actuator: whether its effort is a force
+  VectorX configuration;       ///< of all coordinates of the mechanism
+  VectorX q, dq, ddq;
+  std::optional<IndependentTerms> terms;
+  std::optional<SpeedTerms> in_speeds;
+  bool has_rate_constraints =
+      false;  ///< the mechanism itself does: the configuration has more freedoms than `independent`
+  std::vector<std::string> speeds, zero;  ///< their names, and those of what is zero
+  std::optional<RedundantTerms> loops;
+  std::optional<EffortBreakdown> split;
+  std::optional<EffortRegressor> regressor;
+  std::optional<natural::NaturalTerms> natural;
+  std::optional<Conditions> parameters;  ///< base_parameters
+  ConditionNames parameter_names;
+  double torque_scale =
+      0;  ///< of everything that moves times the mechanism's length [N m]: what round-off of forces is measured by
+  std::optional<VectorX>
+      diagonal_factors;  ///< k of u_k = k q̈_k: if nothing but a diagonal M′ is left there (P1 eq. 27, 28)
+  std::vector<std::string> notes;
+};
+
+struct EquationsReport {
+  MotionOutcome outcome;  ///< done, or why there are no equations there
+  EquationsAtConfiguration at;
+};
+
+/// @param symbols that base parameters are written in; empty: numbers only
+/// @throws std::invalid_argument for coordinates that do not exist or do not determine the motion
+EquationsReport compute_equations_at(const Mechanism& mechanism, const EquationsQuery& query,
+                                     const std::vector<GeometricSymbol>& symbols);
+
+/// The matrices at every sample of a run; row k belongs to result.time[k], entries row by row.
+struct EquationsAlongRun {
+  MotionOutcome outcome;
+  std::vector<std::string> independent, redundant, closures;
+  VectorX time;            ///< N [s]
+  Samples position;        ///< N×d: the independent coordinates
+  Samples mass;            ///< N×(d d)
+  Samples velocity;        ///< N×(d d d)
+  Samples viscous;         ///< N×(d d)
+  Samples static_terms;    ///< N×d
+  Samples transformation;  ///< N×(n d)
+  Samples constraints;     ///< N×(closure rows n)
+  Samples parts;           ///< N×(actuators parts); empty if the actuators do not fit
+};
+
+/// @param at with terms and loops
+EquationsAlongRun as_one_sample(const EquationsAtConfiguration& at);
+
+/// @param result a run of this mechanism that is done
+EquationsAlongRun compute_equations_along(const Mechanism& mechanism, const RunResult& result,
+                                          const std::vector<std::string>& independent);
+
+}  // namespace balance

@@ -1,0 +1,561 @@
+#include "balance/synthesis/formulas/formula_check.hpp"
+
+#include "balance/foundation/base/elementary.hpp"
+#include "balance/foundation/numerics/eigen_instantiations.hpp"
+#include "balance/foundation/numerics/extrema.hpp"
+#include "balance/mechanics/dynamics/inverse_dynamics.hpp"
+#include "balance/mechanics/model/validation.hpp"
+#include "balance/synthesis/formulas/formula_parser.hpp"
+#include "balance/synthesis/formulas/formula_sheet.hpp"
+#include "balance/synthesis/formulas/parameter_sampler.hpp"
+#include "balance/synthesis/verification/natural_points.hpp"
+#include "balance/synthesis/verification/natural_terms.hpp"
+
+#include <Eigen/QR>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <numbers>
+#include <random>
+#include <string>
+
+namespace balance::formulas {
+
+/// Holds formulas in natural coordinates against the second formulation.
+
+/// Mass matrix and C_P by label, as printed, against those of the second formulation; the constraints at its points, where they
+/// must vanish; their Jacobian against differences, which are exact for what is quadratic.
+/// @param names values of all names there; those of points are put in
+/// @param coordinates of all joints, with the loops closed
+/// @return the largest error, as part of what is of its kind
+double max_natural_error(const FormulaSheet& sheet, const std::map<std::string, std::string>& texts,
+                         const Mechanism& mechanism, std::map<std::string, double> names, const VectorX& coordinates);
+
+/// Holds a printed regressor against the engine's.
+
+/// One state of the tree and of the engine.
+struct RegressorState {
+  std::vector<double> y;  ///< per column, at which the loops are closed
+  VectorX dy, ddy;        ///< per column
+  MatrixX B;  ///< rates of the columns by those of the engine's independent coordinates, all of them actuated
+  VectorX q, rate, acceleration;  ///< the engine's state
+};
+
+/// @param texts by label, as printed; labels that are missing count as what they stand for
+/// @return the largest difference of BᵀY from the engine's regressor, as a part of what is added up; NaN if the engine has none
+double max_regressor_error(const FormulaSheet& sheet, const std::map<std::string, std::string>& texts,
+                           InverseDynamics& engine, const RegressorState& state);
+
+namespace {
+
+/// Round-off of thousands of terms is far below, a wrong term far above.
+constexpr double check_tolerance = 1e-9;
+constexpr int max_pose_attempts = 60;
+/// Of the states, and of poses that are tried with each draw of other numbers.
+constexpr int perturbed_state_count = 2, max_perturbed_pose_attempts = 6;
+/// Closures that others imply are so at poses that are exact but for round-off.
+constexpr double redundancy_threshold = 1e-7;
+constexpr double min_pose_regularity = 1e-2, closure_consistency_tolerance = 1e-10;
+
+class EngineComparison {
+ public:
+  EngineComparison(const FormulaSheet& sheet, const std::map<std::string, std::string>& texts,
+                   const Mechanism& mechanism, std::uint64_t seed)
+      : sheet_(sheet),
+        texts_(texts),
+        mechanism_(remove_unmodelled(mechanism)),
+        engine_(mechanism_),
+        random_(seed),
+        n_(static_cast<Eigen::Index>(sheet.equations.M.size())) {}
+
+  /// @return false if no pose was found from this random start
+  bool compare(double& error) {
+    VectorX y(n_);
+    VectorX q;
+    if (!find_pose(y) || !engine_pose(y, q)) return false;
+    const MatrixX A = jacobian(y), S = selection();
+    MatrixX both(A.rows() + S.rows(), n_);
+    both << A, S;
+    ColumnPivotingQr solver;
+    solver.setThreshold(redundancy_threshold);
+    solver.compute(both);
+    if (solver.rank() < n_) return false;
+    // near a singular pose round-off is no measure of formulas
+    if (n_ > 0 && std::abs(solver.matrixQR()(n_ - 1, n_ - 1)) < min_pose_regularity * solver.maxPivot()) return false;
+    MatrixX right = MatrixX::Zero(both.rows(), S.rows());
+    right.bottomRows(S.rows()).setIdentity();
+    const MatrixX B = solver.solve(right);
+    const VectorX v = random_vector(S.rows(), 1), a = random_vector(S.rows(), 1), dy = B * v;
+    VectorX bias_right = VectorX::Zero(both.rows());
+    bias_right.head(A.rows()) = -quadratic(y, dy);
+    const VectorX gamma = solver.solve(bias_right);
+    // where the pose is not exact, closures that others imply contradict them
+    if (max_abs(both * B - right) > closure_consistency_tolerance ||
+        max_abs(both * gamma - bias_right) > closure_consistency_tolerance)
+      return false;
+    const auto M = engine_.mass_matrix(q);
+    const auto h = engine_.bias(q, v);
+    if (!M || !h) return false;
+    const auto parts = tree_terms(y, B * a + gamma, dy);
+    const VectorX found = B.transpose() * parts.sum, expected = M.value * a + h.value;
+    const double scale = max_coefficient(B.cwiseAbs().transpose() * parts.size);
+    if (!found.allFinite() || !expected.allFinite()) return false;
+    error = std::max(error, max_abs(found - expected) / std::max(scale, 1e-300));
+    double others = max_derived_error(y);
+    if (sheet_.regressor)
+      others = std::max(others, max_regressor_error(sheet_, texts_, engine_, {list(y), dy, B * a + gamma, B, q, v, a}));
+    if (sheet_.natural && std::isfinite(others))
+      others = std::max(others, max_natural_error(sheet_, texts_, mechanism_, values_at(y).names, all_coordinates(y)));
+    error = std::max(error, others);
+    return std::isfinite(others);
+  }
+
+ private:
+  /// What formulas of the pose do not know, and what only gets in the engine's way.
+  static Mechanism remove_unmodelled(Mechanism mechanism) {
+    mechanism.friction.clear();
+    mechanism.loads.clear();
+    mechanism.constraints.clear();
+    for (Joint& joint : mechanism.joints) joint.slips = true;
+    const InverseDynamics chosen(mechanism);
+    mechanism.actuators.clear();  // efforts along the independent coordinates themselves
+    for (const std::string& name : chosen.independent())
+      for (std::size_t c = 0; c < mechanism.coordinates.size(); ++c)
+        if (mechanism.coordinates[c].name == name) mechanism.actuators.push_back(static_cast<int>(c));
+    return mechanism;
+  }
+
+  VectorX random_vector(Eigen::Index size, double reach) {
+    std::uniform_real_distribution<double> any(-reach, reach);
+    VectorX v(size);
+    for (double& x : v) x = any(random_);
+    return v;
+  }
+
+  static std::vector<double> list(const VectorX& y) { return {y.data(), y.data() + y.size()}; }
+
+  /// The values of all names at a pose; those of the last one are kept.
+  struct Values {
+    std::vector<double> pose, symbols, angles;
+    std::map<std::string, double> names;
+  };
+  const Values& values_at(const VectorX& y) {
+    if (values_.pose == list(y)) return values_;
+    values_ = {list(y), {}, {}, evaluate_names(sheet_, list(y))};
+    for (const Symbol& symbol : sheet_.ring->symbols()) values_.symbols.push_back(values_.names.at(symbol.name));
+    for (const Angle& angle : sheet_.ring->angles()) values_.angles.push_back(values_.names.at(angle.name));
+    return values_;
+  }
+
+  double polynomial_at(const Polynomial& p, const VectorX& y) {
+    if (p.is_zero()) return 0;
+    const Values& at = values_at(y);
+    return evaluate_polynomial(p, at.symbols, at.angles);
+  }
+
+  double printed_at(const std::string& label, const Polynomial& p, const VectorX& y) {
+    const auto text = texts_.find(label);
+    return text != texts_.end() ? evaluate_text(text->second, values_at(y).names) : polynomial_at(p, y);
+  }
+
+  /// Conditions, closures, what these are solved to and lengths of springs are made of entries that are compared with the engine: what
+  /// is printed must be what they are.
+  double max_derived_error(const VectorX& y) {
+    std::map<std::string, double> names = values_at(y).names;
+    double worst = 0;
+    for (std::size_t s = 0; s < sheet_.sections.size(); ++s)
+      for (std::size_t k = 0; k < sheet_.sections[s].formulas.size(); ++k) {
+        const SheetFormula& formula = sheet_.sections[s].formulas[k];
+        const SheetSectionKind section = sheet_.sections[s].section;
+        const bool derived = section == SheetSectionKind::conditions || section == SheetSectionKind::solved ||
+                             section == SheetSectionKind::closures || formula.name.ends_with("^2");
+        const auto text = texts_.find(text_key(s, k, formula.label()));
+        if (!derived || text == texts_.end()) continue;
+        const double below = polynomial_at(formula.denominator, y), value = polynomial_at(formula.value, y) / below;
+        if (formula.name == "Delta") names["Delta"] = value;
+        double size = 0;
+        for (const Term& term : formula.value.terms())
+          size += std::abs(polynomial_at(Polynomial::of_terms(sheet_.ring.get(), {term}), y) / below);
+        const double off = std::abs(evaluate_text(text->second, names) - value);
+        worst = std::max(worst, off / std::max(size, 1e-300));
+      }
+    return worst;
+  }
+
+  MatrixX jacobian(const VectorX& y) {
+    const Matrix& A = sheet_.equations.A;
+    MatrixX value(static_cast<Eigen::Index>(A.size()), n_);
+    for (std::size_t i = 0; i < A.size(); ++i)
+      for (std::size_t j = 0; j < A[i].size(); ++j)
+        value(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j)) =
+            printed_at("A" + index_text({i, j}, std::max(A.size(), A[i].size())), A[i][j], y);
+    return value;
+  }
+
+  /// Ȧ ẏ.
+  VectorX quadratic(const VectorX& y, const VectorX& dy) {
+    const SymbolicEquations& e = sheet_.equations;
+    VectorX sum = VectorX::Zero(static_cast<Eigen::Index>(e.A.size()));
+    for (std::size_t i = 0; i < e.A.size(); ++i)
+      for (std::size_t j = 0; j < e.A[i].size(); ++j)
+        for (Eigen::Index k = 0; k < n_; ++k)
+          sum[static_cast<Eigen::Index>(i)] +=
+              polynomial_at(column_derivative(e.tree, e.A[i][j], static_cast<int>(k)), y) *
+              dy[static_cast<Eigen::Index>(j)] * dy[k];
+    return sum;
+  }
+
+  /// Rows of the engine's independent coordinates in the tree's columns.
+  MatrixX selection() const {
+    const auto& names = engine_.independent();
+    MatrixX S = MatrixX::Zero(static_cast<Eigen::Index>(names.size()), n_);
+    for (std::size_t i = 0; i < names.size(); ++i)
+      for (const auto& [column, ratio] : follows_of(names[i]))
+        S(static_cast<Eigen::Index>(i), column) = evaluate_polynomial(ratio);
+    return S;
+  }
+
+  const std::vector<std::pair<int, Polynomial>>& follows_of(const std::string& coordinate) const {
+    static const std::vector<std::pair<int, Polynomial>> none;
+    const SymbolicTree& tree = sheet_.equations.tree;
+    for (std::size_t c = 0; c < mechanism_.coordinates.size(); ++c)
+      if (mechanism_.coordinates[c].name == coordinate && tree.coordinate_variable[c] >= 0)
+        return tree.variables[static_cast<std::size_t>(tree.coordinate_variable[c])].follows;
+    return none;
+  }
+
+  /// A random pose, from the rough values of the spec where there are loops, moved to where these close.
+  bool find_pose(VectorX& y) {
+    const SymbolicEquations& e = sheet_.equations;
+    y = random_vector(n_, e.closure.empty() ? 3 : 0.4);
+    for (const CoordinateValue& rough : mechanism_.assembly)
+      for (Eigen::Index c = 0; c < n_ && !e.closure.empty(); ++c)
+        if (e.tree.coordinates[static_cast<std::size_t>(c)] == rough.coordinate) y[c] += rough.value;
+    for (int step = 0; step < 50 && !e.closure.empty(); ++step) {
+      VectorX h(static_cast<Eigen::Index>(e.closure.size()));
+      for (std::size_t i = 0; i < e.closure.size(); ++i)
+        h[static_cast<Eigen::Index>(i)] = polynomial_at(e.closure[i], y);
+      CompleteOrthogonalDecomposition step_to;
+      step_to.setThreshold(redundancy_threshold);
+      step_to.compute(jacobian(y));
+      const VectorX change = step_to.solve(h);
+      y -= change;
+      if (max_abs(change) < 1e-14) break;
+    }
+    for (const Polynomial& h : e.closure)
+      if (!(std::abs(polynomial_at(h, y)) < 1e-12)) return false;
+    return true;
+  }
+
+  /// The engine's state there, to its last digits; it must be in the same assembly mode.
+  bool engine_pose(VectorX& y, VectorX& q) {
+    q = selection() * y;
+    closed_.resize(0);
+    if (sheet_.equations.closure.empty()) return true;
+    std::vector<CoordinateGuess> near;
+    for (Eigen::Index c = 0; c < n_; ++c) {
+      const int coordinate = sheet_.equations.tree.coordinates[static_cast<std::size_t>(c)];
+      near.push_back({mechanism_.coordinates[static_cast<std::size_t>(coordinate)].name, y[c]});
+    }
+    const auto found = engine_.assemble(q, near);
+    if (!found) return false;
+    for (Eigen::Index c = 0; c < n_; ++c) {
+      const double off = found.value[sheet_.equations.tree.coordinates[static_cast<std::size_t>(c)]] - y[c];
+      const double difference = std::remainder(off, 2 * std::numbers::pi);
+      if (std::abs(difference) > 1e-6) return false;
+      y[c] += difference;
+    }
+    closed_ = found.value;
+    return true;
+  }
+
+  /// Of all joints, those that close loops included.
+  VectorX all_coordinates(const VectorX& y) const {
+    if (closed_.size() > 0) return closed_;
+    const SymbolicTree& tree = sheet_.equations.tree;
+    VectorX all = VectorX::Zero(static_cast<Eigen::Index>(mechanism_.coordinates.size()));
+    for (std::size_t c = 0; c < mechanism_.coordinates.size(); ++c) {
+      if (tree.coordinate_variable[c] < 0) continue;
+      const JointVariable& variable = tree.variables[static_cast<std::size_t>(tree.coordinate_variable[c])];
+      double& x = all[static_cast<Eigen::Index>(c)];
+      x = evaluate_polynomial(variable.offset);
+      for (const auto& [column, ratio] : variable.follows) x += evaluate_polynomial(ratio) * y[column];
+    }
+    return all;
+  }
+
+  struct TreeTerms {
+    VectorX sum, size;  ///< and of the absolute values
+  };
+  /// M ÿ + D ẏ ẏ + z from what was printed.
+  TreeTerms tree_terms(const VectorX& y, const VectorX& ddy, const VectorX& dy) {
+    const SymbolicEquations& e = sheet_.equations;
+    TreeTerms terms{VectorX::Zero(n_), VectorX::Zero(n_)};
+    const auto n = static_cast<std::size_t>(n_);
+    const auto add = [&](std::size_t i, double x) {
+      terms.sum[static_cast<Eigen::Index>(i)] += x;
+      terms.size[static_cast<Eigen::Index>(i)] += std::abs(x);
+    };
+    const auto at = [](const VectorX& v, std::size_t i) { return v[static_cast<Eigen::Index>(i)]; };
+    for (std::size_t i = 0; i < n; ++i) {
+      add(i, printed_at("D" + index_text({i}, n), e.z[i], y));
+      for (std::size_t j = i; j < n; ++j) {
+        const double M = printed_at("D" + index_text({i, j}, n), e.M[i][j], y);
+        add(i, M * at(ddy, j));
+        if (j > i) add(j, M * at(ddy, i));
+      }
+      for (std::size_t j = 0; j < n; ++j)
+        for (std::size_t k = j; k < n; ++k) {
+          const double D = printed_at("D" + index_text({i, j, k}, n), e.D[i][j][k], y);
+          add(i, (j == k ? 1 : 2) * D * at(dy, j) * at(dy, k));
+        }
+    }
+    return terms;
+  }
+
+  const FormulaSheet& sheet_;
+  const std::map<std::string, std::string>& texts_;
+  const Mechanism mechanism_;
+  InverseDynamics engine_;
+  std::mt19937_64 random_;
+  Eigen::Index n_;
+  Values values_;
+  VectorX closed_;  ///< the engine's coordinates where there are loops
+};
+
+}  // namespace
+
+std::map<std::string, double> evaluate_names(const FormulaSheet& sheet, const std::vector<double>& y) {
+  const SymbolicEquations& e = sheet.equations;
+  std::map<std::string, double> values;
+  for (const Symbol& symbol : sheet.ring->symbols()) values[symbol.name] = symbol.value;
+  for (const Angle& angle : sheet.ring->angles()) values[angle.name] = angle.value;
+  std::vector<double> angles;
+  for (const JointVariable& variable : e.tree.variables) {
+    double x = evaluate_polynomial(variable.offset);
+    for (const auto& [column, ratio] : variable.follows)
+      x += evaluate_polynomial(ratio) * y[static_cast<std::size_t>(column)];
+    if (variable.index < 0) continue;
+    values[variable.is_angle ? sheet.ring->angle(variable.index).name : sheet.ring->symbol(variable.index).name] = x;
+  }
+  for (const AngleRelation& relation : e.tree.relations) {
+    double sum = 0;
+    for (const auto& [angle, multiple] : relation.multiples) sum += multiple * values[sheet.ring->angle(angle).name];
+    values[sheet.ring->angle(relation.angle).name] = sum;
+  }
+  std::vector<double> symbols;
+  for (const Symbol& symbol : sheet.ring->symbols()) symbols.push_back(values[symbol.name]);
+  for (const Angle& angle : sheet.ring->angles()) angles.push_back(values[angle.name]);
+  for (const auto& [symbol, square] : e.lengths)
+    values[sheet.ring->symbol(symbol).name] = std::sqrt(evaluate_polynomial(square, symbols, angles));
+  return values;
+}
+
+namespace {
+
+/// What is made of other symbols than the spec's.
+void update_aliases(const FormulaSheet& sheet, const Mechanism& mechanism) {
+  if (!sheet.natural) return;
+  if (const int unit = sheet.equations.tree.basic_points->length_symbol; unit >= 0)
+    sheet.ring->set_value(unit, natural::choose_basic_points(mechanism).length);
+  for (const auto& [symbol, sum] : sheet.natural->aliases) sheet.ring->set_value(symbol, evaluate_polynomial(sum));
+}
+
+/// States at other numbers. Counts what it found in `check`.
+void compare_at_perturbed_parameters(const FormulaSheet& sheet, const std::map<std::string, std::string>& texts,
+                                     const ParameterSampler& numbers, const FormulaCheckOptions& options,
+                                     FormulaCheck& check) {
+  const ParametricModel& model = *sheet.equations.tree.model;
+  std::mt19937_64 random(options.seed);
+  for (int draws = 0; check.perturbed_states < perturbed_state_count && draws < ParameterSampler::max_draws; ++draws) {
+    const std::vector<double> nodes = model.evaluate_nodes(numbers.draw(random, draws));
+    const Mechanism mechanism = model.build_mechanism(nodes);
+    if (!validate(mechanism).empty()) continue;
+    const ScopedSymbolValues values(*sheet.ring, nodes);
+    update_aliases(sheet, mechanism);
+    EngineComparison comparison(sheet, texts, mechanism, random());
+    bool found = false;
+    for (int tries = 0; !found && tries < max_perturbed_pose_attempts; ++tries) found = comparison.compare(check.error);
+    if (found) ++check.perturbed_states;
+  }
+  check.states += check.perturbed_states;
+}
+
+}  // namespace
+
+FormulaCheck check_against_engine(const FormulaSheet& sheet, const std::map<std::string, std::string>& texts,
+                                  const Mechanism& mechanism, const FormulaCheckOptions& options) {
+  FormulaCheck check;
+  EngineComparison comparison(sheet, texts, mechanism, options.seed);
+  const ParameterSampler numbers(*sheet.ring, *sheet.equations.tree.model);
+  if (options.with_perturbed_parameters && numbers.has_parameters())
+    compare_at_perturbed_parameters(sheet, texts, numbers, options, check);
+  if (options.with_perturbed_parameters && numbers.has_parameters() && check.perturbed_states == 0)
+    check.note = "not checked at other numbers: in " + std::to_string(ParameterSampler::max_draws) +
+                 " draws of them none was a mechanism that can be assembled";
+  for (int tries = 0; check.states < options.states && tries < max_pose_attempts; ++tries)
+    if (comparison.compare(check.error)) ++check.states;
+  check.is_consistent = check.states == options.states && check.error < check_tolerance;
+  if (check.states < options.states)
+    check.reason = "not enough poses were found at which the loops close";
+  else if (!check.is_consistent)
+    check.reason = "the formulas differ from the engine";
+  return check;
+}
+
+namespace {
+
+class NaturalComparison {
+ public:
+  NaturalComparison(const FormulaSheet& sheet, const std::map<std::string, std::string>& texts,
+                    natural::NaturalTerms expected, std::map<std::string, double> names)
+      : natural_(*sheet.natural),
+        texts_(texts),
+        ring_(*sheet.ring),
+        expected_(std::move(expected)),
+        names_(std::move(names)) {
+    for (std::size_t u = 0; u < natural_.unknowns.size(); ++u)
+      unknown(u) = expected_.position(static_cast<Eigen::Index>(u / 2), static_cast<Eigen::Index>(u % 2));
+  }
+
+  double error() { return std::max({mass_error(), coefficient_error(), constraint_error(), jacobian_error()}); }
+
+ private:
+  double& unknown(std::size_t u) { return names_[ring_.symbol(natural_.unknowns[u]).name]; }
+
+  double value(const std::string& label, const Polynomial& p) const {
+    if (p.is_zero()) return 0;
+    if (const auto text = texts_.find(label); text != texts_.end()) return evaluate_text(text->second, names_);
+    std::vector<double> symbols, angles;
+    for (const Symbol& symbol : ring_.symbols()) symbols.push_back(names_.at(symbol.name));
+    for (const Angle& angle : ring_.angles()) angles.push_back(names_.at(angle.name));
+    return evaluate_polynomial(p, symbols, angles);
+  }
+
+  double mass_error() const {
+    const std::size_t p = natural_.points.size();
+    double worst = 0;
+    for (std::size_t i = 0; i < p; ++i)
+      for (std::size_t j = i; j < p; ++j) {
+        const auto row = static_cast<Eigen::Index>(2 * i), column = static_cast<Eigen::Index>(2 * j);
+        const std::string indices = index_text({i, j}, p);
+        worst = std::max({worst, std::abs(value("Mre" + indices, natural_.mass[i][j].re) - expected_.mass(row, column)),
+                          std::abs(value("Mim" + indices, natural_.mass[i][j].im) - expected_.mass(row + 1, column))});
+      }
+    return worst / std::max(max_abs(expected_.mass), 1e-300);
+  }
+
+  double coefficient_error() const {
+    const std::size_t p = natural_.points.size();
+    double worst = 0, scale = 1e-300;
+    for (std::size_t i = 0; i < p; ++i) {
+      const std::complex<double> C = expected_.coefficients[i].coefficient;
+      const std::string indices = index_text({i}, p);
+      worst = std::max(worst, std::abs(std::complex<double>(value("Cre" + indices, natural_.coefficients[i].re),
+                                                            value("Cim" + indices, natural_.coefficients[i].im)) -
+                                       C));
+      scale = std::max(scale, std::abs(C));
+    }
+    return worst / scale;
+  }
+
+  double constraint(std::size_t r) const {
+    const std::size_t count = std::max(natural_.constraint.size(), natural_.unknowns.size());
+    return value("Phi" + index_text({r}, count), natural_.constraint[r]);
+  }
+
+  double constraint_error() const {
+    double worst = 0;
+    for (std::size_t r = 0; r < natural_.constraint.size(); ++r) worst = std::max(worst, std::abs(constraint(r)));
+    return worst / elementary::pow(expected_.unit + max_coordinate(), 2);
+  }
+
+  /// Farthest point from the origin [m].
+  double max_coordinate() const { return max_abs(expected_.position); }
+
+  double jacobian_error() {
+    const double step = expected_.unit + max_coordinate();
+    const std::size_t count = std::max(natural_.constraint.size(), natural_.unknowns.size());
+    double worst = 0, scale = 1e-300;
+    for (std::size_t u = 0; u < natural_.unknowns.size(); ++u)
+      for (std::size_t r = 0; r < natural_.constraint.size(); ++r) {
+        const double printed = value("G" + index_text({r, u}, count), natural_.jacobian[r][u]), here = unknown(u);
+        unknown(u) = here + step;
+        const double above = constraint(r);
+        unknown(u) = here - step;
+        const double below = constraint(r);
+        unknown(u) = here;
+        worst = std::max(worst, std::abs((above - below) / (2 * step) - printed));
+        scale = std::max({scale, std::abs(printed), (std::abs(above) + std::abs(below)) / step});
+      }
+    return worst / scale;
+  }
+
+  const NaturalEquations& natural_;
+  const std::map<std::string, std::string>& texts_;
+  const Ring& ring_;
+  natural::NaturalTerms expected_;
+  std::map<std::string, double> names_;
+};
+
+}  // namespace
+
+double max_natural_error(const FormulaSheet& sheet, const std::map<std::string, std::string>& texts,
+                         const Mechanism& mechanism, std::map<std::string, double> names, const VectorX& coordinates) {
+  natural::NaturalTerms expected = natural::compute_natural_terms(mechanism, coordinates);
+  if (expected.points != sheet.natural->points) return std::numeric_limits<double>::quiet_NaN();
+  return NaturalComparison(sheet, texts, std::move(expected), std::move(names)).error();
+}
+
+namespace {
+
+/// Every name's value, rates and accelerations included.
+std::map<std::string, double> names_of(const FormulaSheet& sheet, const RegressorState& state) {
+  auto names = evaluate_names(sheet, state.y);
+  const SymbolicRegressor& regressor = *sheet.regressor;
+  for (std::size_t c = 0; c < regressor.rates.size(); ++c) {
+    names[sheet.ring->symbol(regressor.rates[c]).name] = state.dy[static_cast<Eigen::Index>(c)];
+    names[sheet.ring->symbol(regressor.accelerations[c]).name] = state.ddy[static_cast<Eigen::Index>(c)];
+  }
+  return names;
+}
+
+MatrixX printed_regressor(const FormulaSheet& sheet, const std::map<std::string, std::string>& texts,
+                          const std::map<std::string, double>& names) {
+  std::vector<double> symbols, angles;
+  for (const Symbol& symbol : sheet.ring->symbols()) symbols.push_back(names.at(symbol.name));
+  for (const Angle& angle : sheet.ring->angles()) angles.push_back(names.at(angle.name));
+  const Matrix& Y = sheet.regressor->Y;
+  MatrixX value(static_cast<Eigen::Index>(Y.size()), static_cast<Eigen::Index>(sheet.regressor->parameters.size()));
+  for (std::size_t i = 0; i < Y.size(); ++i)
+    for (std::size_t p = 0; p < Y[i].size(); ++p) {
+      const auto text = texts.find("Y" + index_text({i, p}, std::max(Y.size(), Y[i].size())));
+      value(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(p)) =
+          text != texts.end() ? evaluate_text(text->second, names) : evaluate_polynomial(Y[i][p], symbols, angles);
+    }
+  return value;
+}
+
+}  // namespace
+
+double max_regressor_error(const FormulaSheet& sheet, const std::map<std::string, std::string>& texts,
+                           InverseDynamics& engine, const RegressorState& state) {
+  const auto expected = engine.regressor(state.q, state.rate, state.acceleration);
+  if (!expected) return std::numeric_limits<double>::quiet_NaN();
+  const MatrixX Y = printed_regressor(sheet, texts, names_of(sheet, state));
+  if (Y.cols() != expected.value.effort.cols()) return std::numeric_limits<double>::quiet_NaN();
+  const MatrixX found = state.B.transpose() * Y, size = state.B.cwiseAbs().transpose() * Y.cwiseAbs();
+  const auto kind = [&](Eigen::Index p) { return expected.value.parameters[static_cast<std::size_t>(p)].kind; };
+  std::map<ParameterKind, double> scale;  // a column of which nothing is left has the round-off of others of its unit
+  for (Eigen::Index p = 0; p < Y.cols(); ++p) scale[kind(p)] = std::max(scale[kind(p)], max_abs(size.col(p)));
+  double worst = 0;
+  for (Eigen::Index p = 0; p < Y.cols(); ++p) {
+    const double off = max_abs(found.col(p) - expected.value.effort.col(p));
+    worst = std::max(worst, off / std::max(scale[kind(p)], 1e-300));
+  }
+  return worst;
+}
+
+}  // namespace balance::formulas

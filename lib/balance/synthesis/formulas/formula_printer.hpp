@@ -1,0 +1,79 @@
+#pragma once
+/// Polynomials as text for people. Every text can be read back (formula_parser.hpp).
+///
+/// The rules, in this order: what all terms share is taken out (½ only where that is shorter); squares are recognised; where there
+/// are waves, terms go by wave, or by inertia with powers of sines and cosines where that is shorter; else fractions are kept
+/// apart, and of the forms grouped by inertia, by length and by Horner's rule the shortest is taken.
+
+#include "balance/synthesis/formulas/symbolic_polynomial.hpp"
+
+#include <map>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace balance::formulas {
+
+enum class PrintStyle { text, latex };
+
+/// `theta1` as \theta_{1}, `lg2` as l_{g2}, `tare2` as \mathrm{tare}_{2}.
+std::string latex_name(const std::string& name);
+
+class FormulaPrinter {
+ public:
+  explicit FormulaPrinter(Ring& ring, PrintStyle style = PrintStyle::text) : ring_(&ring), style_(style) {}
+
+  std::string print(const Polynomial& p);
+  /// With the ring's values in place of all symbols but coordinates, rates and named expressions.
+  std::string print_numbers(const Polynomial& p) const;
+  /// numerator / denominator, with what cancels cancelled as far as it is seen.
+  std::string print_ratio(const Polynomial& numerator, const Polynomial& denominator);
+  std::string symbol_text(int symbol) const;
+  std::string angle_text(int angle) const;
+
+ private:
+  /// An expression ready to print, how many symbols it shows, and whether it needs brackets in a product.
+  struct Printed {
+    std::string text;
+    int size = 0;
+    bool is_sum = false;
+  };
+  using Part = std::function<Term(const Term&)>;  ///< monomial and wave that a term is grouped by
+
+  // formula_printer.cpp
+  Printed format(const Polynomial& p, int depth);
+  Printed format_sum(const Polynomial& p, int depth);
+  Printed format_without_trigonometric(const Polynomial& p, int depth);
+  std::optional<Printed> factor_out_content(const Polynomial& p, int depth);
+  Printed square_of(const Polynomial& root, int depth);
+  std::optional<Printed> factor_out_number(const Polynomial& p, int depth);
+  Printed format_grouped(const Polynomial& p, const Part& part, int depth);
+  Printed group(const Term& key, const Polynomial& rest, int depth, bool& negative);
+
+  // formula_printer.cpp
+  std::string number(Rational value) const;
+  std::string factor(int symbol, int exponent) const;
+  std::string circular(const CircularFunction& function, int multiple_divided_by = 1) const;
+  std::string format_trigonometric(TrigonometricId wave) const;
+  Printed term(const Monomial& monomial, Rational factor, TrigonometricId wave) const;
+  Printed bracketed(Printed inner) const;
+  Printed divided(Printed above, const Printed& below) const;
+  Printed join_terms(const std::vector<std::pair<bool, Printed>>& parts) const;
+  std::vector<Term> sorted(const Polynomial& p) const;
+  std::string format_square(const std::string& text) const;
+
+  // formula_printer_squares.cpp
+  std::optional<Polynomial> square_root(const Polynomial& p) const;
+  std::optional<Polynomial> trigonometric_root(const Polynomial& p) const;
+  std::optional<Printed> format_squares(const Polynomial& p);
+  bool to_cosine_powers(const Polynomial& p, Polynomial& result);
+  Polynomial placeholder(const std::string& text, int exponent);
+
+  Ring* ring_;
+  PrintStyle style_;
+  std::map<std::string, int> scratch_;  ///< symbols that stand for text
+  bool number_is_out_ = false, squares_ = true;
+};
+
+}  // namespace balance::formulas

@@ -1,0 +1,428 @@
+#include "balance/synthesis/formulas/mechanism_symbols.hpp"
+
+#include "balance/synthesis/formulas/formula_parser.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <utility>
+
+namespace balance::formulas {
+
+namespace {
+
+constexpr const char* axis_letters[] = {"x", "y", "z"};
+/// Of a symmetric matrix: row, column, what it is called.
+struct Entry {
+  int row, column;
+  const char* name;
+};
+constexpr Entry inertia_entries[] = {{0, 0, "x"}, {1, 1, "y"}, {2, 2, "z"}, {0, 1, "xy"}, {0, 2, "xz"}, {1, 2, "yz"}};
+
+std::string item(const std::string& path, int k) { return path.empty() ? "" : path + "[" + std::to_string(k) + "]"; }
+std::string name_suffix(const std::string& name) { return "_" + name; }
+
+}  // namespace
+
+MechanismSymbols::MechanismSymbols(Ring& ring, const ParametricModel& model, const SpecNumberTexts& texts,
+                                   const TreeOptions& options)
+    : numbers_(ring, model, texts, options.expressions == ParameterExpressions::inlined),
+      mechanism_(model.mechanism()),
+      model_(model),
+      texts_(texts),
+      ring_(ring),
+      origin_(options.inertial == InertialParametrisation::about_origin) {}
+
+int MechanismSymbols::count_nonzero(const Vector3E& v) const {
+  return static_cast<int>(std::count_if(v.begin(), v.end(), [&](const Expression& x) { return !model_.is_zero(x); }));
+}
+
+/// The point that is named there, unless the place has been moved from it since (what rolls is held at its centre).
+const NamedPointOf<Expression>* MechanismSymbols::named_point(const std::string& path, int body,
+                                                              const Vector3E& position) const {
+  const auto text = texts_.numbers.find(path);
+  if (text == texts_.numbers.end()) return nullptr;
+  const auto& owner = mechanism_.bodies[static_cast<std::size_t>(body)];
+  for (const NamedPointE& point : owner.points)
+    if ((text->second == point.name || text->second == owner.name + "." + point.name) &&
+        model_.are_equal(point.position, position))
+      return &point;
+  return nullptr;
+}
+
+/// @param along name of the only coordinate that is not zero @param behind what follows x, y, z in the names of several
+Vector MechanismSymbols::position(const std::string& path, const Vector3E& position, const std::string& along,
+                                  const std::string& behind, SymbolKind kind) {
+  Vector at;
+  const bool alone = count_nonzero(position) == 1 && !along.empty();
+  for (int k = 0; k < 3; ++k)
+    at[static_cast<std::size_t>(k)] =
+        numbers_.polynomial_at(item(path, k), position[k], alone ? along : axis_letters[k] + behind, kind);
+  return at;
+}
+
+Vector MechanismSymbols::unnamed_point(const std::string& path, int body, const Vector3E& position,
+                                       const std::string& name) {
+  const auto [at, fresh] = points_.try_emplace(path);
+  if (!fresh) return at->second;
+  const std::string number = body == ground ? "" : std::to_string(body);
+  std::string along;
+  if (body != ground && count_nonzero(position) == 1 && has_length_.insert(body).second) along = "l" + number;
+  return at->second = this->position(path, position, along, name + number, SymbolKind::length);
+}
+
+Vector MechanismSymbols::referenced_point(const std::string& path, int body, const Vector3E& position) {
+  const auto& owner = mechanism_.bodies[static_cast<std::size_t>(body)];
+  const NamedPointE* named = named_point(path, body, position);
+  if (named == nullptr) return unnamed_point(path, body, position, "P");
+  const std::string section = body == ground ? "ground" : "bodies." + owner.name;
+  return unnamed_point(section + ".points." + named->name, body, position, named->name);
+}
+
+Vector MechanismSymbols::joint_point(int index, bool first) {
+  const auto& joint = mechanism_.joints[static_cast<std::size_t>(index)];
+  return referenced_point("joints." + joint.name + (first ? ".connects[0]" : ".connects[1]"),
+                          first ? joint.first : joint.second, first ? joint.point_first : joint.point_second);
+}
+
+Vector MechanismSymbols::spring_point(std::size_t index, bool first) {
+  const auto& spring = mechanism_.springs[index];
+  return referenced_point("springs." + spring.name + (first ? ".between[0]" : ".between[1]"),
+                          first ? spring.first : spring.second, first ? spring.point_first : spring.point_second);
+}
+
+RingSymmetric3<Polynomial> MechanismSymbols::inertia(const MassText& text) {
+  RingSymmetric3<Polynomial> J;
+  for (int k = 0; k < 6; ++k) {
+    if (planar() && k != 2) continue;
+    const auto [row, column, name] = inertia_entries[k];
+    const std::string path = planar() ? text.path + ".inertia" : item(text.path + ".inertia", k);
+    J[static_cast<std::size_t>(k)] = numbers_.polynomial_at(path, text.inertia(row, column),
+                                                            std::string("J") + name + text.name, SymbolKind::inertia);
+  }
+  return J;
+}
+
+Mass MechanismSymbols::about_com(const Polynomial& mass, const Vector& com, const MassText& text) {
+  Mass part;
+  part.mass = mass;
+  part.inertia = inertia(text);
+  return shift_origin(part, com);
+}
+
+Mass MechanismSymbols::about_origin(const std::string& name, const Expression& mass, const Vector3E& com,
+                                    const Matrix3E& inertia) {
+  Mass part;
+  const auto symbol = [&](const std::string& letter, const Expression& value, SymbolKind kind) {
+    inertial_.push_back(ring_.add_symbol(identifier_name(letter + name), kind, value));
+    return Polynomial::of_symbol(ring_, inertial_.back());
+  };
+  const Vector3E h = mass * com;
+  Matrix3E I = inertia;
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < 3; ++j) I(i, j) += mass * ((i == j ? com.squaredNorm() : Expression(0)) - com[i] * com[j]);
+  part.mass = symbol("m", mass, SymbolKind::mass);
+  for (int k = 0; k < (planar() ? 2 : 3); ++k)
+    part.moment[static_cast<std::size_t>(k)] =
+        symbol(std::string("m") + axis_letters[k], h[k], SymbolKind::first_moment);
+  if (planar()) {
+    part.inertia[2] = symbol("J", I(2, 2), SymbolKind::inertia);
+    return part;
+  }
+  for (int k = 0; k < 6; ++k) {
+    const auto [row, column, axes] = inertia_entries[k];
+    const std::string both = k < 3 ? std::string(axes) + axes : axes;
+    part.inertia[static_cast<std::size_t>(k)] = symbol("I" + both, I(row, column), SymbolKind::inertia);
+  }
+  return part;
+}
+
+Mass MechanismSymbols::body(int index) {
+  const auto& body = mechanism_.bodies[static_cast<std::size_t>(index)];
+  const std::string number = std::to_string(index), path = "bodies." + body.name;
+  if (origin_) return about_origin(number, body.mass, body.com, body.inertia);
+  const Polynomial mass = numbers_.polynomial_at(path + ".mass", body.mass, "m" + number, SymbolKind::mass);
+  const Vector com = position(path + ".com", body.com, "lg" + number, "g" + number, SymbolKind::com_coordinate);
+  return about_com(mass, com, {path, number, body.inertia});
+}
+
+/// Its own numbers, or a point of the body that carries it.
+Vector MechanismSymbols::attachment_position(const std::string& path, int body, const Vector3E& position,
+                                             const std::string& name) {
+  if (named_point(path + ".at", body, position) != nullptr) return referenced_point(path + ".at", body, position);
+  return this->position(path + ".at", position, "", name, SymbolKind::com_coordinate);
+}
+
+Vector MechanismSymbols::disc_position(int index) {
+  const auto& disc = mechanism_.discs[static_cast<std::size_t>(index)];
+  return attachment_position("discs." + disc.name, disc.body, disc.position, name_suffix(disc.name));
+}
+
+Mass MechanismSymbols::attachment(int index) {
+  const auto& extra = mechanism_.attachments[static_cast<std::size_t>(index)];
+  const bool payload = extra.kind == AttachmentKind::payload;
+  const std::string path = (payload ? "payloads." : "counterweights.") + extra.name, name = name_suffix(extra.name);
+  if (origin_) return about_origin(name, extra.mass, extra.position, extra.inertia);
+  const Polynomial mass = numbers_.polynomial_at(path + ".mass", extra.mass, "m" + name, SymbolKind::mass);
+  return about_com(mass, attachment_position(path, extra.body, extra.position, name), {path, name, extra.inertia});
+}
+
+Mass MechanismSymbols::disc(int index) {
+  const auto& disc = mechanism_.discs[static_cast<std::size_t>(index)];
+  const std::string path = "discs." + disc.name, name = name_suffix(disc.name);
+  if (origin_) return about_origin(name, disc.mass, Vector3E::Zero(), disc.inertia);
+  return about_com(numbers_.polynomial_at(path + ".mass", disc.mass, "m" + name, SymbolKind::mass), {},
+                   {path, name, disc.inertia});
+}
+
+bool MechanismSymbols::is_rotor(int index) const {
+  const auto& disc = mechanism_.discs[static_cast<std::size_t>(index)];
+  return !planar() && !origin_ && texts_.numbers.contains("discs." + disc.name + ".inertia.axial");
+}
+
+Mass MechanismSymbols::rotor(int index, int axis) {
+  const auto& disc = mechanism_.discs[static_cast<std::size_t>(index)];
+  const std::string path = "discs." + disc.name, name = name_suffix(disc.name);
+  const Vector3E& u = disc.axis;
+  const Expression axial = u.dot(disc.inertia * u);
+  const Expression transverse = (disc.inertia(0, 0) + disc.inertia(1, 1) + disc.inertia(2, 2) - axial) / 2;
+  Mass part;
+  part.mass = numbers_.polynomial_at(path + ".mass", disc.mass, "m" + name, SymbolKind::mass);
+  for (int k = 0; k < 3; ++k)
+    part.inertia[static_cast<std::size_t>(k)] =
+        k == axis ? numbers_.polynomial_at(path + ".inertia.axial", axial, "Ja" + name, SymbolKind::inertia)
+                  : numbers_.polynomial_at(path + ".inertia.transverse", transverse, "Jt" + name, SymbolKind::inertia);
+  return part;
+}
+
+Vector MechanismSymbols::gravity() {
+  const Vector3E& g = mechanism_.gravity;
+  Vector at;
+  for (int k = 0; k < 3; ++k) {
+    const std::string name = count_nonzero(g) == 1 ? "g" : std::string("g") + axis_letters[k];
+    const bool down = g[k].is_constant() && g[k].value() < 0;  // g is what weighs
+    const Polynomial value =
+        numbers_.polynomial_at(down ? "" : item("gravity", k), down ? -g[k] : g[k], name, SymbolKind::gravity);
+    at[static_cast<std::size_t>(k)] = down ? -value : value;
+  }
+  return at;
+}
+
+Polynomial MechanismSymbols::ratio(int index) {
+  const auto& disc = mechanism_.discs[static_cast<std::size_t>(index)];
+  return numbers_.polynomial_at("discs." + disc.name + ".ratio", disc.ratio, "n_" + disc.name, SymbolKind::ratio);
+}
+
+Polynomial MechanismSymbols::coupling_ratio(std::size_t c) {
+  return numbers_.polynomial_at("couplings[" + std::to_string(c) + "].ratio", mechanism_.couplings[c].ratio,
+                                "n" + std::to_string(c + 1), SymbolKind::ratio);
+}
+
+Polynomial MechanismSymbols::coupling_offset(std::size_t c) {
+  return numbers_.polynomial_at("couplings[" + std::to_string(c) + "].offset", mechanism_.couplings[c].offset,
+                                "o" + std::to_string(c + 1), SymbolKind::dimensionless);
+}
+
+Polynomial MechanismSymbols::disc_term(int index, std::size_t k) {
+  const auto& disc = mechanism_.discs[static_cast<std::size_t>(index)];
+  const auto& term = disc.follows.terms[k];
+  const std::string& leader = mechanism_.coordinates[static_cast<std::size_t>(term.coordinate)].name;
+  return numbers_.polynomial_at("discs." + disc.name + ".follows." + leader, term.ratio,
+                                "n_" + disc.name + "_" + leader, SymbolKind::ratio);
+}
+
+Polynomial MechanismSymbols::coupling_term(std::size_t c, std::size_t k) {
+  const auto& term = mechanism_.couplings[c].leader.terms[k];
+  const std::string& leader = mechanism_.coordinates[static_cast<std::size_t>(term.coordinate)].name;
+  return numbers_.polynomial_at("couplings[" + std::to_string(c) + "].follows." + leader, term.ratio,
+                                "n" + std::to_string(c + 1) + "_" + leader, SymbolKind::ratio);
+}
+
+Polynomial MechanismSymbols::stiffness(std::size_t s) {
+  const auto& spring = mechanism_.springs[s];
+  return numbers_.polynomial_at("springs." + spring.name + ".stiffness", spring.stiffness, "k_" + spring.name,
+                                SymbolKind::stiffness);
+}
+
+Polynomial MechanismSymbols::free_length(std::size_t s) {
+  const auto& spring = mechanism_.springs[s];
+  return numbers_.polynomial_at("springs." + spring.name + ".free_length", spring.free_length, "l0_" + spring.name,
+                                SymbolKind::length);
+}
+
+/// As its spec has it: by itself, or by where the spring rests.
+Polynomial MechanismSymbols::preload(std::size_t s) {
+  const auto& spring = mechanism_.springs[s];
+  const std::string path = "springs." + spring.name;
+  if (!texts_.numbers.contains(path + ".rest"))
+    return numbers_.polynomial_at(path + ".preload", spring.preload, "p_" + spring.name, SymbolKind::stiffness);
+  if (model_.is_zero(spring.preload)) return {};
+  // without a stiffness it rests where it would with another
+  const Expression rest = select(equal(spring.stiffness, 0),
+                                 model_.perturbed_value(spring.preload) / model_.perturbed_value(spring.stiffness),
+                                 spring.preload / spring.stiffness);
+  return stiffness(s) * numbers_.polynomial_at(path + ".rest", rest, "q0_" + spring.name, SymbolKind::com_coordinate);
+}
+
+Vector MechanismSymbols::wheel_centre_offset(int index) {
+  const auto& joint = mechanism_.joints[static_cast<std::size_t>(index)];
+  const Polynomial r =
+      numbers_.polynomial_at("joints." + joint.name + ".radius", joint.radius, "r_" + joint.name, SymbolKind::length);
+  Vector up;
+  for (int k = 0; k < 3; ++k) {
+    if (model_.is_zero(joint.axis[k])) continue;
+    const double along = joint.axis[k].value();
+    if (!joint.axis[k].is_constant() || std::abs(along) != 1)
+      throw FormulaError("joint " + joint.name + " rolls on a plane that is not across an axis of its body");
+    up[static_cast<std::size_t>(k)] = along > 0 ? r : -r;
+  }
+  return up;
+}
+
+std::string MechanismSymbols::coordinate_name(int index) const {
+  const Coordinate& coordinate = mechanism_.coordinates[static_cast<std::size_t>(index)];
+  const std::string& name = coordinate.name;
+  const bool numbered = name.size() > 1 && name[0] == 'J' && name.find_first_not_of("0123456789", 1) > name.size();
+  if (!numbered) return identifier_name(name);
+  return (coordinate.kind == CoordinateKind::angle ? "theta" : "d") + name.substr(1);
+}
+
+/// Expressions of the spec over its parameters.
+struct ParameterFactory {
+  SpecSymbols& numbers;
+
+  static Polynomial number(const std::string& text) { return {Rational::parse(text)}; }
+  Polynomial name(const std::string& name) const { return numbers.parameter(name); }
+  static bool is_function(const std::string&) { return true; }
+  static Polynomial call(const std::string& function, const Polynomial&) {
+    throw FormulaError(function + " is no polynomial");
+  }
+  static Polynomial power(const Polynomial& base, int exponent) { return formulas::power(base, exponent); }
+  static Polynomial quotient(const Polynomial& a, const Polynomial& b) { return a * formulas::power(b, -1); }
+};
+
+namespace {
+
+bool is_equal_to_rounding(double a, double b) { return std::abs(a - b) <= 1e-12 * (std::abs(a) + std::abs(b)); }
+
+/// The spec's unit here, if it is a short number.
+bool unit_of(double ratio, Rational& unit) {
+  if (!std::isfinite(ratio) || ratio == 0) return false;
+  char text[40];
+  std::snprintf(text, sizeof text, "%.6g", ratio);
+  if (!is_equal_to_rounding(std::strtod(text, nullptr), ratio)) return false;
+  unit = Rational::parse(text);
+  return true;
+}
+
+}  // namespace
+
+SpecSymbols::SpecSymbols(Ring& ring, const ParametricModel& model, const SpecNumberTexts& texts, bool put_in)
+    : ring_(&ring), model_(&model), texts_(&texts), is_inlining_(put_in) {
+  for (const ParameterText& parameter : texts.parameters) definitions_[parameter.name] = parameter.text;
+  for (const NamedExpression& parameter : model.parameters())
+    symbols_[parameter.name] =
+        ring.add_symbol(identifier_name(parameter.name), SymbolKind::dimensionless, parameter.value);
+  for (const Symbol& symbol : ring.symbols()) perturbed_values_.push_back(model.perturbed_value(symbol.source));
+}
+
+Polynomial SpecSymbols::parameter(const std::string& name) {
+  const auto known = symbols_.find(name);
+  if (known == symbols_.end()) throw FormulaError(name + " is no parameter");
+  const std::string& text = definitions_[name];
+  const bool expression =
+      text.find_first_of("+*/^") != std::string::npos ||
+      text.find_first_of("abcdfghijklmnopqrstuvwxyzABCDFGHIJKLMNOPQRSTUVWXYZ_") != std::string::npos;
+  Polynomial found;
+  if (is_inlining_ && expression && in_progress_.insert(name).second) {
+    const bool is_read = read(text, Expression(ring_->symbol(known->second).source), SymbolKind::dimensionless, found);
+    in_progress_.erase(name);
+    if (is_read) return found;
+  }
+  return Polynomial::of_symbol(*ring_, known->second);
+}
+
+/// Two numbers that agree here and elsewhere are the same one.
+bool SpecSymbols::read(const std::string& text, const Expression& source, SymbolKind kind, Polynomial& found) try {
+  ParameterFactory make{*this};
+  found = FormulaParser<Polynomial, ParameterFactory>(text, make).read();
+  if (found.ring() == nullptr) return false;
+  const double elsewhere = model_->perturbed_value(source), written = evaluate_polynomial(found, perturbed_values_, {});
+  if (!is_equal_to_rounding(written, elsewhere)) {
+    Rational unit = 1;
+    if (!unit_of(elsewhere / written, unit)) return false;
+    found = found * Polynomial(unit);
+  }
+  if (!is_equal_to_rounding(evaluate_polynomial(found), source.value()) ||
+      !is_equal_to_rounding(evaluate_polynomial(found, perturbed_values_, {}), elsewhere))
+    return false;
+  if (found.size() == 1 && found.terms()[0].monomial.size() == 1) {
+    const int symbol = found.terms()[0].monomial.symbol(0);
+    if (ring_->symbol(symbol).kind == SymbolKind::dimensionless) ring_->set_kind(symbol, kind);
+  }
+  return true;
+} catch (const FormulaError&) {
+  return false;  // it is no polynomial: the number gets a symbol
+}
+
+Polynomial SpecSymbols::polynomial_at(const std::string& path, const Expression& source, const std::string& name,
+                                      SymbolKind kind) {
+  if (path.empty()) return find(path, source, name, kind);
+  const auto known = known_.find(path);
+  if (known != known_.end()) return known->second;
+  return known_[path] = find(path, source, name, kind);
+}
+
+Polynomial SpecSymbols::find(const std::string& path, const Expression& source, const std::string& name,
+                             SymbolKind kind) {
+  if (model_->is_zero(source)) return {};
+  const auto text = texts_->numbers.find(path);
+  if (text != texts_->numbers.end()) {
+    const auto known = symbols_.find(text->second);
+    if (kind == SymbolKind::ratio && known != symbols_.end() &&
+        is_equal_to_rounding(perturbed_values_[static_cast<std::size_t>(known->second)],
+                             model_->perturbed_value(source))) {
+      ring_->set_kind(known->second, kind);
+      return Polynomial::of_symbol(*ring_, known->second);
+    }
+    Polynomial found;
+    if (read(text->second, source, kind, found)) return found;
+  }
+  const double value = source.value();
+  if (kind == SymbolKind::ratio && source.is_constant() && std::abs(value) == 1) return {value < 0 ? -1 : 1};
+  return Polynomial::of_symbol(*ring_, ring_->add_symbol(identifier_name(name), kind, source));
+}
+
+namespace {
+
+/// UTF-8 and what formulas and programs write for it.
+constexpr std::pair<const char*, const char*> greek_letter_names[] = {
+    {"α", "alpha"}, {"β", "beta"},  {"γ", "gamma"}, {"δ", "delta"},  {"ε", "epsilon"}, {"ζ", "zeta"},   {"η", "eta"},
+    {"θ", "theta"}, {"ι", "iota"},  {"κ", "kappa"}, {"λ", "lambda"}, {"μ", "mu"},      {"µ", "mu"},     {"ν", "nu"},
+    {"ξ", "xi"},    {"π", "pi"},    {"ρ", "rho"},   {"σ", "sigma"},  {"τ", "tau"},     {"φ", "phi"},    {"χ", "chi"},
+    {"ψ", "psi"},   {"ω", "omega"}, {"Γ", "Gamma"}, {"Δ", "Delta"},  {"Θ", "Theta"},   {"Λ", "Lambda"}, {"Ξ", "Xi"},
+    {"Π", "Pi"},    {"Σ", "Sigma"}, {"Φ", "Phi"},   {"Ψ", "Psi"},    {"Ω", "Omega"}};
+
+std::string greek_written_out(std::string name) {
+  for (const auto& [letter, word] : greek_letter_names)
+    for (std::size_t at = name.find(letter); at != std::string::npos; at = name.find(letter, at))
+      name.replace(at, std::string(letter).size(), word);
+  return name;
+}
+
+}  // namespace
+
+std::string identifier_name(const std::string& name) {
+  std::string plain;
+  for (const char c : greek_written_out(name)) {
+    const bool good = std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '_';
+    plain += good ? c : '_';
+  }
+  for (const char* taken : {"sin", "cos", "sqrt", "pi"})
+    if (plain == taken) plain += '_';
+  if (plain.empty() || std::isdigit(static_cast<unsigned char>(plain[0])) != 0) plain.insert(plain.begin(), 'x');
+  return plain;
+}
+
+}  // namespace balance::formulas

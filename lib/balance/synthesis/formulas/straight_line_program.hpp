@@ -1,0 +1,114 @@
+#pragma once
+/// Straight-line programs: expressions in which what is alike is calculated once. A second ring for the recursions.
+/// Private to synthesis.
+
+#include "balance/synthesis/formulas/symbolic_recursion.hpp"
+
+#include <cstdint>
+#include <map>
+#include <string>
+#include <unordered_map>
+#include <vector>
+
+namespace balance::formulas {
+
+enum class ProgramOperation { constant, input, sum, difference, product, negative, cosine, sine, root, inverse };
+
+/// Operations of one number.
+constexpr bool is_unary(ProgramOperation operation) { return operation >= ProgramOperation::negative; }
+
+struct ProgramNode {
+  ProgramOperation operation = ProgramOperation::constant;
+  int a = 0, b = 0;
+  double value = 0;                 ///< of a constant
+  std::string name;                 ///< of a leaf
+  bool is_state_dependent = false;  ///< it depends on the state: else it is calculated once per mechanism
+};
+
+/// Operations in the order in which they can be done, each once.
+class StraightLineProgram {
+ public:
+  static constexpr std::size_t max_nodes = 500'000;
+
+  int add_constant(double value);
+  int add_input(const std::string& name, bool moves);
+  int add_operation(ProgramOperation operation, int a, int b);
+  const ProgramNode& operator[](int index) const { return nodes_[static_cast<std::size_t>(index)]; }
+  std::size_t size() const { return nodes_.size(); }
+
+ private:
+  int add(ProgramNode node);
+  std::vector<ProgramNode> nodes_;
+  std::map<double, int> constants_;
+  std::map<std::string, int> leaves_;
+  std::unordered_map<std::uint64_t, int> known_;
+};
+
+/// A node as a number that calculates. Plain numbers know no arena until they meet one that does.
+class ProgramValue {
+ public:
+  ProgramValue() = default;
+  ProgramValue(double value) : value_(value) {}  // NOLINT(google-explicit-constructor)
+  ProgramValue(int value) : value_(value) {}     // NOLINT(google-explicit-constructor)
+  ProgramValue(StraightLineProgram& arena, int node);
+
+  bool is(double value) const { return arena_ == nullptr && value_ == value; }
+  bool is_number() const { return arena_ == nullptr; }
+  double value() const { return value_; }
+  /// The node, made in an arena if it is a plain number.
+  int node(StraightLineProgram& arena) const { return arena_ == nullptr ? arena.add_constant(value_) : node_; }
+
+  ProgramValue operator-() const;
+  friend ProgramValue operator+(const ProgramValue& a, const ProgramValue& b);
+  friend ProgramValue operator-(const ProgramValue& a, const ProgramValue& b);
+  friend ProgramValue operator*(const ProgramValue& a, const ProgramValue& b);
+
+ private:
+  bool is_negative() const;
+  ProgramValue opposite() const;
+  StraightLineProgram* arena_ = nullptr;
+  int node_ = 0;
+  double value_ = 0;
+};
+
+/// The recursions' numbers as nodes of a straight-line program.
+class ProgramFactory {
+ public:
+  /// @param angles, symbols what stands for those that move; others are leaves
+  ProgramFactory(StraightLineProgram& arena, const Ring& ring) : arena_(arena), ring_(ring) {}
+
+  void bind_angle(int angle, const ProgramValue& value) { angles_[angle] = value; }
+  void bind_symbol(int symbol, const ProgramValue& value) { symbols_[symbol] = value; }
+
+  ProgramValue symbol(int index) {
+    const auto moving = symbols_.find(index);
+    return moving != symbols_.end() ? moving->second : leaf(ring_.symbol(index).name, false);
+  }
+  ProgramValue circular(int angle, bool sine) {
+    return unary(sine ? ProgramOperation::sine : ProgramOperation::cosine, angle_of(angle));
+  }
+  ProgramValue convert(const Polynomial& p);
+  ProgramValue unary(ProgramOperation operation, const ProgramValue& of) {
+    const int node = of.node(arena_);
+    return {arena_, arena_.add_operation(operation, node, node)};
+  }
+  ProgramValue root(const ProgramValue& of) { return unary(ProgramOperation::root, of); }
+  ProgramValue inverse(const ProgramValue& of) { return unary(ProgramOperation::inverse, of); }
+  ProgramValue leaf(const std::string& name, bool moves) { return {arena_, arena_.add_input(name, moves)}; }
+
+ private:
+  ProgramValue angle_of(int angle) {
+    const auto moving = angles_.find(angle);
+    return moving != angles_.end() ? moving->second : leaf(ring_.angle(angle).name, false);
+  }
+  ProgramValue wave(const CircularFunction& function);
+
+  StraightLineProgram& arena_;
+  const Ring& ring_;
+  std::map<int, ProgramValue> angles_, symbols_;
+};
+
+/// Torques of the tree's columns for the states `q[i]`, `dq[i]`, `ddq[i]`; springs included.
+std::vector<ProgramValue> build_torque_program(StraightLineProgram& arena, Ring& ring, const SymbolicTree& tree);
+
+}  // namespace balance::formulas

@@ -1,0 +1,286 @@
+#pragma once
+/// Inverse dynamics over any ring. Source: R. Featherstone, Rigid Body
+/// Dynamics Algorithms, section 5.3. Of the ring's maker it asks for R root(const R&) and R inverse(const R&), too: springs have
+/// lengths. Private to synthesis.
+
+#include "balance/synthesis/formulas/symbolic_tree.hpp"
+
+#include <vector>
+
+namespace balance::formulas {
+
+/// The frames of a tree over any ring R of scalars. A ring's maker knows what its numbers are:
+///     R of(const Polynomial&)          a polynomial of symbols alone
+///     R circular(int angle, bool sine) cos or sin of an angle
+///     R symbol(int index)
+
+/// What the recursions know of one frame over R.
+template <class R>
+struct FrameOf {
+  const SymbolicFrame* frame = nullptr;
+  RingVector3<R> offset;  ///< in the parent's axes, slide included
+  R cosine = R(1), sine = R(0);
+  RigidBodyInertia<R> mass;
+};
+
+template <class R, class Maker>
+RingVector3<R> convert_vector(const Vector& v, Maker& make) {
+  return {make.convert(v[0]), make.convert(v[1]), make.convert(v[2])};
+}
+
+template <class R, class Maker>
+std::vector<FrameOf<R>> make_frames(const SymbolicTree& tree, Maker& make) {
+  std::vector<FrameOf<R>> frames;
+  for (const SymbolicFrame& frame : tree.frames) {
+    FrameOf<R> over;
+    over.frame = &frame;
+    over.offset = convert_vector<R>(frame.offset, make);
+    if (frame.slide >= 0) {
+      R& along = over.offset[static_cast<std::size_t>(frame.axis)];
+      along = frame.sign > 0 ? along + make.symbol(frame.slide) : along - make.symbol(frame.slide);
+    }
+    if (frame.angle >= 0) {
+      over.cosine = make.circular(frame.angle, false);
+      over.sine = make.circular(frame.angle, true);
+      if (frame.sign < 0) over.sine = -over.sine;
+    }
+    over.mass.mass = make.convert(frame.mass.mass);
+    over.mass.moment = convert_vector<R>(frame.mass.moment, make);
+    for (std::size_t k = 0; k < 6; ++k) over.mass.inertia[k] = make.convert(frame.mass.inertia[k]);
+    frames.push_back(std::move(over));
+  }
+  return frames;
+}
+
+/// A frame's axes → its parent's.
+template <class R>
+RingVector3<R> to_parent(const FrameOf<R>& at, const RingVector3<R>& v) {
+  const SymbolicFrame& frame = *at.frame;
+  RingVector3<R> turned;
+  for (std::size_t k = 0; k < 3; ++k)
+    turned[static_cast<std::size_t>(frame.axes[k])] = frame.signs[k] > 0 ? v[k] : -v[k];
+  if (frame.angle < 0) return turned;
+  const auto i = static_cast<std::size_t>((frame.axis + 1) % 3), j = static_cast<std::size_t>((frame.axis + 2) % 3);
+  turned[i] = at.cosine * v[i] - at.sine * v[j];
+  turned[j] = at.sine * v[i] + at.cosine * v[j];
+  return turned;
+}
+
+/// A parent's axes → the frame's.
+template <class R>
+RingVector3<R> to_frame(const FrameOf<R>& at, const RingVector3<R>& v) {
+  const SymbolicFrame& frame = *at.frame;
+  RingVector3<R> turned;
+  for (std::size_t k = 0; k < 3; ++k) {
+    const R& component = v[static_cast<std::size_t>(frame.axes[k])];
+    turned[k] = frame.signs[k] > 0 ? component : -component;
+  }
+  if (frame.angle < 0) return turned;
+  const auto i = static_cast<std::size_t>((frame.axis + 1) % 3), j = static_cast<std::size_t>((frame.axis + 2) % 3);
+  turned[i] = at.cosine * v[i] + at.sine * v[j];
+  turned[j] = at.cosine * v[j] - at.sine * v[i];
+  return turned;
+}
+
+template <class R>
+RingSymmetric3<R> to_parent(const FrameOf<R>& at, const RingSymmetric3<R>& I) {
+  const SymbolicFrame& frame = *at.frame;
+  RingSymmetric3<R> turned;
+  const auto place = [&](std::size_t k) { return static_cast<std::size_t>(frame.axes[k]); };
+  for (std::size_t k = 0; k < 3; ++k) turned[place(k)] = I[k];
+  for (std::size_t a = 0; a < 3; ++a)
+    for (std::size_t b = a + 1; b < 3; ++b) {
+      const R& entry = I[off_diagonal_index(a, b)];
+      turned[off_diagonal_index(place(a), place(b))] = frame.signs[a] * frame.signs[b] > 0 ? entry : -entry;
+    }
+  if (frame.angle < 0) return turned;
+  const auto k = static_cast<std::size_t>(frame.axis), i = (k + 1) % 3, j = (k + 2) % 3;
+  const std::size_t ij = off_diagonal_index(i, j), ik = off_diagonal_index(i, k), jk = off_diagonal_index(j, k);
+  const R &c = at.cosine, &s = at.sine;
+  const R u = (I[i] - I[j]) * s + R(2) * (I[ij] * c);
+  turned[i] = I[i] - s * u;
+  turned[j] = I[j] + s * u;
+  turned[ij] = c * u - I[ij];
+  turned[ik] = c * I[ik] - s * I[jk];
+  turned[jk] = s * I[ik] + c * I[jk];
+  return turned;
+}
+
+template <class R>
+RigidBodyInertia<R> to_parent(const FrameOf<R>& at, const RigidBodyInertia<R>& mass) {
+  return shift_origin(RigidBodyInertia<R>{mass.mass, to_parent(at, mass.moment), to_parent(at, mass.inertia)},
+                      at.offset);
+}
+
+/// Rate and acceleration of every variable over R.
+template <class R>
+struct VariableRates {
+  std::vector<R> rate, acceleration;
+};
+
+/// Of one frame, in its axes; what its joint transmits about its origin.
+template <class R>
+struct FrameMotion {
+  RingVector3<R> w, dw, a, force, couple;
+};
+
+/// Springs between points pull at the frames. Each is written once: positions in the world from the frames below, forces in their axes.
+template <class R, class Maker>
+void apply_point_springs(const SymbolicTree& tree, Maker& make, const std::vector<FrameOf<R>>& frames,
+                         std::vector<FrameMotion<R>>& motions) {
+  const auto parent = [&](int frame) { return tree.frames[static_cast<std::size_t>(frame)].parent; };
+  const auto at = [&](int frame) -> const FrameOf<R>& { return frames[static_cast<std::size_t>(frame)]; };
+  const auto in_world = [&](const FramePoint& place) {
+    RingVector3<R> p = convert_vector<R>(place.at, make);
+    for (int frame = place.frame; frame > 0; frame = parent(frame)) p = at(frame).offset + to_parent(at(frame), p);
+    return p;
+  };
+  const auto in_frame = [&](int frame, RingVector3<R> v) {
+    std::vector<int> chain;
+    for (int k = frame; k > 0; k = parent(k)) chain.push_back(k);
+    for (auto k = chain.rbegin(); k != chain.rend(); ++k) v = to_frame(at(*k), v);
+    return v;
+  };
+  const auto transmit = [&](const FramePoint& place, const RingVector3<R>& force) {
+    FrameMotion<R>& m = motions[static_cast<std::size_t>(place.frame)];
+    m.force = m.force + force;
+    m.couple = m.couple + cross(convert_vector<R>(place.at, make), force);
+  };
+  for (const LinearSpring& spring : tree.springs) {
+    const RingVector3<R> d = in_world(spring.b) - in_world(spring.a);
+    R tension = make.convert(spring.stiffness);  // per length
+    if (spring.length >= 0)
+      tension = tension - tension * make.convert(spring.free_length) * make.inverse(make.root(dot(d, d)));
+    const RingVector3<R> force = scale_vector(tension, d);
+    transmit(spring.b, in_frame(spring.b.frame, force));
+    transmit(spring.a, in_frame(spring.a.frame, RingVector3<R>{-force[0], -force[1], -force[2]}));
+  }
+}
+
+/// Torques of the columns; weight and springs included.
+template <class R, class Maker>
+std::vector<R> newton_euler_torques(const SymbolicTree& tree, Maker& make, const VariableRates<R>& rates) {
+  using Motion = FrameMotion<R>;
+  const RingVector3<R> zero{R(0), R(0), R(0)};
+  const std::vector<FrameOf<R>> frames = make_frames<R>(tree, make);
+  std::vector<Motion> all(frames.size(), Motion{zero, zero, zero, zero, zero});
+  all[0].a = zero - convert_vector<R>(tree.gravity, make);
+  for (std::size_t i = 1; i < frames.size(); ++i) {
+    const FrameOf<R>& at = frames[i];
+    const SymbolicFrame& frame = *at.frame;
+    const Motion& parent = all[static_cast<std::size_t>(frame.parent)];
+    Motion& m = all[i];
+    const RingVector3<R> wr = cross(parent.w, at.offset);
+    m.w = to_frame(at, parent.w), m.dw = to_frame(at, parent.dw);
+    m.a = to_frame(at, parent.a + (cross(parent.dw, at.offset) + cross(parent.w, wr)));
+    if (frame.variable >= 0) {
+      const R& v = rates.rate[static_cast<std::size_t>(frame.variable)];
+      const R& dv = rates.acceleration[static_cast<std::size_t>(frame.variable)];
+      const RingVector3<R> ev = unit_vector(frame.axis, frame.sign > 0 ? v : -v);
+      const RingVector3<R> edv = unit_vector(frame.axis, frame.sign > 0 ? dv : -dv);
+      const RingVector3<R> coriolis = cross(m.w, ev);
+      if (frame.angle >= 0) {
+        m.dw = m.dw + (coriolis + edv);
+        m.w = m.w + ev;
+      } else {
+        m.a = m.a + (edv + (coriolis + coriolis));
+      }
+    }
+    const auto& [mass, h, I] = at.mass;
+    m.force = scale_vector(mass, m.a) + (cross(m.dw, h) + cross(m.w, cross(m.w, h)));
+    m.couple = I * m.dw + (cross(m.w, I * m.w) + cross(h, m.a));
+  }
+  apply_point_springs(tree, make, frames, all);
+  std::vector<R> torque(tree.columns.size(), R(0));
+  for (const JointSpring& spring : tree.joint_springs) {
+    const R force = make.convert(spring.stiffness) * make.symbol(spring.symbol) - make.convert(spring.preload);
+    for (const auto& [column, ratio] : tree.variables[static_cast<std::size_t>(spring.variable)].follows)
+      torque[static_cast<std::size_t>(column)] = torque[static_cast<std::size_t>(column)] + make.convert(ratio) * force;
+  }
+  for (std::size_t i = frames.size(); i-- > 1;) {
+    const SymbolicFrame& frame = *frames[i].frame;
+    const Motion& m = all[i];
+    if (frame.variable >= 0) {
+      const R& along = (frame.angle >= 0 ? m.couple : m.force)[static_cast<std::size_t>(frame.axis)];
+      for (const auto& [column, ratio] : tree.variables[static_cast<std::size_t>(frame.variable)].follows) {
+        R& sum = torque[static_cast<std::size_t>(column)];
+        const R part = make.convert(ratio) * along;
+        sum = frame.sign > 0 ? sum + part : sum - part;
+      }
+    }
+    Motion& parent = all[static_cast<std::size_t>(frame.parent)];
+    const RingVector3<R> force = to_parent(frames[i], m.force);
+    parent.couple = parent.couple + (to_parent(frames[i], m.couple) + cross(frames[i].offset, force));
+    parent.force = parent.force + force;
+  }
+  return torque;
+}
+
+/// Composite bodies and places over any ring. Source: R. Featherstone, Rigid Body
+/// Dynamics Algorithms, section 6.2.
+
+/// M of the tree in its columns.
+/// @param whole receives all masses together, in the world's axes about its origin
+template <class R, class Maker>
+std::vector<std::vector<R>> composite_body_mass_matrix(const SymbolicTree& tree, Maker& make,
+                                                       RigidBodyInertia<R>& whole) {
+  const std::size_t n = tree.columns.size();
+  std::vector<std::vector<R>> M(n, std::vector<R>(n, R(0)));
+  const std::vector<FrameOf<R>> frames = make_frames<R>(tree, make);
+  std::vector<RigidBodyInertia<R>> composite;
+  for (const FrameOf<R>& frame : frames) composite.push_back(frame.mass);
+  const auto add = [&](const SymbolicFrame& low, const SymbolicFrame& high, R x) {
+    if (low.sign * high.sign < 0) x = -x;
+    for (const auto& [i, a] : tree.variables[static_cast<std::size_t>(low.variable)].follows)
+      for (const auto& [j, b] : tree.variables[static_cast<std::size_t>(high.variable)].follows) {
+        const R y = make.convert(a) * make.convert(b) * x;
+        const auto row = static_cast<std::size_t>(i), column = static_cast<std::size_t>(j);
+        M[row][column] = M[row][column] + y;
+        if (&low != &high) M[column][row] = M[column][row] + y;
+      }
+  };
+  for (std::size_t i = frames.size(); i-- > 1;) {
+    const SymbolicFrame& low = *frames[i].frame;
+    const RigidBodyInertia<R>& c = composite[i];
+    if (low.variable >= 0) {
+      const auto axis = static_cast<std::size_t>(low.axis);
+      const RingVector3<R> e = unit_vector(low.axis, R(1));
+      // momenta for a unit rate of this joint
+      RingVector3<R> p = low.angle >= 0 ? cross(e, c.moment) : unit_vector(low.axis, c.mass);
+      RingVector3<R> L = low.angle >= 0 ? c.inertia * e : cross(c.moment, e);
+      add(low, low, low.angle >= 0 ? L[axis] : p[axis]);
+      for (std::size_t at = i; tree.frames[at].parent >= 0;) {
+        p = to_parent(frames[at], p);
+        L = to_parent(frames[at], L) + cross(frames[at].offset, p);
+        at = static_cast<std::size_t>(tree.frames[at].parent);
+        const SymbolicFrame& high = *frames[at].frame;
+        if (high.variable >= 0) add(low, high, (high.angle >= 0 ? L : p)[static_cast<std::size_t>(high.axis)]);
+      }
+    }
+    composite[static_cast<std::size_t>(low.parent)] += to_parent(frames[i], c);
+  }
+  whole = composite[0];
+  return M;
+}
+
+/// A place in the world's axes.
+template <class R, class Maker>
+RingVector3<R> world_position(const SymbolicTree& tree, Maker& make, const FramePoint& place) {
+  const std::vector<FrameOf<R>> frames = make_frames<R>(tree, make);
+  RingVector3<R> p = convert_vector<R>(place.at, make);
+  for (int at = place.frame; at > 0; at = tree.frames[static_cast<std::size_t>(at)].parent)
+    p = frames[static_cast<std::size_t>(at)].offset + to_parent(frames[static_cast<std::size_t>(at)], p);
+  return p;
+}
+
+/// A direction in a frame's axes, in the world's.
+template <class R, class Maker>
+RingVector3<R> world_direction(const SymbolicTree& tree, Maker& make, int frame, int axis) {
+  const std::vector<FrameOf<R>> frames = make_frames<R>(tree, make);
+  RingVector3<R> d = unit_vector(axis, R(1));
+  for (int at = frame; at > 0; at = tree.frames[static_cast<std::size_t>(at)].parent)
+    d = to_parent(frames[static_cast<std::size_t>(at)], d);
+  return d;
+}
+
+}  // namespace balance::formulas

@@ -1,0 +1,212 @@
+#include "balance/synthesis/verification/mechanism_check.hpp"
+
+#include "balance/foundation/numerics/eigen_instantiations.hpp"
+#include "balance/mechanics/dynamics/actuation.hpp"
+#include "balance/mechanics/kinematics/assembly.hpp"
+#include "balance/mechanics/kinematics/assembly_diagnostics.hpp"
+#include "balance/mechanics/kinematics/joint_coordinates.hpp"
+#include "balance/mechanics/model/mechanism.hpp"
+#include "balance/mechanics/trajectory/motion_outcome.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace balance {
+
+namespace {
+
+/// Coordinates times steps that the search for assembly modes may take: a second or two. Mechanisms of a thousand coordinates need less.
+constexpr long max_assembly_search_work = 1'500'000;
+
+template <class S>
+class MechanismChecker {
+ public:
+  MechanismChecker(const Study& study, const std::function<void(double)>& progress)
+      : study_(study),
+        progress_(progress),
+        mechanism_(study.mechanism),
+        tree_(compile_tree<S>(mechanism_, list_required_coordinates(study))),
+        from_(make_pose_equations(mechanism_, tree_, start_pose())),
+        system_(tree_, from_.drive) {}
+
+  CheckReport run() {
+    count_elements();
+    const AssemblySolution start = solve_pose(mechanism_, tree_, system_, from_.target);
+    if (!start.found) {
+      report_.outcome = explain_assembly_failure(mechanism_, tree_, start, start_pose());
+      return report_;
+    }
+    compute_ranks(start.y);
+    describe_start(start.y);
+    find_modes(start.y);
+    check_actuators();
+    report_.outcome.status = MotionStatus::done;
+    return report_;
+  }
+
+ private:
+  static std::vector<CoordinateId> list_required_coordinates(const Study& study) {
+    return study.trajectories.empty() ? std::vector<CoordinateId>{}
+                                      : prescribed_coordinates(study.trajectories.front());
+  }
+
+  /// The first trajectory's start pose, else the actuators at their rough values.
+  PoseTarget start_pose() const {
+    if (!study_.trajectories.empty()) return study_.trajectories.front().from;
+    PoseTarget pose;
+    for (const int actuator : mechanism_.actuators) {
+      double value = 0;
+      for (const CoordinateValue& rough : mechanism_.assembly)
+        if (rough.coordinate == actuator) value = rough.value;
+      pose.joints.push_back({actuator, value});
+    }
+    return pose;
+  }
+
+  void count_elements() {
+    report_.bodies = static_cast<int>(mechanism_.bodies.size()) - 1;
+    report_.joints = static_cast<int>(mechanism_.joints.size());
+    report_.tree_coordinates = tree_.columns;
+    report_.closure_equations = tree_.position_rows;
+    report_.rate_equations = tree_.closure_rows - tree_.position_rows;
+    report_.gruebler_degrees_of_freedom = count_degrees_of_freedom(mechanism_);
+    report_.total_mass = tree_.mass;
+    const SpanningTree spanning = build_spanning_tree(mechanism_, list_required_coordinates(study_));
+    for (std::size_t j = 0; j < mechanism_.joints.size(); ++j)
+      if (tree_.joint_nodes[j] >= 0) report_.tree_joints.push_back(mechanism_.joints[j].name);
+    for (const Closure<S>& closure : tree_.closures) {
+      if (closure.is_velocity_level()) break;
+      Loop loop;
+      loop.cut_joint = mechanism_.joints[closure.joint].name;
+      loop.constraints = static_cast<int>(closure.rows.size());
+      for (const BodyId body : loop_bodies(mechanism_, spanning, closure.joint))
+        loop.bodies.push_back(mechanism_.bodies[body].name);
+      report_.loops.push_back(loop);
+    }
+  }
+
+  void compute_ranks(const VectorX& y) {
+    const int rank = find_generic_closure_rank(tree_, y);
+    report_.closure_rank = report_.rate_equations > 0 ? find_generic_position_rank(tree_, y) : rank;
+    report_.rate_rank = rank - report_.closure_rank;
+    report_.configuration_freedoms = tree_.columns - report_.closure_rank;
+    report_.degrees_of_freedom = tree_.columns - rank;
+    if (tree_.closure_rows > rank) name_redundant(y, rank);
+    find_passive_freedoms();
+  }
+
+  /// Rows of the closures that depend on the others; which of a dependent set is called redundant is a choice: the last ones.
+  void name_redundant(const VectorX& y, int rank) {
+    ConstraintSystem<S> closures(tree_, Drive<S>{});
+    MatrixX jacobian;
+    closures.velocity_jacobian(y, {}, jacobian);
+    MatrixX kept(0, tree_.columns);
+    int r = 0;
+    auto constraint = mechanism_.constraints.begin();
+    for (const Closure<S>& closure : tree_.closures) {
+      const std::string name =
+          closure.joint < 0 ? "constraint " + (constraint++)->name : mechanism_.joints[closure.joint].name;
+      for (const ClosureRow& row : closure.rows) {
+        MatrixX more(kept.rows() + 1, tree_.columns);
+        more << kept, jacobian.row(r++);
+        if (kept.rows() < rank && decompose_rank(more).rank == more.rows())
+          kept = more;
+        else
+          report_.redundant.push_back(name + ": " + meaning(row));
+      }
+    }
+  }
+
+  static std::string meaning(const ClosureRow& row) {
+    static const char* const names[] = {"x", "y", "z"};
+    if (row.kind == ClosureRow::Kind::sum) return "its speed is zero anyway";
+    if (row.kind == ClosureRow::Kind::slip) return std::string("friction along ") + names[row.i] + " of the plane";
+    if (row.kind == ClosureRow::Kind::along) return std::string("force along ") + names[row.i] + " of the joint's axes";
+    if (S::dimension == 2) return "moment";
+    return std::string("moment about ") + names[3 - row.i - row.j] + " of the joint's axes";
+  }
+
+  void find_passive_freedoms() {
+    for (const PassiveFreedom& spin : tree_.locked_freedoms)
+      report_.passive_freedoms.push_back(
+          mechanism_.bodies[spin.body].name + " could spin about the line between its spherical joints " +
+          mechanism_.joints[spin.joints[0]].name + " and " + mechanism_.joints[spin.joints[1]].name +
+          "; it is held as if one of them were universal, and not counted");
+  }
+
+  void describe_start(const VectorX& y) {
+    report_.start = compute_coordinates(mechanism_, tree_, y);
+    clear_pose_round_off(mechanism_, tree_.characteristic_length, report_.start);
+    TreeState<S> state(tree_.nodes.size());
+    compute_poses(tree_, y.data(), state);
+    MassDistribution<S> masses(tree_);
+    masses.update(tree_, state);
+    report_.com = to_3d(masses.com());
+    for (double& place : report_.com)
+      if (std::abs(place) < pose_round_off * tree_.characteristic_length) place = 0;
+  }
+
+  /// Other ways to close the loops at the same start pose.
+  void find_modes(const VectorX& selected) {
+    if (tree_.closures.empty() && from_.drive.linear.size() == static_cast<std::size_t>(tree_.columns)) return;
+    AssemblyModes<S> modes(mechanism_, tree_, system_, from_.target, selected);
+    const int restarts = tree_.columns > 100 ? 24 : std::clamp(6000 / (tree_.columns * tree_.columns + 1), 24, 400);
+    long spent = 0;
+    for (int start = 1; start <= restarts; ++start) {
+      if (spent > max_assembly_search_work) {
+        report_.notes.push_back("the search for assembly modes stopped after " + std::to_string(start - 1) + " of " +
+                                std::to_string(restarts) + " random starts: the mechanism is large");
+        break;
+      }
+      if (progress_) progress_(static_cast<double>(start - 1) / restarts);
+      spent += modes.search_from(static_cast<std::uint64_t>(start));
+    }
+    // a pose that leaves freedoms open has a continuum of solutions, not modes
+    const bool distinct = from_.drive.row_count() >= report_.configuration_freedoms;
+    for (const std::vector<double>& mode : modes.modes()) {
+      if (!distinct && !report_.modes.empty()) break;
+      report_.modes.push_back({.coordinates = mode, .is_selected = report_.modes.empty()});
+      clear_pose_round_off(mechanism_, tree_.characteristic_length, report_.modes.back().coordinates);
+    }
+    std::sort(report_.modes.begin() + 1, report_.modes.end(),
+              [](const AssemblyMode& a, const AssemblyMode& b) { return a.coordinates < b.coordinates; });
+    for (AssemblyMode& mode : report_.modes)
+      mode.assembly_line = format_assembly_line(mechanism_, tree_, from_.drive, mode.coordinates);
+  }
+
+  void check_actuators() {
+    const Actuation<S> actuation(mechanism_, tree_, report_.degrees_of_freedom);
+    if (!actuation.mismatch().empty()) report_.notes.push_back(actuation.mismatch());
+    report_.notes.insert(report_.notes.end(), actuation.notes().begin(), actuation.notes().end());
+    if (from_.drive.row_count() < report_.degrees_of_freedom)
+      report_.notes.push_back("the start pose states " + std::to_string(from_.drive.row_count()) + " values for " +
+                              std::to_string(report_.degrees_of_freedom) + " degrees of freedom");
+    else if (from_.drive.row_count() < report_.configuration_freedoms)
+      report_.notes.push_back("the start pose states " + std::to_string(from_.drive.row_count()) + " of " +
+                              std::to_string(report_.configuration_freedoms) +
+                              " values; the others are those of 'assembly', or the nearest to them");
+  }
+
+  const Study& study_;
+  const std::function<void(double)>& progress_;
+  const Mechanism& mechanism_;
+  Tree<S> tree_;
+  PoseEquations<S> from_;
+  ConstraintSystem<S> system_;
+  CheckReport report_;
+};
+
+}  // namespace
+
+CheckReport check_mechanism(const Study& study, const std::function<void(double)>& progress) {
+  CheckReport report =
+      dispatch_space(study.mechanism.space, [&]<class S>(S) { return MechanismChecker<S>(study, progress).run(); });
+  if (report.outcome.status == MotionStatus::done && !(report.com.allFinite() && std::isfinite(report.total_mass)))
+    report.outcome = make_overflow_outcome(0, "the centre of mass", study.mechanism);
+  for (const TemporaryPayload& payload : study.temporary_payloads)
+    report.notes.push_back("payload '" + payload.name +
+                           "' is not always there; mass and centre of mass are those with it");
+  return report;
+}
+
+}  // namespace balance

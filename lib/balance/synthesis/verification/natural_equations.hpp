@@ -1,0 +1,135 @@
+#pragma once
+/// Follows prescribed values through time: Taylor's prediction, Newton on all equations, then velocities and accelerations.
+/// Private to synthesis.
+
+#include "balance/foundation/numerics/eigen_instantiations.hpp"
+#include "balance/foundation/numerics/overdetermined_system.hpp"
+#include "balance/foundation/numerics/regularity.hpp"
+#include "balance/mechanics/trajectory/drive_quantities.hpp"
+#include "balance/mechanics/trajectory/drive_sample.hpp"
+#include "balance/mechanics/trajectory/motion_outcome.hpp"
+#include "balance/mechanics/trajectory/prescribed_motion.hpp"
+#include "balance/synthesis/verification/natural_model.hpp"
+
+#include <functional>
+#include <utility>
+
+namespace balance::natural {
+
+/// Prescribed quantities as rows in natural coordinates.
+
+/// Rows whose value is the quantity in internal units; `unit` turns those into SI.
+struct DriveRows {
+  std::vector<ConstraintRow> rows;
+  std::vector<double> unit;
+};
+
+/// In the order of DriveValue::value. The angles and coordinates must be scalars of the model.
+DriveRows make_drive_rows(const Mechanism& mechanism, const NaturalModel& model, const DriveQuantities& quantities);
+
+/// m · (centre of mass) = B M q as a form (P3 eq. 21), divided by m.
+AffineForm make_com_form(const NaturalModel& model);
+
+AffineForm make_tool_form(const Mechanism& mechanism, const NaturalModel& model);
+
+/// Constraints and prescribed quantities as one system, solved by Newton's method with dense factorisations.
+class NaturalKinematicEquations {
+ public:
+  NaturalKinematicEquations(const NaturalModel& model, DriveRows drive);
+
+  int unknown_count() const { return model_.unknowns(); }
+  int constraint_count() const { return static_cast<int>(model_.constraints.size()); }
+  int drive_row_count() const { return static_cast<int>(drive_.rows.size()); }
+  int rows() const { return constraint_count() + drive_row_count(); }
+
+  /// Left-hand sides less prescribed values [SI, one per driven row].
+  VectorX residual(const NaturalCoordinates& position, const VectorX& prescribed) const;
+  MatrixX jacobian(const NaturalCoordinates& position) const;
+  MatrixX constraint_jacobian(const NaturalCoordinates& position) const;
+  /// What the driven rows measure [SI].
+  VectorX measure(const NaturalCoordinates& position) const;
+  VectorX measure_rate(const NaturalState& state) const;
+
+  /// Newton with as many rows as unknowns (LU) or more, consistent ones (least squares). The last correction follows a residual
+  /// that is small already.
+  /// @return false if it does not converge
+  bool newton(NaturalCoordinates& position, const VectorX& prescribed);
+  /// The same with corrections of least norm and any number of rows: for starts.
+  bool solve_least_norm(NaturalCoordinates& position, const VectorX& prescribed) const;
+  /// Velocities and accelerations from the matrix at the state's position, which this factorises.
+  bool differentiate(NaturalState& state, const DriveSample& sample);
+  /// Accelerations anew, with the factorisation at hand.
+  void accelerate(NaturalState& state, const DriveSample& sample) const;
+
+  /// Velocities per unit rate of the driven rows: spans what the constraints allow. Of the matrix last factorised.
+  MatrixX allowed_velocities() const;
+  int iterations() const { return iterations_; }
+
+ private:
+  bool factorise(const NaturalCoordinates& position);
+  VectorX solve(const VectorX& right) const;
+
+  const NaturalModel& model_;
+  DriveRows drive_;
+  bool square_;
+  Eigen::PartialPivLU<MatrixX> lu_;
+  ColumnPivotingQr qr_;
+  int iterations_ = 0;
+  double round_off_;
+};
+
+/// Constraints that are independent, at the most generic of a few configurations around one that meets them.
+int find_generic_constraint_rank(const NaturalModel& model, const NaturalCoordinates& position);
+
+class NaturalStepper {
+ public:
+  /// @param model, schedule must outlive the stepper
+  NaturalStepper(const NaturalModel& model, DriveRows drive, const PrescribedMotion& schedule, int freedoms);
+
+  /// Another matrix that must keep full column rank, from begin() on.
+  void set_actuation_matrix(std::function<MatrixX(const NaturalCoordinates&)> held) {
+    actuation_matrix_ = std::move(held);
+  }
+  /// Time 0, from a configuration near it. Also true of advance: on false outcome() says why, and the last good state stays.
+  bool begin(const NaturalCoordinates& near);
+  /// On to a later time, in as many steps as it takes to stay on the same assembly mode.
+  bool advance(double time);
+  /// Accelerations on one side of the present time (advance() leaves those of the side `after`).
+  void accelerate(Side side);
+
+  double time() const { return now_.time; }
+  double duration() const { return schedule_.duration(); }  ///< of the whole motion [s]
+  const NaturalState& state() const { return now_; }
+  /// Angle of every body, running on past ±π [rad], with its rates; from the scalars or read off the directions.
+  const std::vector<double>& angles() const { return angles_; }
+  double angular_velocity(BodyId body) const;
+  double angular_acceleration(BodyId body) const;
+  int iterations() const { return iterations_; }
+  const NaturalKinematicEquations& equations() const { return equations_; }
+  const MotionOutcome& outcome() const { return outcome_; }
+
+ private:
+  enum class StepResult { done, no_convergence, far_from_prediction, natural_pivot_threshold, actuation_singular };
+
+  StepResult step(double time);
+  StepResult check_step(const NaturalState& next);
+  double curvature(const NaturalState& next) const;
+  bool is_far_from_prediction(const NaturalCoordinates& predicted, const NaturalCoordinates& found) const;
+  void read_angles(const std::vector<double>& expected);
+  void stop(StepResult attempt);
+
+  const NaturalModel& model_;
+  const PrescribedMotion& schedule_;
+  int freedoms_;
+  NaturalKinematicEquations equations_;
+  NaturalState now_;
+  std::vector<double> angles_;
+  DriveSample sample_;
+  int iterations_ = 0;
+  RankMonitor constraint_monitor_, actuation_;
+  PivotExtrapolation approach_, actuation_approach_;
+  std::function<MatrixX(const NaturalCoordinates&)> actuation_matrix_;
+  MotionOutcome outcome_;
+};
+
+}  // namespace balance::natural

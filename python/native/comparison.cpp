@@ -1,0 +1,150 @@
+#include "native.hpp"
+#include "patience.hpp"
+
+#include "balance/foundation/base/spelling.hpp"
+#include "balance/foundation/base/unicode_text.hpp"
+#include "balance/interface/batch/batch_folder.hpp"
+#include "balance/interface/batch/batch_run.hpp"
+#include "balance/interface/batch/batch_summary.hpp"
+#include "balance/interface/comparison/comparison.hpp"
+#include "balance/interface/comparison/requirement.hpp"
+#include "balance/interface/files/result_file.hpp"
+#include "balance/interface/reports/comparison_sections.hpp"
+
+#include <algorithm>
+#include <stdexcept>
+
+namespace balance::python {
+namespace {
+
+using NamedPythonRun = std::pair<std::string, std::shared_ptr<Run>>;
+
+std::vector<RequirementVerdict> judge(const std::vector<std::string>& texts, const std::vector<NamedRun>& runs) {
+  try {
+    return judge_requirements(texts, runs);
+  } catch (const std::invalid_argument& error) {
+    throw std::invalid_argument(std::string("require ") + error.what());
+  }
+}
+
+struct Compared {
+  ComparedRuns runs;
+  std::vector<RequirementVerdict> verdicts;
+};
+
+py::dict compare(const std::vector<NamedPythonRun>& given, const std::vector<std::string>& require) {
+  if (given.size() < 2) throw std::invalid_argument("two runs at least are needed to compare, the base first");
+  for (const auto& [name, run] : given)
+    if (!run->description.pose.empty())
+      throw std::invalid_argument(quote_for_message(name) +
+                                  " is a single state, not a run: it has no figures to compare");
+  const Compared compared = compute_in_background([given, require](BackgroundTask&) {
+    std::vector<NamedRun> runs;
+    for (const auto& [name, run] : given) {
+      const Provenance& d = run->description;
+      runs.push_back({escape_for_terminal(name), "", d.title, d.trajectory, d.law, d.drive, run->result});
+    }
+    return Compared{compare_runs(runs), judge(require, runs)};
+  });
+  py::dict all;
+  all["json"] = comparison_json(compared.runs, compared.verdicts);
+  all["text"] = comparison_text(compared.runs, compared.verdicts, QuantitySelection::main);
+  all["markdown"] = comparison_markdown(compared.runs, compared.verdicts, QuantitySelection::main);
+  all["csv"] = comparison_csv(compared.runs);
+  all["holds"] = do_all_hold(compared.verdicts);
+  return all;
+}
+
+std::shared_ptr<Run> read_result(const std::string& name) {
+  StoredRun file = compute_in_background([name](BackgroundTask&) { return read_result_file(name); });
+  auto run = std::make_shared<Run>();
+  run->source = file.path;
+  run->result = std::move(file.result);
+  run->description = {.title = file.title,
+                      .version = file.version,
+                      .spec_text = file.spec_text,
+                      .command_line = file.command_line,
+                      .trajectory = file.trajectory,
+                      .law = file.law,
+                      .drive = file.drive,
+                      .formulation = file.formulation,
+                      .controller = file.controller,
+                      .controller_type = file.controller_type,
+                      .pose = file.at};
+  if (!file.ended_early.empty()) run->result.outcome.notes.push_back("ended early: " + file.ended_early);
+  return run;
+}
+
+std::optional<Shard> shard_of(const std::optional<std::pair<int, int>>& given) {
+  if (!given) return std::nullopt;
+  if (given->first < 1 || given->second < given->first)
+    throw std::invalid_argument("shard: must be (index, count) with 1 <= index <= count");
+  return Shard{given->first, given->second};
+}
+
+struct BatchArguments {
+  std::string suite, folder;
+  unsigned jobs = 1;
+  std::optional<Shard> shard;
+  bool force = false, metrics_only = false, retry_failed = false;
+  double case_seconds = 0;
+};
+
+py::dict batch(const BatchArguments& words, const py::object& progress) {
+  const BatchSummary summary = compute_in_background(
+      [words](BackgroundTask& errand) {
+        const BatchPlan plan = make_batch_plan(read_suite_file(words.suite));
+        BatchOptions options;
+        options.folder = words.folder;
+        options.jobs = words.jobs;
+        options.shard = words.shard;
+        options.force = words.force;
+        options.stored_output = words.metrics_only ? StoredOutput::metrics_only : StoredOutput::series;
+        options.retry_failed = words.retry_failed;
+        options.limits.wall_seconds = words.case_seconds;
+        options.cancelled = [&] { return errand.is_cancelled(); };
+        options.progress = [&](const BatchProgress& now) {
+          errand.set_progress(static_cast<double>(now.finished) /
+                              static_cast<double>(std::max<std::size_t>(now.total, 1)));
+        };
+        BatchOutcome outcome = run_batch(plan, options);
+        if (words.shard) {
+          BatchSummary part;
+          part.name = plan.suite.name;
+          part.cases = std::move(outcome.records);
+          return part;
+        }
+        BatchSummary all = summarise_batch(plan.suite, std::move(outcome.records));
+        write_summary(words.folder, all);
+        return all;
+      },
+      progress);
+  py::dict all;
+  all["json"] = words.shard ? std::string() : summary_json(summary);
+  all["text"] = words.shard ? std::string() : format_batch_text(summary);
+  all["exit_code"] = summary.exit_code();
+  py::list cases;
+  for (const CaseRecord& one : summary.cases) cases.append(py::make_tuple(one.name, one.status, one.message));
+  all["cases"] = cases;
+  return all;
+}
+
+}  // namespace
+
+void bind_comparing(py::module_& m) {
+  m.def("compare", &compare, py::arg("runs"), py::arg("require"));
+  m.def("read_result", &read_result, py::arg("name"));
+  m.def(
+      "batch",
+      [](const std::string& suite, const std::string& folder, unsigned jobs,
+         const std::optional<std::pair<int, int>>& shard, bool force, bool metrics_only, bool retry_failed,
+         double case_seconds, const py::object& progress) {
+        if (jobs < 1) throw std::invalid_argument("jobs: must be positive");
+        if (!(case_seconds >= 0)) throw std::invalid_argument("case_timeout: must not be negative");
+        return batch({suite, folder, jobs, shard_of(shard), force, metrics_only, retry_failed, case_seconds}, progress);
+      },
+      py::arg("suite"), py::arg("folder"), py::arg("jobs"), py::arg("shard"), py::arg("force"), py::arg("metrics_only"),
+      py::arg("retry_failed"), py::arg("case_timeout"), py::arg("progress"));
+}
+
+}  // namespace balance::python

@@ -1,0 +1,284 @@
+#include "arrays.hpp"
+#include "native.hpp"
+#include "patience.hpp"
+
+#include "balance/foundation/base/error.hpp"
+#include "balance/foundation/base/spelling.hpp"
+#include "balance/foundation/base/version.hpp"
+#include "balance/interface/files/provenance.hpp"
+#include "balance/interface/reports/conditions_sections.hpp"
+#include "balance/interface/reports/design_sections.hpp"
+#include "balance/interface/reports/designed_spec.hpp"
+#include "balance/interface/reports/front_sections.hpp"
+#include "balance/interface/reports/status_names.hpp"
+#include "balance/motion/simulation/end_configurations.hpp"
+#include "balance/synthesis/conditions/condition_text.hpp"
+#include "balance/synthesis/conditions/infeasibility_certificate.hpp"
+#include "balance/synthesis/conditions/known_terms.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <stdexcept>
+
+namespace balance::python {
+namespace {
+
+/// Conditions with what users ask of them, found once.
+struct DerivedConditions {
+  RequestFailure refusal;
+  std::string json, text, latex, impossible;
+  Samples matrix;
+};
+
+[[noreturn]] void refuse(const RequestFailure& refusal) {
+  const py::object type = py::module_::import("balance_mechanisms._errors").attr("MechanismError");
+  PyErr_SetObject(type.ptr(), type(refusal.reason, refusal.status).ptr());
+  throw py::error_already_set();
+}
+
+py::dict conditions(const std::shared_ptr<Spec>& spec, const std::vector<std::string>& goals,
+                    const std::vector<std::string>& without, const std::string& strategy,
+                    std::optional<std::uint64_t> seed, bool named) {
+  const Study& study = spec->study();
+  BalanceRequest question = question_of({goals, without, strategy, seed}, study);
+  if (question.goals.empty()) question.goals = study.design.goals;
+  if (question.goals.empty())
+    throw std::invalid_argument(spec->file +
+                                " has no design: goal, so a goal is needed: " + join_alternatives(goal_names()));
+  DerivedConditions found = compute_in_background([spec, question, named](BackgroundTask&) {
+    const ConditionsOutcome answer = derive_conditions_data(question, *spec->space, named);
+    DerivedConditions all;
+    all.refusal = answer.refusal;
+    if (answer.refusal) return all;
+    all.json = conditions_json(answer.view, spec->study().warnings);
+    all.text = conditions_text(answer.view);
+    all.latex = conditions_latex(answer.view.conditions, answer.view.names);
+    all.matrix = answer.view.conditions.matrix;
+    const Mechanism start = assembled_at(spec->study().mechanism, start_coordinates(spec->study()));
+    if (const auto proof = certify_infeasible(answer.view.conditions, start)) all.impossible = proof->statement;
+    return all;
+  });
+  if (found.refusal) refuse(found.refusal);
+  py::dict all;
+  all["json"] = found.json;
+  all["text"] = found.text;
+  all["latex"] = found.latex;
+  all["impossible"] = found.impossible.empty() ? py::object(py::none()) : py::str(found.impossible);
+  all["matrix"] = owned(std::move(found.matrix));
+  return all;
+}
+
+const std::vector<std::string> strategies{"complete", "modular"};
+
+bool contains(const std::vector<std::string>& names, const std::string& name) {
+  return std::find(names.begin(), names.end(), name) != names.end();
+}
+
+/// @throws std::invalid_argument unless it is one of them
+void require_one_of(const std::vector<std::string>& names, const std::string& name, const char* what) {
+  if (!contains(names, name))
+    throw std::invalid_argument(fmt::format("{} {}: expected {}{}", what, quote_for_message(name),
+                                            join_alternatives(names), append_nearest_name(name, names)));
+}
+
+DesignStudyOptions design_options(const Spec& spec, const GoalArguments& words, const std::string& minimize,
+                                  const std::string& algorithm, bool trajectories) {
+  const Study& study = spec.study();
+  const BalanceRequest question = question_of(words, study);
+  DesignStudyOptions options;
+  options.is_modular = question.is_modular;
+  options.excluded = question.excluded;
+  options.goals = question.goals.empty() ? study.design.goals : question.goals;
+  if (!minimize.empty()) options.minimize = read_objective(minimize, study);
+  options.search = study.design.search;
+  if (words.seed) options.search.seed = *words.seed;
+  options.compare_trajectories = trajectories;
+  if (contains(global_methods(), algorithm)) {
+    options.search.global = algorithm;
+  } else if (!algorithm.empty()) {
+    require_one_of(local_methods(), algorithm, "algorithm");
+    options.search.local = algorithm;
+  }
+  if (options.goals.empty() && options.minimize.empty() && study.design.minimize.empty() &&
+      study.design.subject_to.empty() && !study.design.front)
+    throw std::invalid_argument(spec.file + " has neither design: goal nor design: minimize, so a goal (" +
+                                join_alternatives(goal_names()) + ") or something to minimize is needed");
+  if (study.free_numbers.empty())
+    throw SpecError({.place = {.file = spec.file},
+                     .message =
+                         "there is nothing to design: no number is free; write {free: [lower, upper]} in place of a "
+                         "number, for instance mass: {free: [0, 10]} of a counterweight"});
+  return options;
+}
+
+struct MadeDesign {
+  RequestFailure refusal;
+  std::shared_ptr<Design> design;
+};
+
+std::shared_ptr<Design> design(const std::shared_ptr<Spec>& spec, const std::vector<std::string>& goals,
+                               const std::vector<std::string>& without, const std::string& strategy,
+                               std::optional<std::uint64_t> seed, const std::string& minimize,
+                               const std::string& algorithm, bool trajectories, const std::string& command) {
+  const DesignStudyOptions options =
+      design_options(*spec, {goals, without, strategy, seed}, minimize, algorithm, trajectories);
+  MadeDesign made = compute_in_background([spec, options](BackgroundTask& errand) {
+    DesignStudyOptions watched = options;
+    watched.on_progress = [&errand](const SearchProgress& progress) {
+      errand.set_progress(progress.seconds / progress.max_time);
+      return !errand.is_cancelled();
+    };
+    MadeDesign all;
+    DesignReport report = run_design_study(*spec->space, watched);
+    all.refusal = find_failure(report);
+    if (all.refusal) return all;
+    DesignedSpec spec_of_design = format_designed_spec(*spec->space, report);
+    all.refusal = spec_of_design.refusal;
+    if (all.refusal) return all;
+    all.design = std::make_shared<Design>();
+    all.design->spec_text = std::move(spec_of_design.text);
+    all.design->view = make_design_data(options, *spec->space, all.design->spec_text, std::move(report));
+    return all;
+  });
+  if (made.refusal) refuse(made.refusal);
+  made.design->description.title = spec->study().mechanism.name;
+  made.design->description.version = version();
+  made.design->description.spec_text = spec->study().spec_text;
+  made.design->description.command_line = command;
+  made.design->source = spec->file;
+  return made.design;
+}
+
+/// A trade-off, never changed.
+struct FoundFront {
+  std::shared_ptr<const Spec> spec;
+  DesignStudyOptions options;
+  FrontReportData view;
+  std::string command;
+};
+
+std::shared_ptr<FoundFront> front(const std::shared_ptr<Spec>& spec, const std::vector<std::string>& goals,
+                                  const std::vector<std::string>& without, const std::string& strategy,
+                                  std::optional<std::uint64_t> seed, const std::string& algorithm,
+                                  const std::string& command) {
+  auto found = std::make_shared<FoundFront>();
+  found->spec = spec;
+  found->options = design_options(*spec, {goals, without, strategy, seed}, "", algorithm, true);
+  found->command = command;
+  const RequestFailure refusal = compute_in_background([found](BackgroundTask& errand) {
+    DesignStudyOptions watched = found->options;
+    watched.on_progress = [&errand](const SearchProgress& progress) {
+      errand.set_progress(progress.seconds / progress.max_time);
+      return !errand.is_cancelled();
+    };
+    ParetoFront front = compute_pareto_front(*found->spec->space, watched);
+    const RequestFailure none = front.points.empty() ? find_failure(front.failure) : RequestFailure{};
+    found->view = make_front_report_data(found->options, *found->spec->space, std::move(front));
+    return none;
+  });
+  if (refusal) refuse(refusal);
+  return found;
+}
+
+/// @param k from 0
+std::shared_ptr<Design> front_point(const FoundFront& front, std::size_t k) {
+  const auto& points = front.view.front.points;
+  if (k >= points.size()) throw std::invalid_argument(fmt::format("the front has {} points", points.size()));
+  const ParetoPoint& point = points[k];
+  auto made = std::make_shared<Design>();
+  DesignReport report = make_pareto_design(*front.spec->space, point, true);
+  DesignedSpec spec_of_design = format_designed_spec(*front.spec->space, report);
+  if (spec_of_design.refusal) refuse(spec_of_design.refusal);
+  made->spec_text = std::move(spec_of_design.text);
+  made->view = make_design_data(front.options, point.space, made->spec_text, std::move(report));
+  made->description.title = front.spec->study().mechanism.name;
+  made->description.version = version();
+  made->description.spec_text = front.spec->study().spec_text;
+  made->source = front.spec->file;
+  made->description.command_line = fmt::format("{} --point {}", front.command, k + 1);
+  return made;
+}
+
+py::list values_of(const Design& design) {
+  const DesignReport& report = design.view.report;
+  py::list all;
+  for (std::size_t i = 0; i < report.free_numbers.size(); ++i)
+    all.append(py::make_tuple(report.free_numbers[i].key_path, report.outcome.x[static_cast<Eigen::Index>(i)]));
+  return all;
+}
+
+/// @param after of the designed mechanism
+py::dict runs_of(const Design& design, bool after) {
+  const DesignReport& report = design.view.report;
+  const Study& study = after ? report.study_after : report.study_before;
+  py::dict all;
+  for (const TrajectoryComparison& one : report.comparisons) {
+    auto run = std::make_shared<Run>();
+    run->result = after ? one.after : one.before;
+    for (const Trajectory& trajectory : study.trajectories)
+      if (trajectory.name == one.trajectory)
+        run->description =
+            make_simulation_provenance(study, trajectory, {.spec_file = study.spec_file, .trajectory = one.trajectory});
+    run->description.title = design.description.title;
+    run->source = design.source;
+    run->description.spec_text = after ? design.spec_text : design.description.spec_text;
+    all[py::str(one.trajectory)] = run;
+  }
+  return all;
+}
+
+}  // namespace
+
+BalanceRequest question_of(const GoalArguments& words, const Study& study) {
+  BalanceRequest question;
+  for (const std::string& name : words.goals) {
+    require_one_of(goal_names(), name, "goal");
+    const Goal goal = *find_goal(name);
+    if (std::find(question.goals.begin(), question.goals.end(), goal) == question.goals.end())
+      question.goals.push_back(goal);
+  }
+  require_one_of(strategies, words.strategy, "strategy");
+  for (const std::string& name : words.without) require_one_of(list_excludable_names(study.mechanism), name, "without");
+  question.is_modular = words.strategy == "modular";
+  question.excluded = words.without;
+  question.seed = words.seed;
+  return question;
+}
+
+void bind_balancing(py::module_& m) {
+  m.def("conditions", &conditions, py::arg("spec"), py::arg("goals"), py::arg("without"), py::arg("strategy"),
+        py::arg("seed"), py::arg("named"));
+  m.def("design", &design, py::arg("spec"), py::arg("goals"), py::arg("without"), py::arg("strategy"), py::arg("seed"),
+        py::arg("minimize"), py::arg("algorithm"), py::arg("trajectories"), py::arg("command"));
+  m.def("front", &front, py::arg("spec"), py::arg("goals"), py::arg("without"), py::arg("strategy"), py::arg("seed"),
+        py::arg("algorithm"), py::arg("command"));
+  py::class_<FoundFront, std::shared_ptr<FoundFront>>(m, "Front")
+      .def("json", [](const FoundFront& one) { return front_json(one.view, {}); })
+      .def("text", [](const FoundFront& one) { return front_text(one.view); })
+      .def("csv", [](const FoundFront& one) { return front_csv(one.view); })
+      .def("design", &front_point, py::arg("k"));
+  m.attr("goal_names") = goal_names();
+  py::class_<Design, std::shared_ptr<Design>>(m, "Design")
+      .def_readonly("spec_text", &Design::spec_text)
+      .def_property_readonly("status", [](const Design& one) { return name_of(one.view.report.outcome.status); })
+      .def_property_readonly("optimality",
+                             [](const Design& one) { return name_of(one.view.report.outcome.optimality); })
+      .def_property_readonly("reason", [](const Design& one) { return one.view.report.outcome.reason; })
+      .def_property_readonly("values", &values_of)
+      .def("runs", &runs_of, py::arg("after"))
+      .def("json", [](const Design& one) { return design_json(one.view, {}); })
+      .def("text", [](const Design& one) { return design_text(one.view); })
+      .def(
+          "write",
+          [](const Design& one, const std::string& path, bool force) {
+            WriteOptions options;
+            options.existing = force ? OverwritePolicy::replace : OverwritePolicy::forbid;
+            options.is_cancelled = [] { return PyErr_CheckSignals() != 0; };
+            check_overwrites_no_source(path, one.description.spec_text, one.source);
+            write_design(path, one.view, one.description, options);
+          },
+          py::arg("path"), py::arg("force"));
+}
+
+}  // namespace balance::python

@@ -1,0 +1,76 @@
+#include "native.hpp"
+#include "patience.hpp"
+#include "starters.hpp"
+
+#include "balance/interface/import/import.hpp"
+#include "balance/interface/import/mass_export.hpp"
+#include "balance/interface/specification/text_file.hpp"
+
+namespace balance::python {
+namespace {
+
+ImportOptions options_of(const std::string& loops, bool fixed_base, const std::vector<std::string>& actuate) {
+  return {.loops = loops, .fixed_base = fixed_base, .actuate = actuate};
+}
+
+py::list findings_of(const ImportResult& imported) {
+  py::list all;
+  for (const foreign::Finding& one : imported.findings) {
+    py::dict finding;
+    finding["level"] = one.level == foreign::Severity::warning ? "warning" : "note";
+    finding["code"] = one.code;
+    finding["file"] = one.place.file;
+    finding["line"] = one.place.line;
+    finding["subject"] = one.subject;
+    finding["message"] = one.message;
+    all.append(finding);
+  }
+  return all;
+}
+
+py::dict import_robot(const std::string& path, const std::string& loops, bool fixed_base,
+                      const std::vector<std::string>& actuate) {
+  const ImportOptions options = options_of(loops, fixed_base, actuate);
+  const ImportResult imported =
+      compute_in_background([path, options](BackgroundTask&) { return import_file(path, options); });
+  py::dict all;
+  all["format"] = imported.format;
+  all["spec_text"] = imported.spec;
+  all["findings"] = findings_of(imported);
+  all["ignored"] = imported.ignored;
+  all["renamed"] = py::dict(py::cast(imported.renamed));
+  all["bodies"] = imported.bodies;
+  all["joints"] = imported.joints;
+  all["loops"] = imported.loops;
+  all["total_mass"] = imported.total_mass;
+  all["dof"] = imported.degrees_of_freedom;
+  all["actuators"] = imported.actuators;
+  all["assembly"] = py::dict(py::cast(imported.assembly));
+  all["not_assembled"] = imported.assembly_failure_reason;
+  return all;
+}
+
+py::tuple export_robot(const std::shared_ptr<Spec>& spec, const std::string& text, const std::string& file,
+                       const std::string& loops, bool fixed_base, const std::vector<std::string>& actuate) {
+  const MassExport exported = export_masses(spec->study(), text, file, options_of(loops, fixed_base, actuate));
+  return py::make_tuple(exported.text, exported.changed, exported.notes);
+}
+
+}  // namespace
+
+void bind_foreign(py::module_& m) {
+  m.def(
+      "read_text", [](const std::string& path) { return read_text_file(path, "spec"); }, py::arg("path"));
+  py::list starters;
+  for (const app::Starter& one : app::starters())
+    starters.append(py::make_tuple(std::string(one.kind), std::string(one.text)));
+  m.attr("starters") = starters;
+  m.def("import_robot", &import_robot, py::arg("path"), py::arg("loops"), py::arg("fixed_base"), py::arg("actuate"));
+  m.def("export_robot", &export_robot, py::arg("spec"), py::arg("text"), py::arg("file"), py::arg("loops"),
+        py::arg("fixed_base"), py::arg("actuate"));
+  m.def(
+      "parts_csv", [](const Spec& spec) { return format_balancing_elements_csv(spec.study().mechanism); },
+      py::arg("spec"));
+}
+
+}  // namespace balance::python

@@ -1,0 +1,235 @@
+#include "native.hpp"
+#include "patience.hpp"
+
+#include "balance/foundation/base/error.hpp"
+#include "balance/interface/files/provenance.hpp"
+#include "balance/mechanics/dynamics/single_state.hpp"
+#include "balance/mechanics/results/body_poses.hpp"
+#include "balance/mechanics/trajectory/trajectory.hpp"
+#include "balance/motion/control/closed_loop_run.hpp"
+#include "balance/motion/simulation/end_configurations.hpp"
+#include "balance/motion/simulation/feasible_assembly_modes.hpp"
+#include "balance/motion/simulation/simulate.hpp"
+#include "balance/synthesis/verification/simulate_natural.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+#include <variant>
+
+namespace balance::python {
+namespace {
+
+/// What a run is asked for besides its spec.
+struct RunRequest {
+  std::string trajectory, controller, formulation;
+  std::optional<long> samples;
+  std::optional<double> duration;            ///< [s]
+  std::optional<std::vector<double>> about;  ///< [m]
+  bool poses = false;
+  double settle = 0;  ///< [s]
+  long steps = 0;
+};
+
+Vector3 point_of(const std::vector<double>& about, SpaceKind space) {
+  const std::size_t axes = space == SpaceKind::planar ? 2 : 3;
+  Vector3 point = Vector3::Zero();
+  if (about.size() != axes) throw std::invalid_argument(fmt::format("about: must be {} numbers [m]", axes));
+  for (std::size_t i = 0; i < axes; ++i) {
+    if (!std::isfinite(about[i])) throw std::invalid_argument("about: must be finite");
+    point[static_cast<Eigen::Index>(i)] = about[i];
+  }
+  return point;
+}
+
+Trajectory choose_trajectory(const Spec& spec, const RunRequest& wish) {
+  Trajectory trajectory = spec.trajectory(wish.trajectory);
+  if (wish.samples) change_argument("samples", [&] { change_samples(trajectory, *wish.samples); });
+  if (wish.duration) change_argument("duration", [&] { change_duration(trajectory, *wish.duration); });
+  if (wish.about) trajectory.about = point_of(*wish.about, spec.study().mechanism.space);
+  return trajectory;
+}
+
+/// As the program describes the same run, so that files have the same bytes.
+Provenance describe(const Spec& spec, const Trajectory& trajectory, const RunRequest& wish,
+                    const std::string& controller) {
+  return make_simulation_provenance(spec.study(), trajectory,
+                                    {.spec_file = spec.file,
+                                     .trajectory = trajectory.name,
+                                     .samples = wish.samples,
+                                     .duration = wish.duration,
+                                     .about = wish.about ? fmt::format("{}", fmt::join(*wish.about, ",")) : "",
+                                     .set = spec.set(),
+                                     .poses = wish.poses,
+                                     .formulation = wish.formulation,
+                                     .controller = controller,
+                                     .settle = wish.settle,
+                                     .steps = wish.steps});
+}
+
+std::shared_ptr<Run> run_request(const std::shared_ptr<Spec>& spec, const Trajectory& trajectory,
+                                 const RunRequest& wish, const std::optional<Controller>& controller,
+                                 const py::object& progress) {
+  auto run = std::make_shared<Run>();
+  run->description = describe(*spec, trajectory, wish, controller ? controller->name : "");
+  run->source = spec->file;
+  run->result = compute_in_background(
+      [spec, trajectory, wish, controller](BackgroundTask& errand) {
+        const Mechanism& mechanism = spec->study().mechanism;
+        const auto told = [&](double part) { errand.report_progress(part); };
+        RunResult result =
+            controller                      ? simulate_closed_loop(mechanism, trajectory, *controller,
+                                                                   {.hold_time = wish.settle, .max_steps = wish.steps, .progress = told})
+            : wish.formulation == "natural" ? simulate_natural(mechanism, trajectory, told)
+                                            : simulate(mechanism, trajectory, told);
+        if (!controller && result.outcome.status != MotionStatus::done)
+          result.outcome.reason += describe_feasible_modes(mechanism, trajectory, result.outcome);
+        if (wish.poses && result.time.size() > 0) add_body_poses(mechanism, result);
+        return result;
+      },
+      progress);
+  return run;
+}
+
+std::shared_ptr<Run> simulate_spec(const std::shared_ptr<Spec>& spec, const RunRequest& wish,
+                                   const py::object& progress) {
+  if (wish.formulation != "tree" && wish.formulation != "natural")
+    throw std::invalid_argument("formulation: must be tree or natural, is '" + wish.formulation + "'");
+  if (wish.formulation == "natural" && spec->study().mechanism.space == SpaceKind::spatial)
+    throw std::invalid_argument(spec->file + " is spatial: the formulation natural is for planar mechanisms");
+  return run_request(spec, choose_trajectory(*spec, wish), wish, std::nullopt, progress);
+}
+
+using NamedValues = std::vector<std::pair<std::string, double>>;
+
+/// What a single state is asked for: `start` or `end` of the trajectory, the text of a pose in the spec's units, or coordinates.
+struct StateRequest {
+  std::string trajectory, at;
+  NamedValues joints, rates, accelerations;  ///< SI
+  double time = 0;                           ///< [s]
+  std::vector<std::string> independent;
+  std::optional<std::vector<double>> about;  ///< [m]
+  bool poses = false;
+};
+
+/// Coordinates as the program's options have them, in the spec's units of length and angle.
+std::string format_coordinate_option(const NamedValues& numbers, const Study& study) {
+  std::string text;
+  for (const auto& [name, value] : numbers) {
+    const auto& all = study.mechanism.coordinates;
+    const auto one =
+        std::find_if(all.begin(), all.end(), [&, &name = name](const Coordinate& c) { return c.name == name; });
+    const bool length = one != all.end() && one->kind == CoordinateKind::length;
+    text += fmt::format("{}{}={}", text.empty() ? "" : ",", name,
+                        value / (length ? study.mechanism.units.length : study.mechanism.units.angle));
+  }
+  return text;
+}
+
+ConfigurationResult find_state_configuration(const StateCommand& call, const Trajectory* trajectory,
+                                             const Study& study) {
+  if (call.at != "start" && call.at != "end") return solve_configuration(study.mechanism, read_pose(call.at, study));
+  if (trajectory == nullptr) throw std::invalid_argument("at: " + study.spec_file + " has no motion");
+  return call.at == "start" ? find_start_configuration(study.mechanism, *trajectory)
+                            : find_end_configuration(study.mechanism, *trajectory);
+}
+
+RunResult evaluate_requested_state(const Spec& spec, const StateCommand& call, const StateRequest& wish) {
+  const Study& study = spec.study();
+  const bool moves = !study.trajectories.empty() || !wish.trajectory.empty();
+  const Trajectory* trajectory = moves ? &spec.trajectory(wish.trajectory) : nullptr;
+  ConfigurationResult place = find_state_configuration(call, trajectory, study);
+  if (place.outcome.status != MotionStatus::done) return {.outcome = std::move(place.outcome)};
+  SingleState state{std::move(place.coordinates), {}, {}, wish.time};
+  if (!call.rates.empty()) state.rates = read_coordinate_rates(call.rates, "rates", study);
+  if (!call.accelerations.empty())
+    state.accelerations = read_coordinate_rates(call.accelerations, "accelerations", study);
+  InverseOptions options = make_state_options(trajectory);
+  options.independent = wish.independent;
+  if (wish.about) options.about = point_of(*wish.about, study.mechanism.space);
+  RunResult result = evaluate_single_state(study.mechanism, state, options);
+  if (wish.poses && result.time.size() > 0) add_body_poses(study.mechanism, result);
+  return result;
+}
+
+std::shared_ptr<Run> evaluate_spec_state(const std::shared_ptr<Spec>& spec, const StateRequest& wish) {
+  const Study& study = spec->study();
+  const StateCommand call{.spec_file = spec->file,
+                          .at = wish.joints.empty() ? wish.at : format_coordinate_option(wish.joints, study),
+                          .rates = format_coordinate_option(wish.rates, study),
+                          .accelerations = format_coordinate_option(wish.accelerations, study),
+                          .trajectory = wish.trajectory,
+                          .independent = wish.independent,
+                          .time = wish.time,
+                          .about = wish.about ? fmt::format("{}", fmt::join(*wish.about, ",")) : "",
+                          .set = spec->set(),
+                          .poses = wish.poses};
+  auto run = std::make_shared<Run>();
+  run->description = describe_state(study, call);
+  run->source = study.spec_file;
+  run->result = compute_in_background(
+      [spec, call, wish](BackgroundTask&) { return evaluate_requested_state(*spec, call, wish); });
+  return run;
+}
+
+std::shared_ptr<Run> control_spec(const std::shared_ptr<Spec>& spec, const RunRequest& wish,
+                                  const py::object& progress) {
+  if (!(wish.settle >= 0 && wish.settle <= max_duration))
+    throw std::invalid_argument(fmt::format("settle: must be from 0 to {} s, is {}", max_duration, wish.settle));
+  if (wish.steps < 0) throw std::invalid_argument("steps: must not be negative");
+  const Trajectory trajectory = choose_trajectory(*spec, wish);
+  return run_request(spec, trajectory, wish, spec->controller(wish.controller), progress);
+}
+
+}  // namespace
+
+void bind_moves(py::module_& m) {
+  m.def(
+      "simulate",
+      [](const std::shared_ptr<Spec>& spec, const std::string& trajectory, std::optional<long> samples,
+         std::optional<double> duration, std::optional<std::vector<double>> about, const std::string& formulation,
+         bool poses, const py::object& progress) {
+        const RunRequest wish{.trajectory = trajectory,
+                              .formulation = formulation,
+                              .samples = samples,
+                              .duration = duration,
+                              .about = std::move(about),
+                              .poses = poses};
+        return simulate_spec(spec, wish, progress);
+      },
+      py::arg("spec"), py::arg("trajectory"), py::arg("samples"), py::arg("duration"), py::arg("about"),
+      py::arg("formulation"), py::arg("poses"), py::arg("progress"));
+  m.def(
+      "observe",
+      [](const std::shared_ptr<Spec>& spec, const std::string& trajectory, const std::string& at, NamedValues joints,
+         NamedValues rates, NamedValues accelerations, double time, std::vector<std::string> independent,
+         std::optional<std::vector<double>> about, bool poses) {
+        return evaluate_spec_state(spec, {trajectory, at, std::move(joints), std::move(rates), std::move(accelerations),
+                                          time, std::move(independent), std::move(about), poses});
+      },
+      py::arg("spec"), py::arg("trajectory"), py::arg("at"), py::arg("joints"), py::arg("rates"),
+      py::arg("accelerations"), py::arg("time"), py::arg("independent"), py::arg("about"), py::arg("poses"));
+  m.def(
+      "control",
+      [](const std::shared_ptr<Spec>& spec, const std::string& controller, const std::string& trajectory,
+         std::optional<long> samples, std::optional<double> duration, std::optional<std::vector<double>> about,
+         double settle, long steps, bool poses, const py::object& progress) {
+        const RunRequest wish{.trajectory = trajectory,
+                              .controller = controller,
+                              .formulation = "tree",
+                              .samples = samples,
+                              .duration = duration,
+                              .about = std::move(about),
+                              .poses = poses,
+                              .settle = settle,
+                              .steps = steps};
+        return control_spec(spec, wish, progress);
+      },
+      py::arg("spec"), py::arg("controller"), py::arg("trajectory"), py::arg("samples"), py::arg("duration"),
+      py::arg("about"), py::arg("settle"), py::arg("steps"), py::arg("poses"), py::arg("progress"));
+}
+
+}  // namespace balance::python

@@ -1,0 +1,134 @@
+// Numbers that come in sizes, against all of their combinations.
+
+#include "balance/synthesis/design/objective_builder.hpp"
+#include "load_cases.hpp"
+
+#include <fmt/format.h>
+
+using namespace load_cases;
+using balance::MatrixX;
+
+namespace {
+
+/// A chain of links with a counterweight each, whose masses come in sizes.
+std::string chain(std::mt19937& random, int links, bool spatial) {
+  std::uniform_real_distribution<double> length(0.2, 0.5), mass(0.5, 2);
+  std::string bodies = "bodies:\n", joints = "joints:\n", weights = "counterweights:\n", actuators, at, from, to;
+  for (int k = 1; k <= links; ++k) {
+    const double l = length(random), m = mass(random);
+    const char* zero = spatial ? ", 0" : "";
+    bodies += fmt::format("  b{}: {{mass: {}, com: [{}, 0{}], inertia: {}, points: {{A: [0, 0{}], B: [{}, 0{}]}}}}\n",
+                          k, m, l / 2, zero, spatial ? "[0.01, 0.02, 0.02]" : "0.02", zero, l, zero);
+    joints += fmt::format("  J{}: {{type: revolute, connects: [{}, b{}.A]{}}}\n", k,
+                          k == 1 ? "ground.origin" : fmt::format("b{}.B", k - 1), k,
+                          !spatial     ? ""
+                          : k % 2 == 1 ? ", axis: [0, 0, 1]"
+                                       : ", axis: [0, 1, 0]");
+    weights += fmt::format("  c{}: {{body: b{}, at: [-0.2, 0{}], mass: {{free: [0, {}], step: {}}}}}\n", k, k, zero,
+                           k == links ? 4 : 12, k == links ? 0.7 : 1.5);
+    actuators += fmt::format("{}J{}", k == 1 ? "" : ", ", k);
+    from += fmt::format("{}J{}: {}", k == 1 ? "" : ", ", k, 0.3 * k);
+    to += fmt::format("{}J{}: {}", k == 1 ? "" : ", ", k, 0.3 * k + 0.9);
+  }
+  return fmt::format(
+      "space: {}\ngravity: [{}]\n{}{}{}actuators: [{}]\nmotion: {{duration: 0.8, samples: 21, from: {{joints: "
+      "{{{}}}}}, to: "
+      "{{joints: {{{}}}}}}}\ndesign: {{goal: static}}\n",
+      spatial ? "spatial" : "planar", spatial ? "0, 0, -9.81" : "0, -9.81", bodies, joints, weights, actuators, from,
+      to);
+}
+
+/// Calls `visit` for all combinations of sizes.
+template <class Visit>
+void for_all(const DesignSpace& space, const Visit& visit) {
+  const auto& free = space.start.free_numbers;
+  std::vector<std::size_t> at(free.size(), 0);
+  for (;;) {
+    VectorX x(static_cast<Eigen::Index>(free.size()));
+    for (std::size_t i = 0; i < free.size(); ++i) x[static_cast<Eigen::Index>(i)] = free[i].discrete_values[at[i]];
+    visit(x);
+    std::size_t k = 0;
+    while (k < at.size() && ++at[k] == free[k].discrete_values.size()) at[k++] = 0;
+    if (k == at.size()) return;
+  }
+}
+
+bool is_a_size(const DesignSpace& space, const VectorX& x) {
+  for (std::size_t i = 0; i < space.start.free_numbers.size(); ++i) {
+    const auto& sizes = space.start.free_numbers[i].discrete_values;
+    if (std::find(sizes.begin(), sizes.end(), x[static_cast<Eigen::Index>(i)]) == sizes.end()) return false;
+  }
+  return true;
+}
+
+}  // namespace
+
+TEST_CASE("sizes leave as little of the conditions as any combination of them") {
+  std::mt19937 random(11);
+  for (const bool spatial : {false, true})
+    for (int seed = 0; seed < 3; ++seed) {
+      const DesignSpace space = read(chain(random, 3, spatial));
+      const DesignReport report = design(space);
+      REQUIRE(report.outcome.status == DesignStatus::infeasible);
+      CHECK(report.outcome.is_proved_infeasible);
+      CHECK(report.outcome.optimality == balance::Optimality::proved_global);
+      CHECK(is_a_size(space, report.outcome.x));
+      const auto conditions = derive_conditions(space.start.mechanism, space.start.design.goals);
+      double least = 1e9;
+      for_all(space, [&](const VectorX& x) {
+        least = std::min(least, scaled_residuals(conditions, term_values(space.instantiate(x).mechanism)).norm());
+      });
+      const double found =
+          scaled_residuals(conditions, term_values(space.instantiate(report.outcome.x).mechanism)).norm();
+      CHECK(found == doctest::Approx(least).epsilon(1e-9));
+    }
+}
+
+TEST_CASE("sizes have the least figure of all combinations, and the bound says so") {
+  std::mt19937 random(5);
+  for (const char* figure :
+       {"{rms: torque, along: cycloid}", "{peak: torque, along: cycloid}", "{rms: shaking_force, along: cycloid}"}) {
+    const DesignSpace space =
+        read(replaced(chain(random, 3, false), "goal: static", fmt::format("minimize: {}", figure)));
+    const DesignReport report = design(space);
+    const balance::Objective objective = build_objective(space, space.start.design.minimize, space.start_values(), {});
+    double least = 1e9;
+    for_all(space, [&](const VectorX& x) {
+      least = std::min(least, objective.of_parameters(parameter_values(space.instantiate(x).mechanism), nullptr));
+    });
+    CHECK(report.outcome.objective == doctest::Approx(least).epsilon(1e-9));
+    CHECK(report.outcome.optimality == balance::Optimality::proved_global);
+    CHECK(report.outcome.lower_bound <= report.outcome.objective);
+    CHECK(report.outcome.lower_bound == doctest::Approx(least).epsilon(1e-5));
+  }
+}
+
+TEST_CASE("sizes that balance exactly are found among those that do not") {
+  // 0.5 kg m of the link and 0.5 m for the counterweight: 1 kg
+  const DesignSpace space = read(replaced(replaced(pendulum, "free: [0, 5]", "free: {values: [0, 0.4, 1, 2.5]}"),
+                                          ", for: {p: [0, 0.25, 1]}", ", minimize: added-mass"));
+  const DesignReport report = design(space);
+  CHECK(report.outcome.status == DesignStatus::balanced);
+  CHECK(report.outcome.x[0] == 1);
+  CHECK(report.outcome.optimality == balance::Optimality::proved_global);
+}
+
+TEST_CASE("lengths in sizes are all tried") {
+  std::string text = replaced(pendulum, "at: [-0.5, 0], mass: {free: [0, 5]}", "at: [\"-r\", 0], mass: {free: [0, 5]}");
+  text = replaced(text, "{p: 0}", "{p: 0, l: {free: {values: [0.3, 0.5, 0.7]}}, r: 0.5}");
+  text = replaced(text, "points: {E: [0.5, 0]}", "points: {E: [l, 0]}");
+  text = replaced(replaced(text, "mass: p", "mass: 1"), ", for: {p: [0, 0.25, 1]}", ", minimize: added-mass");
+  const DesignReport report = design(read(text));
+  CHECK(report.outcome.status == DesignStatus::balanced);
+  CHECK(report.outcome.x[0] == 0.3);  // the load hangs nearest to the joint
+  CHECK(report.outcome.x[1] == doctest::Approx((0.5 + 0.3) / 0.5).epsilon(1e-9));
+}
+
+TEST_CASE("a free place and mass in a box have the least mass that first moments allow") {
+  std::string text = replaced(pendulum, "at: [-0.5, 0]", "at: [{free: [-0.3, 0.2]}, {free: [-0.1, 0.1]}]");
+  text = replaced(text, ", for: {p: [0, 0.25, 1]}", ", minimize: added-mass");
+  const DesignReport report = design(read(text));
+  CHECK(report.outcome.objective == doctest::Approx(0.5 / 0.3).epsilon(1e-9));
+  CHECK(report.outcome.optimality == balance::Optimality::proved_global);
+  CHECK(report.outcome.lower_bound == doctest::Approx(0.5 / 0.3).epsilon(1e-6));
+}

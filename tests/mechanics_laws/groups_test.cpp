@@ -1,0 +1,129 @@
+// Moments that are found many at once are those that the stepper finds one after another.
+
+#include "runs.hpp"
+
+#include "balance/mechanics/results/quantities.hpp"
+#include "balance/mechanics/results/recorder.hpp"
+#include "balance/mechanics/results/round_off.hpp"
+#include "balance/motion/simulation/group_stepper.hpp"
+#include "balance/motion/time_optimal/resolve_trajectory.hpp"
+
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <cstring>
+#include <optional>
+
+using namespace laws;
+using namespace balance;
+
+namespace {
+
+/// A stepper with an observer, for walk().
+template <class S>
+struct Alone {
+  MotionStepper<S>& stepper;
+  SampleEvaluator<S>& observer;
+
+  bool begin() { return stepper.begin(); }
+  bool advance(double time) { return stepper.advance(time); }
+  void update_accelerations(Side side) { stepper.update_accelerations(side); }
+  double time() const { return stepper.time(); }
+  bool observe() {
+    if (!observer.evaluate(stepper, Detail::all)) return false;
+    observer.sample().mobility = stepper.mobility();
+    return true;
+  }
+  const Sample& last() const { return observer.sample(); }
+};
+
+struct Tracked {
+  RunResult result;
+  long in_groups = 0;
+};
+
+/// The samples, in groups with one of the instruction sets or without groups.
+template <class S>
+Tracked follow(const Run& run, std::optional<InstructionSet> set) {
+  const Trajectory trajectory = resolve_trajectory(run.mechanism, run.trajectory).trajectory;
+  Tree<S> tree = compile_tree<S>(run.mechanism, prescribed_coordinates(trajectory));
+  const CompiledTrajectory<S> plan = compile_trajectory(run.mechanism, tree, trajectory);
+  const typename S::Vector about = to_vector<S>(trajectory.about);
+  SampleEvaluator<S> observer(run.mechanism, tree, plan.freedoms, about);
+  MotionStepper<S> stepper(run.mechanism, tree, plan);
+  stepper.set_regularity_monitor(observer.regularity_monitor());
+  Tracked out;
+  name_columns(run.mechanism, out.result);
+  resize_arrays(run.mechanism, trajectory.samples, {}, out.result);
+  ResultRecorder recorder(out.result);
+  const auto record = [&](auto& leader) {
+    const bool done =
+        visit_time_grid(leader, *plan.prescribed_motion, trajectory.samples, [&](const TimeGridPoint& stop) {
+          if (!leader.observe()) return false;
+          if (stop.kind == TimeGridPoint::Kind::sample) recorder.write(leader.last(), stop.index, out.result);
+          return true;
+        });
+    CHECK(done);
+  };
+  if (!set) {
+    Alone<S> leader{stepper, observer};
+    record(leader);
+    return out;
+  }
+  const TimeGrid times{plan.prescribed_motion->duration(), trajectory.samples};
+  GroupStepper<S> leader(run.mechanism, tree, plan, times, about, stepper, observer, *set);
+  record(leader);
+  out.in_groups = leader.group_step_count();
+  return out;
+}
+
+Tracked follow(const Run& run, std::optional<InstructionSet> set) {
+  return run.mechanism.space == SpaceKind::planar ? follow<Planar>(run, set) : follow<Spatial>(run, set);
+}
+
+bool same_bits(const Samples& a, const Samples& b) {
+  return a.size() == b.size() && std::memcmp(a.data(), b.data(), static_cast<std::size_t>(a.size()) * 8) == 0;
+}
+
+/// What of an array's numbers may differ: a motion is solved when its equations miss by 1e-12 of the ground's extent, and rates are off
+/// by the inverse of the mobility times that, in both of two runs; the stepper proves a mobility to 2e-9 (MinSingularValue::compute_from_factors).
+double allowed(const Run& run, const RunResult& result, Samples RunResult::*array) {
+  if (array == &RunResult::mobility) return 2e-9;
+  return 2e-12 * std::max(1.0, ground_extent(run.mechanism)) / std::min(1.0, result.mobility.minCoeff());
+}
+
+/// Largest difference of an array by the size of the terms that its numbers are sums of.
+double difference(const Run& run, const Samples& a, const Samples& b, Samples RunResult::*array) {
+  double worst = 0;
+  for (Eigen::Index c = 0; c < a.cols(); ++c) {
+    const double terms = std::max(column_term_magnitude(run.result, run.result.term_magnitudes, array, c),
+                                  a.col(c).cwiseAbs().maxCoeff());
+    if (terms > 0) worst = std::max(worst, (a.col(c) - b.col(c)).cwiseAbs().maxCoeff() / terms);
+  }
+  return worst;
+}
+
+}  // namespace
+
+TEST_CASE(
+    "what is found of many moments at once is what the stepper finds, with every instruction set to the same bits") {
+  long in_groups = 0, all = 0;
+  for_each_run(161, [&](const Run& run) {
+    CAPTURE(run.name);
+    const Tracked alone = follow(run, {}), baseline = follow(run, InstructionSet::baseline);
+    in_groups += baseline.in_groups;
+    all += run.samples();
+    for (const QuantityDefinition& kind : quantity_table()) {
+      const Samples &expected = alone.result.*kind.member, &found = baseline.result.*kind.member;
+      if (expected.size() == 0) continue;
+      CAPTURE(std::string(kind.name));
+      CHECK(difference(run, expected, found, kind.member) <= allowed(run, alone.result, kind.member));
+    }
+    for (const InstructionSet set : list_instruction_sets()) {
+      const Tracked other = follow(run, set);
+      for (const QuantityDefinition& kind : quantity_table())
+        CHECK(same_bits(other.result.*kind.member, baseline.result.*kind.member));
+    }
+  });
+  CHECK(in_groups > all / 4);
+}
