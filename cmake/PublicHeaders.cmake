@@ -1,5 +1,5 @@
 # The headers that users of the library include, part by part. They alone are installed, with what they include themselves; and they
-# make the umbrella <balance/balance.hpp>. All others are the library's own: see "Private to" in their first lines.
+# make the umbrella <balance/balance.hpp>. All others are the library's own.
 set(balance_public_core
     foundation/base/error.hpp
     foundation/base/rotation.hpp

@@ -1,6 +1,6 @@
 #pragma once
-/// What the sources of the Python module share: its classes, and how work is done while the interpreter goes on. The classes that users see are
-/// written in Python on top of these (python/balance_mechanisms).
+/// What the sources of the Python module share: its classes, and how work is done while the interpreter goes on. The classes that users see
+/// are written in Python on top of these (python/balance_mechanisms).
 
 #include "balance/interface/files/result_file.hpp"
 #include "balance/interface/reports/report_data.hpp"

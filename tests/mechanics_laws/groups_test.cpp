@@ -19,7 +19,7 @@ using namespace balance;
 
 namespace {
 
-/// A stepper with an observer, for walk().
+/// A stepper with an observer, for visit_time_grid().
 template <class S>
 struct Alone {
   MotionStepper<S>& stepper;

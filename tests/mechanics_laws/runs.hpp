@@ -57,7 +57,7 @@ inline constexpr unsigned fewer = 1;
 /// Of all configs with bodies, or under sanitizers of some.
 std::vector<std::string> config_names();
 balance::Study load(const std::string& file);
-/// Result::outcome may say why there are no samples.
+/// RunResult::outcome may say why there are no samples.
 Run attempt(const std::string& name, const Mechanism& mechanism, const balance::Trajectory& trajectory);
 /// The same, and a run that does not end well is a failed check.
 Run run(const std::string& name, const Mechanism& mechanism, const balance::Trajectory& trajectory);

@@ -20,8 +20,8 @@ class DeadlineExceeded : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-/// While it lives, motions that this thread follows end with DeadlineExceeded after so many seconds of computing, or when `stop` says so. Deadlines
-/// within each other all count.
+/// While it lives, motions that this thread follows end with DeadlineExceeded after so many seconds of computing, or when `stop` says so.
+/// Deadlines within each other all count.
 class Deadline {
  public:
   /// @param stop asked a few dozen times a second

@@ -38,8 +38,8 @@ inline To bits_as(const From& from) {
   return to;
 }
 
-/// |x| ≤ max_cody_waite_argument: the products with the first two parts of π/2, of 37 bits each, are exact. By value: a template's parameter has
-/// forgotten how little a pack is aligned.
+/// |x| ≤ max_cody_waite_argument: the products with the first two parts of π/2, of 37 bits each, are exact. By value: a template's parameter
+/// has forgotten how little a pack is aligned.
 template <class Numbers, class Bits>
 inline ReducedArgument<Numbers, Bits> reduce_cody_waite(Numbers x) {
   const double round = 0x1.8p52;  // the sum's last bits are the integer

@@ -1,7 +1,7 @@
 #pragma once
 /// Several numbers worked on as one: the scalar of what is computed for many samples at once. Lane l holds the number of sample l.
 /// Every operation is IEEE 754's on every lane, so that a lane's result depends neither on its neighbours nor on how many
-/// there are. Sources that use packs are compiled with -ffp-contract=off (cmake/Lanes.cmake). Private to the library.
+/// there are. Sources that use packs are compiled with -ffp-contract=off (cmake/Lanes.cmake).
 
 #include "balance/foundation/base/elementary.hpp"
 #include "balance/foundation/base/types.hpp"

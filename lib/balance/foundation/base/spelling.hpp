@@ -11,8 +11,8 @@ namespace balance {
 /// lower case count as a quarter of a difference, so that `L` is nearer to `l` than to `g`.
 double edit_distance(std::string_view a, std::string_view b);
 
-/// The name that `word` is a slip of: its plural or singular; the nearest, if less than half of the longer word differs, and one letter of a
-/// word of up to five (dashes before it do not count); else the first that begins with `word`, or it with that; empty if there is none.
+/// The name that `word` is a slip of: its plural or singular; the nearest, if less than half of the longer word differs, and one letter of
+/// a word of up to five (dashes before it do not count); else the first that begins with `word`, or it with that; empty if there is none.
 std::string find_nearest_name(std::string_view word, const std::vector<std::string>& names);
 
 /// "nearest is 'crank1'" or, if no name is near, nothing.

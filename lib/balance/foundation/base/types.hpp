@@ -32,7 +32,8 @@ using ModelScalarOf = typename ModelScalarTraits<T>::Type;
 template <class A, class B>
 using ProductOf = decltype(std::declval<A>() * std::declval<B>());
 
-/// What is made of such numbers begins at multiples of so many bytes: more than usual where one fills a register (foundation/base/pack.hpp).
+/// What is made of such numbers begins at multiples of so many bytes: more than usual where one fills a register
+/// (foundation/base/pack.hpp).
 template <class T>
 inline constexpr std::size_t storage_alignment = alignof(std::max_align_t);
 

@@ -1,6 +1,6 @@
 #pragma once
-/// A graph evaluated with other inputs, over any scalar: doubles, numbers with derivatives (foundation/base/dual.hpp), expressions of another
-/// graph, or whatever an algebra makes of operations.
+/// A graph evaluated with other inputs, over any scalar: doubles, numbers with derivatives (foundation/base/dual.hpp), expressions of
+/// another graph, or whatever an algebra makes of operations.
 
 #include "balance/foundation/base/dual.hpp"
 #include "balance/foundation/base/elementary.hpp"
@@ -12,8 +12,8 @@
 
 namespace balance {
 
-/// The plain meaning of operations. T has the arithmetic of numbers, `value_of` and `apply_chain_rule` (foundation/base/dual.hpp); branches look at
-/// values alone.
+/// The plain meaning of operations. T has the arithmetic of numbers, `value_of` and `apply_chain_rule` (foundation/base/dual.hpp); branches
+/// look at values alone.
 template <class T>
 struct ScalarAlgebra {
   using Value = T;

@@ -1,6 +1,6 @@
 #pragma once
-/// Arithmetic as text: numbers, names (`l`, `leg1.l`), + − * / ^, parentheses, comparisons, && and ||, a ? b : c, sqrt, sin, cos and the like, pi.
-/// Angles of trigonometric functions are in radians. A point is the decimal mark whatever the locale.
+/// Arithmetic as text: numbers, names (`l`, `leg1.l`), + − * / ^, parentheses, comparisons, && and ||, a ? b : c, sqrt, sin, cos and the
+/// like, pi. Angles of trigonometric functions are in radians. A point is the decimal mark whatever the locale.
 
 #include "balance/foundation/expression/expression.hpp"
 

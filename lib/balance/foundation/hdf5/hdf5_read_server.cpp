@@ -23,7 +23,7 @@ namespace balance {
 /// From here on the library neither follows links into other files nor loads filters, anywhere in this process.
 void disable_links_and_filters();
 
-/// An open file, or one that cannot be opened. Paths as in Hdf5Source; every member throws Hdf5Error.
+/// An open file, or one that cannot be opened. Paths as in Hdf5Reader; every member throws Hdf5Error.
 class Hdf5DirectReader {
  public:
   explicit Hdf5DirectReader(const std::string& file);

@@ -1,5 +1,5 @@
 #pragma once
-/// The child's side of Hdf5Source: the only place of this room that knows HDF5.
+/// The child's side of Hdf5Reader: the only place of this room that knows HDF5.
 
 #include "balance/foundation/hdf5/sandbox_process.hpp"
 

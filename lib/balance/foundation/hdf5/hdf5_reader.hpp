@@ -31,7 +31,8 @@ struct Hdf5ReadLimits {
 /// @throws Hdf5Error also if the child dies: the file is damaged
 class Hdf5Reader {
  public:
-  /// @throws Hdf5Error if it is no HDF5 file or cannot be opened, or has not the checksum that it was written with (foundation/hdf5/file_checksum.hpp)
+  /// @throws Hdf5Error if it is no HDF5 file or cannot be opened, or has not the checksum that it was written with
+  /// (foundation/hdf5/file_checksum.hpp)
   explicit Hdf5Reader(const std::string& file, const Hdf5ReadLimits& limits = {});
 
   bool has(const std::string& path) const;

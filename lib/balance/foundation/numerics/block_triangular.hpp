@@ -252,7 +252,8 @@ class BlockTriangular {
   Structure structure() const { return {row_position_, column_position_, blocks_, start_, columns_, inside_, pivots_}; }
 
   /// The diagonal blocks: inverses of the smallest, LU with partial pivoting of the others.
-  /// @return the smallest |pivot| or 1/|entry of an inverse|, 0 if singular; a measure of regularity for matrices with entries of the order of one
+  /// @return the smallest |pivot| or 1/|entry of an inverse|, 0 if singular; a measure of regularity for matrices with entries of the order
+  /// of one
   double factorise();
 
   /// Remembers the matrix last factorised for near_kept().

@@ -1,5 +1,5 @@
 #pragma once
-/// Linear least squares within bounds. Private to foundation.
+/// Linear least squares within bounds.
 
 #include "balance/foundation/base/types.hpp"
 

@@ -1,5 +1,5 @@
 #pragma once
-/// Fits Chebyshev series on panels to functions that can be sampled. Private to foundation.
+/// Fits Chebyshev series on panels to functions that can be sampled.
 
 #include "balance/foundation/numerics/chebyshev_series.hpp"
 

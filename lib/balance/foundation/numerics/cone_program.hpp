@@ -1,5 +1,5 @@
 #pragma once
-/// Linear objectives over linear inequalities and second-order cones. Private to foundation.
+/// Linear objectives over linear inequalities and second-order cones.
 
 #include "balance/foundation/base/types.hpp"
 
@@ -7,7 +7,7 @@
 
 namespace balance::design {
 
-/// The product of a nonnegative orthant and second-order cones: its Jordan algebra and its scaling. Private to foundation.
+/// The product of a nonnegative orthant and second-order cones: its Jordan algebra and its scaling.
 /// A vector has `linear` numbers first, then the blocks (t, v) with t ≥ |v|.
 /// Source: Alizadeh & Goldfarb, Second-order cone programming, Mathematical Programming 95 (2003).
 class SecondOrderCone {

@@ -1,6 +1,6 @@
 #pragma once
-/// Factorizations of the library's dense matrices, compiled once: each takes the compiler seconds. Those that conditions, design and
-/// control alone ask for are compiled with conditions.
+/// Factorizations of the library's dense matrices, compiled once: each takes the compiler seconds. Those of
+/// right_singular_vectors.cpp are needed by conditions, design and control alone.
 ///
 /// Eigen's own look for the largest entry first and read memory that is not there if there is none. The classes here know matrices
 /// without rows or columns: rank 0, no values, any orthonormal vectors, and the solution 0. Of all others they give Eigen's digits.

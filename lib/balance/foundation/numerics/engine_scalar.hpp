@@ -1,6 +1,6 @@
 #pragma once
 /// The scalar that a source of templates is compiled for. The same sources make the engine over doubles (`balance::core`) and over
-/// numbers with derivatives (`balance::gradients`, with BALANCE_DUALS), some of them over many samples at once (cmake/Lanes.cmake):
+/// numbers with derivatives (`balance::derivatives`, with BALANCE_DUALS), some of them over many samples at once (cmake/Lanes.cmake):
 /// see cmake/Libraries.cmake. Only for their last lines, where they name their instances.
 
 #include "balance/foundation/base/dual.hpp"

@@ -355,7 +355,8 @@ class LaneBlockTriangular {
   std::vector<T> work_;
 };
 
-/// The linear systems of foundation/numerics/square_system.hpp and foundation/numerics/overdetermined_system.hpp with a sample in every lane.
+/// The linear systems of foundation/numerics/square_system.hpp and foundation/numerics/overdetermined_system.hpp with a sample in every
+/// lane.
 
 /// The interface is that of BlockTriangular. What is told of all lanes together is that of the worst; the matrix kept is that of the
 /// last lane, and nearness that of every lane to the one before it.

@@ -1,5 +1,5 @@
 #pragma once
-/// Nonlinear equations in the box by damped Gauss–Newton. Private to foundation.
+/// Nonlinear equations in the box by damped Gauss–Newton.
 
 #include "balance/foundation/base/types.hpp"
 

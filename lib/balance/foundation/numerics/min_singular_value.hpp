@@ -1,5 +1,5 @@
 #pragma once
-/// The smallest singular value of a matrix, for thousands of small ones. Private to the library.
+/// The smallest singular value of a matrix, for thousands of small ones.
 
 #include "balance/foundation/base/types.hpp"
 #include "balance/foundation/numerics/block_triangular.hpp"

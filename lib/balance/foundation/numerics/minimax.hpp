@@ -1,5 +1,5 @@
 #pragma once
-/// The least of the largest of several smooth functions within a convex set. Private to foundation.
+/// The least of the largest of several smooth functions within a convex set.
 
 #include "balance/foundation/base/types.hpp"
 

@@ -1,6 +1,6 @@
 #pragma once
 /// A step of an ordinary differential equation to nearly all digits: Gragg's modified midpoint rule with 2, 4, 6, … parts, extrapolated to
-/// parts without length (Hairer, Nørsett and Wanner, Solving Ordinary Differential Equations I, section II.9). Private to foundation.
+/// parts without length (Hairer, Nørsett and Wanner, Solving Ordinary Differential Equations I, section II.9).
 
 #include "balance/foundation/base/types.hpp"
 

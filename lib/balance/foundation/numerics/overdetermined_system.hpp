@@ -1,7 +1,7 @@
 #pragma once
 /// Systems with at least as many rows as columns and a solution, over any scalar, by QR with column pivoting. Over duals the values are
 /// factorised once, and per number there is one more right-hand side: where A x = b has a solution for all of the numbers' values,
-/// A dx = db − dA x has one, too. Private to base, motion and dynamics.
+/// A dx = db − dA x has one, too.
 
 #include "balance/foundation/base/dual.hpp"
 #include "balance/foundation/numerics/eigen_instantiations.hpp"

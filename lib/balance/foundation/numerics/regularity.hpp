@@ -1,5 +1,5 @@
 #pragma once
-/// How near to a singular configuration results can still be trusted. Private to motion, dynamics and control.
+/// How near to a singular configuration results can still be trusted.
 
 #include <array>
 

@@ -1,5 +1,5 @@
 #pragma once
-/// The least values of a function of time that is known at growing times and can be computed between them. Private to foundation.
+/// The least values of a function of time that is known at growing times and can be computed between them.
 
 #include <array>
 #include <cmath>

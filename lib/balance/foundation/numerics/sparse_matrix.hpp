@@ -1,5 +1,5 @@
 #pragma once
-/// Large sparse matrices of any shape: least-squares steps and the smallest singular value. Private to the library.
+/// Large sparse matrices of any shape: least-squares steps and the smallest singular value.
 
 #include "balance/foundation/base/types.hpp"
 #include "balance/foundation/numerics/block_triangular.hpp"

@@ -1,5 +1,5 @@
 #pragma once
-/// Several polynomials of low degree in many variables, kept as a sparse list of terms. Private to foundation.
+/// Several polynomials of low degree in many variables, kept as a sparse list of terms.
 
 #include "balance/foundation/base/types.hpp"
 

@@ -25,8 +25,8 @@ struct SpecSource {
 
 struct PlannedCase {
   std::size_t spec = 0;  ///< index into BatchPlan::specs
-  /// SHA-256 of everything that the result depends on: the spec's text, the tables and parts that it is read with, the parameters, trajectory,
-  /// controller, samples and design of the case, the program's version and build.
+  /// SHA-256 of everything that the result depends on: the spec's text, the tables and parts that it is read with, the parameters,
+  /// trajectory, controller, samples and design of the case, the program's version and build.
   std::string key;
 };
 

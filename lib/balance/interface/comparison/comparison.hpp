@@ -16,7 +16,7 @@ namespace balance {
 struct MetricTable {
   std::string name;             ///< of the run: a file's stem, a case of a suite
   std::vector<Metric> metrics;  ///< SI; a quantity that is not there is missing in this run
-  double energy = std::numeric_limits<double>::quiet_NaN();  ///< as Result::energy [J]; NaN: missing
+  double energy = std::numeric_limits<double>::quiet_NaN();  ///< as RunResult::energy [J]; NaN: missing
 };
 
 /// The run's own metrics and, behind those of the joints, the worst reaction of all: `joint_force`, `joint_moment`.
@@ -46,7 +46,7 @@ struct Difference {
 };
 
 struct ComparedQuantity {
-  std::string quantity, unit;                  ///< as in Result::metrics
+  std::string quantity, unit;                  ///< as in RunResult::metrics
   std::vector<std::optional<Metric>> metrics;  ///< one per run; nothing: the run does not have it, or in another unit
   /// One per run; nothing for the base and where one of both does not have the quantity or has another number of components.
   std::vector<std::optional<Difference>> differences;

@@ -1,5 +1,5 @@
 #pragma once
-/// A requirement taken apart into words, and what they mean together. Private to interface.
+/// A requirement taken apart into words, and what they mean together.
 
 #include "balance/interface/comparison/requirement.hpp"
 

@@ -50,9 +50,9 @@ class SampleInterpolant {
 
 /// The samples behind each metric of a run.
 
-/// Columns of one of a Result's arrays that together are one quantity. Refers to the result, which must outlive it.
+/// Columns of one of a RunResult's arrays that together are one quantity. Refers to the result, which must outlive it.
 struct QuantitySeries {
-  std::string quantity;  ///< as in Result::metrics: "torque[A1]", "shaking_force"; the worst of several is none
+  std::string quantity;  ///< as in RunResult::metrics: "torque[A1]", "shaking_force"; the worst of several is none
   const Samples* samples = nullptr;
   int first = 0, count = 1;  ///< columns
   double round_off = 0;      ///< of each of them (mechanics/results/round_off.hpp)

@@ -1,5 +1,5 @@
 #pragma once
-/// A law of motion, or a way within a corridor, that was searched for, as text and JSON. Private to the writers and the page.
+/// A law of motion, or a way within a corridor, that was searched for, as text and JSON.
 
 #include "balance/interface/files/json.hpp"
 #include "balance/mechanics/trajectory/optimised_law.hpp"

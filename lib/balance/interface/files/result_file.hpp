@@ -65,7 +65,7 @@ inline void throw_if_cancelled(const WriteOptions& options) {
   if (options.is_cancelled && options.is_cancelled()) throw Cancelled("interrupted, nothing written");
 }
 
-/// A Result as one table of comma-separated values.
+/// A RunResult as one table of comma-separated values.
 
 /// One row per sample; the first line names each column with its unit in brackets: `time [s],A1.position [rad],…`.
 /// Numbers have 17 significant digits, enough to give back the same double. Written under a temporary name and
@@ -73,7 +73,7 @@ inline void throw_if_cancelled(const WriteOptions& options) {
 /// @throws SystemError, Cancelled, std::invalid_argument as write_result_hdf5
 void write_result_csv(const std::string& path, const RunResult& result, const WriteOptions& options = {});
 
-/// A Result as HDF5 that is also netCDF-4; docs/file-format.md describes the file.
+/// A RunResult as HDF5 that is also netCDF-4; docs/file-format.md describes the file.
 
 /// Writes the file under a temporary name and renames it when it is complete. The same result and description give the
 /// same bytes. The samples are written from where they are.

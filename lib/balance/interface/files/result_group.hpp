@@ -1,5 +1,5 @@
 #pragma once
-/// A Result as a group of an HDF5 file: the root of a run's own file, or one of several runs in a design's.
+/// A RunResult as a group of an HDF5 file: the root of a run's own file, or one of several runs in a design's.
 
 #include "balance/foundation/hdf5/hdf5_writer.hpp"
 #include "balance/interface/files/json.hpp"

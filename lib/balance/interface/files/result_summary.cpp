@@ -22,7 +22,7 @@ namespace balance {
 
 /// One scalar or vector.
 struct StateEntry {
-  std::string quantity;  ///< as in Result::metrics: "torque[A1]", "joint_force[B1]"
+  std::string quantity;  ///< as in RunResult::metrics: "torque[A1]", "joint_force[B1]"
   std::string unit;
   std::vector<double> value;  ///< round-off is 0; NaN where there is none
 };

@@ -1,6 +1,5 @@
 #pragma once
-/// What must be known before an MJCF's bodies can be read: included files, default classes, the compiler's settings. Private to
-/// the reader of MJCF.
+/// What must be known before an MJCF's bodies can be read: included files, default classes, the compiler's settings.
 
 #include "balance/interface/import/foreign_model.hpp"
 #include "balance/interface/import/xml_document.hpp"

@@ -1,5 +1,5 @@
 #pragma once
-/// The page that a spec is written on. Private to the writer of specs.
+/// The page that a spec is written on.
 
 #include "balance/interface/import/foreign_model.hpp"
 

@@ -53,7 +53,7 @@ std::string comparison_markdown(const ComparedRuns& compared, const std::vector<
 /// none. Figures are peak, peak_time, rms, mean, range, largest_difference, difference_time, rms_difference.
 std::string comparison_csv(const ComparedRuns& compared);
 
-/// "ok     <requirement> [run]: holds: …" or "FAILED <requirement> [run]: …", as in_words ends.
+/// "ok     <requirement> [run]: holds: …" or "FAILED <requirement> [run]: …", as describe_verdict() ends.
 std::string format_verdict_line(const RequirementVerdict& verdict);
 
 /// The verdicts alone, one a line.

@@ -1,5 +1,5 @@
 #pragma once
-/// Where things stand on the page of a picture. Lengths in mm, from the top left corner. Private to interface.
+/// Where things stand on the page of a picture. Lengths in mm, from the top left corner.
 
 #include "balance/interface/reports/plot.hpp"
 
@@ -26,7 +26,8 @@ PlotPage resolve_page_size(const Plot& picture, PlotPage page);
 /// A script without any file name: it prints the picture to standard output. The same picture gives the same text.
 std::string gnuplot_script(const Plot& picture, const PlotPage& page);
 
-/// A text, visible as in foundation/base/unicode_text.hpp, in the quotes in which gnuplot prints it as it is and nothing in it is a command.
+/// A text, visible as in foundation/base/unicode_text.hpp, in the quotes in which gnuplot prints it as it is and nothing in it is a
+/// command.
 std::string gnuplot_quoted(std::string_view text);
 
 /// Of the entries of a legend: lines with a label, then marks with one.

@@ -1,5 +1,5 @@
 #pragma once
-/// Which samples a page shows of runs that have more of them than a screen could tell apart. Private to the page.
+/// Which samples a page shows of runs that have more of them than a screen could tell apart.
 
 #include "balance/foundation/base/types.hpp"
 #include "balance/interface/files/json.hpp"

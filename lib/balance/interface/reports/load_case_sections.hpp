@@ -20,7 +20,8 @@ std::string load_cases_text(const DesignReport& report);
 std::string law_text(const AdaptiveLaw& law, Eigen::Index which, const std::vector<std::string>& loads, double unit = 1,
                      int digits = 6, const char* times = " ");
 
-/// Per free number an expression over the load's parameters where it follows them by a law within its bounds, for format_balanced_spec; else empty.
+/// Per free number an expression over the load's parameters where it follows them by a law within its bounds, for format_balanced_spec;
+/// else empty.
 std::vector<std::string> make_law_expressions(const DesignReport& report);
 
 }  // namespace balance

@@ -37,8 +37,8 @@ const FigureDeviation* find_deviation(const ToleranceReport& report, const std::
 
 /// A run and how far it is off as HDF5 that is also netCDF-4; docs/file-format.md describes the file.
 
-/// The run as the spec has it, as a result file; in the group `tolerance` the numbers, the figures' deviations and the standard deviation of
-/// every sample. Draws are left out. Complete or not at all.
+/// The run as the spec has it, as a result file; in the group `tolerance` the numbers, the figures' deviations and the standard deviation
+/// of every sample. Draws are left out. Complete or not at all.
 /// @throws std::invalid_argument if the view has no report along a trajectory; SystemError, Cancelled as write_result_hdf5
 void write_tolerance(const std::string& path, const ToleranceReportData& view, const Provenance& description,
                      const WriteOptions& options = {});
@@ -55,7 +55,8 @@ Provenance make_tolerance_provenance(const Study& study, const Trajectory& traje
 
 /// How far runs are off when a mechanism's numbers are, as JSON.
 
-/// Deviations are null where a figure has none to first order, and so are parts of numbers that open a joint; `sampling` and `at_rest` where nobody asked.
+/// Deviations are null where a figure has none to first order, and so are parts of numbers that open a joint; `sampling` and `at_rest`
+/// where nobody asked.
 std::string tolerance_json(const ToleranceReportData& view);
 
 /// How far runs are off when a mechanism's numbers are, for people.

@@ -17,7 +17,7 @@ namespace balance::specification {
 struct NodeLocation {
   int line = 0;
   int column = 0;
-  int file = 0;  ///< 0: the spec's own; else what Problems::add_file said of a part's
+  int file = 0;  ///< 0: the spec's own; else what SpecErrorCollector::add_file said of a part's
 };
 
 /// What is wrong, in parts: `kind: expected …, found …; hint`, as much of it as there is.
@@ -77,7 +77,7 @@ class SpecErrorCollector {
   /// The same of a whole section, whose parts may be wrong.
   bool is_section_invalid(const std::string& path) const;
 
-  /// Runs `read` and keeps its Problem. @return whether there was none, nor a consequence of one
+  /// Runs `read` and keeps its ReadError. @return whether there was none, nor a consequence of one
   template <class Read>
   bool collect(Read&& read) {
     const int before = failures_;

@@ -1,5 +1,5 @@
 #pragma once
-/// The files of a spec's parts, each read and parsed once. Private to interface.
+/// The files of a spec's parts, each read and parsed once.
 
 #include "balance/interface/specification/spec_cursor.hpp"
 
@@ -22,7 +22,7 @@ class PartFiles {
 
   /// A part's document, every place of it in its file. Valid as long as this.
   /// @param path as messages call it @param at where the spec names it
-  /// @throws Problem if it cannot be read, SpecError if it is no YAML
+  /// @throws ReadError if it cannot be read, SpecError if it is no YAML
   const YamlNode& load(const std::string& path, const SpecCursor& at);
 
  private:
@@ -43,7 +43,7 @@ struct ExpandedDocument {
 bool has_includes(const YamlNode& root);
 
 /// @param file what messages call the document; the parts' files are looked for in its folder
-/// @throws Problem, SpecError if something is wrong with the parts; what is wrong inside of them is left to the readers
+/// @throws ReadError, SpecError if something is wrong with the parts; what is wrong inside of them is left to the readers
 ExpandedDocument expand_includes(const YamlNode& root, const std::string& file, SpecErrorCollector& problems,
                                  const PartReader& text = read_part_text);
 
@@ -57,8 +57,8 @@ namespace balance {
 /// @param spec_file what messages call the spec: its files are looked for in its folder
 std::vector<std::string> list_referenced_files(const std::string& spec_text, const std::string& spec_file);
 
-/// The spec itself, where it is a file, and what list_referenced_files says of it. A text that has its parts in it already does not name them,
-/// so the file is looked at again.
+/// The spec itself, where it is a file, and what list_referenced_files says of it. A text that has its parts in it already does not name
+/// them, so the file is looked at again.
 std::vector<std::string> list_spec_files(const std::string& spec_text, const std::string& spec_file);
 
 }  // namespace balance

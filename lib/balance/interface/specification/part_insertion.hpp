@@ -1,5 +1,5 @@
 #pragma once
-/// The names of a part where it stands in a whole: `crank` of the part `leg1` is `leg1.crank`. Private to interface.
+/// The names of a part where it stands in a whole: `crank` of the part `leg1` is `leg1.crank`.
 
 #include "balance/interface/specification/spec_cursor.hpp"
 #include "balance/interface/specification/yaml_document.hpp"
@@ -46,7 +46,7 @@ void read_copy_names(IncludeEntry& entry, const YamlNode& document, std::vector<
 
 /// Puts a copy of the part into the document.
 /// @param part the sections that are taken over, without parts of its own @param index into entry.names
-/// @throws Problem if it does not fit
+/// @throws ReadError if it does not fit
 void insert_part(const IncludeEntry& entry, YamlNode part, std::size_t index, YamlNode& document);
 
 }  // namespace balance::specification

@@ -28,7 +28,7 @@ struct NamedJointType {
   bool is_rolling = false;  ///< in the plane: a pin in a slot whose slide follows its angle
 };
 
-/// @throws Problem if the word is no type of a planar or of a spatial mechanism; it names what others call so
+/// @throws ReadError if the word is no type of a planar or of a spatial mechanism; it names what others call so
 NamedJointType read_joint_type(const SpecCursor& at, bool planar);
 
 namespace {

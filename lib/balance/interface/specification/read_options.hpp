@@ -1,5 +1,5 @@
 #pragma once
-/// What options of the command line are read with. Private to interface.
+/// What options of the command line are read with.
 
 #include "balance/foundation/base/spelling.hpp"
 #include "balance/interface/specification/study_builder.hpp"

@@ -1,5 +1,5 @@
 #pragma once
-/// Payloads that are taken up and set down on the way: `from`, `until`. Private to the readers.
+/// Payloads that are taken up and set down on the way: `from`, `until`.
 
 #include "balance/interface/specification/study_builder.hpp"
 

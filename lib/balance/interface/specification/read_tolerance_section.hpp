@@ -1,5 +1,5 @@
 #pragma once
-/// `tolerances: {cw1.mass: 1%, "bodies.*.mass": 0.5%, l1: {uniform: 0.1e-3}}`. Private to the readers.
+/// `tolerances: {cw1.mass: 1%, "bodies.*.mass": 0.5%, l1: {uniform: 0.1e-3}}`.
 
 #include "balance/interface/specification/study_builder.hpp"
 

@@ -32,13 +32,13 @@ class SpecCursor {
   bool is_list() const { return kind() == YamlNode::Kind::list; }
   bool is_map() const { return kind() == YamlNode::Kind::map; }
 
-  /// Throws the Problem "expected <what>, found <this value>".
+  /// Throws the ReadError "expected <what>, found <this value>".
   [[noreturn]] void fail_expected(const std::string& what) const;
-  /// Throws a Problem.
+  /// Throws a ReadError.
   [[noreturn]] void fail(ErrorMessage complaint) const;
   /// The same, but a Consequence if what is looked for at a path may be there after all.
   [[noreturn]] void fail_unless_uncertain(const std::string& path, ErrorMessage complaint) const;
-  /// Throws the Problem that this mapping lacks a key, one of those named.
+  /// Throws the ReadError that this mapping lacks a key, one of those named.
   [[noreturn]] void fail_missing(const std::vector<std::string>& keys) const;
   /// "a list of 3", "a mapping", "'abc'", "nothing".
   std::string describe_found() const;
@@ -83,8 +83,8 @@ inline constexpr std::size_t max_members = 2000;
 
 enum class NameForm { simple, dotted };
 
-/// The same, and every key must be a name (`is_unicode_identifier`), or several with points between them. One that is not is reported, and its entry read all the
-/// same.
+/// The same, and every key must be a name (`is_unicode_identifier`), or several with points between them. One that is not is reported, and
+/// its entry read all the same.
 std::vector<Member> list_named_members(const SpecCursor& map, const std::string& what,
                                        NameForm names = NameForm::dotted);
 

@@ -20,7 +20,7 @@ TimeTable read_inline_table(const SpecCursor& at, StudyBuilder& draft, const std
 /// A file beside the spec with a column `time` and some of the possible columns, in any order, in the spec's units.
 TimeTable read_table_file(const SpecCursor& at, StudyBuilder& draft, const std::vector<TableColumn>& possible);
 
-/// Throws a Problem at `at` unless the times increase.
+/// Throws a ReadError at `at` unless the times increase.
 void check_times(const SpecCursor& at, const std::vector<Expression>& time);
 
 /// What a file holds, in the file's units.

@@ -32,7 +32,7 @@ struct DocumentLimits {
 };
 
 /// One document. Duplicate keys go to `problems`.
-/// @throws Problem if the text is not YAML, holds more than one document or exceeds a limit
+/// @throws ReadError if the text is not YAML, holds more than one document or exceeds a limit
 YamlNode parse_yaml(const std::string& text, SpecErrorCollector& problems, const DocumentLimits& limits = {});
 
 /// Values as YAML.

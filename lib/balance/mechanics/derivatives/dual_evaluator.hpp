@@ -1,7 +1,7 @@
 #pragma once
 /// One moment of a motion with its derivatives. Newton's iteration is never differentiated: where the equations f(y, p) = 0 were solved
 /// over doubles, one evaluation over duals and one solution with the matrix A = ∂f/∂y, which is factorised once, give dy = −A⁻¹ ∂f/∂p
-/// (implicit function theorem); rates and accelerations follow from their own equations in the same way. Private to mechanics.
+/// (implicit function theorem); rates and accelerations follow from their own equations in the same way.
 
 #include "balance/foundation/numerics/engine_scalar.hpp"
 #include "balance/mechanics/derivatives/mechanism_variables.hpp"

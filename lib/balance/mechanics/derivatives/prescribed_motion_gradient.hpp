@@ -1,7 +1,6 @@
 #pragma once
 /// Prescribed values with their derivatives by numbers of the trajectory (its poses, way, courses, law, duration) and of the mechanism: a
-/// pose that is stated in other quantities than the drive's (the tool stated, the joints driven) is measured where it was found. Private
-/// to gradients.
+/// pose that is stated in other quantities than the drive's (the tool stated, the joints driven) is measured where it was found.
 
 #include "balance/mechanics/derivatives/dual_evaluator.hpp"
 #include "balance/mechanics/kinematics/compiled_trajectory.hpp"

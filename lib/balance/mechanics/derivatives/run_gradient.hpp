@@ -25,7 +25,7 @@ struct RunGradient {
   std::array<ClosureGaps, dual_width> closure_gaps;
 };
 
-/// @param mechanism, trajectory with_derivatives(), those of the numbers wanted set
+/// @param mechanism, trajectory as numbers with derivatives, those of the numbers wanted set
 /// @param quantities names of arrays that have figures ("torque", "shaking_moment"); no others are computed. Empty: all arrays
 /// @throws std::invalid_argument for fewer than two samples
 RunGradient differentiate_run(const MechanismOf<DualNumber>& mechanism, const TrajectoryOf<DualNumber>& trajectory,

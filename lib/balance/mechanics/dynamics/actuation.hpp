@@ -1,6 +1,6 @@
 #pragma once
 /// From the tree's generalised forces to actuator efforts and loop multipliers: τ = Sᵀ u + Φᵀ λ, which is P0's projection
-/// u = Cᵀ τ with C normalised on the actuated rows (P0 eq. 17, 29–34). Private to dynamics and the rooms that open it up.
+/// u = Cᵀ τ with C normalised on the actuated rows (P0 eq. 17, 29–34).
 
 #include "balance/foundation/base/dual.hpp"
 #include "balance/foundation/numerics/eigen_instantiations.hpp"
@@ -136,9 +136,9 @@ class Actuation : public RegularityMonitor<S> {
   std::vector<ColumnId> passive_columns_;
   SquareSystem<T> passive_;  ///< closure rows × passive columns
   std::vector<ClosureEntry> closure_entries_;
-  long factorised_ = -1;  ///< Equations::filled() where `passive_` was factorised
+  long factorised_ = -1;  ///< KinematicEquations::evaluation_count() where `passive_` was factorised
   const KinematicEquations<S>* factorised_equations_ = nullptr;
-  std::size_t pattern_id_ = 0;  ///< Equations::layout() that the places are of
+  std::size_t pattern_id_ = 0;  ///< KinematicEquations::pattern_id() that the places are of
   double regularity_ = 1;
   RankMonitor matrix_;             ///< closures and actuated coordinates
   BlockTriangular sparse_matrix_;  ///< the same of a large mechanism

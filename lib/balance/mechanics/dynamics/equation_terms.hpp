@@ -23,8 +23,8 @@ struct StaticTerms {
   VectorX sum() const { return weight + springs + loads; }
 };
 
-/// Σ u = M′ q̈ + w′ + z′ with w′_k = Σ D′_krs q̇_r q̇_s + Σ B′_kr q̇_r in the d independent coordinates. Dry friction, which no power of the
-/// rates describes, is in EffortBreakdown alone.
+/// Σ u = M′ q̈ + w′ + z′ with w′_k = Σ D′_krs q̇_r q̇_s + Σ B′_kr q̇_r in the d independent coordinates. Dry friction, which no power of
+/// the rates describes, is in EffortBreakdown alone.
 /// Source: P0 eq. 62, 63; P1 eq. 14–16, where D′_kr is D_kr, D′_krs is D_krs and z′_k is D_k.
 struct IndependentTerms {
   MatrixX mass;                   ///< d×d: M′, symmetric

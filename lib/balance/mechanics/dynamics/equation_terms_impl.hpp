@@ -1,5 +1,5 @@
 #pragma once
-/// What EquationTerms is made of, for the plane and for space. Private to mechanics.
+/// What EquationTerms is made of, for the plane and for space.
 
 #include "balance/foundation/base/types.hpp"
 #include "balance/mechanics/dynamics/actuation.hpp"

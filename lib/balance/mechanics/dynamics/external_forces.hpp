@@ -1,5 +1,5 @@
 #pragma once
-/// What the surroundings and springs do to the bodies. Private to dynamics and the rooms that open it up.
+/// What the surroundings and springs do to the bodies.
 
 #include "balance/mechanics/dynamics/tree_dynamics.hpp"
 #include "balance/mechanics/kinematics/tree.hpp"
@@ -44,7 +44,7 @@ class ExternalForces {
   void add_magnitudes(const TreeState<S>& state, const Scalar& time, std::vector<ForceMagnitude>& sizes) const;
   /// Magnitudes of all external wrenches, about the world's origin: what is left of where the same wrenches are added and subtracted.
   ForceMagnitude sum_magnitudes(const TreeState<S>& state, const Scalar& time) const;
-  /// The same as add_sizes() of add_joint_springs(), per tree coordinate.
+  /// The same as add_magnitudes() of add_joint_springs(), per tree coordinate.
   void add_joint_magnitudes(const Scalar* y, std::vector<double>& tau) const;
   /// The same of the springs' energy [J].
   double energy_magnitude(const TreeState<S>& state, const Scalar* y) const;

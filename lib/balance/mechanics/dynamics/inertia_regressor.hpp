@@ -1,6 +1,6 @@
 #pragma once
 /// Inverse dynamics as a matrix times the inertial parameters of all mass elements (bodies, attachments, discs): forces are
-/// linear in m, m r and the inertia about the element's frame. Private to dynamics and the rooms that open it up.
+/// linear in m, m r and the inertia about the element's frame.
 
 #include "balance/mechanics/dynamics/tree_dynamics.hpp"
 

@@ -1,5 +1,5 @@
 #pragma once
-/// What InverseDynamics is made of, for the plane and for space. Private to mechanics.
+/// What InverseDynamics is made of, for the plane and for space.
 
 #include "balance/mechanics/dynamics/inverse_dynamics.hpp"
 #include "balance/mechanics/dynamics/sample_evaluator.hpp"

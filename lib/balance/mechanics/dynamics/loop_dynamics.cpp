@@ -368,8 +368,8 @@ namespace {
 
 constexpr double closure_rank_tolerance = 1e-5;       // smallest relative pivot of closures that have their full rank
 constexpr double preferred_columns_tolerance = 1e-5;  // the same that preferred coordinates must leave
-// What makes a column a dependent one where there is a choice: being a spherical joint's, whose own coordinates mean little, and taking part in
-// one loop only, which lets the loops be solved one by one.
+// What makes a column a dependent one where there is a choice: being a spherical joint's, whose own coordinates mean little, and taking
+// part in one loop only, which lets the loops be solved one by one.
 constexpr double spherical_weight = 10;
 constexpr double own_loop_weight = 3;
 

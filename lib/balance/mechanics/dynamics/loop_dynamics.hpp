@@ -1,5 +1,5 @@
 #pragma once
-/// Forward dynamics in tree coordinates with the loops solved for: what ForwardDynamics and Plant are made of. Private to mechanics.
+/// Forward dynamics in tree coordinates with the loops solved for: what ForwardDynamics and Plant are made of.
 
 #include "balance/mechanics/dynamics/external_forces.hpp"
 #include "balance/mechanics/dynamics/forward_dynamics.hpp"
@@ -66,7 +66,7 @@ class LoopDynamics {
   /// Smallest pivot where the independent columns were chosen, and now. 1 without loops.
   double regularity() const { return is_open_tree() ? 1 : equations_->regularity(); }
   double regularity_at_choice() const { return regularity_at_choice_; }
-  /// Of the matrix last factorised, for the present choice of independent columns: see Equations::near_kept.
+  /// Of the matrix last factorised, for the present choice of independent columns: see KinematicEquations::is_near_stored.
   void store() { is_open_tree() ? void() : equations_->store(); }
   bool near_kept(double limit) { return is_open_tree() || equations_->is_near_stored(limit); }
   /// Largest scaled residual of all closures at the poses of state().

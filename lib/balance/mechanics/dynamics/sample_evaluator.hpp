@@ -1,5 +1,5 @@
 #pragma once
-/// Finds everything that is known of a moving mechanism at one moment. Private to dynamics and the rooms that open it up.
+/// Finds everything that is known of a moving mechanism at one moment.
 
 #include "balance/mechanics/dynamics/actuation.hpp"
 #include "balance/mechanics/dynamics/external_forces.hpp"
@@ -47,7 +47,7 @@ class SampleEvaluator {
     return evaluate(instant_of(stepper), stepper.equations(), stepper.duration(), detail);
   }
 
-  /// Only the efforts: last().effort, and the tree's generalised forces that they balance.
+  /// Only the efforts: sample().effort, and the tree's generalised forces that they balance.
   bool solve_efforts(const TreeMotion<S>& now, const KinematicEquations<S>& equations, double duration);
   /// Generalised forces per tree coordinate that solve_efforts() found, friction included [N m or N].
   const std::vector<T>& generalised_forces() const { return tau_; }
@@ -74,12 +74,12 @@ class SampleEvaluator {
     if (mechanism_.tool) read_tool(now);
   }
 
-  /// Whether moments can be found elsewhere (mechanics/lanes/lane_kernels.hpp): all coordinates linear in the tree's, nothing outside but weight, no
-  /// friction, the efforts by one square system.
+  /// Whether moments can be found elsewhere (mechanics/lanes/lane_kernels.hpp): all coordinates linear in the tree's, nothing outside but
+  /// weight, no friction, the efforts by one square system.
   bool can_use_lanes() const {
     return cut_joints_.empty() && external_.is_empty() && mechanism_.friction.empty() && actuation_.is_regular();
   }
-  /// Adds what follows from the coordinates to a moment so found, of the motion that was seen last. Only where is_plain().
+  /// Adds what follows from the coordinates to a moment so found, of the motion that was seen last. Only where can_use_lanes().
   void complete_sample(const T* y, const T* dy, const T* ddy, SampleOf<T>& seen) const;
 
   /// Only the coordinates, so that the count of whole turns goes on.

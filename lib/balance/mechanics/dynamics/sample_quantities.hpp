@@ -1,6 +1,6 @@
 #pragma once
 /// What a moment of a tree in motion tells once its forces are balanced. State: poses, angular velocities, and accelerations with the
-/// ground accelerated by −g. Private to dynamics and the rooms that open it up.
+/// ground accelerated by −g.
 
 #include "balance/mechanics/dynamics/tree_dynamics.hpp"
 #include "balance/mechanics/kinematics/closure.hpp"

@@ -1,5 +1,5 @@
-// The equation of motion in speeds: with σ = (speeds, zeros) = W q̇ and q̇ = V σ the accelerations are q̈ = V (σ̇ − N(q̇, q̇)), N being what
-// rates alone make of σ̇, and the virtual speeds' work is Vᵀ (M q̈ + w + z) = Vᵀ S u.
+// The equation of motion in speeds: with σ = (speeds, zeros) = W q̇ and q̇ = V σ the accelerations are q̈ = V (σ̇ − N(q̇, q̇)), N being
+// what rates alone make of σ̇, and the virtual speeds' work is Vᵀ (M q̈ + w + z) = Vᵀ S u.
 
 #include "balance/foundation/numerics/eigen_instantiations.hpp"
 #include "balance/mechanics/dynamics/equation_terms_impl.hpp"

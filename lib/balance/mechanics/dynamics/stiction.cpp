@@ -228,8 +228,8 @@ constexpr double least_norm_weight = 1e-12;  // of the least-norm term that choo
 constexpr double relative_acceleration_tolerance = 1e-9;  // part of the terms of w beyond which w is not zero
 constexpr double response_epsilon = 1e-24;  // response, against the largest, of a joint that forces do not move
 
-/// Minimum of ½ zᵀB z − pᵀz within −bound.backward ≤ z ≤ bound.forward by a primal active-set method (Nocedal and Wright, Numerical Optimization, 2006,
-/// section 16.5): B is positive definite, so it ends.
+/// Minimum of ½ zᵀB z − pᵀz within −bound.backward ≤ z ≤ bound.forward by a primal active-set method (Nocedal and Wright, Numerical
+/// Optimization, 2006, section 16.5): B is positive definite, so it ends.
 class BoxQuadraticProgram {
  public:
   BoxQuadraticProgram(const MatrixX& B, const VectorX& p, const FrictionLimits& bound)

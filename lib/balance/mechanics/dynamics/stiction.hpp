@@ -1,6 +1,5 @@
 #pragma once
-/// Which joints with dry friction stay at rest, and which way the others slip: Coulomb's law as a set-valued force. Private to
-/// control.
+/// Which joints with dry friction stay at rest, and which way the others slip: Coulomb's law as a set-valued force.
 
 #include "balance/foundation/base/types.hpp"
 #include "balance/mechanics/kinematics/tree.hpp"

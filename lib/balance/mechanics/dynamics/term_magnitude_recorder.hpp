@@ -1,6 +1,6 @@
 #pragma once
-/// Measures the terms of a mechanism's forces: the recursions of mechanics/dynamics/tree_dynamics.hpp with lengths in place of vectors, so that
-/// nothing cancels. Private to dynamics and the rooms that open it up.
+/// Measures the terms of a mechanism's forces: the recursions of mechanics/dynamics/tree_dynamics.hpp with lengths in place of vectors, so
+/// that nothing cancels.
 ///
 /// For a node with the terms' sizes p of its place, w of its angular velocity, α of its angular acceleration and a of its
 /// acceleration, and inertia of mass m, first moments c and second moments J (the sizes of their own terms, too):
@@ -37,7 +37,7 @@ class TermMagnitudeRecorder {
                         const RestScale& rest);
 
   /// Measures at a moment and keeps the largest sizes.
-  /// @param now after an Observer has seen it: the state holds all poses
+  /// @param now after a SampleEvaluator has seen it: the state holds all poses
   /// @param seen what the observer found there
   /// @param multipliers per closure row, as Actuation::multipliers()
   /// @param mobility of the equations: errors of their solution grow with its inverse
@@ -45,8 +45,8 @@ class TermMagnitudeRecorder {
 
   /// Largest sizes so far.
   const TermMagnitudes& magnitudes() const { return terms_; }
-  /// Largest so far of what the sizes' round_off_factor is to be taken of: of what equations are solved for, more by their residual and by the
-  /// inverse of the mobility.
+  /// Largest so far of what the sizes' round_off_factor is to be taken of: of what equations are solved for, more by their residual and by
+  /// the inverse of the mobility.
   const TermMagnitudes& amplified_magnitudes() const { return grown_; }
 
  private:

@@ -1,6 +1,6 @@
 #pragma once
 /// Inverse dynamics of the tree: recursive Newton–Euler from the leaves to the ground (Featherstone, Rigid Body Dynamics
-/// Algorithms, 2008, table 5.1). Private to dynamics and the rooms that open it up.
+/// Algorithms, 2008, table 5.1).
 
 #include "balance/mechanics/kinematics/forward_kinematics.hpp"
 
@@ -76,7 +76,8 @@ void compute_wrench_forces(const Tree<Constants<S>>& tree, const TreeState<S>& s
 }
 
 /// Generalised forces of an open tree without external forces, the shortest way to the torques of a serial arm: sines and cosines, of
-/// which none waits for another, then in one go outwards and one back. What the ground exerts is not asked for: wrenches[0] is left as it is.
+/// which none waits for another, then in one go outwards and one back. What the ground exerts is not asked for: wrenches[0] is left as it
+/// is.
 template <class S>
 void open_tree_inverse_dynamics(const Tree<Constants<S>>& tree, const typename S::Scalar* y,
                                 const typename S::Scalar* dy, const typename S::Scalar* ddy,

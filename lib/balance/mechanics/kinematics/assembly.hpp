@@ -1,6 +1,6 @@
 #pragma once
 /// Finding configurations: Levenberg–Marquardt from a guess, restarts from seeded random ones, continuation along a straight
-/// way, ranks by singular values. Private to kinematics, motion and dynamics.
+/// way, ranks by singular values.
 
 #include "balance/mechanics/kinematics/constraint_system.hpp"
 #include "balance/mechanics/kinematics/tree.hpp"

@@ -1,6 +1,6 @@
 #pragma once
 /// One assembly mode of a mechanism, followed from state to state: independent coordinates to tree coordinates that close the loops,
-/// with their rates and accelerations. Private to mechanics.
+/// with their rates and accelerations.
 
 #include "balance/mechanics/kinematics/assembly.hpp"
 #include "balance/mechanics/kinematics/compiled_trajectory.hpp"

@@ -1,6 +1,6 @@
 #pragma once
 /// Loop-closure equations: what they miss by, how they change with the tree coordinates, and what velocities alone make of
-/// their second derivative. Private to kinematics, motion and dynamics.
+/// their second derivative.
 ///
 /// Every row is a constraint wrench in disguise: its rate is F · (velocity of b relative to a at Q) + N · (angular velocity of
 /// b relative to a), with Q the origin of frame b. Its multiplier λ makes the joint push b with λF at Q and λN, and a

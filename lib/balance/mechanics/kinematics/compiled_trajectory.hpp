@@ -1,6 +1,6 @@
 #pragma once
 /// From a trajectory as stated to something that can be followed: which equations drive the mechanism, the start
-/// configuration, and the prescribed values over time. Private to motion and dynamics.
+/// configuration, and the prescribed values over time.
 
 #include "balance/mechanics/kinematics/assembly.hpp"
 #include "balance/mechanics/trajectory/drive_quantities.hpp"

@@ -2,7 +2,6 @@
 /// All equations that pin a configuration, loop closures first and prescribed quantities after them, as one system, dense or sparse; and
 /// those that pin its rates, which are more where something rolls.
 /// For everything that happens once: assembly, ranks, end poses, and mechanisms with redundant constraints.
-/// Private to kinematics, motion and dynamics.
 
 #include "balance/foundation/numerics/sparse_matrix.hpp"
 #include "balance/mechanics/kinematics/drive.hpp"

@@ -1,6 +1,6 @@
 #pragma once
 /// The prescribed quantities as equations in the tree coordinates: tool position, centre of mass, quantities linear in y
-/// (joint coordinates, the angle of a planar tool), rotation of a spatial tool. Private to kinematics, motion and dynamics.
+/// (joint coordinates, the angle of a planar tool), rotation of a spatial tool.
 
 #include "balance/foundation/base/rotation.hpp"
 #include "balance/mechanics/kinematics/closure.hpp"

@@ -1,7 +1,6 @@
 #pragma once
 /// Poses, velocities and accelerations of all nodes, by one recursion from the ground outwards (Featherstone, Rigid Body
 /// Dynamics Algorithms, 2008, ch. 4–5, in the form of two three-vectors per body). Scratch memory of one algorithm.
-/// Private to kinematics, motion and dynamics.
 
 #include "balance/foundation/base/pack.hpp"
 #include "balance/mechanics/kinematics/tree.hpp"

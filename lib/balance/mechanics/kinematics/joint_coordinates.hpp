@@ -1,6 +1,5 @@
 #pragma once
 /// Coordinates of joints that the tree does not use: read off the relative motion of the two bodies.
-/// Private to kinematics, motion and dynamics.
 
 #include "balance/mechanics/kinematics/forward_kinematics.hpp"
 

@@ -1,7 +1,6 @@
 #pragma once
 /// Closures and prescribed quantities as one square system with a fixed sparsity: the hot loop's counterpart of System. Rows
 /// that are lengths are divided by the characteristic length, columns that are lengths multiplied by it.
-/// Private to motion and dynamics.
 
 #include "balance/foundation/numerics/min_singular_value.hpp"
 #include "balance/foundation/numerics/overdetermined_system.hpp"
@@ -44,7 +43,7 @@ class KinematicEquations {
   /// `columns()` right-hand sides into `rows()` unknowns of the transposed system, in place: generalised forces into multipliers.
   /// Only where the constraints are independent.
   void solve_transposed(T* x);
-  /// Remembers the matrix last factorised for near_kept().
+  /// Remembers the matrix last factorised for is_near_stored().
   void store();
   /// Whether every matrix on the straight way from the kept one to the one last factorised is regular by a margin: the
   /// pseudo-inverse of the latter times their difference is at most `limit` < 1. See docs/theory.md, section 2.
@@ -53,7 +52,7 @@ class KinematicEquations {
   T min_singular_value();
   /// The same, of a matrix near a singular one too. Remembers nothing.
   double distance_to_singularity() const;
-  /// Counts the calls of fill().
+  /// Counts the calls of evaluate().
   long evaluation_count() const { return evaluations_; }
 
   /// Right-hand sides for rates and accelerations. State: for the latter velocities and velocity-caused accelerations.
@@ -112,7 +111,7 @@ class KinematicEquations {
   SquareSystem<T> sparse_;
   MinSingularValue least_singular_;
   OverdeterminedSystem<T> tall_;
-  long evaluations_ = 0, factorised_evaluation_ = -1;  ///< the latter: filled() of the matrix last factorised
+  long evaluations_ = 0, factorised_evaluation_ = -1;  ///< the latter: evaluation_count() of the matrix last factorised
 };
 
 extern template class KinematicEquations<Planar>;
@@ -129,7 +128,8 @@ class RegularityMonitor {
   virtual double factorise(const KinematicEquations<S>& equations) = 0;
   /// Remembers the matrix last looked at.
   virtual void store() = 0;
-  /// Whether every matrix on the straight way from the one kept to the one last looked at is regular; see Equations::near_kept.
+  /// Whether every matrix on the straight way from the one kept to the one last looked at is regular; see
+  /// KinematicEquations::is_near_stored.
   virtual bool is_near_stored(double limit) = 0;
 
   /// The mobility that the motion would have if the guard's quantities drove it: the smallest singular value of the closures and their

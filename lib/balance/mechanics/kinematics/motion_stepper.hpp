@@ -1,6 +1,6 @@
 #pragma once
 /// Follows a plan through time: predictor from the last configurations, Newton on closures and prescribed quantities,
-/// then velocities and accelerations from the same factorised matrix. Private to motion and dynamics.
+/// then velocities and accelerations from the same factorised matrix.
 
 #include "balance/foundation/numerics/regularity.hpp"
 #include "balance/mechanics/kinematics/singularity_monitor.hpp"
@@ -44,8 +44,8 @@ class MotionStepper {
   /// Accelerations on one side of the present time (advance() leaves those of the side `after`).
   void update_accelerations(Side side);
 
-  /// A step to a moment that was found elsewhere (mechanics/lanes/lane_kernels.hpp), which this stepper would have accepted. Only the moment and
-  /// what is told of the way go on, until catch_up().
+  /// A step to a moment that was found elsewhere (mechanics/lanes/lane_kernels.hpp), which this stepper would have accepted. Only the
+  /// moment and what is told of the way go on, until synchronise().
   void adopt_step(const CoordinateSample& next, const StepReport& measures);
   /// Poses, velocities and the matrix at a moment followed to. @param keep and the next steps go on from there
   void synchronise(bool keep);
@@ -62,7 +62,7 @@ class MotionStepper {
   double duration() const { return plan_.prescribed_motion->duration(); }  ///< of the whole motion [s]
   int iterations() const { return iterations_; }
   const MotionOutcome& outcome() const { return outcome_; }
-  /// How near the way so far has come to singularities, and what it has passed; see Passages.
+  /// How near the way so far has come to singularities, and what it has passed; see SingularityMonitor.
   std::vector<std::string> notes() { return singularity_monitor_.notes(); }
   const KinematicEquations<S>& equations() const { return equations_; }
 

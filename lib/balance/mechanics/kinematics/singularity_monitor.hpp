@@ -1,7 +1,7 @@
 #pragma once
 /// What a motion passes on its way: least distances from singularities, and singular configurations of single loops or of some of the
 /// actuators where the others keep it determinate. Places between steps are computed, so that what is found does not depend on
-/// the steps. Private to motion and dynamics.
+/// the steps.
 
 #include "balance/foundation/numerics/scalar_search.hpp"
 #include "balance/mechanics/kinematics/compiled_trajectory.hpp"

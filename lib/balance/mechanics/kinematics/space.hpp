@@ -1,7 +1,6 @@
 #pragma once
 /// The algebra that the recursions are written over, once for the plane and once for space, each over any scalar T. A Space has
-/// vectors (places, forces), angular quantities (scalars in the plane, vectors in space), rotations and inertias. Private to the
-/// rooms of kinematics, motion and dynamics.
+/// vectors (places, forces), angular quantities (scalars in the plane, vectors in space), rotations and inertias.
 
 #include "balance/foundation/base/dual.hpp"
 #include "balance/foundation/base/types.hpp"

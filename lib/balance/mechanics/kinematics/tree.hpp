@@ -1,6 +1,6 @@
 #pragma once
 /// A mechanism made ready for the recursions: every joint of the spanning tree becomes a chain of nodes that each turn about
-/// or slide along an axis of their own frame; loop joints become closures. Private to kinematics, motion and dynamics.
+/// or slide along an axis of their own frame; loop joints become closures.
 
 #include "balance/foundation/base/id.hpp"
 #include "balance/mechanics/kinematics/space.hpp"

@@ -1,5 +1,5 @@
 #pragma once
-/// What a tree's nodes carry while payloads come and go. Private to kinematics and the rooms that open it up.
+/// What a tree's nodes carry while payloads come and go.
 
 #include "balance/mechanics/kinematics/tree.hpp"
 #include "balance/mechanics/model/payload_intervals.hpp"

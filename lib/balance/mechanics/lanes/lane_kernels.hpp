@@ -1,6 +1,6 @@
 #pragma once
 /// What is computed for many samples at once: a table of functions for every instruction set, compiled from one source
-/// (cmake/Lanes.cmake). Private to the library.
+/// (cmake/Lanes.cmake).
 
 #include "balance/foundation/base/instruction_set.hpp"
 #include "balance/mechanics/dynamics/actuation.hpp"
@@ -43,7 +43,8 @@ struct GroupJob {
   // found
   GroupCoordinates coordinates;
   PerMoment pivot{}, hold_pivot{}, distance{}, iterations{};  ///< as StepReport
-  std::array<Sample, group_size> samples;  ///< less what Observer::complete adds; vectors must have their sizes
+  std::array<Sample, group_size>
+      samples;  ///< less what SampleEvaluator::complete_sample adds; vectors must have their sizes
 };
 
 /// What a motion is found from. Everything must outlive the motion.
@@ -60,7 +61,7 @@ struct GroupSetup {
 };
 
 /// A motion without external forces and friction, with independent closures: Newton's method on the poses, rates, accelerations and
-/// all that an Observer finds. Each moment by itself: what is found of one does not depend on its neighbours or on how many
+/// all that a SampleEvaluator finds. Each moment by itself: what is found of one does not depend on its neighbours or on how many
 /// there are.
 template <class S>
 class GroupSolver {

@@ -1,6 +1,6 @@
 #pragma once
 /// The smallest singular value of small matrices, one in every lane, by the way of MinSingularValue: Householder's tridiagonal form of AᵀA,
-/// then Laguerre's iteration, which ends for each lane by itself. Private to mechanics.
+/// then Laguerre's iteration, which ends for each lane by itself.
 
 #include "balance/mechanics/kinematics/kinematic_equations.hpp"
 

@@ -1,5 +1,5 @@
 #pragma once
-/// Steps of a motion in lanes: every lane from its own place in the groups before to a moment of the next one. Private to mechanics.
+/// Steps of a motion in lanes: every lane from its own place in the groups before to a moment of the next one.
 
 #include "balance/foundation/numerics/lane_block_triangular.hpp"
 #include "balance/mechanics/dynamics/actuation.hpp"
@@ -121,7 +121,7 @@ void load_prescribed_values(const GroupJob& job, int first, const Drive<Constant
   }
 }
 
-/// Where the moments from `first` on should be: as Stepper::predict, from the same places of the groups before.
+/// Where the moments from `first` on should be: as MotionStepper::predict, from the same places of the groups before.
 template <class T>
 void predict_group(const GroupJob& job, int first, std::vector<T>& y_next) {
   const double h = job.step * group_size, hh = h * h;
@@ -148,7 +148,7 @@ void predict_group(const GroupJob& job, int first, std::vector<T>& y_next) {
   }
 }
 
-/// What an Observer finds at a moment, with a moment in every lane.
+/// What a SampleEvaluator finds at a moment, with a moment in every lane.
 
 /// @tparam L the space S over packs
 template <class L, class S>
@@ -286,7 +286,7 @@ class LaneStepper {
  private:
   using Mask = decltype(T() < T());
 
-  /// As Stepper::set_direct.
+  /// As MotionStepper::set_explicit.
   bool solve_explicit(GroupJob& job, int first) {
     for (std::size_t k = 0; k < drive_.linear.size(); ++k) {
       const LinearQuantity& quantity = drive_.linear[k];
@@ -321,7 +321,7 @@ class LaneStepper {
     return true;
   }
 
-  /// As Stepper::newton. A lane that is done stays where it was before its last correction, so that everything is evaluated there
+  /// As MotionStepper::newton. A lane that is done stays where it was before its last correction, so that everything is evaluated there
   /// again, to the same bits, until the others are done, too.
   bool newton(T& iterations) {
     constexpr double inf = std::numeric_limits<double>::infinity();
@@ -365,7 +365,7 @@ class LaneStepper {
     ddy_ = x_;
   }
 
-  /// As Stepper::turned, of every moment since the one before it.
+  /// As MotionStepper::step_distance, of every moment since the one before it.
   T step_distance(double h) const {
     const std::vector<double>& scale = equations_.column_scale();
     T most = 0.0;

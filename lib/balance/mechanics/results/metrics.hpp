@@ -29,8 +29,8 @@ double statistic_of(const Metric& metric, Statistic figure);
 /// Fills result.metrics and result.energy. Averages are over time, by the trapezoidal rule between all places.
 void add_metrics(RunResult& result, const IntermediateSamples& between);
 
-/// After add_metrics(): one sentence if there are too few places to rely on the figures: a joint turns by more than half a radian from one to the
-/// next, or a figure would be another by more than 2 % without every second one. Empty otherwise.
+/// After add_metrics(): one sentence if there are too few places to rely on the figures: a joint turns by more than half a radian from one
+/// to the next, or a figure would be another by more than 2 % without every second one. Empty otherwise.
 std::string check_sampling_density(const RunResult& result, const IntermediateSamples& between);
 
 /// Runs whose numbers grew too large to be computed with: their figures would be infinite or undefined.
@@ -39,9 +39,9 @@ std::string check_sampling_density(const RunResult& result, const IntermediateSa
 std::optional<MotionOutcome> find_overflow(const RunResult& result, const IntermediateSamples& between,
                                            const Mechanism& mechanism);
 
-/// What of a Result has figures: peak, rms, mean, range.
+/// What of a RunResult has figures: peak, rms, mean, range.
 
-/// Neighbouring columns of one of Result's arrays that together are a scalar or a vector.
+/// Neighbouring columns of one of RunResult's arrays that together are a scalar or a vector.
 struct MetricSeries {
   std::string quantity;  ///< "shaking_force", "torque[A1]"
   std::string unit;

@@ -1,6 +1,6 @@
 #pragma once
-/// The sampled quantities of a Result: one table for every run that records them and every format that shows them. A new quantity is
-/// a line of the table in quantities.cpp, a member of Sample and of Result, and the place that computes it.
+/// The sampled quantities of a RunResult: one table for every run that records them and every format that shows them. A new quantity is
+/// a line of the table in quantities.cpp, a member of Sample and of RunResult, and the place that computes it.
 
 #include "balance/mechanics/results/result.hpp"
 #include "balance/mechanics/trajectory/motion_sample.hpp"
@@ -109,19 +109,19 @@ struct QuantityDefinition {
   Samples RunResult::*member;
   const double* (*values)(const Sample&);  ///< null: not read off samples one by one
   VectorX TermMagnitudes::*terms;          ///< null: never round-off
-  bool has_moment_reference = false;       ///< a moment about Result::about
+  bool has_moment_reference = false;       ///< a moment about RunResult::moment_reference
 };
 
 std::span<const QuantityDefinition> quantity_table();
 
-/// A quantity of one Result, which must outlive it.
+/// A quantity of one RunResult, which must outlive it.
 struct Quantity {
   std::string name;        ///< of the dataset: "joint_position"
   std::string short_name;  ///< behind the name of a coordinate, actuator or joint: "position"
   std::string long_name;
   std::vector<std::string> units;  ///< one per column; one for all if they are alike
   ColumnKind columns = ColumnKind::single;
-  bool has_moment_reference = false;  ///< a moment about Result::about
+  bool has_moment_reference = false;  ///< a moment about RunResult::moment_reference
   Samples RunResult::*member = nullptr;
   const Samples* samples = nullptr;  ///< that member of the result
 

@@ -1,5 +1,5 @@
 #pragma once
-/// Samples as rows of a Result, by the table of quantities.
+/// Samples as rows of a RunResult, by the table of quantities.
 
 #include "balance/mechanics/model/mechanism.hpp"
 #include "balance/mechanics/results/quantities.hpp"
@@ -10,9 +10,9 @@ namespace balance {
 
 /// What a kind of run knows besides what every run knows.
 struct RecordedContents {
-  bool reactions = true;  ///< Occasion::reactions
-  bool control = false;   ///< Occasion::control
-  bool tracking = false;  ///< Occasion::tracking and tool_tracking
+  bool reactions = true;  ///< Availability::reactions
+  bool control = false;   ///< Availability::control
+  bool tracking = false;  ///< Availability::tracking and tool_tracking
 };
 
 /// What the columns are called, and in what.
@@ -24,7 +24,7 @@ void resize_arrays(const Mechanism& mechanism, long rows, const RecordedContents
 /// Forgets all samples but the first `rows`.
 void truncate_rows(long rows, RunResult& result);
 
-/// Writes samples, in the order of time, into the rows of one Result or of several of the same shape.
+/// Writes samples, in the order of time, into the rows of one RunResult or of several of the same shape.
 class ResultRecorder {
  public:
   /// @param shape a result with its names and arrays

@@ -16,7 +16,7 @@ enum class MotionLawKind {
   modified_sine,
   modified_trapezoidal,
   trapezoidal_velocity,  ///< ramps of stated length, constant velocity between them
-  time_optimal,          ///< the least duration that stated limits allow: found by the room timing, then a table
+  time_optimal,          ///< the least duration that stated limits allow: found by motion/time_optimal, then a table
   min_peak,              ///< the least peak of a quantity in a stated duration: found likewise
   constant_momentum,     ///< the angular momentum does not change: found likewise
 };

@@ -47,8 +47,8 @@ struct TimeGridPoint {
 };
 
 /// Leads a stepper of either formulation from stop to stop.
-/// @param stepper begin(), advance(time), accelerate(side), time()
-/// @param see called with each Stop; false ends the walk
+/// @param stepper begin(), advance(time), update_accelerations(side), time()
+/// @param see called with each TimeGridPoint; false ends the walk
 /// @return false if the stepper got stuck (its outcome says why) or `see` ended the walk
 template <class Stepper, class See>
 bool visit_time_grid(Stepper& stepper, const PrescribedMotion& schedule, long samples, See&& see) {

@@ -120,7 +120,8 @@ template <class T>
 struct TrajectoryOf {
   std::string name;
   MotionLawOf<T> law;
-  /// Law fastest: at least one; gentlest: perhaps; others go as they go, and their limits are only told (mechanics/trajectory/optimised_law.hpp).
+  /// Law fastest: at least one; gentlest: perhaps; others go as they go, and their limits are only told
+  /// (mechanics/trajectory/optimised_law.hpp).
   std::vector<MotionLimitOf<T>> limits;
   std::string min_peak_quantity;  ///< law gentlest, or in a corridor: whose peak is to be least
   T start_speed = 0;  ///< law fastest or gentlest: of the driven point along its path [m/s]; joints: norm of their
@@ -142,7 +143,7 @@ struct TrajectoryOf {
   std::optional<CorridorOf<T>> corridor;      ///< round the path
 };
 
-/// The mechanism decides how this goes: its law, its way or a course is found for it, by the room timing.
+/// The mechanism decides how this goes: its law, its way or a course is found for it, by motion/time_optimal.
 template <class T>
 bool is_mechanism_dependent(const TrajectoryOf<T>& trajectory) {
   return is_mechanism_dependent(trajectory.law.kind) || trajectory.corridor.has_value() ||

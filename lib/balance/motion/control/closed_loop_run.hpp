@@ -24,7 +24,7 @@ inline constexpr double max_closed_loop_samples = 2e6;
 /// Shorter runs are refused [s].
 inline constexpr double min_closed_loop_duration = 1e-12;
 
-/// Everything of Result, on the trajectory's samples; metrics count both sides of every change of the torque. A run that ends early
+/// Everything of RunResult, on the trajectory's samples; metrics count both sides of every change of the torque. A run that ends early
 /// (a singular configuration, a motion that cannot be integrated) has its reason in result.outcome and keeps the rows up to
 /// there; one that cannot begin has none. Where the desired motion is impossible, a controller that needs none lets the
 /// mechanism go from the trajectory's start all the same; then nothing of what compares with a desired motion is there.

@@ -1,6 +1,6 @@
 #pragma once
 /// Gains of a PD controller that states none: from what its motors feel all along the motion, and such that the sampled loop is
-/// stable there. Private to motion.
+/// stable there.
 
 #include "balance/motion/control/control_law.hpp"
 

@@ -1,6 +1,5 @@
 #pragma once
 /// One step after another of an ordinary differential equation, with error control: the seam to Boost.Odeint.
-/// Private to motion.
 
 #include "balance/foundation/base/elementary.hpp"
 

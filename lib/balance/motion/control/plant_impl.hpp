@@ -1,5 +1,5 @@
 #pragma once
-/// What a Plant is made of. Private to motion.
+/// What a Plant is made of.
 
 #include "balance/mechanics/dynamics/loop_dynamics.hpp"
 #include "balance/mechanics/dynamics/term_magnitude_recorder.hpp"

@@ -189,7 +189,7 @@ bool GroupStepper<S>::sample_drive(double before) {
   return true;
 }
 
-/// As Stepper::judge, and no spherical joint's coordinates ask for another reference.
+/// As MotionStepper::check_step, and no spherical joint's coordinates ask for another reference.
 template <class S>
 bool GroupStepper<S>::is_accepted() const {
   if (direct_) return true;

@@ -1,6 +1,6 @@
 #pragma once
-/// Follows a plan and finds everything along it like a Stepper with an Observer, but many moments at once wherever that can be done.
-/// Private to motion.
+/// Follows a plan and finds everything along it like a MotionStepper with a SampleEvaluator, but many moments at once wherever that can be
+/// done.
 
 #include "balance/mechanics/dynamics/sample_evaluator.hpp"
 #include "balance/mechanics/lanes/lane_kernels.hpp"
@@ -23,7 +23,7 @@ class GroupStepper {
                const TimeGrid& times, const typename S::Vector& about, MotionStepper<S>& stepper,
                SampleEvaluator<S>& observer, InstructionSet set = list_instruction_sets().back());
 
-  // For walk().
+  // For visit_time_grid().
   bool begin();
   bool advance(double time);
   void update_accelerations(Side side);

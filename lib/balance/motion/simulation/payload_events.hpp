@@ -1,5 +1,5 @@
 #pragma once
-/// What a run tells of payloads that are taken up and set down. Private to motion.
+/// What a run tells of payloads that are taken up and set down.
 
 #include "balance/mechanics/model/payload_intervals.hpp"
 #include "balance/mechanics/results/result.hpp"
@@ -21,7 +21,7 @@ struct PayloadSwitch {
   const VectorX &effort_before, &effort_after;
 };
 
-/// Adds to Result::payload_events what is there on one side of the switch alone.
+/// Adds to RunResult::payload_events what is there on one side of the switch alone.
 /// @param motion of the payload with this index into Mechanism::attachments, at the switch
 void add_payload_changes(const Mechanism& mechanism, const PayloadIntervals& stretches, const PayloadSwitch& change,
                          const std::function<PayloadMotion(std::size_t attachment)>& motion, RunResult& result);

@@ -12,7 +12,7 @@ namespace balance {
 /// Told now and then how much of a run is done, from 0 to 1.
 using Progress = std::function<void(double part)>;
 
-/// Moves the mechanism along the trajectory and computes everything of Result.
+/// Moves the mechanism along the trajectory and computes everything of RunResult.
 /// An unwelcome answer (unreachable, singular, …) is result.outcome, with the other fields empty.
 /// @throws std::invalid_argument if trajectory and mechanism do not fit (a drive on the tool without a tool, …)
 RunResult simulate(const Mechanism& mechanism, const Trajectory& trajectory, const Progress& progress = {});

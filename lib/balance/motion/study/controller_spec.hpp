@@ -75,7 +75,7 @@ struct Controller {
 
   VectorX lambda;  ///< λ [1/s]; one entry for extended sliding mode; empty: 2π bandwidth
   VectorX
-      switching_gain;  ///< [rad/s² or m/s²]; extended: one entry [rad/s²], per characteristic length for slides; empty: default_k
+      switching_gain;  ///< [rad/s² or m/s²]; extended: one entry [rad/s²], per characteristic length for slides; empty: from the motion
   VectorX boundary_layer;  ///< |s| below which the switching is linear, as k [rad/s or m/s]; empty: the sign switches
   AccelerationProjection projection = AccelerationProjection::inertia;
 

@@ -139,18 +139,19 @@ struct ObjectiveTerm {
   enum class RunMeasure {
     figure,     ///< `figure` of `quantity`
     duration,   ///< how long it takes [s]
-    energy,     ///< Result::energy [J]
+    energy,     ///< RunResult::energy [J]
     mobility,   ///< the least there is: how near the motion comes to a singularity
     clearance,  ///< the least there is [m]
   };
   Size size = Size::none;
   RunMeasure run = RunMeasure::figure;  ///< unless there is a size
   Statistic figure = Statistic::rms;
-  std::string quantity;    ///< as in Result::metrics: "shaking_force", "torque[A1]"
+  std::string quantity;    ///< as in RunResult::metrics: "shaking_force", "torque[A1]"
   std::string trajectory;  ///< name of one of the study's trajectories
   double weight = 1;       ///< not negative
   Clearance clearance = {};
-  /// Of a figure alone: its mean plus so many deviations where the study's tolerances have the numbers off (synthesis/tolerance/robust_figure.hpp).
+  /// Of a figure alone: its mean plus so many deviations where the study's tolerances have the numbers off
+  /// (synthesis/tolerance/robust_figure.hpp).
   std::optional<double> deviation_multiple = {};
 };
 

@@ -1,5 +1,5 @@
 #pragma once
-/// Which s'' the limits allow at a place of the path and a speed. Private to motion.
+/// Which s'' the limits allow at a place of the path and a speed.
 
 #include "balance/motion/time_optimal/path_model.hpp"
 

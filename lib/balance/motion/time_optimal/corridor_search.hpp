@@ -1,5 +1,5 @@
 #pragma once
-/// What is made least by a way within a corridor, with its derivatives. Private to motion.
+/// What is made least by a way within a corridor, with its derivatives.
 
 #include "balance/foundation/numerics/chebyshev_series.hpp"
 #include "balance/mechanics/model/mechanism.hpp"

@@ -1,5 +1,5 @@
 #pragma once
-/// Finds how remaining quantities must go for the angular momentum to stay zero. Private to motion.
+/// Finds how remaining quantities must go for the angular momentum to stay zero.
 
 #include "balance/mechanics/trajectory/motion_outcome.hpp"
 #include "balance/mechanics/trajectory/trajectory.hpp"

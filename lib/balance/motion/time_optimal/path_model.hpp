@@ -1,5 +1,5 @@
 #pragma once
-/// A path with what the limited quantities are on it, as functions of its parameter. Private to motion.
+/// A path with what the limited quantities are on it, as functions of its parameter.
 
 #include "balance/foundation/numerics/chebyshev_fit.hpp"
 #include "balance/mechanics/results/limitable_quantities.hpp"

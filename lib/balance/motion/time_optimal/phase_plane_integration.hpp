@@ -1,5 +1,5 @@
 #pragma once
-/// The speeds from which a leg's end can be reached within the limits. Private to motion.
+/// The speeds from which a leg's end can be reached within the limits.
 
 #include "balance/motion/time_optimal/phase_plane_profile.hpp"
 

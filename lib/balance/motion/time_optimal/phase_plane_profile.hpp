@@ -1,5 +1,5 @@
 #pragma once
-/// A motion along the path at the edge of what the limits allow. Private to motion.
+/// A motion along the path at the edge of what the limits allow.
 
 #include "balance/mechanics/trajectory/motion_law.hpp"
 #include "balance/motion/time_optimal/acceleration_limits.hpp"

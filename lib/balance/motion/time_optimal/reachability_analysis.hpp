@@ -1,5 +1,5 @@
 #pragma once
-/// The fastest way along a path by two sweeps over a grid: where arcs lose their way. Private to motion.
+/// The fastest way along a path by two sweeps over a grid: where arcs lose their way.
 
 #include "balance/motion/time_optimal/time_optimal_law.hpp"
 

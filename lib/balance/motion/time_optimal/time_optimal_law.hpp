@@ -1,5 +1,5 @@
 #pragma once
-/// The fastest way along a path within limits. Private to motion.
+/// The fastest way along a path within limits.
 
 #include "balance/motion/time_optimal/path_model.hpp"
 #include "balance/motion/time_optimal/phase_plane_integration.hpp"

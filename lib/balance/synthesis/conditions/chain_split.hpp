@@ -1,5 +1,5 @@
 #pragma once
-/// Takes one chain out of a mechanism. Private to chains.
+/// Takes one chain out of a mechanism.
 
 #include "balance/mechanics/dynamics/dynamic_parameters.hpp"
 

@@ -117,7 +117,8 @@ ConditionNames name_coefficients(const Mechanism& mechanism, const Conditions& c
 /// "l1^2/(2 l2)", "l1 (l2 - l3)", "0.5", with its sign.
 std::string formula_text(const CoefficientFormula& formula, const std::vector<GeometricSymbol>& symbols);
 
-/// "link1.mx + l1 link2.m = 0", "link1.mx + l1 link2.m = (l1/g) push.fy": one condition, known terms on the right. Without a formula for a coefficient six digits of it.
+/// "link1.mx + l1 link2.m = 0", "link1.mx + l1 link2.m = (l1/g) push.fy": one condition, known terms on the right. Without a formula for a
+/// coefficient six digits of it.
 std::string condition_text(const Conditions& conditions, int row, const ConditionNames& names = {});
 
 }  // namespace balance

@@ -1,5 +1,5 @@
 #pragma once
-/// Random configurations that a mechanism can take without being taken apart. Private to synthesis.
+/// Random configurations that a mechanism can take without being taken apart.
 
 #include "balance/mechanics/kinematics/assembly.hpp"
 

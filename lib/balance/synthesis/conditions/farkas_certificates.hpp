@@ -1,6 +1,6 @@
 #pragma once
 /// What the parameters of things with mass have in common whatever their numbers: they are moments of a density that is nowhere
-/// negative. Private to synthesis.
+/// negative.
 ///
 /// Σ cₚ πₚ of one thing is the integral of a polynomial in the place over its density (planar: c_m + c_mx x + c_my y +
 /// c_J (x² + y²); spatial: the same with all six products), so it is positive for every density if and only if the
@@ -51,7 +51,7 @@ struct PseudoInertiaCone {
   explicit PseudoInertiaCone(const std::vector<Parameter>& parameters);
 };
 
-/// Combinations of conditions that cannot vanish (Farkas' lemma). Private to synthesis.
+/// Combinations of conditions that cannot vanish (Farkas' lemma).
 /// Conditions and parameters are in natural units here, so that all numbers are comparable and have the size of one.
 
 /// c = rowsᵀ λ.

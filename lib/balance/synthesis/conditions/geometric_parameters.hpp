@@ -31,7 +31,7 @@ struct GeometricParameterLocation {
   };
   Kind kind = Kind::joint_first;
   int index = 0;  ///< of the joint, constraint, disc, coupling, spring or load; body_point: of the body
-  int item = 0;   ///< body_point: which point; term_ratio: which of what is followed; of a constraint: which term
+  int item = 0;   ///< body_point: which point; …_term_ratio: which of what is followed; of a constraint: which term
   int axis = 0;
 };
 

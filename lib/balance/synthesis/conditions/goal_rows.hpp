@@ -1,5 +1,5 @@
 #pragma once
-/// What a goal wants to vanish, at one configuration, per unit of every parameter. Private to synthesis.
+/// What a goal wants to vanish, at one configuration, per unit of every parameter.
 ///
 /// Everything is in the mechanism's own units, so that all entries are comparable numbers: lengths in characteristic lengths L,
 /// accelerations in units of gravity (of 1 m/s² without it). Unknowns are the parameters in their natural units.

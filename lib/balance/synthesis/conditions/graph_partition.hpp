@@ -1,5 +1,5 @@
 #pragma once
-/// Where a parallel mechanism falls apart into chains: the graph only. Private to synthesis.
+/// Where a parallel mechanism falls apart into chains: the graph only.
 
 #include "balance/mechanics/model/mechanism.hpp"
 

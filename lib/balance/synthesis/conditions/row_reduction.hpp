@@ -1,6 +1,6 @@
 #pragma once
 /// From rows that must vanish to the fewest and most readable conditions: rank by the gap of the singular values, reduced row
-/// echelon form. Private to synthesis.
+/// echelon form.
 
 #include "balance/synthesis/conditions/conditions.hpp"
 

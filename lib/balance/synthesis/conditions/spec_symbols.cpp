@@ -20,8 +20,8 @@ struct PowerLaw {
   double value = 0;  ///< at present: what is zero adds nothing to a sum
 };
 
-/// The algebra (foundation/expression/expression_evaluation.hpp) of power laws in one node of a graph, taken for a number of its own whatever it is made
-/// of.
+/// The algebra (foundation/expression/expression_evaluation.hpp) of power laws in one node of a graph, taken for a number of its own
+/// whatever it is made of.
 class PowerLawAlgebra {
  public:
   using Value = PowerLaw;

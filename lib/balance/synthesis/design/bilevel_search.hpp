@@ -1,5 +1,5 @@
 #pragma once
-/// Lengths above, masses below: a search that follows exact rates of change. Private to synthesis.
+/// Lengths above, masses below: a search that follows exact rates of change.
 
 #include "balance/synthesis/design/problem_functions.hpp"
 

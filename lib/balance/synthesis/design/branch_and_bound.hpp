@@ -1,5 +1,5 @@
 #pragma once
-/// Sizes and elements to choose among, decided one after the other. Private to synthesis.
+/// Sizes and elements to choose among, decided one after the other.
 
 #include "balance/synthesis/design/condition_equations.hpp"
 #include "balance/synthesis/design/conic_relaxation.hpp"

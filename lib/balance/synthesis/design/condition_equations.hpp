@@ -1,5 +1,5 @@
 #pragma once
-/// Numbers that meet the conditions. Private to synthesis.
+/// Numbers that meet the conditions.
 
 #include "balance/synthesis/design/solver_context.hpp"
 

@@ -1,5 +1,5 @@
 #pragma once
-/// What no design of one geometry is better than, whatever its numbers between their bounds. Private to synthesis.
+/// What no design of one geometry is better than, whatever its numbers between their bounds.
 ///
 /// The cone program of the masses (inner_problem) at a fixed geometry. Where a number that moves a CoM stands in products with a mass,
 /// mass and first moment are the unknowns, and the place is within its box if and only if the first moment is within mass times

@@ -1,5 +1,5 @@
 #pragma once
-/// The numbers of masses as unknowns of a convex problem, once lengths are chosen. Private to synthesis.
+/// The numbers of masses as unknowns of a convex problem, once lengths are chosen.
 ///
 /// Numbers in which everything that matters is affine are unknowns themselves. The place of an element's CoM is one more
 /// product with its mass: instead of it the first moment h is an unknown, within the cone over all places, and what it adds to

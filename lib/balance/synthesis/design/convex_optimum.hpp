@@ -1,5 +1,5 @@
 #pragma once
-/// The best of a convex set of designs, with a proof. Private to synthesis.
+/// The best of a convex set of designs, with a proof.
 
 #include "balance/synthesis/design/condition_equations.hpp"
 #include "balance/synthesis/design/problem_functions.hpp"

@@ -1,5 +1,5 @@
 #pragma once
-/// The same design problem with some of its numbers held. Private to synthesis.
+/// The same design problem with some of its numbers held.
 
 #include "balance/synthesis/design/design_problem.hpp"
 #include "balance/synthesis/design/solver_context.hpp"

@@ -92,7 +92,8 @@ struct DesignReport {
 
 /// With load cases the outcome is that of all of them; its numbers, conditions and residuals are those at the spec's own load.
 /// @throws std::invalid_argument if there are no free numbers, neither a goal nor something to minimize, or the objective's
-///         trajectory does not exist; for a front (compute_pareto_front) unless the options say what to minimize; for load cases that change gravity, with the goals proportional and affine, and with modular
+///         trajectory does not exist; for a front (compute_pareto_front) unless the options say what to minimize; for load cases that
+///         change gravity, with the goals proportional and affine, and with modular
 DesignReport run_design_study(const DesignSpace& space, const DesignStudyOptions& options);
 
 }  // namespace balance

@@ -1,5 +1,5 @@
 #pragma once
-/// Designs whose numbers come in sizes or whose elements are to be chosen among. Private to synthesis.
+/// Designs whose numbers come in sizes or whose elements are to be chosen among.
 ///
 /// Branch and bound: a branch is bounded by a convex problem in which sizes may lie between each other (relaxation), and dropped
 /// where that holds no design, or none better than the best one known. Where there is no such problem (lengths, figures by

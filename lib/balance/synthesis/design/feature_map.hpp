@@ -1,6 +1,6 @@
 #pragma once
 /// From free numbers to features of the mechanism without building it again: masses and inertias are polynomials of low degree
-/// in the numbers that a spec leaves open, so a few mechanisms determine them exactly. Private to synthesis.
+/// in the numbers that a spec leaves open, so a few mechanisms determine them exactly.
 
 #include "balance/foundation/numerics/sparse_polynomial.hpp"
 #include "balance/synthesis/design/variable_classification.hpp"

@@ -1,6 +1,6 @@
 #pragma once
 /// Forces at one moment of a motion as a matrix times the parameters and a one behind them, which carries what does not depend
-/// on any parameter: loads and friction. Private to synthesis.
+/// on any parameter: loads and friction.
 
 #include "balance/mechanics/dynamics/actuation.hpp"
 #include "balance/mechanics/dynamics/dynamic_parameters.hpp"
@@ -14,7 +14,7 @@
 
 namespace balance {
 
-/// What springs ask of the tree's coordinates, per unit of their parameters (conditions/parameter.hpp lists these).
+/// What springs ask of the tree's coordinates, per unit of their parameters (mechanics/dynamics/dynamic_parameters.hpp lists these).
 template <class S>
 class SpringRegressor {
  public:
@@ -59,7 +59,7 @@ struct CostQuantity {
   bool of_actuators() const { return kind == Kind::torque || kind == Kind::power; }
 };
 
-/// @param name as in Result::metrics
+/// @param name as in RunResult::metrics
 /// @return nothing if the mechanism has no such quantity, or it is not linear in the parameters
 std::optional<CostQuantity> find_cost_quantity(const Mechanism& mechanism, const std::string& name);
 

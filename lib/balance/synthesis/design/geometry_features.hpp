@@ -1,6 +1,6 @@
 #pragma once
 /// The numbers by which a design sees a mechanism: its parameters, what decides whether its bodies are physical, and its
-/// geometry. Private to design and to the rooms that open it up.
+/// geometry.
 
 #include "balance/synthesis/conditions/known_terms.hpp"
 

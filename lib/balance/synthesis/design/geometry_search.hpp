@@ -1,5 +1,5 @@
 #pragma once
-/// Lengths and ratios as free numbers: a search on two levels. Private to synthesis.
+/// Lengths and ratios as free numbers: a search on two levels.
 
 #include "balance/synthesis/design/condition_equations.hpp"
 #include "balance/synthesis/design/problem_functions.hpp"

@@ -1,6 +1,5 @@
 #pragma once
 /// The lower level of a design's search: the best masses for given lengths, and what other lengths would change of that.
-/// Private to synthesis.
 ///
 /// Minimise figure + ρ |R w − r| over the unknowns w within their limits. The rows R are those of fixed configurations, so that
 /// everything is smooth in the lengths, also where the rank of the conditions falls; as a norm and no square the penalty is

@@ -1,5 +1,5 @@
 #pragma once
-/// One design for one load, and one for several. Private to synthesis.
+/// One design for one load, and one for several.
 
 #include "balance/synthesis/design/case_objective.hpp"
 #include "balance/synthesis/design/design_study.hpp"

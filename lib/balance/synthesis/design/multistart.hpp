@@ -1,5 +1,5 @@
 #pragma once
-/// Least value of a function that may be undefined in places, without gradients. Private to synthesis.
+/// Least value of a function that may be undefined in places, without gradients.
 
 #include "balance/synthesis/design/search_budget.hpp"
 

@@ -1,5 +1,5 @@
 #pragma once
-/// The seam to NLopt: one local or global search in the box. Private to synthesis.
+/// The seam to NLopt: one local or global search in the box.
 
 #include "balance/foundation/base/types.hpp"
 

@@ -475,8 +475,8 @@ bool has_optimised_motion(const DesignSpace& space, const ObjectiveTerm& term) {
   });
 }
 
-/// Along a law or a course that is found for every mechanism, good to some 1e-7 of the figure: steps of a thousandth of a number's range leave
-/// some 1e-4 of that range's slope.
+/// Along a law or a course that is found for every mechanism, good to some 1e-7 of the figure: steps of a thousandth of a number's range
+/// leave some 1e-4 of that range's slope.
 ValueWithGradient gradient_by_differences(const DesignSpace& space, const ObjectiveTerm& term, const VectorX& x) {
   constexpr double step = 1e-3;
   ValueWithGradient slope{simulate_figure(instantiate_checked(space, x), term), VectorX(x.size())};

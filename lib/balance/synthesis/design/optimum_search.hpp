@@ -1,5 +1,5 @@
 #pragma once
-/// The best of the exact solutions. Private to synthesis.
+/// The best of the exact solutions.
 
 #include "balance/synthesis/design/convex_optimum.hpp"
 #include "balance/synthesis/design/problem_functions.hpp"
@@ -9,8 +9,9 @@ namespace balance::design {
 
 /// Least weighted sums of maxima of smooth functions: figures with known slopes, peaks among them.
 
-/// Down from a point, within the box and with physical bodies. Every maximum gets a bound of its own, which is made small in its place while
-/// all functions that it is taken over are kept below (epigraph form): at a minimum several peaks are often equal, and the sum has a kink.
+/// Down from a point, within the box and with physical bodies. Every maximum gets a bound of its own, which is made small in its place
+/// while all functions that it is taken over are kept below (epigraph form): at a minimum several peaks are often equal, and the sum has a
+/// kink.
 /// @param merit has pieces
 /// @return the best admissible point that was met; nothing if `from` has no value
 std::optional<VectorX> minimise_max_terms_from(const SolverContext& context, const ScaledObjective& merit,

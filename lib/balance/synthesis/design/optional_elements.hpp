@@ -1,5 +1,5 @@
 #pragma once
-/// What a spec offers a design to choose among. Private to synthesis.
+/// What a spec offers a design to choose among.
 
 #include "balance/motion/study/design_space.hpp"
 #include "balance/synthesis/design/design_problem.hpp"

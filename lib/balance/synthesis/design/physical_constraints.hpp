@@ -1,5 +1,5 @@
 #pragma once
-/// What keeps bodies physical: masses and pseudo-inertias of everything that the free numbers change. Private to synthesis.
+/// What keeps bodies physical: masses and pseudo-inertias of everything that the free numbers change.
 
 #include "balance/synthesis/design/feature_map.hpp"
 

@@ -1,5 +1,5 @@
 #pragma once
-/// The objective as a function of unit coordinates. Private to synthesis.
+/// The objective as a function of unit coordinates.
 
 #include "balance/synthesis/design/solver_context.hpp"
 

@@ -1,5 +1,5 @@
 #pragma once
-/// Proofs of impossibility that use what products of numbers owe each other: m · m c² = (m c)². Private to synthesis.
+/// Proofs of impossibility that use what products of numbers owe each other: m · m c² = (m c)².
 
 #include "balance/synthesis/conditions/infeasibility_certificate.hpp"
 #include "balance/synthesis/design/solver_context.hpp"

@@ -1,6 +1,6 @@
 #pragma once
 /// The mean square of a quantity that is linear in unknowns: ∫ |F(t) x|² dt / T = |L x|², with as many rows in L as F(t) has
-/// independent directions. Private to synthesis.
+/// independent directions.
 ///
 /// L is found by orthogonal transformations of the rows themselves. Their products, FᵀF, would cost less but lose half of the
 /// digits: near balance the rms would be round-off.

@@ -1,5 +1,5 @@
 #pragma once
-/// What a design may spend, and what it has done with it. Private to synthesis.
+/// What a design may spend, and what it has done with it.
 
 #include "balance/foundation/base/cpu_time.hpp"
 #include "balance/synthesis/design/design_problem.hpp"

@@ -1,6 +1,5 @@
 #pragma once
-/// What a design says about its conditions: which numbers occur in them, which stay open, why they cannot be met. Private to
-/// design.
+/// What a design says about its conditions: which numbers occur in them, which stay open, why they cannot be met.
 
 #include "balance/synthesis/design/condition_equations.hpp"
 #include "balance/synthesis/design/problem_functions.hpp"

@@ -1,5 +1,5 @@
 #pragma once
-/// One search for a design, with limits as inequalities. Private to synthesis.
+/// One search for a design, with limits as inequalities.
 
 #include "balance/synthesis/design/solve_design.hpp"
 

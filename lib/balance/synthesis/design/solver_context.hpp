@@ -1,5 +1,5 @@
 #pragma once
-/// What every step of a design needs to know about its problem. Private to synthesis.
+/// What every step of a design needs to know about its problem.
 
 #include "balance/foundation/numerics/levenberg_marquardt.hpp"
 #include "balance/synthesis/design/physical_constraints.hpp"

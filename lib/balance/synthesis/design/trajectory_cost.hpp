@@ -55,7 +55,7 @@ class TrajectoryCost {
   /// Not done: the mechanism cannot follow the trajectory, and there are no figures.
   const MotionOutcome& outcome() const;
 
-  /// @param quantity as in Result::metrics: "torque", "torque[A1]", "total_torque", "shaking_force", "shaking_moment", "ground_force",
+  /// @param quantity as in RunResult::metrics: "torque", "torque[A1]", "total_torque", "shaking_force", "shaking_moment", "ground_force",
   ///        "ground_moment", "power", "power[A1]", "kinetic_energy"
   /// Goes along the motion once (rms) or twice; the function it returns does not, and does not need this object any more. Peak
   /// and rms are convex; where a figure has a corner the gradient is that of one side.

@@ -1,5 +1,5 @@
 #pragma once
-/// The free numbers in coordinates of their own: −1 at the lower bound, +1 at the upper one. Private to synthesis.
+/// The free numbers in coordinates of their own: −1 at the lower bound, +1 at the upper one.
 
 #include "balance/synthesis/design/design_problem.hpp"
 #include "balance/synthesis/design/geometry_features.hpp"

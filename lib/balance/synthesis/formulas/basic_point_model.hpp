@@ -1,5 +1,5 @@
 #pragma once
-/// What natural coordinates need of a planar mechanism, with symbols: which points carry which body, and where. Private to synthesis.
+/// What natural coordinates need of a planar mechanism, with symbols: which points carry which body, and where.
 
 #include "balance/mechanics/model/mechanism.hpp"
 #include "balance/synthesis/formulas/ring_vectors.hpp"

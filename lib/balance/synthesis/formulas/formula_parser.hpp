@@ -1,7 +1,6 @@
 #pragma once
 /// Reads arithmetic in text: numbers, names, + − * / ^, parentheses, functions of one argument. Factors side by side are
 /// multiplied; products and quotients are taken from left to right. An element or a member is a name: `k[3]`, `p->l1`, `p["l1"]`.
-/// Private to synthesis.
 
 #include "balance/synthesis/formulas/program_code.hpp"
 #include "balance/synthesis/formulas/rational.hpp"

@@ -49,8 +49,8 @@ struct FormulaSheet {
 };
 
 struct SheetOptions {
-  /// Empty: all that the mechanism has but for the regressor and natural coordinates. With the regressor everything is written in inertial parameters
-  /// about the bodies' origins.
+  /// Empty: all that the mechanism has but for the regressor and natural coordinates. With the regressor everything is written in inertial
+  /// parameters about the bodies' origins.
   std::vector<SheetSectionKind> only;
   ParameterExpressions expressions = ParameterExpressions::symbols;
 };

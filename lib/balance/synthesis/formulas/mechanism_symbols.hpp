@@ -1,5 +1,5 @@
 #pragma once
-/// The numbers of a mechanism's parts as polynomials, under the names that the field gives them. Private to synthesis.
+/// The numbers of a mechanism's parts as polynomials, under the names that the field gives them.
 
 #include "balance/synthesis/formulas/symbolic_polynomial.hpp"
 #include "balance/synthesis/formulas/symbolic_tree.hpp"

@@ -1,5 +1,5 @@
 #pragma once
-/// Other numbers than the spec's, at which formulas and programs must be true as well. Private to synthesis.
+/// Other numbers than the spec's, at which formulas and programs must be true as well.
 
 #include "balance/synthesis/formulas/symbolic_tree.hpp"
 

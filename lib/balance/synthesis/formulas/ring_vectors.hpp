@@ -1,5 +1,5 @@
 #pragma once
-/// Vectors and symmetric matrices over any ring of scalars. Private to synthesis.
+/// Vectors and symmetric matrices over any ring of scalars.
 
 #include <array>
 #include <cstddef>

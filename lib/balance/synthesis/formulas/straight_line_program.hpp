@@ -1,6 +1,5 @@
 #pragma once
 /// Straight-line programs: expressions in which what is alike is calculated once. A second ring for the recursions.
-/// Private to synthesis.
 
 #include "balance/synthesis/formulas/symbolic_recursion.hpp"
 

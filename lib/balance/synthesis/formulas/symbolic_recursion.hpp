@@ -1,7 +1,7 @@
 #pragma once
 /// Inverse dynamics over any ring. Source: R. Featherstone, Rigid Body
 /// Dynamics Algorithms, section 5.3. Of the ring's maker it asks for R root(const R&) and R inverse(const R&), too: springs have
-/// lengths. Private to synthesis.
+/// lengths.
 
 #include "balance/synthesis/formulas/symbolic_tree.hpp"
 

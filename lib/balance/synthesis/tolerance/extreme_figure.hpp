@@ -1,7 +1,7 @@
 #pragma once
 /// How far a run's peak or range is off where several moments may be the largest, or the least: the greatest of linear functions of the
 /// same random numbers (C. E. Clark, The greatest of a finite set of random variables, Operations Research 9, 1961, p. 145), on draws of
-/// them. Private to synthesis.
+/// them.
 
 #include "balance/foundation/base/types.hpp"
 #include "balance/motion/study/study.hpp"

@@ -113,7 +113,8 @@ struct StaticTolerance {
 /// Over whole turns of the independent coordinates: a grid, refined about the worst of its poses. A maximum as narrow as the grid's step
 /// may be missed.
 /// @param steps per turn; chosen by the number of coordinates if 0
-/// @throws std::invalid_argument if there are no numbers, no actuators, an independent coordinate is a slide or the poses would be more than 1e5
+/// @throws std::invalid_argument if there are no numbers, no actuators, an independent coordinate is a slide or the poses would be more
+/// than 1e5
 StaticTolerance analyse_static_tolerance(const DesignSpace& space, const Tolerances& numbers, long steps = 0);
 
 }  // namespace balance

@@ -1,5 +1,5 @@
 #pragma once
-/// A run with what every number that may be off changes it by. Private to synthesis.
+/// A run with what every number that may be off changes it by.
 
 #include "balance/mechanics/derivatives/dual_evaluator.hpp"
 #include "balance/mechanics/derivatives/run_gradient.hpp"

@@ -1,5 +1,5 @@
 #pragma once
-/// Generalised forces of weight, loads and springs on the unknowns. Private to synthesis.
+/// Generalised forces of weight, loads and springs on the unknowns.
 
 #include "balance/mechanics/trajectory/motion_sample.hpp"
 #include "balance/synthesis/verification/natural_equations.hpp"

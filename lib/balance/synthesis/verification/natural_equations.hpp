@@ -1,6 +1,5 @@
 #pragma once
 /// Follows prescribed values through time: Taylor's prediction, Newton on all equations, then velocities and accelerations.
-/// Private to synthesis.
 
 #include "balance/foundation/numerics/eigen_instantiations.hpp"
 #include "balance/foundation/numerics/overdetermined_system.hpp"

@@ -1,5 +1,5 @@
 #pragma once
-/// A planar mechanism in natural coordinates: its unknowns, its constraints and its constant mass matrix. Private to synthesis.
+/// A planar mechanism in natural coordinates: its unknowns, its constraints and its constant mass matrix.
 ///
 /// Unknowns are the basic points, the angles of bodies whose rotation is counted by something (a motor, a gear, a disc,
 /// friction, a prescribed angle) and the slides that are. All internal numbers have the characteristic length as unit of

@@ -1,6 +1,6 @@
 #pragma once
 /// Complex arithmetic of the plane: a point (x, y) is x + iy, and everything rigid is linear in a few points.
-/// Lengths are in units of the mechanism's characteristic length. Private to synthesis.
+/// Lengths are in units of the mechanism's characteristic length.
 
 #include "balance/foundation/base/elementary.hpp"
 #include "balance/foundation/base/types.hpp"

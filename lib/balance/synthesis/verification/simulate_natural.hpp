@@ -22,7 +22,7 @@ NaturalStart find_natural_start(const Mechanism& mechanism, const Trajectory& tr
 /// A configuration where the first formulation can close the loops, near the `assembly` values.
 NaturalStart find_natural_start(const Mechanism& mechanism);
 
-/// Moves a planar mechanism along the trajectory in natural coordinates. Of Result it leaves joint_force, joint_moment and
+/// Moves a planar mechanism along the trajectory in natural coordinates. Of RunResult it leaves joint_force, joint_moment and
 /// mobility empty.
 /// @throws std::invalid_argument as simulate, and if the mechanism is spatial
 RunResult simulate_natural(const Mechanism& mechanism, const Trajectory& trajectory, const Progress& progress = {});
