@@ -140,6 +140,7 @@ Provenance describe(const DesignCommandOptions& options, const Study& study) {
   description.title = study.mechanism.name;
   description.version = version();
   description.spec_text = study.spec_text;
+  description.overrides = study.overrides;
   description.command_line = command_line(options);
   return description;
 }

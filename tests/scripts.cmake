@@ -17,6 +17,8 @@ endfunction()
 
 add_test(NAME layers COMMAND ${BALANCE_PYTHON} ${PROJECT_SOURCE_DIR}/scripts/check_layers)
 add_test(NAME layers.self-test COMMAND ${BALANCE_PYTHON} ${PROJECT_SOURCE_DIR}/scripts/check_layers --self-test)
+add_test(NAME names COMMAND ${BALANCE_PYTHON} ${PROJECT_SOURCE_DIR}/scripts/check_names)
+add_test(NAME names.self-test COMMAND ${BALANCE_PYTHON} ${PROJECT_SOURCE_DIR}/scripts/check_names --self-test)
 
 if(TARGET balance_app)
   add_test(NAME equations.index COMMAND ${BALANCE_PYTHON} ${PROJECT_SOURCE_DIR}/scripts/check_equations $<TARGET_FILE:balance_app>)

@@ -18,10 +18,10 @@
 #include "cli/command.hpp"
 #include "cli/console.hpp"
 #include "cli/failures.hpp"
-#include "state_options.hpp"
-#include "cli/signals.hpp"
 #include "cli/help.hpp"
+#include "cli/signals.hpp"
 #include "cli/validators.hpp"
+#include "state_options.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -104,6 +104,7 @@ Provenance describe(const EquationsOptions& options, const Study& study) {
   description.title = study.mechanism.name;
   description.version = version();
   description.spec_text = study.spec_text;
+  description.overrides = study.overrides;
   description.command_line =
       fmt::format("balance equations {} --at {}", quote_for_shell(study.spec_file), quote_for_shell(options.at));
   for (const std::string& set : options.spec.overrides) description.command_line += " --set " + quote_for_shell(set);

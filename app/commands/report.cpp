@@ -1,4 +1,3 @@
-#include "balance_options.hpp"
 #include "balance/foundation/base/error.hpp"
 #include "balance/foundation/base/spelling.hpp"
 #include "balance/foundation/base/unicode_text.hpp"
@@ -19,13 +18,14 @@
 #include "balance/synthesis/tolerance/robust_figure.hpp"
 #include "balance/synthesis/tolerance/tolerance_analysis.hpp"
 #include "balance/synthesis/verification/mechanism_check.hpp"
+#include "balance_options.hpp"
 #include "cli/console.hpp"
-#include "run_options.hpp"
-#include "design_options.hpp"
 #include "cli/failures.hpp"
 #include "cli/signals.hpp"
-#include "run_operands.hpp"
 #include "cli/validators.hpp"
+#include "design_options.hpp"
+#include "run_operands.hpp"
+#include "run_options.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -285,9 +285,9 @@ ExitCode run(const ReportOptions& options) {
     check_file_options(options);
     finished = read_motion_file(options.spec.spec);
   }
-  const DesignSpace space = finished ? read_design_space(finished->spec_text, options.spec.spec,
-                                                         {.set = parse_overrides(finished->command_line)})
-                                     : read_space(options.spec);
+  const DesignSpace space =
+      finished ? read_design_space(finished->spec_text, options.spec.spec, {.set = finished->overrides})
+               : read_space(options.spec);
   choose_trajectories(options, space.start);  // misspelt names are told before anything is computed
   if (!options.controller.empty()) find_controller(options.controller, space.start);
   const std::string file = choose_output(options);

@@ -109,12 +109,12 @@ void join_left_behind() {
 }
 
 /// @return whether the caller still wants it; else Python's error is set
-bool poll_interpreter(BackgroundTask& errand, const py::object& progress, double& told) try {
+bool poll_interpreter(BackgroundTask& errand, const py::object& progress, double& reported) try {
   if (PyErr_CheckSignals() != 0) return false;
   const double part = errand.part();
-  if (progress.is_none() || part == told) return true;
+  if (progress.is_none() || part == reported) return true;
   try {
-    progress(told = part);
+    progress(reported = part);
   } catch (py::error_already_set& error) {
     error.restore();
     return false;
@@ -156,9 +156,9 @@ void run_in_background(std::function<void(BackgroundTask&)> work, const py::obje
     shared->finish();
   });
   running_tasks().push_back(shared);
-  double told = 0;
+  double reported = 0;
   while (!shared->wait(50ms)) {
-    if (poll_interpreter(shared->errand, progress, told)) continue;
+    if (poll_interpreter(shared->errand, progress, reported)) continue;
     const py::error_already_set error;
     std::erase(running_tasks(), shared);
     leave(std::move(thread), std::move(shared), leaving);

@@ -64,6 +64,7 @@ std::shared_ptr<Run> read_result(const std::string& name) {
                       .version = file.version,
                       .spec_text = file.spec_text,
                       .command_line = file.command_line,
+                      .overrides = file.overrides,
                       .trajectory = file.trajectory,
                       .law = file.law,
                       .drive = file.drive,

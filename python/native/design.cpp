@@ -145,6 +145,7 @@ std::shared_ptr<Design> design(const std::shared_ptr<Spec>& spec, const std::vec
   made.design->description.title = spec->study().mechanism.name;
   made.design->description.version = version();
   made.design->description.spec_text = spec->study().spec_text;
+  made.design->description.overrides = spec->study().overrides;
   made.design->description.command_line = command;
   made.design->source = spec->file;
   return made.design;
@@ -195,6 +196,7 @@ std::shared_ptr<Design> front_point(const FoundFront& front, std::size_t k) {
   made->description.title = front.spec->study().mechanism.name;
   made->description.version = version();
   made->description.spec_text = front.spec->study().spec_text;
+  made->description.overrides = front.spec->study().overrides;
   made->source = front.spec->file;
   made->description.command_line = fmt::format("{} --point {}", front.command, k + 1);
   return made;

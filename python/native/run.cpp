@@ -122,6 +122,11 @@ py::dict description_of(const Run& run) {
   all["balance_version"] = d.version;
   all["spec"] = d.spec_text;
   all["command_line"] = d.command_line;
+  if (!d.overrides.empty()) {
+    py::list names, values;
+    for (const auto& [name, value] : d.overrides) names.append(name), values.append(value);
+    all["override_names"] = names, all["override_values"] = values;
+  }
   all["trajectory"] = d.trajectory;
   all["law"] = d.law;
   all["drive"] = d.drive;

@@ -79,12 +79,12 @@ std::shared_ptr<Run> run_request(const std::shared_ptr<Spec>& spec, const Trajec
   run->result = compute_in_background(
       [spec, trajectory, wish, controller](BackgroundTask& errand) {
         const Mechanism& mechanism = spec->study().mechanism;
-        const auto told = [&](double part) { errand.report_progress(part); };
+        const auto report = [&](double part) { errand.report_progress(part); };
         RunResult result =
             controller                      ? simulate_closed_loop(mechanism, trajectory, *controller,
-                                                                   {.hold_time = wish.settle, .max_steps = wish.steps, .progress = told})
-            : wish.formulation == "natural" ? simulate_natural(mechanism, trajectory, told)
-                                            : simulate(mechanism, trajectory, told);
+                                                                   {.hold_time = wish.settle, .max_steps = wish.steps, .progress = report})
+            : wish.formulation == "natural" ? simulate_natural(mechanism, trajectory, report)
+                                            : simulate(mechanism, trajectory, report);
         if (!controller && result.outcome.status != MotionStatus::done)
           result.outcome.reason += describe_feasible_modes(mechanism, trajectory, result.outcome);
         if (wish.poses && result.time.size() > 0) add_body_poses(mechanism, result);

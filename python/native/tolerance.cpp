@@ -17,7 +17,7 @@
 namespace balance::python {
 namespace {
 
-/// What is told of a spec whose numbers may be off, never changed.
+/// What is answer of a spec whose numbers may be off, never changed.
 struct ToleranceAnswer {
   ToleranceReportData view;
   Provenance description;
@@ -47,23 +47,23 @@ Trajectory trajectory_of(const Spec& spec, const std::string& name, std::optiona
 }
 
 void look_along(const TolerancedDesignSpace& toleranced, const ToleranceRequest& wish, BackgroundTask& errand,
-                ToleranceAnswer& told) {
+                ToleranceAnswer& answer) {
   const Trajectory& trajectory = *wish.trajectory;
   ToleranceReport report = analyse_tolerance(toleranced.space, toleranced.tolerances, trajectory, wish.of);
-  told.outcome = report.outcome;
+  answer.outcome = report.outcome;
   if (report.outcome.status != MotionStatus::done) return;
-  told.view.trajectory = trajectory.name;
-  told.view.report = std::move(report);
+  answer.view.trajectory = trajectory.name;
+  answer.view.report = std::move(report);
   if (wish.draws.count == 0) return;
   const Tolerances drawn =
-      remove_incompatible_parameters(toleranced.tolerances, told.view.report->incompatible_parameters);
-  told.view.sampling = sample_tolerance(toleranced.space, drawn, trajectory, wish.of, wish.draws,
-                                        [&](double part) { errand.report_progress(part); });
+      remove_incompatible_parameters(toleranced.tolerances, answer.view.report->incompatible_parameters);
+  answer.view.sampling = sample_tolerance(toleranced.space, drawn, trajectory, wish.of, wish.draws,
+                                          [&](double part) { errand.report_progress(part); });
 }
 
-void look_at_rest(const TolerancedDesignSpace& toleranced, ToleranceAnswer& told) {
-  told.view.at_rest = analyse_static_tolerance(toleranced.space, toleranced.tolerances);
-  told.outcome = told.view.at_rest->outcome;
+void look_at_rest(const TolerancedDesignSpace& toleranced, ToleranceAnswer& answer) {
+  answer.view.at_rest = analyse_static_tolerance(toleranced.space, toleranced.tolerances);
+  answer.outcome = answer.view.at_rest->outcome;
 }
 
 std::shared_ptr<ToleranceAnswer> compute_tolerance_data(const Spec& spec, const ToleranceRequest& wish,
@@ -72,17 +72,17 @@ std::shared_ptr<ToleranceAnswer> compute_tolerance_data(const Spec& spec, const 
   const SourceLocation place{.file = spec.file, .key = "tolerances"};
   if (toleranced.tolerances.empty())
     throw SpecError({.place = place, .message = "missing: it says which numbers may be off"});
-  auto told = std::make_shared<ToleranceAnswer>();
-  told->source = spec.file;
-  told->view.mechanism = spec.study().mechanism.name;
-  told->view.numbers = toleranced.tolerances;
-  told->view.draws = wish.draws;
+  auto answer = std::make_shared<ToleranceAnswer>();
+  answer->source = spec.file;
+  answer->view.mechanism = spec.study().mechanism.name;
+  answer->view.numbers = toleranced.tolerances;
+  answer->view.draws = wish.draws;
   try {
-    wish.trajectory ? look_along(toleranced, wish, errand, *told) : look_at_rest(toleranced, *told);
+    wish.trajectory ? look_along(toleranced, wish, errand, *answer) : look_at_rest(toleranced, *answer);
   } catch (const std::invalid_argument& error) {
     throw SpecError({.place = place, .message = error.what()});
   }
-  return told;
+  return answer;
 }
 
 std::shared_ptr<ToleranceAnswer> find_tolerance(const std::shared_ptr<Spec>& spec, const std::string& trajectory,
@@ -98,12 +98,12 @@ std::shared_ptr<ToleranceAnswer> find_tolerance(const std::shared_ptr<Spec>& spe
   require_quantities(of, spec->study().mechanism);
   ToleranceRequest wish{.trajectory = std::nullopt, .of = of, .draws = {draws, seed.value_or(1)}};
   if (!at_rest) wish.trajectory = trajectory_of(*spec, trajectory, samples);
-  auto told = compute_in_background(
+  auto answer = compute_in_background(
       [spec, wish](BackgroundTask& errand) { return compute_tolerance_data(*spec, wish, errand); }, progress);
   if (wish.trajectory)
-    told->description =
+    answer->description =
         make_tolerance_provenance(spec->study(), *wish.trajectory, {.of = of, .samples = samples, .set = spec->set()});
-  return told;
+  return answer;
 }
 
 }  // namespace

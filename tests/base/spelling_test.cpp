@@ -42,7 +42,7 @@ TEST_CASE("the beginning of a name suggests it") {
   CHECK(find_nearest_name("sh", {"arm", "shaking_force"}).empty());
 }
 
-TEST_CASE("a decimal comma is told from commas between numbers") {
+TEST_CASE("a decimal comma is reported from commas between numbers") {
   CHECK(format_decimal_point_hint("0,4") == "; decimals stand behind a point: 0.4");
   CHECK(format_decimal_point_hint("-12,50 * l") == "; decimals stand behind a point: 12.50");
   CHECK(format_decimal_point_hint("1.234,5") == "; decimals stand behind a point: 1234.5");

@@ -38,7 +38,7 @@ TEST_CASE("a process does task after task and gives back their texts (C1)") {
   CHECK(worker.task_count() == 4);
 }
 
-TEST_CASE("what ends a process is told and the others go on (C1)") {
+TEST_CASE("what ends a process is reported and the others go on (C1)") {
   const auto work = [](std::size_t task) -> std::string {
     if (task == 1) ::raise(SIGSEGV);
     if (task == 2) std::abort();

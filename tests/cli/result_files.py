@@ -76,6 +76,27 @@ class ResultFiles(Case):
         self.assert_quiet_success(run(*command.split()[1:], "-o", "b.h5", cwd=self.folder))
         self.assertEqual(self.content("a.h5"), self.content("b.h5"))
 
+    def test_what_set_changed_is_in_attributes_and_the_report_takes_it_from_there(self):
+        spec = self.write("s.yaml", """\
+space: planar
+parameters: {"l": 1, m: 2}
+ground: {points: {O: [0, 0]}}
+bodies: {arm: {mass: m, com: ["l / 2", 0], inertia: 0.1}}
+joints: {J: {type: revolute, connects: [ground.O, arm.origin]}}
+actuators: [J]
+motion: {duration: 1, samples: 11, from: {joints: {J: 0}}, to: {joints: {J: 1}}}
+""")
+        self.assert_quiet_success(run("simulate", spec, "--set", "m=3", "--set", "l=1/2 + 1/4", "-o", self.path("a.h5"), "-q"))
+        with h5py.File(self.path("a.h5"), "r+") as file:
+            self.assertEqual(list(file.attrs["override_names"]), ["m", "l"])
+            self.assertEqual(list(file.attrs["override_values"]), ["3", "1/2 + 1/4"])
+            file.attrs["command_line"] = "balance simulate s.yaml"  # nothing is read out of it
+        self.assert_quiet_success(run("report", self.path("a.h5"), "-o", self.path("a.html"), "-q"))
+        self.assertIn(b"1.125", self.content("a.html"))  # m l / 2: with the text's own numbers 1
+        self.assert_quiet_success(self.simulate("-o", self.path("b.h5")))
+        with h5py.File(self.path("b.h5")) as file:
+            self.assertNotIn("override_names", file.attrs)
+
     def test_an_existing_file_is_replaced_only_with_force(self):
         for option in ("-o", "--csv"):
             old = self.write("old", "old")

@@ -133,9 +133,12 @@ TEST_CASE("a formula's value is the coefficient that it names") {
 }
 
 TEST_CASE("noise of a derivation does not hide a name, nor make one") {
-  const auto noise = [](const Mechanism& m) { return 1e-10 * std::sin(1e6 * length(m) + 1e5 * a(m) + 1e4 * b(m)); };
+  const auto perturbation = [](const Mechanism& m) {
+    return 1e-10 * std::sin(1e6 * length(m) + 1e5 * a(m) + 1e4 * b(m));
+  };
   CHECK(named([&](const Mechanism& m) {
-          return conditions({{1, length(m) / a(m) + noise(m), length(m) - b(m) + noise(m), 0.123456 + noise(m)}});
+          return conditions({{1, length(m) / a(m) + perturbation(m), length(m) - b(m) + perturbation(m),
+                              0.123456 + perturbation(m)}});
         }) == "p.m + (link1.B.x/link2.C.x) q.m + (link1.B.x - link2.C.y) r.m + 0.123456 s.m = 0");
 }
 

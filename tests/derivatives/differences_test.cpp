@@ -73,21 +73,21 @@ void check_figures(const std::string& name, const FigureGradients& figures, std:
                    const std::vector<RunResult>& runs, double h, bool jumps) {
   for (const FigureGradient& figure : figures.figures) {
     const auto metric = [&](const RunResult& run) -> const Metric& { return metric_of(run, figure.quantity); };
-    const double noise = 1e4 * metric(runs[0]).round_off;
+    const double round_off = 1e4 * metric(runs[0]).round_off;
     // a magnitude has a kink where it vanishes, as in a mechanism that is balanced
     const bool kink = std::any_of(runs.begin(), runs.end(), [&](const RunResult& run) {
-      return metric(run).rms <= noise || std::abs(metric(run).rms - figure.rms) > 0.05 * figure.rms;
+      return metric(run).rms <= round_off || std::abs(metric(run).rms - figure.rms) > 0.05 * figure.rms;
     });
     if (kink) continue;
     const double rms = difference(runs, h, [&](const RunResult& run) { return metric(run).rms; });
     const double scale = std::max(std::abs(rms), figure.rms);
-    CHECK_MESSAGE(std::abs(figure.d_rms[k] - rms) < 1e-5 * scale + noise / h, name << ": rms " << figure.quantity);
+    CHECK_MESSAGE(std::abs(figure.d_rms[k] - rms) < 1e-5 * scale + round_off / h, name << ": rms " << figure.quantity);
     const bool stays = std::all_of(runs.begin(), runs.end(), [&](const RunResult& run) {
       return metric(run).peak_time == metric(runs[0]).peak_time;
     });
     const double peak = difference(runs, h, [&](const RunResult& run) { return metric(run).peak; });
     if (stays && !jumps && figure.quantity != "mobility")
-      CHECK_MESSAGE(std::abs(figure.d_peak[k] - peak) < 1e-4 * std::max(std::abs(peak), figure.peak) + noise / h,
+      CHECK_MESSAGE(std::abs(figure.d_peak[k] - peak) < 1e-4 * std::max(std::abs(peak), figure.peak) + round_off / h,
                     name << ": peak " << figure.quantity << " " << figure.d_peak[k] << " is not " << peak);
   }
 }
@@ -112,11 +112,12 @@ void check_run(const std::string& name, const Mechanism& mechanism, const Trajec
       if (now.size() == 0) continue;
       const Samples slope =
           difference(*runs, h, [array](const RunResult& run) -> const Samples& { return run.*array; });
-      double noise = 0;  // of a run
-      for (Eigen::Index c = 0; c < now.cols(); ++c) noise = std::max(noise, column_round_off(runs->front(), array, c));
+      double round_off = 0;  // of a run
+      for (Eigen::Index c = 0; c < now.cols(); ++c)
+        round_off = std::max(round_off, column_round_off(runs->front(), array, c));
       const double scale = std::max(slope.cwiseAbs().maxCoeff(), now.cwiseAbs().maxCoeff() / numbers[k].scale);
       const double off = (gradient.derivatives[k].*array - slope).cwiseAbs().maxCoeff();
-      CHECK_MESSAGE(off <= 1e-5 * scale + 10 * noise / h,
+      CHECK_MESSAGE(off <= 1e-5 * scale + 10 * round_off / h,
                     which << ": " << std::string(what) << " off by " << off << " of " << scale);
     }
     check_figures(which, figures, k, *runs, h, !find_acceleration_jumps(trajectory.law).empty());

@@ -79,7 +79,7 @@ Differences moved(const DesignSpace& space, const VectorX& x, std::size_t trajec
 int compare(const std::string& name, const QuantityGradients& found, std::size_t q, Eigen::Index number,
             const Differences& near, bool jumps) {
   const auto metric = [q](const RunResult& run) -> const Metric& { return run.metrics[q]; };
-  const double noise = 1e4 * metric(near.runs[0]).round_off / near.h;
+  const double round_off = 1e4 * metric(near.runs[0]).round_off / near.h;
   INFO(name << ": " << found.quantity);
   REQUIRE(metric(near.runs[0]).quantity == found.quantity);
   const double rms = near.of([&](const RunResult& run) { return metric(run).rms; });
@@ -89,14 +89,14 @@ int compare(const std::string& name, const QuantityGradients& found, std::size_t
   });
   if (kink) return 0;
   const double size = found.rms.value / near.h;
-  CHECK(std::abs(found.rms.gradient[number] - rms) <= 1e-6 * std::abs(rms) + 1e-10 * size + noise);
+  CHECK(std::abs(found.rms.gradient[number] - rms) <= 1e-6 * std::abs(rms) + 1e-10 * size + round_off);
   const double peak = near.of([&](const RunResult& run) { return metric(run).peak; });
   const bool stays = std::all_of(near.runs.begin(), near.runs.end(), [&](const RunResult& run) {
     return metric(run).peak_time == metric(near.runs[0]).peak_time;
   });
   if (stays && !jumps && found.quantity != "mobility" && found.quantity.find('[') != std::string::npos)
     CHECK(std::abs(found.peak.gradient[number] - peak) <=
-          1e-5 * std::abs(peak) + 1e-9 * found.peak.value / near.h + noise);
+          1e-5 * std::abs(peak) + 1e-9 * found.peak.value / near.h + round_off);
   return 1;
 }
 

@@ -153,18 +153,18 @@ TEST_CASE("the masses with which the fastest law is quickest: no other masses ne
   options.compare_trajectories = false;
   const DesignReport report = run_design_study(space, options);
   REQUIRE(report.outcome.status == DesignStatus::no_goal);
-  const auto least_time = [&](const VectorX& x) {
+  const auto min_duration = [&](const VectorX& x) {
     const DesignInstance trial = space.instantiate(x);
     const RunResult run = simulate(trial.mechanism, trial.trajectories.front());
     return run.outcome.status == MotionStatus::done ? run.outcome.time : INFINITY;
   };
-  const double best = least_time(report.outcome.x);
+  const double best = min_duration(report.outcome.x);
   CHECK(best == doctest::Approx(report.outcome.objective).epsilon(1e-12));
-  CHECK(best < least_time(space.start_values()));
+  CHECK(best < min_duration(space.start_values()));
   for (Eigen::Index i = 0; i < report.outcome.x.size(); ++i)
     for (const double step : {-0.25, 0.25}) {
       VectorX other = report.outcome.x;
       other[i] = std::clamp(other[i] + step, 0.0, 50.0);
-      CHECK(least_time(other) >= best * (1 - 1e-7));
+      CHECK(min_duration(other) >= best * (1 - 1e-7));
     }
 }

@@ -17,7 +17,7 @@ TEST_CASE("what is left out is left out of all cases") {
   CHECK(pushed.outcome.x[0] == doctest::Approx(1.25 - 3 / g).epsilon(1e-9));
 }
 
-TEST_CASE("a law that leaves the bounds is told, and no number does") {
+TEST_CASE("a law that leaves the bounds is reported, and no number does") {
   const std::string far =
       replaced(replaced(rr, "for: {mp: [0, 0.5, 1]}", "for: {mp: [0, 100]}"), "mp: 0.5}", "mp: 50}");
   const DesignSpace space = read(far);

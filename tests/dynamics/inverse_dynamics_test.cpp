@@ -148,7 +148,7 @@ TEST_CASE("rows without an answer are NaN wherever they stand, and leave the oth
   }
 }
 
-TEST_CASE("a state beyond reach of the one before is told at once") {
+TEST_CASE("a state beyond reach of the one before is reported at once") {
   InverseDynamics door(doors::config("four-bar.yaml").mechanism);
   const VectorX zero = VectorX::Zero(1);
   REQUIRE(door.assemble(numbers({1.0})));

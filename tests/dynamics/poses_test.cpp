@@ -26,7 +26,7 @@ TEST_CASE("a pose of the tool and the joints that it means are one configuration
     CHECK(std::abs(std::remainder(found.coordinates[c].value - start[c].value, 2 * std::numbers::pi)) < 1e-10);
 }
 
-TEST_CASE("a pose that says too little is told how much") {
+TEST_CASE("a pose that says too little gets a message with how much") {
   const Study study = doors::config("3rrr.yaml");
   PoseTarget pose;
   pose.joints = {start_of(study)[static_cast<std::size_t>(study.mechanism.actuators[0])]};

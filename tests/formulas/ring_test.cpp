@@ -84,7 +84,7 @@ TEST_CASE("what is printed reads as what it was") {
   }
 }
 
-TEST_CASE("a fraction that does not fit is told, never rounded") {
+TEST_CASE("a fraction that does not fit is reported, never rounded") {
   const Rational huge(std::numeric_limits<std::int64_t>::max(), 1), tiny = Rational(1) / huge;
   CHECK_THROWS_AS(huge * Rational(2), FormulaError);
   CHECK_THROWS_AS(huge + Rational(1), FormulaError);

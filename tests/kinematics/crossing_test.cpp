@@ -85,7 +85,8 @@ TEST_CASE("two dead centres shortly after each other are refused at the first (A
     }
 }
 
-TEST_CASE("of two change points shortly after each other the first is told, whichever comes to its own faster (A1)") {
+TEST_CASE(
+    "of two change points shortly after each other the first is reported, whichever comes to its own faster (A1)") {
   for (const bool space : {false, true})
     for (const double faster : {0.3, 1.07, 3.0}) {
       std::vector<Part> parts(2);

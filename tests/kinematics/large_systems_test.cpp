@@ -131,7 +131,7 @@ TEST_CASE("a large row of loops with a rod too many has a rank that is one short
 }
 
 TEST_CASE(
-    "how far a large mechanism is from a singular configuration is told by sparse factors as by singular values") {
+    "how far a large mechanism is from a singular configuration is reported by sparse factors as by singular values") {
   const Mechanism m = ladder(40);
   const Tree<Planar> tree = compile_tree<Planar>(m, {});
   Drive<Planar> drive;

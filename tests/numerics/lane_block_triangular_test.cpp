@@ -119,7 +119,7 @@ TEST_CASE("how many lanes there are changes no bit") {
   }
 }
 
-TEST_CASE("a lane without a regular matrix is told of, and its neighbours do not notice") {
+TEST_CASE("a lane without a regular matrix is reported, and its neighbours do not notice") {
   std::mt19937_64 random(3);
   for (const int n : {1, 2, 3, 4, 5, 6, 8}) {
     const Samples8 whole = near_samples(n, 1, 0.01, random);

@@ -12,7 +12,7 @@ using namespace balance;
 
 namespace {
 
-double least_singular(const MatrixX& matrix) {
+double min_singular_value(const MatrixX& matrix) {
   MinSingularValue least;
   const auto n = matrix.cols();
   Eigen::Map<Samples>(least.normal_matrix(static_cast<int>(n)), n, n) = matrix.transpose() * matrix;
@@ -31,7 +31,7 @@ TEST_CASE("the smallest singular value is the one that singular value decomposit
       // λ = σ² is known to the round-off of the largest one
       const double doubt = 1e-14 * n * values[0] * values[0] / values[n - 1];
       CAPTURE(n);
-      CHECK(std::abs(least_singular(matrix) - values[n - 1]) <= doubt + 1e-13 * values[n - 1]);
+      CHECK(std::abs(min_singular_value(matrix) - values[n - 1]) <= doubt + 1e-13 * values[n - 1]);
     }
 }
 
@@ -58,14 +58,15 @@ TEST_CASE("a large sparse matrix has the smallest singular value of the dense on
 }
 
 TEST_CASE("the smallest singular value of matrices that fall apart, of equal values and of singular ones") {
-  CHECK(least_singular(MatrixX::Identity(6, 6)) == doctest::Approx(1).epsilon(1e-14));
-  CHECK(least_singular(VectorX::LinSpaced(5, 3, 7).asDiagonal().toDenseMatrix()) == doctest::Approx(3).epsilon(1e-14));
-  CHECK(least_singular(MatrixX::Zero(4, 4)) == 0);
+  CHECK(min_singular_value(MatrixX::Identity(6, 6)) == doctest::Approx(1).epsilon(1e-14));
+  CHECK(min_singular_value(VectorX::LinSpaced(5, 3, 7).asDiagonal().toDenseMatrix()) ==
+        doctest::Approx(3).epsilon(1e-14));
+  CHECK(min_singular_value(MatrixX::Zero(4, 4)) == 0);
   MatrixX twice = MatrixX::Zero(4, 4);  // blocks [2 1; 1 2] with singular values 1 and 3
   twice.topLeftCorner(2, 2) << 2, 1, 1, 2;
   twice.bottomRightCorner(2, 2) = twice.topLeftCorner(2, 2);
-  CHECK(least_singular(twice) == doctest::Approx(1).epsilon(1e-14));
-  CHECK(least_singular(MatrixX::Ones(5, 5)) < 1e-7);
+  CHECK(min_singular_value(twice) == doctest::Approx(1).epsilon(1e-14));
+  CHECK(min_singular_value(MatrixX::Ones(5, 5)) < 1e-7);
 }
 
 TEST_CASE(

@@ -37,7 +37,7 @@ TEST_CASE("damped least squares of sparse matrices are those of dense ones, tall
   }
 }
 
-TEST_CASE("the smallest singular value of a sparse matrix is that of the dense one, or is not told") {
+TEST_CASE("the smallest singular value of a sparse matrix is that of the dense one, or is not reported") {
   std::mt19937 random(6);
   for (const auto& [rows, columns] : {std::pair{60, 60}, {50, 70}, {80, 55}}) {
     MatrixX dense = arrow(rows, columns, random);

@@ -54,7 +54,7 @@ std::string replaced(std::string text, const std::vector<std::pair<std::string, 
 
 }  // namespace
 
-TEST_CASE("mistakes all over a spec are told together in the document's order (D7)") {
+TEST_CASE("mistakes all over a spec are reported together in the document's order (D7)") {
   const std::string text = replaced(specs::planar, {{"length: m", "length: mile"},
                                                     {"mass: 1, com", "mass: -1, com"},
                                                     {"S: [0, 1]", "S: [0, 1, 2]"},
@@ -95,7 +95,7 @@ TEST_CASE("a mistake has its place and its parts (D7)") {
   CHECK(error->summary() == first.text() + " (and 1 more mistake)");
 }
 
-TEST_CASE("what only follows from another mistake is not told (D7)") {
+TEST_CASE("what only follows from another mistake is not reported (D7)") {
   const std::pair<std::vector<std::pair<std::string, std::string>>, Keys> cases[] = {
       // a parameter without a value, used in five places
       {{{"l: 0.5", "l: 1 +"}}, {"parameters.l"}},
@@ -123,7 +123,7 @@ TEST_CASE("what only follows from another mistake is not told (D7)") {
   }
 }
 
-TEST_CASE("at most 20 mistakes are told, and the others are counted (D7)") {
+TEST_CASE("at most 20 mistakes are reported, and the others are counted (D7)") {
   std::string bodies;
   for (int i = 0; i < 30; ++i) bodies += "  b" + std::to_string(i) + ": {mass: -1, com: [0, 0], inertia: 1}\n";
   const std::string text =
@@ -149,7 +149,7 @@ TEST_CASE("mistakes in options name the option as their file (D7)") {
   CHECK(error->diagnostics()[1].place.file == "--set k");
 }
 
-TEST_CASE("all mistakes of a suite are told, and none about names that mistakes hide (D7)") {
+TEST_CASE("all mistakes of a suite are reported, and none about names that mistakes hide (D7)") {
   const std::string text =
       "defaults: {spec: arm.yaml, samples: 1}\n"
       "cases:\n"
@@ -220,7 +220,7 @@ TEST_CASE("a title keeps its text, and what cannot be seen in it is spelt out (C
         "fstand <1> \\x1b[31m<U+202E>");
 }
 
-TEST_CASE("types of joints in other vocabularies are told what they are here (D6)") {
+TEST_CASE("types of joints in other vocabularies get a hint at their name here (D6)") {
   const auto complaint = [](const std::string& type) {
     return specs::complaint(replaced(specs::planar, {{"J2: {type: revolute", "J2: {type: " + type}}));
   };
@@ -238,7 +238,7 @@ TEST_CASE("types of joints in other vocabularies are told what they are here (D6
     CHECK(in_space(type).find("; that is 'universal' here") != std::string::npos);
 }
 
-TEST_CASE("a number with a unit behind it is told where units are stated (D6)") {
+TEST_CASE("a number with a unit behind it is reported where units are stated (D6)") {
   for (const char* number : {"360deg", "5 mm", "90\xC2\xB0", "3kg", "2 N/m"}) {
     CAPTURE(number);
     const std::string found =

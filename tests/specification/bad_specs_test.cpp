@@ -50,7 +50,7 @@ bool takes(const std::string& line, const char* mark, std::string& value) {
 
 }  // namespace
 
-TEST_CASE("every mistake in the table of bad specs is told with its place, its key and what was expected (D7)") {
+TEST_CASE("every mistake in the table of bad specs is reported with its place, its key and what was expected (D7)") {
   std::ifstream table(BALANCE_TEST_DATA "/bad_specs.txt");
   std::string base, find, replace, expected, one;
   ReadOptions options;

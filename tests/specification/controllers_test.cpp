@@ -91,7 +91,7 @@ TEST_CASE("--set reaches what the controllers believe, whose own set comes after
   CHECK(find(study, "a").model->bodies[1].mass == 5);
 }
 
-TEST_CASE("mistakes in controllers are told with their place and the nearest name") {
+TEST_CASE("mistakes in controllers are reported with their place and the nearest name") {
   const specs::Mistake mistakes[] = {
       {"type: pd, rate: 500", "type: pid, rate: 500",
        "s.yaml:39:13: controllers.a.type: expected a type of controller (none, open-loop, pd, computed-torque, "

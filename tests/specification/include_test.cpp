@@ -173,7 +173,7 @@ TEST_CASE("a free parameter that is shared is one number, another is one for eac
   CHECK(count(", set: {l: {a: {free: [1, 2]}, b: 1.5}}") == 1);
 }
 
-TEST_CASE("what is wrong with parts is told with the file, the place and what was expected") {
+TEST_CASE("what is wrong with parts is reported with the file, the place and what was expected") {
   const Files files{{"leg.yaml", leg},
                     {"self.yaml", "space: planar\ninclude: {file: self.yaml, as: x}\n"},
                     {"ring.yaml", "space: planar\ninclude: {file: s.yaml, as: x}\n"},
@@ -183,44 +183,47 @@ TEST_CASE("what is wrong with parts is told with the file, the place and what wa
                     {"secret", "root:x:0\n"},
                     {"none.yaml", "space: planar\nbodies:\n"},
                     {"open.yaml", "space: [planar\n"}};
-  const auto told = [&](const std::string& include) { return complaint(head + "include: " + include + "\n", files); };
-  CHECK(told("leg.yaml") == "s.yaml:4:10: include: expected a part {file, as} or a list of them, found 'leg.yaml'");
-  CHECK(told("{file: leg.yaml}") == "s.yaml:4:10: include: missing key: expected 'as', found only file");
-  CHECK(told("{file: leg.yml, as: a}") ==
+  const auto message_for = [&](const std::string& include) {
+    return complaint(head + "include: " + include + "\n", files);
+  };
+  CHECK(message_for("leg.yaml") ==
+        "s.yaml:4:10: include: expected a part {file, as} or a list of them, found 'leg.yaml'");
+  CHECK(message_for("{file: leg.yaml}") == "s.yaml:4:10: include: missing key: expected 'as', found only file");
+  CHECK(message_for("{file: leg.yml, as: a}") ==
         "s.yaml:4:17: include.file: expected the file of a part, found none at 'leg.yml'");
-  CHECK(told("{file: leg.yaml, as: a b}") ==
+  CHECK(message_for("{file: leg.yaml, as: a b}") ==
         "s.yaml:4:31: include.as: expected a name of letters, digits, '_' and '-', found 'a b'");
-  CHECK(told("{file: leg.yaml, as: [a, a]}") ==
+  CHECK(message_for("{file: leg.yaml, as: [a, a]}") ==
         "s.yaml:4:35: include.as[1]: expected a name of its own, found 'a', another copy's");
-  CHECK(told("{file: leg.yaml, as: ground}") ==
+  CHECK(message_for("{file: leg.yaml, as: ground}") ==
         "s.yaml:4:31: include.as: expected a name of its own, found 'ground', a body's");
-  CHECK(told("{file: leg.yaml, as: a, on: b}") ==
+  CHECK(message_for("{file: leg.yaml, as: a, on: b}") ==
         "s.yaml:4:38: include.on: expected a body that stands above the part (ground), found 'b'");
-  CHECK(told("{file: leg.yaml, as: a, set: {q: 1}}") ==
+  CHECK(message_for("{file: leg.yaml, as: a, set: {q: 1}}") ==
         "s.yaml:4:40: include.set.q: expected a parameter of the part (l or r), found 'q'");
-  CHECK(told("{file: leg.yaml, as: [a, b], at: {c: [0, 0]}}") ==
+  CHECK(message_for("{file: leg.yaml, as: [a, b], at: {c: [0, 0]}}") ==
         "s.yaml:4:44: include.at.c: expected one of the copies (a or b), found 'c'");
-  CHECK(told("{file: leg.yaml, as: a, without: springs.t}") ==
+  CHECK(message_for("{file: leg.yaml, as: a, without: springs.t}") ==
         "s.yaml:4:43: include.without: expected something that the part has (springs.s), found 'springs.t'; nearest is "
         "'springs.s'");
-  CHECK(told("{file: self.yaml, as: a}") ==
+  CHECK(message_for("{file: self.yaml, as: a}") ==
         "self.yaml:2:17: include.file: expected a file that does not include itself, found s.yaml → self.yaml → "
         "self.yaml");
   CHECK(
-      told("{file: ring.yaml, as: a}") ==
+      message_for("{file: ring.yaml, as: a}") ==
       "ring.yaml:2:17: include.file: expected a file that does not include itself, found s.yaml → ring.yaml → s.yaml");
-  CHECK(told("{file: flat.yaml, as: a}") ==
+  CHECK(message_for("{file: flat.yaml, as: a}") ==
         "s.yaml:4:17: include.file: expected a part whose space is 'planar' like the whole's, found 'spatial'");
-  CHECK(told("{file: mm.yaml, as: a}") ==
+  CHECK(message_for("{file: mm.yaml, as: a}") ==
         "s.yaml:4:17: include.file: expected a part in the whole's units, found other units in 'mm.yaml'");
-  CHECK(told("{file: odd.yaml, as: a}").starts_with("odd.yaml:2:1: bodeis: unknown key: expected"));
-  CHECK(told("{file: none.yaml, as: a}") == "none.yaml:2:1: bodies: expected a mapping, found nothing");
-  CHECK(told("{file: secret, as: a}") ==
+  CHECK(message_for("{file: odd.yaml, as: a}").starts_with("odd.yaml:2:1: bodeis: unknown key: expected"));
+  CHECK(message_for("{file: none.yaml, as: a}") == "none.yaml:2:1: bodies: expected a mapping, found nothing");
+  CHECK(message_for("{file: secret, as: a}") ==
         "secret:1:1: expected a part: a mapping with 'space', 'bodies', 'joints', …, found something else");
-  CHECK(told("{file: open.yaml, as: a}").starts_with("open.yaml:1:8: expected YAML"));
+  CHECK(message_for("{file: open.yaml, as: a}").starts_with("open.yaml:1:8: expected YAML"));
 }
 
-TEST_CASE("a mistake in a part is told once, at the part's own place") {
+TEST_CASE("a mistake in a part is reported once, at the part's own place") {
   try {
     read_spec("space: planar\ninclude: {file: parts/bad_leg.yaml, as: [a, b]}\n", BALANCE_TEST_DATA "/s.yaml");
     FAIL("a negative mass");

@@ -26,7 +26,7 @@ KeyPaths key_paths_of(const std::string& text) {
 
 }  // namespace
 
-TEST_CASE("an error of syntax is told where it comes from (D7)") {
+TEST_CASE("an error of syntax is reported at its place (D7)") {
   const std::pair<const char*, const char*> cases[] = {
       {"space: planar\nbodies: {a: {mass: 1}\njoints: {}\n", "2:9: '{' is not closed"},
       {"space: planar\nbodies: {a: [1, 2}}\n", "2:18: '}' where the '[' of line 2, column 13 wants a ']'"},
@@ -64,7 +64,7 @@ TEST_CASE("quotes and brackets inside of texts are none (D7)") {
   }
 }
 
-TEST_CASE("every wrong entry of a list is told, and every wrong part of a free number (D7)") {
+TEST_CASE("every wrong entry of a list is reported, and every wrong part of a free number (D7)") {
   const std::string text =
       changed(specs::planar, {{"com: [k, 0], inertia: 0.02", "com: [x1, x2], inertia: {fre: [0, 1]}"},
                               {"from: {tool: [0.6, 0.1]", "from: {tool: [x3, [0]]"},
@@ -94,7 +94,7 @@ TEST_CASE("numbers are looked at even where what they belong to is wrong (D7)") 
                  "controllers.b.torque_limit"});
 }
 
-TEST_CASE("a value that an alias puts in a wrong place is told where the alias stands (D7)") {
+TEST_CASE("a value that an alias puts in a wrong place is reported where the alias stands (D7)") {
   const std::string text = changed(specs::planar, {{"l: 0.5,", "l: &n 0.5,"}, {"tool: lower.H", "tool: *n"}});
   CHECK(specs::complaint(text).find("s.yaml:18:7: tool: ") == 0);
 }

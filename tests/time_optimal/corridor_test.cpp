@@ -19,7 +19,7 @@ using namespace balance;
 
 namespace {
 
-constexpr double chord = 0.2, rise = 0.01, mass = 2, most_acceleration = 3;
+constexpr double chord = 0.2, rise = 0.01, mass = 2, max_acceleration = 3;
 
 /// A carriage on two or three slides at right angles, all their mass in the last: its acceleration is what the motors push.
 Mechanism make_gantry(SpaceKind space) {
@@ -48,7 +48,7 @@ Trajectory over_an_arc(const Vector3& via, double width) {
   t.name = "arc";
   t.law.kind = MotionLawKind::time_optimal;
   t.drive = DriveKind::tool;
-  t.limits = {{"shaking_force", mass * most_acceleration}};
+  t.limits = {{"shaking_force", mass * max_acceleration}};
   t.from.tool = Vector3::Zero();
   t.to.tool = Vector3(chord, 0, 0);
   t.path = ArcPath{via};
@@ -121,7 +121,7 @@ void check_slopes(const Case& c, double tolerance = 2e-3) {
 }  // namespace
 
 TEST_CASE("a corridor that holds the straight line between the ends of an arc gives the least time of all") {
-  const double least = 2 * std::sqrt(chord / most_acceleration);
+  const double least = 2 * std::sqrt(chord / max_acceleration);
   const std::vector<SpaceKind> spaces = {SpaceKind::planar, SpaceKind::spatial};
   for (const SpaceKind space : sampling::draw("spaces of a gantry", spaces, 0.5)) {
     const bool planar = space == SpaceKind::planar;
@@ -167,7 +167,7 @@ TEST_CASE("along a straight line a point needs no room: what is best stays") {
     const ResolvedTrajectory timed = resolve_trajectory(gantry, t);
     INFO(timed.outcome.reason);
     REQUIRE(timed.corridor);
-    CHECK(timed.trajectory.duration == doctest::Approx(2 * std::sqrt(chord / most_acceleration)).epsilon(1e-6));
+    CHECK(timed.trajectory.duration == doctest::Approx(2 * std::sqrt(chord / max_acceleration)).epsilon(1e-6));
     CHECK(timed.corridor->max_offset < 2e-4);
   }
 }

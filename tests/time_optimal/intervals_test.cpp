@@ -107,12 +107,12 @@ TEST_CASE("limits beside a law that does not ask for them change nothing") {
   Trajectory trajectory = named(study, "cycloid");
   const RunResult plain = simulate(study.mechanism, trajectory);
   trajectory.limits = {{"torque", 10}};
-  const RunResult told = simulate(study.mechanism, trajectory);
-  CHECK(plain.torque == told.torque);
+  const RunResult observed = simulate(study.mechanism, trajectory);
+  CHECK(plain.torque == observed.torque);
   CHECK(plain.phase_plane.mvc_path_rate.size() == 0);
-  CHECK(told.phase_plane.mvc_path_rate.size() > 100);
-  CHECK(plain.phase_plane.path_rate == told.phase_plane.path_rate);
-  CHECK_FALSE(told.optimised_law.has_value());
+  CHECK(observed.phase_plane.mvc_path_rate.size() > 100);
+  CHECK(plain.phase_plane.path_rate == observed.phase_plane.path_rate);
+  CHECK_FALSE(observed.optimised_law.has_value());
 }
 
 TEST_CASE("a path of spherical joints, whose axes turn on the way, is looked at as often as it takes") {

@@ -55,6 +55,7 @@ class Hdf5DirectReader {
   std::optional<std::string> text_attribute(const std::string& path, const std::string& name, std::size_t most) const;
   std::optional<std::vector<double>> numbers_attribute(const std::string& path, const std::string& name,
                                                        std::size_t most) const;
+  std::vector<std::string> texts_attribute(const std::string& path, const std::string& name, std::size_t most) const;
   std::vector<std::string> groups(const std::string& path, std::size_t most) const;
 
  private:
@@ -292,6 +293,18 @@ std::optional<std::vector<double>> Hdf5DirectReader::numbers_attribute(const std
   return values;
 }
 
+std::vector<std::string> Hdf5DirectReader::texts_attribute(const std::string& path, const std::string& name,
+                                                           std::size_t most) const {
+  const ErrorSilencer silence;
+  if (H5Aexists_by_name(file_, name_in_file(path), name.c_str(), H5P_DEFAULT) <= 0) return {};
+  const Attribute open(file_, path, name);
+  if (!open.type.is_valid() || !is_variable_length_string(open.type.get()))
+    throw Hdf5Error(fmt::format("attribute {}: expected texts, found something else", quote_for_message(name)));
+  std::vector<char*> pointers(length_in(open.space.get(), name, most), nullptr);
+  if (H5Aread(open.attribute.get(), open.type.get(), static_cast<void*>(pointers.data())) < 0) throw_unreadable(name);
+  return take_texts(pointers, open.type.get(), open.space.get());
+}
+
 std::vector<std::string> Hdf5DirectReader::groups(const std::string& path, std::size_t most) const {
   const ErrorSilencer silence;
   GroupNames found{{}, most};
@@ -323,6 +336,7 @@ class Hdf5ReadServer {
       case Hdf5Request::texts: return say_list(file_.texts(path, most));
       case Hdf5Request::groups: return say_list(file_.groups(path, most));
       case Hdf5Request::text_attribute: return say_text(file_.text_attribute(path, name, most));
+      case Hdf5Request::texts_attribute: return say_list(file_.texts_attribute(path, name, most));
       case Hdf5Request::numbers_attribute: return say_values(file_.numbers_attribute(path, name, most));
     }
   }

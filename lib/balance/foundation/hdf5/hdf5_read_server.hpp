@@ -15,6 +15,7 @@ enum class Hdf5Request : std::uint64_t {
   groups,             ///< by the count and the names
   text_attribute,     ///< by 0, or 1 and the text
   numbers_attribute,  ///< by 0, or 1 and the count; the values follow
+  texts_attribute,    ///< by their count and the texts; none if it does not exist
 };
 
 /// @param name of an attribute; @param most texts, names, bytes or values that the answer may have

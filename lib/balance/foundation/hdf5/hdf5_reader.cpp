@@ -92,32 +92,33 @@ bool Hdf5Reader::has(const std::string& path) const {
 }
 
 /// @throws Hdf5Error if there are more than allowed
-std::vector<std::size_t> Hdf5Reader::checked_sizes(Message& answer, const std::string& path, std::size_t most_sizes,
-                                                   std::size_t most_values) const {
+std::vector<std::size_t> Hdf5Reader::checked_sizes(Message& answer, const std::string& path, std::size_t max_dimensions,
+                                                   std::size_t max_values) const {
   const std::uint64_t count = answer.read_number();
-  if (count > most_sizes) {
-    const std::string expected = most_sizes == 1 ? "one dimension" : fmt::format("at most {} dimensions", most_sizes);
+  if (count > max_dimensions) {
+    const std::string expected =
+        max_dimensions == 1 ? "one dimension" : fmt::format("at most {} dimensions", max_dimensions);
     throw Hdf5Error(fmt::format("{}: expected {}, found {}", quote_for_message(path), expected, count));
   }
-  const std::size_t most = std::min(most_values, values_left_);
+  const std::size_t most = std::min(max_values, values_left_);
   std::vector<std::size_t> sizes;
   std::size_t total = 1;
   for (std::uint64_t i = 0; i < count; ++i) {
     const std::uint64_t size = answer.read_number();
     if (size > most || total * size > most)
       throw Hdf5Error(
-          most < most_values
+          most < max_values
               ? fmt::format("{}: holds more numbers than a file of this size is read for, which are {} in all",
                             quote_for_message(path), values_)
-              : fmt::format("{}: expected at most {} values, found more", quote_for_message(path), most_values));
+              : fmt::format("{}: expected at most {} values, found more", quote_for_message(path), max_values));
     total *= size;
     sizes.push_back(size);
   }
   return sizes;
 }
 
-Hdf5Reader::Dataset Hdf5Reader::numbers(const std::string& path, std::size_t most_sizes,
-                                        std::size_t most_values) const {
+Hdf5Reader::Dataset Hdf5Reader::numbers(const std::string& path, std::size_t max_dimensions,
+                                        std::size_t max_values) const {
   const MessageChannel wire(child_->socket());
   const auto go_on = [&wire](bool yes) {
     Message message;
@@ -128,7 +129,7 @@ Hdf5Reader::Dataset Hdf5Reader::numbers(const std::string& path, std::size_t mos
     Message answer = request(make_read_request(Hdf5Request::numbers, path), max_header_bytes);
     Dataset found;
     try {
-      found.sizes = checked_sizes(answer, path, most_sizes, most_values);
+      found.sizes = checked_sizes(answer, path, max_dimensions, max_values);
     } catch (const Hdf5Error&) {
       go_on(false);
       throw;
@@ -167,6 +168,10 @@ std::vector<std::string> Hdf5Reader::labels(const Message& question, const std::
 
 std::vector<std::string> Hdf5Reader::texts(const std::string& path) const {
   return labels(make_read_request(Hdf5Request::texts, path, "", limits_.max_labels), path);
+}
+
+std::vector<std::string> Hdf5Reader::texts_attribute(const std::string& path, const std::string& name) const {
+  return labels(make_read_request(Hdf5Request::texts_attribute, path, name, limits_.max_labels), name);
 }
 
 std::vector<std::string> Hdf5Reader::groups(const std::string& path) const {

@@ -43,7 +43,8 @@ class Hdf5Reader {
     std::vector<double> values;
   };
   /// @throws Hdf5Error if there is none at `path` or it has more dimensions or values than allowed
-  Dataset numbers(const std::string& path, std::size_t most_sizes = 3, std::size_t most_values = 1'000'000'000) const;
+  Dataset numbers(const std::string& path, std::size_t max_dimensions = 3,
+                  std::size_t max_values = 1'000'000'000) const;
 
   /// A dataset of texts with one dimension: lines that can be printed. @throws Hdf5Error
   std::vector<std::string> texts(const std::string& path) const;
@@ -51,14 +52,16 @@ class Hdf5Reader {
   /// An attribute of a group or dataset; nothing if it does not exist. @throws Hdf5Error if it is something else or no UTF-8
   std::optional<std::string> text_attribute(const std::string& path, const std::string& name) const;
   std::optional<std::vector<double>> numbers_attribute(const std::string& path, const std::string& name) const;
+  /// An attribute of several lines that can be printed; none if it does not exist. @throws Hdf5Error if it is something else
+  std::vector<std::string> texts_attribute(const std::string& path, const std::string& name) const;
 
   /// Names of the groups in a group, in the order of the alphabet.
   std::vector<std::string> groups(const std::string& path) const;
 
  private:
   Message request(const Message& question, std::size_t most) const;
-  std::vector<std::size_t> checked_sizes(Message& answer, const std::string& path, std::size_t most_sizes,
-                                         std::size_t most_values) const;
+  std::vector<std::size_t> checked_sizes(Message& answer, const std::string& path, std::size_t max_dimensions,
+                                         std::size_t max_values) const;
   std::vector<std::string> labels(const Message& question, const std::string& path) const;
 
   Hdf5ReadLimits limits_;

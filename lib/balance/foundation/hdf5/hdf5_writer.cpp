@@ -379,6 +379,14 @@ void Hdf5Writer::set_attribute(Group group, const std::string& name, const std::
   self.with_error_context([&] { hdf5::write_text(self.groups.at(group.index).get(), name.c_str(), text); });
 }
 
+void Hdf5Writer::set_attribute(Group group, const std::string& name, const std::vector<std::string>& texts) {
+  Implementation& self = *implementation_;
+  self.with_error_context([&] {
+    hdf5::write_attribute(self.groups.at(group.index).get(), name.c_str(), hdf5::make_utf8_type().get(),
+                          hdf5::make_dataspace({texts.size()}).get(), pointers(texts).data());
+  });
+}
+
 Hdf5Writer::Dimension Hdf5Writer::add_dimension(Group group, const Variable& variable, std::span<const double> values) {
   return implementation_->add_dimension(group, variable, values.size(), H5T_IEEE_F64LE, H5T_NATIVE_DOUBLE,
                                         values.data());

@@ -44,6 +44,8 @@ class Hdf5Writer {
   Group add_group(const std::string& name) { return add_group({}, name); }
   Group add_group(Group parent, const std::string& name);
   void set_attribute(Group group, const std::string& name, const std::string& text);
+  /// @param texts at least one, because netCDF has no empty attribute of texts
+  void set_attribute(Group group, const std::string& name, const std::vector<std::string>& texts);
 
   /// Adds a dimension together with the dataset that holds its values or labels. `variable.dimensions` must be empty;
   /// there must be at least one value, because netCDF has no empty dimensions.

@@ -32,7 +32,7 @@ class GoldfarbIdnaniSolver {
       if (!add_constraint(e)) return std::nullopt;
     const auto limit = 50 * (total_ + y_.size()) + 100;
     for (Eigen::Index iteration = 0; iteration < limit; ++iteration) {
-      const Eigen::Index worst = most_violated();
+      const Eigen::Index worst = find_most_violated_constraint();
       if (worst < 0) return finish();
       if (!add_constraint(worst)) return std::nullopt;
     }
@@ -43,7 +43,7 @@ class GoldfarbIdnaniSolver {
   double slack(Eigen::Index i) const { return normals_.col(i).dot(y_) - right_[i]; }
   double tolerance(Eigen::Index i) const { return 1e-13 * (std::abs(right_[i]) + normal_norms_[i] * (1 + y_.norm())); }
 
-  Eigen::Index most_violated() const {
+  Eigen::Index find_most_violated_constraint() const {
     Eigen::Index worst = -1;
     double most = 0;
     for (Eigen::Index i = equalities_; i < total_; ++i) {

@@ -180,9 +180,9 @@ class WorkerPool {
       waiting_.push_front(index);
       return assign_next(hand, others);
     }
-    std::optional<CaseRecord> told = state == WorkerState::idle ? decode_record(hand.worker->reply()) : std::nullopt;
-    if (told)
-      finish(index, std::move(*told), hand.worker->reply());
+    std::optional<CaseRecord> record = state == WorkerState::idle ? decode_record(hand.worker->reply()) : std::nullopt;
+    if (record)
+      finish(index, std::move(*record), hand.worker->reply());
     else
       finish(index, make_failure_record(hand, state));
     return assign_next(hand, others);

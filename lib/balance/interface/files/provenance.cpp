@@ -49,35 +49,13 @@ std::string format_simulate_command(const SimulateCommand& call) {
   return join_command(std::move(words));
 }
 
-std::vector<std::pair<std::string, std::string>> parse_overrides(const std::string& command) {
-  std::vector<std::string> words(1);
-  bool quoted = false;
-  for (std::size_t i = 0; i < command.size(); ++i) {
-    const char c = command[i];
-    if (c == '\'')
-      quoted = !quoted;
-    else if (c == '\\' && !quoted && i + 1 < command.size())
-      words.back() += command[++i];
-    else if (c == ' ' && !quoted)
-      words.emplace_back();
-    else
-      words.back() += c;
-  }
-  std::vector<std::pair<std::string, std::string>> found;
-  for (std::size_t i = 0; i + 1 < words.size(); ++i) {
-    const std::size_t equals = words[i + 1].find('=');
-    if (words[i] == "--set" && equals != std::string::npos)
-      found.emplace_back(words[i + 1].substr(0, equals), words[i + 1].substr(equals + 1));
-  }
-  return found;
-}
-
 Provenance make_simulation_provenance(const Study& study, const Trajectory& trajectory, const SimulateCommand& call) {
   Provenance description;
   description.title = study.mechanism.name;
   description.version = version();
   description.spec_text = study.spec_text;
   description.command_line = format_simulate_command(call);
+  description.overrides = study.overrides;
   description.trajectory = trajectory.name;
   description.law = law_name(trajectory);
   description.drive = name_of(trajectory.drive);
@@ -107,6 +85,7 @@ Provenance describe_state(const Study& study, const StateCommand& call) {
   description.version = version();
   description.spec_text = study.spec_text;
   description.command_line = join_command(std::move(words));
+  description.overrides = study.overrides;
   description.pose = call.at;
   return description;
 }

@@ -48,9 +48,6 @@ struct StateCommand {
 /// spec gives the same bytes wherever it and the result lie.
 std::string format_simulate_command(const SimulateCommand& call);
 
-/// What `--set` said in such a command, name and value.
-std::vector<std::pair<std::string, std::string>> parse_overrides(const std::string& command);
-
 /// @param trajectory one of the study's, perhaps changed. The controller, if there is one, is one of the study's
 Provenance make_simulation_provenance(const Study& study, const Trajectory& trajectory, const SimulateCommand& call);
 

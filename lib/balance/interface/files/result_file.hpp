@@ -6,6 +6,8 @@
 
 #include <functional>
 #include <string>
+#include <utility>
+#include <vector>
 
 namespace balance {
 
@@ -15,6 +17,8 @@ struct StoredRun {
   std::string group;  ///< of a design file: "after/cycloid"; "" for a run's own file
   std::string title;  ///< the mechanism's name
   std::string version, spec_text, command_line;
+  std::vector<std::pair<std::string, std::string>>
+      overrides;  ///< parameters and values with which the spec was read: `--set`
   std::string trajectory, law, drive, formulation;
   std::string controller, controller_type;  ///< of a run under control; else empty
   std::string at;                           ///< of a single state (`simulate --at`): the pose; of a run empty
@@ -40,10 +44,12 @@ struct Provenance {
   std::string title;         ///< the mechanism's name
   std::string version;       ///< of the program
   std::string spec_text;     ///< the whole spec
-  std::string command_line;  ///< what computes the same file again
-  std::string trajectory;    ///< its name
-  std::string law;           ///< as in the spec: "cycloidal"
-  std::string drive;         ///< as in the spec: "tool"
+  std::string command_line;  ///< what computes the same file again, for people
+  std::vector<std::pair<std::string, std::string>>
+      overrides;           ///< parameters and values with which the spec was read: `--set`
+  std::string trajectory;  ///< its name
+  std::string law;         ///< as in the spec: "cycloidal"
+  std::string drive;       ///< as in the spec: "tool"
   std::string formulation = "tree";
   std::string controller;       ///< its name; empty: a run without one
   std::string controller_type;  ///< as in the spec: "computed-torque"

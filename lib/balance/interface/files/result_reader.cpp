@@ -286,6 +286,42 @@ void check_group(const Hdf5Reader& file, const std::string& group) {
                               append_nearest_name(group, runs)));
 }
 
+/// The overrides in a command line, for files of 0.1.0, which have them nowhere else.
+std::vector<std::pair<std::string, std::string>> parse_overrides(const std::string& command) {
+  std::vector<std::string> words(1);
+  bool quoted = false;
+  for (std::size_t i = 0; i < command.size(); ++i) {
+    const char c = command[i];
+    if (c == '\'')
+      quoted = !quoted;
+    else if (c == '\\' && !quoted && i + 1 < command.size())
+      words.back() += command[++i];
+    else if (c == ' ' && !quoted)
+      words.emplace_back();
+    else
+      words.back() += c;
+  }
+  std::vector<std::pair<std::string, std::string>> found;
+  for (std::size_t i = 0; i + 1 < words.size(); ++i) {
+    const std::size_t equals = words[i + 1].find('=');
+    if (words[i] == "--set" && equals != std::string::npos)
+      found.emplace_back(words[i + 1].substr(0, equals), words[i + 1].substr(equals + 1));
+  }
+  return found;
+}
+
+std::vector<std::pair<std::string, std::string>> read_overrides(const Hdf5Reader& file,
+                                                                const std::string& command_line) {
+  const std::vector<std::string> names = file.texts_attribute("", "override_names");
+  const std::vector<std::string> values = file.texts_attribute("", "override_values");
+  if (names.size() != values.size())
+    throw Hdf5Error("attributes 'override_names' and 'override_values' differ in length");
+  if (names.empty()) return parse_overrides(command_line);
+  std::vector<std::pair<std::string, std::string>> overrides;
+  for (std::size_t i = 0; i < names.size(); ++i) overrides.emplace_back(names[i], values[i]);
+  return overrides;
+}
+
 StoredRun read_run(const Hdf5Reader& file, const RunLocationInFile& place) {
   if (file.text_attribute("", "Conventions") != file_convention)
     throw Hdf5Error("is no result of balance: its attribute 'Conventions' is not " + std::string(file_convention));
@@ -307,6 +343,7 @@ StoredRun read_run(const Hdf5Reader& file, const RunLocationInFile& place) {
                 .controller = line(place.group, "controller"),
                 .controller_type = line(place.group, "controller_type"),
                 .at = line(place.group, "at")};
+  run.overrides = read_overrides(file, run.command_line);
   if (!run.controller.empty() && line(place.group, "status") != "done") run.ended_early = line(place.group, "reason");
   run.result = ResultReader(file, place.group).result();
   return run;

@@ -237,6 +237,11 @@ void write_source_attributes(Hdf5Writer& file, const Provenance& d) {
   file.set_attribute(root, "spec", d.spec_text);
   file.set_attribute(root, "spec_sha256", sha256(d.spec_text));
   file.set_attribute(root, "command_line", d.command_line);
+  if (d.overrides.empty()) return;
+  std::vector<std::string> names, values;
+  for (const auto& [name, value] : d.overrides) names.push_back(name), values.push_back(value);
+  file.set_attribute(root, "override_names", names);
+  file.set_attribute(root, "override_values", values);
 }
 
 void write_run_attributes(Hdf5Writer& file, Hdf5Writer::Group group, const Provenance& d) {

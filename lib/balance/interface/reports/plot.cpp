@@ -220,8 +220,9 @@ Plot plot_phase_plane(const std::vector<PlotRun>& runs) {
   add_max_velocity_curves(runs, top, panel);
   for (std::size_t i = 0; i < runs.size(); ++i) {
     const PhasePlane& plane = runs[i].result->phase_plane;
-    const bool told = runs[i].result->optimised_law && !runs[i].result->optimised_law->active_limits.empty();
-    if (runs.size() == 1 && told)
+    const bool has_active_limits =
+        runs[i].result->optimised_law && !runs[i].result->optimised_law->active_limits.empty();
+    if (runs.size() == 1 && has_active_limits)
       add_stretches(runs[i], panel);
     else
       panel.lines.push_back({runs.size() > 1 ? runs[i].label : "law", make_line_style(i, i),

@@ -230,6 +230,7 @@ void read_all(const YamlNode& root, const SpecParameters::Overrides& overrides, 
 void read_document(const std::string& text, const YamlNode* root, const SpecParameters::Overrides& overrides,
                    StudyBuilder& draft) {
   draft.study.spec_text = text;
+  draft.study.overrides = overrides;
   YamlNode parsed;
   ExpandedDocument flat;
   try {

@@ -109,7 +109,7 @@ class KinematicEquations {
   MassDistribution<S> masses_;
   Matrix3Of<T> rotation_jacobian_ = Matrix3Of<T>::Identity();  ///< of the tool's rotation where last filled
   SquareSystem<T> sparse_;
-  MinSingularValue least_singular_;
+  MinSingularValue min_singular_value_;
   OverdeterminedSystem<T> tall_;
   long evaluations_ = 0, factorised_evaluation_ = -1;  ///< the latter: evaluation_count() of the matrix last factorised
 };

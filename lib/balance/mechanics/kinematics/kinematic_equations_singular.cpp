@@ -61,15 +61,15 @@ typename S::Scalar KinematicEquations<S>::min_singular_value() {
     const int n = columns();
     if (!redundant_ && n > max_dense_columns && factorise())
       if (const std::optional<double> value = min_singular_value_by_lanczos(sparse_)) return *value;
-    double* normal = least_singular_.normal_matrix(n);
+    double* normal = min_singular_value_.normal_matrix(n);
     if (redundant_) {
       Eigen::Map<Samples>(normal, n, n).noalias() = tall_.dense().transpose() * tall_.dense();
-      return least_singular_.compute_from_normal_matrix();
+      return min_singular_value_.compute_from_normal_matrix();
     }
     sparse_.write_normal_matrix(normal);  // in the order of the storage, which changes no singular value
     if (factorised_evaluation_ == evaluations_ && regularity_ > 0)
-      if (const std::optional<double> value = least_singular_.compute_from_factors(sparse_)) return *value;
-    return least_singular_.compute_from_normal_matrix();
+      if (const std::optional<double> value = min_singular_value_.compute_from_factors(sparse_)) return *value;
+    return min_singular_value_.compute_from_normal_matrix();
   }
 }
 

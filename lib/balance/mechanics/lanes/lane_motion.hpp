@@ -325,7 +325,7 @@ class LaneStepper {
   /// again, to the same bits, until the others are done, too.
   bool newton(T& iterations) {
     constexpr double inf = std::numeric_limits<double>::infinity();
-    const double enough = setup_.residual_tolerance;
+    const double tolerance = setup_.residual_tolerance;
     T last = inf;
     Mask done = last < 0.0;
     iterations = 0.0;
@@ -338,7 +338,7 @@ class LaneStepper {
       equations_.velocity_rhs(sample_, rates_.data());
       equations_.solve_pair(x_.data(), rates_.data());
       const Mask before = done;
-      done = done | (worst <= enough) | ((worst <= 10 * enough) & (worst >= last));
+      done = done | (worst <= tolerance) | ((worst <= 10 * tolerance) & (worst >= last));
       iterations = select(before, iterations, T(count));
       last = worst;
       const bool finished = all(done);
@@ -394,7 +394,7 @@ template <class L, class S>
 class LaneGroupSolver final : public GroupSolver<S> {
  public:
   explicit LaneGroupSolver(const GroupSetup<S>& setup)
-      : setup_(setup), step_(setup_), least_singular_(step_.equations()), moment_(setup_) {}
+      : setup_(setup), step_(setup_), min_singular_value_(step_.equations()), moment_(setup_) {}
 
   void start(const KinematicEquations<S>& equations, const Actuation<S>& actuation, const double* y,
              const double* dy) override {
@@ -406,7 +406,7 @@ class LaneGroupSolver final : public GroupSolver<S> {
     for (int first = 0; first < group_size; first += T::lanes) {
       if (!step_.find(job, first)) return false;
       moment_.evaluate(step_.equations(), step_.actuation(), step_.state(), step_.dy(), step_.ddy());
-      moment_.store(setup_.direct ? T(1.0) : least_singular_.compute(step_.equations()), first, job.samples);
+      moment_.store(setup_.direct ? T(1.0) : min_singular_value_.compute(step_.equations()), first, job.samples);
     }
     return true;
   }
@@ -414,7 +414,7 @@ class LaneGroupSolver final : public GroupSolver<S> {
  private:
   GroupSetup<S> setup_;
   LaneStepper<L, S> step_;
-  LaneMinSingularValue<L> least_singular_;
+  LaneMinSingularValue<L> min_singular_value_;
   LaneSampleEvaluator<L, S> moment_;
 };
 

@@ -192,7 +192,7 @@ PdGains default_pd_gains(const Mechanism& believed, const Controller& controller
     least = least.cwiseMin(moment.inertia);
   }
   const double nominal = controller.natural_frequency();
-  double least_growth = INFINITY, used = nominal;
+  double min_growth = INFINITY, used = nominal;
   for (int turn = 0; turn < max_frequencies; ++turn) {
     // the nominal one, then higher and lower ones in turn; a stated bandwidth is not exceeded
     const bool up = turn % 2 == 1;
@@ -210,14 +210,14 @@ PdGains default_pd_gains(const Mechanism& believed, const Controller& controller
       for (const double more : {1.0, 2.0})
         worst = std::max(worst, compute_closed_loop_spectral_radius(moment, controller, more * kp, more * kd));
     }
-    if (worst < least_growth || turn == 0) {
-      least_growth = worst;
+    if (worst < min_growth || turn == 0) {
+      min_growth = worst;
       best.kp = kp, best.kd = kd;
       used = frequency;
     }
     if (worst < 1) break;
   }
-  if (!(least_growth < 1))
+  if (!(min_growth < 1))
     best.notes.push_back(
         controller.name +
         ": no default gains are stable at every single moment of the motion; those that come nearest are taken");

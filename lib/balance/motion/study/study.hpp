@@ -204,7 +204,9 @@ struct Study {
   std::vector<GeneralisedSpeed> speeds;  ///< in which the equation of motion is wanted, too; empty: none
   std::string spec_file;                 ///< as named by the user
   std::string spec_text;                 ///< as read
-  std::vector<std::string> warnings;     ///< legal but suspicious
+  std::vector<std::pair<std::string, std::string>>
+      overrides;                      ///< parameters and their values in place of the text's: `--set`
+  std::vector<std::string> warnings;  ///< legal but suspicious
 };
 
 /// Who cannot say what payloads mean that are taken up and set down on the way.

@@ -143,13 +143,13 @@ MotionOutcome optimise_corridor_path(const Mechanism& mechanism, Trajectory& tra
                                      std::optional<CorridorResult>& found) {
   if (!trajectory.corridor || !trajectory.corridor->control_points.empty()) return make_done();
   validate_corridor(mechanism, trajectory);
-  CorridorResult told;
-  told.width = trajectory.corridor->width;
-  told.width_unit = width_unit(mechanism, trajectory);
-  told.objective = trajectory.law.kind == MotionLawKind::time_optimal ? "duration" : trajectory.min_peak_quantity;
+  CorridorResult result;
+  result.width = trajectory.corridor->width;
+  result.width_unit = width_unit(mechanism, trajectory);
+  result.objective = trajectory.law.kind == MotionLawKind::time_optimal ? "duration" : trajectory.min_peak_quantity;
   const Trajectory stated = trajectory;
-  const MotionOutcome outcome = CorridorSearch(mechanism, stated).run(trajectory, told);
-  if (outcome.status == MotionStatus::done) found = told;
+  const MotionOutcome outcome = CorridorSearch(mechanism, stated).run(trajectory, result);
+  if (outcome.status == MotionStatus::done) found = result;
   return outcome;
 }
 
@@ -349,7 +349,7 @@ class DurationSensitivity {
     piece.length = b.s - a.s;
     piece.time = b.t - a.t;
     piece.middle = {middle.s, middle.v, middle.u, from.row_after};
-    if (piece.middle.row < 0) piece.middle.row = most_active_row(piece.middle);
+    if (piece.middle.row < 0) piece.middle.row = find_most_active_row(piece.middle);
     piece.before = {a.s, a.v, a.u, piece.middle.row};
     piece.after = {b.s, b.v, b.u, piece.middle.row};
     const ConstraintValue here = evaluate_constraint(model_, piece.middle);
@@ -361,7 +361,7 @@ class DurationSensitivity {
     pieces_.push_back(std::move(piece));
   }
 
-  int most_active_row(PathPoint moment) const {
+  int find_most_active_row(PathPoint moment) const {
     double most = -1;
     int row = 0;
     for (std::size_t r = 0; r < bounds_.size(); ++r) {

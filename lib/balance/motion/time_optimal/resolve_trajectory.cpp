@@ -89,13 +89,13 @@ double find_momentum_range(const PiecewiseChebyshevSeries& g, ConstantMomentumLa
   std::vector<double> places = find_roots(g.derivative(), 0);
   for (const Panel& panel : g.panels()) places.insert(places.end(), {panel.begin, panel.end});
   law.min_momentum_per_rate = INFINITY, law.max_momentum_per_rate = -INFINITY;
-  double least_at = 0, most_at = 0, value = 0;
+  double min_location = 0, max_location = 0, value = 0;
   for (const double place : places) {
     g.evaluate(g.find_panel(place, 0, g.panels().size()), place, &value);
-    if (value < law.min_momentum_per_rate) law.min_momentum_per_rate = value, least_at = place;
-    if (value > law.max_momentum_per_rate) law.max_momentum_per_rate = value, most_at = place;
+    if (value < law.min_momentum_per_rate) law.min_momentum_per_rate = value, min_location = place;
+    if (value > law.max_momentum_per_rate) law.max_momentum_per_rate = value, max_location = place;
   }
-  return law.max_momentum_per_rate > -law.min_momentum_per_rate ? least_at : most_at;
+  return law.max_momentum_per_rate > -law.min_momentum_per_rate ? min_location : max_location;
 }
 
 }  // namespace

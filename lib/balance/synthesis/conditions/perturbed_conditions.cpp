@@ -307,9 +307,9 @@ PerturbedConditions& PerturbedConditions::operator=(PerturbedConditions&&) noexc
 
 std::optional<Conditions> PerturbedConditions::derive(const Mechanism& mechanism) const {
   Conditions found = implementation_->known;
-  const PerturbedRank told = implementation_->solve_for_pivots(mechanism, found.matrix);
-  if (told == PerturbedRank::unknown) return std::nullopt;
-  found.status = told == PerturbedRank::unchanged ? ConditionsStatus::done : ConditionsStatus::rank_unclear;
+  const PerturbedRank rank = implementation_->solve_for_pivots(mechanism, found.matrix);
+  if (rank == PerturbedRank::unknown) return std::nullopt;
+  found.status = rank == PerturbedRank::unchanged ? ConditionsStatus::done : ConditionsStatus::rank_unclear;
   return found;
 }
 

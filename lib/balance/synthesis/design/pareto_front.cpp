@@ -252,9 +252,9 @@ void EpsilonConstraintSearch::add_load_cases(ParetoPoint& point) const {
 }
 
 DesignReport EpsilonConstraintSearch::failure() const {
-  ParetoPoint told = failure_;
-  add_load_cases(told);
-  return told.report;
+  ParetoPoint point = failure_;
+  add_load_cases(point);
+  return point.report;
 }
 
 std::optional<ParetoPoint> EpsilonConstraintSearch::solve(const EpsilonConstraint& wish) {
@@ -470,7 +470,7 @@ class ParetoFrontBuilder {
 
   /// Kept if it is new. Where a limit is not reached, its figure may still become smaller for nothing; so may one without a limit.
   std::optional<ParetoPoint> find_point_within(int i, const VectorX& limits) {
-    auto found = search_.solve({i, limits, least_violating_point(limits)});
+    auto found = search_.solve({i, limits, min_violation_point(limits)});
     if (!found || !is_new(*found)) {  // a search may stay where it starts
       auto other = search_.solve({i, limits, {}});
       if (other && (!found || other->values[i] < found->values[i] || is_new(*other))) found = std::move(other);
@@ -492,7 +492,7 @@ class ParetoFrontBuilder {
   }
 
   /// The known design that is least beyond the limits.
-  VectorX least_violating_point(const VectorX& limits) const {
+  VectorX min_violation_point(const VectorX& limits) const {
     const auto beyond = [&](const ParetoPoint& point) {
       double worst = -std::numeric_limits<double>::infinity();
       for (int j = 0; j < figures_; ++j)

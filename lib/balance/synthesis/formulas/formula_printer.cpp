@@ -51,7 +51,7 @@ Term content_of(const Polynomial& p) {
 }
 
 /// The least size of a factor, if that is below one and all others are multiples of it, else zero.
-Rational least_factor(const Polynomial& p) {
+Rational smallest_common_factor(const Polynomial& p) {
   Rational least = abs(p.terms()[0].coefficient);
   for (const Term& term : p.terms())
     if (abs(term.coefficient) < least) least = abs(term.coefficient);
@@ -107,7 +107,7 @@ std::optional<FormulaPrinter::Printed> FormulaPrinter::factor_out_number(const P
 std::optional<FormulaPrinter::Printed> FormulaPrinter::factor_out_content(const Polynomial& p, int depth) {
   Term common = content_of(p);
   if (common.monomial.is_one() && common.wave == 0 && common.coefficient == Rational(1)) return std::nullopt;
-  if (const Rational least = least_factor(p); least.sign() != 0 && common.coefficient == Rational(1))
+  if (const Rational least = smallest_common_factor(p); least.sign() != 0 && common.coefficient == Rational(1))
     common.coefficient = least;
   Polynomial rest = divided_by(p, common);
   const bool negative = sorted(p)[0].coefficient.sign() < 0;
