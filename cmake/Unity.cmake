@@ -1,7 +1,7 @@
 # A room's sources compiled as one: reading headers takes half the compiler's time in a clean build. It costs
 # time in daily work, where one source changes, and asks that names in unnamed namespaces differ within a room.
 option(BALANCE_UNITY "Compile the sources of a room together" OFF)
-set(BALANCE_UNITY_EXCEPT "" CACHE STRING "Rooms whose sources are compiled one by one all the same, those one works on: spec;formulas")
+set(BALANCE_UNITY_EXCEPT "" CACHE STRING "Rooms whose sources are compiled one by one all the same, those one works on: specification;formulas")
 
 # Sources of one folder come together.
 function(balance_compile_together target)

@@ -11,16 +11,9 @@ chmod +x "$folder"/*
 
 wanted() { PATH=$folder:$PATH "$root/scripts/setup" "$@" | sed -n 's/^install .*--no-install-recommends//p'; }
 program=" $(wanted program) "
-simulate=" $(wanted simulate) "
 everything=" $(wanted) "
-for package in g++ cmake libhdf5-dev libeigen3-dev; do
+for package in g++ cmake libhdf5-dev libeigen3-dev libnlopt-dev libboost-dev coinor-libclp-dev; do
   [[ $program == *" $package "* ]] || { echo "the program is built without $package?" >&2; exit 1; }
-done
-for package in $simulate; do
-  [[ $program == *" $package "* ]] || { echo "$package is missing for the whole program" >&2; exit 1; }
-done
-for package in libnlopt-dev libboost-dev coinor-libclp-dev; do
-  [[ $simulate != *" $package "* && $program == *" $package "* ]] || { echo "$package is for design and control" >&2; exit 1; }
 done
 for package in chromium snakemake clang clang-tidy npm nodejs python3 gnuplot-nox lintian; do
   [[ $program != *" $package "* ]] || { echo "the program needs no $package" >&2; exit 1; }
@@ -28,4 +21,4 @@ done
 for package in $program chromium snakemake lintian; do
   [[ $everything == *" $package "* ]] || { echo "$package is missing in the whole" >&2; exit 1; }
 done
-grep -q '^scripts/setup simulate$' "$root/scripts/demo" && grep -q '^scripts/setup program$' "$root/scripts/demo" || { echo "the demo installs more than it needs" >&2; exit 1; }
+grep -q '^scripts/setup program$' "$root/scripts/demo" || { echo "the demo installs more than it needs" >&2; exit 1; }

@@ -1,5 +1,5 @@
 # Takes the programs out of a page: a block ```cpp whose first line is "// name.cpp" or, if it needs that part of the library,
-# "// name.cpp, design" becomes folder/<part>/name.cpp, the block ```text behind it folder/<part>/name.txt, what it prints.
+# "// name.cpp, synthesis" becomes folder/<part>/name.cpp, the block ```text behind it folder/<part>/name.txt, what it prints.
 # usage: awk -v folder=F -f page_programs.awk page.md
 /^```cpp$/ {
   getline line

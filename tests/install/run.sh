@@ -23,13 +23,13 @@ done
 
 # Only headers that are meant for users, or that those include.
 include=$folder/prefix/include/balance
-if grep -rl "Private to" "$include"; then
+if find "$include" -path "*/kinematics/*" -o -path "*/lanes/*" | grep .; then
   echo "installed, yet private" >&2
   exit 1
 fi
 
 page=$folder/page
-mkdir -p "$page/core" "$page/gradients" "$page/design"
+mkdir -p "$page/core" "$page/derivatives" "$page/synthesis"
 awk -v folder="$page" -f "$here/page_programs.awk" "$(find "$share/doc" -name library.md)"
 
 # Of the programs for the core one is drawn, with the seed SEED, or 1; all are compiled with BALANCE_WHOLE=1.
@@ -56,8 +56,8 @@ said=$("$folder/guest/guest" "$spec")
 echo "guest says: $said"
 # 869.7 N is the peak that the literature's data give for the cycloidal motion.
 [[ $said == *"peak shaking force 869.7"* ]]
-run_page gradients "$folder/guest"
-run_page design "$folder/guest"
+run_page derivatives "$folder/guest"
+run_page synthesis "$folder/guest"
 
 "$cmake" -G Ninja -S "$here" -B "$folder/core" -DPAGE="$page" -DCORE_ALONE=ON -DCMAKE_PREFIX_PATH="$folder/prefix" -DCMAKE_BUILD_TYPE= >/dev/null
 "$cmake" --build "$folder/core"

@@ -21,8 +21,8 @@ def public_functions():
     """Names of the functions outside of classes in the public headers."""
     listed = " ".join(re.findall(r"set\(balance_public_\w+([^)]*)\)", text_of("cmake", "PublicHeaders.cmake")))
     names = set()
-    for header in re.findall(r"[a-z_]+/[a-z_0-9]+\.hpp", listed):
-        if header == "base/version.hpp":
+    for header in re.findall(r"[a-z_]+/[a-z_]+/[a-z_0-9]+\.hpp", listed):
+        if header == "foundation/base/version.hpp":
             names.add("version")
             continue
         text = text_of("lib", "balance", header)

@@ -16,9 +16,7 @@ namespace balance {
 
 namespace {
 
-constexpr double newton_residual_tolerance = 1e-12;  // scaled residual after which one correction is the last
-constexpr double max_correction = 0.1;               // of a prediction, in radians or characteristic lengths
-constexpr int max_newton_iterations = 8;
+constexpr double max_correction = 0.1;  // of a prediction, in radians or characteristic lengths
 
 template <class S>
 Drive<S> make_independent_drive(const Mechanism& mechanism, const Tree<S>& tree,
@@ -48,7 +46,7 @@ AssemblyBranch<S>::AssemblyBranch(const Mechanism& mechanism, IndependentCoordin
       direct_(tree_.closures.empty() && has_single_terms(tree_, independent_)),
       drive_(make_independent_drive(mechanism, tree_, independent_)),
       equations_(tree_, drive_, redundant_),
-      round_off_(newton_residual_tolerance * ground_extent(mechanism)),
+      round_off_(MotionStepper<S>::newton_residual_tolerance * ground_extent(mechanism)),
       state_(tree_.nodes.size()) {
   for (const LinearQuantity& quantity : drive_.linear)
     columns_.push_back({quantity.terms[0].first, 1 / quantity.terms[0].second, quantity.constant});
@@ -71,7 +69,7 @@ bool AssemblyBranch<S>::newton(VectorX& y, const double* q) {
   has_current_equations_ = false;
   std::copy_n(q, freedoms_, sample_.value.data());
   double last = INFINITY;
-  for (iterations_ = 0; iterations_ <= max_newton_iterations; ++iterations_) {
+  for (iterations_ = 0; iterations_ <= MotionStepper<S>::max_newton_iterations; ++iterations_) {
     compute_poses(tree_, y.data(), state_);
     equations_.evaluate(state_, y.data(), sample_, x_.data());
     double worst = 0;

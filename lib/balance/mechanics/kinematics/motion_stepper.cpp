@@ -17,8 +17,7 @@ namespace balance {
 
 namespace {
 
-constexpr double newton_residual_tolerance = 1e-12;  // scaled residual after which one correction is the last
-constexpr double min_step_fraction = 0x1p-24;        // of a step, before it is given up
+constexpr double min_step_fraction = 0x1p-24;  // of a step, before it is given up
 
 /// Columns whose coordinate changes entries of the equations' matrix.
 template <class S>

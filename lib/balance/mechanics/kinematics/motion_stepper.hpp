@@ -23,6 +23,8 @@ template <class S>
 class MotionStepper {
  public:
   static constexpr int max_newton_iterations = 8;  ///< for one configuration, at most
+  static constexpr double newton_residual_tolerance =
+      1e-12;  ///< scaled residual after which one correction is the last
   /// Tried steps, and where something rolls evaluations of rates, for a thousandth of the motion, and how many more with every stop: on
   /// the way into a singularity steps become shorter without end.
   static constexpr long max_evaluations = 500'000, evaluations_per_stop = 200;
