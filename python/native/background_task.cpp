@@ -1,6 +1,6 @@
-#include "patience.hpp"
+#include "background_task.hpp"
 
-#include "native.hpp"
+#include "bindings.hpp"
 
 #include "balance/foundation/base/cpu_time.hpp"
 

@@ -1,6 +1,6 @@
 #include "arrays.hpp"
-#include "native.hpp"
-#include "patience.hpp"
+#include "background_task.hpp"
+#include "bindings.hpp"
 
 #include "balance/foundation/base/error.hpp"
 #include "balance/foundation/base/spelling.hpp"

@@ -1,4 +1,4 @@
-#include "native.hpp"
+#include "bindings.hpp"
 
 #include "balance/foundation/base/cpu_time.hpp"
 #include "balance/foundation/base/error.hpp"

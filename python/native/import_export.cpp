@@ -1,5 +1,5 @@
-#include "native.hpp"
-#include "patience.hpp"
+#include "background_task.hpp"
+#include "bindings.hpp"
 #include "starters.hpp"
 
 #include "balance/interface/import/import.hpp"

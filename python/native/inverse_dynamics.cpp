@@ -1,9 +1,8 @@
 #include "balance/mechanics/dynamics/inverse_dynamics.hpp"
 #include "arrays.hpp"
+#include "background_task.hpp"
 #include "balance/mechanics/trajectory/trajectory.hpp"
-#include "native.hpp"
-#include "parallel_rows.hpp"
-#include "patience.hpp"
+#include "bindings.hpp"
 
 #include <algorithm>
 #include <cmath>

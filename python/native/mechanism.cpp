@@ -1,5 +1,5 @@
 #include "arrays.hpp"
-#include "native.hpp"
+#include "bindings.hpp"
 
 #include "balance/mechanics/dynamics/dynamic_parameters.hpp"
 #include "balance/mechanics/dynamics/inverse_dynamics.hpp"

@@ -1,4 +1,4 @@
-#include "native.hpp"
+#include "bindings.hpp"
 
 #include "balance/foundation/base/version.hpp"
 

@@ -1,5 +1,5 @@
 #include "arrays.hpp"
-#include "native.hpp"
+#include "bindings.hpp"
 
 #include "balance/foundation/base/error.hpp"
 #include "balance/interface/files/atomic_file.hpp"

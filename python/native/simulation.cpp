@@ -1,5 +1,5 @@
-#include "native.hpp"
-#include "patience.hpp"
+#include "background_task.hpp"
+#include "bindings.hpp"
 
 #include "balance/foundation/base/error.hpp"
 #include "balance/interface/files/provenance.hpp"

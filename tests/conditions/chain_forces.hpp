@@ -97,7 +97,7 @@ class Moving {
     compute_accelerations<S>(tree_, dy.data(), ddy.data(), S::Vector::Zero(), state_);
     for (const Coordinate& coordinate : m_.coordinates) {
       const Joint& joint = m_.joints[static_cast<std::size_t>(coordinate.joint)];
-      const JointMotion r = compute_joint_motion(joint, relative_motion(tree_, state_, joint));
+      const auto r = compute_joint_motion(joint, relative_motion(tree_, state_, joint));
       const auto i = static_cast<std::size_t>(coordinate.index);
       take(coordinate.name, r.position[i], r.velocity[i], r.acceleration[i]);
     }

@@ -68,14 +68,14 @@ inline RunResult result(SpaceKind space, Eigen::Index rows = 5) {
 }
 
 inline Provenance description() {
-  return {"Kurbel-Schwinge für Tests",
-          "0.1.0",
-          "name: made up\n",
-          "balance simulate a.yaml",
-          "cycloid",
-          "cycloidal",
-          "tool",
-          "tree"};
+  return {.title = "Kurbel-Schwinge für Tests",
+          .version = "0.1.0",
+          .spec_text = "name: made up\n",
+          .command_line = "balance simulate a.yaml",
+          .trajectory = "cycloid",
+          .law = "cycloidal",
+          .drive = "tool",
+          .formulation = "tree"};
 }
 
 /// A folder of its own that goes when the test goes.

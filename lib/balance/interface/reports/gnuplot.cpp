@@ -1,4 +1,5 @@
 #include "balance/interface/reports/gnuplot.hpp"
+#include "balance/interface/reports/junit.hpp"
 
 #include "balance/foundation/base/error.hpp"
 #include "balance/foundation/base/unicode_text.hpp"
@@ -31,20 +32,6 @@ void replace_first(std::string& text, std::string_view old, const std::string& n
 void replace_all(std::string& text, const std::string& old, const std::string& now) {
   for (std::size_t at = text.find(old); at != std::string::npos; at = text.find(old, at + now.size()))
     text.replace(at, old.size(), now);
-}
-
-std::string escape_xml(std::string_view text) {
-  std::string escaped;
-  for (const char c : text) {
-    if (c == '<') {
-      escaped += "&lt;";
-    } else if (c == '&') {
-      escaped += "&amp;";
-    } else {
-      escaped += c;
-    }
-  }
-  return escaped;
 }
 
 /// What the picture is called where it has no title: its quantities.

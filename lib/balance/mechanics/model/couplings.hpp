@@ -33,10 +33,8 @@ std::vector<CoordinateId> coordinates_of(const CoordinateCombinationOf<T>& follo
 }
 
 /// Whether one of `from`, or what leads it, is the follower. Among `leaders` there must be no circle yet.
-bool creates_coupling_cycle(const CouplingGraph& leaders, CoordinateId follower, const std::vector<CoordinateId>& from);
-
-bool creates_coupling_cycle(const CouplingGraph& leaders, CoordinateId follower,
-                            const std::vector<CoordinateId>& from) {
+inline bool creates_coupling_cycle(const CouplingGraph& leaders, CoordinateId follower,
+                                   const std::vector<CoordinateId>& from) {
   std::vector<bool> seen(leaders.size(), false);
   std::vector<CoordinateId> open = from;
   while (!open.empty()) {

@@ -325,7 +325,7 @@ int order_of(SymbolKind kind) {
 }
 
 /// As if exponents of all symbols stood in a row: the first that differs, higher ones first.
-bool is_before(const Monomial& a, const Monomial& b) {
+bool is_printed_before(const Monomial& a, const Monomial& b) {
   for (int i = 0;; ++i) {
     const bool more_a = i < a.size(), more_b = i < b.size();
     if (!more_a && !more_b) return false;
@@ -481,8 +481,8 @@ std::vector<Term> FormulaPrinter::sorted(const Polynomial& p) const {
   for (const Term& term : p.terms()) order.push_back({key(term), &term});
   std::sort(order.begin(), order.end(), [this](const Keyed& a, const Keyed& b) {
     if (a.key != b.key) return a.key < b.key;
-    if (is_before(a.term->monomial, b.term->monomial)) return true;
-    if (is_before(b.term->monomial, a.term->monomial)) return false;
+    if (is_printed_before(a.term->monomial, b.term->monomial)) return true;
+    if (is_printed_before(b.term->monomial, a.term->monomial)) return false;
     return ring_->wave(a.term->wave) < ring_->wave(b.term->wave);
   });
   std::vector<Term> terms;
