@@ -10,7 +10,7 @@ SI units, world axes. docs/python.md describes the module, docs/spec.md the lang
 """
 
 from balance_mechanisms import _native
-from balance_mechanisms._answers import (Answer, Batch, Check, Comparison, Condition, Conditions, Design, Front,
+from balance_mechanisms._reports import (Answer, Batch, Check, Comparison, Condition, Conditions, Design, Front,
                                          Tolerance)
 from balance_mechanisms._errors import MechanismError, MotionError, SpecError
 from balance_mechanisms._files import Exported, batch, compare, export, import_, kinds, new, parts, read

@@ -6,7 +6,7 @@ import os
 from typing import Any, Dict, List, Mapping, NamedTuple, Sequence, Tuple, Union
 
 from balance_mechanisms import _native
-from balance_mechanisms._answers import Batch, Comparison
+from balance_mechanisms._reports import Batch, Comparison
 from balance_mechanisms._imported import Imported
 from balance_mechanisms._run import Run
 from balance_mechanisms._spec import Path, Progress, Spec

@@ -8,7 +8,7 @@ import shlex
 from typing import Any, Callable, Dict, List, Mapping, Sequence, Tuple, Union
 
 from balance_mechanisms import _native
-from balance_mechanisms._answers import Check, Conditions, Design, Front, Tolerance
+from balance_mechanisms._reports import Check, Conditions, Design, Front, Tolerance
 from balance_mechanisms._errors import MechanismError, MotionError
 from balance_mechanisms._mechanism import Mechanism
 from balance_mechanisms._run import Run

@@ -190,7 +190,7 @@ class Consistent(unittest.TestCase):
         gears and discs exchange cancels. Central differences over one sample of hundreds: their error is a few
         (dt / T)^2 of the curvature."""
         names = ("stewart", "rccc", "bricard", "spatial-slider-crank", "planar-rrr", "geared-five-bar", "whitworth",
-                 "spring-press", "../tests/reference_implementation/specs/every-planar-joint", "../tests/reference/specs/every-spatial-joint")
+                 "spring-press", "../tests/reference_implementation/specs/every-planar-joint", "../tests/reference_implementation/specs/every-spatial-joint")
         for name in draw("rates of energy", names, 0.3, lambda name: traits_of(os.path.join(CONFIGS, name + ".yaml"))):
             drive = Drive(Mechanism(os.path.join(CONFIGS, name + ".yaml")), "cycloid")
             middle = (drive.samples - 1) * 3 // 8
