@@ -4,8 +4,8 @@
 #include "balance/interface/files/result_file.hpp"
 #include "balance/synthesis/design/design_study.hpp"
 #include "balance/synthesis/design/pareto_front.hpp"
-#include "cli/failures.hpp"
 #include "balance_options.hpp"
+#include "cli/failures.hpp"
 
 #include <string>
 

@@ -1,10 +1,10 @@
 /// Parses, runs one command, translates exceptions to exit codes.
 
-#include "cli/parse_errors.hpp"
 #include "cli/command.hpp"
 #include "cli/console.hpp"
 #include "cli/failures.hpp"
 #include "cli/help.hpp"
+#include "cli/parse_errors.hpp"
 #include "cli/signals.hpp"
 
 #include "balance/foundation/base/cpu_time.hpp"

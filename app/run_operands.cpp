@@ -1,12 +1,12 @@
+#include "run_operands.hpp"
 #include "balance/foundation/base/error.hpp"
 #include "balance/foundation/base/spelling.hpp"
 #include "balance/mechanics/trajectory/trajectory.hpp"
 #include "balance/motion/simulation/simulate.hpp"
 #include "cli/console.hpp"
 #include "cli/failures.hpp"
-#include "run_operands.hpp"
-#include "run_options.hpp"
 #include "cli/help.hpp"
+#include "run_options.hpp"
 
 #include <fmt/format.h>
 

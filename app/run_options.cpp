@@ -1,3 +1,4 @@
+#include "run_options.hpp"
 #include "balance/foundation/base/error.hpp"
 #include "balance/foundation/base/spelling.hpp"
 #include "balance/interface/files/atomic_file.hpp"
@@ -8,9 +9,8 @@
 #include "balance/mechanics/trajectory/trajectory.hpp"
 #include "cli/console.hpp"
 #include "cli/failures.hpp"
-#include "run_options.hpp"
-#include "cli/signals.hpp"
 #include "cli/help.hpp"
+#include "cli/signals.hpp"
 #include "cli/validators.hpp"
 
 #include <fmt/format.h>

@@ -1,5 +1,5 @@
-#include "balance/foundation/base/version.hpp"
 #include "cli/help.hpp"
+#include "balance/foundation/base/version.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>

@@ -1,7 +1,6 @@
 #pragma once
 /// What the parser knows about the program, as plain values: help texts, man pages and completions are made from it.
 
-
 #include <CLI/CLI.hpp>
 
 #include <string>

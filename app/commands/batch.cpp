@@ -10,8 +10,8 @@
 #include "cli/command.hpp"
 #include "cli/console.hpp"
 #include "cli/failures.hpp"
-#include "cli/signals.hpp"
 #include "cli/help.hpp"
+#include "cli/signals.hpp"
 #include "cli/validators.hpp"
 
 #include <fmt/format.h>

@@ -6,9 +6,9 @@
 #include "cli/command.hpp"
 #include "cli/console.hpp"
 #include "cli/failures.hpp"
-#include "run_operands.hpp"
 #include "cli/signals.hpp"
 #include "cli/validators.hpp"
+#include "run_operands.hpp"
 
 #include <CLI/CLI.hpp>
 

@@ -6,10 +6,10 @@
 #include "balance/motion/control/closed_loop_run.hpp"
 #include "balance/motion/study/study.hpp"
 #include "cli/console.hpp"
-#include "run_options.hpp"
 #include "cli/failures.hpp"
-#include "run_operands.hpp"
 #include "cli/validators.hpp"
+#include "run_operands.hpp"
+#include "run_options.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>

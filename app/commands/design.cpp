@@ -1,14 +1,14 @@
-#include "balance_options.hpp"
 #include "balance/foundation/base/cpu_time.hpp"
 #include "balance/foundation/base/error.hpp"
 #include "balance/foundation/base/spelling.hpp"
 #include "balance/interface/files/atomic_file.hpp"
 #include "balance/interface/reports/design_sections.hpp"
 #include "balance/interface/reports/front_sections.hpp"
+#include "balance_options.hpp"
 #include "cli/console.hpp"
-#include "design_options.hpp"
 #include "cli/failures.hpp"
 #include "cli/signals.hpp"
+#include "design_options.hpp"
 
 #include <fmt/format.h>
 

@@ -1,10 +1,10 @@
 /// Hidden commands that print what is installed beside the program: manual pages and shell completions.
 
 #include "cli/command.hpp"
-#include "cli/shell_completion.hpp"
 #include "cli/console.hpp"
 #include "cli/failures.hpp"
 #include "cli/man_page.hpp"
+#include "cli/shell_completion.hpp"
 
 #include "balance/foundation/base/spelling.hpp"
 #include "balance/interface/files/atomic_file.hpp"

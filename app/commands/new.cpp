@@ -1,8 +1,8 @@
 #include "cli/command.hpp"
 #include "cli/console.hpp"
 #include "cli/failures.hpp"
-#include "starters.hpp"
 #include "cli/help.hpp"
+#include "starters.hpp"
 
 #include "balance/foundation/base/spelling.hpp"
 #include "balance/interface/files/atomic_file.hpp"

@@ -11,9 +11,9 @@
 #include "cli/command.hpp"
 #include "cli/console.hpp"
 #include "cli/failures.hpp"
-#include "run_operands.hpp"
-#include "cli/signals.hpp"
 #include "cli/help.hpp"
+#include "cli/signals.hpp"
+#include "run_operands.hpp"
 
 #include <fmt/format.h>
 #include <CLI/CLI.hpp>

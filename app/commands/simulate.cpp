@@ -1,7 +1,7 @@
 #include "cli/console.hpp"
 #include "cli/failures.hpp"
-#include "run_options.hpp"
 #include "run_operands.hpp"
+#include "run_options.hpp"
 
 #include "balance/foundation/base/error.hpp"
 #include "balance/mechanics/dynamics/effort_breakdown.hpp"

@@ -2,8 +2,8 @@
 #include "cli/console.hpp"
 #include "cli/failures.hpp"
 #include "cli/signals.hpp"
-#include "run_operands.hpp"
 #include "cli/validators.hpp"
+#include "run_operands.hpp"
 
 #include "balance/foundation/base/error.hpp"
 #include "balance/foundation/base/spelling.hpp"

@@ -1,8 +1,8 @@
 #pragma once
 /// A made-up design of two free numbers, three conditions on five parameters and two trajectories.
 
-#include "balance/interface/reports/design_sections.hpp"
 #include "../files/sample.hpp"
+#include "balance/interface/reports/design_sections.hpp"
 
 #include <limits>
 

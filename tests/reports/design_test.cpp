@@ -1,6 +1,6 @@
+#include "../files/hdf5_reader.hpp"
 #include "balance/interface/reports/design_sections.hpp"
 #include "design_sample.hpp"
-#include "../files/hdf5_reader.hpp"
 
 #include <nlohmann/json.hpp>
 

@@ -1,10 +1,10 @@
 #include "balance/interface/files/result_summary.hpp"
 
+#include "../files/sample.hpp"
 #include "balance/interface/files/json.hpp"
 #include "balance/interface/files/sha256.hpp"
 #include "balance/interface/files/text_table.hpp"
 #include "balance/interface/reports/check_sections.hpp"
-#include "../files/sample.hpp"
 
 #include <nlohmann/json.hpp>
 

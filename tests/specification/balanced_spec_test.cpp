@@ -1,8 +1,8 @@
 #include "balance/interface/specification/balanced_spec.hpp"
 
+#include "layouts.hpp"
 #include "numbers_of.hpp"
 #include "specs.hpp"
-#include "layouts.hpp"
 
 #include <filesystem>
 #include <fstream>
