@@ -174,15 +174,13 @@ class Judge:
         max_seconds = 120 if arguments[0] == "report" else 60  # a page searches for designs as long as the spec lets it: a minute
         try:
             done = subprocess.run([PROGRAM, *arguments], capture_output=True, check=False, timeout=max_seconds * SLOWNESS, cwd=self.folder)
+            return self.fault(done, arguments, [entry for entry in self.folder.iterdir() if entry.name not in before])
         except subprocess.TimeoutExpired:
             return f"does not end within {max_seconds} s"
-        finally:
-            written = [entry for entry in self.folder.iterdir() if entry.name not in before]
-        try:
-            return self.fault(done, arguments, written)
-        finally:
-            for entry in written:
-                entry.unlink()
+        finally:  # whatever came of it, the next case finds an empty folder
+            for entry in self.folder.iterdir():
+                if entry.name not in before:
+                    entry.unlink()
 
     @staticmethod
     def fault(done, arguments, written):
