@@ -6,7 +6,6 @@
 
 #include "balance/foundation/base/error.hpp"
 #include "balance/foundation/base/spelling.hpp"
-#include "balance/foundation/base/version.hpp"
 #include "balance/interface/files/atomic_file.hpp"
 #include "balance/interface/files/provenance.hpp"
 
@@ -49,8 +48,8 @@ std::vector<ObjectiveTerm> choose_objective(const std::string& text, const Study
   return text.empty() ? std::vector<ObjectiveTerm>{} : read_objective(text, study);
 }
 
-/// What computes the same file again; see describe in run_options.cpp.
-std::string command_line(const DesignCommandOptions& o) {
+/// What computes the same file again; see make_provenance.
+std::string command_line(const DesignCommandOptions& o, const Study& study) {
   std::vector<std::string> words = {"balance", "design", std::filesystem::path(o.spec.spec).filename().string()};
   const auto add = [&](const char* name, const std::string& value) {
     if (!value.empty()) words.insert(words.end(), {name, value});
@@ -64,9 +63,8 @@ std::string command_line(const DesignCommandOptions& o) {
   if (o.seconds > 0) add("--seconds", fmt::format("{}", o.seconds));
   if (o.starts > 0) add("--starts", std::to_string(o.starts));
   if (o.goal.seed) add("--seed", std::to_string(*o.goal.seed));
-  for (const std::string& set : o.spec.overrides) add("--set", set);
-  for (std::string& word : words) word = quote_for_shell(word);
-  return fmt::format("{}", fmt::join(words, " "));
+  append_overrides(words, study);
+  return join_command(std::move(words));
 }
 
 }  // namespace
@@ -136,13 +134,7 @@ void check_outputs(const DesignCommandOptions& options, const Study& study) {
 }
 
 Provenance describe(const DesignCommandOptions& options, const Study& study) {
-  Provenance description;
-  description.title = study.mechanism.name;
-  description.version = version();
-  description.spec_text = study.spec_text;
-  description.overrides = study.overrides;
-  description.command_line = command_line(options);
-  return description;
+  return make_provenance(study, command_line(options, study));
 }
 
 }  // namespace balance::app

@@ -200,7 +200,6 @@ Provenance describe(const SimulateOptions& options, const Study& study, const Tr
                                      .samples = options.samples,
                                      .duration = options.duration,
                                      .about = options.about,
-                                     .set = options.spec.overrides,
                                      .compress = options.compress,
                                      .poses = options.poses,
                                      .split = options.split,
@@ -216,7 +215,6 @@ Provenance describe_state(const SimulateOptions& options, const Study& study) {
                                 .independent = options.state.independent,
                                 .time = options.state.time,
                                 .about = options.about,
-                                .set = options.spec.overrides,
                                 .compress = options.compress,
                                 .poses = options.poses});
 }

@@ -112,7 +112,6 @@ Provenance describe(const ControlCommandOptions& options, const Study& study, co
                                      .samples = o.samples,
                                      .duration = o.duration,
                                      .about = o.about,
-                                     .set = o.spec.overrides,
                                      .compress = o.compress,
                                      .poses = o.poses,
                                      .controller = controller.name,

@@ -1,6 +1,5 @@
 #include "balance/foundation/base/error.hpp"
 #include "balance/foundation/base/spelling.hpp"
-#include "balance/foundation/base/version.hpp"
 #include "balance/interface/files/atomic_file.hpp"
 #include "balance/interface/files/json.hpp"
 #include "balance/interface/files/provenance.hpp"
@@ -36,7 +35,7 @@
 
 namespace balance::app {
 
-/// What the user asks of `balance equations`, and what it means for the study.
+// What the user asks of `balance equations`, and what it means for the study.
 
 /// `at` may also be a trajectory's name, or empty: formulas.
 struct EquationsOptions : StateOptions {
@@ -100,15 +99,9 @@ auto call_or_throw_usage_error(const EquationsOptions& options, const Study& stu
 }
 
 Provenance describe(const EquationsOptions& options, const Study& study) {
-  Provenance description;
-  description.title = study.mechanism.name;
-  description.version = version();
-  description.spec_text = study.spec_text;
-  description.overrides = study.overrides;
-  description.command_line =
-      fmt::format("balance equations {} --at {}", quote_for_shell(study.spec_file), quote_for_shell(options.at));
-  for (const std::string& set : options.spec.overrides) description.command_line += " --set " + quote_for_shell(set);
-  return description;
+  std::vector<std::string> words = {"balance", "equations", study.spec_file, "--at", options.at};
+  append_overrides(words, study);
+  return make_provenance(study, join_command(std::move(words)));
 }
 
 void write(const EquationsOptions& options, const Study& study, const EquationsAlongRun& along) {

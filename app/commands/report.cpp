@@ -389,8 +389,7 @@ std::string command_line(const ReportOptions& o) {
   if (o.goal.seed) words.insert(words.end(), {"--seed", std::to_string(*o.goal.seed)});
   if (o.samples) words.insert(words.end(), {"--samples", std::to_string(*o.samples)});
   for (const std::string& set : o.spec.overrides) words.insert(words.end(), {"--set", set});
-  for (std::string& word : words) word = quote_for_shell(word);
-  return fmt::format("{}", fmt::join(words, " "));
+  return join_command(std::move(words));
 }
 
 }  // namespace balance::app

@@ -70,7 +70,7 @@ std::vector<std::string> write_deviations(const ToleranceOptions& options, const
   write.existing = options.force ? OverwritePolicy::replace : OverwritePolicy::forbid;
   write.is_cancelled = [] { return pending_signal() != 0; };
   const SignalDeferral deferred;
-  const ToleranceCommand call{.of = options.of, .samples = options.samples, .set = options.spec.overrides};
+  const ToleranceCommand call{.of = options.of, .samples = options.samples};
   write_tolerance(options.output, view, make_tolerance_provenance(study, choose_trajectory(options, study), call),
                   write);
   return {options.output};

@@ -30,8 +30,6 @@ struct Spec {
   std::shared_ptr<const DesignSpace> space;
 
   const Study& study() const { return space->start; }
-  /// `name=value` for each override.
-  std::vector<std::string> set() const;
   const Trajectory& trajectory(
       const std::string& name) const;  ///< "": the first @throws SpecError, std::invalid_argument
   const Controller& controller(

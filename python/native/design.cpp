@@ -4,7 +4,6 @@
 
 #include "balance/foundation/base/error.hpp"
 #include "balance/foundation/base/spelling.hpp"
-#include "balance/foundation/base/version.hpp"
 #include "balance/interface/files/provenance.hpp"
 #include "balance/interface/reports/conditions_sections.hpp"
 #include "balance/interface/reports/design_sections.hpp"
@@ -142,11 +141,7 @@ std::shared_ptr<Design> design(const std::shared_ptr<Spec>& spec, const std::vec
     return all;
   });
   if (made.refusal) refuse(made.refusal);
-  made.design->description.title = spec->study().mechanism.name;
-  made.design->description.version = version();
-  made.design->description.spec_text = spec->study().spec_text;
-  made.design->description.overrides = spec->study().overrides;
-  made.design->description.command_line = command;
+  made.design->description = make_provenance(spec->study(), command);
   made.design->source = spec->file;
   return made.design;
 }
@@ -193,12 +188,8 @@ std::shared_ptr<Design> front_point(const FoundFront& front, std::size_t k) {
   if (spec_of_design.refusal) refuse(spec_of_design.refusal);
   made->spec_text = std::move(spec_of_design.text);
   made->view = make_design_data(front.options, point.space, made->spec_text, std::move(report));
-  made->description.title = front.spec->study().mechanism.name;
-  made->description.version = version();
-  made->description.spec_text = front.spec->study().spec_text;
-  made->description.overrides = front.spec->study().overrides;
+  made->description = make_provenance(front.spec->study(), fmt::format("{} --point {}", front.command, k + 1));
   made->source = front.spec->file;
-  made->description.command_line = fmt::format("{} --point {}", front.command, k + 1);
   return made;
 }
 
@@ -213,7 +204,8 @@ py::list values_of(const Design& design) {
 /// @param after of the designed mechanism
 py::dict runs_of(const Design& design, bool after) {
   const DesignReport& report = design.view.report;
-  const Study& study = after ? report.study_after : report.study_before;
+  Study study = after ? report.study_after : report.study_before;
+  if (after) study.spec_text = design.spec_text, study.overrides.clear();  // the text of the design has them
   py::dict all;
   for (const TrajectoryComparison& one : report.comparisons) {
     auto run = std::make_shared<Run>();
@@ -222,9 +214,7 @@ py::dict runs_of(const Design& design, bool after) {
       if (trajectory.name == one.trajectory)
         run->description =
             make_simulation_provenance(study, trajectory, {.spec_file = study.spec_file, .trajectory = one.trajectory});
-    run->description.title = design.description.title;
     run->source = design.source;
-    run->description.spec_text = after ? design.spec_text : design.description.spec_text;
     all[py::str(one.trajectory)] = run;
   }
   return all;

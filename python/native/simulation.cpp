@@ -62,7 +62,6 @@ Provenance describe(const Spec& spec, const Trajectory& trajectory, const RunReq
                                      .samples = wish.samples,
                                      .duration = wish.duration,
                                      .about = wish.about ? fmt::format("{}", fmt::join(*wish.about, ",")) : "",
-                                     .set = spec.set(),
                                      .poses = wish.poses,
                                      .formulation = wish.formulation,
                                      .controller = controller,
@@ -165,7 +164,6 @@ std::shared_ptr<Run> evaluate_spec_state(const std::shared_ptr<Spec>& spec, cons
                           .independent = wish.independent,
                           .time = wish.time,
                           .about = wish.about ? fmt::format("{}", fmt::join(*wish.about, ",")) : "",
-                          .set = spec->set(),
                           .poses = wish.poses};
   auto run = std::make_shared<Run>();
   run->description = describe_state(study, call);

@@ -114,12 +114,6 @@ py::list goal_words(const Spec& spec) {
 
 }  // namespace
 
-std::vector<std::string> Spec::set() const {
-  std::vector<std::string> all;
-  for (const auto& [name, value] : read.set) all.push_back(name + "=" + value);
-  return all;
-}
-
 const Trajectory& Spec::trajectory(const std::string& name) const {
   const std::vector<Trajectory>& all = study().trajectories;
   if (all.empty()) throw SpecError({.place = {.file = file}, .message = "there is no motion to simulate"});

@@ -101,8 +101,7 @@ std::shared_ptr<ToleranceAnswer> find_tolerance(const std::shared_ptr<Spec>& spe
   auto answer = compute_in_background(
       [spec, wish](BackgroundTask& errand) { return compute_tolerance_data(*spec, wish, errand); }, progress);
   if (wish.trajectory)
-    answer->description =
-        make_tolerance_provenance(spec->study(), *wish.trajectory, {.of = of, .samples = samples, .set = spec->set()});
+    answer->description = make_tolerance_provenance(spec->study(), *wish.trajectory, {.of = of, .samples = samples});
   return answer;
 }
 

@@ -13,7 +13,7 @@ import unittest
 import h5py
 import numpy
 
-from _program import PROGRAM, SPEC, Case, run
+from _program import CONFIGS, PROGRAM, SPEC, Case, run
 
 
 class ResultFiles(Case):
@@ -97,6 +97,19 @@ motion: {duration: 1, samples: 11, from: {joints: {J: 0}}, to: {joints: {J: 1}}}
         self.assert_quiet_success(self.simulate("-o", self.path("b.h5")))
         with h5py.File(self.path("b.h5")) as file:
             self.assertNotIn("override_names", file.attrs)
+
+    def test_a_designed_case_is_a_run_of_its_own_spec(self):
+        """That spec has what `set` changed in its text; a case that is not designed has it in attributes."""
+        name = os.path.join(CONFIGS, "5r-design.yaml")
+        suite = self.write("suite.yaml", f"defaults: {{spec: {name}, samples: 11, set: {{a11: 0.29}}}}\n"
+                                         "cases: {plain: {}, designed: {design: true}}\n")
+        self.assertIn(run("batch", suite, "-o", self.path("out"), "-q").returncode, (0, 1))
+        with h5py.File(self.path("out/plain.h5")) as file:
+            self.assertEqual((list(file.attrs["override_names"]), list(file.attrs["override_values"])), (["a11"], ["0.29"]))
+            self.assertIn("--set a11=0.29", file.attrs["command_line"])
+        with h5py.File(self.path("out/designed.h5")) as file:
+            self.assertNotIn("override_names", file.attrs)
+            self.assertNotIn("--set", file.attrs["command_line"])
 
     def test_an_existing_file_is_replaced_only_with_force(self):
         for option in ("-o", "--csv"):

@@ -26,6 +26,19 @@ ROBOT = """<robot name="arm">
 """
 
 
+class OfADesign(Case):
+    def test_a_run_knows_the_spec_that_it_is_of(self):
+        """The spec before has what `set` changed beside it, the designed one in its text."""
+        design = bm.load(config("5r-design.yaml"), set={"a11": 0.29}).design(seed=1)
+        names = list(design.before)
+        before, after = design.before[names[0]].description, design.after[names[0]].description
+        self.assertEqual((before["override_names"], before["override_values"]), (["a11"], ["0.29"]))
+        self.assertIn("--set a11=0.29", before["command_line"])
+        self.assertNotIn("override_names", after)
+        self.assertNotIn("--set", after["command_line"])
+        self.assertEqual((before["spec"] == after["spec"], after["spec"]), (False, design.spec_text))
+
+
 class Comparing(Case):
     def test_it_is_the_program_s(self):
         spec = bm.load(config("3rrr.yaml"))

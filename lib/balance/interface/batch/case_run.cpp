@@ -152,13 +152,11 @@ class CaseRun {
 
   /// What `balance simulate` would write; of a designed case, from its balanced spec.
   Provenance describe(const Study& study, const Trajectory& trajectory) const {
-    SimulateCommand call{.spec_file = wanted_.design ? balanced_spec_file_name(wanted_.name) : spec_.path,
-                         .trajectory = trajectory.name,
-                         .samples = wanted_.samples,
-                         .controller = wanted_.controller};
-    if (!wanted_.design)
-      for (const auto& [name, value] : wanted_.overrides) call.set.push_back(name + "=" + value);
-    return make_simulation_provenance(study, trajectory, call);
+    return make_simulation_provenance(study, trajectory,
+                                      {.spec_file = wanted_.design ? balanced_spec_file_name(wanted_.name) : spec_.path,
+                                       .trajectory = trajectory.name,
+                                       .samples = wanted_.samples,
+                                       .controller = wanted_.controller});
   }
 
   DesignStudyOptions design_options(const Study& start) const {

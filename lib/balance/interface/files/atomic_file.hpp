@@ -13,7 +13,7 @@
 
 namespace balance {
 
-/// Which file a name means, whatever it is called.
+// Which file a name means, whatever it is called.
 
 /// The same for all names of a file: by symbolic links, hard links, other paths.
 using FileIdentity = std::pair<std::uintmax_t, std::uintmax_t>;
@@ -70,7 +70,7 @@ class AtomicFile {
  public:
   /// @param path the name that the file gets in the end. Of standard_output_path, where the complete file is sent to in the end, the
   ///        temporary file has no name
-  /// @param mark stands in the temporary name, for whoever looks for files of his own that were left over
+  /// @param mark stands in the temporary name, to find files that were left over
   /// Makes the folders where there are none. A file that is replaced leaves its permissions to the new one.
   /// @throws SystemError as check_writable, or if the temporary file cannot be made
   AtomicFile(const std::string& path, OverwritePolicy existing, std::string_view mark = {});

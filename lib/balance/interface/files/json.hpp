@@ -25,7 +25,7 @@ std::string format_error_json(const std::string& kind, const MotionOutcome& outc
 /// how many mistakes there are besides.
 std::string format_error_json(const std::string& kind, const SpecError& error);
 
-/// Pieces that several JSON documents share.
+// Pieces that several JSON documents share.
 
 /// Keeps the order in which keys are written.
 using Json = nlohmann::ordered_json;

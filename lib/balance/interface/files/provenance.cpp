@@ -13,14 +13,7 @@ namespace balance {
 
 namespace {
 
-std::string join_command(std::vector<std::string> words) {
-  for (std::string& word : words) word = quote_for_shell(word);
-  return fmt::format("{}", fmt::join(words, " "));
-}
-
 std::string file_name_of(const std::string& path) { return std::filesystem::path(path).filename().string(); }
-
-}  // namespace
 
 std::string quote_for_shell(const std::string& text) {
   static constexpr const char* unquoted_characters =
@@ -31,7 +24,7 @@ std::string quote_for_shell(const std::string& text) {
   return quoted + "'";
 }
 
-std::string format_simulate_command(const SimulateCommand& call) {
+std::string format_simulate_command(const Study& study, const SimulateCommand& call) {
   const bool controlled = !call.controller.empty();
   std::vector<std::string> words = {"balance", controlled ? "control" : "simulate", file_name_of(call.spec_file),
                                     "--trajectory", call.trajectory};
@@ -41,7 +34,7 @@ std::string format_simulate_command(const SimulateCommand& call) {
   if (call.samples) words.insert(words.end(), {"--samples", std::to_string(*call.samples)});
   if (call.duration) words.insert(words.end(), {"--duration", fmt::format("{}", *call.duration)});
   if (!call.about.empty()) words.push_back("--about=" + call.about);
-  for (const std::string& set : call.set) words.insert(words.end(), {"--set", set});
+  append_overrides(words, study);
   if (call.formulation != "tree") words.insert(words.end(), {"--formulation", call.formulation});
   if (call.compress) words.push_back("--compress");
   if (call.poses) words.push_back("--poses");
@@ -49,13 +42,29 @@ std::string format_simulate_command(const SimulateCommand& call) {
   return join_command(std::move(words));
 }
 
-Provenance make_simulation_provenance(const Study& study, const Trajectory& trajectory, const SimulateCommand& call) {
+}  // namespace
+
+std::string join_command(std::vector<std::string> words) {
+  for (std::string& word : words) word = quote_for_shell(word);
+  return fmt::format("{}", fmt::join(words, " "));
+}
+
+void append_overrides(std::vector<std::string>& words, const Study& study) {
+  for (const auto& [name, value] : study.overrides) words.insert(words.end(), {"--set", name + "=" + value});
+}
+
+Provenance make_provenance(const Study& study, std::string command_line) {
   Provenance description;
   description.title = study.mechanism.name;
   description.version = version();
   description.spec_text = study.spec_text;
-  description.command_line = format_simulate_command(call);
+  description.command_line = std::move(command_line);
   description.overrides = study.overrides;
+  return description;
+}
+
+Provenance make_simulation_provenance(const Study& study, const Trajectory& trajectory, const SimulateCommand& call) {
+  Provenance description = make_provenance(study, format_simulate_command(study, call));
   description.trajectory = trajectory.name;
   description.law = law_name(trajectory);
   description.drive = name_of(trajectory.drive);
@@ -77,15 +86,10 @@ Provenance describe_state(const Study& study, const StateCommand& call) {
   add("--independent", fmt::format("{}", fmt::join(call.independent, ",")));
   add("--trajectory", call.trajectory);
   add("--about", call.about);
-  for (const std::string& set : call.set) words.insert(words.end(), {"--set", set});
+  append_overrides(words, study);
   if (call.compress) words.emplace_back("--compress");
   if (call.poses) words.emplace_back("--poses");
-  Provenance description;
-  description.title = study.mechanism.name;
-  description.version = version();
-  description.spec_text = study.spec_text;
-  description.command_line = join_command(std::move(words));
-  description.overrides = study.overrides;
+  Provenance description = make_provenance(study, join_command(std::move(words)));
   description.pose = call.at;
   return description;
 }

@@ -11,8 +11,11 @@
 
 namespace balance {
 
-/// One word for a POSIX shell: quoted if it needs to be.
-std::string quote_for_shell(const std::string& text);
+/// Words as a command for a POSIX shell, quoted where they need to be.
+std::string join_command(std::vector<std::string> words);
+
+/// Adds `--set NAME=VALUE` for every parameter that the study was read with another value of.
+void append_overrides(std::vector<std::string>& words, const Study& study);
 
 /// What was asked for, as it would be asked of `balance simulate` or, with a controller, of `balance control`.
 struct SimulateCommand {
@@ -21,7 +24,6 @@ struct SimulateCommand {
   std::optional<long> samples;
   std::optional<double> duration;  ///< [s]
   std::string about;               ///< "x,y" or "x,y,z"; empty: as in the spec
-  std::vector<std::string> set;    ///< `name=value`
   bool compress = false;
   bool poses = false;
   bool split = false;
@@ -37,16 +39,16 @@ struct StateCommand {
   std::string at, rates, accelerations;
   std::string trajectory;  ///< whose start, end and point of moments are meant; empty: the first
   std::vector<std::string> independent;
-  double time = 0;               ///< [s]
-  std::string about;             ///< "x,y" or "x,y,z"; empty: the trajectory's
-  std::vector<std::string> set;  ///< `name=value`
+  double time = 0;    ///< [s]
+  std::string about;  ///< "x,y" or "x,y,z"; empty: the trajectory's
   bool compress = false;
   bool poses = false;
 };
 
-/// What computes the same file again. Options that do not change its content are left out, and so is the spec's folder: the same
-/// spec gives the same bytes wherever it and the result lie.
-std::string format_simulate_command(const SimulateCommand& call);
+/// Of any answer about a study.
+/// @param command_line what computes the same file again. Options that do not change its content are left out, and so is the spec's
+/// folder: the same spec gives the same bytes wherever it and the result lie
+Provenance make_provenance(const Study& study, std::string command_line);
 
 /// @param trajectory one of the study's, perhaps changed. The controller, if there is one, is one of the study's
 Provenance make_simulation_provenance(const Study& study, const Trajectory& trajectory, const SimulateCommand& call);

@@ -37,7 +37,7 @@ StoredRun read_result_file(const std::string& name);
 /// The same, of a motion. @throws SystemError as read_result_file, and for a single state, which has no figures to compare or to draw
 StoredRun read_motion_file(const std::string& name);
 
-/// What every result file needs to know beyond the result.
+// What every result file needs to know beyond the result.
 
 /// Where a result comes from.
 struct Provenance {
@@ -71,7 +71,7 @@ inline void throw_if_cancelled(const WriteOptions& options) {
   if (options.is_cancelled && options.is_cancelled()) throw Cancelled("interrupted, nothing written");
 }
 
-/// A RunResult as one table of comma-separated values.
+// A RunResult as one table of comma-separated values.
 
 /// One row per sample; the first line names each column with its unit in brackets: `time [s],A1.position [rad],…`.
 /// Numbers have 17 significant digits, enough to give back the same double. Written under a temporary name and
@@ -79,7 +79,7 @@ inline void throw_if_cancelled(const WriteOptions& options) {
 /// @throws SystemError, Cancelled, std::invalid_argument as write_result_hdf5
 void write_result_csv(const std::string& path, const RunResult& result, const WriteOptions& options = {});
 
-/// A RunResult as HDF5 that is also netCDF-4; docs/file-format.md describes the file.
+// A RunResult as HDF5 that is also netCDF-4; docs/file-format.md describes the file.
 
 /// Writes the file under a temporary name and renames it when it is complete. The same result and description give the
 /// same bytes. The samples are written from where they are.

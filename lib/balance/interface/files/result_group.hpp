@@ -10,7 +10,7 @@
 
 namespace balance {
 
-/// Payloads taken up and set down in a run, as text, JSON and HDF5.
+// Payloads taken up and set down in a run, as text, JSON and HDF5.
 
 /// "cargo taken up at 0.2 s: R1 from 3.1 to 7.4 N m, R2 from …", a line each; empty if there is none.
 std::string format_payload_events(const RunResult& result);

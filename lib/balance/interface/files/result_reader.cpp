@@ -18,7 +18,7 @@
 
 namespace balance {
 
-/// The law of motion of a run from its result file.
+// The law of motion of a run from its result file.
 
 /// Fills the found law and the phase plane, as far as the file has them.
 /// @param prefix of the run in the file: "" or "after/cycloid/"

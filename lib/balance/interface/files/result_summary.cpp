@@ -18,7 +18,7 @@
 
 namespace balance {
 
-/// The numbers of a single state (mechanics/dynamics/single_state.hpp) one by one, in words and as JSON.
+// The numbers of a single state (mechanics/dynamics/single_state.hpp) one by one, in words and as JSON.
 
 /// One scalar or vector.
 struct StateEntry {

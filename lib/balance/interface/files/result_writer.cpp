@@ -17,7 +17,7 @@
 
 namespace balance {
 
-/// The law of motion of a run in its result file.
+// The law of motion of a run in its result file.
 
 /// The group `law`, if the law was searched for or limits are stated beside it.
 void write_law_group(Hdf5Writer& file, Hdf5Writer::Group parent, const RunResult& result);
@@ -230,18 +230,17 @@ void add_metrics(Hdf5Writer& file, Hdf5Writer::Group parent, const RunResult& r)
 }  // namespace
 
 void write_source_attributes(Hdf5Writer& file, const Provenance& d) {
-  constexpr Hdf5Writer::Group root{};
-  file.set_attribute(root, "title", d.title);
-  file.set_attribute(root, "Conventions", "balance-1");
-  file.set_attribute(root, "balance_version", d.version);
-  file.set_attribute(root, "spec", d.spec_text);
-  file.set_attribute(root, "spec_sha256", sha256(d.spec_text));
-  file.set_attribute(root, "command_line", d.command_line);
+  file.set_attribute(root_group, "title", d.title);
+  file.set_attribute(root_group, "Conventions", "balance-1");
+  file.set_attribute(root_group, "balance_version", d.version);
+  file.set_attribute(root_group, "spec", d.spec_text);
+  file.set_attribute(root_group, "spec_sha256", sha256(d.spec_text));
+  file.set_attribute(root_group, "command_line", d.command_line);
   if (d.overrides.empty()) return;
   std::vector<std::string> names, values;
   for (const auto& [name, value] : d.overrides) names.push_back(name), values.push_back(value);
-  file.set_attribute(root, "override_names", names);
-  file.set_attribute(root, "override_values", values);
+  file.set_attribute(root_group, "override_names", names);
+  file.set_attribute(root_group, "override_values", values);
 }
 
 void write_run_attributes(Hdf5Writer& file, Hdf5Writer::Group group, const Provenance& d) {

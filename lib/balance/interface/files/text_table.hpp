@@ -22,7 +22,7 @@ std::string format_table(const TextTable& table);
 /// Six significant digits, trailing zeros kept.
 std::string format_number(double value);
 
-/// Text from outside (names, titles, messages) as Markdown holds it: nothing in it is markup, HTML or mathematics.
+// Text from outside (names, titles, messages) as Markdown holds it: nothing in it is markup, HTML or mathematics.
 
 /// On one line, visible as in foundation/base/unicode_text.hpp; line feeds become blanks.
 std::string escape_markdown(const std::string& text);
@@ -30,7 +30,7 @@ std::string escape_markdown(const std::string& text);
 /// A GitHub table. Cells are texts; those of a code column stand in backticks.
 std::string format_markdown_table(const TextTable& table, const std::vector<std::size_t>& code_columns = {});
 
-/// Text in a table of comma-separated values.
+// Text in a table of comma-separated values.
 
 /// A text, not a number, as one field: quoted where a comma or a quote would end it (RFC 4180); behind an apostrophe where a spreadsheet
 /// would take it for a formula; visible as in foundation/base/unicode_text.hpp.

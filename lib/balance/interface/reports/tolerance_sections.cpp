@@ -179,13 +179,12 @@ void write_tolerance(const std::string& path, const ToleranceReportData& view, c
 Provenance make_tolerance_provenance(const Study& study, const Trajectory& trajectory, const ToleranceCommand& call) {
   Provenance description =
       make_simulation_provenance(study, trajectory, {.spec_file = study.spec_file, .trajectory = trajectory.name});
-  std::string line = "balance tolerance " +
-                     quote_for_shell(std::filesystem::path(study.spec_file).filename().string()) + " --trajectory " +
-                     quote_for_shell(trajectory.name);
-  for (const std::string& quantity : call.of) line += " --of " + quote_for_shell(quantity);
-  if (call.samples) line += fmt::format(" --samples {}", *call.samples);
-  for (const std::string& set : call.set) line += " --set " + quote_for_shell(set);
-  description.command_line = line;
+  std::vector<std::string> words = {"balance", "tolerance", std::filesystem::path(study.spec_file).filename().string(),
+                                    "--trajectory", trajectory.name};
+  for (const std::string& quantity : call.of) words.insert(words.end(), {"--of", quantity});
+  if (call.samples) words.insert(words.end(), {"--samples", fmt::format("{}", *call.samples)});
+  append_overrides(words, study);
+  description.command_line = join_command(std::move(words));
   return description;
 }
 

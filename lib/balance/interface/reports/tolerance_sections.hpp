@@ -35,7 +35,7 @@ double sampling_disagreement(const ToleranceReport& report, const SampledFigure&
 /// The deviation of one of a quantity's figures; null if the report does not have it.
 const FigureDeviation* find_deviation(const ToleranceReport& report, const std::string& quantity, Statistic figure);
 
-/// A run and how far it is off as HDF5 that is also netCDF-4; docs/file-format.md describes the file.
+// A run and how far it is off as HDF5 that is also netCDF-4; docs/file-format.md describes the file.
 
 /// The run as the spec has it, as a result file; in the group `tolerance` the numbers, the figures' deviations and the standard deviation
 /// of every sample. Draws are left out. Complete or not at all.
@@ -47,13 +47,12 @@ void write_tolerance(const std::string& path, const ToleranceReportData& view, c
 struct ToleranceCommand {
   std::vector<std::string> of;  ///< quantities; empty: all
   std::optional<long> samples;
-  std::vector<std::string> set;  ///< `name=value`
 };
 
 /// @param trajectory one of the study's, perhaps with other samples
 Provenance make_tolerance_provenance(const Study& study, const Trajectory& trajectory, const ToleranceCommand& call);
 
-/// How far runs are off when a mechanism's numbers are, as JSON.
+// How far runs are off when a mechanism's numbers are, as JSON.
 
 /// Deviations are null where a figure has none to first order, and so are parts of numbers that open a joint; `sampling` and `at_rest`
 /// where nobody asked.
