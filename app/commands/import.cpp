@@ -58,10 +58,6 @@ std::string import_json(const ImportResult& imported, const std::string& output)
   return format_json(json);
 }
 
-std::string counted(int count, const char* one, const char* several) {
-  return fmt::format("{} {}", count, count == 1 ? one : several);
-}
-
 /// What a person reads: everything that was found, then what came of it.
 std::string report_text(const ImportResult& imported) {
   std::string text;
@@ -76,11 +72,11 @@ std::string report_text(const ImportResult& imported) {
   if (!ignored.empty()) text += "left out: " + ignored + "\n";
   if (!renamed.empty()) text += "renamed: " + renamed + "\n";
   text += fmt::format(
-      "{}: {}, {}, {}; {:.9g} kg move\n", imported.format, counted(imported.bodies, "moving body", "moving bodies"),
-      counted(imported.joints, "joint", "joints"), counted(imported.loops, "loop", "loops"), imported.total_mass);
+      "{}: {}, {}, {}; {:.9g} kg move\n", imported.format, count_noun(imported.bodies, "moving body", "moving bodies"),
+      count_noun(imported.joints, "joint", "joints"), count_noun(imported.loops, "loop", "loops"), imported.total_mass);
   if (imported.degrees_of_freedom)
-    text += fmt::format("{}, {}\n", counted(*imported.degrees_of_freedom, "degree of freedom", "degrees of freedom"),
-                        counted(static_cast<int>(imported.actuators.size()), "actuator", "actuators"));
+    text += fmt::format("{}, {}\n", count_noun(*imported.degrees_of_freedom, "degree of freedom", "degrees of freedom"),
+                        count_noun(static_cast<int>(imported.actuators.size()), "actuator", "actuators"));
   if (!assembly.empty()) text += "assembled near the file's zero pose: {" + assembly + "}\n";
   if (!imported.assembly_failure_reason.empty())
     text += "warning: it could not be assembled: " + imported.assembly_failure_reason + "\n";

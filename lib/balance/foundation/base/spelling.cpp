@@ -167,6 +167,10 @@ std::string join_with_conjunction(const std::vector<std::string>& names, const s
   return shown < names.size() ? text + ", …" : text;
 }
 
+std::string count_noun(long count, const char* one, const char* many) {
+  return std::to_string(count) + " " + (count == 1 ? one : many);
+}
+
 std::string join_alternatives(const std::vector<std::string>& names) { return join_with_conjunction(names, "or"); }
 
 std::string quote_for_message(std::string_view text) {

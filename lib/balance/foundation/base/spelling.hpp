@@ -1,5 +1,5 @@
 #pragma once
-/// Help for misspelt names and numbers.
+/// Words in messages: help for misspelt names and numbers, lists, counts.
 
 #include <string>
 #include <string_view>
@@ -29,6 +29,9 @@ std::string format_decimal_point_hint(std::string_view text);
 
 /// "a, b <last> c"; long lists are cut.
 std::string join_with_conjunction(const std::vector<std::string>& names, const std::string& last);
+
+/// "1 start", "3 starts".
+std::string count_noun(long count, const char* one, const char* many);
 
 /// "a, b or c".
 std::string join_alternatives(const std::vector<std::string>& names);

@@ -118,6 +118,13 @@ std::string escape_for_terminal(std::string_view text) { return escape_text(text
 
 std::string escape_lines_for_terminal(std::string_view text) { return escape_text(text, true); }
 
+std::string_view trim(std::string_view text) {
+  constexpr std::string_view white_space = " \t\r\n";
+  const std::size_t first = text.find_first_not_of(white_space);
+  return first == std::string_view::npos ? std::string_view{}
+                                         : text.substr(first, text.find_last_not_of(white_space) - first + 1);
+}
+
 bool is_unicode_identifier(std::string_view text) {
   bool first = true;
   while (!text.empty()) {

@@ -29,6 +29,9 @@ std::string escape_for_terminal(std::string_view text);
 /// The same for a text of several lines: line feeds and tabs stay.
 std::string escape_lines_for_terminal(std::string_view text);
 
+/// Without blanks, tabs and line ends around it.
+std::string_view trim(std::string_view text);
+
 /// Whether a text may be a name in a spec: a letter, then letters, digits, `_` and `-`. A letter is one of ASCII or any character
 /// from U+00AA on that is neither white space, punctuation, symbol, control or format character, surrogate, private nor
 /// unassigned for good; marks that combine with the letter before them are letters but not the first.

@@ -66,4 +66,6 @@ class Hdf5Writer {
   std::unique_ptr<Implementation> implementation_;
 };
 
+inline constexpr Hdf5Writer::Group root_group{};
+
 }  // namespace balance

@@ -11,17 +11,13 @@
 
 namespace balance::foreign {
 
-/// What MJCF says between bodies and joints that exist: closures, couplings, motors.
+// What MJCF says between bodies and joints that exist: closures, couplings, motors.
 
 /// `<equality>` (connect, weld, joint) and `<actuator>`.
 void read_mjcf_relations(const XmlElement& root, const MjcfDefaults& defaults, ForeignDiagnostics& faults,
                          ForeignModel& robot);
 
 namespace {
-
-bool is_one_of(std::string_view name, std::initializer_list<std::string_view> known) {
-  return std::find(known.begin(), known.end(), name) != known.end();
-}
 
 /// Where bodies are being read: below which body, at what pose in it, with which class.
 struct BodyContext {

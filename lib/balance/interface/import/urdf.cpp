@@ -1,5 +1,6 @@
 #include "balance/foundation/base/rotation.hpp"
 #include "balance/foundation/base/spelling.hpp"
+#include "balance/foundation/base/unicode_text.hpp"
 #include "balance/foundation/numerics/extrema.hpp"
 #include "balance/interface/import/foreign_model.hpp"
 #include "balance/interface/import/foreign_readers.hpp"
@@ -13,14 +14,14 @@
 
 namespace balance::foreign {
 
-/// Loops said inside a URDF.
+// Loops said inside a URDF.
 
 /// `<loop>` and `<constraint>` with `<predecessor link>` and `<successor link>`, `<loop_joint>` with `<link1>` and `<link2>`, and
 /// `<joint>` inside `<gazebo>`, whose frames follow from the model's zero pose.
 /// @throws SpecError with everything that is wrong with them
 void read_urdf_closures(const XmlDocument& document, ForeignModel& robot);
 
-/// What a URDF says of joints besides where they are.
+// What a URDF says of joints besides where they are.
 
 /// `<mimic>` becomes a coupling. All joints are in the robot.
 void read_urdf_mimics(const XmlElement& root, ForeignDiagnostics& faults, ForeignModel& robot);
@@ -29,10 +30,6 @@ void read_urdf_mimics(const XmlElement& root, ForeignDiagnostics& faults, Foreig
 void read_urdf_transmissions(const XmlElement& root, ForeignModel& robot);
 
 namespace {
-
-bool is_known_name(std::string_view name, std::initializer_list<std::string_view> known) {
-  return std::find(known.begin(), known.end(), name) != known.end();
-}
 
 class UrdfReader {
  public:
@@ -77,7 +74,7 @@ class UrdfReader {
     } else if (part.name == "joint") {
       count(part, joints_.size());
       joints_.push_back(&part);
-    } else if (!is_known_name(part.name, {"loop", "constraint", "loop_joint", "coupling", "transmission"})) {
+    } else if (!is_one_of(part.name, {"loop", "constraint", "loop_joint", "coupling", "transmission"})) {
       ++robot_.ignored[part.name];
     }
   }
@@ -259,7 +256,7 @@ class UrdfReader {
     read_axis(element, joint);
     read_limits(element, joint);
     for (const XmlElement& part : element.children)
-      if (!is_known_name(part.name, {"origin", "parent", "child", "axis", "limit", "dynamics", "mimic"}))
+      if (!is_one_of(part.name, {"origin", "parent", "child", "axis", "limit", "dynamics", "mimic"}))
         ++robot_.ignored[part.name];
     robot_.joints.push_back(std::move(joint));
   }
@@ -304,11 +301,6 @@ class UrdfReader {
 ForeignModel read_urdf(const XmlDocument& document) { return UrdfReader(document).run(); }
 
 namespace {
-
-std::string trimmed(const std::string& text) {
-  const auto first = text.find_first_not_of(" \t\r\n");
-  return first == std::string::npos ? "" : text.substr(first, text.find_last_not_of(" \t\r\n") - first + 1);
-}
 
 class UrdfLoopReader {
  public:
@@ -395,7 +387,8 @@ class UrdfLoopReader {
     const auto type = read_type(joint);
     const XmlElement *parent = joint.child("parent"), *child = joint.child("child"), *pose = joint.child("pose");
     if (parent == nullptr || child == nullptr) return read_.report(joint, "", "expected <parent> and <child>");
-    const int first = find_link(*parent, trimmed(parent->text)), second = find_link(*child, trimmed(child->text));
+    const int first = find_link(*parent, std::string(trim(parent->text))),
+              second = find_link(*child, std::string(trim(child->text)));
     if (!type || first < 0 || second < 0) return;
     if (first == second) return read_.report(joint, "", "expected two links, found one");
     Pose in_child;

@@ -5,6 +5,7 @@
 #include "balance/foundation/base/error.hpp"
 #include "balance/foundation/base/types.hpp"
 
+#include <algorithm>
 #include <cstddef>
 #include <initializer_list>
 #include <memory>
@@ -69,7 +70,7 @@ struct XmlLimits {
 /// @throws SpecError if the text is no XML of one root element or exceeds a limit
 std::unique_ptr<const XmlDocument> parse_xml(std::string text, std::string file, const XmlLimits& limits = {});
 
-/// Numbers and names in XML attributes; what is wrong with them is collected with its place.
+// Numbers and names in XML attributes; what is wrong with them is collected with its place.
 
 /// Everything that is wrong with a foreign file, in the order in which it was met.
 class ForeignDiagnostics {
@@ -82,6 +83,11 @@ class ForeignDiagnostics {
  private:
   std::vector<Diagnostic> mistakes_;
 };
+
+/// Whether an element's or attribute's name is known.
+inline bool is_one_of(std::string_view name, std::initializer_list<std::string_view> known) {
+  return std::find(known.begin(), known.end(), name) != known.end();
+}
 
 /// Numbers between blanks, in any locale written with a point. Nothing if the text is anything else or one is not finite.
 std::optional<std::vector<double>> parse_number_list(std::string_view text);

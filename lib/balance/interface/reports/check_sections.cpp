@@ -1,5 +1,6 @@
 #include "balance/interface/reports/check_sections.hpp"
 
+#include "balance/foundation/base/spelling.hpp"
 #include "balance/interface/files/json.hpp"
 #include "balance/interface/files/text_table.hpp"
 
@@ -91,14 +92,6 @@ std::string list_or_none(const std::string& label, const std::vector<std::string
   return text;
 }
 
-std::string plural(std::size_t count, const char* noun) {
-  return fmt::format("{} {}{}", count, noun, count == 1 ? "" : "s");
-}
-
-std::string plural(int count, const char* one, const char* several) {
-  return fmt::format("{} {}", count, count == 1 ? one : several);
-}
-
 std::string position_text(const Vector3& position, SpaceKind space) {
   return space == SpaceKind::planar
              ? fmt::format("({:.6g}, {:.6g}) m", position.x(), position.y())
@@ -109,8 +102,9 @@ std::string loops_text(const CheckReport& report) {
   if (report.loops.empty()) return format_property("loops", "none");
   std::string text = format_property("loops", std::to_string(report.loops.size()));
   for (const Loop& loop : report.loops) {
-    text += format_property("  cut at " + loop.cut_joint,
-                            fmt::format("{}; {}", fmt::join(loop.bodies, " - "), plural(loop.constraints, "equation")));
+    text += format_property(
+        "  cut at " + loop.cut_joint,
+        fmt::format("{}; {}", fmt::join(loop.bodies, " - "), count_noun(loop.constraints, "equation", "equations")));
   }
   return text;
 }
@@ -118,9 +112,10 @@ std::string loops_text(const CheckReport& report) {
 std::string freedom_text(const CheckReport& report) {
   const std::string by_rank =
       report.closure_equations == 0
-          ? plural(report.tree_coordinates, "coordinate")
-          : fmt::format("{} - {} independent of {}", plural(report.tree_coordinates, "coordinate"), report.closure_rank,
-                        plural(report.closure_equations, "closure equation"));
+          ? count_noun(report.tree_coordinates, "coordinate", "coordinates")
+          : fmt::format("{} - {} independent of {}", count_noun(report.tree_coordinates, "coordinate", "coordinates"),
+                        report.closure_rank,
+                        count_noun(report.closure_equations, "closure equation", "closure equations"));
   if (report.rate_equations == 0)
     return format_property("degrees of freedom", fmt::format("{} ({}); by counting {}", report.degrees_of_freedom,
                                                              by_rank, report.gruebler_degrees_of_freedom));
@@ -129,7 +124,7 @@ std::string freedom_text(const CheckReport& report) {
                                      by_rank, report.gruebler_degrees_of_freedom)) +
          format_property("",
                          fmt::format("{} of the velocity ({} less, by {})", report.degrees_of_freedom, report.rate_rank,
-                                     plural(report.rate_equations, "equation of rates", "equations of rates")));
+                                     count_noun(report.rate_equations, "equation of rates", "equations of rates")));
 }
 
 std::string start_text(const CheckReport& report, const Mechanism& mechanism) {

@@ -1,6 +1,7 @@
 #include "balance/interface/reports/conditions_sections.hpp"
 
 #include "balance/foundation/base/elementary.hpp"
+#include "balance/foundation/base/spelling.hpp"
 #include "balance/foundation/numerics/extrema.hpp"
 #include "balance/interface/files/text_table.hpp"
 #include "balance/interface/reports/status_names.hpp"
@@ -146,10 +147,6 @@ namespace {
 
 constexpr std::size_t max_condition_width = 76;
 
-std::string plural(std::size_t count, const char* one, const char* many) {
-  return fmt::format("{} {}", count, count == 1 ? one : many);
-}
-
 std::string residual_text(const ConditionsReportData& view, int row) {
   return view.is_met(row) ? "met" : fmt::format("{:.2g}", std::abs(view.residuals[row]));
 }
@@ -187,10 +184,10 @@ std::string heading_text(const ConditionsReportData& view) {
                                  view.strategy == "modular" ? ", chain by chain" : "");
   for (const Goal& goal : c.goals) text += describe_goal(goal) + "\n";
   text += fmt::format("\nrank {} of {}", view.parameter_rows(),
-                      plural(static_cast<std::size_t>(c.parameter_columns()), "parameter", "parameters"));
+                      count_noun(c.parameter_columns(), "parameter", "parameters"));
   if (c.rank > 0 && c.singular_value_gap > 0)
     text += fmt::format(", gap {:.1f} decades", elementary::log10(c.singular_value_gap));
-  if (c.samples > 0) text += ", " + plural(static_cast<std::size_t>(c.samples), "sample", "samples");
+  if (c.samples > 0) text += ", " + count_noun(c.samples, "sample", "samples");
   return text + "\n\n";
 }
 

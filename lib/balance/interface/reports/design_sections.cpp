@@ -89,8 +89,6 @@ namespace {
 using Dimension = Hdf5Writer::Dimension;
 using Group = Hdf5Writer::Group;
 
-constexpr Group root_group{};
-
 std::span<const double> values_of(const VectorX& values) {
   return {values.data(), static_cast<std::size_t>(values.size())};
 }

@@ -69,7 +69,6 @@ std::string velocity_table(const IndependentTerms& terms, const std::vector<std:
 namespace {
 
 using Dimension = Hdf5Writer::Dimension;
-constexpr Hdf5Writer::Group equations_root_group{};
 
 std::span<const double> numbers_of(const Samples& samples) {
   return {samples.data(), static_cast<std::size_t>(samples.size())};
@@ -77,19 +76,19 @@ std::span<const double> numbers_of(const Samples& samples) {
 
 void add_all(Hdf5Writer& file, const EquationsAlongRun& along, const std::vector<std::string>& actuators) {
   const std::span<const double> times(along.time.data(), static_cast<std::size_t>(along.time.size()));
-  const Dimension time = file.add_dimension(equations_root_group, {"time", "time", "s", {}, {}}, times);
-  const Dimension own = file.add_dimension(equations_root_group, {"coordinate", "independent coordinate", "1", {}, {}},
-                                           along.independent);
-  const Dimension rate = file.add_dimension(
-      equations_root_group, {"rate", "rate of an independent coordinate", "1", {}, {}}, along.independent);
+  const Dimension time = file.add_dimension(root_group, {"time", "time", "s", {}, {}}, times);
+  const Dimension own =
+      file.add_dimension(root_group, {"coordinate", "independent coordinate", "1", {}, {}}, along.independent);
+  const Dimension rate =
+      file.add_dimension(root_group, {"rate", "rate of an independent coordinate", "1", {}, {}}, along.independent);
   const Dimension rate2 = file.add_dimension(
-      equations_root_group, {"second_rate", "rate of an independent coordinate", "1", {}, {}}, along.independent);
+      root_group, {"second_rate", "rate of an independent coordinate", "1", {}, {}}, along.independent);
   const Dimension tree =
-      file.add_dimension(equations_root_group, {"tree", "coordinate of the tree", "1", {}, {}}, along.redundant);
+      file.add_dimension(root_group, {"tree", "coordinate of the tree", "1", {}, {}}, along.redundant);
   const auto add = [&](const char* name, const char* long_name, const std::vector<Dimension>& dimensions,
                        const Samples& samples) {
     if (samples.size() > 0)
-      file.add_variable(equations_root_group, {name, long_name, "mixed", dimensions, {}}, numbers_of(samples));
+      file.add_variable(root_group, {name, long_name, "mixed", dimensions, {}}, numbers_of(samples));
   };
   add("position", "independent coordinates [rad or m]", {time, own}, along.position);
   add("M", "M': inertia in the independent coordinates, P0 eq. 62", {time, own, rate}, along.mass);
@@ -99,14 +98,14 @@ void add_all(Hdf5Writer& file, const EquationsAlongRun& along, const std::vector
   add("C", "rates of the tree's coordinates per independent rate, P0 eq. 16", {time, tree, own}, along.transformation);
   if (!along.closures.empty()) {
     const Dimension closure =
-        file.add_dimension(equations_root_group, {"closure", "joint that is closed", "1", {}, {}}, along.closures);
+        file.add_dimension(root_group, {"closure", "joint that is closed", "1", {}, {}}, along.closures);
     add("A", "closures' Jacobian, P0 eq. 7", {time, closure, tree}, along.constraints);
   }
   if (along.parts.size() == 0) return;
   const std::vector<std::string> parts(effort_part_names.begin(), effort_part_names.end());
   const Dimension actuator =
-      file.add_dimension(equations_root_group, {"actuator", "actuated coordinate", "1", {}, {}}, actuators);
-  const Dimension part = file.add_dimension(equations_root_group, {"part", "part of the torque", "1", {}, {}}, parts);
+      file.add_dimension(root_group, {"actuator", "actuated coordinate", "1", {}, {}}, actuators);
+  const Dimension part = file.add_dimension(root_group, {"part", "part of the torque", "1", {}, {}}, parts);
   add("torque", "parts of the torques, which add up to them [N m or N]", {time, actuator, part}, along.parts);
 }
 
@@ -272,11 +271,10 @@ std::string equations_json(const EquationsReportData& view, const std::vector<st
 
 namespace {
 
-constexpr double latex_zero_tolerance = 1e-13;   ///< of the largest entry: printed as 0
 constexpr Eigen::Index max_matrix_columns = 10;  ///< that amsmath's matrices take without being asked
 
 std::string number_latex(double value, double size) {
-  if (std::abs(value) <= latex_zero_tolerance * size) return "0";
+  if (std::abs(value) <= zero_entry_tolerance * size) return "0";
   std::string text = fmt::format("{:.6g}", value);
   if (const std::size_t e = text.find('e'); e != std::string::npos)
     text = fmt::format("{} \\cdot 10^{{{}}}", text.substr(0, e), std::stoi(text.substr(e + 1)));

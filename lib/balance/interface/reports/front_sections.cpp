@@ -24,8 +24,6 @@ namespace {
 using Dimension = Hdf5Writer::Dimension;
 using Group = Hdf5Writer::Group;
 
-constexpr Group front_root_group{};
-
 /// A row per point.
 Samples rows_of(const ParetoFront& front, Eigen::Index columns, VectorX (*row)(const ParetoPoint&)) {
   Samples rows(static_cast<Eigen::Index>(front.points.size()), columns);
@@ -49,17 +47,14 @@ void add_points(Hdf5Writer& file, const FrontReportData& view) {
   if (front.points.empty()) return;
   std::vector<std::string> paths;
   for (const FreeNumber& number : view.numbers) paths.push_back(number.key_path);
-  const Dimension point =
-      file.add_dimension(front_root_group, {"point", "of the front", "1", {}, {}}, point_names(front));
-  const Dimension figure =
-      file.add_dimension(front_root_group, {"figure", "what is traded", "1", {}, {}}, view.figures);
-  const Dimension number =
-      file.add_dimension(front_root_group, {"free_number", "key path in the spec", "1", {}, {}}, paths);
+  const Dimension point = file.add_dimension(root_group, {"point", "of the front", "1", {}, {}}, point_names(front));
+  const Dimension figure = file.add_dimension(root_group, {"figure", "what is traded", "1", {}, {}}, view.figures);
+  const Dimension number = file.add_dimension(root_group, {"free_number", "key path in the spec", "1", {}, {}}, paths);
   const auto figures = static_cast<Eigen::Index>(view.figures.size()),
              numbers = static_cast<Eigen::Index>(paths.size());
   const auto add = [&](const char* name, const char* long_name, std::vector<Dimension> dimensions,
                        const Samples& rows) {
-    file.add_variable(front_root_group, {name, long_name, "mixed", std::move(dimensions), {}}, values_of(rows));
+    file.add_variable(root_group, {name, long_name, "mixed", std::move(dimensions), {}}, values_of(rows));
   };
   add("value", "figures of the points, SI", {point, figure},
       rows_of(front, figures, [](const ParetoPoint& p) { return p.values; }));
@@ -75,7 +70,7 @@ void add_points(Hdf5Writer& file, const FrontReportData& view) {
   if (cases == 0) return;
   std::vector<std::string> names;
   for (Eigen::Index k = 0; k < cases; ++k) names.push_back(std::to_string(k + 1));
-  const Dimension load = file.add_dimension(front_root_group, {"load_case", "of design: for", "1", {}, {}}, names);
+  const Dimension load = file.add_dimension(root_group, {"load_case", "of design: for", "1", {}, {}}, names);
   add("free_numbers_in_case", "values of the free numbers with the loads of every case, SI; free parameters as written",
       {point, load, number}, rows_of(front, cases * numbers, [](const ParetoPoint& p) {
         VectorX all(static_cast<Eigen::Index>(p.report.load_cases.size()) * p.report.outcome.x.size());
@@ -94,9 +89,9 @@ void write_front(const std::string& path, const FrontReportData& view, const Pro
   Hdf5Writer file(pending.descriptor(), path,
                   compress ? Hdf5Writer::Storage::compressed : Hdf5Writer::Storage::contiguous);
   write_source_attributes(file, description);
-  file.set_attribute(front_root_group, "goal", join_goal_names(view.goals));
-  file.set_attribute(front_root_group, "optimality", name_of(front_optimality(view.front)));
-  file.set_attribute(front_root_group, "stopped", view.front.is_budget_exhausted ? "yes" : "no");
+  file.set_attribute(root_group, "goal", join_goal_names(view.goals));
+  file.set_attribute(root_group, "optimality", name_of(front_optimality(view.front)));
+  file.set_attribute(root_group, "stopped", view.front.is_budget_exhausted ? "yes" : "no");
   add_points(file, view);
   file.close();
   throw_if_cancelled(options);

@@ -1,6 +1,7 @@
 #include "balance/interface/specification/spec_parameters.hpp"
 
 #include "balance/foundation/base/spelling.hpp"
+#include "balance/foundation/base/unicode_text.hpp"
 #include "balance/interface/specification/spec_cursor.hpp"
 
 #include <fmt/format.h>
@@ -18,11 +19,6 @@
 namespace balance::specification {
 
 namespace {
-
-std::string trim_name(const std::string& text) {
-  const auto first = text.find_first_not_of(" \t\r\n");
-  return first == std::string::npos ? "" : text.substr(first, text.find_last_not_of(" \t\r\n") - first + 1);
-}
 
 std::string lower_case(std::string text) {
   std::transform(text.begin(), text.end(), text.begin(),
@@ -50,7 +46,7 @@ std::optional<double> plain_number(std::string text) {
 std::string trailing_unit(const std::string& text) {
   double value = 0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  const std::string rest = trim_name(std::string(end, text.data() + text.size()));
+  const std::string rest(trim({end, text.data() + text.size()}));
   if (error == std::errc::invalid_argument || rest.empty()) return "";
   const auto in_unit = [](char c) {
     return std::isalpha(static_cast<unsigned char>(c)) != 0 || (static_cast<unsigned char>(c) & 0x80) != 0;
@@ -234,7 +230,7 @@ void SpecParameters::define(const Member& member, Recording& recording) {
 
 Expression SpecParameters::evaluate(const SpecCursor& scalar) {
   const std::string what = "a number, an expression or {free: [lower, upper]}";
-  const std::string text = trim_name(scalar.read_word(what));
+  const std::string text(trim(scalar.read_word(what)));
   // Most numbers are plain, and most others a parameter alone.
   if (const auto known = values_.find(text); known != values_.end()) return known->second;
   if (known_.count(text) > 0) throw CascadingError();

@@ -20,12 +20,6 @@ namespace balance::specification {
 
 namespace {
 
-std::string_view trim(std::string_view text) {
-  const auto first = text.find_first_not_of(" \t\r");
-  return first == std::string_view::npos ? std::string_view{}
-                                         : text.substr(first, text.find_last_not_of(" \t\r") - first + 1);
-}
-
 std::vector<std::string_view> split(std::string_view line) {
   std::vector<std::string_view> parts;
   for (std::size_t start = 0;;) {

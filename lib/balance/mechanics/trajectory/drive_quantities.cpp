@@ -5,6 +5,7 @@
 #include <numeric>
 #include <set>
 #include <stdexcept>
+#include "balance/foundation/base/spelling.hpp"
 
 namespace balance {
 
@@ -25,10 +26,6 @@ std::vector<CoordinateId> prescribed_coordinates(const Trajectory& trajectory) {
 }
 
 namespace {
-
-std::string format_count(int n, const char* one, const char* many) {
-  return std::to_string(n) + " " + (n == 1 ? one : many);
-}
 
 int dimension(const Mechanism& mechanism) { return mechanism.space == SpaceKind::planar ? 2 : 3; }
 
@@ -155,8 +152,8 @@ DriveQuantities choose_drive_quantities(const Mechanism& mechanism, const Trajec
     }
   }
   if (chosen.row_count() != freedoms)
-    chosen.mismatch = "the drive prescribes " + format_count(chosen.row_count(), "quantity", "quantities") +
-                      ", the mechanism has " + format_count(freedoms, "degree", "degrees") + " of freedom";
+    chosen.mismatch = "the drive prescribes " + count_noun(chosen.row_count(), "quantity", "quantities") +
+                      ", the mechanism has " + count_noun(freedoms, "degree", "degrees") + " of freedom";
   return chosen;
 }
 

@@ -23,7 +23,7 @@
 
 namespace balance {
 
-/// What is stated of the angular momentum that remaining quantities keep.
+// What is stated of the angular momentum that remaining quantities keep.
 
 /// Components of the angular momentum as functions of time.
 class PrescribedMomentum {
@@ -67,8 +67,7 @@ constexpr double min_resolved_panel_length =
 constexpr double coefficient_tolerance = 2e-14;  // of a panel's last terms, as a part of all
 constexpr double min_relative_inertia =
     1e-10;  // of all masses' moment of inertia at the characteristic length: below it is round-off
-constexpr double breakpoint_tolerance = 1e-9;  // of the parameter
-constexpr int max_picard_iterations = 40;      // of one panel
+constexpr int max_picard_iterations = 40;  // of one panel
 
 /// The motion, or its path at constant speed, where the quantities sought stay at their start.
 Trajectory with_zero_tasks(const Trajectory& stated, bool over_time) {

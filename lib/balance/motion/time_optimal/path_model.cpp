@@ -22,9 +22,6 @@ constexpr double zero_inertia_epsilon = 1e-9;
 /// Round-off of a quantity's coefficients, as a part of the forces that go into it.
 constexpr double coefficient_round_off_epsilon = 1e-12;
 
-/// Places nearer to each other than this are one.
-constexpr double path_breakpoint_tolerance = 1e-9;
-
 MotionOutcome make_unresolved_path_outcome() {
   return {MotionStatus::limits_not_held,
           0,
@@ -34,9 +31,8 @@ MotionOutcome make_unresolved_path_outcome() {
 
 void merge_breakpoints(std::vector<double>& stations, const std::vector<double>& more) {
   for (const double place : more) {
-    const bool known = std::any_of(stations.begin(), stations.end(), [&](double station) {
-      return std::abs(station - place) < path_breakpoint_tolerance;
-    });
+    const bool known = std::any_of(stations.begin(), stations.end(),
+                                   [&](double station) { return std::abs(station - place) < breakpoint_tolerance; });
     if (!known) stations.push_back(place);
   }
   std::sort(stations.begin(), stations.end());

@@ -13,6 +13,8 @@
 
 namespace balance {
 
+constexpr double breakpoint_tolerance = 1e-9;  ///< of the parameter: places nearer to each other than this are one
+
 /// One limited quantity: the vector a s'' + b s'² + c + d s', whose magnitude has a bound. A scalar's bound may be about another
 /// middle than zero.
 struct PathConstraintRow {
@@ -41,7 +43,7 @@ PathModel build_path_model(const Mechanism& mechanism, const Trajectory& traject
 /// Zeros of a function of a series between two parameters within one panel, increasing.
 std::vector<double> find_roots(const PiecewiseChebyshevSeries& series, Eigen::Index function);
 
-/// What the limited quantities are at the places of a path: coefficients of s'', s'², 1 and s'.
+// What the limited quantities are at the places of a path: coefficients of s'', s'², 1 and s'.
 
 /// The path alone, run through in one second: time is the path's parameter.
 Trajectory reparametrise_by_path(Trajectory trajectory);
@@ -101,7 +103,7 @@ std::unique_ptr<PathDynamicsSampler> make_path_dynamics_sampler(const Mechanism&
                                                                 const Trajectory& trajectory,
                                                                 const std::vector<LimitableQuantity>& quantities);
 
-/// A limited quantity at a moment of a motion along a path, with its derivatives.
+// A limited quantity at a moment of a motion along a path, with its derivatives.
 
 /// A moment on a path, and the row that matters there.
 struct PathPoint {
@@ -120,7 +122,7 @@ struct ConstraintValue {
 
 ConstraintValue evaluate_constraint(const PathModel& model, const PathPoint& moment);
 
-/// The limits that a trajectory states, as rows of a path.
+// The limits that a trajectory states, as rows of a path.
 
 /// Limits as given, several on one quantity all kept.
 struct PathLimits {

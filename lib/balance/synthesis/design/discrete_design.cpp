@@ -1,5 +1,6 @@
 #include "balance/synthesis/design/discrete_design.hpp"
 
+#include "balance/foundation/base/spelling.hpp"
 #include "balance/synthesis/design/branch_and_bound.hpp"
 #include "balance/synthesis/design/derived_problems.hpp"
 #include "balance/synthesis/design/problem_functions.hpp"
@@ -17,10 +18,6 @@ using Rank = DiscreteCandidate::Rank;
 
 /// For the solution that a search ends with, where it has used up its time [s].
 constexpr double min_final_search_seconds = 0.2;
-
-std::string count_noun(int n, const char* one, const char* many) {
-  return fmt::format("{} {}", n, n == 1 ? one : many);
-}
 
 class DiscreteDesign {
  public:

@@ -1,6 +1,7 @@
 #include "balance/synthesis/design/solution_analysis.hpp"
 
 #include "balance/foundation/base/elementary.hpp"
+#include "balance/foundation/base/spelling.hpp"
 #include "balance/foundation/numerics/eigen_instantiations.hpp"
 #include "balance/foundation/numerics/extrema.hpp"
 #include "balance/foundation/numerics/linear_program.hpp"
@@ -347,21 +348,17 @@ SolutionSet analyse_solution_set(const SolverContext& context, const NonlinearSy
 
 namespace {
 
-std::string count_with_noun(int n, const char* one, const char* many) {
-  return fmt::format("{} {}", n, n == 1 ? one : many);
-}
-
 std::string summarise_search(const SearchBudget& budget, SearchTarget aim) {
   std::vector<std::string> parts;
-  if (budget.starts > 0) parts.push_back(count_with_noun(budget.starts, "start", "starts"));
+  if (budget.starts > 0) parts.push_back(count_noun(budget.starts, "start", "starts"));
   if (budget.solutions > 0 && aim == SearchTarget::objective)
-    parts.push_back(count_with_noun(budget.solutions, "exact design", "exact designs"));
-  if (budget.geometries > 0) parts.push_back(count_with_noun(budget.geometries, "set of lengths", "sets of lengths"));
+    parts.push_back(count_noun(budget.solutions, "exact design", "exact designs"));
+  if (budget.geometries > 0) parts.push_back(count_noun(budget.geometries, "set of lengths", "sets of lengths"));
   if (budget.local_searches > 0)
     parts.push_back(
-        count_with_noun(budget.local_searches, "local search", "local searches") +
+        count_noun(budget.local_searches, "local search", "local searches") +
         (budget.repeated_optima > 0 ? fmt::format(" ({} of them as good as the best)", budget.repeated_optima) : ""));
-  if (budget.evaluations > 0) parts.push_back(count_with_noun(budget.evaluations, "evaluation", "evaluations"));
+  if (budget.evaluations > 0) parts.push_back(count_noun(budget.evaluations, "evaluation", "evaluations"));
   std::string text;
   for (const std::string& part : parts) text += (text.empty() ? "" : ", ") + part;
   return text;
