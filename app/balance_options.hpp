@@ -42,7 +42,7 @@ bool is_modular(const GoalOptions& options);
 BalanceRequest make_balance_query(const GoalOptions& options, const Study& study,
                                   GoalRequirement without = GoalRequirement::goal);
 
-/// Conditions and designs as commands need them: there, or a failure of the program.
+// Conditions and designs as commands need them: there, or a failure of the program.
 
 /// The conditions of the goals that the options name, or else the spec's.
 /// @param named whether coefficients get the names of the lengths that they are made of

@@ -35,7 +35,7 @@ void check_outputs(const DesignCommandOptions& options, const Study& study);
 
 Provenance describe(const DesignCommandOptions& options, const Study& study);
 
-/// `balance design` of a spec that asks for a trade-off.
+// `balance design` of a spec that asks for a trade-off.
 
 /// The spec asks for a front, and the command line for nothing else.
 bool is_front_requested(const DesignCommandOptions& options, const Study& study);

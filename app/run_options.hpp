@@ -72,7 +72,7 @@ Controller choose_controller(const ControlCommandOptions& options, const Study& 
 Provenance describe(const ControlCommandOptions& options, const Study& study, const Trajectory& trajectory,
                     const Controller& controller);
 
-/// What commands that run a mechanism tell and write.
+// What commands that run a mechanism tell and write.
 
 /// On stderr unless --quiet: the spec's warnings, and which trajectory was taken if none was named.
 void print_run_header(const SimulateOptions& options, const Study& study, const Trajectory& trajectory);

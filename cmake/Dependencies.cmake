@@ -1,4 +1,4 @@
-# Foreign libraries. balanceConfig.cmake.in names the same ones for whoever links the installed library.
+# Foreign libraries. balanceConfig.cmake.in names the same ones for projects that link the installed library.
 find_package(Eigen3 3.4 REQUIRED NO_MODULE)
 find_package(yaml-cpp 0.7 REQUIRED)
 find_package(fmt 9 REQUIRED)

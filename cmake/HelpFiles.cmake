@@ -11,7 +11,7 @@ function(balance_make_help_files target)
   if(GZIP_PROGRAM) # as Debian wants it; without a time of day, so that the same pages are the same bytes
     set(compress COMMAND ${GZIP_PROGRAM} -9 -n -r ${help_files_dir}/man1)
   endif()
-  # Part of the program's own target: whoever has built it can install it.
+  # Part of the program's own target, so that a built program can be installed.
   add_custom_command(
     TARGET ${target}
     POST_BUILD

@@ -1,4 +1,4 @@
-# The library's parts. Each is made of rooms (folders of lib/balance) and stands on the parts before it, so that whoever wants
+# The library's parts. Each is made of rooms (folders of lib/balance) and stands on the parts before it, so a program that wants
 # dynamics alone needs Eigen alone. scripts/check_layers watches the rooms' order.
 
 # balance_part(<part> ROOMS <room>… [STANDS_ON <part>…] [LINK <foreign library>…])

@@ -63,7 +63,7 @@ std::string value_name(CLI::Option& option);
 /// Every name of the option: its short ones and its long ones.
 std::vector<std::string> names_of(const OptionHelp& option);
 
-/// Help as people read it on a terminal.
+// Help as people read it on a terminal.
 
 /// Columns that help may use: those of the terminal, at most 80, or 80 where stdout is no terminal.
 int help_width();

@@ -6,7 +6,7 @@
 
 namespace balance::app {
 
-/// Installs the handlers for SIGINT, SIGTERM and SIGHUP; whoever started the program with one of them ignored keeps that.
+/// Installs the handlers for SIGINT, SIGTERM and SIGHUP; a signal that was ignored when the program started stays ignored.
 void install_signal_handlers();
 
 inline constexpr const char* nothing_written_message = "interrupted, nothing written";

@@ -20,7 +20,7 @@
 
 namespace balance::app {
 
-/// A design's search under the user's eyes.
+// A design's search under the user's eyes.
 
 /// On a terminal it tells how far the search is; Ctrl-C ends it with what it has. @throws Cancelled if that is nothing
 /// @param what is done, for the terminal

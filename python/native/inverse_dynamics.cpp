@@ -15,7 +15,7 @@
 
 namespace balance::python {
 
-/// Efforts of many states in several threads, the same as in one.
+// Efforts of many states in several threads, the same as in one.
 
 /// N states, one a row; the memory is the caller's.
 struct EffortRequest {

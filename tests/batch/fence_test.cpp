@@ -91,7 +91,7 @@ TEST_CASE("a task that asks for more memory than allowed is told from one that c
 }
 #endif
 
-TEST_CASE("a process ends with whoever has it, be it idle or busy (C1)") {
+TEST_CASE("a process ends with its owner, be it idle or busy (C1)") {
   int ends[2];
   REQUIRE(::pipe(ends) == 0);
   {

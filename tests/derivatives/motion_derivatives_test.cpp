@@ -97,7 +97,7 @@ void minimum(const std::string& config, const std::string& trajectory, const std
   }
 }
 
-/// @param spline its number of knots, and what else is said of it
+/// @param knots their number; @param more further keys
 std::string calm(const std::string& drive, const std::string& knots, const std::string& more = "") {
   return "  calm: {law: bang-bang, drive: " + drive +
          ", samples: 501, remaining: {angle: {spline: {free: [-1, 1], knots: " + knots + "}" + more + "}}}\n";

@@ -93,6 +93,6 @@ export function buildPage(Stage) {
   hintAtHiddenColumns(document);
   unfoldOnPaper();
   listenToKeys(clock, {by: (f) => board?.zoomBy(f), reset: () => board?.resetZoom()});
-  // For whoever wants to look at the page by program.
+  // For programs that look at the page.
   window.balanceReport = {data, clock, player: motion.player, board};
 }

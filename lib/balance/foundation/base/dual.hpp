@@ -11,7 +11,7 @@
 
 namespace balance {
 
-/// Rows of numbers that are added and multiplied together: the derivatives of a Dual.
+// Rows of numbers that are added and multiplied together: the derivatives of a Dual.
 
 namespace duals {
 

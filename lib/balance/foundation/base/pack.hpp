@@ -182,7 +182,7 @@ inline void sine_cosine_into(const Pack<W>& x, Pack<W>& sine, Pack<W>& cosine) {
 
 }  // namespace balance
 
-/// Packs as scalars of Eigen's small vectors and matrices, mixed with numbers that are the same in every lane.
+// Packs as scalars of Eigen's small vectors and matrices, mixed with numbers that are the same in every lane.
 
 /// A pack that lies across two lines of the processor's cache is read twice.
 template <int W>
@@ -213,7 +213,7 @@ struct Eigen::ScalarBinaryOpTraits<double, balance::Pack<W>, Operation> {
 
 namespace balance {
 
-/// Squares of numbers whose rows are packs.
+// Squares of numbers whose rows are packs.
 
 namespace packs {
 

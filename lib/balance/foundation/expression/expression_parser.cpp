@@ -10,7 +10,7 @@
 
 namespace balance {
 
-/// The words of an expression.
+// The words of an expression.
 
 /// What a text has at one place: a number, a name or an operator; its end is an empty word.
 struct ExpressionToken {

@@ -18,7 +18,7 @@
 
 namespace balance {
 
-/// HDF5 itself, to be called where it may crash. The only place of this room that knows the library.
+// HDF5 itself, to be called where it may crash. The only place of this room that knows the library.
 
 /// From here on the library neither follows links into other files nor loads filters, anywhere in this process.
 void disable_links_and_filters();

@@ -18,9 +18,9 @@
 
 namespace balance::hdf5 {
 
-/// How HDF5 reaches the disk here: through a descriptor that is open already, and without ever hearing of a failure.
-/// HDF5 cannot let go of a file that it failed to write: it keeps its memory and crashes when the program ends. This
-/// driver notes the first failure and pretends from then on that all is well; whoever writes looks at the note.
+// How HDF5 reaches the disk here: through a descriptor that is open already, and without ever hearing of a failure.
+// HDF5 cannot let go of a file that it failed to write: it keeps its memory and crashes when the program ends. This
+// driver notes the first failure and pretends from then on that all is well; the writer checks the note.
 
 /// Must outlive the files that use it: HDF5 still looks at it after it closed the last one.
 Hdf5Handle register_file_driver();

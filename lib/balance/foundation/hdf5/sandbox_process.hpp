@@ -10,7 +10,7 @@
 
 namespace balance {
 
-/// Doing something dangerous in a copy of this process.
+// Doing something dangerous in a copy of this process.
 
 /// What the copy may use.
 struct SandboxLimits {

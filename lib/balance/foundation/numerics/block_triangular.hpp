@@ -12,8 +12,8 @@
 
 namespace balance {
 
-/// Block lower triangular form of a square sparse matrix: maximum matching, then strongly connected components (Duff & Reid, ACM
-/// TOMS 4, 1978).
+// Block lower triangular form of a square sparse matrix: maximum matching, then strongly connected components (Duff & Reid, ACM
+// TOMS 4, 1978).
 
 /// Matrices with more columns than this are treated as sparse ones.
 inline constexpr int max_dense_columns = 48;
@@ -38,7 +38,7 @@ BlockTriangularForm find_block_triangular_form(const SparsityPattern& pattern);
 
 namespace balance::small_blocks {
 
-/// Factorisation and solution of the small dense blocks that sparse systems of mechanisms fall apart into. Row-major storage.
+// Factorisation and solution of the small dense blocks that sparse systems of mechanisms fall apart into. Row-major storage.
 
 /// In place, with row exchanges; the diagonal holds the pivots' reciprocals. N is the size where it is known when compiling:
 /// the blocks of most mechanisms are so small that loops would cost more than the arithmetic.

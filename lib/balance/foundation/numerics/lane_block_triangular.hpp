@@ -17,8 +17,8 @@
 
 namespace balance::lane_blocks {
 
-/// Factorisation and solution of small dense blocks, one in every lane, with an order of pivots that all lanes share where it suits
-/// them. Row-major storage.
+// Factorisation and solution of small dense blocks, one in every lane, with an order of pivots that all lanes share where it suits
+// them. Row-major storage.
 
 /// Larger multipliers than this show that the order of rows does not suit a lane.
 inline constexpr double max_multiplier = 8;
@@ -121,7 +121,7 @@ void solve_transposed(const T* a, int size, T* x) {
     for (int j = i + 1; j < n; ++j) x[i] -= a[j * n + i] * x[j];
 }
 
-/// Inverses of the smallest dense blocks, one in every lane, by cofactors: no pivots to choose. Row-major storage.
+// Inverses of the smallest dense blocks, one in every lane, by cofactors: no pivots to choose. Row-major storage.
 
 /// Largest block that is inverted.
 inline constexpr int max_inverted_size = 4;
@@ -355,8 +355,8 @@ class LaneBlockTriangular {
   std::vector<T> work_;
 };
 
-/// The linear systems of foundation/numerics/square_system.hpp and foundation/numerics/overdetermined_system.hpp with a sample in every
-/// lane.
+// The linear systems of foundation/numerics/square_system.hpp and foundation/numerics/overdetermined_system.hpp with a sample in every
+// lane.
 
 /// The interface is that of BlockTriangular. What is told of all lanes together is that of the worst; the matrix kept is that of the
 /// last lane, and nearness that of every lane to the one before it.

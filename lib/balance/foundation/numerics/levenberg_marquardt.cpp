@@ -18,7 +18,7 @@ constexpr double rounding_residual_tolerance = 1e-12;
 /// Relative decrease of the sum of squares that counts as none, and how often in a row it may happen.
 constexpr double stall_tolerance = 1e-10;
 constexpr int max_stalled_iterations = 4;
-/// Steps that are made whoever wants the end: most descents take no more.
+/// Steps made before interrupts are asked for: most descents take no more.
 constexpr int min_iterations = 20;
 
 /// The damped step within the bounds: min |r + J d|² + damping |d|².

@@ -8,8 +8,8 @@
 
 namespace balance {
 
-/// How regular a matrix with at least as many rows as columns is, and whether it can have lost rank on a way: what
-/// BlockTriangular says of square ones.
+// How regular a matrix with at least as many rows as columns is, and whether it can have lost rank on a way: what
+// BlockTriangular says of square ones.
 
 /// Smallest pivot by the largest, 0 if there are fewer rows than columns.
 double pivot_ratio(const ColumnPivotingQr& factors);

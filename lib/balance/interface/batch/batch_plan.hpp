@@ -8,7 +8,7 @@
 
 namespace balance {
 
-/// Which build of the program this is.
+// Which build of the program this is.
 
 /// SHA-256 of the file that holds this code, the program or a library that it loaded. Another compiler, another option or one
 /// changed line make another; the same build gives the same everywhere.

@@ -20,7 +20,7 @@
 
 namespace balance {
 
-/// The cases of a summary as rows of cells, for text and Markdown.
+// The cases of a summary as rows of cells, for text and Markdown.
 
 /// Status, peak and rms of the torque, the shaking force and the shaking moment, and the peaks' ratios to the baseline's where
 /// there is one. Mass added by designs where there are designs.

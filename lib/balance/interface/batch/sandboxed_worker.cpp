@@ -147,7 +147,7 @@ SandboxedWorker::SandboxedWorker(const Work& work, const WorkerLimits& limits) :
     ::close(socket_);
     throw SystemError(fmt::format("cannot start a process: {}", std::strerror(error)));
   }
-  ::setpgid(child_, child_);  // whoever comes first
+  ::setpgid(child_, child_);  // by parent or child, the first one to run
   pidfd_ = open_pidfd(child_);
 }
 
@@ -170,7 +170,7 @@ void SandboxedWorker::submit(std::size_t task) {
   if (limits_.wall_seconds > 0 && limits_.wall_seconds < 1e9)
     deadline_ =
         Clock::now() + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(limits_.wall_seconds));
-  send_all(socket_, bytes_of(task));  // one that has died meanwhile is noticed by whoever looks
+  send_all(socket_, bytes_of(task));  // one that has died meanwhile is noticed at the next look
 }
 
 void SandboxedWorker::add_poll_events(std::vector<pollfd>& events, std::chrono::milliseconds& wait) const {

@@ -21,7 +21,7 @@
 
 namespace balance::specification {
 
-/// One case of a suite, and what a matrix makes of several values.
+// One case of a suite, and what a matrix makes of several values.
 
 /// A suite while it is read.
 struct SuiteBuilder {

@@ -73,7 +73,7 @@ double ratio_to_base(const ComparedQuantity& quantity, std::size_t run, Statisti
 
 std::vector<MetricTable> make_metric_tables(const std::vector<NamedRun>& runs);
 
-/// Short names for runs that come from files.
+// Short names for runs that come from files.
 
 /// Where a run is stored.
 struct RunLocation {

@@ -12,7 +12,7 @@
 
 namespace balance {
 
-/// How far the samples of two runs are apart.
+// How far the samples of two runs are apart.
 
 /// Whether their times can be compared as they are: durations differ by round-off only.
 bool have_equal_durations(const RunResult& a, const RunResult& b);
@@ -48,7 +48,7 @@ class SampleInterpolant {
       piece_begins_;  ///< first samples of the pieces without jumps, ascending, then the number of samples
 };
 
-/// The samples behind each metric of a run.
+// The samples behind each metric of a run.
 
 /// Columns of one of a RunResult's arrays that together are one quantity. Refers to the result, which must outlive it.
 struct QuantitySeries {

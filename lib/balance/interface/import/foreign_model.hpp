@@ -95,7 +95,7 @@ Pose joint_zero_pose(const Joint& joint);
 /// The same joint seen from its other body, with the same coordinate. Only for types with at most one axis.
 Joint reverse_joint(const Joint& joint);
 
-/// Loops that are said apart from a tree: which two frames meet, and how.
+// Loops that are said apart from a tree: which two frames meet, and how.
 
 /// A frame fixed to a body.
 struct BodyFrame {

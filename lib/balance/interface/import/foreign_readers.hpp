@@ -19,26 +19,25 @@ std::vector<std::string> list_referenced_robot_files(const std::string& text, co
 
 namespace balance::foreign {
 
-/// Models of Project Chrono in YAML.
+// Models of Project Chrono in YAML.
 
 /// Fixed bodies are part of bodies[0]. Joints are said by their place and axis in the world of the file's pose, where all
 /// coordinates are zero; motors are joints that are driven.
 ForeignModel read_chrono(const specification::SpecCursor& root, const std::string& file);
 
-/// Planar mechanisms in natural coordinates, as MBSE (multibody state estimation) writes them in YAML.
+// Planar mechanisms in natural coordinates, as MBSE (multibody state estimation) writes them in YAML.
 
 /// What is fixed is bodies[0]. A body's frame has its origin at its first point and x towards its second one; where bodies share a
 /// point there is a revolute joint, `p3_body0_body2`. Coordinates are zero where the file's points are.
-/// @param problems collects what is wrong
 ForeignModel read_mbse(const specification::SpecCursor& root, const std::string& file);
 
-/// MJCF, MuJoCo's language.
+// MJCF, MuJoCo's language.
 
 /// The world is bodies[0]. Coordinates are those of the file less its `ref`. Bodies with several joints become chains.
 /// @throws SpecError with everything that is wrong with the file or with one that it includes
 ForeignModel read_mjcf(const XmlDocument& document);
 
-/// One foreign file, whatever its format.
+// One foreign file, whatever its format.
 
 /// Larger ones make no readable spec.
 inline constexpr std::size_t max_model_elements = 2000;
@@ -47,7 +46,7 @@ inline constexpr std::size_t max_model_elements = 2000;
 /// @throws SpecError with everything that is wrong, or if it is of no format that is known
 ForeignModel read_foreign_model(const std::string& text, const std::string& file);
 
-/// URDF: links and joints of a tree, or of a graph where links have several parents.
+// URDF: links and joints of a tree, or of a graph where links have several parents.
 
 /// What is held still.
 enum class Base { unknown, fixed };

@@ -11,7 +11,7 @@
 
 namespace balance::foreign {
 
-/// What an importer has to say of a file.
+// What an importer has to say of a file.
 
 /// `note`: what was done; `warning`: what somebody should look at.
 enum class Severity { note, warning };

@@ -49,7 +49,7 @@ class XmlEdits {
 /// "1 2.5 0", each as short as it reads back.
 std::string numbers_text(const std::vector<double>& values);
 
-/// A robot file whose masses can be written.
+// A robot file whose masses can be written.
 
 /// Mass, centre of mass and inertia about it, in a body's axes [kg, m, kg m^2].
 struct MassProperties {

@@ -55,7 +55,7 @@ class MjcfCompilerAngles {
   std::string sequence_ = "xyz";
 };
 
-/// Masses that follow from shapes, as MuJoCo computes them: solid bodies of a density.
+// Masses that follow from shapes, as MuJoCo computes them: solid bodies of a density.
 
 /// Of all geoms of a body, about their common centre of mass, in the body's axes.
 struct GeomInertia {

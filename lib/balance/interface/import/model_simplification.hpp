@@ -9,7 +9,7 @@
 
 namespace balance::foreign {
 
-/// Which joints have motors.
+// Which joints have motors.
 
 /// Sets `driven`: of the joints that are named; if none is, of those that the file names; if it names none either and there are no
 /// loops, of all that nothing else determines. Loops without motors are told.
@@ -17,14 +17,14 @@ namespace balance::foreign {
 /// @throws SpecError whose file is `--actuate`
 void choose_actuators(ForeignModel& robot, const std::vector<std::string>& wanted);
 
-/// What is odd about a file's masses. Nothing is repaired.
+// What is odd about a file's masses. Nothing is repaired.
 
 /// Adds findings about every body with mass or inertia: inertias that no body can have (by how much, and the nearest that one can),
 /// points, placeholders, bodies denser than matter, millimetres taken for metres, inertias about a joint; and massless bodies that
 /// move. Before anything is merged.
 void lint_masses(ForeignModel& robot);
 
-/// From what a reader found to the bodies and joints of a mechanism.
+// From what a reader found to the bodies and joints of a mechanism.
 
 /// Judges masses, chooses motors, merges what is fixed, turns massless bodies between joints into joints. Findings come in the order
 /// of the file.

@@ -21,7 +21,7 @@
 
 namespace balance::foreign {
 
-/// Names that a spec can have, for names that a file has.
+// Names that a spec can have, for names that a file has.
 
 /// One namespace of a spec: bodies, joints, the points of a body.
 class NameAllocator {
@@ -223,7 +223,7 @@ class OptionalSectionWriter {
                            format_yaml_number(joints[j].stiffness), format_yaml_number(joints[j].spring_reference)));
   }
 
-  /// What only a rotor on the joint could be, to be taken in by whoever wants it.
+  /// What only a rotor on the joint could be, to be taken in where it is wanted.
   void armatures() {
     bool first = true;
     for (std::size_t j = 0; j < page_.robot.joints.size(); ++j) {

@@ -20,7 +20,7 @@ struct GeneratedNames {
 
 GeneratedNames spec_names(const ForeignModel& robot);
 
-/// A robot as the text of a spec that people read and change.
+// A robot as the text of a spec that people read and change.
 
 /// A rough value of a coordinate, by its name in the spec.
 using AssemblyValue = std::pair<std::string, double>;

@@ -1,5 +1,5 @@
 #pragma once
-/// What somebody wants to know of a mechanism's balance, whoever asks: a command, the report, a program of a user's own.
+/// What a command, the report or a user's program asks about a mechanism's balance.
 
 #include "balance/synthesis/conditions/conditions.hpp"
 

@@ -12,7 +12,7 @@
 
 namespace balance {
 
-/// Comparisons and verdicts as JSON and JUnit XML for programs.
+// Comparisons and verdicts as JSON and JUnit XML for programs.
 
 /// One object: runs, quantities with figures, ratios and differences per run, notes, requirements; ends with a line feed. What is
 /// missing is null.
@@ -21,7 +21,7 @@ std::string comparison_json(const ComparedRuns& compared, const std::vector<Requ
 /// One test case per verdict: its name is the requirement, its group the run.
 JunitSuite make_verdict_suite(const std::string& name, const std::vector<RequirementVerdict>& verdicts);
 
-/// What a comparison shows people, whatever the format: tables under titles.
+// What a comparison shows people, whatever the format: tables under titles.
 
 /// Which quantities are shown: the ones most asked for (torque and power of each actuator, shaking force and moment, the worst
 /// reactions), or all that there are.
@@ -59,7 +59,7 @@ std::string format_verdict_line(const RequirementVerdict& verdict);
 /// The verdicts alone, one a line.
 std::string format_verdicts(const std::vector<RequirementVerdict>& verdicts);
 
-/// A verdict as a piece of a JSON document.
+// A verdict as a piece of a JSON document.
 
 /// What is no number is null.
 Json verdict_json(const RequirementVerdict& verdict);

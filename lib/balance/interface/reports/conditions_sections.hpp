@@ -40,12 +40,12 @@ void evaluate_conditions(ConditionsReportData& view, const Mechanism& mechanism,
 /// Which springs conditions describe by all products of stiffness and end points.
 FreeSprings loose_springs_of(const Conditions& conditions, const Mechanism& mechanism);
 
-/// Balancing conditions as JSON for programs.
+// Balancing conditions as JSON for programs.
 
 /// One object with everything of the view, conditions that hold by definition included.
 std::string conditions_json(const ConditionsReportData& view, const std::vector<std::string>& warnings);
 
-/// Pieces of JSON that tell of goals and conditions.
+// Pieces of JSON that tell of goals and conditions.
 
 /// One name, or a list if there are several.
 Json goals_json(const std::vector<Goal>& goals);
@@ -56,7 +56,7 @@ Json conditions_list_json(const ConditionsReportData& view);
 /// Rank, gap and singular values, the parameters' names, the symbols, the conditions and the notes, added to an object.
 void add_conditions(Json& json, const ConditionsReportData& view);
 
-/// Balancing conditions as text for people.
+// Balancing conditions as text for people.
 
 /// Goal, rank and gap, then the conditions by number with what they miss now and which free numbers they depend on. What no disc can
 /// miss is named in one line. Ends with a line feed.

@@ -40,7 +40,7 @@ struct MetricChange {
 /// Peak and rms of torques, shaking force and shaking moment.
 std::vector<MetricChange> list_metric_changes(const TrajectoryComparison& comparison);
 
-/// Which elements a design keeps, for people and programs.
+// Which elements a design keeps, for people and programs.
 
 /// "counterweights: cw1 and cw3 are kept, cw2 is left out", and what is known of the least count; empty without choices.
 std::string format_optional_elements(const DesignReport& report);
@@ -51,7 +51,7 @@ Json optional_elements_json(const DesignReport& report);
 /// What a design leaves out, where it stands in the spec: for format_balanced_spec.
 std::vector<OptionalElementText> list_omitted_elements(const DesignReport& report);
 
-/// A design as HDF5 that is also netCDF-4; docs/file-format.md describes the file.
+// A design as HDF5 that is also netCDF-4; docs/file-format.md describes the file.
 
 /// Numbers, conditions and, in groups `before/<trajectory>` and `after/<trajectory>`, the runs. Complete or not at all.
 /// @param description of the spec and the command; what it says of a trajectory is not used
@@ -59,12 +59,12 @@ std::vector<OptionalElementText> list_omitted_elements(const DesignReport& repor
 void write_design(const std::string& path, const DesignReportData& view, const Provenance& description,
                   const WriteOptions& options = {});
 
-/// A design as JSON for programs.
+// A design as JSON for programs.
 
 /// One object with everything of the view and the files written.
 std::string design_json(const DesignReportData& view, const std::vector<std::string>& files);
 
-/// A design as text for people.
+// A design as text for people.
 
 /// What was reached and why it is not more, the free numbers, the conditions, what the design costs and what every
 /// trajectory gains. Ends with a line feed.

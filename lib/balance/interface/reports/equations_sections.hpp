@@ -38,7 +38,7 @@ std::string force_unit(bool length);
 void write_equations(const std::string& path, const EquationsAlongRun& along, const std::vector<std::string>& actuators,
                      const Provenance& description, const WriteOptions& options);
 
-/// Matrices of equations as text.
+// Matrices of equations as text.
 
 /// Six significant digits; 0 for what is round-off of a size.
 std::string format_entry(double value, double size);

@@ -7,7 +7,7 @@
 
 namespace balance {
 
-/// A picture as the bytes of a file.
+// A picture as the bytes of a file.
 
 /// Draws with gnuplot. The same picture and page give the same bytes with the same gnuplot and fonts.
 /// @throws SystemError as run_gnuplot

@@ -12,7 +12,7 @@
 
 namespace balance {
 
-/// Samples as text: base64 of little-endian floating-point numbers.
+// Samples as text: base64 of little-endian floating-point numbers.
 
 /// RFC 4648 with padding.
 std::string base64(std::string_view bytes);
@@ -24,7 +24,7 @@ std::string base64_float_columns(const Samples& samples);
 /// Eight bytes a number.
 std::string base64_doubles(const VectorX& numbers);
 
-/// The mechanism as the page draws it.
+// The mechanism as the page draws it.
 
 /// Bodies, joints, attachments, discs, springs and tool with their places; indices as in the mechanism.
 Json mechanism_json(const Mechanism& mechanism);
@@ -39,7 +39,7 @@ std::vector<Eigen::Index> select_display_rows(const std::vector<const RunResult*
 /// A run with these samples only.
 RunResult extract_rows(const RunResult& result, const std::vector<Eigen::Index>& rows);
 
-/// One run as the page shows it.
+// One run as the page shows it.
 
 /// Outcome, metrics, times, poses of all bodies, and every quantity over time, what is round-off as 0.
 /// @param rows samples to show

@@ -29,7 +29,7 @@ struct JunitSuite {
 /// @param name of the report
 std::string junit_xml(const std::string& name, const std::vector<JunitSuite>& suites);
 
-/// Text as XML holds it.
+// Text as XML holds it.
 
 /// Fit for an attribute or an element: marks escaped, line ends kept, what is not UTF-8 or no character of XML 1.0
 /// replaced by U+FFFD.

@@ -6,7 +6,7 @@
 
 namespace balance {
 
-/// Load cases and laws of adapted numbers as JSON.
+// Load cases and laws of adapted numbers as JSON.
 
 /// Adds `load_cases` (empty without any) and `adaptive` (null where no number follows the load).
 void add_load_cases(Json& json, const DesignReport& report);

@@ -91,7 +91,7 @@ Plot plot_over_time(const std::vector<PlotRun>& runs, const std::vector<std::str
 /// @throws std::invalid_argument for a plane that a run does not have
 Plot plot_paths(const std::vector<PlotRun>& runs, const std::string& plane);
 
-/// The phase plane of a path as a picture: laws of motion and what limits leave them.
+// The phase plane of a path as a picture: laws of motion and what limits leave them.
 
 /// The rate s' over the place s: the laws, the largest rates that limits leave, and where the path's acceleration jumps. The line of
 /// one law tells by its pens which limit is active where.

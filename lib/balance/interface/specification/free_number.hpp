@@ -13,8 +13,8 @@
 
 namespace balance::specification {
 
-/// What a designer adds to balance a mechanism: masses and moments of inertia of counterweights and discs, stiffnesses of springs.
-/// Such numbers start at 0, where nobody says otherwise: what is added is not there to begin with.
+// What a designer adds to balance a mechanism: masses and moments of inertia of counterweights and discs, stiffnesses of springs.
+// Such numbers start at 0, where nobody says otherwise: what is added is not there to begin with.
 
 /// @param path of a number, `counterweights.cw1.mass`
 bool is_added_element_path(const std::string& path);
@@ -23,7 +23,7 @@ bool is_added_element_path(const std::string& path);
 /// @param root the document
 std::set<std::string> list_added_element_parameters(const YamlNode& root);
 
-/// The free numbers of a spec while it is being read.
+// The free numbers of a spec while it is being read.
 
 /// A free number, the mapping that says so, and the input that stands for it. Its span is not known yet.
 struct FreeNumberEntry {

@@ -248,7 +248,7 @@ class FileListing {
     try {
       root = parse_yaml(text, problems);
     } catch (const ReadError&) {
-      return;  // whoever reads the spec will say what is wrong with it
+      return;  // reading the spec reports what is wrong with it
     } catch (const SpecError&) {
       return;
     }

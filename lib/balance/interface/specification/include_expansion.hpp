@@ -31,7 +31,7 @@ class PartFiles {
   std::map<std::string, YamlNode> documents_;
 };
 
-/// Specs that are made of parts: what `include` says, put in its place.
+// Specs that are made of parts: what `include` says, put in its place.
 
 /// A document that includes nothing any more. Its nodes' places are where things were written, in whatever file.
 struct ExpandedDocument {
@@ -51,7 +51,7 @@ ExpandedDocument expand_includes(const YamlNode& root, const std::string& file, 
 
 namespace balance {
 
-/// The files that a spec is read with.
+// The files that a spec is read with.
 
 /// Tables, parts, and the tables and parts of parts, with their folders; each once. What cannot be read names nothing.
 /// @param spec_file what messages call the spec: its files are looked for in its folder

@@ -31,7 +31,7 @@ YamlNode scalar_node(std::string text, const NodeLocation& place);
 /// Adds an entry to a mapping.
 void add_entry(YamlNode& map, YamlNode key, YamlNode value);
 
-/// One part in its places in a whole.
+// One part in its places in a whole.
 
 /// What `include` says of one part. What has a value for each copy is one value for all, or a mapping by their names.
 struct IncludeEntry {

@@ -15,7 +15,7 @@
 
 namespace balance::specification {
 
-/// Inertias and whether a body can have them.
+// Inertias and whether a body can have them.
 
 /// A number (planar), three or six numbers [Ixx, Iyy, Izz, Ixy, Ixz, Iyz] (spatial): the entries of the matrix, Ixy = −∫xy dm.
 Matrix3E read_inertia_value(const SpecCursor& at, StudyBuilder& draft);

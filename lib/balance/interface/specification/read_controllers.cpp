@@ -17,12 +17,12 @@
 
 namespace balance::specification {
 
-/// By how much a controlled run starts away from where it should.
+// By how much a controlled run starts away from where it should.
 
 /// `{joints: {A1: 0.05}}` or `{tool: [0.01, 0]}`, in the plane with `angle`.
 void read_initial_error(const SpecCursor& at, StudyBuilder& draft, InitialError& error);
 
-/// What a controller believes of the mechanism where that is not the truth.
+// What a controller believes of the mechanism where that is not the truth.
 
 /// `model: {without: [cargo], mass_scale: 0.9, set: {m1: 2, bodies.link2.mass: 1.5}}`.
 /// @param root, overrides of the whole spec, which has been read without a mistake

@@ -16,12 +16,12 @@ std::vector<CardinalityRequest> read_cardinality_requests(const SpecCursor& at, 
 /// @param root the spec's document, of its text
 void find_optional_element_texts(const YamlNode& root, Study& study);
 
-/// Which figures a trade-off is between.
+// Which figures a trade-off is between.
 
 /// A list of two or three figures, each as `minimize` has it, or {of: such a list, points: how many designs}.
 ParetoRequest read_pareto_request(const SpecCursor& at, StudyBuilder& draft);
 
-/// What to balance for, as specs and suites say it.
+// What to balance for, as specs and suites say it.
 
 /// One goal or a list of different ones; a fault at the cursor's place if it is neither.
 std::vector<Goal> read_goals(const SpecCursor& at);

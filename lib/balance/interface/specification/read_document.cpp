@@ -25,7 +25,7 @@
 
 namespace balance::specification {
 
-/// Numbers that are legal and that hardly anybody means: mostly those of a unit that was not said.
+// Numbers that are legal and that hardly anybody means: mostly those of a unit that was not said.
 
 /// One sentence for every sort of number that is beyond what mechanisms have.
 /// @param units in which the study was written

@@ -18,7 +18,7 @@ struct ReadResult {
 ReadResult read_study(const std::string& text, const std::string& file_name,
                       const SpecParameters::Overrides& overrides);
 
-/// The same, for whoever will not read again.
+/// The same without a recording, for a single reading.
 /// @param root the text's document, if it has been parsed already
 Study read_start_study(const std::string& text, const YamlNode* root, const std::string& file_name,
                        const SpecParameters::Overrides& overrides);

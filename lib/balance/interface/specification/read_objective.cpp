@@ -16,7 +16,7 @@
 
 namespace balance::specification {
 
-/// Places that a spec names.
+// Places that a spec names.
 
 /// The name of a counterweight, payload or disc, or `body.point`, `body.com`, `body.origin`.
 Landmark read_landmark(const SpecCursor& at, const StudyBuilder& draft);

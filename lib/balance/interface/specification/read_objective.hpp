@@ -19,7 +19,7 @@ void require_prescribed_motion(const SpecCursor& at, const ObjectiveTerm& term, 
 /// The trajectory of a figure without one: the spec's first. Fails at the figure if there is none.
 std::string default_trajectory_name(const SpecCursor& at, const Study& study);
 
-/// Figures that a design must keep to.
+// Figures that a design must keep to.
 
 /// `peak(torque[A1]) <= 12`, or a list of such.
 std::vector<FigureLimit> read_figure_limits(const SpecCursor& at, StudyBuilder& draft);

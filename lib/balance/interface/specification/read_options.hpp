@@ -31,7 +31,7 @@ inline void require_text(const std::string& text, const char* what) {
 
 namespace balance {
 
-/// Speeds from the command line.
+// Speeds from the command line.
 
 /// @param text YAML, with braces or without: `v: tool.u, w: {A: 0.5, B: -0.5}`; what a speed may be made of, and the factors' units:
 ///        as in a spec's `constraints` (interface/specification/read_speeds.hpp)

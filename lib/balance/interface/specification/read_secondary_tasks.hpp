@@ -18,7 +18,7 @@ KeptMomentumE read_momentum_task(const SpecCursor& at, const std::optional<SpecC
 /// @param at `remaining`
 void assign_momentum_components(const SpecCursor& at, const StudyBuilder& draft, TrajectoryOf<Expression>& trajectory);
 
-/// `remaining:` of a trajectory: what goes beside the tool or the centre of mass, and how.
+// `remaining:` of a trajectory: what goes beside the tool or the centre of mass, and how.
 
 /// `[J1, J2]`, or `{angle: {spline: …}, J1: {momentum: 0.02}, J2: line}`. Fills `remaining`, `remaining_angle` and `courses`.
 void read_secondary_tasks(const SpecCursor& at, StudyBuilder& draft, TrajectoryOf<Expression>& trajectory);

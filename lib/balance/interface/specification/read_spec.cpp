@@ -15,7 +15,7 @@ SpecDocument::SpecDocument(std::string text) : text_(std::move(text)) {
     auto root = std::make_shared<const specification::YamlNode>(specification::parse_yaml(text_, problems));
     if (problems.is_empty()) root_ = std::move(root);
   } catch (const specification::ReadError&) {
-    // without a root the text is parsed, and refused, by whoever reads it
+    // without a root reading parses the text, and refuses it
   } catch (const SpecError&) {
   }
 }

@@ -29,7 +29,7 @@ Study read_spec(const std::string& text, const std::string& file_name, const Rea
 /// A spec's text, parsed once for many readings with other parameters. Never changed; copies share what was parsed.
 class SpecDocument {
  public:
-  /// A text that is no YAML is told by whoever reads it.
+  /// Reading reports a text that is no YAML.
   explicit SpecDocument(std::string text);
   const std::string& text() const { return text_; }
   /// Nothing if there is something wrong.
@@ -78,7 +78,7 @@ TolerancedDesignSpace read_toleranced_space(const std::string& text, const std::
                                             const ReadOptions& options = {});
 TolerancedDesignSpace read_toleranced_space_file(const std::string& path, const ReadOptions& options = {});
 
-/// What a spec says about its numbers.
+// What a spec says about its numbers.
 
 /// @param options those that the space was read with
 SpecNumberTexts read_spec_number_texts(const DesignSpace& space, const ReadOptions& options = {});

@@ -18,14 +18,14 @@
 
 namespace balance::specification {
 
-/// How a trajectory runs through its way.
+// How a trajectory runs through its way.
 
 /// A law's name.
 MotionLawKind read_law(const SpecCursor& at);
 /// The ramps of a trapezoidal velocity: one number for both, or two. Fails for any other law.
 void read_ramps(const SpecCursor& at, StudyBuilder& draft, MotionLawOf<Expression>& law);
 
-/// Limits of a motion, and what only laws that are searched for say: whose peak is to be least, speeds at both ends.
+// Limits of a motion, and what only laws that are searched for say: whose peak is to be least, speeds at both ends.
 
 /// Where they stand in a trajectory.
 struct OptimisedLawKeys {

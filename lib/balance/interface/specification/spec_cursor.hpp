@@ -11,7 +11,7 @@
 
 namespace balance::specification {
 
-/// A comma that was meant to begin decimals makes two entries of one number, between brackets and between braces.
+// A comma that was meant to begin decimals makes two entries of one number, between brackets and between braces.
 
 /// A hint on the first two entries of a list that may be one number, `[0,25, 0]`; else empty.
 std::string find_decimal_comma_in(const YamlNode& list);

@@ -46,7 +46,7 @@ class NameIndex {
   std::unordered_map<std::string, int> places_;
 };
 
-/// Values over time, as tables in the spec or beside it hold them.
+// Values over time, as tables in the spec or beside it hold them.
 
 /// Rows of values in SI at increasing times [s].
 struct TimeTable {
@@ -174,7 +174,7 @@ bool has_several_leaders(const SpecCursor& map);
 /// `{J1: 0.3, J2: …}`: values of coordinates, each in its own unit.
 std::vector<CoordinateValueOf<Expression>> read_coordinate_values(const SpecCursor& at, StudyBuilder& draft);
 
-/// Directions and rotations as expressions.
+// Directions and rotations as expressions.
 
 /// Entry by entry.
 template <class Derived>
@@ -228,7 +228,7 @@ void read_controllers(const SpecCursor* section, const YamlNode& root, const Spe
                       StudyBuilder& draft);
 void read_design(const SpecCursor& section, StudyBuilder& draft);
 
-/// What joints and springs between points connect.
+// What joints and springs between points connect.
 
 /// `[body.point, body.point]`, of two bodies: the ends of a joint or a spring.
 template <class Connection>

@@ -27,7 +27,7 @@
 
 namespace balance::specification {
 
-/// Where an error of YAML's syntax is likely to come from. A parser tells where it could not go on, which may be lines below.
+// Where an error of YAML's syntax is likely to come from. A parser tells where it could not go on, which may be lines below.
 
 /// What is wrong with a text that a parser gave up.
 /// @param noticed where it gave up

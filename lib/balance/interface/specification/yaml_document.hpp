@@ -35,7 +35,7 @@ struct DocumentLimits {
 /// @throws ReadError if the text is not YAML, holds more than one document or exceeds a limit
 YamlNode parse_yaml(const std::string& text, SpecErrorCollector& problems, const DocumentLimits& limits = {});
 
-/// Values as YAML.
+// Values as YAML.
 
 /// The text in double quotes, on one line.
 std::string quote_yaml(const std::string& text);

@@ -18,7 +18,7 @@
 
 namespace balance {
 
-/// The engine over numbers with derivatives: its spaces, and values turned into constants of them.
+// The engine over numbers with derivatives: its spaces, and values turned into constants of them.
 
 using DualNumber = Dual<dual_width>;
 
@@ -79,7 +79,7 @@ class DualEvaluator {
   /// @return false if the actuators do not hold the mechanism
   bool evaluate(const DualNumber& time, double duration, Detail detail);
 
-  /// For whoever changes what it carries.
+  /// For changes of what it carries.
   Tree<D>& tree() { return tree_; }
   const DualCoordinates& coordinates() const { return now_; }
   SampleOf<DualNumber>& sample() { return observer_.sample(); }
@@ -113,7 +113,7 @@ class DualEvaluator {
 extern template class DualEvaluator<Planar>;
 extern template class DualEvaluator<Spatial>;
 
-/// One state's derivatives by numbers that the mechanism's own depend on.
+// One state's derivatives by numbers that the mechanism's own depend on.
 
 /// As derivatives() by numbers of the mechanism.
 /// @param mechanism over duals, with the values of the door's mechanism @return dual_width derivatives

@@ -8,8 +8,8 @@
 
 namespace balance {
 
-/// Changes of a number that over-constrained loops cannot follow: no mechanism has the number changed by itself, and what its change
-/// does to a run is no derivative.
+// Changes of a number that over-constrained loops cannot follow: no mechanism has the number changed by itself, and what its change
+// does to a run is no derivative.
 
 /// What a joint opens by per unit of a number while all others are held together, coordinates being moved so that it is least.
 struct ClosureGap {

@@ -15,8 +15,8 @@
 
 namespace balance {
 
-/// Efforts of least norm and, under them, multipliers of least norm, where actuators or closures are more than needed:
-/// Sᵀ u + Cᵀ λ = f.
+// Efforts of least norm and, under them, multipliers of least norm, where actuators or closures are more than needed:
+// Sᵀ u + Cᵀ λ = f.
 
 // ---- matrices over numbers with derivatives ----
 

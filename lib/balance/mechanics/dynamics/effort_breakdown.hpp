@@ -13,7 +13,7 @@ namespace balance {
 /// @throws std::invalid_argument if the run has other coordinates than the mechanism
 MotionOutcome add_effort_breakdown(const Mechanism& mechanism, RunResult& result);
 
-/// A run as states in the independent coordinates of its mechanism.
+// A run as states in the independent coordinates of its mechanism.
 
 /// One state a row.
 struct StateTable {

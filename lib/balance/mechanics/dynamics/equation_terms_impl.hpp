@@ -74,7 +74,7 @@ class EquationTermsOf final : public EquationTerms::Implementation {
 extern template class EquationTermsOf<Planar>;
 extern template class EquationTermsOf<Spatial>;
 
-/// Quadratic forms of rates.
+// Quadratic forms of rates.
 
 /// Quadratic forms from their values at unit rates and sums of two: exact but for round-off.
 /// @param at the forms' values at rates

@@ -82,7 +82,7 @@ class ExternalForces {
 extern template class ExternalForces<Planar>;
 extern template class ExternalForces<Spatial>;
 
-/// Joint friction of a tree in motion.
+// Joint friction of a tree in motion.
 
 /// Adds what friction takes to the generalised forces; coordinates at rest count as frictionless (docs/theory.md, section 3).
 /// @param dy rates of the tree's coordinates @param duration of the whole motion [s]

@@ -1,6 +1,6 @@
 #pragma once
 /// Inverse dynamics at single states: what the actuators must do, and what the frame feels, where a mechanism has these coordinates,
-/// rates and accelerations. The library's way in for whoever has states of his own instead of a trajectory.
+/// rates and accelerations. For callers with states of their own instead of a trajectory.
 ///
 ///     balance::InverseDynamics arm(mechanism);
 ///     const auto found = arm.at(q, dq, ddq);

@@ -362,7 +362,7 @@ bool LoopDynamics<S>::accelerate(double time, const double* dy, const double* ef
 template class LoopDynamics<Planar>;
 template class LoopDynamics<Spatial>;
 
-/// Which coordinates are independent, and the way there from a guess.
+// Which coordinates are independent, and the way there from a guess.
 
 namespace {
 

@@ -153,7 +153,7 @@ class LoopDynamics {
 extern template class LoopDynamics<Planar>;
 extern template class LoopDynamics<Spatial>;
 
-/// Freedoms that no mass resists: bodies without mass or without extent may leave the mass matrix singular.
+// Freedoms that no mass resists: bodies without mass or without extent may leave the mass matrix singular.
 
 /// @param loops assembled and closed; on return prepared and transformed
 /// @return done, or which coordinate moves without mass and which body has none

@@ -37,7 +37,7 @@ class SampleEvaluator {
   /// For a stepper to watch whether the actuators hold the mechanism all along its way.
   RegularityMonitor<S>& regularity_monitor() { return actuation_; }
   const SampleOf<T>& sample() const { return sample_; }
-  /// For whoever knows more of the moment (mobility) to write it down.
+  /// For callers that know more of the moment (mobility).
   SampleOf<T>& sample() { return sample_; }
 
   /// The stepper's present moment, with the accelerations that it holds now.

@@ -9,7 +9,7 @@
 
 namespace balance {
 
-/// Friction in the joints: smoothed where a controller computes with it, with true rest where the mechanism itself moves.
+// Friction in the joints: smoothed where a controller computes with it, with true rest where the mechanism itself moves.
 
 namespace {
 

@@ -124,7 +124,7 @@ BALANCE_DECLARE(Planar)
 BALANCE_DECLARE(Spatial)
 #undef BALANCE_DECLARE
 
-/// Where a mechanism stands, in a few words for a message.
+// Where a mechanism stands, in a few words for a message.
 
 /// The first dozen coordinates of the tree: "A 0.5, B -1.2".
 template <class S>

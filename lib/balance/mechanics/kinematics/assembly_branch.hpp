@@ -12,7 +12,7 @@
 
 namespace balance {
 
-/// Which coordinates a state of a mechanism is given in.
+// Which coordinates a state of a mechanism is given in.
 
 /// A mechanism compiled so that its independent coordinates are coordinates of the tree that need no reference orientation.
 template <class S>

@@ -11,7 +11,7 @@
 
 namespace balance {
 
-/// Links that lie in line with each other: what dead points and outstretched arms are recognised by.
+// Links that lie in line with each other: what dead points and outstretched arms are recognised by.
 
 /// "a and b are in line at B"; empty if no two links are, or so many that it says nothing.
 /// @param state poses

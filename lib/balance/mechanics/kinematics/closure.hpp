@@ -13,7 +13,7 @@
 
 namespace balance {
 
-/// Where a disc or a sphere touches the plane that it rolls on.
+// Where a disc or a sphere touches the plane that it rolls on.
 
 /// From the centre of what rolls to where it touches the plane, in space, and how that changes where the angular velocity against the plane
 /// is w. World axes; the change is what an observer on the plane sees.
@@ -55,7 +55,7 @@ inline typename S::Scalar wrench_power(const Node<Constants<S>>& node, const Nod
                           typename S::Angular(wrench.moment + cross(typename S::Vector(Q - state.p_WN), wrench.force)));
 }
 
-/// Sums of speeds as rows: their rates per unit rate of the coordinates, and what rates alone make of their derivatives.
+// Sums of speeds as rows: their rates per unit rate of the coordinates, and what rates alone make of their derivatives.
 
 /// The wrench whose power is a part of a sum of speeds, through the part's own point.
 template <class S>

@@ -21,7 +21,7 @@
 
 namespace balance {
 
-/// Whether the centre of mass moves at all, so that it can drive a mechanism.
+// Whether the centre of mass moves at all, so that it can drive a mechanism.
 
 /// Looks at the velocities that the loops allow, at a few configurations around y.
 /// @param y closes the loops
@@ -33,7 +33,7 @@ std::string check_com_mobility(const Tree<S>& tree, const VectorX& y, const std:
 extern template std::string check_com_mobility<Planar>(const Tree<Planar>&, const VectorX&, const std::vector<int>&);
 extern template std::string check_com_mobility<Spatial>(const Tree<Spatial>&, const VectorX&, const std::vector<int>&);
 
-/// Which equations a trajectory's drive means on a mechanism with a given number of freedoms.
+// Which equations a trajectory's drive means on a mechanism with a given number of freedoms.
 
 /// What is driven, and the equations that do it.
 template <class S>

@@ -50,7 +50,7 @@ extern template std::vector<double> compute_coordinates<Planar>(const Mechanism&
 extern template std::vector<double> compute_coordinates<Spatial>(const Mechanism&, const Tree<Spatial>&,
                                                                  const VectorX&);
 
-/// Between the mechanism's joint coordinates and the tree's.
+// Between the mechanism's joint coordinates and the tree's.
 
 /// Tree coordinates and rates that the joint coordinates mean. Rates that are no numbers count as zero.
 /// @param tree with the spherical joints' reference orientations as compiled

@@ -52,7 +52,7 @@ struct CoordinateSample {
   VectorX y, dy, ddy;
 };
 
-/// Visits configurations between two moments of a motion, without touching whoever follows it.
+/// Visits configurations between two moments of a motion, without touching the stepper that follows it.
 template <class S>
 class StateInterpolator {
  public:

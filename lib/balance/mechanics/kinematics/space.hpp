@@ -10,7 +10,7 @@
 
 namespace balance {
 
-/// The algebra of the plane: angular quantities are scalars, rotations unit complex numbers.
+// The algebra of the plane: angular quantities are scalars, rotations unit complex numbers.
 
 /// Unit complex number.
 template <class T>

@@ -15,7 +15,7 @@
 
 namespace balance {
 
-/// What a joint is made of: the elementary motions that a joint of the tree allows, and the equations that enforce a cut one.
+// What a joint is made of: the elementary motions that a joint of the tree allows, and the equations that enforce a cut one.
 
 /// One elementary motion of a joint: about or along `direction`, in the first body's axes at coordinate zero.
 template <class T>
@@ -44,7 +44,7 @@ Matrix3Of<typename S::Scalar> closure_axes(const JointOf<typename S::Scalar>& jo
 template <class S>
 void set_closure_rows(JointType type, Closure<S>& closure);
 
-/// Closures that bind rates and not places: of what rolls on a plane, and of constraints on speeds.
+// Closures that bind rates and not places: of what rolls on a plane, and of constraints on speeds.
 
 /// A frame fixed to what another frame is fixed to.
 /// @param R, p in that frame's axes, from its origin

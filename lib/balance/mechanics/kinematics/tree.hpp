@@ -11,7 +11,7 @@
 
 namespace balance {
 
-/// What is linear in the tree's coordinates: joint coordinates, the angle of a planar tool.
+// What is linear in the tree's coordinates: joint coordinates, the angle of a planar tool.
 
 using ColumnId = TypedIndex<struct ColumnList>;  ///< of the tree's coordinates y and of all matrices that go with them
 

@@ -16,7 +16,7 @@
 
 namespace balance {
 
-/// Efforts and multipliers by the square system of Actuation, with a sample in every lane.
+// Efforts and multipliers by the square system of Actuation, with a sample in every lane.
 
 /// @tparam L a space over packs
 template <class L>
@@ -100,7 +100,7 @@ class LaneActuation {
   std::vector<T> efforts_, multipliers_;
 };
 
-/// The numbers of a GroupJob as lanes.
+// The numbers of a GroupJob as lanes.
 
 /// What is prescribed at the moments from `first` on.
 template <class L>
@@ -148,7 +148,7 @@ void predict_group(const GroupJob& job, int first, std::vector<T>& y_next) {
   }
 }
 
-/// What a SampleEvaluator finds at a moment, with a moment in every lane.
+// What a SampleEvaluator finds at a moment, with a moment in every lane.
 
 /// @tparam L the space S over packs
 template <class L, class S>
@@ -387,7 +387,7 @@ class LaneStepper {
   std::vector<double> last_y_, last_dy_;  ///< of the moment before the first lane's
 };
 
-/// A GroupSolver in lanes: as many moments at once as the instruction set has lanes, one such part of a group after another.
+// A GroupSolver in lanes: as many moments at once as the instruction set has lanes, one such part of a group after another.
 
 /// @tparam L the space S over packs
 template <class L, class S>

@@ -7,7 +7,7 @@
 
 namespace balance {
 
-/// Coordinates that follow others, down to those that follow none.
+// Coordinates that follow others, down to those that follow none.
 
 /// q[c] = Σ ratio · q[coordinate] + offset.
 template <class T>

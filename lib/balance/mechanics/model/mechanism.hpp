@@ -18,7 +18,7 @@
 
 namespace balance {
 
-/// Indices into a mechanism's lists.
+// Indices into a mechanism's lists.
 
 using BodyId = TypedIndex<struct BodyList>;              ///< into Mechanism::bodies
 using JointId = TypedIndex<struct JointList>;            ///< into Mechanism::joints
@@ -41,7 +41,7 @@ std::string format_angle(double value, const DisplayUnits& units, double round_o
 /// "(350, 0) mm". @param place its components [m] @param count 2 or 3
 std::string format_position(const double* place, int count, const DisplayUnits& units, double round_off = 0);
 
-/// Speeds that need not be rates of coordinates: sums of rates of joint coordinates and of components of bodies' motion.
+// Speeds that need not be rates of coordinates: sums of rates of joint coordinates and of components of bodies' motion.
 
 /// factor · (what it is of). Own: in the axes of the body, which move.
 template <class T>
@@ -362,14 +362,14 @@ void clear_pose_round_off(const Mechanism& mechanism, double length, Values& val
   }
 }
 
-/// The equation of motion in speeds of one's own choice.
+// The equation of motion in speeds of one's own choice.
 
 /// What is called the motion's speeds, and what is kept at zero besides the mechanism's own constraints.
 struct SpeedChoice {
   std::vector<GeneralisedSpeed> speeds, constrained;
 };
 
-/// Which parts of a mechanism belong to which.
+// Which parts of a mechanism belong to which.
 
 /// Per body its joints, in their order.
 std::vector<std::vector<JointId>> joints_of_bodies(const Mechanism& mechanism);
@@ -394,7 +394,7 @@ inline const char* name_of(JointType type) {
   return "";
 }
 
-/// Several mechanisms as one.
+// Several mechanisms as one.
 
 /// Mechanisms on one ground that do not touch each other: one after the other in every list, names as they are. Space and gravity are
 /// the first one's, and so is the tool. What must vanish for all motions of the whole must vanish for all motions of each.

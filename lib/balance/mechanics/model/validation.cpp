@@ -19,7 +19,7 @@
 
 namespace balance {
 
-/// Collects the faults of a mechanism while it is looked through.
+// Collects the faults of a mechanism while it is looked through.
 
 /// "body 'crank'", or "body 2" where it has no name.
 std::string format_element(ElementKind element, std::size_t index, std::string_view name);

@@ -9,7 +9,7 @@
 
 namespace balance {
 
-/// Which masses and inertias a body can have: the one rule of validate() and of the spec's reader.
+// Which masses and inertias a body can have: the one rule of validate() and of the spec's reader.
 
 /// Who bears an inertia. That of a body is positive definite or, of a point mass, zero; that of what is added to one may have zero
 /// principal moments.

@@ -33,13 +33,13 @@ void add_metrics(RunResult& result, const IntermediateSamples& between);
 /// to the next, or a figure would be another by more than 2 % without every second one. Empty otherwise.
 std::string check_sampling_density(const RunResult& result, const IntermediateSamples& between);
 
-/// Runs whose numbers grew too large to be computed with: their figures would be infinite or undefined.
+// Runs whose numbers grew too large to be computed with: their figures would be infinite or undefined.
 
 /// The first place where a quantity, or a figure made of it, is not finite. @param result with its metrics
 std::optional<MotionOutcome> find_overflow(const RunResult& result, const IntermediateSamples& between,
                                            const Mechanism& mechanism);
 
-/// What of a RunResult has figures: peak, rms, mean, range.
+// What of a RunResult has figures: peak, rms, mean, range.
 
 /// Neighbouring columns of one of RunResult's arrays that together are a scalar or a vector.
 struct MetricSeries {

@@ -12,8 +12,8 @@
 
 namespace balance {
 
-/// How quantities of single actuators are called. One array, "torque", holds the efforts of all; that of a slide is a force, and is
-/// called "force[S]" beside the "torque[A1]" of what turns. Its older name, "torque[S]", is understood wherever a name is given.
+// How quantities of single actuators are called. One array, "torque", holds the efforts of all; that of a slide is a force, and is
+// called "force[S]" beside the "torque[A1]" of what turns. Its older name, "torque[S]", is understood wherever a name is given.
 
 /// "force" for "torque", "force_variation" for "torque_variation", "S.force" for "S.torque", where the unit is a force's.
 /// @param name of an array, or its short name

@@ -8,7 +8,7 @@
 
 namespace balance {
 
-/// How small is nothing but round-off.
+// How small is nothing but round-off.
 
 /// Of the terms' size; a sum of a hundred terms, each of which has gone through a few rotations.
 inline constexpr double round_off_factor = 256 * 2.220446049250313e-16;

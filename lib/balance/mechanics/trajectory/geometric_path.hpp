@@ -56,8 +56,8 @@ class TimeScaling {
   double tolerance_;  ///< as a part of the duration
 };
 
-/// Curves in the drive's components. Each is a function of one parameter s in [0, 1] and fills a sample's value, rate
-/// and acceleration from s and its time derivatives. Immutable; filling allocates nothing.
+// Curves in the drive's components. Each is a function of one parameter s in [0, 1] and fills a sample's value, rate
+// and acceleration from s and its time derivatives. Immutable; filling allocates nothing.
 
 /// From `start` to `start + delta`.
 struct StraightCurve {
@@ -95,8 +95,8 @@ CircularCurve make_circle(const StraightCurve& rest, int dimensions, const Circl
 /// @throws std::invalid_argument if there are fewer than two leading components or the three points lie on one line
 CircularCurve make_circular_arc(const StraightCurve& rest, int dimensions, const ArcPath& path);
 
-/// Rotations along one parameter s in [0, 1]. Each fills a sample's rotation, angular velocity and angular
-/// acceleration (world axes) from s and its time derivatives. Immutable; filling allocates nothing.
+// Rotations along one parameter s in [0, 1]. Each fills a sample's rotation, angular velocity and angular
+// acceleration (world axes) from s and its time derivatives. Immutable; filling allocates nothing.
 
 /// No rotation is prescribed.
 struct NoRotation {
@@ -136,7 +136,7 @@ SplineRotation interpolate_rotations(const std::vector<double>& knots, const std
 /// brings nearer to the row before is replaced by that one, so that a jump from +π to −π does no harm.
 SplineRotation interpolate_rotation_vectors(const std::vector<double>& knots, Samples vectors);
 
-/// What a schedule is made of: legs, each a clock, a curve and a rotation.
+// What a schedule is made of: legs, each a clock, a curve and a rotation.
 
 /// Times nearer than this part of the whole duration are the same time: some thousand ulp, far below any sampling.
 inline constexpr double time_tolerance = 1e-12;

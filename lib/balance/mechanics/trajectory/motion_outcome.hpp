@@ -1,5 +1,5 @@
 #pragma once
-/// Sentences about how runs end and what users should know of them, in the same words whoever finds it out.
+/// Sentences about how runs end and what users should know of them, in the same words everywhere.
 
 #include "balance/foundation/base/types.hpp"
 #include "balance/mechanics/model/mechanism.hpp"

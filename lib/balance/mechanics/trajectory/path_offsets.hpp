@@ -11,7 +11,7 @@
 
 namespace balance {
 
-/// What the quantities of a drive do besides going along their path, as functions of one parameter.
+// What the quantities of a drive do besides going along their path, as functions of one parameter.
 
 /// A course's value and its first and second derivative with respect to its parameter.
 struct ValueWithDerivatives {

@@ -77,7 +77,7 @@ class PrescribedMotion {
   std::unique_ptr<Implementation> implementation_;
 };
 
-/// A law of motion in the plane of its path's place and rate.
+// A law of motion in the plane of its path's place and rate.
 
 /// Fills the time, place and rate of a phase plane.
 void sample_phase_plane(const PrescribedMotion& schedule, PhasePlane& plane);

@@ -16,7 +16,7 @@
 
 namespace balance {
 
-/// A path with a width: how it is left is found for the mechanism.
+// A path with a width: how it is left is found for the mechanism.
 
 /// The driven point may leave its path, which is a line, a circle or an arc, at right angles to it; where joints are driven their
 /// coordinates may, as one point. Both ends stay. Derivation: docs/motion.md.

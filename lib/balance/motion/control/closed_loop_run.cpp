@@ -30,7 +30,7 @@
 
 namespace balance {
 
-/// What a run under control looks like at one moment, as a row of a RunResult.
+// What a run under control looks like at one moment, as a row of a RunResult.
 
 /// Of the controller, at one moment.
 struct ControllerState {

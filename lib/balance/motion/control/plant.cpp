@@ -246,7 +246,7 @@ void PlantOf<S>::make_notes() {
 template class PlantOf<Planar>;
 template class PlantOf<Spatial>;
 
-/// The plant's integration: one step after another, each ending on the closures.
+// The plant's integration: one step after another, each ending on the closures.
 
 namespace {
 

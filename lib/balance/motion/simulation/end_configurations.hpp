@@ -16,7 +16,7 @@ std::vector<CoordinateValue> start_coordinates(const Study& study);
 /// The mechanism, to be assembled where these coordinates say; as it is if there are none.
 Mechanism assembled_at(Mechanism mechanism, const std::vector<CoordinateValue>& coordinates);
 
-/// The configurations that a trajectory begins and ends at.
+// The configurations that a trajectory begins and ends at.
 
 /// Found without a run where the trajectory's `from` tells it.
 ConfigurationResult find_start_configuration(const Mechanism& mechanism, const Trajectory& trajectory);

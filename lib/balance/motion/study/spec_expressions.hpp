@@ -69,7 +69,7 @@ struct SpecNumberTexts {
   std::shared_ptr<const Recording> recording;  ///< null: every number is what it is
 };
 
-/// A mechanism that depends on numbers, as expressions: what it is at other numbers, and how it depends on them.
+// A mechanism that depends on numbers, as expressions: what it is at other numbers, and how it depends on them.
 
 /// A copy shares its graph, which does not change any more.
 struct ParametricMechanism {

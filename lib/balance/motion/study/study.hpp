@@ -18,12 +18,12 @@
 
 namespace balance {
 
-/// Sizes beyond which a misprint is likelier than a wish.
+// Sizes beyond which a misprint is likelier than a wish.
 
 /// A seed: what a number in a text surely holds.
 inline constexpr long max_seed = 9'007'199'254'740'991;
 
-/// How near a point of one body comes to another point, or to the line between two.
+// How near a point of one body comes to another point, or to the line between two.
 
 /// A place that something in the mechanism marks.
 struct Landmark {
@@ -45,7 +45,7 @@ struct Clearance {
   std::vector<Landmark> target;  ///< one or two
 };
 
-/// Which of the elements that a spec offers a design may keep.
+// Which of the elements that a spec offers a design may keep.
 
 /// An element that a design may leave out.
 struct OptionalElementText {
@@ -62,7 +62,7 @@ struct CardinalityRequest {
   int max_count = -1;             ///< that are kept; −1: as few as will do
 };
 
-/// The loads that one design is made for: numbers of the spec that differ from case to case.
+// The loads that one design is made for: numbers of the spec that differ from case to case.
 
 /// A number that the load changes: a parameter or any number of the mechanism.
 struct LoadParameter {
@@ -85,7 +85,7 @@ struct LoadCases {
   Eigen::Index size() const { return values.rows(); }
 };
 
-/// How far the numbers of a mechanism may be off when it is made.
+// How far the numbers of a mechanism may be off when it is made.
 
 /// How a number is spread about what the spec says: independently of all others.
 enum class Distribution { normal, uniform };
@@ -209,7 +209,7 @@ struct Study {
   std::vector<std::string> warnings;  ///< legal but suspicious
 };
 
-/// Who cannot say what payloads mean that are taken up and set down on the way.
+// Who cannot say what payloads mean that are taken up and set down on the way.
 
 /// @param what that needs payloads which are always there: "conditions", "a controlled run"
 /// @param without names, or the section's, of what does not count there; null: it cannot be left out

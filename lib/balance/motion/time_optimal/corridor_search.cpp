@@ -15,7 +15,7 @@
 
 namespace balance {
 
-/// How the least duration changes with what limits it.
+// How the least duration changes with what limits it.
 
 /// Derivatives of a row's magnitude less its bound with respect to any parameters, at a moment of the motion.
 using ConstraintGradient = std::function<VectorX(const PathPoint& moment, const ConstraintValue& here)>;

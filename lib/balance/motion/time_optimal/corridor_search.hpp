@@ -14,7 +14,7 @@
 
 namespace balance {
 
-/// Finds the way within a corridor.
+// Finds the way within a corridor.
 
 /// Fills the controls of the trajectory's corridor, so that the duration (law fastest), the least peak in a duration (gentlest) or the
 /// peak under a stated law is least. A trajectory without one, or whose way has been found, stays as it is.
@@ -74,7 +74,7 @@ class CorridorObjective {
   std::vector<Neighbours> neighbours_;  ///< by direction and colour
 };
 
-/// The offsets that stay within a corridor of width 1, as a set of controls.
+// The offsets that stay within a corridor of width 1, as a set of controls.
 
 /// Controls of a corridor's splines, `knots + 2` for each direction. The set is convex; it is known by the half-spaces that hold it.
 class CorridorSet {

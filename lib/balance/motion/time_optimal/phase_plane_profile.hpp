@@ -65,7 +65,7 @@ using StepCallback = std::function<bool(const ProfilePoint& from, const ProfileP
 IntegrationEnd integrate_profile(AccelerationLimits& allowed, const SmoothInterval& stretch, ProfileKind edge,
                                  double until, const StepCallback& watcher, VelocityProfile& arc, double under = 0);
 
-/// A leg of the path between its stations, and steps from a place where a row's a vanishes.
+// A leg of the path between its stations, and steps from a place where a row's a vanishes.
 
 /// From rest to rest (or from and to stated speeds), cut into smooth stretches.
 struct SegmentRange {

@@ -16,7 +16,7 @@
 
 namespace balance {
 
-/// The largest rates that limits leave along a path.
+// The largest rates that limits leave along a path.
 
 /// Fills the ceiling of a phase plane.
 /// @param bounds one per row of the model

@@ -34,7 +34,7 @@ TimeOptimalLaw find_time_optimal_law(const PathModel& model, const std::vector<d
 /// Where rest is not allowed, by how much: "at 30 % of the path torque[A1] needs 45 N m at rest, 40 N m are allowed". Empty: it is.
 std::string check_static_feasibility(const PathModel& model, const std::vector<double>& bounds);
 
-/// The fastest way along a leg by arcs at the edge of what the limits allow.
+// The fastest way along a leg by arcs at the edge of what the limits allow.
 
 /// @param bounds one per row of the model
 /// @return nodes from the leg's begin to its end, t from zero; or a refusal
@@ -52,7 +52,7 @@ struct MinPeakLaw {
 MinPeakLaw find_min_peak_law(const PathModel& model, const std::vector<double>& limits, const EndpointRates& rates,
                              double duration);
 
-/// How well a law keeps its limits between its nodes.
+// How well a law keeps its limits between its nodes.
 
 /// Limits are kept to this part of them.
 constexpr double limit_violation_tolerance = 1e-6;
@@ -64,7 +64,7 @@ double find_max_limit_ratio_between(const PathModel& model, const std::vector<do
 /// Between all nodes of a law.
 double find_max_limit_ratio(const PathModel& model, const std::vector<double>& bounds, const TimeOptimalLaw& law);
 
-/// What is asked of a law that is searched for, and its search along one path.
+// What is asked of a law that is searched for, and its search along one path.
 
 /// Of the law fastest or gentlest: the limits, and behind their quantities those whose peak is to be least.
 /// @throws std::invalid_argument if what the law needs is missing, or it cannot be found for this mechanism

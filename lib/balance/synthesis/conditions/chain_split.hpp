@@ -10,8 +10,8 @@
 
 namespace balance {
 
-/// The chains of a parallel mechanism as mechanisms of their own, each with point masses for its share of what they carry
-/// together (P0 section 2.2).
+// The chains of a parallel mechanism as mechanisms of their own, each with point masses for its share of what they carry
+// together (P0 section 2.2).
 
 /// A chain alone: its bodies, joints and whatever hangs on them, and a payload at every tip.
 struct Chain {

@@ -24,7 +24,7 @@ std::string condition_latex(const Conditions& conditions, int row, const Conditi
 /// All of them, one below the other, in an align* environment; long ones on several lines. Ends with a line feed.
 std::string conditions_latex(const Conditions& conditions, const ConditionNames& names = {});
 
-/// Linear combinations of parameters as a designer reads them.
+// Linear combinations of parameters as a designer reads them.
 
 /// "link1.mx + 0.5 link2.m - 2 link3.J"; coefficients below round-off are left out; "0" if none is left.
 /// @param coefficients one per parameter

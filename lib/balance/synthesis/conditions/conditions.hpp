@@ -98,7 +98,7 @@ class GoalResidual {
   std::unique_ptr<Implementation> implementation_;
 };
 
-/// Conditions that nobody needs to read because they cannot fail.
+// Conditions that nobody needs to read because they cannot fail.
 
 /// Whether a condition is about discs alone and holds for every disc that is symmetrical about its axis: its CoM lies on the
 /// axis, its inertia is the same all round.

@@ -51,8 +51,8 @@ struct PseudoInertiaCone {
   explicit PseudoInertiaCone(const std::vector<Parameter>& parameters);
 };
 
-/// Combinations of conditions that cannot vanish (Farkas' lemma).
-/// Conditions and parameters are in natural units here, so that all numbers are comparable and have the size of one.
+// Combinations of conditions that cannot vanish (Farkas' lemma).
+// Conditions and parameters are in natural units here, so that all numbers are comparable and have the size of one.
 
 /// c = rowsᵀ λ.
 struct FarkasCertificate {

@@ -66,7 +66,7 @@ double geometric_value(const Mechanism& mechanism, const GeometricParameter& num
 /// The mechanism with one number multiplied by a factor, at all its places.
 Mechanism scale_geometric_parameter(const Mechanism& mechanism, const GeometricParameter& number, double factor);
 
-/// Where geometric numbers stand in a mechanism over any scalar.
+// Where geometric numbers stand in a mechanism over any scalar.
 
 /// The number's own place, writable if the mechanism is.
 template <class AMechanism>

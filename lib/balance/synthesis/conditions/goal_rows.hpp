@@ -12,7 +12,7 @@
 
 namespace balance {
 
-/// What loads and friction ask of the tree's coordinates, per unit of each known term.
+// What loads and friction ask of the tree's coordinates, per unit of each known term.
 
 /// Changes since the first times of all loads' components (columns) at all times of all tables (rows); nothing without tables.
 MatrixX load_histories(const Mechanism& mechanism);

@@ -35,7 +35,7 @@ MatrixX project_out_unknowns(const MatrixX& rows, const MatrixX& parameters) {
 
 struct GoalResidual::Implementation {
   virtual ~Implementation() = default;
-  /// @param use is shown the stacked rows in natural units, and per term what one SI unit of it counts there
+  /// Stacked rows in natural units, and per term what one SI unit of it counts there.
   using RowsCallback = std::function<void(const MatrixX& rows, const VectorX& per_unit)>;
   virtual bool collect(const Mechanism& mechanism, const RowsCallback& use) = 0;
   virtual VectorX values(const Mechanism& mechanism) const = 0;

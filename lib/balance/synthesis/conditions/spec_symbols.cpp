@@ -11,7 +11,7 @@
 
 namespace balance {
 
-/// Which power of one number expressions follow.
+// Which power of one number expressions follow.
 
 /// A number that is c · pᵉ, c without p; or does not follow a power of p at all.
 struct PowerLaw {

@@ -58,7 +58,7 @@ class BranchingRule {
   std::vector<int> groups_;  ///< how many are kept at most
 };
 
-/// What parts of a design problem with sizes and choices cannot be better than.
+// What parts of a design problem with sizes and choices cannot be better than.
 
 /// What a search among sizes looks for.
 enum class BranchObjective {
@@ -108,7 +108,7 @@ class NodeBounds {
   bool tried_ = false;
 };
 
-/// One walk through the branches of a design problem with sizes and choices.
+// One walk through the branches of a design problem with sizes and choices.
 
 /// A figure may be above its bound by this part, which is round-off of the convex problem.
 inline constexpr double relative_gap_tolerance = 1e-6;

@@ -8,7 +8,7 @@
 
 namespace balance::design {
 
-/// The conditions as equations in the free numbers.
+// The conditions as equations in the free numbers.
 
 /// Conditions of one geometry: scaled rows times the parameters.
 class ConditionResidual {
@@ -75,8 +75,8 @@ ExactSolutions find_exact_solutions(const SolverContext& context, const Nonlinea
 /// Within bounds, met and physical.
 bool is_exact(const SolverContext& context, const NonlinearSystem& equations, const VectorX& u);
 
-/// Back onto the conditions from a point near them; to the last digit where `rows` give the residual of the mechanism itself.
-/// @param rows of one geometry, or null
+/// Back onto the conditions from a point near them; to the last digit where `exact` gives the residual of the mechanism itself.
+/// @param exact residual at one geometry, or null
 VectorX refine_solution(const NonlinearSystem& equations, const VectorX& u,
                         const std::function<VectorX(const VectorX&)>& exact);
 

@@ -14,7 +14,7 @@
 
 namespace balance::design {
 
-/// Points and directions by which a set of places is measured.
+// Points and directions by which a set of places is measured.
 
 /// Numbers that a grid is made for.
 inline constexpr int max_grid_dimension = 2;

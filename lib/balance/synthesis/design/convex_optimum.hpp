@@ -17,7 +17,7 @@ struct Optimum {
 /// tangents of the objective, with multipliers for conditions and inequalities, bound it over the whole box. Newton's method
 /// where the objective is smooth, a proximal bundle method where it is not.
 /// @param merit convex
-/// @param back brings a point near the conditions onto them
+/// @param restore brings a point near the conditions onto them
 Optimum minimise_convex(const SolverContext& context, const ScaledObjective& merit, const LinearConditions& conditions,
                         const std::function<VectorX(const VectorX&)>& restore, const VectorX& start);
 

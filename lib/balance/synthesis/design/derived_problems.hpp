@@ -6,7 +6,7 @@
 
 namespace balance::design {
 
-/// The design that is least beyond its limits, as a design problem without them.
+// The design that is least beyond its limits, as a design problem without them.
 
 /// The same goals and numbers; to be made small is the largest violation of a limit, down to a little within all of them.
 /// @param problem its functions must live as long as what is returned

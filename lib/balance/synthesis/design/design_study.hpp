@@ -16,7 +16,7 @@
 
 namespace balance {
 
-/// What a design for several loads comes to, load by load.
+// What a design for several loads comes to, load by load.
 
 /// One trajectory with one load.
 struct LoadCaseRun {

@@ -16,7 +16,7 @@
 
 namespace balance::design {
 
-/// Polynomials through samples of a function whose variables fall into small groups.
+// Polynomials through samples of a function whose variables fall into small groups.
 
 /// Features as polynomials of degree four or less in unit coordinates, found from few samples and checked at others.
 /// @return nothing if they are none, or if too many numbers act together

@@ -10,7 +10,7 @@
 
 namespace balance::design {
 
-/// The cone program of the masses at one geometry.
+// The cone program of the masses at one geometry.
 
 /// A figure of the unknowns and a one behind them.
 struct InnerFigure {

@@ -23,7 +23,7 @@
 
 namespace balance {
 
-/// How numbers follow the load.
+// How numbers follow the load.
 
 /// The law of adapted numbers, or a table of them, with what it takes to move what they move.
 class AdaptiveStudy {

@@ -8,7 +8,7 @@
 
 namespace balance {
 
-/// What a design comes to with one load.
+// What a design comes to with one load.
 
 /// Conditions of the goals as derived for a study, about its first trajectory's point.
 class LoadCaseEvaluator {

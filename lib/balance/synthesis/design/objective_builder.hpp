@@ -10,7 +10,7 @@
 
 namespace balance {
 
-/// What `subject_to` asks for, as functions that a search can call.
+// What `subject_to` asks for, as functions that a search can call.
 
 /// @param start, loose as for build_objective
 /// @throws std::invalid_argument as build_objective
@@ -54,7 +54,7 @@ VectorX added_parameter_mask(const Mechanism& mechanism, const std::vector<Param
 std::string objective_term_name(const ObjectiveTerm& term);
 std::string objective_term_name(Statistic figure);
 
-/// A weighted sum of figures as a sum of maxima of smooth functions of the free numbers, with slopes.
+// A weighted sum of figures as a sum of maxima of smooth functions of the free numbers, with slopes.
 
 /// Every figure as what it is a maximum of: a peak of the extremes of short stretches of the run, a range of two such maxima, others of
 /// themselves alone.

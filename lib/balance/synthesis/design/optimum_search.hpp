@@ -7,7 +7,7 @@
 
 namespace balance::design {
 
-/// Least weighted sums of maxima of smooth functions: figures with known slopes, peaks among them.
+// Least weighted sums of maxima of smooth functions: figures with known slopes, peaks among them.
 
 /// Down from a point, within the box and with physical bodies. Every maximum gets a bound of its own, which is made small in its place
 /// while all functions that it is taken over are kept below (epigraph form): at a minimum several peaks are often equal, and the sum has a

@@ -21,7 +21,7 @@
 
 namespace balance {
 
-/// Single designs of a front, out of one budget.
+// Single designs of a front, out of one budget.
 
 /// min figure `minimized`, the others within `limits`.
 struct EpsilonConstraint {

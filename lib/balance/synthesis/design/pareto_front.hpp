@@ -37,7 +37,7 @@ struct ParetoFront {
   std::vector<ParetoPoint> points;    ///< by the first figure, rising; none dominates another
   DesignReport failure;               ///< where there are no points: why
   int searches = 0;                   ///< designs looked for
-  bool is_budget_exhausted = false;   ///< time ran out, or whoever watches wanted the end
+  bool is_budget_exhausted = false;   ///< time ran out, or the search was interrupted
   std::vector<std::string> notes;
 };
 

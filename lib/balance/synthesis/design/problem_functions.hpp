@@ -41,7 +41,7 @@ class ScaledObjective {
   bool convex_ = false;
 };
 
-/// Figures that a design must keep to, as inequalities in unit coordinates.
+// Figures that a design must keep to, as inequalities in unit coordinates.
 
 /// How far a value is beyond a limit, in parts of its bound (of one, if the bound is zero); negative: what is left of it.
 double relative_violation(const DesignLimit& limit, double value);

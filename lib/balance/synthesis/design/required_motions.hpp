@@ -24,7 +24,7 @@ class RequiredMotions {
   std::vector<std::string> motions_;
 };
 
-/// Trials of designs whose expressions all have a value.
+// Trials of designs whose expressions all have a value.
 
 /// The first fault (validate) of a mechanism, a sentence; empty: there is none.
 std::string find_validation_issue(const Mechanism& mechanism);

@@ -22,7 +22,7 @@ std::optional<InfeasibilityCertificate> find_infeasibility_certificate(const Sol
 /// Status, open conditions and reason from residuals, proof and fixed conditions.
 void determine_status(DesignOutcome& outcome);
 
-/// How many ways there are to change a design without losing anything.
+// How many ways there are to change a design without losing anything.
 
 /// Dimension of the set of solutions near u: the null space of the conditions' Jacobian, less what bounds and physical limits
 /// that u lies on do not allow. With an objective also of the solutions that are as good: directions along which its value
@@ -32,7 +32,7 @@ void determine_status(DesignOutcome& outcome);
 SolutionSet analyse_solution_set(const SolverContext& context, const NonlinearSystem& equations,
                                  const ScaledObjective* merit, const VectorX& u, bool precise);
 
-/// What a design may claim.
+// What a design may claim.
 
 /// What the numbers were found by.
 enum class SearchTarget {

@@ -16,7 +16,7 @@
 
 namespace balance::design {
 
-/// Proofs for designs whose conditions are products of masses and places.
+// Proofs for designs whose conditions are products of masses and places.
 
 /// Where masses and first moments make a convex problem of the numbers: its least figure is a bound of every design's, and what it leaves
 /// of the conditions, if anything, is left by every choice of the numbers.

@@ -114,7 +114,7 @@ DesignOutcome solve_design(const DesignProblem& problem);
 
 /// Springs of zero free length whose ends are free numbers: with their products as parameters (problem.options.loose_springs)
 /// the conditions do not depend on the free numbers. solve() adds them by itself; objectives of parameters see the
-/// parameters as listed with problem.options, so that whoever builds them from forces asks here first.
+/// parameters as listed with problem.options, so ask here before building them from forces.
 FreeSprings find_loose_springs(const DesignProblem& problem);
 
 }  // namespace balance

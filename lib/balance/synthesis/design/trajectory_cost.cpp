@@ -118,7 +118,7 @@ struct CostSeries {
 /// @param series at least one
 CostFunction make_max_cost(Statistic figure, std::vector<CostSeries> series, Eigen::Index parameters);
 
-/// Time averages by the trapezoidal rule, of what comes place by place.
+// Time averages by the trapezoidal rule, of what comes place by place.
 
 /// Hands every place's rows on with their weight, the time that they stand for [s], which is known one place later.
 template <class Add>

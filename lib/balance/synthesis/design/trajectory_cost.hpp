@@ -16,7 +16,7 @@
 
 namespace balance {
 
-/// Figures of a run as what they are of the parameters along one motion: sizes of rows times the parameters.
+// Figures of a run as what they are of the parameters along one motion: sizes of rows times the parameters.
 
 /// A force or another quantity place by place along a motion.
 struct AffineSeries {

@@ -66,7 +66,6 @@ struct VariableClassification {
   bool has_effect(int variable, int feature) const;
 };
 
-/// @param loose given by the caller; springs found to need it are added
 VariableClassification classify_variables(const VariableScaling& box, const DesignProblem& problem);
 
 }  // namespace balance::design

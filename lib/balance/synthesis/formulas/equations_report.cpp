@@ -16,7 +16,7 @@
 
 namespace balance {
 
-/// Entries of equations of motion that are nothing but round-off become 0.
+// Entries of equations of motion that are nothing but round-off become 0.
 
 /// What entries of a mechanism's equations are measured by.
 struct EquationScales {

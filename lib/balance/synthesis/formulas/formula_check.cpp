@@ -23,7 +23,7 @@
 
 namespace balance::formulas {
 
-/// Holds formulas in natural coordinates against the second formulation.
+// Holds formulas in natural coordinates against the second formulation.
 
 /// Mass matrix and C_P by label, as printed, against those of the second formulation; the constraints at its points, where they
 /// must vanish; their Jacobian against differences, which are exact for what is quadratic.
@@ -33,7 +33,7 @@ namespace balance::formulas {
 double max_natural_error(const FormulaSheet& sheet, const std::map<std::string, std::string>& texts,
                          const Mechanism& mechanism, std::map<std::string, double> names, const VectorX& coordinates);
 
-/// Holds a printed regressor against the engine's.
+// Holds a printed regressor against the engine's.
 
 /// One state of the tree and of the engine.
 struct RegressorState {

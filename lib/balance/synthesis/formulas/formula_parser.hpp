@@ -185,7 +185,7 @@ class FormulaParser {
   int depth_ = 0;
 };
 
-/// Reads back what has been printed.
+// Reads back what has been printed.
 
 /// The value of a formula as the printer writes it.
 /// @param values of all names in it

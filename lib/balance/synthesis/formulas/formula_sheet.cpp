@@ -5,7 +5,7 @@
 
 namespace balance::formulas {
 
-/// What must vanish for a mechanism without loops to be balanced, with symbols for its lengths.
+// What must vanish for a mechanism without loops to be balanced, with symbols for its lengths.
 
 /// Rows that must vanish for polynomials to vanish at every pose: the coefficients of all waves, without common lengths, each once,
 /// none a combination of shorter ones as far as that is seen.
@@ -14,7 +14,7 @@ std::vector<Polynomial> extract_conditions(const std::vector<Polynomial>& entrie
 /// One section for each goal: static, force, gyroscopic, decoupled.
 std::vector<SheetSection> make_condition_sections(const SymbolicEquations& equations);
 
-/// The closures of loops, solved for the rates of some coordinates.
+// The closures of loops, solved for the rates of some coordinates.
 
 /// More equations are not solved: the determinant becomes longer than the closures.
 inline constexpr std::size_t max_solved_closures = 4;

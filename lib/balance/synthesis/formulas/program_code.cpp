@@ -21,7 +21,7 @@
 
 namespace balance::formulas {
 
-/// States at which a program tests itself, and is tested before it is printed.
+// States at which a program tests itself, and is tested before it is printed.
 
 /// Random states, one a row, and the torques there by another route.
 struct SelfTestStates {

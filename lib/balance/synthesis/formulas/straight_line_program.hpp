@@ -73,9 +73,9 @@ class ProgramValue {
 /// The recursions' numbers as nodes of a straight-line program.
 class ProgramFactory {
  public:
-  /// @param angles, symbols what stands for those that move; others are leaves
   ProgramFactory(StraightLineProgram& arena, const Ring& ring) : arena_(arena), ring_(ring) {}
 
+  /// What stands for an angle or a symbol that moves; others are leaves.
   void bind_angle(int angle, const ProgramValue& value) { angles_[angle] = value; }
   void bind_symbol(int symbol, const ProgramValue& value) { symbols_[symbol] = value; }
 

@@ -51,7 +51,7 @@ struct PolynomialFactory {
   Polynomial symbol(int index) const { return Polynomial::of_symbol(ring, index); }
 };
 
-/// What the torques of a mechanism's tree are as matrix times inertial parameters.
+// What the torques of a mechanism's tree are as matrix times inertial parameters.
 
 /// τ = Y π + springs. Y has the accelerations and rates of the columns as symbols.
 struct SymbolicRegressor {

@@ -23,7 +23,7 @@
 
 namespace balance::formulas {
 
-/// A product of powers of symbols.
+// A product of powers of symbols.
 
 /// Symbols ascend; exponents from −15 to 15, never 0. Small, since there are thousands of them.
 class Monomial {

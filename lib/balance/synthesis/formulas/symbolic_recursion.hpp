@@ -9,10 +9,10 @@
 
 namespace balance::formulas {
 
-/// The frames of a tree over any ring R of scalars. A ring's maker knows what its numbers are:
-///     R of(const Polynomial&)          a polynomial of symbols alone
-///     R circular(int angle, bool sine) cos or sin of an angle
-///     R symbol(int index)
+// The frames of a tree over any ring R of scalars. A ring's maker knows what its numbers are:
+//     R of(const Polynomial&)          a polynomial of symbols alone
+//     R circular(int angle, bool sine) cos or sin of an angle
+//     R symbol(int index)
 
 /// What the recursions know of one frame over R.
 template <class R>
@@ -216,8 +216,8 @@ std::vector<R> newton_euler_torques(const SymbolicTree& tree, Maker& make, const
   return torque;
 }
 
-/// Composite bodies and places over any ring. Source: R. Featherstone, Rigid Body
-/// Dynamics Algorithms, section 6.2.
+// Composite bodies and places over any ring. Source: R. Featherstone, Rigid Body
+// Dynamics Algorithms, section 6.2.
 
 /// M of the tree in its columns.
 /// @param whole receives all masses together, in the world's axes about its origin

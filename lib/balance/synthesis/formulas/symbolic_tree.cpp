@@ -12,7 +12,7 @@
 
 namespace balance::formulas {
 
-/// Puts frames behind each other.
+// Puts frames behind each other.
 
 /// A turn about a coordinate axis that does not depend on the pose [rad].
 struct FixedRotation {

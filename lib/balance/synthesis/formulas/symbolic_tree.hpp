@@ -20,7 +20,7 @@
 
 namespace balance::formulas {
 
-/// A mechanism's numbers as expressions over what its spec lets one change: parameters and free numbers.
+// A mechanism's numbers as expressions over what its spec lets one change: parameters and free numbers.
 
 using Vector3E = Vector3Of<Expression>;
 using Matrix3E = Matrix3Of<Expression>;

@@ -15,7 +15,7 @@
 
 namespace balance {
 
-/// Numbers that no mechanism has off by themselves.
+// Numbers that no mechanism has off by themselves.
 
 /// A number whose change over-constrained loops cannot follow. It has no part in any deviation.
 struct IncompatibleParameter {
@@ -91,7 +91,7 @@ inline constexpr long max_tolerance_samples = 400'000;
 ToleranceReport analyse_tolerance(const DesignSpace& space, const Tolerances& numbers, const Trajectory& trajectory,
                                   const std::vector<std::string>& quantities = {});
 
-/// How far the efforts that hold a mechanism at rest are off, over its whole workspace.
+// How far the efforts that hold a mechanism at rest are off, over its whole workspace.
 
 /// The pose where one actuator's effort at rest is off most; the first one if no number has any influence.
 struct StaticDeviation {

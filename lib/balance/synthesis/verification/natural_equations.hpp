@@ -15,7 +15,7 @@
 
 namespace balance::natural {
 
-/// Prescribed quantities as rows in natural coordinates.
+// Prescribed quantities as rows in natural coordinates.
 
 /// Rows whose value is the quantity in internal units; `unit` turns those into SI.
 struct DriveRows {

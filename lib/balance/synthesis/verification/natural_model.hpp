@@ -12,8 +12,8 @@
 
 namespace balance::natural {
 
-/// A body's inertia distributed over points of it: kinetic energy ½ żᴴ M ż with M constant, re-derived from M = ∫ Nᴴ N dm
-/// (P3 eq. 1–14 have misprints).
+// A body's inertia distributed over points of it: kinetic energy ½ żᴴ M ż with M constant, re-derived from M = ∫ Nᴴ N dm
+// (P3 eq. 1–14 have misprints).
 
 /// About the origin of the body's frame.
 struct NaturalInertia {

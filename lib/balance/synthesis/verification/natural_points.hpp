@@ -80,8 +80,8 @@ struct ConstraintRow {
   double second_rate(const NaturalState& state) const;
 };
 
-/// Which points describe which body. Revolute and fixed joints share a point between their bodies (P3 section 2); a body that has
-/// too few of them, or only such as lie close together, gets auxiliary ones.
+// Which points describe which body. Revolute and fixed joints share a point between their bodies (P3 section 2); a body that has
+// too few of them, or only such as lie close together, gets auxiliary ones.
 
 /// A basic point as one body sees it.
 struct BodyPoint {
