@@ -17,7 +17,15 @@ function(balance_compile_together target)
     endif()
     set_source_files_properties(${source} PROPERTIES UNITY_GROUP ${room})
   endforeach()
+  set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_MODE GROUP)
   # What is in an unnamed namespace of an included source seems to GCC to be in a header.
   target_compile_options(${target} PRIVATE -Wno-subobject-linkage)
-  set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_MODE GROUP)
+endfunction()
+
+# So many sources of a target come together, in the order of their names: fewer to compile again where one of them changes.
+function(balance_compile_in_batches target size)
+  if(BALANCE_UNITY)
+    set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_MODE BATCH UNITY_BUILD_BATCH_SIZE ${size})
+    target_compile_options(${target} PRIVATE -Wno-subobject-linkage)
+  endif()
 endfunction()

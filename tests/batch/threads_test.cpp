@@ -13,6 +13,8 @@
 #include <thread>
 #include <vector>
 
+namespace threads_test {
+
 namespace {
 
 using namespace balance;
@@ -91,3 +93,5 @@ TEST_CASE("results are read while others are written") {
   CHECK(wrong == 0);
 }
 #endif
+
+}  // namespace threads_test

@@ -4,6 +4,8 @@
 
 #include <cmath>
 
+namespace naming_test {
+
 using namespace balance;
 
 namespace {
@@ -168,3 +170,5 @@ TEST_CASE("mechanisms beyond the limits keep their numbers and say so") {
   CHECK(condition_text(c, 0, names) == "p.m + 0.5 q.m = 0");
   CHECK(names.notes.size() == 1);
 }
+
+}  // namespace naming_test

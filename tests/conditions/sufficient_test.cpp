@@ -11,6 +11,8 @@
 
 #include <random>
 
+namespace sufficient_test {
+
 using namespace balance;
 
 namespace {
@@ -165,3 +167,5 @@ TEST_CASE("masses that meet the proportional conditions make the centre of mass 
     CHECK((com - tool * A.transpose()).cwiseAbs().maxCoeff() < 1e-12);  // round-off of positions in metres
   }
 }
+
+}  // namespace sufficient_test

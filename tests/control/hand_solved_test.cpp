@@ -5,6 +5,8 @@
 #include <cmath>
 #include <numbers>
 
+namespace hand_solved_test {
+
 using namespace plants;
 
 namespace {
@@ -211,3 +213,5 @@ TEST_CASE("bad use is refused") {
   REQUIRE(plant.start(0, values({0.1, 0.2}), values({0, 0})).status == MotionStatus::done);
   CHECK_THROWS_AS(plant.advance(1, values({1})), std::invalid_argument);
 }
+
+}  // namespace hand_solved_test

@@ -6,6 +6,8 @@
 #include <numbers>
 #include <random>
 
+namespace stiction_test {
+
 using namespace plants;
 
 namespace {
@@ -352,3 +354,5 @@ TEST_CASE("what sticks and slips under a force that comes and goes does not depe
     }
   }
 }
+
+}  // namespace stiction_test

@@ -13,6 +13,8 @@
 #include <iterator>
 #include <string>
 
+namespace motion_derivatives_test {
+
 using namespace balance;
 
 namespace {
@@ -168,3 +170,5 @@ TEST_CASE("the masses with which the fastest law is quickest: no other masses ne
       CHECK(min_duration(other) >= best * (1 - 1e-7));
     }
 }
+
+}  // namespace motion_derivatives_test

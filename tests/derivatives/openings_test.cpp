@@ -11,6 +11,8 @@
 #include <random>
 #include <string>
 
+namespace openings_test {
+
 using namespace balance;
 
 namespace {
@@ -58,3 +60,5 @@ TEST_CASE("a joint opens by what is moved across the plane that its loop stays i
   CHECK(gradient.closure_gaps[1][0].is_length);
   CHECK(gradient.closure_gaps[1][0].gap == doctest::Approx(1).epsilon(1e-9));  // nothing else can take it up
 }
+
+}  // namespace openings_test

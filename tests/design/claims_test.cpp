@@ -6,6 +6,8 @@
 
 #include <cmath>
 
+namespace claims_test {
+
 using namespace design_tests;
 
 namespace {
@@ -22,10 +24,10 @@ DesignProblem two_counterweights() {
       GoalKind::statics);
 }
 
-Objective by_variables(std::function<double(const VectorX&)> f) {
+Objective by_variables(std::function<double(const VectorX&)> f, const std::string& failure_reason = "") {
   Objective figure;
   figure.name = "figure";
-  figure.of_variables = std::move(f);
+  figure.function = of_variables(std::move(f), failure_reason);
   return figure;
 }
 
@@ -71,8 +73,7 @@ TEST_CASE("points without a value anywhere are said to be none (B5)") {
 
 TEST_CASE("an objective that has no value at any exact design is no design, and says why (B7)") {
   auto design = two_counterweights();
-  design.objective = by_variables([](const VectorX&) { return NAN; });
-  design.objective->failure_reason = [](const VectorX&) { return std::string("it stands still"); };
+  design.objective = by_variables([](const VectorX&) { return NAN; }, "it stands still");
   const DesignOutcome outcome = solve_design(design);
   CHECK(outcome.status == DesignStatus::unsolved);
   CHECK(outcome.reason ==
@@ -96,7 +97,7 @@ TEST_CASE("a line of solutions is one freedom, a bound or an objective takes it 
   CHECK(outcome.optimality == Optimality::not_optimised);
   CHECK(outcome.solution_set.optimal_dimension == 1);
   CHECK(outcome.solution_set.free_variables == std::vector<int>{0, 1});
-  design.objective = sum_of(design.build_mechanism(VectorX{{0, 0}}), ParameterOwner::attachment, "m");
+  design.objective = sum_of(design.model->build_mechanism(VectorX{{0, 0}}), ParameterOwner::attachment, "m");
   outcome = solve_design(design);
   CHECK(outcome.optimality == Optimality::proved_global);
   CHECK(outcome.gap() <= 1e-6);
@@ -106,11 +107,11 @@ TEST_CASE("a line of solutions is one freedom, a bound or an objective takes it 
   design.objective.reset();
   design.variables[1] = {"b", 0, 1.25, 0};
   design.variables[0] = {"a", 0, 1e-3, 0};
-  design.build_mechanism = [](const VectorX& x) {
+  design.model = model_of([](const VectorX& x) {
     Mechanism m = planar_arm({0.5}, {2});
     m.attachments = {counterweight("a", 1, 0.2, 0, x[0]), counterweight("b", 1, -0.4, 0, x[1])};
     return m;
-  };
+  });
   outcome = solve_design(design);
   REQUIRE(outcome.status == DesignStatus::balanced);
   CHECK(outcome.solution_set.optimal_dimension == 0);
@@ -136,7 +137,7 @@ TEST_CASE("without a goal the objective alone is made small, with a bound where 
   CHECK(outcome.optimality == Optimality::local_optimum);
   CHECK(outcome.x[0] == doctest::Approx(3).epsilon(1e-4));
   CHECK(outcome.x[1] == doctest::Approx(10).epsilon(1e-6));
-  design.objective = sum_of(design.build_mechanism(VectorX{{0, 0}}), ParameterOwner::attachment, "m");
+  design.objective = sum_of(design.model->build_mechanism(VectorX{{0, 0}}), ParameterOwner::attachment, "m");
   outcome = solve_design(design);
   CHECK(outcome.optimality == Optimality::proved_global);
   CHECK(outcome.x.norm() < 1e-6);
@@ -176,3 +177,5 @@ TEST_CASE("a search that runs out of time says so (B6)") {
   CHECK(outcome.status == DesignStatus::balanced);
   CHECK(outcome.optimality == Optimality::budget_exhausted);
 }
+
+}  // namespace claims_test

@@ -8,6 +8,8 @@
 
 #include <cmath>
 
+namespace single_state_laws_test {
+
 namespace {
 
 using namespace balance;
@@ -214,3 +216,5 @@ TEST_CASE("the mass matrix of a four-bar is what its velocities say by hand") {
     CHECK(std::abs(M.value(0, 0) - by_hand) <= 1e-11 * by_hand);
   }
 }
+
+}  // namespace single_state_laws_test

@@ -10,6 +10,8 @@
 
 #include <string_view>
 
+namespace trajectory_test {
+
 namespace {
 
 using namespace balance;
@@ -86,3 +88,5 @@ TEST_CASE("states taken from a trajectory have the trajectory's results, one by 
     }
   }
 }
+
+}  // namespace trajectory_test

@@ -13,6 +13,8 @@
 #include <filesystem>
 #include <fstream>
 
+namespace result_file_test {
+
 namespace {
 
 using namespace balance;
@@ -178,3 +180,5 @@ TEST_CASE("the law of a run and its phase plane are read back as they were writt
   CHECK(read.phase_plane.mvc_path_parameter == result.phase_plane.mvc_path_parameter);
   CHECK(read.phase_plane.mvc_path_rate == result.phase_plane.mvc_path_rate);
 }
+
+}  // namespace result_file_test

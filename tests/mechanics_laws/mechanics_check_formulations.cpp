@@ -12,7 +12,7 @@ using namespace balance;
 
 namespace {
 
-double largest(const Samples& a) { return a.size() == 0 ? 0 : a.cwiseAbs().maxCoeff(); }
+double largest_entry(const Samples& a) { return a.size() == 0 ? 0 : a.cwiseAbs().maxCoeff(); }
 
 /// A motor to spare may be spared differently.
 bool more_motors(const Run& run) {
@@ -30,16 +30,16 @@ void judge_formulations(const Run& run, Findings& findings) {
   const RunResult& one = run.result;
   // positions solved to 1e-12, enlarged by the condition of the equations
   const double allowed = 1e-9 / std::min(1.0, one.mobility.minCoeff() * one.mobility.minCoeff());
-  const double force = largest(one.joint_force) + largest(one.shaking_force), L = run.length();
-  findings.see("positions in natural coordinates", largest(one.joint_position - other.joint_position), allowed);
-  findings.see("shaking force in natural coordinates", largest(one.shaking_force - other.shaking_force) / force,
+  const double force = largest_entry(one.joint_force) + largest_entry(one.shaking_force), L = run.length();
+  findings.see("positions in natural coordinates", largest_entry(one.joint_position - other.joint_position), allowed);
+  findings.see("shaking force in natural coordinates", largest_entry(one.shaking_force - other.shaking_force) / force,
                allowed);
   findings.see("shaking moment in natural coordinates",
-               largest(one.shaking_moment - other.shaking_moment) / (force * L), allowed);
+               largest_entry(one.shaking_moment - other.shaking_moment) / (force * L), allowed);
   if (more_motors(run)) return;
   for (long c = 0; c < one.torque.cols(); ++c)
     findings.see("effort in natural coordinates",
-                 largest(one.torque.col(c) - other.torque.col(c)) /
+                 largest_entry(one.torque.col(c) - other.torque.col(c)) /
                      (force * (one.actuator_units[c] == "N" ? 1 : std::max(L, 1.0))),
                  allowed);
 }

@@ -6,6 +6,8 @@
 
 #include <numeric>
 
+namespace momentum_test {
+
 using namespace laws;
 
 namespace {
@@ -87,3 +89,5 @@ TEST_CASE("the frame feels weight and loads less the rate of momentum") {
     CHECK_MESSAGE(moment.error < 1e-10, run.name << " sample " << moment.sample << ": " << moment.error);
   });
 }
+
+}  // namespace momentum_test

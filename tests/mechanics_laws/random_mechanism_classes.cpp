@@ -15,9 +15,9 @@ using namespace balance;
 
 namespace {
 
-class Maker {
+class ClassMaker {
  public:
-  Maker(Kind kind, std::uint32_t seed)
+  ClassMaker(Kind kind, std::uint32_t seed)
       : random_(seed * 8 + static_cast<std::uint32_t>(kind)), belts_(seed + 1), kind_(kind) {
     planar_ = kind <= Kind::planar_loops;
     m_.name = name_of(kind) + " " + std::to_string(seed);
@@ -313,6 +313,6 @@ VectorX disagreement(const Mechanism& m, const VectorX& q) {
   return out;
 }
 
-Member member(Kind kind, std::uint32_t seed, double reach) { return Maker(kind, seed).make(reach); }
+Member member(Kind kind, std::uint32_t seed, double reach) { return ClassMaker(kind, seed).make(reach); }
 
 }  // namespace laws

@@ -11,6 +11,8 @@
 #include <cmath>
 #include <string>
 
+namespace rolling_test {
+
 using namespace balance;
 
 namespace {
@@ -132,3 +134,5 @@ TEST_CASE("a constraint that says what holds anyway is redundant, and one too ma
   CHECK((once.torque - twice.torque).cwiseAbs().maxCoeff() < 1e-11 * once.torque.cwiseAbs().maxCoeff());
   CHECK_FALSE(twice.outcome.notes.empty());
 }
+
+}  // namespace rolling_test

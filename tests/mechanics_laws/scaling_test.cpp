@@ -18,6 +18,8 @@
 #include <utility>
 #include <vector>
 
+namespace scaling_test {
+
 using namespace laws;
 using balance::CoordinateKind;
 
@@ -216,3 +218,5 @@ TEST_CASE("designs find the same numbers in every size") {
     }
   }
 }
+
+}  // namespace scaling_test

@@ -7,6 +7,8 @@
 
 #include <cmath>
 
+namespace errata_p1_test {
+
 using namespace published;
 using balance::JointType;
 using balance::SpaceKind;
@@ -165,3 +167,5 @@ TEST_CASE("P1 eq. 36: discs turn by theta2 + theta3 and theta2 + beta theta3, an
     CHECK(misses(m, [&](double t2, double t3) { return eq36_printed(n, t2, t3, false); }) > 1e-3);
   }
 }
+
+}  // namespace errata_p1_test

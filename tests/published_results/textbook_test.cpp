@@ -7,6 +7,8 @@
 #include <cmath>
 #include <numbers>
 
+namespace textbook_test {
+
 using namespace published;
 using balance::JointType;
 using balance::SpaceKind;
@@ -261,3 +263,5 @@ TEST_CASE("rms, mean and energy of a smooth motion meet their integrals") {
   CHECK(metric(r, "shaking_force").mean == doctest::Approx(top * 2 / std::numbers::pi).epsilon(1e-6));
   CHECK(r.energy == doctest::Approx(mass * std::pow(way * w / 2, 2)).epsilon(1e-5));
 }
+
+}  // namespace textbook_test

@@ -14,6 +14,8 @@
 #include <set>
 #include <string>
 
+namespace quantities_test {
+
 using namespace balance;
 
 namespace {
@@ -157,3 +159,5 @@ TEST_CASE("planar orientations run on past a half turn") {
         std::max(largest, (result.body_orientation.row(k) - result.body_orientation.row(k - 1)).cwiseAbs().maxCoeff());
   CHECK(largest < 0.3);  // one turn in 201 samples by a smooth law
 }
+
+}  // namespace quantities_test

@@ -4,6 +4,8 @@
 #include <filesystem>
 #include <numbers>
 
+namespace complete_spec_test {
+
 using namespace balance;
 
 namespace {
@@ -178,3 +180,5 @@ TEST_CASE("every mechanism in configs is read without a complaint") {
   }
   CHECK(count > 0);
 }
+
+}  // namespace complete_spec_test

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <numbers>
 
+namespace parameters_test {
+
 using namespace balance;
 
 namespace {
@@ -152,3 +154,5 @@ TEST_CASE("the earth's gravity in metres is suspicious where lengths are in mill
           return warning.find("gravity: 9.81 in the spec's units is not the earth's") != std::string::npos;
         }) == 1);
 }
+
+}  // namespace parameters_test

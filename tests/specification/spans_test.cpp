@@ -2,6 +2,8 @@
 
 #include <vector>
 
+namespace spans_test {
+
 using namespace balance;
 
 namespace {
@@ -75,3 +77,5 @@ TEST_CASE("a free number knows the unit that it is written in") {
   CHECK(study.free_numbers[0].unit == 1e-3);
   CHECK(study.free_numbers[0].upper == 1e-2);
 }
+
+}  // namespace spans_test

@@ -15,6 +15,8 @@
 #include <random>
 #include <string>
 
+namespace corridor_test {
+
 using namespace balance;
 
 namespace {
@@ -279,3 +281,5 @@ TEST_CASE("corridors that make no sense are refused") {
   CHECK(timed.outcome.status != MotionStatus::done);
   CHECK(!timed.outcome.reason.empty());
 }
+
+}  // namespace corridor_test

@@ -10,6 +10,8 @@
 #include <algorithm>
 #include <cmath>
 
+namespace intervals_test {
+
 using namespace balance;
 
 namespace {
@@ -129,3 +131,5 @@ TEST_CASE("a path of spherical joints, whose axes turn on the way, is looked at 
     CHECK(run.shaking_force.row(row).norm() < 22.96 * (1 + 1e-5));
   }
 }
+
+}  // namespace intervals_test

@@ -9,6 +9,8 @@
 #include <numbers>
 #include <vector>
 
+namespace line_test {
+
 using namespace balance;
 
 namespace {
@@ -186,3 +188,5 @@ TEST_CASE("what no motion can be is refused with its reason") {
   CHECK(says(changed([](auto& r) { r.has_rotation = true, r.to.rotation *= 1.1; }), "orientation at the end"));
   CHECK(says(changed([](auto& r) { r.has_rotation = true, r.from.rotation *= -1; }), "orientation at the start"));
 }
+
+}  // namespace line_test

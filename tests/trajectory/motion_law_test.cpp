@@ -9,6 +9,8 @@
 #include <string>
 #include <vector>
 
+namespace motion_law_test {
+
 using namespace balance;
 
 namespace {
@@ -257,3 +259,5 @@ TEST_CASE("ramps that no trapezium can have are refused") {
   CHECK_THROWS_AS(validate({MotionLawKind::trapezoidal_velocity, 0.5, NAN}), std::invalid_argument);
   CHECK_THROWS_AS(validate({MotionLawKind::trapezoidal_velocity, 0.6, 0.5}), std::invalid_argument);
 }
+
+}  // namespace motion_law_test

@@ -8,6 +8,8 @@
 #include <numbers>
 #include <vector>
 
+namespace table_test {
+
 using namespace balance;
 
 namespace {
@@ -164,3 +166,5 @@ TEST_CASE("tables that state no motion are refused with their reason") {
   CHECK(says(refusal(request), "2 values in a row, but the drive has 3"));
   CHECK(says(refusal(request_of(smooth_table(5), true)), "2 values in a row"));  // no room for a rotation vector
 }
+
+}  // namespace table_test

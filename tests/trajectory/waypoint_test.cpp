@@ -9,6 +9,8 @@
 #include <utility>
 #include <vector>
 
+namespace waypoint_test {
+
 using namespace balance;
 
 namespace {
@@ -284,3 +286,5 @@ TEST_CASE("waypoints that make no path are refused with their reason") {
   request.via.clear();
   CHECK(says(refusal(request), "at least one waypoint"));
 }
+
+}  // namespace waypoint_test
