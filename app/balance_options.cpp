@@ -29,7 +29,7 @@ DesignReport design_or_throw(const DesignSpace& space, const DesignStudyOptions&
     if (const RequestFailure refusal = find_failure(report)) throw MechanismFailure(refusal.status, refusal.reason);
     return report;
   } catch (const std::invalid_argument& error) {
-    // The library was asked something that the spec should not have asked.
+    // The options are valid, so the error is in the spec.
     throw SpecError({.place = {.file = space.start.spec_file, .key = "design"}, .message = error.what()});
   }
 }
@@ -64,7 +64,7 @@ void add_goal_options(CLI::App& parser, GoalOptions& o) {
       ->check(integer_range_validator(0, max_seed));
 }
 
-std::vector<Goal> choose_goals(const GoalOptions& options, const Study& study, GoalRequirement without) {
+std::vector<Goal> choose_goals(const GoalOptions& options, const Study& study, GoalRequirement requirement) {
   std::vector<Goal> goals;
   for (const std::string& name : options.goals) {
     const std::optional<Goal> goal = find_goal(name);
@@ -75,11 +75,11 @@ std::vector<Goal> choose_goals(const GoalOptions& options, const Study& study, G
     if (std::find(goals.begin(), goals.end(), *goal) == goals.end()) goals.push_back(*goal);
   }
   if (goals.empty()) goals = study.design.goals;
-  if (goals.empty() && without == GoalRequirement::goal) {
+  if (goals.empty() && requirement == GoalRequirement::goal) {
     throw UsageError(fmt::format("{} has no design: goal, so --goal is needed: {}", study.spec_file,
                                  join_alternatives(goal_names())));
   }
-  if (goals.empty() && without == GoalRequirement::goal_or_objective) {
+  if (goals.empty() && requirement == GoalRequirement::goal_or_objective) {
     throw UsageError(
         fmt::format("{} has neither design: goal nor design: minimize, so --goal ({}) or --minimize is needed",
                     study.spec_file, join_alternatives(goal_names())));
@@ -113,8 +113,8 @@ bool is_modular(const GoalOptions& options) {
   return options.strategy == "modular";
 }
 
-BalanceRequest make_balance_query(const GoalOptions& options, const Study& study, GoalRequirement without) {
-  return {.goals = choose_goals(options, study, without),
+BalanceRequest make_balance_query(const GoalOptions& options, const Study& study, GoalRequirement requirement) {
+  return {.goals = choose_goals(options, study, requirement),
           .is_modular = is_modular(options),
           .seed = options.seed,
           .excluded = choose_excluded_elements(options, study.mechanism)};

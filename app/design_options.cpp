@@ -48,7 +48,7 @@ std::vector<ObjectiveTerm> choose_objective(const std::string& text, const Study
   return text.empty() ? std::vector<ObjectiveTerm>{} : read_objective(text, study);
 }
 
-/// What computes the same file again; see make_provenance.
+/// Command line that reproduces the file; see make_provenance.
 std::string command_line(const DesignCommandOptions& o, const Study& study) {
   std::vector<std::string> words = {"balance", "design", std::filesystem::path(o.spec.spec).filename().string()};
   const auto add = [&](const char* name, const std::string& value) {
@@ -69,6 +69,12 @@ std::string command_line(const DesignCommandOptions& o, const Study& study) {
 
 }  // namespace
 
+void add_seconds_option(CLI::App& parser, double& seconds) {
+  parser.add_option("--seconds", seconds, "of computing that the search may take, if not as in the spec")
+      ->type_name("S")
+      ->check(number_range_validator(1e-3, 1e9));
+}
+
 void add_design_options(CLI::App& parser, DesignCommandOptions& o) {
   add_spec_options(parser, o.spec);
   parser.add_option("-o,--output", o.output, "write the spec with numbers in place of its free ones")
@@ -85,9 +91,7 @@ void add_design_options(CLI::App& parser, DesignCommandOptions& o) {
                         fmt::format("of the search; global: {}; local: {}", fmt::join(global_algorithms, ", "),
                                     fmt::join(local_algorithms, ", ")));
   suggest_words(algorithm->type_name("NAME"), algorithms());
-  parser.add_option("--seconds", o.seconds, "of computing that the search may take, if not as in the spec")
-      ->type_name("S")
-      ->check(number_range_validator(1e-3, 1e9));
+  add_seconds_option(parser, o.seconds);
   parser.add_option("--starts", o.starts, "from how many points conditions are solved, if not as in the spec")
       ->type_name("N")
       ->check(integer_range_validator(1, 10'000));
@@ -100,7 +104,7 @@ DesignStudyOptions make_study_options(const DesignCommandOptions& options, const
   result.is_modular = is_modular(options.goal);
   result.excluded = choose_excluded_elements(options.goal, study.mechanism);
   result.minimize = choose_objective(options.minimize, study);
-  // without a goal there must be something else to design for
+  // Without goals there must be an objective, constraints or a front.
   const bool nothing = result.minimize.empty() && study.design.minimize.empty() && study.design.subject_to.empty() &&
                        !study.design.front;
   result.goals =

@@ -1,4 +1,4 @@
-/// Parses, runs one command, translates exceptions to exit codes.
+/// Parses the command line, runs one command and translates exceptions to exit codes.
 
 #include "cli/command.hpp"
 #include "cli/console.hpp"
@@ -34,18 +34,18 @@ constexpr const char* footer =
     "Exit codes: 0 done; 1 a requirement is not met or a design is only a compromise; 2 wrong usage;\n"
     "3 invalid spec; 4 the mechanism cannot do it; 5 file or system error.";
 
-/// Says on stderr what went wrong, and on stdout too if the user reads JSON there.
+/// Reports an error on stderr, and also on stdout if the user reads JSON there.
 ExitCode fail(ExitCode code, const std::string& message, const std::string& json) {
-  tell_lines(message);
+  print_message_lines(message);
   try {
     if (!json.empty()) print(json);
   } catch (const SystemError&) {
-    return ExitCode::system;  // stderr has the message
+    return ExitCode::system;  // the message is already on stderr
   }
   return code;
 }
 
-/// --help and --version end the parsing too; everything else is a mistake.
+/// --help and --version also end the parsing with an exception; every other one is a usage error.
 ExitCode finish_parsing(CLI::App& program, const CLI::ParseError& error) {
   const std::vector<CLI::App*> called = program.get_subcommands();
   CLI::App& command = called.empty() ? program : *called.front();
@@ -60,7 +60,7 @@ ExitCode finish_parsing(CLI::App& program, const CLI::ParseError& error) {
   return ExitCode::done;
 }
 
-/// `balance`, `balance help` and `balance help design` are other words for --help.
+/// Makes `balance`, `balance help` and `balance help design` synonyms of --help.
 std::vector<std::string> list_arguments(int argc, char** argv) {
   std::vector<std::string> words(argv + std::min(argc, 1), argv + argc);
   if (words.empty()) return {"--help"};
@@ -70,14 +70,15 @@ std::vector<std::string> list_arguments(int argc, char** argv) {
   return words;
 }
 
-/// @throws SyntaxUsageError: no command was called; `words` are those that the parser could not place
+/// @throws SyntaxUsageError because no command was given; `words` are the words that the parser could not assign
 [[noreturn]] void fail_without_command(const std::vector<Command>& commands, const std::vector<std::string>& words) {
   std::vector<std::string> names;
   for (const Command& command : commands) {
-    if (!command.parser->get_group().empty()) names.push_back(command.parser->get_name());  // not the hidden ones
+    if (!command.parser->get_group().empty()) names.push_back(command.parser->get_name());  // skip hidden ones
   }
   const std::string& word = words.front();
-  if (const std::string cure = suggest_option(word); !cure.empty()) throw SyntaxUsageError(word + ": " + cure);
+  if (const std::string suggestion = suggest_option(word); !suggestion.empty())
+    throw SyntaxUsageError(word + ": " + suggestion);
   if (word.starts_with('-'))
     throw SyntaxUsageError("options stand behind a command, such as balance check; balance has no option " +
                            quote_for_message(word) + append_nearest_name(word, {"--help", "--version"}));
@@ -85,7 +86,7 @@ std::vector<std::string> list_arguments(int argc, char** argv) {
                          append_nearest_name(word, names));
 }
 
-/// Where the list of commands shows one, by its purpose.
+/// Sets the heading under which the list of commands shows this one.
 Command in_group(const char* purpose, Command command) {
   command.parser->group(purpose);
   return command;
@@ -114,10 +115,10 @@ ExitCode parse_and_run(int argc, char** argv) {
       setup_man(program),
   };
   program.require_subcommand(0, 1);
-  program.allow_extras();  // after the commands, which would inherit it: only here can the message be a good one
-  std::vector<std::string> given = list_arguments(argc, argv);
+  program.allow_extras();  // after the commands, which would inherit it; only here can a good message be composed
+  std::vector<std::string> arguments = list_arguments(argc, argv);
   try {
-    program.parse(std::vector<std::string>(given.rbegin(), given.rend()));  // CLI11 takes them from the end
+    program.parse(std::vector<std::string>(arguments.rbegin(), arguments.rend()));  // CLI11 reads them back to front
   } catch (const CLI::ParseError& error) {
     return finish_parsing(program, error);
   }
@@ -130,10 +131,10 @@ ExitCode parse_and_run(int argc, char** argv) {
   fail_without_command(commands, words);
 }
 
-/// A mistake in an option is the caller's, not the spec's.
+/// An error in an option is a usage error, not an error of the spec.
 ExitCode fail_spec(const SpecError& error, bool json) {
   const bool option = error.diagnostics().front().place.is_option();
-  // Begins with file:line:column, which editors look for at the start of a line.
+  // Errors of a spec begin with file:line:column, which editors look for at the start of a line.
   return fail(option ? ExitCode::usage : ExitCode::spec, (option ? "error: " : "") + std::string(error.what()),
               json ? format_error_json(option ? "usage" : "spec", error) : "");
 }
@@ -149,6 +150,8 @@ ExitCode translate(int argc, char** argv) {
     return failed(ExitCode::usage, "usage",
                   "error: " + escape_for_terminal(error.what()) + "\n" + error.help + " shows the usage", error.what());
   } catch (const UsageError& error) {
+    return failed(ExitCode::usage, "usage", "error: " + escape_for_terminal(error.what()), error.what());
+  } catch (const UnknownNameError& error) {
     return failed(ExitCode::usage, "usage", "error: " + escape_for_terminal(error.what()), error.what());
   } catch (const SpecError& error) {
     return fail_spec(error, json);
@@ -168,7 +171,7 @@ ExitCode translate(int argc, char** argv) {
     return failed(ExitCode::system, "system", "error: " + escape_for_terminal(error.what()), error.what());
   } catch (const Cancelled& error) {
     print_message(error.what());
-    // an interrupt that was awaited is no longer pending
+    // InterruptGuard has cleared a signal that it caught
     return static_cast<ExitCode>(static_cast<int>(ExitCode::signal) +
                                  (pending_signal() != 0 ? pending_signal() : SIGINT));
   } catch (const std::bad_alloc&) {

@@ -18,21 +18,21 @@
 namespace balance::app {
 namespace {
 
-StoredRun simulate_spec_run(const SpecTrajectoryName& wanted, const std::string& output, const std::string& what) {
+StoredRun simulate_spec_run(const SpecTrajectoryName& name, const std::string& output, const std::string& what) {
   SimulateOptions options;
-  options.spec.spec = wanted.spec;
-  options.trajectory = wanted.trajectory;
+  options.spec.spec = name.spec;
+  options.trajectory = name.trajectory;
   const Study study = read_study(options.spec);
   const Trajectory trajectory = choose_trajectory(options, study);
   check_overwrites_no_input(output, what, list_input_files(study));
   for (const std::string& warning : study.warnings) print_message("warning: " + warning);
-  if (wanted.trajectory.empty() && study.trajectories.size() > 1)
-    print_message(fmt::format(
-        "note: {}: {} is the first of its {} trajectories; {}", study.spec_file, quote_for_message(trajectory.name),
-        study.trajectories.size(),
-        wanted.spec == "-" ? "save the spec as a file to take another" : wanted.spec + ":NAME takes another"));
+  if (name.trajectory.empty() && study.trajectories.size() > 1)
+    print_message(
+        fmt::format("note: {}: {} is the first of its {} trajectories; {}", study.spec_file,
+                    quote_for_message(trajectory.name), study.trajectories.size(),
+                    name.spec == "-" ? "save the spec as a file to take another" : name.spec + ":NAME takes another"));
   StoredRun run{.path = study.spec_file,
-                .group = wanted.trajectory,
+                .group = name.trajectory,
                 .title = study.mechanism.name,
                 .spec_text = study.spec_text,
                 .trajectory = trajectory.name,

@@ -65,7 +65,7 @@ void print_result(const SimulateOptions& options, const RunResult& result, const
 
 namespace {
 
-/// Numbers between commas; nothing else around them.
+/// Parses comma-separated numbers without whitespace.
 std::optional<std::vector<double>> parse_numbers(const std::string& text) {
   std::vector<double> numbers;
   const char* at = text.data();
@@ -161,20 +161,7 @@ InverseOptions choose_state_options(const SimulateOptions& options, const Study&
 }
 
 Trajectory choose_trajectory(const SimulateOptions& options, const Study& study) {
-  if (study.trajectories.empty())
-    throw SpecError({.place = {.file = study.spec_file}, .message = "there is no motion to simulate"});
-  std::vector<std::string> names;
-  const Trajectory* chosen = options.trajectory.empty() ? &study.trajectories.front() : nullptr;
-  for (const Trajectory& trajectory : study.trajectories) {
-    names.push_back(trajectory.name);
-    if (trajectory.name == options.trajectory) chosen = &trajectory;
-  }
-  if (chosen == nullptr) {
-    throw UsageError(fmt::format("{} has no trajectory {}, only {}{}", study.spec_file,
-                                 quote_for_message(options.trajectory), fmt::join(names, ", "),
-                                 append_nearest_name(options.trajectory, names)));
-  }
-  Trajectory trajectory = *chosen;
+  Trajectory trajectory = balance::choose_trajectory(study, options.trajectory);
   change_timing(trajectory, options);
   if (!options.about.empty()) trajectory.about = parse_moment_reference(options.about, study.mechanism.space);
   return trajectory;

@@ -1,5 +1,5 @@
 #pragma once
-/// What the user asks of `balance simulate`, and what it means for the study.
+/// Options of `balance simulate` and their effect on the study.
 
 #include "balance/interface/files/result_file.hpp"
 #include "balance/mechanics/results/result.hpp"
@@ -21,70 +21,63 @@ struct SimulateOptions {
   std::string formulation = "tree";
   bool force = false;
   bool compress = false;
-  bool poses = false;  ///< of the bodies, too
-  bool split = false;  ///< what the torques add up from, too
+  bool poses = false;  ///< also write the poses of the bodies
+  bool split = false;  ///< also write the contributions to each torque
   bool quiet = false;
-  StateOptions state;  ///< a single one, instead of a run; its `at` is empty: none. Its trajectory is the one above
+  StateOptions state;  ///< a single state instead of a run, unless its `at` is empty; uses the trajectory above
 };
 
-/// What `balance control` has too.
+/// Options shared with `balance control`.
 void add_run_options(CLI::App& parser, SimulateOptions& options);
 
 void add_simulate_options(CLI::App& parser, SimulateOptions& options);
 
-/// The trajectory that the options name, with their changes.
-/// @throws UsageError if there is none of that name or a change makes no sense; SpecError if the spec has no motion
+/// The trajectory chosen by the options, with their changes applied.
+/// @throws UsageError if no trajectory has this name or a change is invalid; SpecError if the spec has no motion
 Trajectory choose_trajectory(const SimulateOptions& options, const Study& study);
 
-/// What a single state is looked at with: its moments' point and length of time are those of the trajectory that the options name,
-/// if the spec has one. @throws UsageError
+/// Options for the analysis of a single state. The moment reference point and the time scale come from the trajectory
+/// chosen by the options, if the spec has one. @throws UsageError
 InverseOptions choose_state_options(const SimulateOptions& options, const Study& study);
 
-/// @throws UsageError if there is no such formulation, or not for this mechanism
+/// @throws UsageError if the formulation is unknown or does not support this mechanism
 void check_formulation(const SimulateOptions& options, const Study& study);
 
-/// Refuses at once what would fail after the computation. @throws UsageError, SystemError
+/// Checks before the computation that the outputs can be written. @throws UsageError, SystemError
 void check_outputs(const SimulateOptions& options, const Study& study);
 
 Provenance describe(const SimulateOptions& options, const Study& study, const Trajectory& trajectory);
 
-/// The same of a single state.
+/// The same for a single state.
 Provenance describe_state(const SimulateOptions& options, const Study& study);
 
-/// What the user asks of `balance control`: what `balance simulate` is asked, and a controller.
+/// Options of `balance control`: those of `balance simulate` plus a controller.
 struct ControlCommandOptions {
   SimulateOptions run;
-  std::string controller;  ///< empty: the first of the spec, or computed torque
+  std::string controller;  ///< empty: the first of the spec, or computed torque if it has none
   double settle = 0;       ///< [s]
-  long steps = 0;          ///< that the integration may take; 0: the default
+  long steps = 0;          ///< maximum number of integration steps; 0: the default
 };
 
 void add_control_options(CLI::App& parser, ControlCommandOptions& options);
 
-/// The study's controller of this name; without a name the spec's first or, if it lists none, computed torque.
-/// @throws UsageError if there is none of that name
-Controller find_controller(const std::string& name, const Study& study);
-
-/// The controller that the options name.
-/// @throws UsageError if there is none of that name
-Controller choose_controller(const ControlCommandOptions& options, const Study& study);
-
 Provenance describe(const ControlCommandOptions& options, const Study& study, const Trajectory& trajectory,
                     const Controller& controller);
 
-// What commands that run a mechanism tell and write.
+// Messages and files of the commands that run a mechanism.
 
-/// On stderr unless --quiet: the spec's warnings, and which trajectory was taken if none was named.
+/// Prints to stderr, unless --quiet: the warnings of the spec, and the chosen trajectory if none was named.
 void print_run_header(const SimulateOptions& options, const Study& study, const Trajectory& trajectory);
 
-/// On stderr unless --quiet: what the result should not be read without.
+/// Prints to stderr, unless --quiet: notes that are essential for reading the result.
 void print_notes(const SimulateOptions& options, const RunResult& result);
 
-/// Writes the files asked for and names them. Signals wait until the file is complete or gone. @throws SystemError, Cancelled
+/// Writes the requested files and returns their names. Signals are deferred until each file is complete or removed.
+/// @throws SystemError, Cancelled
 std::vector<std::string> write_files(const SimulateOptions& options, const RunResult& result,
                                      const Provenance& description);
 
-/// On stdout: the metrics as JSON if asked for, else in words unless --quiet. @param files that were written
+/// Prints the metrics to stdout: as JSON if requested, else as text unless --quiet. @param files that were written
 void print_result(const SimulateOptions& options, const RunResult& result, const Provenance& description,
                   const std::vector<std::string>& files);
 

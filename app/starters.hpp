@@ -1,5 +1,5 @@
 #pragma once
-/// Specs to start from, of configs/starters; the build puts their text into the program.
+/// Templates for new specs, from configs/starters. The build embeds their text in the program.
 
 #include <string_view>
 #include <vector>
@@ -10,7 +10,7 @@ struct Starter {
   std::string_view kind;
   std::string_view text;
 
-  /// What it is: the text's first line, a comment.
+  /// Description: the first line of the text, a comment.
   std::string_view summary() const {
     const std::string_view line = text.substr(0, text.find('\n'));
     return line.substr(line.find_first_not_of("# "));

@@ -18,36 +18,24 @@ namespace balance::app {
 
 namespace {
 
-/// Whose start or end is meant.
+/// The trajectory that `start` and `end` refer to.
 const Trajectory& choose_state_trajectory(const StateOptions& options, const Study& study) {
   if (study.trajectories.empty())
     throw UsageError(fmt::format("{} has no motion: --at {} needs one", study.spec_file, options.at));
-  if (options.trajectory.empty()) return study.trajectories.front();
-  if (const Trajectory* found = find_trajectory(options.trajectory, study)) return *found;
-  std::vector<std::string> names;
-  for (const Trajectory& t : study.trajectories) names.push_back(t.name);
-  throw UsageError(fmt::format("{} has no trajectory {}, only {}{}", study.spec_file,
-                               quote_for_message(options.trajectory), fmt::join(names, ", "),
-                               append_nearest_name(options.trajectory, names)));
+  return choose_trajectory(study, options.trajectory);
 }
 
 std::vector<CoordinateValue> find_state_configuration(const StateOptions& options, const Study& study) {
   const Mechanism& mechanism = study.mechanism;
-  ConfigurationResult found =
+  ConfigurationResult result =
       options.at == "end"     ? find_end_configuration(mechanism, choose_state_trajectory(options, study))
       : options.at == "start" ? find_start_configuration(mechanism, choose_state_trajectory(options, study))
                               : solve_configuration(mechanism, read_pose(options.at, study));
-  if (found.outcome.status != MotionStatus::done) throw MotionFailure(found.outcome);
-  return std::move(found.coordinates);
+  if (result.outcome.status != MotionStatus::done) throw MotionFailure(result.outcome);
+  return std::move(result.coordinates);
 }
 
 }  // namespace
-
-const Trajectory* find_trajectory(const std::string& name, const Study& study) {
-  const auto at = std::find_if(study.trajectories.begin(), study.trajectories.end(),
-                               [&](const Trajectory& t) { return t.name == name; });
-  return at == study.trajectories.end() ? nullptr : &*at;
-}
 
 void add_state_options(CLI::App& parser, StateOptions& o, const std::string& at_help) {
   CLI::Option* at = parser.add_option("--at", o.at, at_help)->type_name("POSE")->check([](const std::string& text) {

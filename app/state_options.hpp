@@ -1,5 +1,5 @@
 #pragma once
-/// A state on the command line: where a mechanism is, how its independent coordinates move, and when.
+/// A state given on the command line: configuration, rates and accelerations of the independent coordinates, and time.
 
 #include "cli/command.hpp"
 #include "cli/failures.hpp"
@@ -17,24 +17,21 @@ namespace balance::app {
 struct StateOptions {
   std::string at;                    ///< a pose, `start` or `end`
   std::string rates, accelerations;  ///< `A1=1,A2=0`; empty: none
-  std::string trajectory;            ///< whose start and end; empty: the first of the spec
-  double time = 0;                   ///< of loads that change [s]
+  std::string trajectory;            ///< the trajectory that `start` and `end` refer to; empty: the first of the spec
+  double time = 0;                   ///< at which time-dependent loads are evaluated [s]
   std::vector<std::string> independent;
 };
 
-/// --at, --rates, --accelerations, --time and --independent.
-/// @param at_help what --at is said to be
+/// Adds --at, --rates, --accelerations, --time and --independent.
+/// @param at_help help text of --at
 void add_state_options(CLI::App& parser, StateOptions& options, const std::string& at_help);
 
-/// The trajectory of that name; null if there is none.
-const Trajectory* find_trajectory(const std::string& name, const Study& study);
-
-/// The pose that --at means, found on the mechanism, with the rates asked for.
-/// @throws UsageError, SpecError; MotionFailure if the mechanism cannot take the pose
+/// Assembles the mechanism in the pose given by --at and sets the requested rates and accelerations.
+/// @throws UsageError, SpecError; MotionFailure if the mechanism cannot reach the pose
 SingleState read_state(const StateOptions& options, const Study& study);
 
-/// Runs what may be asked something that the options, or else the spec, should not have asked.
-/// @param by_options whether they say anything beyond the spec
+/// Calls `question` and translates the library's exceptions: an invalid argument becomes a UsageError or a SpecError.
+/// @param by_options whether the options ask for anything beyond the spec
 template <class Question>
 auto call_library(bool by_options, const Study& study, const Question& question) {
   try {

@@ -17,7 +17,7 @@ void add_spec_options(CLI::App& parser, SpecOptions& options) {
   parser.add_option("spec", options.spec, "the mechanism, a YAML file")->required()->type_name("SPEC");
   parser.add_option("--set", options.overrides, "override a parameter of the spec; may be repeated")
       ->type_name("NAME=VALUE")
-      ->allow_extra_args(false);  // or it would swallow the spec's name
+      ->allow_extra_args(false);  // otherwise it would consume the name of the spec
   parser.add_flag("--json", options.json, "print JSON, errors included");
 }
 
@@ -40,9 +40,9 @@ DesignSpace read_space(const SpecOptions& options) {
 }
 
 void check_standard_output(const std::vector<std::string>& files, bool json, bool binary) {
-  const auto wishes = std::count(files.begin(), files.end(), standard_output_path);
-  if (wishes == 0) return;
-  if (wishes > 1) throw UsageError("two files cannot both go to standard output");
+  const auto stdout_count = std::count(files.begin(), files.end(), standard_output_path);
+  if (stdout_count == 0) return;
+  if (stdout_count > 1) throw UsageError("two files cannot both go to standard output");
   if (json) throw UsageError("--json goes to standard output, where a file named - cannot go, too");
   if (binary && ::isatty(STDOUT_FILENO) == 1)
     throw UsageError("standard output is a terminal, which has no use for HDF5; send it to a file or a program");

@@ -1,5 +1,6 @@
 #pragma once
-/// What the commands share. A command is set up, which tells the parser its options, and then run with what was parsed.
+/// Infrastructure shared by the commands. A command is first set up, which registers its options with the parser, and
+/// then run with the parsed values.
 
 #include "cli/failures.hpp"
 
@@ -15,11 +16,11 @@
 namespace balance::app {
 
 struct Command {
-  CLI::App* parser = nullptr;  ///< knows whether the user called this command
+  CLI::App* parser = nullptr;  ///< records whether the user called this command
   std::function<ExitCode()> run;
 };
 
-/// Options that every command on a spec has.
+/// Options of every command that reads a spec.
 struct SpecOptions {
   std::string spec;
   std::vector<std::string> overrides;  ///< `name=value`
@@ -28,31 +29,31 @@ struct SpecOptions {
 
 void add_spec_options(CLI::App& parser, SpecOptions& options);
 
-/// Reads the spec with its overrides. @throws UsageError for an override that is not `name=value` or that the spec
-/// has no place for; otherwise as read_spec_file
+/// Reads the spec and applies the overrides. @throws UsageError for an override that is not of the form `name=value` or
+/// does not match the spec; otherwise as read_spec_file
 Study read_study(const SpecOptions& options);
 
-/// The same with its free numbers still free.
+/// The same, but keeps free numbers free.
 DesignSpace read_space(const SpecOptions& options);
 
-/// The overrides alone. @throws UsageError for one that is not `name=value`
+/// Parses only the overrides. @throws UsageError for one that is not of the form `name=value`
 ReadOptions read_options(const SpecOptions& options);
 
-/// What a spec is read from: itself, its tables, its parts and theirs.
+/// All files that the spec is read from: itself, its tables and, recursively, its parts.
 std::vector<InputFile> list_input_files(const Study& study);
 
 /// @param output empty: none
 /// @param what "the result", "the page"
-/// @throws UsageError if the output would replace one of the inputs, by whatever path
+/// @throws UsageError if the output would replace one of the inputs, under any path
 void check_overwrites_no_input(const std::string& output, const std::string& what,
                                const std::vector<InputFile>& inputs);
 
-/// Every output passes here before anything is computed. Inputs are kept with --force, too.
+/// Checks an output file before the computation. --force does not permit replacing an input.
 /// @throws UsageError as check_overwrites_no_input, SystemError as check_writable
 void check_output(const std::string& output, const std::string& what, const std::vector<InputFile>& inputs, bool force);
 
-/// Refuses more than standard output can take: two files, a file and JSON, or binary data on a terminal.
-/// @param files to be written; empty names: none @throws UsageError
+/// Rejects conflicting uses of standard output: two files, a file and JSON, or binary data on a terminal.
+/// @param files that will be written; empty names: none @throws UsageError
 void check_standard_output(const std::vector<std::string>& files, bool json, bool binary);
 
 Command setup_batch(CLI::App& program);

@@ -16,7 +16,7 @@ namespace balance::app {
 
 void reserve_standard_descriptors() {
   for (const int descriptor : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO}) {
-    // open takes the lowest free number. Read-only, so that writing to a closed stdout stays an error.
+    // open() returns the lowest free descriptor. Read-only, so that writing to a closed stdout remains an error.
     if (::fcntl(descriptor, F_GETFD) < 0 && ::open("/dev/null", O_RDONLY) < 0) return;
   }
 }
@@ -39,27 +39,29 @@ std::string format_written_message(const std::string& file, const std::string& w
   return file == standard_output_path ? "" : what + ": " + escape_for_terminal(file) + "\n";
 }
 
-void print_message(const std::string& text) { tell_lines(escape_for_terminal(text)); }
+void print_message(const std::string& text) { print_message_lines(escape_for_terminal(text)); }
 
-void tell_lines(const std::string& text) { std::fprintf(stderr, "%s\n", escape_lines_for_terminal(text).c_str()); }
+void print_message_lines(const std::string& text) {
+  std::fprintf(stderr, "%s\n", escape_lines_for_terminal(text).c_str());
+}
 
-ProgressLine::ProgressLine(bool quiet) : shown_(!quiet && ::isatty(STDERR_FILENO) == 1) {}
+ProgressLine::ProgressLine(bool quiet) : is_shown_(!quiet && ::isatty(STDERR_FILENO) == 1) {}
 
 ProgressLine::~ProgressLine() {
-  if (shown_ && drawn_) std::fputs("\r\033[K", stderr);
+  if (is_shown_ && is_drawn_) std::fputs("\r\033[K", stderr);
 }
 
 void ProgressLine::draw(const std::string& text) {
-  if (!shown_) return;
+  if (!is_shown_) return;
   std::fprintf(stderr, "\r\033[K%s", text.c_str());
-  drawn_ = true;
+  is_drawn_ = true;
 }
 
-void ProgressLine::draw_fraction(const std::string& what, double part) {
+void ProgressLine::draw_fraction(const std::string& what, double fraction) {
   const auto now = std::chrono::steady_clock::now();
-  if (!shown_ || now - last_ < std::chrono::seconds(1)) return;
+  if (!is_shown_ || now - last_ < std::chrono::seconds(1)) return;
   last_ = now;
-  draw(what + ": " + std::to_string(static_cast<int>(100 * part)) + " %");
+  draw(what + ": " + std::to_string(static_cast<int>(100 * fraction)) + " %");
 }
 
 }  // namespace balance::app

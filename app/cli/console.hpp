@@ -7,28 +7,29 @@
 
 namespace balance::app {
 
-/// Makes sure that no file that is opened later can be mistaken for stdin, stdout or stderr. Call it first.
+/// Opens those of stdin, stdout and stderr that are closed, so that no file opened later takes their descriptors. Call
+/// it first.
 void reserve_standard_descriptors();
 
-/// Writes a result to stdout at once. @throws SystemError if it does not arrive (full disk, closed descriptor)
+/// Writes a result to stdout and flushes. @throws SystemError if this fails (full disk, closed descriptor)
 void print(const std::string& text);
 
-/// The same for people: what cannot be seen is spelt out, so that nothing in a file can steer a terminal.
+/// The same for text that people read: escapes invisible characters, so that file contents cannot control the terminal.
 void print_text(const std::string& text);
 
-/// What is told of a run that wrote files: on stdout, or on stderr where stdout took one of them. Spelt out like that.
+/// Prints the escaped status of a run that wrote files: to stdout, or to stderr if stdout received one of the files.
 void print_status(const std::vector<std::string>& files, const std::string& text);
 
-/// "written: a.h5" and a line feed; nothing for standard output.
+/// "written: a.h5" and a line feed; empty for standard output.
 std::string format_written_message(const std::string& file, const std::string& what = "written");
 
-/// Writes one line to stderr, spelt out like that, line feeds too. A message that cannot be delivered is lost.
+/// Writes one line to stderr, escaped, including line feeds. Write errors are ignored.
 void print_message(const std::string& text);
 
-/// The same for a text of several lines.
-void tell_lines(const std::string& text);
+/// The same for a text of several lines; keeps line feeds.
+void print_message_lines(const std::string& text);
 
-/// One line on stderr that is written over and over while something takes long; on a terminal only.
+/// Progress on stderr during long computations: one line that is overwritten. Only on a terminal.
 class ProgressLine {
  public:
   explicit ProgressLine(bool quiet);
@@ -36,15 +37,15 @@ class ProgressLine {
   ProgressLine(const ProgressLine&) = delete;
   ProgressLine& operator=(const ProgressLine&) = delete;
 
-  /// Draws the text at once.
+  /// Draws the text immediately.
   void draw(const std::string& text);
 
-  /// "what: 43 %", once a second at most, not in the first one.
-  void draw_fraction(const std::string& what, double part);
+  /// Draws "what: 43 %", at most once a second and not during the first second.
+  void draw_fraction(const std::string& what, double fraction);
 
  private:
-  const bool shown_;
-  bool drawn_ = false;
+  const bool is_shown_;
+  bool is_drawn_ = false;
   std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
 };
 

@@ -1,5 +1,5 @@
 #pragma once
-/// Failures that only the program knows; main translates them, like the library's, to exit codes.
+/// Failures specific to the program. Like those of the library, main translates them to exit codes.
 
 #include "balance/mechanics/trajectory/motion_outcome.hpp"
 
@@ -9,23 +9,23 @@
 
 namespace balance::app {
 
-/// How the program ends: part of its interface, listed in every --help.
+/// Exit codes of the program. They are part of its interface; every --help lists them.
 enum class ExitCode {
   done = 0,
   not_met = 1,    ///< a requirement is not met, or a design is only a compromise
   usage = 2,      ///< wrong options or arguments
   spec = 3,       ///< the spec is invalid
-  mechanism = 4,  ///< the mechanism cannot do it: unreachable, singular, not assembled
-  system = 5,     ///< a file or the system fails
-  signal = 128,   ///< plus the signal's number: 130 after Ctrl-C
+  mechanism = 4,  ///< the mechanism cannot do it: unreachable, singular, cannot be assembled
+  system = 5,     ///< a file or system error
+  signal = 128,   ///< plus the signal number: 130 after Ctrl-C
 };
 
-/// Options or arguments that make no sense.
+/// Invalid options or arguments.
 class UsageError : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-/// A call that cannot even be taken apart: the user needs to see the usage.
+/// A command line that cannot be parsed. The message refers the user to the usage.
 class SyntaxUsageError : public UsageError {
  public:
   /// @param its_help the command that shows the usage
@@ -34,7 +34,7 @@ class SyntaxUsageError : public UsageError {
   std::string help;
 };
 
-/// The mechanism cannot have what was asked: no conditions, no design.
+/// The mechanism does not admit the requested conditions or design.
 class MechanismFailure : public std::runtime_error {
  public:
   MechanismFailure(std::string its_status, const std::string& reason)
@@ -42,7 +42,7 @@ class MechanismFailure : public std::runtime_error {
   std::string status;
 };
 
-/// The mechanism cannot make a motion that was asked for.
+/// The mechanism cannot perform the requested motion.
 class MotionFailure : public std::runtime_error {
  public:
   explicit MotionFailure(const MotionOutcome& result) : std::runtime_error(result.reason), outcome(result) {}

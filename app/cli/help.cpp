@@ -75,7 +75,7 @@ ProgramHelp describe_program(CLI::App& program) {
 }
 
 std::string value_name(CLI::Option& option) {
-  // "N:INT in [2 - 100]": CLI11 adds its checks to the name of the value.
+  // CLI11 appends the validators to the name of the value: "N:INT in [2 - 100]".
   const std::string type = option.get_type_name();
   return type.empty() ? "VALUE" : type.substr(0, type.find(':'));
 }
@@ -90,9 +90,9 @@ namespace {
 
 constexpr int max_help_width = 80, min_help_width = 40;
 constexpr std::size_t max_term_columns =
-    26;  ///< columns of an option's names; the text of longer ones begins on the next line
+    26;  ///< columns for option names; after longer names the description starts on the next line
 
-/// Words in lines of the width; from the second on behind an indent.
+/// Fills lines up to the width; indents all lines but the first.
 std::string wrap_text(const std::string& begin, const std::string& text, std::size_t indent, std::size_t width) {
   std::istringstream words(text);
   std::string out, line = begin;
@@ -188,7 +188,7 @@ std::string help_text(const CommandHelp& command, int columns) {
 
 namespace {
 
-// A check that always passes carries the suggestion in its name, which no help text shows.
+// The suggestions are stored in the name of a validator that always passes; help texts do not show it.
 constexpr std::string_view words_mark = "suggest words:";
 constexpr std::string_view files_mark = "suggest files:";
 
@@ -216,7 +216,7 @@ std::optional<ValueCompletion> read(const CLI::Validator& check) {
   return std::nullopt;
 }
 
-/// The option's checks one by one; CLI11 tells their number only by refusing the next.
+/// Reads the validators of the option one by one. CLI11 reports the end only by throwing.
 std::optional<ValueCompletion> read_checks(CLI::Option& option) {
   for (int i = 0;; ++i) {
     try {

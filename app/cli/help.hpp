@@ -1,5 +1,6 @@
 #pragma once
-/// What the parser knows about the program, as plain values: help texts, man pages and completions are made from it.
+/// The program's command line interface as plain values, from which help texts, man pages and shell completions are
+/// generated.
 
 #include <CLI/CLI.hpp>
 
@@ -8,29 +9,29 @@
 
 namespace balance::app {
 
-/// What a shell may offer where an option's value is typed. It is kept in the parser's own definition of the option, so
-/// that completion cannot disagree with what is parsed.
+/// Completions that a shell offers for the value of an option. They are stored in the parser's definition of the
+/// option, so that completion always agrees with parsing.
 struct ValueCompletion {
   enum class Kind { nothing, words, files };
   Kind kind = Kind::nothing;
-  std::vector<std::string>
-      items;  ///< the words; or the suffixes of the files, such as "yaml": any file if there are none
+  std::vector<std::string> items;  ///< the words, or the file suffixes such as "yaml" (empty: any file)
 };
 
-/// Offers words of a fixed set. The option still accepts every text: its command says best what is wrong with another.
+/// Offers words of a fixed set. The option still accepts any text; its command reports invalid words.
 void suggest_words(CLI::Option* option, const std::vector<std::string>& words);
 
-/// Offers files with these suffixes (without the dot); any file if there are none.
+/// Offers files with these suffixes (without the dot); any file if there are no suffixes.
 void suggest_files(CLI::Option* option, const std::vector<std::string>& suffixes);
 
-/// What was suggested; else, by the name of the value, `SPEC`: *.yaml and *.yml, `RESULT`: *.h5, `FILE`: any file.
+/// The registered suggestion. Without one, the name of the value decides: `SPEC`: *.yaml and *.yml, `RESULT`: *.h5,
+/// `FILE`: any file.
 ValueCompletion find_value_completion(CLI::Option& option);
 
 struct OptionHelp {
-  std::vector<std::string> shorts, longs;  ///< with their dashes: "-o", "--output"; none for an operand
-  std::string value;                       ///< what its value is called, "FILE"; empty for a flag
+  std::vector<std::string> shorts, longs;  ///< including dashes: "-o", "--output"; empty for an operand
+  std::string value;                       ///< name of the value, "FILE"; empty for a flag
   std::string text;
-  std::string default_value;  ///< value that it has if it is not given, where that is shown
+  std::string default_value;  ///< empty if there is none or it is not shown
   bool required = false;
   bool repeats = false;
   ValueCompletion suggestion;
@@ -40,35 +41,35 @@ struct OptionHelp {
 
 struct CommandHelp {
   std::string name, summary;
-  std::string group;                    ///< of the program's list of commands
-  std::vector<std::string> paragraphs;  ///< what the help says below the options, but for the examples
-  std::vector<std::string> examples;    ///< commands
+  std::string group;                    ///< heading in the program's list of commands
+  std::vector<std::string> paragraphs;  ///< help texts below the options, without the examples
+  std::vector<std::string> examples;    ///< command lines
   std::vector<OptionHelp> operands, options;
 };
 
 struct ProgramHelp {
   std::string version;
   CommandHelp program;
-  std::vector<CommandHelp> commands;  ///< without hidden ones
+  std::vector<CommandHelp> commands;  ///< without hidden commands
 };
 
 ProgramHelp describe_program(CLI::App& program);
 
-/// A command alone, a hidden one too.
+/// Describes a single command, which may be hidden.
 CommandHelp describe_command(CLI::App& parser);
 
-/// What a help text calls the option's value: "FILE"; `VALUE` if nobody gave it a name.
+/// The name of the option's value in help texts: "FILE"; `VALUE` by default.
 std::string value_name(CLI::Option& option);
 
-/// Every name of the option: its short ones and its long ones.
+/// All names of the option: short ones first, then long ones.
 std::vector<std::string> names_of(const OptionHelp& option);
 
-// Help as people read it on a terminal.
+// Help texts for terminals.
 
-/// Columns that help may use: those of the terminal, at most 80, or 80 where stdout is no terminal.
+/// Width of help texts in columns: that of the terminal, at most 80; 80 if stdout is not a terminal.
 int help_width();
 
-/// The commands by their groups. Examples are never broken, to be copied.
+/// Lists the commands by group. Examples are never wrapped, so that they can be copied.
 std::string help_text(const ProgramHelp& help, int width);
 std::string help_text(const CommandHelp& command, int width);
 

@@ -11,7 +11,7 @@ namespace {
 
 constexpr std::string_view exit_codes_head = "Exit codes: ";
 
-/// Text whose characters roff prints as they are.
+/// Escapes the characters that are special to roff.
 std::string roff(std::string_view text) {
   std::string escaped;
   for (const char c : text) {
@@ -34,13 +34,13 @@ std::string upper(std::string text) {
   return text;
 }
 
-/// Line breaks of the help text are those of a terminal, not of a page.
+/// Joins lines: the line breaks of the help text are meant for terminals.
 std::string filled(std::string text) {
   std::replace(text.begin(), text.end(), '\n', ' ');
   return roff(text);
 }
 
-/// No date: the same program gives the same pages.
+/// Omits the date, so that the output is reproducible.
 std::string heading(const std::string& title, const std::string& version) {
   return fmt::format(".TH {} 1 \"\" \"balance {}\" \"User Commands\"\n", roff(upper(title)), version);
 }
@@ -92,7 +92,7 @@ std::string examples_section(const std::vector<std::string>& examples) {
   return text + ".fi\n";
 }
 
-/// The program's help has the exit codes in one paragraph, separated by semicolons; a page has room for a list.
+/// The help lists the exit codes in one paragraph, separated by semicolons; the man page makes a list of them.
 std::string exit_section(const CommandHelp& program) {
   for (const std::string& paragraph : program.paragraphs) {
     if (!paragraph.starts_with(exit_codes_head)) continue;
@@ -117,7 +117,7 @@ std::string command_list(const ProgramHelp& help) {
   return text;
 }
 
-/// Every other page.
+/// All other pages.
 std::string see_also(const ProgramHelp& help, const std::string& self) {
   std::vector<std::string> pages;
   if (!self.empty()) pages.emplace_back("balance");
@@ -135,7 +135,7 @@ std::string man_page(const ProgramHelp& help) {
   std::vector<std::string> texts = help.program.paragraphs;
   std::erase_if(texts, [](const std::string& text) { return text.starts_with(exit_codes_head); });
   const std::string& summary = help.program.summary;
-  const std::size_t colon = summary.find(": ");  // "balance: what it is"
+  const std::size_t colon = summary.find(": ");  // "balance: description"
   return heading("balance", help.version) +
          name_section("balance", colon == std::string::npos ? summary : summary.substr(colon + 2)) +
          ".SH SYNOPSIS\n.B balance\n\\fICOMMAND\\fR [\\fIOPTIONS\\fR] ...\n" +

@@ -1,5 +1,5 @@
 #pragma once
-/// Manual pages in the man macros of roff.
+/// Manual pages in roff with the man macros.
 
 #include "cli/help.hpp"
 

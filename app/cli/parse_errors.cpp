@@ -34,7 +34,7 @@ std::string format_operands(CLI::App& command) {
 std::string describe_extra_argument(CLI::App& command, const std::vector<std::string>& words) {
   const std::string name = qualified_command_name(command);
   for (const std::string& word : words) {
-    if (const std::string cure = suggest_option(word); !cure.empty()) return word + ": " + cure;
+    if (const std::string suggestion = suggest_option(word); !suggestion.empty()) return word + ": " + suggestion;
     if (word.size() < 2 || word.front() != '-') continue;
     const std::string option = word.substr(0, word.find('='));
     return fmt::format("{} has no option {}{}", name, quote_for_message(option),
@@ -44,7 +44,7 @@ std::string describe_extra_argument(CLI::App& command, const std::vector<std::st
                      format_operands(command));
 }
 
-/// Whether a file is a suite rather than a spec: a line of it begins with one of a suite's own keys.
+/// Whether a file is a suite rather than a spec: one of its lines begins with a top-level key of suites.
 bool is_suite_file(const std::filesystem::path& path) {
   constexpr std::streamsize max_inspected_bytes = 65536;
   std::string text(max_inspected_bytes, '\0');
@@ -57,23 +57,24 @@ bool is_suite_file(const std::filesystem::path& path) {
   return text.find("\ncases:") != std::string::npos || text.find("\nmatrix:") != std::string::npos;
 }
 
-/// The files in this folder that an operand may mean, if they are few.
+/// The files in the current directory that the operand could mean; empty if there are too many.
 std::vector<std::string> list_candidate_files(CLI::Option& operand) {
   constexpr std::size_t max_listed_files = 6;
   const ValueCompletion suggestion = find_value_completion(operand);
-  std::vector<std::string> found;
+  std::vector<std::string> files;
   std::error_code error;
-  const bool wants_suite = value_name(operand) == "SUITE", among_yaml = wants_suite || value_name(operand) == "SPEC";
+  const bool is_suite_wanted = value_name(operand) == "SUITE",
+             among_yaml = is_suite_wanted || value_name(operand) == "SPEC";
   for (std::filesystem::directory_iterator at(".", error), end; !error && at != end; at.increment(error)) {
     const std::string name = at->path().filename().string(), suffix = at->path().extension().string();
-    const auto& wanted = suggestion.items;
-    if (!suffix.empty() && std::find(wanted.begin(), wanted.end(), suffix.substr(1)) != wanted.end() &&
-        (!among_yaml || is_suite_file(at->path()) == wants_suite))
-      found.push_back(name);
+    const auto& suffixes = suggestion.items;
+    if (!suffix.empty() && std::find(suffixes.begin(), suffixes.end(), suffix.substr(1)) != suffixes.end() &&
+        (!among_yaml || is_suite_file(at->path()) == is_suite_wanted))
+      files.push_back(name);
   }
-  std::sort(found.begin(), found.end());
-  if (found.size() > max_listed_files) found.clear();
-  return found;
+  std::sort(files.begin(), files.end());
+  if (files.size() > max_listed_files) files.clear();
+  return files;
 }
 
 std::string describe_missing_argument(CLI::App& command, CLI::Option& option) {
@@ -89,7 +90,8 @@ std::string describe_missing_argument(CLI::App& command, CLI::Option& option) {
                      escape_for_terminal(fmt::format("{}", fmt::join(files, ", "))));
 }
 
-/// Options that do not go together, or one that is there without the other that it needs; else empty.
+/// Describes options that exclude each other, or an option without another that it requires; empty if there is no
+/// conflict.
 std::string describe_option_conflict(CLI::App& command) {
   for (CLI::Option* option : command.get_options()) {
     if (option->count() == 0) continue;
@@ -101,7 +103,7 @@ std::string describe_option_conflict(CLI::App& command) {
   return "";
 }
 
-/// The option that the parser's message begins with, or names behind `before`.
+/// The option whose name follows `before` at the start of the parser's message; nullptr if there is none.
 CLI::Option* find_option_in_message(CLI::App& command, const std::string& message, std::string_view before) {
   if (!message.starts_with(before)) return nullptr;
   CLI::Option* longest = nullptr;
@@ -117,11 +119,11 @@ std::string describe_value_error(CLI::Option& option, const CLI::ParseError& err
   const std::string name = option.get_name(), message = error.what();
   if (option.get_items_expected_max() == 0) return name + " takes no value";
   if (dynamic_cast<const CLI::ConversionError*>(&error) != nullptr) {
-    const std::string found = option.results().empty() ? "" : option.results().back();
-    return fmt::format("{}: expected a number, found {}{}", name, quote_for_message(found),
-                       format_decimal_point_hint(found));
+    const std::string value = option.results().empty() ? "" : option.results().back();
+    return fmt::format("{}: expected a number, found {}{}", name, quote_for_message(value),
+                       format_decimal_point_hint(value));
   }
-  if (dynamic_cast<const CLI::ValidationError*>(&error) != nullptr) return message;  // made by a check of ours
+  if (dynamic_cast<const CLI::ValidationError*>(&error) != nullptr) return message;  // from one of our own validators
   if (option.count() > 1) return name + " is given more than once";
   return fmt::format("{} needs a value: {}", name, value_name(option));
 }
@@ -148,7 +150,7 @@ std::string describe_parse_error(CLI::App& command, const CLI::ParseError& error
     for (const char* before : {"", "Could not convert: "})
       if (CLI::Option* option = find_option_in_message(command, error.what(), before))
         return describe_value_error(*option, error);
-  if (const std::string relation = describe_option_conflict(command); !relation.empty()) return relation;
+  if (const std::string conflict = describe_option_conflict(command); !conflict.empty()) return conflict;
   for (CLI::Option* option : command.get_options())
     if (option->get_required() && option->count() == 0) return describe_missing_argument(command, *option);
   return error.what();

@@ -1,5 +1,5 @@
 #pragma once
-/// What is wrong with a command line that the parser refused, in the program's words.
+/// Error messages for command lines that the parser rejected.
 
 #include <CLI/CLI.hpp>
 
@@ -7,17 +7,17 @@
 
 namespace balance::app {
 
-/// One line: the option or argument, what was expected and what is nearest to it.
-/// @param command that was called, after it was parsed
+/// One line: the option or argument, the expected value and the nearest match.
+/// @param command that was called, after parsing
 std::string describe_parse_error(CLI::App& command, const CLI::ParseError& error);
 
 /// "balance" or "balance check".
 std::string qualified_command_name(const CLI::App& command);
 
-/// What to do for people who try an option of other programs; else empty.
+/// Advice for options that other programs have but this one lacks; empty for other words.
 std::string suggest_option(const std::string& word);
 
-/// @throws SyntaxUsageError if an operand, or an option that takes a file's or a folder's name, was given an empty one
+/// @throws SyntaxUsageError if an operand, or an option that takes a file or folder name, has an empty value
 void check_names_not_empty(CLI::App& command);
 
 }  // namespace balance::app

@@ -25,7 +25,7 @@ _balance_files() {
 }
 )";
 
-// `=` is a word of its own in COMP_WORDS where it is one of COMP_WORDBREAKS.
+// If `=` is in COMP_WORDBREAKS, it is a separate word in COMP_WORDS.
 constexpr const char* tail = R"(
 _balance() {
   local cur=${COMP_WORDS[COMP_CWORD]} previous=${COMP_WORDS[COMP_CWORD-1]} command= operand=0 i word
@@ -77,14 +77,14 @@ std::string all_names(const std::vector<OptionHelp>& options) {
   return fmt::format("{}", fmt::join(names, " "));
 }
 
-/// `pattern` of the names behind `command:`.
+/// Case pattern `command:name` for every name of the option.
 std::string pattern_of(const CommandHelp& command, const OptionHelp& option) {
   std::vector<std::string> patterns;
   for (const std::string& name : names_of(option)) patterns.push_back(command.name + ":" + name);
   return fmt::format("{}", fmt::join(patterns, " | "));
 }
 
-/// A function with one case over command and option or operand.
+/// A shell function with a single case statement over command and option or operand.
 std::string function(const char* name, const char* key, const std::string& cases, const char* otherwise) {
   return fmt::format("\n{}() {{\n  case {} in\n{}    *) {} ;;\n  esac\n}}\n", name, key, cases, otherwise);
 }
@@ -132,7 +132,7 @@ std::string quoted(const std::string& text) {
   return result + "'";
 }
 
-/// Flags of `complete` that offer the values; -x: one is needed, and no other file will do.
+/// Flags of `complete` that offer the values. -x: a value is required, and no other files are offered.
 std::string fish_offer(const ValueCompletion& suggestion) {
   switch (suggestion.kind) {
     case ValueCompletion::Kind::words:
@@ -177,7 +177,7 @@ std::string fish_completion(const ProgramHelp& help) {
 
 namespace {
 
-/// Characters that mean something in a specification of _arguments, and quotes.
+/// Escapes quotes and the characters that are special in specifications of _arguments.
 std::string plain(const std::string& text) {
   std::string escaped;
   for (const char c : text) {
@@ -202,7 +202,7 @@ std::string operand_line(const OptionHelp& operand) {
   return fmt::format("'{}:{}:{}'", operand.repeats ? "*" : "", plain(operand.value), action(operand.suggestion));
 }
 
-/// One specification per name; names of one option exclude each other unless it may be repeated.
+/// One specification per name. The names of an option exclude each other unless the option may be repeated.
 std::string option_lines(const OptionHelp& option, const std::string& indent) {
   const std::vector<std::string> names = names_of(option);
   const std::string before = option.repeats ? "*" : names.size() > 1 ? fmt::format("({})", fmt::join(names, " ")) : "";
@@ -238,7 +238,7 @@ std::string zsh_completion(const ProgramHelp& help) {
       " \\\n    '1:command:->command' \\\n    '*::argument:->argument'\n"
       "  case $state in\n    command) _describe command commands ;;\n    argument)\n      case $line[1] in\n";
   for (const CommandHelp& command : help.commands) text += command_case(command);
-  // Autoloaded from $fpath the file is the function itself; sourced, it only says which function completes.
+  // If autoloaded from $fpath, the file is the body of the function; if sourced, it only registers the function.
   return text + "      esac\n      ;;\n  esac\n}\n\n" +
          "if [[ $funcstack[1] == _balance ]]; then _balance \"$@\"; else compdef _balance balance; fi\n";
 }

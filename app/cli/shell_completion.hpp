@@ -1,5 +1,5 @@
 #pragma once
-/// Scripts that complete the program's command line in a shell. They stand alone: nothing is asked of the program while
+/// Scripts that complete the program's command line in a shell. They are self-contained: the program is not run while
 /// the user types.
 
 #include "cli/help.hpp"

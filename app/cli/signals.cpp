@@ -19,7 +19,7 @@ volatile std::sig_atomic_t pending = 0;
 volatile std::sig_atomic_t interrupt_guard_active = 0;
 const char* volatile interrupt_message = nothing_written_message;
 
-/// What is left of a progress line is wiped away. A handler may only call what is async-signal-safe: no stdio.
+/// Clears the progress line first. A handler may call only async-signal-safe functions: no stdio.
 void write_interrupt_message() {
   constexpr char wipe[] = "\r\033[K";
   const char* const text = interrupt_message;
@@ -39,9 +39,9 @@ extern "C" void handle_signal(int signal) {
 }  // namespace
 
 void install_signal_handlers() {
-  // A file that may not grow is to be an error of write, which can be told, rather than the end.
+  // Exceeding the file size limit becomes a write error, which can be reported, instead of killing the process.
   std::signal(SIGXFSZ, SIG_IGN);
-  // Whoever started the program may ignore it, and then nobody could learn how a child ended.
+  // If the parent process ignores SIGCHLD, we inherit that and cannot wait for the exit status of a child.
   std::signal(SIGCHLD, SIG_DFL);
   for (const int signal : {SIGINT, SIGTERM, SIGHUP}) {
     struct sigaction action {};

@@ -17,8 +17,8 @@ template <class Number>
 bool parse_whole_number_text(const std::string& text, Number& number) {
   const char* const begin = text.data() + (text.starts_with('+') ? 1 : 0);
   const char* const end = text.data() + text.size();
-  const auto [rest, wrong] = std::from_chars(begin, end, number);
-  return wrong == std::errc() && rest == end;
+  const auto [rest, error] = std::from_chars(begin, end, number);
+  return error == std::errc() && rest == end;
 }
 
 /// "a number from 2 to 100", "a number of at least 2"

@@ -1,5 +1,5 @@
 #pragma once
-/// Checks of an option's text. Their messages say what was expected and what was found; help texts do not show them.
+/// Validators for option values. Their messages state the expected and the actual value; help texts do not show them.
 
 #include <CLI/CLI.hpp>
 
@@ -10,11 +10,11 @@
 namespace balance::app {
 
 CLI::Validator integer_range_validator(long lower,
-                                       long upper = std::numeric_limits<long>::max());  ///< both bounds included
+                                       long upper = std::numeric_limits<long>::max());  ///< inclusive bounds
 
-CLI::Validator number_range_validator(double lower, double upper);  ///< both bounds included; infinity: none
+CLI::Validator number_range_validator(double lower, double upper);  ///< inclusive bounds; infinity: no bound
 
-/// One of the words, which are also what a shell offers.
+/// Restricts the option to these words, which are also offered as completions.
 void add_choice_validator(CLI::Option* option, const std::vector<std::string>& words);
 
 }  // namespace balance::app

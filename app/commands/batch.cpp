@@ -27,13 +27,13 @@
 
 namespace balance::app {
 
-/// What `batch` is asked to do.
+/// Options of `batch`.
 struct BatchCommandOptions {
   std::string suite;
   std::string output;                     ///< folder; empty: the suite's stem with `-results`, in the current folder
-  unsigned jobs = 0;                      ///< 0: all cores
+  unsigned jobs = 0;                      ///< 0: one per core
   std::string shard;                      ///< "i/n"
-  std::string case_timeout, case_memory;  ///< empty: as the library has it
+  std::string case_timeout, case_memory;  ///< empty: the defaults of the library
   bool metrics_only = false;
   bool retry_failed = false;
   bool merge = false;
@@ -45,13 +45,13 @@ struct BatchCommandOptions {
 
 void add_batch_options(CLI::App& parser, BatchCommandOptions& options);
 
-/// @throws UsageError for text that is not i/n
+/// @throws UsageError if the text is not of the form i/n
 std::optional<Shard> parse_shard(const std::string& text);
 
-/// Where the results go.
+/// The folder for the results.
 std::string choose_output_folder(const BatchCommandOptions& options);
 
-/// What the library is to do, without progress. @throws UsageError for a limit that is none
+/// The library's options without the progress callback. @throws UsageError for an invalid limit
 BatchOptions make_batch_options(const BatchCommandOptions& options);
 
 namespace {
@@ -63,7 +63,7 @@ std::string format_progress(const BatchProgress& progress) {
   return text;
 }
 
-/// The cases and the files that they are made of, for scripts.
+/// Lists the cases and the files that they depend on, for scripts.
 ExitCode print_case_list(const BatchPlan& plan, const BatchCommandOptions& options, const std::optional<Shard>& shard) {
   Json json = {{"suite", plan.suite.name}, {"cases", Json::array()}};
   std::string names;
@@ -81,7 +81,7 @@ ExitCode print_case_list(const BatchPlan& plan, const BatchCommandOptions& optio
   return ExitCode::done;
 }
 
-/// What earlier batches have left.
+/// Notes the cases that earlier batches have finished.
 void print_reused_cases(const BatchOutcome& outcome, const BatchCommandOptions& options) {
   const BatchProgress& progress = outcome.progress;
   if (options.quiet || progress.reused == 0) return;
@@ -96,7 +96,7 @@ std::string format_case(const CaseRecord& record) {
                              (record.message.empty() ? "" : ": " + record.message));
 }
 
-/// A shard's part of the results: no summary of all, no requirements.
+/// Reports the results of a shard, without the summary of all cases and without requirements.
 ExitCode report_shard(const BatchOutcome& outcome, const BatchCommandOptions& options) {
   int code = 0;
   std::string text;
@@ -128,11 +128,11 @@ ExitCode report(const BatchPlan& plan, BatchOutcome outcome, const BatchCommandO
   } else if (!options.quiet) {
     std::string text = format_batch_text(summary);
     for (const std::string& file : files) text += format_written_message(file);
-    // The end of a log is what is read of it.
+    // Failures come last, because the end of a log is what people read.
     const std::string failures = format_failures(summary);
     print_text(text + (failures.empty() ? "" : "\n") + failures);
   } else if (const std::string failures = format_failures(summary); !failures.empty()) {
-    tell_lines(failures.substr(0, failures.size() - 1));
+    print_message_lines(failures.substr(0, failures.size() - 1));
   }
   return static_cast<ExitCode>(summary.exit_code());
 }
@@ -142,8 +142,8 @@ ExitCode run(const BatchCommandOptions& options) {
   if (options.merge && shard) throw UsageError("--merge is about all cases and does not go with --shard");
   const BatchPlan plan = make_batch_plan(read_suite_file(options.suite));
   if (options.list) return print_case_list(plan, options, shard);
-  if (const std::string trouble = find_overwritten_input(plan, choose_output_folder(options)); !trouble.empty())
-    throw UsageError(trouble);
+  if (const std::string conflict = find_overwritten_input(plan, choose_output_folder(options)); !conflict.empty())
+    throw UsageError(conflict);
   if (options.merge) return report(plan, collect_batch(plan, choose_output_folder(options)), options);
   set_interrupt_message("interrupted; cases that are finished are kept, and the same command goes on behind them");
   BatchOutcome outcome;
@@ -182,30 +182,30 @@ Command setup_batch(CLI::App& program) {
 
 namespace {
 
-/// A number ≥ 0 and what stands behind it. @throws UsageError
-std::pair<double, std::string> split_number(const std::string& text, const std::string& complaint) {
+/// Splits a number ≥ 0 from the text that follows it. @throws UsageError
+std::pair<double, std::string> split_number(const std::string& text, const std::string& error_message) {
   double number = 0;
   const char* const end = text.data() + text.size();
-  const auto [rest, wrong] = std::from_chars(text.data(), end, number);
-  if (wrong != std::errc() || !std::isfinite(number) || number < 0) throw UsageError(complaint);
+  const auto [rest, error] = std::from_chars(text.data(), end, number);
+  if (error != std::errc() || !std::isfinite(number) || number < 0) throw UsageError(error_message);
   return {number, std::string(rest, end)};
 }
 
 double parse_seconds(const std::string& text) {
-  const std::string complaint =
+  const std::string error_message =
       "--case-timeout needs seconds, such as 60, or 0 for none, not " + quote_for_message(text);
-  const auto [number, unit] = split_number(text, complaint);
+  const auto [number, unit] = split_number(text, error_message);
   for (const auto& [name, seconds] : {std::pair("", 1.0), {"s", 1.0}, {"min", 60.0}, {"h", 3600.0}})
     if (unit == name && number * seconds <= max_duration) return number * seconds;
-  throw UsageError(complaint);
+  throw UsageError(error_message);
 }
 
-constexpr double min_case_memory = 16;  // MiB: what a process has before it reads its spec
+constexpr double min_case_memory = 16;  // MiB: used by a process before it reads its spec
 
 std::uintmax_t parse_bytes(const std::string& text) {
-  const std::string complaint =
+  const std::string error_message =
       "--case-memory needs MiB, such as 512, or a size such as 2GiB, or 0 for no limit, not " + quote_for_message(text);
-  const auto [number, unit] = split_number(text, complaint);
+  const auto [number, unit] = split_number(text, error_message);
   constexpr double kibibyte = 1024, mebibyte = kibibyte * kibibyte;
   for (const auto& [name, bytes] : {std::pair("", mebibyte),
                                     {"K", kibibyte},
@@ -221,13 +221,13 @@ std::uintmax_t parse_bytes(const std::string& text) {
                                     {"GB", 1e9},
                                     {"TB", 1e12}}) {
     if (unit != name) continue;
-    if (number * bytes > 1e18) throw UsageError(complaint);
+    if (number * bytes > 1e18) throw UsageError(error_message);
     if (number > 0 && number * bytes < min_case_memory * mebibyte)
       throw UsageError(fmt::format("--case-memory {}: expected at least {:g} MiB, without which no case can begin",
                                    quote_for_message(text), min_case_memory));
     return static_cast<std::uintmax_t>(number * bytes);
   }
-  throw UsageError(complaint);
+  throw UsageError(error_message);
 }
 
 }  // namespace
@@ -261,10 +261,10 @@ std::optional<Shard> parse_shard(const std::string& text) {
   if (text.empty()) return std::nullopt;
   Shard shard;
   const char* const end = text.data() + text.size();
-  const auto [slash, wrong] = std::from_chars(text.data(), end, shard.index);
-  const bool first = wrong == std::errc() && slash != end && *slash == '/';
-  const auto [last, wrong_too] = first ? std::from_chars(slash + 1, end, shard.count) : std::from_chars_result{};
-  if (!first || wrong_too != std::errc() || last != end || shard.index < 1 || shard.index > shard.count)
+  const auto [slash, index_error] = std::from_chars(text.data(), end, shard.index);
+  const bool has_index = index_error == std::errc() && slash != end && *slash == '/';
+  const auto [last, count_error] = has_index ? std::from_chars(slash + 1, end, shard.count) : std::from_chars_result{};
+  if (!has_index || count_error != std::errc() || last != end || shard.index < 1 || shard.index > shard.count)
     throw UsageError("--shard needs i/n with 1 <= i <= n, such as 2/8, not '" + text + "'");
   return shard;
 }

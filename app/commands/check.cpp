@@ -23,28 +23,28 @@ std::optional<VerifyReport> verify_or_throw(const Study& study) {
   try {
     return verify_formulations(study);
   } catch (const std::invalid_argument& error) {
-    // The library was asked something that the spec should not have asked.
+    // The options are valid, so the error is in the spec.
     throw SpecError({.place = {.file = study.spec_file}, .message = error.what()});
   }
 }
 
 CheckReport check_with_progress(const Study& study) {
   ProgressLine line(false);
-  return check_mechanism(study, [&](double part) { line.draw_fraction("assembly modes", part); });
+  return check_mechanism(study, [&](double fraction) { line.draw_fraction("assembly modes", fraction); });
 }
 
-ExitCode run(const CheckOptions& wanted) {
-  const SpecOptions& options = wanted.spec;
+ExitCode run(const CheckOptions& check_options) {
+  const SpecOptions& options = check_options.spec;
   const Study study = read_study(options);
-  if (wanted.verify && study.mechanism.space == SpaceKind::spatial)
+  if (check_options.verify && study.mechanism.space == SpaceKind::spatial)
     throw UsageError(study.spec_file +
                      " is spatial: --verify compares two formulations, and spatial mechanisms have one");
   for (const std::string& warning : study.warnings) print_message("warning: " + warning);
   const CheckReport report = check_with_progress(study);
   const bool done = report.outcome.status == MotionStatus::done;
-  // In JSON a failure is one document, the error's; as text what is known is worth reading first.
+  // With --json a failure prints only the error document. As text, the report so far is printed first.
   std::optional<VerifyReport> verified;
-  if (wanted.verify && done) verified = verify_or_throw(study);
+  if (check_options.verify && done) verified = verify_or_throw(study);
   if (options.json && done) print(check_json(report, study.mechanism, study.warnings, verified ? &*verified : nullptr));
   if (!options.json) print_text(check_text(report, study.mechanism));
   if (!options.json && verified) print_text("\n" + verify_text(*verified));

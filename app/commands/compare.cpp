@@ -19,13 +19,13 @@
 
 namespace balance::app {
 
-/// What the user asks of `balance compare`.
+/// Options of `balance compare`.
 enum class ComparisonFormat { text, markdown, csv, json, junit };
 
 struct CompareOptions {
   std::vector<std::string> files;
   std::vector<std::string> requirements;
-  std::string format;  ///< empty: by the output's ending, else text
+  std::string format;  ///< empty: given by the suffix of the output, else text
   std::string output;  ///< empty: stdout
   bool json = false;
   bool all = false;
@@ -35,20 +35,20 @@ struct CompareOptions {
 
 void add_compare_options(CLI::App& parser, CompareOptions& options);
 
-/// @throws UsageError if options contradict each other
+/// @throws UsageError if the options contradict each other
 ComparisonFormat choose_format(const CompareOptions& options);
 
 namespace {
 
 std::vector<NamedRun> read_runs(const CompareOptions& options) {
   std::vector<NamedRun> runs;
-  std::vector<RunLocation> places;
+  std::vector<RunLocation> locations;
   for (const std::string& file : options.files) {
     StoredRun run = load_or_simulate_run(file, options.output, "the comparison");
-    places.push_back({run.path == standard_input ? "stdin" : run.path, run.group});
+    locations.push_back({run.path == standard_input ? "stdin" : run.path, run.group});
     runs.push_back({"", file, run.title, run.trajectory, run.law, run.drive, std::move(run.result)});
   }
-  const std::vector<std::string> names = make_run_names(places);
+  const std::vector<std::string> names = make_run_names(locations);
   for (std::size_t i = 0; i < runs.size(); ++i) runs[i].name = names[i];
   return runs;
 }
@@ -62,10 +62,10 @@ std::vector<RequirementVerdict> judge(const std::vector<std::string>& texts, con
 }
 
 std::string format_comparison(ComparisonFormat format, const ComparedRuns& compared,
-                              const std::vector<RequirementVerdict>& verdicts, QuantitySelection shown) {
+                              const std::vector<RequirementVerdict>& verdicts, QuantitySelection selection) {
   switch (format) {
-    case ComparisonFormat::text: return comparison_text(compared, verdicts, shown);
-    case ComparisonFormat::markdown: return comparison_markdown(compared, verdicts, shown);
+    case ComparisonFormat::text: return comparison_text(compared, verdicts, selection);
+    case ComparisonFormat::markdown: return comparison_markdown(compared, verdicts, selection);
     case ComparisonFormat::csv: return comparison_csv(compared);
     case ComparisonFormat::json: return comparison_json(compared, verdicts);
     case ComparisonFormat::junit: return junit_xml("balance compare", {make_verdict_suite("requirements", verdicts)});
@@ -98,7 +98,7 @@ ExitCode run(const CompareOptions& options) {
     if (!options.quiet)
       print_status({options.output}, format_verdicts(verdicts) + format_written_message(options.output));
   }
-  // A table of values has no place for them.
+  // A table of values cannot contain verdicts.
   const bool shown = options.output.empty() ? format != ComparisonFormat::csv : !options.quiet;
   for (const RequirementVerdict& verdict : verdicts) {
     if (!verdict.holds && !shown) print_message(format_verdict_line(verdict));

@@ -24,12 +24,12 @@ namespace {
 RunResult control_or_throw(const Study& study, const Trajectory& trajectory, const Controller& controller,
                            const ControlCommandOptions& options) {
   ProgressLine line(options.run.quiet);
-  const auto progress = [&](double part) { line.draw_fraction(trajectory.name, part); };
+  const auto progress = [&](double fraction) { line.draw_fraction(trajectory.name, fraction); };
   try {
     return simulate_closed_loop(study.mechanism, trajectory, controller,
                                 {.hold_time = options.settle, .max_steps = options.steps, .progress = progress});
   } catch (const std::invalid_argument& error) {
-    // The library was asked something that the spec should not have asked.
+    // The options are valid, so the error is in the spec.
     throw SpecError({.place = {.file = study.spec_file,
                                .key = "trajectories." + trajectory.name + ", controllers." + controller.name},
                      .message = error.what()});
@@ -37,28 +37,28 @@ RunResult control_or_throw(const Study& study, const Trajectory& trajectory, con
 }
 
 ExitCode run(const ControlCommandOptions& options) {
-  const SimulateOptions& shared = options.run;
-  const Study study = read_study(shared.spec);
+  const SimulateOptions& run_options = options.run;
+  const Study study = read_study(run_options.spec);
   reject_temporary_payloads(study, "a controlled run");
-  const Trajectory trajectory = choose_trajectory(shared, study);
-  const Controller controller = choose_controller(options, study);
-  check_outputs(shared, study);
-  print_run_header(shared, study, trajectory);
-  if (options.controller.empty() && !shared.quiet)
+  const Trajectory trajectory = choose_trajectory(run_options, study);
+  const Controller controller = choose_controller(study, options.controller);
+  check_outputs(run_options, study);
+  print_run_header(run_options, study, trajectory);
+  if (options.controller.empty() && !run_options.quiet)
     print_message("note: no --controller given: '" + controller.name + "' is taken");
   RunResult result = control_or_throw(study, trajectory, controller, options);
-  if (shared.poses && result.time.size() > 0) add_body_poses(study.mechanism, result);
-  print_notes(shared, result);
+  if (run_options.poses && result.time.size() > 0) add_body_poses(study.mechanism, result);
+  print_notes(run_options, result);
   const Provenance description = describe(options, study, trajectory, controller);
-  // What was computed until something stopped the run is worth keeping; the file says that it ended early.
+  // The part before a run stopped is worth keeping; the file records that the run ended early.
   const bool done = result.outcome.status == MotionStatus::done;
   std::vector<std::string> files;
-  if (result.time.size() >= 2) files = write_files(shared, result, description);
+  if (result.time.size() >= 2) files = write_files(run_options, result, description);
   if (!done) {
     for (const std::string& file : files) print_message("written up to where the run ended: " + file);
     throw MotionFailure(result.outcome);
   }
-  print_result(shared, result, description, files);
+  print_result(run_options, result, description, files);
   return ExitCode::done;
 }
 
@@ -99,10 +99,6 @@ void add_control_options(CLI::App& parser, ControlCommandOptions& o) {
       ->check(integer_range_validator(1));
 }
 
-Controller choose_controller(const ControlCommandOptions& options, const Study& study) {
-  return find_controller(options.controller, study);
-}
-
 Provenance describe(const ControlCommandOptions& options, const Study& study, const Trajectory& trajectory,
                     const Controller& controller) {
   const SimulateOptions& o = options.run;
@@ -117,22 +113,6 @@ Provenance describe(const ControlCommandOptions& options, const Study& study, co
                                      .controller = controller.name,
                                      .settle = options.settle,
                                      .steps = options.steps});
-}
-
-Controller find_controller(const std::string& name, const Study& study) {
-  std::vector<std::string> names;
-  for (const Controller& controller : study.controllers) {
-    names.push_back(controller.name);
-    if (controller.name == name) return controller;
-  }
-  if (!name.empty())
-    throw UsageError(fmt::format("{} has no controller {}, only {}{}", study.spec_file, quote_for_message(name),
-                                 fmt::join(names, ", "), append_nearest_name(name, names)));
-  // The built-in ones stand behind those of the spec.
-  const bool listed = study.controllers.size() > built_in_controllers().size() ||
-                      study.controllers.front().name != built_in_controllers().front().name;
-  if (listed) return study.controllers.front();
-  return find_controller(controller_type_name(ControllerType::computed_torque), study);
 }
 
 }  // namespace balance::app

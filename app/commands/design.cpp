@@ -20,25 +20,26 @@
 
 namespace balance::app {
 
-// A design's search under the user's eyes.
+// Interactive search for a design.
 
-/// On a terminal it tells how far the search is; Ctrl-C ends it with what it has. @throws Cancelled if that is nothing
-/// @param what is done, for the terminal
-/// @param find does it, with the options that it is given
-/// @param interrupted after how long Ctrl-C came [s]
+/// Shows the progress of the search on a terminal. Ctrl-C ends the search with the best result so far.
+/// @throws Cancelled if there is none yet
+/// @param what description of the search, for the terminal
+/// @param find runs the search with the options that it is passed
+/// @param interrupted time of Ctrl-C since the start [s]
 template <class Find>
-auto run_interruptible_search(const DesignCommandOptions& options, DesignStudyOptions wanted, const std::string& what,
-                              std::optional<double>& interrupted, Find&& find) {
+auto run_interruptible_search(const DesignCommandOptions& options, DesignStudyOptions study_options,
+                              const std::string& what, std::optional<double>& interrupted, Find&& find) {
   ProgressLine line(options.quiet || options.spec.json);
   const InterruptGuard interrupt;
   const Stopwatch watch;
-  wanted.on_progress = [&](const SearchProgress& progress) {
+  study_options.on_progress = [&](const SearchProgress& progress) {
     line.draw_fraction(what, progress.seconds / progress.max_time);
     if (interrupt.was_interrupted() && !interrupted) interrupted = watch.seconds();
     return !interrupt.was_interrupted();
   };
   try {
-    return std::forward<Find>(find)(wanted);
+    return std::forward<Find>(find)(study_options);
   } catch (const DeadlineExceeded&) {
     if (!interrupt.was_interrupted()) throw;
   } catch (const MechanismFailure&) {
@@ -73,19 +74,19 @@ std::vector<std::string> write_files(const DesignCommandOptions& options, const 
 ExitCode run(const DesignCommandOptions& options) {
   const DesignSpace space = read_space(options.spec);
   check_front_options(options, space.start);
-  const DesignStudyOptions wanted = make_study_options(options, space.start);
+  const DesignStudyOptions study_options = make_study_options(options, space.start);
   check_outputs(options, space.start);
   if (!options.quiet)
     for (const std::string& warning : space.start.warnings) print_message("warning: " + warning);
   if (is_front_requested(options, space.start)) return run_front(options, space);
   std::optional<double> interrupted;
-  DesignReport report =
-      run_interruptible_search(options, wanted, "searching, Ctrl-C ends it with the best so far", interrupted,
-                               [&](const DesignStudyOptions& watched) { return design_or_throw(space, watched); });
+  DesignReport report = run_interruptible_search(
+      options, study_options, "searching, Ctrl-C ends it with the best so far", interrupted,
+      [&](const DesignStudyOptions& interruptible_options) { return design_or_throw(space, interruptible_options); });
   const DesignStatus status = report.outcome.status;
   const bool done = status == DesignStatus::balanced || status == DesignStatus::no_goal;
   const std::string spec = designed_spec_or_throw(space, report);
-  DesignReportData view = make_design_data(wanted, space, spec, std::move(report));
+  DesignReportData view = make_design_data(study_options, space, spec, std::move(report));
   view.interrupted = interrupted;
   const std::vector<std::string> files = write_files(options, space, spec, view);
   if (options.spec.json) {
@@ -129,7 +130,7 @@ namespace {
 
 constexpr const char* middle = "middle";
 
-/// Index of the point that the option names; −1: none.
+/// Index of the point named by the option; −1 if none.
 int choose_point(const std::string& name, const ParetoFront& front) {
   if (name.empty() || front.points.empty()) return -1;
   if (name == middle) return find_compromise_point(front);
@@ -139,16 +140,17 @@ int choose_point(const std::string& name, const ParetoFront& front) {
   return k - 1;
 }
 
-/// A point's design with what is told of it.
+/// The design of a point of the front, with its reports.
 struct FrontDesign {
   std::string spec, text, json;
 };
 
-FrontDesign make_front_design(const DesignStudyOptions& wanted, const DesignSpace& space, const ParetoPoint& point) {
+FrontDesign make_front_design(const DesignStudyOptions& study_options, const DesignSpace& space,
+                              const ParetoPoint& point) {
   FrontDesign chosen;
-  DesignReport report = make_pareto_design(space, point, wanted.compare_trajectories);
+  DesignReport report = make_pareto_design(space, point, study_options.compare_trajectories);
   chosen.spec = designed_spec_or_throw(space, report);
-  const DesignReportData view = make_design_data(wanted, point.space, chosen.spec, std::move(report));
+  const DesignReportData view = make_design_data(study_options, point.space, chosen.spec, std::move(report));
   chosen.text = design_text(view);
   chosen.json = design_json(view, {});
   return chosen;
@@ -161,7 +163,7 @@ std::vector<std::string> write_files(const DesignCommandOptions& options, const 
   write.is_cancelled = [] { return pending_signal() != 0; };
   const SignalDeferral deferred;
   std::vector<std::string> files;
-  const auto put = [&](const std::string& path, const std::string& text) {
+  const auto write_text = [&](const std::string& path, const std::string& text) {
     if (path.empty()) return;
     AtomicFile file(path, write.existing);
     file.write(text);
@@ -169,8 +171,8 @@ std::vector<std::string> write_files(const DesignCommandOptions& options, const 
     file.commit();
     files.push_back(path);
   };
-  if (!balanced.empty()) put(options.output, balanced);
-  put(options.csv, front_csv(view));
+  if (!balanced.empty()) write_text(options.output, balanced);
+  write_text(options.csv, front_csv(view));
   if (!options.h5.empty()) {
     write_front(options.h5, view, describe(options, space.start), write);
     files.push_back(options.h5);
@@ -185,9 +187,9 @@ bool is_front_requested(const DesignCommandOptions& options, const Study& study)
 }
 
 void check_front_options(const DesignCommandOptions& options, const Study& study) {
-  const bool number = !options.point.empty() && options.point.size() < 6 && options.point[0] != '0' &&
-                      options.point.find_first_not_of("0123456789") == std::string::npos;
-  if (!options.point.empty() && options.point != middle && !number)
+  const bool is_number = !options.point.empty() && options.point.size() < 6 && options.point[0] != '0' &&
+                         options.point.find_first_not_of("0123456789") == std::string::npos;
+  if (!options.point.empty() && options.point != middle && !is_number)
     throw UsageError(
         fmt::format("--point {}: expected the number of a point, from 1, or middle", quote_for_message(options.point)));
   if (!is_front_requested(options, study)) {
@@ -214,16 +216,18 @@ ParetoFront find_front_or_throw(const DesignSpace& space, const DesignStudyOptio
 }
 
 ExitCode run_front(const DesignCommandOptions& options, const DesignSpace& space) {
-  const DesignStudyOptions wanted = make_study_options(options, space.start);
+  const DesignStudyOptions study_options = make_study_options(options, space.start);
   std::optional<double> interrupted;
-  ParetoFront front = run_interruptible_search(
-      options, wanted, "searching the front, Ctrl-C ends it with the points so far", interrupted,
-      [&](const DesignStudyOptions& watched) { return find_front_or_throw(space, watched); });
-  FrontReportData view = make_front_report_data(wanted, space, std::move(front));
+  ParetoFront front =
+      run_interruptible_search(options, study_options, "searching the front, Ctrl-C ends it with the points so far",
+                               interrupted, [&](const DesignStudyOptions& interruptible_options) {
+                                 return find_front_or_throw(space, interruptible_options);
+                               });
+  FrontReportData view = make_front_report_data(study_options, space, std::move(front));
   view.interrupted = interrupted;
   const int k = choose_point(options.point, view.front);
   FrontDesign chosen;
-  if (k >= 0) chosen = make_front_design(wanted, space, view.front.points[static_cast<std::size_t>(k)]);
+  if (k >= 0) chosen = make_front_design(study_options, space, view.front.points[static_cast<std::size_t>(k)]);
   const std::vector<std::string> files = write_files(options, space, chosen.spec, view);
   if (options.spec.json) {
     print(front_json(view, files, chosen.json));

@@ -35,9 +35,9 @@
 
 namespace balance::app {
 
-// What the user asks of `balance equations`, and what it means for the study.
+// Options of `balance equations` and their translation into queries of the study.
 
-/// `at` may also be a trajectory's name, or empty: formulas.
+/// `at` may also be the name of a trajectory, or empty: closed-form formulas.
 struct EquationsOptions : StateOptions {
   SpecOptions spec;
   std::string speeds, constraints;  ///< `v: tool.u, w: {A: 0.5}`; empty: none
@@ -45,28 +45,28 @@ struct EquationsOptions : StateOptions {
   std::string output;
   bool latex = false, force = false, compress = false;
 
-  // of formulas
+  // of formulas only
   std::string code;  ///< `c` or `python`; empty: none
   bool expand = false, numbers = false, all = false;
 };
 
 void add_equations_options(CLI::App& parser, EquationsOptions& options);
 
-/// The sections that --only names; without it those that a page of text has room for, or all.
+/// The sections named by --only. Without it, those that fit a page of text, or all with --json.
 /// @throws UsageError
 std::set<EquationSection> choose_sections(const EquationsOptions& options);
 
-/// The trajectory that --at names as a whole; null if it names a pose.
+/// The trajectory whose name is given by --at; nullptr if --at is a pose.
 const Trajectory* trajectory_at(const EquationsOptions& options, const Study& study);
 
-/// The pose that --at means, found on the mechanism, with the rates asked for.
-/// @throws UsageError, SpecError; MotionFailure if the mechanism cannot take the pose
+/// Assembles the mechanism in the pose given by --at and sets the requested rates.
+/// @throws UsageError, SpecError; MotionFailure if the mechanism cannot reach the pose
 EquationsQuery make_query(const EquationsOptions& options, const Study& study);
 
-/// Refuses at once what would fail after the computation. @throws UsageError, SystemError
+/// Checks before the computation that the outputs can be written. @throws UsageError, SystemError
 void check_outputs(const EquationsOptions& options, const Study& study);
 
-/// `balance equations` without a pose: closed formulas.
+/// Options of `balance equations` without a pose: closed-form formulas.
 struct FormulaOptions {
   SpecOptions spec;
   std::vector<std::string> only;
@@ -74,7 +74,7 @@ struct FormulaOptions {
   bool latex = false, numbers = false, expand = false, all = false;
 };
 
-/// @throws UsageError for sections that there are not
+/// @throws UsageError for unknown sections
 ExitCode print_formulas(const FormulaOptions& options);
 
 namespace {
@@ -91,11 +91,11 @@ std::vector<std::string> actuator_names(const Mechanism& mechanism) {
   return names;
 }
 
-template <class Question>
-auto call_or_throw_usage_error(const EquationsOptions& options, const Study& study, const Question& question) {
+template <class Query>
+auto call_or_throw_usage_error(const EquationsOptions& options, const Study& study, const Query& query) {
   const bool by_options = !options.rates.empty() || !options.accelerations.empty() || !options.independent.empty() ||
                           !options.speeds.empty();
-  return call_library(by_options, study, question);
+  return call_library(by_options, study, query);
 }
 
 Provenance describe(const EquationsOptions& options, const Study& study) {
@@ -199,7 +199,7 @@ Command setup_equations(CLI::App& program) {
 
 namespace {
 
-/// Of poses and of formulas, which share some.
+/// Section names of poses and of formulas, without duplicates.
 std::vector<std::string> all_section_names() {
   std::vector<std::string> names = equation_section_names();
   for (const std::string& name : formulas::sheet_section_names())
@@ -207,7 +207,7 @@ std::vector<std::string> all_section_names() {
   return names;
 }
 
-/// What only formulas have; a pose needs those that stand before it.
+/// Adds the options that only formulas have, and makes the pose options above require --at.
 void add_formula_options(CLI::App& parser, EquationsOptions& o) {
   CLI::Option* at = parser.get_option("--at");
   add_choice_validator(parser.add_option("--code", o.code, "print the torques as a program in c or python")
@@ -287,7 +287,7 @@ std::set<EquationSection> choose_sections(const EquationsOptions& options) {
 }
 
 const Trajectory* trajectory_at(const EquationsOptions& options, const Study& study) {
-  return options.at == "start" || options.at == "end" ? nullptr : find_trajectory(options.at, study);
+  return options.at == "start" || options.at == "end" ? nullptr : find_by_name(study.trajectories, options.at);
 }
 
 namespace {

@@ -1,4 +1,4 @@
-/// Hidden commands that print what is installed beside the program: manual pages and shell completions.
+/// Hidden commands that print the files installed with the program: manual pages and shell completions.
 
 #include "cli/command.hpp"
 #include "cli/console.hpp"

@@ -58,7 +58,7 @@ std::string import_json(const ImportResult& imported, const std::string& output)
   return format_json(json);
 }
 
-/// What a person reads: everything that was found, then what came of it.
+/// Report for people: all findings, then the outcome.
 std::string report_text(const ImportResult& imported) {
   std::string text;
   for (const foreign::Finding& one : imported.findings) text += one.text() + "\n";
@@ -107,7 +107,7 @@ ExitCode run(const ImportCommandOptions& call) {
   const std::string text = read_text_file(call.file, "mechanism");
   check_overwrites_no_robot_file(call, text);
   const ImportResult imported = import_text(text, display_name(call.file), call.options);
-  const bool wanted = call.strict && (imported.has_warnings() || !imported.assembly_failure_reason.empty());
+  const bool has_strict_failure = call.strict && (imported.has_warnings() || !imported.assembly_failure_reason.empty());
   const bool to_stdout = call.output.empty() || call.output == standard_output_path;
   if (!to_stdout) write_spec(call, imported);
   if (call.json) {
@@ -115,13 +115,13 @@ ExitCode run(const ImportCommandOptions& call) {
   } else {
     const std::string report = report_text(imported);
     if (to_stdout) {
-      tell_lines(report.substr(0, report.size() - 1));
+      print_message_lines(report.substr(0, report.size() - 1));
       print(imported.spec);
     } else {
       print_text(report + format_written_message(call.output));
     }
   }
-  return wanted ? ExitCode::not_met : ExitCode::done;
+  return has_strict_failure ? ExitCode::not_met : ExitCode::done;
 }
 
 }  // namespace

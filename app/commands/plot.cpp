@@ -28,7 +28,7 @@
 
 namespace balance::app {
 
-/// What `balance plot` is asked for.
+/// Options of `balance plot`.
 struct PlotOptions {
   std::vector<std::string> results, quantities, labels;
   std::string output, vectors = "magnitude", x = "time", plane = "xy", size, font, title;
@@ -37,13 +37,13 @@ struct PlotOptions {
 
 void add_plot_options(CLI::App& parser, PlotOptions& options);
 
-/// @throws UsageError for values that make no sense
+/// @throws UsageError for invalid values
 PlotPage choose_page(const PlotOptions& options);
 
-/// The picture of the runs. @throws UsageError for a quantity or plane that they do not have
+/// The plot of the runs. @throws UsageError for a quantity or plane that the runs do not have
 Plot choose_picture(const PlotOptions& options, const std::vector<StoredRun>& files);
 
-/// Fails early what would fail late. @throws UsageError, SystemError
+/// Checks before the computation that the outputs can be written. @throws UsageError, SystemError
 void check_outputs(const PlotOptions& options);
 
 namespace {
@@ -63,7 +63,7 @@ std::string draw(const Plot& picture, const PlotPage& page) {
   try {
     return render_plot(picture, page);
   } catch (const SystemError&) {
-    // A signal from the keyboard reaches gnuplot too.
+    // Ctrl-C in the terminal also interrupts gnuplot.
     if (pending_signal() != 0) throw Cancelled(nothing_written_message);
     throw;
   }
@@ -132,11 +132,11 @@ constexpr double min_page_side = 30, max_page_side = 1000;  // mm
 constexpr double min_font_size = 4, max_font_size = 72;     // pt
 
 std::size_t position(const char* option, const std::string& word, const std::vector<std::string>& words) {
-  const auto found = std::find(words.begin(), words.end(), word);
-  if (found == words.end())
+  const auto entry = std::find(words.begin(), words.end(), word);
+  if (entry == words.end())
     throw UsageError(fmt::format("{} {}: expected {}{}", option, quote_for_message(word), join_alternatives(words),
                                  append_nearest_name(word, words)));
-  return static_cast<std::size_t>(found - words.begin());
+  return static_cast<std::size_t>(entry - words.begin());
 }
 
 PlotFileFormat choose_format(const std::string& output) {
@@ -148,7 +148,7 @@ PlotFileFormat choose_format(const std::string& output) {
   return static_cast<PlotFileFormat>(position("--output", suffix, suffixes));
 }
 
-/// A number and nothing behind it, inside bounds.
+/// Parses a number that spans the whole text and lies within the bounds.
 bool parse(std::string_view text, double low, double high, double& number) {
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
   return error == std::errc() && end == text.data() + text.size() && number >= low && number <= high;
@@ -156,10 +156,10 @@ bool parse(std::string_view text, double low, double high, double& number) {
 
 void choose_size(const std::string& text, PlotPage& page) {
   const std::size_t cross = text.find('x');
-  const bool good = cross != std::string::npos &&
-                    parse(std::string_view(text).substr(0, cross), min_page_side, max_page_side, page.width) &&
-                    parse(std::string_view(text).substr(cross + 1), min_page_side, max_page_side, page.height);
-  if (!good)
+  const bool is_valid = cross != std::string::npos &&
+                        parse(std::string_view(text).substr(0, cross), min_page_side, max_page_side, page.width) &&
+                        parse(std::string_view(text).substr(cross + 1), min_page_side, max_page_side, page.height);
+  if (!is_valid)
     throw UsageError(fmt::format("--size {}: expected WIDTHxHEIGHT in mm, each from {:g} to {:g}, such as 120x80",
                                  quote_for_message(text), min_page_side, max_page_side));
 }
@@ -167,19 +167,19 @@ void choose_size(const std::string& text, PlotPage& page) {
 void choose_font(const std::string& text, PlotPage& page) {
   const std::size_t comma = text.find(',');
   page.font = text.substr(0, comma);
-  const bool name = !page.font.empty() && std::all_of(page.font.begin(), page.font.end(), [](char c) {
+  const bool has_valid_name = !page.font.empty() && std::all_of(page.font.begin(), page.font.end(), [](char c) {
     return std::isalnum(static_cast<unsigned char>(c)) || c == ' ' || c == '-';
   });
-  const bool size = comma == std::string::npos ||
-                    parse(std::string_view(text).substr(comma + 1), min_font_size, max_font_size, page.font_size);
-  if (!name || !size)
+  const bool has_valid_size = comma == std::string::npos || parse(std::string_view(text).substr(comma + 1),
+                                                                  min_font_size, max_font_size, page.font_size);
+  if (!has_valid_name || !has_valid_size)
     throw UsageError(
         fmt::format("--font {}: expected NAME or NAME,SIZE, the name of letters, digits, blanks and hyphens, the "
                     "size from {:g} to {:g} pt, such as 'Times,10'",
                     quote_for_message(text), min_font_size, max_font_size));
 }
 
-/// What tells a file from the others: its name without folder and suffix, and its group.
+/// Label that distinguishes the files: the name without folder and suffix, and the group.
 std::string default_label(const StoredRun& file) {
   const std::string stem = escape_for_terminal(std::filesystem::path(file.path).stem().string());
   return file.group.empty() ? stem : stem + " " + file.group;
@@ -191,26 +191,26 @@ std::vector<PlotRun> label_runs(const PlotOptions& options, const std::vector<St
                                  options.labels.size(), files.size()));
   std::vector<PlotRun> runs;
   std::set<std::string> used;
-  bool clash = false;
+  bool has_duplicate = false;
   for (std::size_t i = 0; i < files.size(); ++i) {
     runs.push_back({options.labels.empty() ? default_label(files[i]) : options.labels[i], &files[i].result});
-    clash = clash || !used.insert(runs.back().label).second;
+    has_duplicate = has_duplicate || !used.insert(runs.back().label).second;
   }
-  // Files of one name in several folders.
-  if (clash && options.labels.empty())
+  // Files with the same name in several folders.
+  if (has_duplicate && options.labels.empty())
     for (std::size_t i = 0; i < files.size(); ++i)
       runs[i].label =
           escape_for_terminal(files[i].group.empty() ? files[i].path : files[i].path + ":" + files[i].group);
   return runs;
 }
 
-/// What all have of what a designer asks first.
+/// The most important quantities for designers that all runs have.
 std::vector<std::string> default_quantities(const std::vector<StoredRun>& files) {
   std::vector<std::string> names = {"torque", "shaking_force", "shaking_moment"};
   std::erase_if(names, [&](const std::string& name) {
     return !std::all_of(files.begin(), files.end(), [&](const StoredRun& file) {
-      const auto found = find_plot_quantity(file.result, name, VectorView::magnitude);
-      return found && found->unit != "mixed";
+      const auto quantity = find_plot_quantity(file.result, name, VectorView::magnitude);
+      return quantity && quantity->unit != "mixed";
     });
   });
   return names;

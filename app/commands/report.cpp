@@ -40,13 +40,14 @@
 
 namespace balance::app {
 
-/// What the user asks of `balance report`.
+/// Options of `balance report`.
 struct ReportOptions {
   SpecOptions spec;
   GoalOptions goal;
-  std::vector<std::string> trajectories;  ///< names; empty: all that the spec declares
-  std::string controller;                 ///< that leads every run; empty: none
-  std::optional<long> samples;            ///< of every trajectory; the spec's if not given
+  std::vector<std::string> trajectories;  ///< names; empty: all trajectories of the spec
+  std::string controller;                 ///< used in every run; empty: none
+  std::optional<long> samples;            ///< of every trajectory; default: as in the spec
+  double seconds = 0;                     ///< of computing for the search of a design; 0: as in the spec
   std::string output;                     ///< empty: the spec's name with .html, in the current folder
   bool force = false;
   bool quiet = false;
@@ -54,24 +55,25 @@ struct ReportOptions {
 
 void add_report_options(CLI::App& parser, ReportOptions& options);
 
-/// Those asked for, in the spec's order; without a wish those that the spec lists, else the built-in ones.
-/// @throws UsageError for a name that does not exist
+/// The chosen trajectories in the order of the spec. By default all: those listed in the spec, or else the built-in
+/// ones.
+/// @throws UsageError for an unknown name
 std::vector<std::string> choose_trajectories(const ReportOptions& options, const Study& study);
 
-/// The file that the page goes to. @throws UsageError if that is the spec; SystemError if it cannot be written
+/// The output file of the page. @throws UsageError for a spec from standard input without --output, or for conflicting
+/// uses of standard output
 std::string choose_output(const ReportOptions& options);
 
-/// What makes the same page again; the spec's folder is left out.
+/// Command line that reproduces the page, without the folder of the spec.
 std::string command_line(const ReportOptions& options);
 
 namespace {
 
-/// A run of the trajectory of this name. What cannot be run has an outcome that says so: the page shows it.
+/// Runs the trajectory of this name. If it cannot be run, the outcome of the result says why, and the page shows it.
 RunResult run_named(const Study& study, const std::string& name, const ReportOptions& options) {
-  const auto found = std::find_if(study.trajectories.begin(), study.trajectories.end(),
-                                  [&](const Trajectory& trajectory) { return trajectory.name == name; });
+  const Trajectory* found = find_by_name(study.trajectories, name);
   RunResult result;
-  if (found == study.trajectories.end()) {
+  if (found == nullptr) {
     result.outcome = {MotionStatus::mismatch, 0, "the designed spec has no such trajectory", {}};
     return result;
   }
@@ -80,7 +82,7 @@ RunResult run_named(const Study& study, const std::string& name, const ReportOpt
   try {
     result = options.controller.empty()
                  ? simulate(study.mechanism, trajectory)
-                 : simulate_closed_loop(study.mechanism, trajectory, find_controller(options.controller, study));
+                 : simulate_closed_loop(study.mechanism, trajectory, choose_controller(study, options.controller));
   } catch (const std::invalid_argument& error) {
     result.outcome = {MotionStatus::mismatch, 0, error.what(), {}};
   }
@@ -90,26 +92,27 @@ RunResult run_named(const Study& study, const std::string& name, const ReportOpt
 bool is_done(const std::optional<RunResult>& result) { return result && result->outcome.status == MotionStatus::done; }
 
 ReportedTrajectory describe(const Study& study, const std::string& name) {
-  ReportedTrajectory shown;
-  shown.name = name;
-  for (const Trajectory& trajectory : study.trajectories) {
-    if (trajectory.name != name) continue;
-    shown.law = law_name(trajectory);
-    shown.drive = name_of(trajectory.drive);
+  ReportedTrajectory reported;
+  reported.name = name;
+  if (const Trajectory* trajectory = find_by_name(study.trajectories, name)) {
+    reported.law = law_name(*trajectory);
+    reported.drive = name_of(trajectory->drive);
   }
-  return shown;
+  return reported;
 }
 
-/// A finished run may have a duration or a point for moments that its spec does not tell.
+/// Compares a run with a simulation of its spec. The duration or moment reference point of a stored run may differ from
+/// the spec.
 bool is_same_run(const RunResult& a, const RunResult& b) {
-  const auto alike = [](const auto& one, const auto& other) {
+  const auto is_close = [](const auto& one, const auto& other) {
     return one.size() == other.size() && (one - other).norm() <= 1e-6 * (1 + one.norm());
   };
-  return alike(a.time, b.time) && alike(a.shaking_moment, b.shaking_moment);
+  return is_close(a.time, b.time) && is_close(a.shaking_moment, b.shaking_moment);
 }
 
-/// How far a run along a trajectory is off; nothing where that cannot be told, with the reason among the notes.
-/// @param space whose start is the mechanism that runs
+/// Deviation of a run along a trajectory due to tolerances. std::nullopt without tolerances or if it cannot be
+/// computed; in the latter case the notes of the page give the reason.
+/// @param space whose start is the mechanism of the run
 std::optional<RunResult> deviation_of(const DesignSpace& space, const RunResult& run, const std::string& name,
                                       HtmlReport& page) {
   if (space.start.tolerances.empty() || run.outcome.status != MotionStatus::done || !page.controller.empty()) return {};
@@ -117,13 +120,13 @@ std::optional<RunResult> deviation_of(const DesignSpace& space, const RunResult&
     if (trajectory.name != name || is_mechanism_dependent(trajectory)) continue;
     trajectory.samples = run.time.size();
     try {
-      ToleranceReport off = analyse_tolerance(space, evaluate_tolerances(space), trajectory,
-                                              {"torque", "shaking_force", "shaking_moment"});
-      if (off.outcome.status != MotionStatus::done) continue;
-      if (is_same_run(off.run, run)) {
-        for (const IncompatibleParameter& one : off.incompatible_parameters)
+      ToleranceReport tolerance = analyse_tolerance(space, evaluate_tolerances(space), trajectory,
+                                                    {"torque", "shaking_force", "shaking_moment"});
+      if (tolerance.outcome.status != MotionStatus::done) continue;
+      if (is_same_run(tolerance.run, run)) {
+        for (const IncompatibleParameter& one : tolerance.incompatible_parameters)
           page.notes.push_back(name + ": " + format_incompatibility_note(one));
-        return std::move(off.deviation);
+        return std::move(tolerance.deviation);
       }
       page.notes.push_back("no band of tolerances along " + name + ": the run was made with options of its own");
     } catch (const std::invalid_argument& error) {
@@ -133,18 +136,19 @@ std::optional<RunResult> deviation_of(const DesignSpace& space, const RunResult&
   return {};
 }
 
-/// Every trajectory asked for, before and, if there is a design, after. @throws MotionFailure if none can be run at all
+/// Runs the chosen trajectories with the given mechanism and, if there is a design, with the designed one.
+/// @throws MotionFailure if none of them can be run
 void run_trajectories(const ReportOptions& options, const DesignSpace& before, const DesignSpace* after,
                       HtmlReport& page) {
   for (const std::string& name : choose_trajectories(options, before.start)) {
-    ReportedTrajectory shown = describe(before.start, name);
-    shown.before = run_named(before.start, name, options);
-    shown.deviation_before = deviation_of(before, *shown.before, name, page);
+    ReportedTrajectory reported = describe(before.start, name);
+    reported.before = run_named(before.start, name, options);
+    reported.deviation_before = deviation_of(before, *reported.before, name, page);
     if (after != nullptr) {
-      shown.after = run_named(after->start, name, options);
-      shown.deviation_after = deviation_of(*after, *shown.after, name, page);
+      reported.after = run_named(after->start, name, options);
+      reported.deviation_after = deviation_of(*after, *reported.after, name, page);
     }
-    page.trajectories.push_back(std::move(shown));
+    page.trajectories.push_back(std::move(reported));
     if (pending_signal() != 0) throw Cancelled(nothing_written_message);
   }
   const auto works = [](const ReportedTrajectory& t) { return is_done(t.before) || is_done(t.after); };
@@ -163,11 +167,11 @@ HtmlReport begin_page(const ReportOptions& options, const Study& study) {
   page.notes = study.warnings;
   page.controller = options.controller;
   if (!options.controller.empty())
-    page.controller_type = controller_type_name(find_controller(options.controller, study).type);
+    page.controller_type = controller_type_name(choose_controller(study, options.controller).type);
   return page;
 }
 
-/// @throws SystemError unless the run is one of the mechanism in its spec
+/// @throws SystemError if the run does not belong to the mechanism of its spec
 void check_run_matches_spec(const StoredRun& run, const Study& study) {
   std::vector<std::string> coordinates, joints;
   for (const Coordinate& coordinate : study.mechanism.coordinates) coordinates.push_back(coordinate.name);
@@ -179,7 +183,7 @@ void check_run_matches_spec(const StoredRun& run, const Study& study) {
     throw SystemError(run.path + ": is damaged: its run belongs to another mechanism than its spec");
 }
 
-/// The run of a result file, with the spec that it was made from.
+/// The page of a run stored in a result file, together with its spec.
 HtmlReport file_page(const ReportOptions& options, const StoredRun& run, const DesignSpace& space) {
   const Study& study = space.start;
   check_run_matches_spec(run, study);
@@ -187,9 +191,9 @@ HtmlReport file_page(const ReportOptions& options, const StoredRun& run, const D
   page.controller = run.controller;
   page.controller_type = run.controller_type;
   if (!run.ended_early.empty()) page.notes.push_back("the run ended early: " + run.ended_early);
-  ReportedTrajectory shown{run.trajectory, run.law, run.drive, run.result, std::nullopt};
-  shown.deviation_before = deviation_of(space, run.result, run.trajectory, page);
-  page.trajectories.push_back(std::move(shown));
+  ReportedTrajectory reported{run.trajectory, run.law, run.drive, run.result, std::nullopt};
+  reported.deviation_before = deviation_of(space, run.result, run.trajectory, page);
+  page.trajectories.push_back(std::move(reported));
   return page;
 }
 
@@ -197,32 +201,34 @@ DesignStudyOptions design_options(const ReportOptions& options, const Study& stu
   DesignCommandOptions as_design;
   as_design.spec = options.spec;
   as_design.goal = options.goal;
-  DesignStudyOptions wanted = make_study_options(as_design, study);
-  wanted.compare_trajectories = false;  // run here, with their samples
-  return wanted;
+  as_design.seconds = options.seconds;
+  DesignStudyOptions study_options = make_study_options(as_design, study);
+  study_options.compare_trajectories = false;  // they run here instead, with the requested samples
+  return study_options;
 }
 
-/// The page's design is the front's middle.
-DesignReportData make_middle_design_data(const DesignStudyOptions& wanted, const DesignSpace& space, HtmlReport& page) {
-  ParetoFront front = find_front_or_throw(space, wanted);
+/// The design of the page is the compromise point of the front.
+DesignReportData make_middle_design_data(const DesignStudyOptions& study_options, const DesignSpace& space,
+                                         HtmlReport& page) {
+  ParetoFront front = find_front_or_throw(space, study_options);
   if (front.points.empty()) throw MechanismFailure("no-front", front.failure.outcome.reason);
   const ParetoPoint point = front.points[static_cast<std::size_t>(find_compromise_point(front))];
   DesignReport report = make_pareto_design(space, point, false);
-  page.front = front_json(make_front_report_data(wanted, space, std::move(front)), {});
+  page.front = front_json(make_front_report_data(study_options, space, std::move(front)), {});
   const std::string balanced = designed_spec_or_throw(space, report);
-  return make_design_data(wanted, point.space, balanced, std::move(report));
+  return make_design_data(study_options, point.space, balanced, std::move(report));
 }
 
-DesignReportData only_design(const DesignStudyOptions& wanted, const DesignSpace& space) {
-  DesignReport report = design_or_throw(space, wanted);
+DesignReportData only_design(const DesignStudyOptions& study_options, const DesignSpace& space) {
+  DesignReport report = design_or_throw(space, study_options);
   const std::string balanced = designed_spec_or_throw(space, report);
-  return make_design_data(wanted, space, balanced, std::move(report));
+  return make_design_data(study_options, space, balanced, std::move(report));
 }
 
 void add_design(const ReportOptions& options, const DesignSpace& space, HtmlReport& page) {
-  const DesignStudyOptions wanted = design_options(options, space.start);
-  const DesignReportData view =
-      space.start.design.front ? make_middle_design_data(wanted, space, page) : only_design(wanted, space);
+  const DesignStudyOptions study_options = design_options(options, space.start);
+  const DesignReportData view = space.start.design.front ? make_middle_design_data(study_options, space, page)
+                                                         : only_design(study_options, space);
   page.before = view.report.study_before.mechanism;
   page.after = view.report.study_after.mechanism;
   page.design = design_json(view, {});
@@ -252,9 +258,9 @@ HtmlReport make_page(const ReportOptions& options, const DesignSpace& space) {
 std::string summary_json(const HtmlReport& page, const std::string& file, std::size_t bytes) {
   Json json = {{"mechanism", page.before.name}, {"trajectories", Json::array()}};
   for (const ReportedTrajectory& t : page.trajectories) {
-    Json shown = {{"trajectory", t.name}, {"before", name_of(t.before->outcome.status)}};
-    if (t.after) shown["after"] = name_of(t.after->outcome.status);
-    json["trajectories"].push_back(std::move(shown));
+    Json entry = {{"trajectory", t.name}, {"before", name_of(t.before->outcome.status)}};
+    if (t.after) entry["after"] = name_of(t.after->outcome.status);
+    json["trajectories"].push_back(std::move(entry));
   }
   json["conditions"] = !page.conditions.empty() || !page.design.empty();
   json["design"] = !page.design.empty();
@@ -271,7 +277,7 @@ void write_page(const ReportOptions& options, const std::string& file, const std
   pending.commit();
 }
 
-/// @throws UsageError for wishes that a finished run cannot fulfil
+/// @throws UsageError for options that do not apply to a stored run
 void check_file_options(const ReportOptions& o) {
   if (!o.trajectories.empty() || !o.controller.empty() || !o.goal.goals.empty() || o.samples ||
       !o.spec.overrides.empty())
@@ -280,24 +286,24 @@ void check_file_options(const ReportOptions& o) {
 }
 
 ExitCode run(const ReportOptions& options) {
-  std::optional<StoredRun> finished;
+  std::optional<StoredRun> stored_run;
   if (names_result_file(options.spec.spec)) {
     check_file_options(options);
-    finished = read_motion_file(options.spec.spec);
+    stored_run = read_motion_file(options.spec.spec);
   }
   const DesignSpace space =
-      finished ? read_design_space(finished->spec_text, options.spec.spec, {.set = finished->overrides})
-               : read_space(options.spec);
-  choose_trajectories(options, space.start);  // misspelt names are told before anything is computed
-  if (!options.controller.empty()) find_controller(options.controller, space.start);
+      stored_run ? read_design_space(stored_run->spec_text, options.spec.spec, {.set = stored_run->overrides})
+                 : read_space(options.spec);
+  choose_trajectories(options, space.start);  // report misspelt names before the computation
+  if (!options.controller.empty()) choose_controller(space.start, options.controller);
   const std::string file = choose_output(options);
   std::vector<InputFile> inputs = list_input_files(space.start);
-  if (finished) inputs.insert(inputs.begin(), {finished->path, "the result"});
+  if (stored_run) inputs.insert(inputs.begin(), {stored_run->path, "the result"});
   check_output(file, "the page", inputs, options.force);
-  if (!has_report_scripts()) format_html_report({});  // says what is missing
+  if (!has_report_scripts()) format_html_report({});  // throws an error that says what is missing
   if (!options.quiet)
     for (const std::string& warning : space.start.warnings) print_message("warning: " + warning);
-  const HtmlReport page = finished ? file_page(options, *finished, space) : make_page(options, space);
+  const HtmlReport page = stored_run ? file_page(options, *stored_run, space) : make_page(options, space);
   const std::string html = format_html_report(page);
   write_page(options, file, html);
   if (options.spec.json)
@@ -335,7 +341,7 @@ Command setup_report(CLI::App& program) {
 
 namespace {
 
-constexpr long max_report_samples = 20'000;  // a page with more is slow to open, and no chart is that wide
+constexpr long max_report_samples = 20'000;  // pages with more open slowly, and no chart has that many columns
 
 }  // namespace
 
@@ -351,21 +357,18 @@ void add_report_options(CLI::App& parser, ReportOptions& o) {
   parser.add_option("--samples", o.samples, "samples of every trajectory, both ends included")
       ->type_name("N")
       ->check(integer_range_validator(2, max_report_samples));
+  add_seconds_option(parser, o.seconds);
   parser.add_flag("--force", o.force, "replace a file that exists");
   parser.add_flag("-q,--quiet", o.quiet, "print nothing but errors (and JSON if asked for)");
 }
 
 std::vector<std::string> choose_trajectories(const ReportOptions& options, const Study& study) {
-  std::vector<std::string> names, chosen;
-  for (const Trajectory& trajectory : study.trajectories) names.push_back(trajectory.name);
-  for (const std::string& wish : options.trajectories) {
-    if (std::find(names.begin(), names.end(), wish) == names.end())
-      throw UsageError(fmt::format("{} has no trajectory {}, only {}{}", study.spec_file, quote_for_message(wish),
-                                   fmt::join(names, ", "), append_nearest_name(wish, names)));
-  }
-  for (const std::string& name : names) {
-    const auto& wishes = options.trajectories;
-    if (wishes.empty() || std::find(wishes.begin(), wishes.end(), name) != wishes.end()) chosen.push_back(name);
+  for (const std::string& trajectory_name : options.trajectories) choose_trajectory(study, trajectory_name);
+  std::vector<std::string> chosen;
+  for (const Trajectory& trajectory : study.trajectories) {
+    const auto& names = options.trajectories;
+    if (names.empty() || std::find(names.begin(), names.end(), trajectory.name) != names.end())
+      chosen.push_back(trajectory.name);
   }
   return chosen;
 }
@@ -388,6 +391,7 @@ std::string command_line(const ReportOptions& o) {
   for (const std::string& names : o.goal.without) words.insert(words.end(), {"--without", names});
   if (o.goal.seed) words.insert(words.end(), {"--seed", std::to_string(*o.goal.seed)});
   if (o.samples) words.insert(words.end(), {"--samples", std::to_string(*o.samples)});
+  if (o.seconds > 0) words.insert(words.end(), {"--seconds", fmt::format("{}", o.seconds)});
   for (const std::string& set : o.spec.overrides) words.insert(words.end(), {"--set", set});
   return join_command(std::move(words));
 }

@@ -17,7 +17,7 @@ namespace {
 
 RunResult simulate_or_throw(const Study& study, const Trajectory& trajectory, const SimulateOptions& options) {
   ProgressLine line(options.quiet);
-  const auto progress = [&](double part) { line.draw_fraction(trajectory.name, part); };
+  const auto progress = [&](double fraction) { line.draw_fraction(trajectory.name, fraction); };
   try {
     RunResult result = options.formulation == "natural" ? simulate_natural(study.mechanism, trajectory, progress)
                                                         : simulate(study.mechanism, trajectory, progress);
@@ -25,7 +25,7 @@ RunResult simulate_or_throw(const Study& study, const Trajectory& trajectory, co
     result.outcome.reason += describe_feasible_modes(study.mechanism, trajectory, result.outcome);
     throw MotionFailure(result.outcome);
   } catch (const std::invalid_argument& error) {
-    // The library was asked something that the spec should not have asked.
+    // The options are valid, so the error is in the spec.
     throw SpecError(
         {.place = {.file = study.spec_file, .key = "trajectories." + trajectory.name}, .message = error.what()});
   }

@@ -37,16 +37,9 @@ struct ToleranceOptions {
 Trajectory choose_trajectory(const ToleranceOptions& options, const Study& study) {
   if (study.trajectories.empty())
     throw SpecError({.place = {.file = study.spec_file}, .message = "there is no motion: --at-rest needs none"});
-  std::vector<std::string> names;
-  for (const Trajectory& one : study.trajectories) {
-    names.push_back(one.name);
-    if (!options.trajectory.empty() && one.name != options.trajectory) continue;
-    Trajectory trajectory = one;
-    if (options.samples) trajectory.samples = *options.samples;
-    return trajectory;
-  }
-  throw UsageError(fmt::format("--trajectory {}: expected {}{}", quote_for_message(options.trajectory),
-                               join_alternatives(names), append_nearest_name(options.trajectory, names)));
+  Trajectory trajectory = balance::choose_trajectory(study, options.trajectory);
+  if (options.samples) trajectory.samples = *options.samples;
+  return trajectory;
 }
 
 void check_quantities(const ToleranceOptions& options, const Mechanism& mechanism) {
@@ -57,7 +50,7 @@ void check_quantities(const ToleranceOptions& options, const Mechanism& mechanis
                                    append_nearest_name(name, names)));
 }
 
-/// Refuses at once what would fail after the computation.
+/// Checks before the computation that the output can be written.
 void check_deviations_output(const ToleranceOptions& options, const Study& study) {
   check_standard_output({options.output}, options.spec.json, options.output == standard_output_path);
   check_output(options.output, "the result", list_input_files(study), options.force);
@@ -90,10 +83,11 @@ ToleranceReportData compute_tolerance_data(const ToleranceOptions& options, cons
   view.report = analyse_tolerance(spec.space, spec.tolerances, trajectory, options.of);
   if (view.report->outcome.status != MotionStatus::done) throw MotionFailure(view.report->outcome);
   if (options.draws == 0) return view;
-  const Tolerances drawn = remove_incompatible_parameters(spec.tolerances, view.report->incompatible_parameters);
+  const Tolerances drawn_tolerances =
+      remove_incompatible_parameters(spec.tolerances, view.report->incompatible_parameters);
   ProgressLine line(false);
-  view.sampling = sample_tolerance(spec.space, drawn, trajectory, options.of, view.draws,
-                                   [&](double part) { line.draw_fraction("draws", part); });
+  view.sampling = sample_tolerance(spec.space, drawn_tolerances, trajectory, options.of, view.draws,
+                                   [&](double fraction) { line.draw_fraction("draws", fraction); });
   return view;
 }
 
@@ -106,6 +100,7 @@ ExitCode run(const ToleranceOptions& options) {
                      .message = "missing: it says which numbers may be off"});
   check_quantities(options, study.mechanism);
   check_deviations_output(options, study);
+  if (!options.at_rest) choose_trajectory(options, study);
   try {
     const ToleranceReportData view = compute_tolerance_data(options, spec);
     const std::vector<std::string> files = write_deviations(options, study, view);

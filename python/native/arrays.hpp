@@ -1,5 +1,5 @@
 #pragma once
-/// Numbers of the library as NumPy's arrays.
+/// Conversions between the library's matrices and NumPy arrays.
 
 #include "balance/foundation/base/types.hpp"
 
@@ -13,10 +13,10 @@ namespace balance::python {
 
 namespace py = pybind11;
 
-/// What callers give: rows of numbers one behind the other, copied only if they are not so already.
+/// Argument type for C-contiguous arrays of doubles; pybind11 copies other arrays.
 using Numbers = py::array_t<double, py::array::c_style | py::array::forcecast>;
 
-/// The same memory, which nobody can write to; `owner` lives as long as the array does.
+/// A read-only view of the memory, which keeps `owner` alive.
 template <class T>
 py::array read_only(const T* data, std::vector<py::ssize_t> shape, py::handle owner) {
   py::array_t<T> array(std::move(shape), data, owner);
@@ -24,11 +24,11 @@ py::array read_only(const T* data, std::vector<py::ssize_t> shape, py::handle ow
   return array;
 }
 
-/// A matrix moves into an array, without a copy of its numbers.
+/// Moves a matrix into an array without copying its data.
 inline py::array owned(Samples&& numbers) {
-  auto kept = std::make_unique<Samples>(std::move(numbers));
-  const Samples& matrix = *kept;
-  const py::capsule owner(kept.release(), [](void* p) { delete static_cast<Samples*>(p); });
+  auto storage = std::make_unique<Samples>(std::move(numbers));
+  const Samples& matrix = *storage;
+  const py::capsule owner(storage.release(), [](void* p) { delete static_cast<Samples*>(p); });
   return py::array_t<double>({matrix.rows(), matrix.cols()}, matrix.data(), owner);
 }
 

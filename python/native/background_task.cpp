@@ -23,33 +23,33 @@ namespace {
 
 using namespace std::chrono_literals;
 
-std::atomic<std::thread::id> finalizing_thread;  ///< that ends the interpreter; none: it goes on
+std::atomic<std::thread::id> finalizing_thread;  ///< thread that finalizes the interpreter; default: not finalizing
 std::atomic<int> released_call_count = 0;
 
 [[noreturn]] void wait_forever() {
   while (true) ::pause();
 }
 
-/// Nobody will hear of what this thread finds, and what it would use is going.
+/// Then the result of this thread is no longer needed, and the objects it would use are being destroyed.
 bool is_interpreter_finalizing() {
   const std::thread::id ending = finalizing_thread;
   return ending != std::thread::id() && ending != std::this_thread::get_id();
 }
 
-/// What the thread that works and the one that waits both know.
+/// State shared by the working and the waiting thread.
 struct TaskState {
-  BackgroundTask errand;
+  BackgroundTask task;
   std::mutex mutex;
   std::condition_variable ended;
   bool done = false;
-  std::exception_ptr trouble;
+  std::exception_ptr exception;
 
   void finish() {
     const std::lock_guard lock(mutex);
     done = true;
     ended.notify_all();
   }
-  /// Without the interpreter's lock. @return whether it is done
+  /// Waits without the GIL. @return whether the work is done
   bool wait(std::chrono::milliseconds time) {
     const ScopedGilRelease free;
     std::unique_lock lock(mutex);
@@ -62,66 +62,66 @@ struct DetachedThread {
   std::shared_ptr<TaskState> shared;
 };
 
-/// Work whose callers wait. Guarded by the interpreter's lock.
+/// Tasks that a caller waits for. Guarded by the GIL.
 std::vector<std::shared_ptr<TaskState>>& running_tasks() {
   static std::vector<std::shared_ptr<TaskState>> all;
   return all;
 }
 
-/// Threads whose callers were interrupted. The process must not end under them. Guarded by the interpreter's lock.
-std::vector<DetachedThread>& left_behind() {
+/// Threads whose callers were interrupted; they must end before the process exits. Guarded by the GIL.
+std::vector<DetachedThread>& detached_threads() {
   static std::vector<DetachedThread> all;
   return all;
 }
 
-/// Work that can be asked to end does so at once.
-void leave(std::thread thread, std::shared_ptr<TaskState> shared, DetachPolicy leaving) {
-  shared->errand.abandon();
-  if (leaving == DetachPolicy::never || shared->wait(1s)) {
+/// Waits for cancelled work that stops promptly, and otherwise detaches the thread.
+void join_or_detach(std::thread thread, std::shared_ptr<TaskState> shared, DetachPolicy detach_policy) {
+  shared->task.abandon();
+  if (detach_policy == DetachPolicy::never || shared->wait(1s)) {
     const ScopedGilRelease free;
     thread.join();
     return;
   }
-  left_behind().push_back({std::move(thread), std::move(shared)});
+  detached_threads().push_back({std::move(thread), std::move(shared)});
 }
 
-void wait_for(TaskState& work) {
-  while (!work.wait(50ms))
+void wait_for(TaskState& state) {
+  while (!state.wait(50ms))
     if (PyErr_CheckSignals() != 0) std::_Exit(130);
 }
 
-/// At the end of the interpreter. Whoever presses Ctrl-C once more does not want to wait for it.
-void join_left_behind() {
+/// Runs when the interpreter exits. A further Ctrl-C ends the process without waiting.
+void join_detached_threads() {
   finalizing_thread = std::this_thread::get_id();
-  const std::vector<std::shared_ptr<TaskState>> works =
-      running_tasks();  // daemon threads, which the interpreter does not wait for, called them
-  for (const auto& work : works) work->errand.abandon();
-  for (const auto& work : works) wait_for(*work);
+  const std::vector<std::shared_ptr<TaskState>> states =
+      running_tasks();  // called by daemon threads, which the interpreter does not wait for
+  for (const auto& state : states) state->task.abandon();
+  for (const auto& state : states) wait_for(*state);
   while (released_call_count > 0) {
     const py::gil_scoped_release free;
     std::this_thread::sleep_for(1ms);
   }
-  for (DetachedThread& one : left_behind()) {
+  for (DetachedThread& one : detached_threads()) {
     wait_for(*one.shared);
     one.thread.join();
   }
-  left_behind().clear();
+  detached_threads().clear();
 }
 
-/// @return whether the caller still wants it; else Python's error is set
-bool poll_interpreter(BackgroundTask& errand, const py::object& progress, double& reported) try {
+/// @return whether the caller still waits; if false, the Python error is set
+bool poll_interpreter(BackgroundTask& task, const py::object& progress, double& reported) try {
   if (PyErr_CheckSignals() != 0) return false;
-  const double part = errand.part();
-  if (progress.is_none() || part == reported) return true;
+  const double fraction = task.part();
+  if (progress.is_none() || fraction == reported) return true;
   try {
-    progress(reported = part);
+    progress(reported = fraction);
   } catch (py::error_already_set& error) {
     error.restore();
     return false;
   }
   return true;
 } catch (abi::__forced_unwind&) {
-  wait_forever();  // the interpreter has ended in Python's code
+  wait_forever();  // the interpreter was finalized while it ran Python code
 }
 
 }  // namespace
@@ -143,34 +143,35 @@ ScopedGilRelease::~ScopedGilRelease() {
   }
 }
 
-void run_in_background(std::function<void(BackgroundTask&)> work, const py::object& progress, DetachPolicy leaving) {
+void run_in_background(std::function<void(BackgroundTask&)> work, const py::object& progress,
+                       DetachPolicy detach_policy) {
   auto shared = std::make_shared<TaskState>();
   std::thread thread([shared, work = std::move(work)]() mutable {
     try {
-      const Deadline wanted(std::numeric_limits<double>::infinity(), [&] { return shared->errand.is_cancelled(); });
-      work(shared->errand);
+      const Deadline deadline(std::numeric_limits<double>::infinity(), [&] { return shared->task.is_cancelled(); });
+      work(shared->task);
     } catch (...) {
-      shared->trouble = std::current_exception();
+      shared->exception = std::current_exception();
     }
-    work = nullptr;  // what it holds is gone before anybody goes on
+    work = nullptr;  // destroy its captures before the waiting thread continues
     shared->finish();
   });
   running_tasks().push_back(shared);
   double reported = 0;
   while (!shared->wait(50ms)) {
-    if (poll_interpreter(shared->errand, progress, reported)) continue;
+    if (poll_interpreter(shared->task, progress, reported)) continue;
     const py::error_already_set error;
     std::erase(running_tasks(), shared);
-    leave(std::move(thread), std::move(shared), leaving);
+    join_or_detach(std::move(thread), std::move(shared), detach_policy);
     throw error;
   }
   std::erase(running_tasks(), shared);
   thread.join();
-  if (shared->trouble) std::rethrow_exception(shared->trouble);
+  if (shared->exception) std::rethrow_exception(shared->exception);
 }
 
-void bind_patience(py::module_& m) {
-  m.def("_join_left_behind", &join_left_behind, "Waits for work whose callers were interrupted.");
+void bind_background_tasks(py::module_& m) {
+  m.def("_join_left_behind", &join_detached_threads, "Waits for work whose callers were interrupted.");
   py::module_::import("atexit").attr("register")(m.attr("_join_left_behind"));
 }
 

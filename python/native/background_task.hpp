@@ -1,6 +1,6 @@
 #pragma once
-/// Work that may take long is done in a thread of its own while the caller's waits without the interpreter's lock, looks for Ctrl-C, and
-/// tells how far it has come. Interrupted work is asked to end; what cannot be asked is left to end by itself.
+/// Runs long computations in a separate thread. Meanwhile, the calling thread releases the GIL, checks for Ctrl-C and
+/// reports progress. Interrupted work is asked to stop; work that does not stop soon is detached.
 
 #include <pybind11/pybind11.h>
 
@@ -13,9 +13,9 @@ namespace balance::python {
 
 namespace py = pybind11;
 
-/// The caller's thread gives the interpreter's lock away for as long as this lives. The interpreter may end meanwhile: it does not wait for
-/// daemon threads, and ends those that ask for its lock by unwinding their stack, which no destructor survives. Such a thread stays where
-/// it is until the process ends.
+/// Releases the GIL during its lifetime. The interpreter may be finalized meanwhile: it does not wait for daemon
+/// threads, and ends those that request the GIL by unwinding their stack, which terminates the process if it passes a
+/// destructor. Such a thread is suspended until the process exits.
 class ScopedGilRelease {
  public:
   ScopedGilRelease();
@@ -27,45 +27,45 @@ class ScopedGilRelease {
   PyThreadState* state_;
 };
 
-/// Nobody waits for the work any more.
+/// Thrown when the caller no longer waits for the result.
 struct TaskCancelled {};
 
-/// What work says and asks while it goes on.
+/// The communication between the work and its caller.
 class BackgroundTask {
  public:
-  bool is_cancelled() const { return abandoned_; }
-  /// @param part that is done, 0 … 1 @throws Abandoned
-  void report_progress(double part) {
-    set_progress(part);
-    if (abandoned_) throw TaskCancelled();
+  bool is_cancelled() const { return is_cancelled_; }
+  /// @param fraction completed fraction, 0 … 1 @throws TaskCancelled
+  void report_progress(double fraction) {
+    set_progress(fraction);
+    if (is_cancelled_) throw TaskCancelled();
   }
-  /// The same where nothing may be thrown.
-  void set_progress(double part) { part_ = part; }
-  void abandon() { abandoned_ = true; }
-  double part() const { return part_; }
+  /// The same for code that must not throw.
+  void set_progress(double fraction) { fraction_ = fraction; }
+  void abandon() { is_cancelled_ = true; }
+  double part() const { return fraction_; }
 
  private:
-  std::atomic<bool> abandoned_ = false;
-  std::atomic<double> part_ = 0;
+  std::atomic<bool> is_cancelled_ = false;
+  std::atomic<double> fraction_ = 0;
 };
 
-/// Whether interrupted work may outlive the call. `never` is for work that ends soon when it is asked to.
+/// Whether interrupted work may outlive the call. `never` is for work that stops promptly when asked to.
 enum class DetachPolicy { allowed, never };
 
-/// @param work owns what it works on, unless it never is left, and knows nothing of Python
-/// @param progress None, or what is called with the part that is done, now and then
-/// @throws whatever the work throws; KeyboardInterrupt; what `progress` raises
+/// @param work must not use Python, and must own its data unless `detach_policy` is `never`
+/// @param progress None, or a callback that is called with the completed fraction from time to time
+/// @throws any exception of `work`; KeyboardInterrupt; any exception of `progress`
 void run_in_background(std::function<void(BackgroundTask&)> work, const py::object& progress,
-                       DetachPolicy leaving = DetachPolicy::allowed);
+                       DetachPolicy detach_policy = DetachPolicy::allowed);
 
-/// The same for work that comes to a value.
+/// The same for work that returns a value.
 template <class Work>
 auto compute_in_background(Work work, const py::object& progress = py::none(),
-                           DetachPolicy leaving = DetachPolicy::allowed) {
+                           DetachPolicy detach_policy = DetachPolicy::allowed) {
   using Value = decltype(work(std::declval<BackgroundTask&>()));
   auto value = std::make_shared<std::optional<Value>>();
-  run_in_background([value, work = std::move(work)](BackgroundTask& errand) { value->emplace(work(errand)); }, progress,
-                    leaving);
+  run_in_background([value, work = std::move(work)](BackgroundTask& task) { value->emplace(work(task)); }, progress,
+                    detach_policy);
   return std::move(**value);
 }
 

@@ -1,6 +1,6 @@
 #pragma once
-/// What the sources of the Python module share: its classes, and how work is done while the interpreter goes on. The classes that users see
-/// are written in Python on top of these (python/balance_mechanisms).
+/// Declarations shared by the sources of the Python module. The classes that users see are implemented in Python on top
+/// of these (python/balance_mechanisms).
 
 #include "balance/interface/files/result_file.hpp"
 #include "balance/interface/reports/report_data.hpp"
@@ -22,49 +22,45 @@ namespace balance::python {
 
 namespace py = pybind11;
 
-/// A spec that was read, never changed.
+/// A spec after reading; immutable.
 struct Spec {
   std::string text;  ///< as read
-  std::string file;  ///< what messages call it
+  std::string file;  ///< name in messages
   ReadOptions read;
   std::shared_ptr<const DesignSpace> space;
 
   const Study& study() const { return space->start; }
-  const Trajectory& trajectory(
-      const std::string& name) const;  ///< "": the first @throws SpecError, std::invalid_argument
-  const Controller& controller(
-      const std::string& name) const;  ///< "": as `balance control` @throws std::invalid_argument
 };
 
-/// A run, never changed: arrays that Python sees are its own memory.
+/// A run; immutable. Arrays seen from Python share its memory.
 struct Run {
   RunResult result;
   Provenance description;
-  std::string source = {};  ///< the file that it comes from, a spec or a result; empty: none
+  std::string source = {};  ///< the file it was created from, a spec or a result; empty: none
 };
 
-/// A design with everything that is told of it, never changed.
+/// A design with all report data; immutable.
 struct Design {
   DesignReportData view;
-  std::string spec_text;  ///< balanced
+  std::string spec_text;  ///< of the design
   Provenance description;
   std::string source = {};  ///< the spec's file; empty: none
 };
 
-/// A mechanism that keeps alive what it is a part of.
+/// Shares ownership of the object that contains the mechanism.
 using SharedMechanism = std::shared_ptr<const Mechanism>;
 
-/// Python's keyword arguments that say what is asked for conditions and designs.
+/// Keyword arguments in Python that specify conditions and designs.
 struct GoalArguments {
   std::vector<std::string> goals, without;
   std::string strategy;
   std::optional<std::uint64_t> seed;
 };
 
-/// @throws std::invalid_argument for names that do not exist
-BalanceRequest question_of(const GoalArguments& words, const Study& study);
+/// @throws std::invalid_argument for unknown names
+BalanceRequest question_of(const GoalArguments& arguments, const Study& study);
 
-/// @throws std::invalid_argument, with the argument's name before what `change` finds wrong with it
+/// Calls `change`. @throws std::invalid_argument with the message of `change`, prefixed by the name of the argument
 template <class Change>
 void change_argument(const char* name, const Change& change) {
   try {
@@ -74,11 +70,11 @@ void change_argument(const char* name, const Change& change) {
   }
 }
 
-/// @throws SystemError if a file of this path would replace the source, or a table or a part that the spec in it is read with
+/// @throws SystemError if writing to this path would replace the source, or a table or part of the spec in it
 void check_overwrites_no_source(const std::string& path, const std::string& spec_text, const std::string& source);
 
 void bind_errors(py::module_& m);
-void bind_patience(py::module_& m);
+void bind_background_tasks(py::module_& m);
 void bind_spec(py::module_& m);
 void bind_mechanism(py::module_& m);
 void bind_states(py::module_& m);

@@ -91,38 +91,38 @@ struct BatchArguments {
   double case_seconds = 0;
 };
 
-py::dict batch(const BatchArguments& words, const py::object& progress) {
+py::dict batch(const BatchArguments& arguments, const py::object& progress) {
   const BatchSummary summary = compute_in_background(
-      [words](BackgroundTask& errand) {
-        const BatchPlan plan = make_batch_plan(read_suite_file(words.suite));
+      [arguments](BackgroundTask& task) {
+        const BatchPlan plan = make_batch_plan(read_suite_file(arguments.suite));
         BatchOptions options;
-        options.folder = words.folder;
-        options.jobs = words.jobs;
-        options.shard = words.shard;
-        options.force = words.force;
-        options.stored_output = words.metrics_only ? StoredOutput::metrics_only : StoredOutput::series;
-        options.retry_failed = words.retry_failed;
-        options.limits.wall_seconds = words.case_seconds;
-        options.cancelled = [&] { return errand.is_cancelled(); };
+        options.folder = arguments.folder;
+        options.jobs = arguments.jobs;
+        options.shard = arguments.shard;
+        options.force = arguments.force;
+        options.stored_output = arguments.metrics_only ? StoredOutput::metrics_only : StoredOutput::series;
+        options.retry_failed = arguments.retry_failed;
+        options.limits.wall_seconds = arguments.case_seconds;
+        options.cancelled = [&] { return task.is_cancelled(); };
         options.progress = [&](const BatchProgress& now) {
-          errand.set_progress(static_cast<double>(now.finished) /
-                              static_cast<double>(std::max<std::size_t>(now.total, 1)));
+          task.set_progress(static_cast<double>(now.finished) /
+                            static_cast<double>(std::max<std::size_t>(now.total, 1)));
         };
         BatchOutcome outcome = run_batch(plan, options);
-        if (words.shard) {
-          BatchSummary part;
-          part.name = plan.suite.name;
-          part.cases = std::move(outcome.records);
-          return part;
+        if (arguments.shard) {
+          BatchSummary shard_summary;
+          shard_summary.name = plan.suite.name;
+          shard_summary.cases = std::move(outcome.records);
+          return shard_summary;
         }
         BatchSummary all = summarise_batch(plan.suite, std::move(outcome.records));
-        write_summary(words.folder, all);
+        write_summary(arguments.folder, all);
         return all;
       },
       progress);
   py::dict all;
-  all["json"] = words.shard ? std::string() : summary_json(summary);
-  all["text"] = words.shard ? std::string() : format_batch_text(summary);
+  all["json"] = arguments.shard ? std::string() : summary_json(summary);
+  all["text"] = arguments.shard ? std::string() : format_batch_text(summary);
   all["exit_code"] = summary.exit_code();
   py::list cases;
   for (const CaseRecord& one : summary.cases) cases.append(py::make_tuple(one.name, one.status, one.message));

@@ -23,7 +23,7 @@
 namespace balance::python {
 namespace {
 
-/// Conditions with what users ask of them, found once.
+/// Conditions in all requested output formats, computed once.
 struct DerivedConditions {
   RequestFailure refusal;
   std::string json, text, latex, impossible;
@@ -40,31 +40,31 @@ py::dict conditions(const std::shared_ptr<Spec>& spec, const std::vector<std::st
                     const std::vector<std::string>& without, const std::string& strategy,
                     std::optional<std::uint64_t> seed, bool named) {
   const Study& study = spec->study();
-  BalanceRequest question = question_of({goals, without, strategy, seed}, study);
-  if (question.goals.empty()) question.goals = study.design.goals;
-  if (question.goals.empty())
+  BalanceRequest request = question_of({goals, without, strategy, seed}, study);
+  if (request.goals.empty()) request.goals = study.design.goals;
+  if (request.goals.empty())
     throw std::invalid_argument(spec->file +
                                 " has no design: goal, so a goal is needed: " + join_alternatives(goal_names()));
-  DerivedConditions found = compute_in_background([spec, question, named](BackgroundTask&) {
-    const ConditionsOutcome answer = derive_conditions_data(question, *spec->space, named);
+  DerivedConditions derived = compute_in_background([spec, request, named](BackgroundTask&) {
+    const ConditionsOutcome outcome = derive_conditions_data(request, *spec->space, named);
     DerivedConditions all;
-    all.refusal = answer.refusal;
-    if (answer.refusal) return all;
-    all.json = conditions_json(answer.view, spec->study().warnings);
-    all.text = conditions_text(answer.view);
-    all.latex = conditions_latex(answer.view.conditions, answer.view.names);
-    all.matrix = answer.view.conditions.matrix;
+    all.refusal = outcome.refusal;
+    if (outcome.refusal) return all;
+    all.json = conditions_json(outcome.view, spec->study().warnings);
+    all.text = conditions_text(outcome.view);
+    all.latex = conditions_latex(outcome.view.conditions, outcome.view.names);
+    all.matrix = outcome.view.conditions.matrix;
     const Mechanism start = assembled_at(spec->study().mechanism, start_coordinates(spec->study()));
-    if (const auto proof = certify_infeasible(answer.view.conditions, start)) all.impossible = proof->statement;
+    if (const auto proof = certify_infeasible(outcome.view.conditions, start)) all.impossible = proof->statement;
     return all;
   });
-  if (found.refusal) refuse(found.refusal);
+  if (derived.refusal) refuse(derived.refusal);
   py::dict all;
-  all["json"] = found.json;
-  all["text"] = found.text;
-  all["latex"] = found.latex;
-  all["impossible"] = found.impossible.empty() ? py::object(py::none()) : py::str(found.impossible);
-  all["matrix"] = owned(std::move(found.matrix));
+  all["json"] = derived.json;
+  all["text"] = derived.text;
+  all["latex"] = derived.latex;
+  all["impossible"] = derived.impossible.empty() ? py::object(py::none()) : py::str(derived.impossible);
+  all["matrix"] = owned(std::move(derived.matrix));
   return all;
 }
 
@@ -74,24 +74,24 @@ bool contains(const std::vector<std::string>& names, const std::string& name) {
   return std::find(names.begin(), names.end(), name) != names.end();
 }
 
-/// @throws std::invalid_argument unless it is one of them
+/// @throws std::invalid_argument unless `name` is one of `names`
 void require_one_of(const std::vector<std::string>& names, const std::string& name, const char* what) {
   if (!contains(names, name))
     throw std::invalid_argument(fmt::format("{} {}: expected {}{}", what, quote_for_message(name),
                                             join_alternatives(names), append_nearest_name(name, names)));
 }
 
-DesignStudyOptions design_options(const Spec& spec, const GoalArguments& words, const std::string& minimize,
+DesignStudyOptions design_options(const Spec& spec, const GoalArguments& arguments, const std::string& minimize,
                                   const std::string& algorithm, bool trajectories) {
   const Study& study = spec.study();
-  const BalanceRequest question = question_of(words, study);
+  const BalanceRequest request = question_of(arguments, study);
   DesignStudyOptions options;
-  options.is_modular = question.is_modular;
-  options.excluded = question.excluded;
-  options.goals = question.goals.empty() ? study.design.goals : question.goals;
+  options.is_modular = request.is_modular;
+  options.excluded = request.excluded;
+  options.goals = request.goals.empty() ? study.design.goals : request.goals;
   if (!minimize.empty()) options.minimize = read_objective(minimize, study);
   options.search = study.design.search;
-  if (words.seed) options.search.seed = *words.seed;
+  if (arguments.seed) options.search.seed = *arguments.seed;
   options.compare_trajectories = trajectories;
   if (contains(global_methods(), algorithm)) {
     options.search.global = algorithm;
@@ -122,11 +122,11 @@ std::shared_ptr<Design> design(const std::shared_ptr<Spec>& spec, const std::vec
                                const std::string& algorithm, bool trajectories, const std::string& command) {
   const DesignStudyOptions options =
       design_options(*spec, {goals, without, strategy, seed}, minimize, algorithm, trajectories);
-  MadeDesign made = compute_in_background([spec, options](BackgroundTask& errand) {
+  MadeDesign result = compute_in_background([spec, options](BackgroundTask& task) {
     DesignStudyOptions watched = options;
-    watched.on_progress = [&errand](const SearchProgress& progress) {
-      errand.set_progress(progress.seconds / progress.max_time);
-      return !errand.is_cancelled();
+    watched.on_progress = [&task](const SearchProgress& progress) {
+      task.set_progress(progress.seconds / progress.max_time);
+      return !task.is_cancelled();
     };
     MadeDesign all;
     DesignReport report = run_design_study(*spec->space, watched);
@@ -140,13 +140,13 @@ std::shared_ptr<Design> design(const std::shared_ptr<Spec>& spec, const std::vec
     all.design->view = make_design_data(options, *spec->space, all.design->spec_text, std::move(report));
     return all;
   });
-  if (made.refusal) refuse(made.refusal);
-  made.design->description = make_provenance(spec->study(), command);
-  made.design->source = spec->file;
-  return made.design;
+  if (result.refusal) refuse(result.refusal);
+  result.design->description = make_provenance(spec->study(), command);
+  result.design->source = spec->file;
+  return result.design;
 }
 
-/// A trade-off, never changed.
+/// A Pareto front; immutable.
 struct FoundFront {
   std::shared_ptr<const Spec> spec;
   DesignStudyOptions options;
@@ -158,39 +158,39 @@ std::shared_ptr<FoundFront> front(const std::shared_ptr<Spec>& spec, const std::
                                   const std::vector<std::string>& without, const std::string& strategy,
                                   std::optional<std::uint64_t> seed, const std::string& algorithm,
                                   const std::string& command) {
-  auto found = std::make_shared<FoundFront>();
-  found->spec = spec;
-  found->options = design_options(*spec, {goals, without, strategy, seed}, "", algorithm, true);
-  found->command = command;
-  const RequestFailure refusal = compute_in_background([found](BackgroundTask& errand) {
-    DesignStudyOptions watched = found->options;
-    watched.on_progress = [&errand](const SearchProgress& progress) {
-      errand.set_progress(progress.seconds / progress.max_time);
-      return !errand.is_cancelled();
+  auto result = std::make_shared<FoundFront>();
+  result->spec = spec;
+  result->options = design_options(*spec, {goals, without, strategy, seed}, "", algorithm, true);
+  result->command = command;
+  const RequestFailure refusal = compute_in_background([result](BackgroundTask& task) {
+    DesignStudyOptions watched = result->options;
+    watched.on_progress = [&task](const SearchProgress& progress) {
+      task.set_progress(progress.seconds / progress.max_time);
+      return !task.is_cancelled();
     };
-    ParetoFront front = compute_pareto_front(*found->spec->space, watched);
+    ParetoFront front = compute_pareto_front(*result->spec->space, watched);
     const RequestFailure none = front.points.empty() ? find_failure(front.failure) : RequestFailure{};
-    found->view = make_front_report_data(found->options, *found->spec->space, std::move(front));
+    result->view = make_front_report_data(result->options, *result->spec->space, std::move(front));
     return none;
   });
   if (refusal) refuse(refusal);
-  return found;
+  return result;
 }
 
-/// @param k from 0
+/// @param k zero-based
 std::shared_ptr<Design> front_point(const FoundFront& front, std::size_t k) {
   const auto& points = front.view.front.points;
   if (k >= points.size()) throw std::invalid_argument(fmt::format("the front has {} points", points.size()));
   const ParetoPoint& point = points[k];
-  auto made = std::make_shared<Design>();
+  auto result = std::make_shared<Design>();
   DesignReport report = make_pareto_design(*front.spec->space, point, true);
   DesignedSpec spec_of_design = format_designed_spec(*front.spec->space, report);
   if (spec_of_design.refusal) refuse(spec_of_design.refusal);
-  made->spec_text = std::move(spec_of_design.text);
-  made->view = make_design_data(front.options, point.space, made->spec_text, std::move(report));
-  made->description = make_provenance(front.spec->study(), fmt::format("{} --point {}", front.command, k + 1));
-  made->source = front.spec->file;
-  return made;
+  result->spec_text = std::move(spec_of_design.text);
+  result->view = make_design_data(front.options, point.space, result->spec_text, std::move(report));
+  result->description = make_provenance(front.spec->study(), fmt::format("{} --point {}", front.command, k + 1));
+  result->source = front.spec->file;
+  return result;
 }
 
 py::list values_of(const Design& design) {
@@ -201,11 +201,11 @@ py::list values_of(const Design& design) {
   return all;
 }
 
-/// @param after of the designed mechanism
+/// @param after true: runs of the designed mechanism
 py::dict runs_of(const Design& design, bool after) {
   const DesignReport& report = design.view.report;
   Study study = after ? report.study_after : report.study_before;
-  if (after) study.spec_text = design.spec_text, study.overrides.clear();  // the text of the design has them
+  if (after) study.spec_text = design.spec_text, study.overrides.clear();  // the designed spec already contains them
   py::dict all;
   for (const TrajectoryComparison& one : report.comparisons) {
     auto run = std::make_shared<Run>();
@@ -222,20 +222,21 @@ py::dict runs_of(const Design& design, bool after) {
 
 }  // namespace
 
-BalanceRequest question_of(const GoalArguments& words, const Study& study) {
-  BalanceRequest question;
-  for (const std::string& name : words.goals) {
+BalanceRequest question_of(const GoalArguments& arguments, const Study& study) {
+  BalanceRequest request;
+  for (const std::string& name : arguments.goals) {
     require_one_of(goal_names(), name, "goal");
     const Goal goal = *find_goal(name);
-    if (std::find(question.goals.begin(), question.goals.end(), goal) == question.goals.end())
-      question.goals.push_back(goal);
+    if (std::find(request.goals.begin(), request.goals.end(), goal) == request.goals.end())
+      request.goals.push_back(goal);
   }
-  require_one_of(strategies, words.strategy, "strategy");
-  for (const std::string& name : words.without) require_one_of(list_excludable_names(study.mechanism), name, "without");
-  question.is_modular = words.strategy == "modular";
-  question.excluded = words.without;
-  question.seed = words.seed;
-  return question;
+  require_one_of(strategies, arguments.strategy, "strategy");
+  for (const std::string& name : arguments.without)
+    require_one_of(list_excludable_names(study.mechanism), name, "without");
+  request.is_modular = arguments.strategy == "modular";
+  request.excluded = arguments.without;
+  request.seed = arguments.seed;
+  return request;
 }
 
 void bind_balancing(py::module_& m) {

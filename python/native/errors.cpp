@@ -8,19 +8,19 @@
 namespace balance::python {
 namespace {
 
-/// `--minimize` is an option of the program; here it is an argument.
+/// Options of the program such as `--minimize` are called arguments here, without dashes.
 std::string as_argument(const SourceLocation& place) { return place.is_option() ? place.file.substr(2) : place.file; }
 
-py::dict mistake_of(const Diagnostic& mistake) {
+py::dict diagnostic_to_python(const Diagnostic& diagnostic) {
   py::dict all;
-  all["file"] = as_argument(mistake.place);
-  all["line"] = mistake.place.line;
-  all["column"] = mistake.place.column;
-  all["key"] = mistake.place.key;
-  all["message"] = mistake.message;
-  all["expected"] = mistake.expected;
-  all["found"] = mistake.found;
-  all["hint"] = mistake.hint;
+  all["file"] = as_argument(diagnostic.place);
+  all["line"] = diagnostic.place.line;
+  all["column"] = diagnostic.place.column;
+  all["key"] = diagnostic.place.key;
+  all["message"] = diagnostic.message;
+  all["expected"] = diagnostic.expected;
+  all["found"] = diagnostic.found;
+  all["hint"] = diagnostic.hint;
   return all;
 }
 
@@ -30,10 +30,10 @@ std::string text_of(const SpecError& error) {
 }
 
 void raise(const SpecError& error) {
-  py::list mistakes;
-  for (const Diagnostic& mistake : error.diagnostics()) mistakes.append(mistake_of(mistake));
+  py::list diagnostics;
+  for (const Diagnostic& diagnostic : error.diagnostics()) diagnostics.append(diagnostic_to_python(diagnostic));
   const py::object type = py::module_::import("balance_mechanisms._errors").attr("SpecError");
-  PyErr_SetObject(type.ptr(), type(text_of(error), mistakes).ptr());
+  PyErr_SetObject(type.ptr(), type(text_of(error), diagnostics).ptr());
 }
 
 void translate(std::exception_ptr pointer) {

@@ -15,134 +15,137 @@
 
 namespace balance::python {
 
-// Efforts of many states in several threads, the same as in one.
+// Efforts of many states, computed in parallel with the same result as in one thread.
 
-/// N states, one a row; the memory is the caller's.
+/// N states, one per row; the caller owns the memory.
 struct EffortRequest {
   Eigen::Map<const Samples> q, dq, ddq;
-  VectorX time;  ///< per state; empty: 0 for all
+  VectorX time;  ///< of each state; empty: 0 for all
 };
 
-/// InverseDynamics::effort_rows, the rows cut into as many parts as there are threads. Mechanisms with loops reach a state from the one
-/// before: each part begins anew, and is computed again behind the part before where it began in another assembly mode.
-/// @param is_stopped asked now and then; true: the rest is left as it is
+/// InverseDynamics::effort_rows in parallel: the rows are split into one range per thread. Mechanisms with loops solve
+/// each state from the previous one. If a range starts in another assembly mode than the preceding range leads to, it
+/// is computed again as its continuation.
+/// @param is_stopped called from time to time; if true, the remaining rows stay uninitialized
 /// @throws std::invalid_argument as InverseDynamics
-EffortBatch effort_rows(const Mechanism& mechanism, const InverseOptions& options, const EffortRequest& question,
+EffortBatch effort_rows(const Mechanism& mechanism, const InverseOptions& options, const EffortRequest& request,
                         unsigned threads, const std::function<bool()>& is_stopped);
 
 namespace {
 
-constexpr Eigen::Index rows_per_poll = 8192;       // between two looks whether somebody still waits
-constexpr Eigen::Index min_rows_per_thread = 512;  // a thread is not worth less
+constexpr Eigen::Index rows_per_poll = 8192;       // between two checks for cancellation
+constexpr Eigen::Index min_rows_per_thread = 512;  // fewer do not justify a thread
 
 class RowRange {
  public:
-  RowRange(const Mechanism& mechanism, const InverseOptions& options, const EffortRequest& question, Eigen::Index begin,
+  RowRange(const Mechanism& mechanism, const InverseOptions& options, const EffortRequest& request, Eigen::Index begin,
            Eigen::Index end)
-      : mechanism_(mechanism), question_(question), begin_(begin), end_(end), door_(mechanism, options) {}
+      : mechanism_(mechanism), request_(request), begin_(begin), end_(end), inverse_dynamics_(mechanism, options) {}
 
-  /// Whether the mechanism has loops and this is not the first part: then it matters how its first state was reached.
+  /// Records the assembly mode of the first state. Needed with loops, except in the first range.
   void note_first_state() { first_ = state(begin_); }
 
   void run(Samples& efforts, const std::function<bool()>& is_stopped) {
     failures_.clear();
     for (Eigen::Index at = begin_; at < end_ && !is_stopped(); at += rows_per_poll) {
       const Eigen::Index count = std::min(rows_per_poll, end_ - at);
-      const VectorX time = question_.time.size() == 0 ? VectorX() : VectorX(question_.time.segment(at, count));
-      EffortBatch answers = door_.effort_rows(question_.q.middleRows(at, count), question_.dq.middleRows(at, count),
-                                              question_.ddq.middleRows(at, count), time);
-      efforts.middleRows(at, count) = answers.efforts;
-      for (FailedRow& one : answers.failures) failures_.push_back({one.row + at, std::move(one.outcome)});
+      const VectorX time = request_.time.size() == 0 ? VectorX() : VectorX(request_.time.segment(at, count));
+      EffortBatch result =
+          inverse_dynamics_.effort_rows(request_.q.middleRows(at, count), request_.dq.middleRows(at, count),
+                                        request_.ddq.middleRows(at, count), time);
+      efforts.middleRows(at, count) = result.efforts;
+      for (FailedRow& one : result.failures) failures_.push_back({one.row + at, std::move(one.outcome)});
     }
   }
 
-  /// Whether the part before, going on, comes to this part's first state as this part did.
+  /// Whether the continuation of the preceding range reaches the first state in the same assembly mode.
   bool follows(RowRange& before) {
     const std::optional<VectorX> reached = before.state(begin_);
     return first_ && reached && is_same(*first_, *reached);
   }
 
-  void go_on_from(RowRange& before) { door_ = std::move(before.door_); }
+  void continue_from(RowRange& before) { inverse_dynamics_ = std::move(before.inverse_dynamics_); }
 
   std::vector<FailedRow> take_failures() { return std::move(failures_); }
 
  private:
   std::optional<VectorX> state(Eigen::Index row) {
-    const auto found = door_.at(question_.q.row(row), question_.dq.row(row), question_.ddq.row(row),
-                                question_.time.size() == 0 ? 0 : question_.time[row]);
-    return found ? std::optional(found.value.position) : std::nullopt;
+    const auto sample = inverse_dynamics_.at(request_.q.row(row), request_.dq.row(row), request_.ddq.row(row),
+                                             request_.time.size() == 0 ? 0 : request_.time[row]);
+    return sample ? std::optional(sample.value.position) : std::nullopt;
   }
 
-  /// Newton's iteration leaves 1e-12; modes are as far apart as the mechanism is large.
+  /// Newton's method converges to 1e-12, whereas assembly modes differ by the order of the mechanism's size.
   bool is_same(const VectorX& a, const VectorX& b) const {
     constexpr double same_mode_tolerance = 1e-6;
     const double length = characteristic_length(mechanism_);
     for (std::size_t i = 0; i < mechanism_.coordinates.size(); ++i) {
-      const double apart = a[static_cast<Eigen::Index>(i)] - b[static_cast<Eigen::Index>(i)];
+      const double difference = a[static_cast<Eigen::Index>(i)] - b[static_cast<Eigen::Index>(i)];
       const bool angle = mechanism_.coordinates[i].kind == CoordinateKind::angle;
-      if (std::abs(angle ? std::remainder(apart, 2 * std::numbers::pi) : apart / length) > same_mode_tolerance)
+      if (std::abs(angle ? std::remainder(difference, 2 * std::numbers::pi) : difference / length) >
+          same_mode_tolerance)
         return false;
     }
     return true;
   }
 
   const Mechanism& mechanism_;
-  const EffortRequest& question_;
+  const EffortRequest& request_;
   Eigen::Index begin_, end_;
-  InverseDynamics door_;
+  InverseDynamics inverse_dynamics_;
   std::optional<VectorX> first_;
   std::vector<FailedRow> failures_;
 };
 
-/// Runs the parts side by side, the first one here.
-void run_all(std::vector<RowRange>& parts, bool loops, Samples& efforts, const std::function<bool()>& is_stopped) {
-  std::vector<std::exception_ptr> troubles(parts.size());
+/// Runs the ranges in parallel, the first one in the calling thread.
+void run_all(std::vector<RowRange>& ranges, bool loops, Samples& efforts, const std::function<bool()>& is_stopped) {
+  std::vector<std::exception_ptr> exceptions(ranges.size());
   const auto run = [&](std::size_t k) {
     try {
-      if (loops && k > 0) parts[k].note_first_state();
-      parts[k].run(efforts, is_stopped);
+      if (loops && k > 0) ranges[k].note_first_state();
+      ranges[k].run(efforts, is_stopped);
     } catch (...) {
-      troubles[k] = std::current_exception();
+      exceptions[k] = std::current_exception();
     }
   };
   {
     std::vector<std::jthread> threads;
-    for (std::size_t k = 1; k < parts.size(); ++k) threads.emplace_back(run, k);
+    for (std::size_t k = 1; k < ranges.size(); ++k) threads.emplace_back(run, k);
     run(0);
   }
-  for (const std::exception_ptr& trouble : troubles)
-    if (trouble) std::rethrow_exception(trouble);
+  for (const std::exception_ptr& exception : exceptions)
+    if (exception) std::rethrow_exception(exception);
 }
 
 }  // namespace
 
-EffortBatch effort_rows(const Mechanism& mechanism, const InverseOptions& options, const EffortRequest& question,
+EffortBatch effort_rows(const Mechanism& mechanism, const InverseOptions& options, const EffortRequest& request,
                         unsigned threads, const std::function<bool()>& is_stopped) {
-  const Eigen::Index rows = question.q.rows();
+  const Eigen::Index rows = request.q.rows();
   const Eigen::Index count = std::clamp<Eigen::Index>(rows / min_rows_per_thread, 1, std::max(1U, threads));
-  if (question.dq.rows() != rows || question.ddq.rows() != rows || (count == 1 && rows <= rows_per_poll))
-    return InverseDynamics(mechanism, options).effort_rows(question.q, question.dq, question.ddq, question.time);
+  if (request.dq.rows() != rows || request.ddq.rows() != rows || (count == 1 && rows <= rows_per_poll))
+    return InverseDynamics(mechanism, options).effort_rows(request.q, request.dq, request.ddq, request.time);
   const bool loops = mechanism.joints.size() + 1 > mechanism.bodies.size();
-  std::vector<RowRange> parts;
-  parts.reserve(static_cast<std::size_t>(count));
+  std::vector<RowRange> ranges;
+  ranges.reserve(static_cast<std::size_t>(count));
   for (Eigen::Index k = 0; k < count; ++k)
-    parts.emplace_back(mechanism, options, question, rows * k / count, rows * (k + 1) / count);
+    ranges.emplace_back(mechanism, options, request, rows * k / count, rows * (k + 1) / count);
   EffortBatch all;
   all.efforts.resize(rows, static_cast<Eigen::Index>(mechanism.actuators.size()));
-  run_all(parts, loops, all.efforts, is_stopped);
-  for (std::size_t k = 0; k < parts.size(); ++k) {
-    if (loops && k > 0 && !parts[k].follows(parts[k - 1])) {
-      parts[k].go_on_from(parts[k - 1]);
-      parts[k].run(all.efforts, is_stopped);
+  run_all(ranges, loops, all.efforts, is_stopped);
+  for (std::size_t k = 0; k < ranges.size(); ++k) {
+    if (loops && k > 0 && !ranges[k].follows(ranges[k - 1])) {
+      ranges[k].continue_from(ranges[k - 1]);
+      ranges[k].run(all.efforts, is_stopped);
     }
-    for (FailedRow& one : parts[k].take_failures()) all.failures.push_back(std::move(one));
+    for (FailedRow& one : ranges[k].take_failures()) all.failures.push_back(std::move(one));
   }
   return all;
 }
 
 namespace {
 
-/// The library's way in, which goes from state to state; one thread at a time.
+/// InverseDynamics with its mechanism. It keeps state between calls, so only one thread may use it at a time.
 struct InverseDynamicsHandle {
   InverseDynamicsHandle(SharedMechanism its_mechanism, InverseDynamics its_inverse)
       : mechanism(std::move(its_mechanism)), inverse(std::move(its_inverse)) {}
@@ -151,7 +154,7 @@ struct InverseDynamicsHandle {
   InverseDynamics inverse;
   std::mutex mutex;
 
-  /// Without the interpreter's lock, and alone.
+  /// Runs exclusively and without the GIL.
   template <class Work>
   auto with_lock(Work work) {
     const ScopedGilRelease free;
@@ -175,7 +178,7 @@ std::shared_ptr<InverseDynamicsHandle> make_handle(const std::shared_ptr<Mechani
                                                  InverseDynamics(*mechanism, options_of(independent, about)));
 }
 
-/// (status, time, reason): how Python hears of an outcome.
+/// Represents an outcome as (status, time, reason).
 py::tuple outcome_to_python(const MotionOutcome& outcome) {
   return py::make_tuple(name_of(outcome.status), outcome.time, outcome.reason);
 }
@@ -186,63 +189,64 @@ py::list outcome_to_python(const std::vector<FailedRow>& failures) {
   return all;
 }
 
-/// Rows of numbers for every thread; what callers keep alive meanwhile.
-EffortRequest question_of(const Numbers& q, const Numbers& dq, const Numbers& ddq, const Numbers& time) {
+/// Maps the arrays, which the caller must keep alive.
+EffortRequest make_request(const Numbers& q, const Numbers& dq, const Numbers& ddq, const Numbers& time) {
   return {rows_of(q), rows_of(dq), rows_of(ddq), vector_of(time)};
 }
 
 py::tuple efforts(const std::shared_ptr<Mechanism>& mechanism, const std::vector<std::string>& independent,
                   const Numbers& q, const Numbers& dq, const Numbers& ddq, const Numbers& time, unsigned threads) {
-  EffortBatch answers;
-  const EffortRequest question = question_of(q, dq, ddq, time);
+  EffortBatch result;
+  const EffortRequest request = make_request(q, dq, ddq, time);
   const InverseOptions options = options_of(independent, {});
-  if (question.q.rows() <= 64) {
-    const ScopedGilRelease free;  // done before a thread is made
-    answers = InverseDynamics(*mechanism, options).effort_rows(question.q, question.dq, question.ddq, question.time);
+  if (request.q.rows() <= 64) {
+    const ScopedGilRelease free;  // takes less time than starting a thread
+    result = InverseDynamics(*mechanism, options).effort_rows(request.q, request.dq, request.ddq, request.time);
   } else {
-    answers = compute_in_background(
-        [mechanism, options, question, threads](BackgroundTask& errand) {
-          return effort_rows(*mechanism, options, question, threads, [&] { return errand.is_cancelled(); });
+    result = compute_in_background(
+        [mechanism, options, request, threads](BackgroundTask& task) {
+          return effort_rows(*mechanism, options, request, threads, [&] { return task.is_cancelled(); });
         },
-        py::none(), DetachPolicy::never);  // the arrays are the caller's
+        py::none(), DetachPolicy::never);  // the work reads the caller's arrays
   }
-  return py::make_tuple(owned(std::move(answers.efforts)), outcome_to_python(answers.failures));
+  return py::make_tuple(owned(std::move(result.efforts)), outcome_to_python(result.failures));
 }
 
-std::shared_ptr<Run> rows(InverseDynamicsHandle& door, const Numbers& q, const Numbers& dq, const Numbers& ddq,
+std::shared_ptr<Run> rows(InverseDynamicsHandle& handle, const Numbers& q, const Numbers& dq, const Numbers& ddq,
                           const Numbers& time, py::list failures) {
-  const EffortRequest question = question_of(q, dq, ddq, time);
-  SampleBatch answers = door.with_lock(
-      [&](InverseDynamics& inverse) { return inverse.at_rows(question.q, question.dq, question.ddq, question.time); });
-  for (const py::handle one : outcome_to_python(answers.failures)) failures.append(one);
+  const EffortRequest request = make_request(q, dq, ddq, time);
+  SampleBatch samples = handle.with_lock(
+      [&](InverseDynamics& inverse) { return inverse.at_rows(request.q, request.dq, request.ddq, request.time); });
+  for (const py::handle one : outcome_to_python(samples.failures)) failures.append(one);
   auto run = std::make_shared<Run>();
-  run->result = std::move(answers.result);
-  run->description.title = door.mechanism->name;
+  run->result = std::move(samples.result);
+  run->description.title = handle.mechanism->name;
   return run;
 }
 
 py::array matrix(const MatrixX& m) {
-  Samples byrows = m;
-  return owned(std::move(byrows));
+  Samples row_major = m;
+  return owned(std::move(row_major));
 }
 
-py::tuple mass_matrix(InverseDynamicsHandle& door, const Numbers& q) {
+py::tuple mass_matrix(InverseDynamicsHandle& handle, const Numbers& q) {
   const VectorX at = vector_of(q);
-  const auto found = door.with_lock([&](InverseDynamics& inverse) { return inverse.mass_matrix(at); });
-  return py::make_tuple(outcome_to_python(found.outcome), matrix(found.value));
+  const auto result = handle.with_lock([&](InverseDynamics& inverse) { return inverse.mass_matrix(at); });
+  return py::make_tuple(outcome_to_python(result.outcome), matrix(result.value));
 }
 
-py::tuple bias(InverseDynamicsHandle& door, const Numbers& q, const Numbers& dq, double time) {
+py::tuple bias(InverseDynamicsHandle& handle, const Numbers& q, const Numbers& dq, double time) {
   const VectorX at = vector_of(q), rate = vector_of(dq);
-  const auto found = door.with_lock([&](InverseDynamics& inverse) { return inverse.bias(at, rate, time); });
-  return py::make_tuple(outcome_to_python(found.outcome), copied(found.value));
+  const auto result = handle.with_lock([&](InverseDynamics& inverse) { return inverse.bias(at, rate, time); });
+  return py::make_tuple(outcome_to_python(result.outcome), copied(result.value));
 }
 
-py::tuple regressor(InverseDynamicsHandle& door, const Numbers& q, const Numbers& dq, const Numbers& ddq, double time) {
+py::tuple regressor(InverseDynamicsHandle& handle, const Numbers& q, const Numbers& dq, const Numbers& ddq,
+                    double time) {
   const VectorX at = vector_of(q), rate = vector_of(dq), acceleration = vector_of(ddq);
-  const auto found =
-      door.with_lock([&](InverseDynamics& inverse) { return inverse.regressor(at, rate, acceleration, time); });
-  const EffortRegressor& r = found.value;
+  const auto result =
+      handle.with_lock([&](InverseDynamics& inverse) { return inverse.regressor(at, rate, acceleration, time); });
+  const EffortRegressor& r = result.value;
   py::dict all;
   py::list names;
   for (const Parameter& one : r.parameters) names.append(one.name);
@@ -252,16 +256,16 @@ py::tuple regressor(InverseDynamicsHandle& door, const Numbers& q, const Numbers
   all["shaking_force"] = matrix(r.shaking_force);
   all["shaking_moment"] = matrix(r.shaking_moment);
   all["other"] = copied(r.constant_effort);
-  return py::make_tuple(outcome_to_python(found.outcome), all);
+  return py::make_tuple(outcome_to_python(result.outcome), all);
 }
 
-py::tuple assemble(InverseDynamicsHandle& door, const Numbers& q,
-                   const std::vector<std::pair<std::string, double>>& near) {
+py::tuple assemble(InverseDynamicsHandle& handle, const Numbers& q,
+                   const std::vector<std::pair<std::string, double>>& guesses) {
   std::vector<CoordinateGuess> values;
-  for (const auto& [name, value] : near) values.push_back({name, value});
+  for (const auto& [name, value] : guesses) values.push_back({name, value});
   const VectorX at = vector_of(q);
-  const auto found = door.with_lock([&](InverseDynamics& inverse) { return inverse.assemble(at, values); });
-  return py::make_tuple(outcome_to_python(found.outcome), copied(found.value));
+  const auto result = handle.with_lock([&](InverseDynamics& inverse) { return inverse.assemble(at, values); });
+  return py::make_tuple(outcome_to_python(result.outcome), copied(result.value));
 }
 
 }  // namespace
@@ -271,11 +275,13 @@ void bind_states(py::module_& m) {
         py::arg("time"), py::arg("threads"));
   py::class_<InverseDynamicsHandle, std::shared_ptr<InverseDynamicsHandle>>(m, "Door")
       .def(py::init(&make_handle), py::arg("mechanism"), py::arg("independent"), py::arg("about"))
-      .def_property_readonly("dof", [](const InverseDynamicsHandle& door) { return door.inverse.degrees_of_freedom(); })
+      .def_property_readonly("dof",
+                             [](const InverseDynamicsHandle& handle) { return handle.inverse.degrees_of_freedom(); })
       .def_property_readonly("independent",
-                             [](const InverseDynamicsHandle& door) { return door.inverse.independent(); })
-      .def_property_readonly("actuators", [](const InverseDynamicsHandle& door) { return door.inverse.actuators(); })
-      .def_property_readonly("notes", [](const InverseDynamicsHandle& door) { return door.inverse.notes(); })
+                             [](const InverseDynamicsHandle& handle) { return handle.inverse.independent(); })
+      .def_property_readonly("actuators",
+                             [](const InverseDynamicsHandle& handle) { return handle.inverse.actuators(); })
+      .def_property_readonly("notes", [](const InverseDynamicsHandle& handle) { return handle.inverse.notes(); })
       .def("assemble", &assemble, py::arg("q"), py::arg("near"))
       .def("rows", &rows, py::arg("q"), py::arg("dq"), py::arg("ddq"), py::arg("time"), py::arg("failures"))
       .def("mass_matrix", &mass_matrix, py::arg("q"))

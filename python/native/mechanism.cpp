@@ -53,14 +53,14 @@ py::list joints_of(const Mechanism& mechanism) {
 
 py::list attachments_of(const Mechanism& mechanism) {
   py::list all;
-  for (const Attachment& part : mechanism.attachments) {
+  for (const Attachment& attachment : mechanism.attachments) {
     py::dict one;
-    one["name"] = part.name;
-    one["kind"] = part.kind == AttachmentKind::counterweight ? "counterweight" : "payload";
-    one["body"] = name_of_body(mechanism, part.body);
-    one["position"] = vector_of_three(part.position);
-    one["mass"] = part.mass;
-    one["inertia"] = matrix_of(part.inertia);
+    one["name"] = attachment.name;
+    one["kind"] = attachment.kind == AttachmentKind::counterweight ? "counterweight" : "payload";
+    one["body"] = name_of_body(mechanism, attachment.body);
+    one["position"] = vector_of_three(attachment.position);
+    one["mass"] = attachment.mass;
+    one["inertia"] = matrix_of(attachment.inertia);
     all.append(one);
   }
   return all;

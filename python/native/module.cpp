@@ -6,7 +6,7 @@ PYBIND11_MODULE(_native, m) {
   m.doc() = "What balance_mechanisms is made of. Use that.";
   m.attr("version") = balance::version();
   balance::python::bind_errors(m);
-  balance::python::bind_patience(m);
+  balance::python::bind_background_tasks(m);
   balance::python::bind_mechanism(m);
   balance::python::bind_run(m);
   balance::python::bind_spec(m);

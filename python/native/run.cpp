@@ -16,7 +16,7 @@ namespace {
 
 using SharedRun = std::shared_ptr<Run>;
 
-/// Names of the dimensions behind `time`, as in the file.
+/// Names of the dimensions after `time`, as in the result file.
 std::vector<std::string> dimensions_of(ColumnKind columns) {
   switch (columns) {
     case ColumnKind::single: return {};
@@ -54,7 +54,7 @@ py::list round_off_of(const RunResult& r, const Quantity& quantity) {
   return all;
 }
 
-/// What it is called, measured in and made of: everything but its numbers.
+/// The metadata of a quantity: name, units, dimensions and so on, without its values.
 py::dict describe(const RunResult& r, const Quantity& quantity) {
   py::dict one;
   one["long_name"] = quantity.long_name;
@@ -136,7 +136,7 @@ py::dict description_of(const Run& run) {
   return all;
 }
 
-/// With the interpreter's lock: HDF5 is not safe for threads, and other modules that use it rely on that lock.
+/// Writing keeps the GIL: HDF5 is not thread-safe, and other modules that use it rely on the GIL.
 WriteOptions write_options(bool force, bool compress) {
   WriteOptions options;
   options.existing = force ? OverwritePolicy::replace : OverwritePolicy::forbid;

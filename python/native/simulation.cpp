@@ -23,7 +23,7 @@
 namespace balance::python {
 namespace {
 
-/// What a run is asked for besides its spec.
+/// Options of a run besides its spec.
 struct RunRequest {
   std::string trajectory, controller, formulation;
   std::optional<long> samples;
@@ -45,76 +45,78 @@ Vector3 point_of(const std::vector<double>& about, SpaceKind space) {
   return point;
 }
 
-Trajectory choose_trajectory(const Spec& spec, const RunRequest& wish) {
-  Trajectory trajectory = spec.trajectory(wish.trajectory);
-  if (wish.samples) change_argument("samples", [&] { change_samples(trajectory, *wish.samples); });
-  if (wish.duration) change_argument("duration", [&] { change_duration(trajectory, *wish.duration); });
-  if (wish.about) trajectory.about = point_of(*wish.about, spec.study().mechanism.space);
+Trajectory choose_trajectory(const Spec& spec, const RunRequest& request) {
+  Trajectory trajectory = balance::choose_trajectory(spec.study(), request.trajectory);
+  if (request.samples) change_argument("samples", [&] { change_samples(trajectory, *request.samples); });
+  if (request.duration) change_argument("duration", [&] { change_duration(trajectory, *request.duration); });
+  if (request.about) trajectory.about = point_of(*request.about, spec.study().mechanism.space);
   return trajectory;
 }
 
-/// As the program describes the same run, so that files have the same bytes.
-Provenance describe(const Spec& spec, const Trajectory& trajectory, const RunRequest& wish,
+/// The same provenance as in the program, so that files are identical byte by byte.
+Provenance describe(const Spec& spec, const Trajectory& trajectory, const RunRequest& request,
                     const std::string& controller) {
   return make_simulation_provenance(spec.study(), trajectory,
                                     {.spec_file = spec.file,
                                      .trajectory = trajectory.name,
-                                     .samples = wish.samples,
-                                     .duration = wish.duration,
-                                     .about = wish.about ? fmt::format("{}", fmt::join(*wish.about, ",")) : "",
-                                     .poses = wish.poses,
-                                     .formulation = wish.formulation,
+                                     .samples = request.samples,
+                                     .duration = request.duration,
+                                     .about = request.about ? fmt::format("{}", fmt::join(*request.about, ",")) : "",
+                                     .poses = request.poses,
+                                     .formulation = request.formulation,
                                      .controller = controller,
-                                     .settle = wish.settle,
-                                     .steps = wish.steps});
+                                     .settle = request.settle,
+                                     .steps = request.steps});
 }
 
 std::shared_ptr<Run> run_request(const std::shared_ptr<Spec>& spec, const Trajectory& trajectory,
-                                 const RunRequest& wish, const std::optional<Controller>& controller,
+                                 const RunRequest& request, const std::optional<Controller>& controller,
                                  const py::object& progress) {
   auto run = std::make_shared<Run>();
-  run->description = describe(*spec, trajectory, wish, controller ? controller->name : "");
+  run->description = describe(*spec, trajectory, request, controller ? controller->name : "");
   run->source = spec->file;
   run->result = compute_in_background(
-      [spec, trajectory, wish, controller](BackgroundTask& errand) {
+      [spec, trajectory, request, controller](BackgroundTask& task) {
         const Mechanism& mechanism = spec->study().mechanism;
-        const auto report = [&](double part) { errand.report_progress(part); };
+        const auto report = [&](double fraction) { task.report_progress(fraction); };
         RunResult result =
-            controller                      ? simulate_closed_loop(mechanism, trajectory, *controller,
-                                                                   {.hold_time = wish.settle, .max_steps = wish.steps, .progress = report})
-            : wish.formulation == "natural" ? simulate_natural(mechanism, trajectory, report)
-                                            : simulate(mechanism, trajectory, report);
+            controller
+                ? simulate_closed_loop(mechanism, trajectory, *controller,
+                                       {.hold_time = request.settle, .max_steps = request.steps, .progress = report})
+            : request.formulation == "natural" ? simulate_natural(mechanism, trajectory, report)
+                                               : simulate(mechanism, trajectory, report);
         if (!controller && result.outcome.status != MotionStatus::done)
           result.outcome.reason += describe_feasible_modes(mechanism, trajectory, result.outcome);
-        if (wish.poses && result.time.size() > 0) add_body_poses(mechanism, result);
+        if (request.poses && result.time.size() > 0) add_body_poses(mechanism, result);
         return result;
       },
       progress);
   return run;
 }
 
-std::shared_ptr<Run> simulate_spec(const std::shared_ptr<Spec>& spec, const RunRequest& wish,
+std::shared_ptr<Run> simulate_spec(const std::shared_ptr<Spec>& spec, const RunRequest& request,
                                    const py::object& progress) {
-  if (wish.formulation != "tree" && wish.formulation != "natural")
-    throw std::invalid_argument("formulation: must be tree or natural, is '" + wish.formulation + "'");
-  if (wish.formulation == "natural" && spec->study().mechanism.space == SpaceKind::spatial)
+  if (request.formulation != "tree" && request.formulation != "natural")
+    throw std::invalid_argument("formulation: must be tree or natural, is '" + request.formulation + "'");
+  if (request.formulation == "natural" && spec->study().mechanism.space == SpaceKind::spatial)
     throw std::invalid_argument(spec->file + " is spatial: the formulation natural is for planar mechanisms");
-  return run_request(spec, choose_trajectory(*spec, wish), wish, std::nullopt, progress);
+  return run_request(spec, choose_trajectory(*spec, request), request, std::nullopt, progress);
 }
 
 using NamedValues = std::vector<std::pair<std::string, double>>;
 
-/// What a single state is asked for: `start` or `end` of the trajectory, the text of a pose in the spec's units, or coordinates.
+/// Options of a single state: `start` or `end` of the trajectory, the text of a pose in the spec's units, or
+/// coordinates.
 struct StateRequest {
   std::string trajectory, at;
-  NamedValues joints, rates, accelerations;  ///< SI
+  NamedValues joints, rates, accelerations;  ///< SI units
   double time = 0;                           ///< [s]
   std::vector<std::string> independent;
   std::optional<std::vector<double>> about;  ///< [m]
   bool poses = false;
 };
 
-/// Coordinates as the program's options have them, in the spec's units of length and angle.
+/// Coordinates in the syntax of the program's options, in the spec's units of length and angle.
 std::string format_coordinate_option(const NamedValues& numbers, const Study& study) {
   std::string text;
   for (const auto& [name, value] : numbers) {
@@ -128,58 +130,60 @@ std::string format_coordinate_option(const NamedValues& numbers, const Study& st
   return text;
 }
 
-ConfigurationResult find_state_configuration(const StateCommand& call, const Trajectory* trajectory,
+ConfigurationResult find_state_configuration(const StateCommand& command, const Trajectory* trajectory,
                                              const Study& study) {
-  if (call.at != "start" && call.at != "end") return solve_configuration(study.mechanism, read_pose(call.at, study));
+  if (command.at != "start" && command.at != "end")
+    return solve_configuration(study.mechanism, read_pose(command.at, study));
   if (trajectory == nullptr) throw std::invalid_argument("at: " + study.spec_file + " has no motion");
-  return call.at == "start" ? find_start_configuration(study.mechanism, *trajectory)
-                            : find_end_configuration(study.mechanism, *trajectory);
+  return command.at == "start" ? find_start_configuration(study.mechanism, *trajectory)
+                               : find_end_configuration(study.mechanism, *trajectory);
 }
 
-RunResult evaluate_requested_state(const Spec& spec, const StateCommand& call, const StateRequest& wish) {
+RunResult evaluate_requested_state(const Spec& spec, const StateCommand& command, const StateRequest& request) {
   const Study& study = spec.study();
-  const bool moves = !study.trajectories.empty() || !wish.trajectory.empty();
-  const Trajectory* trajectory = moves ? &spec.trajectory(wish.trajectory) : nullptr;
-  ConfigurationResult place = find_state_configuration(call, trajectory, study);
-  if (place.outcome.status != MotionStatus::done) return {.outcome = std::move(place.outcome)};
-  SingleState state{std::move(place.coordinates), {}, {}, wish.time};
-  if (!call.rates.empty()) state.rates = read_coordinate_rates(call.rates, "rates", study);
-  if (!call.accelerations.empty())
-    state.accelerations = read_coordinate_rates(call.accelerations, "accelerations", study);
+  const bool moves = !study.trajectories.empty() || !request.trajectory.empty();
+  const Trajectory* trajectory = moves ? &choose_trajectory(spec.study(), request.trajectory) : nullptr;
+  ConfigurationResult configuration = find_state_configuration(command, trajectory, study);
+  if (configuration.outcome.status != MotionStatus::done) return {.outcome = std::move(configuration.outcome)};
+  SingleState state{std::move(configuration.coordinates), {}, {}, request.time};
+  if (!command.rates.empty()) state.rates = read_coordinate_rates(command.rates, "rates", study);
+  if (!command.accelerations.empty())
+    state.accelerations = read_coordinate_rates(command.accelerations, "accelerations", study);
   InverseOptions options = make_state_options(trajectory);
-  options.independent = wish.independent;
-  if (wish.about) options.about = point_of(*wish.about, study.mechanism.space);
+  options.independent = request.independent;
+  if (request.about) options.about = point_of(*request.about, study.mechanism.space);
   RunResult result = evaluate_single_state(study.mechanism, state, options);
-  if (wish.poses && result.time.size() > 0) add_body_poses(study.mechanism, result);
+  if (request.poses && result.time.size() > 0) add_body_poses(study.mechanism, result);
   return result;
 }
 
-std::shared_ptr<Run> evaluate_spec_state(const std::shared_ptr<Spec>& spec, const StateRequest& wish) {
+std::shared_ptr<Run> evaluate_spec_state(const std::shared_ptr<Spec>& spec, const StateRequest& request) {
   const Study& study = spec->study();
-  const StateCommand call{.spec_file = spec->file,
-                          .at = wish.joints.empty() ? wish.at : format_coordinate_option(wish.joints, study),
-                          .rates = format_coordinate_option(wish.rates, study),
-                          .accelerations = format_coordinate_option(wish.accelerations, study),
-                          .trajectory = wish.trajectory,
-                          .independent = wish.independent,
-                          .time = wish.time,
-                          .about = wish.about ? fmt::format("{}", fmt::join(*wish.about, ",")) : "",
-                          .poses = wish.poses};
+  const StateCommand command{
+      .spec_file = spec->file,
+      .at = request.joints.empty() ? request.at : format_coordinate_option(request.joints, study),
+      .rates = format_coordinate_option(request.rates, study),
+      .accelerations = format_coordinate_option(request.accelerations, study),
+      .trajectory = request.trajectory,
+      .independent = request.independent,
+      .time = request.time,
+      .about = request.about ? fmt::format("{}", fmt::join(*request.about, ",")) : "",
+      .poses = request.poses};
   auto run = std::make_shared<Run>();
-  run->description = describe_state(study, call);
+  run->description = describe_state(study, command);
   run->source = study.spec_file;
   run->result = compute_in_background(
-      [spec, call, wish](BackgroundTask&) { return evaluate_requested_state(*spec, call, wish); });
+      [spec, command, request](BackgroundTask&) { return evaluate_requested_state(*spec, command, request); });
   return run;
 }
 
-std::shared_ptr<Run> control_spec(const std::shared_ptr<Spec>& spec, const RunRequest& wish,
+std::shared_ptr<Run> control_spec(const std::shared_ptr<Spec>& spec, const RunRequest& request,
                                   const py::object& progress) {
-  if (!(wish.settle >= 0 && wish.settle <= max_duration))
-    throw std::invalid_argument(fmt::format("settle: must be from 0 to {} s, is {}", max_duration, wish.settle));
-  if (wish.steps < 0) throw std::invalid_argument("steps: must not be negative");
-  const Trajectory trajectory = choose_trajectory(*spec, wish);
-  return run_request(spec, trajectory, wish, spec->controller(wish.controller), progress);
+  if (!(request.settle >= 0 && request.settle <= max_duration))
+    throw std::invalid_argument(fmt::format("settle: must be from 0 to {} s, is {}", max_duration, request.settle));
+  if (request.steps < 0) throw std::invalid_argument("steps: must not be negative");
+  const Trajectory trajectory = choose_trajectory(*spec, request);
+  return run_request(spec, trajectory, request, choose_controller(spec->study(), request.controller), progress);
 }
 
 }  // namespace
@@ -190,13 +194,13 @@ void bind_moves(py::module_& m) {
       [](const std::shared_ptr<Spec>& spec, const std::string& trajectory, std::optional<long> samples,
          std::optional<double> duration, std::optional<std::vector<double>> about, const std::string& formulation,
          bool poses, const py::object& progress) {
-        const RunRequest wish{.trajectory = trajectory,
-                              .formulation = formulation,
-                              .samples = samples,
-                              .duration = duration,
-                              .about = std::move(about),
-                              .poses = poses};
-        return simulate_spec(spec, wish, progress);
+        const RunRequest request{.trajectory = trajectory,
+                                 .formulation = formulation,
+                                 .samples = samples,
+                                 .duration = duration,
+                                 .about = std::move(about),
+                                 .poses = poses};
+        return simulate_spec(spec, request, progress);
       },
       py::arg("spec"), py::arg("trajectory"), py::arg("samples"), py::arg("duration"), py::arg("about"),
       py::arg("formulation"), py::arg("poses"), py::arg("progress"));
@@ -215,16 +219,16 @@ void bind_moves(py::module_& m) {
       [](const std::shared_ptr<Spec>& spec, const std::string& controller, const std::string& trajectory,
          std::optional<long> samples, std::optional<double> duration, std::optional<std::vector<double>> about,
          double settle, long steps, bool poses, const py::object& progress) {
-        const RunRequest wish{.trajectory = trajectory,
-                              .controller = controller,
-                              .formulation = "tree",
-                              .samples = samples,
-                              .duration = duration,
-                              .about = std::move(about),
-                              .poses = poses,
-                              .settle = settle,
-                              .steps = steps};
-        return control_spec(spec, wish, progress);
+        const RunRequest request{.trajectory = trajectory,
+                                 .controller = controller,
+                                 .formulation = "tree",
+                                 .samples = samples,
+                                 .duration = duration,
+                                 .about = std::move(about),
+                                 .poses = poses,
+                                 .settle = settle,
+                                 .steps = steps};
+        return control_spec(spec, request, progress);
       },
       py::arg("spec"), py::arg("controller"), py::arg("trajectory"), py::arg("samples"), py::arg("duration"),
       py::arg("about"), py::arg("settle"), py::arg("steps"), py::arg("poses"), py::arg("progress"));

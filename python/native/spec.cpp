@@ -18,18 +18,6 @@
 namespace balance::python {
 namespace {
 
-/// The one of this name. @throws std::invalid_argument with the names that there are
-template <class T>
-const T& find_named(const std::vector<T>& all, const std::string& name, const char* what, const std::string& file) {
-  std::vector<std::string> names;
-  for (const T& one : all) {
-    if (one.name == name) return one;
-    names.push_back(one.name);
-  }
-  throw std::invalid_argument(fmt::format("{} has no {} {}, only {}{}", file, what, quote_for_message(name),
-                                          fmt::join(names, ", "), append_nearest_name(name, names)));
-}
-
 std::shared_ptr<Spec> read(std::string text, std::string file, std::vector<std::pair<std::string, std::string>> set) {
   auto spec = std::make_shared<Spec>();
   spec->text = std::move(text);
@@ -87,18 +75,18 @@ struct Checked {
   std::string json, text;
 };
 
-/// @return how it ended ("done", or why not), one sentence, JSON and text
+/// @return status ("done" or the failure), reason in one sentence, JSON and text
 py::tuple check_spec(const std::shared_ptr<Spec>& spec, bool verified, const py::object& progress) {
   const Checked checked = compute_in_background(
-      [spec, verified](BackgroundTask& errand) {
+      [spec, verified](BackgroundTask& task) {
         const Study& study = spec->study();
         Checked all;
-        all.report = check_mechanism(study, [&](double part) { errand.report_progress(part); });
-        std::optional<VerifyReport> twice;
-        if (verified && all.report.outcome.status == MotionStatus::done) twice = verify_formulations(study);
-        all.json = check_json(all.report, study.mechanism, study.warnings, twice ? &*twice : nullptr);
+        all.report = check_mechanism(study, [&](double fraction) { task.report_progress(fraction); });
+        std::optional<VerifyReport> verification;
+        if (verified && all.report.outcome.status == MotionStatus::done) verification = verify_formulations(study);
+        all.json = check_json(all.report, study.mechanism, study.warnings, verification ? &*verification : nullptr);
         all.text = check_text(all.report, study.mechanism);
-        if (twice) all.text += "\n" + verify_text(*twice);
+        if (verification) all.text += "\n" + verify_text(*verification);
         return all;
       },
       progress);
@@ -113,22 +101,6 @@ py::list goal_words(const Spec& spec) {
 }
 
 }  // namespace
-
-const Trajectory& Spec::trajectory(const std::string& name) const {
-  const std::vector<Trajectory>& all = study().trajectories;
-  if (all.empty()) throw SpecError({.place = {.file = file}, .message = "there is no motion to simulate"});
-  return name.empty() ? all.front() : find_named(all, name, "trajectory", file);
-}
-
-const Controller& Spec::controller(const std::string& name) const {
-  const std::vector<Controller>& all = study().controllers;
-  if (!name.empty()) return find_named(all, name, "controller", file);
-  // The built-in ones stand behind those of the spec.
-  const std::vector<Controller> built_in = built_in_controllers();
-  const bool listed = all.size() > built_in.size() || all.front().name != built_in.front().name;
-  return listed ? all.front()
-                : find_named(all, controller_type_name(ControllerType::computed_torque), "controller", file);
-}
 
 void bind_spec(py::module_& m) {
   py::class_<Spec, std::shared_ptr<Spec>>(m, "Spec")
@@ -145,7 +117,7 @@ void bind_spec(py::module_& m) {
       .def_property_readonly(
           "mechanism",
           [](const std::shared_ptr<Spec>& spec) {
-            // pybind11 keeps no holders of constants
+            // pybind11 does not support holders of const objects
             return std::const_pointer_cast<Mechanism>(SharedMechanism(spec->space, &spec->study().mechanism));
           })
       .def("check", &check_spec, py::arg("verify"), py::arg("progress"));

@@ -17,15 +17,15 @@
 namespace balance::python {
 namespace {
 
-/// What is answer of a spec whose numbers may be off, never changed.
+/// Result of a tolerance analysis; immutable.
 struct ToleranceAnswer {
   ToleranceReportData view;
   Provenance description;
   MotionOutcome outcome;
-  std::string source = {};  ///< the spec's file
+  std::string source = {};  ///< file of the spec
 };
 
-/// What is asked for. No trajectory: efforts at rest.
+/// Options of the analysis. Without a trajectory: efforts at rest.
 struct ToleranceRequest {
   std::optional<Trajectory> trajectory;
   std::vector<std::string> of;
@@ -41,48 +41,49 @@ void require_quantities(const std::vector<std::string>& of, const Mechanism& mec
 }
 
 Trajectory trajectory_of(const Spec& spec, const std::string& name, std::optional<long> samples) {
-  Trajectory trajectory = spec.trajectory(name);
+  Trajectory trajectory = choose_trajectory(spec.study(), name);
   if (samples) change_argument("samples", [&] { change_samples(trajectory, *samples); });
   return trajectory;
 }
 
-void look_along(const TolerancedDesignSpace& toleranced, const ToleranceRequest& wish, BackgroundTask& errand,
-                ToleranceAnswer& answer) {
-  const Trajectory& trajectory = *wish.trajectory;
-  ToleranceReport report = analyse_tolerance(toleranced.space, toleranced.tolerances, trajectory, wish.of);
-  answer.outcome = report.outcome;
+void analyse_along_trajectory(const TolerancedDesignSpace& toleranced, const ToleranceRequest& request,
+                              BackgroundTask& task, ToleranceAnswer& result) {
+  const Trajectory& trajectory = *request.trajectory;
+  ToleranceReport report = analyse_tolerance(toleranced.space, toleranced.tolerances, trajectory, request.of);
+  result.outcome = report.outcome;
   if (report.outcome.status != MotionStatus::done) return;
-  answer.view.trajectory = trajectory.name;
-  answer.view.report = std::move(report);
-  if (wish.draws.count == 0) return;
+  result.view.trajectory = trajectory.name;
+  result.view.report = std::move(report);
+  if (request.draws.count == 0) return;
   const Tolerances drawn =
-      remove_incompatible_parameters(toleranced.tolerances, answer.view.report->incompatible_parameters);
-  answer.view.sampling = sample_tolerance(toleranced.space, drawn, trajectory, wish.of, wish.draws,
-                                          [&](double part) { errand.report_progress(part); });
+      remove_incompatible_parameters(toleranced.tolerances, result.view.report->incompatible_parameters);
+  result.view.sampling = sample_tolerance(toleranced.space, drawn, trajectory, request.of, request.draws,
+                                          [&](double fraction) { task.report_progress(fraction); });
 }
 
-void look_at_rest(const TolerancedDesignSpace& toleranced, ToleranceAnswer& answer) {
-  answer.view.at_rest = analyse_static_tolerance(toleranced.space, toleranced.tolerances);
-  answer.outcome = answer.view.at_rest->outcome;
+void analyse_at_rest(const TolerancedDesignSpace& toleranced, ToleranceAnswer& result) {
+  result.view.at_rest = analyse_static_tolerance(toleranced.space, toleranced.tolerances);
+  result.outcome = result.view.at_rest->outcome;
 }
 
-std::shared_ptr<ToleranceAnswer> compute_tolerance_data(const Spec& spec, const ToleranceRequest& wish,
-                                                        BackgroundTask& errand) {
+std::shared_ptr<ToleranceAnswer> compute_tolerance_data(const Spec& spec, const ToleranceRequest& request,
+                                                        BackgroundTask& task) {
   const TolerancedDesignSpace toleranced = read_toleranced_space(spec.text, spec.file, spec.read);
-  const SourceLocation place{.file = spec.file, .key = "tolerances"};
+  const SourceLocation location{.file = spec.file, .key = "tolerances"};
   if (toleranced.tolerances.empty())
-    throw SpecError({.place = place, .message = "missing: it says which numbers may be off"});
-  auto answer = std::make_shared<ToleranceAnswer>();
-  answer->source = spec.file;
-  answer->view.mechanism = spec.study().mechanism.name;
-  answer->view.numbers = toleranced.tolerances;
-  answer->view.draws = wish.draws;
+    throw SpecError({.place = location, .message = "missing: it says which numbers may be off"});
+  auto result = std::make_shared<ToleranceAnswer>();
+  result->source = spec.file;
+  result->view.mechanism = spec.study().mechanism.name;
+  result->view.numbers = toleranced.tolerances;
+  result->view.draws = request.draws;
   try {
-    wish.trajectory ? look_along(toleranced, wish, errand, *answer) : look_at_rest(toleranced, *answer);
+    request.trajectory ? analyse_along_trajectory(toleranced, request, task, *result)
+                       : analyse_at_rest(toleranced, *result);
   } catch (const std::invalid_argument& error) {
-    throw SpecError({.place = place, .message = error.what()});
+    throw SpecError({.place = location, .message = error.what()});
   }
-  return answer;
+  return result;
 }
 
 std::shared_ptr<ToleranceAnswer> find_tolerance(const std::shared_ptr<Spec>& spec, const std::string& trajectory,
@@ -96,13 +97,13 @@ std::shared_ptr<ToleranceAnswer> find_tolerance(const std::shared_ptr<Spec>& spe
     throw std::invalid_argument(
         fmt::format("monte_carlo: must be 0 or from 2 to {}, is {}", max_tolerance_draws, draws));
   require_quantities(of, spec->study().mechanism);
-  ToleranceRequest wish{.trajectory = std::nullopt, .of = of, .draws = {draws, seed.value_or(1)}};
-  if (!at_rest) wish.trajectory = trajectory_of(*spec, trajectory, samples);
-  auto answer = compute_in_background(
-      [spec, wish](BackgroundTask& errand) { return compute_tolerance_data(*spec, wish, errand); }, progress);
-  if (wish.trajectory)
-    answer->description = make_tolerance_provenance(spec->study(), *wish.trajectory, {.of = of, .samples = samples});
-  return answer;
+  ToleranceRequest request{.trajectory = std::nullopt, .of = of, .draws = {draws, seed.value_or(1)}};
+  if (!at_rest) request.trajectory = trajectory_of(*spec, trajectory, samples);
+  auto result = compute_in_background(
+      [spec, request](BackgroundTask& task) { return compute_tolerance_data(*spec, request, task); }, progress);
+  if (request.trajectory)
+    result->description = make_tolerance_provenance(spec->study(), *request.trajectory, {.of = of, .samples = samples});
+  return result;
 }
 
 }  // namespace

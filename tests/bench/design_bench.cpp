@@ -28,6 +28,20 @@ BENCHMARK_CAPTURE(conditions, force, force)->Unit(benchmark::kMillisecond);
 BENCHMARK_CAPTURE(conditions, dynamic, {GoalKind::dynamic})->Unit(benchmark::kMillisecond);
 BENCHMARK_CAPTURE(conditions, gyroscopic, {GoalKind::gyroscopic})->Unit(benchmark::kMillisecond);
 
+/// A mechanism whose attachments' masses are free.
+class CounterweightModel final : public DesignModel {
+ public:
+  explicit CounterweightModel(Mechanism mechanism) : mechanism_(std::move(mechanism)) {}
+  Mechanism build_mechanism(const VectorX& x) const override {
+    Mechanism at = mechanism_;
+    for (std::size_t k = 0; k < at.attachments.size(); ++k) at.attachments[k].mass = x[static_cast<Eigen::Index>(k)];
+    return at;
+  }
+
+ private:
+  Mechanism mechanism_;
+};
+
 /// The 3RRR with a counterweight of free mass 0.1 m behind the first joint of every crank and coupler: 2.7 kg on couplers, 9.36 kg
 /// on cranks make its shaking force vanish (configs/3rrr-force-balance.yaml derives them by hand).
 DesignProblem counterweights() {
@@ -41,13 +55,8 @@ DesignProblem counterweights() {
     mechanism.attachments.push_back(weight);
     problem.variables.push_back({"counterweights." + weight.name + ".mass", 0, 20, 1});
   }
-  problem.build_mechanism = [mechanism](const VectorX& x) {
-    Mechanism at = mechanism;
-    for (std::size_t k = 0; k < at.attachments.size(); ++k) at.attachments[k].mass = x[static_cast<Eigen::Index>(k)];
-    return at;
-  };
+  problem.model = std::make_shared<const CounterweightModel>(mechanism);
   problem.goals = {force};
-  problem.derive_conditions = derive_conditions;
   return problem;
 }
 

@@ -39,8 +39,8 @@ class Moving {
     const VectorX scale = column_scale(tree_);
     directions_ = scale.asDiagonal() * at.null_space;
     compute_poses(tree_, y_.data(), state_);
-    dy_ = directions_ * random_.normal(directions_.cols());
-    ddy_ = directions_ * random_.normal(directions_.cols()) + bias(scale);
+    dy_ = directions_ * random_.sample_normal(directions_.cols());
+    ddy_ = directions_ * random_.sample_normal(directions_.cols()) + bias(scale);
     return true;
   }
 

@@ -83,7 +83,7 @@ void check_gyroscopic(const Mechanism& m, std::uint64_t seed) {
   const VectorX units = NaturalUnits(m, modular.parameters).parameter;
   const MatrixX Q = basis(in_natural_units(m, modular));
   UniformRandom random(seed);
-  const VectorX any = random.normal(units.size());
+  const VectorX any = random.sample_normal(units.size());
   const VectorX unbalanced = units.cwiseProduct(any), balanced = units.cwiseProduct(any - Q * (Q.transpose() * any));
   CHECK(scaled_residuals(modular, balanced).cwiseAbs().maxCoeff() < 1e-9);
   const ChainSplit split = split_into_chains(m);

@@ -6,7 +6,7 @@ using namespace load_cases;
 
 TEST_CASE("the RR arm's counterweights follow the load by P0 eq. 95") {
   const DesignSpace space = read(rr);
-  const DesignReport report = design(space);
+  const DesignReport report = find_design(space);
   CHECK(report.outcome.status == DesignStatus::balanced);
   REQUIRE(report.adaptive);
   REQUIRE(report.adaptive->law);
@@ -28,7 +28,7 @@ TEST_CASE("the RR arm's counterweights follow the load by P0 eq. 95") {
 }
 
 TEST_CASE("a balance for half a kilogram leaves the difference's weight at the worst pose") {
-  const DesignReport report = design(read(rr));
+  const DesignReport report = find_design(read(rr));
   REQUIRE(report.adaptive->fixed_design_cases.size() == 3);
   // both links level: 0.5 kg at 0.9 m from the first joint, at 0.4 m from the second; the climb ends within 1e-6 of it
   CHECK(resting(report.adaptive->fixed_design_cases[2], 0) == doctest::Approx(0.5 * 0.9 * g).epsilon(1e-6));
@@ -42,7 +42,7 @@ TEST_CASE("a balance for half a kilogram leaves the difference's weight at the w
 
 TEST_CASE("moving the counterweights costs what their weight gains in height") {
   const std::string raised = replaced(rr, "from: {joints: {R1: 0, R2: 0}}", "from: {joints: {R1: 0.3, R2: 0.4}}");
-  const DesignReport report = design(read(raised));
+  const DesignReport report = find_design(read(raised));
   REQUIRE(report.adaptive->adjustment_work);
   // from 0 to 1 kg cw1 goes 0.5/12 m towards −x of link1, cw2 0.1 m towards −x of link2
   const double work = -g * (12 * (0.5 / 12) * std::sin(0.3) + 4 * 0.1 * std::sin(0.7));
@@ -52,7 +52,7 @@ TEST_CASE("moving the counterweights costs what their weight gains in height") {
 TEST_CASE("a load's mass and place come in as a product") {
   const DesignSpace space = read(
       replaced(rr, "for: {mp: [0, 0.5, 1]}", "for: {mp: [0, 1], \"cargo.at[0]\": {range: [0.2, 0.4], samples: 2}}"));
-  const DesignReport report = design(space);
+  const DesignReport report = find_design(space);
   CHECK(report.load_cases.size() == 4);
   REQUIRE(report.adaptive->law);
   const AdaptiveLaw& law = *report.adaptive->law;
@@ -91,7 +91,7 @@ assembly: {A1: 2.0, B1: -1.2, B2: 1.2}
 motion: {duration: 0.5, samples: 11, from: {joints: {A1: 2.2}}, to: {joints: {A1: 0.9}}}
 design: {goal: static, for: {p: [0, 1]}, adapt: [c, k]}
 )");
-  const DesignReport report = design(space);
+  const DesignReport report = find_design(space);
   CHECK(report.outcome.status == DesignStatus::balanced);
   REQUIRE(report.adaptive);
   REQUIRE(report.adaptive->law);
@@ -124,7 +124,7 @@ actuators: [J1, J2, J3]
 motion: {duration: 1, samples: 11, from: {joints: {J1: 0, J2: 0, J3: 0}}, to: {joints: {J1: 1, J2: 1, J3: 1}}}
 design: {goal: static, for: {cargo.mass: {range: [0, 1], samples: 3}}, adapt: [cw2.at, "counterweights.cw3.at[1]"]}
 )");
-  const DesignReport report = design(space);
+  const DesignReport report = find_design(space);
   CHECK(report.load_cases.size() == 3);
   REQUIRE(report.adaptive->law);
   const AdaptiveLaw& law = *report.adaptive->law;
@@ -141,7 +141,7 @@ TEST_CASE("the 5R's law passes through the lightest balance of its spec") {
   std::string text = replaced(file_text("5r-design.yaml"), "design: {goal: static, minimize: added-mass}",
                               "design: {goal: static, minimize: added-mass, for: {cargo.mass: [0, 0.6, 1.2]}, "
                               "adapt: [cw21, cw22]}");
-  const DesignReport report = design(read(text));
+  const DesignReport report = find_design(read(text));
   CHECK(report.outcome.optimality == balance::Optimality::proved_global);
   // its head has 2.625, 0, 8.872, 3.045 kg for 0.6 kg; leg 1 carries no more, whatever the load
   const double published[] = {2.625, 0, 8.872, 3.045};

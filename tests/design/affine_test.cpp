@@ -61,7 +61,7 @@ TEST_CASE("where the nearest solution leaves the bounds the nearest one within t
 
 TEST_CASE("of two counterweights the one with the longer arm is used where the added mass is to be small") {
   DesignProblem design = two_counterweights();
-  design.objective = sum_of(design.build_mechanism(VectorX::Zero(2)), ParameterOwner::attachment, "m");
+  design.objective = sum_of(design.model->build_mechanism(VectorX::Zero(2)), ParameterOwner::attachment, "m");
   const DesignOutcome outcome = solve_design(design);
   REQUIRE(outcome.status == DesignStatus::balanced);
   CHECK(outcome.x[0] == 0);
@@ -76,7 +76,7 @@ TEST_CASE("of two counterweights the one with the longer arm is used where the a
 
 TEST_CASE("the least sum of squares among exact solutions is found and proved") {
   DesignProblem design = two_counterweights();
-  design.objective = sum_of(design.build_mechanism(VectorX::Zero(2)), ParameterOwner::attachment, "m", true);
+  design.objective = sum_of(design.model->build_mechanism(VectorX::Zero(2)), ParameterOwner::attachment, "m", true);
   const DesignOutcome outcome = solve_design(design);
   REQUIRE(outcome.status == DesignStatus::balanced);
   // the point of the line that is nearest to the origin
@@ -93,18 +93,18 @@ TEST_CASE("a peak, which has kinks, is minimised and the minimum proved") {
   Objective peak;
   peak.name = "peak";
   peak.is_convex = true;
-  const auto parameters = list_parameters(design.build_mechanism(VectorX::Zero(2)));
+  const auto parameters = list_parameters(design.model->build_mechanism(VectorX::Zero(2)));
   Eigen::Index first = 0, second = 0;
   for (std::size_t p = 0; p < parameters.size(); ++p) {
     if (parameters[p].name == "cw1.m") first = static_cast<Eigen::Index>(p);
     if (parameters[p].name == "cw2.m") second = static_cast<Eigen::Index>(p);
   }
-  peak.of_parameters = [first, second](const VectorX& p, VectorX* gradient) {
+  peak.function = of_parameters([first, second](const VectorX& p, VectorX* gradient) {
     const bool second_rules = 3 * p[second] > p[first];
     if (gradient != nullptr)
       *gradient = VectorX::Unit(p.size(), second_rules ? second : first) * (second_rules ? 3 : 1);
     return std::max(p[first], 3 * p[second]);
-  };
+  });
   design.objective = peak;
   const DesignOutcome outcome = solve_design(design);
   REQUIRE(outcome.status == DesignStatus::balanced);
@@ -152,7 +152,7 @@ TEST_CASE("where a spring of zero free length is hung up is a matter of masses, 
 
 TEST_CASE("the same problem has the same solution to the last bit") {
   DesignProblem design = two_counterweights();
-  design.objective = sum_of(design.build_mechanism(VectorX::Zero(2)), ParameterOwner::attachment, "m", true);
+  design.objective = sum_of(design.model->build_mechanism(VectorX::Zero(2)), ParameterOwner::attachment, "m", true);
   const DesignOutcome first = solve_design(design), second = solve_design(design);
   CHECK(first.x == second.x);
   CHECK(first.lower_bound == second.lower_bound);

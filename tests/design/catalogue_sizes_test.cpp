@@ -68,7 +68,7 @@ TEST_CASE("sizes leave as little of the conditions as any combination of them") 
   for (const bool spatial : {false, true})
     for (int seed = 0; seed < 3; ++seed) {
       const DesignSpace space = read(chain(random, 3, spatial));
-      const DesignReport report = design(space);
+      const DesignReport report = find_design(space);
       REQUIRE(report.outcome.status == DesignStatus::infeasible);
       CHECK(report.outcome.is_proved_infeasible);
       CHECK(report.outcome.optimality == balance::Optimality::proved_global);
@@ -90,11 +90,11 @@ TEST_CASE("sizes have the least figure of all combinations, and the bound says s
        {"{rms: torque, along: cycloid}", "{peak: torque, along: cycloid}", "{rms: shaking_force, along: cycloid}"}) {
     const DesignSpace space =
         read(replaced(chain(random, 3, false), "goal: static", fmt::format("minimize: {}", figure)));
-    const DesignReport report = design(space);
+    const DesignReport report = find_design(space);
     const balance::Objective objective = build_objective(space, space.start.design.minimize, space.start_values(), {});
     double least = 1e9;
     for_all(space, [&](const VectorX& x) {
-      least = std::min(least, objective.of_parameters(parameter_values(space.instantiate(x).mechanism), nullptr));
+      least = std::min(least, objective.function->evaluate(parameter_values(space.instantiate(x).mechanism), nullptr));
     });
     CHECK(report.outcome.objective == doctest::Approx(least).epsilon(1e-9));
     CHECK(report.outcome.optimality == balance::Optimality::proved_global);
@@ -107,7 +107,7 @@ TEST_CASE("sizes that balance exactly are found among those that do not") {
   // 0.5 kg m of the link and 0.5 m for the counterweight: 1 kg
   const DesignSpace space = read(replaced(replaced(pendulum, "free: [0, 5]", "free: {values: [0, 0.4, 1, 2.5]}"),
                                           ", for: {p: [0, 0.25, 1]}", ", minimize: added-mass"));
-  const DesignReport report = design(space);
+  const DesignReport report = find_design(space);
   CHECK(report.outcome.status == DesignStatus::balanced);
   CHECK(report.outcome.x[0] == 1);
   CHECK(report.outcome.optimality == balance::Optimality::proved_global);
@@ -118,7 +118,7 @@ TEST_CASE("lengths in sizes are all tried") {
   text = replaced(text, "{p: 0}", "{p: 0, l: {free: {values: [0.3, 0.5, 0.7]}}, r: 0.5}");
   text = replaced(text, "points: {E: [0.5, 0]}", "points: {E: [l, 0]}");
   text = replaced(replaced(text, "mass: p", "mass: 1"), ", for: {p: [0, 0.25, 1]}", ", minimize: added-mass");
-  const DesignReport report = design(read(text));
+  const DesignReport report = find_design(read(text));
   CHECK(report.outcome.status == DesignStatus::balanced);
   CHECK(report.outcome.x[0] == 0.3);  // the load hangs nearest to the joint
   CHECK(report.outcome.x[1] == doctest::Approx((0.5 + 0.3) / 0.5).epsilon(1e-9));
@@ -127,7 +127,7 @@ TEST_CASE("lengths in sizes are all tried") {
 TEST_CASE("a free place and mass in a box have the least mass that first moments allow") {
   std::string text = replaced(pendulum, "at: [-0.5, 0]", "at: [{free: [-0.3, 0.2]}, {free: [-0.1, 0.1]}]");
   text = replaced(text, ", for: {p: [0, 0.25, 1]}", ", minimize: added-mass");
-  const DesignReport report = design(read(text));
+  const DesignReport report = find_design(read(text));
   CHECK(report.outcome.objective == doctest::Approx(0.5 / 0.3).epsilon(1e-9));
   CHECK(report.outcome.optimality == balance::Optimality::proved_global);
   CHECK(report.outcome.lower_bound == doctest::Approx(0.5 / 0.3).epsilon(1e-6));

@@ -39,13 +39,13 @@ constexpr const char* for_3rrr =
 }  // namespace
 
 TEST_CASE("a four-bar needs two counterweights, a five-bar three, a 3RRR six") {
-  check_fewest(design(read(with("four-bar-force-balance.yaml", for_four_bar, "{counterweights: least}"))), 2);
-  check_fewest(design(read(with("5r-force-balance.yaml", for_five_bar, "{counterweights: least}"))), 3);
-  check_fewest(design(read(with("3rrr-force-balance.yaml", for_3rrr, "{counterweights: least}"))), 6);
+  check_fewest(find_design(read(with("four-bar-force-balance.yaml", for_four_bar, "{counterweights: least}"))), 2);
+  check_fewest(find_design(read(with("5r-force-balance.yaml", for_five_bar, "{counterweights: least}"))), 3);
+  check_fewest(find_design(read(with("3rrr-force-balance.yaml", for_3rrr, "{counterweights: least}"))), 6);
 }
 
 TEST_CASE("a count that is not enough is impossible, with the one that is") {
-  const DesignReport report = design(read(with("5r-force-balance.yaml", for_five_bar, "{counterweights: 2}")));
+  const DesignReport report = find_design(read(with("5r-force-balance.yaml", for_five_bar, "{counterweights: 2}")));
   CHECK(report.outcome.status == DesignStatus::infeasible);
   CHECK(report.outcome.is_proved_infeasible);
   CHECK(report.outcome.selection->min_count == 3);
@@ -57,13 +57,13 @@ TEST_CASE("among equal counts the least figure counts, as among all pairs") {
   const std::string offered = "{counterweights: {from: [cw11, cw12, cw21, cw22], most: 2}}";
   const std::string text = replaced(with("5r-force-balance.yaml", for_five_bar, offered),
                                     "goal: force, minimize: added-mass", "minimize: {rms: torque, along: cycloid}");
-  const DesignReport best = design(read(text));
+  const DesignReport best = find_design(read(text));
   CHECK(best.outcome.optimality == balance::Optimality::proved_global);
   double least = 1e9;
   const std::vector<std::string> names = {"cw11", "cw12", "cw21", "cw22"};
   for (std::size_t i = 0; i < names.size(); ++i)
     for (std::size_t k = 0; k < i; ++k) {
-      const DesignReport pair = design(
+      const DesignReport pair = find_design(
           read(replaced(text, "[cw11, cw12, cw21, cw22], most: 2", "[" + names[i] + ", " + names[k] + "], most: 0")));
       least = std::min(least, pair.outcome.objective);  // the other pair
     }
@@ -75,5 +75,5 @@ TEST_CASE("what cannot vanish cannot be left out") {
       replaced(with("5r-force-balance.yaml", "  heavy: {body: crank1, at: [0, 0], mass: {free: [1, 2]}}\n",
                     "{counterweights: {from: [heavy]}}"),
                "minimize: added-mass, ", "");
-  CHECK_THROWS_AS(design(read(text)), std::invalid_argument);
+  CHECK_THROWS_AS(find_design(read(text)), std::invalid_argument);
 }

@@ -36,5 +36,5 @@ TEST_CASE("a motion with loops ends at the deadline, and the earliest of several
 TEST_CASE("a design whose motions cannot be tried in time says so instead of taking them for impossible") {
   const DesignSpace space = read_config("5r-design.yaml");
   const Deadline over(0);
-  CHECK_THROWS_AS(design(space), DeadlineExceeded);
+  CHECK_THROWS_AS(find_design(space), DeadlineExceeded);
 }

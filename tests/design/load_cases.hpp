@@ -25,7 +25,7 @@ using balance::VectorX;
 
 inline constexpr double g = 9.81;
 
-inline DesignReport design(const DesignSpace& space) {
+inline DesignReport find_design(const DesignSpace& space) {
   balance::DesignStudyOptions options;
   options.search = space.start.design.search;
   options.compare_trajectories = false;

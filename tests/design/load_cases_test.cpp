@@ -21,7 +21,7 @@ TEST_CASE("a law that leaves the bounds is reported, and no number does") {
   const std::string far =
       replaced(replaced(rr, "for: {mp: [0, 0.5, 1]}", "for: {mp: [0, 100]}"), "mp: 0.5}", "mp: 50}");
   const DesignSpace space = read(far);
-  const DesignReport report = design(space);
+  const DesignReport report = find_design(space);
   CHECK(report.outcome.status == DesignStatus::infeasible);
   REQUIRE(report.adaptive->law);
   CHECK_FALSE(report.adaptive->is_within_bounds);
@@ -33,7 +33,7 @@ TEST_CASE("places and masses together follow the load by a table") {
   std::string text = replaced(rr, "mass: 12", "mass: {free: [1, 50]}");
   text = replaced(text, "mass: 4", "mass: {free: [0.1, 50]}");
   text = replaced(text, "goal: static", "goal: static, minimize: added-mass");
-  const DesignReport report = design(read(replaced(text, "adapt: [cw1.at, cw2.at]", "adapt: [cw1, cw2]")));
+  const DesignReport report = find_design(read(replaced(text, "adapt: [cw1.at, cw2.at]", "adapt: [cw1, cw2]")));
   CHECK(report.outcome.status == DesignStatus::balanced);
   REQUIRE(report.adaptive);
   CHECK_FALSE(report.adaptive->law);
@@ -50,22 +50,22 @@ TEST_CASE("places and masses together follow the load by a table") {
 }
 
 TEST_CASE("what cannot suit all loads suits them as well as can be") {
-  const DesignReport squares = design(read(pendulum));
+  const DesignReport squares = find_design(read(pendulum));
   CHECK(squares.outcome.status == DesignStatus::infeasible);
   CHECK(squares.outcome.is_proved_infeasible);
   CHECK(squares.outcome.x[0] == doctest::Approx(1 + 1.25 / 3).epsilon(1e-7));  // the loads' mean
   const std::string figure = "minimize: {peak: torque, along: cycloid}";
-  const DesignReport worst = design(read(replaced(pendulum, "goal: static", figure)));
+  const DesignReport worst = find_design(read(replaced(pendulum, "goal: static", figure)));
   CHECK(worst.outcome.x[0] == doctest::Approx(1.5).epsilon(1e-5));  // half-way between the extreme loads
   CHECK(worst.outcome.objective == doctest::Approx(0.25 * g).epsilon(1e-5));
-  const DesignReport mean = design(read(replaced(pendulum, "goal: static", figure + ", across: mean")));
+  const DesignReport mean = find_design(read(replaced(pendulum, "goal: static", figure + ", across: mean")));
   CHECK(mean.outcome.x[0] == doctest::Approx(1.25).epsilon(1e-5));  // the loads' median
   CHECK(mean.outcome.objective == doctest::Approx(0.5 * g * (0.25 + 0.75) / 3).epsilon(1e-5));
 }
 
 TEST_CASE("lengths are found that suit all loads") {
   // a beam with 2 p at its left end and p at its right one: their common centre is at 0.3 m, where the pivot must be
-  const DesignReport report = design(read(R"(
+  const DesignReport report = find_design(read(R"(
 space: planar
 gravity: [0, -9.81]
 parameters: {p: 0.5, s: {free: [0.1, 0.8]}}
@@ -98,5 +98,5 @@ TEST_CASE("cases may be listed one by one") {
 }
 
 TEST_CASE("goals that follow the centre of mass know no load cases") {
-  CHECK_THROWS_AS(design(read(replaced(rr, "goal: static", "goal: affine"))), std::invalid_argument);
+  CHECK_THROWS_AS(find_design(read(replaced(rr, "goal: static", "goal: affine"))), std::invalid_argument);
 }

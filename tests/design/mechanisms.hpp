@@ -3,6 +3,8 @@
 
 #include "balance/synthesis/design/solve_design.hpp"
 
+#include <functional>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -87,19 +89,33 @@ inline Mechanism slider_crank() {
   return m;
 }
 
+/// A model of nothing but a mechanism.
+class MechanismModel final : public DesignModel {
+ public:
+  explicit MechanismModel(std::function<Mechanism(const VectorX&)> mechanism_at)
+      : mechanism_at_(std::move(mechanism_at)) {}
+  Mechanism build_mechanism(const VectorX& x) const override { return mechanism_at_(x); }
+
+ private:
+  std::function<Mechanism(const VectorX&)> mechanism_at_;
+};
+
+inline std::shared_ptr<const DesignModel> model_of(std::function<Mechanism(const VectorX&)> mechanism_at) {
+  return std::make_shared<const MechanismModel>(std::move(mechanism_at));
+}
+
 inline DesignProblem problem(std::vector<DesignVariable> variables,
                              std::function<Mechanism(const VectorX&)> mechanism_at, GoalKind goal) {
   DesignProblem p;
   p.variables = std::move(variables);
-  p.build_mechanism = std::move(mechanism_at);
+  p.model = model_of(std::move(mechanism_at));
   p.goals = {{goal, false}};
-  p.derive_conditions = derive_conditions;
   return p;
 }
 
 /// Largest size of what the conditions of the mechanism at x leave; derived anew.
 inline double judged(const DesignProblem& p, const VectorX& x) {
-  const Mechanism mechanism = p.build_mechanism(x);
+  const Mechanism mechanism = p.model->build_mechanism(x);
   ConditionOptions options = p.options;
   options.seed = 77;  // other configurations than the design saw
   const Conditions conditions = derive_conditions(mechanism, p.goals, options);

@@ -32,7 +32,7 @@ TEST_CASE("the lightest counterweight hangs as far out as it may") {
         return m;
       },
       GoalKind::statics);
-  design.objective = sum_of(design.build_mechanism(VectorX::Zero(2)), ParameterOwner::attachment, "m");
+  design.objective = sum_of(design.model->build_mechanism(VectorX::Zero(2)), ParameterOwner::attachment, "m");
   for (const std::string method : {"auto", "slsqp", "auglag", "cobyla", "bobyqa", "sbplx"}) {
     CAPTURE(method);
     design.search.local = method;
@@ -58,13 +58,13 @@ TEST_CASE("the best of a curved set of exact solutions is the one that a scan fi
       GoalKind::statics);
   // total mass and, weighted, moments of inertia of the counterweights: neither end of the bounds is best
   Objective objective;
-  objective.of_parameters = [](const VectorX& p,
-                               VectorX* gradient) {  // two links, then m, mx, my, J of each counterweight
+  objective.function = of_parameters([](const VectorX& p,
+                                        VectorX* gradient) {  // two links, then m, mx, my, J of each counterweight
     if (gradient != nullptr)
       *gradient =
           VectorX::Unit(16, 8) + VectorX::Unit(16, 12) + 30 * VectorX::Unit(16, 11) + 30 * VectorX::Unit(16, 15);
     return p[8] + p[12] + 30 * (p[11] + p[15]);
-  };
+  });
   design.objective = objective;
   const DesignOutcome outcome = solve_design(design);
   REQUIRE(outcome.status == DesignStatus::balanced);
@@ -91,7 +91,7 @@ TEST_CASE("a solution that is the only one is the best one, whatever the objecti
         return m;
       },
       GoalKind::force);
-  design.objective = sum_of(design.build_mechanism(VectorX::Zero(2)), ParameterOwner::body, "J", true);
+  design.objective = sum_of(design.model->build_mechanism(VectorX::Zero(2)), ParameterOwner::body, "J", true);
   design.objective->is_convex = false;
   const DesignOutcome outcome = solve_design(design);
   REQUIRE(outcome.status == DesignStatus::balanced);
@@ -110,11 +110,11 @@ TEST_CASE("the softest spring is the one with the longest lever, and objectives 
       },
       GoalKind::statics);
   Objective softest;
-  softest.of_parameters = [](const VectorX& p, VectorX* gradient) {
+  softest.function = of_parameters([](const VectorX& p, VectorX* gradient) {
     REQUIRE(p.size() == 5);  // m, mx, my, J, k
     if (gradient != nullptr) *gradient = VectorX::Unit(5, 4);
     return p[4];
-  };
+  });
   design.objective = softest;
   const DesignOutcome outcome = solve_design(design);
   REQUIRE(outcome.status == DesignStatus::balanced);
@@ -132,11 +132,11 @@ TEST_CASE("a number in an expression that is no polynomial still leads to an exa
       },
       GoalKind::statics);
   DesignProblem lighter = design;
-  lighter.build_mechanism = [](const VectorX& x) {
+  lighter.model = model_of([](const VectorX& x) {
     Mechanism m = planar_arm({0.5}, {0.4});
     m.attachments = {counterweight("cw", 1, -0.3 * std::exp(-x[0]), 0, 1 / (0.1 + x[0]))};
     return m;
-  };
+  });
   const DesignOutcome outcome = solve_design(lighter);
   REQUIRE(outcome.status == DesignStatus::balanced);
   CHECK(0.3 * std::exp(-outcome.x[0]) / (0.1 + outcome.x[0]) == doctest::Approx(0.1).epsilon(1e-12));

@@ -53,14 +53,14 @@ TEST_CASE("no moment of inertia falls below the difference of the other two") {
   auto design = spatial_link();
   Objective objective;
   objective.is_convex = true;
-  objective.of_parameters = [](const VectorX& p, VectorX* gradient) {
+  objective.function = of_parameters([](const VectorX& p, VectorX* gradient) {
     if (gradient != nullptr) *gradient = VectorX::Unit(p.size(), 4) - 10 * VectorX::Unit(p.size(), 6);
     return p[4] - 10 * p[6] + 10;  // m, mx, my, mz, Ixx, Iyy, Izz
-  };
+  });
   design.objective = objective;
   const DesignOutcome outcome = solve_design(design);
   CHECK(outcome.status == DesignStatus::balanced);
-  CHECK(physical(design.build_mechanism(outcome.x)));
+  CHECK(physical(design.model->build_mechanism(outcome.x)));
   CHECK(outcome.x[2] == doctest::Approx(0.5).epsilon(1e-5));
   // bodies keep a millionth of their inertia above the limit
   CHECK(outcome.x[0] == doctest::Approx(0.3).epsilon(1e-4));
@@ -94,13 +94,13 @@ TEST_CASE("every design is physical, within its bounds, and judged balanced only
         },
         GoalKind::statics);
     if (trial % 3 == 1)
-      design.objective = sum_of(design.build_mechanism(VectorX::Zero(6)), ParameterOwner::attachment, "m");
+      design.objective = sum_of(design.model->build_mechanism(VectorX::Zero(6)), ParameterOwner::attachment, "m");
     if (trial % 3 == 2)
-      design.objective = sum_of(design.build_mechanism(VectorX::Zero(6)), ParameterOwner::body, "m", true);
-    if (!physical(design.build_mechanism(VectorX{{m1, 0.05, m2, 0.1, 0, -0.1}}))) continue;
+      design.objective = sum_of(design.model->build_mechanism(VectorX::Zero(6)), ParameterOwner::body, "m", true);
+    if (!physical(design.model->build_mechanism(VectorX{{m1, 0.05, m2, 0.1, 0, -0.1}}))) continue;
     const DesignOutcome outcome = solve_design(design);
     CHECK(within_bounds(design, outcome.x));
-    CHECK(physical(design.build_mechanism(outcome.x)));
+    CHECK(physical(design.model->build_mechanism(outcome.x)));
     CHECK((outcome.status == DesignStatus::balanced) == (judged(design, outcome.x) < condition_tolerance));
     balanced += outcome.status == DesignStatus::balanced;
   }

@@ -1,5 +1,5 @@
 #pragma once
-/// Time that this thread has computed for, which does not depend on what else the machine does, and when it is to end.
+/// CPU time of this thread, which does not depend on the load of the machine, and deadlines in terms of it.
 
 #include <ctime>
 #include <functional>
@@ -8,23 +8,23 @@
 
 namespace balance {
 
-/// [s] since some moment.
+/// CPU time of this thread [s] since an arbitrary origin.
 inline double thread_cpu_time() {
   timespec now{};
   clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
   return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
 }
 
-/// Thrown by long computations at the deadline, or when nobody wants them any more.
+/// Thrown by long computations at the deadline or when their result is no longer wanted.
 class DeadlineExceeded : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-/// While it lives, motions that this thread follows end with DeadlineExceeded after so many seconds of computing, or when `stop` says so.
-/// Deadlines within each other all count.
+/// While it exists, motion computations of this thread throw DeadlineExceeded after `seconds` of CPU time or once
+/// `stop` returns true. Nested deadlines all apply.
 class Deadline {
  public:
-  /// @param stop asked a few dozen times a second
+  /// @param stop polled a few dozen times per second
   explicit Deadline(double seconds, std::function<bool()> stop = {})
       : outer_(innermost_), end_time_(thread_cpu_time() + seconds), stop_(std::move(stop)) {
     innermost_ = this;
@@ -33,12 +33,12 @@ class Deadline {
   Deadline(const Deadline&) = delete;
   Deadline& operator=(const Deadline&) = delete;
 
-  /// To be called every few microseconds.
+  /// Call every few microseconds.
   static void check() {
     if (innermost_ == nullptr || ++call_count_ % calls_per_clock_read != 0) return;
     const double now = thread_cpu_time();
-    for (Deadline* one = innermost_; one != nullptr; one = one->outer_)
-      if (now >= one->end_time_ || one->is_stopped(now))
+    for (Deadline* deadline = innermost_; deadline != nullptr; deadline = deadline->outer_)
+      if (now >= deadline->end_time_ || deadline->is_stopped(now))
         throw DeadlineExceeded("the time ran out while a motion was followed");
   }
 

@@ -1,6 +1,5 @@
 #pragma once
-/// Numbers that carry their derivatives: forward differentiation, exact to round-off. Comparisons and branches look at the value
-/// alone.
+/// Dual numbers: forward-mode differentiation, exact to round-off. Comparisons and branches depend on the value only.
 
 #include "balance/foundation/base/elementary.hpp"
 #include "balance/foundation/base/types.hpp"
@@ -11,80 +10,80 @@
 
 namespace balance {
 
-// Rows of numbers that are added and multiplied together: the derivatives of a Dual.
+// Vectors of derivatives that are added and multiplied as a whole.
 
 namespace duals {
 
-/// What every x86-64 processor works on at once, aligned like one number. The same for every source: programs that use the library may be
-/// compiled for other processors than it is.
+/// A vector that every x86-64 processor handles at once, aligned like a double. It is the same in every source because
+/// programs that use the library may be compiled for other processors than the library.
 using Pair __attribute__((vector_size(16), aligned(8), may_alias)) = double;
 
 template <int N, bool Even = N % 2 == 0>
 struct DerivativeStorage {
   static constexpr int count = N / 2;
-  Pair parts[count] = {};
+  Pair packs[count] = {};
 };
 template <int N>
 struct DerivativeStorage<N, false> {
   static constexpr int count = N;
-  double parts[count] = {};
+  double packs[count] = {};
 };
 
 }  // namespace duals
 
-/// N numbers, in memory one after another on every processor.
+/// N numbers, contiguous in memory on every processor.
 template <int N>
 class Derivatives {
  public:
   static constexpr std::size_t size() { return N; }
   double& operator[](std::size_t i) { return begin()[i]; }
   double operator[](std::size_t i) const { return begin()[i]; }
-  double* begin() { return reinterpret_cast<double*>(row_.parts); }
+  double* begin() { return reinterpret_cast<double*>(storage_.packs); }
   double* end() { return begin() + N; }
-  const double* begin() const { return reinterpret_cast<const double*>(row_.parts); }
+  const double* begin() const { return reinterpret_cast<const double*>(storage_.packs); }
   const double* end() const { return begin() + N; }
 
   Derivatives& operator+=(const Derivatives& b) { return *this = *this + b; }
   Derivatives& operator-=(const Derivatives& b) { return *this = *this - b; }
   friend Derivatives operator+(const Derivatives& a, const Derivatives& b) {
-    return each([&](int i) { return a.row_.parts[i] + b.row_.parts[i]; });
+    return elementwise([&](int i) { return a.storage_.packs[i] + b.storage_.packs[i]; });
   }
   friend Derivatives operator-(const Derivatives& a, const Derivatives& b) {
-    return each([&](int i) { return a.row_.parts[i] - b.row_.parts[i]; });
+    return elementwise([&](int i) { return a.storage_.packs[i] - b.storage_.packs[i]; });
   }
   friend Derivatives operator*(const Derivatives& a, double b) {
-    return each([&](int i) { return a.row_.parts[i] * b; });
+    return elementwise([&](int i) { return a.storage_.packs[i] * b; });
   }
   friend Derivatives operator*(double a, const Derivatives& b) { return b * a; }
   friend Derivatives operator/(const Derivatives& a, double b) {
-    return each([&](int i) { return a.row_.parts[i] / b; });
+    return elementwise([&](int i) { return a.storage_.packs[i] / b; });
   }
 
  private:
-  template <class Part>
-  static Derivatives each(const Part& part) {
-    return all(part, std::make_integer_sequence<int, duals::DerivativeStorage<N>::count>());
+  template <class Function>
+  static Derivatives elementwise(const Function& function) {
+    return expand(function, std::make_integer_sequence<int, duals::DerivativeStorage<N>::count>());
   }
-  // Not a loop: compilers keep what is counted by one in memory, and this in registers.
-  template <class Part, int... I>
-  static Derivatives all(const Part& part, std::integer_sequence<int, I...>) {
+  // Not a loop: compilers keep the array of a loop in memory but this expansion in registers.
+  template <class Function, int... I>
+  static Derivatives expand(const Function& function, std::integer_sequence<int, I...>) {
     Derivatives out;
-    ((out.row_.parts[I] = part(I)), ...);
+    ((out.storage_.packs[I] = function(I)), ...);
     return out;
   }
 
-  duals::DerivativeStorage<N> row_;
+  duals::DerivativeStorage<N> storage_;
 };
 
 /// A value and its derivatives with respect to N numbers.
 template <int N>
 struct Dual {
   double value = 0;
-  Derivatives<N> d;  ///< per number
+  Derivatives<N> d;  ///< one per variable
 
   Dual() = default;
-  Dual(double constant) : value(constant) {}  // NOLINT(google-explicit-constructor): a constant is a number, too
-  /// The k-th of the numbers that derivatives are taken with respect to.
+  Dual(double constant) : value(constant) {}  // NOLINT(google-explicit-constructor): plain numbers are constants
+  /// The k-th variable of differentiation.
   static Dual variable(double value, int k) {
     Dual x(value);
     x.d[static_cast<std::size_t>(k)] = 1;
@@ -117,7 +116,7 @@ struct Dual {
     d = (d - value * b.d) * inverse;
     return *this;
   }
-  // From both to a new one: a copy that is added to would be carried through memory twice.
+  // Builds the result directly: adding to a copy would pass it through memory twice.
   friend Dual operator+(const Dual& a, const Dual& b) {
     Dual out(a.value + b.value);
     out.d = a.d + b.d;
@@ -153,7 +152,7 @@ double value_of(const Dual<N>& x) {
   return x.value;
 }
 
-/// f(x) where f has this value and this derivative at x.
+/// f(x), given the value and derivative of f at x.
 template <int N>
 Dual<N> apply_chain_rule(const Dual<N>& x, double value, double derivative) {
   Dual<N> out(value);
@@ -195,7 +194,8 @@ template <int N>
 Dual<N> log(const Dual<N>& x) {
   return apply_chain_rule(x, elementary::log(x.value), 1 / x.value);
 }
-/// At zero, where the root has no derivative, those of zero: a length that vanishes with its whole neighbourhood has none to show.
+/// At zero, where the root is not differentiable, the derivatives are zero: this suits a length that vanishes
+/// identically in a neighbourhood.
 template <int N>
 Dual<N> sqrt(const Dual<N>& x) {
   const double root = std::sqrt(x.value);
@@ -216,7 +216,7 @@ template <int N>
 Dual<N> hypot(const Dual<N>& x, const Dual<N>& y) {
   return sqrt(x * x + y * y);
 }
-/// x to a constant power.
+/// x raised to a constant power.
 template <int N>
 Dual<N> pow(const Dual<N>& x, double power) {
   return apply_chain_rule(x, elementary::pow(x.value, power),
@@ -239,7 +239,7 @@ void sine_cosine_into(const Dual<N>& x, Dual<N>& s, Dual<N>& c) {
 
 }  // namespace balance
 
-/// So that vectors and matrices may have such entries.
+/// Lets Eigen vectors and matrices hold dual numbers.
 template <int N>
 struct Eigen::NumTraits<balance::Dual<N>> : Eigen::NumTraits<double> {
   using Real = balance::Dual<N>;

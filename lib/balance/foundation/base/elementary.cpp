@@ -6,7 +6,8 @@
 #include <cstdint>
 #include <limits>
 
-// Numbers of 113 bits: `long double` where it has them, else glibc's own type, which GCC and clang work out without the processor's help.
+// 113-bit numbers: `long double` if it has that precision, else __float128 with glibc's functions, which GCC and clang
+// compute in software.
 #if LDBL_MANT_DIG == 113
 #define BALANCE_WIDE(name) name##l
 namespace balance {
@@ -18,7 +19,7 @@ namespace balance {
 __extension__ typedef __float128 Binary128;
 }
 #define BALANCE_DECLARE(name) balance::Binary128 name##f128(balance::Binary128) noexcept
-extern "C" {  // <cmath> shows them to GCC alone
+extern "C" {  // <cmath> declares them for GCC only
 BALANCE_DECLARE(sinh);
 BALANCE_DECLARE(cosh);
 BALANCE_DECLARE(tanh);
@@ -33,7 +34,7 @@ BALANCE_DECLARE(log1p);
 balance::Binary128 powf128(balance::Binary128, balance::Binary128) noexcept;
 }
 #undef BALANCE_DECLARE
-#else  // other machines have their own last digits
+#else  // on other machines the last digits differ
 #define BALANCE_WIDE(name) name
 namespace balance {
 using Binary128 = double;
@@ -46,7 +47,7 @@ namespace {
 
 constexpr double pi_high = 3.14159265358979311600e+00, pi_low = 1.2246467991473531772e-16;
 
-/// atan q for |q| ≤ 7/16, as q minus what it returns: the polynomial of fdlibm (s_atan.c).
+/// q − atan q for |q| ≤ 7/16: the polynomial of fdlibm (s_atan.c).
 double atan_reduction(double q) {
   const double z = q * q, w = z * z;
   const double odd = z * (3.33333333333329318027e-01 +
@@ -62,13 +63,13 @@ double atan_reduction(double q) {
   return q * (odd + even);
 }
 
-/// atan(a/b) for 0 ≤ a ≤ b: the differences of what lies near each other are exact.
+/// atan(a/b) for 0 ≤ a ≤ b. Differences of nearby numbers are exact.
 double atan_in_octant(double a, double b) {
   if (16 * a < 7 * b) {
     const double q = a / b;
     return q - atan_reduction(q);
   }
-  const bool middle = 16 * a < 11 * b;  // about atan(1/2), else about π/4
+  const bool middle = 16 * a < 11 * b;  // expands about atan(1/2), else about π/4
   const double q = middle ? ((a + a) - b) / ((b + b) + a) : (a - b) / (a + b);
   const double high = middle ? 4.63647609000806093515e-01 : pi_high / 4;
   const double low = middle ? 2.26987774529616870924e-17 : pi_low / 4;
@@ -80,14 +81,14 @@ double atan_in_octant(double a, double b) {
 double atan2(double y, double x) {
   double a = std::fabs(y), b = std::fabs(x);
   const double largest = std::fmax(a, b);
-  if (!(largest > 0 && largest < INFINITY) || std::isnan(y + x)) return std::atan2(y, x);  // multiples of π/4
+  if (!(largest > 0 && largest < INFINITY) || std::isnan(y + x)) return std::atan2(y, x);  // multiples of π/4, or NaN
   if (largest > 0x1p1000) a *= 0x1p-100, b *= 0x1p-100;
   if (largest < 0x1p-900) a *= 0x1p150, b *= 0x1p150;
-  const bool behind = std::signbit(x);
+  const bool has_negative_x = std::signbit(x);
   double angle = atan_in_octant(std::fmin(a, b), std::fmax(a, b));
   if (a > b)
-    angle = behind ? pi_high / 2 + (angle + pi_low / 2) : pi_high / 2 - (angle - pi_low / 2);
-  else if (behind)
+    angle = has_negative_x ? pi_high / 2 + (angle + pi_low / 2) : pi_high / 2 - (angle - pi_low / 2);
+  else if (has_negative_x)
     angle = pi_high - (angle - pi_low);
   return std::copysign(angle, y);
 }
@@ -96,8 +97,8 @@ double atan(double x) { return atan2(x, 1); }
 double asin(double x) { return atan2(x, std::sqrt((1 - x) * (1 + x))); }
 double acos(double x) { return atan2(std::sqrt((1 - x) * (1 + x)), x); }
 double tan(double x) {
-  const auto both = sine_cosine(x);
-  return both.sine / both.cosine;
+  const auto sc = sine_cosine(x);
+  return sc.sine / sc.cosine;
 }
 
 #define BALANCE_ROUNDED(name) \
@@ -116,7 +117,7 @@ BALANCE_ROUNDED(log1p)
 #undef BALANCE_ROUNDED
 
 double pow(double x, double y) {
-  constexpr int max_integer_exponent = 16;  // beyond that the general way is as quick
+  constexpr int max_integer_exponent = 16;  // beyond it the general case is as fast
   if (y == 2) return x * x;
   if (std::fabs(y) <= max_integer_exponent && y == std::nearbyint(y)) {
     Binary128 product = 1;
@@ -133,7 +134,7 @@ namespace balance::sines {
 
 namespace {
 
-/// The binary digits of 2/π behind the point, after a word of zeros.
+/// A word of zeros, then the binary fraction digits of 2/π.
 constexpr std::uint64_t two_over_pi[] = {0,
                                          0xa2f9836e4e441529,
                                          0xfc2757d1f534ddc0,
@@ -156,7 +157,7 @@ constexpr std::uint64_t two_over_pi[] = {0,
                                          0x56033046fc7b6bab,
                                          0xf0cfbc209af4361d};
 
-/// 64 digits from the one that stands for 2^−first on.
+/// 64 binary digits of 2/π, starting with the one of weight 2^−first.
 std::uint64_t two_over_pi_bits(int first) {
   const int bit = first + 63;
   const std::uint64_t *word = two_over_pi + bit / 64, shift = bit % 64;
@@ -170,23 +171,24 @@ ReducedArgument<double, long long> reduce_payne_hanek(double x) {
   __extension__ using UInt128 = unsigned __int128;
   int exponent;
   const auto mantissa = static_cast<std::uint64_t>(std::ldexp(std::frexp(std::abs(x), &exponent), 53));
-  // |x| · 2/π = mantissa · 2^(exponent − 53) · 0.d₁d₂…: digits in front of these add multiples of four.
+  // |x| · 2/π = mantissa · 2^(exponent − 53) · 0.d₁d₂…: digits before `first` contribute multiples of four.
   const int first = exponent - 53 - 1;
   UInt128 sum = static_cast<UInt128>(mantissa) * two_over_pi_bits(first + 128) >> 64;
   const std::uint64_t low =
       static_cast<std::uint64_t>(sum += static_cast<UInt128>(mantissa) * two_over_pi_bits(first + 64));
   const std::uint64_t high = static_cast<std::uint64_t>(sum >> 64) + mantissa * two_over_pi_bits(first);
-  // The product is high, low in units of 2^−62 of `high`: two bits of quadrant, then the fraction of a quadrant.
+  // The product is (high, low) with `high` in units of 2^−62: two bits of quadrant, then the fraction of a quadrant.
   UInt128 fraction = (static_cast<UInt128>(high) << 64 | low) << 2;
   auto quadrant = static_cast<long long>(high >> 62);
-  const bool above = (fraction >> 127) != 0;  // nearer to the next quadrant
-  if (above) fraction = -fraction, ++quadrant;
+  const bool rounds_up = (fraction >> 127) != 0;  // nearer to the next quadrant
+  if (rounds_up) fraction = -fraction, ++quadrant;
   const int zeros = std::countl_zero(static_cast<std::uint64_t>(fraction >> 64));
   const auto leading = static_cast<std::uint64_t>(fraction << zeros >> 64);
-  const auto turned = static_cast<std::uint64_t>(static_cast<UInt128>(leading) * 0xc90fdaa22168c235 >> 64);
-  const double scale = std::ldexp((x < 0) != above ? -1 : 1, -63 - zeros);
-  const std::uint64_t last = turned & 0x7ff;
-  return {scale * static_cast<double>(turned - last), scale * static_cast<double>(last), x < 0 ? -quadrant : quadrant};
+  const auto radians = static_cast<std::uint64_t>(static_cast<UInt128>(leading) * 0xc90fdaa22168c235 >> 64);
+  const double scale = std::ldexp((x < 0) != rounds_up ? -1 : 1, -63 - zeros);
+  const std::uint64_t low_bits = radians & 0x7ff;
+  return {scale * static_cast<double>(radians - low_bits), scale * static_cast<double>(low_bits),
+          x < 0 ? -quadrant : quadrant};
 }
 
 }  // namespace balance::sines

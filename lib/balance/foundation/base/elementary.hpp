@@ -1,15 +1,18 @@
 #pragma once
-/// Elementary functions that give the same bits on every machine: those of the system's library choose by the processor whether products
-/// are fused with sums, and their last digits with it. IEEE 754 fixes the basic operations, roots, rounding and remainders; for all
-/// else the library calls these. Arguments that have no value (the logarithm of a negative number) give not-a-number.
+/// Elementary functions that give the same bits on every machine. Those of the system library choose by processor
+/// whether to fuse products with sums, which changes the last digits. IEEE 754 fixes the basic operations, square
+/// roots, rounding and remainders; the library calls these functions for everything else. Arguments outside the domain
+/// (the logarithm of a negative number) yield NaN.
 
 #include <cstring>
 
 namespace balance {
 
-/// Sine and cosine by IEEE 754's basic operations alone: the same bits on every machine and in every lane, whatever its library of
-/// mathematics. Error below 0.8 units in the last place for every finite argument. In lanes: foundation/base/pack.hpp.
-/// Source: S. Gal, W. Cody, W. Waite's reduction in three parts of π/2; polynomials of fdlibm (k_sin.c, k_cos.c).
+/// Sine and cosine from IEEE 754 basic operations only: the same bits on every machine and in every lane, independent
+/// of the system's math library. Error below 0.8 units in the last place for every finite argument. Lanes:
+/// foundation/base/pack.hpp.
+/// Source: the reduction of S. Gal, W. Cody and W. Waite with three parts of π/2; polynomials of fdlibm (k_sin.c,
+/// k_cos.c).
 template <class T>
 struct SineCosine {
   T sine, cosine;
@@ -17,15 +20,15 @@ struct SineCosine {
 
 namespace sines {
 
-/// x = (4 k + quadrant) π/2 + y + t for an integer k, with |y| ≤ π/4 and t below the last place of y. Not-a-number for others
-/// than finite x.
+/// x = (4 k + quadrant) π/2 + y + t for an integer k, with |y| ≤ π/4 and t below the last place of y. NaN if x is not
+/// finite.
 template <class Numbers, class Bits>
 struct ReducedArgument {
   Numbers y, t;
   Bits quadrant;
 };
 
-/// Any x, by multiplying with as many digits of 2/π as matter (M. Payne, R. Hanek, 1983).
+/// For any x: multiplies by as many digits of 2/π as matter (M. Payne, R. Hanek, 1983).
 ReducedArgument<double, long long> reduce_payne_hanek(double x);
 
 inline constexpr double max_cody_waite_argument = 1e5;
@@ -38,11 +41,11 @@ inline To bits_as(const From& from) {
   return to;
 }
 
-/// |x| ≤ max_cody_waite_argument: the products with the first two parts of π/2, of 37 bits each, are exact. By value: a template's parameter
-/// has forgotten how little a pack is aligned.
+/// For |x| ≤ max_cody_waite_argument: the products with the first two parts of π/2, of 37 bits each, are exact. Takes x
+/// by value because a template parameter loses the reduced alignment of a pack.
 template <class Numbers, class Bits>
 inline ReducedArgument<Numbers, Bits> reduce_cody_waite(Numbers x) {
-  const double round = 0x1.8p52;  // the sum's last bits are the integer
+  const double round = 0x1.8p52;  // the last bits of the sum are the integer
   const Numbers shifted = x * 0x1.45f306dc9c883p-1 + round;
   const Numbers n = shifted - round;
   const Numbers first = x - n * 0x1.921fb5444p+0;
@@ -55,7 +58,7 @@ inline ReducedArgument<Numbers, Bits> reduce_cody_waite(Numbers x) {
 
 template <class Numbers, class Bits>
 inline SineCosine<Numbers> sine_cosine_of_reduced(const ReducedArgument<Numbers, Bits>& reduced) {
-  // The polynomials in halves, which need not wait for each other.
+  // Each polynomial is split into two halves that do not depend on each other.
   const Numbers y = reduced.y, t = reduced.t, z = y * y, cube = z * y, zz = z * z;
   const Numbers odd_terms =
       (8.33333333332248946124e-03 + z * -1.98412698298579493134e-04) +
@@ -80,7 +83,7 @@ inline SineCosine<double> sine_cosine(double x) {
                                            : sines::reduce_payne_hanek(x));
 }
 
-/// A namespace of their own: a program that says `using namespace balance` keeps its `sin`.
+/// In a namespace of their own, so that `using namespace balance` leaves a program's `sin` alone.
 namespace elementary {
 
 inline double sin(double x) { return sine_cosine(x).sine; }
@@ -93,7 +96,7 @@ double acos(double x);
 double atan(double x);
 double atan2(double y, double x);
 
-// Found with twice the digits and rounded: some microseconds each.
+// Computed in binary128 and rounded: some microseconds each.
 double sinh(double x);
 double cosh(double x);
 double tanh(double x);
@@ -109,10 +112,10 @@ double pow(double x, double y);
 
 }  // namespace elementary
 
-/// Under the name that the recursions call.
+/// The overload that the recursions call.
 inline void sine_cosine_into(double x, double& sine, double& cosine) {
-  const auto both = sine_cosine(x);
-  sine = both.sine, cosine = both.cosine;
+  const auto sc = sine_cosine(x);
+  sine = sc.sine, cosine = sc.cosine;
 }
 
 }  // namespace balance

@@ -7,10 +7,10 @@
 namespace balance {
 namespace {
 
-/// @param kept those that are told one by one
-std::string format_unlisted_count(std::size_t kept, std::size_t more) {
-  const bool stopped = kept + more >= SpecError::max_counted_diagnostics;
-  return std::string("and ") + (stopped ? "at least " : "") + std::to_string(more) + " more mistake" +
+/// @param listed number of mistakes listed individually
+std::string format_unlisted_count(std::size_t listed, std::size_t more) {
+  const bool limit_reached = listed + more >= SpecError::max_counted_diagnostics;
+  return std::string("and ") + (limit_reached ? "at least " : "") + std::to_string(more) + " more mistake" +
          (more == 1 ? "" : "s");
 }
 
@@ -33,15 +33,15 @@ std::vector<Diagnostic> take_first_listed(std::vector<Diagnostic> mistakes) {
 }  // namespace
 
 std::string SourceLocation::text() const {
-  std::string place = file;
-  if (line > 0) place += ":" + std::to_string(line) + ":" + std::to_string(column);
-  if (key.empty()) return place;
-  return place.empty() ? key : place + ": " + key;
+  std::string location = file;
+  if (line > 0) location += ":" + std::to_string(line) + ":" + std::to_string(column);
+  if (key.empty()) return location;
+  return location.empty() ? key : location + ": " + key;
 }
 
 std::string Diagnostic::text() const {
-  const std::string where = place.text();
-  return escape_for_terminal(where.empty() ? message : where + ": " + message);
+  const std::string location = place.text();
+  return escape_for_terminal(location.empty() ? message : location + ": " + message);
 }
 
 SpecError::SpecError(Diagnostic mistake) : SpecError(std::vector<Diagnostic>{std::move(mistake)}) {}

@@ -1,7 +1,7 @@
 #pragma once
-/// Three kinds of trouble, three ways out: a wrong spec throws SpecError, a failing file or system throws
-/// SystemError, misuse of the library throws std::invalid_argument. An unwelcome answer (unreachable, singular)
-/// is not an error: it is returned as a status with its reason.
+/// Three kinds of failure: an invalid spec throws SpecError, a failing file or system call throws SystemError, misuse
+/// of the library throws std::invalid_argument. An unfavourable result (unreachable, singular) is not an error: it is
+/// returned as a status with its reason.
 
 #include <cstddef>
 #include <stdexcept>
@@ -10,48 +10,48 @@
 
 namespace balance {
 
-/// Where something is said in a spec, a suite or an option.
+/// A location in a spec, a suite or an option.
 struct SourceLocation {
-  std::string file;  ///< as the user named it; of an option its name, `--minimize`
-  int line = 0;      ///< from 1; 0: what is meant has no place of its own
+  std::string file;  ///< as the user named it; for an option its name, `--minimize`
+  int line = 0;      ///< from 1; 0 if there is no specific location
   int column = 0;    ///< from 1, in characters
   std::string key;   ///< `bodies.lower.mass`; empty: the whole file
 
   bool is_option() const { return file.starts_with("--") && line == 0; }
-  /// `arm.yaml:12:17: bodies.lower.mass`, as much of it as there is.
+  /// `arm.yaml:12:17: bodies.lower.mass`, as far as known.
   std::string text() const;
 };
 
-/// One thing that is wrong with a spec.
+/// One mistake in a spec.
 struct Diagnostic {
   SourceLocation place;
   std::string message;   ///< the whole sentence: `must be positive: expected a number > 0, found -1`
-  std::string expected;  ///< `a number > 0`; empty where the message says it in its own way, like the next two
+  std::string expected;  ///< `a number > 0`; empty if the message already covers it, like the next two members
   std::string found;     ///< `-1`
   std::string hint;      ///< `nearest is 'upper'`
 
-  /// One line: `arm.yaml:12:17: bodies.lower.mass: must be positive: expected a number > 0, found -1`; what cannot be seen is spelt
-  /// out.
+  /// One line: `arm.yaml:12:17: bodies.lower.mass: must be positive: expected a number > 0, found -1`. Invisible
+  /// characters are escaped.
   std::string text() const;
 };
 
-/// The spec is wrong. what() has a line for each mistake and, if there are more than are kept, one that counts those.
+/// The spec is invalid. what() has one line for each mistake kept and, if there are more, a line with their number.
 class SpecError : public std::runtime_error {
  public:
-  /// The first so many are kept.
+  /// Maximum number of mistakes kept; they are the first ones.
   static constexpr std::size_t max_diagnostics = 20;
-  /// Reading ends at so many; from there on it is not known how many more there are.
+  /// Reading stops at this many mistakes; the number of further ones is then unknown.
   static constexpr std::size_t max_counted_diagnostics = 100;
 
   explicit SpecError(Diagnostic mistake);
   /// @param mistakes in the order of the document, at least one
-  /// @param more how many there are besides these
+  /// @param more number of further mistakes
   explicit SpecError(std::vector<Diagnostic> mistakes, std::size_t more = 0);
 
   const std::vector<Diagnostic>& diagnostics() const { return mistakes_; }
-  /// How many there are besides mistakes().
+  /// Number of mistakes besides diagnostics().
   std::size_t unlisted_count() const { return more_; }
-  /// One line: the first mistake, and how many follow.
+  /// One line: the first mistake and the number of further ones.
   std::string summary() const;
 
  private:
@@ -59,7 +59,7 @@ class SpecError : public std::runtime_error {
   std::size_t more_ = 0;
 };
 
-/// A file cannot be read or written, or the system refuses something.
+/// A file cannot be read or written, or a system call fails.
 class SystemError : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };

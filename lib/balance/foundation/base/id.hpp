@@ -1,5 +1,5 @@
 #pragma once
-/// Indices that cannot be taken for one another.
+/// Index types that cannot be confused with one another.
 
 #include <Eigen/Core>
 
@@ -7,14 +7,14 @@
 
 namespace balance {
 
-/// An index into a list of one kind of thing. It counts and looks up like the plain number that it is, and is made of one; from the index
-/// of another kind it is neither made nor compared with it.
-/// @tparam Kind any type that stands for the list, declared or not
+/// An index into one kind of list. It converts implicitly from and to a plain int, but can neither be constructed from
+/// nor compared with the index of another kind of list.
+/// @tparam Kind any type that identifies the list, possibly undeclared so far
 template <class Kind>
 class TypedIndex {
  public:
   constexpr TypedIndex(int index = 0)
-      : index_(index) {}  // NOLINT(google-explicit-constructor): lists are counted by numbers
+      : index_(index) {}  // NOLINT(google-explicit-constructor): lists are indexed by plain numbers
   template <class Other>
   requires(!std::is_same_v<Other, Kind>) TypedIndex(TypedIndex<Other>)
   = delete;
@@ -40,6 +40,6 @@ requires(!std::is_same_v<A, B>) auto operator<=>(TypedIndex<A>, TypedIndex<B>) =
 
 }  // namespace balance
 
-/// Entries of matrices are found by them as by numbers.
+/// Lets Eigen matrices be indexed by it.
 template <class Kind>
 struct Eigen::internal::is_valid_index_type<balance::TypedIndex<Kind>> : std::true_type {};

@@ -1,19 +1,19 @@
 #pragma once
-/// Which of the processor's instruction sets the lanes are computed with. Every set gives the same bits.
+/// Processor instruction sets for computing in lanes. Every set gives the same bits.
 
 #include <vector>
 
 namespace balance {
 
 enum class InstructionSet {
-  baseline,  ///< what every machine of the architecture has; on x86-64 SSE2, two lanes
+  baseline,  ///< available on every machine of the architecture; SSE2 on x86-64: two lanes
   avx2,      ///< four lanes
   avx512,    ///< AVX-512 F, DQ, VL: eight lanes
 };
 
 const char* instruction_set_name(InstructionSet set);
 
-/// Those that the library was compiled for and this machine has, the widest last; never empty.
+/// The instruction sets that the library was compiled for and this machine supports, the widest last; never empty.
 std::vector<InstructionSet> list_instruction_sets();
 
 }  // namespace balance

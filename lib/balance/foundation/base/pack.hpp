@@ -1,7 +1,7 @@
 #pragma once
-/// Several numbers worked on as one: the scalar of what is computed for many samples at once. Lane l holds the number of sample l.
-/// Every operation is IEEE 754's on every lane, so that a lane's result depends neither on its neighbours nor on how many
-/// there are. Sources that use packs are compiled with -ffp-contract=off (cmake/Lanes.cmake).
+/// Several numbers processed as one: the scalar for computing many samples at once. Lane l holds the number of sample
+/// l. Every operation follows IEEE 754 in every lane, so that a lane's result depends neither on its neighbours nor on
+/// the number of lanes. Sources that use packs are compiled with -ffp-contract=off (cmake/Lanes.cmake).
 
 #include "balance/foundation/base/elementary.hpp"
 #include "balance/foundation/base/types.hpp"
@@ -19,8 +19,8 @@ namespace balance {
 
 namespace packs {
 
-// No more alignment than Eigen gives to what it holds. Spelt out: GCC 12 loses constructors from a vector whose size depends on a
-// template's parameter.
+// Aligned no more strictly than Eigen aligns what it stores. Spelt out because GCC 12 loses constructors from a vector
+// whose size depends on a template parameter.
 template <int W>
 struct Vectors;
 #define BALANCE_VECTORS(W)                                                              \
@@ -35,7 +35,7 @@ BALANCE_VECTORS(4)
 BALANCE_VECTORS(8)
 #undef BALANCE_VECTORS
 
-// Correctly rounded, like std::sqrt; written for the processor where a loop would take the lanes apart.
+// Correctly rounded, like std::sqrt; intrinsics where a loop would process the lanes one by one.
 template <class Numbers>
 Numbers sqrt_lanes(const Numbers& x) {
   Numbers out;
@@ -52,12 +52,12 @@ inline Vectors<4>::Numbers sqrt_lanes(const Vectors<4>::Numbers& x) { return _mm
 inline Vectors<8>::Numbers sqrt_lanes(const Vectors<8>::Numbers& x) { return _mm512_maskz_sqrt_pd(0xff, x); }
 #endif
 
-// Whether any lane is true: one test where the processor has it.
+// Whether any lane is true: a single test if the processor has one.
 template <class Bits>
 bool any_lane(const Bits& bits) {
-  long long found = 0;
-  for (unsigned l = 0; l < sizeof bits / sizeof bits[0]; ++l) found |= bits[l];
-  return found != 0;
+  long long combined = 0;
+  for (unsigned l = 0; l < sizeof bits / sizeof bits[0]; ++l) combined |= bits[l];
+  return combined != 0;
 }
 #ifdef __SSE2__
 inline bool any_lane(const Vectors<2>::Bits& bits) { return _mm_movemask_pd((__m128d)bits) != 0; }
@@ -71,14 +71,14 @@ inline bool any_lane(const Vectors<8>::Bits& bits) { return _mm512_test_epi64_ma
 
 }  // namespace packs
 
-/// A truth for every lane.
+/// One boolean per lane.
 template <int W>
 struct Mask {
   using Bits = typename packs::Vectors<W>::Bits;
-  Bits bits;  ///< of a lane: all set or none
+  Bits bits;  ///< per lane: all bits set or none
 
   bool operator[](int lane) const { return bits[lane] != 0; }
-  /// In every lane: for branches on what is the same in all of them.
+  /// True if all lanes are true: for branches on conditions that agree in all lanes.
   explicit operator bool() const { return all(*this); }
   friend Mask operator&(const Mask& a, const Mask& b) { return {a.bits & b.bits}; }
   friend Mask operator|(const Mask& a, const Mask& b) { return {a.bits | b.bits}; }
@@ -94,10 +94,10 @@ struct Pack {
   static constexpr int lanes = W;
   Numbers v;
 
-  Pack() = default;                          ///< undefined, like a double
-  Pack(double x) : v(x - Numbers{}) {}       ///< in every lane
+  Pack() = default;                          ///< uninitialised, like a double
+  Pack(double x) : v(x - Numbers{}) {}       ///< the same number in every lane
   explicit Pack(const Numbers& x) : v(x) {}  ///< lane by lane
-  // Not by copying bytes, which the compiler does in halves that the processor must then wait for.
+  // Not memcpy: the compiler copies in halves, which the processor must then wait for.
   static Pack load(const double* numbers) {
     return Pack(Numbers(*reinterpret_cast<const typename packs::Vectors<W>::Stored*>(numbers)));
   }
@@ -114,7 +114,7 @@ struct Pack {
   friend Pack operator/(const Pack& a, const Pack& b) { return Pack(a.v / b.v); }
   friend Pack operator-(const Pack& a) { return Pack(-a.v); }
 
-  // False where a lane is NaN, like a comparison of doubles; != is true there.
+  // False in a lane with NaN, like a comparison of doubles; != is true there.
   friend Mask<W> operator<(const Pack& a, const Pack& b) { return {(Bits)(a.v < b.v)}; }
   friend Mask<W> operator<=(const Pack& a, const Pack& b) { return {(Bits)(a.v <= b.v)}; }
   friend Mask<W> operator>(const Pack& a, const Pack& b) { return {(Bits)(a.v > b.v)}; }
@@ -123,11 +123,11 @@ struct Pack {
   friend Mask<W> operator!=(const Pack& a, const Pack& b) { return {(Bits)(a.v != b.v)}; }
 
   friend Pack select(const Mask<W>& mask, const Pack& a, const Pack& b) { return Pack(mask.bits ? a.v : b.v); }
-  // With NaN as std::min and std::max: the first argument.
+  // With NaN they return the first argument, like std::min and std::max.
   friend Pack min(const Pack& a, const Pack& b) { return select(b < a, b, a); }
   friend Pack max(const Pack& a, const Pack& b) { return select(a < b, b, a); }
   friend Pack abs(const Pack& a) { return Pack((Numbers)((Bits)a.v & 0x7fffffffffffffffLL)); }
-  /// Every lane's neighbour before it, `first` before the first.
+  /// Moves every lane to the next one; the first lane becomes `first`.
   friend Pack shift_lanes(const Pack& a, double first) {
     Pack out;
     out.v[0] = first;
@@ -142,12 +142,12 @@ struct Pack {
   friend Pack sqrt(const Pack& a) { return Pack(packs::sqrt_lanes(a.v)); }
 };
 
-// What is written for packs serves a single number as well.
+// So that code written for packs also works with single numbers.
 inline bool any(bool a) { return a; }
 inline bool all(bool a) { return a; }
 inline double select(bool mask, double a, double b) { return mask ? a : b; }
 
-/// As many lanes as the instruction set that a source is compiled for has.
+/// Number of lanes of the instruction set that a source is compiled for.
 #if defined(__AVX512F__)
 inline constexpr int native_lanes = 8;
 #elif defined(__AVX2__)
@@ -156,7 +156,7 @@ inline constexpr int native_lanes = 4;
 inline constexpr int native_lanes = 2;
 #endif
 
-/// Sine and cosine in lanes, to the bits of those of a single number.
+/// Sine and cosine of every lane, bit-identical to those of a single number.
 template <int W>
 inline SineCosine<Pack<W>> sine_cosine(const Pack<W>& x) {
   using P = Pack<W>;
@@ -169,26 +169,26 @@ inline SineCosine<Pack<W>> sine_cosine(const Pack<W>& x) {
       reduced.y[l] = lane.y, reduced.t[l] = lane.t, reduced.quadrant[l] = lane.quadrant;
     }
   }
-  const auto both = sines::sine_cosine_of_reduced(reduced);
-  return {P(both.sine), P(both.cosine)};
+  const auto sc = sines::sine_cosine_of_reduced(reduced);
+  return {P(sc.sine), P(sc.cosine)};
 }
 
-/// Under the name that the recursions call.
+/// The overload that the recursions call.
 template <int W>
 inline void sine_cosine_into(const Pack<W>& x, Pack<W>& sine, Pack<W>& cosine) {
-  const auto both = sine_cosine(x);
-  sine = both.sine, cosine = both.cosine;
+  const auto sc = sine_cosine(x);
+  sine = sc.sine, cosine = sc.cosine;
 }
 
 }  // namespace balance
 
-// Packs as scalars of Eigen's small vectors and matrices, mixed with numbers that are the same in every lane.
+// Packs as scalars of small Eigen vectors and matrices, mixed with numbers that are the same in every lane.
 
-/// A pack that lies across two lines of the processor's cache is read twice.
+/// Prevents a pack from crossing a cache line, which would cost two reads.
 template <int W>
 inline constexpr std::size_t balance::storage_alignment<balance::Pack<W>> = sizeof(double) * W;
 
-/// All lanes move the same mechanism.
+/// All lanes share one mechanism, so its parameters are plain numbers.
 template <int W>
 struct balance::ModelScalarTraits<balance::Pack<W>> {
   using Type = double;
@@ -213,11 +213,11 @@ struct Eigen::ScalarBinaryOpTraits<double, balance::Pack<W>, Operation> {
 
 namespace balance {
 
-// Squares of numbers whose rows are packs.
+// Square matrices whose rows are packs.
 
 namespace packs {
 
-// One stage of a transposition: a and b have rows D apart, and exchange every second D of their columns.
+// One stage of a transposition: a and b are rows i and i + D; they exchange alternate groups of D columns.
 template <int D, int W, int... Lane>
 void exchange(Pack<W>& a, Pack<W>& b, std::integer_sequence<int, Lane...>) {
   const Pack<W> first(__builtin_shufflevector(a.v, b.v, (Lane & D ? W + Lane - D : Lane)...));

@@ -29,7 +29,7 @@ Vector3 rotation_vector_of(const Matrix3& rotation) {
   const Eigen::Vector4d q = quaternion_of(rotation);
   const Vector3 v = q.tail<3>();
   const double sine = v.norm();
-  // near the identity angle / sin(angle / 2) tends to 2
+  // angle / sin(angle / 2) tends to 2 near the identity
   return sine < 1e-9 ? Vector3(2 * v) : Vector3(2 * elementary::atan2(sine, q[0]) / sine * v);
 }
 

@@ -1,5 +1,5 @@
 #pragma once
-/// Rotations of space. R_AB turns the components of a vector in B's axes into those in A's axes.
+/// Rotations in space. R_AB maps the components of a vector in B's axes to those in A's axes.
 
 #include "balance/foundation/base/types.hpp"
 
@@ -29,8 +29,8 @@ Vector3 rotation_vector_of(const Matrix3& rotation);
 /// exp(skew(v)).
 Matrix3 rotation_from_rotation_vector(const Vector3& v);
 
-/// The rotation with the least angle that takes z to the unit vector `direction`; exact for the coordinate directions. About −z, where
-/// there are many, half a turn about x and then the least.
+/// The minimum-angle rotation that takes z to the unit vector `direction`; exact for the coordinate directions. Near
+/// −z, where it is not unique: the minimum-angle rotation to (x, −y, −z), followed by half a turn about x.
 template <class T>
 Matrix3Of<T> frame_with_z_along(const Vector3Of<T>& direction) {
   const T x = direction.x(), y = direction.y(), z = direction.z(), sine2 = x * x + y * y;
@@ -40,7 +40,7 @@ Matrix3Of<T> frame_with_z_along(const Vector3Of<T>& direction) {
     r.template bottomRows<2>() *= T(-1);
     return r;
   }
-  // 1 / (1 + z), which nothing may cancel in where the direction is nearly opposite to z
+  // 1 / (1 + z), without cancellation if the direction is nearly opposite to z
   const T k = z > 0 ? T(1 / (1 + z)) : T((1 - z) / sine2);
   Matrix3Of<T> r;
   r << z + y * y * k, -x * y * k, x,  //

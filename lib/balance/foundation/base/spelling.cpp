@@ -10,9 +10,10 @@ namespace balance {
 namespace {
 
 constexpr std::size_t max_compared_length = 64;
-constexpr std::size_t min_common_prefix = 3;  ///< letters that two names must begin with alike
+constexpr std::size_t min_common_prefix = 3;  ///< minimum length of a shared beginning
 
-/// Beyond it a word is another word, not a misspelt one. One slip, and a capital letter, is one in words of two letters, too.
+/// Maximum edit distance of a misspelt word; beyond it, it is a different word. One error plus a difference in case is
+/// accepted even in words of two letters.
 /// @param length of the longer word
 double max_edit_distance(std::size_t length) {
   constexpr double max_difference_fraction = 0.45, max_short_word_difference = 1.25;
@@ -22,12 +23,12 @@ double max_edit_distance(std::size_t length) {
                                          : max_difference_fraction * static_cast<double>(length);
 }
 
-/// An option's name without its dashes, which all options have.
+/// An option's name without the leading dashes that all options have.
 std::string_view strip_dashes(std::string_view word) {
   return word.substr(std::min(word.find_first_not_of('-'), word.size()));
 }
 
-/// Whether a name is the plural of a word: bodies of body.
+/// Whether `name` is the plural of `word`: bodies of body.
 bool is_plural_of(std::string_view name, std::string_view word) {
   if (word.ends_with('y'))
     return name.ends_with("ies") && name.substr(0, name.size() - 3) == word.substr(0, word.size() - 1);
@@ -61,42 +62,45 @@ double edit_distance(std::string_view a, std::string_view b) {
 std::string find_nearest_name(std::string_view given, const std::vector<std::string>& names) {
   const std::string_view word = strip_dashes(given);
   const auto length = [](std::string_view text) { return std::min(text.size(), max_compared_length); };
-  const std::string* best = nullptr;
-  double least = 0;
+  const std::string* nearest = nullptr;
+  double min_distance = 0;
   for (const std::string& candidate : names) {
     const std::string_view name = strip_dashes(candidate);
     if (!word.empty() && (is_plural_of(name, word) || is_plural_of(word, name))) return candidate;
     const double limit = max_edit_distance(std::max(length(word), length(name)));
-    // every character more or less is a difference: of thousands of names most need no closer look
-    const std::size_t apart = std::max(length(word), length(name)) - std::min(length(word), length(name));
-    if (static_cast<double>(apart) > limit || (best != nullptr && static_cast<double>(apart) >= least)) continue;
+    // the difference in length bounds the distance from below: most of thousands of names need no closer look
+    const std::size_t length_difference = std::max(length(word), length(name)) - std::min(length(word), length(name));
+    if (static_cast<double>(length_difference) > limit ||
+        (nearest != nullptr && static_cast<double>(length_difference) >= min_distance))
+      continue;
     const double distance = edit_distance(word, name);
-    if (distance <= limit && (best == nullptr || distance < least)) best = &candidate, least = distance;
+    if (distance <= limit && (nearest == nullptr || distance < min_distance))
+      nearest = &candidate, min_distance = distance;
   }
-  if (best != nullptr) return *best;
-  const auto begins = std::find_if(names.begin(), names.end(), [&](const std::string& candidate) {
+  if (nearest != nullptr) return *nearest;
+  const auto prefix_match = std::find_if(names.begin(), names.end(), [&](const std::string& candidate) {
     const std::string_view name = strip_dashes(candidate);
     return std::min(word.size(), name.size()) >= min_common_prefix &&
            (name.starts_with(word) || word.starts_with(name));
   });
-  return begins == names.end() ? "" : *begins;
+  return prefix_match == names.end() ? "" : *prefix_match;
 }
 
 std::string format_nearest_name(std::string_view word, const std::vector<std::string>& names) {
-  const std::string best = find_nearest_name(word, names);
-  return best.empty() ? "" : "nearest is " + quote_for_message(best);
+  const std::string nearest = find_nearest_name(word, names);
+  return nearest.empty() ? "" : "nearest is " + quote_for_message(nearest);
 }
 
 std::string append_nearest_name(std::string_view word, const std::vector<std::string>& names) {
-  const std::string near = format_nearest_name(word, names);
-  return near.empty() ? "" : "; " + near;
+  const std::string suggestion = format_nearest_name(word, names);
+  return suggestion.empty() ? "" : "; " + suggestion;
 }
 
 namespace {
 
 bool is_digit(char c) { return c >= '0' && c <= '9'; }
 
-/// Digits with `separator` between every three, but for the first one to three: 1.234.567.
+/// Digits in groups of three with `separator` between them, the first group of one to three: 1.234.567.
 bool has_digit_groups(std::string_view text, char separator) {
   std::size_t at = text.find(separator);
   if (at == std::string_view::npos || at == 0 || at > 3) return false;
@@ -107,12 +111,13 @@ bool has_digit_groups(std::string_view text, char separator) {
 }
 
 std::string remove_character(std::string_view text, char separator) {
-  std::string rest(text);
-  std::erase(rest, separator);
-  return rest;
+  std::string remaining(text);
+  std::erase(remaining, separator);
+  return remaining;
 }
 
-/// A number with a comma in it as it is to be written; empty if nobody can tell. @param text digits, points and commas
+/// A number that contains a comma, rewritten with a decimal point; empty if it is ambiguous. @param text digits, points
+/// and commas
 std::string replace_decimal_comma(std::string_view text) {
   const std::size_t comma = text.rfind(','), point = text.rfind('.');
   const auto commas = std::count(text.begin(), text.end(), ',');
@@ -131,7 +136,7 @@ std::string replace_decimal_comma(std::string_view text) {
 }  // namespace
 
 std::string suggest_decimal_point(std::string_view text) {
-  const auto is_part = [&](std::size_t at) {
+  const auto is_number_character = [&](std::size_t at) {
     return is_digit(text[at]) ||
            ((text[at] == ',' || text[at] == '.') && at + 1 < text.size() && is_digit(text[at + 1]));
   };
@@ -140,20 +145,20 @@ std::string suggest_decimal_point(std::string_view text) {
     depth += text[at] == '(' ? 1 : text[at] == ')' ? -1 : 0;
     if (depth > 0 || !is_digit(text[at])) continue;
     std::size_t end = at;
-    while (end < text.size() && is_part(end)) ++end;
+    while (end < text.size() && is_number_character(end)) ++end;
     const std::string_view number = text.substr(at, end - at);
     const bool in_name = at > 0 && (std::isalpha(static_cast<unsigned char>(text[at - 1])) != 0 || text[at - 1] == '_');
     at = end - 1;
     if (in_name || number.find(',') == std::string_view::npos) continue;
-    const std::string right = replace_decimal_comma(number);
-    return "decimals stand behind a point" + (right.empty() ? ", and nothing between thousands" : ": " + right);
+    const std::string corrected = replace_decimal_comma(number);
+    return "decimals stand behind a point" + (corrected.empty() ? ", and nothing between thousands" : ": " + corrected);
   }
   return "";
 }
 
 std::string format_decimal_point_hint(std::string_view text) {
-  const std::string words = suggest_decimal_point(text);
-  return words.empty() ? "" : "; " + words;
+  const std::string suggestion = suggest_decimal_point(text);
+  return suggestion.empty() ? "" : "; " + suggestion;
 }
 
 std::string join_with_conjunction(const std::vector<std::string>& names, const std::string& last) {
@@ -176,7 +181,7 @@ std::string join_alternatives(const std::vector<std::string>& names) { return jo
 std::string quote_for_message(std::string_view text) {
   constexpr std::size_t max_quoted_length = 60;
   std::size_t end = std::min(text.size(), max_quoted_length);
-  // Do not cut a UTF-8 character in two.
+  // Do not split a UTF-8 character.
   while (end < text.size() && end > 0 && (static_cast<unsigned char>(text[end]) & 0xC0) == 0x80) --end;
   return "'" + escape_for_terminal(text.substr(0, end)) + (end < text.size() ? "…" : "") + "'";
 }

@@ -1,6 +1,6 @@
 #pragma once
-/// Eigen under the names that this program uses. Every quantity is in SI units and world axes unless its
-/// name or comment says otherwise.
+/// Eigen types under the names that this program uses. Every quantity is in SI units and world axes unless its name or
+/// comment says otherwise.
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
@@ -10,7 +10,7 @@
 
 namespace balance {
 
-// Over any scalar.
+// For any scalar.
 template <class T>
 using Vector2Of = Eigen::Matrix<T, 2, 1>;
 template <class T>
@@ -20,7 +20,7 @@ using Matrix3Of = Eigen::Matrix<T, 3, 3>;
 template <class T>
 using VectorXOf = Eigen::Matrix<T, Eigen::Dynamic, 1>;
 
-/// What the numbers of a mechanism are where those of its motion are T: the same, unless a T holds those of several motions
+/// Scalar of the parameters of a mechanism whose motion has the scalar T: T itself, unless a T holds several motions
 /// (foundation/base/pack.hpp).
 template <class T>
 struct ModelScalarTraits {
@@ -32,7 +32,7 @@ using ModelScalarOf = typename ModelScalarTraits<T>::Type;
 template <class A, class B>
 using ProductOf = decltype(std::declval<A>() * std::declval<B>());
 
-/// What is made of such numbers begins at multiples of so many bytes: more than usual where one fills a register
+/// Alignment [bytes] of storage for such numbers: stricter than usual if one number fills a register
 /// (foundation/base/pack.hpp).
 template <class T>
 inline constexpr std::size_t storage_alignment = alignof(std::max_align_t);

@@ -14,12 +14,12 @@ struct CodeRange {
 
 template <std::size_t Size>
 bool is_in_ranges(const CodeRange (&ranges)[Size], std::uint32_t code) {
-  const auto* after = std::upper_bound(std::begin(ranges), std::end(ranges), code,
-                                       [](std::uint32_t c, const CodeRange& range) { return c < range.first; });
-  return after != std::begin(ranges) && code <= std::prev(after)->last;
+  const auto* next_range = std::upper_bound(std::begin(ranges), std::end(ranges), code,
+                                            [](std::uint32_t c, const CodeRange& range) { return c < range.first; });
+  return next_range != std::begin(ranges) && code <= std::prev(next_range)->last;
 }
 
-/// Unicode's categories Cc, Cf, Zl, Zp, and fillers that are letters only by name.
+/// Unicode's categories Cc, Cf, Zl, Zp, and fillers that Unicode classifies as letters.
 constexpr CodeRange invisible_ranges[]{
     {0x0000, 0x001F},   {0x007F, 0x009F},   {0x00AD, 0x00AD},   {0x034F, 0x034F},   {0x0600, 0x0605},
     {0x061C, 0x061C},   {0x06DD, 0x06DD},   {0x070F, 0x070F},   {0x0890, 0x0891},   {0x08E2, 0x08E2},
@@ -29,7 +29,7 @@ constexpr CodeRange invisible_ranges[]{
     {0xE0000, 0xE0FFF},
 };
 
-/// Beyond ASCII and besides what is unseen: blocks of punctuation, symbols, private use, and what is no character.
+/// Non-letters beyond ASCII other than invisible_ranges: blocks of punctuation, symbols, private use and noncharacters.
 constexpr CodeRange non_letter_ranges[]{
     {0x0080, 0x00A9}, {0x00AB, 0x00B4}, {0x00B6, 0x00B9},   {0x00BB, 0x00BF},   {0x00D7, 0x00D7},    {0x00F7, 0x00F7},
     {0x02C2, 0x02C5}, {0x02D2, 0x02DF}, {0x02E5, 0x02EB},   {0x02ED, 0x02ED},   {0x02EF, 0x02FF},    {0x0375, 0x0375},
@@ -43,7 +43,7 @@ constexpr CodeRange non_letter_ranges[]{
     {0xFF5B, 0xFF65}, {0xFFE0, 0xFFFF}, {0x1D000, 0x1D3FF}, {0x1F000, 0x1FFFF}, {0xE0000, 0x10FFFF},
 };
 
-/// Marks that combine with the character before them, of the scripts that names are likely to be in.
+/// Combining marks of the scripts that names are likely to use.
 constexpr CodeRange combining_mark_ranges[]{
     {0x0300, 0x036F}, {0x0483, 0x0489}, {0x0591, 0x05C7}, {0x0610, 0x061A}, {0x064B, 0x065F}, {0x0670, 0x0670},
     {0x06D6, 0x06ED}, {0x0900, 0x0903}, {0x093A, 0x094F}, {0x0E31, 0x0E3A}, {0x0E47, 0x0E4E}, {0x1AB0, 0x1AFF},
@@ -57,23 +57,23 @@ bool is_letter(std::uint32_t code) {
   return !is_invisible(code) && !is_in_ranges(non_letter_ranges, code);
 }
 
-/// A number in hexadecimal digits. @param form of printf, for one unsigned int
-std::string format_code(const char* form, unsigned code) {
+/// A code in hexadecimal. @param format printf format for one unsigned int
+std::string format_code(const char* format, unsigned code) {
   std::array<char, 16> digits{};
-  std::snprintf(digits.data(), digits.size(), form, code);
+  std::snprintf(digits.data(), digits.size(), format, code);
   return digits.data();
 }
 
 std::string escape_text(std::string_view text, bool lines) {
   std::string out;
   while (!text.empty()) {
-    const Utf8CodePoint one = decode_utf8(text);
-    const std::size_t bytes = std::max<std::size_t>(one.bytes, 1);
-    const bool kept = lines && (one.code == '\n' || one.code == '\t');
-    if (one.bytes == 0 || (one.code < 0x80 && !kept && is_invisible(one.code)))
+    const Utf8CodePoint code_point = decode_utf8(text);
+    const std::size_t bytes = std::max<std::size_t>(code_point.bytes, 1);
+    const bool is_line_character = lines && (code_point.code == '\n' || code_point.code == '\t');
+    if (code_point.bytes == 0 || (code_point.code < 0x80 && !is_line_character && is_invisible(code_point.code)))
       out += format_code("\\x%02x", static_cast<unsigned char>(text[0]));
-    else if (!kept && is_invisible(one.code))
-      out += format_code("<U+%04X>", one.code);
+    else if (!is_line_character && is_invisible(code_point.code))
+      out += format_code("<U+%04X>", code_point.code);
     else
       out += text.substr(0, bytes);
     text.remove_prefix(bytes);
@@ -110,7 +110,7 @@ bool is_utf8(std::string_view text) {
 }
 
 bool is_invisible(std::uint32_t code) {
-  // Every plane ends in two that are no characters.
+  // The last two codes of every plane are noncharacters.
   return is_in_ranges(invisible_ranges, code) || (code & 0xFFFE) == 0xFFFE;
 }
 
@@ -128,13 +128,14 @@ std::string_view trim(std::string_view text) {
 bool is_unicode_identifier(std::string_view text) {
   bool first = true;
   while (!text.empty()) {
-    const Utf8CodePoint one = decode_utf8(text);
-    if (one.bytes == 0) return false;
-    const bool letter = is_letter(one.code) && !(first && is_in_ranges(combining_mark_ranges, one.code));
-    const bool other = !first && ((one.code >= '0' && one.code <= '9') || one.code == '_' || one.code == '-');
-    if (!letter && !other) return false;
+    const Utf8CodePoint code_point = decode_utf8(text);
+    if (code_point.bytes == 0) return false;
+    const bool letter = is_letter(code_point.code) && !(first && is_in_ranges(combining_mark_ranges, code_point.code));
+    const bool is_other_character = !first && ((code_point.code >= '0' && code_point.code <= '9') ||
+                                               code_point.code == '_' || code_point.code == '-');
+    if (!letter && !is_other_character) return false;
     first = false;
-    text.remove_prefix(one.bytes);
+    text.remove_prefix(code_point.bytes);
   }
   return !first;
 }

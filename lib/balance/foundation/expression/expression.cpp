@@ -25,7 +25,8 @@ Expression Expression::make_node(Operation operation, double value, std::initial
 namespace {
 
 bool is_constant_value(const Expression& x, double value) { return x.is_constant() && x.value() == value; }
-/// Neutral elements fall away beside what may change; among constants even a zero's sign is that of the sum.
+/// Neutral elements are dropped next to a variable operand. Two constants are summed, which gives a zero its proper
+/// sign.
 bool both_constant(const Expression& a, const Expression& b) { return a.is_constant() && b.is_constant(); }
 
 }  // namespace
@@ -119,7 +120,7 @@ Expression abs(const Expression& x) { return apply(find_unary_function("abs"), x
 namespace {
 
 double sign(double x) { return x < 0 ? -1 : x > 0 ? 1 : 0; }
-double none(double /*x*/) { return 0; }
+double zero_derivative(double /*x*/) { return 0; }
 
 constexpr std::array functions{
     UnaryFunction{"sin", [](double x) { return elementary::sin(x); }, [](double x) { return elementary::cos(x); }},
@@ -141,7 +142,7 @@ constexpr std::array functions{
                   [](double x) { return 1 / std::sqrt(x * x - 1); }},
     UnaryFunction{"atanh", [](double x) { return elementary::atanh(x); }, [](double x) { return 1 / (1 - x * x); }},
     UnaryFunction{"sqrt", [](double x) { return std::sqrt(x); },
-                  // of zero that of zero, as for all other scalars of this program
+                  // zero at zero, as for all other scalars of this program
                   [](double x) { return x == 0 ? 0 : 0.5 / std::sqrt(x); }},
     UnaryFunction{"exp", [](double x) { return elementary::exp(x); }, [](double x) { return elementary::exp(x); }},
     UnaryFunction{"ln", [](double x) { return elementary::log(x); }, [](double x) { return 1 / x; }},
@@ -150,8 +151,8 @@ constexpr std::array functions{
     UnaryFunction{"log2", [](double x) { return elementary::log2(x); },
                   [](double x) { return 1 / (x * std::numbers::ln2); }},
     UnaryFunction{"abs", [](double x) { return x >= 0 ? x : -x; }, sign},
-    UnaryFunction{"sign", sign, none},
-    UnaryFunction{"rint", [](double x) { return std::floor(x + 0.5); }, none},
+    UnaryFunction{"sign", sign, zero_derivative},
+    UnaryFunction{"rint", [](double x) { return std::floor(x + 0.5); }, zero_derivative},
 };
 
 }  // namespace

@@ -1,6 +1,7 @@
 #pragma once
-/// A number that remembers what it is made of: arithmetic on expressions gives their present values at once and writes the
-/// operations into a graph, which can be evaluated again with other inputs (foundation/expression/expression_evaluation.hpp).
+/// A number that records how it was computed: arithmetic on expressions yields their current values at once and also
+/// records the operations in a graph, which can be evaluated again with other inputs
+/// (foundation/expression/expression_evaluation.hpp).
 
 #include "balance/foundation/base/types.hpp"
 
@@ -14,11 +15,11 @@
 
 namespace balance {
 
-/// Expressions as a graph: every operation once, after what it is made of. Plain values; a graph only grows.
+/// Operation of a node in an expression graph. Nodes come after their arguments; a graph only grows.
 enum class Operation : std::uint8_t {
   constant,
   input,  ///< a number that may change
-  alias,  ///< the same as its argument: where a parameter gives it a name of its own
+  alias,  ///< equal to its argument: gives a parameter a node of its own
   add,
   subtract,
   multiply,
@@ -28,12 +29,12 @@ enum class Operation : std::uint8_t {
   atan2,
   minimum,
   maximum,
-  less,  ///< 1 or 0, like all that follow but `choose`
+  less,  ///< this and the following four yield 1 or 0
   less_equal,
   equal,
   logical_and,
   logical_or,
-  select,    ///< the second argument where the first is not zero, else the third
+  select,    ///< the second argument if the first is not zero, otherwise the third
   function,  ///< of one argument
 };
 
@@ -44,13 +45,13 @@ struct UnaryFunction {
   double (*derivative)(double);
 };
 std::span<const UnaryFunction> list_unary_functions();
-/// Index of the function of that name, which must exist.
+/// Index of the function with that name; list_unary_functions().size() if there is none.
 int find_unary_function(std::string_view name);
 
 struct ExpressionNode {
   Operation operation = Operation::constant;
-  int function = 0;                             ///< into list_unary_functions()
-  std::array<int, 3> arguments = {-1, -1, -1};  ///< nodes, all of them earlier ones
+  int function = 0;                             ///< index into list_unary_functions()
+  std::array<int, 3> arguments = {-1, -1, -1};  ///< indices of earlier nodes
   double constant = 0;
   int input = -1;
 };
@@ -71,20 +72,20 @@ class ExpressionGraph {
   int inputs_ = 0;
 };
 
-/// A constant, or a node of a graph with its present value. The graph must outlive arithmetic on it. What is made of constants, of
-/// a factor zero or of neutral elements alone gets no node.
+/// A constant, or a node of a graph with its current value. The graph must outlive arithmetic on it. Operations on
+/// constants only, multiplications by zero and neutral elements create no node.
 class Expression {
  public:
   Expression() = default;
-  Expression(double constant) : value_(constant) {}  // NOLINT(google-explicit-constructor): a constant is a number, too
-  /// A new input with its present value.
+  Expression(double constant) : value_(constant) {}  // NOLINT(google-explicit-constructor): plain numbers are constants
+  /// A new input with its current value.
   static Expression input(ExpressionGraph& graph, double value) { return {value, graph.add_input(), &graph}; }
-  /// The same number under a name of its own: another node.
+  /// The same number as a separate node.
   static Expression make_alias(ExpressionGraph& graph, const Expression& x);
 
   double value() const { return value_; }
   bool is_constant() const { return node_ < 0; }
-  /// −1: a constant
+  /// −1 for a constant.
   int node() const { return node_; }
 
   friend Expression operator+(const Expression& a, const Expression& b);
@@ -97,7 +98,7 @@ class Expression {
   Expression& operator*=(const Expression& b) { return *this = *this * b; }
   Expression& operator/=(const Expression& b) { return *this = *this / b; }
 
-  /// @param value what the operation gives at present
+  /// @param value result of the operation for the current inputs
   static Expression make_node(Operation operation, double value, std::initializer_list<const Expression*> arguments,
                               int function = 0);
 
@@ -113,7 +114,7 @@ Expression power(const Expression& base, const Expression& exponent);
 Expression atan2(const Expression& y, const Expression& x);
 Expression minimum(const Expression& a, const Expression& b);
 Expression maximum(const Expression& a, const Expression& b);
-// What branches: comparisons that the graph makes again, not ones of present values.
+// Comparisons and branches that the graph evaluates again, unlike comparisons of current values.
 Expression less(const Expression& a, const Expression& b);
 Expression less_equal(const Expression& a, const Expression& b);
 Expression equal(const Expression& a, const Expression& b);
@@ -129,7 +130,7 @@ Expression abs(const Expression& x);
 
 }  // namespace balance
 
-/// So that vectors and matrices may have such entries.
+/// Lets Eigen vectors and matrices hold expressions.
 template <>
 struct Eigen::NumTraits<balance::Expression> : Eigen::NumTraits<double> {
   using Real = balance::Expression;

@@ -1,6 +1,6 @@
 #pragma once
-/// A graph evaluated with other inputs, over any scalar: doubles, numbers with derivatives (foundation/base/dual.hpp), expressions of
-/// another graph, or whatever an algebra makes of operations.
+/// Evaluates a graph with other inputs over any scalar: doubles, dual numbers (foundation/base/dual.hpp), expressions
+/// of another graph, or any other algebra of operations.
 
 #include "balance/foundation/base/dual.hpp"
 #include "balance/foundation/base/elementary.hpp"
@@ -12,8 +12,8 @@
 
 namespace balance {
 
-/// The plain meaning of operations. T has the arithmetic of numbers, `value_of` and `apply_chain_rule` (foundation/base/dual.hpp); branches
-/// look at values alone.
+/// Ordinary arithmetic. T provides the arithmetic operators, `value_of` and `apply_chain_rule`
+/// (foundation/base/dual.hpp). Branches depend on values only.
 template <class T>
 struct ScalarAlgebra {
   using Value = T;
@@ -49,7 +49,7 @@ struct ScalarAlgebra {
   }
 
  private:
-  /// A function's value with the chain rule.
+  /// A function's value with its derivatives by the chain rule.
   static T apply_function(const T& x, double value, double (*derivative)(double)) {
     if constexpr (std::is_same_v<T, double>)
       return value;
@@ -61,10 +61,10 @@ struct ScalarAlgebra {
     if constexpr (std::is_same_v<T, double>) {
       return value;
     } else {
-      // where the exponent stays as it is, its derivative by the logarithm of a negative number has no say
-      const double by_exponent = x > 0 ? value * elementary::log(x) : x == 0 ? 0 : NAN;
+      // for a constant exponent, skip the derivative with respect to it: the logarithm of a negative base is undefined
+      const double exponent_derivative = x > 0 ? value * elementary::log(x) : x == 0 ? 0 : NAN;
       const T base = apply_chain_rule(a, value, y == 0 ? 0 : y * elementary::pow(x, y - 1));
-      return b == T(y) && is_fixed(b) ? base : base + apply_chain_rule(b, 0, by_exponent);
+      return b == T(y) && is_fixed(b) ? base : base + apply_chain_rule(b, 0, exponent_derivative);
     }
   }
   static bool is_fixed(const T& x) {
@@ -75,7 +75,7 @@ struct ScalarAlgebra {
   }
 };
 
-/// Writes the operations into another graph: what becomes constant is gone from it.
+/// Writes the operations into another graph and folds constants.
 template <>
 struct ScalarAlgebra<Expression> {
   using Value = Expression;
@@ -84,7 +84,7 @@ struct ScalarAlgebra<Expression> {
   Expression apply(const ExpressionNode& node, const Expression& a, const Expression& b, const Expression& c) const;
 };
 
-/// The value of every node, given those of the inputs.
+/// The values of all nodes for the given values of the inputs.
 template <class Algebra>
 std::vector<typename Algebra::Value> evaluate(const ExpressionGraph& graph,
                                               const std::vector<typename Algebra::Value>& inputs,
@@ -92,10 +92,10 @@ std::vector<typename Algebra::Value> evaluate(const ExpressionGraph& graph,
   using Value = typename Algebra::Value;
   std::vector<Value> values;
   values.reserve(graph.nodes().size());
-  const Value none = algebra.constant(0);
+  const Value missing_argument = algebra.constant(0);
   for (const ExpressionNode& node : graph.nodes()) {
     const auto argument = [&](std::size_t i) -> const Value& {
-      return node.arguments[i] < 0 ? none : values[static_cast<std::size_t>(node.arguments[i])];
+      return node.arguments[i] < 0 ? missing_argument : values[static_cast<std::size_t>(node.arguments[i])];
     };
     if (node.operation == Operation::constant)
       values.push_back(algebra.constant(node.constant));

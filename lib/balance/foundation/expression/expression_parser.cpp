@@ -10,65 +10,65 @@
 
 namespace balance {
 
-// The words of an expression.
+// Tokens of an expression.
 
-/// What a text has at one place: a number, a name or an operator; its end is an empty word.
+/// A number, a name or an operator. The end of the text is an empty token.
 struct ExpressionToken {
   enum class Kind { end, number, name, symbol };
   Kind kind = Kind::end;
   std::string_view text;
-  std::size_t at = 0;  ///< byte of the text
+  std::size_t offset = 0;  ///< byte offset in the text
 };
 
 inline bool starts_name(char c) { return std::isalpha(static_cast<unsigned char>(c)) != 0 || c == '_'; }
 
-/// Goes through a text word by word.
+/// Splits a text into tokens.
 class ExpressionLexer {
  public:
   explicit ExpressionLexer(std::string_view text) : text_(text) {}
 
-  /// The next word, and on.
+  /// Returns the next token and advances past it.
   ExpressionToken next() {
-    while (at_ < text_.size() && std::isspace(static_cast<unsigned char>(text_[at_])) != 0) ++at_;
-    ExpressionToken word{ExpressionToken::Kind::end, text_.substr(at_, length()), at_};
-    if (!word.text.empty()) word.kind = kind(word.text);
-    at_ += word.text.size();
-    return word;
+    while (position_ < text_.size() && std::isspace(static_cast<unsigned char>(text_[position_])) != 0) ++position_;
+    ExpressionToken token{ExpressionToken::Kind::end, text_.substr(position_, length()), position_};
+    if (!token.text.empty()) token.kind = kind(token.text);
+    position_ += token.text.size();
+    return token;
   }
 
  private:
-  static bool digit(char c) { return std::isdigit(static_cast<unsigned char>(c)) != 0; }
-  char peek(std::size_t ahead) const { return at_ + ahead < text_.size() ? text_[at_ + ahead] : '\0'; }
-  bool is_number() const { return digit(peek(0)) || (peek(0) == '.' && digit(peek(1))); }
+  static bool is_digit(char c) { return std::isdigit(static_cast<unsigned char>(c)) != 0; }
+  char peek(std::size_t ahead) const { return position_ + ahead < text_.size() ? text_[position_ + ahead] : '\0'; }
+  bool is_number() const { return is_digit(peek(0)) || (peek(0) == '.' && is_digit(peek(1))); }
 
-  ExpressionToken::Kind kind(std::string_view word) const {
-    if (digit(word[0]) || (word[0] == '.' && word.size() > 1)) return ExpressionToken::Kind::number;
-    return starts_name(word[0]) ? ExpressionToken::Kind::name : ExpressionToken::Kind::symbol;
+  ExpressionToken::Kind kind(std::string_view token) const {
+    if (is_digit(token[0]) || (token[0] == '.' && token.size() > 1)) return ExpressionToken::Kind::number;
+    return starts_name(token[0]) ? ExpressionToken::Kind::name : ExpressionToken::Kind::symbol;
   }
 
   std::size_t length() const {
-    if (at_ == text_.size()) return 0;
+    if (position_ == text_.size()) return 0;
     if (is_number()) {
       double ignored = 0;
-      return static_cast<std::size_t>(std::from_chars(&text_[at_], text_.data() + text_.size(), ignored).ptr -
-                                      &text_[at_]);
+      return static_cast<std::size_t>(std::from_chars(&text_[position_], text_.data() + text_.size(), ignored).ptr -
+                                      &text_[position_]);
     }
     std::size_t n = 1;
     if (starts_name(peek(0))) {
-      // names of parts hang together by points
-      while (starts_name(peek(n)) || digit(peek(n)) || (peek(n) == '.' && starts_name(peek(n + 1)))) ++n;
+      // names of parts are joined by points
+      while (starts_name(peek(n)) || is_digit(peek(n)) || (peek(n) == '.' && starts_name(peek(n + 1)))) ++n;
       return n;
     }
-    // a character of several bytes is one word
+    // a multi-byte character is one token
     while ((static_cast<unsigned char>(peek(n)) & 0xC0) == 0x80) ++n;
     if (n > 1) return n;
-    for (const std::string_view two : {"<=", ">=", "==", "!=", "&&", "||"})
-      if (text_.substr(at_, 2) == two) return 2;
+    for (const std::string_view symbol : {"<=", ">=", "==", "!=", "&&", "||"})
+      if (text_.substr(position_, 2) == symbol) return 2;
     return 1;
   }
 
   std::string_view text_;
-  std::size_t at_ = 0;
+  std::size_t position_ = 0;
 };
 
 namespace {
@@ -76,35 +76,35 @@ namespace {
 using Parameter = std::function<Expression(const std::string&)>;
 using Arguments = std::vector<Expression>;
 
-/// Functions of several numbers.
+/// Functions of several arguments.
 struct NamedFunction {
   const char* name;
-  std::size_t fewest, most;
+  std::size_t min_arguments, max_arguments;
   Expression (*value)(const Arguments&);
 };
 
-Expression sum(const Arguments& all) {
+Expression sum(const Arguments& arguments) {
   Expression total = 0;
-  for (const Expression& one : all) total += one;
+  for (const Expression& argument : arguments) total += argument;
   return total;
 }
 
-template <Expression (*pick)(const Expression&, const Expression&)>
-Expression picked(const Arguments& all) {
-  Expression result = all[0];
-  for (const Expression& one : all) result = pick(result, one);
+template <Expression (*operation)(const Expression&, const Expression&)>
+Expression fold(const Arguments& arguments) {
+  Expression result = arguments[0];
+  for (const Expression& argument : arguments) result = operation(result, argument);
   return result;
 }
 
 constexpr std::size_t unlimited_arguments = max_expression_length;
 constexpr NamedFunction variadic_functions[]{
     {"atan2", 2, 2, [](const Arguments& a) { return atan2(a[0], a[1]); }},
-    {"min", 1, unlimited_arguments, picked<minimum>},
-    {"max", 1, unlimited_arguments, picked<maximum>},
+    {"min", 1, unlimited_arguments, fold<minimum>},
+    {"max", 1, unlimited_arguments, fold<maximum>},
     {"sum", 1, unlimited_arguments, sum},
     {"avg", 1, unlimited_arguments, [](const Arguments& a) { return sum(a) / static_cast<double>(a.size()); }}};
 
-/// Climbs up the operators from those that bind least: `?:`, `||`, `&&`, comparisons, sums, products, signs, powers.
+/// Recursive descent from the lowest precedence: `?:`, `||`, `&&`, comparisons, sums, products, signs, powers.
 class ExpressionParser {
  public:
   ExpressionParser(const std::string& text, const Parameter& parameter)
@@ -114,66 +114,68 @@ class ExpressionParser {
 
   Expression run() {
     const Expression result = conditional();
-    if (is(",")) throw ExpressionError("it has more than one value");
-    if (word_.kind != ExpressionToken::Kind::end) expected("an operator");
+    if (is_at(",")) throw ExpressionError("it has more than one value");
+    if (token_.kind != ExpressionToken::Kind::end) throw_expected("an operator");
     return result;
   }
 
  private:
-  void advance() { word_ = lexer_.next(); }
-  bool is(std::string_view sign) const { return word_.kind == ExpressionToken::Kind::symbol && word_.text == sign; }
-  bool take(std::string_view sign) {
-    const bool found = is(sign);
+  void advance() { token_ = lexer_.next(); }
+  bool is_at(std::string_view sign) const {
+    return token_.kind == ExpressionToken::Kind::symbol && token_.text == sign;
+  }
+  bool accept(std::string_view sign) {
+    const bool found = is_at(sign);
     if (found) advance();
     return found;
   }
 
-  [[noreturn]] void expected(std::string_view what) const {
-    const std::string wanted(what);
-    if (word_.kind == ExpressionToken::Kind::end) throw ExpressionError(wanted + " is missing at its end");
-    const auto before = text_.begin() + static_cast<std::ptrdiff_t>(word_.at);
-    const auto column = std::count_if(text_.begin(), before, [](char c) { return (c & 0xC0) != 0x80; }) + 1;
-    throw ExpressionError("expected " + wanted + ", found '" + std::string(word_.text) + "' in column " +
-                          std::to_string(column) + (word_.text == "=" ? "; equal is '=='" : ""));
+  [[noreturn]] void throw_expected(std::string_view what) const {
+    const std::string expectation(what);
+    if (token_.kind == ExpressionToken::Kind::end) throw ExpressionError(expectation + " is missing at its end");
+    const auto token_begin = text_.begin() + static_cast<std::ptrdiff_t>(token_.offset);
+    const auto column = std::count_if(text_.begin(), token_begin, [](char c) { return (c & 0xC0) != 0x80; }) + 1;
+    throw ExpressionError("expected " + expectation + ", found '" + std::string(token_.text) + "' in column " +
+                          std::to_string(column) + (token_.text == "=" ? "; equal is '=='" : ""));
   }
   void expect(std::string_view sign) {
-    if (!take(sign)) expected("'" + std::string(sign) + "'");
+    if (!accept(sign)) throw_expected("'" + std::string(sign) + "'");
   }
 
   Expression conditional() {
     const Expression condition = disjunction();
-    if (!take("?")) return condition;
-    const Expression yes = conditional();
+    if (!accept("?")) return condition;
+    const Expression if_true = conditional();
     expect(":");
-    return select(condition, yes, conditional());
+    return select(condition, if_true, conditional());
   }
 
   Expression disjunction() {
     Expression left = conjunction();
-    while (take("||")) left = logical_or(left, conjunction());
+    while (accept("||")) left = logical_or(left, conjunction());
     return left;
   }
 
   Expression conjunction() {
     Expression left = comparison();
-    while (take("&&")) left = logical_and(left, comparison());
+    while (accept("&&")) left = logical_and(left, comparison());
     return left;
   }
 
   Expression comparison() {
     Expression left = addition();
     while (true) {
-      if (take("<"))
+      if (accept("<"))
         left = less(left, addition());
-      else if (take(">"))
+      else if (accept(">"))
         left = less(addition(), left);
-      else if (take("<="))
+      else if (accept("<="))
         left = less_equal(left, addition());
-      else if (take(">="))
+      else if (accept(">="))
         left = less_equal(addition(), left);
-      else if (take("=="))
+      else if (accept("=="))
         left = equal(left, addition());
-      else if (take("!="))
+      else if (accept("!="))
         left = 1.0 - equal(left, addition());
       else
         return left;
@@ -183,9 +185,9 @@ class ExpressionParser {
   Expression addition() {
     Expression left = multiplication();
     while (true) {
-      if (take("+"))
+      if (accept("+"))
         left += multiplication();
-      else if (take("-"))
+      else if (accept("-"))
         left -= multiplication();
       else
         return left;
@@ -195,9 +197,9 @@ class ExpressionParser {
   Expression multiplication() {
     Expression left = signed_power();
     while (true) {
-      if (take("*"))
+      if (accept("*"))
         left *= signed_power();
-      else if (take("/"))
+      else if (accept("/"))
         left /= signed_power();
       else
         return left;
@@ -206,49 +208,49 @@ class ExpressionParser {
 
   /// −a^b is −(a^b), a^−b^c is a^(−(b^c)).
   Expression signed_power() {
-    if (take("-")) return -signed_power();
-    if (take("+")) return signed_power();
+    if (accept("-")) return -signed_power();
+    if (accept("+")) return signed_power();
     const Expression base = operand();
-    return take("^") ? power(base, signed_power()) : base;
+    return accept("^") ? power(base, signed_power()) : base;
   }
 
   Expression operand() {
-    const ExpressionToken word = word_;
-    if (word.kind == ExpressionToken::Kind::number) {
+    const ExpressionToken token = token_;
+    if (token.kind == ExpressionToken::Kind::number) {
       advance();
-      // too small is zero, too large is infinite
-      return std::strtod(std::string(word.text).c_str(), nullptr);
+      // underflow gives zero, overflow infinity
+      return std::strtod(std::string(token.text).c_str(), nullptr);
     }
-    if (word.kind == ExpressionToken::Kind::name) {
+    if (token.kind == ExpressionToken::Kind::name) {
       advance();
-      const std::string name(word.text);
-      if (take("(")) return function(name);
+      const std::string name(token.text);
+      if (accept("(")) return function(name);
       return name == "pi" ? Expression(std::numbers::pi) : parameter_(name);
     }
-    if (!take("(")) expected("a value");
-    const Expression inside = conditional();
+    if (!accept("(")) throw_expected("a value");
+    const Expression value = conditional();
     expect(")");
-    return inside;
+    return value;
   }
 
   Expression function(const std::string& name) {
     Arguments arguments;
-    while (!is(")")) {
+    while (!is_at(")")) {
       arguments.push_back(conditional());
-      if (!take(",")) break;
-      if (is(")")) expected("a value");
+      if (!accept(",")) break;
+      if (is_at(")")) throw_expected("a value");
     }
     expect(")");
-    const auto demand_count = [&](std::size_t fewest, std::size_t most) {
-      if (arguments.size() >= fewest && arguments.size() <= most) return;
-      throw ExpressionError("the function '" + name + "' takes " + (most > fewest ? "at least " : "") +
-                            std::to_string(fewest) + (fewest == 1 ? " argument" : " arguments") + ", not " +
-                            std::to_string(arguments.size()));
+    const auto demand_count = [&](std::size_t min_arguments, std::size_t max_arguments) {
+      if (arguments.size() >= min_arguments && arguments.size() <= max_arguments) return;
+      throw ExpressionError("the function '" + name + "' takes " + (max_arguments > min_arguments ? "at least " : "") +
+                            std::to_string(min_arguments) + (min_arguments == 1 ? " argument" : " arguments") +
+                            ", not " + std::to_string(arguments.size()));
     };
-    for (const NamedFunction& one : variadic_functions)
-      if (name == one.name) {
-        demand_count(one.fewest, one.most);
-        return one.value(arguments);
+    for (const NamedFunction& variadic : variadic_functions)
+      if (name == variadic.name) {
+        demand_count(variadic.min_arguments, variadic.max_arguments);
+        return variadic.value(arguments);
       }
     const int unary = find_unary_function(name);
     if (unary == static_cast<int>(list_unary_functions().size()))
@@ -260,7 +262,7 @@ class ExpressionParser {
   const std::string& text_;
   ExpressionLexer lexer_;
   const Parameter& parameter_;
-  ExpressionToken word_;
+  ExpressionToken token_;
 };
 
 void add_once(std::vector<std::string>& names, std::string_view name) {
@@ -279,42 +281,42 @@ ExpressionNames find_expression_names(const std::string& expression) {
   ExpressionNames names;
   if (expression.size() > max_expression_length) return names;
   ExpressionLexer lexer(expression);
-  ExpressionToken word = lexer.next();
-  while (word.kind != ExpressionToken::Kind::end) {
+  ExpressionToken token = lexer.next();
+  while (token.kind != ExpressionToken::Kind::end) {
     const ExpressionToken next = lexer.next();
     const bool call = next.kind == ExpressionToken::Kind::symbol && next.text == "(";
-    if (word.kind == ExpressionToken::Kind::name && call) add_once(names.functions, word.text);
-    if (word.kind == ExpressionToken::Kind::name && !call && word.text != "pi") add_once(names.values, word.text);
-    word = next;
+    if (token.kind == ExpressionToken::Kind::name && call) add_once(names.functions, token.text);
+    if (token.kind == ExpressionToken::Kind::name && !call && token.text != "pi") add_once(names.values, token.text);
+    token = next;
   }
   return names;
 }
 
 std::string rename_expression_values(const std::string& expression,
-                                     const std::function<std::string(const std::string&)>& other) {
+                                     const std::function<std::string(const std::string&)>& new_name) {
   if (expression.size() > max_expression_length) return expression;
   std::string text;
   std::size_t copied = 0;
   ExpressionLexer lexer(expression);
-  ExpressionToken word = lexer.next();
-  while (word.kind != ExpressionToken::Kind::end) {
+  ExpressionToken token = lexer.next();
+  while (token.kind != ExpressionToken::Kind::end) {
     const ExpressionToken next = lexer.next();
     const bool call = next.kind == ExpressionToken::Kind::symbol && next.text == "(";
-    if (word.kind == ExpressionToken::Kind::name && !call && word.text != "pi") {
-      text += expression.substr(copied, word.at - copied) + other(std::string(word.text));
-      copied = word.at + word.text.size();
+    if (token.kind == ExpressionToken::Kind::name && !call && token.text != "pi") {
+      text += expression.substr(copied, token.offset - copied) + new_name(std::string(token.text));
+      copied = token.offset + token.text.size();
     }
-    word = next;
+    token = next;
   }
   return text + expression.substr(copied);
 }
 
 const std::vector<std::string>& function_names() {
   static const std::vector<std::string> names = [] {
-    std::vector<std::string> all;
-    for (const UnaryFunction& f : list_unary_functions()) all.emplace_back(f.name);
-    for (const NamedFunction& f : variadic_functions) all.emplace_back(f.name);
-    return all;
+    std::vector<std::string> all_names;
+    for (const UnaryFunction& f : list_unary_functions()) all_names.emplace_back(f.name);
+    for (const NamedFunction& f : variadic_functions) all_names.emplace_back(f.name);
+    return all_names;
   }();
   return names;
 }

@@ -1,6 +1,6 @@
 #pragma once
-/// Arithmetic as text: numbers, names (`l`, `leg1.l`), + − * / ^, parentheses, comparisons, && and ||, a ? b : c, sqrt, sin, cos and the
-/// like, pi. Angles of trigonometric functions are in radians. A point is the decimal mark whatever the locale.
+/// Parses arithmetic: numbers, names (`l`, `leg1.l`), + − * / ^, parentheses, comparisons, && and ||, a ? b : c, sqrt,
+/// sin, cos and the like, pi. Trigonometric functions take radians. The decimal mark is a point in every locale.
 
 #include "balance/foundation/expression/expression.hpp"
 
@@ -11,31 +11,31 @@
 
 namespace balance {
 
-/// The text is no expression; the message says what is wrong with it and in which column.
+/// The text is not a valid expression. The message says what is wrong and, where applicable, in which column.
 struct ExpressionError : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-/// @param parameter what a name stands for that is neither `pi` nor a function's
-/// @throws ExpressionError, also for a text longer than max_expression_length; whatever `parameter` throws
+/// @param parameter returns the value of a name; not called for `pi` and function calls
+/// @throws ExpressionError, also if the text is longer than max_expression_length; anything that `parameter` throws
 Expression parse_expression(const std::string& text,
                             const std::function<Expression(const std::string& name)>& parameter);
 
-/// Names in an expression in the order of their first use; none in one that is too long.
+/// Names in an expression in the order of their first use; empty if the expression is too long.
 struct ExpressionNames {
-  std::vector<std::string> values;     ///< what is no function and not `pi`
+  std::vector<std::string> values;     ///< other than `pi` and function calls
   std::vector<std::string> functions;  ///< followed by a parenthesis
 };
 ExpressionNames find_expression_names(const std::string& expression);
 
-/// The expression with another name for each of its values; as it was if it is too long.
+/// Renames the values in an expression. Returns it unchanged if it is too long.
 std::string rename_expression_values(const std::string& expression,
-                                     const std::function<std::string(const std::string& name)>& other);
+                                     const std::function<std::string(const std::string& name)>& new_name);
 
-/// Longer ones are refused, unread: that bounds their depth, too.
+/// Longer expressions are rejected without parsing, which also bounds the recursion depth.
 inline constexpr std::size_t max_expression_length = 1000;
 
-/// sqrt, sin, …
+/// Names of all functions: sqrt, sin, …
 const std::vector<std::string>& function_names();
 
 }  // namespace balance

@@ -8,8 +8,8 @@
 namespace balance::hdf5 {
 namespace {
 
-/// Upwards through the stack: the first entry is the innermost.
-herr_t note_reason(unsigned, const H5E_error2_t* entry, void* data) {
+/// For walking the stack upwards: the first entry is the innermost.
+herr_t record_reason(unsigned, const H5E_error2_t* entry, void* data) {
   std::string& reason = *static_cast<std::string*>(data);
   if (reason.empty() && entry->desc != nullptr) reason = entry->desc;
   return 0;
@@ -19,7 +19,7 @@ herr_t note_reason(unsigned, const H5E_error2_t* entry, void* data) {
 
 std::string pop_error_message() {
   std::string reason;
-  H5Ewalk2(H5E_DEFAULT, H5E_WALK_UPWARD, note_reason, &reason);
+  H5Ewalk2(H5E_DEFAULT, H5E_WALK_UPWARD, record_reason, &reason);
   H5Eclear2(H5E_DEFAULT);
   return reason.empty() ? "HDF5 failed without a reason" : reason;
 }
@@ -57,7 +57,7 @@ void write_text(hid_t owner, const char* name, const std::string& text) {
 void make_dimension_scale(hid_t dataset, const std::string& dimension_name) {
   const auto write_fixed = [&](const char* name, const std::string& text) {
     const Hdf5Handle type(H5Tcopy(H5T_C_S1), H5Tclose);
-    check_status(H5Tset_size(type.get(), text.size() + 1));  // ended by a zero byte
+    check_status(H5Tset_size(type.get(), text.size() + 1));  // null-terminated
     write_attribute(dataset, name, type.get(), make_dataspace({}).get(), text.c_str());
   };
   write_fixed("CLASS", "DIMENSION_SCALE");

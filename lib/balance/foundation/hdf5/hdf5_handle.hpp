@@ -1,5 +1,5 @@
 #pragma once
-/// HDF5's identifiers as values that close themselves, and its error stack as an exception. For the sources of this room only.
+/// HDF5 identifiers that close themselves, and HDF5's error stack as an exception. For the sources of this room only.
 
 #include <hdf5.h>
 
@@ -9,7 +9,7 @@
 
 namespace balance::hdf5 {
 
-/// Keeps HDF5 from printing its errors while it lives; what was set before comes back afterwards.
+/// Suppresses HDF5's error output while it exists, then restores the previous setting.
 class ErrorSilencer {
  public:
   ErrorSilencer() {
@@ -25,10 +25,10 @@ class ErrorSilencer {
   void* data_ = nullptr;
 };
 
-/// The innermost reason on HDF5's error stack; empties the stack.
+/// Returns the innermost reason on HDF5's error stack and clears the stack.
 std::string pop_error_message();
 
-/// Throws SystemError("<reason>") if HDF5 reports a failure by a negative number.
+/// Throw SystemError("<reason>") if HDF5 reports a failure by a negative number.
 hid_t check_id(hid_t id);
 void check_status(herr_t status);
 
@@ -38,7 +38,7 @@ class Hdf5Handle {
   using Close = herr_t (*)(hid_t);
 
   Hdf5Handle() = default;
-  /// @throws SystemError if `id` says that making it failed
+  /// @throws SystemError if `id` reports a failed creation
   Hdf5Handle(hid_t id, Close closer) : id_(check_id(id)), close_(closer) {}
   ~Hdf5Handle() { release(); }
   Hdf5Handle(Hdf5Handle&& other) noexcept : id_(std::exchange(other.id_, H5I_INVALID_HID)), close_(other.close_) {}
@@ -48,7 +48,7 @@ class Hdf5Handle {
     return *this;
   }
 
-  /// For what may fail without an exception. @return not valid if `id` says that making it failed
+  /// For creations that may fail without an exception. @return invalid if `id` reports a failed creation
   static Hdf5Handle from_unchecked(hid_t id, Close closer) {
     Hdf5Handle handle;
     handle.id_ = id;
@@ -71,32 +71,33 @@ class Hdf5Handle {
   Close close_ = nullptr;
 };
 
-/// A data space; no sizes make a scalar.
+/// A dataspace; scalar if `sizes` is empty.
 Hdf5Handle make_dataspace(const std::vector<hsize_t>& sizes);
 
-/// Text in UTF-8 of any length.
+/// Type of UTF-8 text of variable length.
 Hdf5Handle make_utf8_type();
 
 /// Creates an attribute and writes it.
 void write_attribute(hid_t owner, const char* name, hid_t type, hid_t space, const void* data);
 
-/// A text of any length, because h5py hands those out as text and those of fixed length as bytes.
+/// Writes variable-length text, which h5py returns as str; it returns fixed-length text as bytes.
 void write_text(hid_t owner, const char* name, const std::string& text);
 
-/// The attributes by which a dataset is a dimension scale, as the HDF5 Dimension Scale Specification 1.0 words them. They are
-/// written here and not by HDF5's own H5DS functions, because those leave chance bytes in the file: the padding in REFERENCE_LIST.
+/// Writes the attributes that make a dataset a dimension scale, as defined by the HDF5 Dimension Scale Specification
+/// 1.0. HDF5's own H5DS functions are not used because they write uninitialised bytes to the file: the padding in
+/// REFERENCE_LIST.
 void make_dimension_scale(hid_t dataset, const std::string& dimension_name);
 
-/// DIMENSION_LIST: which scale belongs to each dimension of a dataset.
+/// DIMENSION_LIST: the scale of each dimension of a dataset.
 void write_dimension_list(hid_t dataset, const std::vector<hobj_ref_t>& scales);
 
-/// One use of a scale: by which dataset, and as which of its dimensions.
+/// One use of a scale: the dataset and which of its dimensions.
 struct ScaleReference {
   hobj_ref_t dataset = 0;
   int dimension = 0;
 };
 
-/// REFERENCE_LIST: who uses a scale.
+/// REFERENCE_LIST: the uses of a scale.
 void write_reference_list(hid_t scale, const std::vector<ScaleReference>& uses);
 
 }  // namespace balance::hdf5

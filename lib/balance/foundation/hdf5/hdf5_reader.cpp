@@ -21,10 +21,10 @@ namespace balance {
 namespace {
 
 constexpr std::size_t max_error_bytes = 16384;
-constexpr std::size_t max_header_bytes = 1'000;  // bytes of an answer that is only sizes
+constexpr std::size_t max_header_bytes = 1'000;  // of an answer that contains only sizes
 constexpr std::size_t max_attribute_values = 1'000;
 
-/// Whether it begins as HDF5 files do.
+/// Whether the file starts with the signature of HDF5.
 bool has_hdf5_signature(const std::string& path) {
   char begin[8] = {};
   std::ifstream(path, std::ios::binary).read(begin, sizeof begin);
@@ -33,7 +33,7 @@ bool has_hdf5_signature(const std::string& path) {
 
 [[noreturn]] void throw_damaged() { throw Hdf5Error("expected a whole HDF5 file, found one that is damaged"); }
 
-/// A copy of this process may sleep for good, too.
+/// The child may also sleep forever, which no CPU limit ends.
 void set_socket_timeout(int socket, std::uintmax_t seconds) {
   const timeval longest{static_cast<time_t>(seconds), 0};
   ::setsockopt(socket, SOL_SOCKET, SO_RCVTIMEO, &longest, sizeof longest);
@@ -46,16 +46,17 @@ Hdf5Reader::Hdf5Reader(const std::string& file, const Hdf5ReadLimits& limits) : 
   if (verify_checksum(file) == ChecksumStatus::mismatch)
     throw Hdf5Error("is damaged: its bytes do not have the checksum that they were written with");
   std::error_code error;
-  const auto found = std::filesystem::file_size(file, error);
-  const std::uintmax_t bytes = error ? 0 : found;
-  values_ = values_left_ = limits.max_values + bytes;
+  const auto file_bytes = std::filesystem::file_size(file, error);
+  const std::uintmax_t bytes = error ? 0 : file_bytes;
+  value_limit_ = remaining_values_ = limits.max_values + bytes;
   const std::uintmax_t seconds = 3 + bytes / 10'000'000;
   try {
-    const Hdf5Lock turn;  // no other thread is inside the library while its state is copied
-    child_.emplace([&](int line) { run_read_server(file, line); },
+    const Hdf5Lock lock;  // no other thread is inside the library while the fork copies its state
+    child_.emplace([&](int socket) { run_read_server(file, socket); },
                    SandboxLimits{.cpu_seconds = seconds, .memory_bytes = std::uintmax_t{256} << 20});
-  } catch (const std::system_error& wrong) {
-    throw Hdf5Error(fmt::format("cannot be read: there is no process left to read it in ({})", wrong.code().message()));
+  } catch (const std::system_error& failure) {
+    throw Hdf5Error(
+        fmt::format("cannot be read: there is no process left to read it in ({})", failure.code().message()));
   }
   set_socket_timeout(child_->socket(), 60 + 10 * seconds);
   Message answer;
@@ -69,15 +70,15 @@ Hdf5Reader::Hdf5Reader(const std::string& file, const Hdf5ReadLimits& limits) : 
   throw Hdf5Error("expected an HDF5 file, found one that cannot be opened as such");
 }
 
-/// The answer without the number that says whether it is one.
-Message Hdf5Reader::request(const Message& question, std::size_t most) const {
+/// Returns the answer without its leading status number.
+Message Hdf5Reader::request(const Message& question, std::size_t max_bytes) const {
   try {
-    const MessageChannel wire(child_->socket());
-    wire.send(question);
-    Message answer = wire.receive(most + max_error_bytes);
+    const MessageChannel channel(child_->socket());
+    channel.send(question);
+    Message answer = channel.receive(max_bytes + max_error_bytes);
     if (answer.read_number() == 1) return answer;
-    const std::string complaint = answer.read_text();
-    throw Hdf5Error(escape_for_terminal(std::string_view(complaint).substr(0, max_error_bytes)));
+    const std::string reason = answer.read_text();
+    throw Hdf5Error(escape_for_terminal(std::string_view(reason).substr(0, max_error_bytes)));
   } catch (const ChannelError&) {
     throw_damaged();
   }
@@ -91,7 +92,7 @@ bool Hdf5Reader::has(const std::string& path) const {
   }
 }
 
-/// @throws Hdf5Error if there are more than allowed
+/// @throws Hdf5Error if there are more dimensions or values than allowed
 std::vector<std::size_t> Hdf5Reader::checked_sizes(Message& answer, const std::string& path, std::size_t max_dimensions,
                                                    std::size_t max_values) const {
   const std::uint64_t count = answer.read_number();
@@ -100,16 +101,16 @@ std::vector<std::size_t> Hdf5Reader::checked_sizes(Message& answer, const std::s
         max_dimensions == 1 ? "one dimension" : fmt::format("at most {} dimensions", max_dimensions);
     throw Hdf5Error(fmt::format("{}: expected {}, found {}", quote_for_message(path), expected, count));
   }
-  const std::size_t most = std::min(max_values, values_left_);
+  const std::size_t allowed_values = std::min(max_values, remaining_values_);
   std::vector<std::size_t> sizes;
   std::size_t total = 1;
   for (std::uint64_t i = 0; i < count; ++i) {
     const std::uint64_t size = answer.read_number();
-    if (size > most || total * size > most)
+    if (size > allowed_values || total * size > allowed_values)
       throw Hdf5Error(
-          most < max_values
+          allowed_values < max_values
               ? fmt::format("{}: holds more numbers than a file of this size is read for, which are {} in all",
-                            quote_for_message(path), values_)
+                            quote_for_message(path), value_limit_)
               : fmt::format("{}: expected at most {} values, found more", quote_for_message(path), max_values));
     total *= size;
     sizes.push_back(size);
@@ -119,28 +120,28 @@ std::vector<std::size_t> Hdf5Reader::checked_sizes(Message& answer, const std::s
 
 Hdf5Reader::Dataset Hdf5Reader::numbers(const std::string& path, std::size_t max_dimensions,
                                         std::size_t max_values) const {
-  const MessageChannel wire(child_->socket());
-  const auto go_on = [&wire](bool yes) {
+  const MessageChannel channel(child_->socket());
+  const auto send_confirmation = [&channel](bool accepted) {
     Message message;
-    message.write(std::uint64_t{yes});
-    wire.send(message);
+    message.write(std::uint64_t{accepted});
+    channel.send(message);
   };
   try {
     Message answer = request(make_read_request(Hdf5Request::numbers, path), max_header_bytes);
-    Dataset found;
+    Dataset dataset;
     try {
-      found.sizes = checked_sizes(answer, path, max_dimensions, max_values);
+      dataset.sizes = checked_sizes(answer, path, max_dimensions, max_values);
     } catch (const Hdf5Error&) {
-      go_on(false);
+      send_confirmation(false);
       throw;
     }
     std::size_t total = 1;
-    for (const std::size_t size : found.sizes) total *= size;
-    values_left_ -= total;
-    found.values.resize(total);
-    go_on(true);
-    wire.receive(found.values);
-    return found;
+    for (const std::size_t size : dataset.sizes) total *= size;
+    remaining_values_ -= total;
+    dataset.values.resize(total);
+    send_confirmation(true);
+    channel.receive(dataset.values);
+    return dataset;
   } catch (const ChannelError&) {
     throw_damaged();
   }

@@ -18,16 +18,16 @@
 
 namespace balance::hdf5 {
 
-// How HDF5 reaches the disk here: through a descriptor that is open already, and without ever hearing of a failure.
-// HDF5 cannot let go of a file that it failed to write: it keeps its memory and crashes when the program ends. This
-// driver notes the first failure and pretends from then on that all is well; the writer checks the note.
+// A file driver that writes to an open descriptor and never reports a failure to HDF5. HDF5 cannot release a file that
+// it failed to write: it keeps the memory and crashes when the program ends. This driver records the first failure and
+// pretends success from then on; the writer checks the record.
 
-/// Must outlive the files that use it: HDF5 still looks at it after it closed the last one.
+/// Must outlive the files that use it: HDF5 still accesses it after closing the last one.
 Hdf5Handle register_file_driver();
 
-/// @param descriptor open for reading and writing an empty file; not closed here
-/// @param error becomes the system's error number when something fails; must outlive the file
-/// @return a file access list; the name given to H5Fcreate with it is only a name
+/// @param descriptor of an empty file, open for reading and writing; not closed here
+/// @param error receives the system's error number if something fails; must outlive the file
+/// @return a file access list; the file name passed to H5Fcreate with it is only a label
 Hdf5Handle make_file_access_list(const Hdf5Handle& driver, int descriptor, int& error);
 
 namespace {
@@ -37,7 +37,7 @@ struct DriverSettings {
   int* error = nullptr;
 };
 
-/// HDF5 sees the first member and fills it; the rest is ours.
+/// HDF5 sees and fills the first member; the others are private to this driver.
 struct DriverFile {
   H5FD_t base{};
   DriverSettings settings;
@@ -50,7 +50,7 @@ struct DriverFile {
 DriverFile& file_of(H5FD_t* base) { return *reinterpret_cast<DriverFile*>(base); }
 const DriverFile& file_of(const H5FD_t* base) { return *reinterpret_cast<const DriverFile*>(base); }
 
-/// HDF5 opens twice, first to see whether the file is open already; an empty file needs no truncation.
+/// HDF5 opens twice, first to check whether the file is open already; an empty file needs no truncation.
 H5FD_t* open_file(const char*, unsigned, hid_t access, haddr_t) {
   const void* settings = H5Pget_driver_info(access);
   if (settings == nullptr) return nullptr;
@@ -64,7 +64,7 @@ herr_t close_file(H5FD_t* base) {
   return 0;
 }
 
-/// What HDF5's own POSIX driver can do too.
+/// The same features as HDF5's own POSIX driver.
 herr_t query(const H5FD_t*, unsigned long* flags) {
   if (flags != nullptr) {
     *flags = H5FD_FEAT_AGGREGATE_METADATA | H5FD_FEAT_ACCUMULATE_METADATA | H5FD_FEAT_DATA_SIEVE |
@@ -82,37 +82,37 @@ herr_t set_end_of_allocation(H5FD_t* base, H5FD_mem_t, haddr_t address) {
 
 haddr_t get_end_of_file(const H5FD_t* base, H5FD_mem_t) { return file_of(base).end_of_file; }
 
-/// What was never written reads as zero, as behind the end of a file.
+/// Unwritten bytes read as zero, as they do past the end of a file.
 herr_t read_bytes(H5FD_t* base, H5FD_mem_t, hid_t, haddr_t address, std::size_t size, void* data) {
   DriverFile& file = file_of(base);
-  auto* at = static_cast<char*>(data);
+  auto* destination = static_cast<char*>(data);
   while (size > 0 && !file.failed()) {
-    const ssize_t done = ::pread(file.settings.descriptor, at, size, static_cast<off_t>(address));
-    if (done < 0 && errno == EINTR) continue;
-    if (done < 0) *file.settings.error = errno;
-    if (done <= 0) break;
-    at += done;
-    address += static_cast<haddr_t>(done);
-    size -= static_cast<std::size_t>(done);
+    const ssize_t count = ::pread(file.settings.descriptor, destination, size, static_cast<off_t>(address));
+    if (count < 0 && errno == EINTR) continue;
+    if (count < 0) *file.settings.error = errno;
+    if (count <= 0) break;
+    destination += count;
+    address += static_cast<haddr_t>(count);
+    size -= static_cast<std::size_t>(count);
   }
-  std::memset(at, 0, size);
+  std::memset(destination, 0, size);
   return 0;
 }
 
 herr_t write_bytes(H5FD_t* base, H5FD_mem_t, hid_t, haddr_t address, std::size_t size, const void* data) {
   DriverFile& file = file_of(base);
-  const auto* at = static_cast<const char*>(data);
+  const auto* source = static_cast<const char*>(data);
   file.end_of_file = std::max(file.end_of_file, address + size);
   while (size > 0 && !file.failed()) {
-    const ssize_t done = ::pwrite(file.settings.descriptor, at, size, static_cast<off_t>(address));
-    if (done < 0 && errno == EINTR) continue;
-    if (done < 0) {
+    const ssize_t count = ::pwrite(file.settings.descriptor, source, size, static_cast<off_t>(address));
+    if (count < 0 && errno == EINTR) continue;
+    if (count < 0) {
       *file.settings.error = errno;
       break;
     }
-    at += done;
-    address += static_cast<haddr_t>(done);
-    size -= static_cast<std::size_t>(done);
+    source += count;
+    address += static_cast<haddr_t>(count);
+    size -= static_cast<std::size_t>(count);
   }
   return 0;
 }
@@ -176,7 +176,7 @@ constexpr hsize_t chunk_values =
     65536;  // half a megabyte: large enough to compress well, small enough for HDF5's cache
 constexpr unsigned gzip_level = 4;
 
-/// Creation order without times of day, for the root (a file's list) and for groups.
+/// Creation order without times, for the root (in the file creation list) and for groups.
 Hdf5Handle group_properties(hid_t property_class) {
   Hdf5Handle properties(H5Pcreate(property_class), H5Pclose);
   check_status(H5Pset_link_creation_order(properties.get(), creation_order_flags));
@@ -185,7 +185,7 @@ Hdf5Handle group_properties(hid_t property_class) {
   return properties;
 }
 
-/// Samples are compressed in chunks of whole rows.
+/// Compresses samples in chunks of whole rows.
 void set_chunks(hid_t properties, std::vector<hsize_t> sizes) {
   hsize_t row = 1;
   for (std::size_t i = 1; i < sizes.size(); ++i) row *= sizes[i];
@@ -195,18 +195,18 @@ void set_chunks(hid_t properties, std::vector<hsize_t> sizes) {
   check_status(H5Pset_deflate(properties, gzip_level));
 }
 
-/// Texts are converted in pieces, for each of which HDF5 clears a buffer: of a megabyte if it is not told otherwise, for three labels.
-Hdf5Handle transfer_properties(bool text, std::size_t count) {
+/// HDF5 converts texts in pieces and clears a buffer for each: by default a megabyte, even for three labels.
+Hdf5Handle transfer_properties(bool is_text, std::size_t count) {
   Hdf5Handle properties(H5Pcreate(H5P_DATASET_XFER), H5Pclose);
   constexpr std::size_t bytes_per_text = 32, min_buffer_bytes = 4096, max_buffer_bytes = std::size_t{1} << 20;
-  if (text) {
+  if (is_text) {
     const std::size_t size = std::clamp(bytes_per_text * count, min_buffer_bytes, max_buffer_bytes);
     check_status(H5Pset_buffer(properties.get(), size, nullptr, nullptr));
   }
   return properties;
 }
 
-/// How the bytes of a dataset lie: text of any length cannot do without fill values, numbers are all written anyway.
+/// Storage layout of a dataset. Variable-length text needs fill values; numbers do not, because all are written.
 enum class Layout { text, contiguous, compressed };
 
 Hdf5Handle dataset_properties(const std::vector<hsize_t>& sizes, Layout layout) {
@@ -228,12 +228,12 @@ struct Hdf5Writer::Implementation {
     std::vector<hdf5::ScaleReference> uses;
   };
 
-  Hdf5Lock turn;
-  hdf5::ErrorSilencer silence;  // first in, last out: closing may fail too
+  Hdf5Lock lock;
+  hdf5::ErrorSilencer silence;  // declared first, destroyed last: closing may fail too
   std::string shown_name;
   Storage storage = Storage::contiguous;
   int descriptor = -1;
-  int system_error = 0;  // noted by the driver
+  int system_error = 0;  // recorded by the driver
   Hdf5Handle driver;
   Hdf5Handle file;
   std::vector<Hdf5Handle> groups;
@@ -243,7 +243,7 @@ struct Hdf5Writer::Implementation {
     throw SystemError(fmt::format("cannot write {}: {}", shown_name, reason));
   }
 
-  /// Runs something and says which file a failure belongs to and why.
+  /// Runs `work`; a failure throws with the file's name and the reason.
   void with_error_context(const std::function<void()>& work) {
     std::string reason;
     try {
@@ -264,16 +264,16 @@ struct Hdf5Writer::Implementation {
   /// Creates a dataset with the attributes that every dataset has.
   Hdf5Handle create(Group group, const Variable& variable, const std::vector<hsize_t>& sizes, hid_t type,
                     hid_t memory_type, const void* data) {
-    const bool text = H5Tget_class(type) == H5T_STRING;
+    const bool is_text = H5Tget_class(type) == H5T_STRING;
     const bool compress = storage == Storage::compressed && !sizes.empty();
-    const Hdf5Handle properties = dataset_properties(sizes, text       ? Layout::text
+    const Hdf5Handle properties = dataset_properties(sizes, is_text    ? Layout::text
                                                             : compress ? Layout::compressed
                                                                        : Layout::contiguous);
     Hdf5Handle dataset(H5Dcreate2(groups.at(group.index).get(), variable.name.c_str(), type,
                                   hdf5::make_dataspace(sizes).get(), H5P_DEFAULT, properties.get(), H5P_DEFAULT),
                        H5Dclose);
     const hsize_t count = std::accumulate(sizes.begin(), sizes.end(), hsize_t{1}, std::multiplies<>());
-    const Hdf5Handle transfer = transfer_properties(text, count);
+    const Hdf5Handle transfer = transfer_properties(is_text, count);
     check_status(H5Dwrite(dataset.get(), memory_type, H5S_ALL, H5S_ALL, transfer.get(), data));
     hdf5::write_text(dataset.get(), "long_name", variable.long_name);
     hdf5::write_text(dataset.get(), "units", variable.units);
@@ -297,13 +297,13 @@ struct Hdf5Writer::Implementation {
 
   void attach(const Hdf5Handle& dataset, const std::vector<Dimension>& dimensions) {
     if (dimensions.empty()) return;
-    hobj_ref_t own = 0;
-    check_status(H5Rcreate(&own, dataset.get(), ".", H5R_OBJECT, -1));
+    hobj_ref_t dataset_reference = 0;
+    check_status(H5Rcreate(&dataset_reference, dataset.get(), ".", H5R_OBJECT, -1));
     std::vector<hobj_ref_t> references;
     for (std::size_t i = 0; i < dimensions.size(); ++i) {
       Scale& scale = scales.at(dimensions[i].index);
       references.push_back(scale.reference);
-      scale.uses.push_back({own, static_cast<int>(i)});
+      scale.uses.push_back({dataset_reference, static_cast<int>(i)});
     }
     hdf5::write_dimension_list(dataset.get(), references);
   }
@@ -353,7 +353,7 @@ Hdf5Writer::Hdf5Writer(int descriptor, const std::string& shown_name, Storage st
   self.with_error_context([&] {
     self.driver = hdf5::register_file_driver();
     const Hdf5Handle access = hdf5::make_file_access_list(self.driver, descriptor, self.system_error);
-    // The oldest format that can hold everything, never one that HDF5 1.8 and its users cannot read.
+    // The oldest format that can hold everything, and none that HDF5 1.8 and its users cannot read.
     check_status(H5Pset_libver_bounds(access.get(), H5F_LIBVER_EARLIEST, H5F_LIBVER_V18));
     const Hdf5Handle creation = group_properties(H5P_FILE_CREATE);
     self.file = Hdf5Handle(H5Fcreate(shown_name.c_str(), H5F_ACC_TRUNC, creation.get(), access.get()), H5Fclose);

@@ -1,8 +1,8 @@
 #pragma once
-/// The only place that knows HDF5: a file of datasets with named dimensions, written so that it is valid netCDF-4 too.
+/// Writes HDF5 files of datasets with named dimensions that are valid netCDF-4 too.
 ///
-/// Every dataset's every dimension has a dimension scale: a dataset of the dimension's name with its numbers or labels.
-/// Creation order is tracked, times of day are not, so the same calls give the same bytes.
+/// Every dimension of every dataset has a dimension scale: a dataset with the dimension's name that holds its numbers
+/// or labels. Creation order is tracked, but not times, so that the same calls give the same bytes.
 
 #include <memory>
 #include <span>
@@ -26,39 +26,39 @@ class Hdf5Writer {
     std::string name;
     std::vector<double> values;
   };
-  /// What a dataset is called and measured in. The last dimension varies fastest; none: a scalar.
+  /// Name, unit and dimensions of a dataset. The last dimension varies fastest; a scalar has none.
   struct Variable {
     std::string name, long_name, units;
     std::vector<Dimension> dimensions;
     std::vector<NumericAttribute> attributes;
   };
   /// @param descriptor of an empty file, open for reading and writing; stays open
-  /// @param shown_name what messages call it
-  /// @throws SystemError, as all other functions here, with HDF5's or the system's reason
+  /// @param shown_name name of the file in messages
+  /// @throws SystemError, like all other functions here, with HDF5's or the system's reason
   Hdf5Writer(int descriptor, const std::string& shown_name, Storage storage);
 
-  /// Closes without complaint. Call close() to know whether the file is complete.
+  /// Closes without reporting errors. Call close() to know whether the file is complete.
   ~Hdf5Writer();
 
-  /// A group in the root, or in another group.
+  /// Adds a group to the root or to another group.
   Group add_group(const std::string& name) { return add_group({}, name); }
   Group add_group(Group parent, const std::string& name);
   void set_attribute(Group group, const std::string& name, const std::string& text);
-  /// @param texts at least one, because netCDF has no empty attribute of texts
+  /// @param texts at least one, because netCDF has no empty text attributes
   void set_attribute(Group group, const std::string& name, const std::vector<std::string>& texts);
 
-  /// Adds a dimension together with the dataset that holds its values or labels. `variable.dimensions` must be empty;
-  /// there must be at least one value, because netCDF has no empty dimensions.
+  /// Adds a dimension together with the dataset that holds its values or labels. `variable.dimensions` must be empty,
+  /// and there must be at least one value because netCDF has no empty dimensions.
   Dimension add_dimension(Group group, const Variable& variable, std::span<const double> values);
   Dimension add_dimension(Group group, const Variable& variable, const std::vector<std::string>& labels);
 
-  /// Adds a dataset. The values are written from where they are.
-  /// @throws std::invalid_argument if there are not as many values as the dimensions ask for
+  /// Adds a dataset, without copying the values.
+  /// @throws std::invalid_argument if the number of values does not match the dimensions
   void add_variable(Group group, const Variable& variable, std::span<const double> values);
   void add_variable(Group group, const Variable& variable, std::span<const int> values);
   void add_variable(Group group, const Variable& variable, const std::vector<std::string>& values);
 
-  /// Writes what is left and closes. Nothing may be added afterwards.
+  /// Writes pending data and closes the file. Nothing may be added afterwards.
   void close();
 
  private:

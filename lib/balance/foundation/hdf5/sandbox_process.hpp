@@ -10,42 +10,42 @@
 
 namespace balance {
 
-// Doing something dangerous in a copy of this process.
+// Runs dangerous work in a copy of this process.
 
-/// What the copy may use.
+/// Resources that the copy may use.
 struct SandboxLimits {
-  std::uintmax_t cpu_seconds = 1;   ///< of the processor
-  std::uintmax_t memory_bytes = 0;  ///< of memory, besides what this process has now
+  std::uintmax_t cpu_seconds = 1;   ///< of CPU time
+  std::uintmax_t memory_bytes = 0;  ///< in addition to what this process uses now
 };
 
-/// A child process with a line to it. It prints nothing, writes no file, has none of the descriptors of this process, and may crash, hang
-/// or use too much memory: the line then ends. It is gone, at the latest, when this is.
+/// A child process connected by a socket. It prints nothing, writes no file and inherits no other descriptors. It may
+/// crash, hang or use too much memory, which ends the connection. The destructor kills it.
 class SandboxProcess {
  public:
-  /// @param work runs in the child, with the child's end of the line; it must need no lock that another thread may hold
-  /// @throws std::system_error if the system has no process or line left
+  /// @param work runs in the child with its end of the connection; must not need a lock that another thread may hold
+  /// @throws std::system_error if the system cannot provide a process or socket
   SandboxProcess(const std::function<void(int)>& work, const SandboxLimits& limits);
   ~SandboxProcess();
   SandboxProcess(const SandboxProcess&) = delete;
   SandboxProcess& operator=(const SandboxProcess&) = delete;
 
   /// This process's end: a connected socket.
-  int socket() const { return line_; }
+  int socket() const { return socket_; }
 
  private:
-  int line_ = -1;
+  int socket_ = -1;
   int child_ = -1;
 };
 
-/// From here on this process opens no file any more; those that are open stay.
+/// From here on this process cannot open files; those already open stay open.
 void forbid_opening_files();
 
-/// The other end is gone, or says what makes no sense.
+/// The other end is gone or sends invalid data.
 struct ChannelError : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-/// Numbers and texts one behind the other; taken out in the order in which they were put in.
+/// A sequence of numbers and texts, read in the order in which they were written.
 class Message {
  public:
   Message() = default;
@@ -53,26 +53,26 @@ class Message {
 
   void write(std::uint64_t number);
   void write(const std::string& text);
-  /// @throws ChannelError if there is no more
+  /// @throws ChannelError at the end of the message
   std::uint64_t read_number();
   std::string read_text();
 
-  bool is_at_end() const { return at_ == bytes_.size(); }
+  bool is_at_end() const { return position_ == bytes_.size(); }
   const std::string& bytes() const { return bytes_; }
 
  private:
   std::string bytes_;
-  std::size_t at_ = 0;
+  std::size_t position_ = 0;
 };
 
-/// One end of a connected socket, which somebody else closes.
+/// One end of a connected socket; does not own it.
 class MessageChannel {
  public:
   explicit MessageChannel(int socket) : socket_(socket) {}
 
   void send(const Message& message) const;
-  /// @param most bytes. @throws ChannelError if the message is longer or does not come
-  Message receive(std::size_t most) const;
+  /// @param max_bytes maximum number of bytes. @throws ChannelError if the message is longer or does not arrive
+  Message receive(std::size_t max_bytes) const;
 
   void send(std::span<const double> values) const;
   void receive(std::span<double> values) const;

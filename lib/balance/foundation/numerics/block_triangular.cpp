@@ -7,17 +7,20 @@ namespace balance {
 
 namespace {
 
-/// A row whose columns are being gone through. Kept on a stack of our own: a path may be as long as the matrix is large.
+/// A row whose columns are being visited. An explicit stack holds them because a path may be as long as the matrix.
 struct SearchFrame {
   int row;
-  std::size_t next;  ///< of its columns
+  std::size_t next;  ///< index of the next column to visit
 };
 
-/// Augmenting paths: a column for every row.
+/// Finds a column for every row by augmenting paths.
 class MaximumMatching {
  public:
   explicit MaximumMatching(const SparsityPattern& pattern)
-      : pattern_(pattern), column_of(pattern.size(), -1), row_of(pattern.size(), -1), seen_(pattern.size(), -1) {}
+      : pattern_(pattern),
+        column_of(pattern.size(), -1),
+        row_of(pattern.size(), -1),
+        last_search_(pattern.size(), -1) {}
 
   bool run() {
     for (std::size_t row = 0; row < pattern_.size(); ++row)
@@ -36,16 +39,16 @@ class MaximumMatching {
         continue;
       }
       const int column = columns[last.next++];
-      if (seen_[column] == from) continue;
-      seen_[column] = from;
+      if (last_search_[column] == from) continue;
+      last_search_[column] = from;
       if (row_of[column] >= 0) {
         path_.push_back({row_of[column], 0});
         continue;
       }
       for (const SearchFrame& visit : path_) {
-        const int taken = pattern_[visit.row][visit.next - 1];
-        row_of[taken] = visit.row;
-        column_of[visit.row] = taken;
+        const int matched = pattern_[visit.row][visit.next - 1];
+        row_of[matched] = visit.row;
+        column_of[visit.row] = matched;
       }
       return true;
     }
@@ -58,20 +61,20 @@ class MaximumMatching {
   std::vector<int> column_of, row_of;
 
  private:
-  std::vector<int> seen_;  ///< per column: the row that last looked for one
+  std::vector<int> last_search_;  ///< per column: the row whose search visited it last
   std::vector<SearchFrame> path_;
 };
 
-/// Tarjan's strongly connected components of the graph row → row matched to a column that the row needs; they come out in the
-/// order in which they must be solved.
+/// Tarjan's strongly connected components of the graph with edges from each row to the rows matched to its columns.
+/// They come out in the order in which they must be solved.
 class StronglyConnectedComponents {
  public:
   StronglyConnectedComponents(const SparsityPattern& pattern, const MaximumMatching& matching)
       : pattern_(pattern),
         matching_(matching),
         index_(pattern.size(), -1),
-        low_(pattern.size()),
-        open_(pattern.size()) {}
+        low_link_(pattern.size()),
+        on_stack_(pattern.size()) {}
 
   std::vector<std::vector<int>> run() {
     for (std::size_t row = 0; row < pattern_.size(); ++row)
@@ -81,9 +84,9 @@ class StronglyConnectedComponents {
 
  private:
   void enter(int row) {
-    index_[row] = low_[row] = counter_++;
+    index_[row] = low_link_[row] = counter_++;
     stack_.push_back(row);
-    open_[row] = true;
+    on_stack_[row] = true;
     search_stack_.push_back({row, 0});
   }
 
@@ -95,23 +98,24 @@ class StronglyConnectedComponents {
         const int next = matching_.row_of[pattern_[row][search_stack_.back().next++]];
         if (index_[next] < 0)
           enter(next);
-        else if (open_[next])
-          low_[row] = std::min(low_[row], index_[next]);
+        else if (on_stack_[next])
+          low_link_[row] = std::min(low_link_[row], index_[next]);
         continue;
       }
       search_stack_.pop_back();
-      if (!search_stack_.empty()) low_[search_stack_.back().row] = std::min(low_[search_stack_.back().row], low_[row]);
-      if (low_[row] == index_[row]) close(row);
+      if (!search_stack_.empty())
+        low_link_[search_stack_.back().row] = std::min(low_link_[search_stack_.back().row], low_link_[row]);
+      if (low_link_[row] == index_[row]) pop_component(row);
     }
   }
 
-  void close(int row) {
+  void pop_component(int row) {
     std::vector<int> component;
     int member;
     do {
       member = stack_.back();
       stack_.pop_back();
-      open_[member] = false;
+      on_stack_[member] = false;
       component.push_back(member);
     } while (member != row);
     std::sort(component.begin(), component.end());
@@ -120,8 +124,8 @@ class StronglyConnectedComponents {
 
   const SparsityPattern& pattern_;
   const MaximumMatching& matching_;
-  std::vector<int> index_, low_;
-  std::vector<bool> open_;
+  std::vector<int> index_, low_link_;
+  std::vector<bool> on_stack_;
   std::vector<int> stack_;
   std::vector<SearchFrame> search_stack_;
   std::vector<std::vector<int>> components_;
@@ -131,23 +135,23 @@ class StronglyConnectedComponents {
 }  // namespace
 
 std::size_t hash_pattern(const SparsityPattern& pattern) {
-  std::size_t number = 0xcbf29ce484222325;
-  const auto mix = [&number](int value) { number = (number ^ static_cast<unsigned>(value)) * 0x100000001b3; };
+  std::size_t hash = 0xcbf29ce484222325;
+  const auto mix = [&hash](int value) { hash = (hash ^ static_cast<unsigned>(value)) * 0x100000001b3; };
   for (const std::vector<int>& row : pattern) {
     mix(-1);
     for (const int column : row) mix(column);
   }
-  return number | 1;
+  return hash | 1;
 }
 
 BlockTriangularForm find_block_triangular_form(const SparsityPattern& pattern) {
-  BlockTriangularForm order;
+  BlockTriangularForm form;
   MaximumMatching matching(pattern);
-  order.is_structurally_regular = matching.run();
-  if (!order.is_structurally_regular) return order;
-  order.blocks = StronglyConnectedComponents(pattern, matching).run();
-  order.matched_column = matching.column_of;
-  return order;
+  form.is_structurally_regular = matching.run();
+  if (!form.is_structurally_regular) return form;
+  form.blocks = StronglyConnectedComponents(pattern, matching).run();
+  form.matched_column = matching.column_of;
+  return form;
 }
 
 using namespace small_blocks;
@@ -157,34 +161,34 @@ bool BlockTriangular::analyse(const SparsityPattern& pattern) {
   row_position_.assign(n, 0);
   column_position_.assign(n, 0);
   blocks_.clear();
-  const BlockTriangularForm order = find_block_triangular_form(pattern);
-  if (!order.is_structurally_regular) return false;
+  const BlockTriangularForm form = find_block_triangular_form(pattern);
+  if (!form.is_structurally_regular) return false;
   int position = 0;
-  inside_ = 0;
+  diagonal_value_count_ = 0;
   block_at_.clear();
-  std::vector<int> rows;  // original, in the new order
-  for (const std::vector<int>& component : order.blocks) {
+  std::vector<int> rows;  // original rows in the new order
+  for (const std::vector<int>& component : form.blocks) {
     const int size = static_cast<int>(component.size());
     block_at_.insert(block_at_.end(), size, static_cast<int>(blocks_.size()));
-    blocks_.push_back({position, size, inside_, 0});
-    inside_ += size * size;
+    blocks_.push_back({position, size, diagonal_value_count_, 0});
+    diagonal_value_count_ += size * size;
     for (const int row : component) {
       rows.push_back(row);
       row_position_[row] = position;
-      column_position_[order.matched_column[row]] = position++;
+      column_position_[form.matched_column[row]] = position++;
     }
   }
-  start_.assign(1, 0);
-  columns_.clear();
+  row_begin_.assign(1, 0);
+  column_index_.clear();
   for (int i = 0; i < n; ++i) {
     for (const int column : pattern[rows[i]])
-      if (column_position_[column] < blocks_[block_at_[i]].begin) columns_.push_back(column_position_[column]);
-    std::sort(columns_.begin() + start_.back(), columns_.end());
-    start_.push_back(static_cast<int>(columns_.size()));
+      if (column_position_[column] < blocks_[block_at_[i]].begin) column_index_.push_back(column_position_[column]);
+    std::sort(column_index_.begin() + row_begin_.back(), column_index_.end());
+    row_begin_.push_back(static_cast<int>(column_index_.size()));
   }
-  values_.assign(inside_ + columns_.size(), 0);
-  factors_.assign(inside_, 0);
-  stored_.assign(inside_, 0);
+  values_.assign(diagonal_value_count_ + column_index_.size(), 0);
+  factors_.assign(diagonal_value_count_, 0);
+  stored_.assign(diagonal_value_count_, 0);
   pivots_.resize(n);
   for (const Block& block : blocks_)
     for (int i = 0; i < block.size; ++i) pivots_[block.begin + i] = i;
@@ -199,33 +203,33 @@ int BlockTriangular::index(int row, int column) const {
   const Block& block = blocks_[block_at_[i]];
   if (j >= block.begin)
     return j < block.begin + block.size ? block.offset + (i - block.begin) * block.size + j - block.begin : -1;
-  const auto begin = columns_.begin() + start_[i], end = columns_.begin() + start_[i + 1];
-  const auto found = std::lower_bound(begin, end, j);
-  return found != end && *found == j ? inside_ + static_cast<int>(found - columns_.begin()) : -1;
+  const auto begin = column_index_.begin() + row_begin_[i], end = column_index_.begin() + row_begin_[i + 1];
+  const auto entry = std::lower_bound(begin, end, j);
+  return entry != end && *entry == j ? diagonal_value_count_ + static_cast<int>(entry - column_index_.begin()) : -1;
 }
 
 void BlockTriangular::write_normal_matrix(double* normal) const {
   const auto n = static_cast<std::size_t>(size());
   std::fill_n(normal, n * n, 0);
-  const double* left = values_.data() + inside_;
+  const double* off_diagonal = values_.data() + diagonal_value_count_;
   for (const Block& block : blocks_) {
-    const double* inside = values_.data() + block.offset;
-    for (int i = block.begin; i < block.begin + block.size; ++i, inside += block.size) {
-      for (int k = start_[i]; k < start_[i + 1]; ++k) {
-        double* row = normal + static_cast<std::size_t>(columns_[k]) * n;
-        for (int l = k; l < start_[i + 1]; ++l) row[columns_[l]] += left[k] * left[l];
-        for (int j = 0; j < block.size; ++j) row[block.begin + j] += left[k] * inside[j];
+    const double* block_row = values_.data() + block.offset;
+    for (int i = block.begin; i < block.begin + block.size; ++i, block_row += block.size) {
+      for (int k = row_begin_[i]; k < row_begin_[i + 1]; ++k) {
+        double* row = normal + static_cast<std::size_t>(column_index_[k]) * n;
+        for (int l = k; l < row_begin_[i + 1]; ++l) row[column_index_[l]] += off_diagonal[k] * off_diagonal[l];
+        for (int j = 0; j < block.size; ++j) row[block.begin + j] += off_diagonal[k] * block_row[j];
       }
       for (int j = 0; j < block.size; ++j) {
         double* row = normal + static_cast<std::size_t>(block.begin + j) * n + block.begin;
-        for (int l = j; l < block.size; ++l) row[l] += inside[j] * inside[l];
+        for (int l = j; l < block.size; ++l) row[l] += block_row[j] * block_row[l];
       }
     }
   }
 }
 
 double BlockTriangular::factorise() {
-  std::copy_n(values_.begin(), inside_, factors_.begin());
+  std::copy_n(values_.begin(), diagonal_value_count_, factors_.begin());
   double quality = 1;
   for (Block& block : blocks_) {
     double* factors = factors_.data() + block.offset;
@@ -241,29 +245,29 @@ double BlockTriangular::factorise() {
   return quality;
 }
 
-void BlockTriangular::store() { std::copy_n(values_.begin(), inside_, stored_.begin()); }
+void BlockTriangular::store() { std::copy_n(values_.begin(), diagonal_value_count_, stored_.begin()); }
 
 bool BlockTriangular::is_near_stored(double limit) {
   for (const Block& block : blocks_) {
-    const double *now = values_.data() + block.offset, *kept = stored_.data() + block.offset;
-    double widest = 0;
+    const double *current = values_.data() + block.offset, *stored = stored_.data() + block.offset;
+    double max_row_sum = 0;
     for (int i = 0; i < block.size; ++i) {
       double sum = 0;
-      for (int j = 0; j < block.size; ++j) sum += std::abs(*now++ - *kept++);
-      widest = std::max(widest, sum);
+      for (int j = 0; j < block.size; ++j) sum += std::abs(*current++ - *stored++);
+      max_row_sum = std::max(max_row_sum, sum);
     }
-    // The inverse is hardly ever larger than size / quality: most steps need no more than this.
-    const bool plain = 4 * block.size * widest <= limit * block.min_pivot;
-    if (!plain && !is_block_near_stored(block, limit)) return false;
+    // ‖A⁻¹‖ hardly ever exceeds size / pivot, so most steps pass this cheap test.
+    const bool passes_cheap_test = 4 * block.size * max_row_sum <= limit * block.min_pivot;
+    if (!passes_cheap_test && !is_block_near_stored(block, limit)) return false;
   }
   return true;
 }
 
 bool BlockTriangular::is_block_near_stored(const Block& block, double limit) {
-  const double *now = values_.data() + block.offset, *kept = stored_.data() + block.offset;
+  const double *current = values_.data() + block.offset, *stored = stored_.data() + block.offset;
   std::fill_n(sums_.begin(), block.size, 0);
   for (int j = 0; j < block.size; ++j) {
-    for (int i = 0; i < block.size; ++i) work_[i] = now[i * block.size + j] - kept[i * block.size + j];
+    for (int i = 0; i < block.size; ++i) work_[i] = current[i * block.size + j] - stored[i * block.size + j];
     solve_block(block, work_.data());
     for (int i = 0; i < block.size; ++i) sums_[i] += std::abs(work_[i]);
   }

@@ -1,7 +1,7 @@
 #pragma once
-/// Square linear systems whose sparsity never changes, solved thousands of times: rows and columns are put once into block
-/// lower triangular form, after which only the diagonal blocks are factorised and nothing else that is zero is stored. The legs of a
-/// parallel robot separate, a chain of loops costs what its loops cost, in time and memory.
+/// Square linear systems with a fixed sparsity pattern, solved thousands of times. Rows and columns are permuted once
+/// to block lower triangular form. Only the diagonal blocks are factorised, and no zeros are stored outside them. The
+/// legs of a parallel robot decouple, and a chain of loops costs the sum of its loops in time and memory.
 
 #include <algorithm>
 #include <cmath>
@@ -12,20 +12,20 @@
 
 namespace balance {
 
-// Block lower triangular form of a square sparse matrix: maximum matching, then strongly connected components (Duff & Reid, ACM
-// TOMS 4, 1978).
+// Block lower triangular form of a square sparse matrix: maximum matching, then strongly connected components (Duff &
+// Reid, ACM TOMS 4, 1978).
 
-/// Matrices with more columns than this are treated as sparse ones.
+/// Matrices with more columns than this are treated as sparse.
 inline constexpr int max_dense_columns = 48;
 
-/// Where a sparse matrix may be non-zero: per row its columns, increasing.
+/// Where a sparse matrix may be non-zero: the columns of each row, increasing.
 using SparsityPattern = std::vector<std::vector<int>>;
 
-/// Odd, and not the same where patterns differ (Fowler, Noll and Vo's hash).
+/// Hash of a pattern (Fowler, Noll and Vo); always odd.
 std::size_t hash_pattern(const SparsityPattern& pattern);
 
 struct BlockTriangularForm {
-  bool is_structurally_regular = false;  ///< some choice of values makes the matrix regular; else there is no order
+  bool is_structurally_regular = false;  ///< some values make the matrix regular; else the lists below are empty
   std::vector<std::vector<int>>
       blocks;                       ///< rows of each diagonal block, increasing, in the order in which they are solved
   std::vector<int> matched_column;  ///< per row: the column matched to it, in the same block
@@ -38,25 +38,27 @@ BlockTriangularForm find_block_triangular_form(const SparsityPattern& pattern);
 
 namespace balance::small_blocks {
 
-// Factorisation and solution of the small dense blocks that sparse systems of mechanisms fall apart into. Row-major storage.
+// Factorisation and solution of the small dense blocks that the sparse systems of mechanisms decompose into. Row-major
+// storage.
 
-/// In place, with row exchanges; the diagonal holds the pivots' reciprocals. N is the size where it is known when compiling:
-/// the blocks of most mechanisms are so small that loops would cost more than the arithmetic.
-/// Returns the smallest pivot.
+/// LU factorisation in place with row exchanges; the diagonal holds the reciprocals of the pivots. N is the size if it
+/// is known at compile time, else 0: the blocks of most mechanisms are so small that loops would cost more than the
+/// arithmetic.
+/// @return the smallest |pivot|, 0 if singular
 template <int N>
 double factorise_block(double* a, int* pivots, int size) {
   const int n = N > 0 ? N : size;
-  double smallest = INFINITY;
+  double min_pivot = INFINITY;
   for (int k = 0; k < n; ++k) {
-    int best = k;
-    double largest = std::abs(a[k * n + k]);
+    int pivot_row = k;
+    double pivot_magnitude = std::abs(a[k * n + k]);
     for (int i = k + 1; i < n; ++i)
-      if (std::abs(a[i * n + k]) > largest) largest = std::abs(a[i * n + k]), best = i;
-    pivots[k] = best;
-    if (best != k)
-      for (int j = 0; j < n; ++j) std::swap(a[k * n + j], a[best * n + j]);
-    smallest = std::min(smallest, largest);
-    if (!(largest > 0)) return 0;
+      if (std::abs(a[i * n + k]) > pivot_magnitude) pivot_magnitude = std::abs(a[i * n + k]), pivot_row = i;
+    pivots[k] = pivot_row;
+    if (pivot_row != k)
+      for (int j = 0; j < n; ++j) std::swap(a[k * n + j], a[pivot_row * n + j]);
+    min_pivot = std::min(min_pivot, pivot_magnitude);
+    if (!(pivot_magnitude > 0)) return 0;
     const double inverse = 1 / a[k * n + k];
     a[k * n + k] = inverse;
     for (int i = k + 1; i < n; ++i) {
@@ -64,10 +66,10 @@ double factorise_block(double* a, int* pivots, int size) {
       for (int j = k + 1; j < n; ++j) a[i * n + j] -= factor * a[k * n + j];
     }
   }
-  return smallest;
+  return min_pivot;
 }
 
-// x −= a y and x *= a, for numbers and for pairs of them; for duals: foundation/numerics/square_system.hpp.
+// x −= a y and x *= a, for numbers and pairs of numbers; for duals: foundation/numerics/square_system.hpp.
 inline void subtract(double& x, double a, double y) { x -= a * y; }
 inline void scale(double& x, double a) { x *= a; }
 template <class Pair>
@@ -81,7 +83,7 @@ void scale(Pair& x, double a) {
   x.z *= a;
 }
 
-/// The unknowns of a small block live in registers. X: a number or several.
+/// Keeps the unknowns of a small block in registers. X: a number or several.
 template <int N, class X>
 struct RegisterVector {
   X values[N];
@@ -131,11 +133,11 @@ void solve_block_transposed(const double* a, const int* pivots, int size, X* x) 
     if (pivots[k] != k) std::swap(x[k], x[pivots[k]]);
 }
 
-/// Largest block that is inverted by cofactors: one division instead of a chain of them, and products that need not wait for
-/// each other.
+/// Largest block that is inverted by cofactors: one division instead of a chain of them, and independent products.
 inline constexpr int max_inverted_size = 3;
 
-/// 1/largest entry of the inverse: no larger than the smallest singular value times the size. 0 if singular.
+/// Divides the cofactors by the determinant. @return 1/|largest entry of the inverse|, at most the smallest singular
+/// value times the size; 0 if singular
 inline double scale_inverse(double* inverse, int entries, double determinant) {
   if (!(std::abs(determinant) > 0)) return 0;
   const double scale = 1 / determinant;
@@ -191,7 +193,7 @@ void multiply_transposed(const double* inverse, X* x) {
   }
 }
 
-/// Calls `work` with the size as a compile-time constant where it is small, else 0.
+/// Calls `work` with the size as a compile-time constant if it is small, else with 0.
 template <class Work>
 auto dispatch_by_size(int n, const Work& work) {
   switch (n) {
@@ -213,70 +215,72 @@ class BlockTriangular {
  public:
   BlockTriangular() = default;
 
-  /// @param pattern where an entry may ever be non-zero
+  /// @param pattern entries that may ever be non-zero
   /// @return false if no choice of values makes the matrix regular (structurally singular)
   bool analyse(const SparsityPattern& pattern);
 
   int size() const { return static_cast<int>(row_position_.size()); }
 
-  /// Entry (row, column) of the matrix, inside the pattern, to be written before factorise().
+  /// Entry (row, column), inside the pattern; set before factorise().
   double& at(int row, int column) { return values_[index(row, column)]; }
   /// Zero outside the pattern.
   double at(int row, int column) const {
-    const int place = index(row, column);
-    return place < 0 ? 0 : values_[place];
+    const int entry = index(row, column);
+    return entry < 0 ? 0 : values_[entry];
   }
-  /// The place of an entry in storage(), which saves the look-up in a hot loop; negative outside the pattern.
+  /// Index of an entry in storage(), to avoid the look-up in hot loops; negative outside the pattern.
   int index(int row, int column) const;
   double* storage() { return values_.data(); }
   const double* storage() const { return values_.data(); }
-  /// How many entries have a place.
+  /// Number of stored entries.
   std::size_t entry_count() const { return values_.size(); }
-  /// AᵀA with its rows and columns in another order: the upper triangle, row-major, n×n, zeros below.
+  /// AᵀA with permuted rows and columns: the upper triangle, row-major, n×n, zeros below.
   void write_normal_matrix(double* normal) const;
 
   struct Block {
-    int begin, size, offset;  ///< first row, rows, where its factors start
+    int begin, size, offset;  ///< first row, number of rows, offset of its factors
     double min_pivot;         ///< smallest |pivot| of the last factorisation
   };
-  /// What the analysis found, and the exchanges of rows that the last factorisation of blocks above `max_inverted_size` rows made:
-  /// per permuted row, in turn, the row of the block that it is exchanged with.
+  /// Result of the analysis, and the row exchanges of the last factorisation in blocks of more than `max_inverted_size`
+  /// rows: for each permuted row in turn, the row of the block that it is exchanged with.
   struct Structure {
-    std::vector<int> row_position, column_position;  ///< of an original row or column in the permuted matrix
+    std::vector<int> row_position, column_position;  ///< of the original rows and columns in the permuted matrix
     std::vector<Block> blocks;
     std::vector<int> row_begin,
-        column_index;      ///< per permuted row: its entries left of the diagonal block, in columns; and the end
-    int diagonal_entries;  ///< entries of the diagonal blocks, stored before those
+        column_index;      ///< CSR form of the entries left of the diagonal blocks, by permuted rows and columns
+    int diagonal_entries;  ///< number of entries in the diagonal blocks, which are stored first
     std::vector<int> row_exchanges;
   };
-  Structure structure() const { return {row_position_, column_position_, blocks_, start_, columns_, inside_, pivots_}; }
+  Structure structure() const {
+    return {row_position_, column_position_, blocks_, row_begin_, column_index_, diagonal_value_count_, pivots_};
+  }
 
-  /// The diagonal blocks: inverses of the smallest, LU with partial pivoting of the others.
-  /// @return the smallest |pivot| or 1/|entry of an inverse|, 0 if singular; a measure of regularity for matrices with entries of the order
-  /// of one
+  /// Factorises the diagonal blocks: inverses of small ones, LU with partial pivoting of the others.
+  /// @return the smallest |pivot| or 1/|entry of an inverse|, at most 1; 0 if singular. It measures the regularity of
+  /// matrices with entries of order one.
   double factorise();
 
-  /// Remembers the matrix last factorised for near_kept().
+  /// Stores the matrix last factorised for is_near_stored().
   void store();
-  /// Whether every matrix on the straight way from the kept one K to the one last factorised, A, is regular by a margin: in every
-  /// diagonal block ‖A⁻¹ (A − K)‖ ≤ limit < 1 (largest sum along a row). Allocates nothing.
+  /// Whether every matrix on the line segment from the stored matrix K to the one last factorised, A, is regular by a
+  /// margin: ‖A⁻¹ (A − K)‖ ≤ limit < 1 in every diagonal block (maximum row sum). Allocates nothing.
   bool is_near_stored(double limit);
 
   /// x := A⁻¹ x, both in the original order. Allocates nothing.
   void solve(double* x) { solve(x, work_.data()); }
-  /// Both x := A⁻¹ x and z := A⁻¹ z, in one go.
+  /// x := A⁻¹ x and z := A⁻¹ z in one pass.
   void solve_pair(double* x, double* z);
   /// x := A⁻ᵀ x.
   void solve_transposed(double* x) { solve_transposed(x, work_.data()); }
-  /// The same for whatever small_blocks can subtract() and scale(): several right-hand sides in one go.
-  /// @param work as many as unknowns
+  /// The same for any type with subtract() and scale() in small_blocks: several right-hand sides in one pass.
+  /// @param work one entry per unknown
   template <class X>
   void solve(X* x, X* work) const;
   template <class X>
   void solve_transposed(X* x, X* work) const;
 
  private:
-  /// Forward substitution over the blocks, in the permuted order, of one or two right-hand sides.
+  /// Forward substitution over the blocks, in the permuted order, for all right-hand sides in X.
   template <class X>
   void substitute(X* work) const;
   /// x := A_bb⁻¹ x for a diagonal block.
@@ -284,16 +288,16 @@ class BlockTriangular {
   void solve_block(const Block& block, X* x) const;
   bool is_block_near_stored(const Block& block, double limit);
 
-  std::vector<int> row_position_, column_position_;  ///< of an original row or column in the permuted matrix
+  std::vector<int> row_position_, column_position_;  ///< of the original rows and columns in the permuted matrix
   std::vector<Block> blocks_;
-  std::vector<int> block_at_;    ///< per permuted row
-  std::vector<int> start_;       ///< per permuted row: its entries left of the diagonal block, in columns_; and the end
-  std::vector<int> columns_;     ///< of these entries, permuted
-  std::vector<double> values_;   ///< the diagonal blocks, row-major one after another, then the entries left of them
-  int inside_ = 0;               ///< how many values the diagonal blocks have
-  std::vector<double> factors_;  ///< of the diagonal blocks, in the same order
-  std::vector<double> stored_;   ///< the diagonal blocks of an earlier matrix
-  std::vector<int> pivots_;      ///< row exchanges, per permuted row
+  std::vector<int> block_at_;      ///< block of each permuted row
+  std::vector<int> row_begin_;     ///< per permuted row: first of its entries left of the diagonal block; and the end
+  std::vector<int> column_index_;  ///< permuted columns of these entries
+  std::vector<double> values_;     ///< the diagonal blocks, row-major and consecutive, then the entries left of them
+  int diagonal_value_count_ = 0;   ///< number of values in the diagonal blocks
+  std::vector<double> factors_;    ///< factors of the diagonal blocks, in the same order
+  std::vector<double> stored_;     ///< the diagonal blocks at the last store()
+  std::vector<int> pivots_;        ///< row exchanges, one per permuted row
   struct Pair {
     double x, z;
   };
@@ -317,11 +321,11 @@ void BlockTriangular::solve_block(const Block& block, X* x) const {
 template <class X>
 void BlockTriangular::substitute(X* work) const {
   using small_blocks::subtract;
-  const double* values = values_.data() + inside_;
+  const double* values = values_.data() + diagonal_value_count_;
   for (const Block& block : blocks_) {
     for (int i = block.begin; i < block.begin + block.size; ++i) {
       X sum = work[i];
-      for (int k = start_[i]; k < start_[i + 1]; ++k) subtract(sum, values[k], work[columns_[k]]);
+      for (int k = row_begin_[i]; k < row_begin_[i + 1]; ++k) subtract(sum, values[k], work[column_index_[k]]);
       work[i] = sum;
     }
     solve_block(block, work + block.begin);
@@ -340,7 +344,7 @@ template <class X>
 void BlockTriangular::solve_transposed(X* x, X* work) const {
   using namespace small_blocks;
   const int n = size();
-  const double* values = values_.data() + inside_;
+  const double* values = values_.data() + diagonal_value_count_;
   for (int column = 0; column < n; ++column) work[column_position_[column]] = x[column];
   for (auto block = blocks_.rbegin(); block != blocks_.rend(); ++block) {
     dispatch_by_size(block->size, [&](auto block_size) {
@@ -351,7 +355,7 @@ void BlockTriangular::solve_transposed(X* x, X* work) const {
         solve_block_transposed<block_size>(factors, &pivots_[block->begin], block->size, work + block->begin);
     });
     for (int i = block->begin; i < block->begin + block->size; ++i)
-      for (int k = start_[i]; k < start_[i + 1]; ++k) subtract(work[columns_[k]], values[k], work[i]);
+      for (int k = row_begin_[i]; k < row_begin_[i + 1]; ++k) subtract(work[column_index_[k]], values[k], work[i]);
   }
   for (int row = 0; row < n; ++row) x[row] = work[row_position_[row]];
 }

@@ -19,7 +19,7 @@ class ActiveSetMethod {
         lower_(lower),
         upper_(upper),
         x_(x),
-        place_(static_cast<std::size_t>(x.size()), VariableState::free) {
+        state_(static_cast<std::size_t>(x.size()), VariableState::free) {
     for (Eigen::Index i = 0; i < x.size(); ++i)
       if (!(lower[i] < upper[i])) at(i) = VariableState::lower;
   }
@@ -28,12 +28,12 @@ class ActiveSetMethod {
     const auto limit = 10 * x_.size() + 50;
     Eigen::Index freed = -1;
     for (Eigen::Index iteration = 0; iteration < limit; ++iteration) {
-      const VectorX aim = solve_free();
-      if (freed >= 0 && (aim[freed] - x_[freed]) * (freed_from_ == VariableState::lower ? 1 : -1) <= 0) {
-        // the gradient was round-off: back to the bound, and there it stays
+      const VectorX minimiser = solve_free();
+      if (freed >= 0 && (minimiser[freed] - x_[freed]) * (freed_from_ == VariableState::lower ? 1 : -1) <= 0) {
+        // the gradient was round-off: return to the bound and do not release it again for now
         at(freed) = freed_from_;
         refused_[static_cast<std::size_t>(freed)] = true;
-      } else if (step_to_bound(aim)) {
+      } else if (step_to_bound(minimiser)) {
         freed = -1;
         continue;
       } else {
@@ -45,52 +45,56 @@ class ActiveSetMethod {
   }
 
  private:
-  VariableState& at(Eigen::Index i) { return place_[static_cast<std::size_t>(i)]; }
+  VariableState& at(Eigen::Index i) { return state_[static_cast<std::size_t>(i)]; }
 
   VectorX solve_free() {
     std::vector<Eigen::Index> free;
-    VectorX right = b_;
+    VectorX rhs = b_;
     for (Eigen::Index i = 0; i < x_.size(); ++i)
       if (at(i) == VariableState::free)
         free.push_back(i);
       else
-        right -= a_.col(i) * x_[i];
-    VectorX aim = x_;
-    if (!free.empty()) aim(free) = a_(Eigen::all, free).householderQr().solve(right);
-    return aim;
+        rhs -= a_.col(i) * x_[i];
+    VectorX minimiser = x_;
+    if (!free.empty()) minimiser(free) = a_(Eigen::all, free).householderQr().solve(rhs);
+    return minimiser;
   }
 
-  /// As far as the bounds allow. @return a bound stopped it
-  bool step_to_bound(const VectorX& aim) {
-    double part = 1;
+  /// Moves towards `minimiser` as far as the bounds allow. @return true if a bound stopped it
+  bool step_to_bound(const VectorX& minimiser) {
+    double step_fraction = 1;
     for (Eigen::Index i = 0; i < x_.size(); ++i) {
       if (at(i) != VariableState::free) continue;
-      if (aim[i] < lower_[i]) part = std::min(part, (lower_[i] - x_[i]) / (aim[i] - x_[i]));
-      if (aim[i] > upper_[i]) part = std::min(part, (upper_[i] - x_[i]) / (aim[i] - x_[i]));
+      if (minimiser[i] < lower_[i])
+        step_fraction = std::min(step_fraction, (lower_[i] - x_[i]) / (minimiser[i] - x_[i]));
+      if (minimiser[i] > upper_[i])
+        step_fraction = std::min(step_fraction, (upper_[i] - x_[i]) / (minimiser[i] - x_[i]));
     }
-    const bool stopped = part < 1;
-    bool any = false;
+    const bool stopped = step_fraction < 1;
+    bool bound_reached = false;
     for (Eigen::Index i = 0; i < x_.size(); ++i) {
       if (at(i) != VariableState::free) continue;
-      const double next = stopped ? x_[i] + part * (aim[i] - x_[i]) : aim[i];
+      const double next = stopped ? x_[i] + step_fraction * (minimiser[i] - x_[i]) : minimiser[i];
       const double slack = stopped ? 1e-15 * (upper_[i] - lower_[i]) : 0;
       x_[i] = next;
-      if (aim[i] < lower_[i] && next <= lower_[i] + slack) any = true, at(i) = VariableState::lower, x_[i] = lower_[i];
-      if (aim[i] > upper_[i] && next >= upper_[i] - slack) any = true, at(i) = VariableState::upper, x_[i] = upper_[i];
+      if (minimiser[i] < lower_[i] && next <= lower_[i] + slack)
+        bound_reached = true, at(i) = VariableState::lower, x_[i] = lower_[i];
+      if (minimiser[i] > upper_[i] && next >= upper_[i] - slack)
+        bound_reached = true, at(i) = VariableState::upper, x_[i] = upper_[i];
     }
-    return stopped && any;
+    return stopped && bound_reached;
   }
 
-  /// Frees the number that wants to leave its bound most.
+  /// Releases the variable with the largest gradient away from its bound. @return its index, −1 if there is none
   Eigen::Index release() {
-    const VectorX rest = b_ - a_ * x_;
-    const VectorX gradient = a_.transpose() * rest;
+    const VectorX residual = b_ - a_ * x_;
+    const VectorX gradient = a_.transpose() * residual;
     Eigen::Index best = -1;
-    double most = 1e-15 * rest.norm() * a_.norm();  // below it is round-off
+    double max_gradient = 1e-15 * residual.norm() * a_.norm();  // below it is round-off
     for (Eigen::Index i = 0; i < x_.size(); ++i) {
       if (at(i) == VariableState::free || refused_[static_cast<std::size_t>(i)] || !(lower_[i] < upper_[i])) continue;
       const double inwards = at(i) == VariableState::lower ? gradient[i] : -gradient[i];
-      if (inwards > most) most = inwards, best = i;
+      if (inwards > max_gradient) max_gradient = inwards, best = i;
     }
     if (best >= 0) {
       freed_from_ = at(best);
@@ -103,8 +107,8 @@ class ActiveSetMethod {
   const VectorX& b_;
   const VectorX &lower_, &upper_;
   VectorX& x_;
-  std::vector<VariableState> place_;
-  std::vector<bool> refused_ = std::vector<bool>(place_.size(), false);
+  std::vector<VariableState> state_;
+  std::vector<bool> refused_ = std::vector<bool>(state_.size(), false);
   VariableState freed_from_ = VariableState::free;
 };
 

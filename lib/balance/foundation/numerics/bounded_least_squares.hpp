@@ -1,14 +1,14 @@
 #pragma once
-/// Linear least squares within bounds.
+/// Linear least squares with bounds.
 
 #include "balance/foundation/base/types.hpp"
 
 namespace balance::design {
 
-/// Minimises |a x − b| for lower ≤ x ≤ upper by an active set that ends after finitely many steps.
+/// Minimises |a x − b| subject to lower ≤ x ≤ upper by an active-set method that terminates in finitely many steps.
 /// Source: Stark & Parker, Bounded-variable least squares, Computational Statistics 10 (1995).
-/// @param a full column rank (a multiple of the identity below it provides for that)
-/// @param x a feasible start; the solution, with bounds hit exactly
+/// @param a full column rank (ensured by appending a multiple of the identity)
+/// @param x a feasible starting point; on return the solution, exactly on its active bounds
 void bounded_least_squares(const MatrixX& a, const VectorX& b, const VectorX& lower, const VectorX& upper, VectorX& x);
 
 }  // namespace balance::design

@@ -1,5 +1,5 @@
 #pragma once
-/// Fits Chebyshev series on panels to functions that can be sampled.
+/// Fits piecewise Chebyshev series to functions that can be sampled.
 
 #include "balance/foundation/numerics/chebyshev_series.hpp"
 
@@ -8,15 +8,15 @@
 
 namespace balance {
 
-/// Values of all functions at increasing parameters, one row each. @return false if they cannot be had
+/// Samples all functions at increasing parameters, one row each. @return false if that fails
 using FunctionSampler = std::function<bool(const std::vector<double>& parameters, Samples& rows)>;
 
-/// What a series is good for: where it ends, its last terms are so much smaller than the largest value on the panel.
+/// A series has converged if its last terms are below this fraction of the sum of its |coefficients|.
 inline constexpr double series_tolerance = 1e-10;
 
 enum class FitStatus { done, not_sampled, not_resolved };
 
-/// Fits panels to functions that are smooth between stations, halving panels until their series end.
+/// Fits functions that are smooth between stations, bisecting panels until their series converge.
 /// @param stations increasing, at least two: the ends and where functions may jump
 /// @param floor per function: smaller values are noise
 FitStatus fit_chebyshev_series(const std::vector<double>& stations, const VectorX& floor, const FunctionSampler& sample,

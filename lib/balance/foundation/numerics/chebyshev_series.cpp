@@ -21,13 +21,13 @@ void PiecewiseChebyshevSeries::evaluate(std::size_t panel, double parameter, dou
   const Eigen::Index columns = p.coefficients.cols();
   const double* term = p.coefficients.data();
   std::copy_n(term, columns, out);
-  double last = 1, now = x;  // T_{j−1}, T_j
+  double previous = 1, current = x;  // T_{j−1}, T_j
   for (int j = 1; j < coefficient_count; ++j) {
     term += columns;
-    for (Eigen::Index c = 0; c < columns; ++c) out[c] += now * term[c];
-    const double next = 2 * x * now - last;
-    last = now;
-    now = next;
+    for (Eigen::Index c = 0; c < columns; ++c) out[c] += current * term[c];
+    const double next = 2 * x * current - previous;
+    previous = current;
+    current = next;
   }
 }
 
@@ -49,17 +49,17 @@ PiecewiseChebyshevSeries PiecewiseChebyshevSeries::derivative() const {
 /// C_j = (c_{j−1} − c_{j+1}) / 2j on [−1, 1], where c_0 counts twice.
 PiecewiseChebyshevSeries PiecewiseChebyshevSeries::integral() const {
   std::vector<Panel> panels = panels_;
-  VectorX reached = VectorX::Zero(function_count());
+  VectorX begin_values = VectorX::Zero(function_count());
   for (Panel& panel : panels) {
     const Samples c = panel.coefficients * ((panel.end - panel.begin) / 2);
-    panel.coefficients.row(0) = reached.transpose();
+    panel.coefficients.row(0) = begin_values.transpose();
     for (int j = 1; j < coefficient_count; ++j) {
       panel.coefficients.row(j) = (j == 1 ? 2.0 : 1.0) * c.row(j - 1);
       if (j + 1 < coefficient_count) panel.coefficients.row(j) -= c.row(j + 1);
       panel.coefficients.row(j) /= 2 * j;
       panel.coefficients.row(0) += (j % 2 == 0 ? -1.0 : 1.0) * panel.coefficients.row(j);
     }
-    reached = panel.coefficients.colwise().sum().transpose();
+    begin_values = panel.coefficients.colwise().sum().transpose();
   }
   return PiecewiseChebyshevSeries(std::move(panels));
 }

@@ -9,7 +9,7 @@
 
 namespace balance {
 
-/// A stretch of the parameter, and the series of every function on it.
+/// An interval of the parameter and the series of every function on it.
 struct Panel {
   double begin = 0, end = 1;
   Samples coefficients;  ///< one row per term, one column per function
@@ -21,28 +21,30 @@ class PiecewiseChebyshevSeries {
   static constexpr int coefficient_count = 16;
 
   PiecewiseChebyshevSeries() = default;
-  /// @param panels in order, each beginning where the one before ends
+  /// @param panels in order, each beginning where the previous one ends
   explicit PiecewiseChebyshevSeries(std::vector<Panel> panels) : panels_(std::move(panels)) {}
 
   const std::vector<Panel>& panels() const { return panels_; }
   Eigen::Index function_count() const { return panels_.empty() ? 0 : panels_.front().coefficients.cols(); }
 
-  /// The panel that holds a parameter within [first, last).
+  /// The panel in [first, last) that contains a parameter.
   std::size_t find_panel(double parameter, std::size_t first, std::size_t last) const;
 
-  /// Values of all functions by one panel's series, which go on beyond its ends. @param out functions() entries
+  /// Values of all functions from one panel's series, extrapolated beyond its ends. @param out function_count() entries
   void evaluate(std::size_t panel, double parameter, double* out) const;
 
   /// The derivatives of the functions with respect to the parameter.
   PiecewiseChebyshevSeries derivative() const;
 
-  /// Their integrals from the first panel's beginning on. What a further term would add is left out: series end before.
+  /// Their integrals from the start of the first panel. The additional term is dropped: it is negligible in a converged
+  /// series.
   PiecewiseChebyshevSeries integral() const;
 
-  /// Chebyshev's points of the first kind on [−1, 1], increasing with k < terms: the ends, where functions may jump, are none of them.
+  /// Chebyshev points of the first kind on [−1, 1], increasing with k < coefficient_count. They exclude the ends, where
+  /// functions may jump.
   static double chebyshev_point(int k);
   using Transform = Eigen::Matrix<double, coefficient_count, coefficient_count>;
-  /// From values at the points to terms.
+  /// Maps values at the points to coefficients.
   static const Transform& values_to_coefficients();
 
  private:

@@ -12,7 +12,7 @@ namespace balance::design {
 namespace {
 
 constexpr int max_interior_point_iterations = 60;
-/// Relative error below which a point counts as a solution although the last digits were out of reach.
+/// Relative error below which a point counts as a solution although round-off prevents a smaller one.
 constexpr double acceptable_error_tolerance = 1e-7;
 
 class InteriorPointMethod {
@@ -20,7 +20,7 @@ class InteriorPointMethod {
   InteriorPointMethod(const ConeProgram& program, double tolerance)
       : program_(program),
         cone_(program.linear_rows, program.cone_sizes),
-        unit_(cone_.identity()),
+        identity_(cone_.identity()),
         tolerance_(tolerance) {}
 
   ConeSolution run() {
@@ -40,27 +40,28 @@ class InteriorPointMethod {
   }
 
  private:
-  /// Least-squares points, moved into the cone.
+  /// Least-squares points, shifted into the cone.
   void initialise() {
     const Eigen::HouseholderQR<MatrixX> qr(program_.matrix);
     const auto n = program_.cost.size();
     x_ = qr.solve(program_.rhs);
     s_ = program_.rhs - program_.matrix * x_;
     const double rows = std::max(max_abs(program_.matrix.rowwise().norm()), 1e-300);
-    if (const double m = cone_.min_eigenvalue(s_); m < 1e-3 * rows) s_ += (0.1 * rows - m) * unit_;
+    if (const double m = cone_.min_eigenvalue(s_); m < 1e-3 * rows) s_ += (0.1 * rows - m) * identity_;
     VectorX y = VectorX::Zero(program_.rhs.size());
     y.head(n) = qr.matrixQR().topRows(n).triangularView<Eigen::Upper>().transpose().solve(-program_.cost);
     z_ = qr.householderQ() * y;
     if (const double m = cone_.min_eigenvalue(z_); m < 1e-3)
-      z_ += (0.1 + program_.cost.lpNorm<Eigen::Infinity>() - m) * unit_;
+      z_ += (0.1 + program_.cost.lpNorm<Eigen::Infinity>() - m) * identity_;
   }
 
   void update_residuals() {
-    dual_ = program_.cost + program_.matrix.transpose() * z_;
-    primal_ = program_.matrix * x_ + s_ - program_.rhs;
+    dual_residual_ = program_.cost + program_.matrix.transpose() * z_;
+    primal_residual_ = program_.matrix * x_ + s_ - program_.rhs;
     gap_ = s_.dot(z_);
-    error_ = std::max({dual_.norm() / (1 + program_.cost.norm()), primal_.norm() / (1 + program_.rhs.norm()),
-                       gap_ / (1 + std::abs(program_.cost.dot(x_)))});
+    error_ =
+        std::max({dual_residual_.norm() / (1 + program_.cost.norm()),
+                  primal_residual_.norm() / (1 + program_.rhs.norm()), gap_ / (1 + std::abs(program_.cost.dot(x_)))});
     if (!(error_ < best_error_)) return;
     best_error_ = error_;
     best_.x = x_;
@@ -72,23 +73,23 @@ class InteriorPointMethod {
     VectorX x, s, z, scaled_s, scaled_z;
   };
 
-  /// One predictor and one corrector step. @return false at the end of the digits
+  /// One predictor and one corrector step. @return false if round-off prevents further progress
   bool take_step() {
     const NesterovToddScaling scaling(cone_, s_, z_);
     const VectorX lambda = scaling.apply(z_);
     const MatrixX scaled = scaling.scale_rows_inverse(program_.matrix);
     if (!lambda.allFinite() || !scaled.allFinite()) return false;
     const Eigen::HouseholderQR<MatrixX> qr(scaled);
-    const auto direction = [&](const VectorX& aim, double factor) {
-      return solve(scaling, lambda, scaled, qr, aim, factor);
+    const auto direction = [&](const VectorX& target, double factor) {
+      return solve(scaling, lambda, scaled, qr, target, factor);
     };
     const VectorX complementary = -cone_.jordan_product(lambda, lambda);
     const Direction affine = direction(complementary, 1);
     if (!affine.x.allFinite() || !affine.s.allFinite() || !affine.z.allFinite()) return false;
-    const double reach = std::min({1.0, cone_.max_step(s_, affine.s), cone_.max_step(z_, affine.z)});
-    const double centring = elementary::pow(1 - reach, 3);
+    const double affine_step = std::min({1.0, cone_.max_step(s_, affine.s), cone_.max_step(z_, affine.z)});
+    const double centring = elementary::pow(1 - affine_step, 3);
     const Direction d = direction(complementary - cone_.jordan_product(affine.scaled_s, affine.scaled_z) +
-                                      centring * gap_ / static_cast<double>(cone_.degree()) * unit_,
+                                      centring * gap_ / static_cast<double>(cone_.degree()) * identity_,
                                   1 - centring);
     if (!d.x.allFinite() || !d.s.allFinite() || !d.z.allFinite()) return false;
     const double step = std::min(1.0, 0.99 * std::min(cone_.max_step(s_, d.s), cone_.max_step(z_, d.z)));
@@ -99,15 +100,15 @@ class InteriorPointMethod {
     return true;
   }
 
-  /// λ ∘ (W dz + W⁻¹ ds) = aim with both residuals reduced by `factor`.
+  /// Solves λ ∘ (W dz + W⁻¹ ds) = target with both residuals reduced by `factor`.
   Direction solve(const NesterovToddScaling& scaling, const VectorX& lambda, const MatrixX& scaled,
-                  const Eigen::HouseholderQR<MatrixX>& qr, const VectorX& aim, double factor) const {
+                  const Eigen::HouseholderQR<MatrixX>& qr, const VectorX& target, double factor) const {
     const auto n = program_.cost.size();
-    const VectorX t = cone_.jordan_quotient(lambda, aim);
-    const VectorX b = scaling.apply_inverse(-factor * primal_) - t;
+    const VectorX t = cone_.jordan_quotient(lambda, target);
+    const VectorX b = scaling.apply_inverse(-factor * primal_residual_) - t;
     const auto r = qr.matrixQR().topRows(n).triangularView<Eigen::Upper>();
     const VectorX projected = qr.householderQ().adjoint() * b;
-    const VectorX y = projected.head(n) + VectorX(r.transpose().solve(-factor * dual_));
+    const VectorX y = projected.head(n) + VectorX(r.transpose().solve(-factor * dual_residual_));
     Direction d;
     d.x = r.solve(y);
     d.scaled_z = scaled * d.x - b;
@@ -119,18 +120,18 @@ class InteriorPointMethod {
 
   const ConeProgram& program_;
   SecondOrderCone cone_;
-  VectorX unit_;
+  VectorX identity_;
   double tolerance_;
-  VectorX x_, s_, z_, dual_, primal_;
+  VectorX x_, s_, z_, dual_residual_, primal_residual_;
   double gap_ = 0, error_ = INFINITY, best_error_ = INFINITY;
   ConeSolution best_;
 };
 
-void copy_rows(const std::vector<std::pair<MatrixX, VectorX>>& parts, double sign, Eigen::Index& row,
+void copy_rows(const std::vector<std::pair<MatrixX, VectorX>>& row_groups, double sign, Eigen::Index& row,
                ConeProgram& program) {
-  for (const auto& [rows, right] : parts) {
+  for (const auto& [rows, rhs] : row_groups) {
     program.matrix.middleRows(row, rows.rows()) = sign * rows;
-    program.rhs.segment(row, rows.rows()) = right;
+    program.rhs.segment(row, rows.rows()) = rhs;
     row += rows.rows();
   }
 }
@@ -157,7 +158,7 @@ ConeProgram ConeProgramBuilder::build(VectorX cost) const {
   ConeProgram program;
   program.cost = std::move(cost);
   program.linear_rows = count_linear_;
-  for (const auto& part : cones_) program.cone_sizes.push_back(part.first.rows());
+  for (const auto& cone : cones_) program.cone_sizes.push_back(cone.first.rows());
   program.matrix.resize(count_linear_ + count_conic_, variables_);
   program.rhs.resize(count_linear_ + count_conic_);
   Eigen::Index row = 0;
@@ -166,15 +167,15 @@ ConeProgram ConeProgramBuilder::build(VectorX cost) const {
   return program;
 }
 
-ConeProgram add_inequalities(const ConeProgram& program, const MatrixX& matrix, const VectorX& right) {
-  ConeProgram more = program;
+ConeProgram add_inequalities(const ConeProgram& program, const MatrixX& matrix, const VectorX& rhs) {
+  ConeProgram extended = program;
   const Eigen::Index linear = program.linear_rows, added = matrix.rows(), conic = program.rhs.size() - linear;
-  more.linear_rows += added;
-  more.matrix.resize(linear + added + conic, program.matrix.cols());
-  more.matrix << program.matrix.topRows(linear), matrix, program.matrix.bottomRows(conic);
-  more.rhs.resize(more.matrix.rows());
-  more.rhs << program.rhs.head(linear), right, program.rhs.tail(conic);
-  return more;
+  extended.linear_rows += added;
+  extended.matrix.resize(linear + added + conic, program.matrix.cols());
+  extended.matrix << program.matrix.topRows(linear), matrix, program.matrix.bottomRows(conic);
+  extended.rhs.resize(extended.matrix.rows());
+  extended.rhs << program.rhs.head(linear), rhs, program.rhs.tail(conic);
+  return extended;
 }
 
 ConeSolution solve_cone_program(const ConeProgram& program, double tolerance) {
@@ -189,14 +190,14 @@ using Block = SecondOrderCone::Block;
 
 auto tail(const VectorX& x, const Block& block) { return x.segment(block.first + 1, block.size - 1); }
 
-/// The least positive step at which t² − |v|² of x + step · d vanishes.
+/// The smallest positive step at which t² − |v|² of x + step · d vanishes.
 double block_step(const VectorX& x, const VectorX& d, const Block& block) {
   const double a = cone_determinant(d, block), c = cone_determinant(x, block);
   const double b = x[block.first] * d[block.first] - tail(x, block).dot(tail(d, block));
   const double discriminant = b * b - a * c;
   if (!(a < 0 || (b < 0 && discriminant >= 0))) return infinity;
-  const double below = -b + std::sqrt(std::max(discriminant, 0.0));
-  return below > 0 ? c / below : infinity;
+  const double denominator = -b + std::sqrt(std::max(discriminant, 0.0));
+  return denominator > 0 ? c / denominator : infinity;
 }
 
 }  // namespace
@@ -224,8 +225,8 @@ VectorX SecondOrderCone::identity() const {
 VectorX SecondOrderCone::jordan_product(const VectorX& a, const VectorX& b) const {
   VectorX result = a.cwiseProduct(b);
   for (const Block& block : blocks_) {
-    const auto rest = block.size - 1;
-    result.segment(block.first + 1, rest) = a[block.first] * tail(b, block) + b[block.first] * tail(a, block);
+    const auto vector_size = block.size - 1;
+    result.segment(block.first + 1, vector_size) = a[block.first] * tail(b, block) + b[block.first] * tail(a, block);
     result[block.first] = a.segment(block.first, block.size).dot(b.segment(block.first, block.size));
   }
   return result;
@@ -244,9 +245,9 @@ VectorX SecondOrderCone::jordan_quotient(const VectorX& a, const VectorX& b) con
 }
 
 double SecondOrderCone::min_eigenvalue(const VectorX& x) const {
-  double least = min_coefficient(x.head(linear_));
-  for (const Block& block : blocks_) least = std::min(least, x[block.first] - tail(x, block).norm());
-  return least;
+  double min_value = min_coefficient(x.head(linear_));
+  for (const Block& block : blocks_) min_value = std::min(min_value, x[block.first] - tail(x, block).norm());
+  return min_value;
 }
 
 double SecondOrderCone::max_step(const VectorX& x, const VectorX& d) const {
@@ -262,14 +263,14 @@ NesterovToddScaling::NesterovToddScaling(const SecondOrderCone& cone, const Vect
       diagonal_(s.head(cone.linear()).cwiseQuotient(z.head(cone.linear())).cwiseSqrt()),
       directions_(VectorX::Zero(cone.size())) {
   for (const Block& block : cone.blocks()) {
-    const double of_s = std::sqrt(cone_determinant(s, block)), of_z = std::sqrt(cone_determinant(z, block));
-    const auto s_bar = s.segment(block.first, block.size) / of_s, z_bar = z.segment(block.first, block.size) / of_z;
-    const double twice = 2 * std::sqrt((1 + s_bar.dot(z_bar)) / 2);
+    const double s_root = std::sqrt(cone_determinant(s, block)), z_root = std::sqrt(cone_determinant(z, block));
+    const auto s_bar = s.segment(block.first, block.size) / s_root, z_bar = z.segment(block.first, block.size) / z_root;
+    const double two_gamma = 2 * std::sqrt((1 + s_bar.dot(z_bar)) / 2);
     auto w = directions_.segment(block.first, block.size);
     w = s_bar - z_bar;
     w[0] += 2 * z_bar[0];
-    w /= twice;
-    lengths_.push_back(std::sqrt(of_s / of_z));
+    w /= two_gamma;
+    lengths_.push_back(std::sqrt(s_root / z_root));
   }
 }
 
@@ -282,11 +283,11 @@ VectorX NesterovToddScaling::apply(VectorX v, bool inverse) const {
     const Block& block = cone_.blocks()[k];
     const double w0 = directions_[block.first], sign = inverse ? -1 : 1;
     const auto w = tail(directions_, block);
-    auto rest = v.segment(block.first + 1, block.size - 1);
-    const double v0 = v[block.first], along = sign * w.dot(rest);
+    auto vector_part = v.segment(block.first + 1, block.size - 1);
+    const double v0 = v[block.first], projection = sign * w.dot(vector_part);
     const double factor = inverse ? 1 / lengths_[k] : lengths_[k];
-    rest = factor * (rest + sign * (v0 + along / (1 + w0)) * w);
-    v[block.first] = factor * (w0 * v0 + along);
+    vector_part = factor * (vector_part + sign * (v0 + projection / (1 + w0)) * w);
+    v[block.first] = factor * (w0 * v0 + projection);
   }
   return v;
 }
@@ -297,10 +298,10 @@ MatrixX NesterovToddScaling::scale_rows_inverse(MatrixX matrix) const {
     const Block& block = cone_.blocks()[k];
     const double w0 = directions_[block.first];
     const auto w = tail(directions_, block);
-    auto rest = matrix.middleRows(block.first + 1, block.size - 1);
-    const Eigen::RowVectorXd first = matrix.row(block.first), along = w.transpose() * rest;
-    rest.noalias() += w * (along / (1 + w0) - first);
-    matrix.row(block.first) = w0 * first - along;
+    auto vector_part = matrix.middleRows(block.first + 1, block.size - 1);
+    const Eigen::RowVectorXd first = matrix.row(block.first), projection = w.transpose() * vector_part;
+    vector_part.noalias() += w * (projection / (1 + w0) - first);
+    matrix.row(block.first) = w0 * first - projection;
     matrix.middleRows(block.first, block.size) /= lengths_[k];
   }
   return matrix;

@@ -10,9 +10,10 @@ namespace {
 
 using Index = Eigen::Index;
 
-/// Second derivatives at the knots: continuity of the slope at knot i reads
-/// h[i-1] m[i-1] + 2 (h[i-1] + h[i]) m[i] + h[i] m[i+1] = 6 (slope[i] − slope[i-1]), with two more conditions at the
-/// ends. The system stays tridiagonal and diagonally dominant for both kinds of ends, so elimination needs no pivots.
+/// Second derivatives at the knots. Continuity of the slope at knot i reads
+/// h[i-1] m[i-1] + 2 (h[i-1] + h[i]) m[i] + h[i] m[i+1] = 6 (slope[i] − slope[i-1]), with two end conditions in
+/// addition.
+/// The system stays tridiagonal and diagonally dominant for both kinds of ends, so elimination needs no pivoting.
 Samples solve_moments(const std::vector<double>& knots, const Samples& values, SplineEnd end) {
   const Index last = values.rows() - 1;
   Samples moments = Samples::Zero(values.rows(), values.cols());
@@ -56,9 +57,9 @@ Samples solve_moments(const std::vector<double>& knots, const Samples& values, S
 
 CubicSpline::CubicSpline(std::vector<double> knots, Samples values, SplineEnd end)
     : knots_(std::move(knots)), values_(std::move(values)) {
-  const std::size_t least = end == SplineEnd::not_a_knot ? 4 : 2;
-  if (knots_.size() < least)
-    throw std::invalid_argument("a spline needs at least " + std::to_string(least) + " points");
+  const std::size_t min_points = end == SplineEnd::not_a_knot ? 4 : 2;
+  if (knots_.size() < min_points)
+    throw std::invalid_argument("a spline needs at least " + std::to_string(min_points) + " points");
   if (static_cast<std::size_t>(values_.rows()) != knots_.size()) {
     throw std::invalid_argument("a spline needs one row of values per knot");
   }
@@ -70,8 +71,8 @@ CubicSpline::CubicSpline(std::vector<double> knots, Samples values, SplineEnd en
 
 void CubicSpline::at(double parameter, Eigen::Ref<VectorX> value, Eigen::Ref<VectorX> first,
                      Eigen::Ref<VectorX> second) const {
-  const auto inner = std::upper_bound(knots_.begin() + 1, knots_.end() - 1, parameter);
-  const auto right = static_cast<std::size_t>(inner - knots_.begin());
+  const auto right_knot = std::upper_bound(knots_.begin() + 1, knots_.end() - 1, parameter);
+  const auto right = static_cast<std::size_t>(right_knot - knots_.begin());
   const Index i = static_cast<Index>(right) - 1;
   const double h = knots_[right] - knots_[right - 1];
   const double b = (parameter - knots_[right - 1]) / h, a = 1 - b;

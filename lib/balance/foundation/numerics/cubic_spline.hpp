@@ -1,5 +1,5 @@
 #pragma once
-/// A C² cubic spline of vectors over one parameter.
+/// A C² vector-valued cubic spline of one parameter.
 
 #include "balance/foundation/base/types.hpp"
 
@@ -7,10 +7,10 @@
 
 namespace balance {
 
-/// What closes the equations at both ends.
+/// End conditions.
 enum class SplineEnd {
-  natural,     ///< no second derivative: of all curves through the points the one that bends least
-  not_a_knot,  ///< third derivative continuous one knot in from the ends: fourth order up to them, needs four knots
+  natural,     ///< zero second derivative: minimum bending among all curves through the points
+  not_a_knot,  ///< third derivative continuous one knot in from the ends: fourth order throughout; needs four knots
 };
 
 /// Immutable; evaluation allocates nothing.
@@ -21,14 +21,15 @@ class CubicSpline {
   /// @throws std::invalid_argument if the sizes differ, knots are too few or do not increase
   CubicSpline(std::vector<double> knots, Samples values, SplineEnd end);
 
-  /// Value, first and second derivative with respect to the parameter; each result has k entries already.
-  /// Outside the knots the outermost cubic goes on.
+  /// Value, first and second derivative with respect to the parameter. Outside the knots, extrapolates the outermost
+  /// cubic.
+  /// @pre each result has k entries
   void at(double parameter, Eigen::Ref<VectorX> value, Eigen::Ref<VectorX> first, Eigen::Ref<VectorX> second) const;
 
-  /// Length of the stretch between two knots that holds the parameter.
+  /// Distance between the two knots that enclose the parameter.
   double interval_length(double parameter) const;
 
-  /// Where the third derivative may jump, and the ends.
+  /// The ends and the points where the third derivative may jump.
   const std::vector<double>& knots() const { return knots_; }
 
   /// Number k of components.

@@ -1,9 +1,10 @@
 #pragma once
-/// Factorizations of the library's dense matrices, compiled once: each takes the compiler seconds. Those of
-/// right_singular_vectors.cpp are needed by conditions, design and control alone.
+/// Factorisations of the library's dense matrices, compiled once because each takes the compiler seconds. Only
+/// conditions, design and control need those of right_singular_vectors.cpp.
 ///
-/// Eigen's own look for the largest entry first and read memory that is not there if there is none. The classes here know matrices
-/// without rows or columns: rank 0, no values, any orthonormal vectors, and the solution 0. Of all others they give Eigen's digits.
+/// Eigen's own classes search for the largest entry first and read out of bounds if there is none. The classes here
+/// accept matrices without rows or columns: rank 0, no values, any orthonormal vectors, and the solution 0. For all
+/// other matrices they give Eigen's results to the last digit.
 
 #include "balance/foundation/base/types.hpp"
 
@@ -29,30 +30,30 @@ extern template class Eigen::LDLT<balance::MatrixX>;
 
 namespace balance {
 
-/// A = U Σ Vᵀ, values in decreasing order; those of a matrix that is not finite are NaN.
+/// A = U Σ Vᵀ, singular values in decreasing order; NaN if the matrix is not finite.
 class SingularValueDecomposition : public Eigen::JacobiSVD<MatrixX> {
  public:
   SingularValueDecomposition() = default;
-  /// @param vectors Eigen::ComputeThinU and so on; none are computed without
+  /// @param vectors Eigen::ComputeThinU and so on; by default none are computed
   explicit SingularValueDecomposition(const MatrixX& matrix, unsigned vectors = 0) { compute(matrix, vectors); }
   SingularValueDecomposition& compute(const MatrixX& matrix, unsigned vectors = 0);
 };
 
-/// As many as the smaller side has, in decreasing order.
+/// min(rows, columns) values, in decreasing order.
 VectorX singular_values(const MatrixX& matrix);
 
-/// A P = Q R, the largest column that is left first.
+/// A P = Q R, the largest remaining column first.
 class ColumnPivotingQr : public Eigen::ColPivHouseholderQR<MatrixX> {
  public:
   ColumnPivotingQr() = default;
   explicit ColumnPivotingQr(const MatrixX& matrix) { compute(matrix); }
-  /// Keeps the other's threshold.
+  /// Keeps the threshold of `other`.
   explicit ColumnPivotingQr(const Eigen::ColPivHouseholderQR<MatrixX>& other)
       : Eigen::ColPivHouseholderQR<MatrixX>(other) {}
   ColumnPivotingQr& compute(const MatrixX& matrix);
 };
 
-/// Solutions of least norm of A x ≈ b, whatever the rank.
+/// Minimum-norm least-squares solutions of A x ≈ b for any rank.
 class CompleteOrthogonalDecomposition : public Eigen::CompleteOrthogonalDecomposition<MatrixX> {
  public:
   CompleteOrthogonalDecomposition() = default;
@@ -60,7 +61,7 @@ class CompleteOrthogonalDecomposition : public Eigen::CompleteOrthogonalDecompos
   CompleteOrthogonalDecomposition& compute(const MatrixX& matrix);
 };
 
-/// Of a symmetric matrix, eigenvalues in increasing order.
+/// Eigen-decomposition of a symmetric matrix, eigenvalues in increasing order.
 class SymmetricEigenSolver : public Eigen::SelfAdjointEigenSolver<MatrixX> {
  public:
   SymmetricEigenSolver() = default;

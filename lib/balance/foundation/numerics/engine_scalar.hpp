@@ -1,7 +1,7 @@
 #pragma once
-/// The scalar that a source of templates is compiled for. The same sources make the engine over doubles (`balance::core`) and over
-/// numbers with derivatives (`balance::derivatives`, with BALANCE_DUALS), some of them over many samples at once (cmake/Lanes.cmake):
-/// see cmake/Libraries.cmake. Only for their last lines, where they name their instances.
+/// The scalar that a template source is compiled for. The same sources are compiled over doubles (`balance::core`) and
+/// over duals (`balance::derivatives`, with BALANCE_DUALS), some also over many samples at once (cmake/Lanes.cmake):
+/// see cmake/Libraries.cmake. To be used only for the explicit instantiations at the end of a source.
 
 #include "balance/foundation/base/dual.hpp"
 #ifdef BALANCE_LANES_TABLE
@@ -11,7 +11,7 @@
 
 namespace balance {
 
-/// Derivatives with respect to more numbers are taken so many at a time.
+/// Number of derivatives per pass; more are computed in several passes.
 inline constexpr int dual_width = 8;
 
 #ifdef BALANCE_DUALS

@@ -1,5 +1,6 @@
 #pragma once
-/// Largest and smallest entries of what may have none. Eigen's own maxCoeff and minCoeff read memory that is not there.
+/// Largest and smallest entries of arrays that may be empty, for which Eigen's maxCoeff and minCoeff read out of
+/// bounds.
 
 #include "balance/foundation/base/types.hpp"
 
@@ -15,45 +16,45 @@ auto max_abs(const Eigen::DenseBase<Derived>& entries) {
   return entries.size() == 0 ? Real(0) : Real(entries.derived().cwiseAbs().maxCoeff());
 }
 
-/// -∞ if there are no entries.
+/// Largest entry, -∞ if there are no entries.
 template <class Derived>
 typename Derived::Scalar max_coefficient(const Eigen::DenseBase<Derived>& entries) {
   using Scalar = typename Derived::Scalar;
   return entries.size() == 0 ? Scalar(-std::numeric_limits<double>::infinity()) : Scalar(entries.maxCoeff());
 }
 
-/// +∞ if there are no entries.
+/// Smallest entry, +∞ if there are no entries.
 template <class Derived>
 typename Derived::Scalar min_coefficient(const Eigen::DenseBase<Derived>& entries) {
   using Scalar = typename Derived::Scalar;
   return entries.size() == 0 ? Scalar(std::numeric_limits<double>::infinity()) : Scalar(entries.minCoeff());
 }
 
-/// Largest entry of every row, -∞ where there are no columns.
+/// Largest entry of every row, -∞ if there are no columns.
 template <class Derived>
 Eigen::VectorXd row_maxima(const Eigen::DenseBase<Derived>& matrix) {
   if (matrix.cols() == 0) return Eigen::VectorXd::Constant(matrix.rows(), -std::numeric_limits<double>::infinity());
   return matrix.derived().rowwise().maxCoeff();
 }
 
-/// Place of a vector's largest entry.
+/// Index of a vector's largest entry.
 /// @throws std::invalid_argument if there are no entries
 template <class Derived>
 Eigen::Index max_index(const Eigen::DenseBase<Derived>& vector) {
   if (vector.size() == 0) throw std::invalid_argument("max_index: a vector without entries has no largest one");
-  Eigen::Index place = 0;
-  vector.maxCoeff(&place);
-  return place;
+  Eigen::Index index = 0;
+  vector.maxCoeff(&index);
+  return index;
 }
 
-/// Place of a vector's smallest entry.
+/// Index of a vector's smallest entry.
 /// @throws std::invalid_argument if there are no entries
 template <class Derived>
 Eigen::Index min_index(const Eigen::DenseBase<Derived>& vector) {
   if (vector.size() == 0) throw std::invalid_argument("min_index: a vector without entries has no smallest one");
-  Eigen::Index place = 0;
-  vector.minCoeff(&place);
-  return place;
+  Eigen::Index index = 0;
+  vector.minCoeff(&index);
+  return index;
 }
 
 }  // namespace balance

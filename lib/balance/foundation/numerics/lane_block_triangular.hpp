@@ -1,7 +1,7 @@
 #pragma once
-/// A block triangular system (BlockTriangular) for several samples at once: a matrix in every lane, all of one pattern, its rows
-/// in the order of pivots that one of them was factorised in. A lane that this order does not suit is given its own, and a lane
-/// without a regular matrix is told of; neither changes a bit of the others' results.
+/// A block triangular system (BlockTriangular) for several samples at once: one matrix per lane, all of the same
+/// pattern, with rows in the pivot order of one factorised scalar matrix. A lane that this order does not suit gets its
+/// own, and a lane with a singular matrix is reported. Neither changes a bit of the other lanes' results.
 
 #include "balance/foundation/base/pack.hpp"
 #include "balance/foundation/numerics/block_triangular.hpp"
@@ -17,10 +17,10 @@
 
 namespace balance::lane_blocks {
 
-// Factorisation and solution of small dense blocks, one in every lane, with an order of pivots that all lanes share where it suits
-// them. Row-major storage.
+// Factorisation and solution of small dense blocks, one per lane, with a pivot order shared by all lanes that it suits.
+// Row-major storage.
 
-/// Larger multipliers than this show that the order of rows does not suit a lane.
+/// Larger multipliers mean that the order of rows does not suit a lane.
 inline constexpr double max_multiplier = 8;
 
 template <class M, class T>
@@ -33,7 +33,7 @@ void exchange(const M& lanes, T& a, T& b) {
 template <class T>
 using MaskOf = decltype(T() < T());
 
-/// Two rows that change places in some lanes.
+/// Two rows exchanged in some lanes.
 template <class T>
 struct RowExchange {
   MaskOf<T> lanes;
@@ -44,17 +44,17 @@ using RowExchanges = std::vector<RowExchange<T>>;
 
 template <class T>
 struct Elimination {
-  MaskOf<T> needs_pivoting;  ///< where the multipliers grew
+  MaskOf<T> needs_pivoting;  ///< lanes with large multipliers or a vanishing pivot
   T min_pivot;               ///< smallest |pivot|
 };
 
-/// The smallest pivot so far; 0 once one is none.
+/// Updates the smallest pivot, which becomes and stays 0 if a pivot is not positive.
 template <class T>
 void update_min_pivot(T& quality, const T& pivot) {
   quality = select(pivot > 0.0, min(quality, pivot), T(0.0));
 }
 
-/// Column k is eliminated below row k; the diagonal keeps the pivot's reciprocal.
+/// Eliminates column k below row k; the diagonal keeps the reciprocal of the pivot.
 /// @return the largest multiplier
 template <class T>
 T eliminate_column(T* a, int n, int k) {
@@ -69,7 +69,7 @@ T eliminate_column(T* a, int n, int k) {
   return largest;
 }
 
-/// In place, rows as they stand. N: the size where it is known when compiling, else 0.
+/// In place, without row exchanges. N: the size if it is known at compile time, else 0.
 template <int N, class T>
 Elimination<T> eliminate(T* a, int size) {
   const int n = N > 0 ? N : size;
@@ -81,7 +81,7 @@ Elimination<T> eliminate(T* a, int size) {
   return {(largest > max_multiplier) | (quality <= 0.0), quality};
 }
 
-/// The same with the largest pivot of every column in the `lanes` given; the others keep their order, and thus every bit.
+/// The same with partial pivoting in the given `lanes`; the others keep their order, and thus every bit.
 template <int N, class T>
 Elimination<T> eliminate_with_pivoting(T* a, int size, const MaskOf<T>& lanes, RowExchanges<T>& exchanges) {
   const int n = N > 0 ? N : size;
@@ -121,13 +121,13 @@ void solve_transposed(const T* a, int size, T* x) {
     for (int j = i + 1; j < n; ++j) x[i] -= a[j * n + i] * x[j];
 }
 
-// Inverses of the smallest dense blocks, one in every lane, by cofactors: no pivots to choose. Row-major storage.
+// Inverses of the smallest dense blocks, one per lane, by cofactors, which needs no pivoting. Row-major storage.
 
 /// Largest block that is inverted.
 inline constexpr int max_inverted_size = 4;
 
-/// The matrix of cofactors over the determinant.
-/// @return 1/largest entry, no larger than the smallest singular value times the size
+/// Divides the cofactors by the determinant.
+/// @return 1/|largest entry|, at most the smallest singular value times the size; 0 if singular
 template <int N, class T>
 T scale_inverse(const T (&cofactors)[N * N], const T& determinant, T* inverse) {
   const T scale = 1.0 / determinant;
@@ -141,8 +141,8 @@ T scale_inverse(const T (&cofactors)[N * N], const T& determinant, T* inverse) {
 
 template <class T>
 T invert(std::integral_constant<int, 1>, T* a) {
-  const T one[1] = {1.0};
-  return scale_inverse<1>(one, T(a[0]), a);
+  const T cofactors[1] = {1.0};
+  return scale_inverse<1>(cofactors, T(a[0]), a);
 }
 
 template <class T>
@@ -159,7 +159,7 @@ T invert(std::integral_constant<int, 3>, T* a) {
   return scale_inverse<3>(c, T(a[0] * c[0] + a[1] * c[3] + a[2] * c[6]), a);
 }
 
-/// Laplace's expansion along the first two rows.
+/// Laplace expansion along the first two rows.
 template <class T>
 T invert(std::integral_constant<int, 4>, T* a) {
   const auto minor = [a](int row, int i, int j) { return a[row + i] * a[row + 4 + j] - a[row + j] * a[row + 4 + i]; };
@@ -206,58 +206,59 @@ namespace balance {
 template <class T>
 class LaneBlockTriangular {
  public:
-  /// @param scalar factorised, for a state near those of the lanes
+  /// @param scalar factorised for a state near those of the lanes
   explicit LaneBlockTriangular(const BlockTriangular& scalar) : scalar_(scalar), structure_(scalar.structure()) {
     const auto n = static_cast<std::size_t>(size());
     values_.assign(scalar.entry_count(), T(0.0));
     work_.assign(n, T(0.0));
     factors_.assign(static_cast<std::size_t>(structure_.diagonal_entries), T(0.0));
-    exchanged_.resize(structure_.blocks.size());
+    row_exchanges_.resize(structure_.blocks.size());
     quality_.assign(structure_.blocks.size(), T(0.0));
-    order_.resize(n);
+    pivot_order_.resize(n);
     set_pivot_order(scalar);
   }
 
-  /// The rows in the order of pivots of another matrix of the same pattern.
+  /// Adopts the pivot order of another matrix of the same pattern.
   void set_pivot_order(const BlockTriangular& scalar) {
     structure_.row_exchanges = scalar.structure().row_exchanges;
     for (const BlockTriangular::Block& block : structure_.blocks) {
-      for (int i = 0; i < block.size; ++i) order_[block.begin + i] = block.begin + i;
+      for (int i = 0; i < block.size; ++i) pivot_order_[block.begin + i] = block.begin + i;
       if (block.size > lane_blocks::max_inverted_size)
         for (int i = 0; i < block.size; ++i)
-          std::swap(order_[block.begin + i], order_[block.begin + structure_.row_exchanges[block.begin + i]]);
+          std::swap(pivot_order_[block.begin + i],
+                    pivot_order_[block.begin + structure_.row_exchanges[block.begin + i]]);
     }
   }
 
   int size() const { return static_cast<int>(structure_.row_position.size()); }
-  /// As of BlockTriangular, whose index() holds here too.
+  /// As in BlockTriangular, whose index() applies here too.
   T* storage() { return values_.data(); }
   const T* storage() const { return values_.data(); }
   int index(int row, int column) const { return scalar_.index(row, column); }
   T& at(int row, int column) { return values_[static_cast<std::size_t>(scalar_.index(row, column))]; }
 
-  /// @return per lane the smallest |pivot| or 1/|entry of an inverse|, 0 if singular or not finite
+  /// @return per lane the smallest |pivot| or 1/|entry of an inverse|, at most 1; 0 if singular or not finite
   T factorise() {
     T quality = 1.0;
     for (std::size_t b = 0; b < structure_.blocks.size(); ++b) {
       const BlockTriangular::Block& block = structure_.blocks[b];
       quality_[b] = small_blocks::dispatch_by_size(
-          block.size, [&](auto size) { return factorise_block<size>(block, exchanged_[b]); });
+          block.size, [&](auto size) { return factorise_block<size>(block, row_exchanges_[b]); });
       quality = min(quality, quality_[b]);
     }
     return select(quality > 0.0, quality, T(0.0));
   }
 
   const std::vector<BlockTriangular::Block>& blocks() const { return structure_.blocks; }
-  /// Of one diagonal block, of the last factorisation; as factorise() returns it.
+  /// For one diagonal block of the last factorisation, as in factorise().
   const T& min_pivot(std::size_t block) const { return quality_[block]; }
-  /// x := A_bb⁻¹ x for diagonal block b. @param x twice as long as the block: behind the right-hand side there is room to work in
+  /// x := A_bb⁻¹ x for diagonal block b. @param x twice as long as the block: work space follows the right-hand side
   void solve_in_block(std::size_t b, T* x) {
     const Block& block = structure_.blocks[b];
     T* work = &work_[block.begin];
     std::copy_n(x, block.size, work);
     small_blocks::dispatch_by_size(block.size,
-                                   [&](auto size) { solve_block<size>(block, exchanged_[b], x + block.size); });
+                                   [&](auto size) { solve_block<size>(block, row_exchanges_[b], x + block.size); });
     std::copy_n(work, block.size, x);
   }
 
@@ -270,7 +271,7 @@ class LaneBlockTriangular {
       for (int i = block.begin; i < block.begin + block.size; ++i)
         for (int k = structure_.row_begin[i]; k < structure_.row_begin[i + 1]; ++k)
           work_[i] -= values_[structure_.diagonal_entries + k] * work_[structure_.column_index[k]];
-      small_blocks::dispatch_by_size(block.size, [&](auto size) { solve_block<size>(block, exchanged_[b], x); });
+      small_blocks::dispatch_by_size(block.size, [&](auto size) { solve_block<size>(block, row_exchanges_[b], x); });
     }
     for (int column = 0; column < n; ++column) x[column] = work_[structure_.column_position[column]];
   }
@@ -282,7 +283,7 @@ class LaneBlockTriangular {
     for (std::size_t b = structure_.blocks.size(); b-- > 0;) {
       const BlockTriangular::Block& block = structure_.blocks[b];
       small_blocks::dispatch_by_size(block.size,
-                                     [&](auto size) { solve_block_transposed<size>(block, exchanged_[b], x); });
+                                     [&](auto size) { solve_block_transposed<size>(block, row_exchanges_[b], x); });
       for (int i = block.begin; i < block.begin + block.size; ++i)
         for (int k = structure_.row_begin[i]; k < structure_.row_begin[i + 1]; ++k)
           work_[structure_.column_index[k]] -= values_[structure_.diagonal_entries + k] * work_[i];
@@ -303,17 +304,18 @@ class LaneBlockTriangular {
   template <int N>
   T factorise_block(const Block& block, Exchanges& exchanges) {
     T* factors = factors_.data() + block.offset;
-    fill(block, order_, factors);
+    fill(block, pivot_order_, factors);
     if constexpr (N > 0 && N <= lane_blocks::max_inverted_size) {
       return lane_blocks::invert(std::integral_constant<int, N>{}, factors);
     } else {
       exchanges.clear();
-      auto grown = lane_blocks::eliminate<N>(factors, block.size);
-      if (any(grown.needs_pivoting)) {
-        fill(block, order_, factors);
-        grown = lane_blocks::eliminate_with_pivoting<N>(factors, block.size, grown.needs_pivoting, exchanges);
+      auto elimination = lane_blocks::eliminate<N>(factors, block.size);
+      if (any(elimination.needs_pivoting)) {
+        fill(block, pivot_order_, factors);
+        elimination =
+            lane_blocks::eliminate_with_pivoting<N>(factors, block.size, elimination.needs_pivoting, exchanges);
       }
-      return grown.min_pivot;
+      return elimination.min_pivot;
     }
   }
 
@@ -324,7 +326,7 @@ class LaneBlockTriangular {
     if constexpr (N > 0 && N <= lane_blocks::max_inverted_size) {
       lane_blocks::multiply<N>(factors, work);
     } else {
-      for (int i = 0; i < block.size; ++i) scratch[i] = work_[order_[block.begin + i]];
+      for (int i = 0; i < block.size; ++i) scratch[i] = work_[pivot_order_[block.begin + i]];
       for (const auto& e : exchanges) lane_blocks::exchange(e.lanes, scratch[e.row], scratch[e.other]);
       lane_blocks::solve<N>(factors, block.size, scratch);
       for (int i = 0; i < block.size; ++i) work[i] = scratch[i];
@@ -342,24 +344,25 @@ class LaneBlockTriangular {
       for (auto e = exchanges.rbegin(); e != exchanges.rend(); ++e)
         lane_blocks::exchange(e->lanes, work[e->row], work[e->other]);
       for (int i = 0; i < block.size; ++i) scratch[i] = work[i];
-      for (int i = 0; i < block.size; ++i) work_[order_[block.begin + i]] = scratch[i];
+      for (int i = 0; i < block.size; ++i) work_[pivot_order_[block.begin + i]] = scratch[i];
     }
   }
 
-  BlockTriangular scalar_;  ///< for the places of entries
+  BlockTriangular scalar_;  ///< provides index()
   BlockTriangular::Structure structure_;
-  std::vector<int> order_;            ///< per permuted row: the row that stands there in its block's factors
-  std::vector<T> values_, factors_;   ///< as in BlockTriangular
-  std::vector<T> quality_;            ///< per block, of the last factorisation
-  std::vector<Exchanges> exchanged_;  ///< per block
+  std::vector<int> pivot_order_;          ///< per permuted row: the row at this position in its block's factors
+  std::vector<T> values_, factors_;       ///< as in BlockTriangular
+  std::vector<T> quality_;                ///< per block, from the last factorisation
+  std::vector<Exchanges> row_exchanges_;  ///< per block
   std::vector<T> work_;
 };
 
-// The linear systems of foundation/numerics/square_system.hpp and foundation/numerics/overdetermined_system.hpp with a sample in every
-// lane.
+// The linear systems of foundation/numerics/square_system.hpp and foundation/numerics/overdetermined_system.hpp with
+// one sample per lane.
 
-/// The interface is that of BlockTriangular. What is told of all lanes together is that of the worst; the matrix kept is that of the
-/// last lane, and nearness that of every lane to the one before it.
+/// Same interface as BlockTriangular. Results for all lanes together are those of the worst lane. store() stores the
+/// matrix of the last lane, and is_near_stored() compares every lane with the previous one, the first lane with the
+/// stored matrix.
 template <int W>
 class LaneSquareSystem {
  public:
@@ -369,41 +372,41 @@ class LaneSquareSystem {
     BlockTriangular scalar;
     if (!scalar.analyse(pattern)) return false;
     lanes_.emplace(scalar);
-    inside_ = static_cast<std::size_t>(scalar.structure().diagonal_entries);
-    kept_.assign(scalar.entry_count(), 0);
-    change_.assign(inside_, T(0.0));
+    diagonal_value_count_ = static_cast<std::size_t>(scalar.structure().diagonal_entries);
+    stored_.assign(scalar.entry_count(), 0);
+    difference_.assign(diagonal_value_count_, T(0.0));
     sums_.assign(static_cast<std::size_t>(scalar.size()), T(0.0));
     column_.assign(2 * sums_.size(), T(0.0));
     return true;
   }
-  /// See LaneBlockTriangular.
+  /// See LaneBlockTriangular::set_pivot_order().
   void take_order(const BlockTriangular& scalar) { lanes_->set_pivot_order(scalar); }
 
   int size() const { return lanes_->size(); }
   int index(int row, int column) const { return lanes_->index(row, column); }
   T* storage() { return lanes_->storage(); }
   const T* storage() const { return lanes_->storage(); }
-  std::size_t stored() const { return kept_.size(); }
+  std::size_t stored() const { return stored_.size(); }
   T at(int row, int column) const {
-    const int place = index(row, column);
-    return place < 0 ? T(0.0) : storage()[place];
+    const int entry = index(row, column);
+    return entry < 0 ? T(0.0) : storage()[entry];
   }
 
   double factorise() {
     quality_ = lanes_->factorise();
     return reduce_min(quality_);
   }
-  /// Per lane, of the last factorisation.
+  /// Per lane, from the last factorisation.
   const T& min_pivot() const { return quality_; }
 
   void store() {
-    for (std::size_t k = 0; k < inside_; ++k) kept_[k] = storage()[k][W - 1];
+    for (std::size_t k = 0; k < diagonal_value_count_; ++k) stored_[k] = storage()[k][W - 1];
   }
-  /// A matrix of the same pattern, as stored by a BlockTriangular.
-  void store(const double* matrix) { std::copy_n(matrix, inside_, kept_.begin()); }
+  /// Stores a matrix of the same pattern in the layout of BlockTriangular.
+  void store(const double* matrix) { std::copy_n(matrix, diagonal_value_count_, stored_.begin()); }
   bool is_near_stored(double limit) {
     for (std::size_t b = 0; b < lanes_->blocks().size(); ++b)
-      if (!block_near_kept(b, limit)) return false;
+      if (!is_block_near_stored(b, limit)) return false;
     return true;
   }
 
@@ -415,25 +418,25 @@ class LaneSquareSystem {
   void solve_transposed(T* x) { lanes_->solve_transposed(x); }
 
  private:
-  /// As BlockTriangular: the plain bound first.
-  bool block_near_kept(std::size_t b, double limit) {
+  /// As in BlockTriangular: the cheap bound first.
+  bool is_block_near_stored(std::size_t b, double limit) {
     const BlockTriangular::Block& block = lanes_->blocks()[b];
     const int n = block.size;
-    const T* now = lanes_->storage() + block.offset;
-    const double* kept = kept_.data() + block.offset;
-    T widest = 0.0;
+    const T* current = lanes_->storage() + block.offset;
+    const double* stored_block = stored_.data() + block.offset;
+    T max_row_sum = 0.0;
     for (int i = 0, k = 0; i < n; ++i) {
       T sum = 0.0;
       for (int j = 0; j < n; ++j, ++k) {
-        change_[k] = now[k] - shift_lanes(now[k], kept[k]);
-        sum += abs(change_[k]);
+        difference_[k] = current[k] - shift_lanes(current[k], stored_block[k]);
+        sum += abs(difference_[k]);
       }
-      widest = max(widest, sum);
+      max_row_sum = max(max_row_sum, sum);
     }
-    if (all(4.0 * n * widest <= limit * lanes_->min_pivot(b))) return true;
+    if (all(4.0 * n * max_row_sum <= limit * lanes_->min_pivot(b))) return true;
     for (int i = 0; i < n; ++i) sums_[i] = 0.0;
     for (int j = 0; j < n; ++j) {
-      for (int i = 0; i < n; ++i) column_[i] = change_[i * n + j];
+      for (int i = 0; i < n; ++i) column_[i] = difference_[i * n + j];
       lanes_->solve_in_block(b, column_.data());
       for (int i = 0; i < n; ++i) sums_[i] += abs(column_[i]);
     }
@@ -442,9 +445,9 @@ class LaneSquareSystem {
   }
 
   std::optional<LaneBlockTriangular<T>> lanes_;
-  std::size_t inside_ = 0;  ///< entries of diagonal blocks
-  std::vector<double> kept_;
-  std::vector<T> change_, sums_, column_;  ///< for near_kept()
+  std::size_t diagonal_value_count_ = 0;  ///< number of entries in the diagonal blocks
+  std::vector<double> stored_;
+  std::vector<T> difference_, sums_, column_;  ///< for is_near_stored()
   T quality_ = 0.0;
 };
 
@@ -453,7 +456,7 @@ struct SquareSystemOf<Pack<W>> {
   using Type = LaneSquareSystem<W>;
 };
 
-/// Redundant constraints are solved one sample after another: nobody may ask this of lanes.
+/// Not available in lanes: redundant constraints are solved one sample after another.
 template <int W>
 class OverdeterminedSystem<Pack<W>> {
  public:

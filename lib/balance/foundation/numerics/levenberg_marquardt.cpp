@@ -11,14 +11,14 @@ namespace balance::design {
 
 namespace {
 
-/// Nothing is left to gain.
+/// No further improvement is possible below this residual.
 constexpr double max_residual_tolerance = 1e-16;
-/// A step that fails with residuals as small as this fails for round-off.
+/// A step that fails with residuals this small fails because of round-off.
 constexpr double rounding_residual_tolerance = 1e-12;
-/// Relative decrease of the sum of squares that counts as none, and how often in a row it may happen.
+/// Relative decrease of the sum of squares that counts as a stall, and the maximum number of stalls in a row.
 constexpr double stall_tolerance = 1e-10;
 constexpr int max_stalled_iterations = 4;
-/// Steps made before interrupts are asked for: most descents take no more.
+/// Steps before `stop` is polled: most descents need no more.
 constexpr int min_iterations = 20;
 
 /// The damped step within the bounds: min |r + J d|² + damping |d|².
@@ -53,28 +53,28 @@ LeastSquaresResult solve_levenberg_marquardt(const NonlinearSystem& equations, V
     result.max_residual = max_abs(result.values);
     return result;
   }
-  const double size = std::max(max_abs(jacobian.colwise().squaredNorm()), 1e-30);
-  double damping = 1e-10 * size;
+  const double jacobian_scale = std::max(max_abs(jacobian.colwise().squaredNorm()), 1e-30);
+  double damping = 1e-10 * jacobian_scale;
   int stalls = 0;
   VectorX values;
   for (int iteration = 0; iteration < iterations && max_abs(result.values) > max_residual_tolerance; ++iteration) {
     if (iteration >= min_iterations && stop && stop()) break;
     const VectorX d = solve_damped_step(jacobian, result.values, result.u, damping);
-    const double before = result.values.squaredNorm();
-    const double predicted = before - (result.values + jacobian * d).squaredNorm();
-    if (!(predicted > 1e-15 * before) || d.norm() < 1e-16) break;
+    const double cost = result.values.squaredNorm();
+    const double predicted = cost - (result.values + jacobian * d).squaredNorm();
+    if (!(predicted > 1e-15 * cost) || d.norm() < 1e-16) break;
     const VectorX next = apply_step(result.u, d);
     const bool valid = equations.evaluate(next, values, nullptr);
-    const double gain = valid ? (before - values.squaredNorm()) / predicted : -1;
-    if (!(gain > 1e-4)) {
-      if (max_abs(result.values) < rounding_residual_tolerance || damping > 1e8 * size) break;
-      damping = std::max(10 * damping, 1e-6 * size);
+    const double gain_ratio = valid ? (cost - values.squaredNorm()) / predicted : -1;
+    if (!(gain_ratio > 1e-4)) {
+      if (max_abs(result.values) < rounding_residual_tolerance || damping > 1e8 * jacobian_scale) break;
+      damping = std::max(10 * damping, 1e-6 * jacobian_scale);
       continue;
     }
-    stalls = values.squaredNorm() > (1 - stall_tolerance) * before ? stalls + 1 : 0;
+    stalls = values.squaredNorm() > (1 - stall_tolerance) * cost ? stalls + 1 : 0;
     result.u = next;
     if (!equations.evaluate(next, result.values, &jacobian) || stalls >= max_stalled_iterations) break;
-    if (gain > 0.5) damping = std::max(damping / 10, 1e-14 * size);
+    if (gain_ratio > 0.5) damping = std::max(damping / 10, 1e-14 * jacobian_scale);
   }
   result.max_residual = max_abs(result.values);
   return result;

@@ -1,5 +1,5 @@
 #pragma once
-/// Nonlinear equations in the box by damped Gauss–Newton.
+/// Nonlinear equations with box bounds by damped Gauss–Newton.
 
 #include "balance/foundation/base/types.hpp"
 
@@ -7,24 +7,24 @@
 
 namespace balance::design {
 
-/// Equations that are to vanish for −1 ≤ u ≤ 1.
+/// Equations to be solved for −1 ≤ u ≤ 1.
 struct NonlinearSystem {
-  int primary_rows = 0;  ///< the first rows: scaled residuals of conditions
-  int row_count = 0;     ///< the others vanish where the bodies are physical
-  /// @param jacobian rows × numbers, or null
-  /// @return false where the equations cannot be evaluated
+  int primary_rows = 0;  ///< number of leading rows: scaled residuals of conditions
+  int row_count = 0;     ///< the remaining rows vanish if the bodies are physical
+  /// @param jacobian rows × variables, or null
+  /// @return false if the equations cannot be evaluated
   std::function<bool(const VectorX& u, VectorX& values, MatrixX* jacobian)> evaluate;
 };
 
 struct LeastSquaresResult {
   VectorX u;
   VectorX values;
-  double max_residual = 0;  ///< of the values' sizes; infinite if the start cannot be evaluated
+  double max_residual = 0;  ///< maximum |value|; infinite if the start cannot be evaluated
 };
 
-/// Levenberg–Marquardt with the bounds in every step's least-squares problem; ends at a solution to round-off or at a local
-/// minimum of the sum of squares.
-/// @param stop asked after the first twenty steps: true ends it; null: nothing does
+/// Levenberg–Marquardt with the bounds as constraints of every step's least-squares problem. Ends at a solution to
+/// round-off or at a local minimum of the sum of squares.
+/// @param stop polled after the first twenty steps and ends the iteration by returning true; may be null
 LeastSquaresResult solve_levenberg_marquardt(const NonlinearSystem& equations, VectorX start, int iterations = 100,
                                              const std::function<bool()>& stop = {});
 

@@ -12,21 +12,21 @@ namespace balance {
 
 namespace {
 
-constexpr int max_laguerre_iterations = 200;  // four or five, more where the smallest eigenvalue is a multiple one
+constexpr int max_laguerre_iterations = 200;  // usually four or five; more for a multiple smallest eigenvalue
 
 struct LaguerreSums {
-  double first = 0, second = 0;  ///< Σ 1/(λ − x) and Σ 1/(λ − x)² over all eigenvalues
-  bool below = true;             ///< x is below all of them
+  double first = 0, second = 0;  ///< Σ 1/(λ − x) and Σ 1/(λ − x)² over all eigenvalues λ
+  bool is_lower_bound = true;    ///< x is below all of them
 };
 
-/// By the pivots of T − x and their derivatives with respect to x.
-LaguerreSums laguerre_sums(const std::vector<double>& diagonal, const std::vector<double>& beside, double x) {
+/// Computed from the pivots of T − x and their derivatives with respect to x.
+LaguerreSums laguerre_sums(const std::vector<double>& diagonal, const std::vector<double>& off_diagonal, double x) {
   LaguerreSums sums;
-  double pivot = 1, slope = 0, curvature = 0;  // the last pivot, its derivatives by the pivot
+  double pivot = 1, slope = 0, curvature = 0;  // the last pivot; its first and second derivative divided by it
   for (std::size_t i = 0; i < diagonal.size(); ++i) {
-    const double passed = i > 0 ? beside[i - 1] * beside[i - 1] / pivot : 0;
-    const double first = -1 + passed * slope, second = passed * (curvature - 2 * slope * slope);
-    pivot = diagonal[i] - x - passed;
+    const double correction = i > 0 ? off_diagonal[i - 1] * off_diagonal[i - 1] / pivot : 0;
+    const double first = -1 + correction * slope, second = correction * (curvature - 2 * slope * slope);
+    pivot = diagonal[i] - x - correction;
     if (!(pivot > 0)) return {0, 0, false};
     slope = first / pivot;
     curvature = second / pivot;
@@ -45,7 +45,7 @@ double* MinSingularValue::normal_matrix(int n) {
   return matrix_.data();
 }
 
-/// To diagonal_ and beside_: reflections from both sides, one column after another.
+/// Writes diagonal_ and off_diagonal_: reflections from both sides, column by column.
 void MinSingularValue::tridiagonalise() {
   for (int k = 0; k < n_; ++k) {
     const double* pivot_row = &matrix_[k * n_];
@@ -60,14 +60,14 @@ void MinSingularValue::tridiagonalise() {
     std::copy(pivot_row + k + 1, pivot_row + n_, &vector_[k + 1]);
     vector_[k + 1] -= off_diagonal_[k];
     const double factor = 2 / (vector_[k + 1] * vector_[k + 1] + tail);
-    double along = 0;
+    double projection = 0;
     for (int i = k + 1; i < n_; ++i) {
       double sum = 0;
       for (int j = k + 1; j < n_; ++j) sum += matrix_[i * n_ + j] * vector_[j];
       image_[i] = factor * sum;
-      along += image_[i] * vector_[i];
+      projection += image_[i] * vector_[i];
     }
-    for (int i = k + 1; i < n_; ++i) image_[i] -= factor / 2 * along * vector_[i];
+    for (int i = k + 1; i < n_; ++i) image_[i] -= factor / 2 * projection * vector_[i];
     for (int i = k + 1; i < n_; ++i)
       for (int j = k + 1; j < n_; ++j) matrix_[i * n_ + j] -= vector_[i] * image_[j] + image_[i] * vector_[j];
   }
@@ -77,28 +77,28 @@ double MinSingularValue::compute_from_normal_matrix() {
   for (int i = 0; i < n_; ++i)
     for (int j = 0; j < i; ++j) matrix_[i * n_ + j] = matrix_[j * n_ + i];
   tridiagonalise();
-  double least = 0;
-  for (int steps = 0; steps < max_laguerre_iterations; ++steps) {
-    const LaguerreSums sums = laguerre_sums(diagonal_, off_diagonal_, least);
-    if (!sums.below) break;  // there, up to round-off
-    const double spread = std::max(0.0, (n_ - 1) * (n_ * sums.second - sums.first * sums.first));
-    const double step = n_ / (sums.first + std::sqrt(spread));
-    least += step;
-    if (!(step > 1e-15 * least)) break;
+  double eigenvalue = 0;
+  for (int iteration = 0; iteration < max_laguerre_iterations; ++iteration) {
+    const LaguerreSums sums = laguerre_sums(diagonal_, off_diagonal_, eigenvalue);
+    if (!sums.is_lower_bound) break;  // converged, up to round-off
+    const double discriminant = std::max(0.0, (n_ - 1) * (n_ * sums.second - sums.first * sums.first));
+    const double step = n_ / (sums.first + std::sqrt(discriminant));
+    eigenvalue += step;
+    if (!(step > 1e-15 * eigenvalue)) break;
   }
-  return std::sqrt(least);
+  return std::sqrt(eigenvalue);
 }
 
-/// AᵀA − value² is positive definite beyond the doubt of round-off.
+/// Whether AᵀA − value² is positive definite beyond round-off.
 bool MinSingularValue::is_below_spectrum(double value) {
   double trace = 0;
   for (int i = 0; i < n_; ++i) trace += matrix_[i * n_ + i];
-  const double doubt = 4e-16 * n_ * trace;
+  const double round_off_bound = 4e-16 * n_ * trace;
   shifted_ = matrix_;
   for (int k = 0; k < n_; ++k) {
     double* row = &shifted_[k * n_];
     const double pivot = row[k] - value * value;
-    if (!(pivot > doubt)) return false;
+    if (!(pivot > round_off_bound)) return false;
     const double inverse = 1 / pivot;
     for (int i = k + 1; i < n_; ++i) {
       const double factor = row[i] * inverse;
@@ -110,38 +110,39 @@ bool MinSingularValue::is_below_spectrum(double value) {
 }
 
 std::optional<double> MinSingularValue::compute_from_factors(BlockTriangular& factors) {
-  constexpr int most = 12;
+  constexpr int max_iterations = 12;
   constexpr double inverse_iteration_tolerance = 1e-10, lower_bound_margin = 2e-9;
-  if (skipped_ > 0) {
-    --skipped_;
+  if (calls_to_skip_ > 0) {
+    --calls_to_skip_;
     return {};
   }
   if (static_cast<int>(guess_.size()) != n_) {
     guess_.resize(n_);
-    for (int i = 0; i < n_; ++i) guess_[i] = 1 + 0.3 * elementary::sin(i + 1);  // in no likely singular direction
+    for (int i = 0; i < n_; ++i) guess_[i] = 1 + 0.3 * elementary::sin(i + 1);  // a generic vector
   }
   double value = INFINITY, change = INFINITY;
-  for (int step = 0; step < most; ++step) {
+  for (int step = 0; step < max_iterations; ++step) {
     factors.solve_transposed(guess_.data());
-    double before = 0, after = 0;
-    for (int i = 0; i < n_; ++i) before += guess_[i] * guess_[i];
+    double half_step_squares = 0, full_step_squares = 0;
+    for (int i = 0; i < n_; ++i) half_step_squares += guess_[i] * guess_[i];
     factors.solve(guess_.data());
-    for (int i = 0; i < n_; ++i) after += guess_[i] * guess_[i];
-    const double last = value, scale = 1 / std::sqrt(after);
-    value = std::sqrt(before) * scale;  // ‖A x‖ / ‖x‖ of the vector that is the guess now
+    for (int i = 0; i < n_; ++i) full_step_squares += guess_[i] * guess_[i];
+    const double previous_value = value, scale = 1 / std::sqrt(full_step_squares);
+    value = std::sqrt(half_step_squares) * scale;  // ‖A x‖ / ‖x‖ for the new guess x
     for (int i = 0; i < n_; ++i) guess_[i] *= scale;
-    const double rate = std::abs(value - last) / change;
-    change = std::abs(value - last);
+    const double rate = std::abs(value - previous_value) / change;
+    change = std::abs(value - previous_value);
     if (!(change <= inverse_iteration_tolerance * value)) {
-      if (step < 3 || elementary::pow(rate, most - step) * change <= inverse_iteration_tolerance * value) continue;
-      break;  // two values are near each other
+      if (step < 3 || elementary::pow(rate, max_iterations - step) * change <= inverse_iteration_tolerance * value)
+        continue;
+      break;  // two singular values are close to each other
     }
     if (!is_below_spectrum((1 - lower_bound_margin) * value)) break;
     backoff_ = 0;
     return value;
   }
   guess_.clear();
-  skipped_ = backoff_ = std::min(2 * backoff_ + 1, 63);
+  calls_to_skip_ = backoff_ = std::min(2 * backoff_ + 1, 63);
   return {};
 }
 
@@ -154,27 +155,27 @@ std::optional<double> min_singular_value_by_lanczos(BlockTriangular& matrix) {
 }
 
 std::optional<double> min_singular_value_by_lanczos(int n, const std::function<void(VectorX&)>& inverse, int steps) {
-  constexpr int most = 60;
+  constexpr int max_basis_size = 60;
   std::minstd_rand random(1);
-  MatrixX basis(n, std::min(most, n));
+  MatrixX basis(n, std::min(max_basis_size, n));
   VectorX next = VectorX::NullaryExpr(n, [&] { return static_cast<double>(random()) / random.max() - 0.5; });
-  VectorX diagonal(basis.cols()), beside(basis.cols());
-  double length = next.norm();
+  VectorX diagonal(basis.cols()), off_diagonal(basis.cols());
+  double residual_norm = next.norm();
   for (int k = 0; k < basis.cols(); ++k) {
-    basis.col(k) = next / length;
+    basis.col(k) = next / residual_norm;
     next = basis.col(k);
     inverse(next);
     diagonal[k] = basis.col(k).dot(next);
-    const auto known = basis.leftCols(k + 1);
-    for (int twice = 0; twice < 2; ++twice) next -= known * (known.transpose() * next).eval();
-    beside[k] = length = next.norm();
-    const bool whole = k + 1 == basis.cols() || length <= 1e-13 * max_coefficient(diagonal.head(k + 1));
-    if (k % 4 != 3 && !whole) continue;  // to look takes longer than a step
+    const auto basis_so_far = basis.leftCols(k + 1);
+    for (int pass = 0; pass < 2; ++pass) next -= basis_so_far * (basis_so_far.transpose() * next).eval();
+    off_diagonal[k] = residual_norm = next.norm();
+    const bool is_exhausted = k + 1 == basis.cols() || residual_norm <= 1e-13 * max_coefficient(diagonal.head(k + 1));
+    if (k % 4 != 3 && !is_exhausted) continue;  // a check takes longer than a step
     SymmetricEigenSolver ritz;
-    ritz.computeFromTridiagonal(diagonal.head(k + 1), beside.head(k));
+    ritz.computeFromTridiagonal(diagonal.head(k + 1), off_diagonal.head(k));
     const double largest = ritz.eigenvalues()[k];
-    const bool converged = length * std::abs(ritz.eigenvectors()(k, k)) <= 1e-10 * largest;
-    if (converged && (k + 1 >= steps || length <= 1e-13 * largest)) return 1 / std::sqrt(largest);
+    const bool converged = residual_norm * std::abs(ritz.eigenvectors()(k, k)) <= 1e-10 * largest;
+    if (converged && (k + 1 >= steps || residual_norm <= 1e-13 * largest)) return 1 / std::sqrt(largest);
   }
   return {};
 }

@@ -1,45 +1,48 @@
 #pragma once
-/// Systems with at least as many rows as columns and a solution, over any scalar, by QR with column pivoting. Over duals the values are
-/// factorised once, and per number there is one more right-hand side: where A x = b has a solution for all of the numbers' values,
-/// A dx = db − dA x has one, too.
+/// Consistent systems with at least as many rows as columns, over any scalar, by QR with column pivoting. Over duals,
+/// the values are factorised once and each derivative adds one right-hand side: if A x = b is consistent for all values
+/// of the variables, so is A dx = db − dA x.
 
 #include "balance/foundation/base/dual.hpp"
 #include "balance/foundation/numerics/eigen_instantiations.hpp"
 
 namespace balance {
 
-// How regular a matrix with at least as many rows as columns is, and whether it can have lost rank on a way: what
-// BlockTriangular says of square ones.
+// Regularity of a matrix with at least as many rows as columns, and whether it can lose rank along a path: the
+// counterpart of BlockTriangular for square matrices.
 
-/// Smallest pivot by the largest, 0 if there are fewer rows than columns.
+/// Smallest pivot divided by the largest, 0 if there are fewer rows than columns.
 double pivot_ratio(const ColumnPivotingQr& factors);
 
-/// 1/largest entry of the pseudo-inverse, the measure that BlockTriangular has of square matrices, of the unknown that is determined
-/// least; at most 1, 0 if there are fewer rows than columns or the matrix is singular.
+/// 1/|largest entry| of the pseudo-inverse, in the row of the least determined unknown: the counterpart of
+/// BlockTriangular's measure for square matrices. At most 1; 0 if there are fewer rows than columns or the matrix is
+/// singular.
 double pseudo_inverse_regularity(const ColumnPivotingQr& factors);
 
-/// Whether every matrix on the straight way from `kept` to `now` has full column rank by a margin: ‖A⁺ (A − K)‖ ≤ limit < 1 (largest
-/// sum along a row).
-/// @param factors of `now`
-bool is_near_stored(const ColumnPivotingQr& factors, const MatrixX& now, const MatrixX& kept, double limit);
+/// Whether every matrix on the line segment from `stored` K to `current` A has full column rank by a margin:
+/// ‖A⁺ (A − K)‖ ≤ limit < 1 (maximum row sum).
+/// @param factors of `current`
+bool is_near_stored(const ColumnPivotingQr& factors, const MatrixX& current, const MatrixX& stored, double limit);
 
-/// Of a matrix with at least as many rows as columns; 1 if it has none. Good to round-off of the largest one.
+/// For a matrix with at least as many rows as columns; 1 if it has no columns. Accurate to round-off of the largest
+/// one.
 double smallest_singular_value(const MatrixX& matrix);
 
-/// A matrix that is looked at again and again along a way.
+/// Monitors a matrix along a path.
 class RankMonitor {
  public:
-  /// @return smallest pivot by the largest
+  /// @return pseudo_inverse_regularity()
   double factorise(MatrixX matrix);
-  /// Remembers the matrix last looked at.
-  void store() { kept_ = now_; }
-  /// As the function above, of the matrices kept and last looked at.
-  bool is_near_stored(double limit) const { return balance::is_near_stored(factors_, now_, kept_, limit); }
-  /// Whether some matrix on the straight way from the one kept to the one last looked at, which has full column rank, has not.
+  /// Stores the matrix last factorised.
+  void store() { stored_ = current_; }
+  /// The function above for the matrices last stored and last factorised.
+  bool is_near_stored(double limit) const { return balance::is_near_stored(factors_, current_, stored_, limit); }
+  /// Whether some matrix on the line segment from the stored one to the one last factorised, which has full column
+  /// rank, is rank-deficient.
   bool loses_rank_since_stored() const;
 
  private:
-  MatrixX now_, kept_;
+  MatrixX current_, stored_;
   ColumnPivotingQr factors_;
 };
 
@@ -47,41 +50,42 @@ template <class T>
 class OverdeterminedSystem {
  public:
   void resize(int rows, int columns) { dense_.setZero(rows, columns); }
-  T* storage() { return dense_.data(); }  ///< row by row
+  T* storage() { return dense_.data(); }  ///< row-major
   const T* storage() const { return dense_.data(); }
   const T& at(int row, int column) const { return dense_(row, column); }
   const auto& dense() const { return dense_; }
 
-  /// @return regularity of the values
+  /// @return pseudo_inverse_regularity() of the values
   double factorise() {
     values_ = values();
     factors_.compute(values_);
     return pseudo_inverse_regularity(factors_);
   }
-  void keep() { kept_ = values(); }
-  bool near_kept(double limit) const { return balance::is_near_stored(factors_, values_, kept_, limit); }
+  void keep() { stored_ = values(); }
+  bool near_kept(double limit) const { return balance::is_near_stored(factors_, values_, stored_, limit); }
 
-  /// As many right-hand sides as rows into as many unknowns as columns, in place.
+  /// In place: as many right-hand side entries as rows become as many unknowns as columns.
   void solve(T* x) const {
     const Eigen::Index rows = dense_.rows(), columns = dense_.cols();
     if constexpr (std::is_same_v<T, double>) {
       const VectorX solution = factors_.solve(Eigen::Map<const VectorX>(x, rows));
       for (Eigen::Index c = 0; c < columns; ++c) x[c] = solution[c];
     } else {
-      VectorX side(rows);
-      for (Eigen::Index r = 0; r < rows; ++r) side[r] = x[r].value;
-      const VectorX solution = factors_.solve(side);
-      MatrixX sides(rows, static_cast<Eigen::Index>(x[0].d.size()));
+      VectorX rhs(rows);
+      for (Eigen::Index r = 0; r < rows; ++r) rhs[r] = x[r].value;
+      const VectorX solution = factors_.solve(rhs);
+      MatrixX rhs_derivatives(rows, static_cast<Eigen::Index>(x[0].d.size()));
       for (Eigen::Index r = 0; r < rows; ++r)
-        for (Eigen::Index k = 0; k < sides.cols(); ++k) {
-          const auto number = static_cast<std::size_t>(k);
-          sides(r, k) = x[r].d[number];
-          for (Eigen::Index c = 0; c < columns; ++c) sides(r, k) -= dense_(r, c).d[number] * solution[c];
+        for (Eigen::Index k = 0; k < rhs_derivatives.cols(); ++k) {
+          const auto variable = static_cast<std::size_t>(k);
+          rhs_derivatives(r, k) = x[r].d[variable];
+          for (Eigen::Index c = 0; c < columns; ++c) rhs_derivatives(r, k) -= dense_(r, c).d[variable] * solution[c];
         }
-      const MatrixX derivatives = factors_.solve(sides);
+      const MatrixX derivatives = factors_.solve(rhs_derivatives);
       for (Eigen::Index c = 0; c < columns; ++c) {
         x[c].value = solution[c];
-        for (Eigen::Index k = 0; k < sides.cols(); ++k) x[c].d[static_cast<std::size_t>(k)] = derivatives(c, k);
+        for (Eigen::Index k = 0; k < rhs_derivatives.cols(); ++k)
+          x[c].d[static_cast<std::size_t>(k)] = derivatives(c, k);
       }
     }
   }
@@ -95,7 +99,7 @@ class OverdeterminedSystem {
   }
 
   Eigen::Matrix<T, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> dense_;
-  MatrixX values_, kept_;
+  MatrixX values_, stored_;
   ColumnPivotingQr factors_;
 };
 

@@ -10,7 +10,7 @@ namespace balance {
 
 namespace {
 
-/// With y = Lᵀ x, H = L Lᵀ, the optimum is the point of the feasible set that is nearest to −L⁻¹ g.
+/// With y = Lᵀ x and H = L Lᵀ, the optimum is the feasible point nearest to −L⁻¹ g.
 class GoldfarbIdnaniSolver {
  public:
   explicit GoldfarbIdnaniSolver(const QuadraticProgram& program)
@@ -21,8 +21,8 @@ class GoldfarbIdnaniSolver {
     MatrixX rows(total_, y_.size());
     rows << program.equalities, program.inequalities;
     normals_ = l_.triangularView<Eigen::Lower>().solve(rows.transpose());
-    right_.resize(total_);
-    right_ << program.equality_values, program.inequality_lower_bounds;
+    bounds_.resize(total_);
+    bounds_ << program.equality_values, program.inequality_lower_bounds;
     normal_norms_ = normals_.colwise().norm().transpose();
     multipliers_ = VectorX::Zero(total_);
   }
@@ -40,16 +40,17 @@ class GoldfarbIdnaniSolver {
   }
 
  private:
-  double slack(Eigen::Index i) const { return normals_.col(i).dot(y_) - right_[i]; }
-  double tolerance(Eigen::Index i) const { return 1e-13 * (std::abs(right_[i]) + normal_norms_[i] * (1 + y_.norm())); }
+  double slack(Eigen::Index i) const { return normals_.col(i).dot(y_) - bounds_[i]; }
+  double tolerance(Eigen::Index i) const { return 1e-13 * (std::abs(bounds_[i]) + normal_norms_[i] * (1 + y_.norm())); }
 
   Eigen::Index find_most_violated_constraint() const {
     Eigen::Index worst = -1;
-    double most = 0;
+    double max_violation = 0;
     for (Eigen::Index i = equalities_; i < total_; ++i) {
       if (normal_norms_[i] == 0) continue;
       const double violation = -slack(i) - tolerance(i);
-      if (violation / normal_norms_[i] > most && !is_active(i)) most = violation / normal_norms_[i], worst = i;
+      if (violation / normal_norms_[i] > max_violation && !is_active(i))
+        max_violation = violation / normal_norms_[i], worst = i;
     }
     return worst;
   }
@@ -60,11 +61,12 @@ class GoldfarbIdnaniSolver {
     return false;
   }
 
-  /// Moves to the nearest point that meets constraint p too, dropping constraints that hold it back.
+  /// Moves to the nearest point that also satisfies constraint p, dropping constraints that block it. @return false if
+  /// there is none
   bool add_constraint(Eigen::Index p) {
     if (std::abs(slack(p)) <= tolerance(p) && p >= equalities_) return true;
-    for (std::size_t guard = 0; guard < 4 * static_cast<std::size_t>(total_) + 10; ++guard) {
-      const double sign = p < equalities_ && slack(p) > 0 ? -1 : 1;  // an equality is approached from its side
+    for (std::size_t iteration = 0; iteration < 4 * static_cast<std::size_t>(total_) + 10; ++iteration) {
+      const double sign = p < equalities_ && slack(p) > 0 ? -1 : 1;  // approaches an equality from the current side
       const VectorX normal = sign * normals_.col(p);
       const auto q = static_cast<Eigen::Index>(active_.size());
       VectorX z = normal, r(q);
@@ -77,28 +79,29 @@ class GoldfarbIdnaniSolver {
         z = qr.householderQ() * projected;
       }
       const double slope = z.squaredNorm();
-      const bool blocked = !(slope > 1e-20 * normal.squaredNorm());
-      if (blocked && p < equalities_ &&
-          std::abs(slack(p)) <= 1e-9 * (std::abs(right_[p]) + normal_norms_[p] * (1 + y_.norm())))
-        return true;  // follows from the others
-      double limit = std::numeric_limits<double>::infinity();
-      Eigen::Index drop = -1;
+      const bool is_dependent = !(slope > 1e-20 * normal.squaredNorm());
+      if (is_dependent && p < equalities_ &&
+          std::abs(slack(p)) <= 1e-9 * (std::abs(bounds_[p]) + normal_norms_[p] * (1 + y_.norm())))
+        return true;  // implied by the others
+      double max_dual_step = std::numeric_limits<double>::infinity();
+      Eigen::Index dropped = -1;
       for (Eigen::Index k = 0; k < q; ++k) {
         const Eigen::Index a = active_[static_cast<std::size_t>(k)];
-        if (a >= equalities_ && r[k] > 0 && multipliers_[a] / r[k] < limit) limit = multipliers_[a] / r[k], drop = k;
+        if (a >= equalities_ && r[k] > 0 && multipliers_[a] / r[k] < max_dual_step)
+          max_dual_step = multipliers_[a] / r[k], dropped = k;
       }
-      const double full = blocked ? std::numeric_limits<double>::infinity() : std::abs(slack(p)) / slope;
-      const double t = std::min(limit, full);
-      if (!std::isfinite(t)) return false;
-      if (!blocked) y_ += t * z;
-      for (Eigen::Index k = 0; k < q; ++k) multipliers_[active_[static_cast<std::size_t>(k)]] -= t * r[k];
-      multipliers_[p] += sign * t;
-      if (full <= limit) {
+      const double full_step = is_dependent ? std::numeric_limits<double>::infinity() : std::abs(slack(p)) / slope;
+      const double step = std::min(max_dual_step, full_step);
+      if (!std::isfinite(step)) return false;
+      if (!is_dependent) y_ += step * z;
+      for (Eigen::Index k = 0; k < q; ++k) multipliers_[active_[static_cast<std::size_t>(k)]] -= step * r[k];
+      multipliers_[p] += sign * step;
+      if (full_step <= max_dual_step) {
         active_.push_back(p);
         return true;
       }
-      multipliers_[active_[static_cast<std::size_t>(drop)]] = 0;
-      active_.erase(active_.begin() + drop);
+      multipliers_[active_[static_cast<std::size_t>(dropped)]] = 0;
+      active_.erase(active_.begin() + dropped);
     }
     return false;
   }
@@ -111,8 +114,8 @@ class GoldfarbIdnaniSolver {
   Eigen::Index equalities_, total_;
   MatrixX l_;
   VectorX y_;
-  MatrixX normals_;  ///< columns
-  VectorX right_, normal_norms_, multipliers_;
+  MatrixX normals_;  ///< one column per constraint
+  VectorX bounds_, normal_norms_, multipliers_;
   std::vector<Eigen::Index> active_;
 };
 

@@ -23,9 +23,9 @@ struct QuadraticOptimum {
   VectorX inequality_multipliers;  ///< not negative
 };
 
-/// @return nothing if the constraints contradict each other
+/// @return std::nullopt if the constraints contradict each other
 /// Source: Goldfarb & Idnani, A numerically stable dual method for solving strictly convex quadratic programs,
-/// Mathematical Programming 27 (1983); the active set is factorised anew in every step.
+/// Mathematical Programming 27 (1983); every step factorises the active set anew.
 std::optional<QuadraticOptimum> solve_quadratic_program(const QuadraticProgram& program);
 
 }  // namespace balance

@@ -10,25 +10,25 @@ namespace balance {
 
 namespace {
 
-/// Orthonormal vectors that the matrix stretches by the values, up to round-off.
-bool is_accurate(const MatrixX& matrix, const RightSingularVectors& found) {
-  if (!found.values.allFinite() || !found.vectors.allFinite()) return false;
-  const auto n = found.values.size();
-  const double allowed = 1e-14 * static_cast<double>(matrix.rows() + matrix.cols());
-  const MatrixX image = matrix * found.vectors;
+/// Whether the vectors are orthonormal and the matrix stretches them by the values, up to round-off.
+bool is_accurate(const MatrixX& matrix, const RightSingularVectors& svd) {
+  if (!svd.values.allFinite() || !svd.vectors.allFinite()) return false;
+  const auto n = svd.values.size();
+  const double tolerance = 1e-14 * static_cast<double>(matrix.rows() + matrix.cols());
+  const MatrixX image = matrix * svd.vectors;
   const double largest = max_abs(image.colwise().norm());
-  return max_abs(found.vectors.transpose() * found.vectors - MatrixX::Identity(n, n)) <= allowed &&
-         max_abs(image.colwise().norm().transpose() - found.values) <= allowed * largest;
+  return max_abs(svd.vectors.transpose() * svd.vectors - MatrixX::Identity(n, n)) <= tolerance &&
+         max_abs(image.colwise().norm().transpose() - svd.values) <= tolerance * largest;
 }
 
 }  // namespace
 
 RightSingularVectors compute_right_singular_vectors(const MatrixX& matrix) {
   const Eigen::BDCSVD<MatrixX> fast(matrix, Eigen::ComputeThinV);
-  RightSingularVectors found{fast.singularValues(), fast.matrixV()};
-  if (fast.info() == Eigen::Success && is_accurate(matrix, found)) return found;
-  const SingularValueDecomposition sure(matrix, Eigen::ComputeThinU | Eigen::ComputeThinV);
-  return {sure.singularValues(), sure.matrixV()};
+  RightSingularVectors result{fast.singularValues(), fast.matrixV()};
+  if (fast.info() == Eigen::Success && is_accurate(matrix, result)) return result;
+  const SingularValueDecomposition accurate(matrix, Eigen::ComputeThinU | Eigen::ComputeThinV);
+  return {accurate.singularValues(), accurate.matrixV()};
 }
 
 }  // namespace balance

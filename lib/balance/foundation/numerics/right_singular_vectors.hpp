@@ -1,16 +1,17 @@
 #pragma once
-/// Singular values and right singular vectors that can be relied upon.
+/// Reliable singular values and right singular vectors.
 
 #include "balance/foundation/base/types.hpp"
 
 namespace balance {
 
 struct RightSingularVectors {
-  VectorX values;   ///< decreasing, as many as the smaller of the matrix's two sizes
+  VectorX values;   ///< decreasing, min(rows, columns) of them
   MatrixX vectors;  ///< columns × values
 };
 
-/// By divide and conquer, checked: Eigen's sometimes leaves entries that were never set. Then by Jacobi's method, which is slower.
+/// Divide and conquer with a check of the result, because Eigen's sometimes leaves entries unset. Otherwise Jacobi's
+/// method, which is slower.
 RightSingularVectors compute_right_singular_vectors(const MatrixX& matrix);
 
 }  // namespace balance

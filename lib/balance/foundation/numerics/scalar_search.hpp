@@ -1,5 +1,5 @@
 #pragma once
-/// The least values of a function of time that is known at growing times and can be computed between them.
+/// Local minima of a function of time that is sampled at increasing times and can be evaluated in between.
 
 #include <array>
 #include <cmath>
@@ -13,24 +13,24 @@ class LocalMinimumTracker {
     double time = 0, value = INFINITY;
   };
 
-  /// Nothing before is connected with what is seen next.
+  /// The next sample starts a new sequence.
   void reset() { sample_count_ = 0; }
 
-  /// @param value_at computes the function anywhere from the place seen before last to this one
-  /// @param found called with every lowest place: between three of which the middle one is the lowest, to 1e-7 of their distance
-  template <class ValueAt, class Found>
-  void add_sample(const TimedValue& here, ValueAt&& value_at, Found&& found) {
-    places_[0] = places_[1];
-    places_[1] = places_[2];
-    places_[2] = here;
+  /// @param value_at evaluates the function anywhere between the last three samples
+  /// @param on_minimum called with every local minimum bracketed by three samples, to 1e-7 of their distance
+  template <class ValueAt, class OnMinimum>
+  void add_sample(const TimedValue& sample, ValueAt&& value_at, OnMinimum&& on_minimum) {
+    samples_[0] = samples_[1];
+    samples_[1] = samples_[2];
+    samples_[2] = sample;
     if (++sample_count_ < 3) return;
-    const auto& [left, middle, right] = places_;
+    const auto& [left, middle, right] = samples_;
     if (std::isfinite(middle.value) && middle.value <= left.value && middle.value < right.value)
-      found(golden_section_min(left, middle, right, value_at));
+      on_minimum(golden_section_min(left, middle, right, value_at));
   }
 
  private:
-  /// Golden section.
+  /// Golden-section search.
   template <class ValueAt>
   static TimedValue golden_section_min(const TimedValue& left, const TimedValue& middle, const TimedValue& right,
                                        ValueAt&& value_at) {
@@ -53,7 +53,7 @@ class LocalMinimumTracker {
     return best;
   }
 
-  std::array<TimedValue, 3> places_;
+  std::array<TimedValue, 3> samples_;
   int sample_count_ = 0;
 };
 

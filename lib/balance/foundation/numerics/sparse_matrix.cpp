@@ -11,7 +11,7 @@ namespace balance {
 
 namespace {
 
-/// Bound on the entries of AᵀA.
+/// Bound on the number of entries of AᵀA. @param entries per row of A
 double bound_normal_entries(const Eigen::VectorXi& entries) { return entries.cast<double>().squaredNorm(); }
 
 Eigen::VectorXi entries_per_row(const SparseMatrix& A) {
@@ -34,27 +34,27 @@ SparseMatrix identity(Eigen::Index n) {
 }  // namespace
 
 VectorX solve_damped_least_squares(const SparseMatrix& A, const VectorX& b, double shift) {
-  const bool rows = bound_normal_entries(entries_per_column(A)) <= bound_normal_entries(entries_per_row(A));
+  const bool use_row_form = bound_normal_entries(entries_per_column(A)) <= bound_normal_entries(entries_per_row(A));
   const SparseMatrix transposed = A.transpose();
-  SparseMatrix normal = rows ? SparseMatrix(A * transposed) : SparseMatrix(transposed * A);
+  SparseMatrix normal = use_row_form ? SparseMatrix(A * transposed) : SparseMatrix(transposed * A);
   normal += shift * identity(normal.rows());
   const Eigen::SimplicialLDLT<SparseMatrix> factors(normal);
-  if (rows) return transposed * factors.solve(b);
+  if (use_row_form) return transposed * factors.solve(b);
   return factors.solve(transposed * b);
 }
 
 std::optional<double> min_singular_value(const SparseMatrix& A) {
   constexpr double min_relative_singular_value = 1e-6;
-  constexpr int min_lanczos_steps = 20;  // a misjudgement by a factor of two then has a probability below 1e-12
+  constexpr int min_lanczos_steps = 20;  // an error by a factor of two then has a probability below 1e-12
   if (A.nonZeros() == 0) return {};
   const SparseMatrix transposed = A.transpose();
   const Eigen::SimplicialLDLT<SparseMatrix> factors(A.rows() <= A.cols() ? SparseMatrix(A * transposed)
                                                                          : SparseMatrix(transposed * A));
   if (factors.info() != Eigen::Success || !(min_coefficient(factors.vectorD()) > 0)) return {};
   const auto inverse = [&](VectorX& x) { x = factors.solve(x).eval(); };
-  const std::optional<double> found =
+  const std::optional<double> sigma_min =
       min_singular_value_by_lanczos(static_cast<int>(factors.rows()), inverse, min_lanczos_steps);
-  return found && *found > min_relative_singular_value * A.norm() ? found : std::nullopt;
+  return sigma_min && *sigma_min > min_relative_singular_value * A.norm() ? sigma_min : std::nullopt;
 }
 
 }  // namespace balance

@@ -7,7 +7,7 @@ namespace balance::design {
 
 namespace {
 
-/// Coefficients were fitted to about 1e-13 of their size; what cancels to less is round-off.
+/// Coefficients are fitted to about 1e-13 of their size; smaller results of cancellation are round-off.
 constexpr double cancellation_tolerance = 1e-12;
 
 int degree(const Monomial& monomial) {
@@ -22,7 +22,7 @@ double power(double x, int n) {
   return product;
 }
 
-/// Product of a monomial's factors, the one at `skip` differentiated (none: −1).
+/// Product of a monomial's factors, with the factor `skip` differentiated (−1: none).
 double product(const Monomial& monomial, const VectorX& u, int skip) {
   double value = 1;
   for (int f = 0; f < static_cast<int>(monomial.size()); ++f) {
@@ -89,53 +89,53 @@ double SparsePolynomial::lower_bound(int output) const {
 }
 
 SparsePolynomial SparsePolynomial::combine(const MatrixX& matrix) const {
-  PolynomialBuilder collector(static_cast<int>(matrix.rows()));
+  PolynomialBuilder builder(static_cast<int>(matrix.rows()));
   for (const Term& term : terms_)
     for (const auto& [output, coefficient] : term.coefficients)
       for (int row = 0; row < matrix.rows() && output < matrix.cols(); ++row)
-        if (matrix(row, output) != 0) collector.add(term.monomial, row, matrix(row, output) * coefficient);
-  return collector.build(variables_, cancellation_tolerance);
+        if (matrix(row, output) != 0) builder.add(term.monomial, row, matrix(row, output) * coefficient);
+  return builder.build(variables_, cancellation_tolerance);
 }
 
-SparsePolynomial SparsePolynomial::substitute(const VectorX& centre, const VectorX& half) const {
-  // u = (x − centre) / half, factor by factor; a number whose bounds coincide occurs in no term
-  PolynomialBuilder collector(outputs_);
+SparsePolynomial SparsePolynomial::substitute(const VectorX& centre, const VectorX& half_width) const {
+  // u = (x − centre) / half_width, factor by factor; a variable whose bounds coincide occurs in no term
+  PolynomialBuilder builder(outputs_);
   for (const Term& term : terms_) {
     std::map<Monomial, double> expanded{{{}, 1.0}};
     for (const auto& [variable, exponent] : term.monomial)
       for (int k = 0; k < exponent; ++k) {
         std::map<Monomial, double> next;
         for (const auto& [monomial, value] : expanded) {
-          next[monomial] -= value * centre[variable] / half[variable];
-          Monomial raised = monomial;
-          if (!raised.empty() && raised.back().first == variable)
-            ++raised.back().second;
+          next[monomial] -= value * centre[variable] / half_width[variable];
+          Monomial multiplied = monomial;
+          if (!multiplied.empty() && multiplied.back().first == variable)
+            ++multiplied.back().second;
           else
-            raised.emplace_back(variable, 1);
-          next[raised] += value / half[variable];
+            multiplied.emplace_back(variable, 1);
+          next[multiplied] += value / half_width[variable];
         }
         expanded = std::move(next);
       }
     for (const auto& [monomial, value] : expanded)
       for (const auto& [output, coefficient] : term.coefficients)
-        if (value != 0) collector.add(monomial, output, value * coefficient);
+        if (value != 0) builder.add(monomial, output, value * coefficient);
   }
-  return collector.build(variables_, cancellation_tolerance);
+  return builder.build(variables_, cancellation_tolerance);
 }
 
 void PolynomialBuilder::add(const Monomial& monomial, int output, double coefficient) {
-  auto& [sum, size] = sums_[monomial][output];
+  auto& [sum, magnitude] = sums_[monomial][output];
   sum += coefficient;
-  size += std::abs(coefficient);
+  magnitude += std::abs(coefficient);
 }
 
-SparsePolynomial PolynomialBuilder::build(int variables, double relative) const {
+SparsePolynomial PolynomialBuilder::build(int variables, double relative_tolerance) const {
   SparsePolynomial result(variables, outputs_);
   for (const auto& [monomial, coefficients] : sums_) {
-    std::vector<std::pair<int, double>> kept;
+    std::vector<std::pair<int, double>> significant;
     for (const auto& [output, entry] : coefficients)
-      if (std::abs(entry.first) > relative * entry.second) kept.emplace_back(output, entry.first);
-    if (!kept.empty()) result.add(monomial, std::move(kept));
+      if (std::abs(entry.first) > relative_tolerance * entry.second) significant.emplace_back(output, entry.first);
+    if (!significant.empty()) result.add(monomial, std::move(significant));
   }
   return result;
 }

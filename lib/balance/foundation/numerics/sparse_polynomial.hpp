@@ -1,5 +1,5 @@
 #pragma once
-/// Several polynomials of low degree in many variables, kept as a sparse list of terms.
+/// Several polynomials of low degree in many variables, stored as a sparse list of terms.
 
 #include "balance/foundation/base/types.hpp"
 
@@ -9,7 +9,7 @@
 
 namespace balance::design {
 
-/// A monomial: variables in increasing order with their powers (from 1); empty: the constant.
+/// A monomial: (variable, power ≥ 1) pairs in increasing order of variables; empty for the constant.
 using Monomial = std::vector<std::pair<int, int>>;
 
 class SparsePolynomial {
@@ -21,7 +21,7 @@ class SparsePolynomial {
 
   struct Term {
     Monomial monomial;
-    std::vector<std::pair<int, double>> coefficients;  ///< output, its coefficient
+    std::vector<std::pair<int, double>> coefficients;  ///< (output, coefficient)
   };
   const std::vector<Term>& terms() const { return terms_; }
   void add(Monomial monomial, std::vector<std::pair<int, double>> coefficients);
@@ -29,31 +29,31 @@ class SparsePolynomial {
   /// @param jacobian outputs × variables, or null
   void evaluate(const VectorX& u, VectorX& values, MatrixX* jacobian) const;
 
-  /// No term of this output has a degree above one.
+  /// Whether no term of this output has a degree above one.
   bool is_affine(int output) const;
   bool is_affine() const;
-  /// A variable that the output depends on.
+  /// Whether the output depends on the variable.
   bool has_variable(int output, int variable) const;
-  /// What the output cannot fall below while all variables stay between −1 and 1.
+  /// Lower bound of the output while all variables are between −1 and 1.
   double lower_bound(int output) const;
 
-  /// matrix × the outputs. Coefficients that are nothing but round-off of what cancels are left out.
+  /// matrix × outputs. Drops coefficients that are only round-off from cancellation.
   SparsePolynomial combine(const MatrixX& matrix) const;
-  /// The same functions of x = centre + half · u, the variables of size `size`; coefficients that cancel are left out.
-  SparsePolynomial substitute(const VectorX& centre, const VectorX& half) const;
+  /// The same functions in terms of x = centre + half_width · u. Drops coefficients that cancel.
+  SparsePolynomial substitute(const VectorX& centre, const VectorX& half_width) const;
 
  private:
   int variables_, outputs_;
   std::vector<Term> terms_;
 };
 
-/// Collects coefficients of monomials together with the size of what was added up, so that round-off is known as such.
+/// Sums coefficients of monomials together with their magnitudes, so that round-off can be recognised.
 class PolynomialBuilder {
  public:
   explicit PolynomialBuilder(int outputs) : outputs_(outputs) {}
   void add(const Monomial& monomial, int output, double coefficient);
-  /// @param relative coefficients below this part of what was added up to them are left out
-  SparsePolynomial build(int variables, double relative) const;
+  /// @param relative_tolerance coefficients below this fraction of their summed magnitudes are dropped
+  SparsePolynomial build(int variables, double relative_tolerance) const;
 
  private:
   int outputs_;

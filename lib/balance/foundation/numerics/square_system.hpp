@@ -1,6 +1,6 @@
 #pragma once
-/// Square linear systems of fixed sparsity over any scalar: BlockTriangular itself over doubles; over duals one factorisation of the
-/// values, and per number one more right-hand side: from A x = b follows A dx = db − dA x.
+/// Square linear systems of fixed sparsity over any scalar. Over doubles: BlockTriangular itself. Over duals, the
+/// values are factorised once and each derivative adds one right-hand side: A x = b implies A dx = db − dA x.
 
 #include "balance/foundation/base/dual.hpp"
 #include "balance/foundation/numerics/block_triangular.hpp"
@@ -9,7 +9,7 @@
 
 namespace balance {
 
-// For small_blocks.
+// Overloads for small_blocks.
 template <int N>
 void subtract(Dual<N>& x, double a, const Dual<N>& y) {
   x.value -= a * y.value;
@@ -20,7 +20,7 @@ void scale(Dual<N>& x, double a) {
   x *= a;
 }
 
-/// The interface is that of BlockTriangular; regularity and nearness are those of the values.
+/// Same interface as BlockTriangular; regularity and nearness are those of the values.
 template <int N>
 class DualBlockTriangular {
  public:
@@ -45,8 +45,8 @@ class DualBlockTriangular {
   const T* storage() const { return entries_.data(); }
   /// Zero outside the pattern.
   T at(int row, int column) const {
-    const int place = values_.index(row, column);
-    return place < 0 ? T(0) : entries_[static_cast<std::size_t>(place)];
+    const int entry = values_.index(row, column);
+    return entry < 0 ? T(0) : entries_[static_cast<std::size_t>(entry)];
   }
   BlockTriangular& values() { return values_; }
 
@@ -59,7 +59,7 @@ class DualBlockTriangular {
 
   void solve(T* x) {
     solve_with(
-        x, [&](auto* side, auto* work) { values_.solve(side, work); },
+        x, [&](auto* rhs, auto* work) { values_.solve(rhs, work); },
         [](const Nonzero& entry) { return std::pair(entry.row, entry.column); });
   }
   void solve_pair(T* x, T* z) {
@@ -68,7 +68,7 @@ class DualBlockTriangular {
   }
   void solve_transposed(T* x) {
     solve_with(
-        x, [&](auto* side, auto* work) { values_.solve_transposed(side, work); },
+        x, [&](auto* rhs, auto* work) { values_.solve_transposed(rhs, work); },
         [](const Nonzero& entry) { return std::pair(entry.column, entry.row); });
   }
 
@@ -78,13 +78,13 @@ class DualBlockTriangular {
   };
   std::size_t at(const Nonzero& entry) const { return static_cast<std::size_t>(entry.index); }
 
-  /// Value and derivatives of the last right-hand sides have the same matrix, that of values.
-  template <class Solve, class Place>
-  void solve_with(T* x, const Solve& solve_values, const Place& place) {
+  /// Solves for values and derivatives together: the final right-hand sides share the matrix of the values.
+  template <class Solve, class Position>
+  void solve_with(T* x, const Solve& solve_values, const Position& position) {
     for (int i = 0; i < size(); ++i) solution_[i] = x[i].value;
     solve_values(solution_.data(), right_hand_side_.data());
     for (const Nonzero& entry : nonzeros_) {
-      const auto [row, column] = place(entry);
+      const auto [row, column] = position(entry);
       const T& a = entries_[at(entry)];
       x[row].d -= a.d * solution_[column];
     }

@@ -40,7 +40,7 @@ void make_folder(const std::string& path, bool force) {
   fs::create_directories(path, error);
   if (error) throw SystemError(fmt::format("cannot make the folder {}: {}", path, error.message()));
   if (force || fs::exists(fs::path(path) / lock_file_name, error) || fs::is_empty(path, error)) return;
-  // Another shard may have been quicker by a moment.
+  // Another shard may have created it a moment ago.
   if (fs::exists(fs::path(path) / lock_file_name, error)) return;
   throw SystemError(fmt::format("{} is neither empty nor the folder of a batch; --force uses it all the same", path));
 }
@@ -48,7 +48,7 @@ void make_folder(const std::string& path, bool force) {
 }  // namespace
 
 BatchFolder::BatchFolder(const std::string& path, const std::optional<Shard>& shard,
-                         const std::vector<std::string>& own, bool force)
+                         const std::vector<std::string>& case_names, bool force)
     : path_(path) {
   make_folder(path, force);
   try {
@@ -56,36 +56,37 @@ BatchFolder::BatchFolder(const std::string& path, const std::optional<Shard>& sh
     if (shard)
       lock(fmt::format(".batch-{}-of-{}.lock", shard->index, shard->count), LOCK_EX,
            fmt::format("another shard {}/{}", shard->index, shard->count));
-    remove_stale_files(shard, own);
+    remove_stale_files(shard, case_names);
   } catch (...) {
-    for (const int lock : locks_) ::close(lock);
+    for (const int descriptor : locks_) ::close(descriptor);
     throw;
   }
 }
 
 BatchFolder::~BatchFolder() {
-  for (const int lock : locks_) ::close(lock);
+  for (const int descriptor : locks_) ::close(descriptor);
 }
 
-void BatchFolder::lock(const std::string& name, int operation, const std::string& whose) {
+void BatchFolder::lock(const std::string& name, int operation, const std::string& holder) {
   const std::string file = (fs::path(path_) / name).string();
   const int descriptor = ::open(file.c_str(), O_RDWR | O_CREAT | O_NOFOLLOW | O_CLOEXEC, 0666);
   if (descriptor < 0 && errno == ELOOP) throw SystemError(fmt::format("cannot write {}: it is a symbolic link", file));
   if (descriptor < 0) throw SystemError(fmt::format("cannot write {}: {}", file, std::strerror(errno)));
   locks_.push_back(descriptor);
-  // A killed batch's children end a moment after it, and hold the lock until then.
+  // The children of a killed batch end a moment later and hold the lock until then.
   constexpr int max_lock_attempts = 100;
   for (int attempt = 0; ::flock(descriptor, operation | LOCK_NB) != 0; ++attempt) {
     if (errno == EINTR) continue;
     if (errno != EWOULDBLOCK) throw SystemError(fmt::format("cannot lock {}: {}", file, std::strerror(errno)));
-    if (attempt >= max_lock_attempts) throw SystemError(fmt::format("{} is at work in {}", whose, path_));
+    if (attempt >= max_lock_attempts) throw SystemError(fmt::format("{} is at work in {}", holder, path_));
     std::this_thread::sleep_for(std::chrono::milliseconds(10));
   }
 }
 
-void BatchFolder::remove_stale_files(const std::optional<Shard>& shard, const std::vector<std::string>& own) const {
+void BatchFolder::remove_stale_files(const std::optional<Shard>& shard,
+                                     const std::vector<std::string>& case_names) const {
   std::set<std::string> targets;
-  for (const std::string& name : own)
+  for (const std::string& name : case_names)
     for (const std::string& file : files_of(name)) targets.insert(file);
   if (!shard)
     for (const char* file : summary_file_names) targets.insert(file);
@@ -111,29 +112,29 @@ void BatchFolder::sync() const {
 }
 
 std::string find_overwritten_input(const BatchPlan& plan, const std::string& folder) {
-  std::map<FileIdentity, std::string> inputs;  // a batch has too many files to compare each with each
-  const auto reads = [&](const std::string& file, const std::string& what) {
-    if (const auto identity = identity_of_input(file)) inputs.emplace(*identity, what + " " + file);
+  std::map<FileIdentity, std::string> inputs;  // a batch has too many files for pairwise comparisons
+  const auto add_input = [&](const std::string& file, const std::string& description) {
+    if (const auto identity = identity_of_input(file)) inputs.emplace(*identity, description + " " + file);
   };
-  reads(plan.suite.file, "the suite");
+  add_input(plan.suite.file, "the suite");
   for (const SpecSource& spec : plan.specs) {
-    reads(spec.path, "the spec");
-    for (const std::string& table : spec.referenced_files) reads(table, "the table");
+    add_input(spec.path, "the spec");
+    for (const std::string& table : spec.referenced_files) add_input(table, "the table");
   }
-  const auto met = [&](const std::string& name) -> std::string {
+  const auto find_conflict = [&](const std::string& name) -> std::string {
     const auto identity = find_file_identity((fs::path(folder) / name).string());
-    const auto found = identity ? inputs.find(*identity) : inputs.end();
-    if (found == inputs.end()) return "";
-    return fmt::format("{} would be replaced by {}; name another folder", found->second,
+    const auto input = identity ? inputs.find(*identity) : inputs.end();
+    if (input == inputs.end()) return "";
+    return fmt::format("{} would be replaced by {}; name another folder", input->second,
                        (fs::path(folder) / name).string());
   };
   std::vector<std::string> outputs(summary_file_names.begin(), summary_file_names.end());
   outputs.emplace_back(lock_file_name);
-  for (const SuiteCase& one : plan.suite.cases)
-    for (const std::string& file : files_of(one.name))
-      if (one.design || file != balanced_spec_file_name(one.name)) outputs.push_back(file);
+  for (const SuiteCase& suite_case : plan.suite.cases)
+    for (const std::string& file : files_of(suite_case.name))
+      if (suite_case.design || file != balanced_spec_file_name(suite_case.name)) outputs.push_back(file);
   for (const std::string& output : outputs)
-    if (std::string sentence = met(output); !sentence.empty()) return sentence;
+    if (std::string conflict = find_conflict(output); !conflict.empty()) return conflict;
   return "";
 }
 

@@ -1,5 +1,5 @@
 #pragma once
-/// The folder that a batch writes into: one batch at a time, or several shards of one.
+/// The folder that a batch writes to: used by one batch at a time, or by several shards of one.
 
 #include "balance/interface/batch/batch_plan.hpp"
 
@@ -12,13 +12,14 @@ namespace balance {
 
 class BatchFolder {
  public:
-  /// Makes the folder if it does not exist, takes it for this process, removes what a killed batch left unfinished, and symbolic links
-  /// in the places of its own files. The end of the process and its children, however it comes, gives the folder free.
-  /// @param shard takes the folder for this shard only; nothing: for this process alone
-  /// @param own the cases that this process computes: only their unfinished files are surely its own
-  /// @param force use a folder that holds other things
-  /// @throws SystemError if it cannot be made or written, holds other things, or another process has it
-  BatchFolder(const std::string& path, const std::optional<Shard>& shard, const std::vector<std::string>& own,
+  /// Creates the folder if it does not exist, locks it for this process, and removes unfinished files of a killed batch
+  /// and symbolic links in the places of its own files. The lock ends with the process and its children, even if they
+  /// are killed.
+  /// @param shard locks the folder for this shard only; std::nullopt: for this process alone
+  /// @param case_names the cases that this process computes: only their unfinished files are certainly its own
+  /// @param force use a folder that contains other files
+  /// @throws SystemError if it cannot be created or written, contains other files or is locked by another process
+  BatchFolder(const std::string& path, const std::optional<Shard>& shard, const std::vector<std::string>& case_names,
               bool force);
   ~BatchFolder();
   BatchFolder(const BatchFolder&) = delete;
@@ -26,23 +27,24 @@ class BatchFolder {
 
   const std::string& path() const { return path_; }
 
-  /// Removes the unfinished files of a case whose process did not come to its end.
+  /// Removes the unfinished files of a case whose process ended prematurely.
   void remove_unfinished(const std::string& case_name) const;
 
-  /// Waits until everything that was written is on disk.
+  /// Waits until everything written is on disk.
   void sync() const;
 
  private:
-  void lock(const std::string& name, int operation, const std::string& whose);
-  void remove_stale_files(const std::optional<Shard>& shard, const std::vector<std::string>& own) const;
+  void lock(const std::string& name, int operation, const std::string& holder);
+  void remove_stale_files(const std::optional<Shard>& shard, const std::vector<std::string>& case_names) const;
   void remove_abandoned(const std::set<std::string>& targets) const;
 
   std::string path_;
-  std::vector<int> locks_;  ///< descriptors
+  std::vector<int> locks_;  ///< descriptors of the lock files
 };
 
-/// What a batch would replace although it reads it: a file of the suite's that has the identity of one that the batch writes into the
-/// folder, whatever the names are. A sentence about the first that is found; empty if there is none.
+/// Checks whether the batch would overwrite one of its inputs: a file of the suite with the identity of one that the
+/// batch writes to the folder, whatever their names. Returns a sentence about the first one found; empty if there is
+/// none.
 std::string find_overwritten_input(const BatchPlan& plan, const std::string& folder);
 
 }  // namespace balance

@@ -21,8 +21,8 @@ struct LoadedObjectSearch {
   std::string file;
 };
 
-/// Told of every loaded object in turn; the program itself has no name.
-int take_if_it_holds(dl_phdr_info* object, std::size_t /*size*/, void* data) {
+/// Callback for every loaded object in turn; the program itself has an empty name.
+int find_object_containing(dl_phdr_info* object, std::size_t /*size*/, void* data) {
   auto& search = *static_cast<LoadedObjectSearch*>(data);
   for (int i = 0; i < object->dlpi_phnum; ++i) {
     const auto& segment = object->dlpi_phdr[i];
@@ -39,7 +39,7 @@ int take_if_it_holds(dl_phdr_info* object, std::size_t /*size*/, void* data) {
 
 std::string hash_build() {
   LoadedObjectSearch search{reinterpret_cast<std::uintptr_t>(&hash_build), ""};
-  dl_iterate_phdr(take_if_it_holds, &search);
+  dl_iterate_phdr(find_object_containing, &search);
   std::string digits = sha256_of_file(search.file);
   if (digits.empty()) throw SystemError("cannot read the program itself, to tell which build it is: " + search.file);
   return digits;
@@ -49,7 +49,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Pipes and devices have no end or another one each time: who reads them here would never come to the cases.
+/// Pipes and devices may never end, or differ at every read: reading them here could keep the batch from starting.
 bool is_regular(const std::string& path) {
   std::error_code error;
   return fs::is_regular_file(path, error);
@@ -72,45 +72,45 @@ SpecSource read_source(const std::string& path) {
   return source;
 }
 
-/// Text with its length, so that no two lists of texts read alike.
-void append_length_prefixed(std::string& all, const std::string& text) {
-  all += fmt::format("{}:{},", text.size(), text);
+/// Prefixes a text with its length, so that different lists of texts never read alike.
+void append_length_prefixed(std::string& key_text, const std::string& text) {
+  key_text += fmt::format("{}:{},", text.size(), text);
 }
 
-/// What depends on the spec alone.
+/// The part of a key that depends on the spec and the build alone.
 std::string spec_part(const SpecSource& source, const std::string& build) {
-  std::string all;
-  append_length_prefixed(all, "balance case 2");
-  append_length_prefixed(all, version());
-  append_length_prefixed(all, build);
-  append_length_prefixed(all, fs::path(source.path).filename().string());  // the result's command line names it
-  append_length_prefixed(all, sha256(source.text));
+  std::string key_text;
+  append_length_prefixed(key_text, "balance case 2");
+  append_length_prefixed(key_text, version());
+  append_length_prefixed(key_text, build);
+  append_length_prefixed(key_text, fs::path(source.path).filename().string());  // part of the result's command line
+  append_length_prefixed(key_text, sha256(source.text));
   for (const std::string& table : source.referenced_files)
-    append_length_prefixed(all, is_regular(table) ? sha256_of_file(table) : "");
-  return all;
+    append_length_prefixed(key_text, is_regular(table) ? sha256_of_file(table) : "");
+  return key_text;
 }
 
-std::string make_cache_key(const SuiteCase& one, std::string all) {
-  append_length_prefixed(all, one.name);  // a balanced spec is called by it
-  for (const auto& [name, value] : one.overrides) {
-    append_length_prefixed(all, "set");
-    append_length_prefixed(all, name);
-    append_length_prefixed(all, value);
+std::string make_cache_key(const SuiteCase& suite_case, std::string key_text) {
+  append_length_prefixed(key_text, suite_case.name);  // the balanced spec is named after it
+  for (const auto& [name, value] : suite_case.overrides) {
+    append_length_prefixed(key_text, "set");
+    append_length_prefixed(key_text, name);
+    append_length_prefixed(key_text, value);
   }
-  append_length_prefixed(all, "trajectory");
-  append_length_prefixed(all, one.trajectory);
-  append_length_prefixed(all, one.samples ? std::to_string(*one.samples) : "");
-  if (!one.controller.empty()) {
-    append_length_prefixed(all, "controller");
-    append_length_prefixed(all, one.controller);
+  append_length_prefixed(key_text, "trajectory");
+  append_length_prefixed(key_text, suite_case.trajectory);
+  append_length_prefixed(key_text, suite_case.samples ? std::to_string(*suite_case.samples) : "");
+  if (!suite_case.controller.empty()) {
+    append_length_prefixed(key_text, "controller");
+    append_length_prefixed(key_text, suite_case.controller);
   }
-  if (one.design) {
-    append_length_prefixed(all, one.design->modular ? "modular design" : "design");
-    for (const Goal& goal : one.design->goals) append_length_prefixed(all, goal_name(goal));
-    append_length_prefixed(all, one.design->minimize);
-    append_length_prefixed(all, one.design->seed ? std::to_string(*one.design->seed) : "");
+  if (suite_case.design) {
+    append_length_prefixed(key_text, suite_case.design->modular ? "modular design" : "design");
+    for (const Goal& goal : suite_case.design->goals) append_length_prefixed(key_text, goal_name(goal));
+    append_length_prefixed(key_text, suite_case.design->minimize);
+    append_length_prefixed(key_text, suite_case.design->seed ? std::to_string(*suite_case.design->seed) : "");
   }
-  return sha256(all);
+  return sha256(key_text);
 }
 
 }  // namespace
@@ -120,15 +120,15 @@ BatchPlan make_batch_plan(Suite suite) {
   const fs::path folder = fs::path(suite.file).parent_path();
   const std::string build = hash_build();
   std::map<std::string, std::size_t> index;
-  std::vector<std::string> parts;
-  for (const SuiteCase& one : suite.cases) {
-    const std::string path = (folder / one.spec).string();
-    const auto [at, is_new] = index.emplace(path, plan.specs.size());
+  std::vector<std::string> spec_keys;
+  for (const SuiteCase& suite_case : suite.cases) {
+    const std::string path = (folder / suite_case.spec).string();
+    const auto [entry, is_new] = index.emplace(path, plan.specs.size());
     if (is_new) {
       plan.specs.push_back(read_source(path));
-      parts.push_back(spec_part(plan.specs.back(), build));
+      spec_keys.push_back(spec_part(plan.specs.back(), build));
     }
-    plan.cases.push_back({at->second, make_cache_key(one, parts[at->second])});
+    plan.cases.push_back({entry->second, make_cache_key(suite_case, spec_keys[entry->second])});
   }
   plan.suite = std::move(suite);
   return plan;

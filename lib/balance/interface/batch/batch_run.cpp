@@ -26,25 +26,25 @@ namespace fs = std::filesystem;
 
 constexpr std::uintmax_t mebibyte = std::uintmax_t{1} << 20;
 
-/// A file that holds one number; where it says "max" or cannot be read, there is no limit.
-std::uintmax_t limit_in(const fs::path& file, std::uintmax_t otherwise) {
+/// The number in a file, at most `upper_limit`; `upper_limit` if the file says "max" or cannot be read.
+std::uintmax_t read_memory_limit(const fs::path& file, std::uintmax_t upper_limit) {
   std::ifstream stream(file);
   std::uintmax_t bytes = 0;
-  return stream >> bytes && bytes > 0 ? std::min(bytes, otherwise) : otherwise;
+  return stream >> bytes && bytes > 0 ? std::min(bytes, upper_limit) : upper_limit;
 }
 
-/// The least of this process's control group and all above it.
-std::uintmax_t cgroup_memory_limit(std::uintmax_t otherwise) {
+/// The smallest limit of this process's control group and its ancestors.
+std::uintmax_t cgroup_memory_limit(std::uintmax_t upper_limit) {
   const fs::path root = "/sys/fs/cgroup";
-  std::uintmax_t least = limit_in(root / "memory/memory.limit_in_bytes", otherwise);
+  std::uintmax_t min_limit = read_memory_limit(root / "memory/memory.limit_in_bytes", upper_limit);
   std::ifstream stream("/proc/self/cgroup");
   for (std::string line; std::getline(stream, line);) {
     if (!line.starts_with("0::/")) continue;
     fs::path group = root / fs::path(line.substr(4));
     for (; group != root && group.has_relative_path(); group = group.parent_path())
-      least = limit_in(group / "memory.max", least);
+      min_limit = read_memory_limit(group / "memory.max", min_limit);
   }
-  return limit_in(root / "memory.max", least);
+  return read_memory_limit(root / "memory.max", min_limit);
 }
 
 }  // namespace
@@ -57,8 +57,8 @@ std::uintmax_t available_memory() {
 
 std::uintmax_t memory_per_case(const CaseLimits& limits, unsigned jobs) {
   if (limits.memory_bytes) return *limits.memory_bytes;
-  const std::uintmax_t all = available_memory();
-  return all == 0 ? 0 : std::max(all / std::max(jobs, 1U), 256 * mebibyte);
+  const std::uintmax_t total_memory = available_memory();
+  return total_memory == 0 ? 0 : std::max(total_memory / std::max(jobs, 1U), 256 * mebibyte);
 }
 
 std::string format_seconds(double seconds) { return fmt::format("{} s", seconds); }
@@ -70,16 +70,17 @@ std::string format_bytes(std::uintmax_t bytes) {
 
 namespace {
 
-/// Looks for what is finished in threads, then computes the others in processes, which are started when there are no threads any more.
+/// Looks for finished cases in threads, then computes the others in processes, which are started only after the threads
+/// have ended.
 class WorkerPool {
  public:
   WorkerPool(const BatchPlan& plan, const BatchOptions& options, const BatchFolder& folder,
              std::vector<std::size_t> cases)
       : plan_(plan), options_(options), folder_(folder), cases_(std::move(cases)), records_(cases_.size()) {
     progress_.total = cases_.size();
-    const std::size_t most = std::max<std::size_t>(cases_.size(), 1);
-    jobs_ = static_cast<unsigned>(std::clamp<std::size_t>(options_.jobs, 1, most));
-    bytes_ = memory_per_case(options_.limits, jobs_);
+    const std::size_t max_jobs = std::max<std::size_t>(cases_.size(), 1);
+    jobs_ = static_cast<unsigned>(std::clamp<std::size_t>(options_.jobs, 1, max_jobs));
+    memory_bytes_ = memory_per_case(options_.limits, jobs_);
   }
 
   BatchOutcome run() {
@@ -96,7 +97,7 @@ class WorkerPool {
   }
 
  private:
-  /// A process and the case that it has, an index into cases_.
+  /// A process and its case, an index into cases_.
   struct WorkerSlot {
     std::unique_ptr<SandboxedWorker> worker;
     std::size_t index = 0;
@@ -114,7 +115,8 @@ class WorkerPool {
     }
   }
 
-  /// Mistakes are looked at again: the suite may say them elsewhere now. What went beyond a limit is tried again with a wider one.
+  /// Mistakes are examined again, because their location in the suite may have changed. A case that exceeded a limit is
+  /// tried again with a higher one.
   bool is_final(const CaseRecord& record) const {
     if (record.has_result()) return options_.stored_output == StoredOutput::metrics_only || record.has_samples();
     if (options_.retry_failed) return false;
@@ -122,79 +124,82 @@ class WorkerPool {
     if (record.status != "failed" || !record.failure) return false;
     const auto covers = [&](double limit) { return limit > 0 && limit <= record.failure->limit; };
     if (record.failure->cause == "timeout") return covers(options_.limits.wall_seconds);
-    if (record.failure->cause == "memory") return covers(static_cast<double>(bytes_));
+    if (record.failure->cause == "memory") return covers(static_cast<double>(memory_bytes_));
     return true;
   }
 
   void run_pending() {
     for (std::size_t i = 0; i < cases_.size(); ++i)
-      if (!records_[i]) waiting_.push_back(i);
-    std::vector<WorkerSlot> hands(jobs_);
-    std::size_t busy = 0;
-    for (WorkerSlot& hand : hands) busy += assign_next(hand, busy > 0) ? 1 : 0;
-    while (busy > 0) {
+      if (!records_[i]) pending_.push_back(i);
+    std::vector<WorkerSlot> slots(jobs_);
+    std::size_t busy_count = 0;
+    for (WorkerSlot& slot : slots) busy_count += assign_next(slot, busy_count > 0) ? 1 : 0;
+    while (busy_count > 0) {
       std::vector<const SandboxedWorker*> working;
-      for (const WorkerSlot& hand : hands)
-        if (hand.worker) working.push_back(hand.worker.get());
+      for (const WorkerSlot& slot : slots)
+        if (slot.worker) working.push_back(slot.worker.get());
       wait_for_any(working, options_.cancelled ? std::chrono::milliseconds(100) : std::chrono::minutes(1));
       if (options_.cancelled && options_.cancelled())
         throw Cancelled("the batch was stopped; what is finished is kept");
-      for (WorkerSlot& hand : hands)
-        if (hand.worker && hand.worker->update_state() != WorkerState::busy && !collect_and_assign(hand, busy > 1))
-          --busy;
+      for (WorkerSlot& slot : slots)
+        if (slot.worker && slot.worker->update_state() != WorkerState::busy &&
+            !collect_and_assign(slot, busy_count > 1))
+          --busy_count;
     }
   }
 
-  /// @param others whether other hands are at work
-  /// @return whether the hand has another case; without one it rests and has no process
-  bool assign_next(WorkerSlot& hand, bool others) {
-    if (waiting_.empty()) {
-      hand.worker.reset();
+  /// @param others_busy whether other workers are busy
+  /// @return whether the slot has another case; otherwise it has no process
+  bool assign_next(WorkerSlot& slot, bool others_busy) {
+    if (pending_.empty()) {
+      slot.worker.reset();
       return false;
     }
-    hand.index = waiting_.front();
-    // What one case left in the memory of its process ends with it before long.
+    slot.index = pending_.front();
+    // Bounds the effect of memory that a case leaves allocated in its process.
     constexpr std::size_t max_cases_per_worker = 50;
-    const bool tired = hand.worker && (hand.worker->update_state() != WorkerState::idle ||
-                                       hand.worker->task_count() >= max_cases_per_worker || hand.index == retry_index_);
-    if (tired) hand.worker.reset();
+    const bool needs_restart =
+        slot.worker && (slot.worker->update_state() != WorkerState::idle ||
+                        slot.worker->task_count() >= max_cases_per_worker || slot.index == retry_index_);
+    if (needs_restart) slot.worker.reset();
     try {
-      if (!hand.worker)
-        hand.worker = std::make_unique<SandboxedWorker>(work(), WorkerLimits{options_.limits.wall_seconds, bytes_});
+      if (!slot.worker)
+        slot.worker =
+            std::make_unique<SandboxedWorker>(work(), WorkerLimits{options_.limits.wall_seconds, memory_bytes_});
     } catch (const SystemError&) {
-      if (!others) throw;
-      return false;  // fewer hands do the same
+      if (!others_busy) throw;
+      return false;  // fewer workers can finish the batch, too
     }
-    waiting_.pop_front();
-    hand.begin_time = std::chrono::steady_clock::now();
-    hand.worker->submit(hand.index);
+    pending_.pop_front();
+    slot.begin_time = std::chrono::steady_clock::now();
+    slot.worker->submit(slot.index);
     return true;
   }
 
-  /// Takes what has become of the hand's case and begins the next one.
-  bool collect_and_assign(WorkerSlot& hand, bool others) {
-    const std::size_t index = hand.index;
-    const WorkerState state = hand.worker->update_state();
-    if (state == WorkerState::out_of_memory && hand.worker->task_count() > 1) {  // perhaps it was the others' memory
+  /// Collects the outcome of the slot's case and begins the next one.
+  bool collect_and_assign(WorkerSlot& slot, bool others_busy) {
+    const std::size_t index = slot.index;
+    const WorkerState state = slot.worker->update_state();
+    if (state == WorkerState::out_of_memory && slot.worker->task_count() > 1) {  // earlier cases may hold the memory
       retry_index_ = index;
-      waiting_.push_front(index);
-      return assign_next(hand, others);
+      pending_.push_front(index);
+      return assign_next(slot, others_busy);
     }
-    std::optional<CaseRecord> record = state == WorkerState::idle ? decode_record(hand.worker->reply()) : std::nullopt;
+    std::optional<CaseRecord> record = state == WorkerState::idle ? decode_record(slot.worker->reply()) : std::nullopt;
     if (record)
-      finish(index, std::move(*record), hand.worker->reply());
+      finish(index, std::move(*record), slot.worker->reply());
     else
-      finish(index, make_failure_record(hand, state));
-    return assign_next(hand, others);
+      finish(index, make_failure_record(slot, state));
+    return assign_next(slot, others_busy);
   }
 
   SandboxedWorker::Work work() const {
-    return [this, last = ParsedSpecCache{}](std::size_t index) mutable {
-      return encode_record(run_case(plan_, cases_[index], options_.folder, options_.stored_output, last));
+    return [this, spec_cache = ParsedSpecCache{}](std::size_t index) mutable {
+      return encode_record(run_case(plan_, cases_[index], options_.folder, options_.stored_output, spec_cache));
     };
   }
 
-  /// @param text of the record, where it is at hand
+  /// @param text of the record, if available
   void finish(std::size_t index, CaseRecord record, const std::string& text = {}) {
     if (record.status == "failed") folder_.remove_unfinished(record.name);
     store(record, text);
@@ -202,22 +207,23 @@ class WorkerPool {
     records_[index] = std::move(record);
   }
 
-  /// Of a case that says nothing of itself.
-  CaseRecord make_failure_record(const WorkerSlot& hand, WorkerState state) const {
-    const SuiteCase& wanted = plan_.suite.cases[cases_[hand.index]];
-    const SandboxedWorker& worker = *hand.worker;
+  /// The record of a case that returned none.
+  CaseRecord make_failure_record(const WorkerSlot& slot, WorkerState state) const {
+    const SuiteCase& suite_case = plan_.suite.cases[cases_[slot.index]];
+    const SandboxedWorker& worker = *slot.worker;
     CaseRecord record;
-    record.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - hand.begin_time).count();
-    record.name = wanted.name;
-    record.cache_key = plan_.cases[cases_[hand.index]].key;
-    record.trajectory = wanted.trajectory;
+    record.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - slot.begin_time).count();
+    record.name = suite_case.name;
+    record.cache_key = plan_.cases[cases_[slot.index]].key;
+    record.trajectory = suite_case.trajectory;
     record.status = "failed";
     if (state == WorkerState::timed_out) {
       record.failure = {"timeout", options_.limits.wall_seconds};
       record.message = "exceeded --case-timeout " + format_seconds(options_.limits.wall_seconds);
     } else if (state == WorkerState::out_of_memory) {
-      record.failure = {"memory", static_cast<double>(bytes_)};
-      record.message = bytes_ == 0 ? "the system had no memory left" : "exceeded --case-memory " + format_bytes(bytes_);
+      record.failure = {"memory", static_cast<double>(memory_bytes_)};
+      record.message = memory_bytes_ == 0 ? "the system had no memory left"
+                                          : "exceeded --case-memory " + format_bytes(memory_bytes_);
     } else {
       record.failure = {"crashed", 0};
       record.message = "crashed: " + (worker.reason().empty() ? "its record is not whole" : worker.reason());
@@ -226,7 +232,7 @@ class WorkerPool {
   }
 
   void store(CaseRecord& record, const std::string& text) const {
-    if (record.status == "system") return;  // next time it may go well
+    if (record.status == "system") return;  // it may succeed next time
     try {
       store_record(options_.folder, record, text.empty() ? encode_record(record) : text);
     } catch (const SystemError& error) {
@@ -248,19 +254,19 @@ class WorkerPool {
   const BatchFolder& folder_;
   const std::vector<std::size_t> cases_;
   unsigned jobs_ = 1;
-  std::uintmax_t bytes_ = 0;                        ///< that a case may have
-  std::deque<std::size_t> waiting_;                 ///< indices into cases_
-  std::size_t retry_index_ = SIZE_MAX;              ///< what needs a new process
-  std::vector<std::optional<CaseRecord>> records_;  ///< of cases_
-  std::mutex mutex_;                                ///< of the progress, while there are threads
+  std::uintmax_t memory_bytes_ = 0;                 ///< available to a case
+  std::deque<std::size_t> pending_;                 ///< indices into cases_
+  std::size_t retry_index_ = SIZE_MAX;              ///< case that needs a new process
+  std::vector<std::optional<CaseRecord>> records_;  ///< one per entry of cases_
+  std::mutex mutex_;                                ///< guards the progress while threads run
   BatchProgress progress_;
 };
 
 }  // namespace
 
 BatchOutcome run_batch(const BatchPlan& plan, const BatchOptions& options) {
-  if (const std::string trouble = find_overwritten_input(plan, options.folder); !trouble.empty())
-    throw std::invalid_argument(trouble);
+  if (const std::string conflict = find_overwritten_input(plan, options.folder); !conflict.empty())
+    throw std::invalid_argument(conflict);
   std::vector<std::size_t> cases;
   std::vector<std::string> names;
   for (std::size_t i = 0; i < plan.cases.size(); ++i) {
@@ -279,7 +285,7 @@ BatchOutcome collect_batch(const BatchPlan& plan, const std::string& folder) {
   if (!std::filesystem::is_directory(folder)) throw SystemError(folder + ": there is no such folder to merge in");
   BatchOutcome outcome;
   outcome.progress.total = plan.cases.size();
-  const BatchFolder taken(folder, std::nullopt, {}, false);
+  const BatchFolder locked_folder(folder, std::nullopt, {}, false);
   for (std::size_t i = 0; i < plan.cases.size(); ++i) {
     const std::string& name = plan.suite.cases[i].name;
     std::optional<CaseRecord> record = load_valid_record(folder, name, plan.cases[i].key);

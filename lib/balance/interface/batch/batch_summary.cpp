@@ -1,4 +1,4 @@
-// A summary for programs: CSV, JSON and JUnit XML.
+// Summaries of a batch for programs and people.
 
 #include "balance/interface/batch/batch_summary.hpp"
 
@@ -20,10 +20,10 @@
 
 namespace balance {
 
-// The cases of a summary as rows of cells, for text and Markdown.
+// The cases of a summary as a table, for text and Markdown.
 
-/// Status, peak and rms of the torque, the shaking force and the shaking moment, and the peaks' ratios to the baseline's where
-/// there is one. Mass added by designs where there are designs.
+/// Status; peak and rms of torque, shaking force and shaking moment; if there is a baseline, the ratios of the peaks to
+/// the baseline's; if there are designs, the mass that they add.
 TextTable case_table(const BatchSummary& summary);
 
 /// "3 cases: 2 done, 1 failed; 4 of 5 requirements hold"
@@ -31,8 +31,8 @@ std::string format_summary_line(const BatchSummary& summary);
 
 const char* requirement_status_name(RequirementOutcome::Status status);  ///< "holds", "missed", …
 
-/// "peak(shaking_force) <= base [cycloid]": the requirement and the case that it is about.
-std::string requirement_title(const RequirementOutcome& one);
+/// "peak(shaking_force) <= base [cycloid]": the requirement and the case that it is judged for.
+std::string requirement_title(const RequirementOutcome& outcome);
 
 namespace {
 
@@ -43,64 +43,65 @@ class RequirementEvaluator {
   RequirementEvaluator(const Suite& suite, const std::vector<CaseRecord>& records) : suite_(suite) {
     for (std::size_t i = 0; i < records.size(); ++i) {
       if (!records[i].has_result()) continue;
-      table_of_[records[i].name] = tables_.size();
+      table_index_[records[i].name] = tables_.size();
       tables_.push_back({records[i].name, records[i].metrics, records[i].energy});
     }
     quantities_ = list_quantity_names(tables_);
   }
 
-  std::vector<RequirementOutcome> judge() {
-    for (const SuiteRequirement& one : suite_.require) {
-      if (!one.requirement.applies_to_each_run()) {
-        judge_one(one, "");
+  std::vector<RequirementOutcome> evaluate() {
+    for (const SuiteRequirement& suite_requirement : suite_.require) {
+      if (!suite_requirement.requirement.applies_to_each_run()) {
+        evaluate_requirement(suite_requirement, "");
         continue;
       }
-      for (const SuiteCase& each : suite_.cases)
-        if (each.name != suite_.baseline) judge_one(one, each.name);
+      for (const SuiteCase& suite_case : suite_.cases)
+        if (suite_case.name != suite_.baseline) evaluate_requirement(suite_requirement, suite_case.name);
     }
-    for (const SuiteCase& each : suite_.cases)
-      for (const SuiteRequirement& one : each.requirements)
-        judge_one(one, one.requirement.applies_to_each_run() ? each.name : "");
+    for (const SuiteCase& suite_case : suite_.cases)
+      for (const SuiteRequirement& suite_requirement : suite_case.requirements)
+        evaluate_requirement(suite_requirement,
+                             suite_requirement.requirement.applies_to_each_run() ? suite_case.name : "");
     return std::move(outcomes_);
   }
 
  private:
-  void judge_one(const SuiteRequirement& one, const std::string& run) {
-    RequirementOutcome outcome{.text = one.requirement.text, .run = run};
-    std::vector<std::string> needed = one.requirement.named_runs();
-    if (!run.empty()) needed.push_back(run);
-    const auto absent =
-        std::find_if(needed.begin(), needed.end(), [&](const std::string& name) { return table_of_.count(name) == 0; });
-    if (absent != needed.end()) {
+  void evaluate_requirement(const SuiteRequirement& suite_requirement, const std::string& run) {
+    RequirementOutcome outcome{.text = suite_requirement.requirement.text, .run = run};
+    std::vector<std::string> run_names = suite_requirement.requirement.named_runs();
+    if (!run.empty()) run_names.push_back(run);
+    const auto missing_run = std::find_if(run_names.begin(), run_names.end(),
+                                          [&](const std::string& name) { return table_index_.count(name) == 0; });
+    if (missing_run != run_names.end()) {
       outcome.status = Status::not_judged;
-      outcome.message = fmt::format("not judged: {} has no result", *absent);
+      outcome.message = fmt::format("not judged: {} has no result", *missing_run);
     } else {
-      judge_complete(one, run, needed, outcome);
+      evaluate_with_results(suite_requirement, run, run_names, outcome);
     }
     outcomes_.push_back(std::move(outcome));
   }
 
-  void judge_complete(const SuiteRequirement& one, const std::string& run, const std::vector<std::string>& needed,
-                      RequirementOutcome& outcome) const {
+  void evaluate_with_results(const SuiteRequirement& suite_requirement, const std::string& run,
+                             const std::vector<std::string>& run_names, RequirementOutcome& outcome) const {
     try {
-      check_quantities(one.requirement, quantities_);
+      check_quantities(suite_requirement.requirement, quantities_);
     } catch (const RequirementError& error) {
       outcome.status = Status::invalid;
-      outcome.message = one.location.text() + ": " + error.what();
+      outcome.message = suite_requirement.location.text() + ": " + error.what();
       return;
     }
-    // Of thousands of cases a requirement is about two or three.
+    // A requirement refers to only two or three of thousands of cases.
     std::vector<MetricTable> tables;
-    for (const std::string& name : needed) tables.push_back(tables_[table_of_.at(name)]);
+    for (const std::string& name : run_names) tables.push_back(tables_[table_index_.at(name)]);
     const RequirementVerdict verdict =
-        balance::judge_requirement(one.requirement, tables, run.empty() ? 0 : tables.size() - 1);
+        balance::judge_requirement(suite_requirement.requirement, tables, run.empty() ? 0 : tables.size() - 1);
     outcome.status = verdict.holds ? Status::holds : Status::violated;
     outcome.message = describe_verdict(verdict);
   }
 
   const Suite& suite_;
-  std::vector<MetricTable> tables_;  ///< of the cases with results
-  std::map<std::string, std::size_t> table_of_;
+  std::vector<MetricTable> tables_;  ///< of cases with results
+  std::map<std::string, std::size_t> table_index_;
   std::vector<std::string> quantities_;
   std::vector<RequirementOutcome> outcomes_;
 };
@@ -114,10 +115,10 @@ const CaseRecord* BatchSummary::baseline_record() const {
 
 int BatchSummary::exit_code() const {
   int code = 0;
-  for (const CaseRecord& one : cases) code = std::max(code, one.exit_code());
-  for (const RequirementOutcome& one : requirements) {
-    if (one.status == Status::violated) code = std::max(code, 1);
-    if (one.status == Status::invalid) code = std::max(code, 3);
+  for (const CaseRecord& record : cases) code = std::max(code, record.exit_code());
+  for (const RequirementOutcome& outcome : requirements) {
+    if (outcome.status == Status::violated) code = std::max(code, 1);
+    if (outcome.status == Status::invalid) code = std::max(code, 3);
   }
   return code;
 }
@@ -126,8 +127,8 @@ BatchSummary summarise_batch(const Suite& suite, std::vector<CaseRecord> records
   BatchSummary summary;
   summary.name = suite.name;
   summary.baseline = suite.baseline;
-  for (const SuiteCase& one : suite.cases) summary.specs.push_back(one.spec);
-  summary.requirements = RequirementEvaluator(suite, records).judge();
+  for (const SuiteCase& suite_case : suite.cases) summary.specs.push_back(suite_case.spec);
+  summary.requirements = RequirementEvaluator(suite, records).evaluate();
   summary.cases = std::move(records);
   return summary;
 }
@@ -147,7 +148,7 @@ std::vector<std::string> write_summary(const std::string& folder, const BatchSum
 
 namespace {
 
-/// The shortest text that reads back to the same value; nothing for what is not a number.
+/// The shortest text that reads back to the same value; empty if the value is not finite.
 std::string csv_number(double value) { return std::isfinite(value) ? fmt::format("{}", value) : ""; }
 
 std::string csv_ratio(double value, double base) { return base > 0 ? csv_number(value / base) : ""; }
@@ -202,9 +203,9 @@ JunitCase test_of(const CaseRecord& record, const std::string& spec, const std::
   return test;
 }
 
-JunitCase test_of(const RequirementOutcome& one, const std::string& group) {
-  JunitCase test{.group = group, .name = requirement_title(one), .message = one.message, .kind = "requirement"};
-  switch (one.status) {
+JunitCase test_of(const RequirementOutcome& outcome, const std::string& group) {
+  JunitCase test{.group = group, .name = requirement_title(outcome), .message = outcome.message, .kind = "requirement"};
+  switch (outcome.status) {
     case RequirementOutcome::Status::holds: test.message.clear(); break;
     case RequirementOutcome::Status::violated: test.status = JunitCase::Status::failed; break;
     case RequirementOutcome::Status::not_judged: test.status = JunitCase::Status::skipped; break;
@@ -230,11 +231,11 @@ std::string summary_json(const BatchSummary& summary) {
   Json json = {{"suite", summary.name}, {"exit_code", summary.exit_code()}};
   json["baseline"] = summary.baseline.empty() ? Json(nullptr) : Json(summary.baseline);
   json["requirements"] = Json::array();
-  for (const RequirementOutcome& one : summary.requirements)
-    json["requirements"].push_back({{"requirement", one.text},
-                                    {"case", one.run.empty() ? Json(nullptr) : Json(one.run)},
-                                    {"status", requirement_status_name(one.status)},
-                                    {"verdict", one.message}});
+  for (const RequirementOutcome& outcome : summary.requirements)
+    json["requirements"].push_back({{"requirement", outcome.text},
+                                    {"case", outcome.run.empty() ? Json(nullptr) : Json(outcome.run)},
+                                    {"status", requirement_status_name(outcome.status)},
+                                    {"verdict", outcome.message}});
   json["cases"] = Json::array();
   for (std::size_t i = 0; i < summary.cases.size(); ++i)
     json["cases"].push_back(case_json(summary.cases[i], summary.specs[i]));
@@ -245,8 +246,8 @@ std::string summary_junit(const BatchSummary& summary) {
   JunitSuite cases{summary.name + ".cases", {}}, requirements{summary.name + ".requirements", {}};
   for (std::size_t i = 0; i < summary.cases.size(); ++i)
     cases.cases.push_back(test_of(summary.cases[i], summary.specs[i], cases.name));
-  for (const RequirementOutcome& one : summary.requirements)
-    requirements.cases.push_back(test_of(one, requirements.name));
+  for (const RequirementOutcome& outcome : summary.requirements)
+    requirements.cases.push_back(test_of(outcome, requirements.name));
   std::vector<JunitSuite> suites = {std::move(cases)};
   if (!requirements.cases.empty()) suites.push_back(std::move(requirements));
   return junit_xml(summary.name, suites);
@@ -263,11 +264,11 @@ const Metric* find(const CaseRecord& record, const std::string& quantity) {
 }
 
 struct SummaryColumns {
-  std::vector<std::pair<std::string, std::string>> quantities;  ///< that some case has, with units
-  bool designs = false;
+  std::vector<std::pair<std::string, std::string>> quantities;  ///< of at least one case, with units
+  bool has_designs = false;
 };
 
-/// A unit only where all cases agree on it.
+/// Shows a unit only if all cases agree on it.
 SummaryColumns choose_columns(const BatchSummary& summary) {
   SummaryColumns columns;
   for (const char* quantity : shown_quantities) {
@@ -275,11 +276,11 @@ SummaryColumns choose_columns(const BatchSummary& summary) {
     for (const CaseRecord& record : summary.cases)
       if (const Metric* metric = find(record, quantity)) units.push_back(metric->unit);
     if (units.empty()) continue;
-    const bool alike = std::all_of(units.begin(), units.end(), [&](const std::string& u) { return u == units[0]; });
-    columns.quantities.emplace_back(quantity, alike ? " [" + units[0] + "]" : "");
+    const bool same_unit = std::all_of(units.begin(), units.end(), [&](const std::string& u) { return u == units[0]; });
+    columns.quantities.emplace_back(quantity, same_unit ? " [" + units[0] + "]" : "");
   }
-  columns.designs = std::any_of(summary.cases.begin(), summary.cases.end(),
-                                [](const CaseRecord& record) { return record.design.has_value(); });
+  columns.has_designs = std::any_of(summary.cases.begin(), summary.cases.end(),
+                                    [](const CaseRecord& record) { return record.design.has_value(); });
   return columns;
 }
 
@@ -311,11 +312,11 @@ TextTable case_table(const BatchSummary& summary) {
     add_column("rms" + unit);
     if (base != nullptr) add_column("peak/base");
   }
-  if (columns.designs) add_column("added mass [kg]");
+  if (columns.has_designs) add_column("added mass [kg]");
   for (const CaseRecord& record : summary.cases) {
     std::vector<std::string> row = {record.name, record.status};
     for (const auto& [quantity, unit] : columns.quantities) add_quantity(record, quantity, base, row);
-    if (columns.designs) row.push_back(record.design ? format_number(record.design->added_mass) : "-");
+    if (columns.has_designs) row.push_back(record.design ? format_number(record.design->added_mass) : "-");
     table.rows.push_back(std::move(row));
   }
   return table;
@@ -334,9 +335,10 @@ std::string format_summary_line(const BatchSummary& summary) {
   if (failed > 0) text += fmt::format(", {} failed", failed);
   if (missing > 0) text += fmt::format(", {} missing", missing);
   if (summary.requirements.empty()) return text;
-  const auto held = std::count_if(summary.requirements.begin(), summary.requirements.end(),
-                                  [](const auto& one) { return one.status == RequirementOutcome::Status::holds; });
-  return text + fmt::format("; {} of {} requirements hold", held, summary.requirements.size());
+  const auto held_count =
+      std::count_if(summary.requirements.begin(), summary.requirements.end(),
+                    [](const auto& outcome) { return outcome.status == RequirementOutcome::Status::holds; });
+  return text + fmt::format("; {} of {} requirements hold", held_count, summary.requirements.size());
 }
 
 const char* requirement_status_name(RequirementOutcome::Status status) {
@@ -349,16 +351,16 @@ const char* requirement_status_name(RequirementOutcome::Status status) {
   return "";
 }
 
-std::string requirement_title(const RequirementOutcome& one) {
-  return one.run.empty() ? one.text : fmt::format("{} [{}]", one.text, one.run);
+std::string requirement_title(const RequirementOutcome& outcome) {
+  return outcome.run.empty() ? outcome.text : fmt::format("{} [{}]", outcome.text, outcome.run);
 }
 
-// A summary for people: on a terminal and as Markdown.
+// Summaries for people: on a terminal and as Markdown.
 std::string format_batch_text(const BatchSummary& summary) {
   std::string text = summary.name + "\n\n" + format_table(case_table(summary));
   TextTable requirements{{"requirement", "case", "verdict"}, {Align::left, Align::left, Align::left}, {}};
-  for (const RequirementOutcome& one : summary.requirements)
-    requirements.rows.push_back({one.text, one.run, one.message});
+  for (const RequirementOutcome& outcome : summary.requirements)
+    requirements.rows.push_back({outcome.text, outcome.run, outcome.message});
   if (!requirements.rows.empty()) text += "\n" + format_table(requirements);
   bool first = true;
   for (const CaseRecord& record : summary.cases) {
@@ -375,10 +377,10 @@ std::string format_failures(const BatchSummary& summary) {
   for (const CaseRecord& record : summary.cases)
     if (record.status != "done")
       text += fmt::format("FAILED {}: {}\n", escape_for_terminal(record.name), escape_for_terminal(record.message));
-  for (const RequirementOutcome& one : summary.requirements)
-    if (one.status == RequirementOutcome::Status::violated || one.status == RequirementOutcome::Status::invalid)
-      text +=
-          fmt::format("FAILED {}: {}\n", escape_for_terminal(requirement_title(one)), escape_for_terminal(one.message));
+  for (const RequirementOutcome& outcome : summary.requirements)
+    if (outcome.status == RequirementOutcome::Status::violated || outcome.status == RequirementOutcome::Status::invalid)
+      text += fmt::format("FAILED {}: {}\n", escape_for_terminal(requirement_title(outcome)),
+                          escape_for_terminal(outcome.message));
   return text;
 }
 
@@ -390,16 +392,16 @@ std::string summary_markdown(const BatchSummary& summary) {
   if (!summary.requirements.empty()) {
     TextTable table{
         {"requirement", "case", "status", "verdict"}, {Align::left, Align::left, Align::left, Align::left}, {}};
-    for (const RequirementOutcome& one : summary.requirements)
-      table.rows.push_back({one.text, one.run, requirement_status_name(one.status), one.message});
+    for (const RequirementOutcome& outcome : summary.requirements)
+      table.rows.push_back({outcome.text, outcome.run, requirement_status_name(outcome.status), outcome.message});
     text += "\n## Requirements\n\n" + format_markdown_table(table, {0});
   }
-  std::string troubles;
+  std::string failures;
   for (const CaseRecord& record : summary.cases)
     if (!record.message.empty())
-      troubles +=
+      failures +=
           fmt::format("- {} ({}): {}\n", escape_markdown(record.name), record.status, escape_markdown(record.message));
-  return troubles.empty() ? text : text + "\n## What went wrong\n\n" + troubles;
+  return failures.empty() ? text : text + "\n## What went wrong\n\n" + failures;
 }
 
 }  // namespace balance

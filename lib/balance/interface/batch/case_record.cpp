@@ -22,13 +22,13 @@ std::string path_in(const std::string& folder, const std::string& file) {
 /// Far more than the thousands of metrics of the largest mechanism need.
 constexpr std::uintmax_t max_record_bytes = std::uintmax_t{64} << 20;
 
-/// No link, no device.
+/// Neither a link nor a device.
 bool is_plain_file(const std::string& path) {
   std::error_code error;
   return std::filesystem::symlink_status(path, error).type() == std::filesystem::file_type::regular;
 }
 
-double number(const Json& json) {
+double read_number(const Json& json) {
   return json.is_null() ? std::numeric_limits<double>::quiet_NaN() : json.get<double>();
 }
 
@@ -36,20 +36,20 @@ Metric metric_of(const Json& json) {
   Metric metric;
   metric.quantity = json.at("quantity");
   metric.unit = json.at("unit");
-  metric.peak = number(json.at("peak"));
-  metric.peak_time = number(json.at("peak_time"));
-  metric.rms = number(json.at("rms"));
-  metric.mean = number(json.at("mean"));
-  metric.range = number(json.at("range"));
+  metric.peak = read_number(json.at("peak"));
+  metric.peak_time = read_number(json.at("peak_time"));
+  metric.rms = read_number(json.at("rms"));
+  metric.mean = read_number(json.at("mean"));
+  metric.range = read_number(json.at("range"));
   return metric;
 }
 
 constexpr const char* digest_key = "sha256";
 
-/// Of what is worth remembering.
-bool is_stored_status(const std::string& word) {
-  constexpr std::array words{"done", "compromise", "spec", "mechanism", "failed"};
-  return std::find(words.begin(), words.end(), word) != words.end();
+/// Whether records with this status are stored.
+bool is_stored_status(const std::string& status) {
+  constexpr std::array stored_statuses{"done", "compromise", "spec", "mechanism", "failed"};
+  return std::find(stored_statuses.begin(), stored_statuses.end(), status) != stored_statuses.end();
 }
 
 CaseRecord record_of(const Json& json) {
@@ -63,14 +63,14 @@ CaseRecord record_of(const Json& json) {
   record.samples = json.at("samples");
   record.seconds = json.at("seconds");
   if (json.contains("failure"))
-    record.failure = {json.at("failure").at("cause"), number(json.at("failure").at("limit"))};
+    record.failure = {json.at("failure").at("cause"), read_number(json.at("failure").at("limit"))};
   if (json.contains("design")) {
     const Json& design = json.at("design");
-    record.design = {design.at("status"), design.at("reason"), number(design.at("mass_before")),
-                     number(design.at("mass_after")), number(design.at("added_mass"))};
+    record.design = {design.at("status"), design.at("reason"), read_number(design.at("mass_before")),
+                     read_number(design.at("mass_after")), read_number(design.at("added_mass"))};
   }
   for (const Json& metric : json.at("metrics")) record.metrics.push_back(metric_of(metric));
-  record.energy = number(json.at("energy"));
+  record.energy = read_number(json.at("energy"));
   record.warnings = json.at("warnings").get<std::vector<std::string>>();
   record.notes = json.at("notes").get<std::vector<std::string>>();
   for (const Json& file : json.at("files")) record.files.push_back({file.at("name"), file.at("sha256")});
@@ -110,7 +110,7 @@ std::string encode_record(const CaseRecord& record) {
   json["notes"] = record.notes;
   json["files"] = Json::array();
   for (const RecordedFile& file : record.files) json["files"].push_back({{"name", file.name}, {"sha256", file.sha256}});
-  // the last key, written by hand: numbers take long to become digits
+  // the last key, appended as text: serialising all numbers again takes long
   std::string text = format_json(json);
   const std::string digest = sha256(text);
   constexpr std::string_view end = "\n}\n";
@@ -149,10 +149,11 @@ std::optional<CaseRecord> load_valid_record(const std::string& folder, const std
   std::optional<CaseRecord> record = decode_record(text.str());
   if (!record || record->name != case_name || record->cache_key != key || !is_stored_status(record->status))
     return std::nullopt;
-  const bool intact = std::all_of(record->files.begin(), record->files.end(), [&](const RecordedFile& one) {
-    if (one.name != result_file_name(case_name) && one.name != balanced_spec_file_name(case_name)) return false;
-    const std::string name = path_in(folder, one.name);
-    return is_plain_file(name) && sha256_of_file(name) == one.sha256;
+  const bool intact = std::all_of(record->files.begin(), record->files.end(), [&](const RecordedFile& recorded_file) {
+    if (recorded_file.name != result_file_name(case_name) && recorded_file.name != balanced_spec_file_name(case_name))
+      return false;
+    const std::string name = path_in(folder, recorded_file.name);
+    return is_plain_file(name) && sha256_of_file(name) == recorded_file.sha256;
   });
   return intact ? record : std::nullopt;
 }

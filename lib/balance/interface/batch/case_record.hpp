@@ -1,5 +1,5 @@
 #pragma once
-/// What is remembered of a case that has been computed: all that summaries need, and by what to recognise that it is finished.
+/// The record of a computed case: all that summaries need, and what identifies the case as finished.
 
 #include "balance/mechanics/results/result.hpp"
 
@@ -15,38 +15,37 @@ struct RecordedFile {
   std::string name, sha256;
 };
 
-/// What designing first came to.
+/// Outcome of designing first.
 struct RecordedDesign {
   std::string status;  ///< "balanced", "compromise", "impossible", "not-found"; "not-asked" without a goal
   std::string reason;
-  double mass_before = 0, mass_after = 0;  ///< of everything that moves [kg]
+  double mass_before = 0, mass_after = 0;  ///< of all moving parts [kg]
   double added_mass = 0;                   ///< of counterweights and discs [kg]
 };
 
-/// Why a case has no result although nothing is known to be wrong with it.
+/// Why a case has no result although no mistake in it is known.
 struct RecordedFailure {
   std::string cause;  ///< "crashed", "timeout", "memory"
-  double limit = 0;   ///< that it did not keep to: seconds or bytes; 0 for a crash
+  double limit = 0;   ///< limit that it exceeded: seconds or bytes; 0 for a crash
 };
 
 struct CaseRecord {
   std::string name;
-  std::string cache_key;  ///< as PlannedCase::key
-  /// "done", "compromise", "spec", "mechanism", "failed" (its process crashed or went beyond a limit), "system", "missing"
+  std::string cache_key;  ///< see PlannedCase::key
+  /// "done", "compromise", "spec", "mechanism", "failed" (its process crashed or exceeded a limit), "system", "missing"
   std::string status;
-  std::string message;  ///< one sentence on what is not as it should be
+  std::string message;  ///< one sentence on what went wrong
   std::string title;    ///< the mechanism's name
   std::string trajectory;
   long samples = 0;
-  double seconds = 0;                      ///< that it took by the clock on the wall
-  std::optional<RecordedFailure> failure;  ///< where the status is "failed"
+  double seconds = 0;                      ///< wall-clock time
+  std::optional<RecordedFailure> failure;  ///< if the status is "failed"
   std::optional<RecordedDesign> design;
   std::vector<Metric> metrics;
   double energy = std::numeric_limits<double>::quiet_NaN();  ///< [J]
   std::vector<std::string> warnings, notes;
   std::vector<RecordedFile> files;
 
-  /// Whether there is a result.
   bool has_result() const { return status == "done" || status == "compromise"; }
   /// Whether there is a file with the samples.
   bool has_samples() const;
@@ -54,13 +53,13 @@ struct CaseRecord {
   int exit_code() const;
 };
 
-/// JSON whose last entry, the SHA-256 of all that stands before, tells what was damaged or edited from what was written.
+/// JSON whose last entry is the SHA-256 of everything before it, which reveals damaged and edited records.
 std::string encode_record(const CaseRecord& record);
 
-/// Nothing if the text is not, byte for byte, what encode makes of a record.
+/// std::nullopt if the text is not, byte for byte, what encode_record() writes.
 std::optional<CaseRecord> decode_record(const std::string& text);
 
-/// Names in the output folder.
+/// File names in the output folder.
 std::string record_file_name(const std::string& case_name);
 std::string result_file_name(const std::string& case_name);
 std::string balanced_spec_file_name(const std::string& case_name);
@@ -68,13 +67,13 @@ std::string balanced_spec_file_name(const std::string& case_name);
 /// Marks the temporary files of a batch.
 inline constexpr const char* temporary_tag = "batch-";
 
-/// Remembers a case that a system's failure did not spoil.
-/// @param text encode(record)
+/// Stores the record of a case, which must not be the record of a system failure.
+/// @param text encode_record(record)
 /// @throws SystemError
 void store_record(const std::string& folder, const CaseRecord& record, const std::string& text);
 
-/// The record of a case, if it was computed from the same, and it and all its files are as they were written. What a symbolic link
-/// leads to is none of its files.
+/// The record of a case; std::nullopt unless it was computed from the same inputs and it and all its files are as they
+/// were written. The target of a symbolic link does not count as one of its files.
 std::optional<CaseRecord> load_valid_record(const std::string& folder, const std::string& case_name,
                                             const std::string& key);
 

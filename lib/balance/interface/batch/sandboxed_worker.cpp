@@ -29,10 +29,10 @@ extern "C" void __gcov_dump();
 namespace balance {
 namespace {
 
-constexpr int exit_out_of_memory = 86;  // exit codes of a child that has no text
+constexpr int exit_out_of_memory = 86;  // exit codes of a child without a text
 constexpr int exit_without_reply = 87;
 
-/// Bytes of data that this process has now.
+/// Bytes of data that this process uses now.
 [[maybe_unused]] std::uintmax_t data_segment_bytes() {
   std::uintmax_t pages = 0;
   if (std::FILE* file = std::fopen("/proc/self/statm", "re")) {
@@ -42,26 +42,26 @@ constexpr int exit_without_reply = 87;
   return pages * static_cast<std::uintmax_t>(::sysconf(_SC_PAGESIZE));
 }
 
-/// Sanitizers keep a shadow of the memory, which would count.
+/// Does nothing under sanitizers, whose shadow memory would count.
 void limit_memory([[maybe_unused]] std::uintmax_t bytes) {
 #ifndef BALANCE_SANITIZED
-  struct rlimit now {};
-  if (bytes == 0 || ::getrlimit(RLIMIT_DATA, &now) != 0) return;
-  const std::uintmax_t before = data_segment_bytes();
-  const std::uintmax_t most = bytes > UINTMAX_MAX / 2 ? bytes : before + bytes;
-  now.rlim_cur = std::min<std::uintmax_t>({most, now.rlim_cur, now.rlim_max});
-  ::setrlimit(RLIMIT_DATA, &now);
+  struct rlimit limit {};
+  if (bytes == 0 || ::getrlimit(RLIMIT_DATA, &limit) != 0) return;
+  const std::uintmax_t used_bytes = data_segment_bytes();
+  const std::uintmax_t max_bytes = bytes > UINTMAX_MAX / 2 ? bytes : used_bytes + bytes;
+  limit.rlim_cur = std::min<std::uintmax_t>({max_bytes, limit.rlim_cur, limit.rlim_max});
+  ::setrlimit(RLIMIT_DATA, &limit);
 #endif
 }
 
-/// A process group of its own, so that the keyboard's signals go to the parent alone, which decides, and so that whatever the work
-/// starts ends with it. The parent's end is the child's.
+/// Moves the child to a process group of its own: signals from the keyboard reach only the parent, which decides, and
+/// everything that the work starts ends with it. The child ends with the parent.
 void setup_child(pid_t parent) {
   ::setpgid(0, 0);
   for (const int signal : {SIGINT, SIGTERM, SIGHUP, SIGSEGV, SIGBUS, SIGILL, SIGFPE, SIGABRT})
     std::signal(signal, SIG_DFL);
   ::prctl(PR_SET_PDEATHSIG, SIGKILL);
-  if (::getppid() != parent) ::_exit(exit_without_reply);  // it ended before we could ask for its signal
+  if (::getppid() != parent) ::_exit(exit_without_reply);  // the parent ended before we could ask for its signal
 }
 
 bool send_all(int to, std::string_view bytes) {
@@ -74,12 +74,12 @@ bool send_all(int to, std::string_view bytes) {
   return true;
 }
 
-/// A number as it travels between parent and child.
+/// A number in the form in which it is sent between parent and child.
 std::string_view bytes_of(const std::uint64_t& number) {
   return {reinterpret_cast<const char*>(&number), sizeof number};
 }
 
-/// @return whether there is another task; the parent closes the line when there is none
+/// @return whether there is another task; the parent closes the connection if there is none
 bool receive_task(int from, std::uint64_t& task) {
   ssize_t count = 0;
   do count = ::recv(from, &task, sizeof task, MSG_WAITALL);
@@ -87,7 +87,7 @@ bool receive_task(int from, std::uint64_t& task) {
   return count == static_cast<ssize_t>(sizeof task);
 }
 
-/// Without the parent's clean-up: its buffers and temporary files are its own.
+/// Exits without clean-up: buffers and temporary files belong to the parent.
 [[noreturn]] void exit_child(int code) {
 #ifdef BALANCE_COVERAGE
   __gcov_dump();
@@ -99,8 +99,8 @@ bool receive_task(int from, std::uint64_t& task) {
   limit_memory(bytes);
   try {
     for (std::uint64_t task = 0; receive_task(parent, task);) {
-      const std::string text = work(static_cast<std::size_t>(task));
-      if (!send_all(parent, bytes_of(text.size())) || !send_all(parent, text)) exit_child(exit_without_reply);
+      const std::string reply = work(static_cast<std::size_t>(task));
+      if (!send_all(parent, bytes_of(reply.size())) || !send_all(parent, reply)) exit_child(exit_without_reply);
     }
   } catch (const std::bad_alloc&) {
     exit_child(exit_out_of_memory);
@@ -126,28 +126,28 @@ int open_pidfd(pid_t child) {
 }  // namespace
 
 SandboxedWorker::SandboxedWorker(const Work& work, const WorkerLimits& limits) : limits_(limits) {
-  int ends[2];
-  if (::socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends) != 0)
+  int sockets[2];
+  if (::socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, sockets) != 0)
     throw SystemError(fmt::format("cannot talk to a process: {}", std::strerror(errno)));
   const pid_t parent = ::getpid();
   {
-    const Hdf5Lock turn;  // HDF5 is at rest in the copy, too
+    const Hdf5Lock lock;  // HDF5 is idle in the copy, too
     child_ = ::fork();
     if (child_ == 0) {
       Hdf5Lock::reset_after_fork();
       setup_child(parent);
-      ::close(ends[0]);
-      run_in_child(work, limits.memory_bytes, ends[1]);
+      ::close(sockets[0]);
+      run_in_child(work, limits.memory_bytes, sockets[1]);
     }
   }
   const int error = errno;
-  ::close(ends[1]);
-  socket_ = ends[0];
+  ::close(sockets[1]);
+  socket_ = sockets[0];
   if (child_ < 0) {
     ::close(socket_);
     throw SystemError(fmt::format("cannot start a process: {}", std::strerror(error)));
   }
-  ::setpgid(child_, child_);  // by parent or child, the first one to run
+  ::setpgid(child_, child_);  // by parent or child, whichever runs first
   pidfd_ = open_pidfd(child_);
 }
 
@@ -162,15 +162,15 @@ SandboxedWorker::~SandboxedWorker() {
 }
 
 void SandboxedWorker::submit(std::size_t task) {
-  ++tasks_;
-  text_.clear();
-  incoming_.clear();
+  ++task_count_;
+  reply_.clear();
+  receive_buffer_.clear();
   state_ = WorkerState::busy;
   deadline_ = Clock::time_point::max();
   if (limits_.wall_seconds > 0 && limits_.wall_seconds < 1e9)
     deadline_ =
         Clock::now() + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(limits_.wall_seconds));
-  send_all(socket_, bytes_of(task));  // one that has died meanwhile is noticed at the next look
+  send_all(socket_, bytes_of(task));  // if the child has died meanwhile, the next update_state() notices
 }
 
 void SandboxedWorker::add_poll_events(std::vector<pollfd>& events, std::chrono::milliseconds& wait) const {
@@ -181,16 +181,16 @@ void SandboxedWorker::add_poll_events(std::vector<pollfd>& events, std::chrono::
   else
     wait = std::min(wait, milliseconds(5));
   if (deadline_ == Clock::time_point::max()) return;
-  const auto left = std::chrono::ceil<milliseconds>(deadline_ - Clock::now());
-  wait = std::clamp(left, milliseconds(0), wait);
+  const auto remaining = std::chrono::ceil<milliseconds>(deadline_ - Clock::now());
+  wait = std::clamp(remaining, milliseconds(0), wait);
 }
 
 void SandboxedWorker::drain() {
-  char part[16384];
+  char buffer[16384];
   while (socket_ >= 0) {
-    const ssize_t count = ::recv(socket_, part, sizeof part, MSG_DONTWAIT);
+    const ssize_t count = ::recv(socket_, buffer, sizeof buffer, MSG_DONTWAIT);
     if (count > 0) {
-      incoming_.append(part, static_cast<std::size_t>(count));
+      receive_buffer_.append(buffer, static_cast<std::size_t>(count));
       continue;
     }
     if (count < 0 && errno == EINTR) continue;
@@ -203,10 +203,10 @@ void SandboxedWorker::drain() {
 /// @return whether the text of the task is complete
 bool SandboxedWorker::take_reply() {
   std::uint64_t size = 0;
-  if (incoming_.size() < sizeof size) return false;
-  std::memcpy(&size, incoming_.data(), sizeof size);
-  if (incoming_.size() - sizeof size < size) return false;
-  text_ = incoming_.substr(sizeof size, size);
+  if (receive_buffer_.size() < sizeof size) return false;
+  std::memcpy(&size, receive_buffer_.data(), sizeof size);
+  if (receive_buffer_.size() - sizeof size < size) return false;
+  reply_ = receive_buffer_.substr(sizeof size, size);
   state_ = WorkerState::idle;
   return true;
 }
@@ -221,17 +221,17 @@ WorkerState SandboxedWorker::classify_exit(int status) {
 /// @return whether the child has ended
 bool SandboxedWorker::reap(int options) {
   int status = 0;
-  pid_t found = 0;
-  do found = ::waitpid(child_, &status, options);
-  while (found < 0 && errno == EINTR);
-  if (found == 0) return false;
+  pid_t ended_child = 0;
+  do ended_child = ::waitpid(child_, &status, options);
+  while (ended_child < 0 && errno == EINTR);
+  if (ended_child == 0) return false;
   state_ = classify_exit(status);
   return true;
 }
 
 void SandboxedWorker::kill() {
   ::kill(-child_, SIGKILL);
-  ::kill(child_, SIGKILL);  // if it has not come to having a group
+  ::kill(child_, SIGKILL);  // in case it has no group yet
   reap(0);
 }
 
@@ -243,10 +243,10 @@ WorkerState SandboxedWorker::update_state() {
   return state_ = WorkerState::timed_out;
 }
 
-void wait_for_any(const std::vector<const SandboxedWorker*>& all, std::chrono::milliseconds most) {
+void wait_for_any(const std::vector<const SandboxedWorker*>& workers, std::chrono::milliseconds max_wait) {
   std::vector<pollfd> events;
-  std::chrono::milliseconds wait = most;
-  for (const SandboxedWorker* one : all) one->add_poll_events(events, wait);
+  std::chrono::milliseconds wait = max_wait;
+  for (const SandboxedWorker* worker : workers) worker->add_poll_events(events, wait);
   ::poll(events.data(), events.size(), static_cast<int>(wait.count()));
 }
 

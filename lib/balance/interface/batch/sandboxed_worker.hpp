@@ -1,5 +1,5 @@
 #pragma once
-/// Work in processes of its own: it may crash, hang or eat memory, and nobody else is harmed.
+/// Runs work in child processes, where it may crash, hang or exhaust memory without harming others.
 
 #include <chrono>
 #include <cstdint>
@@ -11,44 +11,44 @@ struct pollfd;
 
 namespace balance {
 
-/// What fenced work may use.
+/// Resources that a worker may use.
 struct WorkerLimits {
-  double wall_seconds = 0;          ///< for one task, by the clock on the wall; 0: as many as it likes
-  std::uintmax_t memory_bytes = 0;  ///< of memory, beyond what its parent had when it began; 0: as much as there is
+  double wall_seconds = 0;          ///< wall-clock time of one task; 0: no limit
+  std::uintmax_t memory_bytes = 0;  ///< in addition to what its parent used when it started; 0: no limit
 };
 
 enum class WorkerState {
-  idle,           ///< it has no task, or has done it: its text is there
-  busy,           ///< it has a task
-  crashed,        ///< a signal ended it, or it left without a text
-  timed_out,      ///< it was ended because its task took longer than allowed
-  out_of_memory,  ///< its task asked for more memory than allowed
+  idle,           ///< no task, or its task is done and reply() has the text
+  busy,           ///< working on a task
+  crashed,        ///< ended by a signal, or exited without a text
+  timed_out,      ///< killed because its task took longer than allowed
+  out_of_memory,  ///< its task requested more memory than allowed
 };
 
-/// A child process that does one task after the other, each of which comes to a text. It ends when this object does, or this
-/// process, however that comes. One that is neither idle nor busy has ended.
+/// A child process that performs one task after the other, each of which yields a text. It ends with this object or
+/// with this process, even if that is killed. A worker that is neither idle nor busy has ended.
 class SandboxedWorker {
  public:
   using Work = std::function<std::string(std::size_t task)>;
 
-  /// Starts it, idle. The child is a copy of this thread alone: where other threads run, `work` must need no lock that they may
-  /// hold, but for the turn with HDF5. @throws SystemError if the system has no process left
+  /// Starts the child, idle. It is a copy of this thread only: if other threads run, `work` must not need a lock that
+  /// they may hold, except Hdf5Lock. @throws SystemError if the system cannot create another process
   SandboxedWorker(const Work& work, const WorkerLimits& limits);
   ~SandboxedWorker();
   SandboxedWorker(const SandboxedWorker&) = delete;
   SandboxedWorker& operator=(const SandboxedWorker&) = delete;
 
-  /// Gives a task to a worker that is idle.
+  /// Assigns a task to an idle worker.
   void submit(std::size_t task);
 
-  /// Appends what wakes a poll when there is something to look at, and shortens the time to wait.
+  /// Appends the events that a poll must wait for, and shortens `wait` if necessary.
   void add_poll_events(std::vector<pollfd>& events, std::chrono::milliseconds& wait) const;
 
-  /// Takes what has come.
+  /// Processes what has arrived from the child.
   WorkerState update_state();
 
-  std::size_t task_count() const { return tasks_; }      ///< that it was given so far
-  const std::string& reply() const { return text_; }     ///< of the task that is done
+  std::size_t task_count() const { return task_count_; }  ///< number of tasks submitted so far
+  const std::string& reply() const { return reply_; }     ///< text of the completed task
   const std::string& reason() const { return reason_; }  ///< after `crashed`: "SIGSEGV", "exit code 1 without a result"
 
  private:
@@ -63,15 +63,15 @@ class SandboxedWorker {
   const WorkerLimits limits_;
   Clock::time_point deadline_ = Clock::time_point::max();
   int child_ = -1, socket_ = -1;
-  int pidfd_ = -1;  ///< becomes readable when the child ends; -1 where the system has no such thing
+  int pidfd_ = -1;  ///< becomes readable when the child ends; -1 if the system has no pidfds
   WorkerState state_ = WorkerState::idle;
-  std::size_t tasks_ = 0;
-  std::string incoming_, text_, reason_;
+  std::size_t task_count_ = 0;
+  std::string receive_buffer_, reply_, reason_;
 };
 
-/// Waits until one of them may have done its task or ended, or a limit has passed.
-/// @param most how long at most
-void wait_for_any(const std::vector<const SandboxedWorker*>& all,
-                  std::chrono::milliseconds most = std::chrono::minutes(1));
+/// Waits until a worker may have completed its task or ended, or a limit has passed.
+/// @param max_wait maximum waiting time
+void wait_for_any(const std::vector<const SandboxedWorker*>& workers,
+                  std::chrono::milliseconds max_wait = std::chrono::minutes(1));
 
 }  // namespace balance

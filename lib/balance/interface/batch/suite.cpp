@@ -21,9 +21,9 @@
 
 namespace balance::specification {
 
-// One case of a suite, and what a matrix makes of several values.
+// Reading one case of a suite, and expanding a matrix of several values.
 
-/// A suite while it is read.
+/// A suite while it is being read.
 struct SuiteBuilder {
   explicit SuiteBuilder(const std::string& file_name) : file(file_name), problems(file_name) {}
 
@@ -33,7 +33,7 @@ struct SuiteBuilder {
   std::vector<SuiteCase> cases;
   std::set<std::string> names;                  ///< of the cases
   std::vector<std::string> invalid_case_names;  ///< of cases with mistakes
-  bool has_unnamed_cases = false;               ///< there are cases with mistakes whose names are not known
+  bool has_unnamed_cases = false;               ///< some cases with mistakes have unknown names
   std::vector<std::pair<std::size_t, SpecCursor>>
       requirements;  ///< of cases, by their index; read when all names are known
 
@@ -41,26 +41,26 @@ struct SuiteBuilder {
   SourceLocation place(const SpecCursor& at) const;
 };
 
-/// What `cases` and `defaults` share: spec, set, trajectory, controller, samples, design.
-std::vector<Field> make_case_fields(SuiteBuilder& draft, SuiteCase& one);
+/// Fields that `cases` and `defaults` share: spec, set, trajectory, controller, samples, design.
+std::vector<Field> make_case_fields(SuiteBuilder& builder, SuiteCase& suite_case);
 
-/// Where a part of the case is said, from now on.
-void record_location(SuiteCase& one, const std::string& part, const SourceLocation& place);
+/// Records where a part of the case is given; replaces an earlier location.
+void record_location(SuiteCase& suite_case, const std::string& key, const SourceLocation& place);
 
-/// A number of samples.
+/// Reads a number of samples.
 long read_samples(const SpecCursor& at);
 
-/// A parameter's value: a number or an expression.
+/// Reads a parameter's value: a number or an expression.
 std::string read_value(const SpecCursor& at);
 
-/// Whether a name of a case may begin so: neither hidden, nor like an option, nor like a formula.
+/// Whether a case's name may start with this character: not like a hidden file, an option or a formula.
 bool is_case_name_start(char c);
 
-/// Adds a case. Fails at `named` if its name is taken or cannot be a file's.
-void add_case(SuiteBuilder& draft, SuiteCase one, const SpecCursor& named);
+/// Adds a case. Fails at `named` if its name is taken or not valid in a file name.
+void add_case(SuiteBuilder& builder, SuiteCase suite_case, const SpecCursor& named);
 
-/// `matrix`: one mapping of lists, or a list of such.
-void read_matrices(const SpecCursor& section, SuiteBuilder& draft);
+/// Reads `matrix`: one mapping of lists, or a list of such mappings.
+void read_matrices(const SpecCursor& section, SuiteBuilder& builder);
 
 }  // namespace balance::specification
 
@@ -69,95 +69,98 @@ namespace balance {
 namespace specification {
 namespace {
 
-/// One case; `named` is its key, or the case itself in a list.
-void read_case(const SpecCursor& at, const SpecCursor& named, const std::string& name, SuiteBuilder& draft) {
-  SuiteCase one = draft.defaults;
-  one.name = name;
-  std::optional<SpecCursor> name_given, require;
-  std::vector<Field> fields = make_case_fields(draft, one);
+/// Reads one case; `named` is its key, or the case itself in a list.
+void read_case(const SpecCursor& at, const SpecCursor& named, const std::string& name, SuiteBuilder& builder) {
+  SuiteCase suite_case = builder.defaults;
+  suite_case.name = name;
+  std::optional<SpecCursor> name_cursor, require;
+  std::vector<Field> fields = make_case_fields(builder, suite_case);
   fields.push_back({"require", Presence::optional, [&](const SpecCursor& c) { require = c; }});
   if (name.empty())
     fields.push_back({"name", Presence::required, [&](const SpecCursor& c) {
-                        one.name = c.read_word("the case's name");
-                        name_given = c;
+                        suite_case.name = c.read_word("the case's name");
+                        name_cursor = c;
                       }});
-  const bool added = read_fields(at, "a case {spec, set, trajectory, samples, design, require}", fields) &&
-                     draft.problems.collect([&] { add_case(draft, one, name_given ? *name_given : named); });
+  const bool added =
+      read_fields(at, "a case {spec, set, trajectory, samples, design, require}", fields) &&
+      builder.problems.collect([&] { add_case(builder, suite_case, name_cursor ? *name_cursor : named); });
   if (!added) {
-    draft.has_unnamed_cases = draft.has_unnamed_cases || one.name.empty();
-    draft.invalid_case_names.push_back(one.name);
+    builder.has_unnamed_cases = builder.has_unnamed_cases || suite_case.name.empty();
+    builder.invalid_case_names.push_back(suite_case.name);
     return;
   }
-  if (require) draft.requirements.emplace_back(draft.cases.size() - 1, *require);
+  if (require) builder.requirements.emplace_back(builder.cases.size() - 1, *require);
 }
 
-void read_cases(const SpecCursor& section, SuiteBuilder& draft) {
+void read_cases(const SpecCursor& section, SuiteBuilder& builder) {
   if (section.is_list()) {
     for (const SpecCursor& item : section.items("a list of cases"))
-      draft.problems.collect([&] { read_case(item, item, "", draft); });
+      builder.problems.collect([&] { read_case(item, item, "", builder); });
     return;
   }
   for (const Member& member : list_members(section, "cases: a mapping from their names, or a list"))
-    draft.problems.collect([&] { read_case(member.value, member.key, member.name, draft); });
+    builder.problems.collect([&] { read_case(member.value, member.key, member.name, builder); });
 }
 
-/// One requirement, or a list of them.
-std::vector<SuiteRequirement> read_requirements(const SpecCursor& at, const RunNames& names, SuiteBuilder& draft) {
-  std::vector<SuiteRequirement> all;
-  const auto one = [&](const SpecCursor& c) {
-    const std::string what = "a requirement such as 'peak(shaking_force) <= 0.9 * base'";
-    const std::string& text = c.read_word(what);
+/// Reads one requirement or a list of them.
+std::vector<SuiteRequirement> read_requirements(const SpecCursor& at, const RunNames& names, SuiteBuilder& builder) {
+  std::vector<SuiteRequirement> requirements;
+  const auto read_one = [&](const SpecCursor& c) {
+    const std::string expectation = "a requirement such as 'peak(shaking_force) <= 0.9 * base'";
+    const std::string& text = c.read_word(expectation);
     try {
-      all.push_back({parse_requirement(text, names), draft.place(c)});
-    } catch (const RequirementError& wrong) {
-      c.fail({.message = wrong.what(), .expected = what, .found = quote_for_message(text), .hint = wrong.what()});
+      requirements.push_back({parse_requirement(text, names), builder.place(c)});
+    } catch (const RequirementError& error) {
+      c.fail(
+          {.message = error.what(), .expected = expectation, .found = quote_for_message(text), .hint = error.what()});
     }
   };
   if (!at.is_list()) {
-    one(at);
-    return all;
+    read_one(at);
+    return requirements;
   }
-  for (const SpecCursor& item : at.items("a list of requirements")) draft.problems.collect([&] { one(item); });
-  return all;
+  for (const SpecCursor& item : at.items("a list of requirements")) builder.problems.collect([&] { read_one(item); });
+  return requirements;
 }
 
-/// The sections whose meaning depends on others, kept until those are read.
+/// Sections that depend on others; kept until those have been read.
 struct DeferredSections {
   std::optional<SpecCursor> cases, matrix, baseline, require;
 };
 
-void read_sections(const SpecCursor& root, Suite& suite, SuiteBuilder& draft, DeferredSections& later) {
+void read_sections(const SpecCursor& root, Suite& suite, SuiteBuilder& builder, DeferredSections& deferred) {
   if (!root.is_map()) root.fail_expected("a suite: a mapping with 'cases' or 'matrix'");
-  const auto keep = [](std::optional<SpecCursor>& place) { return [&place](const SpecCursor& c) { place = c; }; };
+  const auto store_in = [](std::optional<SpecCursor>& slot) { return [&slot](const SpecCursor& c) { slot = c; }; };
   read_fields(root, "a suite {name, defaults, cases, matrix, baseline, require}",
               {{"name", Presence::optional,
                 [&](const SpecCursor& c) { suite.name = escape_for_terminal(c.read_word("a name")); }},
                {"defaults", Presence::optional,
                 [&](const SpecCursor& c) {
                   read_fields(c, "what all cases share {spec, set, trajectory, samples, design}",
-                              make_case_fields(draft, draft.defaults));
+                              make_case_fields(builder, builder.defaults));
                 }},
-               {"cases", Presence::optional, keep(later.cases)},
-               {"matrix", Presence::optional, keep(later.matrix)},
-               {"baseline", Presence::optional, keep(later.baseline)},
-               {"require", Presence::optional, keep(later.require)}});
+               {"cases", Presence::optional, store_in(deferred.cases)},
+               {"matrix", Presence::optional, store_in(deferred.matrix)},
+               {"baseline", Presence::optional, store_in(deferred.baseline)},
+               {"require", Presence::optional, store_in(deferred.require)}});
 }
 
-/// What refers to cases by their names.
-void read_references(const DeferredSections& later, Suite& suite, SuiteBuilder& draft) {
+/// Reads the sections that refer to cases by name.
+void read_references(const DeferredSections& deferred, Suite& suite, SuiteBuilder& builder) {
   RunNames names;
-  for (const SuiteCase& one : draft.cases) names.all.push_back(one.name);
-  names.all.insert(names.all.end(), draft.invalid_case_names.begin(), draft.invalid_case_names.end());
-  if (draft.has_unnamed_cases) return;  // else they would be missed
-  if (later.baseline && !draft.problems.collect([&] {
-        suite.baseline = names.all[later.baseline->read_choice("the name of a case", names.all)];
+  for (const SuiteCase& suite_case : builder.cases) names.all.push_back(suite_case.name);
+  names.all.insert(names.all.end(), builder.invalid_case_names.begin(), builder.invalid_case_names.end());
+  if (builder.has_unnamed_cases) return;  // otherwise references to them would count as mistakes
+  if (deferred.baseline && !builder.problems.collect([&] {
+        suite.baseline = names.all[deferred.baseline->read_choice("the name of a case", names.all)];
       }))
-    suite.baseline = names.all.front();  // else requirements would complain about a base that is there
+    suite.baseline = names.all.front();  // otherwise requirements would report a missing base
   names.base = suite.baseline;
-  if (later.require) draft.problems.collect([&] { suite.require = read_requirements(*later.require, names, draft); });
-  for (const auto& [index, at] : draft.requirements)
-    draft.problems.collect(
-        [&, &index = index, &at = at] { draft.cases[index].requirements = read_requirements(at, names, draft); });
+  if (deferred.require)
+    builder.problems.collect([&] { suite.require = read_requirements(*deferred.require, names, builder); });
+  for (const auto& [index, at] : builder.requirements)
+    builder.problems.collect(
+        [&, &index = index, &at = at] { builder.cases[index].requirements = read_requirements(at, names, builder); });
 }
 
 }  // namespace
@@ -165,31 +168,31 @@ void read_references(const DeferredSections& later, Suite& suite, SuiteBuilder& 
 
 Suite parse_suite(const std::string& text, const std::string& file_name) {
   using namespace specification;
-  SuiteBuilder draft(file_name);
+  SuiteBuilder builder(file_name);
   Suite suite;
   suite.file = file_name;
   suite.name = std::filesystem::path(file_name).stem().string();
   YamlNode root;
-  DeferredSections later;
+  DeferredSections deferred;
   try {
     if (text.find_first_not_of(" \t\r\n") == std::string::npos)
       throw ReadError({1, 1}, "", {.expected = "a suite", .found = "an empty file"});
-    root = parse_yaml(text, draft.problems);
-    read_sections(SpecCursor(root, "", draft.problems), suite, draft, later);
-    if (later.cases) draft.problems.collect([&] { read_cases(*later.cases, draft); });
-    if (later.matrix && !draft.problems.collect([&] { read_matrices(*later.matrix, draft); }))
-      draft.has_unnamed_cases = true;
-    const bool named = !draft.cases.empty() || !draft.invalid_case_names.empty();
-    if (!named) draft.problems.throw_if_any();
-    if (!named)
-      SpecCursor(root, "", draft.problems)
+    root = parse_yaml(text, builder.problems);
+    read_sections(SpecCursor(root, "", builder.problems), suite, builder, deferred);
+    if (deferred.cases) builder.problems.collect([&] { read_cases(*deferred.cases, builder); });
+    if (deferred.matrix && !builder.problems.collect([&] { read_matrices(*deferred.matrix, builder); }))
+      builder.has_unnamed_cases = true;
+    const bool has_cases = !builder.cases.empty() || !builder.invalid_case_names.empty();
+    if (!has_cases) builder.problems.throw_if_any();
+    if (!has_cases)
+      SpecCursor(root, "", builder.problems)
           .fail({.expected = "at least one case in 'cases' or 'matrix'", .found = "none"});
-    read_references(later, suite, draft);
+    read_references(deferred, suite, builder);
   } catch (const ReadError& problem) {
-    draft.problems.add(problem);
+    builder.problems.add(problem);
   }
-  draft.problems.throw_if_any();
-  suite.cases = std::move(draft.cases);
+  builder.problems.throw_if_any();
+  suite.cases = std::move(builder.cases);
   return suite;
 }
 
@@ -203,9 +206,9 @@ namespace balance::specification {
 
 namespace {
 
-constexpr std::size_t max_case_name_length = 150;  // a file's name may have 255 bytes, and endings are put behind it
+constexpr std::size_t max_case_name_length = 150;  // a file name may have 255 bytes, and suffixes are appended
 
-/// The value as YAML on one line.
+/// The value as single-line YAML.
 std::string format_flow_yaml(const YamlNode& node) {
   std::string text;
   switch (node.kind) {
@@ -223,11 +226,11 @@ std::string format_flow_yaml(const YamlNode& node) {
 }
 
 std::uint64_t read_seed(const SpecCursor& at) {
-  const std::string what = "a seed, a whole number ≥ 0";
-  const std::string& text = at.read_word(what);
+  const std::string expectation = "a seed, a whole number ≥ 0";
+  const std::string& text = at.read_word(expectation);
   std::uint64_t seed = 0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), seed);
-  if (error != std::errc() || end != text.data() + text.size()) at.fail_expected(what);
+  if (error != std::errc() || end != text.data() + text.size()) at.fail_expected(expectation);
   return seed;
 }
 
@@ -253,18 +256,18 @@ std::optional<CaseDesignOptions> read_case_design(const SpecCursor& at) {
   return design;
 }
 
-void read_set(const SpecCursor& at, SuiteBuilder& draft, SuiteCase& one) {
+void read_set(const SpecCursor& at, SuiteBuilder& builder, SuiteCase& suite_case) {
   for (const Member& member : list_named_members(at, "parameters {name: value}")) {
-    draft.problems.collect([&] {
+    builder.problems.collect([&] {
       const std::string value = read_value(member.value);
-      std::erase_if(one.overrides, [&](const auto& pair) { return pair.first == member.name; });
-      one.overrides.emplace_back(member.name, value);
-      record_location(one, "set." + member.name, draft.place(member.value));
+      std::erase_if(suite_case.overrides, [&](const auto& pair) { return pair.first == member.name; });
+      suite_case.overrides.emplace_back(member.name, value);
+      record_location(suite_case, "set." + member.name, builder.place(member.value));
     });
   }
 }
 
-/// As a name in a spec, but for a few more characters and what stands first.
+/// Like a name in a spec, except for a few more characters and the first one.
 bool is_case_name(const std::string& name) {
   if (name.empty() || name.size() > max_case_name_length || !is_case_name_start(name[0])) return false;
   std::string as_name = "x" + name;
@@ -281,67 +284,71 @@ SourceLocation SuiteBuilder::place(const SpecCursor& at) const {
   return {file, at.node().place.line, at.node().place.column, at.path()};
 }
 
-void record_location(SuiteCase& one, const std::string& part, const SourceLocation& place) {
-  std::erase_if(one.locations, [&](const auto& pair) { return pair.first == part; });
-  one.locations.emplace_back(part, place);
+void record_location(SuiteCase& suite_case, const std::string& key, const SourceLocation& place) {
+  std::erase_if(suite_case.locations, [&](const auto& pair) { return pair.first == key; });
+  suite_case.locations.emplace_back(key, place);
 }
 
 long read_samples(const SpecCursor& at) {
-  const std::string what = fmt::format("a whole number from {} to {}", min_samples, max_samples);
-  const std::string& text = at.read_word(what);
+  const std::string expectation = fmt::format("a whole number from {} to {}", min_samples, max_samples);
+  const std::string& text = at.read_word(expectation);
   long samples = 0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), samples);
   if (error != std::errc() || end != text.data() + text.size() || !is_valid_sample_count(samples))
-    at.fail_expected(what);
+    at.fail_expected(expectation);
   return samples;
 }
 
 std::string read_value(const SpecCursor& at) { return at.read_word("a parameter's value, a number or an expression"); }
 
-std::vector<Field> make_case_fields(SuiteBuilder& draft, SuiteCase& one) {
-  const auto noting = [&draft, &one](const std::string& part, auto read) {
-    return Field{part, Presence::optional, [&draft, &one, part, read](const SpecCursor& c) {
+std::vector<Field> make_case_fields(SuiteBuilder& builder, SuiteCase& suite_case) {
+  const auto make_field = [&builder, &suite_case](const std::string& key, auto read) {
+    return Field{key, Presence::optional, [&builder, &suite_case, key, read](const SpecCursor& c) {
                    read(c);
-                   record_location(one, part, draft.place(c));
+                   record_location(suite_case, key, builder.place(c));
                  }};
   };
-  return {noting("spec", [&one](const SpecCursor& c) { one.spec = c.read_word("the name of a spec file"); }),
-          noting("set", [&draft, &one](const SpecCursor& c) { read_set(c, draft, one); }),
-          noting("trajectory", [&one](const SpecCursor& c) { one.trajectory = c.read_word("a trajectory's name"); }),
-          noting("controller", [&one](const SpecCursor& c) { one.controller = c.read_word("a controller's name"); }),
-          noting("samples", [&one](const SpecCursor& c) { one.samples = read_samples(c); }),
-          noting("design", [&one](const SpecCursor& c) { one.design = read_case_design(c); })};
+  return {
+      make_field("spec",
+                 [&suite_case](const SpecCursor& c) { suite_case.spec = c.read_word("the name of a spec file"); }),
+      make_field("set", [&builder, &suite_case](const SpecCursor& c) { read_set(c, builder, suite_case); }),
+      make_field("trajectory",
+                 [&suite_case](const SpecCursor& c) { suite_case.trajectory = c.read_word("a trajectory's name"); }),
+      make_field("controller",
+                 [&suite_case](const SpecCursor& c) { suite_case.controller = c.read_word("a controller's name"); }),
+      make_field("samples", [&suite_case](const SpecCursor& c) { suite_case.samples = read_samples(c); }),
+      make_field("design", [&suite_case](const SpecCursor& c) { suite_case.design = read_case_design(c); })};
 }
 
-void add_case(SuiteBuilder& draft, SuiteCase one, const SpecCursor& named) {
-  if (!is_case_name(one.name))
+void add_case(SuiteBuilder& builder, SuiteCase suite_case, const SpecCursor& named) {
+  if (!is_case_name(suite_case.name))
     named.fail({.expected = fmt::format(
                     "a name fit for a file (letters, digits and _ - . + = , at most {} of them, a letter, a "
                     "digit or '_' first)",
                     max_case_name_length),
-                .found = quote_for_message(one.name)});
-  if (draft.names.count(one.name) > 0)
+                .found = quote_for_message(suite_case.name)});
+  if (builder.names.count(suite_case.name) > 0)
     named.fail({.expected = "a name of its own for every case",
-                .found = fmt::format("{} again", quote_for_message(one.name))});
-  if (one.spec.empty())
+                .found = fmt::format("{} again", quote_for_message(suite_case.name))});
+  if (suite_case.spec.empty())
     named.fail({.kind = "missing key",
-                .expected = fmt::format("'spec' in case {} or in 'defaults'", quote_for_message(one.name))});
-  if (draft.cases.size() >= max_cases)
+                .expected = fmt::format("'spec' in case {} or in 'defaults'", quote_for_message(suite_case.name))});
+  if (builder.cases.size() >= max_cases)
     named.fail({.expected = fmt::format("at most {} cases", max_cases), .found = "more"});
-  record_location(one, "", draft.place(named));
-  draft.names.insert(one.name);
-  draft.cases.push_back(std::move(one));
+  record_location(suite_case, "", builder.place(named));
+  builder.names.insert(suite_case.name);
+  builder.cases.push_back(std::move(suite_case));
 }
 
 }  // namespace balance::specification
 
 namespace balance {
 
-SourceLocation SuiteCase::location_of(const std::string& part) const {
-  for (const std::string& wanted : {part, std::string()}) {
-    const auto at =
-        std::find_if(locations.begin(), locations.end(), [&](const auto& pair) { return pair.first == wanted; });
-    if (at != locations.end()) return at->second;
+SourceLocation SuiteCase::location_of(const std::string& key) const {
+  for (const std::string& candidate : {key, std::string()}) {
+    const auto entry =
+        std::find_if(locations.begin(), locations.end(), [&](const auto& pair) { return pair.first == candidate; });
+    if (entry != locations.end()) return entry->second;
   }
   return {.key = name};
 }
@@ -350,17 +357,17 @@ SourceLocation SuiteCase::location_of(const std::string& part) const {
 
 namespace balance::specification {
 
-// Every spec with every trajectory with every value of each parameter.
+// All combinations of specs, trajectories, controllers and parameter values.
 
 namespace {
 
-/// One value of one axis, its part of the cases' names, and where it stands.
+/// One value of an axis, its part of the cases' names, and its location.
 struct AxisValue {
   std::string name, value;
   SourceLocation place;
 };
 
-/// What varies, and what a choice of it does to a case.
+/// The values of an axis, and what a choice changes in a case.
 struct MatrixAxis {
   std::vector<AxisValue> choices;
   std::function<void(const AxisValue&, SuiteCase&)> apply;
@@ -374,7 +381,7 @@ double read_plain(const SpecCursor& at) {
   return value;
 }
 
-/// What a file's name cannot hold becomes `_`.
+/// Replaces characters that are not valid in a file name by `_`.
 std::string sanitise_for_file_name(std::string text) {
   for (char& c : text)
     if (!std::isalnum(static_cast<unsigned char>(c)) && std::string_view("_-.+").find(c) == std::string_view::npos)
@@ -382,13 +389,13 @@ std::string sanitise_for_file_name(std::string text) {
   return text;
 }
 
-/// One or several words, each a choice.
-std::vector<AxisValue> read_words(const SpecCursor& at, const std::string& what,
+/// Reads one or several words, each a choice.
+std::vector<AxisValue> read_words(const SpecCursor& at, const std::string& expectation,
                                   const std::function<AxisValue(const SpecCursor&)>& read) {
   if (!at.is_list()) return {read(at)};
   std::vector<AxisValue> choices;
-  for (const SpecCursor& item : at.items(what)) at.problems().collect([&] { choices.push_back(read(item)); });
-  if (at.node().items.empty()) at.fail_expected("at least one of " + what);
+  for (const SpecCursor& item : at.items(expectation)) at.problems().collect([&] { choices.push_back(read(item)); });
+  if (at.node().items.empty()) at.fail_expected("at least one of " + expectation);
   return choices;
 }
 
@@ -396,39 +403,40 @@ std::vector<AxisValue> read_words(const SpecCursor& at, const std::string& what,
   at.fail({.expected = fmt::format("at most {} cases", max_cases), .found = "more"});
 }
 
-/// `{from: 0, to: 1, count: 5}`: evenly spaced, both ends included. @param most how many values may be
-std::vector<AxisValue> read_range(const SpecCursor& at, const std::string& name, std::size_t most,
-                                  const SuiteBuilder& draft) {
+/// `{from: 0, to: 1, count: 5}`: evenly spaced values, both ends included. @param max_values maximum number of values
+std::vector<AxisValue> read_range(const SpecCursor& at, const std::string& name, std::size_t max_values,
+                                  const SuiteBuilder& builder) {
   double from = 0, to = 0;
   long count = 0;
-  const bool read = read_fields(at, "values {from, to, count}",
-                                {{"from", Presence::required, [&](const SpecCursor& c) { from = read_plain(c); }},
-                                 {"to", Presence::required, [&](const SpecCursor& c) { to = read_plain(c); }},
-                                 {"count", Presence::required, [&](const SpecCursor& c) { count = read_samples(c); }}});
+  const bool is_complete =
+      read_fields(at, "values {from, to, count}",
+                  {{"from", Presence::required, [&](const SpecCursor& c) { from = read_plain(c); }},
+                   {"to", Presence::required, [&](const SpecCursor& c) { to = read_plain(c); }},
+                   {"count", Presence::required, [&](const SpecCursor& c) { count = read_samples(c); }}});
   std::vector<AxisValue> choices;
-  if (!read) return choices;
-  if (static_cast<std::size_t>(count) > most) throw_too_many_cases(at);
-  const SourceLocation place = draft.place(at);
+  if (!is_complete) return choices;
+  if (static_cast<std::size_t>(count) > max_values) throw_too_many_cases(at);
+  const SourceLocation place = builder.place(at);
   for (long i = 0; i < count; ++i) {
-    const double part = static_cast<double>(i) / static_cast<double>(count - 1);
-    const std::string value = fmt::format("{}", i + 1 == count ? to : from + (to - from) * part);
+    const double fraction = static_cast<double>(i) / static_cast<double>(count - 1);
+    const std::string value = fmt::format("{}", i + 1 == count ? to : from + (to - from) * fraction);
     choices.push_back({name + "=" + sanitise_for_file_name(value), value, place});
   }
   return choices;
 }
 
-MatrixAxis read_parameter(const Member& member, std::size_t most, const SuiteBuilder& draft) {
+MatrixAxis read_parameter(const Member& member, std::size_t max_values, const SuiteBuilder& builder) {
   const std::string& name = member.name;
   MatrixAxis axis;
-  axis.apply = [name](const AxisValue& choice, SuiteCase& one) {
-    std::erase_if(one.overrides, [&](const auto& pair) { return pair.first == name; });
-    one.overrides.emplace_back(name, choice.value);
-    record_location(one, "set." + name, choice.place);
+  axis.apply = [name](const AxisValue& choice, SuiteCase& suite_case) {
+    std::erase_if(suite_case.overrides, [&](const auto& pair) { return pair.first == name; });
+    suite_case.overrides.emplace_back(name, choice.value);
+    record_location(suite_case, "set." + name, choice.place);
   };
-  axis.choices = member.value.is_map() ? read_range(member.value, name, most, draft)
+  axis.choices = member.value.is_map() ? read_range(member.value, name, max_values, builder)
                                        : read_words(member.value, "values", [&](const SpecCursor& c) -> AxisValue {
                                            const std::string value = read_value(c);
-                                           return {name + "=" + sanitise_for_file_name(value), value, draft.place(c)};
+                                           return {name + "=" + sanitise_for_file_name(value), value, builder.place(c)};
                                          });
   return axis;
 }
@@ -439,98 +447,98 @@ struct MatrixAxes {
   std::vector<MatrixAxis> parameters;
 };
 
-MatrixAxis read_specs(const SpecCursor& at, const SuiteBuilder& draft) {
+MatrixAxis read_specs(const SpecCursor& at, const SuiteBuilder& builder) {
   const auto read = [&](const SpecCursor& c) -> AxisValue {
     const std::string file = c.read_word("the name of a spec file");
-    return {sanitise_for_file_name(std::filesystem::path(file).stem().string()), file, draft.place(c)};
+    return {sanitise_for_file_name(std::filesystem::path(file).stem().string()), file, builder.place(c)};
   };
-  return {read_words(at, "spec files", read), [](const AxisValue& choice, SuiteCase& one) {
-            one.spec = choice.value;
-            record_location(one, "spec", choice.place);
+  return {read_words(at, "spec files", read), [](const AxisValue& choice, SuiteCase& suite_case) {
+            suite_case.spec = choice.value;
+            record_location(suite_case, "spec", choice.place);
           }};
 }
 
-/// Names of things in the specs. @param of whose
-MatrixAxis read_names(const SpecCursor& at, const std::string& key, std::string SuiteCase::*of,
-                      const SuiteBuilder& draft) {
+/// Reads names that refer to parts of the specs. @param of member of the case that receives the name
+MatrixAxis read_names(const SpecCursor& at, const std::string& key, std::string SuiteCase::*member,
+                      const SuiteBuilder& builder) {
   const auto read = [&](const SpecCursor& c) -> AxisValue {
     const std::string name = c.read_word("a " + key + "'s name");
-    return {sanitise_for_file_name(name), name, draft.place(c)};
+    return {sanitise_for_file_name(name), name, builder.place(c)};
   };
   return {read_words(at, key == "trajectory" ? "trajectories" : key + "s", read),
-          [key, of](const AxisValue& choice, SuiteCase& one) {
-            one.*of = choice.value;
-            record_location(one, key, choice.place);
+          [key, member](const AxisValue& choice, SuiteCase& suite_case) {
+            suite_case.*member = choice.value;
+            record_location(suite_case, key, choice.place);
           }};
 }
 
-/// A file's name may begin as a case's may not.
+/// A file name may start with characters that a case's name may not.
 std::string sanitise_name_start(std::string name) {
   if (!name.empty() && !is_case_name_start(name[0])) name[0] = '_';
   return name;
 }
 
-/// Counts through the axes, the last of them fastest.
+/// Enumerates all combinations of the axes, the last axis varying fastest.
 void expand_matrix(const std::vector<MatrixAxis>& axes, const std::string& prefix, const SuiteCase& base,
-                   const SpecCursor& at, SuiteBuilder& draft) {
+                   const SpecCursor& at, SuiteBuilder& builder) {
   std::size_t count = 1;
   for (const MatrixAxis& axis : axes) {
     count *= axis.choices.size();
-    if (count + draft.cases.size() > max_cases) throw_too_many_cases(at);
+    if (count + builder.cases.size() > max_cases) throw_too_many_cases(at);
   }
-  for (std::size_t number = 0; number < count; ++number) {
-    SuiteCase one = base;
-    one.name = prefix;
+  for (std::size_t combination = 0; combination < count; ++combination) {
+    SuiteCase suite_case = base;
+    suite_case.name = prefix;
     std::size_t block = count;
-    std::size_t rest = number;
+    std::size_t remainder = combination;
     for (const MatrixAxis& axis : axes) {
       block /= axis.choices.size();
-      const AxisValue& choice = axis.choices[rest / block];
-      rest %= block;
-      one.name += one.name.empty() ? sanitise_name_start(choice.name) : "_" + choice.name;
-      axis.apply(choice, one);
+      const AxisValue& choice = axis.choices[remainder / block];
+      remainder %= block;
+      suite_case.name += suite_case.name.empty() ? sanitise_name_start(choice.name) : "_" + choice.name;
+      axis.apply(choice, suite_case);
     }
-    add_case(draft, std::move(one), at);
+    add_case(builder, std::move(suite_case), at);
   }
 }
 
-void read_matrix(const SpecCursor& at, SuiteBuilder& draft) {
-  SuiteCase base = draft.defaults;
+void read_matrix(const SpecCursor& at, SuiteBuilder& builder) {
+  SuiteCase base = builder.defaults;
   MatrixAxes axes;
   std::vector<Field> fields = {
       {"name", Presence::optional,
        [&](const SpecCursor& c) { axes.prefix = c.read_word("how the cases' names begin"); }},
-      {"spec", Presence::optional, [&](const SpecCursor& c) { axes.specs = read_specs(c, draft); }},
+      {"spec", Presence::optional, [&](const SpecCursor& c) { axes.specs = read_specs(c, builder); }},
       {"trajectory", Presence::optional,
-       [&](const SpecCursor& c) { axes.trajectories = read_names(c, "trajectory", &SuiteCase::trajectory, draft); }},
+       [&](const SpecCursor& c) { axes.trajectories = read_names(c, "trajectory", &SuiteCase::trajectory, builder); }},
       {"controller", Presence::optional,
-       [&](const SpecCursor& c) { axes.controllers = read_names(c, "controller", &SuiteCase::controller, draft); }},
+       [&](const SpecCursor& c) { axes.controllers = read_names(c, "controller", &SuiteCase::controller, builder); }},
       {"set", Presence::optional, [&](const SpecCursor& c) {
-         std::size_t most = max_cases;
+         std::size_t max_values = max_cases;
          for (const Member& member : list_named_members(c, "parameters {name: [values]}"))
-           draft.problems.collect([&] {
-             axes.parameters.push_back(read_parameter(member, most, draft));
-             most /= std::max<std::size_t>(1, axes.parameters.back().choices.size());
+           builder.problems.collect([&] {
+             axes.parameters.push_back(read_parameter(member, max_values, builder));
+             max_values /= std::max<std::size_t>(1, axes.parameters.back().choices.size());
            });
        }}};
-  for (Field& field : make_case_fields(draft, base))
+  for (Field& field : make_case_fields(builder, base))
     if (field.name == "samples" || field.name == "design") fields.push_back(std::move(field));
   if (!read_fields(at, "a matrix {name, spec, trajectory, controller, set, samples, design}", fields)) return;
-  std::vector<MatrixAxis> all;
+  std::vector<MatrixAxis> used_axes;
   for (const MatrixAxis* axis : {&axes.specs, &axes.trajectories, &axes.controllers})
-    if (!axis->choices.empty()) all.push_back(*axis);
-  all.insert(all.end(), axes.parameters.begin(), axes.parameters.end());
-  if (all.empty())
+    if (!axis->choices.empty()) used_axes.push_back(*axis);
+  used_axes.insert(used_axes.end(), axes.parameters.begin(), axes.parameters.end());
+  if (used_axes.empty())
     at.fail({.expected = "at least one of 'spec', 'trajectory', 'controller' and 'set'", .found = "none"});
-  expand_matrix(all, axes.prefix, base, at, draft);
+  expand_matrix(used_axes, axes.prefix, base, at, builder);
 }
 
 }  // namespace
 
-void read_matrices(const SpecCursor& section, SuiteBuilder& draft) {
-  if (!section.is_list()) return read_matrix(section, draft);
+void read_matrices(const SpecCursor& section, SuiteBuilder& builder) {
+  if (!section.is_list()) return read_matrix(section, builder);
   for (const SpecCursor& item : section.items("a list of matrices"))
-    draft.problems.collect([&] { read_matrix(item, draft); });
+    builder.problems.collect([&] { read_matrix(item, builder); });
 }
 
 }  // namespace balance::specification

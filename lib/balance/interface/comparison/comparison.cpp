@@ -21,19 +21,19 @@ namespace balance {
 namespace {
 
 constexpr double zero_base_tolerance =
-    1e-12;  ///< of a quantity's largest peak: what is smaller has no meaning of its own
+    1e-12;  ///< of a quantity's largest peak; smaller figures have no meaning of their own
 
-/// The first metric of every quantity's name in one table.
+/// Maps the name of each quantity to its first metric in a table.
 using MetricIndex = std::unordered_map<std::string_view, const Metric*>;
 
 std::vector<MetricIndex> index_metrics(const std::vector<MetricTable>& tables) {
-  std::vector<MetricIndex> all;
+  std::vector<MetricIndex> indices;
   for (const MetricTable& table : tables) {
     MetricIndex index;
     for (const Metric& metric : table.metrics) index.emplace(metric.quantity, &metric);
-    all.push_back(std::move(index));
+    indices.push_back(std::move(index));
   }
-  return all;
+  return indices;
 }
 
 const Metric* find_metric(const MetricIndex& index, const std::string& quantity) {
@@ -53,8 +53,8 @@ ComparedQuantity compare_metrics(const std::string& quantity, const std::vector<
   compared.differences.resize(tables.size());
   for (const MetricIndex& table : tables) {
     const Metric* metric = find_metric(table, quantity);
-    const bool there = metric != nullptr && metric->unit == compared.unit;
-    compared.metrics.push_back(there ? std::optional(*metric) : std::nullopt);
+    const bool is_present = metric != nullptr && metric->unit == compared.unit;
+    compared.metrics.push_back(is_present ? std::optional(*metric) : std::nullopt);
   }
   return compared;
 }
@@ -65,8 +65,8 @@ void add_differences(ComparedRuns& compared, const std::vector<NamedRun>& runs) 
     const std::map<std::string, Difference> differences(list.begin(), list.end());
     for (ComparedQuantity& quantity : compared.quantities) {
       const auto found = differences.find(quantity.quantity);
-      const bool both = quantity.metrics.front() && quantity.metrics[run];
-      if (both && found != differences.end()) quantity.differences[run] = found->second;
+      const bool have_both = quantity.metrics.front() && quantity.metrics[run];
+      if (have_both && found != differences.end()) quantity.differences[run] = found->second;
     }
   }
 }
@@ -121,18 +121,18 @@ ComparedRuns compare_runs(const std::vector<NamedRun>& runs) {
 double ratio_to_base(const ComparedQuantity& quantity, std::size_t run, Statistic figure) {
   const auto& base = quantity.metrics.front();
   const auto& metric = quantity.metrics.at(run);
-  const double missing = std::numeric_limits<double>::quiet_NaN();
-  if (!base || !metric) return missing;
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  if (!base || !metric) return nan;
   double largest = 0;
-  for (const auto& any : quantity.metrics)
-    if (any) largest = std::max(largest, any->peak);
-  if (!(statistic_of(*base, figure) > zero_base_tolerance * largest)) return missing;
+  for (const auto& run_metric : quantity.metrics)
+    if (run_metric) largest = std::max(largest, run_metric->peak);
+  if (!(statistic_of(*base, figure) > zero_base_tolerance * largest)) return nan;
   return statistic_of(*metric, figure) / statistic_of(*base, figure);
 }
 
 namespace {
 
-/// The largest of each figure of `quantity[…]`, at the place of the first of them; nothing if it is there already.
+/// Adds the maximum of each figure of `quantity[…]` before the first of them, unless `quantity` is there already.
 void add_worst_case(MetricTable& table, const std::string& quantity) {
   std::vector<Metric>& metrics = table.metrics;
   if (find_metric(table, quantity) != nullptr) return;
@@ -142,7 +142,7 @@ void add_worst_case(MetricTable& table, const std::string& quantity) {
   Metric worst = *first;
   for (const Metric& metric : metrics) {
     if (!is_part(metric)) continue;
-    if (metric.unit != worst.unit) return;  // the worst of forces and torques together would have no unit
+    if (metric.unit != worst.unit) return;  // a maximum over forces and torques would have no unit
     if (metric.peak > worst.peak) worst.peak = metric.peak, worst.peak_time = metric.peak_time;
     worst.rms = std::max(worst.rms, metric.rms);
     worst.mean = std::max(worst.mean, metric.mean);
@@ -189,17 +189,17 @@ std::vector<std::string> list_quantity_names(const std::vector<MetricTable>& tab
 
 namespace {
 
-/// From the shortest name to the longest.
-std::vector<std::string> list_candidates(const RunLocation& place) {
-  const std::filesystem::path path = std::filesystem::path(place.path).lexically_normal();
+/// Possible names, from the shortest to the longest.
+std::vector<std::string> list_candidates(const RunLocation& location) {
+  const std::filesystem::path path = std::filesystem::path(location.path).lexically_normal();
   const std::string stem = escape_for_terminal(path.stem().string());
   const std::string folder = escape_for_terminal(path.parent_path().filename().string());
-  const std::string behind = place.group.empty() ? "" : ":" + place.group;
+  const std::string suffix = location.group.empty() ? "" : ":" + location.group;
   std::vector<std::string> names;
-  if (!place.group.empty()) names.push_back(place.group);
-  names.push_back(stem + behind);
-  if (!folder.empty()) names.push_back(folder + "/" + stem + behind);
-  names.push_back(escape_for_terminal((path.parent_path() / path.stem()).string()) + behind);
+  if (!location.group.empty()) names.push_back(location.group);
+  names.push_back(stem + suffix);
+  if (!folder.empty()) names.push_back(folder + "/" + stem + suffix);
+  names.push_back(escape_for_terminal((path.parent_path() / path.stem()).string()) + suffix);
   return names;
 }
 
@@ -210,12 +210,12 @@ bool is_taken(const std::vector<std::string>& names, std::size_t run) {
 
 }  // namespace
 
-std::vector<std::string> make_run_names(const std::vector<RunLocation>& places) {
+std::vector<std::string> make_run_names(const std::vector<RunLocation>& locations) {
   std::vector<std::vector<std::string>> candidates;
   std::vector<std::string> names;
   std::size_t longest = 0;
-  for (const RunLocation& place : places) {
-    candidates.push_back(list_candidates(place));
+  for (const RunLocation& location : locations) {
+    candidates.push_back(list_candidates(location));
     names.push_back(candidates.back().front());
     longest = std::max(longest, candidates.back().size());
   }

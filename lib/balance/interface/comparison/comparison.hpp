@@ -1,5 +1,5 @@
 #pragma once
-/// Several runs side by side, each against the first.
+/// Several runs side by side, each compared with the first.
 
 #include "balance/mechanics/results/metrics.hpp"
 #include "balance/mechanics/results/result.hpp"
@@ -12,43 +12,44 @@
 
 namespace balance {
 
-/// The figures of one run under the name that comparisons and requirements call it by.
+/// The figures of a run, with the name by which comparisons and requirements refer to it.
 struct MetricTable {
   std::string name;             ///< of the run: a file's stem, a case of a suite
-  std::vector<Metric> metrics;  ///< SI; a quantity that is not there is missing in this run
+  std::vector<Metric> metrics;  ///< in SI units; quantities that the run does not have are absent
   double energy = std::numeric_limits<double>::quiet_NaN();  ///< as RunResult::energy [J]; NaN: missing
 };
 
-/// The run's own metrics and, behind those of the joints, the worst reaction of all: `joint_force`, `joint_moment`.
+/// The run's own metrics and, before those of the joints, the worst reaction of all: `joint_force`, `joint_moment`.
 MetricTable make_metric_table(std::string name, const RunResult& result);
 
-/// Null if the run has no such quantity. A slide's force is found by its older name, `torque[S]`, too.
+/// nullptr if the run has no such quantity. Also finds a slide's force by its older name, `torque[S]`.
 const Metric* find_metric(const MetricTable& table, std::string_view quantity);
 
 /// NaN if the run has no such quantity.
 double find_figure(const MetricTable& table, Statistic figure, std::string_view quantity);
 
-/// Every quantity that at least one of the runs has, in the order in which they first appear.
+/// Every quantity of at least one of the runs, in the order of first appearance.
 std::vector<std::string> list_quantity_names(const std::vector<MetricTable>& tables);
 
 struct NamedRun {
-  std::string name;  ///< no two alike
+  std::string name;  ///< unique
   std::string file;  ///< as named by the user; "": none
   std::string title, trajectory, law, drive;
   RunResult result;
 };
 
-/// How far two runs' samples of a quantity are apart, at the samples of the run that has fewer; the other is interpolated.
+/// The difference of two runs' samples of a quantity, at the samples of the run with fewer; the other is interpolated.
 struct Difference {
-  double largest = 0;  ///< magnitude of the difference, in the quantity's unit
-  double time = 0;     ///< where, in the base's time [s]
-  double rms = 0;      ///< root of the time average of its square
+  double largest = 0;  ///< maximum magnitude of the difference, in the quantity's unit
+  double time = 0;     ///< of the maximum, in the base's time [s]
+  double rms = 0;      ///< root mean square over time
 };
 
 struct ComparedQuantity {
   std::string quantity, unit;                  ///< as in RunResult::metrics
-  std::vector<std::optional<Metric>> metrics;  ///< one per run; nothing: the run does not have it, or in another unit
-  /// One per run; nothing for the base and where one of both does not have the quantity or has another number of components.
+  std::vector<std::optional<Metric>> metrics;  ///< one per run; std::nullopt if it is missing or in another unit
+  /// One per run; std::nullopt for the base, and if either run does not have the quantity or the numbers of components
+  /// differ.
   std::vector<std::optional<Difference>> differences;
 };
 
@@ -60,7 +61,7 @@ struct ComparedRuns {
     double energy = 0;    ///< [J]
   };
   std::vector<Run> runs;                     ///< the first is the base
-  std::vector<ComparedQuantity> quantities;  ///< the base's in its order, then those that only others have
+  std::vector<ComparedQuantity> quantities;  ///< those of the base in its order, then those that only others have
   std::vector<std::string> notes;            ///< what makes runs less comparable than they look
 };
 
@@ -68,21 +69,21 @@ struct ComparedRuns {
 /// @throws std::invalid_argument if there are no runs
 ComparedRuns compare_runs(const std::vector<NamedRun>& runs);
 
-/// A figure of a run as a multiple of the base's. NaN where one of both is missing or the base's is zero but for round-off.
+/// A figure of a run divided by the base's. NaN if either is missing or the base's is zero up to round-off.
 double ratio_to_base(const ComparedQuantity& quantity, std::size_t run, Statistic figure);
 
 std::vector<MetricTable> make_metric_tables(const std::vector<NamedRun>& runs);
 
 // Short names for runs that come from files.
 
-/// Where a run is stored.
+/// Location of a stored run.
 struct RunLocation {
   std::string path;   ///< of the file
-  std::string group;  ///< in a file with several runs; "": the file is one run
+  std::string group;  ///< in a file with several runs; "" if the file is one run
 };
 
-/// One name per run, no two alike: the file's stem, or the group; where that is not enough with the file or the folder before it,
-/// and where nothing tells them apart with a number behind it. Only the first may be called `base`.
-std::vector<std::string> make_run_names(const std::vector<RunLocation>& places);
+/// One unique name per run: the file's stem or the group; if that is ambiguous, preceded by the file or folder; if that
+/// is still ambiguous, followed by a number. Only the first run may be called `base`.
+std::vector<std::string> make_run_names(const std::vector<RunLocation>& locations);
 
 }  // namespace balance

@@ -15,7 +15,7 @@
 namespace balance {
 namespace {
 
-/// Of the variables that stand for figures.
+/// Values of the variables that stand for figures.
 using Values = std::map<std::string, double>;
 
 double evaluate_figure_expression(const std::string& expression, const Values& values) {
@@ -27,15 +27,15 @@ double evaluate_figure_expression(const std::string& expression, const Values& v
   return parse_expression(expression, value).value();
 }
 
-template <class See>
-void for_each_figure(const Requirement& requirement, See&& see) {
+template <class Visitor>
+void for_each_figure(const Requirement& requirement, Visitor&& visit) {
   for (const RequirementComparison& comparison : requirement.comparisons) {
     for (const FigureExpression* side : {&comparison.left, &comparison.right})
-      for (const FigureReference& figure : side->figures) see(figure);
+      for (const FigureReference& figure : side->figures) visit(figure);
   }
 }
 
-/// Whether the arithmetic can be done at all, tried with ones.
+/// Checks the arithmetic by evaluating it with ones.
 void check_arithmetic(const RequirementComparison& comparison) {
   for (const FigureExpression* side : {&comparison.left, &comparison.right}) {
     Values ones;
@@ -57,8 +57,8 @@ const MetricTable& find_table(const std::string& name, const std::vector<MetricT
   return *found;
 }
 
-void add_once(std::vector<std::string>& all, const std::string& one) {
-  if (std::find(all.begin(), all.end(), one) == all.end()) all.push_back(one);
+void add_once(std::vector<std::string>& texts, const std::string& text) {
+  if (std::find(texts.begin(), texts.end(), text) == texts.end()) texts.push_back(text);
 }
 
 const MetricTable& find_metric_table(const FigureReference& figure, const std::vector<MetricTable>& tables,
@@ -70,10 +70,10 @@ double value_of(const FigureReference& figure, const MetricTable& table) {
   return figure.figure ? find_figure(table, *figure.figure, figure.quantity) : table.energy;
 }
 
-/// Whether the side is a number of the figures' own unit: plain, or growing in a straight line as all of them grow.
+/// Whether the side is a number in the figures' own unit: a constant, or linear in a common factor of all figures.
 bool has_unit_of_figures(const FigureExpression& side, const std::vector<MetricTable>& tables, std::size_t run) {
   constexpr double step = 1e-3, round_off = 1e-9;
-  const auto grown = [&](double factor) {
+  const auto evaluate_scaled = [&](double factor) {
     Values values;
     for (const FigureReference& figure : side.figures) {
       const double value = value_of(figure, find_metric_table(figure, tables, run));
@@ -82,11 +82,12 @@ bool has_unit_of_figures(const FigureExpression& side, const std::vector<MetricT
     return evaluate_figure_expression(side.expression, values);
   };
   if (side.figures.empty()) return true;
-  const double less = grown(1 - step), now = grown(1), more = grown(1 + step), growth = std::abs(more - less);
-  return growth > round_off * std::abs(now) && std::abs(more - 2 * now + less) <= round_off * growth;
+  const double minus = evaluate_scaled(1 - step), nominal = evaluate_scaled(1), plus = evaluate_scaled(1 + step),
+               change = std::abs(plus - minus);
+  return change > round_off * std::abs(nominal) && std::abs(plus - 2 * nominal + minus) <= round_off * change;
 }
 
-/// The unit of both sides; empty if the figures differ in theirs, or a side is their product, ratio, root, …
+/// The unit of both sides; empty if the figures' units differ or a side is a product, ratio, root, … of figures.
 std::string common_unit(const RequirementComparison& comparison, const std::vector<MetricTable>& tables,
                         std::size_t run) {
   std::vector<std::string> units;
@@ -95,27 +96,28 @@ std::string common_unit(const RequirementComparison& comparison, const std::vect
       const Metric* metric = find_metric(find_metric_table(figure, tables, run), figure.quantity);
       add_once(units, !figure.figure ? "J" : metric == nullptr ? "" : metric->unit);
     }
-  const bool common = units.size() == 1 && has_unit_of_figures(comparison.left, tables, run) &&
-                      has_unit_of_figures(comparison.right, tables, run);
-  return common ? units.front() : "";
+  const bool have_common_unit = units.size() == 1 && has_unit_of_figures(comparison.left, tables, run) &&
+                                has_unit_of_figures(comparison.right, tables, run);
+  return have_common_unit ? units.front() : "";
 }
 
 double evaluate(const FigureExpression& side, const std::vector<MetricTable>& tables, std::size_t run,
                 RequirementVerdict& verdict) {
   Values values;
-  bool complete = true;
+  bool has_all_values = true;
   for (const FigureReference& figure : side.figures) {
     const MetricTable& table = find_metric_table(figure, tables, run);
     const double value = value_of(figure, table);
-    const std::string what = figure.figure ? figure.quantity : "energy";
+    const std::string quantity = figure.figure ? figure.quantity : "energy";
     if (figure.figure ? find_metric(table, figure.quantity) == nullptr : std::isnan(value)) {
-      add_once(verdict.missing, fmt::format("{} has no {}", table.name, what));
+      add_once(verdict.missing, fmt::format("{} has no {}", table.name, quantity));
     }
-    // min(…), max(…) and the like could hide it.
-    complete = complete && !std::isnan(value);
+    // min(…), max(…) and the like could hide a NaN.
+    has_all_values = has_all_values && !std::isnan(value);
     values[figure.variable] = value;
   }
-  return complete ? evaluate_figure_expression(side.expression, values) : std::numeric_limits<double>::quiet_NaN();
+  return has_all_values ? evaluate_figure_expression(side.expression, values)
+                        : std::numeric_limits<double>::quiet_NaN();
 }
 
 bool combine_comparisons(const Requirement& requirement, const std::vector<JudgedComparison>& judged) {

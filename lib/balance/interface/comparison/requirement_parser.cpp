@@ -15,21 +15,21 @@ namespace {
 using Kind = RequirementToken::Kind;
 using Step = Requirement::PostfixStep;
 
-/// Words [begin, end) of the requirement.
+/// Tokens [begin, end) of the requirement.
 struct TokenRange {
   std::size_t begin = 0, end = 0;
 };
 
 class RequirementParser {
  public:
-  RequirementParser(const std::vector<RequirementToken>& words, const std::string& text, const RunNames& runs)
-      : words_(words), text_(text), runs_(runs) {
+  RequirementParser(const std::vector<RequirementToken>& tokens, const std::string& text, const RunNames& runs)
+      : tokens_(tokens), text_(text), runs_(runs) {
     requirement_.text = text;
   }
 
   Requirement parse() {
     check_parentheses();
-    join({0, words_.size()});
+    parse_logical({0, tokens_.size()});
     return std::move(requirement_);
   }
 
@@ -38,157 +38,159 @@ class RequirementParser {
     throw RequirementError(column, message);
   }
 
-  bool is_sign(std::size_t i, char sign) const { return words_[i].kind == Kind::symbol && words_[i].text[0] == sign; }
-  std::size_t column(std::size_t i) const { return i < words_.size() ? words_[i].column() : text_.size() + 1; }
+  bool is_sign(std::size_t i, char sign) const { return tokens_[i].kind == Kind::symbol && tokens_[i].text[0] == sign; }
+  std::size_t column(std::size_t i) const { return i < tokens_.size() ? tokens_[i].column() : text_.size() + 1; }
 
-  std::string next(std::size_t i) const { return i < words_.size() ? quote_for_message(words_[i].text) : "the end"; }
+  std::string describe_token(std::size_t i) const {
+    return i < tokens_.size() ? quote_for_message(tokens_[i].text) : "the end";
+  }
 
-  /// As written; the words must not be none.
+  /// The text as written. @pre the span is not empty
   std::string source(TokenRange span) const {
-    const std::size_t begin = words_[span.begin].begin;
-    return text_.substr(begin, words_[span.end - 1].end - begin);
+    const std::size_t begin = tokens_[span.begin].begin;
+    return text_.substr(begin, tokens_[span.end - 1].end - begin);
   }
 
   /// Finds for every opening parenthesis the one that closes it.
   void check_parentheses() {
-    closing_.assign(words_.size(), 0);
+    closing_index_.assign(tokens_.size(), 0);
     std::vector<std::size_t> open;
-    for (std::size_t i = 0; i < words_.size(); ++i) {
+    for (std::size_t i = 0; i < tokens_.size(); ++i) {
       if (is_sign(i, '(')) open.push_back(i);
       if (!is_sign(i, ')')) continue;
       if (open.empty()) fail(column(i), "there is no parenthesis that this one could close");
-      closing_[open.back()] = i;
+      closing_index_[open.back()] = i;
       open.pop_back();
     }
     if (!open.empty()) fail(column(open.back()), "the parenthesis is not closed");
   }
 
-  /// The last word of a kind outside parentheses; span.end: there is none.
-  std::size_t last(TokenRange span, Kind kind) const {
-    std::size_t found = span.end;
+  /// The last token of a kind outside parentheses; span.end if there is none.
+  std::size_t find_last(TokenRange span, Kind kind) const {
+    std::size_t last_index = span.end;
     for (std::size_t i = span.begin; i < span.end; ++i) {
-      if (words_[i].kind == kind) found = i;
-      if (is_sign(i, '(')) i = closing_[i];
+      if (tokens_[i].kind == kind) last_index = i;
+      if (is_sign(i, '(')) i = closing_index_[i];
     }
-    return found;
+    return last_index;
   }
 
   bool has_relation(TokenRange span) const {
-    return std::any_of(words_.begin() + static_cast<std::ptrdiff_t>(span.begin),
-                       words_.begin() + static_cast<std::ptrdiff_t>(span.end),
-                       [](const RequirementToken& word) { return word.kind == Kind::relation; });
+    return std::any_of(tokens_.begin() + static_cast<std::ptrdiff_t>(span.begin),
+                       tokens_.begin() + static_cast<std::ptrdiff_t>(span.end),
+                       [](const RequirementToken& token) { return token.kind == Kind::relation; });
   }
 
-  /// Comparisons joined by && and ||, the weaker first.
-  void join(TokenRange span) {
-    for (const auto& [word, step] :
+  /// Comparisons joined by && and ||, the operator of lower precedence first.
+  void parse_logical(TokenRange span) {
+    for (const auto& [kind, step] :
          {std::pair{Kind::logical_or, Step::Kind::logical_or}, {Kind::logical_and, Step::Kind::logical_and}}) {
-      const std::size_t at = last(span, word);
-      if (at == span.end) continue;
-      join({span.begin, at});
-      join({at + 1, span.end});
+      const std::size_t split_index = find_last(span, kind);
+      if (split_index == span.end) continue;
+      parse_logical({span.begin, split_index});
+      parse_logical({split_index + 1, span.end});
       requirement_.steps.push_back({step, 0});
       return;
     }
-    const bool enclosed =
-        span.begin < span.end && is_sign(span.begin, '(') && closing_[span.begin] + 1 == span.end && has_relation(span);
-    if (enclosed) return join({span.begin + 1, span.end - 1});
+    const bool enclosed = span.begin < span.end && is_sign(span.begin, '(') &&
+                          closing_index_[span.begin] + 1 == span.end && has_relation(span);
+    if (enclosed) return parse_logical({span.begin + 1, span.end - 1});
     requirement_.steps.push_back({Step::Kind::compare, requirement_.comparisons.size()});
     requirement_.comparisons.push_back(compare(span));
   }
 
   RequirementComparison compare(TokenRange span) {
-    if (span.begin == span.end) fail(column(span.begin), "expected a comparison, found " + next(span.begin));
-    const std::size_t at = last(span, Kind::relation);
-    if (at == span.end) {
+    if (span.begin == span.end) fail(column(span.begin), "expected a comparison, found " + describe_token(span.begin));
+    const std::size_t relation_index = find_last(span, Kind::relation);
+    if (relation_index == span.end) {
       if (has_relation(span)) fail(column(span.begin), "a comparison cannot be part of arithmetic");
       fail(column(span.begin),
            fmt::format("expected a comparison (<, <=, >, >= or ==), found {}", quote_for_message(source(span))));
     }
-    if (last({span.begin, at}, Kind::relation) != at)
-      fail(column(at), "one comparison has two sides: join several by && or ||");
+    if (find_last({span.begin, relation_index}, Kind::relation) != relation_index)
+      fail(column(relation_index), "one comparison has two sides: join several by && or ||");
     RequirementComparison comparison;
     comparison.column = column(span.begin);
-    comparison.relation = relation(words_[at].text);
-    const FigureReference* model = first_figure(span);
-    comparison.left = parse_side({span.begin, at}, model);
-    comparison.right = parse_side({at + 1, span.end}, model);
+    comparison.relation = relation(tokens_[relation_index].text);
+    const FigureReference* default_figure = first_figure(span);
+    comparison.left = parse_side({span.begin, relation_index}, default_figure);
+    comparison.right = parse_side({relation_index + 1, span.end}, default_figure);
     return comparison;
   }
 
   static Relation relation(const std::string& text) {
-    for (const Relation one :
+    for (const Relation candidate :
          {Relation::less, Relation::at_most, Relation::greater, Relation::at_least, Relation::equal}) {
-      if (text == relation_symbol(one)) return one;
+      if (text == relation_symbol(candidate)) return candidate;
     }
-    return Relation::at_most;  // the splitter makes no others
+    return Relation::at_most;  // the lexer produces no others
   }
 
-  /// What the name of a run alone stands for. Null: the comparison has no figure.
+  /// The figure that the name of a run alone refers to; nullptr if the comparison has no figure.
   const FigureReference* first_figure(TokenRange span) const {
     for (std::size_t i = span.begin; i < span.end; ++i) {
-      if (words_[i].kind == Kind::figure) return &words_[i].figure;
+      if (tokens_[i].kind == Kind::figure) return &tokens_[i].figure;
     }
     return nullptr;
   }
 
-  FigureExpression parse_side(TokenRange span, const FigureReference* model) {
+  FigureExpression parse_side(TokenRange span, const FigureReference* default_figure) {
     FigureExpression side;
     if (span.begin < span.end) side.text = source(span);
     check_order(span);
     for (std::size_t i = span.begin; i < span.end; ++i) {
-      const RequirementToken& word = words_[i];
-      const bool alone = word.kind == Kind::run;
-      if (alone && model == nullptr)
-        fail(word.column(),
-             quote_for_message(word.text) + " alone stands for the same figure of that run: the comparison has none");
-      if (alone || word.kind == Kind::figure) {
-        FigureReference figure = alone ? *model : word.figure;
-        if (alone) figure.run = word.text == "base" && !runs_.base.empty() ? runs_.base : word.text;
+      const RequirementToken& token = tokens_[i];
+      const bool is_run_name = token.kind == Kind::run;
+      if (is_run_name && default_figure == nullptr)
+        fail(token.column(),
+             quote_for_message(token.text) + " alone stands for the same figure of that run: the comparison has none");
+      if (is_run_name || token.kind == Kind::figure) {
+        FigureReference figure = is_run_name ? *default_figure : token.figure;
+        if (is_run_name) figure.run = token.text == "base" && !runs_.base.empty() ? runs_.base : token.text;
         figure.variable = fmt::format("f{}", side.figures.size());
         side.expression += " " + figure.variable;
         side.figures.push_back(std::move(figure));
       } else {
-        side.expression += (word.kind == Kind::function ? " " : "") + word.text;
+        side.expression += (token.kind == Kind::function ? " " : "") + token.text;
       }
     }
     return side;
   }
 
-  /// Numbers and what joins them must take turns.
+  /// Operands and operators must alternate.
   void check_order(TokenRange span) const {
-    bool number_next = true;
+    bool expects_operand = true;
     for (std::size_t i = span.begin; i < span.end; ++i) {
-      const RequirementToken& word = words_[i];
-      const bool opens = word.kind == Kind::function || is_sign(i, '(');
+      const RequirementToken& token = tokens_[i];
+      const bool opens = token.kind == Kind::function || is_sign(i, '(');
       const bool sign_of_number = is_sign(i, '-') || is_sign(i, '+');
-      if (word.kind == Kind::relation) fail(word.column(), "a comparison cannot be part of arithmetic");
-      if (word.kind != Kind::symbol || opens) {
-        if (!number_next) fail(word.column(), "expected an operator, found " + quote_for_message(word.text));
-        number_next = opens;
+      if (token.kind == Kind::relation) fail(token.column(), "a comparison cannot be part of arithmetic");
+      if (token.kind != Kind::symbol || opens) {
+        if (!expects_operand) fail(token.column(), "expected an operator, found " + quote_for_message(token.text));
+        expects_operand = opens;
       } else if (is_sign(i, ')')) {
-        if (number_next) fail(word.column(), "expected a number or a figure, found ')'");
+        if (expects_operand) fail(token.column(), "expected a number or a figure, found ')'");
       } else {
-        if (number_next && !sign_of_number)
-          fail(word.column(), fmt::format("expected a number or a figure, found {}", quote_for_message(word.text)));
-        number_next = true;
+        if (expects_operand && !sign_of_number)
+          fail(token.column(), fmt::format("expected a number or a figure, found {}", quote_for_message(token.text)));
+        expects_operand = true;
       }
     }
-    if (number_next) fail(column(span.end), "expected a number or a figure, found " + next(span.end));
+    if (expects_operand) fail(column(span.end), "expected a number or a figure, found " + describe_token(span.end));
   }
 
-  const std::vector<RequirementToken>& words_;
+  const std::vector<RequirementToken>& tokens_;
   const std::string& text_;
   const RunNames& runs_;
-  std::vector<std::size_t> closing_;  ///< per word that opens a parenthesis
+  std::vector<std::size_t> closing_index_;  ///< per token that opens a parenthesis: the one that closes it
   Requirement requirement_;
 };
 
 }  // namespace
 
-Requirement parse_requirement_tokens(const std::vector<RequirementToken>& words, const std::string& text,
+Requirement parse_requirement_tokens(const std::vector<RequirementToken>& tokens, const std::string& text,
                                      const RunNames& runs) {
-  return RequirementParser(words, text, runs).parse();
+  return RequirementParser(tokens, text, runs).parse();
 }
 
 namespace {
@@ -208,7 +210,7 @@ const std::array<FigureFunction, 5> figure_functions{{{"peak", Statistic::peak},
 
 bool is_digit(char c) { return std::isdigit(static_cast<unsigned char>(c)) != 0; }
 bool is_space(char c) { return std::isspace(static_cast<unsigned char>(c)) != 0; }
-/// Bytes beyond ASCII belong to names.
+/// Non-ASCII bytes belong to names.
 bool is_name_byte(char c) { return std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '_' || (c & 0x80) != 0; }
 
 class RequirementLexer {
@@ -218,194 +220,199 @@ class RequirementLexer {
   }
 
   std::vector<RequirementToken> split() {
-    std::vector<RequirementToken> words;
-    for (skip_space(); at_ < text_.size(); skip_space()) words.push_back(next());
-    return words;
+    std::vector<RequirementToken> tokens;
+    for (skip_space(); position_ < text_.size(); skip_space()) tokens.push_back(next());
+    return tokens;
   }
 
  private:
-  [[noreturn]] static void fail(std::size_t at, const std::string& message) { throw RequirementError(at + 1, message); }
-
-  void skip_space() {
-    while (at_ < text_.size() && is_space(text_[at_])) ++at_;
+  [[noreturn]] static void fail(std::size_t offset, const std::string& message) {
+    throw RequirementError(offset + 1, message);
   }
 
-  bool starts_with(std::string_view part) const { return text_.compare(at_, part.size(), part) == 0; }
+  void skip_space() {
+    while (position_ < text_.size() && is_space(text_[position_])) ++position_;
+  }
 
-  RequirementToken take(Kind kind, std::size_t length) {
-    RequirementToken word{kind, text_.substr(at_, length), at_, at_ + length, {}};
-    at_ += length;
-    return word;
+  bool starts_with(std::string_view prefix) const { return text_.compare(position_, prefix.size(), prefix) == 0; }
+
+  RequirementToken make_token(Kind kind, std::size_t length) {
+    RequirementToken token{kind, text_.substr(position_, length), position_, position_ + length, {}};
+    position_ += length;
+    return token;
   }
 
   RequirementToken next() {
-    const char c = text_[at_];
+    const char c = text_[position_];
     if (c == '\'' || c == '"') return quoted();
-    if (const std::size_t length = run_length(); length > 0) return take(Kind::run, length);
+    if (const std::size_t length = run_length(); length > 0) return make_token(Kind::run, length);
     if (is_digit(c) || c == '.') return number();
     if (is_name_byte(c)) return name();
-    if (starts_with("&&")) return take(Kind::logical_and, 2);
-    if (starts_with("||")) return take(Kind::logical_or, 2);
+    if (starts_with("&&")) return make_token(Kind::logical_and, 2);
+    if (starts_with("||")) return make_token(Kind::logical_or, 2);
     for (const char* relation : {"<=", ">=", "==", "<", ">"}) {
-      if (starts_with(relation)) return take(Kind::relation, std::string_view(relation).size());
+      if (starts_with(relation)) return make_token(Kind::relation, std::string_view(relation).size());
     }
     if (starts_with("=") || starts_with("!="))
-      fail(at_, quote_for_message(starts_with("=") ? "=" : "!=") + " is no comparison: <, <=, >, >= or ==");
-    if (std::string_view("+-*/^(),").find(c) != std::string_view::npos) return take(Kind::symbol, 1);
-    fail(at_, quote_for_message(text_.substr(at_, 1)) + " does not belong in a requirement");
+      fail(position_, quote_for_message(starts_with("=") ? "=" : "!=") + " is no comparison: <, <=, >, >= or ==");
+    if (std::string_view("+-*/^(),").find(c) != std::string_view::npos) return make_token(Kind::symbol, 1);
+    fail(position_, quote_for_message(text_.substr(position_, 1)) + " does not belong in a requirement");
   }
 
   RequirementToken quoted() {
-    const std::size_t begin = at_;
-    RequirementToken word{Kind::run, take_quoted(), begin, at_, {}};
-    check_run(word.text, begin);
-    return word;
+    const std::size_t begin = position_;
+    RequirementToken token{Kind::run, take_quoted(), begin, position_, {}};
+    check_run(token.text, begin);
+    return token;
   }
 
-  /// What stands between two equal marks.
+  /// The text between two equal quotation marks.
   std::string take_quoted() {
-    const std::size_t close = text_.find(text_[at_], at_ + 1);
-    if (close == std::string::npos) fail(at_, "the quote has no end");
-    std::string inside = text_.substr(at_ + 1, close - at_ - 1);
-    at_ = close + 1;
-    return inside;
+    const std::size_t close = text_.find(text_[position_], position_ + 1);
+    if (close == std::string::npos) fail(position_, "the quote has no end");
+    std::string content = text_.substr(position_ + 1, close - position_ - 1);
+    position_ = close + 1;
+    return content;
   }
 
-  /// Of the longest run's name that stands here; 0: none. A number is a number even if a run is called so.
+  /// Length of the longest run name at the current position; 0 if there is none. A number is a number even if a run has
+  /// that name.
   std::size_t run_length() const {
     std::size_t longest = 0;
     for (const std::string& name : names_) {
-      const std::size_t end = at_ + name.size();
+      const std::size_t end = position_ + name.size();
       if (name.size() <= longest || !starts_with(name)) continue;
       if (end < text_.size() && is_name_byte(name.back()) && is_name_byte(text_[end])) continue;
       if (number_length() >= name.size()) continue;
       const std::size_t after = text_.find_first_not_of(" \t", end);
-      if (after != std::string::npos && text_[after] == '(' && is_word_with_parenthesis(name)) continue;
+      if (after != std::string::npos && text_[after] == '(' && is_function_name(name)) continue;
       longest = name.size();
     }
     return longest;
   }
 
-  static bool is_word_with_parenthesis(const std::string& name) {
+  static bool is_function_name(const std::string& name) {
     const auto& functions = function_names();
     return std::find(functions.begin(), functions.end(), name) != functions.end() ||
            std::any_of(figure_functions.begin(), figure_functions.end(),
-                       [&](const FigureFunction& one) { return name == one.name; });
+                       [&](const FigureFunction& function) { return name == function.name; });
   }
 
-  /// Of the digits, point and exponent that stand here.
+  /// Length of the digits, point and exponent at the current position.
   std::size_t number_length() const {
-    std::size_t end = at_;
+    std::size_t end = position_;
     const auto digits = [&](std::size_t from) {
       while (from < text_.size() && is_digit(text_[from])) ++from;
       return from;
     };
     end = digits(end);
     if (end < text_.size() && text_[end] == '.') end = digits(end + 1);
-    if (end == at_ || (end == at_ + 1 && text_[at_] == '.')) return 0;
+    if (end == position_ || (end == position_ + 1 && text_[position_] == '.')) return 0;
     if (end < text_.size() && (text_[end] == 'e' || text_[end] == 'E')) {
       const bool sign = end + 1 < text_.size() && (text_[end + 1] == '+' || text_[end + 1] == '-');
       const std::size_t exponent = end + (sign ? 2 : 1);
       if (digits(exponent) > exponent) end = digits(exponent);
     }
-    return end - at_;
+    return end - position_;
   }
 
   RequirementToken number() {
-    const std::size_t length = number_length(), end = at_ + length;
+    const std::size_t length = number_length(), end = position_ + length;
     if (length > 0 && (end == text_.size() || (!is_name_byte(text_[end]) && text_[end] != '.')))
-      return take(Kind::number, length);
+      return make_token(Kind::number, length);
     return name();
   }
 
   RequirementToken name() {
-    std::size_t end = at_;
+    std::size_t end = position_;
     while (end < text_.size() && (is_name_byte(text_[end]) || text_[end] == '.')) ++end;
-    const std::string word = text_.substr(at_, end - at_);
+    const std::string identifier = text_.substr(position_, end - position_);
     const std::size_t after = text_.find_first_not_of(" \t", end);
-    if (after != std::string::npos && text_[after] == '(') return call(word, after);
-    if (word == "pi") return take(Kind::constant, word.size());
+    if (after != std::string::npos && text_[after] == '(') return call(identifier, after);
+    if (identifier == "pi") return make_token(Kind::constant, identifier.size());
     const bool quantity = after != std::string::npos && text_[after] == '[';
-    if (quantity) fail(at_, fmt::format("{} is a quantity: peak({}[…]), rms, mean or range of it", word, word));
-    check_run(word, at_);
-    return take(Kind::run, word.size());
+    if (quantity)
+      fail(position_, fmt::format("{} is a quantity: peak({}[…]), rms, mean or range of it", identifier, identifier));
+    check_run(identifier, position_);
+    return make_token(Kind::run, identifier.size());
   }
 
-  RequirementToken call(const std::string& word, std::size_t parenthesis) {
-    for (const FigureFunction& one : figure_functions) {
-      if (word == one.name) return figure(one, parenthesis);
+  RequirementToken call(const std::string& identifier, std::size_t parenthesis) {
+    for (const FigureFunction& function : figure_functions) {
+      if (identifier == function.name) return figure(function, parenthesis);
     }
     const auto& functions = function_names();
-    if (std::find(functions.begin(), functions.end(), word) != functions.end())
-      return take(Kind::function, word.size());
+    if (std::find(functions.begin(), functions.end(), identifier) != functions.end())
+      return make_token(Kind::function, identifier.size());
     std::vector<std::string> names;
-    for (const FigureFunction& one : figure_functions) names.emplace_back(one.name);
-    const std::string own = join_alternatives(names);
+    for (const FigureFunction& function : figure_functions) names.emplace_back(function.name);
+    const std::string figure_names = join_alternatives(names);
     names.insert(names.end(), functions.begin(), functions.end());
-    fail(at_, fmt::format("{} is no function: {}, or arithmetic{}", quote_for_message(word), own,
-                          append_nearest_name(word, names)));
+    fail(position_, fmt::format("{} is no function: {}, or arithmetic{}", quote_for_message(identifier), figure_names,
+                                append_nearest_name(identifier, names)));
   }
 
-  /// `peak(torque[A1], base)` from its name on; a quantity may have anything in its brackets.
-  RequirementToken figure(const FigureFunction& named, std::size_t parenthesis) {
-    const std::size_t begin = at_;
-    RequirementToken word{Kind::figure, "", begin, begin, {}};
-    word.figure.figure = named.figure;
-    word.figure.column = begin + 1;
-    at_ = parenthesis + 1;
+  /// `peak(torque[A1], base)`, starting at its name; a quantity may contain anything in its brackets.
+  RequirementToken figure(const FigureFunction& function, std::size_t parenthesis) {
+    const std::size_t begin = position_;
+    RequirementToken token{Kind::figure, "", begin, begin, {}};
+    token.figure.figure = function.figure;
+    token.figure.column = begin + 1;
+    position_ = parenthesis + 1;
     skip_space();
-    if (named.figure) {
-      word.figure.column = at_ + 1;
-      word.figure.quantity = quantity(named.name);
+    if (function.figure) {
+      token.figure.column = position_ + 1;
+      token.figure.quantity = quantity(function.name);
       skip_space();
       if (starts_with(",")) {
-        ++at_;
+        ++position_;
         skip_space();
-        word.figure.run = run_argument();
+        token.figure.run = run_argument();
       }
     } else if (!starts_with(")")) {
-      word.figure.run = run_argument();
+      token.figure.run = run_argument();
     }
     skip_space();
-    if (at_ == text_.size()) fail(parenthesis, "the parenthesis is not closed");
-    if (!starts_with(")")) fail(at_, fmt::format("expected ')' behind what {} is of, found {}", named.name, rest()));
-    word.end = ++at_;
-    word.text = text_.substr(begin, word.end - begin);
-    return word;
+    if (position_ == text_.size()) fail(parenthesis, "the parenthesis is not closed");
+    if (!starts_with(")"))
+      fail(position_, fmt::format("expected ')' behind what {} is of, found {}", function.name, describe_rest()));
+    token.end = ++position_;
+    token.text = text_.substr(begin, token.end - begin);
+    return token;
   }
 
   std::string quantity(const char* figure) {
-    const std::size_t begin = at_;
-    while (at_ < text_.size() && (is_name_byte(text_[at_]) || text_[at_] == '.')) ++at_;
-    if (at_ == begin)
-      fail(begin,
-           fmt::format("expected a quantity such as shaking_force or torque[A1] for {}, found {}", figure, rest()));
-    if (at_ < text_.size() && text_[at_] == '[') {
-      const std::size_t close = text_.find(']', at_);
-      if (close == std::string::npos) fail(at_, "the bracket is not closed");
-      at_ = close + 1;
+    const std::size_t begin = position_;
+    while (position_ < text_.size() && (is_name_byte(text_[position_]) || text_[position_] == '.')) ++position_;
+    if (position_ == begin)
+      fail(begin, fmt::format("expected a quantity such as shaking_force or torque[A1] for {}, found {}", figure,
+                              describe_rest()));
+    if (position_ < text_.size() && text_[position_] == '[') {
+      const std::size_t close = text_.find(']', position_);
+      if (close == std::string::npos) fail(position_, "the bracket is not closed");
+      position_ = close + 1;
     }
-    return text_.substr(begin, at_ - begin);
+    return text_.substr(begin, position_ - begin);
   }
 
-  /// The name of a run up to the end of the call.
+  /// The name of a run, up to the end of the call.
   std::string run_argument() {
-    const std::size_t begin = at_;
-    if (at_ < text_.size() && (text_[at_] == '\'' || text_[at_] == '"')) {
+    const std::size_t begin = position_;
+    if (position_ < text_.size() && (text_[position_] == '\'' || text_[position_] == '"')) {
       std::string name = take_quoted();
       check_run(name, begin);
       return resolve(name);
     }
-    std::size_t end = std::min(text_.find(')', at_), text_.size());
-    // Names may have parentheses themselves.
+    std::size_t end = std::min(text_.find(')', position_), text_.size());
+    // Names may contain parentheses themselves.
     for (const std::string& name : names_) {
-      if (starts_with(name) && at_ + name.size() > end) end = at_ + name.size();
+      if (starts_with(name) && position_ + name.size() > end) end = position_ + name.size();
     }
     while (end > begin && is_space(text_[end - 1])) --end;
     const std::string name = text_.substr(begin, end - begin);
-    if (name.empty()) fail(begin, "expected the name of a run, found " + rest());
+    if (name.empty()) fail(begin, "expected the name of a run, found " + describe_rest());
     check_run(name, begin);
-    at_ = end;
+    position_ = end;
     return resolve(name);
   }
 
@@ -413,20 +420,22 @@ class RequirementLexer {
     return name == "base" && !runs_.base.empty() ? runs_.base : name;
   }
 
-  void check_run(const std::string& name, std::size_t at) const {
+  void check_run(const std::string& name, std::size_t offset) const {
     if (std::find(names_.begin(), names_.end(), name) != names_.end()) return;
     if (names_.empty())
-      fail(at, fmt::format("{} is no number and no figure: there are no other runs", quote_for_message(name)));
-    fail(at, fmt::format("no run is called {}: {}{}", quote_for_message(name), join_alternatives(names_),
-                         append_nearest_name(name, names_)));
+      fail(offset, fmt::format("{} is no number and no figure: there are no other runs", quote_for_message(name)));
+    fail(offset, fmt::format("no run is called {}: {}{}", quote_for_message(name), join_alternatives(names_),
+                             append_nearest_name(name, names_)));
   }
 
-  std::string rest() const { return at_ == text_.size() ? "the end" : quote_for_message(text_.substr(at_)); }
+  std::string describe_rest() const {
+    return position_ == text_.size() ? "the end" : quote_for_message(text_.substr(position_));
+  }
 
   const std::string& text_;
   const RunNames& runs_;
   std::vector<std::string> names_;
-  std::size_t at_ = 0;
+  std::size_t position_ = 0;
 };
 
 }  // namespace

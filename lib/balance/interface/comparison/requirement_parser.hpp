@@ -1,5 +1,5 @@
 #pragma once
-/// A requirement taken apart into words, and what they mean together.
+/// Splits a requirement into tokens, and parses them.
 
 #include "balance/interface/comparison/requirement.hpp"
 
@@ -14,7 +14,7 @@ struct RequirementToken {
     number,       ///< 0.9, 1e-3
     run,          ///< the name of a run, quoted or not
     figure,       ///< peak(…), energy(…): the whole call
-    function,     ///< sqrt; its parenthesis is a word of its own
+    function,     ///< sqrt; its parenthesis is a separate token
     constant,     ///< pi
     symbol,       ///< + - * / ^ ( ) ,
     relation,     ///< < <= > >= ==
@@ -22,19 +22,19 @@ struct RequirementToken {
     logical_or,   ///< ||
   };
   Kind kind = Kind::number;
-  std::string text;       ///< as written; of a run its name without quotes
+  std::string text;       ///< as written; for a run, its name without quotes
   std::size_t begin = 0;  ///< bytes of the requirement [begin, end)
   std::size_t end = 0;
-  FigureReference figure;  ///< of a figure
+  FigureReference figure;  ///< if the token is a figure
 
   std::size_t column() const { return begin + 1; }
 };
 
-/// @throws RequirementError for anything that is no word of the language
+/// @throws RequirementError for anything that is not a token of the language
 std::vector<RequirementToken> tokenise_requirement(const std::string& text, const RunNames& runs);
 
-/// Puts the words together again. @throws RequirementError if they make no sense
-Requirement parse_requirement_tokens(const std::vector<RequirementToken>& words, const std::string& text,
+/// Parses the tokens. @throws RequirementError if they do not form a requirement
+Requirement parse_requirement_tokens(const std::vector<RequirementToken>& tokens, const std::string& text,
                                      const RunNames& runs);
 
 }  // namespace balance::specification

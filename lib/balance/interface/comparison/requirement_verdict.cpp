@@ -11,9 +11,9 @@ namespace balance {
 namespace {
 
 constexpr double requirement_equality_tolerance =
-    1e-9;  // above the round-off of a run, far below what anybody could build
+    1e-9;  // above the round-off of a run, far below any manufacturing tolerance
 
-/// What a comparison is judged by when several could be named: nothing is worse than a number that is not there.
+/// Ranks comparisons to find the deciding one; a missing number ranks lowest.
 double relative_margin(const JudgedComparison& judged) {
   const double percent = judged.margin_percent();
   if (!std::isnan(percent)) return percent;
@@ -22,12 +22,12 @@ double relative_margin(const JudgedComparison& judged) {
   return margin == 0 ? 0 : std::copysign(std::numeric_limits<double>::infinity(), margin);
 }
 
-/// @param by how much; empty: the sides are equal
-std::string format_violation(Relation relation, const std::string& by) {
+/// @param amount of the violation; empty if the sides are equal
+std::string format_violation(Relation relation, const std::string& amount) {
   const bool above = relation == Relation::less || relation == Relation::at_most;
-  if (relation == Relation::equal) return fmt::format("is {} from", by);
-  if (by.empty()) return above ? "is not below the limit of" : "is not above the limit of";
-  return fmt::format("is {} {} the limit of", by, above ? "above" : "below");
+  if (relation == Relation::equal) return fmt::format("is {} from", amount);
+  if (amount.empty()) return above ? "is not below the limit of" : "is not above the limit of";
+  return fmt::format("is {} {} the limit of", amount, above ? "above" : "below");
 }
 
 }  // namespace
@@ -73,33 +73,34 @@ double JudgedComparison::margin_percent() const {
 }
 
 const JudgedComparison* RequirementVerdict::deciding_comparison() const {
-  const JudgedComparison* found = nullptr;
+  const JudgedComparison* deciding = nullptr;
   for (const JudgedComparison& judged : compared) {
     if (judged.holds() != holds) continue;
-    if (found == nullptr || relative_margin(judged) < relative_margin(*found)) found = &judged;
+    if (deciding == nullptr || relative_margin(judged) < relative_margin(*deciding)) deciding = &judged;
   }
-  return found;
+  return deciding;
 }
 
 std::string describe_verdict(const RequirementVerdict& verdict) {
   if (!verdict.holds && !verdict.missing.empty()) return fmt::format("{}", fmt::join(verdict.missing, ", "));
   const JudgedComparison* judged = verdict.deciding_comparison();
   if (judged == nullptr) return verdict.holds ? "holds" : "missed";
-  const auto number = [&](double value) {
+  const auto format_value = [&](double value) {
     return fmt::format("{:.6g}{}{}", value, judged->unit.empty() ? "" : " ", judged->unit);
   };
-  const std::string left = number(judged->left), right = number(judged->right);
+  const std::string left = format_value(judged->left), right = format_value(judged->right);
   const double percent = judged->margin_percent(), margin = judged->margin();
   if (std::isnan(margin)) return fmt::format("{} {} {} has no number", left, relation_symbol(judged->relation), right);
-  constexpr double max_percent = 1e6;  // more is a limit that is next to nothing
-  const std::string by = std::abs(percent) < max_percent ? format_percent(std::abs(percent)) : number(std::abs(margin));
+  constexpr double max_percent = 1e6;  // beyond it the limit is practically zero
+  const std::string amount =
+      std::abs(percent) < max_percent ? format_percent(std::abs(percent)) : format_value(std::abs(margin));
   if (verdict.holds)
-    return fmt::format("holds: {} {} {}, margin {}", left, relation_symbol(judged->relation), right, by);
-  return fmt::format("{} {} {}", left, format_violation(judged->relation, margin == 0 ? "" : by), right);
+    return fmt::format("holds: {} {} {}, margin {}", left, relation_symbol(judged->relation), right, amount);
+  return fmt::format("{} {} {}", left, format_violation(judged->relation, margin == 0 ? "" : amount), right);
 }
 
 std::string format_percent(double percent) {
-  // Three digits, but no powers of ten where people expect none.
+  // Three digits, but no exponent where people do not expect one.
   return std::abs(percent) >= 100 && std::abs(percent) < 1e6 ? fmt::format("{:.0f} %", percent)
                                                              : fmt::format("{:.3g} %", percent);
 }

@@ -11,12 +11,12 @@
 namespace balance {
 namespace {
 
-/// Sampling times from zero, in the base's seconds.
+/// Sample times relative to the first one, multiplied by `scale`.
 VectorX normalise_times(const RunResult& result, double scale) {
   return ((result.time.array() - result.time[0]) * scale).matrix();
 }
 
-/// Of two runs that both have samples, on the same clock.
+/// Differences of two runs that both have samples, on a common time scale.
 class SeriesDifference {
  public:
   SeriesDifference(const RunResult& base, const RunResult& other)
@@ -25,42 +25,43 @@ class SeriesDifference {
                                                ? 1
                                                : duration_of(base) / duration_of(other))) {}
 
-  std::optional<Difference> of(const QuantitySeries& base, const QuantitySeries& other) const {
+  std::optional<Difference> compute(const QuantitySeries& base, const QuantitySeries& other) const {
     const bool base_is_finer = base_time_.size() > other_time_.size();
     const QuantitySeries& fine = base_is_finer ? base : other;
     const QuantitySeries& coarse = base_is_finer ? other : base;
     const VectorX& times = base_is_finer ? other_time_ : base_time_;
-    const SampleInterpolant between(base_is_finer ? base_time_ : other_time_, *fine.samples, fine.first, fine.count);
-    return measure(times, coarse, between);
+    const SampleInterpolant interpolant(base_is_finer ? base_time_ : other_time_, *fine.samples, fine.first,
+                                        fine.count);
+    return measure(times, coarse, interpolant);
   }
 
  private:
   static std::optional<Difference> measure(const VectorX& times, const QuantitySeries& series,
-                                           const SampleInterpolant& between) {
+                                           const SampleInterpolant& interpolant) {
     std::optional<Difference> difference;
-    double squares = 0, last = 0, last_time = 0, covered = 0;
+    double squared_integral = 0, previous = 0, last_time = 0, covered_time = 0;
     for (Eigen::Index k = 0; k < times.size(); ++k) {
-      const std::optional<VectorX> value = between.evaluate(times[k]);
+      const std::optional<VectorX> value = interpolant.evaluate(times[k]);
       if (!value) continue;
-      const double apart = (*value - series.samples->row(k).segment(series.first, series.count).transpose()).norm();
+      const double distance = (*value - series.samples->row(k).segment(series.first, series.count).transpose()).norm();
       if (difference) {
-        squares += (times[k] - last_time) * (apart * apart + last * last) / 2;
-        covered += times[k] - last_time;
+        squared_integral += (times[k] - last_time) * (distance * distance + previous * previous) / 2;
+        covered_time += times[k] - last_time;
       }
-      if (!difference) difference = Difference{apart, times[k], 0};
-      if (apart > difference->largest) difference->largest = apart, difference->time = times[k];
-      last = apart, last_time = times[k];
+      if (!difference) difference = Difference{distance, times[k], 0};
+      if (distance > difference->largest) difference->largest = distance, difference->time = times[k];
+      previous = distance, last_time = times[k];
     }
-    if (difference) difference->rms = covered > 0 ? std::sqrt(squares / covered) : last;
+    if (difference) difference->rms = covered_time > 0 ? std::sqrt(squared_integral / covered_time) : previous;
     return difference;
   }
 
   VectorX base_time_, other_time_;
 };
 
-/// Raises the entry of `torque` to what `torque[A1]` has.
-void add_to_worst(std::vector<std::pair<std::string, Difference>>& worst, const std::string& part,
-                  const Difference& difference) {
+/// Merges the difference of `torque[A1]` into the maximum for `torque`.
+void merge_worst_case(std::vector<std::pair<std::string, Difference>>& worst, const std::string& part,
+                      const Difference& difference) {
   const std::size_t bracket = part.find('[');
   if (bracket == std::string::npos) return;
   const std::string name = part.substr(0, bracket);
@@ -69,9 +70,10 @@ void add_to_worst(std::vector<std::pair<std::string, Difference>>& worst, const 
     worst.emplace_back(name, difference);
     return;
   }
-  Difference& most = found->second;
-  if (difference.largest > most.largest) most.largest = difference.largest, most.time = difference.time;
-  most.rms = std::max(most.rms, difference.rms);
+  Difference& worst_case = found->second;
+  if (difference.largest > worst_case.largest)
+    worst_case.largest = difference.largest, worst_case.time = difference.time;
+  worst_case.rms = std::max(worst_case.rms, difference.rms);
 }
 
 }  // namespace
@@ -86,32 +88,32 @@ bool have_equal_durations(const RunResult& a, const RunResult& b) {
 
 std::vector<std::pair<std::string, Difference>> list_differences(const RunResult& base, const RunResult& other) {
   if (base.time.size() == 0 || other.time.size() == 0) return {};
-  const SeriesDifference differencer(base, other);
-  const std::vector<QuantitySeries> others = list_series(other);
-  std::unordered_map<std::string_view, const QuantitySeries*> by_name;
-  for (const QuantitySeries& series : others) by_name.emplace(series.quantity, &series);
-  std::vector<std::pair<std::string, Difference>> all, worst;
+  const SeriesDifference series_difference(base, other);
+  const std::vector<QuantitySeries> other_series = list_series(other);
+  std::unordered_map<std::string_view, const QuantitySeries*> others_by_name;
+  for (const QuantitySeries& series : other_series) others_by_name.emplace(series.quantity, &series);
+  std::vector<std::pair<std::string, Difference>> differences, worst;
   for (const QuantitySeries& series : list_series(base)) {
-    const auto found = by_name.find(series.quantity);
-    if (found == by_name.end() || found->second->count != series.count) continue;
-    std::optional<Difference> difference = differencer.of(series, *found->second);
+    const auto found = others_by_name.find(series.quantity);
+    if (found == others_by_name.end() || found->second->count != series.count) continue;
+    std::optional<Difference> difference = series_difference.compute(series, *found->second);
     if (!difference) continue;
     const double round_off = series.round_off + found->second->round_off;
     if (suppress_round_off(round_off, difference->largest) == 0) difference = Difference{};
     difference->rms = suppress_round_off(round_off, difference->rms);
-    all.emplace_back(series.quantity, *difference);
-    add_to_worst(worst, series.quantity, *difference);
+    differences.emplace_back(series.quantity, *difference);
+    merge_worst_case(worst, series.quantity, *difference);
   }
-  all.insert(all.end(), worst.begin(), worst.end());
-  return all;
+  differences.insert(differences.end(), worst.begin(), worst.end());
+  return differences;
 }
 
 namespace {
 
-constexpr double jump_slope_ratio = 10;  // than its neighbours: smooth samples that are worth comparing never come near
+constexpr double jump_slope_ratio = 10;         // times its neighbours': smooth samples worth comparing never come near
 constexpr double sample_time_tolerance = 1e-9;  // of the whole time
 constexpr double jump_epsilon = 1e-9;           // of the largest sample: steps of round-off are no jumps
-constexpr Eigen::Index stencil_size = 4;        // samples that a value between is made of
+constexpr Eigen::Index stencil_size = 4;        // number of samples that an interpolated value uses
 
 }  // namespace
 
@@ -134,11 +136,13 @@ void SampleInterpolant::find_jumps() {
   }
   piece_begins_ = {0};
   for (Eigen::Index k = 1; k < n; ++k) {
-    // Two steps beside it; one alone may happen to be flat.
+    // Two neighbouring steps, because a single one may happen to be flat.
     const Eigen::Index from = std::clamp<Eigen::Index>(k - 1, 1, std::max<Eigen::Index>(n - 3, 1));
-    double beside = 0;
-    for (Eigen::Index i = from; i < std::min(from + 3, n); ++i) beside = i == k ? beside : std::max(beside, slope[i]);
-    if (n > 3 && step[k] > jump_epsilon * largest && slope[k] > jump_slope_ratio * beside) piece_begins_.push_back(k);
+    double neighbour_slope = 0;
+    for (Eigen::Index i = from; i < std::min(from + 3, n); ++i)
+      neighbour_slope = i == k ? neighbour_slope : std::max(neighbour_slope, slope[i]);
+    if (n > 3 && step[k] > jump_epsilon * largest && slope[k] > jump_slope_ratio * neighbour_slope)
+      piece_begins_.push_back(k);
   }
   piece_begins_.push_back(n);
 }
@@ -147,18 +151,18 @@ std::optional<VectorX> SampleInterpolant::evaluate(double time) const {
   const Eigen::Index n = time_.size();
   if (n == 0) return std::nullopt;
   const double tolerance = sample_time_tolerance * (time_[n - 1] - time_[0]);
-  const auto later = std::lower_bound(time_.begin(), time_.end(), time - tolerance);
-  const Eigen::Index k = later - time_.begin();
+  const auto next_sample = std::lower_bound(time_.begin(), time_.end(), time - tolerance);
+  const Eigen::Index k = next_sample - time_.begin();
   if (k == n) return std::nullopt;
   if (std::abs(time_[k] - time) <= tolerance) return row(k);
   if (k == 0) return std::nullopt;
   const auto end = std::upper_bound(piece_begins_.begin(), piece_begins_.end(), k - 1);
-  if (*end == k) return std::nullopt;  // a piece begins with the later of the two
+  if (*end == k) return std::nullopt;  // the later of the two samples begins a piece
   const Eigen::Index points = std::min(stencil_size, *end - *(end - 1));
   const Eigen::Index from = std::clamp(k - points / 2, *(end - 1), *end - points);
   VectorX value = VectorX::Zero(count_);
   for (Eigen::Index i = from; i < from + points; ++i) {
-    double weight = 1;  // of Lagrange
+    double weight = 1;  // Lagrange weight
     for (Eigen::Index j = from; j < from + points; ++j) {
       if (j != i) weight *= (time - time_[j]) / (time_[i] - time_[j]);
     }
@@ -168,14 +172,14 @@ std::optional<VectorX> SampleInterpolant::evaluate(double time) const {
 }
 
 std::vector<QuantitySeries> list_series(const RunResult& result) {
-  std::vector<QuantitySeries> all;
-  for (const MetricSeries& track : list_metric_series(result)) {
-    const Samples& samples = result.*track.array;
+  std::vector<QuantitySeries> series;
+  for (const MetricSeries& metric_series : list_metric_series(result)) {
+    const Samples& samples = result.*metric_series.array;
     if (samples.rows() > 0 && samples.rows() == result.time.size())
-      all.push_back(
-          {track.quantity, &samples, track.first, track.count, column_round_off(result, track.array, track.first)});
+      series.push_back({metric_series.quantity, &samples, metric_series.first, metric_series.count,
+                        column_round_off(result, metric_series.array, metric_series.first)});
   }
-  return all;
+  return series;
 }
 
 }  // namespace balance

@@ -1,5 +1,5 @@
 #pragma once
-/// Samples as a function of time between them.
+/// Differences of the samples of two runs, and interpolation between samples.
 
 #include "balance/foundation/base/types.hpp"
 #include "balance/interface/comparison/comparison.hpp"
@@ -12,29 +12,30 @@
 
 namespace balance {
 
-// How far the samples of two runs are apart.
+// Differences of the samples of two runs.
 
-/// Whether their times can be compared as they are: durations differ by round-off only.
+/// Whether times can be compared directly: the durations differ only by round-off.
 bool have_equal_durations(const RunResult& a, const RunResult& b);
 
 /// [s]; 0 without samples.
 double duration_of(const RunResult& result);
 
-/// Of every quantity that both have with as many components. Behind them the worst of each that is several: "torque" of "torque[A1]", …,
-/// by the largest of their figures.
+/// Differences of every quantity that both runs have with the same number of components. They are followed by the worst
+/// case of each quantity that has several entries: "torque" for "torque[A1]", …, with the maximum of each of their
+/// figures.
 std::vector<std::pair<std::string, Difference>> list_differences(const RunResult& base, const RunResult& other);
 
-/// Through the four samples nearest to a time, never across a jump: a step more than ten times as steep as those beside it. Where
-/// within that step the jump is, samples do not tell.
+/// Interpolates through the four samples nearest to a time, but never across a jump: a step more than ten times as
+/// steep as its neighbours. The samples do not determine where within that step the jump is.
 class SampleInterpolant {
  public:
   /// @param time ascending
-  /// @param samples one row per time; they must outlive the interpolant
-  /// @param first, count the columns that are one quantity
+  /// @param samples one row per time; must outlive the interpolant
+  /// @param first, count columns of the quantity
   SampleInterpolant(VectorX time, const Samples& samples, int first, int count);
 
-  /// @return nothing outside the samples and strictly within a step that jumps. At a sample, within one part in 10^9 of the whole
-  ///         time, that sample itself.
+  /// @return std::nullopt outside the samples and strictly within a step with a jump; the sample itself if its time
+  /// differs by less than one part in 10^9 of the whole time
   std::optional<VectorX> evaluate(double time) const;
 
  private:
@@ -50,15 +51,15 @@ class SampleInterpolant {
 
 // The samples behind each metric of a run.
 
-/// Columns of one of a RunResult's arrays that together are one quantity. Refers to the result, which must outlive it.
+/// Columns of an array of RunResult that together form one quantity. Refers to the result, which must outlive it.
 struct QuantitySeries {
-  std::string quantity;  ///< as in RunResult::metrics: "torque[A1]", "shaking_force"; the worst of several is none
+  std::string quantity;  ///< as in RunResult::metrics: "torque[A1]", "shaking_force"; excludes worst cases
   const Samples* samples = nullptr;
   int first = 0, count = 1;  ///< columns
-  double round_off = 0;      ///< of each of them (mechanics/results/round_off.hpp)
+  double round_off = 0;      ///< of each column (mechanics/results/round_off.hpp)
 };
 
-/// Quantities without samples are left out.
+/// Omits quantities without samples.
 std::vector<QuantitySeries> list_series(const RunResult& result);
 
 }  // namespace balance

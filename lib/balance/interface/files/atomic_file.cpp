@@ -20,17 +20,17 @@ namespace balance {
 
 std::string resolve_path(const std::string& path) {
   std::error_code error;
-  // The canonical form of a relative path begins at the root only if some of it exists.
-  const std::filesystem::path whole = std::filesystem::absolute(path, error);
+  // The canonical form of a relative path is absolute only if some of it exists.
+  const std::filesystem::path absolute_path = std::filesystem::absolute(path, error);
   if (path.empty() || error) return path;
-  std::filesystem::path folder = whole.parent_path();
-  // Once `missing/..` is gone, what stands behind it may have links of its own.
-  for (std::filesystem::path before; folder != before;) {
-    before = folder;
+  std::filesystem::path folder = absolute_path.parent_path();
+  // Once `missing/..` has been removed, the rest may contain links.
+  for (std::filesystem::path previous; folder != previous;) {
+    previous = folder;
     folder = std::filesystem::weakly_canonical(folder, error);
     if (error) return path;
   }
-  const std::filesystem::path name = whole.filename();
+  const std::filesystem::path name = absolute_path.filename();
   return name.empty() ? folder.string() + "/" : (folder / name).string();
 }
 
@@ -49,20 +49,20 @@ std::optional<FileIdentity> identity_of_input(const std::string& path) {
 
 bool is_same_file(const std::string& a, const std::string& b) {
   if (a == standard_output_path || b == standard_output_path) return false;
-  const auto one = find_file_identity(a), other = find_file_identity(b);
-  if (one && other) return one == other;
-  if (one || other) return false;
+  const auto identity_a = find_file_identity(a), identity_b = find_file_identity(b);
+  if (identity_a && identity_b) return identity_a == identity_b;
+  if (identity_a || identity_b) return false;
   return resolve_path(a) == resolve_path(b);
 }
 
 const InputFile* find_replaced_input(const std::string& output, const std::vector<InputFile>& inputs) {
   if (output.empty() || output == standard_output_path) return nullptr;
-  const auto found = std::find_if(inputs.begin(), inputs.end(), [&](const InputFile& input) {
+  const auto replaced = std::find_if(inputs.begin(), inputs.end(), [&](const InputFile& input) {
     if (input.path.empty()) return false;
-    if (const auto read = identity_of_input(input.path)) return read == find_file_identity(output);
+    if (const auto identity = identity_of_input(input.path)) return identity == find_file_identity(output);
     return is_same_file(output, input.path);
   });
-  return found == inputs.end() ? nullptr : &*found;
+  return replaced == inputs.end() ? nullptr : &*replaced;
 }
 
 namespace {
@@ -82,7 +82,7 @@ std::string folder_of(const std::string& path) {
   return folder.empty() ? "." : folder.string();
 }
 
-/// The nearest folder above a file that is to be made. @throws SystemError if a file stands where a folder is needed
+/// The nearest existing folder above a file to be created. @throws SystemError if a file is in the place of a folder
 std::string find_existing_parent_folder(const std::string& path) {
   for (fs::path folder = folder_of(resolve_path(path));; folder = folder.parent_path()) {
     struct stat status {};
@@ -110,21 +110,22 @@ void check_target(const std::string& path, OverwritePolicy existing) {
   if (existing == OverwritePolicy::forbid) fail_existing(path);
 }
 
-/// @param target a resolved path: no folder is made that `..` leaves again
+/// @param target a resolved path, so that no folder is created that `..` leaves again
 void create_parent_folder(const std::string& target, const std::string& path) {
   std::error_code error;
   fs::create_directories(folder_of(target), error);
   if (error) fail(path, "cannot make its folder: " + error.message());
 }
 
-/// A hidden neighbour of the target whose name nobody else uses.
+/// A hidden file in the target's folder whose name nobody else uses.
 std::string temporary_name(const std::string& target, std::string_view mark) {
   // File systems limit names to 255 bytes, and the target may use them all.
   const std::string name = fs::path(target).filename().string().substr(0, 200);
   return (fs::path(folder_of(target)) / fmt::format(".{}.{}{:08x}.tmp", name, mark, std::random_device{}())).string();
 }
 
-/// Renames without replacing anything; false where the file system cannot promise that.
+/// Renames without replacing an existing file; not atomically if the file system does not support it. @return false on
+/// failure, with errno set
 bool rename_exclusively(const std::string& from, const std::string& to) {
 #ifdef RENAME_NOREPLACE
   if (::renameat2(AT_FDCWD, from.c_str(), AT_FDCWD, to.c_str(), RENAME_NOREPLACE) == 0) return true;
@@ -137,7 +138,7 @@ bool rename_exclusively(const std::string& from, const std::string& to) {
   return ::rename(from.c_str(), to.c_str()) == 0;
 }
 
-/// Makes the new name survive a power cut. A folder that cannot be synced is no reason to fail: the file is complete.
+/// Makes the new name survive a power failure. Failing to sync the folder is no error: the file is complete.
 void sync_folder(const std::string& target) {
   const int folder = ::open(folder_of(target).c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
   if (folder < 0) return;
@@ -145,7 +146,7 @@ void sync_folder(const std::string& target) {
   ::close(folder);
 }
 
-/// A file without a name in the folder for temporary files. @return its descriptor, or -1
+/// An unnamed file in the folder for temporary files. @return its descriptor, or -1
 int open_unnamed() {
   std::error_code error;
   const fs::path folder = fs::temp_directory_path(error);
@@ -171,14 +172,14 @@ std::string parse_temporary_name(const std::string& name, std::string_view mark)
   constexpr std::string_view ending = ".tmp";
   if (name.empty() || name[0] != '.' || !name.ends_with(ending)) return "";
   const std::string_view stem = std::string_view(name).substr(1, name.size() - 1 - ending.size());
-  const std::size_t tail = 1 + mark.size() + random_digits;
-  if (stem.size() <= tail) return "";
-  const std::string_view end = stem.substr(stem.size() - tail);
-  const std::string_view number = end.substr(tail - random_digits);
+  const std::size_t suffix_length = 1 + mark.size() + random_digits;
+  if (stem.size() <= suffix_length) return "";
+  const std::string_view suffix = stem.substr(stem.size() - suffix_length);
+  const std::string_view digits = suffix.substr(suffix_length - random_digits);
   const bool numbered =
-      std::all_of(number.begin(), number.end(), [](unsigned char c) { return std::isxdigit(c) != 0; });
-  const bool marked = end[0] == '.' && end.substr(1, mark.size()) == mark;
-  return numbered && marked ? std::string(stem.substr(0, stem.size() - tail)) : "";
+      std::all_of(digits.begin(), digits.end(), [](unsigned char c) { return std::isxdigit(c) != 0; });
+  const bool marked = suffix[0] == '.' && suffix.substr(1, mark.size()) == mark;
+  return numbered && marked ? std::string(stem.substr(0, stem.size() - suffix_length)) : "";
 }
 
 void remove_stale_temporary(const std::string& temporary) {
@@ -203,13 +204,13 @@ AtomicFile::AtomicFile(const std::string& path, OverwritePolicy existing, std::s
   }
   check_target(path_, existing_);
   create_parent_folder(target_, path_);
-  constexpr int max_name_attempts = 8;  // two equal random names are already unlikely
+  constexpr int max_name_attempts = 8;  // even two equal random names are unlikely
   for (int attempt = 0; attempt < max_name_attempts; ++attempt) {
     temporary_ = temporary_name(target_, mark);
     descriptor_ = ::open(temporary_.c_str(), O_RDWR | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, 0666);
     if (descriptor_ < 0 && errno == EEXIST) continue;
     if (descriptor_ < 0) break;
-    ::flock(descriptor_, LOCK_EX | LOCK_NB);  // where a file system knows no locks, nobody can take one either
+    ::flock(descriptor_, LOCK_EX | LOCK_NB);  // if the file system has no locks, nobody else can take one either
     return;
   }
   fail(path_, errno);
@@ -237,9 +238,9 @@ void AtomicFile::copy_to_standard_output() {
 void AtomicFile::commit(Durability durability) {
   if (path_ == standard_output_path) return copy_to_standard_output();
   if (durability == Durability::synced && ::fsync(descriptor_) != 0) fail(path_, errno);
-  struct stat before {};
-  if (existing_ == OverwritePolicy::replace && ::lstat(target_.c_str(), &before) == 0)
-    ::fchmod(descriptor_, before.st_mode & 0777);  // where a file system knows no permissions, there are none to keep
+  struct stat old_status {};
+  if (existing_ == OverwritePolicy::replace && ::lstat(target_.c_str(), &old_status) == 0)
+    ::fchmod(descriptor_, old_status.st_mode & 0777);  // if the file system has no permissions, there are none to keep
   const int descriptor = descriptor_;
   descriptor_ = -1;
   if (::close(descriptor) != 0) fail(path_, errno);

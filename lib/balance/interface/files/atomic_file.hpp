@@ -1,7 +1,7 @@
 #pragma once
-/// A file that appears complete or not at all: it grows under a temporary name in the folder of its own name and takes its
-/// name when it is safely on disk. Whatever happens before leaves an older file of that name untouched. While it grows it is locked
-/// (flock), so that anybody can tell it from what a dead process has left. A symbolic link is never followed.
+/// A file that appears complete or not at all. It is written under a temporary name in the folder of its final name,
+/// and renamed when it is safely on disk. Until then, an older file of that name stays untouched. While it is written
+/// it is locked (flock), which distinguishes it from what a dead process has left. Symbolic links are never followed.
 
 #include <cstdint>
 #include <optional>
@@ -13,66 +13,68 @@
 
 namespace balance {
 
-// Which file a name means, whatever it is called.
+// Identity of the file that a path refers to.
 
-/// The same for all names of a file: by symbolic links, hard links, other paths.
+/// The same for all names of a file: symbolic links, hard links, other paths.
 using FileIdentity = std::pair<std::uintmax_t, std::uintmax_t>;
 
-/// The same path, from the root, with the links and `..` of its folders worked out, those of folders that are still to be made too. What
-/// the last name itself links to is left alone.
+/// The absolute path, with the links and `..` of its folders resolved, including folders that do not exist yet. A link
+/// in the last component is not resolved.
 std::string resolve_path(const std::string& path);
 
-/// Nothing if there is no such file. A folder on the way that is missing counts as made: `missing/../file` is `file`.
+/// std::nullopt if there is no such file. A missing folder on the way counts as existing: `missing/../file` is `file`.
 std::optional<FileIdentity> find_file_identity(const std::string& path);
 
-/// As find_file_identity, of a name that is read: of `-` and `<stdin>` the file that standard input is, if it is one.
+/// Like find_file_identity for a path that is read: `-` and `<stdin>` mean the file that standard input is, if it is
+/// one.
 std::optional<FileIdentity> identity_of_input(const std::string& path);
 
-/// Whether two names are one file, which need not exist yet. Standard input and output are no files.
+/// Whether two paths refer to the same file, which need not exist yet. Standard input and output are not files.
 bool is_same_file(const std::string& a, const std::string& b);
 
-/// A file that something is made from.
+/// A file from which a result is made.
 struct InputFile {
   std::string path;
-  std::string description;  ///< in a sentence: "the spec"
+  std::string description;  ///< as in a sentence: "the spec"
 };
 
-/// The first of the inputs that a file written to `output` would replace, by whatever path, by way of standard input too; null if there
-/// is none.
+/// The first input that writing to `output` would replace, whatever the paths and also if read as standard input;
+/// nullptr if there is none.
 const InputFile* find_replaced_input(const std::string& output, const std::vector<InputFile>& inputs);
 
 /// What to do with an older file of the same name.
 enum class OverwritePolicy { forbid, replace };
 
-/// Whether a file is worth waiting for the disk: what can be computed again is not.
+/// Whether to wait until a file is on disk: unnecessary for what can be computed again.
 enum class Durability { synced, deferred };
 
-/// The user asked to stop; the unfinished file is gone.
+/// The user cancelled; the unfinished file has been removed.
 class Cancelled : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-/// Fails early what would fail later: call it before a long computation.
-/// @throws SystemError if a file of this name exists and must be kept, if the name belongs to something that is no
-///         regular file, a symbolic link among them, or if its folder cannot be written or, where there is none, made
+/// Reports early what would fail later: call it before a long computation.
+/// @throws SystemError if a file of this name exists and must be kept, if the name belongs to something other than a
+/// regular file, such as a symbolic link, or if its folder is not writable or, if missing, cannot be created
 void check_writable(const std::string& path, OverwritePolicy existing);
 
-/// The path that means standard output.
+/// The path that stands for standard output.
 inline constexpr const char* standard_output_path = "-";
 
-/// The name that an unfinished file was to get, without its folder; empty if the name is none of an unfinished file with this mark.
+/// The final name, without its folder, of an unfinished file; empty if `name` is not that of an unfinished file with
+/// this mark.
 std::string parse_temporary_name(const std::string& name, std::string_view mark);
 
-/// Removes an unfinished file whose writer is dead; keeps one that is still being written.
+/// Removes an unfinished file whose writer has ended; keeps one that is still being written.
 void remove_stale_temporary(const std::string& temporary);
 
 class AtomicFile {
  public:
-  /// @param path the name that the file gets in the end. Of standard_output_path, where the complete file is sent to in the end, the
-  ///        temporary file has no name
-  /// @param mark stands in the temporary name, to find files that were left over
-  /// Makes the folders where there are none. A file that is replaced leaves its permissions to the new one.
-  /// @throws SystemError as check_writable, or if the temporary file cannot be made
+  /// Creates missing folders. A replaced file passes its permissions on to the new one.
+  /// @param path final name of the file. For standard_output_path, the temporary file has no name and is copied to
+  /// standard output when complete
+  /// @param mark part of the temporary name, by which leftover files can be found
+  /// @throws SystemError as check_writable, or if the temporary file cannot be created
   AtomicFile(const std::string& path, OverwritePolicy existing, std::string_view mark = {});
 
   /// Removes the temporary file unless it was committed.
@@ -82,20 +84,20 @@ class AtomicFile {
 
   const std::string& temporary() const { return temporary_; }
 
-  /// Open for reading and writing; for libraries that write by themselves. Stays open until the end.
+  /// Open for reading and writing, for libraries that write by themselves. Stays open until commit().
   int descriptor() const { return descriptor_; }
 
   /// Appends bytes. @throws SystemError with the system's reason
   void write(std::string_view bytes);
 
-  /// Waits until the bytes are on disk, unless told otherwise, and gives the file its name.
+  /// Waits until the bytes are on disk, unless deferred, and gives the file its final name.
   /// @throws SystemError; then nothing has changed
   void commit(Durability durability = Durability::synced);
 
  private:
   void copy_to_standard_output();
 
-  std::string path_, target_, temporary_;  ///< as the user named it; the same resolved; where the bytes grow
+  std::string path_, target_, temporary_;  ///< path as given by the user, the same resolved, path of the temporary file
   OverwritePolicy existing_;
   int descriptor_ = -1;
 };

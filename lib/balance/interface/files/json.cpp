@@ -11,24 +11,25 @@
 namespace balance {
 namespace {
 
-/// Characters that are not seen stand in strings alone, where they may be written as escapes.
+/// Invisible characters occur only in strings, where they may be written as escapes.
 std::string escape_invisible_json(std::string_view json) {
   std::string text;
   text.reserve(json.size());
-  const auto plain = [](char c) { return static_cast<unsigned char>(c) < 0x7f; };
+  const auto is_plain = [](char c) { return static_cast<unsigned char>(c) < 0x7f; };
   for (;;) {
-    const auto run = static_cast<std::size_t>(std::find_if_not(json.begin(), json.end(), plain) - json.begin());
-    text += json.substr(0, run);
-    json.remove_prefix(run);
+    const auto plain_length =
+        static_cast<std::size_t>(std::find_if_not(json.begin(), json.end(), is_plain) - json.begin());
+    text += json.substr(0, plain_length);
+    json.remove_prefix(plain_length);
     if (json.empty()) break;
-    const Utf8CodePoint one = decode_utf8(json);
-    const std::size_t bytes = std::max<std::size_t>(one.bytes, 1);
-    if (!is_invisible(one.code))
+    const Utf8CodePoint code_point = decode_utf8(json);
+    const std::size_t bytes = std::max<std::size_t>(code_point.bytes, 1);
+    if (!is_invisible(code_point.code))
       text += json.substr(0, bytes);
-    else if (one.code < 0x10000)
-      text += fmt::format("\\u{:04x}", one.code);
+    else if (code_point.code < 0x10000)
+      text += fmt::format("\\u{:04x}", code_point.code);
     else
-      text += fmt::format("\\u{:04x}\\u{:04x}", 0xD7C0 + (one.code >> 10), 0xDC00 + (one.code & 0x3FF));
+      text += fmt::format("\\u{:04x}\\u{:04x}", 0xD7C0 + (code_point.code >> 10), 0xDC00 + (code_point.code & 0x3FF));
     json.remove_prefix(bytes);
   }
   return text;
@@ -37,7 +38,7 @@ std::string escape_invisible_json(std::string_view json) {
 }  // namespace
 
 std::string format_json(const Json& value) {
-  // Names that are not UTF-8 must not cost the user the answer.
+  // Names that are not UTF-8 must not prevent the output.
   return escape_invisible_json(value.dump(2, ' ', false, Json::error_handler_t::replace)) + "\n";
 }
 

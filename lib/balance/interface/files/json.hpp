@@ -13,24 +13,24 @@
 
 namespace balance {
 
-/// One object: what was run, how it ended, the metrics and the files written; ends with a line feed.
+/// One object: what was run, how it ended, the metrics and the files written; ends with a newline.
 std::string format_result_json(const RunResult& result, const Provenance& description,
                                const std::vector<std::string>& files);
 
-/// {"error": {"kind": …, "message": …}}; what stopped early adds its status, a motion the time too.
+/// {"error": {"kind": …, "message": …}}; a premature end adds its status, that of a motion also the time.
 std::string format_error_json(const std::string& kind, const std::string& message);
 std::string format_error_json(const std::string& kind, const std::string& message, const std::string& status);
 std::string format_error_json(const std::string& kind, const MotionOutcome& outcome);
-/// Adds "mistakes", each with its file, line, column, key, message, expected, found, hint (null where there is none), and "more",
-/// how many mistakes there are besides.
+/// Adds "mistakes", each with its file, line, column, key, message, expected, found, hint (null if there is none), and
+/// "more", the number of further mistakes.
 std::string format_error_json(const std::string& kind, const SpecError& error);
 
-// Pieces that several JSON documents share.
+// Pieces shared by several JSON documents.
 
-/// Keeps the order in which keys are written.
+/// Preserves the order of the keys.
 using Json = nlohmann::ordered_json;
 
-/// Two spaces deep, ending with a line feed. What is not finite is null.
+/// Indented by two spaces, ending with a newline. Non-finite numbers become null.
 std::string format_json(const Json& value);
 
 Json vector_json(const Vector3& vector, int axes);

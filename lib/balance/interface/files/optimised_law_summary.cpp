@@ -21,11 +21,11 @@ std::string format_optimised_law(const OptimisedLaw& law) {
   TextTable table;
   table.heading = {"from [s]", "to [s]", "path from [%]", "to [%]", "at its limit"};
   table.align = {Align::right, Align::right, Align::right, Align::right, Align::left};
-  for (const ActiveLimitInterval& stretch : law.active_limits) {
+  for (const ActiveLimitInterval& interval : law.active_limits) {
     if (table.rows.size() == max_listed_intervals) break;
-    table.rows.push_back({format_number(stretch.begin), format_number(stretch.end),
-                          format_number(100 * stretch.path_begin), format_number(100 * stretch.path_end),
-                          stretch.limit.empty() ? "-" : stretch.limit});
+    table.rows.push_back({format_number(interval.begin), format_number(interval.end),
+                          format_number(100 * interval.path_begin), format_number(100 * interval.path_end),
+                          interval.limit.empty() ? "-" : interval.limit});
   }
   text += format_table(table);
   if (law.active_limits.size() > max_listed_intervals)
@@ -35,12 +35,12 @@ std::string format_optimised_law(const OptimisedLaw& law) {
 
 Json optimised_law_json(const OptimisedLaw& law) {
   Json json = {{"duration", law.duration}, {"switches", law.switch_times}, {"stretches", Json::array()}};
-  for (const ActiveLimitInterval& stretch : law.active_limits)
-    json["stretches"].push_back({{"begin", stretch.begin},
-                                 {"end", stretch.end},
-                                 {"from", stretch.path_begin},
-                                 {"to", stretch.path_end},
-                                 {"limit", stretch.limit.empty() ? Json(nullptr) : Json(stretch.limit)}});
+  for (const ActiveLimitInterval& interval : law.active_limits)
+    json["stretches"].push_back({{"begin", interval.begin},
+                                 {"end", interval.end},
+                                 {"from", interval.path_begin},
+                                 {"to", interval.path_end},
+                                 {"limit", interval.limit.empty() ? Json(nullptr) : Json(interval.limit)}});
   if (law.momentum != 0) json["momentum"] = law.momentum;
   if (law.objective.empty()) return json;
   json["of"] = law.objective;

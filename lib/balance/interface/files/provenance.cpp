@@ -24,21 +24,21 @@ std::string quote_for_shell(const std::string& text) {
   return quoted + "'";
 }
 
-std::string format_simulate_command(const Study& study, const SimulateCommand& call) {
-  const bool controlled = !call.controller.empty();
-  std::vector<std::string> words = {"balance", controlled ? "control" : "simulate", file_name_of(call.spec_file),
-                                    "--trajectory", call.trajectory};
-  if (controlled) words.insert(words.end(), {"--controller", call.controller});
-  if (call.steps > 0) words.insert(words.end(), {"--steps", fmt::format("{}", call.steps)});
-  if (call.settle > 0) words.insert(words.end(), {"--settle", fmt::format("{}", call.settle)});
-  if (call.samples) words.insert(words.end(), {"--samples", std::to_string(*call.samples)});
-  if (call.duration) words.insert(words.end(), {"--duration", fmt::format("{}", *call.duration)});
-  if (!call.about.empty()) words.push_back("--about=" + call.about);
+std::string format_simulate_command(const Study& study, const SimulateCommand& command) {
+  const bool controlled = !command.controller.empty();
+  std::vector<std::string> words = {"balance", controlled ? "control" : "simulate", file_name_of(command.spec_file),
+                                    "--trajectory", command.trajectory};
+  if (controlled) words.insert(words.end(), {"--controller", command.controller});
+  if (command.steps > 0) words.insert(words.end(), {"--steps", fmt::format("{}", command.steps)});
+  if (command.settle > 0) words.insert(words.end(), {"--settle", fmt::format("{}", command.settle)});
+  if (command.samples) words.insert(words.end(), {"--samples", std::to_string(*command.samples)});
+  if (command.duration) words.insert(words.end(), {"--duration", fmt::format("{}", *command.duration)});
+  if (!command.about.empty()) words.push_back("--about=" + command.about);
   append_overrides(words, study);
-  if (call.formulation != "tree") words.insert(words.end(), {"--formulation", call.formulation});
-  if (call.compress) words.push_back("--compress");
-  if (call.poses) words.push_back("--poses");
-  if (call.split) words.push_back("--split");
+  if (command.formulation != "tree") words.insert(words.end(), {"--formulation", command.formulation});
+  if (command.compress) words.push_back("--compress");
+  if (command.poses) words.push_back("--poses");
+  if (command.split) words.push_back("--split");
   return join_command(std::move(words));
 }
 
@@ -63,34 +63,35 @@ Provenance make_provenance(const Study& study, std::string command_line) {
   return description;
 }
 
-Provenance make_simulation_provenance(const Study& study, const Trajectory& trajectory, const SimulateCommand& call) {
-  Provenance description = make_provenance(study, format_simulate_command(study, call));
+Provenance make_simulation_provenance(const Study& study, const Trajectory& trajectory,
+                                      const SimulateCommand& command) {
+  Provenance description = make_provenance(study, format_simulate_command(study, command));
   description.trajectory = trajectory.name;
   description.law = law_name(trajectory);
   description.drive = name_of(trajectory.drive);
-  description.formulation = call.formulation;
-  description.controller = call.controller;
-  for (const Controller& controller : study.controllers)
-    if (controller.name == call.controller) description.controller_type = controller_type_name(controller.type);
+  description.formulation = command.formulation;
+  description.controller = command.controller;
+  if (const Controller* controller = find_by_name(study.controllers, command.controller))
+    description.controller_type = controller_type_name(controller->type);
   return description;
 }
 
-Provenance describe_state(const Study& study, const StateCommand& call) {
-  std::vector<std::string> words = {"balance", "simulate", file_name_of(call.spec_file), "--at=" + call.at};
+Provenance describe_state(const Study& study, const StateCommand& command) {
+  std::vector<std::string> words = {"balance", "simulate", file_name_of(command.spec_file), "--at=" + command.at};
   const auto add = [&](const char* option, const std::string& value) {
     if (!value.empty()) words.push_back(std::string(option) + "=" + value);
   };
-  add("--rates", call.rates);
-  add("--accelerations", call.accelerations);
-  add("--time", call.time == 0 ? "" : fmt::format("{}", call.time));
-  add("--independent", fmt::format("{}", fmt::join(call.independent, ",")));
-  add("--trajectory", call.trajectory);
-  add("--about", call.about);
+  add("--rates", command.rates);
+  add("--accelerations", command.accelerations);
+  add("--time", command.time == 0 ? "" : fmt::format("{}", command.time));
+  add("--independent", fmt::format("{}", fmt::join(command.independent, ",")));
+  add("--trajectory", command.trajectory);
+  add("--about", command.about);
   append_overrides(words, study);
-  if (call.compress) words.emplace_back("--compress");
-  if (call.poses) words.emplace_back("--poses");
+  if (command.compress) words.emplace_back("--compress");
+  if (command.poses) words.emplace_back("--poses");
   Provenance description = make_provenance(study, join_command(std::move(words)));
-  description.pose = call.at;
+  description.pose = command.at;
   return description;
 }
 

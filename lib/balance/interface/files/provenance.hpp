@@ -1,5 +1,5 @@
 #pragma once
-/// Where the file of a run comes from, in the words that it is described by.
+/// The provenance of a result file.
 
 #include "balance/interface/files/result_file.hpp"
 #include "balance/motion/study/study.hpp"
@@ -11,15 +11,15 @@
 
 namespace balance {
 
-/// Words as a command for a POSIX shell, quoted where they need to be.
+/// Joins words to a command for a POSIX shell, quoted where necessary.
 std::string join_command(std::vector<std::string> words);
 
-/// Adds `--set NAME=VALUE` for every parameter that the study was read with another value of.
+/// Adds `--set NAME=VALUE` for every parameter that the study was read with a different value of.
 void append_overrides(std::vector<std::string>& words, const Study& study);
 
-/// What was asked for, as it would be asked of `balance simulate` or, with a controller, of `balance control`.
+/// What was requested, in terms of `balance simulate` or, with a controller, of `balance control`.
 struct SimulateCommand {
-  std::string spec_file;  ///< its folder does not matter
+  std::string spec_file;  ///< its folder is ignored
   std::string trajectory;
   std::optional<long> samples;
   std::optional<double> duration;  ///< [s]
@@ -30,14 +30,14 @@ struct SimulateCommand {
   std::string formulation = "tree";  ///< or "natural"
   std::string controller = {};       ///< empty: none
   double settle = 0;                 ///< [s]
-  long steps = 0;                    ///< that the integration may take; 0: the default
+  long steps = 0;                    ///< maximum number of integration steps; 0: the default
 };
 
-/// A single state, as it would be asked of `balance simulate --at`.
+/// A single state, in terms of `balance simulate --at`.
 struct StateCommand {
-  std::string spec_file;  ///< its folder does not matter
+  std::string spec_file;  ///< its folder is ignored
   std::string at, rates, accelerations;
-  std::string trajectory;  ///< whose start, end and point of moments are meant; empty: the first
+  std::string trajectory;  ///< provides start, end and the reference point of moments; empty: the first
   std::vector<std::string> independent;
   double time = 0;    ///< [s]
   std::string about;  ///< "x,y" or "x,y,z"; empty: the trajectory's
@@ -45,14 +45,14 @@ struct StateCommand {
   bool poses = false;
 };
 
-/// Of any answer about a study.
-/// @param command_line what computes the same file again. Options that do not change its content are left out, and so is the spec's
-/// folder: the same spec gives the same bytes wherever it and the result lie
+/// The provenance of any result of a study.
+/// @param command_line computes the same file again. It has neither options that do not change the content nor the
+/// spec's folder: the same spec gives the same bytes wherever it and the result are stored.
 Provenance make_provenance(const Study& study, std::string command_line);
 
-/// @param trajectory one of the study's, perhaps changed. The controller, if there is one, is one of the study's
-Provenance make_simulation_provenance(const Study& study, const Trajectory& trajectory, const SimulateCommand& call);
+/// @param trajectory one of the study's, possibly modified. The controller, if there is one, is one of the study's
+Provenance make_simulation_provenance(const Study& study, const Trajectory& trajectory, const SimulateCommand& command);
 
-Provenance describe_state(const Study& study, const StateCommand& call);
+Provenance describe_state(const Study& study, const StateCommand& command);
 
 }  // namespace balance

@@ -12,16 +12,16 @@
 namespace balance {
 namespace {
 
-constexpr std::size_t flush_bytes = 1 << 20;  // bytes gathered before they go to the file
+constexpr std::size_t flush_bytes = 1 << 20;  // bytes buffered before they are written
 
-/// The labels of a quantity's columns, behind or before its name.
+/// The names of a quantity's columns: its name followed or preceded by labels.
 std::vector<std::string> column_names(const Quantity& quantity, const RunResult& r) {
-  const auto behind = [](const std::string& name, const std::vector<std::string>& labels) {
+  const auto append_labels = [](const std::string& name, const std::vector<std::string>& labels) {
     std::vector<std::string> names;
     for (const std::string& label : labels) names.push_back(name + "." + label);
     return names;
   };
-  const auto before = [&](const std::vector<std::string>& labels) {
+  const auto prepend_labels = [&](const std::vector<std::string>& labels) {
     std::vector<std::string> names;
     for (std::size_t i = 0; i < labels.size(); ++i) {
       const std::string& unit = quantity.unit_of(i, labels.size());
@@ -29,25 +29,25 @@ std::vector<std::string> column_names(const Quantity& quantity, const RunResult&
     }
     return names;
   };
-  const auto each = [&](const std::vector<std::string>& names, const std::vector<std::string>& labels) {
-    std::vector<std::string> all;
+  const auto append_to_each = [&](const std::vector<std::string>& names, const std::vector<std::string>& labels) {
+    std::vector<std::string> columns;
     for (const std::string& name : names)
-      for (std::string& label : behind(name, labels)) all.push_back(std::move(label));
-    return all;
+      for (std::string& label : append_labels(name, labels)) columns.push_back(std::move(label));
+    return columns;
   };
   switch (quantity.columns) {
     case ColumnKind::single: return {quantity.name};
-    case ColumnKind::coordinate: return before(r.coordinate_names);
-    case ColumnKind::actuator: return before(r.actuator_names);
-    case ColumnKind::axis: return behind(quantity.name, axis_labels(r.axes));
-    case ColumnKind::quaternion: return behind(quantity.name, quaternion_labels());
-    case ColumnKind::constraint: return before(r.constraint_names);
-    case ColumnKind::sliding: return before(r.sliding_names);
-    case ColumnKind::joint: return before(r.joint_names);
-    case ColumnKind::joint_axis: return each(before(r.joint_names), axis_labels(r.axes));
-    case ColumnKind::body: return before(r.body_names);
-    case ColumnKind::body_axis: return each(before(r.body_names), axis_labels(r.axes));
-    case ColumnKind::body_quaternion: return each(before(r.body_names), quaternion_labels());
+    case ColumnKind::coordinate: return prepend_labels(r.coordinate_names);
+    case ColumnKind::actuator: return prepend_labels(r.actuator_names);
+    case ColumnKind::axis: return append_labels(quantity.name, axis_labels(r.axes));
+    case ColumnKind::quaternion: return append_labels(quantity.name, quaternion_labels());
+    case ColumnKind::constraint: return prepend_labels(r.constraint_names);
+    case ColumnKind::sliding: return prepend_labels(r.sliding_names);
+    case ColumnKind::joint: return prepend_labels(r.joint_names);
+    case ColumnKind::joint_axis: return append_to_each(prepend_labels(r.joint_names), axis_labels(r.axes));
+    case ColumnKind::body: return prepend_labels(r.body_names);
+    case ColumnKind::body_axis: return append_to_each(prepend_labels(r.body_names), axis_labels(r.axes));
+    case ColumnKind::body_quaternion: return append_to_each(prepend_labels(r.body_names), quaternion_labels());
   }
   return {};
 }
@@ -91,19 +91,19 @@ void write_result_csv(const std::string& path, const RunResult& result, const Wr
   if (result.newton_iterations.size() != result.time.size()) {
     throw std::invalid_argument("newton_iterations: one entry per sample is needed");
   }
-  AtomicFile pending(path, options.existing, options.temporary_tag);
-  pending.write(header(quantities, result));
+  AtomicFile output(path, options.existing, options.temporary_tag);
+  output.write(header(quantities, result));
   fmt::memory_buffer rows;
   for (Eigen::Index k = 0; k < result.time.size(); ++k) {
     append_row(rows, quantities, result, k);
     if (rows.size() < flush_bytes) continue;
     throw_if_cancelled(options);
-    pending.write({rows.data(), rows.size()});
+    output.write({rows.data(), rows.size()});
     rows.clear();
   }
-  pending.write({rows.data(), rows.size()});
+  output.write({rows.data(), rows.size()});
   throw_if_cancelled(options);
-  pending.commit();
+  output.commit();
 }
 
 }  // namespace balance

@@ -1,5 +1,5 @@
 #pragma once
-/// Reading back what a run was written to; docs/file-format.md describes the file.
+/// Reads and writes result files; docs/file-format.md describes the format.
 
 #include "balance/interface/files/atomic_file.hpp"
 #include "balance/mechanics/results/result.hpp"
@@ -11,49 +11,52 @@
 
 namespace balance {
 
-/// A run from a file: where it comes from and all of its samples and metrics.
+/// A run read from a file: its provenance and all of its samples and metrics.
 struct StoredRun {
   std::string path;   ///< as named by the user, without the group
-  std::string group;  ///< of a design file: "after/cycloid"; "" for a run's own file
+  std::string group;  ///< in a design file: "after/cycloid"; "" for a run's own file
   std::string title;  ///< the mechanism's name
   std::string version, spec_text, command_line;
   std::vector<std::pair<std::string, std::string>>
-      overrides;  ///< parameters and values with which the spec was read: `--set`
+      overrides;  ///< parameter values that the spec was read with: `--set`
   std::string trajectory, law, drive, formulation;
-  std::string controller, controller_type;  ///< of a run under control; else empty
-  std::string at;                           ///< of a single state (`simulate --at`): the pose; of a run empty
-  std::string ended_early;                  ///< why a run under control did not reach its end; else empty
+  std::string controller, controller_type;  ///< of a controlled run; otherwise empty
+  std::string at;                           ///< pose of a single state (`simulate --at`); empty for a run
+  std::string ended_early;                  ///< why a controlled run did not reach its end; otherwise empty
   RunResult result;                         ///< outcome.status is done; outcome.notes are not stored
 };
 
-/// Whether a name is that of a result file rather than of a spec: `….h5`, `….hdf5`, `….nc`, or a group of one behind a colon.
+/// Whether a name refers to a result file rather than a spec: `….h5`, `….hdf5`, `….nc`, or a group of one after a
+/// colon.
 bool names_result_file(const std::string& name);
 
 /// Reads `run.h5`, or one run of a design file: `design.h5:after/cycloid`.
-/// @throws SystemError with the name and what is wrong: no such file, not HDF5, not written by this program, equations of motion
-/// (`equations -o`), a dataset missing or of another size (a damaged file), a group that does not exist (with those that do)
+/// @throws SystemError with the name and the reason: no such file, not HDF5, not written by this program, equations of
+/// motion (`equations -o`), a dataset missing or of another size (a damaged file), a group that does not exist (lists
+/// those that do)
 StoredRun read_result_file(const std::string& name);
 
-/// The same, of a motion. @throws SystemError as read_result_file, and for a single state, which has no figures to compare or to draw
+/// The same for a motion. @throws SystemError as read_result_file, and for a single state, which has no figures to
+/// compare or to plot
 StoredRun read_motion_file(const std::string& name);
 
-// What every result file needs to know beyond the result.
+// What every result file contains besides the result.
 
 /// Where a result comes from.
 struct Provenance {
   std::string title;         ///< the mechanism's name
   std::string version;       ///< of the program
   std::string spec_text;     ///< the whole spec
-  std::string command_line;  ///< what computes the same file again, for people
+  std::string command_line;  ///< command that computes the same file again, for people
   std::vector<std::pair<std::string, std::string>>
-      overrides;           ///< parameters and values with which the spec was read: `--set`
+      overrides;           ///< parameter values that the spec was read with: `--set`
   std::string trajectory;  ///< its name
   std::string law;         ///< as in the spec: "cycloidal"
   std::string drive;       ///< as in the spec: "tool"
   std::string formulation = "tree";
-  std::string controller;       ///< its name; empty: a run without one
+  std::string controller;       ///< its name; empty: none
   std::string controller_type;  ///< as in the spec: "computed-torque"
-  std::string pose;             ///< a single state, as it was asked for; empty: a run along the trajectory
+  std::string pose;             ///< pose of a single state, as requested; empty: a run along the trajectory
 };
 
 enum class Compression { none, gzip };
@@ -61,32 +64,32 @@ enum class Compression { none, gzip };
 struct WriteOptions {
   OverwritePolicy existing = OverwritePolicy::forbid;
   Durability durability = Durability::synced;
-  Compression compression = Compression::none;  ///< HDF5 only; costs more than ten times the dynamics
-  std::function<bool()> is_cancelled;           ///< asked now and then if set; true stops and leaves no file
-  std::string temporary_tag;                    ///< in the temporary file's name, as for AtomicFile
+  Compression compression = Compression::none;  ///< HDF5 only; takes more than ten times as long as the dynamics
+  std::function<bool()> is_cancelled;           ///< polled from time to time if set; true cancels and leaves no file
+  std::string temporary_tag;                    ///< part of the temporary file's name, as for AtomicFile
 };
 
-/// @throws Cancelled if the user wants to stop
+/// @throws Cancelled if the user cancels
 inline void throw_if_cancelled(const WriteOptions& options) {
   if (options.is_cancelled && options.is_cancelled()) throw Cancelled("interrupted, nothing written");
 }
 
-// A RunResult as one table of comma-separated values.
+// A RunResult as CSV.
 
 /// One row per sample; the first line names each column with its unit in brackets: `time [s],A1.position [rad],…`.
-/// Numbers have 17 significant digits, enough to give back the same double. Written under a temporary name and
-/// renamed when complete.
+/// Numbers have 17 significant digits, enough to recover the same double. Written under a temporary name and renamed
+/// when complete.
 /// @throws SystemError, Cancelled, std::invalid_argument as write_result_hdf5
 void write_result_csv(const std::string& path, const RunResult& result, const WriteOptions& options = {});
 
-// A RunResult as HDF5 that is also netCDF-4; docs/file-format.md describes the file.
+// A RunResult as HDF5 that is also netCDF-4; docs/file-format.md describes the format.
 
 /// Writes the file under a temporary name and renames it when it is complete. The same result and description give the
-/// same bytes. The samples are written from where they are.
-/// @param result of a run that is done, or of one under control that ended early
-/// @throws SystemError with path and reason; an older file of that name is then as it was
-/// @throws Cancelled if options.cancelled says so
-/// @throws std::invalid_argument if the result is neither, has no samples, or its sizes contradict each other
+/// same bytes. The samples are not copied.
+/// @param result of a completed run, or of a controlled run that ended early
+/// @throws SystemError with path and reason; an older file of that name is then unchanged
+/// @throws Cancelled if options.is_cancelled returns true
+/// @throws std::invalid_argument if the result is neither, has no samples, or has inconsistent sizes
 void write_result_hdf5(const std::string& path, const RunResult& result, const Provenance& description,
                        const WriteOptions& options = {});
 

@@ -18,11 +18,11 @@
 
 namespace balance {
 
-// The law of motion of a run from its result file.
+// Reads the law of motion of a run from its result file.
 
-/// Fills the found law and the phase plane, as far as the file has them.
+/// Reads the optimised law and the phase plane, as far as the file has them.
 /// @param prefix of the run in the file: "" or "after/cycloid/"
-/// @throws Hdf5Error if sizes or numbers are not those of a law
+/// @throws Hdf5Error if sizes or numbers are not valid for a law
 void read_law_group(const Hdf5Reader& file, const std::string& prefix, RunResult& result);
 
 namespace {
@@ -34,67 +34,68 @@ class LawReader {
   PhasePlane plane() const {
     PhasePlane plane;
     if (has("time")) {
-      plane.time = column("time", is_finite);
-      plane.path_parameter = column("place", is_part, plane.time.size());
-      plane.path_rate = column("rate", is_finite, plane.time.size());
+      plane.time = read_column("time", is_finite);
+      plane.path_parameter = read_column("place", is_fraction, plane.time.size());
+      plane.path_rate = read_column("rate", is_finite, plane.time.size());
       expect(std::is_sorted(plane.time.begin(), plane.time.end()), "time");
     }
     if (has("ceiling_place")) {
-      plane.mvc_path_parameter = column("ceiling_place", is_part);
-      plane.mvc_path_rate = column(
+      plane.mvc_path_parameter = read_column("ceiling_place", is_fraction);
+      plane.mvc_path_rate = read_column(
           "ceiling", [](double value) { return value >= 0; }, plane.mvc_path_parameter.size());
       expect(std::is_sorted(plane.mvc_path_parameter.begin(), plane.mvc_path_parameter.end()), "ceiling_place");
     }
     return plane;
   }
 
-  std::optional<OptimisedLaw> found() const {
+  std::optional<OptimisedLaw> optimised_law() const {
     if (!has("duration")) return std::nullopt;
     OptimisedLaw law;
-    law.duration = number("duration");
-    if (has("momentum")) law.momentum = number("momentum");
+    law.duration = read_number("duration");
+    if (has("momentum")) law.momentum = read_number("momentum");
     if (has("peak")) {
-      law.objective_value = number("peak");
+      law.objective_value = read_number("peak");
       law.unit = escape_for_terminal(file_.text_attribute(group_ + "/peak", "units").value_or(""));
       law.objective = escape_for_terminal(file_.text_attribute(group_, "of").value_or(""));
     }
     if (has("switch")) {
-      const VectorX times = column("switch", is_finite);
+      const VectorX times = read_column("switch", is_finite);
       law.switch_times.assign(times.begin(), times.end());
     }
-    if (has("limit")) stretches(law);
+    if (has("limit")) read_active_limits(law);
     return law;
   }
 
  private:
   static bool is_finite(double value) { return std::isfinite(value); }
-  static bool is_part(double value) { return value >= -1e-9 && value <= 1 + 1e-9; }
+  static bool is_fraction(double value) { return value >= -1e-9 && value <= 1 + 1e-9; }
 
   bool has(const char* name) const { return file_.has(group_ + "/" + name); }
 
-  void expect(bool good, const char* name) const {
-    if (!good) throw Hdf5Error(quote_for_message(group_ + "/" + name) + " is not as a law has it: the file is damaged");
+  void expect(bool is_valid, const char* name) const {
+    if (!is_valid)
+      throw Hdf5Error(quote_for_message(group_ + "/" + name) + " is not as a law has it: the file is damaged");
   }
 
-  template <class Good>
-  VectorX column(const char* name, Good good, Eigen::Index rows = -1) const {
-    const auto read = file_.numbers(group_ + "/" + name, 1);
-    const auto count = static_cast<Eigen::Index>(read.values.size());
-    expect((rows < 0 || count == rows) && std::all_of(read.values.begin(), read.values.end(), good), name);
-    return Eigen::Map<const VectorX>(read.values.data(), count);
+  template <class Predicate>
+  VectorX read_column(const char* name, Predicate is_valid, Eigen::Index rows = -1) const {
+    const auto dataset = file_.numbers(group_ + "/" + name, 1);
+    const auto count = static_cast<Eigen::Index>(dataset.values.size());
+    expect((rows < 0 || count == rows) && std::all_of(dataset.values.begin(), dataset.values.end(), is_valid), name);
+    return Eigen::Map<const VectorX>(dataset.values.data(), count);
   }
 
-  double number(const char* name) const {
-    const auto read = file_.numbers(group_ + "/" + name, 1);
-    expect(read.values.size() == 1 && is_finite(read.values[0]), name);
-    return read.values[0];
+  double read_number(const char* name) const {
+    const auto dataset = file_.numbers(group_ + "/" + name, 1);
+    expect(dataset.values.size() == 1 && is_finite(dataset.values[0]), name);
+    return dataset.values[0];
   }
 
-  void stretches(OptimisedLaw& law) const {
+  void read_active_limits(OptimisedLaw& law) const {
     const auto limits = file_.texts(group_ + "/limit");
     const auto count = static_cast<Eigen::Index>(limits.size());
-    const VectorX begin = column("begin", is_finite, count), end = column("end", is_finite, count);
-    const VectorX from = column("from", is_part, count), to = column("to", is_part, count);
+    const VectorX begin = read_column("begin", is_finite, count), end = read_column("end", is_finite, count);
+    const VectorX from = read_column("from", is_fraction, count), to = read_column("to", is_fraction, count);
     for (Eigen::Index i = 0; i < count; ++i) {
       const std::string& limit = limits[static_cast<std::size_t>(i)];
       law.active_limits.push_back({begin[i], end[i], from[i], to[i], limit == "none" ? "" : limit});
@@ -110,21 +111,21 @@ class LawReader {
 void read_law_group(const Hdf5Reader& file, const std::string& prefix, RunResult& result) {
   if (!file.has(prefix + "law")) return;
   const LawReader reader(file, prefix + "law");
-  result.optimised_law = reader.found();
+  result.optimised_law = reader.optimised_law();
   result.phase_plane = reader.plane();
 }
 
 namespace {
 
 constexpr const char* file_convention = "balance-1";
-constexpr double max_stored_iterations = 1e9;  // of one sample: an int holds them
+constexpr double max_stored_iterations = 1e9;  // of one sample: fits into an int
 
 struct RunLocationInFile {
   std::string path, group;
 };
 
-/// What stands behind the colon after a file's suffix is a group.
-RunLocationInFile place_of(const std::string& name) {
+/// The text after the colon that follows a file's suffix is a group.
+RunLocationInFile parse_location(const std::string& name) {
   for (const char* suffix : {".h5:", ".hdf5:", ".nc:"})
     if (const auto at = name.rfind(suffix); at != std::string::npos) {
       const std::size_t colon = name.find(':', at);
@@ -139,12 +140,12 @@ class ResultReader {
       : file_(file), prefix_(group.empty() ? "" : group + "/") {}
 
   RunResult result() {
-    names();
-    samples();
-    metrics();
-    read_law_group(file_, prefix_, r_);
-    r_.outcome.status = MotionStatus::done;
-    return std::move(r_);
+    read_names();
+    read_samples();
+    read_metrics();
+    read_law_group(file_, prefix_, result_);
+    result_.outcome.status = MotionStatus::done;
+    return std::move(result_);
   }
 
  private:
@@ -152,114 +153,118 @@ class ResultReader {
     return file_.has(prefix_ + name) ? file_.texts(prefix_ + name) : std::vector<std::string>{};
   }
 
-  /// One unit for all labels, or one for each.
-  std::vector<std::string> units(const std::string& single, const std::string& of, std::size_t labels) const {
-    const std::string unit = file_.text_attribute(prefix_ + of, "units").value_or("1");
+  /// One unit for all labels, or one per label.
+  std::vector<std::string> units(const std::string& single, const std::string& dataset, std::size_t labels) const {
+    const std::string unit = file_.text_attribute(prefix_ + dataset, "units").value_or("1");
     if (unit != "mixed") return std::vector<std::string>(labels, unit);
-    auto found = texts(single);
-    expect(found.size() == labels, single);
-    return found;
+    auto label_units = texts(single);
+    expect(label_units.size() == labels, single);
+    return label_units;
   }
 
-  void names() {
-    r_.coordinate_names = texts("coordinate");
-    r_.joint_names = texts("joint");
-    r_.actuator_names = texts("actuator");
-    if (!r_.coordinate_names.empty())
-      r_.coordinate_units = units("coordinate_unit", "joint_position", r_.coordinate_names.size());
-    if (!r_.actuator_names.empty()) r_.actuator_units = units("actuator_unit", "torque", r_.actuator_names.size());
-    r_.constraint_names = texts("constraint");
-    if (!r_.constraint_names.empty())
-      r_.constraint_units = units("constraint_unit", "constraint_force", r_.constraint_names.size());
-    r_.sliding_names = texts("sliding");
-    if (!r_.sliding_names.empty())
-      r_.sliding_units = units("sliding_unit", "sliding_variable", r_.sliding_names.size());
-    if (file_.has(prefix_ + "body")) r_.body_names = texts("body");
-    r_.axes = static_cast<int>(texts("axis").size());
-    expect(r_.axes == 2 || r_.axes == 3, "axis");
-    r_.moment_axes = r_.axes == 2 ? 1 : 3;
+  void read_names() {
+    result_.coordinate_names = texts("coordinate");
+    result_.joint_names = texts("joint");
+    result_.actuator_names = texts("actuator");
+    if (!result_.coordinate_names.empty())
+      result_.coordinate_units = units("coordinate_unit", "joint_position", result_.coordinate_names.size());
+    if (!result_.actuator_names.empty())
+      result_.actuator_units = units("actuator_unit", "torque", result_.actuator_names.size());
+    result_.constraint_names = texts("constraint");
+    if (!result_.constraint_names.empty())
+      result_.constraint_units = units("constraint_unit", "constraint_force", result_.constraint_names.size());
+    result_.sliding_names = texts("sliding");
+    if (!result_.sliding_names.empty())
+      result_.sliding_units = units("sliding_unit", "sliding_variable", result_.sliding_names.size());
+    if (file_.has(prefix_ + "body")) result_.body_names = texts("body");
+    result_.axes = static_cast<int>(texts("axis").size());
+    expect(result_.axes == 2 || result_.axes == 3, "axis");
+    result_.moment_axes = result_.axes == 2 ? 1 : 3;
   }
 
-  void samples() {
+  void read_samples() {
     const auto time = file_.numbers(prefix_ + "time", 1);
     expect(!time.values.empty() && are_finite(time.values) && std::is_sorted(time.values.begin(), time.values.end()),
            "time");
-    r_.time = Eigen::Map<const VectorX>(time.values.data(), static_cast<Eigen::Index>(time.values.size()));
-    for (const Quantity& quantity : list_all_quantities(r_)) {
+    result_.time = Eigen::Map<const VectorX>(time.values.data(), static_cast<Eigen::Index>(time.values.size()));
+    for (const Quantity& quantity : list_all_quantities(result_)) {
       const std::string path = prefix_ + quantity.name;
       if (!file_.has(path)) continue;
-      const auto found = file_.numbers(path);
-      const Eigen::Index rows = r_.time.size(), wide = count_columns(quantity.columns, r_);
-      expect(!found.sizes.empty() && static_cast<Eigen::Index>(found.sizes[0]) == rows &&
-                 static_cast<Eigen::Index>(found.values.size()) == rows * wide && are_finite(found.values),
+      const auto dataset = file_.numbers(path);
+      const Eigen::Index rows = result_.time.size(), column_count = count_columns(quantity.columns, result_);
+      expect(!dataset.sizes.empty() && static_cast<Eigen::Index>(dataset.sizes[0]) == rows &&
+                 static_cast<Eigen::Index>(dataset.values.size()) == rows * column_count && are_finite(dataset.values),
              quantity.name);
-      r_.*quantity.member = Eigen::Map<const Samples>(found.values.data(), rows, wide);
-      if (quantity.has_moment_reference) about(path);
-      round_off(quantity, path);
+      result_.*quantity.member = Eigen::Map<const Samples>(dataset.values.data(), rows, column_count);
+      if (quantity.has_moment_reference) read_moment_reference(path);
+      read_round_off(quantity, path);
     }
-    expect(r_.joint_position.size() > 0 || r_.coordinate_names.empty(), "joint_position");
-    expect(r_.shaking_force.size() > 0, "shaking_force");
+    expect(result_.joint_position.size() > 0 || result_.coordinate_names.empty(), "joint_position");
+    expect(result_.shaking_force.size() > 0, "shaking_force");
     const std::string iterations = prefix_ + "newton_iterations";
     if (!file_.has(iterations)) return;
-    const auto found = file_.numbers(iterations, 1);
+    const auto counts = file_.numbers(iterations, 1);
     const auto is_count = [](double value) { return value >= 0 && value <= max_stored_iterations; };
-    expect(found.values.size() == time.values.size() && std::all_of(found.values.begin(), found.values.end(), is_count),
-           "newton_iterations");
-    r_.newton_iterations =
-        Eigen::Map<const VectorX>(found.values.data(), static_cast<Eigen::Index>(found.values.size())).cast<int>();
+    expect(
+        counts.values.size() == time.values.size() && std::all_of(counts.values.begin(), counts.values.end(), is_count),
+        "newton_iterations");
+    result_.newton_iterations =
+        Eigen::Map<const VectorX>(counts.values.data(), static_cast<Eigen::Index>(counts.values.size())).cast<int>();
   }
 
-  /// Files of version 0.1.0 have none.
-  void round_off(const Quantity& quantity, const std::string& path) {
-    VectorX TermMagnitudes::*const size = term_magnitude_of(quantity.member);
-    const auto found = file_.numbers_attribute(path, "round_off");
-    if (size == nullptr || !found) return;
-    const auto count = static_cast<Eigen::Index>(found->size()), wide = count_columns(quantity.columns, r_);
-    const auto good = [](double value) { return value >= 0 && std::isfinite(value); };
-    expect(count > 0 && wide % count == 0 && std::all_of(found->begin(), found->end(), good), quantity.name);
-    r_.round_off.*size = Eigen::Map<const VectorX>(found->data(), count);
+  /// Files of version 0.1.0 have no round-off.
+  void read_round_off(const Quantity& quantity, const std::string& path) {
+    VectorX TermMagnitudes::*const magnitude = term_magnitude_of(quantity.member);
+    const auto round_off = file_.numbers_attribute(path, "round_off");
+    if (magnitude == nullptr || !round_off) return;
+    const auto count = static_cast<Eigen::Index>(round_off->size()),
+               column_count = count_columns(quantity.columns, result_);
+    const auto is_magnitude = [](double value) { return value >= 0 && std::isfinite(value); };
+    expect(count > 0 && column_count % count == 0 && std::all_of(round_off->begin(), round_off->end(), is_magnitude),
+           quantity.name);
+    result_.round_off.*magnitude = Eigen::Map<const VectorX>(round_off->data(), count);
   }
 
-  void about(const std::string& path) {
-    const auto point = file_.numbers_attribute(path, "about");
-    expect(point && static_cast<int>(point->size()) == r_.axes && are_finite(*point), "about");
-    for (int i = 0; i < r_.axes; ++i) r_.moment_reference[i] = (*point)[static_cast<std::size_t>(i)];
+  void read_moment_reference(const std::string& path) {
+    const auto reference = file_.numbers_attribute(path, "about");
+    expect(reference && static_cast<int>(reference->size()) == result_.axes && are_finite(*reference), "about");
+    for (int i = 0; i < result_.axes; ++i) result_.moment_reference[i] = (*reference)[static_cast<std::size_t>(i)];
   }
 
-  void metrics() {
+  void read_metrics() {
     const auto energy = file_.numbers(prefix_ + "metrics/energy");
     expect(energy.values.size() == 1, "metrics/energy");
-    r_.energy = energy.values[0];
+    result_.energy = energy.values[0];
     const auto quantities = texts("metrics/quantity"), units = texts("metrics/unit");
     expect(units.size() == quantities.size(), "metrics/unit");
     for (std::size_t i = 0; i < quantities.size(); ++i)  // version 0.1.0 called a slide's force a torque
-      r_.metrics.push_back(
+      result_.metrics.push_back(
           {.quantity = units[i] == "N" ? to_force_name(quantities[i]) : quantities[i], .unit = units[i]});
-    const auto read = [&](const std::string& name, double Metric::*figure) {
+    const auto read_figures = [&](const std::string& name, double Metric::*figure) {
       if (quantities.empty()) return;
-      const auto found = file_.numbers(prefix_ + "metrics/" + name, 1);
-      expect(found.values.size() == quantities.size(), "metrics/" + name);
-      for (std::size_t i = 0; i < found.values.size(); ++i) r_.metrics[i].*figure = found.values[i];
+      const auto figures = file_.numbers(prefix_ + "metrics/" + name, 1);
+      expect(figures.values.size() == quantities.size(), "metrics/" + name);
+      for (std::size_t i = 0; i < figures.values.size(); ++i) result_.metrics[i].*figure = figures.values[i];
     };
-    read("peak", &Metric::peak);
-    read("peak_time", &Metric::peak_time);
-    read("rms", &Metric::rms);
-    read("mean", &Metric::mean);
-    read("range", &Metric::range);
-    if (file_.has(prefix_ + "metrics/round_off")) read("round_off", &Metric::round_off);
+    read_figures("peak", &Metric::peak);
+    read_figures("peak_time", &Metric::peak_time);
+    read_figures("rms", &Metric::rms);
+    read_figures("mean", &Metric::mean);
+    read_figures("range", &Metric::range);
+    if (file_.has(prefix_ + "metrics/round_off")) read_figures("round_off", &Metric::round_off);
   }
 
   static bool are_finite(const std::vector<double>& values) {
     return std::all_of(values.begin(), values.end(), [](double value) { return std::isfinite(value); });
   }
 
-  static void expect(bool good, const std::string& name) {
-    if (!good) throw Hdf5Error(quote_for_message(name) + " is not as a result has it: the file is damaged");
+  static void expect(bool is_valid, const std::string& name) {
+    if (!is_valid) throw Hdf5Error(quote_for_message(name) + " is not as a result has it: the file is damaged");
   }
 
   const Hdf5Reader& file_;
   std::string prefix_;
-  RunResult r_;
+  RunResult result_;
 };
 
 /// The runs of a design file.
@@ -286,7 +291,7 @@ void check_group(const Hdf5Reader& file, const std::string& group) {
                               append_nearest_name(group, runs)));
 }
 
-/// The overrides in a command line, for files of 0.1.0, which have them nowhere else.
+/// The overrides in a command line, for files of 0.1.0, which store them nowhere else.
 std::vector<std::pair<std::string, std::string>> parse_overrides(const std::string& command) {
   std::vector<std::string> words(1);
   bool quoted = false;
@@ -301,13 +306,13 @@ std::vector<std::pair<std::string, std::string>> parse_overrides(const std::stri
     else
       words.back() += c;
   }
-  std::vector<std::pair<std::string, std::string>> found;
+  std::vector<std::pair<std::string, std::string>> overrides;
   for (std::size_t i = 0; i + 1 < words.size(); ++i) {
     const std::size_t equals = words[i + 1].find('=');
     if (words[i] == "--set" && equals != std::string::npos)
-      found.emplace_back(words[i + 1].substr(0, equals), words[i + 1].substr(equals + 1));
+      overrides.emplace_back(words[i + 1].substr(0, equals), words[i + 1].substr(equals + 1));
   }
-  return found;
+  return overrides;
 }
 
 std::vector<std::pair<std::string, std::string>> read_overrides(const Hdf5Reader& file,
@@ -322,51 +327,52 @@ std::vector<std::pair<std::string, std::string>> read_overrides(const Hdf5Reader
   return overrides;
 }
 
-StoredRun read_run(const Hdf5Reader& file, const RunLocationInFile& place) {
+StoredRun read_run(const Hdf5Reader& file, const RunLocationInFile& location) {
   if (file.text_attribute("", "Conventions") != file_convention)
     throw Hdf5Error("is no result of balance: its attribute 'Conventions' is not " + std::string(file_convention));
-  check_group(file, place.group);
-  const auto whole = [&](const char* attribute) { return file.text_attribute("", attribute).value_or(""); };
-  const auto line = [&](const std::string& group, const char* attribute) {
+  check_group(file, location.group);
+  const auto read_text = [&](const char* attribute) { return file.text_attribute("", attribute).value_or(""); };
+  const auto read_line = [&](const std::string& group, const char* attribute) {
     return escape_for_terminal(file.text_attribute(group, attribute).value_or(""));
   };
-  StoredRun run{.path = place.path,
-                .group = place.group,
-                .title = line("", "title"),
-                .version = line("", "balance_version"),
-                .spec_text = whole("spec"),
-                .command_line = whole("command_line"),
-                .trajectory = line(place.group, "trajectory"),
-                .law = line(place.group, "law"),
-                .drive = line(place.group, "drive"),
-                .formulation = line(place.group, "formulation"),
-                .controller = line(place.group, "controller"),
-                .controller_type = line(place.group, "controller_type"),
-                .at = line(place.group, "at")};
+  StoredRun run{.path = location.path,
+                .group = location.group,
+                .title = read_line("", "title"),
+                .version = read_line("", "balance_version"),
+                .spec_text = read_text("spec"),
+                .command_line = read_text("command_line"),
+                .trajectory = read_line(location.group, "trajectory"),
+                .law = read_line(location.group, "law"),
+                .drive = read_line(location.group, "drive"),
+                .formulation = read_line(location.group, "formulation"),
+                .controller = read_line(location.group, "controller"),
+                .controller_type = read_line(location.group, "controller_type"),
+                .at = read_line(location.group, "at")};
   run.overrides = read_overrides(file, run.command_line);
-  if (!run.controller.empty() && line(place.group, "status") != "done") run.ended_early = line(place.group, "reason");
-  run.result = ResultReader(file, place.group).result();
+  if (!run.controller.empty() && read_line(location.group, "status") != "done")
+    run.ended_early = read_line(location.group, "reason");
+  run.result = ResultReader(file, location.group).result();
   return run;
 }
 
 }  // namespace
 
 bool names_result_file(const std::string& name) {
-  const std::string path = place_of(name).path;
+  const std::string path = parse_location(name).path;
   return path.ends_with(".h5") || path.ends_with(".hdf5") || path.ends_with(".nc");
 }
 
 StoredRun read_result_file(const std::string& name) {
-  const RunLocationInFile place = place_of(name);
+  const RunLocationInFile location = parse_location(name);
   std::error_code error;
-  const auto status = std::filesystem::status(place.path, error);
-  if (!std::filesystem::exists(status)) throw SystemError(place.path + ": no such file");
-  if (std::filesystem::is_directory(status)) throw SystemError(place.path + ": is a folder, not a result file");
-  if (!std::filesystem::is_regular_file(status)) throw SystemError(place.path + ": is not a regular file");
+  const auto status = std::filesystem::status(location.path, error);
+  if (!std::filesystem::exists(status)) throw SystemError(location.path + ": no such file");
+  if (std::filesystem::is_directory(status)) throw SystemError(location.path + ": is a folder, not a result file");
+  if (!std::filesystem::is_regular_file(status)) throw SystemError(location.path + ": is not a regular file");
   try {
-    return read_run(Hdf5Reader(place.path), place);
-  } catch (const Hdf5Error& wrong) {
-    throw SystemError(name + ": " + wrong.what());
+    return read_run(Hdf5Reader(location.path), location);
+  } catch (const Hdf5Error& failure) {
+    throw SystemError(name + ": " + failure.what());
   }
 }
 

@@ -18,25 +18,25 @@
 
 namespace balance {
 
-// The numbers of a single state (mechanics/dynamics/single_state.hpp) one by one, in words and as JSON.
+// The numbers of a single state (mechanics/dynamics/single_state.hpp), as text and as JSON.
 
 /// One scalar or vector.
 struct StateEntry {
   std::string quantity;  ///< as in RunResult::metrics: "torque[A1]", "joint_force[B1]"
   std::string unit;
-  std::vector<double> value;  ///< round-off is 0; NaN where there is none
+  std::vector<double> value;  ///< 0 if within round-off; NaN if undefined
 };
 
 /// @param result with one row
 std::vector<StateEntry> list_state_entries(const RunResult& result);
 
-/// @param description whose `at` is not empty
+/// @param description whose `pose` is not empty
 std::string format_state(const RunResult& result, const Provenance& description);
 std::string state_json(const RunResult& result, const Provenance& description, const std::vector<std::string>& files);
 
 namespace {
 
-/// What the columns of a quantity belong to, in their order; one empty name where they are those of the whole mechanism.
+/// What the columns of a quantity belong to, in their order; one empty name if they belong to the whole mechanism.
 std::vector<std::string> list_quantity_owners(ColumnKind columns, const RunResult& r) {
   switch (columns) {
     case ColumnKind::coordinate: return r.coordinate_names;
@@ -64,7 +64,7 @@ std::string format_value(const std::vector<double>& value) {
 }  // namespace
 
 std::vector<StateEntry> list_state_entries(const RunResult& result) {
-  std::vector<StateEntry> all;
+  std::vector<StateEntry> entries;
   for (const Quantity& quantity : list_sampled_quantities(result)) {
     const Samples samples = suppress_round_off(result, quantity.member);
     const std::vector<std::string> owners = list_quantity_owners(quantity.columns, result);
@@ -72,13 +72,13 @@ std::vector<StateEntry> list_state_entries(const RunResult& result) {
     for (std::size_t i = 0; i < owners.size(); ++i) {
       const std::string& unit = quantity.unit_of(i, owners.size());
       const std::string owner = owners[i].empty() ? "" : "[" + owners[i] + "]";
-      StateEntry one{(owner.empty() ? quantity.name : effort_display_name(quantity.name, unit)) + owner, unit, {}};
+      StateEntry entry{(owner.empty() ? quantity.name : effort_display_name(quantity.name, unit)) + owner, unit, {}};
       for (Eigen::Index k = 0; k < width; ++k)
-        one.value.push_back(samples(0, static_cast<Eigen::Index>(i) * width + k));
-      all.push_back(std::move(one));
+        entry.value.push_back(samples(0, static_cast<Eigen::Index>(i) * width + k));
+      entries.push_back(std::move(entry));
     }
   }
-  return all;
+  return entries;
 }
 
 std::string format_state(const RunResult& result, const Provenance& description) {
@@ -87,8 +87,8 @@ std::string format_state(const RunResult& result, const Provenance& description)
                   result.time[0], result.moment_reference.x(), result.moment_reference.y());
   if (result.axes == 3) text += fmt::format(", {:.6g}", result.moment_reference.z());
   TextTable table{{"quantity", "unit", "value"}, {Align::left, Align::left, Align::left}, {}};
-  for (const StateEntry& one : list_state_entries(result))
-    table.rows.push_back({one.quantity, one.unit, format_value(one.value)});
+  for (const StateEntry& entry : list_state_entries(result))
+    table.rows.push_back({entry.quantity, entry.unit, format_value(entry.value)});
   return text + "\n\n" + format_table(table);
 }
 
@@ -100,10 +100,10 @@ std::string state_json(const RunResult& result, const Provenance& description, c
                {"outcome", outcome_json(result.outcome)},
                {"about", vector_json(result.moment_reference, result.axes)},
                {"values", Json::array()}};
-  for (const StateEntry& one : list_state_entries(result))
-    json["values"].push_back({{"quantity", one.quantity},
-                              {"unit", one.unit},
-                              {"value", one.value.size() == 1 ? Json(one.value[0]) : Json(one.value)}});
+  for (const StateEntry& entry : list_state_entries(result))
+    json["values"].push_back({{"quantity", entry.quantity},
+                              {"unit", entry.unit},
+                              {"value", entry.value.size() == 1 ? Json(entry.value[0]) : Json(entry.value)}});
   json["notes"] = result.outcome.notes;
   json["files"] = files;
   return format_json(json);
@@ -146,15 +146,15 @@ std::string format_error_json(const std::string& kind, const SpecError& error) {
   const auto text_or_null = [](const std::string& text) { return text.empty() ? Json(nullptr) : Json(text); };
   const auto count_or_null = [](int count) { return count > 0 ? Json(count) : Json(nullptr); };
   Json mistakes = Json::array();
-  for (const Diagnostic& one : error.diagnostics())
-    mistakes.push_back({{"file", text_or_null(one.place.file)},
-                        {"line", count_or_null(one.place.line)},
-                        {"column", count_or_null(one.place.column)},
-                        {"key", text_or_null(one.place.key)},
-                        {"message", one.message},
-                        {"expected", text_or_null(one.expected)},
-                        {"found", text_or_null(one.found)},
-                        {"hint", text_or_null(one.hint)}});
+  for (const Diagnostic& mistake : error.diagnostics())
+    mistakes.push_back({{"file", text_or_null(mistake.place.file)},
+                        {"line", count_or_null(mistake.place.line)},
+                        {"column", count_or_null(mistake.place.column)},
+                        {"key", text_or_null(mistake.place.key)},
+                        {"message", mistake.message},
+                        {"expected", text_or_null(mistake.expected)},
+                        {"found", text_or_null(mistake.found)},
+                        {"hint", text_or_null(mistake.hint)}});
   return format_json({{"error",
                        {{"kind", kind},
                         {"message", error.what()},
@@ -172,12 +172,12 @@ namespace {
 
 using Change = PayloadEvent;
 
-/// As long as its round-off allows; 0 stays 0.
+/// An effort with five significant digits; 0 if it is within round-off.
 std::string effort_text(const RunResult& result, const VectorX& efforts, std::size_t actuator) {
   const auto a = static_cast<Eigen::Index>(actuator);
-  const VectorX& known = result.round_off.effort;
-  const double zero = a < known.size() ? known[a] : 0;
-  return fmt::format("{:.5g}", std::abs(efforts[a]) <= zero ? 0 : efforts[a]);
+  const VectorX& round_offs = result.round_off.effort;
+  const double round_off = a < round_offs.size() ? round_offs[a] : 0;
+  return fmt::format("{:.5g}", std::abs(efforts[a]) <= round_off ? 0 : efforts[a]);
 }
 
 }  // namespace
@@ -196,7 +196,7 @@ std::string format_payload_events(const RunResult& result) {
 }
 
 Json payload_events_json(const RunResult& result) {
-  Json all = Json::array();
+  Json events = Json::array();
   for (const Change& change : result.payload_events) {
     Json torque = Json::array();
     for (std::size_t a = 0; a < result.actuator_names.size(); ++a) {
@@ -206,28 +206,28 @@ Json payload_events_json(const RunResult& result) {
                         {"before", change.effort_before[i]},
                         {"after", change.effort_after[i]}});
     }
-    all.push_back({{"payload", change.payload},
-                   {"change", describe_payload_event(change)},
-                   {"time", change.time},
-                   {"speed", change.speed},
-                   {"turning", change.angular_speed},
-                   {"torque", std::move(torque)}});
+    events.push_back({{"payload", change.payload},
+                      {"change", describe_payload_event(change)},
+                      {"time", change.time},
+                      {"speed", change.speed},
+                      {"turning", change.angular_speed},
+                      {"torque", std::move(torque)}});
   }
-  return all;
+  return events;
 }
 
 void write_payload_events(Hdf5Writer& file, Hdf5Writer::Group parent, const RunResult& result) {
-  const std::vector<Change>& all = result.payload_events;
-  if (all.empty()) return;
+  const std::vector<Change>& events = result.payload_events;
+  if (events.empty()) return;
   const Hdf5Writer::Group group = file.add_group(parent, "payload_changes");
   std::vector<std::string> labels;
-  for (const Change& change : all) labels.push_back(change.payload + " " + describe_payload_event(change));
-  const Hdf5Writer::Dimension each =
+  for (const Change& change : events) labels.push_back(change.payload + " " + describe_payload_event(change));
+  const Hdf5Writer::Dimension change_dimension =
       file.add_dimension(group, {"change", "payload taken up or set down", "1", {}, {}}, labels);
   const auto add = [&](const char* name, const char* long_name, const char* unit, double Change::*number) {
     std::vector<double> values;
-    for (const Change& change : all) values.push_back(change.*number);
-    file.add_variable(group, {name, long_name, unit, {each}, {}}, values);
+    for (const Change& change : events) values.push_back(change.*number);
+    file.add_variable(group, {name, long_name, unit, {change_dimension}, {}}, values);
   };
   add("switch_time", "when it changes", "s", &Change::time);
   add("speed", "speed of the payload's place then", "m/s", &Change::speed);
@@ -238,8 +238,9 @@ void write_payload_events(Hdf5Writer& file, Hdf5Writer::Group parent, const RunR
       file.add_dimension(group, {"actuator", "actuated joint coordinate", "1", {}, {}}, result.actuator_names);
   const auto add_efforts = [&](const char* name, const char* long_name, VectorX Change::*efforts) {
     std::vector<double> values;
-    for (const Change& change : all) values.insert(values.end(), (change.*efforts).begin(), (change.*efforts).end());
-    file.add_variable(group, {name, long_name, common_unit(result.actuator_units), {each, actuator}, {}}, values);
+    for (const Change& change : events) values.insert(values.end(), (change.*efforts).begin(), (change.*efforts).end());
+    file.add_variable(group, {name, long_name, common_unit(result.actuator_units), {change_dimension, actuator}, {}},
+                      values);
   };
   add_efforts("torque_before", "torque or force of the actuator just before", &Change::effort_before);
   add_efforts("torque_after", "torque or force of the actuator just after", &Change::effort_after);

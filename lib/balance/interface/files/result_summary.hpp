@@ -8,7 +8,7 @@
 
 namespace balance {
 
-/// One line on what was run, then a table of the metrics, six significant digits, ending with a line feed.
+/// One line on what was run, then a table of the metrics with six significant digits, ending with a newline.
 std::string format_result_summary(const RunResult& result, const Provenance& description);
 
 }  // namespace balance

@@ -17,9 +17,9 @@
 
 namespace balance {
 
-// The law of motion of a run in its result file.
+// Writes the law of motion of a run to its result file.
 
-/// The group `law`, if the law was searched for or limits are stated beside it.
+/// Writes the group `law`, if the law was optimised or has limits.
 void write_law_group(Hdf5Writer& file, Hdf5Writer::Group parent, const RunResult& result);
 
 namespace {
@@ -38,20 +38,21 @@ void add_plane(Hdf5Writer& file, Hdf5Writer::Group group, const PhasePlane& plan
     file.add_variable(group, {"rate", "rate of the place", "1/s", {time}, {}}, law_column(plane.path_rate));
   }
   if (plane.mvc_path_parameter.size() == 0) return;
-  const Dimension place = file.add_dimension(group, {"ceiling_place", "part of the path that is behind", "1", {}, {}},
-                                             law_column(plane.mvc_path_parameter));
-  file.add_variable(group, {"ceiling", "largest rate of the place that the limits leave", "1/s", {place}, {}},
+  const Dimension path_parameter = file.add_dimension(
+      group, {"ceiling_place", "part of the path that is behind", "1", {}, {}}, law_column(plane.mvc_path_parameter));
+  file.add_variable(group, {"ceiling", "largest rate of the place that the limits leave", "1/s", {path_parameter}, {}},
                     law_column(plane.mvc_path_rate));
 }
 
-void add_stretches(Hdf5Writer& file, Hdf5Writer::Group group, const std::vector<ActiveLimitInterval>& stretches) {
-  if (stretches.empty()) return;
+void add_active_limits(Hdf5Writer& file, Hdf5Writer::Group group, const std::vector<ActiveLimitInterval>& intervals) {
+  if (intervals.empty()) return;
   std::vector<std::string> limits;
-  for (const ActiveLimitInterval& stretch : stretches) limits.push_back(stretch.limit.empty() ? "none" : stretch.limit);
+  for (const ActiveLimitInterval& interval : intervals)
+    limits.push_back(interval.limit.empty() ? "none" : interval.limit);
   const Dimension limit = file.add_dimension(group, {"limit", "what is at its limit", "1", {}, {}}, limits);
   const auto add = [&](const char* name, const char* long_name, const char* unit, double ActiveLimitInterval::*member) {
     std::vector<double> values;
-    for (const ActiveLimitInterval& stretch : stretches) values.push_back(stretch.*member);
+    for (const ActiveLimitInterval& interval : intervals) values.push_back(interval.*member);
     file.add_variable(group, {name, long_name, unit, {limit}, {}}, values);
   };
   add("begin", "when it comes to its limit", "s", &ActiveLimitInterval::begin);
@@ -60,7 +61,7 @@ void add_stretches(Hdf5Writer& file, Hdf5Writer::Group group, const std::vector<
   add("to", "where it leaves its limit", "1", &ActiveLimitInterval::path_end);
 }
 
-void add_found(Hdf5Writer& file, Hdf5Writer::Group group, const OptimisedLaw& law) {
+void add_optimised_law(Hdf5Writer& file, Hdf5Writer::Group group, const OptimisedLaw& law) {
   const auto add = [&](const char* name, const char* long_name, const std::string& unit, const double& value) {
     file.add_variable(group, {name, long_name, unit, {}, {}}, std::span(&value, 1));
   };
@@ -73,7 +74,7 @@ void add_found(Hdf5Writer& file, Hdf5Writer::Group group, const OptimisedLaw& la
   if (!law.switch_times.empty())
     file.add_dimension(group, {"switch", "when the acceleration along the path jumps", "s", {}, {}},
                        std::span(law.switch_times));
-  add_stretches(file, group, law.active_limits);
+  add_active_limits(file, group, law.active_limits);
 }
 
 }  // namespace
@@ -81,7 +82,7 @@ void add_found(Hdf5Writer& file, Hdf5Writer::Group group, const OptimisedLaw& la
 void write_law_group(Hdf5Writer& file, Hdf5Writer::Group parent, const RunResult& result) {
   if (!result.optimised_law && result.phase_plane.mvc_path_rate.size() == 0) return;
   const Hdf5Writer::Group group = file.add_group(parent, "law");
-  if (result.optimised_law) add_found(file, group, *result.optimised_law);
+  if (result.optimised_law) add_optimised_law(file, group, *result.optimised_law);
   add_plane(file, group, result.phase_plane);
 }
 
@@ -89,7 +90,7 @@ namespace {
 
 using Dimension = Hdf5Writer::Dimension;
 
-/// The dimensions that this result's quantities need.
+/// The dimensions of this result's quantities.
 struct Dimensions {
   Dimension time;
   std::optional<Dimension> coordinate, joint, actuator, axis, quaternion, constraint, sliding, body;
@@ -140,14 +141,14 @@ std::span<const double> values_of(const Samples& samples) {
   return {samples.data(), static_cast<std::size_t>(samples.size())};
 }
 
-/// Which unit each label has, where they differ.
+/// Writes the unit of each label, if they differ.
 void add_units(Hdf5Writer& file, Hdf5Writer::Group group, const std::string& name, const std::string& long_name,
                Dimension dimension, const std::vector<std::string>& units) {
   if (common_unit(units) != "mixed") return;
   file.add_variable(group, {name, long_name, "1", {dimension}, {}}, units);
 }
 
-/// What the columns of `torque` are called, where some are forces.
+/// Writes display names of the columns of `torque`, if some are forces.
 void add_effort_names(Hdf5Writer& file, Hdf5Writer::Group group, Dimension dimension, const RunResult& r) {
   std::vector<std::string> names;
   for (std::size_t a = 0; a < r.actuator_names.size(); ++a)
@@ -156,7 +157,7 @@ void add_effort_names(Hdf5Writer& file, Hdf5Writer::Group group, Dimension dimen
     file.add_variable(group, {"effort", "name of the actuator's torque or force", "1", {dimension}, {}}, names);
 }
 
-/// Dimensions, and the units of those whose labels differ in unit.
+/// Adds the dimensions, and units for those whose labels differ in unit.
 Dimensions add_columns(Hdf5Writer& file, Hdf5Writer::Group group, const RunResult& r) {
   const Dimensions dimensions = add_dimensions(file, group, r);
   if (dimensions.coordinate) {
@@ -176,22 +177,22 @@ Dimensions add_columns(Hdf5Writer& file, Hdf5Writer::Group group, const RunResul
   return dimensions;
 }
 
-/// One number, or one per label where they differ in kind; none if it is not known.
+/// One number, or one per label if they differ in kind; empty if unknown.
 std::vector<double> round_off_per_label(const RunResult& r, const Quantity& quantity) {
   VectorX TermMagnitudes::*const size = term_magnitude_of(quantity.member);
   if (size == nullptr) return {};
-  const VectorX& known = r.round_off.*size;
-  return {known.data(), known.data() + known.size()};
+  const VectorX& magnitudes = r.round_off.*size;
+  return {magnitudes.data(), magnitudes.data() + magnitudes.size()};
 }
 
 void add_samples(Hdf5Writer& file, Hdf5Writer::Group group, const RunResult& r, const Dimensions& d,
                  const WriteOptions& options) {
-  const std::vector<double> about(r.moment_reference.data(), r.moment_reference.data() + r.axes);
+  const std::vector<double> moment_reference(r.moment_reference.data(), r.moment_reference.data() + r.axes);
   for (const Quantity& quantity : list_sampled_quantities(r)) {
     throw_if_cancelled(options);
     Hdf5Writer::Variable variable{
         quantity.name, quantity.long_name, common_unit(quantity.units), dimensions_of(quantity.columns, d), {}};
-    if (quantity.has_moment_reference) variable.attributes.push_back({"about", about});
+    if (quantity.has_moment_reference) variable.attributes.push_back({"about", moment_reference});
     if (const auto round_off = round_off_per_label(r, quantity); !round_off.empty())
       variable.attributes.push_back({"round_off", round_off});
     file.add_variable(group, variable, values_of(*quantity.samples));
@@ -291,19 +292,19 @@ void write_result_hdf5(const std::string& path, const RunResult& result, const P
   if (result.outcome.status != MotionStatus::done && description.controller.empty())
     throw std::invalid_argument("only a run that is done, or one under control, is written");
   if (result.time.size() == 0) throw std::invalid_argument("only a result with samples is written");
-  AtomicFile pending(path, options.existing, options.temporary_tag);
+  AtomicFile output(path, options.existing, options.temporary_tag);
   const bool compress = options.compression == Compression::gzip;
   const auto storage = compress ? Hdf5Writer::Storage::compressed : Hdf5Writer::Storage::contiguous;
   {
-    Hdf5Writer file(pending.descriptor(), path, storage);
+    Hdf5Writer file(output.descriptor(), path, storage);
     write_source_attributes(file, description);
     write_run_attributes(file, {}, description);
     if (!description.controller.empty()) write_outcome_attributes(file, {}, result.outcome);
     write_result_variables(file, {}, result, options);
     file.close();
-  }  // others have their turn with HDF5 while this one waits for the disk
+  }  // others may use HDF5 while this one waits for the disk
   throw_if_cancelled(options);
-  pending.commit(options.durability);
+  output.commit(options.durability);
 }
 
 }  // namespace balance

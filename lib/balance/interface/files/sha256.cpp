@@ -29,8 +29,8 @@ class Sha256Digest {
   }
 
  private:
-  static void check(bool fine) {
-    if (!fine) throw SystemError("the cryptographic library cannot compute SHA-256");
+  static void check(bool ok) {
+    if (!ok) throw SystemError("the cryptographic library cannot compute SHA-256");
   }
   std::unique_ptr<EVP_MD_CTX, decltype(&EVP_MD_CTX_free)> context_;
 };

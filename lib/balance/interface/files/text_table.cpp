@@ -21,7 +21,7 @@ bool is_alphanumeric(const std::string& text, std::size_t at) {
   return at < text.size() && (std::isalnum(static_cast<unsigned char>(text[at])) || (text[at] & 0x80) != 0);
 }
 
-/// Underscores within a word, and brackets without an address behind them, are no markup: names stay as they are written.
+/// Underscores within a word, and brackets without a link target, are not markup: names stay as they are written.
 bool is_markup(const std::string& text, std::size_t at) {
   switch (text[at]) {
     case '_': return at == 0 || !is_alphanumeric(text, at - 1) || !is_alphanumeric(text, at + 1);
@@ -31,7 +31,7 @@ bool is_markup(const std::string& text, std::size_t at) {
   }
 }
 
-/// A fence longer than any within holds every backtick; a bar ends a cell even there.
+/// A fence longer than any run of backticks in the text encloses them; a bar ends a table cell even there.
 std::string format_code_span(const std::string& text) {
   std::size_t longest = 0, run = 0;
   std::string inside;
@@ -52,21 +52,21 @@ std::string format_markdown_row(const std::vector<std::string>& cells) {
 
 }  // namespace
 
-std::string escape_markdown(const std::string& given) {
-  const std::string text = to_single_line(given);
-  std::string safe;
+std::string escape_markdown(const std::string& raw_text) {
+  const std::string text = to_single_line(raw_text);
+  std::string escaped;
   for (std::size_t i = 0; i < text.size(); ++i) {
     const bool entity = text[i] == '&' && (is_alphanumeric(text, i + 1) || text.compare(i + 1, 1, "#") == 0);
     if (text[i] == '<')
-      safe += "&lt;";
+      escaped += "&lt;";
     else if (entity)
-      safe += "&amp;";
+      escaped += "&amp;";
     else if (is_markup(text, i))
-      safe += std::string("\\") + text[i];
+      escaped += std::string("\\") + text[i];
     else
-      safe += text[i];
+      escaped += text[i];
   }
-  return safe;
+  return escaped;
 }
 
 std::string format_markdown_table(const TextTable& table, const std::vector<std::size_t>& code_columns) {
@@ -75,19 +75,19 @@ std::string format_markdown_table(const TextTable& table, const std::vector<std:
   for (const Align align : table.align) rule.emplace_back(align == Align::left ? "---" : "---:");
   std::string text = format_markdown_row(heading) + format_markdown_row(rule);
   for (const auto& cells : table.rows) {
-    std::vector<std::string> shown;
+    std::vector<std::string> escaped;
     for (std::size_t i = 0; i < cells.size(); ++i) {
       const bool is_code = std::find(code_columns.begin(), code_columns.end(), i) != code_columns.end();
-      shown.push_back(is_code ? format_code_span(cells[i]) : escape_markdown(cells[i]));
+      escaped.push_back(is_code ? format_code_span(cells[i]) : escape_markdown(cells[i]));
     }
-    text += format_markdown_row(shown);
+    text += format_markdown_row(escaped);
   }
   return text;
 }
 
 namespace {
 
-/// Spreadsheets take these for the beginning of a formula, in quotes too.
+/// Spreadsheets take these for the start of a formula, even in quotes.
 bool begins_formula(const std::string& text) {
   return !text.empty() && std::string_view("=+-@\t\r").find(text[0]) != std::string_view::npos;
 }
@@ -95,17 +95,17 @@ bool begins_formula(const std::string& text) {
 }  // namespace
 
 std::string escape_csv_field(const std::string& text) {
-  const std::string shown = escape_lines_for_terminal(text);
-  const std::string harmless = begins_formula(text) ? "'" + shown : shown;
-  if (harmless.find_first_of(",\"\n") == std::string::npos) return harmless;
+  const std::string escaped = escape_lines_for_terminal(text);
+  const std::string guarded = begins_formula(text) ? "'" + escaped : escaped;
+  if (guarded.find_first_of(",\"\n") == std::string::npos) return guarded;
   std::string quoted = "\"";
-  for (const char c : harmless) quoted += c == '"' ? "\"\"" : std::string(1, c);
+  for (const char c : guarded) quoted += c == '"' ? "\"\"" : std::string(1, c);
   return quoted + "\"";
 }
 
 namespace {
 
-/// Characters, not bytes: continuation bytes of UTF-8 take no room.
+/// Number of characters, not bytes: UTF-8 continuation bytes have no width.
 std::size_t width_of(const std::string& text) {
   return static_cast<std::size_t>(
       std::count_if(text.begin(), text.end(), [](char c) { return (static_cast<unsigned char>(c) & 0xC0) != 0x80; }));
@@ -125,8 +125,8 @@ std::string format_row(const std::vector<std::string>& cells, const TextTable& t
 
 }  // namespace
 
-std::string format_table(const TextTable& wanted) {
-  TextTable table = wanted;
+std::string format_table(const TextTable& raw_table) {
+  TextTable table = raw_table;
   for (std::string& cell : table.heading) cell = escape_for_terminal(cell);
   for (auto& row : table.rows)
     for (std::string& cell : row) cell = escape_for_terminal(cell);

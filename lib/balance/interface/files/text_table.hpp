@@ -16,24 +16,26 @@ struct TextTable {
   std::vector<std::vector<std::string>> rows;
 };
 
-/// @throws std::invalid_argument if a row has not as many cells as the heading
+/// @throws std::invalid_argument if a row and the heading differ in their number of cells
 std::string format_table(const TextTable& table);
 
 /// Six significant digits, trailing zeros kept.
 std::string format_number(double value);
 
-// Text from outside (names, titles, messages) as Markdown holds it: nothing in it is markup, HTML or mathematics.
+// Text from outside (names, titles, messages) in Markdown, escaped so that none of it acts as markup, HTML or
+// mathematics.
 
-/// On one line, visible as in foundation/base/unicode_text.hpp; line feeds become blanks.
+/// On one line, with invisible characters escaped as in foundation/base/unicode_text.hpp; line feeds become blanks.
 std::string escape_markdown(const std::string& text);
 
-/// A GitHub table. Cells are texts; those of a code column stand in backticks.
+/// A GitHub table. Cells are plain text; those of code columns are in backticks.
 std::string format_markdown_table(const TextTable& table, const std::vector<std::size_t>& code_columns = {});
 
-// Text in a table of comma-separated values.
+// Text in CSV.
 
-/// A text, not a number, as one field: quoted where a comma or a quote would end it (RFC 4180); behind an apostrophe where a spreadsheet
-/// would take it for a formula; visible as in foundation/base/unicode_text.hpp.
+/// A text, not a number, as one field: quoted if it contains a comma, a quote or a line feed (RFC 4180); preceded by an
+/// apostrophe if a spreadsheet would take it for a formula; with invisible characters escaped as in
+/// foundation/base/unicode_text.hpp.
 std::string escape_csv_field(const std::string& text);
 
 }  // namespace balance

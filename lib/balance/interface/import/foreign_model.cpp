@@ -10,10 +10,10 @@ namespace balance::foreign {
 
 void add_loop_joint(ForeignModel& robot, const std::string& name, JointType type, const BodyFrame& first,
                     const BodyFrame& second, const Vector3& axis, const SourceLocation& place) {
-  ForeignJoint closure;
-  closure.place = place;
-  closure.is_loop_closure = true;
-  Joint& joint = closure.joint;
+  ForeignJoint foreign_joint;
+  foreign_joint.place = place;
+  foreign_joint.is_loop_closure = true;
+  Joint& joint = foreign_joint.joint;
   joint.name = name;
   for (int n = 2; robot.find_joint(joint.name) >= 0; ++n) joint.name = fmt::format("{}_{}", name, n);
   joint.type = type;
@@ -23,41 +23,43 @@ void add_loop_joint(ForeignModel& robot, const std::string& name, JointType type
   joint.point_second = second.pose.p;
   joint.axis = (first.pose.R * axis).normalized();
   joint.rotation = first.pose.R * second.pose.R.transpose();
-  robot.joints.push_back(std::move(closure));
+  robot.joints.push_back(std::move(foreign_joint));
 }
 
 std::vector<Pose> zero_configuration_poses(const ForeignModel& robot) {
   std::vector<Pose> poses(robot.bodies.size());
-  std::vector<bool> known(robot.bodies.size());
-  if (!known.empty()) known[0] = true;
-  for (bool growing = true; growing;) {
-    growing = false;
+  std::vector<bool> reached(robot.bodies.size());
+  if (!reached.empty()) reached[0] = true;
+  for (bool has_grown = true; has_grown;) {
+    has_grown = false;
     for (const ForeignJoint& one : robot.joints) {
       const auto first = static_cast<std::size_t>(one.joint.first), second = static_cast<std::size_t>(one.joint.second);
-      if (!one.is_active || one.is_loop_closure || !known[first] || known[second]) continue;
+      if (!one.is_active || one.is_loop_closure || !reached[first] || reached[second]) continue;
       poses[second] = poses[first] * joint_zero_pose(one.joint);
-      known[second] = growing = true;
+      reached[second] = has_grown = true;
     }
   }
   return poses;
 }
 
 std::string Finding::text() const {
-  const std::string where = place.line > 0 ? fmt::format("{}:{}", place.file, place.line) : place.file;
+  const std::string location = place.line > 0 ? fmt::format("{}:{}", place.file, place.line) : place.file;
   const char* kind = level == Severity::warning ? "warning" : "note";
-  return escape_for_terminal(fmt::format("{}: {}: {}{}{}", where, kind, subject, subject.empty() ? "" : ": ", message));
+  return escape_for_terminal(
+      fmt::format("{}: {}: {}{}{}", location, kind, subject, subject.empty() ? "" : ": ", message));
 }
 
-int ForeignModel::find_body(const std::string& wanted) const {
-  const auto found = std::find_if(bodies.begin(), bodies.end(),
-                                  [&](const ForeignBody& one) { return one.is_active && one.body.name == wanted; });
-  return found == bodies.end() ? -1 : static_cast<int>(found - bodies.begin());
+int ForeignModel::find_body(const std::string& body_name) const {
+  const auto match = std::find_if(bodies.begin(), bodies.end(),
+                                  [&](const ForeignBody& one) { return one.is_active && one.body.name == body_name; });
+  return match == bodies.end() ? -1 : static_cast<int>(match - bodies.begin());
 }
 
-int ForeignModel::find_joint(const std::string& wanted) const {
-  const auto found = std::find_if(joints.begin(), joints.end(),
-                                  [&](const ForeignJoint& one) { return one.is_active && one.joint.name == wanted; });
-  return found == joints.end() ? -1 : static_cast<int>(found - joints.begin());
+int ForeignModel::find_joint(const std::string& joint_name) const {
+  const auto match = std::find_if(joints.begin(), joints.end(), [&](const ForeignJoint& one) {
+    return one.is_active && one.joint.name == joint_name;
+  });
+  return match == joints.end() ? -1 : static_cast<int>(match - joints.begin());
 }
 
 Pose joint_zero_pose(const Joint& joint) {
@@ -65,13 +67,13 @@ Pose joint_zero_pose(const Joint& joint) {
 }
 
 Joint reverse_joint(const Joint& joint) {
-  Joint other = joint;
-  std::swap(other.first, other.second);
-  std::swap(other.point_first, other.point_second);
+  Joint reversed = joint;
+  std::swap(reversed.first, reversed.second);
+  std::swap(reversed.point_first, reversed.point_second);
   // R_fs = Rot(u, q) R₀, so R_sf = Rot(−R₀ᵀu, q) R₀ᵀ; a slide along u is one along −R₀ᵀu seen from the other side
-  other.rotation = joint.rotation.transpose();
-  other.axis = -(joint.rotation.transpose() * joint.axis);
-  return other;
+  reversed.rotation = joint.rotation.transpose();
+  reversed.axis = -(joint.rotation.transpose() * joint.axis);
+  return reversed;
 }
 
 }  // namespace balance::foreign

@@ -1,7 +1,7 @@
 #pragma once
-/// A mechanism as a foreign file tells it, before names and bodies become those of a spec. SI units.
+/// Mechanism as a foreign file describes it, before its names and bodies become those of a spec. SI units.
 ///
-/// Bodies and joints keep their index when they are merged or left out: `kept` says whether they are still there.
+/// Bodies and joints keep their index when they are merged or left out: `is_active` is false for those.
 
 #include "balance/foundation/base/error.hpp"
 #include "balance/interface/import/import.hpp"
@@ -14,7 +14,7 @@
 
 namespace balance::foreign {
 
-/// Where a body's frame lies in another's.
+/// Pose of a body's frame in another body's frame.
 struct Pose {
   Matrix3 R = Matrix3::Identity();
   Vector3 p = Vector3::Zero();
@@ -23,25 +23,25 @@ struct Pose {
   Pose inverse() const { return {R.transpose(), -(R.transpose() * p)}; }
 };
 
-/// A body that became part of another.
+/// A body that was merged into another.
 struct MergedBody {
   int body = 0;
-  Pose pose;  ///< in the other
+  Pose pose;  ///< in the other's frame
 };
 
-/// bodies[0] is what does not move.
+/// bodies[0] is the ground.
 struct ForeignBody {
-  Body body;  ///< named places are frames of the file
+  Body body;  ///< named points are frames of the file
   SourceLocation place;
   bool is_active = true;
-  std::vector<MergedBody> merged_bodies = {};  ///< what was merged into it
-  bool has_inertial = false;                   ///< the file says mass and inertia
-  bool has_geometry = false;                   ///< the file says what it looks like
+  std::vector<MergedBody> merged_bodies = {};  ///< bodies merged into it
+  bool has_inertial = false;                   ///< the file gives mass and inertia
+  bool has_geometry = false;                   ///< the file gives its shape
   bool has_unknown_mass = false;               ///< its mass would follow from shapes that are not read
-  bool is_marker = false;                      ///< it only marks a place; its mass was left out
+  bool is_marker = false;                      ///< it only marks a position; its mass was left out
 };
 
-/// What the file allows a coordinate; for comments.
+/// Limits of a coordinate in the file; used for comments only.
 struct JointLimits {
   std::optional<double> lower, upper, rate, effort;
 };
@@ -50,26 +50,26 @@ struct ForeignJoint {
   Joint joint;
   SourceLocation place;
   bool is_active = true;
-  bool is_loop_closure = false;     ///< said as a closure, not as a joint of the tree
-  bool is_floating = false;         ///< six freedoms, for which there is no type; `joint` is fixed then
-  bool is_actuated = false;         ///< it has a motor
-  std::string actuated_coordinate;  ///< which of its coordinates has it, `slide`; empty: all
-  std::optional<Vector3> rpy;       ///< what joint.rotation was written as
+  bool is_loop_closure = false;     ///< given as a loop closure, not as a joint of the tree
+  bool is_floating = false;         ///< six degrees of freedom, for which there is no joint type; `joint` is fixed then
+  bool is_actuated = false;         ///< has a motor
+  std::string actuated_coordinate;  ///< which of its coordinates has the motor, `slide`; empty: all
+  std::optional<Vector3> rpy;       ///< roll-pitch-yaw angles by which the file gives joint.rotation
   JointLimits limits;
   double viscous = 0, coulomb = 0;             ///< friction of its only coordinate
-  double stiffness = 0, spring_reference = 0;  ///< of a spring in it
-  double armature = 0;                         ///< inertia of a geared rotor, seen at the joint
-  std::string note;                            ///< a comment for the spec
+  double stiffness = 0, spring_reference = 0;  ///< of a spring at the joint
+  double armature = 0;                         ///< inertia of a geared rotor, reflected to the joint
+  std::string note;                            ///< comment for the spec
 };
 
-/// q[follower] = ratio q[leader] + offset, of joints with one coordinate.
+/// q[follower] = ratio q[leader] + offset, for joints with one coordinate.
 struct ForeignCoupling {
   int follower = 0, leader = 0;
   double ratio = 1, offset = 0;
   SourceLocation place;
 };
 
-/// Counted by what was left out: "visual", "collision".
+/// Number of elements left out, by kind: "visual", "collision".
 using IgnoredCounts = std::map<std::string, int>;
 
 struct ForeignModel {
@@ -79,23 +79,23 @@ struct ForeignModel {
   std::vector<ForeignBody> bodies;
   std::vector<ForeignJoint> joints;
   std::vector<ForeignCoupling> couplings;
-  std::vector<Spring> springs;      ///< bodies by index here
-  bool declares_actuators = false;  ///< the file says which joints are driven
+  std::vector<Spring> springs;      ///< their bodies are indices into `bodies`
+  bool declares_actuators = false;  ///< the file names the driven joints
   IgnoredCounts ignored;
   std::vector<Finding> findings;
 
-  /// −1 if there is none of that name.
-  int find_body(const std::string& wanted) const;
-  int find_joint(const std::string& wanted) const;
+  /// Returns −1 if no active body or joint has that name.
+  int find_body(const std::string& body_name) const;
+  int find_joint(const std::string& joint_name) const;
 };
 
-/// Of a joint's second body in its first, at zero.
+/// Pose of a joint's second body in its first one, at zero coordinates.
 Pose joint_zero_pose(const Joint& joint);
 
-/// The same joint seen from its other body, with the same coordinate. Only for types with at most one axis.
+/// The same joint with its bodies exchanged, and with the same coordinate. Only for types with at most one axis.
 Joint reverse_joint(const Joint& joint);
 
-// Loops that are said apart from a tree: which two frames meet, and how.
+// Loop closures given outside a tree: which two frames meet, and by which joint.
 
 /// A frame fixed to a body.
 struct BodyFrame {
@@ -103,21 +103,21 @@ struct BodyFrame {
   Pose pose;  ///< in the body
 };
 
-/// Adds the joint that lets the second frame move against the first; at zero they coincide.
-/// @param axis in the frames' axes; unit
+/// Adds the joint by which the second frame moves relative to the first; the frames coincide at zero.
+/// @param axis unit vector in the axes of the first frame
 void add_loop_joint(ForeignModel& robot, const std::string& name, JointType type, const BodyFrame& first,
                     const BodyFrame& second, const Vector3& axis, const SourceLocation& place);
 
-/// Poses of all bodies in bodies[0] when every joint of the tree is at zero; closures are not looked at.
+/// Poses of all bodies in bodies[0] with every joint of the tree at zero. Ignores loop closures.
 std::vector<Pose> zero_configuration_poses(const ForeignModel& robot);
 
-/// A Gepetto loop file: `closed_loop: [[A, B], …]` names frames (a joint's is its child's), `type: [6d, 3d]` how they meet,
-/// `name_mot: […]` the driven joints.
-/// @throws SpecError with everything that is wrong
+/// Reads a Gepetto loop file: `closed_loop: [[A, B], …]` names frames (a joint stands for its child link),
+/// `type: [6d, 3d]` how they meet, `name_mot: […]` the driven joints.
+/// @throws SpecError listing everything that is wrong
 void read_gepetto_loops(const std::string& text, const std::string& file, ForeignModel& robot);
 
-/// Bodies without anything on them that only mark where a closure is, carried by the joint that the closure names: they lose
-/// their mass. Told.
+/// Clears the mass of named bodies that carry nothing and only mark where a loop closes. Reports each of them.
+/// @param named_bodies links that the closures name, directly or by the joint that carries them
 void clear_marker_masses(ForeignModel& robot, const std::vector<int>& named_bodies);
 
 }  // namespace balance::foreign

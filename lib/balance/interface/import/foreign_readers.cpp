@@ -33,7 +33,7 @@ class ReferencedFileCollector {
       else
         read_yaml(text, folder);
     } catch (const SpecError&) {
-      // what is wrong with it is the reader's to say
+      // the reader of the file reports what is wrong with it
     } catch (const specification::ReadError&) {
     }
   }
@@ -43,10 +43,10 @@ class ReferencedFileCollector {
  private:
   void read_xml(const XmlElement& root, const fs::path& folder) {
     std::vector<fs::path> folders{folder};
-    // MJCF says where meshes and textures lie
-    for (const XmlElement& part : root.children)
-      for (const XmlAttribute& one : part.attributes)
-        if (part.name == "compiler" && one.name.ends_with("dir")) folders.push_back(folder / one.value);
+    // MJCF names the folders of meshes and textures
+    for (const XmlElement& element : root.children)
+      for (const XmlAttribute& one : element.attributes)
+        if (element.name == "compiler" && one.name.ends_with("dir")) folders.push_back(folder / one.value);
     visit(root, folders);
   }
 
@@ -72,32 +72,32 @@ class ReferencedFileCollector {
     }
   }
 
-  void add_reference(std::string name, const std::vector<fs::path>& folders, bool include) {
+  void add_reference(std::string name, const std::vector<fs::path>& folders, bool is_include) {
     const std::size_t scheme = name.find("://");
-    const bool package = scheme != std::string::npos && !name.starts_with("file://");
+    const bool is_package = scheme != std::string::npos && !name.starts_with("file://");
     if (scheme != std::string::npos) name.erase(0, scheme + 3);
     if (name.empty()) return;
-    for (const fs::path& folder : folders) add_file((folder / name).string(), include);
-    if (!package) return;
-    // a package is a folder above this file, or beside one
-    const fs::path path(name), inside = path.lexically_relative(*path.begin());
+    for (const fs::path& folder : folders) add_file((folder / name).string(), is_include);
+    if (!is_package) return;
+    // a package is a folder above this file, or lies in one
+    const fs::path path(name), package_path = path.lexically_relative(*path.begin());
     std::error_code error;
-    const fs::path begin = fs::weakly_canonical(folders.front().empty() ? "." : folders.front(), error);
-    for (fs::path above = begin; !error; above = above.parent_path()) {
-      add_file((above / path).string(), false);
-      add_file((above / inside).string(), false);
-      if (!above.has_relative_path()) break;
+    const fs::path start_folder = fs::weakly_canonical(folders.front().empty() ? "." : folders.front(), error);
+    for (fs::path ancestor = start_folder; !error; ancestor = ancestor.parent_path()) {
+      add_file((ancestor / path).string(), false);
+      add_file((ancestor / package_path).string(), false);
+      if (!ancestor.has_relative_path()) break;
     }
   }
 
-  void add_file(const std::string& file, bool include) {
-    if (!files_.insert(file).second || !include) return;
+  void add_file(const std::string& file, bool is_include) {
+    if (!files_.insert(file).second || !is_include) return;
     std::error_code error;
     if (!fs::is_regular_file(file, error)) return;
     try {
       read(read_text_file(file, "included"), fs::path(file).parent_path());
     } catch (const SystemError&) {
-      // the reader's to complain about
+      // the reader of the file reports it
     }
   }
 
@@ -109,9 +109,9 @@ class ReferencedFileCollector {
 }  // namespace foreign
 
 std::vector<std::string> list_referenced_robot_files(const std::string& text, const std::string& file) {
-  foreign::ReferencedFileCollector listing;
-  listing.read(text, std::filesystem::path(file).parent_path());
-  return listing.list_files();
+  foreign::ReferencedFileCollector collector;
+  collector.read(text, std::filesystem::path(file).parent_path());
+  return collector.list_files();
 }
 
 }  // namespace balance
@@ -134,21 +134,21 @@ ForeignModel read_yaml(const std::string& text, const std::string& file) {
   ForeignModel robot;
   try {
     const specification::YamlNode root = specification::parse_yaml(text, problems);
-    const specification::SpecCursor top(root, "", problems);
-    const auto has = [&](const char* key) {
+    const specification::SpecCursor cursor(root, "", problems);
+    const auto has_key = [&](const char* key) {
       return std::any_of(root.keys.begin(), root.keys.end(),
                          [key](const specification::YamlNode& one) { return one.text == key; });
     };
-    if (has("planar_bodies"))
-      robot = read_mbse(top, file);
-    else if (has("model") || has("chrono-version"))
-      robot = read_chrono(top, file);
-    else if (has("space") && has("joints"))
-      top.fail({.expected = "a foreign file", .found = "a spec, which needs no import"});
+    if (has_key("planar_bodies"))
+      robot = read_mbse(cursor, file);
+    else if (has_key("model") || has_key("chrono-version"))
+      robot = read_chrono(cursor, file);
+    else if (has_key("space") && has_key("joints"))
+      cursor.fail({.expected = "a foreign file", .found = "a spec, which needs no import"});
     else
-      top.fail_expected("URDF or MJCF (XML), MBSE ('points' and 'planar_bodies') or Chrono ('model')");
-  } catch (const specification::ReadError& problem) {
-    problems.add(problem);
+      cursor.fail_expected("URDF or MJCF (XML), MBSE ('points' and 'planar_bodies') or Chrono ('model')");
+  } catch (const specification::ReadError& error) {
+    problems.add(error);
   } catch (const specification::CascadingError&) {
   }
   problems.throw_if_any();
@@ -160,8 +160,8 @@ ForeignModel read_yaml(const std::string& text, const std::string& file) {
 ForeignModel read_foreign_model(const std::string& text, const std::string& file) {
   const std::size_t begin = text.rfind("\xEF\xBB\xBF", 0) == 0 ? 3 : 0;
   const std::size_t first = text.find_first_not_of(" \t\r\n", begin);
-  const bool xml = first != std::string::npos && text[first] == '<';
-  ForeignModel robot = xml ? read_xml(text, file) : read_yaml(text, file);
+  const bool is_xml = first != std::string::npos && text[first] == '<';
+  ForeignModel robot = is_xml ? read_xml(text, file) : read_yaml(text, file);
   for (const std::size_t count : {robot.bodies.size(), robot.joints.size()})
     if (count > max_model_elements)
       throw SpecError({.place = {file, 1, 1, ""},

@@ -1,5 +1,5 @@
 #pragma once
-/// The files that a robot file is made of, besides itself.
+/// Readers of foreign robot files, and the files that such a file references.
 
 #include "balance/interface/import/foreign_model.hpp"
 #include "balance/interface/import/xml_document.hpp"
@@ -10,9 +10,9 @@
 
 namespace balance {
 
-/// What a foreign file includes or names (parts, meshes, textures) and what those that are included name, wherever it may be looked for:
-/// not all of these paths exist. Nothing for a text that cannot be read.
-/// @param file what messages call it: other files are looked for from its folder
+/// Files that a foreign file references (includes, meshes, textures), and those that its includes reference, in every
+/// folder where they may be looked for: not all of these paths exist. Empty if the text cannot be parsed.
+/// @param file path of the foreign file; its folder is the first to look in
 std::vector<std::string> list_referenced_robot_files(const std::string& text, const std::string& file);
 
 }  // namespace balance
@@ -21,38 +21,40 @@ namespace balance::foreign {
 
 // Models of Project Chrono in YAML.
 
-/// Fixed bodies are part of bodies[0]. Joints are said by their place and axis in the world of the file's pose, where all
-/// coordinates are zero; motors are joints that are driven.
+/// Fixed bodies are welded to bodies[0], the ground. The file gives positions and axes of joints in the world frame at
+/// its own pose, at which all coordinates are zero; motors become actuated joints.
 ForeignModel read_chrono(const specification::SpecCursor& root, const std::string& file);
 
 // Planar mechanisms in natural coordinates, as MBSE (multibody state estimation) writes them in YAML.
 
-/// What is fixed is bodies[0]. A body's frame has its origin at its first point and x towards its second one; where bodies share a
-/// point there is a revolute joint, `p3_body0_body2`. Coordinates are zero where the file's points are.
+/// bodies[0] is the ground. A body's frame has its origin at its first point and x towards its second one;
+/// bodies that share a point are connected by a revolute joint, `p3_body0_body2`. Coordinates are zero at the
+/// positions of the file's points.
 ForeignModel read_mbse(const specification::SpecCursor& root, const std::string& file);
 
 // MJCF, MuJoCo's language.
 
-/// The world is bodies[0]. Coordinates are those of the file less its `ref`. Bodies with several joints become chains.
-/// @throws SpecError with everything that is wrong with the file or with one that it includes
+/// The world is bodies[0]. Coordinates are those of the file minus its `ref`. Bodies with several joints become chains.
+/// @throws SpecError listing everything that is wrong with the file or with one that it includes
 ForeignModel read_mjcf(const XmlDocument& document);
 
-// One foreign file, whatever its format.
+// One foreign file of any format.
 
-/// Larger ones make no readable spec.
+/// Limit for bodies and for joints; larger models make no readable spec.
 inline constexpr std::size_t max_model_elements = 2000;
 
-/// @param file what messages call it; files that it includes are looked for in its folder
-/// @throws SpecError with everything that is wrong, or if it is of no format that is known
+/// @param file name for messages; included files are looked for in its folder
+/// @throws SpecError listing everything that is wrong, or if the format is unknown
 ForeignModel read_foreign_model(const std::string& text, const std::string& file);
 
-// URDF: links and joints of a tree, or of a graph where links have several parents.
+// URDF: links and joints of a tree, or of a graph if links have several parents.
 
-/// What is held still.
+/// Whether the base is fixed.
 enum class Base { unknown, fixed };
 
-/// The root link is bodies[0]. Closures said in the file (`<loop>`, `<constraint>`, `<joint>` inside `<gazebo>`) are joints too.
-/// @throws SpecError with everything that is wrong with the file
+/// The root link is bodies[0]. Loop closures in the file (`<loop>`, `<constraint>`, `<joint>` inside
+/// `<gazebo>`) are joints too.
+/// @throws SpecError listing everything that is wrong with the file
 ForeignModel read_urdf(const XmlDocument& document);
 
 }  // namespace balance::foreign

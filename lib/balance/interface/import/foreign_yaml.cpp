@@ -38,10 +38,10 @@ bool read_bool(const specification::SpecCursor& at) {
 
 std::map<std::string, specification::SpecCursor> read_mapping(const specification::SpecCursor& map,
                                                               const std::string& what) {
-  std::map<std::string, specification::SpecCursor> found;
+  std::map<std::string, specification::SpecCursor> entries;
   for (const specification::Member& member : specification::list_members(map, what))
-    found.emplace(member.name, member.value);
-  return found;
+    entries.emplace(member.name, member.value);
+  return entries;
 }
 
 }  // namespace balance::foreign

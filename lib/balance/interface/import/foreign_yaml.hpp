@@ -11,18 +11,18 @@
 
 namespace balance::foreign {
 
-/// A finite number; fails otherwise.
+/// Reads a finite number; fails otherwise.
 double read_plain_number(const specification::SpecCursor& at);
-/// A list with as many of them as one of the counts says.
+/// Reads a list of as many numbers as one of `counts`.
 std::vector<double> plain_numbers(const specification::SpecCursor& at, const std::string& what,
                                   std::initializer_list<std::size_t> counts);
 Vector3 plain_vector(const specification::SpecCursor& at);
-/// The same, normalised; fails if it has no length.
+/// The same, normalised; fails for a zero vector.
 Vector3 plain_direction(const specification::SpecCursor& at);
-/// `true` or `false`.
+/// Reads `true` or `false`, also capitalised.
 bool read_bool(const specification::SpecCursor& at);
 
-/// The entries of a mapping by their keys.
+/// Entries of a mapping by key.
 std::map<std::string, specification::SpecCursor> read_mapping(const specification::SpecCursor& map,
                                                               const std::string& what);
 

@@ -19,30 +19,31 @@ namespace {
 
 using namespace foreign;
 
-/// Values of coordinates without motors, and of motors that cannot be at zero.
+/// Values of coordinates without motors, and of those with motors that are not at zero.
 std::vector<AssemblyValue> list_initial_values(const Mechanism& mechanism, const std::vector<double>& start) {
   std::vector<AssemblyValue> values;
   for (std::size_t c = 0; c < start.size(); ++c) {
     const int coordinate = static_cast<int>(c);
-    const bool follows = std::any_of(mechanism.couplings.begin(), mechanism.couplings.end(),
-                                     [&](const Coupling& one) { return one.follower == coordinate; });
-    const bool driven =
+    const bool is_follower = std::any_of(mechanism.couplings.begin(), mechanism.couplings.end(),
+                                         [&](const Coupling& one) { return one.follower == coordinate; });
+    const bool is_actuated =
         std::find(mechanism.actuators.begin(), mechanism.actuators.end(), coordinate) != mechanism.actuators.end();
-    const bool zero = std::abs(start[c]) < 1e-9;
-    if (!std::isfinite(start[c]) || follows || (driven && zero)) continue;
-    values.emplace_back(mechanism.coordinates[c].name, zero ? 0 : start[c]);
+    const bool is_zero = std::abs(start[c]) < 1e-9;
+    if (!std::isfinite(start[c]) || is_follower || (is_actuated && is_zero)) continue;
+    values.emplace_back(mechanism.coordinates[c].name, is_zero ? 0 : start[c]);
   }
   return values;
 }
 
-/// Closes the loops near the file's zero pose: with the motors at zero or, where that cannot be, wherever they must be.
+/// Closes the loops near the file's zero pose: with the motors at zero or, if that is
+/// impossible, with all coordinates free.
 void assemble(ImportResult& imported, Study study) {
   CheckReport report = check_mechanism(study);
   if (report.outcome.status != MotionStatus::done && !report.loops.empty() && !study.mechanism.actuators.empty()) {
-    Study loose = study;
-    loose.mechanism.actuators.clear();
-    CheckReport again = check_mechanism(loose);
-    if (again.outcome.status == MotionStatus::done) report = std::move(again);
+    Study unactuated_study = study;
+    unactuated_study.mechanism.actuators.clear();
+    CheckReport unactuated_report = check_mechanism(unactuated_study);
+    if (unactuated_report.outcome.status == MotionStatus::done) report = std::move(unactuated_report);
   }
   imported.bodies = report.bodies;
   imported.joints = report.joints;
@@ -58,14 +59,15 @@ void assemble(ImportResult& imported, Study study) {
   if (!report.loops.empty()) imported.assembly = list_initial_values(study.mechanism, report.start);
 }
 
-/// The spec is ours: what is wrong with it follows from numbers of the file that no spec can have.
+/// The spec was generated here: its errors stem from numbers of the file that no spec can have.
 Study read_generated_spec(const std::string& spec, const std::string& file) {
   try {
     return read_spec(spec, file);
   } catch (const SpecError& error) {
-    const Diagnostic& first = error.diagnostics().front();
-    const std::string where = first.place.key.empty() ? "" : first.place.key + ": ";
-    throw SpecError({.place = {file, 1, 1, ""}, .message = "no spec can be made of it: " + where + first.message});
+    const Diagnostic& diagnostic = error.diagnostics().front();
+    const std::string location = diagnostic.place.key.empty() ? "" : diagnostic.place.key + ": ";
+    throw SpecError(
+        {.place = {file, 1, 1, ""}, .message = "no spec can be made of it: " + location + diagnostic.message});
   }
 }
 
@@ -86,9 +88,9 @@ ImportResult import_text(const std::string& text, const std::string& file, const
   imported.format = robot.format;
   imported.spec = generate_spec(robot, {}).text;
   assemble(imported, read_generated_spec(imported.spec, file));
-  GeneratedSpec written = generate_spec(robot, imported.assembly);
-  imported.spec = std::move(written.text);
-  imported.renamed = std::move(written.renamed);
+  GeneratedSpec final_spec = generate_spec(robot, imported.assembly);
+  imported.spec = std::move(final_spec.text);
+  imported.renamed = std::move(final_spec.renamed);
   imported.findings = std::move(robot.findings);
   imported.ignored = std::move(robot.ignored);
   return imported;

@@ -1,5 +1,5 @@
 #pragma once
-/// A foreign file becomes the text of a spec.
+/// Imports a foreign file as the text of a spec.
 
 #include "balance/foundation/base/error.hpp"
 
@@ -11,15 +11,15 @@
 
 namespace balance::foreign {
 
-// What an importer has to say of a file.
+// Findings of an importer.
 
-/// `note`: what was done; `warning`: what somebody should look at.
+/// `note`: what the importer did; `warning`: what the user should check.
 enum class Severity { note, warning };
 
 struct Finding {
   Severity level = Severity::note;
   SourceLocation place;
-  std::string code;     ///< one word for programs: "triangle"
+  std::string code;     ///< one word, machine-readable: "triangle"
   std::string subject;  ///< "link 'forearm'"
   std::string message;
 
@@ -32,32 +32,31 @@ struct Finding {
 namespace balance {
 
 struct ImportOptions {
-  std::string loops;                 ///< a file with closures; empty: none
-  bool fixed_base = false;           ///< what floats is held still
-  std::vector<std::string> actuate;  ///< joints with motors, by the file's names; empty: as the file says
+  std::string loops;                 ///< file with loop closures; empty: none
+  bool fixed_base = false;           ///< fix floating bodies to the ground
+  std::vector<std::string> actuate;  ///< joints with motors, by their names in the file; empty: as the file says
 };
 
-/// What became of a file.
 struct ImportResult {
   std::string format;                                        ///< "URDF", "MJCF", "MBSE", "Chrono"
-  std::string spec;                                          ///< text, readable as a spec
+  std::string spec;                                          ///< text of the spec
   std::vector<foreign::Finding> findings;                    ///< in the order of the file
-  std::map<std::string, int> ignored;                        ///< what was left out, counted
+  std::map<std::string, int> ignored;                        ///< number of elements left out, by kind
   std::vector<std::pair<std::string, std::string>> renamed;  ///< `joint 'a b'` and its name in the spec
 
   int bodies = 0, joints = 0, loops = 0;                 ///< moving bodies, joints of the spec
-  double total_mass = 0;                                 ///< that moves [kg]
-  std::optional<int> degrees_of_freedom;                 ///< none if it could not be assembled
-  std::vector<std::string> actuators;                    ///< coordinates
-  std::vector<std::pair<std::string, double>> assembly;  ///< rough values that close the loops [rad or m]
-  std::string assembly_failure_reason;                   ///< why not; empty if it was
+  double total_mass = 0;                                 ///< of the moving bodies [kg]
+  std::optional<int> degrees_of_freedom;                 ///< std::nullopt if the assembly failed
+  std::vector<std::string> actuators;                    ///< names of the actuated coordinates
+  std::vector<std::pair<std::string, double>> assembly;  ///< approximate values that close the loops [rad or m]
+  std::string assembly_failure_reason;                   ///< why the assembly failed; empty if it succeeded
 
   bool has_warnings() const;
 };
 
-/// @param text of the file: URDF, MJCF, MBSE or Chrono YAML, told apart by what it says
-/// @param file what messages call it; files that it names are looked for in its folder
-/// @throws SpecError with everything that is wrong with a file; SystemError if a file that is named cannot be read
+/// @param text of the file: URDF, MJCF, MBSE or Chrono YAML; its content decides which
+/// @param file name for messages; referenced files are looked for in its folder
+/// @throws SpecError listing everything that is wrong with a file; SystemError if a referenced file cannot be read
 ImportResult import_text(const std::string& text, const std::string& file, const ImportOptions& options);
 
 /// @throws SystemError if the file cannot be read; SpecError as above

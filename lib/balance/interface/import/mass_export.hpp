@@ -1,5 +1,5 @@
 #pragma once
-/// A balanced spec's masses go back into the URDF or MJCF that the spec was imported from.
+/// Writes the masses of a balanced spec back into the URDF or MJCF that the spec was imported from.
 
 #include "balance/interface/import/import.hpp"
 #include "balance/motion/study/study.hpp"
@@ -10,20 +10,21 @@
 namespace balance {
 
 struct MassExport {
-  std::string text;                  ///< the file with other numbers
-  std::vector<std::string> changed;  ///< links or bodies
-  std::vector<std::string> notes;    ///< what the file cannot say
+  std::string text;                  ///< the file with the new numbers
+  std::vector<std::string> changed;  ///< names of the links or bodies that changed
+  std::vector<std::string> notes;    ///< what the file cannot express
 };
 
-/// Masses, centres of mass and inertias of the spec's bodies, with their counterweights, written into the links or bodies that they
-/// are from. Of those that became one body the first that can takes what changed: a link with an `<inertial>`, any body of an MJCF. Nothing
-/// else of the text changes.
-/// @param options as the file was imported
-/// @throws SpecError if the file is wrong, or if a body has other links in it, or none that could take its mass
+/// Writes mass, centre of mass and inertia of the spec's bodies, including their counterweights, into the links or
+/// bodies that they come from. If several links were merged into one body, the first suitable one takes the whole
+/// change: a link with an `<inertial>`, or any body of an MJCF. The rest of the text does not change.
+/// @param options those of the import
+/// @throws SpecError if the file is invalid, if it has no link for a body, or if no link of a body can take its mass
 MassExport export_masses(const Study& study, const std::string& text, const std::string& file,
                          const ImportOptions& options);
 
-/// Counterweights and discs, one a line: name, kind, body, place in the body [m], mass [kg], inertia [kg m²].
+/// Counterweights and discs as CSV, one per line: name, kind, body, position in the body frame [m],
+/// mass [kg], inertia [kg m²].
 std::string format_balancing_elements_csv(const Mechanism& mechanism);
 
 }  // namespace balance

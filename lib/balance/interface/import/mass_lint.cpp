@@ -26,7 +26,8 @@ Vector3 principal_moments(const Matrix3& inertia) {
   return Eigen::SelfAdjointEigenSolver<Matrix3>(inertia, Eigen::EigenvaluesOnly).eigenvalues();
 }
 
-/// The nearest inertia that a body can have: Σ = tr(I)/2 − I with its negative eigenvalues set to zero.
+/// Principal moments of the nearest inertia that a body can have: Σ = tr(I)/2 − I with
+/// negative eigenvalues set to zero.
 Vector3 nearest_physical_moments(const Vector3& principal) {
   const Vector3 sigma = (Vector3::Constant(principal.sum() / 2) - principal).cwiseMax(0);
   return Vector3::Constant(sigma.sum()) - sigma;
@@ -40,7 +41,7 @@ class MassLinter {
     for (const ForeignJoint& one : robot.joints) {
       const double offset = std::max(one.joint.point_first.norm(), one.joint.point_second.norm());
       offsets_.push_back(offset);
-      reach_ += offset;
+      total_offset_ += offset;
     }
     std::sort(offsets_.begin(), offsets_.end());
     find_fixed_bodies();
@@ -54,14 +55,14 @@ class MassLinter {
 
  private:
   void check_total_mass() {
-    bool moves = false, heavy = false;
+    bool has_movable_body = false, has_moving_mass = false;
     for (std::size_t b = 1; b < robot_.bodies.size(); ++b) {
       const ForeignBody& one = robot_.bodies[b];
-      if (!one.is_active || standing_.count(static_cast<int>(b)) > 0) continue;
-      moves = true;
-      heavy = heavy || one.body.mass > 0;
+      if (!one.is_active || grounded_bodies_.count(static_cast<int>(b)) > 0) continue;
+      has_movable_body = true;
+      has_moving_mass = has_moving_mass || one.body.mass > 0;
     }
-    if (moves && !heavy)
+    if (has_movable_body && !has_moving_mass)
       robot_.findings.push_back({Severity::warning,
                                  {.file = robot_.file},
                                  "no-mass",
@@ -69,31 +70,32 @@ class MassLinter {
                                  "no body that moves has mass: there are motions, but no forces or efforts to find"});
   }
 
-  /// Bodies fixed to what does not move: what is wrong with them changes nothing.
+  /// Finds the bodies fixed to the ground: their mass has no effect.
   void find_fixed_bodies() {
-    standing_.insert(0);
-    for (bool growing = true; growing;) {
-      growing = false;
+    grounded_bodies_.insert(0);
+    for (bool has_grown = true; has_grown;) {
+      has_grown = false;
       for (const ForeignJoint& one : robot_.joints) {
         if (!one.is_active || one.joint.type != JointType::fixed) continue;
-        const bool first = standing_.count(one.joint.first) > 0, second = standing_.count(one.joint.second) > 0;
-        if (first == second) continue;
-        standing_.insert({one.joint.first, one.joint.second});
-        growing = true;
+        const bool is_first_grounded = grounded_bodies_.count(one.joint.first) > 0,
+                   is_second_grounded = grounded_bodies_.count(one.joint.second) > 0;
+        if (is_first_grounded == is_second_grounded) continue;
+        grounded_bodies_.insert({one.joint.first, one.joint.second});
+        has_grown = true;
       }
     }
   }
 
   void add_finding(int body, Severity level, const char* code, const std::string& message) {
     const ForeignBody& one = robot_.bodies[static_cast<std::size_t>(body)];
-    const bool standing = standing_.count(body) > 0;
+    const bool is_grounded = grounded_bodies_.count(body) > 0;
     robot_.findings.push_back(
-        {standing ? Severity::note : level, one.place, code,
+        {is_grounded ? Severity::note : level, one.place, code,
          fmt::format("{} {}", robot_.format == "URDF" ? "link" : "body", quote_for_message(one.body.name)),
-         message + (standing ? "; it stands still, so its mass does not matter" : "")});
+         message + (is_grounded ? "; it stands still, so its mass does not matter" : "")});
   }
 
-  /// It hangs on a joint that is not fixed.
+  /// Returns the joint that carries the body if it is movable, else nullptr.
   const ForeignJoint* moving_joint(int body) const {
     for (const ForeignJoint& one : robot_.joints)
       if (one.is_active && !one.is_loop_closure && one.joint.second == body &&
@@ -104,21 +106,21 @@ class MassLinter {
 
   void check(int b) {
     const Body& body = robot_.bodies[static_cast<std::size_t>(b)].body;
-    const bool point = body.inertia.isZero(0);
+    const bool is_point_mass = body.inertia.isZero(0);
     if (robot_.bodies[static_cast<std::size_t>(b)].has_unknown_mass)
       add_finding(b, Severity::warning, "geom-mass", "has geoms but no <inertial>: taken as massless");
     if (body.mass == 0) {
       if (robot_.bodies[static_cast<std::size_t>(b)].is_marker) return;
-      if (!point) add_finding(b, Severity::warning, "massless-inertia", "has an inertia but no mass");
+      if (!is_point_mass) add_finding(b, Severity::warning, "massless-inertia", "has an inertia but no mass");
       const ForeignJoint* joint = moving_joint(b);
-      if (point && joint != nullptr && standing_.count(b) == 0)
+      if (is_point_mass && joint != nullptr && grounded_bodies_.count(b) == 0)
         add_finding(b, Severity::note, "massless",
                     fmt::format("has no mass: it moves with joint {} and what it carries",
                                 quote_for_message(joint->joint.name)));
       return;
     }
-    if (point) {
-      if (standing_.count(b) == 0)
+    if (is_point_mass) {
+      if (grounded_bodies_.count(b) == 0)
         add_finding(b, Severity::note, "point",
                     fmt::format("is a point mass of {:.6g} kg, without inertia", body.mass));
       return;
@@ -162,9 +164,10 @@ class MassLinter {
           b, Severity::warning, "placeholder",
           fmt::format("its inertia looks like a placeholder: with {:.6g} kg the radius of gyration is {:.3g} m{}",
                       body.mass, gyration, size_text(b)));
-    const double typical = std::max(0.1, reach_);
-    const bool all_large = !offsets_.empty() && offsets_[offsets_.size() / 2] > 20;
-    if ((body.com.norm() > 10 * typical && body.com.norm() > 1) || gyration > 10 * typical || all_large)
+    const double typical_length = std::max(0.1, total_offset_);
+    const bool are_offsets_large = !offsets_.empty() && offsets_[offsets_.size() / 2] > 20;
+    if ((body.com.norm() > 10 * typical_length && body.com.norm() > 1) || gyration > 10 * typical_length ||
+        are_offsets_large)
       return add_finding(
           b, Severity::warning, "millimetres",
           fmt::format("its centre of mass is {:.3g} m from its origin and its radius of gyration {:.3g} m: millimetres "
@@ -174,11 +177,11 @@ class MassLinter {
     check_reference_point(b, body);
   }
 
-  /// The identity, and other round numbers that many bodies share, are what nobody measured.
+  /// A round multiple of the identity with a large radius of gyration is a default value, not a measurement.
   static bool is_placeholder(const Body& body, double gyration) {
-    const double first = body.inertia(0, 0);
-    const bool even = (body.inertia - first * Matrix3::Identity()).isZero(0);
-    return even && (first == 1 || first == 100 || first == 10) && gyration > 1;
+    const double moment = body.inertia(0, 0);
+    const bool is_isotropic = (body.inertia - moment * Matrix3::Identity()).isZero(0);
+    return is_isotropic && (moment == 1 || moment == 100 || moment == 10) && gyration > 1;
   }
 
   std::string size_text(int b) const {
@@ -190,45 +193,46 @@ class MassLinter {
     return size > 0 ? fmt::format(", the distance between its joints {:.3g} m", size) : "";
   }
 
-  /// Nothing has a smaller radius of gyration than a ball.
+  /// At a given density no body has a smaller radius of gyration than a ball.
   void check_density(int b, const Body& body, const Vector3& moments) {
     const double gyration = std::sqrt(moments.sum() / 3 / body.mass);  // of a ball about an axis
     const double radius = std::sqrt(2.5) * gyration;
-    const double implied = body.mass / (4.0 / 3 * std::numbers::pi * elementary::pow(radius, 3));
-    if (implied <= max_density) return;
-    const double of_water = std::cbrt(3 * body.mass / (4 * std::numbers::pi * water_density));
+    const double implied_density = body.mass / (4.0 / 3 * std::numbers::pi * elementary::pow(radius, 3));
+    if (implied_density <= max_density) return;
+    const double water_radius = std::cbrt(3 * body.mass / (4 * std::numbers::pi * water_density));
     add_finding(
         b, Severity::warning, "density",
         fmt::format("{:.6g} kg with the radius of gyration {:.3g} m: a solid ball of that inertia would have {:.3g} "
                     "kg/m³; one of "
                     "1000 kg/m³ would have the radius {:.3g} m",
-                    body.mass, gyration, implied, of_water));
+                    body.mass, gyration, implied_density, water_radius));
   }
 
-  /// About its joint a body's inertia exceeds m c²; about its centre of mass that of a body that begins at its joint does not.
+  /// About its joint a body's inertia exceeds m c². About its centre of mass it does not, if
+  /// the body begins at its joint.
   void check_reference_point(int b, const Body& body) {
     if (robot_.space == SpaceKind::planar || moving_joint(b) == nullptr) return;
     const double offset = body.com.norm();
     const Matrix3 steiner = -body.mass * skew(body.com) * skew(body.com);
-    const Matrix3 rest = body.inertia - steiner;
-    if (offset == 0 || violates_triangle_inequality(rest, SpaceKind::spatial)) return;
-    const double carried = body.mass * offset * offset, left = principal_moments(rest)[2];
-    if (left > carried / 2) return;  // it may well reach to both sides of its joint
-    const Vector3 seen = body.inertia.diagonal();
-    const Eigen::Index largest = max_index(seen);
+    const Matrix3 central_inertia = body.inertia - steiner;
+    if (offset == 0 || violates_triangle_inequality(central_inertia, SpaceKind::spatial)) return;
+    const double offset_moment = body.mass * offset * offset, central_moment = principal_moments(central_inertia)[2];
+    if (central_moment > offset_moment / 2) return;  // the body may extend to both sides of its joint
+    const Vector3 diagonal = body.inertia.diagonal();
+    const Eigen::Index largest = max_index(diagonal);
     static const char* const names[] = {"I_xx", "I_yy", "I_zz"};
     add_finding(
         b, Severity::warning, "about-joint",
         fmt::format(
             "its inertia looks as if about its joint: {} = {:.6g} exceeds m c² = {:.6g}; about its centre of mass it "
             "would be {:.6g}",
-            names[largest], seen[largest], carried, rest(largest, largest)));
+            names[largest], diagonal[largest], offset_moment, central_inertia(largest, largest)));
   }
 
   ForeignModel& robot_;
-  double reach_ = 0;             ///< all joints' offsets in a row [m]
+  double total_offset_ = 0;      ///< sum of all joints' offsets [m]
   std::vector<double> offsets_;  ///< increasing
-  std::set<int> standing_;
+  std::set<int> grounded_bodies_;
 };
 
 }  // namespace

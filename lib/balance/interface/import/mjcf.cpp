@@ -11,18 +11,18 @@
 
 namespace balance::foreign {
 
-// What MJCF says between bodies and joints that exist: closures, couplings, motors.
+// Relations between existing bodies and joints in an MJCF: closures, couplings, motors.
 
-/// `<equality>` (connect, weld, joint) and `<actuator>`.
-void read_mjcf_relations(const XmlElement& root, const MjcfDefaults& defaults, ForeignDiagnostics& faults,
+/// Reads `<equality>` (connect, weld, joint) and `<actuator>`.
+void read_mjcf_relations(const XmlElement& root, const MjcfDefaults& defaults, ForeignDiagnostics& diagnostics,
                          ForeignModel& robot);
 
 namespace {
 
-/// Where bodies are being read: below which body, at what pose in it, with which class.
+/// Context of the bodies being read: parent body, pose in it, default class.
 struct BodyContext {
   int parent = 0;
-  Pose frame;
+  Pose pose;
   std::string child_class;
 };
 
@@ -30,10 +30,10 @@ class MjcfReader {
  public:
   explicit MjcfReader(const XmlDocument& document)
       : tree_(expand_mjcf_includes(document)),
-        read_(faults_),
-        defaults_(tree_.root, faults_),
-        angles_(tree_.root, read_, faults_),
-        geoms_(tree_.root, read_, defaults_, angles_) {
+        reader_(diagnostics_),
+        defaults_(tree_.root, diagnostics_),
+        angles_(tree_.root, reader_, diagnostics_),
+        geoms_(tree_.root, reader_, defaults_, angles_) {
     robot_.format = "MJCF";
     robot_.file = document.file;
   }
@@ -45,52 +45,53 @@ class MjcfReader {
     world.body.name = "world";
     world.place = place_of(tree_.root);
     robot_.bodies.push_back(std::move(world));
-    for (const XmlElement& part : tree_.root.children) read_section(part);
-    faults_.throw_if_any();
-    read_mjcf_relations(tree_.root, defaults_, faults_, robot_);
-    faults_.throw_if_any();
+    for (const XmlElement& section : tree_.root.children) read_section(section);
+    diagnostics_.throw_if_any();
+    read_mjcf_relations(tree_.root, defaults_, diagnostics_, robot_);
+    diagnostics_.throw_if_any();
     return std::move(robot_);
   }
 
  private:
-  void note(Severity level, const XmlElement& at, const char* code, const std::string& subject,
-            const std::string& message) {
+  void add_finding(Severity level, const XmlElement& at, const char* code, const std::string& subject,
+                   const std::string& message) {
     robot_.findings.push_back({level, place_of(at), code, subject, message});
   }
 
-  void read_section(const XmlElement& part) {
-    if (part.name == "worldbody") return read_children(part, {});
-    if (part.name == "option") robot_.gravity = read_.vector(part, "gravity", robot_.gravity);
-    if (part.name == "compiler") read_compiler(part);
-    if (is_one_of(part.name, {"option", "compiler", "default", "equality", "actuator"})) return;
-    robot_.ignored[part.name] += std::max<int>(1, static_cast<int>(part.children.size()));
+  void read_section(const XmlElement& section) {
+    if (section.name == "worldbody") return read_children(section, {});
+    if (section.name == "option") robot_.gravity = reader_.vector(section, "gravity", robot_.gravity);
+    if (section.name == "compiler") read_compiler(section);
+    if (is_one_of(section.name, {"option", "compiler", "default", "equality", "actuator"})) return;
+    robot_.ignored[section.name] += std::max<int>(1, static_cast<int>(section.children.size()));
   }
 
   void read_compiler(const XmlElement& at) {
-    const auto is = [&](const char* name, const char* value) {
-      const std::string* said = at.attribute(name);
-      return said != nullptr && *said == value;
+    const auto has_value = [&](const char* name, const char* value) {
+      const std::string* text = at.attribute(name);
+      return text != nullptr && *text == value;
     };
-    if (is("coordinate", "global"))
-      read_.report(at, "coordinate", "expected local coordinates: save the model with MuJoCo first");
-    for (const char* change : {"settotalmass", "boundmass", "boundinertia", "balanceinertia"})
-      if (at.attribute(change) != nullptr && !is(change, "false") && !is(change, "-1") && !is(change, "0"))
-        note(Severity::warning, at, "compiler", "compiler",
-             fmt::format("{} changes masses when MuJoCo loads the file; here it does not", change));
+    if (has_value("coordinate", "global"))
+      reader_.report(at, "coordinate", "expected local coordinates: save the model with MuJoCo first");
+    for (const char* attribute : {"settotalmass", "boundmass", "boundinertia", "balanceinertia"})
+      if (at.attribute(attribute) != nullptr && !has_value(attribute, "false") && !has_value(attribute, "-1") &&
+          !has_value(attribute, "0"))
+        add_finding(Severity::warning, at, "compiler", "compiler",
+                    fmt::format("{} changes masses when MuJoCo loads the file; here it does not", attribute));
   }
 
-  /// Bodies, and frames that only turn and shift what is in them.
-  void read_children(const XmlElement& parent, const BodyContext& branch) {
+  /// Reads bodies, and frames, which only rotate and translate their content.
+  void read_children(const XmlElement& parent, const BodyContext& context) {
     for (const XmlElement& child : parent.children) {
       if (child.name == "body") {
-        read_body(child, branch);
+        read_body(child, context);
       } else if (child.name == "frame") {
-        BodyContext inner = branch;
-        inner.frame = branch.frame * pose_of(child);
-        if (const std::string* name = child.attribute("childclass")) inner.child_class = *name;
-        read_children(child, inner);
+        BodyContext child_context = context;
+        child_context.pose = context.pose * pose_of(child);
+        if (const std::string* name = child.attribute("childclass")) child_context.child_class = *name;
+        read_children(child, child_context);
       } else if (is_one_of(child.name, {"replicate", "composite", "flexcomp", "attach"})) {
-        read_.report(
+        reader_.report(
             child, "",
             fmt::format(
                 "expected bodies, found <{}>: save the model with MuJoCo (mj_saveLastXML), which writes them out",
@@ -101,92 +102,92 @@ class MjcfReader {
     }
   }
 
-  Pose pose_of(const XmlElement& at) { return {angles_.orientation(at), read_.vector(at, "pos", Vector3::Zero())}; }
+  Pose pose_of(const XmlElement& at) { return {angles_.orientation(at), reader_.vector(at, "pos", Vector3::Zero())}; }
 
-  void read_body(const XmlElement& element, const BodyContext& branch) {
+  void read_body(const XmlElement& element, const BodyContext& context) {
     if (robot_.bodies.size() > max_model_elements) {
-      read_.report(element, "", "expected at most 2000 bodies");
-      faults_.throw_if_any();
+      reader_.report(element, "", "expected at most 2000 bodies");
+      diagnostics_.throw_if_any();
     }
-    const std::string* given = element.attribute("name");
+    const std::string* name_attribute = element.attribute("name");
     ForeignBody body;
-    body.body.name = given != nullptr ? *given : fmt::format("body{}", robot_.bodies.size());
+    body.body.name = name_attribute != nullptr ? *name_attribute : fmt::format("body{}", robot_.bodies.size());
     body.place = place_of(element);
     if (robot_.find_body(body.body.name) >= 0)
-      read_.report(element, "name", "expected another name: there is a body of this one already");
-    BodyContext inner = branch;
-    inner.frame = {};
-    if (const std::string* name = element.attribute("childclass")) inner.child_class = *name;
+      reader_.report(element, "name", "expected another name: there is a body of this one already");
+    BodyContext child_context = context;
+    child_context.pose = {};
+    if (const std::string* name = element.attribute("childclass")) child_context.child_class = *name;
     std::vector<const XmlElement*> joints;
     for (const XmlElement& child : element.children) {
       if (child.name == "inertial") read_inertial(child, body);
       if (child.name == "joint" || child.name == "freejoint") joints.push_back(&child);
       if (child.name == "geom") body.has_geometry = true;
     }
-    const Pose pose = branch.frame * pose_of(element);
+    const Pose pose = context.pose * pose_of(element);
     if (geoms_.overrides_inertial() || (geoms_.is_used() && !body.has_inertial))
-      weigh_geoms(element, inner, body, !joints.empty());
-    inner.parent = add_chain(element, joints, branch.parent, pose, std::move(body), inner.child_class);
-    read_children(element, inner);
+      add_geom_masses(element, child_context, body, !joints.empty());
+    child_context.parent = add_chain(element, joints, context.parent, pose, std::move(body), child_context.child_class);
+    read_children(element, child_context);
   }
 
   void read_inertial(const XmlElement& at, ForeignBody& body) {
     body.has_inertial = true;
-    body.body.com = read_.vector(at, "pos", Vector3::Zero());
-    body.body.mass = read_.number(at, "mass", 0);
-    if (at.attribute("mass") == nullptr || body.body.mass < 0) read_.report(at, "mass", "expected a mass ≥ 0");
+    body.body.com = reader_.vector(at, "pos", Vector3::Zero());
+    body.body.mass = reader_.number(at, "mass", 0);
+    if (at.attribute("mass") == nullptr || body.body.mass < 0) reader_.report(at, "mass", "expected a mass ≥ 0");
     const Matrix3 R = angles_.orientation(at);
     Matrix3 I = Matrix3::Zero();
-    if (const auto d = read_.numbers(at, "diaginertia", {3}); !d.empty()) I.diagonal() << d[0], d[1], d[2];
-    if (const auto f = read_.numbers(at, "fullinertia", {6}); !f.empty())
+    if (const auto d = reader_.numbers(at, "diaginertia", {3}); !d.empty()) I.diagonal() << d[0], d[1], d[2];
+    if (const auto f = reader_.numbers(at, "fullinertia", {6}); !f.empty())
       I << f[0], f[3], f[4], f[3], f[1], f[5], f[4], f[5], f[2];
     I = R.isIdentity(0) ? I : Matrix3(R * I * R.transpose());
     body.body.inertia = 0.5 * (I + I.transpose());
   }
 
-  /// A body's mass may follow from its shapes.
-  void weigh_geoms(const XmlElement& element, const BodyContext& branch, ForeignBody& body, bool moves) {
-    const GeomInertia found = geoms_.compute(element, branch.child_class);
+  /// Computes a body's mass properties from its geoms.
+  void add_geom_masses(const XmlElement& element, const BodyContext& context, ForeignBody& body, bool is_movable) {
+    const GeomInertia geom_inertia = geoms_.compute(element, context.child_class);
     const std::string subject = fmt::format("body {}", quote_for_message(body.body.name));
-    if (!found.unsupported_shape.empty()) {
+    if (!geom_inertia.unsupported_shape.empty()) {
       body.has_unknown_mass = true;
-      if (moves)
-        read_.report(
+      if (is_movable)
+        reader_.report(
             element, "",
             fmt::format("expected <inertial>: its mass follows from {}, which is not read; save the model with "
                         "MuJoCo (mj_saveLastXML), which writes it",
-                        found.unsupported_shape));
+                        geom_inertia.unsupported_shape));
       return;
     }
-    if (found.geoms == 0) return;
+    if (geom_inertia.geoms == 0) return;
     body.has_inertial = true;
-    body.body.mass = found.mass;
-    body.body.com = found.com;
-    body.body.inertia = found.inertia;
-    note(Severity::note, element, "geoms", subject,
-         fmt::format("its mass of {:.6g} kg follows from {} geom{}", found.mass, found.geoms,
-                     found.geoms == 1 ? "" : "s"));
+    body.body.mass = geom_inertia.mass;
+    body.body.com = geom_inertia.com;
+    body.body.inertia = geom_inertia.inertia;
+    add_finding(Severity::note, element, "geoms", subject,
+                fmt::format("its mass of {:.6g} kg follows from {} geom{}", geom_inertia.mass, geom_inertia.geoms,
+                            geom_inertia.geoms == 1 ? "" : "s"));
   }
 
-  /// Each joint carries what comes after it; all but the last carry nothing else. @return the body's index
+  /// Each joint carries the next one; all bodies of the chain but the last are massless. @return the body's index
   int add_chain(const XmlElement& element, const std::vector<const XmlElement*>& joints, int parent, const Pose& pose,
                 ForeignBody body, const std::string& child_class) {
     const std::string name = body.body.name;
     if (joints.empty()) {
       const int index = add_body(std::move(body));
-      ForeignJoint weld;
-      weld.joint.name = name + "_weld";
-      weld.place = place_of(element);
-      weld.joint.type = JointType::fixed;
-      connect_bodies(weld, parent, index, pose, Vector3::Zero());
+      ForeignJoint foreign_joint;
+      foreign_joint.joint.name = name + "_weld";
+      foreign_joint.place = place_of(element);
+      foreign_joint.joint.type = JointType::fixed;
+      connect_bodies(foreign_joint, parent, index, pose, Vector3::Zero());
       return index;
     }
     for (std::size_t k = 0; k < joints.size(); ++k) {
-      ForeignBody carried;
-      carried.body.name = fmt::format("{}_before_{}", name, k + 2);
-      carried.place = place_of(*joints[k]);
-      if (k + 1 == joints.size()) std::swap(carried, body);
-      const int index = add_body(std::move(carried));
+      ForeignBody chain_body;
+      chain_body.body.name = fmt::format("{}_before_{}", name, k + 2);
+      chain_body.place = place_of(*joints[k]);
+      if (k + 1 == joints.size()) std::swap(chain_body, body);
+      const int index = add_body(std::move(chain_body));
       read_joint(*joints[k], name, k, parent, index, k == 0 ? pose : Pose{}, child_class);
       parent = index;
     }
@@ -198,74 +199,81 @@ class MjcfReader {
     return static_cast<int>(robot_.bodies.size()) - 1;
   }
 
-  /// @param place of the joint, in the second body's frame
-  void connect_bodies(ForeignJoint& one, int first, int second, const Pose& pose, const Vector3& place) {
-    one.joint.first = first;
-    one.joint.second = second;
-    one.joint.point_first = pose.p + pose.R * place;
-    one.joint.point_second = place;
-    one.joint.rotation = pose.R;
-    robot_.joints.push_back(one);
+  /// @param place position of the joint in the second body's frame
+  void connect_bodies(ForeignJoint& foreign_joint, int first, int second, const Pose& pose, const Vector3& position) {
+    foreign_joint.joint.first = first;
+    foreign_joint.joint.second = second;
+    foreign_joint.joint.point_first = pose.p + pose.R * position;
+    foreign_joint.joint.point_second = position;
+    foreign_joint.joint.rotation = pose.R;
+    robot_.joints.push_back(foreign_joint);
   }
 
   void read_joint(const XmlElement& element, const std::string& body, std::size_t k, int first, int second,
                   const Pose& pose, const std::string& child_class) {
-    const XmlElement full = element.name == "freejoint" ? element : defaults_.apply(element, child_class);
-    const std::string *name = element.attribute("name"), *type = full.attribute("type");
-    ForeignJoint one;
-    one.joint.name = name != nullptr ? *name : k == 0 ? body + "_joint" : fmt::format("{}_joint{}", body, k + 1);
-    one.place = place_of(element);
-    if (robot_.find_joint(one.joint.name) >= 0)
-      read_.report(element, "name", "expected another name: there is a joint of this one already");
+    const XmlElement resolved = element.name == "freejoint" ? element : defaults_.apply(element, child_class);
+    const std::string *name = element.attribute("name"), *type = resolved.attribute("type");
+    ForeignJoint foreign_joint;
+    foreign_joint.joint.name = name != nullptr ? *name
+                               : k == 0        ? body + "_joint"
+                                               : fmt::format("{}_joint{}", body, k + 1);
+    foreign_joint.place = place_of(element);
+    if (robot_.find_joint(foreign_joint.joint.name) >= 0)
+      reader_.report(element, "name", "expected another name: there is a joint of this one already");
     const std::string kind = element.name == "freejoint" ? "free" : type == nullptr ? "hinge" : *type;
     if (kind == "hinge")
-      one.joint.type = JointType::revolute;
+      foreign_joint.joint.type = JointType::revolute;
     else if (kind == "slide")
-      one.joint.type = JointType::prismatic;
+      foreign_joint.joint.type = JointType::prismatic;
     else if (kind == "ball")
-      one.joint.type = JointType::spherical;
+      foreign_joint.joint.type = JointType::spherical;
     else if (kind == "free") {
-      one.joint.type = JointType::fixed;
-      one.is_floating = true;
+      foreign_joint.joint.type = JointType::fixed;
+      foreign_joint.is_floating = true;
     } else
-      read_.report(element, "type",
-                   fmt::format("expected hinge, slide, ball or free, found {}", quote_for_message(kind)));
-    const Vector3 axis = read_.vector(full, "axis", Vector3::UnitZ());
+      reader_.report(element, "type",
+                     fmt::format("expected hinge, slide, ball or free, found {}", quote_for_message(kind)));
+    const Vector3 axis = reader_.vector(resolved, "axis", Vector3::UnitZ());
     if (!(axis.norm() > 1e-100 && axis.norm() < 1e100))
-      read_.report(element, "axis", "expected a direction, found a vector without length");
-    one.joint.axis = pose.R * axis.normalized();
-    read_dynamics(full, kind == "slide" ? 1 : angles_.unit(), one);
-    connect_bodies(one, first, second, pose, read_.vector(full, "pos", Vector3::Zero()));
+      reader_.report(element, "axis", "expected a direction, found a vector without length");
+    foreign_joint.joint.axis = pose.R * axis.normalized();
+    read_dynamics(resolved, kind == "slide" ? 1 : angles_.unit(), foreign_joint);
+    connect_bodies(foreign_joint, first, second, pose, reader_.vector(resolved, "pos", Vector3::Zero()));
   }
 
-  void read_dynamics(const XmlElement& full, double unit, ForeignJoint& one) {
-    const double ref = read_.number(full, "ref", 0) * unit;
-    if (ref != 0) one.note = fmt::format("the file's coordinate less its ref of {}", ref);
-    if (const auto range = read_.numbers(full, "range", {2}); !range.empty())
-      one.limits = {range[0] * unit - ref, range[1] * unit - ref, {}, {}};
-    if (one.joint.type == JointType::fixed || one.joint.type == JointType::spherical) return;
-    one.armature = read_.number(full, "armature", 0);
-    if (!(one.armature >= 0)) read_.report(full, "armature", "expected an armature ≥ 0");
-    one.viscous = read_.number(full, "damping", 0);
-    one.coulomb = read_.number(full, "frictionloss", 0);
-    if (one.viscous < 0 || one.coulomb < 0) read_.report(full, "", "damping and friction cannot be negative");
-    if (one.viscous != 0 || one.coulomb != 0)
-      note(Severity::note, full, "friction", fmt::format("joint {}", quote_for_message(one.joint.name)),
-           fmt::format("damping {:g} and friction {:g} are in 'friction'", one.viscous, one.coulomb));
-    one.stiffness = read_.number(full, "stiffness", 0);
-    if (one.stiffness < 0) read_.report(full, "stiffness", "expected a stiffness ≥ 0");
-    one.spring_reference = read_.number(full, "springref", 0) * unit - ref;
-    if (one.stiffness != 0)
-      note(Severity::note, full, "spring", fmt::format("joint {}", quote_for_message(one.joint.name)),
-           fmt::format("its stiffness of {:g} is in 'springs'", one.stiffness));
-    if (one.armature != 0)
-      note(Severity::note, full, "armature", fmt::format("joint {}", quote_for_message(one.joint.name)),
-           fmt::format("its armature of {:g} is offered as a disc in a comment", one.armature));
+  void read_dynamics(const XmlElement& resolved, double unit, ForeignJoint& foreign_joint) {
+    const double ref = reader_.number(resolved, "ref", 0) * unit;
+    if (ref != 0) foreign_joint.note = fmt::format("the file's coordinate less its ref of {}", ref);
+    if (const auto range = reader_.numbers(resolved, "range", {2}); !range.empty())
+      foreign_joint.limits = {range[0] * unit - ref, range[1] * unit - ref, {}, {}};
+    if (foreign_joint.joint.type == JointType::fixed || foreign_joint.joint.type == JointType::spherical) return;
+    foreign_joint.armature = reader_.number(resolved, "armature", 0);
+    if (!(foreign_joint.armature >= 0)) reader_.report(resolved, "armature", "expected an armature ≥ 0");
+    foreign_joint.viscous = reader_.number(resolved, "damping", 0);
+    foreign_joint.coulomb = reader_.number(resolved, "frictionloss", 0);
+    if (foreign_joint.viscous < 0 || foreign_joint.coulomb < 0)
+      reader_.report(resolved, "", "damping and friction cannot be negative");
+    if (foreign_joint.viscous != 0 || foreign_joint.coulomb != 0)
+      add_finding(Severity::note, resolved, "friction",
+                  fmt::format("joint {}", quote_for_message(foreign_joint.joint.name)),
+                  fmt::format("damping {:g} and friction {:g} are in 'friction'", foreign_joint.viscous,
+                              foreign_joint.coulomb));
+    foreign_joint.stiffness = reader_.number(resolved, "stiffness", 0);
+    if (foreign_joint.stiffness < 0) reader_.report(resolved, "stiffness", "expected a stiffness ≥ 0");
+    foreign_joint.spring_reference = reader_.number(resolved, "springref", 0) * unit - ref;
+    if (foreign_joint.stiffness != 0)
+      add_finding(Severity::note, resolved, "spring",
+                  fmt::format("joint {}", quote_for_message(foreign_joint.joint.name)),
+                  fmt::format("its stiffness of {:g} is in 'springs'", foreign_joint.stiffness));
+    if (foreign_joint.armature != 0)
+      add_finding(Severity::note, resolved, "armature",
+                  fmt::format("joint {}", quote_for_message(foreign_joint.joint.name)),
+                  fmt::format("its armature of {:g} is offered as a disc in a comment", foreign_joint.armature));
   }
 
   ExpandedMjcf tree_;
-  ForeignDiagnostics faults_;
-  XmlAttributeReader read_;
+  ForeignDiagnostics diagnostics_;
+  XmlAttributeReader reader_;
   MjcfDefaults defaults_;
   MjcfCompilerAngles angles_;
   MjcfGeomInertia geoms_;
@@ -280,9 +288,9 @@ namespace {
 
 class MjcfRelationReader {
  public:
-  MjcfRelationReader(const XmlElement& root, const MjcfDefaults& defaults, ForeignDiagnostics& faults,
+  MjcfRelationReader(const XmlElement& root, const MjcfDefaults& defaults, ForeignDiagnostics& diagnostics,
                      ForeignModel& robot)
-      : root_(root), defaults_(defaults), read_(faults), robot_(robot) {}
+      : root_(root), defaults_(defaults), reader_(diagnostics), robot_(robot) {}
 
   void run() {
     poses_ = zero_configuration_poses(robot_);
@@ -301,12 +309,12 @@ class MjcfRelationReader {
     Vector3 position;
   };
 
-  /// Sites are places; those inside a <frame> are not known.
+  /// Collects positions of sites; ignores those inside a <frame>.
   void collect_sites(const XmlElement& element, const std::string& body) {
     for (const XmlElement& child : element.children) {
       if (child.name == "site")
         if (const std::string* name = child.attribute("name"))
-          sites_[*name] = {body, read_.vector(child, "pos", Vector3::Zero())};
+          sites_[*name] = {body, reader_.vector(child, "pos", Vector3::Zero())};
       const std::string* name = child.name == "body" ? child.attribute("name") : nullptr;
       if (child.name == "worldbody" || child.name == "body") collect_sites(child, name != nullptr ? *name : body);
     }
@@ -315,9 +323,9 @@ class MjcfRelationReader {
   int find_body(const XmlElement& at, const char* attribute) {
     const std::string* name = at.attribute(attribute);
     if (name == nullptr) return 0;  // the world
-    const int found = robot_.find_body(*name);
-    if (found < 0) read_.report(at, attribute, fmt::format("there is no body {}", quote_for_message(*name)));
-    return found;
+    const int body = robot_.find_body(*name);
+    if (body < 0) reader_.report(at, attribute, fmt::format("there is no body {}", quote_for_message(*name)));
+    return body;
   }
 
   std::string name_of(const XmlElement& at, const char* fallback) {
@@ -341,80 +349,81 @@ class MjcfRelationReader {
     }
   }
 
-  Pose between(int first, int second) const {
+  Pose relative_pose(int first, int second) const {
     return poses_[static_cast<std::size_t>(first)].inverse() * poses_[static_cast<std::size_t>(second)];
   }
 
-  /// The place in the second body follows from the model's pose; two sites are said on both.
+  /// The point in the second body follows from the model's zero pose; two sites give both points.
   void read_connect(const XmlElement& at) {
     if (at.attribute("site1") != nullptr) return read_site_connect(at);
     const int first = find_body(at, "body1"), second = find_body(at, "body2");
     if (first < 0 || second < 0) return;
-    if (at.attribute("anchor") == nullptr) return read_.report(at, "", "expected anchor=\"x y z\"");
-    if (first == second) return read_.report(at, "", "expected two bodies, found one");
-    const Vector3 anchor = read_.vector(at, "anchor", Vector3::Zero());
-    const Pose back = between(second, first);
+    if (at.attribute("anchor") == nullptr) return reader_.report(at, "", "expected anchor=\"x y z\"");
+    if (first == second) return reader_.report(at, "", "expected two bodies, found one");
+    const Vector3 anchor = reader_.vector(at, "anchor", Vector3::Zero());
+    const Pose second_to_first = relative_pose(second, first);
     add_loop_joint(robot_, name_of(at, "connect"), JointType::spherical, {first, {Matrix3::Identity(), anchor}},
-                   {second, {back.R, back.p + back.R * anchor}}, Vector3::UnitZ(), place_of(at));
+                   {second, {second_to_first.R, second_to_first.p + second_to_first.R * anchor}}, Vector3::UnitZ(),
+                   place_of(at));
   }
 
   void read_site_connect(const XmlElement& at) {
-    const auto end = [&](const char* attribute) -> std::optional<BodyFrame> {
+    const auto find_site_frame = [&](const char* attribute) -> std::optional<BodyFrame> {
       const std::string* name = at.attribute(attribute);
-      const auto found = name == nullptr ? sites_.end() : sites_.find(*name);
-      const int body = found == sites_.end() ? -1 : robot_.find_body(found->second.body);
+      const auto site = name == nullptr ? sites_.end() : sites_.find(*name);
+      const int body = site == sites_.end() ? -1 : robot_.find_body(site->second.body);
       if (body < 0) {
-        read_.report(at, attribute, "expected the name of a site of a body that has a name");
+        reader_.report(at, attribute, "expected the name of a site of a body that has a name");
         return {};
       }
-      return BodyFrame{body, {Matrix3::Identity(), found->second.position}};
+      return BodyFrame{body, {Matrix3::Identity(), site->second.position}};
     };
-    const auto first = end("site1"), second = end("site2");
+    const auto first = find_site_frame("site1"), second = find_site_frame("site2");
     if (!first || !second) return;
-    if (first->body == second->body) return read_.report(at, "", "expected two bodies, found one");
-    BodyFrame turned = *second;
-    turned.pose.R = between(second->body, first->body).R;
-    add_loop_joint(robot_, name_of(at, "connect"), JointType::spherical, *first, turned, Vector3::UnitZ(),
+    if (first->body == second->body) return reader_.report(at, "", "expected two bodies, found one");
+    BodyFrame second_frame = *second;
+    second_frame.pose.R = relative_pose(second->body, first->body).R;
+    add_loop_joint(robot_, name_of(at, "connect"), JointType::spherical, *first, second_frame, Vector3::UnitZ(),
                    place_of(at));
   }
 
   void read_weld(const XmlElement& at) {
     const int first = find_body(at, "body1"), second = find_body(at, "body2");
     if (first < 0 || second < 0) return;
-    if (first == second) return read_.report(at, "", "expected two bodies, found one");
-    Pose pose = between(first, second);
-    if (const auto v = read_.numbers(at, "relpose", {7}); !v.empty()) {
-      const Eigen::Quaterniond turn(v[3], v[4], v[5], v[6]);
-      if (turn.norm() > 0) pose = {turn.normalized().toRotationMatrix(), {v[0], v[1], v[2]}};
+    if (first == second) return reader_.report(at, "", "expected two bodies, found one");
+    Pose pose = relative_pose(first, second);
+    if (const auto v = reader_.numbers(at, "relpose", {7}); !v.empty()) {
+      const Eigen::Quaterniond quaternion(v[3], v[4], v[5], v[6]);
+      if (quaternion.norm() > 0) pose = {quaternion.normalized().toRotationMatrix(), {v[0], v[1], v[2]}};
     }
     add_loop_joint(robot_, name_of(at, "weld"), JointType::fixed, {first, pose}, {second, {}}, Vector3::UnitZ(),
                    place_of(at));
   }
 
   int find_joint(const XmlElement& at, const char* attribute) {
-    const std::string name = read_.required_text(at, attribute);
-    const int found = name.empty() ? -1 : robot_.find_joint(name);
+    const std::string name = reader_.required_text(at, attribute);
+    const int joint = name.empty() ? -1 : robot_.find_joint(name);
     if (!name.empty() &&
-        (found < 0 || joint_degrees_of_freedom(robot_.joints[static_cast<std::size_t>(found)].joint.type) != 1)) {
-      read_.report(at, attribute, fmt::format("expected a hinge or slide, found {}", quote_for_message(name)));
+        (joint < 0 || joint_degrees_of_freedom(robot_.joints[static_cast<std::size_t>(joint)].joint.type) != 1)) {
+      reader_.report(at, attribute, fmt::format("expected a hinge or slide, found {}", quote_for_message(name)));
       return -1;
     }
-    return found;
+    return joint;
   }
 
-  /// q1 − ref1 = c0 + c1 (q2 − ref2) + …; without joint2 q1 stands still.
+  /// q1 − ref1 = c0 + c1 (q2 − ref2) + …; without joint2 q1 is constant.
   void read_coupling(const XmlElement& at) {
     const int follower = find_joint(at, "joint1");
-    auto c = read_.numbers(at, "polycoef", {1, 2, 3, 4, 5});
+    auto c = reader_.numbers(at, "polycoef", {1, 2, 3, 4, 5});
     if (c.empty()) c = {0, 1};
     c.resize(5);
     if (follower < 0) return;
     if (at.attribute("joint2") == nullptr)
-      return read_.report(at, "joint2", "expected a second joint: a joint that stands still is a body without one");
+      return reader_.report(at, "joint2", "expected a second joint: a joint that stands still is a body without one");
     const int leader = find_joint(at, "joint2");
     if (leader < 0) return;
     if (c[2] != 0 || c[3] != 0 || c[4] != 0 || c[1] == 0 || leader == follower)
-      return read_.report(at, "polycoef", "expected a linear relation between two joints");
+      return reader_.report(at, "polycoef", "expected a linear relation between two joints");
     robot_.couplings.push_back({follower, leader, c[1], c[0], place_of(at)});
   }
 
@@ -425,14 +434,14 @@ class MjcfRelationReader {
       ++robot_.ignored["actuator without a joint"];
       return;
     }
-    const int found = robot_.find_joint(*name);
-    if (found < 0) return read_.report(at, "joint", fmt::format("there is no joint {}", quote_for_message(*name)));
-    robot_.joints[static_cast<std::size_t>(found)].is_actuated = robot_.declares_actuators = true;
+    const int joint = robot_.find_joint(*name);
+    if (joint < 0) return reader_.report(at, "joint", fmt::format("there is no joint {}", quote_for_message(*name)));
+    robot_.joints[static_cast<std::size_t>(joint)].is_actuated = robot_.declares_actuators = true;
   }
 
   const XmlElement& root_;
   const MjcfDefaults& defaults_;
-  XmlAttributeReader read_;
+  XmlAttributeReader reader_;
   ForeignModel& robot_;
   std::vector<Pose> poses_;
   std::map<std::string, Site> sites_;
@@ -441,9 +450,9 @@ class MjcfRelationReader {
 
 }  // namespace
 
-void read_mjcf_relations(const XmlElement& root, const MjcfDefaults& defaults, ForeignDiagnostics& faults,
+void read_mjcf_relations(const XmlElement& root, const MjcfDefaults& defaults, ForeignDiagnostics& diagnostics,
                          ForeignModel& robot) {
-  MjcfRelationReader(root, defaults, faults, robot).run();
+  MjcfRelationReader(root, defaults, diagnostics, robot).run();
 }
 
 }  // namespace balance::foreign

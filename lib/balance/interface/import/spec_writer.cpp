@@ -21,42 +21,42 @@
 
 namespace balance::foreign {
 
-// Names that a spec can have, for names that a file has.
+// Valid names in a spec for the names in a file.
 
-/// One namespace of a spec: bodies, joints, the points of a body.
+/// One namespace of a spec: bodies, joints, or the points of one body.
 class NameAllocator {
  public:
-  /// @param reserved names that have a meaning of their own
-  explicit NameAllocator(std::set<std::string> reserved) : taken_(std::move(reserved)) {}
+  /// @param reserved names with a meaning of their own
+  explicit NameAllocator(std::set<std::string> reserved) : used_names_(std::move(reserved)) {}
 
-  /// The name itself if a spec can have it and it is not taken, else one like it.
-  std::string allocate(const std::string& wanted);
+  /// Returns the name itself if it is valid in a spec and not taken, else a similar one.
+  std::string allocate(const std::string& requested);
 
  private:
-  std::set<std::string> taken_;
-  std::map<std::string, int> next_;  ///< number to try behind a name
+  std::set<std::string> used_names_;
+  std::map<std::string, int> next_suffixes_;  ///< next number to append to a name
 };
 
-/// Characters that a name cannot have become `_`, and what no name has room for is cut off.
-std::string sanitise_name(const std::string& wanted);
+/// Replaces characters that a name cannot have by `_`, and truncates names that are too long.
+std::string sanitise_name(const std::string& raw_name);
 
 namespace {
 
-constexpr std::size_t max_name_bytes = 200;  // bytes; YAML knows no keys of more than 1024
+constexpr std::size_t max_name_bytes = 200;  // YAML allows no keys longer than 1024
 
 }  // namespace
 
-std::string sanitise_name(const std::string& wanted) {
+std::string sanitise_name(const std::string& raw_name) {
   std::string name;
-  for (std::size_t i = 0; i < wanted.size() && name.size() < max_name_bytes;) {
-    const std::size_t bytes = std::max<std::size_t>(1, decode_utf8(std::string_view(wanted).substr(i)).bytes);
-    const std::string character = wanted.substr(i, bytes);
+  for (std::size_t i = 0; i < raw_name.size() && name.size() < max_name_bytes;) {
+    const std::size_t bytes = std::max<std::size_t>(1, decode_utf8(std::string_view(raw_name).substr(i)).bytes);
+    const std::string character = raw_name.substr(i, bytes);
     name += is_unicode_identifier("a" + character) ? character : "_";
     i += bytes;
   }
   if (name.empty()) return "unnamed";
   if (!is_unicode_identifier(name)) name.insert(0, "n");
-  // what YAML 1.1 takes for something else than text
+  // what YAML 1.1 does not read as text
   static constexpr std::array<std::string_view, 9> yaml_reserved_words{"y",   "n",    "yes",   "no",  "on",
                                                                        "off", "true", "false", "null"};
   std::string lower = name;
@@ -67,21 +67,22 @@ std::string sanitise_name(const std::string& wanted) {
              : name + "_";
 }
 
-std::string NameAllocator::allocate(const std::string& wanted) {
-  const std::string name = sanitise_name(wanted);
+std::string NameAllocator::allocate(const std::string& requested) {
+  const std::string name = sanitise_name(requested);
   std::string unique = name;
-  int& next = next_.try_emplace(name, 2).first->second;
-  while (!taken_.insert(unique).second) unique = fmt::format("{}_{}", name, next++);
+  int& suffix = next_suffixes_.try_emplace(name, 2).first->second;
+  while (!used_names_.insert(unique).second) unique = fmt::format("{}_{}", name, suffix++);
   return unique;
 }
 
 namespace {
 
-/// Every joint, spring and frame has a point of its own on each of its bodies, but for what is at the body's origin.
+/// Names the points of every joint, spring and frame on its bodies. Ends of joints and springs at a
+/// body's origin need no point.
 class PointNames {
  public:
   PointNames(const ForeignModel& robot, GeneratedNames& names)
-      : robot_(robot), names_(names), taken_(robot.bodies.size(), NameAllocator({"origin"})) {}
+      : robot_(robot), names_(names), allocators_(robot.bodies.size(), NameAllocator({"origin"})) {}
 
   void run() {
     names_.points.resize(robot_.bodies.size());
@@ -98,41 +99,42 @@ class PointNames {
     for (std::size_t b = 0; b < robot_.bodies.size(); ++b)
       if (robot_.bodies[b].is_active)
         for (const NamedPoint& frame : robot_.bodies[b].body.points)
-          names_.points[b].push_back({taken_[b].allocate(frame.name), frame.position});
+          names_.points[b].push_back({allocators_[b].allocate(frame.name), frame.position});
   }
 
  private:
-  std::string add(int body, const std::string& wanted, const Vector3& position) {
+  std::string add(int body, const std::string& requested, const Vector3& position) {
     const auto b = static_cast<std::size_t>(body);
     if (position.isZero(0)) return names_.bodies[b] + ".origin";
-    names_.points[b].push_back({taken_[b].allocate(wanted), position});
+    names_.points[b].push_back({allocators_[b].allocate(requested), position});
     return names_.bodies[b] + "." + names_.points[b].back().name;
   }
 
   const ForeignModel& robot_;
   GeneratedNames& names_;
-  std::vector<NameAllocator> taken_;
+  std::vector<NameAllocator> allocators_;
 };
 
 }  // namespace
 
 GeneratedNames spec_names(const ForeignModel& robot) {
   GeneratedNames names;
-  const auto remember = [&](const char* kind, const std::string& before, const std::string& after) {
-    if (before != after) names.renamed.emplace_back(fmt::format("{} {}", kind, quote_for_message(before)), after);
+  const auto add_renaming = [&](const char* kind, const std::string& old_name, const std::string& new_name) {
+    if (old_name != new_name)
+      names.renamed.emplace_back(fmt::format("{} {}", kind, quote_for_message(old_name)), new_name);
   };
   NameAllocator bodies({"ground"}), joints({});
   names.bodies.assign(robot.bodies.size(), "ground");
   for (std::size_t b = 1; b < robot.bodies.size(); ++b) {
     if (!robot.bodies[b].is_active) continue;
     names.bodies[b] = bodies.allocate(robot.bodies[b].body.name);
-    remember("body", robot.bodies[b].body.name, names.bodies[b]);
+    add_renaming("body", robot.bodies[b].body.name, names.bodies[b]);
   }
   names.joints.resize(robot.joints.size());
   for (std::size_t j = 0; j < robot.joints.size(); ++j) {
     if (!robot.joints[j].is_active) continue;
     names.joints[j] = joints.allocate(robot.joints[j].joint.name);
-    remember("joint", robot.joints[j].joint.name, names.joints[j]);
+    add_renaming("joint", robot.joints[j].joint.name, names.joints[j]);
   }
   PointNames(robot, names).run();
   return names;
@@ -147,10 +149,10 @@ std::string format_yaml_list(const std::vector<double>& values) {
 }
 
 std::string quote_yaml_text(const std::string& text) {
-  std::string out = "\"";
+  std::string quoted = "\"";
   for (const char c : escape_for_terminal(text))
-    out += c == '"' || c == '\\' ? std::string("\\") + c : std::string(1, c);
-  return out + "\"";
+    quoted += c == '"' || c == '\\' ? std::string("\\") + c : std::string(1, c);
+  return quoted + "\"";
 }
 
 std::string SpecWriterPage::vector(const Vector3& v) const {
@@ -177,16 +179,16 @@ class OptionalSectionWriter {
   explicit OptionalSectionWriter(SpecWriterPage& page) : page_(page) {}
 
   void run() {
-    payloads();
-    springs();
-    armatures();
-    friction();
-    ending();
+    write_payloads();
+    write_springs();
+    write_armatures();
+    write_friction();
+    write_example_motion();
   }
 
  private:
-  /// A body at the end of a chain has a motor but no mass: what it carries may be written here.
-  void payloads() {
+  /// A massless body with a motor at the end of a chain may carry a payload: writes one of zero mass to fill in.
+  void write_payloads() {
     bool first = true;
     for (std::size_t b = 1; b < page_.robot.bodies.size(); ++b) {
       const Body& body = page_.robot.bodies[b].body;
@@ -202,83 +204,86 @@ class OptionalSectionWriter {
     }
   }
 
-  void springs() {
-    const auto sprung = [](const ForeignJoint& one) { return one.is_active && one.stiffness != 0; };
+  void write_springs() {
+    const auto has_spring = [](const ForeignJoint& one) { return one.is_active && one.stiffness != 0; };
     const auto& joints = page_.robot.joints;
-    if (page_.robot.springs.empty() && std::none_of(joints.begin(), joints.end(), sprung)) return;
+    if (page_.robot.springs.empty() && std::none_of(joints.begin(), joints.end(), has_spring)) return;
     page_.line(0, "");
     page_.line(0, "springs:");
-    NameAllocator given({});
+    NameAllocator allocator({});
     for (std::size_t s = 0; s < page_.robot.springs.size(); ++s) {
-      const Spring& one = page_.robot.springs[s];
-      page_.line(2, fmt::format("{}: {{between: [{}, {}], stiffness: {}, free_length: {}}}", given.allocate(one.name),
-                                page_.names.spring_ends[s].first, page_.names.spring_ends[s].second,
-                                format_yaml_number(one.stiffness), format_yaml_number(one.free_length)));
+      const Spring& spring = page_.robot.springs[s];
+      page_.line(
+          2, fmt::format("{}: {{between: [{}, {}], stiffness: {}, free_length: {}}}", allocator.allocate(spring.name),
+                         page_.names.spring_ends[s].first, page_.names.spring_ends[s].second,
+                         format_yaml_number(spring.stiffness), format_yaml_number(spring.free_length)));
     }
     for (std::size_t j = 0; j < joints.size(); ++j)
-      if (sprung(joints[j]))
+      if (has_spring(joints[j]))
         page_.line(
             2, fmt::format("{}: {{joint: {}, stiffness: {}, rest: {}}}",
-                           given.allocate(page_.names.joints[j] + "_spring"), page_.names.joints[j],
+                           allocator.allocate(page_.names.joints[j] + "_spring"), page_.names.joints[j],
                            format_yaml_number(joints[j].stiffness), format_yaml_number(joints[j].spring_reference)));
   }
 
-  /// What only a rotor on the joint could be, to be taken in where it is wanted.
-  void armatures() {
+  /// Only a rotor at the joint can have such an inertia: written as a comment, to be activated if wanted.
+  void write_armatures() {
     bool first = true;
     for (std::size_t j = 0; j < page_.robot.joints.size(); ++j) {
-      const ForeignJoint& one = page_.robot.joints[j];
-      if (!one.is_active || one.armature == 0) continue;
+      const ForeignJoint& foreign_joint = page_.robot.joints[j];
+      if (!foreign_joint.is_active || foreign_joint.armature == 0) continue;
       if (first) {
         page_.line(0, "");
         page_.line(0, "", "The file has armatures, the inertia of geared rotors. As discs they would be:");
         page_.line(0, "", "discs:");
       }
       first = false;
-      disc_for(j, one);
+      write_rotor_comment(j, foreign_joint);
     }
   }
 
-  /// On the first body it turns by q against that body; on the ground nothing can be carried, and on the second it turns twice as fast.
-  void disc_for(std::size_t j, const ForeignJoint& one) {
-    const Joint& joint = one.joint;
-    const bool on_second = joint.first == 0 || joint.type != JointType::revolute;
-    const bool doubled = on_second && joint.type == JointType::revolute;
-    const double axial = doubled ? one.armature / 4 : one.armature;
-    const auto carrier = static_cast<std::size_t>(on_second ? joint.second : joint.first);
+  /// On the first body the disc turns by q relative to that body. The ground cannot carry discs, and on the second body
+  /// the disc turns twice as fast.
+  void write_rotor_comment(std::size_t j, const ForeignJoint& foreign_joint) {
+    const Joint& joint = foreign_joint.joint;
+    const bool is_on_second = joint.first == 0 || joint.type != JointType::revolute;
+    const bool turns_double = is_on_second && joint.type == JointType::revolute;
+    const double axial = turns_double ? foreign_joint.armature / 4 : foreign_joint.armature;
+    const auto carrier = static_cast<std::size_t>(is_on_second ? joint.second : joint.first);
     const std::string inertia = page_.planar() ? format_yaml_number(axial)
                                                : fmt::format("{{axial: {}, transverse: {}}}", format_yaml_number(axial),
                                                              format_yaml_number(axial / 2));
     page_.line(
         0, "",
         fmt::format("  {}_rotor: {{body: {}, at: {}, follows: {}, inertia: {}}}", page_.names.joints[j],
-                    page_.names.bodies[carrier], page_.vector(on_second ? joint.point_second : joint.point_first),
+                    page_.names.bodies[carrier], page_.vector(is_on_second ? joint.point_second : joint.point_first),
                     page_.names.joints[j], inertia));
   }
 
-  void friction() {
+  void write_friction() {
     bool first = true;
     for (std::size_t j = 0; j < page_.robot.joints.size(); ++j) {
-      const ForeignJoint& one = page_.robot.joints[j];
-      if (!one.is_active || (one.viscous == 0 && one.coulomb == 0)) continue;
+      const ForeignJoint& foreign_joint = page_.robot.joints[j];
+      if (!foreign_joint.is_active || (foreign_joint.viscous == 0 && foreign_joint.coulomb == 0)) continue;
       if (first) {
         page_.line(0, "");
         page_.line(0, "friction:");
       }
       first = false;
       page_.line(2, fmt::format("{}: {{viscous: {}, coulomb: {}}}", page_.names.joints[j],
-                                format_yaml_number(one.viscous), format_yaml_number(one.coulomb)));
+                                format_yaml_number(foreign_joint.viscous), format_yaml_number(foreign_joint.coulomb)));
     }
   }
 
-  void ending() {
+  void write_example_motion() {
     std::string from_values, to_values;
     for (std::size_t j = 0; j < page_.robot.joints.size(); ++j) {
       const ForeignJoint& one = page_.robot.joints[j];
       if (!one.is_active || !one.is_actuated || joint_degrees_of_freedom(one.joint.type) != 1) continue;
-      const auto found = std::find_if(page_.assembly.begin(), page_.assembly.end(),
-                                      [&](const AssemblyValue& value) { return value.first == page_.names.joints[j]; });
-      const double start = found == page_.assembly.end() ? 0 : found->second;
+      const auto start_value =
+          std::find_if(page_.assembly.begin(), page_.assembly.end(),
+                       [&](const AssemblyValue& value) { return value.first == page_.names.joints[j]; });
+      const double start = start_value == page_.assembly.end() ? 0 : start_value->second;
       const char* comma = from_values.empty() ? "" : ", ";
       from_values += fmt::format("{}{}: {:.6g}", comma, page_.names.joints[j], start + 0.0);
       to_values += fmt::format("{}{}: {:.6g}", comma, page_.names.joints[j], start + 0.1);
@@ -305,22 +310,22 @@ class SpecWriter : private SpecWriterPage {
   using SpecWriterPage::SpecWriterPage;
 
   GeneratedSpec run() {
-    head();
-    bodies();
-    joints();
-    couplings();
-    lists();
+    write_header();
+    write_bodies();
+    write_joints();
+    write_couplings();
+    write_lists();
     write_optional_sections(*this);
     return {std::move(text), names.renamed};
   }
 
  private:
-  std::string from(const SourceLocation& place) const {
+  std::string describe_source(const SourceLocation& place) const {
     const std::string file = std::filesystem::path(place.file).filename().string();
     return place.line > 0 ? fmt::format("from {}:{}", file, place.line) : "";
   }
 
-  void head() {
+  void write_header() {
     line(0, "",
          fmt::format("Imported from {} ({}). docs/spec.md describes the language; all numbers are SI.",
                      std::filesystem::path(robot.file).filename().string(), robot.format));
@@ -334,92 +339,95 @@ class SpecWriter : private SpecWriterPage {
     if (!robot.gravity.isZero(0)) line(0, "gravity: " + vector(robot.gravity));
   }
 
-  void points(int indent, std::size_t body) {
+  void write_points(int indent, std::size_t body) {
     if (names.points[body].empty()) return;
     line(indent, "points:");
     for (const NamedPoint& point : names.points[body]) line(indent + 2, point.name + ": " + vector(point.position));
   }
 
-  void bodies() {
+  void write_bodies() {
     line(0, "");
     if (!names.points[0].empty()) {
-      line(0, "ground:", from(robot.bodies[0].place) + ", " + quote_for_message(robot.bodies[0].body.name));
-      points(2, 0);
+      line(0, "ground:", describe_source(robot.bodies[0].place) + ", " + quote_for_message(robot.bodies[0].body.name));
+      write_points(2, 0);
       line(0, "");
     }
     line(0, "bodies:");
     for (std::size_t b = 1; b < robot.bodies.size(); ++b) {
       if (!robot.bodies[b].is_active) continue;
-      line(2, names.bodies[b] + ":", from(robot.bodies[b].place));
-      mass(b);
-      points(4, b);
+      line(2, names.bodies[b] + ":", describe_source(robot.bodies[b].place));
+      write_mass(b);
+      write_points(4, b);
     }
   }
 
-  void mass(std::size_t b) {
+  void write_mass(std::size_t b) {
     const Body& body = robot.bodies[b].body;
     line(4, "mass: " + format_yaml_number(body.mass), robot.bodies[b].has_inertial ? "" : "the file gives it none");
     if (body.mass == 0 && body.inertia.isZero(0)) return;
     line(4, "com: " + vector(body.com));
-    const bool kept = body.inertia.isZero(0)
-                          ? !carries(static_cast<int>(b))
-                          : body.mass == 0 || violates_triangle_inequality(body.inertia, robot.space);
-    const std::string value = inertia(body.inertia);
-    if (kept)
+    const bool is_kept_as_given = body.inertia.isZero(0)
+                                      ? !carries(static_cast<int>(b))
+                                      : body.mass == 0 || violates_triangle_inequality(body.inertia, robot.space);
+    const std::string value = format_inertia(body.inertia);
+    if (is_kept_as_given)
       line(4, "inertia: {as_given: " + value + "}", "no body can have it: kept as the file says it");
     else
       line(4, "inertia: " + value);
   }
 
-  std::string inertia(const Matrix3& I) const {
+  std::string format_inertia(const Matrix3& I) const {
     if (planar()) return format_yaml_number(I(2, 2));
     std::vector<double> entries{I(0, 0), I(1, 1), I(2, 2)};
     if (I(0, 1) != 0 || I(0, 2) != 0 || I(1, 2) != 0) entries.insert(entries.end(), {I(0, 1), I(0, 2), I(1, 2)});
     return format_yaml_list(entries);
   }
 
-  std::string limits(const ForeignJoint& one) const {
-    const JointLimits& l = one.limits;
-    const bool slide = one.joint.type == JointType::prismatic;
-    std::string said;
-    if (l.lower && l.upper) said += fmt::format(", from {} to {} {}", *l.lower, *l.upper, slide ? "m" : "rad");
-    if (l.rate) said += fmt::format(", at most {} {}", *l.rate, slide ? "m/s" : "rad/s");
-    if (l.effort) said += fmt::format(", at most {} {}", *l.effort, slide ? "N" : "N m");
-    return said;
+  std::string describe_limits(const ForeignJoint& foreign_joint) const {
+    const JointLimits& l = foreign_joint.limits;
+    const bool is_slide = foreign_joint.joint.type == JointType::prismatic;
+    std::string description;
+    if (l.lower && l.upper)
+      description += fmt::format(", from {} to {} {}", *l.lower, *l.upper, is_slide ? "m" : "rad");
+    if (l.rate) description += fmt::format(", at most {} {}", *l.rate, is_slide ? "m/s" : "rad/s");
+    if (l.effort) description += fmt::format(", at most {} {}", *l.effort, is_slide ? "N" : "N m");
+    return description;
   }
 
-  void joints() {
+  void write_joints() {
     line(0, "");
     line(0, "joints:");
     for (std::size_t j = 0; j < robot.joints.size(); ++j) {
-      const ForeignJoint& one = robot.joints[j];
-      const Joint& joint = one.joint;
-      if (!one.is_active) continue;
-      line(2, names.joints[j] + ":", from(one.place) + (one.note.empty() ? "" : ": " + one.note) + limits(one));
+      const ForeignJoint& foreign_joint = robot.joints[j];
+      const Joint& joint = foreign_joint.joint;
+      if (!foreign_joint.is_active) continue;
+      line(2, names.joints[j] + ":",
+           describe_source(foreign_joint.place) + (foreign_joint.note.empty() ? "" : ": " + foreign_joint.note) +
+               describe_limits(foreign_joint));
       line(4, fmt::format("type: {}", name_of(joint.type)));
       line(4, fmt::format("connects: [{}, {}]", names.ends[j].first, names.ends[j].second));
-      axes(joint);
-      rotation(one);
+      write_axes(joint);
+      write_rotation(foreign_joint);
     }
   }
 
-  void axes(const Joint& joint) {
+  void write_axes(const Joint& joint) {
     const bool slides = joint.type == JointType::prismatic || joint.type == JointType::pin_slot;
     if (joint.type == JointType::spherical || joint.type == JointType::fixed || (planar() && !slides)) return;
     line(4, "axis: " + vector(joint.axis));
     if (joint.type == JointType::universal || joint.type == JointType::planar) line(4, "axis2: " + vector(joint.axis2));
   }
 
-  void rotation(const ForeignJoint& one) {
-    const Matrix3& R = one.joint.rotation;
+  void write_rotation(const ForeignJoint& foreign_joint) {
+    const Matrix3& R = foreign_joint.joint.rotation;
     if (R.isIdentity(0)) return;
     if (planar()) return line(4, "angle: " + format_yaml_number(elementary::atan2(R(1, 0), R(0, 0))));
-    if (one.rpy) return line(4, "rpy: " + vector(*one.rpy));
+    if (foreign_joint.rpy) return line(4, "rpy: " + vector(*foreign_joint.rpy));
     const Eigen::Vector4d q = quaternion_of(R);
     line(4, "quaternion: " + format_yaml_list({q[0], q[1], q[2], q[3]}));
   }
 
-  void couplings() {
+  void write_couplings() {
     if (robot.couplings.empty()) return;
     line(0, "");
     line(0, "couplings:");
@@ -429,18 +437,19 @@ class SpecWriter : private SpecWriterPage {
                        names.joints[static_cast<std::size_t>(one.follower)],
                        names.joints[static_cast<std::size_t>(one.leader)], format_yaml_number(one.ratio),
                        format_yaml_number(one.offset)),
-           from(one.place));
+           describe_source(one.place));
   }
 
-  void lists() {
+  void write_lists() {
     std::string actuators;
     for (std::size_t j = 0; j < robot.joints.size(); ++j) {
-      const ForeignJoint& one = robot.joints[j];
-      if (!one.is_active || !one.is_actuated) continue;
-      Joint named = one.joint;
-      named.name = names.joints[j];
-      for (const Coordinate& coordinate : list_coordinates(robot.space, {named}))
-        if (one.actuated_coordinate.empty() || coordinate.name == named.name + "." + one.actuated_coordinate)
+      const ForeignJoint& foreign_joint = robot.joints[j];
+      if (!foreign_joint.is_active || !foreign_joint.is_actuated) continue;
+      Joint renamed_joint = foreign_joint.joint;
+      renamed_joint.name = names.joints[j];
+      for (const Coordinate& coordinate : list_coordinates(robot.space, {renamed_joint}))
+        if (foreign_joint.actuated_coordinate.empty() ||
+            coordinate.name == renamed_joint.name + "." + foreign_joint.actuated_coordinate)
           actuators += (actuators.empty() ? "" : ", ") + coordinate.name;
     }
     line(0, "");

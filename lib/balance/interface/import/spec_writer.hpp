@@ -1,5 +1,5 @@
 #pragma once
-/// The page that a spec is written on.
+/// Writes a foreign model as the text of a spec.
 
 #include "balance/interface/import/foreign_model.hpp"
 
@@ -9,31 +9,31 @@
 
 namespace balance::foreign {
 
-/// What bodies, joints and points of a robot are called in its spec.
+/// Names of a robot's bodies, joints and points in its spec.
 struct GeneratedNames {
   std::vector<std::string> bodies, joints;                ///< by index in the robot
   std::vector<std::vector<NamedPoint>> points;            ///< of every body: ends of joints and springs, then frames
-  std::vector<std::pair<std::string, std::string>> ends;  ///< `body.point` of every joint on both sides
-  std::vector<std::pair<std::string, std::string>> spring_ends;  ///< the same of springs
+  std::vector<std::pair<std::string, std::string>> ends;  ///< `body.point` of both ends of every joint
+  std::vector<std::pair<std::string, std::string>> spring_ends;  ///< the same for springs
   std::vector<std::pair<std::string, std::string>> renamed;      ///< `joint 'a b'` and its new name
 };
 
 GeneratedNames spec_names(const ForeignModel& robot);
 
-// A robot as the text of a spec that people read and change.
+// A robot as the text of a spec that people read and edit.
 
-/// A rough value of a coordinate, by its name in the spec.
+/// Approximate value of a coordinate, by its name in the spec.
 using AssemblyValue = std::pair<std::string, double>;
 
 struct GeneratedSpec {
   std::string text;
-  std::vector<std::pair<std::string, std::string>> renamed;  ///< `link 'a b'` and what it is called in the spec
+  std::vector<std::pair<std::string, std::string>> renamed;  ///< `joint 'a b'` and its name in the spec
 };
 
-/// @param assembly empty: none is written
+/// @param assembly values for the `assembly` section, which is omitted if there are none
 GeneratedSpec generate_spec(const ForeignModel& robot, const std::vector<AssemblyValue>& assembly);
 
-/// Whether no body can have this inertia about its centre of mass, as the spec's reader judges it.
+/// Whether no body can have this inertia about its centre of mass, by the same criterion as in the spec reader.
 bool violates_triangle_inequality(const Matrix3& inertia, SpaceKind space);
 
 struct SpecWriterPage {
@@ -46,22 +46,22 @@ struct SpecWriterPage {
   std::string text;
 
   bool planar() const { return robot.space == SpaceKind::planar; }
-  /// Something besides its joint needs a body.
+  /// Whether anything besides its joint is attached to the body.
   bool carries(int body) const;
   /// `[x, y]` or `[x, y, z]`.
   std::string vector(const Vector3& v) const;
-  /// A line with a comment, which may be empty; a line without text is a comment alone.
+  /// Appends a line and an optional comment; without content the line is a comment alone.
   void line(int indent, const std::string& content, const std::string& comment = {});
 };
 
-/// As few digits as read back the same number; no negative zero.
+/// Shortest number that reads back the same; no negative zero.
 std::string format_yaml_number(double value);
 /// `[a, b, c]`.
 std::string format_yaml_list(const std::vector<double>& values);
 /// In double quotes, on one line.
 std::string quote_yaml_text(const std::string& text);
 
-/// Payloads, springs, armatures, friction, and what to add to simulate.
+/// Writes payloads, springs, armatures, friction, and hints for a simulation.
 void write_optional_sections(SpecWriterPage& page);
 
 }  // namespace balance::foreign

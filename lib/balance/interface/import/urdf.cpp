@@ -14,116 +14,118 @@
 
 namespace balance::foreign {
 
-// Loops said inside a URDF.
+// Loop closures inside a URDF.
 
-/// `<loop>` and `<constraint>` with `<predecessor link>` and `<successor link>`, `<loop_joint>` with `<link1>` and `<link2>`, and
-/// `<joint>` inside `<gazebo>`, whose frames follow from the model's zero pose.
-/// @throws SpecError with everything that is wrong with them
+/// Reads `<loop>` and `<constraint>` with `<predecessor link>` and `<successor link>`, `<loop_joint>` with `<link1>`
+/// and `<link2>`, and `<joint>` inside `<gazebo>`, whose frames follow from the model's zero pose.
+/// @throws SpecError listing everything that is wrong with them
 void read_urdf_closures(const XmlDocument& document, ForeignModel& robot);
 
-// What a URDF says of joints besides where they are.
+// Further properties of joints in a URDF.
 
-/// `<mimic>` becomes a coupling. All joints are in the robot.
-void read_urdf_mimics(const XmlElement& root, ForeignDiagnostics& faults, ForeignModel& robot);
+/// Turns each `<mimic>` into a coupling.
+/// @pre the robot has all joints
+void read_urdf_mimics(const XmlElement& root, ForeignDiagnostics& diagnostics, ForeignModel& robot);
 
-/// `<transmission>` names joints that have motors.
+/// Marks the joints that a `<transmission>` names as actuated.
 void read_urdf_transmissions(const XmlElement& root, ForeignModel& robot);
 
 namespace {
 
 class UrdfReader {
  public:
-  explicit UrdfReader(const XmlDocument& document) : document_(document), read_(faults_) {}
+  explicit UrdfReader(const XmlDocument& document) : document_(document), reader_(diagnostics_) {}
 
   ForeignModel run() {
     const XmlElement& root = document_.root;
     if (root.name != "robot") {
-      read_.report(root, "", fmt::format("expected <robot>, found <{}>", root.name));
-      faults_.throw_if_any();
+      reader_.report(root, "", fmt::format("expected <robot>, found <{}>", root.name));
+      diagnostics_.throw_if_any();
     }
     const std::string* name = root.attribute("name");
     robot_.name = name == nullptr ? "" : *name;
     robot_.format = "URDF";
     robot_.file = document_.file;
-    for (const XmlElement& part : root.children) read_part(part);
-    faults_.throw_if_any();
+    for (const XmlElement& element : root.children) read_element(element);
+    diagnostics_.throw_if_any();
     add_world();
     for (const XmlElement* joint : joints_) read_joint(*joint);
-    faults_.throw_if_any();
-    read_urdf_mimics(document_.root, faults_, robot_);
+    diagnostics_.throw_if_any();
+    read_urdf_mimics(document_.root, diagnostics_, robot_);
     move_root_to_front();
-    faults_.throw_if_any();
+    diagnostics_.throw_if_any();
     read_urdf_closures(document_, robot_);
     read_urdf_transmissions(document_.root, robot_);
     return std::move(robot_);
   }
 
  private:
-  void note(Severity level, const XmlElement& at, std::string code, std::string message) {
+  void add_finding(Severity level, const XmlElement& at, std::string code, std::string message) {
     const std::string* name = at.attribute("name");
     robot_.findings.push_back({level, place_of(at), std::move(code),
                                fmt::format("{} {}", at.name, quote_for_message(name == nullptr ? "" : *name)),
                                std::move(message)});
   }
 
-  void read_part(const XmlElement& part) {
-    if (part.name.starts_with("xacro:")) {
-      read_.report(part, "", "expected a URDF without macros: expand it with xacro first");
-    } else if (part.name == "link") {
-      read_link(part);
-    } else if (part.name == "joint") {
-      count(part, joints_.size());
-      joints_.push_back(&part);
-    } else if (!is_one_of(part.name, {"loop", "constraint", "loop_joint", "coupling", "transmission"})) {
-      ++robot_.ignored[part.name];
+  void read_element(const XmlElement& element) {
+    if (element.name.starts_with("xacro:")) {
+      reader_.report(element, "", "expected a URDF without macros: expand it with xacro first");
+    } else if (element.name == "link") {
+      read_link(element);
+    } else if (element.name == "joint") {
+      check_count(element, joints_.size());
+      joints_.push_back(&element);
+    } else if (!is_one_of(element.name, {"loop", "constraint", "loop_joint", "coupling", "transmission"})) {
+      ++robot_.ignored[element.name];
     }
   }
 
-  /// Checked before names are looked up, which takes time in proportion to their number.
-  void count(const XmlElement& at, std::size_t parts) {
-    if (parts < max_model_elements) return;
-    read_.report(at, "", fmt::format("expected at most {} links and as many joints", max_model_elements));
-    faults_.throw_if_any();
+  /// Checks the number of elements before names are looked up, which takes time proportional to it.
+  void check_count(const XmlElement& at, std::size_t count) {
+    if (count < max_model_elements) return;
+    reader_.report(at, "", fmt::format("expected at most {} links and as many joints", max_model_elements));
+    diagnostics_.throw_if_any();
   }
 
   void read_link(const XmlElement& link) {
-    count(link, robot_.bodies.size());
+    check_count(link, robot_.bodies.size());
     ForeignBody body;
-    body.body.name = read_.required_text(link, "name");
+    body.body.name = reader_.required_text(link, "name");
     body.place = place_of(link);
     if (!body.body.name.empty() && robot_.find_body(body.body.name) >= 0)
-      read_.report(link, "name", "expected another name: there is a link of this one already");
-    for (const XmlElement& part : link.children) {
-      if (part.name == "inertial" && !body.has_inertial)
-        read_inertial(link, part, body);
+      reader_.report(link, "name", "expected another name: there is a link of this one already");
+    for (const XmlElement& child : link.children) {
+      if (child.name == "inertial" && !body.has_inertial)
+        read_inertial(link, child, body);
       else
-        ++robot_.ignored[part.name];
-      if (part.name == "visual" || part.name == "collision") body.has_geometry = true;
+        ++robot_.ignored[child.name];
+      if (child.name == "visual" || child.name == "collision") body.has_geometry = true;
     }
     robot_.bodies.push_back(std::move(body));
   }
 
-  /// Many files hang what stands still on a `world` that they leave to the reader.
+  /// Many files attach fixed parts to a `world` that they do not define.
   void add_world() {
-    const auto hangs_on_it = [](const XmlElement* joint) {
+    const auto is_child_of_world = [](const XmlElement* joint) {
       const XmlElement* parent = joint->child("parent");
       const std::string* link = parent == nullptr ? nullptr : parent->attribute("link");
       return link != nullptr && *link == "world";
     };
-    const auto first = std::find_if(joints_.begin(), joints_.end(), hangs_on_it);
+    const auto first = std::find_if(joints_.begin(), joints_.end(), is_child_of_world);
     if (first == joints_.end() || robot_.find_body("world") >= 0) return;
     ForeignBody world;
     world.body.name = "world";
     world.place = place_of(**first);
     robot_.bodies.push_back(std::move(world));
-    note(Severity::note, **first, "world", "hangs on 'world', which is no link of the file: taken as the ground");
+    add_finding(Severity::note, **first, "world",
+                "hangs on 'world', which is no link of the file: taken as the ground");
   }
 
-  Pose read_origin(const XmlElement& in) {
-    const XmlElement* origin = in.child("origin");
+  Pose read_origin(const XmlElement& parent) {
+    const XmlElement* origin = parent.child("origin");
     if (origin == nullptr) return {};
-    return {rotation_from_rpy(read_.vector(*origin, "rpy", Vector3::Zero())),
-            read_.vector(*origin, "xyz", Vector3::Zero())};
+    return {rotation_from_rpy(reader_.vector(*origin, "rpy", Vector3::Zero())),
+            reader_.vector(*origin, "xyz", Vector3::Zero())};
   }
 
   void read_inertial(const XmlElement& link, const XmlElement& inertial, ForeignBody& body) {
@@ -132,19 +134,19 @@ class UrdfReader {
     body.body.com = pose.p;
     const XmlElement* mass = inertial.child("mass");
     if (mass == nullptr || mass->attribute("value") == nullptr)
-      return read_.report(inertial, "",
-                          fmt::format("expected <mass value=\"…\"/> in link {}", quote_for_message(body.body.name)));
-    body.body.mass = read_.number(*mass, "value", 0);
+      return reader_.report(inertial, "",
+                            fmt::format("expected <mass value=\"…\"/> in link {}", quote_for_message(body.body.name)));
+    body.body.mass = reader_.number(*mass, "value", 0);
     if (body.body.mass < 0)
-      read_.report(
+      reader_.report(
           *mass, "value",
           fmt::format("link {}: expected a mass ≥ 0, found {}", quote_for_message(body.body.name), body.body.mass));
     const XmlElement* inertia = inertial.child("inertia");
     if (inertia == nullptr) {
-      note(Severity::warning, link, "no-inertia", "has a mass but no inertia: taken as a point");
+      add_finding(Severity::warning, link, "no-inertia", "has a mass but no inertia: taken as a point");
       return;
     }
-    const auto entry = [&](const char* name) { return read_.number(*inertia, name, 0); };
+    const auto entry = [&](const char* name) { return reader_.number(*inertia, name, 0); };
     Matrix3 I;
     I << entry("ixx"), entry("ixy"), entry("ixz"), entry("ixy"), entry("iyy"), entry("iyz"), entry("ixz"), entry("iyz"),
         entry("izz");
@@ -152,26 +154,26 @@ class UrdfReader {
     body.body.inertia = 0.5 * (body.body.inertia + body.body.inertia.transpose()).eval();
   }
 
-  /// Index of the link that `<parent link="…"/>` names; −1 with a mistake.
+  /// Index of the link that `<parent link="…"/>` or `<child link="…"/>` names; −1 after reporting a mistake.
   int read_end(const XmlElement& joint, const char* side) {
-    const XmlElement* end = joint.child(side);
-    const std::string* name = end == nullptr ? nullptr : end->attribute("link");
+    const XmlElement* end_element = joint.child(side);
+    const std::string* name = end_element == nullptr ? nullptr : end_element->attribute("link");
     if (name == nullptr) {
-      read_.report(joint, "", fmt::format("expected <{} link=\"…\"/>", side));
+      reader_.report(joint, "", fmt::format("expected <{} link=\"…\"/>", side));
       return -1;
     }
-    const int found = robot_.find_body(*name);
-    if (found >= 0) return found;
+    const int link_index = robot_.find_body(*name);
+    if (link_index >= 0) return link_index;
     std::vector<std::string> names;
     for (const ForeignBody& body : robot_.bodies) names.push_back(body.body.name);
-    read_.report(*end, "link",
-                 fmt::format("joint {}: there is no link {}{}", quote_for_message(*joint.attribute("name")),
-                             quote_for_message(*name), append_nearest_name(*name, names)));
+    reader_.report(*end_element, "link",
+                   fmt::format("joint {}: there is no link {}{}", quote_for_message(*joint.attribute("name")),
+                               quote_for_message(*name), append_nearest_name(*name, names)));
     return -1;
   }
 
   void read_type(const XmlElement& element, ForeignJoint& joint) {
-    const std::string type = read_.required_text(element, "type");
+    const std::string type = reader_.required_text(element, "type");
     if (type == "revolute" || type == "continuous")
       joint.joint.type = JointType::revolute;
     else if (type == "prismatic")
@@ -186,82 +188,84 @@ class UrdfReader {
       joint.joint.type = JointType::fixed;
       joint.is_floating = true;
     } else if (!type.empty())
-      read_.report(element, "type",
-                   fmt::format("expected revolute, continuous, prismatic, fixed, floating or planar, found {}",
-                               quote_for_message(type)));
+      reader_.report(element, "type",
+                     fmt::format("expected revolute, continuous, prismatic, fixed, floating or planar, found {}",
+                                 quote_for_message(type)));
     if (joint.joint.type == JointType::planar)
-      note(Severity::note, element, "planar", "is planar: three coordinates, two slides and an angle");
+      add_finding(Severity::note, element, "planar", "is planar: three coordinates, two slides and an angle");
     if (type == "revolute" && element.child("limit") == nullptr)
-      note(Severity::note, element, "no-limit", "is revolute but has no limit: taken as continuous");
+      add_finding(Severity::note, element, "no-limit", "is revolute but has no limit: taken as continuous");
   }
 
   void read_axis(const XmlElement& element, ForeignJoint& joint) {
     if (joint.joint.type == JointType::fixed || joint.joint.type == JointType::spherical) return;
-    const XmlElement* said = element.child("axis");
-    if (said == nullptr || said->attribute("xyz") == nullptr)
-      note(Severity::note, element, "no-axis", "has no axis: (1, 0, 0) is meant");
-    const Vector3 axis = said == nullptr ? Vector3::UnitX() : read_.vector(*said, "xyz", Vector3::UnitX());
+    const XmlElement* axis_element = element.child("axis");
+    if (axis_element == nullptr || axis_element->attribute("xyz") == nullptr)
+      add_finding(Severity::note, element, "no-axis", "has no axis: (1, 0, 0) is meant");
+    const Vector3 axis =
+        axis_element == nullptr ? Vector3::UnitX() : reader_.vector(*axis_element, "xyz", Vector3::UnitX());
     const double length = axis.norm();
     if (!(length > 1e-100 && length < 1e100))
-      return read_.report(*said, "xyz", "expected a direction, found a vector without length");
+      return reader_.report(*axis_element, "xyz", "expected a direction, found a vector without length");
     if (std::abs(length - 1) > 1e-6)
-      note(Severity::warning, element, "axis",
-           fmt::format("its axis ({:.6g}, {:.6g}, {:.6g}) has the length {:.6g}, not 1: normalised", axis.x(), axis.y(),
-                       axis.z(), length));
+      add_finding(Severity::warning, element, "axis",
+                  fmt::format("its axis ({:.6g}, {:.6g}, {:.6g}) has the length {:.6g}, not 1: normalised", axis.x(),
+                              axis.y(), axis.z(), length));
     joint.joint.axis = joint.joint.rotation * axis / length;
     if (joint.joint.type != JointType::planar) return;
-    // the same directions of x and y as the spec's default, but said in the parent's axes
-    const Vector3 u = joint.joint.axis, away = Vector3::Unit(min_index(joint.joint.axis.cwiseAbs()));
-    joint.joint.axis2 = (away - u.dot(away) * u).normalized();
+    // the same directions of x and y as the spec's default, but in the parent's axes
+    const Vector3 u = joint.joint.axis, reference = Vector3::Unit(min_index(joint.joint.axis.cwiseAbs()));
+    joint.joint.axis2 = (reference - u.dot(reference) * u).normalized();
   }
 
   void read_limits(const XmlElement& element, ForeignJoint& joint) {
     if (const XmlElement* limit = element.child("limit")) {
-      const auto given = [&](const char* name) -> std::optional<double> {
+      const auto optional_number = [&](const char* name) -> std::optional<double> {
         if (limit->attribute(name) == nullptr) return {};
-        return read_.number(*limit, name, 0);
+        return reader_.number(*limit, name, 0);
       };
-      joint.limits = {given("lower"), given("upper"), given("velocity"), given("effort")};
+      joint.limits = {optional_number("lower"), optional_number("upper"), optional_number("velocity"),
+                      optional_number("effort")};
     }
     const XmlElement* dynamics = element.child("dynamics");
     if (dynamics == nullptr) return;
-    joint.viscous = read_.number(*dynamics, "damping", 0);
-    joint.coulomb = read_.number(*dynamics, "friction", 0);
+    joint.viscous = reader_.number(*dynamics, "damping", 0);
+    joint.coulomb = reader_.number(*dynamics, "friction", 0);
     if (joint.viscous < 0 || joint.coulomb < 0)
-      read_.report(
+      reader_.report(
           *dynamics, "",
           fmt::format("joint {}: damping and friction cannot be negative", quote_for_message(joint.joint.name)));
     if (joint.viscous != 0 || joint.coulomb != 0)
-      note(Severity::note, element, "friction",
-           fmt::format("damping {:g} and friction {:g} are in 'friction'", joint.viscous, joint.coulomb));
+      add_finding(Severity::note, element, "friction",
+                  fmt::format("damping {:g} and friction {:g} are in 'friction'", joint.viscous, joint.coulomb));
   }
 
   void read_joint(const XmlElement& element) {
     ForeignJoint joint;
-    joint.joint.name = read_.required_text(element, "name");
+    joint.joint.name = reader_.required_text(element, "name");
     joint.place = place_of(element);
     if (joint.joint.name.empty()) return;
     if (robot_.find_joint(joint.joint.name) >= 0)
-      read_.report(element, "name", "expected another name: there is a joint of this one already");
+      reader_.report(element, "name", "expected another name: there is a joint of this one already");
     joint.joint.first = read_end(element, "parent");
     joint.joint.second = read_end(element, "child");
     if (joint.joint.first >= 0 && joint.joint.first == joint.joint.second)
-      read_.report(element, "", "expected two links, found one: it is its own parent");
+      reader_.report(element, "", "expected two links, found one: it is its own parent");
     const Pose pose = read_origin(element);
     joint.joint.point_first = pose.p;
     joint.joint.rotation = pose.R;
     if (const XmlElement* origin = element.child("origin"); origin != nullptr && origin->attribute("rpy") != nullptr)
-      joint.rpy = read_.vector(*origin, "rpy", Vector3::Zero());
+      joint.rpy = reader_.vector(*origin, "rpy", Vector3::Zero());
     read_type(element, joint);
     read_axis(element, joint);
     read_limits(element, joint);
-    for (const XmlElement& part : element.children)
-      if (!is_one_of(part.name, {"origin", "parent", "child", "axis", "limit", "dynamics", "mimic"}))
-        ++robot_.ignored[part.name];
+    for (const XmlElement& child : element.children)
+      if (!is_one_of(child.name, {"origin", "parent", "child", "axis", "limit", "dynamics", "mimic"}))
+        ++robot_.ignored[child.name];
     robot_.joints.push_back(std::move(joint));
   }
 
-  /// Whoever is nobody's child.
+  /// The root is the only link that is no joint's child.
   void move_root_to_front() {
     std::set<int> children;
     for (const ForeignJoint& joint : robot_.joints) children.insert(joint.joint.second);
@@ -272,26 +276,29 @@ class UrdfReader {
     for (const int root : roots)
       names.push_back(quote_for_message(robot_.bodies[static_cast<std::size_t>(root)].body.name));
     if (roots.size() != 1)
-      return read_.report(document_.root, "",
-                          roots.empty() ? "expected one root link, found none: every link is some joint's child"
-                                        : fmt::format("expected one root link, found {}: {}; join them by fixed joints",
-                                                      roots.size(), join_with_conjunction(names, "and")));
+      return reader_.report(document_.root, "",
+                            roots.empty()
+                                ? "expected one root link, found none: every link is some joint's child"
+                                : fmt::format("expected one root link, found {}: {}; join them by fixed joints",
+                                              roots.size(), join_with_conjunction(names, "and")));
     move_to_front(roots.front());
   }
 
   void move_to_front(int root) {
-    const auto place = robot_.bodies.begin() + root;
-    std::rotate(robot_.bodies.begin(), place, place + 1);
-    const auto moved = [root](BodyId& body) { body = body == root ? ground : body < root ? BodyId(body + 1) : body; };
+    const auto root_position = robot_.bodies.begin() + root;
+    std::rotate(robot_.bodies.begin(), root_position, root_position + 1);
+    const auto shift_index = [root](BodyId& body) {
+      body = body == root ? ground : body < root ? BodyId(body + 1) : body;
+    };
     for (ForeignJoint& joint : robot_.joints) {
-      moved(joint.joint.first);
-      moved(joint.joint.second);
+      shift_index(joint.joint.first);
+      shift_index(joint.joint.second);
     }
   }
 
   const XmlDocument& document_;
-  ForeignDiagnostics faults_;
-  XmlAttributeReader read_;
+  ForeignDiagnostics diagnostics_;
+  XmlAttributeReader reader_;
   ForeignModel robot_;
   std::vector<const XmlElement*> joints_;
 };
@@ -305,61 +312,61 @@ namespace {
 class UrdfLoopReader {
  public:
   UrdfLoopReader(const XmlDocument& document, ForeignModel& robot)
-      : document_(document), read_(faults_), robot_(robot) {}
+      : document_(document), reader_(diagnostics_), robot_(robot) {}
 
   void run() {
-    for (const XmlElement& part : document_.root.children) {
-      if (part.name == "loop" || part.name == "constraint" || part.name == "loop_joint") read_loop(part);
-      if (part.name == "coupling") ++robot_.ignored["coupling"];
-      if (part.name != "gazebo") continue;
-      for (const XmlElement& joint : part.children)
+    for (const XmlElement& element : document_.root.children) {
+      if (element.name == "loop" || element.name == "constraint" || element.name == "loop_joint") read_loop(element);
+      if (element.name == "coupling") ++robot_.ignored["coupling"];
+      if (element.name != "gazebo") continue;
+      for (const XmlElement& joint : element.children)
         if (joint.name == "joint") read_gazebo(joint);
     }
-    faults_.throw_if_any();
+    diagnostics_.throw_if_any();
   }
 
  private:
   int find_link(const XmlElement& at, const std::string& name) {
-    const int found = robot_.find_body(name);
-    if (found < 0) read_.report(at, "", fmt::format("there is no link {}", quote_for_message(name)));
-    return found;
+    const int body = robot_.find_body(name);
+    if (body < 0) reader_.report(at, "", fmt::format("there is no link {}", quote_for_message(name)));
+    return body;
   }
 
-  Pose pose_in(const XmlElement& at) {
-    return {rotation_from_rpy(read_.vector(at, "rpy", Vector3::Zero())), read_.vector(at, "xyz", Vector3::Zero())};
+  Pose read_pose(const XmlElement& at) {
+    return {rotation_from_rpy(reader_.vector(at, "rpy", Vector3::Zero())), reader_.vector(at, "xyz", Vector3::Zero())};
   }
 
   /// `<predecessor link="a"><origin/></predecessor>` or `<link1 link="a" xyz="" rpy=""/>`.
-  std::optional<BodyFrame> read_side(const XmlElement& loop, const char* name, const char* other) {
+  std::optional<BodyFrame> read_side(const XmlElement& loop, const char* name, const char* alternative) {
     const XmlElement* side = loop.child(name);
-    if (side == nullptr) side = loop.child(other);
+    if (side == nullptr) side = loop.child(alternative);
     const std::string* link = side == nullptr ? nullptr : side->attribute("link");
     if (link == nullptr) {
-      read_.report(loop, "", fmt::format("expected <{} link=\"…\"/> or <{} link=\"…\"/>", name, other));
+      reader_.report(loop, "", fmt::format("expected <{} link=\"…\"/> or <{} link=\"…\"/>", name, alternative));
       return {};
     }
     const int body = find_link(*side, *link);
     if (body < 0) return {};
     const XmlElement* origin = side->child("origin");
-    return BodyFrame{body, pose_in(origin == nullptr ? *side : *origin)};
+    return BodyFrame{body, read_pose(origin == nullptr ? *side : *origin)};
   }
 
   std::optional<JointType> read_type(const XmlElement& at) {
-    const std::string* given = at.attribute("type");
-    const std::string type = given == nullptr ? "" : *given;
+    const std::string* type_attribute = at.attribute("type");
+    const std::string type = type_attribute == nullptr ? "" : *type_attribute;
     if (type == "revolute" || type == "continuous" || type == "hinge") return JointType::revolute;
     if (type == "prismatic" || type == "slider") return JointType::prismatic;
     if (type == "ball" || type == "spherical" || type == "3d") return JointType::spherical;
     if (type == "fixed" || type == "weld" || type == "6d") return JointType::fixed;
-    read_.report(at, "type",
-                 fmt::format("expected revolute, prismatic, spherical or fixed, found {}", quote_for_message(type)));
+    reader_.report(at, "type",
+                   fmt::format("expected revolute, prismatic, spherical or fixed, found {}", quote_for_message(type)));
     return {};
   }
 
-  Vector3 direction(const XmlElement& at, const Vector3& axis) {
+  Vector3 normalize_axis(const XmlElement& at, const Vector3& axis) {
     const double length = axis.norm();
     if (length > 1e-100 && length < 1e100) return axis / length;
-    read_.report(at, "", "expected an axis, found a vector without length");
+    reader_.report(at, "", "expected an axis, found a vector without length");
     return Vector3::UnitX();
   }
 
@@ -372,47 +379,48 @@ class UrdfLoopReader {
     const auto type = read_type(loop);
     const auto first = read_side(loop, "predecessor", "link1"), second = read_side(loop, "successor", "link2");
     const XmlElement* axis = loop.child("axis");
-    const Vector3 u =
-        axis == nullptr ? Vector3(Vector3::UnitX()) : direction(*axis, read_.vector(*axis, "xyz", Vector3::UnitX()));
+    const Vector3 u = axis == nullptr ? Vector3(Vector3::UnitX())
+                                      : normalize_axis(*axis, reader_.vector(*axis, "xyz", Vector3::UnitX()));
     if (!type || !first || !second) return;
-    BodyFrame before = *first;
-    // one origin of the loop itself is the frame in the predecessor
-    if (const XmlElement* origin = loop.child("origin")) before.pose = pose_in(*origin);
-    if (first->body == second->body) return read_.report(loop, "", "expected two links, found one");
-    add_loop_joint(robot_, name_of(loop), *type, before, *second, u, place_of(loop));
+    BodyFrame first_frame = *first;
+    // an origin of the loop itself is the frame in the predecessor
+    if (const XmlElement* origin = loop.child("origin")) first_frame.pose = read_pose(*origin);
+    if (first->body == second->body) return reader_.report(loop, "", "expected two links, found one");
+    add_loop_joint(robot_, name_of(loop), *type, first_frame, *second, u, place_of(loop));
   }
 
-  /// SDF's way: names as text; the pose is in the child's frame, the axis in the joint's; the parent's frame follows from the model.
+  /// SDF syntax: names as text; the pose is in the child's frame, the axis in the joint's. The parent's frame follows
+  /// from the model's zero pose.
   void read_gazebo(const XmlElement& joint) {
     const auto type = read_type(joint);
     const XmlElement *parent = joint.child("parent"), *child = joint.child("child"), *pose = joint.child("pose");
-    if (parent == nullptr || child == nullptr) return read_.report(joint, "", "expected <parent> and <child>");
+    if (parent == nullptr || child == nullptr) return reader_.report(joint, "", "expected <parent> and <child>");
     const int first = find_link(*parent, std::string(trim(parent->text))),
               second = find_link(*child, std::string(trim(child->text)));
     if (!type || first < 0 || second < 0) return;
-    if (first == second) return read_.report(joint, "", "expected two links, found one");
-    Pose in_child;
+    if (first == second) return reader_.report(joint, "", "expected two links, found one");
+    Pose child_pose;
     if (pose != nullptr) {
       const auto v = parse_number_list(pose->text);
-      if (!v || v->size() != 6) return read_.report(*pose, "", "expected 6 numbers: x y z roll pitch yaw");
-      in_child = {rotation_from_rpy({(*v)[3], (*v)[4], (*v)[5]}), {(*v)[0], (*v)[1], (*v)[2]}};
+      if (!v || v->size() != 6) return reader_.report(*pose, "", "expected 6 numbers: x y z roll pitch yaw");
+      child_pose = {rotation_from_rpy({(*v)[3], (*v)[4], (*v)[5]}), {(*v)[0], (*v)[1], (*v)[2]}};
     }
     Vector3 u = Vector3::UnitZ();
     const XmlElement* axis = joint.child("axis");
     if (const XmlElement* xyz = axis == nullptr ? nullptr : axis->child("xyz")) {
       const auto v = parse_number_list(xyz->text);
-      if (!v || v->size() != 3) return read_.report(*xyz, "", "expected 3 numbers");
-      u = direction(*xyz, {(*v)[0], (*v)[1], (*v)[2]});
+      if (!v || v->size() != 3) return reader_.report(*xyz, "", "expected 3 numbers");
+      u = normalize_axis(*xyz, {(*v)[0], (*v)[1], (*v)[2]});
     }
-    if (poses_.empty()) poses_ = zero_configuration_poses(robot_);  // of the tree: closures do not change it
-    const Pose in_parent =
-        poses_[static_cast<std::size_t>(first)].inverse() * poses_[static_cast<std::size_t>(second)] * in_child;
-    add_loop_joint(robot_, name_of(joint), *type, {first, in_parent}, {second, in_child}, u, place_of(joint));
+    if (poses_.empty()) poses_ = zero_configuration_poses(robot_);  // of the tree: closures do not affect it
+    const Pose parent_pose =
+        poses_[static_cast<std::size_t>(first)].inverse() * poses_[static_cast<std::size_t>(second)] * child_pose;
+    add_loop_joint(robot_, name_of(joint), *type, {first, parent_pose}, {second, child_pose}, u, place_of(joint));
   }
 
   const XmlDocument& document_;
-  ForeignDiagnostics faults_;
-  XmlAttributeReader read_;
+  ForeignDiagnostics diagnostics_;
+  XmlAttributeReader reader_;
   ForeignModel& robot_;
   std::vector<Pose> poses_;
   int unnamed_ = 0;
@@ -428,16 +436,16 @@ bool has_one_coordinate(const ForeignModel& robot, int joint) {
   return joint >= 0 && joint_degrees_of_freedom(robot.joints[static_cast<std::size_t>(joint)].joint.type) == 1;
 }
 
-/// A joint that mimics with the factor 0 stands still at its offset.
-void lock_joint(ForeignJoint& one, double offset) {
-  Joint& joint = one.joint;
+/// Locks a joint that mimics with the factor 0 at its offset.
+void lock_joint(ForeignJoint& foreign_joint, double offset) {
+  Joint& joint = foreign_joint.joint;
   if (joint.type == JointType::prismatic)
     joint.point_first += offset * joint.axis;
   else
     joint.rotation = rotation_about(joint.axis, offset) * joint.rotation;
   joint.type = JointType::fixed;
-  one.rpy.reset();
-  one.viscous = one.coulomb = one.stiffness = 0;
+  foreign_joint.rpy.reset();
+  foreign_joint.viscous = foreign_joint.coulomb = foreign_joint.stiffness = 0;
 }
 
 std::string format_leader_error(const ForeignModel& robot, const ForeignCoupling& coupling) {
@@ -447,15 +455,15 @@ std::string format_leader_error(const ForeignModel& robot, const ForeignCoupling
   return count == 0 ? ", which is fixed" : fmt::format(", which has {} coordinates", count);
 }
 
-void read_mimic(const XmlElement& element, const XmlElement& mimic, const XmlAttributeReader& read,
+void read_mimic(const XmlElement& element, const XmlElement& mimic, const XmlAttributeReader& reader,
                 ForeignModel& robot) {
   ForeignCoupling coupling;
   coupling.place = place_of(mimic);
   coupling.follower = robot.find_joint(*element.attribute("name"));
-  const std::string leader = read.required_text(mimic, "joint");
+  const std::string leader = reader.required_text(mimic, "joint");
   coupling.leader = robot.find_joint(leader);
-  coupling.ratio = read.number(mimic, "multiplier", 1);
-  coupling.offset = read.number(mimic, "offset", 0);
+  coupling.ratio = reader.number(mimic, "multiplier", 1);
+  coupling.offset = reader.number(mimic, "offset", 0);
   if (leader.empty()) return;
   const std::string subject = fmt::format("joint {}", quote_for_message(*element.attribute("name")));
   if (coupling.follower >= 0 &&
@@ -466,11 +474,11 @@ void read_mimic(const XmlElement& element, const XmlElement& mimic, const XmlAtt
     return;
   }
   if (!has_one_coordinate(robot, coupling.leader) || coupling.leader == coupling.follower)
-    return read.report(mimic, "joint",
-                       fmt::format("expected another joint with one coordinate, found {}{}", quote_for_message(leader),
-                                   format_leader_error(robot, coupling)));
+    return reader.report(mimic, "joint",
+                         fmt::format("expected another joint with one coordinate, found {}{}",
+                                     quote_for_message(leader), format_leader_error(robot, coupling)));
   if (!has_one_coordinate(robot, coupling.follower))
-    return read.report(mimic, "", "only a joint with one coordinate can mimic");
+    return reader.report(mimic, "", "only a joint with one coordinate can mimic");
   if (coupling.ratio == 0) {
     lock_joint(robot.joints[static_cast<std::size_t>(coupling.follower)], coupling.offset);
     robot.findings.push_back(
@@ -486,25 +494,26 @@ void read_mimic(const XmlElement& element, const XmlElement& mimic, const XmlAtt
 
 }  // namespace
 
-void read_urdf_mimics(const XmlElement& root, ForeignDiagnostics& faults, ForeignModel& robot) {
-  const XmlAttributeReader read(faults);
+void read_urdf_mimics(const XmlElement& root, ForeignDiagnostics& diagnostics, ForeignModel& robot) {
+  const XmlAttributeReader reader(diagnostics);
   for (const XmlElement& element : root.children)
     if (const XmlElement* mimic = element.name == "joint" ? element.child("mimic") : nullptr)
-      read_mimic(element, *mimic, read, robot);
+      read_mimic(element, *mimic, reader, robot);
 }
 
 void read_urdf_transmissions(const XmlElement& root, ForeignModel& robot) {
-  for (const XmlElement& part : root.children) {
-    if (part.name != "transmission") continue;
-    bool drives = false;
-    for (const XmlElement& joint : part.children) {
+  for (const XmlElement& element : root.children) {
+    if (element.name != "transmission") continue;
+    bool names_joint = false;
+    for (const XmlElement& joint : element.children) {
       const std::string* name = joint.name == "joint" ? joint.attribute("name") : nullptr;
-      const int found = name == nullptr ? -1 : robot.find_joint(*name);
-      if (found < 0 || joint_degrees_of_freedom(robot.joints[static_cast<std::size_t>(found)].joint.type) == 0)
+      const int joint_index = name == nullptr ? -1 : robot.find_joint(*name);
+      if (joint_index < 0 ||
+          joint_degrees_of_freedom(robot.joints[static_cast<std::size_t>(joint_index)].joint.type) == 0)
         continue;
-      robot.joints[static_cast<std::size_t>(found)].is_actuated = robot.declares_actuators = drives = true;
+      robot.joints[static_cast<std::size_t>(joint_index)].is_actuated = robot.declares_actuators = names_joint = true;
     }
-    if (!drives) ++robot.ignored[part.name];
+    if (!names_joint) ++robot.ignored[element.name];
   }
 }
 

@@ -1,4 +1,4 @@
-// The only place that knows pugixml.
+// The only file that depends on pugixml.
 
 #include "balance/interface/import/xml_document.hpp"
 
@@ -18,13 +18,13 @@ namespace balance::foreign {
 
 void ForeignDiagnostics::add(SourceLocation place, std::string key, std::string message) {
   place.key = std::move(key);
-  mistakes_.push_back({.place = std::move(place), .message = std::move(message)});
-  if (mistakes_.size() >= SpecError::max_counted_diagnostics) throw_if_any();
+  diagnostics_.push_back({.place = std::move(place), .message = std::move(message)});
+  if (diagnostics_.size() >= SpecError::max_counted_diagnostics) throw_if_any();
 }
 
 void ForeignDiagnostics::throw_if_any() const {
   if (is_empty()) return;
-  std::vector<Diagnostic> ordered = mistakes_;
+  std::vector<Diagnostic> ordered = diagnostics_;
   std::stable_sort(ordered.begin(), ordered.end(), [](const Diagnostic& a, const Diagnostic& b) {
     return std::tie(a.place.file, a.place.line, a.place.column) < std::tie(b.place.file, b.place.line, b.place.column);
   });
@@ -38,13 +38,14 @@ std::optional<std::vector<double>> parse_number_list(std::string_view text) {
     std::size_t end = std::min(text.find_first_of(" \t\r\n", i), text.size());
     if (text[i] == '+' && i + 1 < end && text[i + 1] != '-') ++i;
     double value = 0;
-    const auto [stop, error] = std::from_chars(text.data() + i, text.data() + end, value);
-    // what is too small to be told from zero is zero
+    const auto [parsed_end, error] = std::from_chars(text.data() + i, text.data() + end, value);
+    // numbers that underflow are zero
     const std::string_view word = text.substr(i, end - i);
-    const bool tiny =
+    const bool is_underflow =
         error == std::errc::result_out_of_range && (word.find("e-") != word.npos || word.find("E-") != word.npos);
-    if (tiny) value = 0;
-    if ((error != std::errc() && !tiny) || stop != text.data() + end || !std::isfinite(value)) return std::nullopt;
+    if (is_underflow) value = 0;
+    if ((error != std::errc() && !is_underflow) || parsed_end != text.data() + end || !std::isfinite(value))
+      return std::nullopt;
     values.push_back(value);
     i = end;
   }
@@ -56,7 +57,7 @@ void XmlAttributeReader::report(const XmlElement& at, std::string_view attribute
   if (const std::string* name = at.attribute("name"); name != nullptr && !name->empty())
     key += " " + quote_for_message(*name);
   if (!attribute.empty()) key += "." + std::string(attribute);
-  faults_->add(place_of(at, attribute), std::move(key), message);
+  diagnostics_->add(place_of(at, attribute), std::move(key), message);
 }
 
 std::vector<double> XmlAttributeReader::numbers(const XmlElement& at, std::string_view attribute,
@@ -92,11 +93,11 @@ std::string XmlAttributeReader::required_text(const XmlElement& at, std::string_
 
 namespace {
 
-constexpr std::size_t index_block_bytes = 1024;  // bytes
+constexpr std::size_t index_block_bytes = 1024;
 
 bool is_character_start(char c) { return (static_cast<unsigned char>(c) & 0xC0) != 0x80; }
 
-/// A file has thousands of places to tell of, in lines of any length: counted once.
+/// Indexes the text once: a file has thousands of locations to report, in lines of any length.
 void index_locations(XmlDocument& document) {
   document.line_starts = {0};
   std::size_t count = 0;
@@ -107,7 +108,7 @@ void index_locations(XmlDocument& document) {
   }
 }
 
-/// Characters before a byte.
+/// Number of characters before a byte offset.
 std::size_t count_characters_before(const XmlDocument& document, std::size_t offset) {
   if (document.character_counts.empty()) return 0;
   const std::size_t begin =
@@ -131,7 +132,7 @@ SourceLocation place_at(const XmlDocument& document, std::size_t offset) {
   throw SpecError({.place = place, .message = message});
 }
 
-std::string words_of(pugi::xml_parse_status status) {
+std::string describe_status(pugi::xml_parse_status status) {
   switch (status) {
     case pugi::status_end_element_mismatch: return "an element that is not closed, or closed by another's name";
     case pugi::status_bad_attribute: return "an attribute that is no name=\"value\"";
@@ -142,23 +143,23 @@ std::string words_of(pugi::xml_parse_status status) {
   }
 }
 
-/// Builds the plain tree, no deeper than the limit; lines are counted as the nodes come, in the text's order.
+/// Builds the plain tree up to the depth limit. Counts lines as the nodes arrive, in the order of the text.
 class XmlTreeBuilder {
  public:
   XmlTreeBuilder(const XmlDocument& document, const XmlLimits& limits) : document_(document), limits_(limits) {}
 
   XmlElement build(const pugi::xml_node& root) {
-    XmlElement top;
-    fill(root, top, 1);
-    return top;
+    XmlElement root_element;
+    fill(root, root_element, 1);
+    return root_element;
   }
 
  private:
   void fill(const pugi::xml_node& node, XmlElement& element, int depth) {
     const auto offset = static_cast<std::size_t>(std::max<std::ptrdiff_t>(node.offset_debug(), 0));
-    line_ += std::count(document_.text.begin() + static_cast<std::ptrdiff_t>(counted_),
+    line_ += std::count(document_.text.begin() + static_cast<std::ptrdiff_t>(counted_offset_),
                         document_.text.begin() + static_cast<std::ptrdiff_t>(offset), '\n');
-    counted_ = offset;
+    counted_offset_ = offset;
     element.name = node.name();
     element.text = node.text().get();
     element.document = &document_;
@@ -175,7 +176,7 @@ class XmlTreeBuilder {
 
   const XmlDocument& document_;
   const XmlLimits& limits_;
-  std::size_t counted_ = 0;
+  std::size_t counted_offset_ = 0;
   std::ptrdiff_t line_ = 1;
   long elements_ = 0;
 };
@@ -187,40 +188,40 @@ void check_bytes(const XmlDocument& document, const XmlLimits& limits) {
   if (text.find_first_not_of(" \t\r\n") == std::string::npos)
     fail({document.file, 1, 1, ""}, "expected XML, found an empty file");
   if (!is_utf8(text) || text.find('\0') != std::string::npos) {
-    std::size_t odd = 0;
-    while (odd < text.size() && text[odd] != '\0') {
-      const std::size_t bytes = decode_utf8(std::string_view(text).substr(odd)).bytes;
+    std::size_t invalid_offset = 0;
+    while (invalid_offset < text.size() && text[invalid_offset] != '\0') {
+      const std::size_t bytes = decode_utf8(std::string_view(text).substr(invalid_offset)).bytes;
       if (bytes == 0) break;
-      odd += bytes;
+      invalid_offset += bytes;
     }
-    fail(place_at(document, odd), "expected text (UTF-8), found a binary file or another encoding");
+    fail(place_at(document, invalid_offset), "expected text (UTF-8), found a binary file or another encoding");
   }
 }
 
 }  // namespace
 
-const XmlElement* XmlElement::child(std::string_view wanted) const {
-  const auto found =
-      std::find_if(children.begin(), children.end(), [&](const XmlElement& one) { return one.name == wanted; });
-  return found == children.end() ? nullptr : &*found;
+const XmlElement* XmlElement::child(std::string_view child_name) const {
+  const auto match =
+      std::find_if(children.begin(), children.end(), [&](const XmlElement& one) { return one.name == child_name; });
+  return match == children.end() ? nullptr : &*match;
 }
 
-const std::string* XmlElement::attribute(std::string_view wanted) const {
-  if (const std::string* own = own_attribute(wanted)) return own;
+const std::string* XmlElement::attribute(std::string_view attribute_name) const {
+  if (const std::string* value = own_attribute(attribute_name)) return value;
   for (const XmlDefaults* one : defaults)
-    if (const auto found = one->find(std::string(wanted)); found != one->end()) return &found->second;
+    if (const auto match = one->find(std::string(attribute_name)); match != one->end()) return &match->second;
   return nullptr;
 }
 
-const std::string* XmlElement::own_attribute(std::string_view wanted) const {
-  const auto found =
-      std::find_if(attributes.begin(), attributes.end(), [&](const XmlAttribute& one) { return one.name == wanted; });
-  return found == attributes.end() ? nullptr : &found->value;
+const std::string* XmlElement::own_attribute(std::string_view attribute_name) const {
+  const auto match = std::find_if(attributes.begin(), attributes.end(),
+                                  [&](const XmlAttribute& one) { return one.name == attribute_name; });
+  return match == attributes.end() ? nullptr : &match->value;
 }
 
 namespace {
 
-/// Byte of an attribute's name in its element's tag; npos if it is not there.
+/// Byte offset of an attribute's name in its element's tag; npos if there is no such attribute.
 std::size_t find_attribute(const XmlElement& element, std::string_view attribute) {
   const std::string& text = element.document->text;
   char quote = 0;
@@ -266,11 +267,11 @@ std::unique_ptr<const XmlDocument> parse_xml(std::string text, std::string file,
       parsed.load_buffer(document->text.data(), document->text.size(), pugi::parse_default, pugi::encoding_utf8);
   if (!result)
     fail(place_at(*document, static_cast<std::size_t>(std::max<std::ptrdiff_t>(result.offset, 0))),
-         "expected XML, found " + words_of(result.status));
+         "expected XML, found " + describe_status(result.status));
   const pugi::xml_node root = parsed.document_element();
-  for (pugi::xml_node other = root.next_sibling(); other; other = other.next_sibling())
-    if (other.type() == pugi::node_element)
-      fail(place_at(*document, static_cast<std::size_t>(other.offset_debug())),
+  for (pugi::xml_node sibling = root.next_sibling(); sibling; sibling = sibling.next_sibling())
+    if (sibling.type() == pugi::node_element)
+      fail(place_at(*document, static_cast<std::size_t>(sibling.offset_debug())),
            "expected one root element, found a second one");
   document->root = XmlTreeBuilder(*document, limits).build(root);
   return document;

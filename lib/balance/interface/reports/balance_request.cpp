@@ -8,8 +8,8 @@ namespace balance {
 
 DeriveConditions make_conditions_deriver(const std::vector<Goal>& goals, bool modular, const ConditionOptions& options,
                                          const std::vector<CoordinateValue>& start) {
-  return [=](const Mechanism& any) {
-    const Mechanism mechanism = assembled_at(any, start);
+  return [=](const Mechanism& unassembled) {
+    const Mechanism mechanism = assembled_at(unassembled, start);
     return modular ? derive_modular_conditions(mechanism, goals, options)
                    : derive_conditions(mechanism, goals, options);
   };
@@ -20,7 +20,8 @@ DeriveConditions make_perturbed_deriver(const DeriveConditions& derive, bool mod
                                         const Conditions& conditions) {
   if (modular) return derive;
   return make_perturbed_derivation(
-      derive, [start](const Mechanism& any) { return assembled_at(any, start); }, mechanism, conditions, options);
+      derive, [start](const Mechanism& unassembled) { return assembled_at(unassembled, start); }, mechanism, conditions,
+      options);
 }
 
 }  // namespace balance

@@ -30,7 +30,7 @@ Json mode_json(const AssemblyMode& mode, const Mechanism& mechanism) {
 }  // namespace
 
 std::string check_json(const CheckReport& report, const Mechanism& mechanism, const std::vector<std::string>& warnings,
-                       const VerifyReport* verified) {
+                       const VerifyReport* verification) {
   const bool planar = mechanism.space == SpaceKind::planar;
   Json json = {{"mechanism", mechanism.name}, {"space", planar ? "planar" : "spatial"}};
   json["outcome"] = outcome_json(report.outcome);
@@ -57,7 +57,7 @@ std::string check_json(const CheckReport& report, const Mechanism& mechanism, co
   for (const AssemblyMode& mode : report.modes) json["modes"].push_back(mode_json(mode, mechanism));
   json["notes"] = report.notes;
   json["warnings"] = warnings;
-  if (verified != nullptr) json["verification"] = verify_json(*verified);
+  if (verification != nullptr) json["verification"] = verify_json(*verification);
   return format_json(json);
 }
 
@@ -66,12 +66,12 @@ namespace {
 constexpr std::size_t label_width = 20;
 constexpr std::size_t line_width = 100;
 
-/// A long name widens its own line: a space is between it and the value all the same.
+/// A long label widens its own line; a space always separates it from the value.
 std::string format_property(const std::string& label, const std::string& value) {
   return fmt::format("{:<{}} {}\n", label, label_width - 1, value);
 }
 
-/// Items between commas, on as many lines as they need.
+/// Items separated by commas, on as many lines as needed.
 std::string wrap_list(const std::string& label, const std::vector<std::string>& items) {
   std::string text, current;
   for (std::size_t i = 0; i < items.size(); ++i) {
@@ -175,32 +175,33 @@ std::string check_text(const CheckReport& report, const Mechanism& mechanism) {
 namespace {
 
 std::string trajectory_text(const TrajectoryVerification& run) {
-  const auto stopped = [](const MotionOutcome& outcome) {
+  const auto describe_outcome = [](const MotionOutcome& outcome) {
     return outcome.status == MotionStatus::done ? std::string("runs to the end") : outcome.reason;
   };
   if (run.differences.empty())
     return fmt::format(
         "trajectory {}: {}\n  tree:    {}\n  natural: {}\n", run.trajectory,
         run.is_consistent ? "both formulations refuse it" : "one formulation refuses what the other runs",
-        stopped(run.tree), stopped(run.natural));
+        describe_outcome(run.tree), describe_outcome(run.natural));
   TextTable table;
   table.heading = {"quantity", "unit", "largest difference", "at time [s]", "relative"};
   table.align = {Align::left, Align::left, Align::right, Align::right, Align::right};
   for (const QuantityDifference& d : run.differences)
     table.rows.push_back({d.quantity, d.unit, fmt::format("{:.2e}", d.difference), format_number(d.time),
                           fmt::format("{:.1e}{}", d.relative(), d.relative() <= run.tolerance ? "" : " !")});
-  const std::string near =
+  const std::string tolerance_note =
       run.tolerance > verify_tolerance ? fmt::format(" (near a singularity: to {:.0e})", run.tolerance) : std::string();
   return fmt::format("trajectory {}, {} samples: {}{}\n", run.trajectory, run.samples,
-                     run.is_consistent ? "agree" : "DISAGREE", near) +
+                     run.is_consistent ? "agree" : "DISAGREE", tolerance_note) +
          format_table(table);
 }
 
-std::string conditions_text(const ConditionsVerification& found) {
-  if (!found.reason.empty()) return "force conditions: not compared: " + found.reason + "\n";
+std::string conditions_text(const ConditionsVerification& verification) {
+  if (!verification.reason.empty()) return "force conditions: not compared: " + verification.reason + "\n";
   return fmt::format("force conditions: {} by sampling, {} from the coefficient matrices; {} ({:.1e} apart)\n",
-                     found.sampled, found.coefficients, found.is_consistent ? "the same space" : "DIFFERENT SPACES",
-                     found.subspace_angle_sine);
+                     verification.sampled, verification.coefficients,
+                     verification.is_consistent ? "the same space" : "DIFFERENT SPACES",
+                     verification.subspace_angle_sine);
 }
 
 }  // namespace

@@ -1,5 +1,5 @@
 #pragma once
-/// What `balance check` finds, as JSON for programs.
+/// Results of `balance check` as JSON and as text.
 
 #include "balance/interface/files/json.hpp"
 #include "balance/mechanics/model/mechanism.hpp"
@@ -11,17 +11,17 @@
 
 namespace balance {
 
-/// One object with everything of the report.
-/// @param verified adds "verification", what verify_json says of it, if not null
+/// One object with the whole report.
+/// @param verification adds "verification", the result of verify_json(), if not null
 std::string check_json(const CheckReport& report, const Mechanism& mechanism, const std::vector<std::string>& warnings,
-                       const VerifyReport* verified = nullptr);
+                       const VerifyReport* verification = nullptr);
 
-// What `balance check` finds, as text for people.
+// Results of `balance check` as text.
 
-/// What the mechanism is, one property a line, ending with a line feed. A mechanism that cannot be assembled has fewer.
+/// Properties of the mechanism, one per line, ending with a line feed. A mechanism that cannot be assembled has fewer.
 std::string check_text(const CheckReport& report, const Mechanism& mechanism);
 
-// What a comparison of the two formulations found, for people and for programs.
+// Comparison of the two formulations as text and as JSON.
 
 /// A table of the largest differences per trajectory and a line on the conditions, ending with a line feed.
 std::string verify_text(const VerifyReport& report);

@@ -88,21 +88,21 @@ std::string comparison_json(const ComparedRuns& compared, const std::vector<Requ
 JunitSuite make_verdict_suite(const std::string& name, const std::vector<RequirementVerdict>& verdicts) {
   JunitSuite suite{name, {}};
   for (const RequirementVerdict& verdict : verdicts) {
-    JunitCase one;
-    one.group = verdict.run.empty() ? name : verdict.run;
-    one.name = verdict.requirement;
+    JunitCase junit_case;
+    junit_case.group = verdict.run.empty() ? name : verdict.run;
+    junit_case.name = verdict.requirement;
     if (verdict.holds) {
-      one.output = describe_verdict(verdict);
+      junit_case.output = describe_verdict(verdict);
     } else {
-      one.status = JunitCase::Status::failed;
-      one.kind = "requirement";
-      one.message = describe_verdict(verdict);
+      junit_case.status = JunitCase::Status::failed;
+      junit_case.kind = "requirement";
+      junit_case.message = describe_verdict(verdict);
       for (const JudgedComparison& judged : verdict.compared) {
-        one.details +=
+        junit_case.details +=
             fmt::format("{} = {:.17g}\n{} = {:.17g}\n", judged.left_text, judged.left, judged.right_text, judged.right);
       }
     }
-    suite.cases.push_back(std::move(one));
+    suite.cases.push_back(std::move(junit_case));
   }
   return suite;
 }
@@ -114,15 +114,15 @@ const char* const missing = "-";
 std::string cell(double value) { return std::isnan(value) ? missing : format_number(value); }
 std::string ratio_cell(double ratio) { return std::isnan(ratio) ? missing : fmt::format("{:#.4g}", ratio); }
 
-bool is_main(const std::string& quantity) {
+bool is_main_quantity(const std::string& quantity) {
   for (const char* name : {"torque", "power", "shaking_force", "shaking_moment", "joint_force", "joint_moment"}) {
     if (quantity == name) return true;
   }
   return quantity.starts_with("torque[") || quantity.starts_with("force[") || quantity.starts_with("power[");
 }
 
-bool is_shown(const ComparedQuantity& quantity, QuantitySelection shown) {
-  return shown == QuantitySelection::all || is_main(quantity.quantity);
+bool is_shown(const ComparedQuantity& quantity, QuantitySelection selection) {
+  return selection == QuantitySelection::all || is_main_quantity(quantity.quantity);
 }
 
 void add_column(TextTable& table, const std::string& heading, Align align) {
@@ -130,7 +130,7 @@ void add_column(TextTable& table, const std::string& heading, Align align) {
   table.align.push_back(align);
 }
 
-/// A name and its ratio to the base for every run but the base, which has no ratio.
+/// One column per run, followed by its ratio to the base for all runs but the base.
 void add_run_columns(TextTable& table, const ComparedRuns& compared) {
   for (std::size_t run = 0; run < compared.runs.size(); ++run) {
     add_column(table, compared.runs[run].name, Align::right);
@@ -151,12 +151,12 @@ TitledTextTable runs_table(const ComparedRuns& compared) {
 }
 
 TitledTextTable figure_table(const ComparedRuns& compared, Statistic figure, const char* title,
-                             QuantitySelection shown) {
+                             QuantitySelection selection) {
   TextTable table;
   for (const char* heading : {"quantity", "unit"}) add_column(table, heading, Align::left);
   add_run_columns(table, compared);
   for (const ComparedQuantity& quantity : compared.quantities) {
-    if (!is_shown(quantity, shown)) continue;
+    if (!is_shown(quantity, selection)) continue;
     std::vector<std::string> row = {quantity.quantity, quantity.unit};
     for (std::size_t run = 0; run < compared.runs.size(); ++run) {
       const auto& metric = quantity.metrics[run];
@@ -173,7 +173,7 @@ std::string percent_of_peak(const ComparedQuantity& quantity, double value) {
   return base && base->peak > 0 ? format_percent(100 * value / base->peak) : missing;
 }
 
-TitledTextTable difference_table(const ComparedRuns& compared, QuantitySelection shown) {
+TitledTextTable difference_table(const ComparedRuns& compared, QuantitySelection selection) {
   TextTable table;
   for (const char* heading : {"quantity", "unit"}) add_column(table, heading, Align::left);
   for (std::size_t run = 1; run < compared.runs.size(); ++run) {
@@ -181,7 +181,7 @@ TitledTextTable difference_table(const ComparedRuns& compared, QuantitySelection
     for (const char* heading : {"of peak", "rms"}) add_column(table, heading, Align::right);
   }
   for (const ComparedQuantity& quantity : compared.quantities) {
-    if (!is_shown(quantity, shown)) continue;
+    if (!is_shown(quantity, selection)) continue;
     std::vector<std::string> row = {quantity.quantity, quantity.unit};
     for (std::size_t run = 1; run < compared.runs.size(); ++run) {
       const auto& difference = quantity.differences[run];
@@ -211,14 +211,14 @@ TitledTextTable energy_table(const ComparedRuns& compared) {
 
 }  // namespace
 
-std::vector<TitledTextTable> make_comparison_tables(const ComparedRuns& compared, QuantitySelection shown) {
+std::vector<TitledTextTable> make_comparison_tables(const ComparedRuns& compared, QuantitySelection selection) {
   return {runs_table(compared),
-          figure_table(compared, Statistic::peak, "peak", shown),
-          figure_table(compared, Statistic::rms, "rms", shown),
-          figure_table(compared, Statistic::mean, "mean", shown),
-          figure_table(compared, Statistic::range, "range", shown),
+          figure_table(compared, Statistic::peak, "peak", selection),
+          figure_table(compared, Statistic::rms, "rms", selection),
+          figure_table(compared, Statistic::mean, "mean", selection),
+          figure_table(compared, Statistic::range, "range", selection),
           energy_table(compared),
-          difference_table(compared, shown)};
+          difference_table(compared, selection)};
 }
 
 TextTable verdict_table(const std::vector<RequirementVerdict>& verdicts) {
@@ -232,14 +232,14 @@ TextTable verdict_table(const std::vector<RequirementVerdict>& verdicts) {
 }
 
 std::string format_verdict_count(const std::vector<RequirementVerdict>& verdicts) {
-  const auto holding =
+  const auto met_count =
       std::count_if(verdicts.begin(), verdicts.end(), [](const RequirementVerdict& one) { return one.holds; });
-  return fmt::format("{} of {} requirement{} met", holding, verdicts.size(), verdicts.size() == 1 ? "" : "s");
+  return fmt::format("{} of {} requirement{} met", met_count, verdicts.size(), verdicts.size() == 1 ? "" : "s");
 }
 
 namespace {
 
-std::string number(double value) { return std::isfinite(value) ? fmt::format("{:.17g}", value) : ""; }
+std::string format_csv_number(double value) { return std::isfinite(value) ? fmt::format("{:.17g}", value) : ""; }
 
 class CsvRows {
  public:
@@ -247,8 +247,9 @@ class CsvRows {
 
   void add(const std::string& quantity, const std::string& unit, const char* figure, std::size_t run, double value,
            double ratio = NAN) {
-    text_ += fmt::format("{},{},{},{},{},{}\n", escape_csv_field(quantity), escape_csv_field(unit), figure,
-                         escape_csv_field(compared_.runs[run].name), number(value), number(ratio));
+    text_ +=
+        fmt::format("{},{},{},{},{},{}\n", escape_csv_field(quantity), escape_csv_field(unit), figure,
+                    escape_csv_field(compared_.runs[run].name), format_csv_number(value), format_csv_number(ratio));
   }
 
   void add(const ComparedQuantity& q, std::size_t run) {
@@ -289,10 +290,10 @@ std::string format_verdicts(const std::vector<RequirementVerdict>& verdicts) {
 }
 
 std::string comparison_text(const ComparedRuns& compared, const std::vector<RequirementVerdict>& verdicts,
-                            QuantitySelection shown) {
+                            QuantitySelection selection) {
   std::string text;
-  for (const TitledTextTable& one : make_comparison_tables(compared, shown)) {
-    text += one.title + "\n\n" + format_table(one.table) + "\n";
+  for (const TitledTextTable& table : make_comparison_tables(compared, selection)) {
+    text += table.title + "\n\n" + format_table(table.table) + "\n";
   }
   for (const std::string& note : compared.notes) text += "note: " + escape_for_terminal(note) + "\n";
   if (!compared.notes.empty() && !verdicts.empty()) text += "\n";
@@ -302,17 +303,17 @@ std::string comparison_text(const ComparedRuns& compared, const std::vector<Requ
 }
 
 std::string comparison_markdown(const ComparedRuns& compared, const std::vector<RequirementVerdict>& verdicts,
-                                QuantitySelection shown) {
+                                QuantitySelection selection) {
   std::string text = "# Comparison with " + escape_markdown(compared.runs.front().name) + "\n";
   if (!verdicts.empty()) {
     constexpr std::size_t requirement = 1;
     text += "\n## Requirements\n\n" + format_verdict_count(verdicts) + ".\n\n" +
             format_markdown_table(verdict_table(verdicts), {requirement});
   }
-  for (const TitledTextTable& one : make_comparison_tables(compared, shown)) {
-    std::string title = one.title;
+  for (const TitledTextTable& table : make_comparison_tables(compared, selection)) {
+    std::string title = table.title;
     title[0] = static_cast<char>(std::toupper(static_cast<unsigned char>(title[0])));
-    text += "\n## " + escape_markdown(title) + "\n\n" + format_markdown_table(one.table);
+    text += "\n## " + escape_markdown(title) + "\n\n" + format_markdown_table(table.table);
   }
   for (const std::string& note : compared.notes) text += "\nNote: " + escape_markdown(note) + "\n";
   return text;

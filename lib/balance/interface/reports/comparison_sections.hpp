@@ -1,5 +1,5 @@
 #pragma once
-/// Comparisons as text, Markdown and comma-separated values.
+/// Comparisons of runs as text, Markdown, CSV, JSON and JUnit XML.
 
 #include "balance/interface/comparison/comparison.hpp"
 #include "balance/interface/comparison/requirement_verdict.hpp"
@@ -12,19 +12,19 @@
 
 namespace balance {
 
-// Comparisons and verdicts as JSON and JUnit XML for programs.
+// Comparisons and verdicts as JSON and JUnit XML.
 
-/// One object: runs, quantities with figures, ratios and differences per run, notes, requirements; ends with a line feed. What is
-/// missing is null.
+/// One object: runs, quantities with figures, ratios and differences per run, notes, requirements; ends with a line
+/// feed. Missing values are null.
 std::string comparison_json(const ComparedRuns& compared, const std::vector<RequirementVerdict>& verdicts);
 
-/// One test case per verdict: its name is the requirement, its group the run.
+/// One test case per verdict, named after the requirement; its group is the run.
 JunitSuite make_verdict_suite(const std::string& name, const std::vector<RequirementVerdict>& verdicts);
 
-// What a comparison shows people, whatever the format: tables under titles.
+// Tables of a comparison, for all text formats.
 
-/// Which quantities are shown: the ones most asked for (torque and power of each actuator, shaking force and moment, the worst
-/// reactions), or all that there are.
+/// Which quantities to show: the main ones (torque and power of each actuator, shaking force and moment,
+/// the worst reactions), or all.
 enum class QuantitySelection { main, all };
 
 struct TitledTextTable {
@@ -32,36 +32,37 @@ struct TitledTextTable {
   TextTable table;
 };
 
-/// The runs; per figure every quantity with its ratio to the base; the differences; the energy.
-std::vector<TitledTextTable> make_comparison_tables(const ComparedRuns& compared, QuantitySelection shown);
+/// The runs; for each figure every quantity with its ratio to the base; the energy; the differences.
+std::vector<TitledTextTable> make_comparison_tables(const ComparedRuns& compared, QuantitySelection selection);
 
 /// One row per verdict.
 TextTable verdict_table(const std::vector<RequirementVerdict>& verdicts);
 
-/// "3 of 4 requirements hold"
+/// "3 of 4 requirements met"
 std::string format_verdict_count(const std::vector<RequirementVerdict>& verdicts);
 
 /// Tables, notes and verdicts, six significant digits.
 std::string comparison_text(const ComparedRuns& compared, const std::vector<RequirementVerdict>& verdicts,
-                            QuantitySelection shown);
+                            QuantitySelection selection);
 
 /// The same as Markdown.
 std::string comparison_markdown(const ComparedRuns& compared, const std::vector<RequirementVerdict>& verdicts,
-                                QuantitySelection shown);
+                                QuantitySelection selection);
 
-/// Every figure of every quantity, one per line: `quantity,unit,figure,run,value,ratio`, 17 significant digits; empty where there is
-/// none. Figures are peak, peak_time, rms, mean, range, largest_difference, difference_time, rms_difference.
+/// Every figure of every quantity, one per line: `quantity,unit,figure,run,value,ratio`, 17 significant digits; missing
+/// values are empty. Figures are peak, peak_time, rms, mean, range, largest_difference, difference_time,
+/// rms_difference; of energy, total.
 std::string comparison_csv(const ComparedRuns& compared);
 
-/// "ok     <requirement> [run]: holds: …" or "FAILED <requirement> [run]: …", as describe_verdict() ends.
+/// "ok     <requirement> [run]: …" or "FAILED <requirement> [run]: …", ending with describe_verdict().
 std::string format_verdict_line(const RequirementVerdict& verdict);
 
-/// The verdicts alone, one a line.
+/// All verdicts, one per line.
 std::string format_verdicts(const std::vector<RequirementVerdict>& verdicts);
 
-// A verdict as a piece of a JSON document.
+// A verdict as part of a JSON document.
 
-/// What is no number is null.
+/// Numbers that are not finite are null.
 Json verdict_json(const RequirementVerdict& verdict);
 
 }  // namespace balance

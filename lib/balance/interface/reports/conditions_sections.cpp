@@ -45,7 +45,7 @@ Json terms_json(const ConditionsReportData& view, int row) {
   return terms;
 }
 
-/// The right-hand side: known terms, with what they come to.
+/// The right-hand side: known terms with their values.
 void add_right_hand_side(Json& json, const ConditionsReportData& view, int row) {
   const Conditions& c = view.conditions;
   const double max_abs_entry = max_abs(c.matrix.row(row));
@@ -63,38 +63,38 @@ void add_right_hand_side(Json& json, const ConditionsReportData& view, int row) 
   json["right_hand_side"] = sum;
 }
 
-Json staying_json(const ConditionsReportData& view) {
+Json remainder_json(const ConditionsReportData& view) {
   Json list = Json::array();
-  for (const UnbalancedRemainder& staying : view.unbalanced_remainder) {
-    const ParameterOwner bearer = staying.element.bearer;
-    Json one = {{"kind", bearer == ParameterOwner::friction ? "friction"
-                         : bearer == ParameterOwner::spring ? "spring"
-                                                            : "load"},
-                {"name", staying.element.name},
-                {"text", staying.text},
-                {"terms", Json::array()},
-                {"efforts", Json::array()},
-                {"unknown", Json::array()}};
-    for (const auto& unknown : staying.failed_trajectories)
-      one["unknown"].push_back({{"along", unknown.trajectory.empty() ? Json(nullptr) : Json(unknown.trajectory)},
-                                {"reason", unknown.reason}});
-    for (const int term : staying.element.terms)
-      one["terms"].push_back(view.conditions.parameters[static_cast<std::size_t>(term)].name);
-    for (const RemainderEffort& effort : staying.efforts)
-      one["efforts"].push_back({{"along", effort.trajectory.empty() ? Json(nullptr) : Json(effort.trajectory)},
-                                {"actuator", effort.actuator},
-                                {"peak", effort.magnitude},
-                                {"unit", effort.unit}});
-    list.push_back(std::move(one));
+  for (const UnbalancedRemainder& remainder : view.unbalanced_remainder) {
+    const ParameterOwner owner = remainder.element.bearer;
+    Json entry = {{"kind", owner == ParameterOwner::friction ? "friction"
+                           : owner == ParameterOwner::spring ? "spring"
+                                                             : "load"},
+                  {"name", remainder.element.name},
+                  {"text", remainder.text},
+                  {"terms", Json::array()},
+                  {"efforts", Json::array()},
+                  {"unknown", Json::array()}};
+    for (const auto& failure : remainder.failed_trajectories)
+      entry["unknown"].push_back({{"along", failure.trajectory.empty() ? Json(nullptr) : Json(failure.trajectory)},
+                                  {"reason", failure.reason}});
+    for (const int term : remainder.element.terms)
+      entry["terms"].push_back(view.conditions.parameters[static_cast<std::size_t>(term)].name);
+    for (const RemainderEffort& effort : remainder.efforts)
+      entry["efforts"].push_back({{"along", effort.trajectory.empty() ? Json(nullptr) : Json(effort.trajectory)},
+                                  {"actuator", effort.actuator},
+                                  {"peak", effort.magnitude},
+                                  {"unit", effort.unit}});
+    list.push_back(std::move(entry));
   }
   return list;
 }
 
-Json free_json(const ConditionsReportData& view, int row) {
-  Json free = Json::array();
+Json free_numbers_json(const ConditionsReportData& view, int row) {
+  Json paths = Json::array();
   for (const int number : view.free_number_indices[static_cast<std::size_t>(row)])
-    free.push_back(view.numbers[static_cast<std::size_t>(number)].key_path);
-  return free;
+    paths.push_back(view.numbers[static_cast<std::size_t>(number)].key_path);
+  return paths;
 }
 
 }  // namespace
@@ -115,7 +115,7 @@ Json conditions_list_json(const ConditionsReportData& view) {
                     {"met", view.is_met(row)},
                     {"by_definition", static_cast<bool>(view.holds_by_definition[static_cast<std::size_t>(row)])},
                     {"scale", view.conditions.row_scales[row]},
-                    {"free", free_json(view, row)},
+                    {"free", free_numbers_json(view, row)},
                     {"latex", condition_latex(view.conditions, row, view.names)}});
     add_right_hand_side(list.back(), view, row);
   }
@@ -137,7 +137,7 @@ void add_conditions(Json& json, const ConditionsReportData& view) {
   for (const GeometricSymbol& s : view.names.symbols)
     json["symbols"].push_back({{"name", s.label}, {"value", s.value}, {"unit", s.unit}});
   json["conditions"] = conditions_list_json(view);
-  json["staying"] = staying_json(view);
+  json["staying"] = remainder_json(view);
   Json notes = c.notes;
   for (const std::string& note : view.names.notes) notes.push_back(note);
   json["notes"] = std::move(notes);
@@ -151,18 +151,18 @@ std::string residual_text(const ConditionsReportData& view, int row) {
   return view.is_met(row) ? "met" : fmt::format("{:.2g}", std::abs(view.residuals[row]));
 }
 
-/// Rows for one condition: further lines of a long one have only that cell.
+/// Rows of one condition; further lines of a long one fill only its own cell.
 void add_rows(TextTable& table, const ConditionsReportData& view, int row) {
   const auto lines = wrap_condition(view, row, max_condition_width);
-  std::vector<std::string> free;
+  std::vector<std::string> paths;
   for (const int number : view.free_number_indices[static_cast<std::size_t>(row)])
-    free.push_back(view.numbers[static_cast<std::size_t>(number)].key_path);
-  const bool with_free = table.heading.size() > 3;
-  const std::size_t height = std::max(lines.size(), with_free ? free.size() : 0);
+    paths.push_back(view.numbers[static_cast<std::size_t>(number)].key_path);
+  const bool has_free_column = table.heading.size() > 3;
+  const std::size_t height = std::max(lines.size(), has_free_column ? paths.size() : 0);
   for (std::size_t i = 0; i < height; ++i) {
     std::vector<std::string> cells = {i == 0 ? std::to_string(row + 1) : "", i < lines.size() ? lines[i] : "",
                                       i == 0 ? residual_text(view, row) : ""};
-    if (with_free) cells.push_back(i < free.size() ? free[i] : (i == 0 ? "nothing free" : ""));
+    if (has_free_column) cells.push_back(i < paths.size() ? paths[i] : (i == 0 ? "nothing free" : ""));
     table.rows.push_back(std::move(cells));
   }
 }
@@ -192,22 +192,22 @@ std::string heading_text(const ConditionsReportData& view) {
 }
 
 std::string closing_text(const ConditionsReportData& view) {
-  std::vector<int> hidden;
-  long open = 0;
+  std::vector<int> symmetric_rows;
+  long unmet_count = 0;
   for (int row = 0; row < view.parameter_rows(); ++row) {
-    if (view.holds_by_definition[static_cast<std::size_t>(row)]) hidden.push_back(row + 1);
-    if (!view.is_met(row)) ++open;
+    if (view.holds_by_definition[static_cast<std::size_t>(row)]) symmetric_rows.push_back(row + 1);
+    if (!view.is_met(row)) ++unmet_count;
   }
   std::string text;
-  if (!hidden.empty())
-    text += fmt::format("{} {} for every disc that is symmetrical about its axis\n", format_ranges(hidden),
-                        hidden.size() == 1 ? "holds" : "hold");
+  if (!symmetric_rows.empty())
+    text += fmt::format("{} {} for every disc that is symmetrical about its axis\n", format_ranges(symmetric_rows),
+                        symmetric_rows.size() == 1 ? "holds" : "hold");
   if (view.parameter_rows() == 0 && !view.unbalanced_remainder.empty()) return text;
   if (view.parameter_rows() == 0) return text + "nothing is asked for: the mechanism is balanced as it is\n";
-  if (open == 0)
+  if (unmet_count == 0)
     return text + (view.unbalanced_remainder.empty() ? "all are met\n" : "all that masses can meet are met\n");
-  return text + fmt::format("{} of {} not met: now is what is missing, relative to the size of the terms\n", open,
-                            view.parameter_rows());
+  return text + fmt::format("{} of {} not met: now is what is missing, relative to the size of the terms\n",
+                            unmet_count, view.parameter_rows());
 }
 
 std::string effort_text(const RemainderEffort& effort) {
@@ -235,9 +235,9 @@ std::vector<std::string> wrap_condition(const ConditionsReportData& view, int ro
   std::vector<std::string> lines;
   std::string line, term;
   const auto finish_term = [&] {
-    // Further lines are indented by four.
-    const std::size_t room = lines.empty() ? width : width - 4;
-    if (!line.empty() && line.size() + 1 + term.size() > room) {
+    // further lines are indented by four
+    const std::size_t available_width = lines.empty() ? width : width - 4;
+    if (!line.empty() && line.size() + 1 + term.size() > available_width) {
       lines.push_back((lines.empty() ? "" : "    ") + line);
       line.clear();
     }
@@ -245,10 +245,10 @@ std::vector<std::string> wrap_condition(const ConditionsReportData& view, int ro
     term.clear();
   };
   for (std::size_t i = 0; i < text.size(); ++i) {
-    // A term begins with its sign; signs inside brackets belong to their term.
-    const bool sign = text.compare(i, 3, " + ") == 0 || text.compare(i, 3, " - ") == 0;
+    // a term begins with its sign; signs inside brackets begin none
+    const bool is_sign = text.compare(i, 3, " + ") == 0 || text.compare(i, 3, " - ") == 0;
     const auto depth = std::count(term.begin(), term.end(), '(') - std::count(term.begin(), term.end(), ')');
-    if (sign && depth == 0)
+    if (is_sign && depth == 0)
       finish_term();
     else
       term += text[i];
@@ -272,18 +272,20 @@ std::string symbols_text(const ConditionsReportData& view) {
 std::string format_remainder(const ConditionsReportData& view) {
   if (view.unbalanced_remainder.empty()) return "";
   std::string text = "cannot be balanced by masses or springs, and stays:\n";
-  for (const UnbalancedRemainder& staying : view.unbalanced_remainder) {
-    text += "  " + staying.text + "\n";
-    for (const RemainderEffort& effort : staying.efforts) text += "      up to " + effort_text(effort) + "\n";
-    for (const auto& unknown : staying.failed_trajectories)
-      if (unknown.trajectory.empty()) text += "      not known at rest: " + unknown.reason + "\n";
+  for (const UnbalancedRemainder& remainder : view.unbalanced_remainder) {
+    text += "  " + remainder.text + "\n";
+    for (const RemainderEffort& effort : remainder.efforts) text += "      up to " + effort_text(effort) + "\n";
+    for (const auto& failure : remainder.failed_trajectories)
+      if (failure.trajectory.empty()) text += "      not known at rest: " + failure.reason + "\n";
   }
-  std::vector<std::string> lost;
-  for (const UnbalancedRemainder& staying : view.unbalanced_remainder)
-    for (const auto& unknown : staying.failed_trajectories)
-      if (!unknown.trajectory.empty() && std::find(lost.begin(), lost.end(), unknown.trajectory) == lost.end())
-        lost.push_back(unknown.trajectory);
-  if (!lost.empty()) text += fmt::format("not known along {}, which cannot be followed\n", fmt::join(lost, ", "));
+  std::vector<std::string> failed_trajectories;
+  for (const UnbalancedRemainder& remainder : view.unbalanced_remainder)
+    for (const auto& failure : remainder.failed_trajectories)
+      if (!failure.trajectory.empty() && std::find(failed_trajectories.begin(), failed_trajectories.end(),
+                                                   failure.trajectory) == failed_trajectories.end())
+        failed_trajectories.push_back(failure.trajectory);
+  if (!failed_trajectories.empty())
+    text += fmt::format("not known along {}, which cannot be followed\n", fmt::join(failed_trajectories, ", "));
   return text + "--without leaves it out\n";
 }
 
@@ -310,15 +312,15 @@ std::string unit_of(const Parameter& term) {
   }
 }
 
-/// Known terms of the conditions that hold parameters, too.
+/// Known terms of the conditions that also have parameters.
 std::vector<GeometricSymbol> known_values_of(const Conditions& conditions, const VectorX& values) {
-  std::vector<GeometricSymbol> known;
+  std::vector<GeometricSymbol> symbols;
   for (Eigen::Index column = conditions.parameter_columns(); column < values.size(); ++column) {
     const Parameter& term = conditions.parameters[static_cast<std::size_t>(column)];
     if (!conditions.matrix.col(column).head(conditions.parameter_rows()).isZero(0))
-      known.push_back({term.name, unit_of(term), values[column], {}});
+      symbols.push_back({term.name, unit_of(term), values[column], {}});
   }
-  return known;
+  return symbols;
 }
 
 }  // namespace
@@ -331,8 +333,8 @@ void evaluate_conditions(ConditionsReportData& view, const Mechanism& mechanism,
   view.known_terms = known_values_of(view.conditions, values);
   view.unbalanced_remainder = list_unbalanced_remainders(mechanism, trajectories, view.conditions, options);
   // what a free number may change is left to the design
-  std::erase_if(view.unbalanced_remainder, [&](const UnbalancedRemainder& staying) {
-    const auto& rows = staying.element.rows;
+  std::erase_if(view.unbalanced_remainder, [&](const UnbalancedRemainder& remainder) {
+    const auto& rows = remainder.element.rows;
     return std::any_of(rows.begin(), rows.end(),
                        [&](int row) { return !view.free_number_indices[static_cast<std::size_t>(row)].empty(); });
   });

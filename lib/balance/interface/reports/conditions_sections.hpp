@@ -1,5 +1,5 @@
 #pragma once
-/// Everything that is told about a mechanism's conditions, gathered for the writers.
+/// Report data of a mechanism's conditions.
 
 #include "balance/interface/files/json.hpp"
 #include "balance/motion/study/design_space.hpp"
@@ -17,35 +17,35 @@ struct ConditionsReportData {
   std::string strategy;  ///< "complete" or "modular"
   Conditions conditions;
   ConditionNames names;
-  VectorX residuals;                                  ///< scaled, with the numbers that the study holds
-  std::vector<bool> holds_by_definition;              ///< per condition: no disc can miss it, and it is met
-  std::vector<FreeNumber> numbers;                    ///< the study's free ones
-  std::vector<std::vector<int>> free_number_indices;  ///< per condition: into `numbers`
+  VectorX residuals;                                  ///< scaled, for the study's numbers
+  std::vector<bool> holds_by_definition;              ///< per condition: met, and met by any symmetric disc
+  std::vector<FreeNumber> numbers;                    ///< the study's free numbers
+  std::vector<std::vector<int>> free_number_indices;  ///< per condition: indices into `numbers`
 
-  std::vector<UnbalancedRemainder> unbalanced_remainder;  ///< what nothing balances
+  std::vector<UnbalancedRemainder> unbalanced_remainder;  ///< what cannot be balanced
   std::vector<GeometricSymbol> known_terms;               ///< values of the known terms that occur
 
   bool is_met(int row) const;
-  /// Conditions that hold a parameter; those behind them hold known terms alone and are told by `staying`.
+  /// Number of conditions with a parameter. The ones after them have only known terms; see unbalanced_remainder.
   int parameter_rows() const { return static_cast<int>(conditions.parameter_rows()); }
 };
 
-/// Fills residuals, by_definition, known and staying from the rest.
+/// Computes residuals, holds_by_definition, known_terms and unbalanced_remainder from the rest.
 /// @param mechanism whose numbers the residuals are for
-/// @param trajectories along which efforts that stay are looked for
-/// @param options as the conditions were derived
+/// @param trajectories along which remaining efforts are computed
+/// @param options those of the derivation
 void evaluate_conditions(ConditionsReportData& view, const Mechanism& mechanism,
                          const std::vector<Trajectory>& trajectories, const ConditionOptions& options);
 
-/// Which springs conditions describe by all products of stiffness and end points.
+/// Springs that the conditions describe by all products of stiffness and end points.
 FreeSprings loose_springs_of(const Conditions& conditions, const Mechanism& mechanism);
 
 // Balancing conditions as JSON for programs.
 
-/// One object with everything of the view, conditions that hold by definition included.
+/// One object with everything in the view, including conditions that hold by definition.
 std::string conditions_json(const ConditionsReportData& view, const std::vector<std::string>& warnings);
 
-// Pieces of JSON that tell of goals and conditions.
+// Goals and conditions as parts of a JSON document.
 
 /// One name, or a list if there are several.
 Json goals_json(const std::vector<Goal>& goals);
@@ -53,25 +53,25 @@ Json goals_json(const std::vector<Goal>& goals);
 /// Text, LaTeX, terms, residual, … of every condition.
 Json conditions_list_json(const ConditionsReportData& view);
 
-/// Rank, gap and singular values, the parameters' names, the symbols, the conditions and the notes, added to an object.
+/// Adds rank, gap and singular values, parameter names, symbols, conditions and notes to an object.
 void add_conditions(Json& json, const ConditionsReportData& view);
 
 // Balancing conditions as text for people.
 
-/// Goal, rank and gap, then the conditions by number with what they miss now and which free numbers they depend on. What no disc can
-/// miss is named in one line. Ends with a line feed.
+/// Goal, rank and gap, then the numbered conditions with their residuals and the free numbers that they depend on.
+/// Conditions that any symmetric disc meets are listed in one line. Ends with a line feed.
 std::string conditions_text(const ConditionsReportData& view);
 
-/// One condition on lines of at most `width` characters, broken between terms; an over-long term has a line of its own.
+/// One condition on lines of at most `width` characters, broken between terms; an overlong term has its own line.
 std::vector<std::string> wrap_condition(const ConditionsReportData& view, int row, std::size_t width);
 
-/// "l1 = 0.5 m, push.fy = -5 N": what the symbols and known terms stand for; "" if there are none.
+/// "l1 = 0.5 m, push.fy = -5 N": values of the symbols and known terms; "" if there are none.
 std::string symbols_text(const ConditionsReportData& view);
 
-/// What cannot be balanced, an element a line with the efforts that it leaves; "" if there is nothing.
+/// What cannot be balanced, one element per line with its remaining efforts; "" if there is none.
 std::string format_remainder(const ConditionsReportData& view);
 
-/// "1–4, 7" of rows that are counted from one.
+/// "1-4, 7" for row numbers counted from one.
 std::string format_ranges(const std::vector<int>& rows);
 
 }  // namespace balance

@@ -23,11 +23,11 @@ namespace balance {
 
 namespace {
 
-std::vector<std::string> names_of(const DesignReport& report, std::size_t choice, bool kept) {
+std::vector<std::string> names_of(const DesignReport& report, std::size_t constraint, bool is_kept) {
   std::vector<std::string> names;
-  const std::vector<bool>& all = report.outcome.selection->kept[choice];
-  for (std::size_t k = 0; k < all.size(); ++k)
-    if (all[k] == kept) names.push_back(report.cardinality_constraints[choice].elements[k].name);
+  const std::vector<bool>& kept_flags = report.outcome.selection->kept[constraint];
+  for (std::size_t k = 0; k < kept_flags.size(); ++k)
+    if (kept_flags[k] == is_kept) names.push_back(report.cardinality_constraints[constraint].elements[k].name);
   return names;
 }
 
@@ -38,9 +38,9 @@ std::string joined(const std::vector<std::string>& names) {
   return text;
 }
 
-std::string sentence(const std::vector<std::string>& names, const char* what) {
-  if (names.empty()) return std::string("none is ") + what;
-  return fmt::format("{} {} {}", joined(names), names.size() == 1 ? "is" : "are", what);
+std::string sentence(const std::vector<std::string>& names, const char* state) {
+  if (names.empty()) return std::string("none is ") + state;
+  return fmt::format("{} {} {}", joined(names), names.size() == 1 ? "is" : "are", state);
 }
 
 }  // namespace
@@ -60,28 +60,28 @@ std::string format_optional_elements(const DesignReport& report) {
 
 Json optional_elements_json(const DesignReport& report) {
   if (!report.outcome.selection) return nullptr;
-  const ElementSelection& chosen = *report.outcome.selection;
-  Json choices = Json::array();
+  const ElementSelection& selection = *report.outcome.selection;
+  Json constraints = Json::array();
   for (std::size_t c = 0; c < report.cardinality_constraints.size(); ++c)
-    choices.push_back(
+    constraints.push_back(
         {{"section", report.cardinality_constraints[c].kind},
          {"most", report.cardinality_constraints[c].max_count < 0 ? Json("least")
                                                                   : Json(report.cardinality_constraints[c].max_count)},
          {"kept", names_of(report, c, true)},
          {"left_out", names_of(report, c, false)}});
-  return {{"choices", std::move(choices)},
-          {"least", chosen.min_count < 0 ? Json(nullptr) : Json(chosen.min_count)},
-          {"least_proved", chosen.min_count < 0 ? Json(nullptr) : Json(chosen.is_min_count_proved)}};
+  return {{"choices", std::move(constraints)},
+          {"least", selection.min_count < 0 ? Json(nullptr) : Json(selection.min_count)},
+          {"least_proved", selection.min_count < 0 ? Json(nullptr) : Json(selection.is_min_count_proved)}};
 }
 
 std::vector<OptionalElementText> list_omitted_elements(const DesignReport& report) {
-  std::vector<OptionalElementText> all;
-  if (!report.outcome.selection) return all;
+  std::vector<OptionalElementText> elements;
+  if (!report.outcome.selection) return elements;
   for (std::size_t c = 0; c < report.cardinality_constraints.size(); ++c)
     for (const std::string& name : names_of(report, c, false))
       for (const OptionalElementText& one : report.study_before.design.cardinality[c].elements)
-        if (one.name == name) all.push_back(one);
-  return all;
+        if (one.name == name) elements.push_back(one);
+  return elements;
 }
 
 namespace {
@@ -176,18 +176,17 @@ void add_sizes(Hdf5Writer& file, const DesignReportData& view) {
 Provenance description_of(const Study& study, const std::string& name) {
   Provenance description;
   description.trajectory = name;
-  const auto at = std::find_if(study.trajectories.begin(), study.trajectories.end(),
-                               [&](const Trajectory& trajectory) { return trajectory.name == name; });
-  if (at == study.trajectories.end()) return description;
-  description.law = law_name(*at);
-  description.drive = name_of(at->drive);
+  const Trajectory* trajectory = find_by_name(study.trajectories, name);
+  if (trajectory == nullptr) return description;
+  description.law = law_name(*trajectory);
+  description.drive = name_of(trajectory->drive);
   return description;
 }
 
-/// A run that did not come to its end has only attributes.
+/// A run that did not finish has only attributes.
 void add_run(Hdf5Writer& file, Group parent, const RunResult& result, const Provenance& run,
              const WriteOptions& options) {
-  // A slash would be a group of its own.
+  // a slash would create another group
   std::string name = run.trajectory;
   std::replace(name.begin(), name.end(), '/', '_');
   const Group group = file.add_group(parent, name);
@@ -227,8 +226,8 @@ void write_design(const std::string& path, const DesignReportData& view, const P
 
 namespace {
 
-const char* name_of(FreeNumber::StartSource from) {
-  switch (from) {
+const char* name_of(FreeNumber::StartSource source) {
+  switch (source) {
     case FreeNumber::StartSource::spec: return "start";
     case FreeNumber::StartSource::zero_of_added_element: return "none";
     case FreeNumber::StartSource::midpoint: return "middle";
@@ -278,13 +277,13 @@ Json run_json(const RunResult& result) {
 Json comparison_json(const TrajectoryComparison& comparison) {
   Json changes = Json::array();
   for (const MetricChange& change : list_metric_changes(comparison)) {
-    const bool known = change.before != 0 && !std::isnan(change.before) && !std::isnan(change.after);
+    const bool is_known = change.before != 0 && !std::isnan(change.before) && !std::isnan(change.after);
     changes.push_back({{"quantity", change.quantity},
                        {"unit", change.unit},
                        {"figure", change.figure},
                        {"before", change.before},
                        {"after", change.after},
-                       {"ratio", known ? Json(change.after / change.before) : Json(nullptr)}});
+                       {"ratio", is_known ? Json(change.after / change.before) : Json(nullptr)}});
   }
   return {{"trajectory", comparison.trajectory},
           {"changes", std::move(changes)},
@@ -294,39 +293,40 @@ Json comparison_json(const TrajectoryComparison& comparison) {
 
 Json freedom_json(const DesignReport& report) {
   const SolutionSet& freedom = report.outcome.solution_set;
-  const auto counted = [](int count) { return count < 0 ? Json(nullptr) : Json(count); };
+  const auto count_json = [](int count) { return count < 0 ? Json(nullptr) : Json(count); };
   Json numbers = Json::array();
   for (const int i : freedom.free_variables)
     numbers.push_back(report.free_numbers[static_cast<std::size_t>(i)].key_path);
-  return {{"of_conditions", counted(freedom.dimension)},
-          {"left", counted(freedom.optimal_dimension)},
+  return {{"of_conditions", count_json(freedom.dimension)},
+          {"left", count_json(freedom.optimal_dimension)},
           {"numbers", std::move(numbers)}};
 }
 
 Json effort_json(const SearchEffort& effort, bool interrupted) {
-  static constexpr const char* ends[] = {"nothing-searched", "goal-met", "all-starts-used", "proof", "time"};
-  const bool cut = interrupted && effort.termination == SearchEffort::Termination::time_limit;
+  static constexpr const char* termination_names[] = {"nothing-searched", "goal-met", "all-starts-used", "proof",
+                                                      "time"};
+  const bool is_interrupted = interrupted && effort.termination == SearchEffort::Termination::time_limit;
   return {{"starts", effort.starts},
           {"local_searches", effort.local_searches},
           {"same_end", effort.repeated_optima < 0 ? Json(nullptr) : Json(effort.repeated_optima)},
           {"sets_of_lengths", effort.geometries},
           {"evaluations", effort.evaluations},
-          {"ended_by", cut ? "interrupt" : ends[static_cast<int>(effort.termination)]}};
+          {"ended_by", is_interrupted ? "interrupt" : termination_names[static_cast<int>(effort.termination)]}};
 }
 
 Json limits_json(const DesignReportData& view) {
   const auto& limits = view.report.study_before.design.subject_to;
-  const auto& found = view.report.outcome.limits;
+  const auto& outcomes = view.report.outcome.limits;
   Json list = Json::array();
-  for (std::size_t k = 0; k < found.size(); ++k)
+  for (std::size_t k = 0; k < outcomes.size(); ++k)
     list.push_back({{"text", limits[k].text},
-                    {"value", found[k].value},
+                    {"value", outcomes[k].value},
                     {"relation", limits[k].is_lower ? ">=" : "<="},
                     {"limit", limits[k].bound},
                     {"unit", limits[k].unit},
-                    {"kept", found[k].violation <= limit_tolerance},
-                    {"active", found[k].is_active},
-                    {"violation", found[k].violation}});
+                    {"kept", outcomes[k].violation <= limit_tolerance},
+                    {"active", outcomes[k].is_active},
+                    {"violation", outcomes[k].violation}});
   return list;
 }
 
@@ -353,15 +353,15 @@ void add_outcome(Json& json, const DesignReportData& view) {
   json["method"] = name_of(outcome.method);
   json["reason"] = outcome.reason;
   json["proof"] = proof_json(view);
-  // of the conditions listed below; what holds no parameter is told by `staying`
-  const auto listed = [&](const std::vector<int>& rows) {
+  // indices into the conditions listed below; those without a parameter are reported as `staying`
+  const auto parameter_rows = [&](const std::vector<int>& rows) {
     std::vector<int> result;
     for (const int row : rows)
       if (row < view.conditions.parameter_rows()) result.push_back(row);
     return result;
   };
-  json["unmet_fixed"] = listed(outcome.unmet_fixed_conditions);
-  json["open"] = listed(outcome.unmet_conditions);
+  json["unmet_fixed"] = parameter_rows(outcome.unmet_fixed_conditions);
+  json["open"] = parameter_rows(outcome.unmet_conditions);
   json["objective"] = {{"name", view.objective},
                        {"unit", view.objective_unit},
                        {"value", outcome.objective},
@@ -390,7 +390,7 @@ std::string design_json(const DesignReportData& view, const std::vector<std::str
   add_outcome(json, view);
   json["free_numbers"] = numbers_list(report);
   add_conditions(json, view.conditions);
-  // Conditions show the designed mechanism; here is what they were before.
+  // the listed conditions are those of the designed mechanism; add the residuals before
   for (int row = 0; row < view.residuals_before.size(); ++row)
     json["conditions"][static_cast<std::size_t>(row)]["residual_before"] = view.residuals_before[row];
   json["mass"] = {{"before", report.mass_before}, {"after", report.mass_after}, {"added", report.added_mass}};
@@ -408,7 +408,7 @@ std::string design_json(const DesignReportData& view, const std::vector<std::str
 
 namespace {
 
-/// Six digits; an exact zero is just that.
+/// Six digits; "0" for an exact zero.
 std::string number_text(double value) {
   if (std::isnan(value)) return "-";
   return value == 0 ? "0" : format_number(value);
@@ -419,23 +419,23 @@ std::string ratio_text(double before, double after) {
   return after == 0 ? "0" : fmt::format("{:.4g}", after / before);
 }
 
-/// A gap of this part of the value is none.
+/// Relative to the value; a smaller gap counts as none.
 constexpr double gap_tolerance = 1e-12;
 
 bool is_proved_best(const DesignReportData& view) {
   return view.report.outcome.optimality == Optimality::proved_global && !view.objective.empty();
 }
 
-/// Of a design that does not keep its limits.
+/// Headline of a design that violates its limits.
 std::string headline_beyond_limits(const DesignOutcome& outcome, const std::string& goals) {
-  const bool impossible = outcome.status == DesignStatus::infeasible;
+  const bool is_infeasible = outcome.status == DesignStatus::infeasible;
   if (goals.empty())
-    return impossible ? "impossible: no choice of the free numbers keeps all limits"
-                      : "a compromise: not all limits are kept";
+    return is_infeasible ? "impossible: no choice of the free numbers keeps all limits"
+                         : "a compromise: not all limits are kept";
   if (!outcome.unmet_conditions.empty())
     return fmt::format("{}: not balanced for {}, and not all limits are kept",
-                       impossible ? "impossible" : "a compromise", goals);
-  return impossible
+                       is_infeasible ? "impossible" : "a compromise", goals);
+  return is_infeasible
              ? fmt::format("impossible: no choice of the free numbers that balances it for {} keeps all limits", goals)
              : fmt::format("a compromise: balanced for {}, but not all limits are kept", goals);
 }
@@ -481,27 +481,29 @@ std::string objective_line(const DesignReportData& view) {
 
 std::string limits_text(const DesignReportData& view) {
   const auto& limits = view.report.study_before.design.subject_to;
-  const auto& found = view.report.outcome.limits;
+  const auto& outcomes = view.report.outcome.limits;
   std::string text;
-  for (std::size_t k = 0; k < found.size(); ++k) {
+  for (std::size_t k = 0; k < outcomes.size(); ++k) {
     const std::string unit = limits[k].unit.empty() ? "" : " " + limits[k].unit;
-    const char* state = !(found[k].violation <= limit_tolerance) ? "missed" : found[k].is_active ? "active" : "kept";
-    text += fmt::format("limit {}: {}{}, {}", limits[k].text, number_text(found[k].value), unit, state);
-    if (!(found[k].violation <= limit_tolerance) && limits[k].bound != 0)
-      text += fmt::format(" by {:.3g} %", 100 * found[k].violation);
+    const char* state = !(outcomes[k].violation <= limit_tolerance) ? "missed"
+                        : outcomes[k].is_active                     ? "active"
+                                                                    : "kept";
+    text += fmt::format("limit {}: {}{}, {}", limits[k].text, number_text(outcomes[k].value), unit, state);
+    if (!(outcomes[k].violation <= limit_tolerance) && limits[k].bound != 0)
+      text += fmt::format(" by {:.3g} %", 100 * outcomes[k].violation);
     text += "\n";
   }
   return text;
 }
 
-/// What is known of how good it is.
+/// What is known of its optimality.
 std::string optimality_line(const DesignReportData& view) {
   const DesignOutcome& outcome = view.report.outcome;
-  const std::string tried = outcome.search_summary.empty() ? "" : " (" + outcome.search_summary + ")";
-  const char* what = !outcome.within_limits ? "the least that limits are missed by"
-                     : view.objective.empty() || std::isnan(outcome.objective)
-                         ? "the least that is left of the conditions"
-                         : "the best";
+  const std::string search_summary = outcome.search_summary.empty() ? "" : " (" + outcome.search_summary + ")";
+  const char* optimum = !outcome.within_limits ? "the least that limits are missed by"
+                        : view.objective.empty() || std::isnan(outcome.objective)
+                            ? "the least that is left of the conditions"
+                            : "the best";
   switch (outcome.optimality) {
     case Optimality::not_optimised: return "optimality: not-asked: nothing was to be minimized\n";
     case Optimality::proved_global:
@@ -513,16 +515,17 @@ std::string optimality_line(const DesignReportData& view) {
                          number_text(outcome.lower_bound),
                          outcome.gap() > gap_tolerance * std::abs(outcome.objective) ? outcome.gap() : 0.0);
     case Optimality::local_optimum:
-      return fmt::format("optimality: local-best: the best of what was tried{}, not shown to be {}\n", tried, what);
+      return fmt::format("optimality: local-best: the best of what was tried{}, not shown to be {}\n", search_summary,
+                         optimum);
     case Optimality::budget_exhausted:
       if (view.interrupted)
         return fmt::format("optimality: stopped: interrupted after {:.2g} s{}, not shown to be {}\n", *view.interrupted,
-                           tried, what);
+                           search_summary, optimum);
       return fmt::format(
           "optimality: stopped: after the {:g} s that a search may take{}, not shown to be {}; search: {{seconds: "
           "{:g}}} "
           "gives it more\n",
-          view.seconds, tried, what, 4 * view.seconds);
+          view.seconds, search_summary, optimum, 4 * view.seconds);
   }
   return "";
 }
@@ -540,13 +543,13 @@ std::string freedom_line(const DesignReportData& view) {
     numbers += (numbers.empty() ? "" : ", ") + view.report.free_numbers[static_cast<std::size_t>(i)].key_path;
   if (freedom.optimal_dimension < 0)
     return fmt::format("freedom: the conditions leave {}, spent on a small {}: {}\n", count, view.objective, numbers);
-  const bool figure = !view.objective.empty();
+  const bool has_objective = !view.objective.empty();
   return fmt::format("freedom: {} {} left{}: one of many solutions; what may still change: {}\n", count,
-                     count == 1 ? "is" : "are", figure ? fmt::format(", with the same {}", view.objective) : "",
+                     count == 1 ? "is" : "are", has_objective ? fmt::format(", with the same {}", view.objective) : "",
                      numbers);
 }
 
-/// Each sentence once, although several parts of the report may have it.
+/// Keeps each sentence once, although several parts of the report may have it.
 class UniqueSentences {
  public:
   void add(const std::string& sentence) {
@@ -573,13 +576,15 @@ std::string bound_remark(const FreeNumber& number, int bound) {
   return bound < 0 ? "at its lower bound" : (bound > 0 ? "at its upper bound" : "");
 }
 
-/// What "before" is where nobody has said it.
+/// Explains "before" for numbers without a start value.
 std::string format_start_note(const std::vector<FreeNumber>& numbers) {
-  std::string middle;
+  std::string midpoint_paths;
   for (const FreeNumber& number : numbers)
     if (number.start_source == FreeNumber::StartSource::midpoint)
-      middle += (middle.empty() ? "" : ", ") + number.key_path;
-  return middle.empty() ? "" : fmt::format("before: in the middle of the bounds, for want of a 'start': {}\n", middle);
+      midpoint_paths += (midpoint_paths.empty() ? "" : ", ") + number.key_path;
+  return midpoint_paths.empty()
+             ? ""
+             : fmt::format("before: in the middle of the bounds, for want of a 'start': {}\n", midpoint_paths);
 }
 
 std::string numbers_text(const DesignReportData& view) {
@@ -592,10 +597,11 @@ std::string numbers_text(const DesignReportData& view) {
     const auto k = static_cast<Eigen::Index>(i);
     const double value = report.outcome.x[k];
     const int bound = active_bound(number, value);
-    // What rounding leaves of a zero says nothing.
-    const bool zero = std::abs(value) < 1e-12 * (number.upper - number.lower);
+    // round-off of zero is meaningless
+    const bool is_zero = std::abs(value) < 1e-12 * (number.upper - number.lower);
     table.rows.push_back({number.key_path, fmt::format("{:g}", number.lower), fmt::format("{:g}", number.upper),
-                          number_text(report.before[k]), number_text(zero ? 0 : value), bound_remark(number, bound)});
+                          number_text(report.before[k]), number_text(is_zero ? 0 : value),
+                          bound_remark(number, bound)});
   }
   return format_table(table) + format_start_note(report.free_numbers) + "\n";
 }
@@ -608,10 +614,10 @@ std::string residual_text(double residual) {
 std::string conditions_table(const DesignReportData& view) {
   const ConditionsReportData& c = view.conditions;
   TextTable table{{"no", "condition", "before", "after"}, {Align::right, Align::left, Align::right, Align::right}, {}};
-  std::vector<int> hidden;
+  std::vector<int> symmetric_rows;
   for (int row = 0; row < c.parameter_rows(); ++row) {
     if (c.holds_by_definition[static_cast<std::size_t>(row)]) {
-      hidden.push_back(row + 1);
+      symmetric_rows.push_back(row + 1);
       continue;
     }
     const auto lines = wrap_condition(c, row, 76);
@@ -623,56 +629,57 @@ std::string conditions_table(const DesignReportData& view) {
   std::string text = table.rows.empty() ? "" : format_table(table);
   const std::string symbols = symbols_text(c);
   if (!symbols.empty()) text += "where " + symbols + "\n";
-  if (!hidden.empty())
-    text += fmt::format("{} {} for every disc that is symmetrical about its axis\n", format_ranges(hidden),
-                        hidden.size() == 1 ? "holds" : "hold");
+  if (!symmetric_rows.empty())
+    text += fmt::format("{} {} for every disc that is symmetrical about its axis\n", format_ranges(symmetric_rows),
+                        symmetric_rows.size() == 1 ? "holds" : "hold");
   text += format_remainder(c);
   return text.empty() ? "" : text + "\n";
 }
 
 std::string cost_text(const DesignReport& report) {
-  const auto amount = [](double value, double scale) {
+  const auto format_amount = [](double value, double scale) {
     return std::abs(value) <= 1e-12 * scale ? "0" : fmt::format("{:.6g}", value);
   };
   return fmt::format(
              "added mass     {} kg of counterweights and discs (everything that moves: {:.6g} kg before, {:.6g} kg "
              "after)\n",
-             amount(report.added_mass, report.mass_after), report.mass_before, report.mass_after) +
+             format_amount(report.added_mass, report.mass_after), report.mass_before, report.mass_after) +
          fmt::format(
              "added inertia  {} kg m^2 of them (everything that moves: {:.6g} kg m^2 before, {:.6g} kg m^2 after)\n",
-             amount(report.added_inertia, report.inertia_after), report.inertia_before, report.inertia_after);
+             format_amount(report.added_inertia, report.inertia_after), report.inertia_before, report.inertia_after);
 }
 
-/// What a user should know of the motion, once where before and after say the same.
+/// Notes on the motion, once if before and after have the same.
 std::string rerun_notes(const TrajectoryComparison& comparison) {
   const auto &before = comparison.before.outcome.notes, &after = comparison.after.outcome.notes;
-  const auto has = [](const std::vector<std::string>& notes, const std::string& note) {
+  const auto contains = [](const std::vector<std::string>& notes, const std::string& note) {
     return std::find(notes.begin(), notes.end(), note) != notes.end();
   };
   std::string text;
-  for (const std::string& note : before) text += fmt::format("note{}: {}\n", has(after, note) ? "" : ", before", note);
+  for (const std::string& note : before)
+    text += fmt::format("note{}: {}\n", contains(after, note) ? "" : ", before", note);
   for (const std::string& note : after)
-    if (!has(before, note)) text += fmt::format("note, after: {}\n", note);
+    if (!contains(before, note)) text += fmt::format("note, after: {}\n", note);
   return text;
 }
 
 std::string comparison_text(const TrajectoryComparison& comparison) {
   std::string text = fmt::format("\ntrajectory {}\n", comparison.trajectory);
-  const bool moved =
+  const bool are_both_done =
       comparison.before.outcome.status == MotionStatus::done && comparison.after.outcome.status == MotionStatus::done;
   for (const auto& [when, result] : {std::pair("before", &comparison.before), std::pair("after", &comparison.after)})
     if (result->outcome.status != MotionStatus::done)
       text += fmt::format("cannot be followed {}: {}\n", when, result->outcome.reason);
-  if (!moved) return text + rerun_notes(comparison);
+  if (!are_both_done) return text + rerun_notes(comparison);
   TextTable table{{"quantity", "unit", "peak before", "after", "ratio", "rms before", "after", "ratio"}, {}, {}};
   table.align.assign(table.heading.size(), Align::right);
   table.align[0] = table.align[1] = Align::left;
   const std::vector<MetricChange> changes = list_metric_changes(comparison);
   const std::size_t actuators = comparison.before.actuator_names.size();
   for (std::size_t i = 0; i + 1 < changes.size(); i += 2) {
-    const bool worst = changes[i].quantity == "torque";
-    if (worst && actuators == 1) continue;  // it has a line of its own
-    std::vector<std::string> row = {worst ? "torque, the worst" : changes[i].quantity, changes[i].unit};
+    const bool is_worst = changes[i].quantity == "torque";
+    if (is_worst && actuators == 1) continue;  // it has a row of its own
+    std::vector<std::string> row = {is_worst ? "torque, the worst" : changes[i].quantity, changes[i].unit};
     for (const MetricChange& change : {changes[i], changes[i + 1]}) {
       row.push_back(number_text(change.before));
       row.push_back(number_text(change.after));
@@ -745,23 +752,25 @@ std::string objective_unit(const std::vector<ObjectiveTerm>& terms, const Mechan
 }
 
 int active_bound(const FreeNumber& number, double value) {
-  const double near = 1e-9 * (number.upper - number.lower);
-  return value <= number.lower + near ? -1 : value >= number.upper - near ? 1 : 0;
+  const double tolerance = 1e-9 * (number.upper - number.lower);
+  return value <= number.lower + tolerance ? -1 : value >= number.upper - tolerance ? 1 : 0;
 }
 
 std::vector<MetricChange> list_metric_changes(const TrajectoryComparison& comparison) {
-  constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
+  constexpr double unknown_value = std::numeric_limits<double>::quiet_NaN();
   const RunResult &before = comparison.before, &after = comparison.after;
   std::vector<MetricChange> changes;
   for (const Metric& metric : (before.metrics.empty() ? after : before).metrics) {
     if (!is_shown(metric.quantity)) continue;
-    const Metric *old = find(before, metric.quantity), *fresh = find(after, metric.quantity);
-    // what the terms of either mechanism leave of zero
-    const double round_off = std::max(old != nullptr ? old->round_off : 0, fresh != nullptr ? fresh->round_off : 0);
+    const Metric *before_metric = find(before, metric.quantity), *after_metric = find(after, metric.quantity);
+    // round-off of the terms of either mechanism
+    const double round_off = std::max(before_metric != nullptr ? before_metric->round_off : 0,
+                                      after_metric != nullptr ? after_metric->round_off : 0);
     const auto add = [&](const char* figure, double Metric::*value) {
-      const double was = old != nullptr ? old->*value : unknown, is = fresh != nullptr ? fresh->*value : unknown;
-      changes.push_back({metric.quantity, metric.unit, figure, suppress_round_off(round_off, was),
-                         suppress_round_off(round_off, is)});
+      const double before_value = before_metric != nullptr ? before_metric->*value : unknown_value,
+                   after_value = after_metric != nullptr ? after_metric->*value : unknown_value;
+      changes.push_back({metric.quantity, metric.unit, figure, suppress_round_off(round_off, before_value),
+                         suppress_round_off(round_off, after_value)});
     };
     add("peak", &Metric::peak);
     add("rms", &Metric::rms);

@@ -1,5 +1,5 @@
 #pragma once
-/// Everything that is told about a design, gathered for the writers.
+/// Report data of a design.
 
 #include "balance/interface/files/json.hpp"
 #include "balance/interface/files/result_file.hpp"
@@ -14,60 +14,62 @@ namespace balance {
 
 struct DesignReportData {
   DesignReport report;
-  std::string objective;  ///< "added mass", "0.5 rms(torque) along cycloid + added mass"; empty: nothing in particular
+  std::string objective;                   ///< "added mass", "0.5 rms(torque) along cycloid + added mass"; empty: none
   std::string objective_unit;              ///< "" for a sum
   ConditionsReportData conditions;         ///< at the designed geometry; residuals of the designed mechanism
-  VectorX residuals_before;                ///< of the mechanism before; NaN where its geometry has other conditions
-  double seconds = 0;                      ///< that the search was allowed to take
-  std::optional<double> interrupted = {};  ///< after so many seconds somebody ended it
+  VectorX residuals_before;                ///< of the mechanism before; NaN if its geometry has other conditions
+  double seconds = 0;                      ///< time limit of the search [s]
+  std::optional<double> interrupted = {};  ///< time at which it was interrupted [s]
   std::vector<std::string> warnings;
 };
 
-/// What is to be made small, in words.
+/// Text of the objective.
 std::string objective_text(const std::vector<ObjectiveTerm>& terms);
-/// Its unit; empty for several terms.
+/// Unit of the objective; empty for several terms.
 std::string objective_unit(const std::vector<ObjectiveTerm>& terms, const Mechanism& mechanism);
 
-/// Whether a free number ended at one of its bounds: −1 lower, 1 upper, 0 neither.
+/// Whether the value of a free number is at a bound: −1 lower, 1 upper, 0 neither.
 int active_bound(const FreeNumber& number, double value);
 
 /// One figure of one quantity, before and after.
 struct MetricChange {
   std::string quantity, unit, figure;  ///< "torque[A1]", "N m", "peak"
-  double before = 0, after = 0;        ///< round-off is an exact zero; NaN: could not be moved
+  double before = 0, after = 0;        ///< exactly zero instead of round-off; NaN: the run failed
 };
 
 /// Peak and rms of torques, shaking force and shaking moment.
 std::vector<MetricChange> list_metric_changes(const TrajectoryComparison& comparison);
 
-// Which elements a design keeps, for people and programs.
+// Elements that a design keeps.
 
-/// "counterweights: cw1 and cw3 are kept, cw2 is left out", and what is known of the least count; empty without choices.
+/// "counterweights: cw1 and cw3 are kept, cw2 is left out", and what is known of the minimum
+/// number; empty without choices.
 std::string format_optional_elements(const DesignReport& report);
 
 /// Null without choices.
 Json optional_elements_json(const DesignReport& report);
 
-/// What a design leaves out, where it stands in the spec: for format_balanced_spec.
+/// Elements that a design leaves out, with their place in the spec, for format_balanced_spec().
 std::vector<OptionalElementText> list_omitted_elements(const DesignReport& report);
 
 // A design as HDF5 that is also netCDF-4; docs/file-format.md describes the file.
 
-/// Numbers, conditions and, in groups `before/<trajectory>` and `after/<trajectory>`, the runs. Complete or not at all.
-/// @param description of the spec and the command; what it says of a trajectory is not used
+/// Writes numbers, conditions and, in the groups `before/<trajectory>` and `after/<trajectory>`, the runs.
+/// Writes the complete file or none.
+/// @param description of the spec and the command; its trajectory is ignored
 /// @throws SystemError, Cancelled as write_result_hdf5
 void write_design(const std::string& path, const DesignReportData& view, const Provenance& description,
                   const WriteOptions& options = {});
 
 // A design as JSON for programs.
 
-/// One object with everything of the view and the files written.
+/// One object with everything in the view, and the files written.
 std::string design_json(const DesignReportData& view, const std::vector<std::string>& files);
 
 // A design as text for people.
 
-/// What was reached and why it is not more, the free numbers, the conditions, what the design costs and what every
-/// trajectory gains. Ends with a line feed.
+/// What the design achieves and what limits it, the free numbers, the conditions, the cost of the design and its gain
+/// along every trajectory. Ends with a line feed.
 std::string design_text(const DesignReportData& view);
 
 }  // namespace balance

@@ -20,12 +20,12 @@ namespace balance {
 
 namespace {
 
-constexpr double zero_entry_tolerance = 1e-13;  ///< of the largest entry of its kind: shown as 0
+constexpr double zero_entry_tolerance = 1e-13;  ///< of the largest entry of its kind; shown as 0
 
 }  // namespace
 
-std::string format_entry(double value, double size) {
-  return std::abs(value) <= zero_entry_tolerance * size ? "0" : fmt::format("{:.6g}", value);
+std::string format_entry(double value, double max_entry) {
+  return std::abs(value) <= zero_entry_tolerance * max_entry ? "0" : fmt::format("{:.6g}", value);
 }
 
 std::string matrix_text(const MatrixX& matrix, const std::vector<std::string>& rows,
@@ -35,10 +35,10 @@ std::string matrix_text(const MatrixX& matrix, const std::vector<std::string>& r
     table.heading.push_back(column);
     table.align.push_back(Align::right);
   }
-  const double size = max_abs(matrix);
+  const double max_entry = max_abs(matrix);
   for (Eigen::Index r = 0; r < matrix.rows(); ++r) {
     std::vector<std::string> cells{"  " + rows[static_cast<std::size_t>(r)]};
-    for (Eigen::Index c = 0; c < matrix.cols(); ++c) cells.push_back(format_entry(matrix(r, c), size));
+    for (Eigen::Index c = 0; c < matrix.cols(); ++c) cells.push_back(format_entry(matrix(r, c), max_entry));
     table.rows.push_back(std::move(cells));
   }
   return format_table(table);
@@ -46,15 +46,15 @@ std::string matrix_text(const MatrixX& matrix, const std::vector<std::string>& r
 
 std::string velocity_table(const IndependentTerms& terms, const std::vector<std::string>& rows,
                            const std::vector<std::string>& factors) {
-  double size = 1e-3 * max_abs(terms.mass);
-  for (const MatrixX& form : terms.velocity) size = std::max(size, max_abs(form));
+  double max_entry = 1e-3 * max_abs(terms.mass);
+  for (const MatrixX& form : terms.velocity) max_entry = std::max(max_entry, max_abs(form));
   std::string text;
   for (std::size_t k = 0; k < terms.velocity.size(); ++k) {
     const MatrixX& form = terms.velocity[k];
     std::string sum;
     for (Eigen::Index r = 0; r < form.rows(); ++r)
       for (Eigen::Index s = r; s < form.cols(); ++s) {
-        if (std::abs(form(r, s)) <= zero_entry_tolerance * size) continue;
+        if (std::abs(form(r, s)) <= zero_entry_tolerance * max_entry) continue;
         const auto& first = factors[static_cast<std::size_t>(r)];
         const auto& second = factors[static_cast<std::size_t>(s)];
         sum += sum.empty() ? (form(r, s) < 0 ? "-" : "") : form(r, s) < 0 ? " - " : " + ";
@@ -74,44 +74,44 @@ std::span<const double> numbers_of(const Samples& samples) {
   return {samples.data(), static_cast<std::size_t>(samples.size())};
 }
 
-void add_all(Hdf5Writer& file, const EquationsAlongRun& along, const std::vector<std::string>& actuators) {
-  const std::span<const double> times(along.time.data(), static_cast<std::size_t>(along.time.size()));
+void add_variables(Hdf5Writer& file, const EquationsAlongRun& run, const std::vector<std::string>& actuators) {
+  const std::span<const double> times(run.time.data(), static_cast<std::size_t>(run.time.size()));
   const Dimension time = file.add_dimension(root_group, {"time", "time", "s", {}, {}}, times);
-  const Dimension own =
-      file.add_dimension(root_group, {"coordinate", "independent coordinate", "1", {}, {}}, along.independent);
+  const Dimension independent =
+      file.add_dimension(root_group, {"coordinate", "independent coordinate", "1", {}, {}}, run.independent);
   const Dimension rate =
-      file.add_dimension(root_group, {"rate", "rate of an independent coordinate", "1", {}, {}}, along.independent);
+      file.add_dimension(root_group, {"rate", "rate of an independent coordinate", "1", {}, {}}, run.independent);
   const Dimension rate2 = file.add_dimension(
-      root_group, {"second_rate", "rate of an independent coordinate", "1", {}, {}}, along.independent);
-  const Dimension tree =
-      file.add_dimension(root_group, {"tree", "coordinate of the tree", "1", {}, {}}, along.redundant);
+      root_group, {"second_rate", "rate of an independent coordinate", "1", {}, {}}, run.independent);
+  const Dimension tree = file.add_dimension(root_group, {"tree", "coordinate of the tree", "1", {}, {}}, run.redundant);
   const auto add = [&](const char* name, const char* long_name, const std::vector<Dimension>& dimensions,
                        const Samples& samples) {
     if (samples.size() > 0)
       file.add_variable(root_group, {name, long_name, "mixed", dimensions, {}}, numbers_of(samples));
   };
-  add("position", "independent coordinates [rad or m]", {time, own}, along.position);
-  add("M", "M': inertia in the independent coordinates, P0 eq. 62", {time, own, rate}, along.mass);
-  add("D", "D'_krs: velocity terms, P0 eq. 63", {time, own, rate, rate2}, along.velocity);
-  add("B", "B': viscous friction, P0 eq. 63", {time, own, rate}, along.viscous);
-  add("z", "z': weight, springs and loads, P0 eq. 62", {time, own}, along.static_terms);
-  add("C", "rates of the tree's coordinates per independent rate, P0 eq. 16", {time, tree, own}, along.transformation);
-  if (!along.closures.empty()) {
+  add("position", "independent coordinates [rad or m]", {time, independent}, run.position);
+  add("M", "M': inertia in the independent coordinates, P0 eq. 62", {time, independent, rate}, run.mass);
+  add("D", "D'_krs: velocity terms, P0 eq. 63", {time, independent, rate, rate2}, run.velocity);
+  add("B", "B': viscous friction, P0 eq. 63", {time, independent, rate}, run.viscous);
+  add("z", "z': weight, springs and loads, P0 eq. 62", {time, independent}, run.static_terms);
+  add("C", "rates of the tree's coordinates per independent rate, P0 eq. 16", {time, tree, independent},
+      run.transformation);
+  if (!run.closures.empty()) {
     const Dimension closure =
-        file.add_dimension(root_group, {"closure", "joint that is closed", "1", {}, {}}, along.closures);
-    add("A", "closures' Jacobian, P0 eq. 7", {time, closure, tree}, along.constraints);
+        file.add_dimension(root_group, {"closure", "joint that is closed", "1", {}, {}}, run.closures);
+    add("A", "closures' Jacobian, P0 eq. 7", {time, closure, tree}, run.constraints);
   }
-  if (along.parts.size() == 0) return;
+  if (run.parts.size() == 0) return;
   const std::vector<std::string> parts(effort_part_names.begin(), effort_part_names.end());
   const Dimension actuator =
       file.add_dimension(root_group, {"actuator", "actuated coordinate", "1", {}, {}}, actuators);
   const Dimension part = file.add_dimension(root_group, {"part", "part of the torque", "1", {}, {}}, parts);
-  add("torque", "parts of the torques, which add up to them [N m or N]", {time, actuator, part}, along.parts);
+  add("torque", "parts of the torques, which add up to them [N m or N]", {time, actuator, part}, run.parts);
 }
 
 }  // namespace
 
-void write_equations(const std::string& path, const EquationsAlongRun& along, const std::vector<std::string>& actuators,
+void write_equations(const std::string& path, const EquationsAlongRun& run, const std::vector<std::string>& actuators,
                      const Provenance& description, const WriteOptions& options) {
   AtomicFile pending(path, options.existing, options.temporary_tag);
   {
@@ -119,9 +119,9 @@ void write_equations(const std::string& path, const EquationsAlongRun& along, co
     Hdf5Writer file(pending.descriptor(), path,
                     compress ? Hdf5Writer::Storage::compressed : Hdf5Writer::Storage::contiguous);
     write_source_attributes(file, description);
-    add_all(file, along, actuators);
+    add_variables(file, run, actuators);
     file.close();
-  }  // others have their turn with HDF5 while this one waits for the disk
+  }  // other threads may use HDF5 while this one waits for the disk
   throw_if_cancelled(options);
   pending.commit(options.durability);
 }
@@ -135,16 +135,16 @@ Json matrix_json(const MatrixX& matrix) {
 }
 
 Json forms_json(const std::vector<MatrixX>& forms) {
-  Json all = Json::array();
-  for (const MatrixX& form : forms) all.push_back(matrix_json(form));
-  return all;
+  Json list = Json::array();
+  for (const MatrixX& form : forms) list.push_back(matrix_json(form));
+  return list;
 }
 
-Json rest_json(const StaticTerms& rest) {
-  return {{"sum", numbers_json(rest.sum())},
-          {"weight", numbers_json(rest.weight)},
-          {"springs", numbers_json(rest.springs)},
-          {"loads", numbers_json(rest.loads)}};
+Json rest_json(const StaticTerms& static_terms) {
+  return {{"sum", numbers_json(static_terms.sum())},
+          {"weight", numbers_json(static_terms.weight)},
+          {"springs", numbers_json(static_terms.springs)},
+          {"loads", numbers_json(static_terms.loads)}};
 }
 
 Json named_json(const std::vector<std::string>& names, const VectorX& values) {
@@ -271,10 +271,10 @@ std::string equations_json(const EquationsReportData& view, const std::vector<st
 
 namespace {
 
-constexpr Eigen::Index max_matrix_columns = 10;  ///< that amsmath's matrices take without being asked
+constexpr Eigen::Index max_matrix_columns = 10;  ///< default limit of amsmath's matrices
 
-std::string number_latex(double value, double size) {
-  if (std::abs(value) <= zero_entry_tolerance * size) return "0";
+std::string number_latex(double value, double max_entry) {
+  if (std::abs(value) <= zero_entry_tolerance * max_entry) return "0";
   std::string text = fmt::format("{:.6g}", value);
   if (const std::size_t e = text.find('e'); e != std::string::npos)
     text = fmt::format("{} \\cdot 10^{{{}}}", text.substr(0, e), std::stoi(text.substr(e + 1)));
@@ -282,11 +282,12 @@ std::string number_latex(double value, double size) {
 }
 
 std::string matrix_latex(const MatrixX& matrix) {
-  const double size = max_abs(matrix);
+  const double max_entry = max_abs(matrix);
   std::string text = "\\begin{pmatrix}";
   for (Eigen::Index r = 0; r < matrix.rows(); ++r) {
     text += r == 0 ? " " : " \\\\ ";
-    for (Eigen::Index c = 0; c < matrix.cols(); ++c) text += (c == 0 ? "" : " & ") + number_latex(matrix(r, c), size);
+    for (Eigen::Index c = 0; c < matrix.cols(); ++c)
+      text += (c == 0 ? "" : " & ") + number_latex(matrix(r, c), max_entry);
   }
   return text + " \\end{pmatrix}";
 }
@@ -296,10 +297,11 @@ class AlignedLines {
   void add(const std::string& name, const std::string& value) {
     text_ += (text_.empty() ? "  " : " \\\\\n  ") + name + " &= " + value;
   }
-  std::string all(Eigen::Index widest) const {
-    const std::string wide =
-        widest > max_matrix_columns ? fmt::format("\\setcounter{{MaxMatrixCols}}{{{}}}\n", widest) : std::string();
-    return wide + "\\begin{align*}\n" + text_ + "\n\\end{align*}\n";
+  std::string to_latex(Eigen::Index max_columns) const {
+    const std::string preamble = max_columns > max_matrix_columns
+                                     ? fmt::format("\\setcounter{{MaxMatrixCols}}{{{}}}\n", max_columns)
+                                     : std::string();
+    return preamble + "\\begin{align*}\n" + text_ + "\n\\end{align*}\n";
   }
 
  private:
@@ -312,7 +314,7 @@ std::string equations_latex(const EquationsReportData& view) {
   using enum EquationSection;
   const EquationsAtConfiguration& at = view.at;
   AlignedLines lines;
-  Eigen::Index widest = at.terms->mass.cols();
+  Eigen::Index max_columns = at.terms->mass.cols();
   std::string names;
   for (const std::string& name : at.independent) names += (names.empty() ? "" : ",\\, ") + symbol_latex(name);
   lines.add("q", "\\left(" + names + "\\right)^{\\mathsf T}");
@@ -329,11 +331,11 @@ std::string equations_latex(const EquationsReportData& view) {
     lines.add("C", matrix_latex(at.loops->transformation));
     if (at.loops->constraints.rows() > 0) lines.add("A", matrix_latex(at.loops->constraints));
     lines.add("z", matrix_latex(at.loops->rest.sum()));
-    widest = std::max(widest, at.loops->mass.cols());
+    max_columns = std::max(max_columns, at.loops->mass.cols());
   }
   if (at.natural) {
     lines.add("M_{\\text{points}}", matrix_latex(at.natural->mass));
-    widest = std::max(widest, at.natural->mass.cols());
+    max_columns = std::max(max_columns, at.natural->mass.cols());
     for (const natural::PointMatrix& one : at.natural->coefficients) {
       const double re = one.coefficient.real(), im = one.coefficient.imag();
       lines.add("C_{" + symbol_latex(one.point) + "}", matrix_latex((Eigen::Matrix2d() << re, -im, im, re).finished()));
@@ -344,10 +346,10 @@ std::string equations_latex(const EquationsReportData& view) {
       std::string text = condition_latex(*at.parameters, row, at.parameter_names);
       lines.add(fmt::format("\\pi_{{{}}}", row + 1), text.substr(0, text.rfind(" = ")));
     }
-  return lines.all(widest);
+  return lines.to_latex(max_columns);
 }
 
-// The equation of motion in speeds, and what constraints on them do.
+// The equations of motion in speeds, and the effect of constraints on them.
 
 namespace {
 
@@ -362,9 +364,10 @@ std::string sections_text(const EquationsReportData& view, const IndependentTerm
     if (!terms.viscous.isZero(0)) text += "B', of viscous friction\n" + matrix_text(terms.viscous, rows, at.speeds);
   }
   if (view.shows(gravity)) {
-    MatrixX rest(terms.static_terms.weight.size(), 4);
-    rest << terms.static_terms.weight, terms.static_terms.springs, terms.static_terms.loads, terms.static_terms.sum();
-    text += "z'\n" + matrix_text(rest, rows, {"weight", "springs", "loads", "z'"});
+    MatrixX static_terms(terms.static_terms.weight.size(), 4);
+    static_terms << terms.static_terms.weight, terms.static_terms.springs, terms.static_terms.loads,
+        terms.static_terms.sum();
+    text += "z'\n" + matrix_text(static_terms, rows, {"weight", "springs", "loads", "z'"});
   }
   if (view.shows(torques) && terms.input.cols() > 0)
     text += "what efforts do: generalised force per effort\n" + matrix_text(terms.input, rows, at.actuators);
@@ -375,16 +378,17 @@ std::string sections_text(const EquationsReportData& view, const IndependentTerm
 
 std::string speeds_text(const EquationsReportData& view) {
   const EquationsAtConfiguration& at = view.at;
-  const SpeedTerms& in = *at.in_speeds;
+  const SpeedTerms& speed_terms = *at.in_speeds;
   std::string text = fmt::format("in the speeds {}", fmt::join(at.speeds, ", "));
   if (!at.zero.empty()) text += fmt::format("; zero: {}", fmt::join(at.zero, ", "));
   text += " (P0 eq. 1)\nfreedoms: ";
   if (!at.has_rate_constraints) text += fmt::format("{} of configuration, ", at.independent.size());
   text += fmt::format("{} of velocity\n", at.speeds.size());
-  text += "rates of the coordinates per speed\n" + matrix_text(in.rates, at.independent, at.speeds);
-  text += sections_text(view, in.speed_equations, at.speeds);
+  text += "rates of the coordinates per speed\n" + matrix_text(speed_terms.rates, at.independent, at.speeds);
+  text += sections_text(view, speed_terms.speed_equations, at.speeds);
   if (!at.zero.empty())
-    text += "\nforces of the constraints, efforts apart\n" + sections_text(view, in.constraint_equations, at.zero);
+    text +=
+        "\nforces of the constraints, efforts apart\n" + sections_text(view, speed_terms.constraint_equations, at.zero);
   return text + "\n";
 }
 
@@ -403,16 +407,18 @@ std::vector<std::string> rates_of(std::vector<std::string> names) {
 }
 
 std::string rest_text(const EquationsAtConfiguration& at) {
-  const StaticTerms& rest = at.terms->static_terms;
-  const double size = std::max({at.torque_scale, max_abs(rest.weight), max_abs(rest.springs), max_abs(rest.loads)});
+  const StaticTerms& static_terms = at.terms->static_terms;
+  const double max_entry = std::max(
+      {at.torque_scale, max_abs(static_terms.weight), max_abs(static_terms.springs), max_abs(static_terms.loads)});
   TextTable table{{"", "weight", "springs", "loads", "z'", ""},
                   {Align::left, Align::right, Align::right, Align::right, Align::right, Align::left},
                   {}};
   for (std::size_t k = 0; k < at.independent.size(); ++k) {
     const auto i = static_cast<Eigen::Index>(k);
-    table.rows.push_back({"  " + at.independent[k], format_entry(rest.weight[i], size),
-                          format_entry(rest.springs[i], size), format_entry(rest.loads[i], size),
-                          format_entry(rest.sum()[i], size), force_unit(at.is_length[k])});
+    table.rows.push_back({"  " + at.independent[k], format_entry(static_terms.weight[i], max_entry),
+                          format_entry(static_terms.springs[i], max_entry),
+                          format_entry(static_terms.loads[i], max_entry),
+                          format_entry(static_terms.sum()[i], max_entry), force_unit(at.is_length[k])});
   }
   return format_table(table);
 }
@@ -426,12 +432,12 @@ std::string split_text(const EquationsAtConfiguration& at) {
   table.heading.insert(table.heading.end(), {"sum", ""});
   table.align.insert(table.align.end(), {Align::right, Align::left});
   const MatrixX& parts = at.split->parts;
-  const double size = std::max(at.torque_scale, max_abs(parts));
+  const double max_entry = std::max(at.torque_scale, max_abs(parts));
   for (std::size_t a = 0; a < at.actuators.size(); ++a) {
     const auto row = parts.row(static_cast<Eigen::Index>(a));
     std::vector<std::string> cells{"  " + at.actuators[a]};
-    for (const double value : row) cells.push_back(format_entry(value, size));
-    cells.push_back(format_entry(at.split->effort[static_cast<Eigen::Index>(a)], size));
+    for (const double value : row) cells.push_back(format_entry(value, max_entry));
+    cells.push_back(format_entry(at.split->effort[static_cast<Eigen::Index>(a)], max_entry));
     cells.push_back(force_unit(at.is_force[a]));
     table.rows.push_back(std::move(cells));
   }
@@ -456,12 +462,13 @@ std::string natural_text(const natural::NaturalTerms& n) {
                   {}};
   for (std::size_t p = 0; p < n.points.size(); ++p) {
     const auto& c = n.coefficients[p].coefficient;
-    const double size = n.total_mass;
-    table.rows.push_back({"  " + n.points[p], fmt::format("{:.6g}", n.position(static_cast<Eigen::Index>(p), 0)),
-                          fmt::format("{:.6g}", n.position(static_cast<Eigen::Index>(p), 1)),
-                          fmt::format("[{} {}; {} {}]", format_entry(c.real(), size), format_entry(-c.imag(), size),
-                                      format_entry(c.imag(), size), format_entry(c.real(), size)),
-                          n.coefficients[p].fixed ? "fixed" : ""});
+    const double max_entry = n.total_mass;
+    table.rows.push_back(
+        {"  " + n.points[p], fmt::format("{:.6g}", n.position(static_cast<Eigen::Index>(p), 0)),
+         fmt::format("{:.6g}", n.position(static_cast<Eigen::Index>(p), 1)),
+         fmt::format("[{} {}; {} {}]", format_entry(c.real(), max_entry), format_entry(-c.imag(), max_entry),
+                     format_entry(c.imag(), max_entry), format_entry(c.real(), max_entry)),
+         n.coefficients[p].fixed ? "fixed" : ""});
   }
   text += format_table(table);
   std::vector<std::string> entries;
@@ -478,17 +485,17 @@ std::string regressor_text(const EquationsAtConfiguration& at) {
   std::vector<std::string> names;
   for (const Parameter& p : at.regressor->parameters) names.push_back(p.name);
   return "regressor Y, effort = Y pi + other, and the parameters pi\n" + [&] {
-    MatrixX all(at.regressor->effort.cols(), at.regressor->effort.rows() + 1);
-    all << at.regressor->values, at.regressor->effort.transpose();
+    MatrixX entries(at.regressor->effort.cols(), at.regressor->effort.rows() + 1);
+    entries << at.regressor->values, at.regressor->effort.transpose();
     std::vector<std::string> columns{"pi"};
     columns.insert(columns.end(), at.actuators.begin(), at.actuators.end());
     std::string text;
     TextTable table{{""}, {Align::left}, {}};
     for (const std::string& c : columns) table.heading.push_back(c), table.align.push_back(Align::right);
-    for (Eigen::Index r = 0; r < all.rows(); ++r) {
+    for (Eigen::Index r = 0; r < entries.rows(); ++r) {
       std::vector<std::string> cells{"  " + names[static_cast<std::size_t>(r)]};
-      for (Eigen::Index c = 0; c < all.cols(); ++c)
-        cells.push_back(format_entry(all(r, c), c == 0 ? 0 : max_abs(all.col(c))));
+      for (Eigen::Index c = 0; c < entries.cols(); ++c)
+        cells.push_back(format_entry(entries(r, c), c == 0 ? 0 : max_abs(entries.col(c))));
       table.rows.push_back(std::move(cells));
     }
     return format_table(table);

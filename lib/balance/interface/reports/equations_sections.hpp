@@ -1,5 +1,5 @@
 #pragma once
-/// The equations of a mechanism at one configuration, gathered for the writers.
+/// Report data of a mechanism's equations at one configuration.
 
 #include "balance/interface/files/result_file.hpp"
 #include "balance/synthesis/formulas/equations_report.hpp"
@@ -11,17 +11,17 @@ namespace balance {
 
 struct EquationsReportData {
   std::string title;                     ///< the mechanism's name
-  std::vector<std::string> coordinates;  ///< names of all of the mechanism's
+  std::vector<std::string> coordinates;  ///< names of all coordinates of the mechanism
   EquationsAtConfiguration at;
-  std::set<EquationSection> sections;  ///< that are shown
+  std::set<EquationSection> sections;  ///< to be shown
 
   bool shows(EquationSection section) const { return sections.count(section) > 0; }
 };
 
-/// Sections as tables, six significant digits; ends with a line feed.
+/// Sections as tables with six significant digits; ends with a line feed.
 std::string equations_text(const EquationsReportData& view);
 
-/// All that the view has, as numbers with all their digits.
+/// Everything in the view, as numbers with all their digits.
 std::string equations_json(const EquationsReportData& view, const std::vector<std::string>& warnings);
 
 /// Matrices for amsmath, one align* environment; ends with a line feed.
@@ -30,24 +30,24 @@ std::string equations_latex(const EquationsReportData& view);
 /// One base parameter: "link1.J + l1^2 link2.m".
 std::string base_parameter_text(const Conditions& parameters, int row, const ConditionNames& names);
 
-/// The unit of a product of two coordinates' generalised inertia, "kg m^2", and of a generalised force, "N m".
+/// Unit of the generalised inertia of two coordinates, "kg m^2", and of a generalised force, "N m".
 std::string inertia_unit(bool first_length, bool second_length);
 std::string force_unit(bool length);
 
-/// Datasets over time. @throws SystemError, Cancelled
-void write_equations(const std::string& path, const EquationsAlongRun& along, const std::vector<std::string>& actuators,
+/// Writes datasets over time. @throws SystemError, Cancelled
+void write_equations(const std::string& path, const EquationsAlongRun& run, const std::vector<std::string>& actuators,
                      const Provenance& description, const WriteOptions& options);
 
 // Matrices of equations as text.
 
-/// Six significant digits; 0 for what is round-off of a size.
+/// Six significant digits; 0 for round-off relative to `size`.
 std::string format_entry(double value, double size);
 std::string matrix_text(const MatrixX& matrix, const std::vector<std::string>& rows,
                         const std::vector<std::string>& columns);
-/// "A1: 0.3 A1'^2 - 2 0.1 A1' A2'": the terms that are there. @param factors what the forms are of, "A1'"
+/// "A1: 0.3 A1'^2 - 2 0.1 A1' A2'": the nonzero terms. @param factors of the quadratic forms, "A1'"
 std::string velocity_table(const IndependentTerms& terms, const std::vector<std::string>& rows,
                            const std::vector<std::string>& factors);
-/// What the view's sections are in the speeds that it has.
+/// The view's sections in its speeds.
 std::string speeds_text(const EquationsReportData& view);
 
 }  // namespace balance

@@ -18,22 +18,22 @@ std::string line_of(const formulas::PrintedFormula& formula) {
   return formula.label.empty() ? formula.text + " = 0" : formula.label + " = " + formula.text;
 }
 
-std::string too_long(const PrintedSection& section) {
+std::string length_note(const PrintedSection& section) {
   if (section.section == formulas::SheetSectionKind::natural)
     return fmt::format("{} terms: --all prints them", section.terms);
   return fmt::format("{} terms: --code c prints them as a program, --all as formulas", section.terms);
 }
 
-/// Names in the texts, with the values that the spec gives them.
+/// Names in the formulas, with their values in the spec.
 std::string symbols_line(const FormulasReportData& view) {
   std::set<std::string> names;
   for (const PrintedSection& section : view.sections)
     for (const auto& formula : section.formulas) {
       std::string name;
       for (const char c : formula.text + " ") {
-        const bool part = std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '_';
-        if (!part) names.insert(name);
-        name = part ? name + c : "";
+        const bool is_name_char = std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '_';
+        if (!is_name_char) names.insert(name);
+        name = is_name_char ? name + c : "";
       }
     }
   std::vector<std::string> values;
@@ -54,7 +54,7 @@ std::string formulas_text(const FormulasReportData& view) {
   text += fmt::format("coordinates: {}\n", fmt::join(view.sheet->equations.tree.columns, ", "));
   for (const PrintedSection& section : view.sections) {
     text += fmt::format("\n{}\n", section.heading);
-    if (section.is_left_out) text += "  " + too_long(section) + "\n";
+    if (section.is_left_out) text += "  " + length_note(section) + "\n";
     for (const auto& formula : section.formulas) text += "  " + line_of(formula) + "\n";
     if (!section.zero.empty()) text += fmt::format("  zero: {}\n", fmt::join(section.zero, ", "));
     if (section.formulas.empty() && section.zero.empty() && !section.is_left_out) text += "  none: always met\n";
@@ -62,17 +62,17 @@ std::string formulas_text(const FormulasReportData& view) {
   text += symbols_line(view);
   for (const std::string& note : view.sheet->notes) text += "note: " + note + "\n";
   if (!view.check.note.empty()) text += "note: " + view.check.note + "\n";
-  const std::string elsewhere = view.check.perturbed_states > 0
-                                    ? fmt::format(", {} of them with other numbers", view.check.perturbed_states)
-                                    : "";
-  return text + fmt::format("checked at {} states{}: {:.0e}\n", view.check.states, elsewhere, view.check.error);
+  const std::string perturbed_note = view.check.perturbed_states > 0
+                                         ? fmt::format(", {} of them with other numbers", view.check.perturbed_states)
+                                         : "";
+  return text + fmt::format("checked at {} states{}: {:.0e}\n", view.check.states, perturbed_note, view.check.error);
 }
 
 std::string formulas_latex(const FormulasReportData& view) {
   std::string text;
   for (const PrintedSection& section : view.sections) {
     text += "% " + section.heading + "\n";
-    if (section.is_left_out) text += "% " + too_long(section) + "\n";
+    if (section.is_left_out) text += "% " + length_note(section) + "\n";
     for (const auto& formula : section.formulas)
       text += "\\[ " +
               (formula.label.empty() ? formula.text + " = 0"

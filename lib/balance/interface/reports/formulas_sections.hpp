@@ -1,5 +1,5 @@
 #pragma once
-/// Closed formulas for people, for LaTeX and for programs.
+/// Closed-form formulas as text, LaTeX and JSON.
 
 #include "balance/synthesis/formulas/formula_check.hpp"
 #include "balance/synthesis/formulas/formula_sheet.hpp"
@@ -9,7 +9,7 @@
 
 namespace balance {
 
-/// What has been printed and checked.
+/// Printed formulas and their check.
 struct FormulasReportData {
   std::string title;
   const formulas::FormulaSheet* sheet = nullptr;
@@ -19,7 +19,7 @@ struct FormulasReportData {
 };
 
 std::string formulas_text(const FormulasReportData& view);
-/// Equations between `\[` and `\]` (amsmath), and nothing else.
+/// Equations between `\[` and `\]` (amsmath), with comments.
 std::string formulas_latex(const FormulasReportData& view);
 std::string formulas_json(const FormulasReportData& view);
 

@@ -1,4 +1,4 @@
-// A trade-off for people.
+// A trade-off as text.
 
 #include "balance/interface/reports/front_sections.hpp"
 
@@ -24,7 +24,7 @@ namespace {
 using Dimension = Hdf5Writer::Dimension;
 using Group = Hdf5Writer::Group;
 
-/// A row per point.
+/// One row per point.
 Samples rows_of(const ParetoFront& front, Eigen::Index columns, VectorX (*row)(const ParetoPoint&)) {
   Samples rows(static_cast<Eigen::Index>(front.points.size()), columns);
   for (std::size_t k = 0; k < front.points.size(); ++k)
@@ -70,13 +70,14 @@ void add_points(Hdf5Writer& file, const FrontReportData& view) {
   if (cases == 0) return;
   std::vector<std::string> names;
   for (Eigen::Index k = 0; k < cases; ++k) names.push_back(std::to_string(k + 1));
-  const Dimension load = file.add_dimension(root_group, {"load_case", "of design: for", "1", {}, {}}, names);
+  const Dimension load_case = file.add_dimension(root_group, {"load_case", "of design: for", "1", {}, {}}, names);
   add("free_numbers_in_case", "values of the free numbers with the loads of every case, SI; free parameters as written",
-      {point, load, number}, rows_of(front, cases * numbers, [](const ParetoPoint& p) {
-        VectorX all(static_cast<Eigen::Index>(p.report.load_cases.size()) * p.report.outcome.x.size());
-        Eigen::Index at = 0;
-        for (const LoadCaseReport& one : p.report.load_cases) all.segment(at, one.x.size()) = one.x, at += one.x.size();
-        return all;
+      {point, load_case, number}, rows_of(front, cases * numbers, [](const ParetoPoint& p) {
+        VectorX values(static_cast<Eigen::Index>(p.report.load_cases.size()) * p.report.outcome.x.size());
+        Eigen::Index offset = 0;
+        for (const LoadCaseReport& one : p.report.load_cases)
+          values.segment(offset, one.x.size()) = one.x, offset += one.x.size();
+        return values;
       }));
 }
 
@@ -107,10 +108,10 @@ Json figures_json(const FrontReportData& view) {
   for (std::size_t j = 0; j < view.figures.size(); ++j) {
     Json figure = {{"name", view.figures[j]}, {"unit", view.units[j]}};
     if (j < view.front.anchors.size()) {
-      const ParetoAnchor& end = view.front.anchors[j];
-      figure["least"] = end.min_value;
-      figure["lower_bound"] = end.lower_bound;
-      figure["optimality"] = name_of(end.optimality);
+      const ParetoAnchor& anchor = view.front.anchors[j];
+      figure["least"] = anchor.min_value;
+      figure["lower_bound"] = anchor.lower_bound;
+      figure["optimality"] = name_of(anchor.optimality);
     }
     list.push_back(std::move(figure));
   }
@@ -144,18 +145,18 @@ Json point_json(const FrontReportData& view, std::size_t k) {
 
 std::string front_json(const FrontReportData& view, const std::vector<std::string>& files, const std::string& design) {
   const ParetoFront& front = view.front;
-  const bool none = front.points.empty();
-  const DesignReport& shown = none ? front.failure : front.points.front().report;
+  const bool is_empty = front.points.empty();
+  const DesignReport& report = is_empty ? front.failure : front.points.front().report;
   Json json = {{"mechanism", view.title}, {"goal", goals_json(view.goals)}};
-  json["status"] = name_of(shown.outcome.status);
+  json["status"] = name_of(report.outcome.status);
   json["optimality"] = name_of(front_optimality(front));
-  json["reason"] = none ? shown.outcome.reason : "";
+  json["reason"] = is_empty ? report.outcome.reason : "";
   json["seconds"] = view.seconds;
   Json points = Json::array();
   for (std::size_t k = 0; k < front.points.size(); ++k) points.push_back(point_json(view, k));
   json["front"] = {{"figures", figures_json(view)},
                    {"points", std::move(points)},
-                   {"middle", none ? Json(nullptr) : Json(find_compromise_point(front) + 1)},
+                   {"middle", is_empty ? Json(nullptr) : Json(find_compromise_point(front) + 1)},
                    {"searches", front.searches},
                    {"stopped", front.is_budget_exhausted}};
   if (!design.empty()) json["design"] = Json::parse(design);
@@ -167,20 +168,20 @@ std::string front_json(const FrontReportData& view, const std::vector<std::strin
 
 namespace {
 
-/// Of a figure; what is less than this part of its largest value is shown as zero.
+/// Relative to a figure's largest value; smaller values are shown as zero.
 constexpr double zero_value_tolerance = 1e-12;
 
 std::string value_text(double value, double largest) {
   return std::abs(value) <= zero_value_tolerance * largest ? "0" : format_number(value);
 }
 
-VectorX largest_of(const ParetoFront& front) {
-  VectorX most = VectorX::Zero(front.points.front().values.size());
-  for (const ParetoPoint& point : front.points) most = most.cwiseMax(point.values.cwiseAbs());
-  return most;
+VectorX max_abs_values(const ParetoFront& front) {
+  VectorX max_values = VectorX::Zero(front.points.front().values.size());
+  for (const ParetoPoint& point : front.points) max_values = max_values.cwiseMax(point.values.cwiseAbs());
+  return max_values;
 }
 
-/// The figures are called a, b, c.
+/// Names of the figures: a, b, c.
 std::string letter(std::size_t j) { return std::string(1, static_cast<char>('a' + j)); }
 
 std::string legend(const FrontReportData& view) {
@@ -188,14 +189,15 @@ std::string legend(const FrontReportData& view) {
   for (std::size_t j = 0; j < view.figures.size(); ++j) {
     text += fmt::format("{}  {}{}", letter(j), view.figures[j],
                         view.units[j].empty() ? "" : fmt::format(" [{}]", view.units[j]));
-    const ParetoAnchor end = j < view.front.anchors.size() ? view.front.anchors[j] : ParetoAnchor{};
-    if (end.optimality == Optimality::proved_global) text += fmt::format("; {:.6g} is proved the least", end.min_value);
+    const ParetoAnchor anchor = j < view.front.anchors.size() ? view.front.anchors[j] : ParetoAnchor{};
+    if (anchor.optimality == Optimality::proved_global)
+      text += fmt::format("; {:.6g} is proved the least", anchor.min_value);
     text += "\n";
   }
   return text;
 }
 
-/// "a ≥ 3.2": what no design within the point's limits is below.
+/// "a >= 3.2": lower bound for all designs within the point's limits.
 std::string bound_text(const ParetoPoint& point, const VectorX& largest) {
   if (std::isnan(point.lower_bound)) return "-";
   return fmt::format("{} >= {}", letter(static_cast<std::size_t>(point.minimized)),
@@ -203,7 +205,7 @@ std::string bound_text(const ParetoPoint& point, const VectorX& largest) {
 }
 
 std::string points_table(const FrontReportData& view) {
-  const VectorX max_abs_entry = largest_of(view.front);
+  const VectorX max_abs_entry = max_abs_values(view.front);
   TextTable table{{"point"}, {Align::right}, {}};
   for (std::size_t j = 0; j < view.figures.size(); ++j) {
     table.heading.push_back(letter(j));
@@ -222,7 +224,7 @@ std::string points_table(const FrontReportData& view) {
   return format_table(table);
 }
 
-/// A line per free number, a column per point.
+/// One line per free number, one column per point.
 std::string numbers_table(const FrontReportData& view) {
   TextTable table{{"free number"}, {Align::left}, {}};
   for (std::size_t k = 0; k < view.front.points.size(); ++k) {
@@ -281,23 +283,23 @@ std::string with_unit(const std::string& name, const std::string& unit) {
   return escape_csv_field(unit.empty() ? name : fmt::format("{} [{}]", name, unit));
 }
 
-/// A number that follows the load, in one of the cases.
+/// A number that follows the load, in one of the load cases.
 struct AdaptedNumber {
   std::size_t load_case;
   Eigen::Index number;
 };
 
-/// "counterweights.cw.at[0] (case 2)", one load after the other.
+/// "counterweights.cw.at[0] (case 2)", one load case after the other.
 std::vector<std::pair<std::string, AdaptedNumber>> adapted_numbers(const FrontReportData& view) {
-  std::vector<std::pair<std::string, AdaptedNumber>> all;
+  std::vector<std::pair<std::string, AdaptedNumber>> adapted;
   const std::vector<ParetoPoint>& points = view.front.points;
-  if (points.empty() || !points.front().report.adaptive) return all;
+  if (points.empty() || !points.front().report.adaptive) return adapted;
   const DesignReport& report = points.front().report;
   for (std::size_t k = 0; k < report.load_cases.size(); ++k)
     for (const int number : report.adaptive->numbers)
-      all.emplace_back(fmt::format("{} (case {})", view.numbers[static_cast<std::size_t>(number)].key_path, k + 1),
-                       AdaptedNumber{k, number});
-  return all;
+      adapted.emplace_back(fmt::format("{} (case {})", view.numbers[static_cast<std::size_t>(number)].key_path, k + 1),
+                           AdaptedNumber{k, number});
+  return adapted;
 }
 
 }  // namespace
@@ -332,7 +334,7 @@ std::string front_csv(const FrontReportData& view) {
   for (std::size_t j = 0; j < view.figures.size(); ++j) text += "," + with_unit(view.figures[j], view.units[j]);
   text += ",optimality,minimized,lower_bound";
   for (const FreeNumber& number : view.numbers) text += "," + escape_csv_field(number.key_path);
-  for (const auto& [path, which] : adapted_numbers(view)) text += "," + escape_csv_field(path);
+  for (const auto& [path, adapted] : adapted_numbers(view)) text += "," + escape_csv_field(path);
   text += "\n";
   for (std::size_t k = 0; k < view.front.points.size(); ++k) {
     const ParetoPoint& point = view.front.points[k];
@@ -341,8 +343,8 @@ std::string front_csv(const FrontReportData& view) {
     text += fmt::format(",{},{},{:.17g}", name_of(point.optimality),
                         escape_csv_field(view.figures[static_cast<std::size_t>(point.minimized)]), point.lower_bound);
     for (const double value : point.report.outcome.x) text += fmt::format(",{:.17g}", value);
-    for (const auto& [path, which] : adapted_numbers(view))
-      text += fmt::format(",{:.17g}", point.report.load_cases[which.load_case].x[which.number]);
+    for (const auto& [path, adapted] : adapted_numbers(view))
+      text += fmt::format(",{:.17g}", point.report.load_cases[adapted.load_case].x[adapted.number]);
     text += "\n";
   }
   return text;

@@ -24,17 +24,18 @@
 namespace balance {
 namespace {
 
-void replace_first(std::string& text, std::string_view old, const std::string& now) {
-  const std::size_t at = text.find(old);
-  if (at != std::string::npos) text.replace(at, old.size(), now);
+void replace_first(std::string& text, std::string_view pattern, const std::string& replacement) {
+  const std::size_t position = text.find(pattern);
+  if (position != std::string::npos) text.replace(position, pattern.size(), replacement);
 }
 
-void replace_all(std::string& text, const std::string& old, const std::string& now) {
-  for (std::size_t at = text.find(old); at != std::string::npos; at = text.find(old, at + now.size()))
-    text.replace(at, old.size(), now);
+void replace_all(std::string& text, const std::string& pattern, const std::string& replacement) {
+  for (std::size_t position = text.find(pattern); position != std::string::npos;
+       position = text.find(pattern, position + replacement.size()))
+    text.replace(position, pattern.size(), replacement);
 }
 
-/// What the picture is called where it has no title: its quantities.
+/// Name of the picture: its title or, if it has none, its quantities.
 std::string name_of(const Plot& picture) {
   if (!picture.title.empty()) return escape_for_terminal(picture.title);  // as it is drawn
   std::string name;
@@ -49,22 +50,23 @@ std::string normalise_svg(std::string svg, const std::string& name, const PlotPa
   if (width != std::string::npos && end != std::string::npos && width < svg.find("viewBox"))
     svg.replace(width, end - width, fmt::format(" width=\"{:g}mm\" height=\"{:g}mm\"", page.width, page.height));
   replace_first(svg, "<title>Gnuplot</title>", "<title>" + escape_xml(name) + "</title>");
-  const std::string generic = page.font.find("Mono") != std::string::npos                            ? "monospace"
-                              : page.font.find("Serif") != std::string::npos || page.font == "Times" ? "serif"
-                                                                                                     : "sans-serif";
+  const std::string generic_family = page.font.find("Mono") != std::string::npos ? "monospace"
+                                     : page.font.find("Serif") != std::string::npos || page.font == "Times"
+                                         ? "serif"
+                                         : "sans-serif";
   const std::string fallback = page.font == "Helvetica" ? "Helvetica, Arial, " : page.font + ", ";
   replace_all(svg, fmt::format("font-family=\"{}\"", page.font),
-              fmt::format("font-family=\"{}{}\"", fallback, generic));
+              fmt::format("font-family=\"{}{}\"", fallback, generic_family));
   return svg;
 }
 
 std::string remove_pdf_date(std::string pdf) {
-  constexpr std::string_view mark = "/CreationDate (D:", epoch = "19700101000000";
-  const std::size_t at = pdf.find(mark);
-  if (at == std::string::npos) return pdf;
-  // In place, letter by letter: the file holds a table of where its parts begin.
+  constexpr std::string_view marker = "/CreationDate (D:", epoch = "19700101000000";
+  const std::size_t position = pdf.find(marker);
+  if (position == std::string::npos) return pdf;
+  // in place, digit by digit: the file contains a table of byte offsets
   for (std::size_t i = 0; i < epoch.size(); ++i) {
-    char& digit = pdf[at + mark.size() + i];
+    char& digit = pdf[position + marker.size() + i];
     if (!std::isdigit(static_cast<unsigned char>(digit))) break;
     digit = epoch[i];
   }
@@ -73,20 +75,20 @@ std::string remove_pdf_date(std::string pdf) {
 
 std::string render_plot(const Plot& picture, const PlotPage& options) {
   const PlotPage page = resolve_page_size(picture, options);
-  std::string drawn = run_gnuplot(gnuplot_script(picture, page));
-  if (page.format == PlotFileFormat::svg) return normalise_svg(std::move(drawn), name_of(picture), page);
-  return page.format == PlotFileFormat::pdf ? remove_pdf_date(std::move(drawn)) : drawn;
+  std::string image = run_gnuplot(gnuplot_script(picture, page));
+  if (page.format == PlotFileFormat::svg) return normalise_svg(std::move(image), name_of(picture), page);
+  return page.format == PlotFileFormat::pdf ? remove_pdf_date(std::move(image)) : image;
 }
 
 namespace {
 
-constexpr rlim_t max_cpu_seconds = 8;  // of the processor; a picture takes a fraction of one
+constexpr rlim_t max_cpu_seconds = 8;  // CPU time; a picture takes a fraction of a second
 
 [[noreturn]] void fail(const std::string& what, int error) {
   throw SystemError(fmt::format("{}: {}", what, std::strerror(error)));
 }
 
-/// A file without a name. With files in place of pipes nobody waits for anybody.
+/// Temporary file without a name. With files instead of pipes no process waits for another.
 class UnnamedFile {
  public:
   UnnamedFile() : file_(std::tmpfile(), &std::fclose) {
@@ -115,17 +117,17 @@ class UnnamedFile {
   std::unique_ptr<std::FILE, int (*)(std::FILE*)> file_;
 };
 
-/// Of this process, but for what would let the same script give another picture.
+/// Environment of this process without variables that could change the picture.
 std::vector<std::string> environment() {
-  std::vector<std::string> kept = {"LC_ALL=C.UTF-8", "TZ=UTC0"};
+  std::vector<std::string> variables = {"LC_ALL=C.UTF-8", "TZ=UTC0"};
   for (char** entry = environ; entry && *entry; ++entry) {
     const std::string_view text = *entry;
-    bool dropped = false;
+    bool is_dropped = false;
     for (const char* prefix : {"LC_", "LANG", "TZ=", "GNUTERM", "GNUPLOT_"})
-      dropped = dropped || text.starts_with(prefix);
-    if (!dropped) kept.emplace_back(text);
+      is_dropped = is_dropped || text.starts_with(prefix);
+    if (!is_dropped) variables.emplace_back(text);
   }
-  return kept;
+  return variables;
 }
 
 pid_t start(const UnnamedFile& in, const UnnamedFile& out, const UnnamedFile& err) {
@@ -134,21 +136,21 @@ pid_t start(const UnnamedFile& in, const UnnamedFile& out, const UnnamedFile& er
   ::posix_spawn_file_actions_adddup2(&actions, in.descriptor(), STDIN_FILENO);
   ::posix_spawn_file_actions_adddup2(&actions, out.descriptor(), STDOUT_FILENO);
   ::posix_spawn_file_actions_adddup2(&actions, err.descriptor(), STDERR_FILENO);
-  std::vector<std::string> words = {"gnuplot", "--default-settings"}, variables = environment();
+  std::vector<std::string> arguments = {"gnuplot", "--default-settings"}, variables = environment();
   const auto pointers = [](std::vector<std::string>& texts) {
-    std::vector<char*> all;
-    for (std::string& text : texts) all.push_back(text.data());
-    all.push_back(nullptr);
-    return all;
+    std::vector<char*> result;
+    for (std::string& text : texts) result.push_back(text.data());
+    result.push_back(nullptr);
+    return result;
   };
   pid_t child = 0;
   const int error =
-      ::posix_spawnp(&child, "gnuplot", &actions, nullptr, pointers(words).data(), pointers(variables).data());
+      ::posix_spawnp(&child, "gnuplot", &actions, nullptr, pointers(arguments).data(), pointers(variables).data());
   ::posix_spawn_file_actions_destroy(&actions);
   if (error == ENOENT || error == EACCES || error == ENOTDIR)
     throw SystemError("gnuplot, which draws the pictures, is not in PATH; on Debian: apt install gnuplot-nox");
   if (error != 0) fail("cannot start gnuplot", error);
-  // Numbers of strangers may be such that it never ends.
+  // numbers from untrusted files may keep it running forever
   const rlimit time{max_cpu_seconds, max_cpu_seconds + 1};
   ::prlimit(child, RLIMIT_CPU, &time, nullptr);
   return child;
@@ -161,7 +163,7 @@ int wait_for(pid_t child) {
   return status;
 }
 
-/// What it said, on one line.
+/// Its message on one line.
 std::string join_error_lines(std::string text) {
   std::replace_if(
       text.begin(), text.end(), [](unsigned char c) { return c < 0x20; }, ' ');

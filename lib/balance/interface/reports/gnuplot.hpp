@@ -1,5 +1,5 @@
 #pragma once
-/// The program gnuplot as a function.
+/// Runs the program gnuplot.
 
 #include "balance/interface/reports/gnuplot_script.hpp"
 
@@ -9,19 +9,19 @@ namespace balance {
 
 // A picture as the bytes of a file.
 
-/// Draws with gnuplot. The same picture and page give the same bytes with the same gnuplot and fonts.
+/// Renders with gnuplot. The same picture and page give the same bytes with the same gnuplot and fonts.
 /// @throws SystemError as run_gnuplot
 std::string render_plot(const Plot& picture, const PlotPage& page);
 
-/// gnuplot's SVG with its size in mm, the picture's name for readers of the screen and a family of fonts to fall back on.
+/// gnuplot's SVG with its size in mm, the picture's name for screen readers and fallback font families.
 std::string normalise_svg(std::string svg, const std::string& name, const PlotPage& page);
 
-/// cairo's PDF without the time of day.
+/// cairo's PDF with a fixed creation date.
 std::string remove_pdf_date(std::string pdf);
 
-/// What gnuplot prints when it reads the script. It is found by PATH and started without a shell, its own settings files are
-/// not read, and language and time zone are fixed.
-/// @throws SystemError if there is no gnuplot, or with what it says if it fails
+/// Returns what gnuplot prints for the script. Finds gnuplot by PATH and starts it without a shell, without its
+/// settings files, and with fixed language and time zone.
+/// @throws SystemError if there is no gnuplot, or with its message if it fails
 std::string run_gnuplot(const std::string& script);
 
 }  // namespace balance

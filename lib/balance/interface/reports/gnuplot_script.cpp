@@ -17,8 +17,8 @@ namespace balance {
 namespace {
 
 constexpr double mm_per_point = 25.4 / 72;
-constexpr double min_frame_width = 15, min_frame_height = 5;  // mm of a frame that still shows something
-// of a legend, in font sizes
+constexpr double min_frame_width = 15, min_frame_height = 5;  // [mm] minimum size of a useful frame
+// lengths in a legend, in font sizes
 constexpr double legend_line_length = 2.4, text_gap = 0.6, entry_gap = 1.8;
 
 struct Sizes {
@@ -34,11 +34,11 @@ struct Sizes {
 
 Sizes sizes_of(const PlotPage& page) { return {page.font_size * mm_per_point}; }
 
-/// About the width of a text in a face without serifs, in font sizes.
+/// Approximate width of a text in a sans-serif font, in font sizes.
 double text_width(const std::string& text) {
   double width = 0;
   for (const char c : text) {
-    if ((c & 0xc0) == 0x80) continue;  // inside a letter of several bytes
+    if ((c & 0xc0) == 0x80) continue;  // continuation byte of a character
     width += std::strchr(" .,:;'|!iljftr()[]-", c)         ? 0.31
              : std::strchr("mwMW%@", c)                    ? 0.85
              : std::isupper(static_cast<unsigned char>(c)) ? 0.7
@@ -58,41 +58,42 @@ std::vector<std::string> labels_of(const PlotPanel& panel) {
 
 double frame_width(const PlotPage& page) { return page.width - sizes_of(page).left() - sizes_of(page).right(); }
 
-/// Entries from the left, on one row if they fit, else in columns; y is from the legend's top.
+/// Places entries from the left, in one row if they fit, else in columns; y is relative to the legend's top.
 std::vector<LegendEntryLayout> place_legend(const PlotPanel& panel, const PlotPage& page) {
   const Sizes sizes = sizes_of(page);
   std::vector<double> widths;
-  double all = 0, widest = 0;
+  double total_width = 0, max_width = 0;
   for (const std::string& label : labels_of(panel)) {
     widths.push_back((legend_line_length + text_gap + text_width(label) + entry_gap) * sizes.em);
-    all += widths.back();
-    widest = std::max(widest, widths.back());
+    total_width += widths.back();
+    max_width = std::max(max_width, widths.back());
   }
-  const double room = frame_width(page) + entry_gap * sizes.em;
-  const bool one_row = all <= room;
-  const std::size_t columns = one_row ? widths.size() : static_cast<std::size_t>(std::max(1.0, room / widest));
-  std::vector<LegendEntryLayout> places;
+  const double available_width = frame_width(page) + entry_gap * sizes.em;
+  const bool is_one_row = total_width <= available_width;
+  const std::size_t columns =
+      is_one_row ? widths.size() : static_cast<std::size_t>(std::max(1.0, available_width / max_width));
+  std::vector<LegendEntryLayout> layouts;
   double x = 0;
   for (std::size_t i = 0; i < widths.size(); ++i) {
-    if (!one_row) x = static_cast<double>(i % columns) * widest;
+    if (!is_one_row) x = static_cast<double>(i % columns) * max_width;
     const double begin = sizes.left() + x, end = begin + legend_line_length * sizes.em;
     const std::size_t row = i / columns;
-    places.push_back({begin, end, end + text_gap * sizes.em, (static_cast<double>(row) + 0.5) * sizes.line()});
+    layouts.push_back({begin, end, end + text_gap * sizes.em, (static_cast<double>(row) + 0.5) * sizes.line()});
     x += widths[i];
   }
-  return places;
+  return layouts;
 }
 
-double legend_height(const std::vector<LegendEntryLayout>& places, const Sizes& sizes) {
-  return places.empty() ? 0 : places.back().y + 0.5 * sizes.line() + 0.4 * sizes.em;
+double legend_height(const std::vector<LegendEntryLayout>& layouts, const Sizes& sizes) {
+  return layouts.empty() ? 0 : layouts.back().y + 0.5 * sizes.line() + 0.4 * sizes.em;
 }
 
-/// Everything but the frames.
-double other_height(const Plot& picture, const PlotPage& page) {
+/// Height of everything but the frames.
+double fixed_height(const Plot& picture, const PlotPage& page) {
   const Sizes sizes = sizes_of(page);
-  double height = sizes.above() + sizes.below() + (picture.title.empty() ? 0 : sizes.title());
-  for (const PlotPanel& panel : picture.panels) height += legend_height(place_legend(panel, page), sizes);
-  return height + static_cast<double>(picture.panels.size() - 1) * sizes.between();
+  double total = sizes.above() + sizes.below() + (picture.title.empty() ? 0 : sizes.title());
+  for (const PlotPanel& panel : picture.panels) total += legend_height(place_legend(panel, page), sizes);
+  return total + static_cast<double>(picture.panels.size() - 1) * sizes.between();
 }
 
 }  // namespace
@@ -112,25 +113,25 @@ AxisRange range_over(const PlotPanel& panel, double PlotPoint::*coordinate) {
 AxisRange value_range(const PlotPanel& panel) {
   AxisRange range = range_over(panel, &PlotPoint::y);
   if (panel.from_zero) return {0, range.high > 0 ? 1.06 * range.high : 1};
-  // What differs by round-off only is a constant and stands in the middle.
+  // values that differ by round-off only are a constant, drawn in the middle
   const double size = std::max(std::abs(range.low), std::abs(range.high));
   const double span = range.high - range.low;
-  const double spare = span > 1e-6 * size ? 0.06 * span : size > 0 ? 0.2 * size : 1;
-  return {range.low - spare, range.high + spare};
+  const double margin = span > 1e-6 * size ? 0.06 * span : size > 0 ? 0.2 * size : 1;
+  return {range.low - margin, range.high + margin};
 }
 
 double default_height(const Plot& picture, const PlotPage& page) {
-  const double other = other_height(picture, page);
-  if (!picture.equal_axes) return other + picture.panel_height * static_cast<double>(picture.panels.size());
+  const double fixed = fixed_height(picture, page);
+  if (!picture.equal_axes) return fixed + picture.panel_height * static_cast<double>(picture.panels.size());
   const AxisRange x = range_over(picture.panels.front(), &PlotPoint::x);
   const AxisRange y = range_over(picture.panels.front(), &PlotPoint::y);
   const double ratio = x.high > x.low ? (y.high - y.low) / (x.high - x.low) : 1;
-  return other + frame_width(page) * std::clamp(ratio, 0.4, 1.2);
+  return fixed + frame_width(page) * std::clamp(ratio, 0.4, 1.2);
 }
 
 void check_page_size(const Plot& picture, const PlotPage& page) {
   const double width = page.width - frame_width(page) + min_frame_width;
-  const double height = other_height(picture, page) + min_frame_height * static_cast<double>(picture.panels.size());
+  const double height = fixed_height(picture, page) + min_frame_height * static_cast<double>(picture.panels.size());
   if (page.width < width || page.height < height)
     throw std::invalid_argument(
         fmt::format("{:g}x{:g} mm is too small for {} with a font of {:g} pt: it takes {:.0f}x{:.0f}", page.width,
@@ -141,20 +142,20 @@ void check_page_size(const Plot& picture, const PlotPage& page) {
 PageLayout compute_layout(const Plot& picture, const PlotPage& page) {
   const Sizes sizes = sizes_of(page);
   PageLayout layout{.width = page.width, .height = page.height};
-  const double frames = (page.height - other_height(picture, page)) / static_cast<double>(picture.panels.size());
+  const double frames = (page.height - fixed_height(picture, page)) / static_cast<double>(picture.panels.size());
   double y = sizes.above();
   layout.title = y + sizes.title() / 2;
   if (!picture.title.empty()) y += sizes.title();
   for (std::size_t i = 0; i < picture.panels.size(); ++i) {
-    PanelLayout place;
-    place.legend = place_legend(picture.panels[i], page);
-    place.left = sizes.left();
-    place.right = page.width - sizes.right();
-    place.top = y + legend_height(place.legend, sizes);
-    for (LegendEntryLayout& entry : place.legend) entry.y += y;
-    place.bottom = place.top + frames;
-    y = place.bottom + sizes.between();
-    layout.panels.push_back(place);
+    PanelLayout panel_layout;
+    panel_layout.legend = place_legend(picture.panels[i], page);
+    panel_layout.left = sizes.left();
+    panel_layout.right = page.width - sizes.right();
+    panel_layout.top = y + legend_height(panel_layout.legend, sizes);
+    for (LegendEntryLayout& entry : panel_layout.legend) entry.y += y;
+    panel_layout.bottom = panel_layout.top + frames;
+    y = panel_layout.bottom + sizes.between();
+    layout.panels.push_back(panel_layout);
   }
   layout.x_label = layout.panels.back().bottom + 3.2 * sizes.em;
   layout.y_label = 0.9 * sizes.em;
@@ -165,8 +166,8 @@ namespace {
 
 constexpr double points_per_mm = 72 / 25.4;
 constexpr double png_per_point = 300.0 / 72;    // 300 pixels per inch
-constexpr double cairo_font_scale = 72.0 / 96;  // gnuplot's cairo pages take a point for 1/72 of 96 pixels
-constexpr int first_legend_label = 4;           // after title and axes
+constexpr double cairo_font_scale = 72.0 / 96;  // gnuplot's cairo terminals take a point for 1/72 of 96 pixels
+constexpr int first_legend_label = 4;           // after those of title and axes
 constexpr const char* grey = "#9aa1a9";
 constexpr const char* pale = "#e3e6ea";
 
@@ -226,7 +227,7 @@ std::string plot_command(const PlotPanel& panel, std::size_t index) {
     parts.push_back(fmt::format("{} with lines {}", data_name(index, "line", i), stroke(panel.lines[i].pen)));
   for (std::size_t i = 0; i < panel.marks.size(); ++i) {
     const std::string name = data_name(index, "mark", i);
-    // A ring is white inside: the line that it marks does not show through.
+    // a ring is white inside: the line that it marks does not show through
     if (panel.marks[i].shape == MarkerShape::circle)
       parts.push_back(name + " with points pointtype 7 pointsize 0.6 linecolor rgb 'white'");
     parts.push_back(fmt::format("{} with points {}", name, stroke(panel.marks[i])));
@@ -234,46 +235,48 @@ std::string plot_command(const PlotPanel& panel, std::size_t index) {
   return fmt::format("plot {}\n", fmt::join(parts, ", \\\n     "));
 }
 
-std::string margins(const PanelLayout& place, const PageLayout& page) {
+std::string margins(const PanelLayout& panel_layout, const PageLayout& page) {
   return fmt::format(
       "set lmargin at screen {:.6f}\nset rmargin at screen {:.6f}\nset tmargin at screen {:.6f}\n"
       "set bmargin at screen {:.6f}\n",
-      place.left / page.width, place.right / page.width, 1 - place.top / page.height, 1 - place.bottom / page.height);
+      panel_layout.left / page.width, panel_layout.right / page.width, 1 - panel_layout.top / page.height,
+      1 - panel_layout.bottom / page.height);
 }
 
-/// The range of the axis whose points need less room than the frame has grows on both sides.
-void equalise_axes(AxisRange& x, AxisRange& y, const PanelLayout& place) {
-  const double width = place.right - place.left, height = place.bottom - place.top;
-  const auto grown = [](const AxisRange& range, double span) {
+/// Enlarges both ranges about their middle to the same scale, such that the points fit into the frame.
+void equalise_axes(AxisRange& x, AxisRange& y, const PanelLayout& panel_layout) {
+  const double width = panel_layout.right - panel_layout.left, height = panel_layout.bottom - panel_layout.top;
+  const auto resize_range = [](const AxisRange& range, double span) {
     const double middle = (range.low + range.high) / 2;
     return AxisRange{middle - span / 2, middle + span / 2};
   };
   double per_mm = 1.12 * std::max((x.high - x.low) / width, (y.high - y.low) / height);
   if (!(per_mm > 0)) per_mm = 1e-3;  // nothing moves
-  x = grown(x, per_mm * width);
-  y = grown(y, per_mm * height);
+  x = resize_range(x, per_mm * width);
+  y = resize_range(y, per_mm * height);
 }
 
-/// 1, 2 or 5 times a power of ten: the smallest that keeps tics apart by so many mm.
-double tic_step(const AxisRange& range, double length, double apart) {
-  const double least = (range.high - range.low) * apart / length;
-  const double power = elementary::pow(10, std::floor(elementary::log10(least)));
+/// The smallest of 1, 2 or 5 times a power of ten that separates tics by at least so many mm.
+double tic_step(const AxisRange& range, double length, double min_spacing) {
+  const double min_step = (range.high - range.low) * min_spacing / length;
+  const double power = elementary::pow(10, std::floor(elementary::log10(min_step)));
   for (const double factor : {1.0, 2.0, 5.0})
-    if (factor * power >= least * (1 - 1e-9)) return factor * power;
+    if (factor * power >= min_step * (1 - 1e-9)) return factor * power;
   return 10 * power;
 }
 
-std::string ranges(const Plot& picture, const PlotPanel& panel, const PanelLayout& place) {
+std::string ranges(const Plot& picture, const PlotPanel& panel, const PanelLayout& panel_layout) {
   AxisRange x = range_over(panel, &PlotPoint::x), y;
   if (picture.equal_axes) {
     y = range_over(panel, &PlotPoint::y);
-    equalise_axes(x, y, place);
+    equalise_axes(x, y, panel_layout);
   } else {
     y = value_range(panel);
   }
   if (x.low == x.high) x.high = x.low + 1;
   const bool zero_line = !picture.equal_axes && y.low < 0 && y.high > 0;
-  double x_step = tic_step(x, place.right - place.left, 15), y_step = tic_step(y, place.bottom - place.top, 7);
+  double x_step = tic_step(x, panel_layout.right - panel_layout.left, 15),
+         y_step = tic_step(y, panel_layout.bottom - panel_layout.top, 7);
   if (picture.equal_axes) x_step = y_step = std::max(x_step, y_step);
   return fmt::format("set xrange [{:.9g}:{:.9g}]\nset yrange [{:.9g}:{:.9g}]\n", x.low, x.high, y.low, y.high) +
          fmt::format("set xtics {:g}\nset ytics {:g}\n", x_step, y_step) +
@@ -281,16 +284,17 @@ std::string ranges(const Plot& picture, const PlotPanel& panel, const PanelLayou
                     : std::string("unset xzeroaxis\n"));
 }
 
-/// A text at a place in mm from the top left corner.
-std::string label(int number, const std::string& text, double x, double y, const PageLayout& page, const char* how) {
+/// A text at a position in mm from the top left corner.
+std::string label(int number, const std::string& text, double x, double y, const PageLayout& page,
+                  const char* placement) {
   return fmt::format("set label {} {} at screen {:.6f},{:.6f} {}\n", number, gnuplot_quoted(text), x / page.width,
-                     1 - y / page.height, how);
+                     1 - y / page.height, placement);
 }
 
-/// Drawn by hand: gnuplot guesses how wide texts are, and differently for every format.
-std::string legend(const PlotPanel& panel, const PanelLayout& place, const PageLayout& page) {
+/// Drawn explicitly: gnuplot estimates text widths, differently for every format.
+std::string legend(const PlotPanel& panel, const PanelLayout& panel_layout, const PageLayout& page) {
   std::string text;
-  auto entry = place.legend.begin();
+  auto entry = panel_layout.legend.begin();
   int number = first_legend_label;
   const auto at = [&](double x) {
     return fmt::format("screen {:.6f},{:.6f}", x / page.width, 1 - entry->y / page.height);
@@ -300,13 +304,13 @@ std::string legend(const PlotPanel& panel, const PanelLayout& place, const PageL
     ++entry;
   };
   for (const PlotLine& line : panel.lines) {
-    if (line.label.empty() || entry == place.legend.end()) continue;
+    if (line.label.empty() || entry == panel_layout.legend.end()) continue;
     text +=
         fmt::format("set arrow from {} to {} nohead {}\n", at(entry->sample), at(entry->sample_end), stroke(line.pen));
     name(line.label);
   }
   for (const PlotMarker& mark : panel.marks) {
-    if (mark.label.empty() || entry == place.legend.end()) continue;
+    if (mark.label.empty() || entry == panel_layout.legend.end()) continue;
     text += fmt::format("set label {} '' at {} point {}\n", number++, at((entry->sample + entry->sample_end) / 2),
                         stroke(mark));
     name(mark.label);
@@ -316,13 +320,16 @@ std::string legend(const PlotPanel& panel, const PanelLayout& place, const PageL
 
 std::string panel_text(const Plot& picture, std::size_t index, const PageLayout& layout) {
   const PlotPanel& panel = picture.panels[index];
-  const PanelLayout& place = layout.panels[index];
-  std::string text = margins(place, layout) + ranges(picture, panel, place) + legend(panel, place, layout);
-  // Labels instead of gnuplot's own, which would stand elsewhere in every panel.
-  text += label(2, panel.y_label, layout.y_label, (place.top + place.bottom) / 2, layout, "rotate by 90 center");
-  if (index == 0 && !picture.title.empty()) text += label(1, picture.title, place.left, layout.title, layout, "left");
+  const PanelLayout& panel_layout = layout.panels[index];
+  std::string text =
+      margins(panel_layout, layout) + ranges(picture, panel, panel_layout) + legend(panel, panel_layout, layout);
+  // instead of gnuplot's own labels, whose position differs from panel to panel
+  text += label(2, panel.y_label, layout.y_label, (panel_layout.top + panel_layout.bottom) / 2, layout,
+                "rotate by 90 center");
+  if (index == 0 && !picture.title.empty())
+    text += label(1, picture.title, panel_layout.left, layout.title, layout, "left");
   if (index + 1 == picture.panels.size()) {
-    text += label(3, picture.x_label, (place.left + place.right) / 2, layout.x_label, layout, "center");
+    text += label(3, picture.x_label, (panel_layout.left + panel_layout.right) / 2, layout.x_label, layout, "center");
     text += "set format x '%g'\n";
   } else {
     text += "set format x ''\n";  // panels share their horizontal axis
@@ -333,11 +340,12 @@ std::string panel_text(const Plot& picture, std::size_t index, const PageLayout&
 }  // namespace
 
 std::string gnuplot_quoted(std::string_view text) {
-  const std::string shown = escape_for_terminal(text);
-  if (shown.find('\'') == std::string::npos) return "'" + shown + "'";
-  // gnuplot 5.4 takes a doubled quote at either end of a text for the end. Double quotes hold it, where three other marks mean something.
+  const std::string escaped = escape_for_terminal(text);
+  if (escaped.find('\'') == std::string::npos) return "'" + escaped + "'";
+  // gnuplot 5.4 takes a doubled quote at either end of a text for its end. Double quotes avoid that; three other
+  // characters are special in them.
   std::string quoted = "\"";
-  for (const char c : shown)
+  for (const char c : escaped)
     quoted += c == '"' || c == '\\' || c == '`' ? fmt::format("\\{:03o}", static_cast<int>(c)) : std::string(1, c);
   return quoted + "\"";
 }

@@ -7,9 +7,9 @@
 namespace balance {
 namespace {
 
-Json parsed(const std::string& text) { return text.empty() ? Json(nullptr) : Json::parse(text); }
+Json parse_optional(const std::string& text) { return text.empty() ? Json(nullptr) : Json::parse(text); }
 
-/// More samples than pixels make a page slow and no picture better.
+/// More samples than pixels slow the page down without improving its pictures.
 constexpr Eigen::Index max_displayed_samples = 4000;
 
 bool has_samples(const std::optional<RunResult>& run) {
@@ -21,15 +21,15 @@ Json optional_run(const Mechanism& mechanism, const std::optional<RunResult>& ru
   return run ? run_data_json(mechanism, *run, rows, deviation ? &*deviation : nullptr) : Json(nullptr);
 }
 
-/// Both runs of a trajectory at the same samples: their lines stand in one chart.
+/// Both runs of a trajectory at the same samples: one chart shows both.
 Json trajectory_json(const HtmlReport& page, const ReportedTrajectory& t) {
   std::vector<const RunResult*> runs;
   for (const auto* run : {&t.before, &t.after})
     if (has_samples(*run)) runs.push_back(&**run);
-  const bool alike = runs.size() == 2 && runs[0]->time.size() == runs[1]->time.size();
+  const bool have_same_samples = runs.size() == 2 && runs[0]->time.size() == runs[1]->time.size();
   const auto rows_of = [&](const std::optional<RunResult>& run) {
     if (!has_samples(run)) return std::vector<Eigen::Index>();
-    return select_display_rows(alike ? runs : std::vector<const RunResult*>{&*run}, max_displayed_samples);
+    return select_display_rows(have_same_samples ? runs : std::vector<const RunResult*>{&*run}, max_displayed_samples);
   };
   return {{"name", t.name},
           {"law", t.law},
@@ -44,22 +44,22 @@ Json trajectories_json(const HtmlReport& page) {
   return list;
 }
 
-/// How a policy names an inline script or style: by the SHA-256 of its bytes, in base64.
+/// Name of an inline script or style in a content security policy: the SHA-256 of its bytes in base64.
 std::string hash_source(std::string_view content) {
-  const std::string digits = sha256(content);
+  const std::string hex_digest = sha256(content);
   std::string bytes;
-  for (std::size_t i = 0; i + 1 < digits.size(); i += 2)
-    bytes += static_cast<char>(std::stoi(digits.substr(i, 2), nullptr, 16));
+  for (std::size_t i = 0; i + 1 < hex_digest.size(); i += 2)
+    bytes += static_cast<char>(std::stoi(hex_digest.substr(i, 2), nullptr, 16));
   return "'sha256-" + base64(bytes) + "'";
 }
 
-/// Nothing but the page's own script and style may run, and nothing may be fetched: a page can be handed on without fear.
+/// Allows only the page's own script and style to run and nothing to be fetched, so that the page is safe to pass on.
 std::string content_policy(std::string_view code, std::string_view style) {
   return "<meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; script-src " + hash_source(code) +
          "; style-src " + hash_source(style) + "; img-src data: blob:; base-uri 'none'; form-action 'none'\">\n";
 }
 
-/// The script must not be ended by what it contains.
+/// The content must not end the script.
 std::string script(std::string_view attributes, std::string_view content) {
   std::string text = "<script";
   text += attributes;
@@ -80,10 +80,10 @@ std::string format_report_data(const HtmlReport& page) {
                {"space", page.before.space == SpaceKind::planar ? "planar" : "spatial"},
                {"gravity", vector_json(page.before.gravity, 3)},
                {"mass", total_mass(page.before)}};
-  json["check"] = page.check.empty() ? Json::object() : parsed(page.check);
-  json["conditions"] = parsed(page.conditions);
-  json["design"] = parsed(page.design);
-  json["front"] = parsed(page.front);
+  json["check"] = page.check.empty() ? Json::object() : parse_optional(page.check);
+  json["conditions"] = parse_optional(page.conditions);
+  json["design"] = parse_optional(page.design);
+  json["front"] = parse_optional(page.front);
   json["meaning"] = page.goal_descriptions;
   json["mechanism"] = {{"before", mechanism_json(page.before)},
                        {"after", page.after ? mechanism_json(*page.after) : Json(nullptr)}};
@@ -112,7 +112,7 @@ std::string escape_html(const std::string& text) {
 std::string escape_script_json(const std::string& json) {
   std::string safe;
   safe.reserve(json.size());
-  // In JSON `<` occurs inside strings only, where it may be written as an escape.
+  // in JSON `<` occurs inside strings only, where it may be escaped
   for (const char c : json) c == '<' ? safe += "\\u003c" : safe += c;
   return safe;
 }
@@ -144,7 +144,7 @@ std::string format_html_report(const HtmlReport& page) {
 }  // namespace balance
 
 #ifdef BALANCE_PAGE_BUNDLE
-// The assembler takes the files as they are, which is far quicker than compiling lists of numbers.
+// .incbin is much faster than compiling arrays of numbers
 #define BALANCE_EMBED(name, file)                                                                                    \
   __asm__(".pushsection .rodata\n.global " #name "_begin\n" #name "_begin:\n.incbin \"" BALANCE_PAGE_BUNDLE "/" file \
           "\"\n.global " #name "_end\n" #name "_end:\n.byte 0\n.popsection\n");                                      \

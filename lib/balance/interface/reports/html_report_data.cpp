@@ -45,11 +45,11 @@ std::string base64(std::string_view bytes) {
   return text;
 }
 
-std::string base64_floats(const Samples& by_row) {
+std::string base64_floats(const Samples& samples) {
   std::string bytes;
-  bytes.reserve(static_cast<std::size_t>(by_row.size()) * sizeof(float));
-  for (Eigen::Index i = 0; i < by_row.rows(); ++i)
-    for (Eigen::Index j = 0; j < by_row.cols(); ++j) append(bytes, static_cast<float>(by_row(i, j)));
+  bytes.reserve(static_cast<std::size_t>(samples.size()) * sizeof(float));
+  for (Eigen::Index i = 0; i < samples.rows(); ++i)
+    for (Eigen::Index j = 0; j < samples.cols(); ++j) append(bytes, static_cast<float>(samples(i, j)));
   return base64(bytes);
 }
 
@@ -68,7 +68,7 @@ void to_json(Json& json, const TypedIndex<Kind>& id) {
 
 namespace {
 
-Json place(const Vector3& p) { return vector_json(p, 3); }
+Json position_json(const Vector3& p) { return vector_json(p, 3); }
 
 Json inertia_json(const Matrix3& inertia, SpaceKind space) {
   if (space == SpaceKind::planar) return std::array{inertia(2, 2)};
@@ -82,10 +82,10 @@ Json bodies_json(const Mechanism& mechanism) {
   for (const Body& body : mechanism.bodies) {
     Json points = Json::array();
     for (const NamedPoint& point : body.points)
-      points.push_back({{"name", point.name}, {"position", place(point.position)}});
+      points.push_back({{"name", point.name}, {"position", position_json(point.position)}});
     list.push_back({{"name", body.name},
                     {"mass", body.mass},
-                    {"com", place(body.com)},
+                    {"com", position_json(body.com)},
                     {"inertia", inertia_json(body.inertia, mechanism.space)},
                     {"points", std::move(points)}});
   }
@@ -99,13 +99,13 @@ Json joints_json(const Mechanism& mechanism) {
                     {"type", name_of(joint.type)},
                     {"first", joint.first},
                     {"second", joint.second},
-                    {"point_first", place(joint.point_first)},
-                    {"point_second", place(joint.point_second)},
-                    {"axis", place(joint.axis)}});
+                    {"point_first", position_json(joint.point_first)},
+                    {"point_second", position_json(joint.point_second)},
+                    {"axis", position_json(joint.axis)}});
     if (!is_rolling(joint.type)) continue;
     list.back()["radius"] = joint.radius;
-    if (joint.type == JointType::rolling_disc)  // its own axis, on the disc
-      list.back()["spin"] = place(joint.rotation.transpose() * joint.axis.cross(joint.axis2));
+    if (joint.type == JointType::rolling_disc)  // the disc's own axis, in its frame
+      list.back()["spin"] = position_json(joint.rotation.transpose() * joint.axis.cross(joint.axis2));
   }
   return list;
 }
@@ -116,7 +116,7 @@ Json attachments_json(const Mechanism& mechanism) {
     list.push_back({{"name", a.name},
                     {"kind", a.kind == AttachmentKind::counterweight ? "counterweight" : "payload"},
                     {"body", a.body},
-                    {"position", place(a.position)},
+                    {"position", position_json(a.position)},
                     {"mass", a.mass}});
   return list;
 }
@@ -133,8 +133,8 @@ Json discs_json(const Mechanism& mechanism) {
   for (const Disc& disc : mechanism.discs)
     list.push_back({{"name", disc.name},
                     {"body", disc.body},
-                    {"position", place(disc.position)},
-                    {"axis", place(disc.axis)},
+                    {"position", position_json(disc.position)},
+                    {"axis", position_json(disc.axis)},
                     {"follows", followed_json(disc.follows)},
                     {"ratio", disc.ratio},
                     {"mass", disc.mass},
@@ -148,8 +148,8 @@ Json springs_json(const Mechanism& mechanism) {
     list.push_back({{"name", spring.name},
                     {"first", spring.first},
                     {"second", spring.second},
-                    {"point_first", place(spring.point_first)},
-                    {"point_second", place(spring.point_second)},
+                    {"point_first", position_json(spring.point_first)},
+                    {"point_second", position_json(spring.point_second)},
                     {"stiffness", spring.stiffness},
                     {"free_length", spring.free_length},
                     {"preload", spring.preload},
@@ -180,11 +180,11 @@ Json loads_json(const Mechanism& mechanism) {
   Json list = Json::array();
   for (const Load& load : mechanism.loads) {
     Json forces = Json::array(), moments = Json::array();
-    for (const Vector3& force : load.force) forces.push_back(place(force));
-    for (const Vector3& moment : load.moment) moments.push_back(place(moment));
+    for (const Vector3& force : load.force) forces.push_back(position_json(force));
+    for (const Vector3& moment : load.moment) moments.push_back(position_json(moment));
     list.push_back({{"name", load.name},
                     {"body", load.body},
-                    {"point", place(load.point)},
+                    {"point", position_json(load.point)},
                     {"frame", load.frame == Frame::world ? "world" : "body"},
                     {"time", load.time},
                     {"force", std::move(forces)},
@@ -220,119 +220,121 @@ Json mechanism_json(const Mechanism& mechanism) {
   for (const int actuator : mechanism.actuators)
     json["actuated"].push_back(mechanism.coordinates[static_cast<std::size_t>(actuator)].joint);
   json["tool"] = nullptr;
-  if (mechanism.tool) json["tool"] = {{"body", mechanism.tool->body}, {"position", place(mechanism.tool->position)}};
+  if (mechanism.tool)
+    json["tool"] = {{"body", mechanism.tool->body}, {"position", position_json(mechanism.tool->position)}};
   return json;
 }
 
 namespace {
 
-/// How much the rows of a run are needed, raised column by column.
+/// Significance of the rows of a run: the maximum over its columns.
 class RowSignificance {
  public:
-  RowSignificance(Eigen::Index rows, const std::vector<Eigen::Index>& spread)
-      : spread_(spread), worth_(static_cast<std::size_t>(rows), 0) {}
+  RowSignificance(Eigen::Index rows, const std::vector<Eigen::Index>& spaced_rows)
+      : spaced_rows_(spaced_rows), significance_(static_cast<std::size_t>(rows), 0) {}
 
   void add_column(const Samples& samples, Eigen::Index column) {
     if (samples.rows() == 0) return;
     const Eigen::Index low = min_index(samples.col(column)), high = max_index(samples.col(column));
-    const double least = samples(low, column), largest = samples(high, column);
-    if (!(largest > least)) return;
+    const double minimum = samples(low, column), maximum = samples(high, column);
+    if (!(maximum > minimum)) return;
     raise(low, std::numeric_limits<double>::infinity());
     raise(high, std::numeric_limits<double>::infinity());
-    for (std::size_t i = 0; i + 1 < spread_.size(); ++i)
-      add_segment_extremes(samples, column, spread_[i], spread_[i + 1], largest - least);
+    for (std::size_t i = 0; i + 1 < spaced_rows_.size(); ++i)
+      add_segment_extremes(samples, column, spaced_rows_[i], spaced_rows_[i + 1], maximum - minimum);
   }
 
-  const std::vector<double>& values() const { return worth_; }
+  const std::vector<double>& values() const { return significance_; }
 
  private:
-  void raise(Eigen::Index row, double worth) {
-    double& value = worth_[static_cast<std::size_t>(row)];
-    value = std::max(value, worth);
+  void raise(Eigen::Index row, double significance) {
+    double& value = significance_[static_cast<std::size_t>(row)];
+    value = std::max(value, significance);
   }
 
-  /// The two rows between first and last that are farthest above and below the straight line.
+  /// Raises the two rows between first and last that are farthest above and below the straight line.
   void add_segment_extremes(const Samples& samples, Eigen::Index column, Eigen::Index first, Eigen::Index last,
                             double span) {
     const double start = samples(first, column);
     const double slope = (samples(last, column) - start) / static_cast<double>(last - first);
-    double above = 0, below = 0;
+    double max_deviation = 0, min_deviation = 0;
     Eigen::Index high = first, low = first;
     for (Eigen::Index k = first + 1; k < last; ++k) {
-      const double off = samples(k, column) - start - slope * static_cast<double>(k - first);
-      if (off > above) above = off, high = k;
-      if (off < below) below = off, low = k;
+      const double deviation = samples(k, column) - start - slope * static_cast<double>(k - first);
+      if (deviation > max_deviation) max_deviation = deviation, high = k;
+      if (deviation < min_deviation) min_deviation = deviation, low = k;
     }
-    if (above > 0) raise(high, above / span);
-    if (below < 0) raise(low, -below / span);
+    if (max_deviation > 0) raise(high, max_deviation / span);
+    if (min_deviation < 0) raise(low, -min_deviation / span);
   }
 
-  const std::vector<Eigen::Index>& spread_;
-  std::vector<double> worth_;
+  const std::vector<Eigen::Index>& spaced_rows_;
+  std::vector<double> significance_;
 };
 
 }  // namespace
 
-std::vector<Eigen::Index> select_display_rows(const std::vector<const RunResult*>& runs, Eigen::Index most) {
-  const Eigen::Index all = runs.front()->time.size();
+std::vector<Eigen::Index> select_display_rows(const std::vector<const RunResult*>& runs, Eigen::Index max_rows) {
+  const Eigen::Index row_count = runs.front()->time.size();
   std::vector<Eigen::Index> rows;
-  if (all <= most) {
-    rows.resize(static_cast<std::size_t>(all));
+  if (row_count <= max_rows) {
+    rows.resize(static_cast<std::size_t>(row_count));
     std::iota(rows.begin(), rows.end(), Eigen::Index{0});
     return rows;
   }
-  const Eigen::Index spread = most / 2;
-  for (Eigen::Index i = 0; i < spread; ++i) rows.push_back(i * (all - 1) / (spread - 1));
-  RowSignificance worth(all, rows);
+  const Eigen::Index spaced_count = max_rows / 2;
+  for (Eigen::Index i = 0; i < spaced_count; ++i) rows.push_back(i * (row_count - 1) / (spaced_count - 1));
+  RowSignificance significance(row_count, rows);
   for (const RunResult* run : runs)
     for (const Quantity& quantity : list_sampled_quantities(*run))
-      for (Eigen::Index c = 0; c < quantity.samples->cols(); ++c) worth.add_column(*quantity.samples, c);
-  std::vector<Eigen::Index> wanted;
-  for (Eigen::Index k = 0; k < all; ++k)
-    if (worth.values()[static_cast<std::size_t>(k)] > 0) wanted.push_back(k);
-  const auto more_worth = [&](Eigen::Index a, Eigen::Index b) {
-    return worth.values()[static_cast<std::size_t>(a)] > worth.values()[static_cast<std::size_t>(b)];
+      for (Eigen::Index c = 0; c < quantity.samples->cols(); ++c) significance.add_column(*quantity.samples, c);
+  std::vector<Eigen::Index> candidates;
+  for (Eigen::Index k = 0; k < row_count; ++k)
+    if (significance.values()[static_cast<std::size_t>(k)] > 0) candidates.push_back(k);
+  const auto is_more_significant = [&](Eigen::Index a, Eigen::Index b) {
+    return significance.values()[static_cast<std::size_t>(a)] > significance.values()[static_cast<std::size_t>(b)];
   };
-  const auto room = std::min(static_cast<std::size_t>(most) - rows.size(), wanted.size());
-  std::partial_sort(wanted.begin(), wanted.begin() + static_cast<std::ptrdiff_t>(room), wanted.end(), more_worth);
-  rows.insert(rows.end(), wanted.begin(), wanted.begin() + static_cast<std::ptrdiff_t>(room));
+  const auto candidate_count = std::min(static_cast<std::size_t>(max_rows) - rows.size(), candidates.size());
+  std::partial_sort(candidates.begin(), candidates.begin() + static_cast<std::ptrdiff_t>(candidate_count),
+                    candidates.end(), is_more_significant);
+  rows.insert(rows.end(), candidates.begin(), candidates.begin() + static_cast<std::ptrdiff_t>(candidate_count));
   std::sort(rows.begin(), rows.end());
   rows.erase(std::unique(rows.begin(), rows.end()), rows.end());
   return rows;
 }
 
 RunResult extract_rows(const RunResult& result, const std::vector<Eigen::Index>& rows) {
-  RunResult shown;  // not a copy: of a million samples one is enough
-  shown.outcome = result.outcome;
-  shown.coordinate_names = result.coordinate_names;
-  shown.coordinate_units = result.coordinate_units;
-  shown.joint_names = result.joint_names;
-  shown.actuator_names = result.actuator_names;
-  shown.actuator_units = result.actuator_units;
-  shown.body_names = result.body_names;
-  shown.constraint_names = result.constraint_names;
-  shown.constraint_units = result.constraint_units;
-  shown.sliding_names = result.sliding_names;
-  shown.sliding_units = result.sliding_units;
-  shown.axes = result.axes;
-  shown.moment_axes = result.moment_axes;
-  shown.moment_reference = result.moment_reference;
-  shown.metrics = result.metrics;
-  shown.energy = result.energy;
-  shown.round_off = result.round_off;
-  shown.time = result.time(rows);
-  if (result.newton_iterations.size() > 0) shown.newton_iterations = result.newton_iterations(rows);
+  RunResult extracted;  // not a copy, which would duplicate a million samples
+  extracted.outcome = result.outcome;
+  extracted.coordinate_names = result.coordinate_names;
+  extracted.coordinate_units = result.coordinate_units;
+  extracted.joint_names = result.joint_names;
+  extracted.actuator_names = result.actuator_names;
+  extracted.actuator_units = result.actuator_units;
+  extracted.body_names = result.body_names;
+  extracted.constraint_names = result.constraint_names;
+  extracted.constraint_units = result.constraint_units;
+  extracted.sliding_names = result.sliding_names;
+  extracted.sliding_units = result.sliding_units;
+  extracted.axes = result.axes;
+  extracted.moment_axes = result.moment_axes;
+  extracted.moment_reference = result.moment_reference;
+  extracted.metrics = result.metrics;
+  extracted.energy = result.energy;
+  extracted.round_off = result.round_off;
+  extracted.time = result.time(rows);
+  if (result.newton_iterations.size() > 0) extracted.newton_iterations = result.newton_iterations(rows);
   for (const Quantity& quantity : list_sampled_quantities(result))
-    shown.*quantity.member = (result.*quantity.member)(rows, Eigen::all);
-  return shown;
+    extracted.*quantity.member = (result.*quantity.member)(rows, Eigen::all);
+  return extracted;
 }
 
 namespace {
 
-/// Not every array of a result file is worth its bytes in a page.
+/// Arrays of a result file that the page does not need.
 constexpr std::array omitted_quantities = {"tool_orientation", "joint_moment", "body_position", "body_orientation"};
 
-/// Planar poses are x, y, angle; spatial ones x, y, z and a quaternion.
+/// Planar poses are x, y, angle; spatial poses x, y, z and a quaternion.
 Samples packed_poses(const Mechanism& mechanism, const RunResult& result) {
   const BodyPoses poses = body_poses(mechanism, result);
   const auto bodies = static_cast<Eigen::Index>(mechanism.bodies.size());
@@ -341,24 +343,24 @@ Samples packed_poses(const Mechanism& mechanism, const RunResult& result) {
   Samples packed(result.time.size(), width * bodies);
   for (Eigen::Index k = 0; k < packed.rows(); ++k)
     for (Eigen::Index b = 0; b < bodies; ++b) {
-      const auto turn = poses.orientation.row(k).segment<4>(4 * b);
+      const auto quaternion = poses.orientation.row(k).segment<4>(4 * b);
       auto pose = packed.row(k).segment(width * b, width);
       if (planar) {
         pose.head<2>() = poses.position.row(k).segment<2>(3 * b);
-        pose[2] = 2 * elementary::atan2(turn[3], turn[0]);
+        pose[2] = 2 * elementary::atan2(quaternion[3], quaternion[0]);
       } else {
         pose.head<3>() = poses.position.row(k).segment<3>(3 * b);
-        pose.tail<4>() = turn;
+        pose.tail<4>() = quaternion;
       }
     }
   return packed;
 }
 
-/// Reactions by their size alone: a column a joint.
+/// Magnitudes of reactions, one column per joint.
 Samples magnitudes(const Samples& vectors, int axes) {
-  Samples sizes(vectors.rows(), vectors.cols() / axes);
-  for (Eigen::Index j = 0; j < sizes.cols(); ++j) sizes.col(j) = vectors.middleCols(j * axes, axes).rowwise().norm();
-  return sizes;
+  Samples norms(vectors.rows(), vectors.cols() / axes);
+  for (Eigen::Index j = 0; j < norms.cols(); ++j) norms.col(j) = vectors.middleCols(j * axes, axes).rowwise().norm();
+  return norms;
 }
 
 std::vector<std::string> column_names(const Quantity& quantity, const RunResult& result) {
@@ -375,7 +377,7 @@ std::vector<std::string> column_names(const Quantity& quantity, const RunResult&
     case single: return {"value"};
     case body:
     case body_axis:
-    case body_quaternion: break;  // the picture has them
+    case body_quaternion: break;  // `poses` contains them
   }
   return {};
 }
@@ -387,8 +389,8 @@ Json series_json(const RunResult& result) {
         omitted_quantities.end())
       continue;
     const bool reaction = quantity.columns == ColumnKind::joint_axis;
-    const Samples clean = suppress_round_off(result, quantity.member);
-    const Samples samples = reaction ? magnitudes(clean, result.axes) : clean;
+    const Samples filtered = suppress_round_off(result, quantity.member);
+    const Samples samples = reaction ? magnitudes(filtered, result.axes) : filtered;
     list.push_back({{"quantity", quantity.name},
                     {"columns", column_names(quantity, result)},
                     {"units", quantity.units},
@@ -397,7 +399,7 @@ Json series_json(const RunResult& result) {
   return list;
 }
 
-/// What bands are drawn of: as series, but as they are.
+/// Quantities with bands of their deviation: like the series, but without suppressed round-off.
 constexpr std::array band_quantities = {&RunResult::torque, &RunResult::shaking_force, &RunResult::shaking_moment};
 
 Json deviation_json(const RunResult& deviation, const std::vector<Eigen::Index>& rows) {
@@ -412,7 +414,7 @@ Json deviation_json(const RunResult& deviation, const std::vector<Eigen::Index>&
   return list;
 }
 
-/// As little as a picture needs.
+/// Only what a picture needs.
 Json phase_plane_json(const PhasePlane& plane) {
   const auto packed = [](const VectorX& values) { return Json{{"f32", base64_floats(Samples(values))}}; };
   return {{"time", packed(plane.time)},
@@ -428,9 +430,9 @@ Json run_data_json(const Mechanism& mechanism, const RunResult& computed, const 
                    const RunResult* deviation) {
   Json json = {{"outcome", outcome_json(computed.outcome)}};
   if (computed.outcome.status != MotionStatus::done) return json;
-  const bool all = static_cast<Eigen::Index>(rows.size()) == computed.time.size();
-  const RunResult thinned = all ? RunResult{} : extract_rows(computed, rows);
-  const RunResult& result = all ? computed : thinned;
+  const bool is_complete = static_cast<Eigen::Index>(rows.size()) == computed.time.size();
+  const RunResult thinned = is_complete ? RunResult{} : extract_rows(computed, rows);
+  const RunResult& result = is_complete ? computed : thinned;
   json["notes"] = result.outcome.notes;
   json["metrics"] = Json::array();
   for (const Metric& metric : result.metrics) json["metrics"].push_back(metric_json(metric));

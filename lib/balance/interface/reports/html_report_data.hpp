@@ -1,5 +1,5 @@
 #pragma once
-/// Which samples a page shows of runs that have more of them than a screen could tell apart.
+/// Data of the HTML page: samples as text, the mechanism, and runs, thinned to what a screen can resolve.
 
 #include "balance/foundation/base/types.hpp"
 #include "balance/interface/files/json.hpp"
@@ -17,33 +17,33 @@ namespace balance {
 /// RFC 4648 with padding.
 std::string base64(std::string_view bytes);
 
-/// Four bytes a number, seven digits: what a picture needs.
+/// Four bytes per number, seven digits: enough for a picture.
 std::string base64_floats(const Samples& by_row);
-/// The same column after column.
+/// The same, column by column.
 std::string base64_float_columns(const Samples& samples);
-/// Eight bytes a number.
+/// Eight bytes per number.
 std::string base64_doubles(const VectorX& numbers);
 
 // The mechanism as the page draws it.
 
-/// Bodies, joints, attachments, discs, springs and tool with their places; indices as in the mechanism.
+/// Bodies, joints, attachments, discs, springs and tool with their positions; indices as in the mechanism.
 Json mechanism_json(const Mechanism& mechanism);
 
-/// Rows to show, in order, the first and the last among them: all of them if there are no more than `most`. Else evenly spread
-/// ones, the largest and the smallest value of every column, and the extremes that stand out most from a straight line between
-/// the spread ones.
+/// Rows to show, in order, including the first and the last: all of them if there are at most `max_rows`. Otherwise
+/// evenly spaced rows, the minimum and maximum of every column, and the extremes that deviate most from straight
+/// lines between the evenly spaced rows.
 /// @param runs with samples at the same times
-/// @param most at least as many as there are columns, times four
-std::vector<Eigen::Index> select_display_rows(const std::vector<const RunResult*>& runs, Eigen::Index most);
+/// @param max_rows at least four times the number of columns
+std::vector<Eigen::Index> select_display_rows(const std::vector<const RunResult*>& runs, Eigen::Index max_rows);
 
-/// A run with these samples only.
+/// A run with only these samples.
 RunResult extract_rows(const RunResult& result, const std::vector<Eigen::Index>& rows);
 
 // One run as the page shows it.
 
-/// Outcome, metrics, times, poses of all bodies, and every quantity over time, what is round-off as 0.
+/// Outcome, metrics, times, poses of all bodies, and every quantity over time with round-off set to 0.
 /// @param rows samples to show
-/// @param deviation standard deviations of the run's arrays, with as many samples; null: not known
+/// @param deviation standard deviations of the run's arrays, with the same number of samples; null: unknown
 /// @throws std::invalid_argument if the run is of another mechanism
 Json run_data_json(const Mechanism& mechanism, const RunResult& result, const std::vector<Eigen::Index>& rows,
                    const RunResult* deviation);

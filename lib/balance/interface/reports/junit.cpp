@@ -19,7 +19,7 @@ std::string attribute(const char* name, const std::string& value) {
 
 std::string attribute(const char* name, double seconds) { return fmt::format(" {}=\"{:.6f}\"", name, seconds); }
 
-/// How many there are of each kind, and the time that they took.
+/// Number of cases of each kind, and their total time.
 std::string totals(const std::vector<JunitCase>& cases, bool skipped) {
   const auto count = [&](Status status) {
     return std::to_string(
@@ -32,39 +32,40 @@ std::string totals(const std::vector<JunitCase>& cases, bool skipped) {
          attribute("time", seconds);
 }
 
-std::string failure_element(const char* element, const JunitCase& one) {
-  const std::string start = fmt::format("      <{}{}{}", element, attribute("message", one.message),
-                                        attribute("type", one.kind.empty() ? element : one.kind));
-  return one.details.empty()
+std::string failure_element(const char* element, const JunitCase& test_case) {
+  const std::string start = fmt::format("      <{}{}{}", element, attribute("message", test_case.message),
+                                        attribute("type", test_case.kind.empty() ? element : test_case.kind));
+  return test_case.details.empty()
              ? start + "/>\n"
-             : fmt::format("{}>{}</{}>\n", start, escape_xml(escape_lines_for_terminal(one.details)), element);
+             : fmt::format("{}>{}</{}>\n", start, escape_xml(escape_lines_for_terminal(test_case.details)), element);
 }
 
-std::string content(const JunitCase& one) {
+std::string content(const JunitCase& test_case) {
   std::string text;
-  if (one.status == Status::failed) text += failure_element("failure", one);
-  if (one.status == Status::error) text += failure_element("error", one);
-  if (one.status == Status::skipped) text += fmt::format("      <skipped{}/>\n", attribute("message", one.message));
-  if (!one.output.empty())
-    text += fmt::format("      <system-out>{}</system-out>\n", escape_xml(escape_lines_for_terminal(one.output)));
+  if (test_case.status == Status::failed) text += failure_element("failure", test_case);
+  if (test_case.status == Status::error) text += failure_element("error", test_case);
+  if (test_case.status == Status::skipped)
+    text += fmt::format("      <skipped{}/>\n", attribute("message", test_case.message));
+  if (!test_case.output.empty())
+    text += fmt::format("      <system-out>{}</system-out>\n", escape_xml(escape_lines_for_terminal(test_case.output)));
   return text;
 }
 
-std::string case_xml(const JunitCase& one) {
-  const std::string start = fmt::format("    <testcase{}{}{}", attribute("name", one.name),
-                                        attribute("classname", one.group), attribute("time", one.seconds));
-  const std::string inside = content(one);
-  return inside.empty() ? start + "/>\n" : start + ">\n" + inside + "    </testcase>\n";
+std::string case_xml(const JunitCase& test_case) {
+  const std::string start = fmt::format("    <testcase{}{}{}", attribute("name", test_case.name),
+                                        attribute("classname", test_case.group), attribute("time", test_case.seconds));
+  const std::string children = content(test_case);
+  return children.empty() ? start + "/>\n" : start + ">\n" + children + "    </testcase>\n";
 }
 
 }  // namespace
 
 std::string junit_xml(const std::string& name, const std::vector<JunitSuite>& suites) {
-  std::vector<JunitCase> all;
-  for (const JunitSuite& suite : suites) all.insert(all.end(), suite.cases.begin(), suite.cases.end());
+  std::vector<JunitCase> cases;
+  for (const JunitSuite& suite : suites) cases.insert(cases.end(), suite.cases.begin(), suite.cases.end());
   std::string text = "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n";
-  // The schema in use has no number of skipped cases at the root.
-  text += fmt::format("<testsuites{}{}>\n", attribute("name", name), totals(all, false));
+  // the schema in use has no number of skipped cases at the root
+  text += fmt::format("<testsuites{}{}>\n", attribute("name", name), totals(cases, false));
   for (const JunitSuite& suite : suites) {
     text += fmt::format("  <testsuite{}{}>\n", attribute("name", suite.name), totals(suite.cases, true));
     for (const JunitCase& one : suite.cases) text += case_xml(one);
@@ -75,7 +76,7 @@ std::string junit_xml(const std::string& name, const std::vector<JunitSuite>& su
 
 namespace {
 
-/// A character of XML 1.0, section 2.2.
+/// Whether a character is allowed by XML 1.0, section 2.2.
 bool is_allowed(std::uint32_t code) {
   return code == '\t' || code == '\n' || code == '\r' || (code >= 0x20 && code <= 0xD7FF) ||
          (code >= 0xE000 && code <= 0xFFFD) || (code >= 0x10000 && code <= 0x10FFFF);
@@ -86,17 +87,17 @@ bool is_allowed(std::uint32_t code) {
 std::string escape_xml(std::string_view text) {
   std::string xml;
   while (!text.empty()) {
-    const Utf8CodePoint one = decode_utf8(text);
-    const std::size_t bytes = std::max<std::size_t>(one.bytes, 1);
-    if (one.bytes == 0 || !is_allowed(one.code)) {
+    const Utf8CodePoint code_point = decode_utf8(text);
+    const std::size_t bytes = std::max<std::size_t>(code_point.bytes, 1);
+    if (code_point.bytes == 0 || !is_allowed(code_point.code)) {
       xml += "\xEF\xBF\xBD";
     } else {
-      switch (one.code) {
+      switch (code_point.code) {
         case '&': xml += "&amp;"; break;
         case '<': xml += "&lt;"; break;
         case '>': xml += "&gt;"; break;
         case '"': xml += "&quot;"; break;
-        // Written as they are, readers would make spaces of them in attributes.
+        // unescaped, they would be read as spaces in attributes
         case '\t': xml += "&#9;"; break;
         case '\n': xml += "&#10;"; break;
         case '\r': xml += "&#13;"; break;

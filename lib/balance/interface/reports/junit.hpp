@@ -1,5 +1,5 @@
 #pragma once
-/// Test reports as JUnit XML, which continuous-integration servers show.
+/// Test reports as JUnit XML for continuous-integration servers.
 
 #include <string>
 #include <string_view>
@@ -14,9 +14,9 @@ struct JunitCase {
   Status status = Status::passed;
   std::string message;  ///< one line on why it did not pass
   std::string kind;     ///< of failure or error: "requirement", "mechanism", …
-  std::string details;  ///< more on it, any number of lines
-  std::string output;   ///< shown with the case whatever its status
-  double seconds = 0;   ///< that it took; 0: it is no work of its own
+  std::string details;  ///< further information, any number of lines
+  std::string output;   ///< shown with the case regardless of its status
+  double seconds = 0;   ///< run time [s]; 0: no work of its own
 };
 
 struct JunitSuite {
@@ -24,15 +24,15 @@ struct JunitSuite {
   std::vector<JunitCase> cases;
 };
 
-/// The whole document, ending with a line feed. The same cases give the same bytes: it holds no time of day and no host.
-/// Texts are UTF-8; what XML cannot hold is replaced by U+FFFD.
+/// The complete document, ending with a line feed. The same cases give the same bytes: it contains no time of day and
+/// no host name. Texts are UTF-8; characters that XML cannot contain are replaced by U+FFFD.
 /// @param name of the report
 std::string junit_xml(const std::string& name, const std::vector<JunitSuite>& suites);
 
-// Text as XML holds it.
+// Text in XML.
 
-/// Fit for an attribute or an element: marks escaped, line ends kept, what is not UTF-8 or no character of XML 1.0
-/// replaced by U+FFFD.
+/// Escapes text for an attribute or an element. Keeps line ends; replaces invalid UTF-8 and characters that XML
+/// 1.0 does not allow by U+FFFD.
 std::string escape_xml(std::string_view text);
 
 }  // namespace balance

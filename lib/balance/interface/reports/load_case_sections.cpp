@@ -19,27 +19,27 @@ Json loads_json(const LoadCases& cases, const VectorX& values) {
   return json;
 }
 
-Json resting_json(const LoadCaseReport& one, const Mechanism& mechanism) {
+Json static_efforts_json(const LoadCaseReport& load_case, const Mechanism& mechanism) {
   Json json = Json::object();
   for (const int actuator : mechanism.actuators) {
-    double most = 0;
-    for (const PeakEffort& effort : one.static_efforts)
-      if (effort.actuator == actuator) most = effort.magnitude;
-    json[mechanism.coordinates[static_cast<std::size_t>(actuator)].name] = most;
+    double max_effort = 0;
+    for (const PeakEffort& effort : load_case.static_efforts)
+      if (effort.actuator == actuator) max_effort = effort.magnitude;
+    json[mechanism.coordinates[static_cast<std::size_t>(actuator)].name] = max_effort;
   }
   return json;
 }
 
-Json case_json(const LoadCaseReport& one, const DesignReport& report) {
-  Json json = {{"loads", loads_json(report.study_after.design.cases, one.loads)},
-               {"largest_residual", one.residual},
-               {"met", one.residual <= condition_tolerance},
-               {"at_rest", resting_json(one, report.study_after.mechanism)}};
+Json case_json(const LoadCaseReport& load_case, const DesignReport& report) {
+  Json json = {{"loads", loads_json(report.study_after.design.cases, load_case.loads)},
+               {"largest_residual", load_case.residual},
+               {"met", load_case.residual <= condition_tolerance},
+               {"at_rest", static_efforts_json(load_case, report.study_after.mechanism)}};
   json["free_numbers"] = Json::object();
   for (std::size_t i = 0; i < report.free_numbers.size(); ++i)
-    json["free_numbers"][report.free_numbers[i].key_path] = one.x[static_cast<Eigen::Index>(i)];
+    json["free_numbers"][report.free_numbers[i].key_path] = load_case.x[static_cast<Eigen::Index>(i)];
   json["trajectories"] = Json::array();
-  for (const LoadCaseRun& run : one.runs) {
+  for (const LoadCaseRun& run : load_case.runs) {
     Json metrics = Json::array();
     for (const Metric& metric : run.metrics) metrics.push_back(metric_json(metric));
     json["trajectories"].push_back(
@@ -48,20 +48,20 @@ Json case_json(const LoadCaseReport& one, const DesignReport& report) {
   return json;
 }
 
-Json cases_json(const std::vector<LoadCaseReport>& all, const DesignReport& report) {
+Json cases_json(const std::vector<LoadCaseReport>& cases, const DesignReport& report) {
   Json list = Json::array();
-  for (const LoadCaseReport& one : all) list.push_back(case_json(one, report));
+  for (const LoadCaseReport& one : cases) list.push_back(case_json(one, report));
   return list;
 }
 
-Json law_json(const AdaptiveLaw& law, Eigen::Index which, const LoadCases& cases) {
+Json law_json(const AdaptiveLaw& law, Eigen::Index index, const LoadCases& cases) {
   Json terms = Json::array();
   for (const AdaptiveLaw::Term& term : law.terms) {
-    if (term.coefficients[which] == 0) continue;
+    if (term.coefficients[index] == 0) continue;
     Json powers = Json::object();
     for (std::size_t k = 0; k < term.powers.size(); ++k)
       if (term.powers[k] > 0) powers[cases.numbers[k].name] = term.powers[k];
-    terms.push_back({{"coefficient", term.coefficients[which]}, {"powers", std::move(powers)}});
+    terms.push_back({{"coefficient", term.coefficients[index]}, {"powers", std::move(powers)}});
   }
   return terms;
 }
@@ -73,8 +73,9 @@ Json table_json(const AdaptedTable& table, const DesignReport& report) {
     rows.push_back({{"loads", loads_json(report.study_after.design.cases, table.loads[row])},
                     {"values", numbers_json(table.values[row])},
                     {"largest_residual", table.residuals[row]}});
-  const bool one = table.loads.front().size() == 1;
-  return {{"rows", std::move(rows)}, {"residual_between", one ? Json(table.midpoint_residual) : Json(nullptr)}};
+  const bool has_one_load = table.loads.front().size() == 1;
+  return {{"rows", std::move(rows)},
+          {"residual_between", has_one_load ? Json(table.midpoint_residual) : Json(nullptr)}};
 }
 
 Json adaptive_json(const DesignReport& report) {
@@ -82,10 +83,10 @@ Json adaptive_json(const DesignReport& report) {
   const AdaptiveReport& adaptive = *report.adaptive;
   const LoadCases& cases = report.study_after.design.cases;
   std::vector<std::string> names;
-  VectorX own(static_cast<Eigen::Index>(cases.numbers.size()));
+  VectorX nominal_loads(static_cast<Eigen::Index>(cases.numbers.size()));
   for (std::size_t k = 0; k < cases.numbers.size(); ++k) {
     names.push_back(cases.numbers[k].name);
-    own[static_cast<Eigen::Index>(k)] = cases.numbers[k].nominal;
+    nominal_loads[static_cast<Eigen::Index>(k)] = cases.numbers[k].nominal;
   }
   Json numbers = Json::array();
   for (std::size_t i = 0; i < adaptive.numbers.size(); ++i) {
@@ -98,7 +99,7 @@ Json adaptive_json(const DesignReport& report) {
       number["law"] = {{"text", law_text(*adaptive.law, k, names)},
                        {"affine", adaptive.law->is_affine(k)},
                        {"terms", law_json(*adaptive.law, k, cases)}};
-      number["slope"] = loads_json(cases, adaptive.law->jacobian(own).row(k));
+      number["slope"] = loads_json(cases, adaptive.law->jacobian(nominal_loads).row(k));
     }
     numbers.push_back(std::move(number));
   }
@@ -106,7 +107,7 @@ Json adaptive_json(const DesignReport& report) {
           {"within_bounds", adaptive.is_within_bounds},
           {"table", table_json(adaptive.table, report)},
           {"work", adaptive.adjustment_work ? Json(*adaptive.adjustment_work) : Json(nullptr)},
-          {"own_load", loads_json(cases, own)},
+          {"own_load", loads_json(cases, nominal_loads)},
           {"not_adapted", cases_json(adaptive.fixed_design_cases, report)}};
 }
 
@@ -119,7 +120,7 @@ void add_load_cases(Json& json, const DesignReport& report) {
 
 namespace {
 
-/// Of a law in a spec: the last two digits of a double are round-off of what cancelled.
+/// Of a law in a spec: cancellation leaves round-off in the last two digits of a double.
 constexpr int law_significant_digits = 15;
 
 const LoadCases& cases_of(const DesignReport& report) { return report.study_after.design.cases; }
@@ -137,13 +138,13 @@ std::string residual_word(double residual) {
   return residual <= condition_tolerance ? "met" : fmt::format("{:.2g}", residual);
 }
 
-/// Largest effort at rest of every actuator: "4.4145, 1.962".
-std::string resting_text(const LoadCaseReport& one, const Mechanism& mechanism) {
+/// Maximum static effort of every actuator: "4.4145, 1.962".
+std::string static_efforts_text(const LoadCaseReport& load_case, const Mechanism& mechanism) {
   std::string text;
   for (const int actuator : mechanism.actuators) {
-    const auto at = std::find_if(one.static_efforts.begin(), one.static_efforts.end(),
-                                 [&](const PeakEffort& effort) { return effort.actuator == actuator; });
-    text += (text.empty() ? "" : ", ") + figure_text(at == one.static_efforts.end() ? 0 : at->magnitude);
+    const auto match = std::find_if(load_case.static_efforts.begin(), load_case.static_efforts.end(),
+                                    [&](const PeakEffort& effort) { return effort.actuator == actuator; });
+    text += (text.empty() ? "" : ", ") + figure_text(match == load_case.static_efforts.end() ? 0 : match->magnitude);
   }
   return text.empty() ? "-" : text;
 }
@@ -155,35 +156,36 @@ std::string torque_text(const LoadCaseRun& run) {
   return "-";
 }
 
-std::string cases_table(const std::vector<LoadCaseReport>& all, const DesignReport& report) {
+std::string cases_table(const std::vector<LoadCaseReport>& cases, const DesignReport& report) {
   const Mechanism& mechanism = report.study_after.mechanism;
   std::string actuators;
   for (const int actuator : mechanism.actuators)
     actuators += (actuators.empty() ? " " : ", ") + mechanism.coordinates[static_cast<std::size_t>(actuator)].name;
   TextTable table{{"load", "conditions", "most at rest" + actuators}, {Align::left, Align::right, Align::right}, {}};
-  for (const LoadCaseRun& run : all.front().runs) {
+  for (const LoadCaseRun& run : cases.front().runs) {
     table.heading.push_back(run.trajectory + ": torque peak, mean");
     table.align.push_back(Align::right);
   }
-  for (const LoadCaseReport& one : all) {
+  for (const LoadCaseReport& one : cases) {
     std::vector<std::string> row{load_text(cases_of(report).numbers, one.loads), residual_word(one.residual),
-                                 resting_text(one, mechanism)};
+                                 static_efforts_text(one, mechanism)};
     for (const LoadCaseRun& run : one.runs) row.push_back(torque_text(run));
     table.rows.push_back(std::move(row));
   }
   return format_table(table);
 }
 
-std::string path_of(const DesignReport& report, std::size_t which) {
-  return report.free_numbers[static_cast<std::size_t>(report.adaptive->numbers[which])].key_path;
+std::string path_of(const DesignReport& report, std::size_t index) {
+  return report.free_numbers[static_cast<std::size_t>(report.adaptive->numbers[index])].key_path;
 }
 
 std::string slopes_text(const AdaptiveLaw& law, Eigen::Index i, const LoadCases& loads) {
-  VectorX own(static_cast<Eigen::Index>(loads.numbers.size()));
-  for (Eigen::Index k = 0; k < own.size(); ++k) own[k] = loads.numbers[static_cast<std::size_t>(k)].nominal;
-  const MatrixX slope = law.jacobian(own);
+  VectorX nominal_loads(static_cast<Eigen::Index>(loads.numbers.size()));
+  for (Eigen::Index k = 0; k < nominal_loads.size(); ++k)
+    nominal_loads[k] = loads.numbers[static_cast<std::size_t>(k)].nominal;
+  const MatrixX slope = law.jacobian(nominal_loads);
   std::string text;
-  for (Eigen::Index k = 0; k < own.size(); ++k)
+  for (Eigen::Index k = 0; k < nominal_loads.size(); ++k)
     text += fmt::format("{}{:.6g} per {}", k == 0 ? "" : ", ", slope(i, k),
                         loads.numbers[static_cast<std::size_t>(k)].name);
   return text;
@@ -207,22 +209,23 @@ std::string law_lines(const DesignReport& report) {
 }
 
 std::string table_text(const DesignReport& report) {
-  const AdaptedTable& found = report.adaptive->table;
-  if (found.loads.empty()) return "";
+  const AdaptedTable& adapted_table = report.adaptive->table;
+  if (adapted_table.loads.empty()) return "";
   TextTable table{{"load", "conditions"}, {Align::left, Align::right}, {}};
   for (std::size_t i = 0; i < report.adaptive->numbers.size(); ++i) {
     table.heading.push_back(path_of(report, i));
     table.align.push_back(Align::right);
   }
-  for (std::size_t row = 0; row < found.loads.size(); ++row) {
-    std::vector<std::string> cells{load_text(cases_of(report).numbers, found.loads[row]),
-                                   residual_word(found.residuals[row])};
-    for (const double value : found.values[row]) cells.push_back(figure_text(value));
+  for (std::size_t row = 0; row < adapted_table.loads.size(); ++row) {
+    std::vector<std::string> cells{load_text(cases_of(report).numbers, adapted_table.loads[row]),
+                                   residual_word(adapted_table.residuals[row])};
+    for (const double value : adapted_table.values[row]) cells.push_back(figure_text(value));
     table.rows.push_back(std::move(cells));
   }
   std::string text = format_table(table);
-  if (found.loads.front().size() == 1)
-    text += fmt::format("between them by a cubic spline: conditions {}\n", residual_word(found.midpoint_residual));
+  if (adapted_table.loads.front().size() == 1)
+    text +=
+        fmt::format("between them by a cubic spline: conditions {}\n", residual_word(adapted_table.midpoint_residual));
   return text;
 }
 
@@ -232,19 +235,20 @@ std::string costs_text(const DesignReport& report) {
     text += fmt::format(
         "work against gravity and springs from the least to the largest loads, at the start of trajectory {}: {} J\n",
         report.study_after.trajectories.front().name, figure_text(*report.adaptive->adjustment_work));
-  VectorX own(static_cast<Eigen::Index>(cases_of(report).numbers.size()));
-  for (Eigen::Index k = 0; k < own.size(); ++k) own[k] = cases_of(report).numbers[static_cast<std::size_t>(k)].nominal;
-  text += fmt::format("\nnot adapted: as it suits {}\n", load_text(cases_of(report).numbers, own));
+  VectorX nominal_loads(static_cast<Eigen::Index>(cases_of(report).numbers.size()));
+  for (Eigen::Index k = 0; k < nominal_loads.size(); ++k)
+    nominal_loads[k] = cases_of(report).numbers[static_cast<std::size_t>(k)].nominal;
+  text += fmt::format("\nnot adapted: as it suits {}\n", load_text(cases_of(report).numbers, nominal_loads));
   return text + cases_table(report.adaptive->fixed_design_cases, report);
 }
 
 }  // namespace
 
-std::string law_text(const AdaptiveLaw& law, Eigen::Index which, const std::vector<std::string>& loads, double unit,
+std::string law_text(const AdaptiveLaw& law, Eigen::Index index, const std::vector<std::string>& loads, double unit,
                      int digits, const char* times) {
   std::string text;
   for (const AdaptiveLaw::Term& term : law.terms) {
-    const double coefficient = term.coefficients[which] / unit;
+    const double coefficient = term.coefficients[index] / unit;
     if (coefficient == 0) continue;
     const char* sign = coefficient < 0 ? (text.empty() ? "-" : " - ") : (text.empty() ? "" : " + ");
     text += fmt::format("{}{:.{}g}", sign, std::abs(coefficient), digits);

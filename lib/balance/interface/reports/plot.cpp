@@ -13,37 +13,36 @@ namespace balance {
 namespace {
 
 constexpr double jump_slope_ratio =
-    6;  // a step this many times those around it is no smooth motion: theirs differ by the
-        // third derivative only
+    6;  // a larger step relative to its neighbours is a jump: smooth steps differ only by the third derivative
 constexpr double jump_epsilon = 0.01;              // of the range; smaller steps are round-off
-constexpr double invisible_step_tolerance = 1e-4;  // of the range: an upright step that nobody would see
+constexpr double invisible_step_tolerance = 1e-4;  // of the range; smaller vertical steps are invisible
 
 bool jumps_at(const VectorX& values, Eigen::Index k, double range) {
   const auto step = [&](Eigen::Index i) {
     return i < 1 || i >= values.size() ? 0.0 : std::abs(values[i] - values[i - 1]);
   };
-  const double around = std::max({step(k - 2), step(k - 1), step(k + 1), step(k + 2)});
-  return step(k) > jump_epsilon * range && step(k) > jump_slope_ratio * around;
+  const double max_neighbour_step = std::max({step(k - 2), step(k - 1), step(k + 1), step(k + 2)});
+  return step(k) > jump_epsilon * range && step(k) > jump_slope_ratio * max_neighbour_step;
 }
 
-/// What the samples before k lead to at k: through the last three of them that no other jump parts.
+/// Extrapolates to sample k from the last three samples before it, none of them before the previous jump.
 double value_before(const VectorX& values, Eigen::Index k, Eigen::Index first) {
-  const Eigen::Index known = std::min<Eigen::Index>(k - first, 3);
-  const auto back = [&](Eigen::Index i) { return values[k - i]; };
-  if (known == 3) return 3 * back(1) - 3 * back(2) + back(3);
-  return known == 2 ? 2 * back(1) - back(2) : back(1);
+  const Eigen::Index sample_count = std::min<Eigen::Index>(k - first, 3);
+  const auto sample_before = [&](Eigen::Index i) { return values[k - i]; };
+  if (sample_count == 3) return 3 * sample_before(1) - 3 * sample_before(2) + sample_before(3);
+  return sample_count == 2 ? 2 * sample_before(1) - sample_before(2) : sample_before(1);
 }
 
 }  // namespace
 
 std::vector<Eigen::Index> find_sampled_jumps(const RunResult& result) {
   std::vector<Eigen::Index> jumps;
-  const Samples& all = result.joint_acceleration;
-  for (Eigen::Index column = 0; column < all.cols(); ++column) {
-    const VectorX values = all.col(column);
+  const Samples& accelerations = result.joint_acceleration;
+  for (Eigen::Index column = 0; column < accelerations.cols(); ++column) {
+    const VectorX values = accelerations.col(column);
     if (values.size() < 4) continue;
     const double range = max_coefficient(values) - min_coefficient(values);
-    // Ends have neighbours on one side only, which is too little to tell a jump from the motion.
+    // at the ends the neighbours on one side are too few to distinguish a jump from the motion
     for (Eigen::Index k = 2; k + 1 < values.size(); ++k)
       if (jumps_at(values, k, range)) jumps.push_back(k);
   }
@@ -59,8 +58,8 @@ std::vector<PlotPoint> trace_values(const VectorX& x, const VectorX& values, con
   auto next = jumps.begin();
   for (Eigen::Index k = 0; k < values.size(); ++k) {
     if (next != jumps.end() && *next == k) {
-      const double before = value_before(values, k, first);
-      if (std::abs(before - values[k]) > invisible_step_tolerance * range) points.push_back({x[k], before});
+      const double limit_value = value_before(values, k, first);
+      if (std::abs(limit_value - values[k]) > invisible_step_tolerance * range) points.push_back({x[k], limit_value});
       first = k;
       ++next;
     }
@@ -69,28 +68,28 @@ std::vector<PlotPoint> trace_values(const VectorX& x, const VectorX& values, con
   return points;
 }
 
-std::vector<PlotPoint> decimate_series(std::vector<PlotPoint> points, std::size_t most) {
-  if (points.size() <= most) return points;
-  const std::size_t stretches = std::max<std::size_t>(most / 4, 1);
-  std::vector<PlotPoint> kept;
-  for (std::size_t i = 0; i < stretches; ++i) {
-    const auto begin = points.begin() + static_cast<std::ptrdiff_t>(i * points.size() / stretches);
-    const auto end = points.begin() + static_cast<std::ptrdiff_t>((i + 1) * points.size() / stretches);
+std::vector<PlotPoint> decimate_series(std::vector<PlotPoint> points, std::size_t max_points) {
+  if (points.size() <= max_points) return points;
+  const std::size_t interval_count = std::max<std::size_t>(max_points / 4, 1);
+  std::vector<PlotPoint> selected;
+  for (std::size_t i = 0; i < interval_count; ++i) {
+    const auto begin = points.begin() + static_cast<std::ptrdiff_t>(i * points.size() / interval_count);
+    const auto end = points.begin() + static_cast<std::ptrdiff_t>((i + 1) * points.size() / interval_count);
     const auto [low, high] =
         std::minmax_element(begin, end, [](const PlotPoint& a, const PlotPoint& b) { return a.y < b.y; });
-    std::vector<std::vector<PlotPoint>::iterator> places = {begin, low, high, end - 1};
-    std::sort(places.begin(), places.end());
-    places.erase(std::unique(places.begin(), places.end()), places.end());
-    for (const auto place : places) kept.push_back(*place);
+    std::vector<std::vector<PlotPoint>::iterator> extremes = {begin, low, high, end - 1};
+    std::sort(extremes.begin(), extremes.end());
+    extremes.erase(std::unique(extremes.begin(), extremes.end()), extremes.end());
+    for (const auto extreme : extremes) selected.push_back(*extreme);
   }
-  return kept;
+  return selected;
 }
 
-std::vector<PlotPoint> decimate_path(std::vector<PlotPoint> points, std::size_t most) {
-  if (points.size() <= most || most < 2) return points;
-  std::vector<PlotPoint> kept;
-  for (std::size_t i = 0; i < most; ++i) kept.push_back(points[i * (points.size() - 1) / (most - 1)]);
-  return kept;
+std::vector<PlotPoint> decimate_path(std::vector<PlotPoint> points, std::size_t max_points) {
+  if (points.size() <= max_points || max_points < 2) return points;
+  std::vector<PlotPoint> selected;
+  for (std::size_t i = 0; i < max_points; ++i) selected.push_back(points[i * (points.size() - 1) / (max_points - 1)]);
+  return selected;
 }
 
 namespace {
@@ -109,15 +108,15 @@ LineStyle make_line_style(std::size_t colour, std::size_t dashes) {
 }
 
 double lightness(const std::string& colour) {
-  const auto part = [&](std::size_t at) { return linear(std::stoi(colour.substr(at, 2), nullptr, 16) / 255.0); };
-  const double y = 0.2126 * part(1) + 0.7152 * part(3) + 0.0722 * part(5);
+  const auto channel = [&](std::size_t at) { return linear(std::stoi(colour.substr(at, 2), nullptr, 16) / 255.0); };
+  const double y = 0.2126 * channel(1) + 0.7152 * channel(3) + 0.0722 * channel(5);
   return y > 0.008856 ? 116 * std::cbrt(y) - 16 : 903.3 * y;
 }
 
 namespace {
 
-constexpr double max_rate_headroom = 1.4;             // over the fastest law; the ceiling goes on beyond it
-constexpr std::size_t max_distinguished_limits = 12;  // that are told apart; more stand in the table of the run
+constexpr double max_rate_headroom = 1.4;             // over the fastest law; the limit curve is cut off above
+constexpr std::size_t max_distinguished_limits = 12;  // with a style of their own; the table of the run has all
 constexpr double phase_height = 75;                   // [mm]
 constexpr const char* max_velocity_colour = "#9aa1a9";
 constexpr const char* switch_colour = "#30363d";
@@ -136,9 +135,9 @@ PlotPoint point_at(const PhasePlane& plane, double time) {
   Eigen::Index k = 1;
   while (k < last && plane.time[k] < time) ++k;
   const double width = plane.time[k] - plane.time[k - 1];
-  const double part = width > 0 ? std::clamp((time - plane.time[k - 1]) / width, 0.0, 1.0) : 1;
-  const auto mix = [&](const VectorX& values) { return (1 - part) * values[k - 1] + part * values[k]; };
-  return {mix(plane.path_parameter), mix(plane.path_rate)};
+  const double fraction = width > 0 ? std::clamp((time - plane.time[k - 1]) / width, 0.0, 1.0) : 1;
+  const auto interpolate = [&](const VectorX& values) { return (1 - fraction) * values[k - 1] + fraction * values[k]; };
+  return {interpolate(plane.path_parameter), interpolate(plane.path_rate)};
 }
 
 std::vector<PlotPoint> points_between(const PhasePlane& plane, double begin, double end) {
@@ -149,50 +148,51 @@ std::vector<PlotPoint> points_between(const PhasePlane& plane, double begin, dou
   return points;
 }
 
-/// One line per stretch, one pen and one entry of the legend per limit.
-void add_stretches(const PlotRun& run, PlotPanel& panel) {
+/// One line per interval, one style and one legend entry per limit.
+void add_active_limits(const PlotRun& run, PlotPanel& panel) {
   std::vector<std::string> limits;
-  for (const ActiveLimitInterval& stretch : run.result->optimised_law->active_limits) {
-    const std::string limit = stretch.limit.empty() ? "no limit" : stretch.limit;
-    const auto known = std::find(limits.begin(), limits.end(), limit);
-    const auto index = static_cast<std::size_t>(known - limits.begin());
-    const bool is_new = known == limits.end();
+  for (const ActiveLimitInterval& interval : run.result->optimised_law->active_limits) {
+    const std::string limit = interval.limit.empty() ? "no limit" : interval.limit;
+    const auto match = std::find(limits.begin(), limits.end(), limit);
+    const auto index = static_cast<std::size_t>(match - limits.begin());
+    const bool is_new = match == limits.end();
     if (is_new) limits.push_back(limit);
     const std::string label = !is_new || index > max_distinguished_limits ? ""
                               : index == max_distinguished_limits         ? "others"
                                                                           : limit;
     const std::size_t pen = std::min(index, max_distinguished_limits);
     panel.lines.push_back(
-        {label, make_line_style(pen, pen), points_between(run.result->phase_plane, stretch.begin, stretch.end)});
+        {label, make_line_style(pen, pen), points_between(run.result->phase_plane, interval.begin, interval.end)});
   }
 }
 
-/// What lies below the top, in pieces.
-std::vector<std::vector<PlotPoint>> pieces_below(const PhasePlane& plane, double top) {
+/// Pieces of the maximum velocity curve below a rate.
+std::vector<std::vector<PlotPoint>> pieces_below(const PhasePlane& plane, double max_rate) {
   std::vector<std::vector<PlotPoint>> pieces;
-  const auto cross = [&](Eigen::Index below, Eigen::Index above) -> PlotPoint {
+  const auto interpolate_crossing = [&](Eigen::Index below, Eigen::Index above) -> PlotPoint {
     const double rise = plane.mvc_path_rate[above] - plane.mvc_path_rate[below];
-    const double part = std::isfinite(rise) && rise > 0 ? (top - plane.mvc_path_rate[below]) / rise : 0;
-    return {
-        plane.mvc_path_parameter[below] + part * (plane.mvc_path_parameter[above] - plane.mvc_path_parameter[below]),
-        top};
+    const double fraction = std::isfinite(rise) && rise > 0 ? (max_rate - plane.mvc_path_rate[below]) / rise : 0;
+    return {plane.mvc_path_parameter[below] +
+                fraction * (plane.mvc_path_parameter[above] - plane.mvc_path_parameter[below]),
+            max_rate};
   };
   for (Eigen::Index k = 0; k < plane.mvc_path_rate.size(); ++k) {
-    const bool inside = plane.mvc_path_rate[k] <= top, was_inside = k > 0 && plane.mvc_path_rate[k - 1] <= top;
-    if (inside && !was_inside) pieces.emplace_back();
-    if (inside && !was_inside && k > 0) pieces.back().push_back(cross(k, k - 1));
-    if (inside) pieces.back().push_back({plane.mvc_path_parameter[k], plane.mvc_path_rate[k]});
-    if (!inside && was_inside) pieces.back().push_back(cross(k - 1, k));
+    const bool is_below = plane.mvc_path_rate[k] <= max_rate,
+               was_below = k > 0 && plane.mvc_path_rate[k - 1] <= max_rate;
+    if (is_below && !was_below) pieces.emplace_back();
+    if (is_below && !was_below && k > 0) pieces.back().push_back(interpolate_crossing(k, k - 1));
+    if (is_below) pieces.back().push_back({plane.mvc_path_parameter[k], plane.mvc_path_rate[k]});
+    if (!is_below && was_below) pieces.back().push_back(interpolate_crossing(k - 1, k));
   }
   return pieces;
 }
 
-void add_max_velocity_curves(const std::vector<PlotRun>& runs, double top, PlotPanel& panel) {
+void add_max_velocity_curves(const std::vector<PlotRun>& runs, double max_rate, PlotPanel& panel) {
   for (std::size_t i = 0; i < runs.size(); ++i) {
     LineStyle pen{max_velocity_colour, {6, 3}};
     if (runs.size() > 1) pen = {make_line_style(i, i).colour, {2, 2}};
     std::string label = runs.size() > 1 ? runs[i].label + ", limits" : "largest rate within the limits";
-    for (auto& piece : pieces_below(runs[i].result->phase_plane, top)) {
+    for (auto& piece : pieces_below(runs[i].result->phase_plane, max_rate)) {
       panel.lines.push_back({label, pen, std::move(piece)});
       label.clear();
     }
@@ -215,15 +215,16 @@ Plot plot_phase_plane(const std::vector<PlotRun>& runs) {
   picture.x_label = "part of the path that is behind";
   picture.panel_height = phase_height;
   PlotPanel panel{.name = "phase plane", .y_label = "its rate [1/s]", .from_zero = true};
-  double top = 0;
-  for (const PlotRun& run : runs) top = std::max(top, max_rate_headroom * max_coefficient(plane_of(run).path_rate));
-  add_max_velocity_curves(runs, top, panel);
+  double max_rate = 0;
+  for (const PlotRun& run : runs)
+    max_rate = std::max(max_rate, max_rate_headroom * max_coefficient(plane_of(run).path_rate));
+  add_max_velocity_curves(runs, max_rate, panel);
   for (std::size_t i = 0; i < runs.size(); ++i) {
     const PhasePlane& plane = runs[i].result->phase_plane;
     const bool has_active_limits =
         runs[i].result->optimised_law && !runs[i].result->optimised_law->active_limits.empty();
     if (runs.size() == 1 && has_active_limits)
-      add_stretches(runs[i], panel);
+      add_active_limits(runs[i], panel);
     else
       panel.lines.push_back({runs.size() > 1 ? runs[i].label : "law", make_line_style(i, i),
                              points_between(plane, plane.time[0], plane.time[plane.time.size() - 1])});
@@ -235,10 +236,10 @@ Plot plot_phase_plane(const std::vector<PlotRun>& runs) {
 
 namespace {
 
-constexpr std::size_t max_points_per_line = 4000;  // of a line: more than a page resolves
-constexpr std::size_t max_curves_per_panel = 300;  // of a panel: more than an eye tells apart
+constexpr std::size_t max_points_per_line = 4000;  // more than a page resolves
+constexpr std::size_t max_curves_per_panel = 300;  // more than an eye distinguishes
 
-/// "m/s^2" as it is printed.
+/// "m/s^2" for print.
 std::string printed_unit(std::string unit) {
   const std::size_t power = unit.find("^2");
   if (power != std::string::npos) unit.replace(power, 2, "²");
@@ -288,9 +289,10 @@ PlotPanel panel_over_time(const std::vector<PlotRun>& runs, const std::string& n
           max_curves_per_panel, quantity.curves.front().label.substr(0, quantity.curves.front().label.find(' '))));
     const std::vector<Eigen::Index> jumps = find_sampled_jumps(*runs[i].result);
     for (std::size_t j = 0; j < quantity.curves.size(); ++j) {
-      // Colours tell curves apart and dashes runs; where there is one of either, both do.
-      const std::size_t both = quantity.curves.size() == 1 ? i : j;
-      const LineStyle pen = make_line_style(both, runs.size() == 1 || quantity.curves.size() == 1 ? both : i);
+      // colours distinguish curves and dashes distinguish runs; if there is only one of either, both vary
+      const std::size_t style_index = quantity.curves.size() == 1 ? i : j;
+      const LineStyle pen =
+          make_line_style(style_index, runs.size() == 1 || quantity.curves.size() == 1 ? style_index : i);
       const PlotCurve& curve = quantity.curves[j];
       panel.lines.push_back(
           {legend_label(runs[i].label, curve.label, runs.size() > 1), pen,
@@ -306,7 +308,7 @@ std::vector<std::string> legend_of(const PlotPanel& panel) {
   return labels;
 }
 
-/// The columns of a plane's axes. @throws std::invalid_argument
+/// Columns of a plane's axes. @throws std::invalid_argument if the run lacks one
 std::pair<Eigen::Index, Eigen::Index> axes_of(const std::string& plane, const PlotRun& run) {
   const std::string axes = std::string("xyz").substr(0, static_cast<std::size_t>(run.result->axes));
   if (plane.size() != 2 || axes.find(plane[0]) == std::string::npos || axes.find(plane[1]) == std::string::npos)
@@ -332,7 +334,7 @@ Plot plot_over_time(const std::vector<PlotRun>& runs, const std::vector<std::str
   for (const std::string& name : quantities) {
     picture.panels.push_back(panel_over_time(runs, name, view, axis));
     PlotPanel& panel = picture.panels.back();
-    // Below a panel with the same legend it would be said twice.
+    // the panel above may have the same legend
     if (picture.panels.size() > 1) panel.legend = legend_of(panel) != legend_of(*(picture.panels.end() - 2));
   }
   return picture;
@@ -347,9 +349,9 @@ Plot plot_paths(const std::vector<PlotRun>& runs, const std::string& plane) {
       end{"end", MarkerShape::filled_circle, mark_colour, {}};
   for (std::size_t i = 0; i < runs.size(); ++i) {
     const auto axes = axes_of(plane, runs[i]);
-    const auto add = [&](const char* what, const Samples& position, std::size_t which) {
+    const auto add = [&](const char* what, const Samples& position, std::size_t style_index) {
       if (position.rows() == 0) return;
-      const LineStyle pen = make_line_style(runs.size() == 1 ? which : i, which);
+      const LineStyle pen = make_line_style(runs.size() == 1 ? style_index : i, style_index);
       panel.lines.push_back({legend_label(runs[i].label, what, runs.size() > 1), pen, path_points(position, axes)});
       start.points.push_back(panel.lines.back().points.front());
       end.points.push_back(panel.lines.back().points.back());

@@ -1,5 +1,5 @@
 #pragma once
-/// A picture as values: panels of lines and marks. gnuplot_script.hpp says it to gnuplot.
+/// A picture as values: panels of lines and marks. gnuplot_script.hpp translates it into a gnuplot script.
 
 #include "balance/interface/reports/plot_quantities.hpp"
 #include "balance/mechanics/results/result.hpp"
@@ -10,39 +10,41 @@
 
 namespace balance {
 
-/// From samples to the points of a line in a picture: jumps upright, no more points than a page can show.
+/// Point of a line or mark.
 struct PlotPoint {
   double x = 0, y = 0;
 };
 
-/// Samples at which an acceleration jumps: its step there is many times those around it. The sample holds the value after the jump.
+/// Samples at which an acceleration jumps: its step there is many times the adjacent ones. Such a sample
+/// has the value after the jump.
 std::vector<Eigen::Index> find_sampled_jumps(const RunResult& result);
 
-/// The values over `x`; at a jump the line first goes on to the value before it, so that the step is upright.
+/// Points of the values over `x`. At a jump the line first continues to the value before it,
+/// so that the step is vertical.
 /// @param x one per value, increasing
 std::vector<PlotPoint> trace_values(const VectorX& x, const VectorX& values, const std::vector<Eigen::Index>& jumps);
 
-/// At most about `most` points of a line over x; the largest and smallest value of every stretch stay.
-std::vector<PlotPoint> decimate_series(std::vector<PlotPoint> points, std::size_t most);
+/// At most about `max_points` points of a line over x; keeps the minimum and maximum of every interval.
+std::vector<PlotPoint> decimate_series(std::vector<PlotPoint> points, std::size_t max_points);
 
-/// At most about `most` points of a curve in the plane, both ends included.
-std::vector<PlotPoint> decimate_path(std::vector<PlotPoint> points, std::size_t most);
+/// At most about `max_points` points of a curve in the plane, including both ends.
+std::vector<PlotPoint> decimate_path(std::vector<PlotPoint> points, std::size_t max_points);
 
-/// How lines look. Pens differ in colour, in lightness where that goes, and always in their dashes: on a grey printer too
-/// each can be told from the others.
+/// Style of lines. Styles differ in colour, in lightness where possible, and always in their dashes, so that they can
+/// be distinguished in a greyscale print.
 struct LineStyle {
   std::string colour;          ///< "#rrggbb"
-  std::vector<double> dashes;  ///< lengths of dash, gap, dash, gap, … in line widths; solid if there are none
+  std::vector<double> dashes;  ///< lengths of dash, gap, dash, gap, … in line widths; empty: solid
 };
 
 /// Colours and dashes repeat, with different periods.
 LineStyle make_line_style(std::size_t colour, std::size_t dashes);
 
-/// How light a colour is, from 0 (black) to 100 (white): CIE L*.
+/// CIE L* of a colour, from 0 (black) to 100 (white).
 double lightness(const std::string& colour);
 
 struct PlotLine {
-  std::string label;  ///< in the legend; empty: not there
+  std::string label;  ///< in the legend; empty: none
   LineStyle pen;
   std::vector<PlotPoint> points;
 };
@@ -50,7 +52,7 @@ struct PlotLine {
 enum class MarkerShape { circle, filled_circle };
 
 struct PlotMarker {
-  std::string label;  ///< in the legend; empty: not there
+  std::string label;  ///< in the legend; empty: none
   MarkerShape shape = MarkerShape::filled_circle;
   std::string colour;
   std::vector<PlotPoint> points;
@@ -59,7 +61,7 @@ struct PlotMarker {
 struct PlotPanel {
   std::string name;  ///< the quantity as typed
   std::string y_label;
-  bool from_zero = false;  ///< its values are not negative: the axis begins at 0
+  bool from_zero = false;  ///< values are not negative: the axis begins at 0
   bool legend = true;
   std::vector<PlotLine> lines;
   std::vector<PlotMarker> marks;
@@ -68,34 +70,35 @@ struct PlotPanel {
 struct Plot {
   std::string title;  ///< above the panels; may be empty
   std::string x_label;
-  bool equal_axes = false;   ///< a metre is as long upwards as it is to the right
-  double panel_height = 42;  ///< of a frame without equal axes, unless the page says otherwise [mm]
+  bool equal_axes = false;   ///< the same scale in both directions
+  double panel_height = 42;  ///< height of a frame without equal axes, unless the page sets it [mm]
   std::vector<PlotPanel> panels;
 };
 
 /// One of the runs that a picture overlays.
 struct PlotRun {
-  std::string label;                  ///< in the legend where there are several
+  std::string label;                  ///< in the legend if there are several runs
   const RunResult* result = nullptr;  ///< not null
 };
 
 enum class TimeAxis { seconds, normalised };
 
 /// Quantities over time, one panel each, with all runs in it.
-/// @throws std::invalid_argument if a run lacks a quantity or if a quantity's curves differ in unit; the message says which
+/// @throws std::invalid_argument if a run lacks a quantity or if a quantity's curves differ
+/// in unit; the message names it
 Plot plot_over_time(const std::vector<PlotRun>& runs, const std::vector<std::string>& quantities, VectorView view,
                     TimeAxis axis);
 
-/// The ways of tool and centre of mass, start and end marked.
+/// Paths of tool and centre of mass, with start and end marked.
 /// @param plane "xy", "xz" or "yz"
-/// @throws std::invalid_argument for a plane that a run does not have
+/// @throws std::invalid_argument if a run does not have that plane
 Plot plot_paths(const std::vector<PlotRun>& runs, const std::string& plane);
 
-// The phase plane of a path as a picture: laws of motion and what limits leave them.
+// Phase plane of a path: laws of motion and their limits.
 
-/// The rate s' over the place s: the laws, the largest rates that limits leave, and where the path's acceleration jumps. The line of
-/// one law tells by its pens which limit is active where.
-/// @throws std::invalid_argument if a run has no phase plane; the message says which
+/// Path rate s' over path parameter s: the laws, the maximum velocity curve of the limits, and the switching points,
+/// where the path acceleration jumps. The line of a single law shows by its style which limit is active.
+/// @throws std::invalid_argument if a run has no phase plane; the message names the run
 Plot plot_phase_plane(const std::vector<PlotRun>& runs);
 
 }  // namespace balance

@@ -8,7 +8,7 @@
 namespace balance {
 namespace {
 
-/// A scalar or a vector: neighbouring columns of a quantity that belong to one joint, one actuator, or to no one.
+/// A scalar or a vector: adjacent columns of a quantity that belong to one joint, one actuator, or none.
 struct QuantityPart {
   std::string member;  ///< "A1"; empty if the quantity has no members
   Eigen::Index first = 0;
@@ -24,14 +24,14 @@ std::vector<QuantityPart> parts_of(const Quantity& quantity, const RunResult& re
     return quantity.units.size() > 1 ? quantity.units[i] : quantity.units.front();
   };
   const auto members = [&](const std::vector<std::string>& names) {
-    const bool turn = quantity.columns == ColumnKind::body_quaternion;
+    const bool is_quaternion = quantity.columns == ColumnKind::body_quaternion;
     std::vector<QuantityPart> parts;
     const Eigen::Index width = columns / static_cast<Eigen::Index>(names.size());
     for (std::size_t i = 0; i < names.size(); ++i)
       parts.push_back({names[i], static_cast<Eigen::Index>(i) * width,
-                       turn        ? quaternion_labels()
-                       : width > 1 ? vector_labels(width)
-                                   : std::vector<std::string>(),
+                       is_quaternion ? quaternion_labels()
+                       : width > 1   ? vector_labels(width)
+                                     : std::vector<std::string>(),
                        unit(i)});
     return parts;
   };
@@ -66,7 +66,7 @@ void add_part(PlotQuantity& plot, const Quantity& quantity, const QuantityPart& 
     plot.not_negative = false;
     return;
   }
-  // A unit quaternion's magnitude says nothing.
+  // the magnitude of a unit quaternion is meaningless
   if (quantity.columns == ColumnKind::quaternion || quantity.columns == ColumnKind::body_quaternion)
     view = VectorView::components;
   if (view != VectorView::components) {
@@ -80,7 +80,7 @@ void add_part(PlotQuantity& plot, const Quantity& quantity, const QuantityPart& 
         {joined(part.member, part.components[static_cast<std::size_t>(i)]), samples.col(part.first + i)});
 }
 
-/// "shaking force"; the actuators' efforts are forces where they are in newtons.
+/// "shaking force"; actuator efforts in newtons are called forces.
 std::string title_of(const Quantity& quantity, const std::string& unit) {
   std::string title = quantity.name;
   if (title == "torque" && unit == "N") return "actuator force";
@@ -90,8 +90,8 @@ std::string title_of(const Quantity& quantity, const std::string& unit) {
   return title;
 }
 
-PlotQuantity make(const Quantity& quantity, const std::vector<QuantityPart>& parts, const std::string& name,
-                  VectorView view) {
+PlotQuantity make_plot_quantity(const Quantity& quantity, const std::vector<QuantityPart>& parts,
+                                const std::string& name, VectorView view) {
   PlotQuantity plot;
   plot.name = name;
   std::vector<std::string> units;
@@ -118,7 +118,7 @@ PlotQuantity make_component(const Quantity& quantity, const QuantityPart& part, 
   return plot;
 }
 
-constexpr const char* iterations = "newton_iterations";
+constexpr const char* iterations_name = "newton_iterations";
 
 }  // namespace
 
@@ -132,22 +132,22 @@ std::vector<std::string> list_plot_names(const RunResult& result) {
         names.push_back(member_name(quantity, part) + "." + component);
     }
   }
-  if (result.newton_iterations.size() > 0) names.emplace_back(iterations);
+  if (result.newton_iterations.size() > 0) names.emplace_back(iterations_name);
   return names;
 }
 
 std::optional<PlotQuantity> find_plot_quantity(const RunResult& result, const std::string& name, VectorView view) {
-  if (name == iterations && result.newton_iterations.size() > 0)
+  if (name == iterations_name && result.newton_iterations.size() > 0)
     return PlotQuantity{name, "Newton iterations", "1", true, {{"", result.newton_iterations.cast<double>()}}};
   for (Quantity& quantity : list_sampled_quantities(result)) {
     if (!name.starts_with(quantity.name) && !name.starts_with(effort_display_name(quantity.name, "N"))) continue;
-    const Samples shown = suppress_round_off(result, quantity.member);
-    quantity.samples = &shown;
+    const Samples samples = suppress_round_off(result, quantity.member);
+    quantity.samples = &samples;
     const std::vector<QuantityPart> parts = parts_of(quantity, result);
-    if (name == quantity.name) return make(quantity, parts, name, view);
+    if (name == quantity.name) return make_plot_quantity(quantity, parts, name, view);
     for (const QuantityPart& part : parts) {
-      const std::string own = member_name(quantity, part);
-      if (is_quantity_name(name, own)) return make(quantity, {part}, own, view);
+      const std::string part_name = member_name(quantity, part);
+      if (is_quantity_name(name, part_name)) return make_plot_quantity(quantity, {part}, part_name, view);
       for (std::size_t i = 0; i < part.components.size(); ++i)
         if (name == member_name(quantity, part) + "." + part.components[i])
           return make_component(quantity, part, i, name);

@@ -10,11 +10,11 @@
 
 namespace balance {
 
-/// What is drawn of a vector where no component is named.
+/// What to draw of a vector if no component is named.
 enum class VectorView { magnitude, components, both };
 
 struct PlotCurve {
-  std::string label;  ///< what tells it from the others of its quantity: "A1", "x", "B1 x"; empty if it is alone
+  std::string label;  ///< distinguishes it within its quantity: "A1", "x", "B1 x"; empty if it is the only one
   VectorX values;     ///< one per sample
 };
 
@@ -22,14 +22,14 @@ struct PlotQuantity {
   std::string name;          ///< as typed
   std::string title;         ///< for an axis: "shaking force"
   std::string unit;          ///< of all curves; "mixed" if they differ, "1" for none
-  bool not_negative = true;  ///< by its nature: magnitudes
+  bool not_negative = true;  ///< true for magnitudes
   std::vector<PlotCurve> curves;
 };
 
-/// Every name that the result has, those of single members and components behind the name of the whole.
+/// All names in the result; those of members and components follow the name of the whole.
 std::vector<std::string> list_plot_names(const RunResult& result);
 
-/// Nothing if the result has no quantity of that name.
+/// std::nullopt if the result has no quantity of that name.
 std::optional<PlotQuantity> find_plot_quantity(const RunResult& result, const std::string& name, VectorView view);
 
 }  // namespace balance

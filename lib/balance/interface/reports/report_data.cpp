@@ -13,52 +13,52 @@
 
 namespace balance {
 
-ConditionsOutcome derive_conditions_data(const BalanceRequest& question, const DesignSpace& space, bool named) {
+ConditionsOutcome derive_conditions_data(const BalanceRequest& request, const DesignSpace& space, bool with_names) {
   const Study& study = space.start;
   const std::vector<CoordinateValue> start = start_coordinates(study);
-  reject_temporary_payloads(study, "conditions", &question.excluded);
+  reject_temporary_payloads(study, "conditions", &request.excluded);
   ConditionOptions options;
-  options.seed = question.seed.value_or(options.seed);
-  options.excluded = question.excluded;
-  // Angular momentum is about the same point as in the runs.
+  options.seed = request.seed.value_or(options.seed);
+  options.excluded = request.excluded;
+  // the same reference point of angular momentum as in the runs
   if (!study.trajectories.empty()) options.about = study.trajectories.front().about;
-  const DeriveConditions derive = make_conditions_deriver(question.goals, question.is_modular, options, start);
-  ConditionsOutcome answer;
-  ConditionsReportData& view = answer.view;
+  const DeriveConditions derive = make_conditions_deriver(request.goals, request.is_modular, options, start);
+  ConditionsOutcome outcome;
+  ConditionsReportData& view = outcome.view;
   view.title = study.mechanism.name;
-  view.strategy = question.strategy();
+  view.strategy = request.strategy();
   view.conditions = derive(study.mechanism);
   if (view.conditions.status != ConditionsStatus::done) {
-    answer.refusal = {name_of(view.conditions.status), view.conditions.reason};
-    return answer;
+    outcome.refusal = {name_of(view.conditions.status), view.conditions.reason};
+    return outcome;
   }
-  if (named) {
-    const DeriveConditions nearby =
-        make_perturbed_deriver(derive, question.is_modular, options, start, study.mechanism, view.conditions);
-    view.names = name_coefficients(study.mechanism, view.conditions, list_symbols(space), nearby);
+  if (with_names) {
+    const DeriveConditions perturbed_derive =
+        make_perturbed_deriver(derive, request.is_modular, options, start, study.mechanism, view.conditions);
+    view.names = name_coefficients(study.mechanism, view.conditions, list_symbols(space), perturbed_derive);
   }
   view.numbers = study.free_numbers;
   view.free_number_indices = probe_condition_variables(space, view.conditions, derive);
   evaluate_conditions(view, assembled_at(study.mechanism, start), study.trajectories, options);
   if (!view.residuals.allFinite())
-    answer.refusal = {"overflow",
-                      has_mass(study.mechanism)
-                          ? "numbers overflow: what the conditions leave is larger than can be computed with"
-                          : no_mass_message};
-  return answer;
+    outcome.refusal = {"overflow",
+                       has_mass(study.mechanism)
+                           ? "numbers overflow: what the conditions leave is larger than can be computed with"
+                           : no_mass_message};
+  return outcome;
 }
 
 RequestFailure find_failure(const DesignReport& report) {
   const Conditions& conditions = report.outcome.conditions;
   if (report.outcome.status != DesignStatus::unsolved) return {};
-  // with conditions at hand it is what was to be made small that has no value
+  // the conditions exist, so the objective has no value
   return {conditions.status == ConditionsStatus::done ? "no-value" : name_of(conditions.status),
           report.outcome.reason.empty() ? conditions.reason : report.outcome.reason};
 }
 
 namespace {
 
-/// The design as its own spec: how a reader of the file that -o writes would know its lengths.
+/// Symbols in the design's own spec, as in the file that -o writes.
 std::vector<GeometricSymbol> symbols_of_design(const Study& study, const std::string& balanced,
                                                const Mechanism& mechanism, std::vector<std::string>& notes) {
   try {
@@ -78,7 +78,7 @@ ConditionsReportData make_designed_conditions_data(const DesignStudyOptions& opt
   view.strategy = options.is_modular ? "modular" : "complete";
   view.conditions = outcome.conditions;
   view.numbers = report.free_numbers;
-  if (view.conditions.goals.empty()) {  // only a figure was asked for
+  if (view.conditions.goals.empty()) {  // only an objective was given
     view.residuals = VectorX(0);
     return view;
   }

@@ -1,5 +1,5 @@
 #pragma once
-/// Conditions and designs with everything that is told about them, gathered from a spec.
+/// Report data of conditions and designs, computed from a spec.
 
 #include "balance/interface/reports/balance_request.hpp"
 #include "balance/interface/reports/design_sections.hpp"
@@ -9,9 +9,9 @@
 
 namespace balance {
 
-/// Why a mechanism cannot have what was asked: no conditions, no design.
+/// Why a request has no result: no conditions, no design.
 struct RequestFailure {
-  std::string status;  ///< "not-assembled", "mismatch", "overflow", …; empty: it is not refused
+  std::string status;  ///< "not-assembled", "mismatch", "overflow", …; empty: no failure
   std::string reason;  ///< one sentence
 
   explicit operator bool() const { return !status.empty(); }
@@ -19,19 +19,20 @@ struct RequestFailure {
 
 struct ConditionsOutcome {
   RequestFailure refusal;
-  ConditionsReportData view;  ///< means something unless refused
+  ConditionsReportData view;  ///< valid unless refused
 };
 
-/// The conditions of the goals with the names of their coefficients, judged with the numbers that the study holds.
-/// @param named whether coefficients get the names of the lengths that they are made of
-ConditionsOutcome derive_conditions_data(const BalanceRequest& question, const DesignSpace& space, bool named = true);
+/// Derives the conditions of the goals, names their coefficients and evaluates them for the study's numbers.
+/// @param with_names whether to name coefficients after the lengths in them
+ConditionsOutcome derive_conditions_data(const BalanceRequest& request, const DesignSpace& space,
+                                         bool with_names = true);
 
-/// Why a design has no numbers to show.
+/// Why a design has no numbers to show, if it has none.
 RequestFailure find_failure(const DesignReport& report);
 
-/// @param options that the design was made with
+/// @param options those of the design
 /// @param balanced the text of the designed spec
-/// @param report one that is not refused
+/// @param report one without a failure
 DesignReportData make_design_data(const DesignStudyOptions& options, const DesignSpace& space,
                                   const std::string& balanced, DesignReport report);
 

@@ -1,5 +1,5 @@
 #pragma once
-/// What answers about conditions and designs are called.
+/// Names of statuses of conditions and designs.
 
 #include "balance/synthesis/conditions/conditions.hpp"
 #include "balance/synthesis/design/solve_design.hpp"

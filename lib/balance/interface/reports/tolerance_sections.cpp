@@ -27,14 +27,14 @@ namespace {
 using Dimension = Hdf5Writer::Dimension;
 using Group = Hdf5Writer::Group;
 
-// Every group has a dimension of its own: readers of one group see all of its labels.
+// Every group has its own dimension, so that readers of one group see all its labels.
 Dimension add_number_labels(Hdf5Writer& file, Group group, const Tolerances& numbers) {
   std::vector<std::string> paths;
   for (const TolerancedParameter& one : numbers) paths.push_back(one.path);
   return file.add_dimension(group, {"number", "key path in the spec", "1", {}, {}}, paths);
 }
 
-/// An entry per number and joint.
+/// One entry per number and joint.
 void add_incompatible_parameter_table(Hdf5Writer& file, Group parent,
                                       const std::vector<IncompatibleParameter>& openings) {
   if (openings.empty()) return;
@@ -72,7 +72,7 @@ void add_tolerances(Hdf5Writer& file, Group parent, const Tolerances& numbers) {
   file.add_variable(group, {"distribution", "normal or uniform", "1", {number}, {}}, distribution);
 }
 
-/// The figures of a run's `metrics` and how far they are off, a row per quantity.
+/// The figures of a run's `metrics` and their deviations, one row per quantity.
 class DeviationWriter {
  public:
   DeviationWriter(Hdf5Writer& file, Group group, const ToleranceReport& report)
@@ -171,26 +171,28 @@ void write_tolerance(const std::string& path, const ToleranceReportData& view, c
     add_incompatible_parameter_table(file, group, view.report->incompatible_parameters);
     add_figures(file, group, *view.report);
     file.close();
-  }  // others have their turn with HDF5 while this one waits for the disk
+  }  // other threads may use HDF5 while this one waits for the disk
   throw_if_cancelled(options);
   pending.commit(options.durability);
 }
 
-Provenance make_tolerance_provenance(const Study& study, const Trajectory& trajectory, const ToleranceCommand& call) {
+Provenance make_tolerance_provenance(const Study& study, const Trajectory& trajectory,
+                                     const ToleranceCommand& command) {
   Provenance description =
       make_simulation_provenance(study, trajectory, {.spec_file = study.spec_file, .trajectory = trajectory.name});
-  std::vector<std::string> words = {"balance", "tolerance", std::filesystem::path(study.spec_file).filename().string(),
-                                    "--trajectory", trajectory.name};
-  for (const std::string& quantity : call.of) words.insert(words.end(), {"--of", quantity});
-  if (call.samples) words.insert(words.end(), {"--samples", fmt::format("{}", *call.samples)});
-  append_overrides(words, study);
-  description.command_line = join_command(std::move(words));
+  std::vector<std::string> arguments = {"balance", "tolerance",
+                                        std::filesystem::path(study.spec_file).filename().string(), "--trajectory",
+                                        trajectory.name};
+  for (const std::string& quantity : command.of) arguments.insert(arguments.end(), {"--of", quantity});
+  if (command.samples) arguments.insert(arguments.end(), {"--samples", fmt::format("{}", *command.samples)});
+  append_overrides(arguments, study);
+  description.command_line = join_command(std::move(arguments));
   return description;
 }
 
 namespace {
 
-Json by_number(const Tolerances& numbers, const VectorX& values) {
+Json contributions_json(const Tolerances& numbers, const VectorX& values) {
   Json json = Json::object();
   for (std::size_t i = 0; i < numbers.size() && static_cast<Eigen::Index>(i) < values.size(); ++i)
     json[numbers[i].path] = values[static_cast<Eigen::Index>(i)];
@@ -200,7 +202,7 @@ Json by_number(const Tolerances& numbers, const VectorX& values) {
 Json figure_json(const FigureDeviation& figure, const Tolerances& numbers) {
   return {{"value", figure.value},
           {"deviation", figure.deviation},
-          {"by_number", by_number(numbers, figure.contributions)},
+          {"by_number", contributions_json(numbers, figure.contributions)},
           {"rival_times", figure.extremum_times}};
 }
 
@@ -212,7 +214,7 @@ Json worst_json(const WorstSample& worst, const ToleranceReport& report) {
           {"value", worst.value},
           {"deviation", worst.deviation},
           {"coordinates", std::move(pose)},
-          {"shares", by_number(report.numbers, worst.shares)}};
+          {"shares", contributions_json(report.numbers, worst.shares)}};
 }
 
 Json report_json(const ToleranceReport& report) {
@@ -252,31 +254,33 @@ Json sampling_json(const ToleranceReportData& view) {
                        {"deviation_error", one.deviation_error},
                        {"quantiles", {{"5", one.quantiles[0]}, {"50", one.quantiles[1]}, {"95", one.quantiles[2]}}},
                        {"disagreement", view.report ? Json(sampling_disagreement(*view.report, one)) : Json(nullptr)}});
-  Json refused = Json::object();
-  for (const auto& [why, count] : view.sampling->rejections) refused[why] = count;
+  Json rejections = Json::object();
+  for (const auto& [reason, count] : view.sampling->rejections) rejections[reason] = count;
   return {{"draws", view.draws.count},
           {"seed", view.draws.seed},
           {"drawn", view.sampling->run_count},
-          {"refused", std::move(refused)},
+          {"refused", std::move(rejections)},
           {"figures", std::move(figures)}};
 }
 
 Json poses_at_rest_json(const ToleranceReportData& view) {
   if (!view.at_rest) return nullptr;
-  const StaticTolerance& rest = *view.at_rest;
+  const StaticTolerance& static_tolerance = *view.at_rest;
   Json actuators = Json::array();
-  for (const StaticDeviation& one : rest.actuators) {
+  for (const StaticDeviation& one : static_tolerance.actuators) {
     Json pose = Json::object();
-    for (std::size_t k = 0; k < rest.coordinates.size(); ++k)
-      pose[rest.coordinates[k]] = one.pose[static_cast<Eigen::Index>(k)];
+    for (std::size_t k = 0; k < static_tolerance.coordinates.size(); ++k)
+      pose[static_tolerance.coordinates[k]] = one.pose[static_cast<Eigen::Index>(k)];
     actuators.push_back({{"actuator", one.actuator},
                          {"unit", one.unit},
                          {"deviation", one.deviation},
                          {"effort", one.effort},
                          {"coordinates", std::move(pose)},
-                         {"shares", by_number(view.numbers, one.shares)}});
+                         {"shares", contributions_json(view.numbers, one.shares)}});
   }
-  return {{"poses", rest.pose_count}, {"unreached", rest.unreachable_count}, {"actuators", std::move(actuators)}};
+  return {{"poses", static_tolerance.pose_count},
+          {"unreached", static_tolerance.unreachable_count},
+          {"actuators", std::move(actuators)}};
 }
 
 }  // namespace
@@ -305,7 +309,7 @@ constexpr double min_listed_share = 0.005;
 
 std::string tolerance_number(double value) { return value == 0 ? "0" : format_number(value); }
 
-/// "0.12", with a star where other moments count, or a word where there is no slope.
+/// "0.12", with a star if other extrema compete, or "kink" if the figure has no derivative.
 std::string deviation_text(const FigureDeviation& figure) {
   if (std::isnan(figure.deviation)) return "kink";
   return tolerance_number(figure.deviation) + (figure.extremum_times.empty() ? "" : "*");
@@ -334,7 +338,7 @@ std::string numbers_table(const Tolerances& numbers) {
   return format_table(table);
 }
 
-/// What no mechanism has, by number.
+/// Numbers whose deviation would open joints.
 std::string format_incompatible_parameters(const ToleranceReportData& view) {
   const std::vector<IncompatibleParameter>& openings = incompatible_parameters_of(view);
   if (openings.empty()) return "";
@@ -347,7 +351,7 @@ std::string format_incompatible_parameters(const ToleranceReportData& view) {
   return text + format_table(table);
 }
 
-/// Peaks and ranges that may come to be at other moments, and when.
+/// Peaks and ranges that may move to other moments, with these moments.
 std::string format_extremum_times(const ToleranceReport& report) {
   std::string text;
   for (const QuantityTolerance& one : report.quantities)
@@ -411,39 +415,41 @@ std::string report_text(const ToleranceReportData& view) {
 }
 
 std::string sampling_text(const ToleranceReportData& view) {
-  const MonteCarloReport& found = *view.sampling;
-  std::string text = fmt::format("\n{} of {} draws, seed {}\n", found.run_count, view.draws.count, view.draws.seed);
-  for (const auto& [why, count] : found.rejections) text += fmt::format("  {} refused: {}\n", count, why);
-  if (found.figures.empty()) return text;
+  const MonteCarloReport& sampling = *view.sampling;
+  std::string text = fmt::format("\n{} of {} draws, seed {}\n", sampling.run_count, view.draws.count, view.draws.seed);
+  for (const auto& [reason, count] : sampling.rejections) text += fmt::format("  {} refused: {}\n", count, reason);
+  if (sampling.figures.empty()) return text;
   TextTable table{{"figure", "mean", "±", "deviation", "±", "5 %", "50 %", "95 %", "first order"}, {Align::left}, {}};
   table.align.resize(table.heading.size(), Align::right);
   constexpr const char* words[] = {"peak", "rms", "mean", "range"};
-  for (const SampledFigure& one : found.figures) {
-    const double errors = sampling_disagreement(*view.report, one);
-    table.rows.push_back({fmt::format("{} {}", words[static_cast<int>(one.figure)], one.quantity),
-                          tolerance_number(one.mean), fmt::format("{:.2g}", one.mean_error),
-                          tolerance_number(one.deviation), fmt::format("{:.2g}", one.deviation_error),
-                          tolerance_number(one.quantiles[0]), tolerance_number(one.quantiles[1]),
-                          tolerance_number(one.quantiles[2]),
-                          std::isnan(errors)                 ? "-"
-                          : errors <= disagreement_threshold ? "agrees"
-                                                             : fmt::format("{:.1f} errors off", errors)});
+  for (const SampledFigure& one : sampling.figures) {
+    const double standard_errors = sampling_disagreement(*view.report, one);
+    table.rows.push_back(
+        {fmt::format("{} {}", words[static_cast<int>(one.figure)], one.quantity), tolerance_number(one.mean),
+         fmt::format("{:.2g}", one.mean_error), tolerance_number(one.deviation),
+         fmt::format("{:.2g}", one.deviation_error), tolerance_number(one.quantiles[0]),
+         tolerance_number(one.quantiles[1]), tolerance_number(one.quantiles[2]),
+         std::isnan(standard_errors)                 ? "-"
+         : standard_errors <= disagreement_threshold ? "agrees"
+                                                     : fmt::format("{:.1f} errors off", standard_errors)});
   }
   return text + format_table(table);
 }
 
 std::string poses_at_rest_text(const ToleranceReportData& view) {
-  const StaticTolerance& rest = *view.at_rest;
-  std::string text = fmt::format("\nat rest, in all poses (whole turns, {} of a grid", rest.pose_count);
-  text += rest.unreachable_count > 0 ? fmt::format(", {} cannot be taken)\n", rest.unreachable_count) : ")\n";
+  const StaticTolerance& static_tolerance = *view.at_rest;
+  std::string text = fmt::format("\nat rest, in all poses (whole turns, {} of a grid", static_tolerance.pose_count);
+  text += static_tolerance.unreachable_count > 0
+              ? fmt::format(", {} cannot be taken)\n", static_tolerance.unreachable_count)
+              : ")\n";
   TextTable table{{"actuator", "unit", "largest ±", "effort there", "pose", "what makes it so"},
                   {Align::left, Align::left, Align::right, Align::right, Align::left, Align::left},
                   {}};
-  for (const StaticDeviation& one : rest.actuators) {
+  for (const StaticDeviation& one : static_tolerance.actuators) {
     std::string pose;
-    for (std::size_t k = 0; k < rest.coordinates.size(); ++k)
-      pose +=
-          fmt::format("{}{} {:.4g}", k == 0 ? "" : ", ", rest.coordinates[k], one.pose[static_cast<Eigen::Index>(k)]);
+    for (std::size_t k = 0; k < static_tolerance.coordinates.size(); ++k)
+      pose += fmt::format("{}{} {:.4g}", k == 0 ? "" : ", ", static_tolerance.coordinates[k],
+                          one.pose[static_cast<Eigen::Index>(k)]);
     table.rows.push_back({one.actuator, one.unit, tolerance_number(one.deviation), tolerance_number(one.effort), pose,
                           shares_text(view.numbers, one.shares)});
   }
@@ -482,9 +488,9 @@ const FigureDeviation* find_deviation(const ToleranceReport& report, const std::
 }
 
 double sampling_disagreement(const ToleranceReport& report, const SampledFigure& sampled) {
-  const FigureDeviation* exact = find_deviation(report, sampled.quantity, sampled.figure);
-  if (exact == nullptr || !(sampled.deviation_error > 0)) return std::numeric_limits<double>::quiet_NaN();
-  return std::abs(sampled.deviation - exact->deviation) / sampled.deviation_error;
+  const FigureDeviation* first_order = find_deviation(report, sampled.quantity, sampled.figure);
+  if (first_order == nullptr || !(sampled.deviation_error > 0)) return std::numeric_limits<double>::quiet_NaN();
+  return std::abs(sampled.deviation - first_order->deviation) / sampled.deviation_error;
 }
 
 }  // namespace balance

@@ -13,7 +13,8 @@ namespace balance {
 
 namespace {
 
-/// The shortest text that reads back to the same double. A power of ten gets a point, without which YAML 1.1 sees no number.
+/// The shortest text that reads back to the same double. A number such as 1e5 gets a point, without
+/// which YAML 1.1 sees no number.
 std::string shortest_text(double value) {
   std::array<char, 32> buffer{};
   const auto [end, error] = std::to_chars(buffer.data(), buffer.data() + buffer.size(), value == 0 ? 0.0 : value);
@@ -23,7 +24,7 @@ std::string shortest_text(double value) {
   return text;
 }
 
-/// The number that times `unit` is the value, to the last bit if there is one. Of several, the shortest.
+/// The number whose product with `unit` is the value, or nearest to it. Of several, the shortest.
 std::string number_text(double value, double unit) {
   if (unit == 1) return shortest_text(value);
   double candidate = value / unit;
@@ -41,28 +42,28 @@ std::string number_text(double value, double unit) {
   return best;
 }
 
-/// What is left out goes as a whole, whatever was to be rewritten in it.
+/// Cuts out the elements that are left out, with all rewrites inside them.
 std::vector<TextReplacement> cut_omitted_elements(const std::vector<TextReplacement>& rewrites,
-                                                  const std::vector<OptionalElementText>& left_out) {
-  std::vector<TextReplacement> all;
-  const auto inside = [&](const TextReplacement& rewrite) {
-    return std::any_of(left_out.begin(), left_out.end(), [&](const OptionalElementText& gap) {
-      return gap.begin <= rewrite.begin && rewrite.begin < gap.end && rewrite.end <= gap.end;
+                                                  const std::vector<OptionalElementText>& omitted_elements) {
+  std::vector<TextReplacement> replacements;
+  const auto is_omitted = [&](const TextReplacement& rewrite) {
+    return std::any_of(omitted_elements.begin(), omitted_elements.end(), [&](const OptionalElementText& element) {
+      return element.begin <= rewrite.begin && rewrite.begin < element.end && rewrite.end <= element.end;
     });
   };
   for (const TextReplacement& rewrite : rewrites)
-    if (!inside(rewrite)) all.push_back(rewrite);
-  for (const OptionalElementText& gap : left_out)
-    if (gap.begin < gap.end) all.push_back({gap.begin, gap.end, "", -1});
-  std::stable_sort(all.begin(), all.end(),
+    if (!is_omitted(rewrite)) replacements.push_back(rewrite);
+  for (const OptionalElementText& element : omitted_elements)
+    if (element.begin < element.end) replacements.push_back({element.begin, element.end, "", -1});
+  std::stable_sort(replacements.begin(), replacements.end(),
                    [](const TextReplacement& a, const TextReplacement& b) { return a.begin < b.begin; });
-  return all;
+  return replacements;
 }
 
 }  // namespace
 
 std::string format_balanced_spec(const Study& study, const VectorX& x, const std::vector<std::string>& expressions,
-                                 const std::vector<OptionalElementText>& left_out) {
+                                 const std::vector<OptionalElementText>& omitted_elements) {
   const std::size_t count = study.free_numbers.size();
   if (x.size() != static_cast<Eigen::Index>(count))
     throw std::invalid_argument(fmt::format("expected {} values of free numbers, found {}", count, x.size()));
@@ -71,9 +72,9 @@ std::string format_balanced_spec(const Study& study, const VectorX& x, const std
   if (!x.allFinite()) throw std::invalid_argument("expected finite values of the free numbers");
   const std::string_view spec = study.spec_text;
   std::string text;
-  std::size_t done = 0;
-  for (const TextReplacement& rewrite : cut_omitted_elements(study.rewrites, left_out)) {
-    text += spec.substr(done, rewrite.begin - done);
+  std::size_t copied_end = 0;
+  for (const TextReplacement& rewrite : cut_omitted_elements(study.rewrites, omitted_elements)) {
+    text += spec.substr(copied_end, rewrite.begin - copied_end);
     text += rewrite.text;
     if (rewrite.free_number >= 0 && !expressions.empty() &&
         !expressions[static_cast<std::size_t>(rewrite.free_number)].empty())
@@ -81,9 +82,9 @@ std::string format_balanced_spec(const Study& study, const VectorX& x, const std
     else if (rewrite.free_number >= 0)
       text +=
           number_text(x[rewrite.free_number], study.free_numbers[static_cast<std::size_t>(rewrite.free_number)].unit);
-    done = rewrite.end;
+    copied_end = rewrite.end;
   }
-  text += spec.substr(done);
+  text += spec.substr(copied_end);
   return text;
 }
 

@@ -24,18 +24,18 @@ namespace {
 /// Parts of parts of parts.
 constexpr std::size_t max_include_depth = 8;
 
-/// What a whole takes over from a part.
+/// Sections that are imported from a part.
 constexpr const char* imported_sections[]{"parameters",  "ground",    "bodies",   "joints",         "couplings",
                                           "constraints", "actuators", "assembly", "counterweights", "payloads",
                                           "discs",       "loads",     "springs",  "friction"};
-/// What stays there, so that a part can be run by itself.
+/// Sections of a part that are ignored, so that it can be run by itself.
 constexpr const char* ignored_sections[]{"name",   "space",       "gravity", "units",  "tool",    "trajectories",
                                          "speeds", "controllers", "motion",  "design", "include", "workspace"};
 
-long nodes_in(const YamlNode& node) {
-  long all = 1 + static_cast<long>(node.keys.size());
-  for (const YamlNode& item : node.items) all += nodes_in(item);
-  return all;
+long count_nodes(const YamlNode& node) {
+  long count = 1 + static_cast<long>(node.keys.size());
+  for (const YamlNode& item : node.items) count += count_nodes(item);
+  return count;
 }
 
 void erase_entry(YamlNode& map, const std::string& key) {
@@ -47,9 +47,9 @@ void erase_entry(YamlNode& map, const std::string& key) {
     }
 }
 
-/// The first entries of a section, the whole's own, go behind those of its parts.
-void move_to_end(YamlNode& section, std::size_t own) {
-  const auto middle = static_cast<std::ptrdiff_t>(own);
+/// Moves the first entries of a section, the document's own, behind those of its parts.
+void move_to_end(YamlNode& section, std::size_t own_count) {
+  const auto middle = static_cast<std::ptrdiff_t>(own_count);
   std::rotate(section.items.begin(), section.items.begin() + middle, section.items.end());
   if (!section.keys.empty()) std::rotate(section.keys.begin(), section.keys.begin() + middle, section.keys.end());
 }
@@ -64,22 +64,22 @@ class IncludeExpansion {
   IncludeExpansion(SpecErrorCollector& problems, const PartReader& text)
       : problems_(problems), files_(text, problems) {}
 
-  /// The document with its parts in their places.
+  /// The document with its parts inserted.
   YamlNode expand(YamlNode document, const std::string& path) {
-    const YamlNode* found = find_entry(document, "include");
-    if (found == nullptr) return document;
-    const YamlNode section = *found;
+    const YamlNode* include_entry = find_entry(document, "include");
+    if (include_entry == nullptr) return document;
+    const YamlNode section = *include_entry;
     erase_entry(document, "include");
     const SpecCursor at(section, "include", problems_);
     chain_.push_back(path);
-    // By their places, as a document in error may have a section twice. The parts' own sections come behind.
-    std::vector<std::size_t> own;
-    for (const YamlNode& said : document.items) own.push_back(said.items.size());
+    // by index, as an invalid document may have a section twice; sections of parts are appended
+    std::vector<std::size_t> own_counts;
+    for (const YamlNode& entry : document.items) own_counts.push_back(entry.items.size());
     std::vector<std::string> names;
     const auto items = at.is_map() ? std::vector{at} : at.items("a part {file, as} or a list of them");
     for (const SpecCursor& item : items) problems_.collect([&] { insert_item(item, path, names, document); });
     chain_.pop_back();
-    for (std::size_t i = 0; i < own.size(); ++i) move_to_end(document.items[i], own[i]);
+    for (std::size_t i = 0; i < own_counts.size(); ++i) move_to_end(document.items[i], own_counts[i]);
     return document;
   }
 
@@ -92,35 +92,35 @@ class IncludeExpansion {
  private:
   void insert_item(const SpecCursor& item, const std::string& path, std::vector<std::string>& names,
                    YamlNode& document) {
-    IncludeEntry said;
-    const auto keep = [](std::optional<SpecCursor>& slot) { return [&slot](const SpecCursor& c) { slot = c; }; };
+    IncludeEntry entry;
+    const auto store_in = [](std::optional<SpecCursor>& slot) { return [&slot](const SpecCursor& c) { slot = c; }; };
     if (!read_fields(item, "a part {file, as, on, at, angle, set, without}",
-                     {{"file", Presence::required, keep(said.file)},
-                      {"as", Presence::required, keep(said.as)},
-                      {"on", Presence::optional, keep(said.on)},
-                      {"at", Presence::optional, keep(said.at)},
-                      {"angle", Presence::optional, keep(said.angle)},
-                      {"rpy", Presence::optional, keep(said.rpy)},
-                      {"quaternion", Presence::optional, keep(said.quaternion)},
-                      {"set", Presence::optional, keep(said.set)},
-                      {"without", Presence::optional, keep(said.without)}}))
+                     {{"file", Presence::required, store_in(entry.file)},
+                      {"as", Presence::required, store_in(entry.as)},
+                      {"on", Presence::optional, store_in(entry.on)},
+                      {"at", Presence::optional, store_in(entry.at)},
+                      {"angle", Presence::optional, store_in(entry.angle)},
+                      {"rpy", Presence::optional, store_in(entry.rpy)},
+                      {"quaternion", Presence::optional, store_in(entry.quaternion)},
+                      {"set", Presence::optional, store_in(entry.set)},
+                      {"without", Presence::optional, store_in(entry.without)}}))
       throw CascadingError();
-    const std::filesystem::path name = said.file->read_word("the file of a part");
-    said.folder = name.parent_path().string();
-    read_copy_names(said, document, names);
+    const std::filesystem::path name = entry.file->read_word("the file of a part");
+    entry.folder = name.parent_path().string();
+    read_copy_names(entry, document, names);
     const std::string file = (std::filesystem::path(path).parent_path() / name).lexically_normal().string();
-    const YamlNode& part = part_of(file, *said.file, document);
-    const long size = nodes_in(part) + 10;
-    for (std::size_t i = 0; i < said.names.size(); ++i) {
-      left_ -= size;
-      if (left_ < 0)
-        said.names[i].fail(
+    const YamlNode& part = part_of(file, *entry.file, document);
+    const long size = count_nodes(part) + 10;
+    for (std::size_t i = 0; i < entry.names.size(); ++i) {
+      remaining_nodes_ -= size;
+      if (remaining_nodes_ < 0)
+        entry.names[i].fail(
             {.expected = fmt::format("at most {} values in a spec, its parts included", DocumentLimits{}.max_nodes)});
-      problems_.collect([&] { insert_part(said, part, i, document); });
+      problems_.collect([&] { insert_part(entry, part, i, document); });
     }
   }
 
-  /// A part with its own parts in their places, no more than the whole takes over.
+  /// A part with its own parts inserted, reduced to the sections that are imported.
   const YamlNode& part_of(const std::string& file, const SpecCursor& at, const YamlNode& document) {
     if (std::find(chain_.begin(), chain_.end(), file) != chain_.end())
       at.fail({.expected = "a file that does not include itself",
@@ -130,7 +130,7 @@ class IncludeExpansion {
                .found = fmt::format("{} → {}", fmt::join(chain_, " → "), file)});
     const YamlNode& root = files_.load(file, at);
     if (!problems_.collect([&] { check_part(root, at, document); })) throw CascadingError();
-    if (const auto known = parts_.find(file); known != parts_.end()) return known->second;
+    if (const auto match = parts_.find(file); match != parts_.end()) return match->second;
     YamlNode part = expand(root, file);
     for (const char* name : ignored_sections) erase_entry(part, name);
     return parts_.emplace(file, std::move(part)).first->second;
@@ -138,7 +138,7 @@ class IncludeExpansion {
 
   void check_part(const YamlNode& root, const SpecCursor& at, const YamlNode& document) {
     const SpecCursor part(root, "", problems_);
-    // What stands in a file that is no part is not told: a spec may name any file.
+    // do not show the content of a file that is no part: a spec may name any file
     if (!part.is_map())
       part.fail({.expected = "a part: a mapping with 'space', 'bodies', 'joints', …", .found = "something else"});
     std::vector<Field> fields;
@@ -153,14 +153,14 @@ class IncludeExpansion {
     check_space_and_units(root, at, document);
   }
 
-  /// Part and whole must be in the same space and in the same units.
+  /// Part and whole must have the same space and the same units.
   void check_space_and_units(const YamlNode& root, const SpecCursor& at, const YamlNode& document) {
-    const YamlNode *space = find_entry(root, "space"), *own = find_entry(document, "space");
-    if (own != nullptr && own->text != space->text)
-      at.fail({.expected = fmt::format("a part whose space is {} like the whole's", quote_for_message(own->text)),
+    const YamlNode *space = find_entry(root, "space"), *own_space = find_entry(document, "space");
+    if (own_space != nullptr && own_space->text != space->text)
+      at.fail({.expected = fmt::format("a part whose space is {} like the whole's", quote_for_message(own_space->text)),
                .found = quote_for_message(space->text)});
-    const auto units = [&](const YamlNode& of) {
-      const YamlNode* section = find_entry(of, "units");
+    const auto units = [&](const YamlNode& node) {
+      const YamlNode* section = find_entry(node, "units");
       return section == nullptr ? Units() : read_units(SpecCursor(*section, "units", problems_));
     };
     if (!is_same_units(units(root), units(document)))
@@ -170,12 +170,12 @@ class IncludeExpansion {
 
   SpecErrorCollector& problems_;
   PartFiles files_;
-  std::map<std::string, YamlNode> parts_;  ///< by their paths, as part_of gives them
-  std::vector<std::string> chain_;         ///< of files that are being read, each including the next
-  long left_ = DocumentLimits{}.max_nodes;
+  std::map<std::string, YamlNode> parts_;  ///< by path, as in part_of()
+  std::vector<std::string> chain_;         ///< files that are being read, each including the next
+  long remaining_nodes_ = DocumentLimits{}.max_nodes;
 };
 
-/// The document, a section's entry on each line.
+/// Text of the document, with one entry of a section per line.
 std::string text_of(const YamlNode& root, const std::string& file, const std::vector<std::string>& parts) {
   std::vector<std::string> names;
   for (const std::string& part : parts) names.push_back(std::filesystem::path(part).filename().string());
@@ -196,7 +196,7 @@ std::string text_of(const YamlNode& root, const std::string& file, const std::ve
   return text;
 }
 
-/// Every node is where it was written, not where it stands in the text that was made of all.
+/// Sets the place of every node to where it was written, not to where it is in the combined text.
 void set_places(YamlNode& flat, const YamlNode& written) {
   if (flat.items.size() != written.items.size() || flat.keys.size() != written.keys.size() || flat.text != written.text)
     throw std::logic_error("a spec with its parts reads otherwise than it was written");
@@ -219,8 +219,8 @@ ExpandedDocument expand_includes(const YamlNode& root, const std::string& file, 
   flat.text = text_of(written, file, flat.files);
   try {
     flat.root = parse_yaml(flat.text, problems);
-  } catch (ReadError& limit) {
-    limit.place = {1, 1};  // of the text that nobody wrote
+  } catch (ReadError& error) {
+    error.place = {1, 1};  // of the combined text, which nobody wrote
     throw;
   }
   set_places(flat.root, written);
@@ -234,14 +234,14 @@ namespace balance {
 namespace specification {
 namespace {
 
-/// More than a spec may be made of.
+/// Limits above those of a valid spec.
 constexpr int max_listed_parts = 200, max_part_depth = 10;
 
 class FileListing {
  public:
-  /// Everything that a document names, then what those name that are parts.
+  /// Adds all files that a document references, then those that its parts reference.
   void add(const std::string& text, const std::filesystem::path& folder) {
-    // Reading takes much longer than looking; a key can be written otherwise only with escapes.
+    // parsing takes much longer than this search; only escapes can hide the key
     if (text.find("file") == std::string::npos && text.find('\\') == std::string::npos) return;
     SpecErrorCollector problems("");
     YamlNode root;
@@ -259,26 +259,26 @@ class FileListing {
   std::vector<std::string> take() { return std::move(files_); }
 
  private:
-  void visit(const YamlNode& node, bool part, const std::filesystem::path& folder) {
+  void visit(const YamlNode& node, bool is_part, const std::filesystem::path& folder) {
     for (std::size_t i = 0; i < node.items.size(); ++i) {
       const YamlNode& item = node.items[i];
       const bool named =
           node.kind == YamlNode::Kind::map && node.keys[i].text == "file" && item.kind == YamlNode::Kind::scalar;
-      if (named) note(folder / item.text, part);
-      visit(item, part, folder);
+      if (named) add_file(folder / item.text, is_part);
+      visit(item, is_part, folder);
     }
   }
 
-  void note(const std::filesystem::path& path, bool part) {
+  void add_file(const std::filesystem::path& path, bool is_part) {
     const std::string file = path.lexically_normal().string();
     if (std::find(files_.begin(), files_.end(), file) != files_.end()) return;
     files_.push_back(file);
-    if (!part || depth_ == max_part_depth || ++parts_ > max_listed_parts) return;
+    if (!is_part || depth_ == max_part_depth || ++parts_ > max_listed_parts) return;
     ++depth_;
     try {
       add(read_part_text(file), path.lexically_normal().parent_path());
     } catch (const SystemError&) {
-      // the reader's to complain about
+      // reading the spec reports it
     }
     --depth_;
   }
@@ -307,7 +307,7 @@ std::vector<std::string> list_spec_files(const std::string& spec_text, const std
     try {
       add(read_text_file(spec_file, "spec"));
     } catch (const SystemError&) {
-      // what was readable once still is what its text says
+      // the file is no longer readable, but the given text counts
     }
   }
   add(spec_text);
@@ -328,16 +328,16 @@ void set_file(YamlNode& node, int file) {
   for (YamlNode& item : node.items) set_file(item, file);
 }
 
-/// What is wrong with the text is told of it alone.
+/// Reports mistakes in a part's text on their own.
 YamlNode parse_part(const std::string& text, const std::string& path) {
-  SpecErrorCollector own(path);
+  SpecErrorCollector errors(path);
   YamlNode root;
   try {
-    root = parse_yaml(text, own);
-  } catch (const ReadError& problem) {
-    own.add(problem);
+    root = parse_yaml(text, errors);
+  } catch (const ReadError& error) {
+    errors.add(error);
   }
-  own.throw_if_any();
+  errors.throw_if_any();
   return root;
 }
 
@@ -352,7 +352,7 @@ std::string read_part_text(const std::string& path) {
 }
 
 const YamlNode& PartFiles::load(const std::string& path, const SpecCursor& at) {
-  if (const auto known = documents_.find(path); known != documents_.end()) return known->second;
+  if (const auto match = documents_.find(path); match != documents_.end()) return match->second;
   if (documents_.size() >= max_part_files)
     at.fail({.expected = fmt::format("at most {} files that a spec is made of", max_part_files)});
   std::string text;

@@ -27,7 +27,7 @@ YamlNode list_node(const std::vector<std::string>& texts, const NodeLocation& pl
   return list;
 }
 
-/// A mapping that is there, or is added.
+/// The mapping at a key, added if it does not exist.
 YamlNode& map_at(YamlNode& map, const std::string& key, const NodeLocation& place) {
   if (find_entry(map, key) == nullptr) add_entry(map, scalar_node(key, place), map_node(place));
   return *find_entry(map, key);
@@ -67,21 +67,21 @@ class PartInserter {
  private:
   const NodeLocation& place() const { return at_.node().place; }
 
-  /// What a key says for this copy, if anything.
+  /// The value of a key for this copy, if any.
   std::optional<SpecCursor> value_for_copy(const std::optional<SpecCursor>& value) const {
     if (!value) return std::nullopt;
     if (!value->is_map() || find_entry(value->node(), "free") != nullptr) return value;
     std::vector<std::string> names;
     for (const SpecCursor& one : entry_.names) names.push_back(one.node().text);
-    std::optional<SpecCursor> own;
+    std::optional<SpecCursor> copy_value;
     for (const Member& member : list_members(*value, "a value, or one for each copy {name: value}")) {
       if (std::find(names.begin(), names.end(), member.name) == names.end())
         member.key.fail({.expected = fmt::format("one of the copies ({})", join_alternatives(names)),
                          .found = quote_for_message(member.name),
                          .hint = format_nearest_name(member.name, names)});
-      if (member.name == placement_.name) own = member.value;
+      if (member.name == placement_.name) copy_value = member.value;
     }
-    return own;
+    return copy_value;
   }
 
   std::vector<SpecCursor> leave_out() const {
@@ -89,28 +89,29 @@ class PartInserter {
     return entry_.without->is_list() ? entry_.without->items("a list of names") : std::vector{*entry_.without};
   }
 
-  /// `payloads`, `payloads.cargo`, `actuators.B`.
-  static void erase(YamlNode& part, const SpecCursor& what) {
-    const std::string& text = what.read_word("a section of the part, or section.name");
+  /// Erases an entry such as `payloads`, `payloads.cargo` or `actuators.B`.
+  static void erase(YamlNode& part, const SpecCursor& element) {
+    const std::string& text = element.read_word("a section of the part, or section.name");
     const std::string section = text.substr(0, text.find('.'));
     const auto fail = [&](const std::vector<std::string>& names) {
-      what.fail({.expected = fmt::format("something that the part has ({})",
-                                         names.empty() ? "nothing" : join_alternatives(names)),
-                 .found = quote_for_message(text),
-                 .hint = format_nearest_name(text, names)});
+      element.fail({.expected = fmt::format("something that the part has ({})",
+                                            names.empty() ? "nothing" : join_alternatives(names)),
+                    .found = quote_for_message(text),
+                    .hint = format_nearest_name(text, names)});
     };
     YamlNode* node = find_entry(part, section);
     if (node == nullptr) fail(names_of_entries(&part));
-    YamlNode& holder = section == text ? part : *node;
+    YamlNode& container = section == text ? part : *node;
     const std::string name = section == text ? text : text.substr(section.size() + 1);
     std::vector<std::string> names;
-    for (std::size_t i = 0; i < holder.items.size(); ++i) {
-      const bool map = holder.kind == YamlNode::Kind::map;
-      names.push_back((section == text ? "" : section + ".") + (map ? holder.keys[i].text : holder.items[i].text));
+    for (std::size_t i = 0; i < container.items.size(); ++i) {
+      const bool map = container.kind == YamlNode::Kind::map;
+      names.push_back((section == text ? "" : section + ".") +
+                      (map ? container.keys[i].text : container.items[i].text));
       if (names.back() != (section == text ? name : text)) continue;
-      const auto place = static_cast<std::ptrdiff_t>(i);
-      if (map) holder.keys.erase(holder.keys.begin() + place);
-      holder.items.erase(holder.items.begin() + place);
+      const auto offset = static_cast<std::ptrdiff_t>(i);
+      if (map) container.keys.erase(container.keys.begin() + offset);
+      container.items.erase(container.items.begin() + offset);
       return;
     }
     fail(names);
@@ -130,20 +131,21 @@ class PartInserter {
                          .found = quote_for_message(member.name),
                          .hint = format_nearest_name(member.name, names)});
       }
-      const auto own = value_for_copy(member.value);
-      if (!own) continue;
-      const bool shared = own->is_scalar() && own->node().text == "shared";
-      if (!shared) *value = own->node();
-      if (shared && placement_.name != first_) *value = scalar_node(first_ + "." + member.name, own->node().place);
+      const auto copy_value = value_for_copy(member.value);
+      if (!copy_value) continue;
+      const bool shared = copy_value->is_scalar() && copy_value->node().text == "shared";
+      if (!shared) *value = copy_value->node();
+      if (shared && placement_.name != first_)
+        *value = scalar_node(first_ + "." + member.name, copy_value->node().place);
     }
   }
 
-  /// Of the part's ground, which is no section any more.
+  /// Removes the part's ground as a section and returns its points.
   static YamlNode take_points(YamlNode& part) {
     for (std::size_t i = 0; i < part.items.size(); ++i) {
       if (part.keys[i].text != "ground") continue;
       YamlNode points = map_node(part.items[i].place);
-      if (YamlNode* said = find_entry(part.items[i], "points")) points = std::move(*said);
+      if (YamlNode* part_points = find_entry(part.items[i], "points")) points = std::move(*part_points);
       part.keys.erase(part.keys.begin() + static_cast<std::ptrdiff_t>(i));
       part.items.erase(part.items.begin() + static_cast<std::ptrdiff_t>(i));
       return points;
@@ -164,15 +166,15 @@ class PartInserter {
                .hint = format_nearest_name(placement_.carrier, names)});
   }
 
-  /// The part's ground as a body without mass that is fixed to its carrier.
+  /// Adds the part's ground as a massless body fixed to its carrier.
   void fix_ground(YamlNode& part, YamlNode points) {
     const YamlNode zero = list_node(std::vector<std::string>(placement_.planar ? 2 : 3, "0"), place());
-    const auto where = value_for_copy(entry_.at);
-    YamlNode stand = map_node(place());
-    add_entry(stand, scalar_node(placement_.name, place()), where ? where->node() : zero);
-    merge(carrier_points(), stand);
+    const auto position = value_for_copy(entry_.at);
+    YamlNode mount_point = map_node(place());
+    add_entry(mount_point, scalar_node(placement_.name, place()), position ? position->node() : zero);
+    merge(carrier_points(), mount_point);
     const std::string body = placement_.name + ".ground";
-    // Its frame is where the part's ground has its origin, whatever the part calls `origin`.
+    // its frame is at the origin of the part's ground, even if the part has another point `origin`
     const bool own_origin = find_entry(points, "origin") != nullptr;
     if (own_origin) add_entry(points, scalar_node("frame." + placement_.name, place()), zero);
     YamlNode ground = map_node(place());
@@ -187,34 +189,35 @@ class PartInserter {
                         place()));
     for (const auto& [key, value] :
          {std::pair{"angle", entry_.angle}, {"rpy", entry_.rpy}, {"quaternion", entry_.quaternion}})
-      if (const auto own = value_for_copy(value)) add_entry(joint, scalar_node(key, place()), own->node());
+      if (const auto copy_value = value_for_copy(value))
+        add_entry(joint, scalar_node(key, place()), copy_value->node());
     add_entry(map_at(part, "joints", place()), scalar_node(body, place()), std::move(joint));
   }
 
   void merge_section(const YamlNode& key, YamlNode& section) {
-    YamlNode* own = find_entry(document_, key.text);
-    if (own == nullptr) return add_entry(document_, key, std::move(section));
-    if (own->kind != section.kind) {
-      const SpecCursor at(*own, key.text, at_.problems());
+    YamlNode* existing = find_entry(document_, key.text);
+    if (existing == nullptr) return add_entry(document_, key, std::move(section));
+    if (existing->kind != section.kind) {
+      const SpecCursor at(*existing, key.text, at_.problems());
       at.fail_expected(section.kind == YamlNode::Kind::list ? "a list, as the part has it"
                                                             : "a mapping, as the part has it");
     }
     if (section.kind == YamlNode::Kind::list)
-      own->items.insert(own->items.end(), section.items.begin(), section.items.end());
+      existing->items.insert(existing->items.end(), section.items.begin(), section.items.end());
     else
-      merge(*own, section, key.text == "assembly");
+      merge(*existing, section, key.text == "assembly");
   }
 
-  /// @param weak the document's own entries stay
-  void merge(YamlNode& into, YamlNode& from, bool weak = false) const {
-    if (into.kind != YamlNode::Kind::map) SpecCursor(into, "", at_.problems()).fail_expected("a mapping");
-    for (std::size_t i = 0; i < from.items.size(); ++i) {
-      if (find_entry(into, from.keys[i].text) == nullptr)
-        add_entry(into, std::move(from.keys[i]), std::move(from.items[i]));
-      else if (!weak)
+  /// @param keep_existing the document's own entries take precedence
+  void merge(YamlNode& target, YamlNode& source, bool keep_existing = false) const {
+    if (target.kind != YamlNode::Kind::map) SpecCursor(target, "", at_.problems()).fail_expected("a mapping");
+    for (std::size_t i = 0; i < source.items.size(); ++i) {
+      if (find_entry(target, source.keys[i].text) == nullptr)
+        add_entry(target, std::move(source.keys[i]), std::move(source.items[i]));
+      else if (!keep_existing)
         at_.fail({.expected = "a name that makes all names of the part new",
                   .found = fmt::format("{}, and {} twice", quote_for_message(placement_.name),
-                                       quote_for_message(from.keys[i].text))});
+                                       quote_for_message(source.keys[i].text))});
     }
   }
 
@@ -227,7 +230,7 @@ class PartInserter {
 
 }  // namespace
 
-void read_copy_names(IncludeEntry& entry, const YamlNode& document, std::vector<std::string>& taken) {
+void read_copy_names(IncludeEntry& entry, const YamlNode& document, std::vector<std::string>& used_names) {
   const SpecCursor& as = *entry.as;
   entry.names = as.is_list() ? as.items("names of the copies") : std::vector{as};
   if (entry.names.empty()) as.fail_expected("at least one name");
@@ -236,14 +239,14 @@ void read_copy_names(IncludeEntry& entry, const YamlNode& document, std::vector<
     const std::string& name = one.read_word("the name of a copy");
     if (!is_unicode_identifier(name))
       one.fail({.expected = "a name of letters, digits, '_' and '-'", .found = quote_for_message(name)});
-    const bool again = std::find(taken.begin(), taken.end(), name) != taken.end();
-    const bool body = name == "ground" || std::find(bodies.begin(), bodies.end(), name) != bodies.end();
-    if (again || body || name == "free")
+    const bool is_duplicate = std::find(used_names.begin(), used_names.end(), name) != used_names.end();
+    const bool is_body = name == "ground" || std::find(bodies.begin(), bodies.end(), name) != bodies.end();
+    if (is_duplicate || is_body || name == "free")
       one.fail({.expected = "a name of its own",
-                .found = quote_for_message(name) + (again  ? ", another copy's"
-                                                    : body ? ", a body's"
-                                                           : ", which has a meaning")});
-    taken.push_back(name);
+                .found = quote_for_message(name) + (is_duplicate ? ", another copy's"
+                                                    : is_body    ? ", a body's"
+                                                                 : ", which has a meaning")});
+    used_names.push_back(name);
   }
 }
 
@@ -253,7 +256,7 @@ void insert_part(const IncludeEntry& entry, YamlNode part, std::size_t index, Ya
 
 namespace {
 
-/// What a text in a section says.
+/// Meaning of a text in a section.
 enum class ValueKind { number, word, reference, body, coordinate, file };
 
 ValueKind value_kind(const std::string& key) {
@@ -269,85 +272,88 @@ class PartRenamer {
   explicit PartRenamer(const PartPlacement& placement) : placement_(placement) {}
 
   void run(YamlNode& part) {
-    for (std::size_t i = 0; i < part.items.size(); ++i) section(part.keys[i].text, part.items[i]);
+    for (std::size_t i = 0; i < part.items.size(); ++i) rename_section(part.keys[i].text, part.items[i]);
     if (needs_origin_) add_origin(part);
   }
 
  private:
-  std::string own(const std::string& name) const { return placement_.name + "." + name; }
+  std::string prefixed(const std::string& name) const { return placement_.name + "." + name; }
   std::string body(const std::string& name) const {
-    return name != "ground" || placement_.is_fixed_body ? own(name) : placement_.carrier;
+    return name != "ground" || placement_.is_fixed_body ? prefixed(name) : placement_.carrier;
   }
 
-  void section(const std::string& name, YamlNode& section) {
+  void rename_section(const std::string& name, YamlNode& section) {
     if (name == "ground") {
       if (YamlNode* points = find_entry(section, "points")) {
         has_origin_ = find_entry(*points, "origin") != nullptr;
         if (!placement_.is_fixed_body) prefix_keys(*points);
-        numbers(*points);
+        rename_numbers(*points);
       }
     } else if (name == "bodies") {
       prefix_keys(section);
-      for (YamlNode& one : section.items)
-        for (std::size_t i = 0; i < one.keys.size(); ++i)
-          one.keys[i].text == "points" ? numbers(one.items[i]) : value(one.items[i], ValueKind::number);
+      for (YamlNode& element : section.items)
+        for (std::size_t i = 0; i < element.keys.size(); ++i)
+          element.keys[i].text == "points" ? rename_numbers(element.items[i])
+                                           : rename_value(element.items[i], ValueKind::number);
     } else if (name == "actuators") {
-      value(section, ValueKind::coordinate);
+      rename_value(section, ValueKind::coordinate);
     } else if (name == "couplings") {
-      value(section, ValueKind::number);
+      rename_value(section, ValueKind::number);
     } else if (name == "constraints") {
       prefix_keys(section);
-      for (YamlNode& one : section.items) speeds(one);
+      for (YamlNode& element : section.items) rename_speeds(element);
     } else {
       prefix_keys(section);
-      for (YamlNode& one : section.items) fixture(one);
+      for (YamlNode& element : section.items) rename_element(element);
     }
   }
 
   void prefix_keys(YamlNode& map) {
-    for (YamlNode& key : map.keys) key.text = own(key.text);
+    for (YamlNode& key : map.keys) key.text = prefixed(key.text);
   }
 
-  /// Sums of speeds: names of coordinates, or places with a component of their motion, and factors. The tool is the whole's.
-  void speeds(YamlNode& sum) {
+  /// Sums of speeds: names of coordinates, or places with a component of their velocity, and
+  /// factors. The tool is the whole's.
+  void rename_speeds(YamlNode& sum) {
     const auto rename = [this](std::string& speed) {
       const std::size_t component = speed.rfind('.');
       if (speed.starts_with("tool.")) return;
       speed = speed.starts_with("ground.") && component > 7
                   ? reference(speed.substr(0, component)) + speed.substr(component)
-                  : own(speed);
+                  : prefixed(speed);
     };
     if (sum.kind == YamlNode::Kind::scalar) rename(sum.text);
     for (YamlNode& key : sum.keys) rename(key.text);
-    for (YamlNode& factor : sum.items) value(factor, ValueKind::number);
+    for (YamlNode& factor : sum.items) rename_value(factor, ValueKind::number);
   }
 
-  /// Something with a place on a body: there, coordinates are numbers and a text is a point.
-  void fixture(YamlNode& one) {
+  /// An element with a position on a body: in it, coordinates are numbers and a text is a point.
+  void rename_element(YamlNode& element) {
     bool on_ground = false;
     for (const char* key : {"body", "on"})
-      if (const YamlNode* carrier = find_entry(one, key)) on_ground = carrier->text == "ground";
-    YamlNode* at = find_entry(one, "at");
-    const bool point = at != nullptr && at->kind == YamlNode::Kind::scalar;
-    const std::string text = point ? at->text : "";
-    value(one, ValueKind::number);
-    if (!point) return;
-    at->text = text.find('.') != std::string::npos      ? reference(text)
-               : on_ground && !placement_.is_fixed_body ? ground_point(text)
-                                                        : text;
+      if (const YamlNode* carrier = find_entry(element, key)) on_ground = carrier->text == "ground";
+    YamlNode* at = find_entry(element, "at");
+    const bool is_point_name = at != nullptr && at->kind == YamlNode::Kind::scalar;
+    const std::string point_name = is_point_name ? at->text : "";
+    rename_value(element, ValueKind::number);
+    if (!is_point_name) return;
+    at->text = point_name.find('.') != std::string::npos ? reference(point_name)
+               : on_ground && !placement_.is_fixed_body  ? ground_point(point_name)
+                                                         : point_name;
   }
 
   std::string ground_point(const std::string& name) {
     needs_origin_ = needs_origin_ || (name == "origin" && !has_origin_);
-    return own(name);
+    return prefixed(name);
   }
 
   std::string reference(const std::string& text) {
     const bool on_ground = text.starts_with("ground.");
-    return on_ground && !placement_.is_fixed_body ? placement_.carrier + "." + ground_point(text.substr(7)) : own(text);
+    return on_ground && !placement_.is_fixed_body ? placement_.carrier + "." + ground_point(text.substr(7))
+                                                  : prefixed(text);
   }
 
-  /// A body defines no `origin` for the part: where the part's ground has its own one is then a point.
+  /// The carrier's `origin` is not the part's: adds the origin of the part's ground as a point.
   void add_origin(YamlNode& part) const {
     YamlNode* ground = find_entry(part, "ground");
     if (ground == nullptr) {
@@ -358,31 +364,31 @@ class PartRenamer {
       add_entry(*ground, scalar_node("points", part.place), {.kind = YamlNode::Kind::map, .place = part.place});
     YamlNode zero{.kind = YamlNode::Kind::list, .place = part.place};
     zero.items.assign(placement_.planar ? 2 : 3, scalar_node("0", part.place));
-    add_entry(*find_entry(*ground, "points"), scalar_node(own("origin"), part.place), std::move(zero));
+    add_entry(*find_entry(*ground, "points"), scalar_node(prefixed("origin"), part.place), std::move(zero));
   }
 
-  /// Keys are names that mean nothing here.
-  void numbers(YamlNode& node) {
-    if (node.kind == YamlNode::Kind::scalar) text(node, ValueKind::number);
-    for (YamlNode& item : node.items) numbers(item);
+  /// Keys are names without a meaning here.
+  void rename_numbers(YamlNode& node) {
+    if (node.kind == YamlNode::Kind::scalar) rename_text(node, ValueKind::number);
+    for (YamlNode& item : node.items) rename_numbers(item);
   }
 
-  void value(YamlNode& node, ValueKind use) {
-    if (node.kind == YamlNode::Kind::scalar) text(node, use);
+  void rename_value(YamlNode& node, ValueKind kind) {
+    if (node.kind == YamlNode::Kind::scalar) rename_text(node, kind);
     for (std::size_t i = 0; i < node.items.size(); ++i)
-      value(node.items[i], i < node.keys.size() ? value_kind(node.keys[i].text) : use);
+      rename_value(node.items[i], i < node.keys.size() ? value_kind(node.keys[i].text) : kind);
   }
 
-  void text(YamlNode& node, ValueKind use) {
-    switch (use) {
+  void rename_text(YamlNode& node, ValueKind kind) {
+    switch (kind) {
       case ValueKind::number: {
-        const auto parameter = [this](const std::string& name) { return own(name); };
+        const auto parameter = [this](const std::string& name) { return prefixed(name); };
         node.text = rename_expression_values(node.text, parameter);
         break;
       }
       case ValueKind::reference: node.text = reference(node.text); break;
       case ValueKind::body: node.text = body(node.text); break;
-      case ValueKind::coordinate: node.text = own(node.text); break;
+      case ValueKind::coordinate: node.text = prefixed(node.text); break;
       case ValueKind::file: node.text = (std::filesystem::path(placement_.folder) / node.text).string(); break;
       case ValueKind::word: break;
     }

@@ -1,4 +1,4 @@
-// What bodies carry: counterweights, payloads, discs.
+// Bodies and what they carry: counterweights, payloads, discs.
 
 #include "balance/foundation/base/spelling.hpp"
 #include "balance/interface/specification/read_temporary_payloads.hpp"
@@ -15,23 +15,25 @@
 
 namespace balance::specification {
 
-// Inertias and whether a body can have them.
+// Inertias, and whether a body can have them.
 
-/// A number (planar), three or six numbers [Ixx, Iyy, Izz, Ixy, Ixz, Iyz] (spatial): the entries of the matrix, Ixy = −∫xy dm.
+/// A number (planar), three or six numbers [Ixx, Iyy, Izz, Ixy, Ixz, Iyz] (spatial): the entries
+/// of the matrix, Ixy = −∫xy dm.
 Matrix3E read_inertia_value(const SpecCursor& at, StudyBuilder& draft);
 
-/// A body's: the same, `{about: origin, value: …}`, or `{as_given: …}`, which keeps what no body can have and warns of it.
+/// Inertia of a body: the same, `{about: origin, value: …}`, or `{as_given: …}`, which keeps an inertia that no
+/// body can have, with a warning.
 /// @return about the CoM; checked with check_inertia
-/// @param mass nothing if mass or com could not be read: then nothing is moved
+/// @param mass std::nullopt if mass or com could not be read: the inertia is then not shifted
 Matrix3E read_inertia(const SpecCursor& at, StudyBuilder& draft, const std::optional<Expression>& mass,
                       const Vector3E& com);
 
-/// Fails unless the inertia about the CoM belongs to some distribution of positive mass.
-void check_inertia(const SpecCursor& at, const Matrix3E& inertia, const StudyBuilder& draft, InertiaOwner bearer);
+/// Fails unless some distribution of positive mass has this inertia about its CoM.
+void check_inertia(const SpecCursor& at, const Matrix3E& inertia, const StudyBuilder& draft, InertiaOwner owner);
 
 namespace {
 
-/// The keys that everything carried has.
+/// Keys of everything that a body carries.
 struct AttachedKeys {
   std::optional<BodyId> body;
   std::optional<SpecCursor> at, mass, inertia;
@@ -70,17 +72,17 @@ void read_attachment(const SpecCursor& at, StudyBuilder& draft, AttachmentOf<Exp
   });
 }
 
-/// What a disc's mapping says, before its parts are put together.
+/// Keys of a disc, before they are assembled.
 struct DiscKeys {
   AttachedKeys carried;
   std::optional<CoordinateCombinationOf<Expression>> follows;
   std::optional<SpecCursor> ratio, axis;
 };
 
-/// The direction of the followed joint's axis in the carrier's axes; it must stand still in the carrier.
-Vector3E followed_axis(const SpecCursor& at, const StudyBuilder& draft, const DiscKeys& text,
+/// Direction of the followed joint's axis in the axes of the disc's body, in which it must be fixed.
+Vector3E followed_axis(const SpecCursor& at, const StudyBuilder& draft, const DiscKeys& keys,
                        const DiscOf<Expression>& disc) {
-  if (!text.carried.body || !text.follows) throw CascadingError();
+  if (!keys.carried.body || !keys.follows) throw CascadingError();
   const auto& mechanism = draft.mechanism();
   if (disc.follows.terms.size() > 1)
     at.fail({.kind = "missing key",
@@ -92,10 +94,10 @@ Vector3E followed_axis(const SpecCursor& at, const StudyBuilder& draft, const Di
   const bool on_first = disc.body == joint.first;
   const bool on_second = disc.body == joint.second;
   const bool universal = joint.type == JointType::universal;
-  // Turning by the first coordinate leaves the first axis in the first body, by the second the second axis in the second body.
-  const bool own_axis =
+  // of a universal joint the first axis is fixed in the first body, the second axis in the second body
+  const bool has_fixed_axis =
       joint.type != JointType::spherical && (!universal || (coordinate.index == 0 ? on_first : on_second));
-  if ((!on_first && !on_second) || !own_axis)
+  if ((!on_first && !on_second) || !has_fixed_axis)
     at.fail({.kind = "missing key",
              .expected = fmt::format("'axis', the direction about which the disc turns in {}, because the axis of {} "
                                      "does not stand still there",
@@ -115,40 +117,40 @@ Matrix3E read_disc_inertia(const SpecCursor& at, StudyBuilder& draft, const Vect
        {"transverse", Presence::required,
         [&](const SpecCursor& c) { transverse = read_number(c, draft, dimension::inertia); }}});
   if (!read) return Matrix3E::Zero();
-  const Matrix3E along = axis * axis.transpose(), identity = Matrix3E::Identity();
-  return transverse * identity + (axial - transverse) * along;
+  const Matrix3E axis_projection = axis * axis.transpose(), identity = Matrix3E::Identity();
+  return transverse * identity + (axial - transverse) * axis_projection;
 }
 
-/// @param sum whether what is followed has ratios of its own
+/// @param sum whether it follows several coordinates, with ratios of their own
 Expression read_disc_ratio(const SpecCursor& at, StudyBuilder& draft, const DiscOf<Expression>& disc, bool sum) {
   const auto followed = static_cast<std::size_t>(disc.follows.terms[0].coordinate);
-  const Dimension own =
+  const Dimension ratio_dimension =
       sum ? dimension::dimensionless : dimension::angle / dimension_of(draft.mechanism().coordinates[followed].kind);
-  const Expression ratio = read_number(at, draft, own);
+  const Expression ratio = read_number(at, draft, ratio_dimension);
   if (is_fixed_zero(at, ratio, draft))
     at.fail({.expected = "a ratio other than 0 (a disc that does not turn is a counterweight)", .found = "0"});
   return ratio;
 }
 
-void assemble_disc(const SpecCursor& at, const DiscKeys& text, StudyBuilder& draft, DiscOf<Expression>& disc) {
-  const AttachedKeys& carried = text.carried;
+void assemble_disc(const SpecCursor& at, const DiscKeys& keys, StudyBuilder& draft, DiscOf<Expression>& disc) {
+  const AttachedKeys& carried = keys.carried;
   const auto guard = [&](auto&& read) { return draft.problems.collect(read); };
   disc.body = carried.body.value_or(ground);
-  disc.follows = text.follows.value_or(0);
+  disc.follows = keys.follows.value_or(0);
   if (carried.at) guard([&] { disc.position = read_position(*carried.at, draft, carried.body); });
-  if (text.ratio)
+  if (keys.ratio)
     guard([&] {
-      if (text.follows)
-        disc.ratio = read_disc_ratio(*text.ratio, draft, disc, has_several_leaders(at));
+      if (keys.follows)
+        disc.ratio = read_disc_ratio(*keys.ratio, draft, disc, has_several_leaders(at));
       else
-        read_number(*text.ratio, draft, dimension::dimensionless);
+        read_number(*keys.ratio, draft, dimension::dimensionless);
     });
   const bool axis_read = guard([&] {
-    if (text.axis && draft.planar()) text.axis->fail({.expected = "no axis: a disc in the plane turns about z"});
-    if (text.axis)
-      disc.axis = read_direction(*text.axis, draft);
+    if (keys.axis && draft.planar()) keys.axis->fail({.expected = "no axis: a disc in the plane turns about z"});
+    if (keys.axis)
+      disc.axis = read_direction(*keys.axis, draft);
     else if (!draft.planar())
-      disc.axis = followed_axis(at, draft, text, disc);
+      disc.axis = followed_axis(at, draft, keys, disc);
   });
   if (carried.mass)
     guard([&] { disc.mass = read_number(*carried.mass, draft, dimension::mass, SignConstraint::not_negative); });
@@ -160,19 +162,19 @@ void assemble_disc(const SpecCursor& at, const DiscKeys& text, StudyBuilder& dra
 }
 
 void read_disc(const SpecCursor& at, StudyBuilder& draft, DiscOf<Expression>& disc) {
-  DiscKeys text;
-  auto fields = attached_fields(text.carried, draft);
+  DiscKeys keys;
+  auto fields = attached_fields(keys.carried, draft);
   fields[0].read = [&](const SpecCursor& c) {
-    text.carried.body = read_body(c, draft);
-  };  // the base carries discs, too
+    keys.carried.body = read_body(c, draft);
+  };  // the ground carries discs, too
   fields[2].need = Presence::optional;
   fields[3].need = Presence::required;
   fields.push_back({"follows", Presence::required,
-                    [&](const SpecCursor& c) { text.follows = read_followed(c, draft, dimension::angle); }});
-  fields.push_back({"ratio", Presence::optional, [&](const SpecCursor& c) { text.ratio = c; }});
-  fields.push_back({"axis", Presence::optional, [&](const SpecCursor& c) { text.axis = c; }});
+                    [&](const SpecCursor& c) { keys.follows = read_followed(c, draft, dimension::angle); }});
+  fields.push_back({"ratio", Presence::optional, [&](const SpecCursor& c) { keys.ratio = c; }});
+  fields.push_back({"axis", Presence::optional, [&](const SpecCursor& c) { keys.axis = c; }});
   read_fields(at, "a disc {body, at, follows, ratio, mass, inertia}", fields);
-  if (at.is_map()) assemble_disc(at, text, draft, disc);
+  if (at.is_map()) assemble_disc(at, keys, draft, disc);
 }
 
 }  // namespace
@@ -206,7 +208,7 @@ void read_points(const SpecCursor& section, StudyBuilder& draft, BodyOf<Expressi
     });
 }
 
-/// A point that cannot be read still has a name, so that references to it are not reported too.
+/// Names points that could not be read, so that references to them are not reported too.
 void name_points(const SpecCursor& body_at, BodyOf<Expression>& body) {
   const YamlNode& node = body_at.node();
   for (std::size_t i = 0; node.kind == YamlNode::Kind::map && i < node.items.size(); ++i) {
@@ -217,7 +219,7 @@ void name_points(const SpecCursor& body_at, BodyOf<Expression>& body) {
   }
 }
 
-/// A body is massless where its mass says 0; then com and inertia may be left out.
+/// A body is massless if its mass is written as 0; com and inertia are then optional.
 bool is_declared_massless(const SpecCursor& body_at) {
   if (!body_at.is_map()) return false;
   for (std::size_t i = 0; i < body_at.node().items.size(); ++i) {
@@ -228,41 +230,42 @@ bool is_declared_massless(const SpecCursor& body_at) {
   return false;
 }
 
-bool has_as_given_inertia(const BodyKeys& text) {
-  if (!text.inertia || !text.inertia->is_map()) return false;
-  const auto& keys = text.inertia->node().keys;
+bool has_as_given_inertia(const BodyKeys& body) {
+  if (!body.inertia || !body.inertia->is_map()) return false;
+  const auto& keys = body.inertia->node().keys;
   return std::any_of(keys.begin(), keys.end(), [](const YamlNode& key) { return key.text == "as_given"; });
 }
 
 void read_body_fields(const SpecCursor& at, StudyBuilder& draft, BodyOf<Expression>& body) {
-  BodyKeys text;
-  const Presence need = is_declared_massless(at) ? Presence::optional : Presence::required;
+  BodyKeys keys;
+  const Presence presence = is_declared_massless(at) ? Presence::optional : Presence::required;
   const bool read =
       read_fields(at, "a body",
                   {{"mass", Presence::required,
                     [&](const SpecCursor& c) {
-                      text.mass = c;
+                      keys.mass = c;
                       body.mass = read_number(c, draft, dimension::mass, SignConstraint::positive_or_zero);
                     }},
-                   {"com", need, [&](const SpecCursor& c) { body.com = read_vector(c, draft, dimension::length); }},
-                   {"inertia", need, [&](const SpecCursor& c) { text.inertia = c; }},
+                   {"com", presence, [&](const SpecCursor& c) { body.com = read_vector(c, draft, dimension::length); }},
+                   {"inertia", presence, [&](const SpecCursor& c) { keys.inertia = c; }},
                    {"points", Presence::optional, [&](const SpecCursor& c) { read_points(c, draft, body); }}});
-  // The inertia may be about the origin: mass and centre of mass come first.
-  if (text.inertia)
+  // the inertia may be about the origin, so that mass and centre of mass come first
+  if (keys.inertia)
     draft.problems.collect([&] {
-      const bool moved =
+      const bool reference_invalid =
           draft.problems.is_invalid(at.path() + ".mass") || draft.problems.is_invalid(at.path() + ".com");
-      body.inertia_as_given = has_as_given_inertia(text);
-      body.inertia = read_inertia(*text.inertia, draft, moved ? std::nullopt : std::optional(body.mass), body.com);
+      body.inertia_as_given = has_as_given_inertia(keys);
+      body.inertia =
+          read_inertia(*keys.inertia, draft, reference_invalid ? std::nullopt : std::optional(body.mass), body.com);
     });
-  if (read) draft.body_texts.emplace(draft.mechanism().bodies.size(), std::move(text));
+  if (read) draft.body_texts.emplace(draft.mechanism().bodies.size(), std::move(keys));
   if (!read) name_points(at, body);
 }
 
-/// Something besides the joint that it hangs on needs the body.
+/// Whether anything besides the joint that carries it is attached to the body.
 bool has_attached_elements(const MechanismOf<Expression>& mechanism, BodyId body) {
-  const auto on = [body](const auto& part) { return part.body == body; };
-  const auto ends = [body](const auto& part) { return part.first == body || part.second == body; };
+  const auto on = [body](const auto& element) { return element.body == body; };
+  const auto ends = [body](const auto& element) { return element.first == body || element.second == body; };
   return std::count_if(mechanism.joints.begin(), mechanism.joints.end(), ends) > 1 ||
          std::any_of(mechanism.attachments.begin(), mechanism.attachments.end(), on) ||
          std::any_of(mechanism.discs.begin(), mechanism.discs.end(), on) ||
@@ -271,26 +274,26 @@ bool has_attached_elements(const MechanismOf<Expression>& mechanism, BodyId body
          (mechanism.tool && mechanism.tool->body == body);
 }
 
-void check_positive_mass(const BodyKeys& text, const BodyOf<Expression>& body) {
-  if (text.mass && !body.inertia_as_given && !is_valid_mass(body.mass.value(), values_of(body.inertia)))
-    text.mass->fail({.kind = "must be positive", .expected = "a number > 0", .found = "0"});
+void check_positive_mass(const BodyKeys& keys, const BodyOf<Expression>& body) {
+  if (keys.mass && !body.inertia_as_given && !is_valid_mass(body.mass.value(), values_of(body.inertia)))
+    keys.mass->fail({.kind = "must be positive", .expected = "a number > 0", .found = "0"});
 }
 
-/// Not what anybody meant at the end of a chain, mostly.
+/// Mostly a mistake at the end of a chain.
 void warn_of_zero_mass(const SpecCursor& mass, StudyBuilder& draft) {
   const NodeLocation place = mass.node().place;
-  const SourceLocation said{draft.problems.file_of(place), place.line, place.column, mass.path()};
-  draft.study.warnings.push_back(said.text() + ": the body has no mass, and it carries nothing");
+  const SourceLocation location{draft.problems.file_of(place), place.line, place.column, mass.path()};
+  draft.study.warnings.push_back(location.text() + ": the body has no mass, and it carries nothing");
 }
 
 /// `arm.hand` must be either a body or a point of one.
-void check_name_prefix(const Member& body, const std::vector<Member>& all) {
+void check_name_prefix(const Member& body, const std::vector<Member>& bodies) {
   for (auto dot = body.name.find('.'); dot != std::string::npos; dot = body.name.find('.', dot + 1)) {
-    const std::string beginning = body.name.substr(0, dot);
-    if (beginning == "ground" ||
-        std::any_of(all.begin(), all.end(), [&](const Member& m) { return m.name == beginning; }))
+    const std::string prefix = body.name.substr(0, dot);
+    if (prefix == "ground" ||
+        std::any_of(bodies.begin(), bodies.end(), [&](const Member& m) { return m.name == prefix; }))
       body.key.fail({.expected = "a name that does not begin with another body's and a point",
-                     .found = fmt::format("{} and {}", quote_for_message(body.name), quote_for_message(beginning))});
+                     .found = fmt::format("{} and {}", quote_for_message(body.name), quote_for_message(prefix))});
   }
 }
 
@@ -305,16 +308,16 @@ void read_ground(const SpecCursor& section, StudyBuilder& draft) {
 
 void read_bodies(const SpecCursor& section, StudyBuilder& draft) {
   draft.problems.collect([&] {
-    const auto all = list_named_members(section, "a mapping of bodies");
-    if (all.empty()) section.fail_expected("at least one body");
-    for (const Member& member : all) {
+    const auto members = list_named_members(section, "a mapping of bodies");
+    if (members.empty()) section.fail_expected("at least one body");
+    for (const Member& member : members) {
       BodyOf<Expression> body;
       body.name = member.name;
       draft.problems.collect([&] {
         if (member.name == "ground")
           member.key.fail({.expected = "a name other than 'ground', which is the body that does not move",
                            .hint = "its points go into 'ground:'"});
-        check_name_prefix(member, all);
+        check_name_prefix(member, members);
         read_body_fields(member.value, draft, body);
       });
       draft.mechanism().bodies.push_back(std::move(body));
@@ -325,17 +328,17 @@ void read_bodies(const SpecCursor& section, StudyBuilder& draft) {
 
 void check_massless_bodies(StudyBuilder& draft) {
   const auto& mechanism = draft.mechanism();
-  const bool weightless =
+  const bool is_massless =
       !has_mass(convert_mechanism<double>(mechanism, [](const Expression& number) { return number.value(); }));
-  if (weightless && draft.problems.is_empty())
+  if (is_massless && draft.problems.is_empty())
     draft.study.warnings.push_back("bodies: no body has mass, so nothing can be said of forces, efforts and balance");
-  for (const auto& [index, text] : draft.body_texts) {
+  for (const auto& [index, keys] : draft.body_texts) {
     const auto& body = mechanism.bodies[index];
     if (draft.problems.is_invalid("bodies." + body.name) || draft.problems.is_section_invalid("joints.another"))
       continue;
-    draft.problems.collect([&, &where = text] { check_positive_mass(where, body); });
-    const bool nothing = body.mass.value() == 0 && !has_attached_elements(mechanism, static_cast<int>(index));
-    if (text.mass && nothing && !weightless) warn_of_zero_mass(*text.mass, draft);
+    draft.problems.collect([&, &keys = keys] { check_positive_mass(keys, body); });
+    const bool carries_nothing = body.mass.value() == 0 && !has_attached_elements(mechanism, static_cast<int>(index));
+    if (keys.mass && carries_nothing && !is_massless) warn_of_zero_mass(*keys.mass, draft);
   }
 }
 
@@ -375,7 +378,7 @@ Matrix3E read_inertia_value(const SpecCursor& at, StudyBuilder& draft) {
 
 namespace {
 
-/// What `{about: …, value: …}` says; `as_given` in place of `value`.
+/// Keys of `{about: …, value: …}`; `as_given` instead of `value`.
 struct InertiaKeys {
   bool about_origin = false;
   bool as_given = false;
@@ -386,33 +389,32 @@ InertiaKeys read_inertia_text(const SpecCursor& at, StudyBuilder& draft) {
   // A mapping with `free` is a free number, not a choice of the reference point.
   const bool is_free =
       at.is_map() && !at.node().keys.empty() && (at.node().keys[0].text == "free" || at.node().keys[0].text == "start");
-  InertiaKeys text;
+  InertiaKeys inertia;
   if (!at.is_map() || is_free) {
-    text.value = read_inertia_value(at, draft);
-    return text;
+    inertia.value = read_inertia_value(at, draft);
+    return inertia;
   }
   const auto& keys = at.node().keys;
-  text.as_given = std::any_of(keys.begin(), keys.end(), [](const YamlNode& key) { return key.text == "as_given"; });
-  const char* name = text.as_given ? "as_given" : "value";
+  inertia.as_given = std::any_of(keys.begin(), keys.end(), [](const YamlNode& key) { return key.text == "as_given"; });
+  const char* name = inertia.as_given ? "as_given" : "value";
   const bool read = read_fields(
       at, "an inertia",
-      {{"about", text.as_given ? Presence::optional : Presence::required,
+      {{"about", inertia.as_given ? Presence::optional : Presence::required,
         [&](const SpecCursor& c) {
-          text.about_origin = c.read_choice("the point that the inertia is about", {"com", "origin"}) == 1;
+          inertia.about_origin = c.read_choice("the point that the inertia is about", {"com", "origin"}) == 1;
         }},
-       {name, Presence::required, [&](const SpecCursor& c) { text.value = read_inertia_value(c, draft); }}});
+       {name, Presence::required, [&](const SpecCursor& c) { inertia.value = read_inertia_value(c, draft); }}});
   if (!read) throw CascadingError();
-  return text;
+  return inertia;
 }
 
-/// A warning in place of the mistake that it would be without `as_given`.
+/// Warns of what would be a mistake without `as_given`.
 void warn_of_inertia(const SpecCursor& at, const Matrix3E& inertia, StudyBuilder& draft) {
   try {
     check_inertia(at, inertia, draft, InertiaOwner::body);
-  } catch (const ReadError& problem) {
-    const SourceLocation place{draft.problems.file_of(problem.place), problem.place.line, problem.place.column,
-                               problem.path};
-    draft.study.warnings.push_back(place.text() + ": kept as given: " + problem.message.text());
+  } catch (const ReadError& error) {
+    const SourceLocation place{draft.problems.file_of(error.place), error.place.line, error.place.column, error.path};
+    draft.study.warnings.push_back(place.text() + ": kept as given: " + error.message.text());
   }
 }
 
@@ -420,26 +422,26 @@ void warn_of_inertia(const SpecCursor& at, const Matrix3E& inertia, StudyBuilder
 
 Matrix3E read_inertia(const SpecCursor& at, StudyBuilder& draft, const std::optional<Expression>& mass,
                       const Vector3E& com) {
-  const InertiaKeys text = read_inertia_text(at, draft);
-  if (text.about_origin && !mass) return text.value;
-  const Matrix3E inertia = text.about_origin ? shift_to_com(text.value, *mass, com, draft.planar()) : text.value;
-  if (text.as_given)
+  const InertiaKeys keys = read_inertia_text(at, draft);
+  if (keys.about_origin && !mass) return keys.value;
+  const Matrix3E inertia = keys.about_origin ? shift_to_com(keys.value, *mass, com, draft.planar()) : keys.value;
+  if (keys.as_given)
     warn_of_inertia(at, inertia, draft);
   else
     check_inertia(at, inertia, draft, InertiaOwner::body);
   return inertia;
 }
 
-void check_inertia(const SpecCursor& at, const Matrix3E& inertia, const StudyBuilder& draft, InertiaOwner bearer) {
+void check_inertia(const SpecCursor& at, const Matrix3E& inertia, const StudyBuilder& draft, InertiaOwner owner) {
   const bool planar = draft.planar();
-  const InertiaCheck verdict = find_inertia_issue(values_of(inertia), planar, bearer);
-  if (verdict.issue == InertiaIssue::none) return;
-  const Vector3& principal = verdict.principal_moments;
-  const char* expected = verdict.issue == InertiaIssue::triangle_violated
+  const InertiaCheck check = find_inertia_issue(values_of(inertia), planar, owner);
+  if (check.issue == InertiaIssue::none) return;
+  const Vector3& principal = check.principal_moments;
+  const char* expected = check.issue == InertiaIssue::triangle_violated
                              ? "no principal moment above the sum of the other two"
-                         : !planar                      ? "a positive definite matrix"
-                         : bearer == InertiaOwner::body ? "a positive one about its CoM"
-                                                        : "one that is not negative about its CoM";
+                         : !planar                     ? "a positive definite matrix"
+                         : owner == InertiaOwner::body ? "a positive one about its CoM"
+                                                       : "one that is not negative about its CoM";
   at.fail({.kind = "no body can have this inertia",
            .expected = expected,
            .found = planar ? fmt::format("{:.6g} kg m^2", principal[2])

@@ -1,4 +1,4 @@
-// What leads the mechanism along a trajectory.
+// Controllers, which guide the mechanism along a trajectory.
 
 #include "balance/foundation/base/error.hpp"
 #include "balance/foundation/base/spelling.hpp"
@@ -17,15 +17,15 @@
 
 namespace balance::specification {
 
-// By how much a controlled run starts away from where it should.
+// Initial deviation of a controlled run from its trajectory.
 
-/// `{joints: {A1: 0.05}}` or `{tool: [0.01, 0]}`, in the plane with `angle`.
+/// `{joints: {A1: 0.05}}` or `{tool: [0.01, 0]}`, planar with `angle`.
 void read_initial_error(const SpecCursor& at, StudyBuilder& draft, InitialError& error);
 
-// What a controller believes of the mechanism where that is not the truth.
+// A controller's model of the mechanism, if it differs from the true one.
 
 /// `model: {without: [cargo], mass_scale: 0.9, set: {m1: 2, bodies.link2.mass: 1.5}}`.
-/// @param root, overrides of the whole spec, which has been read without a mistake
+/// @param root, overrides of the whole spec, which was read without a mistake
 Mechanism read_controller_model(const SpecCursor& at, const YamlNode& root, const SpecParameters::Overrides& overrides,
                                 StudyBuilder& draft);
 
@@ -45,7 +45,7 @@ double read_fixed(const SpecCursor& at, StudyBuilder& draft, Dimension dimension
   return read_number(at, draft, dimension, sign).value();
 }
 
-/// In 1/s whatever the spec's unit of time.
+/// Reads a number in 1/s, regardless of the spec's unit of time.
 double read_hertz(const SpecCursor& at, StudyBuilder& draft) {
   return read_fixed(at, draft, dimension::dimensionless, SignConstraint::positive);
 }
@@ -60,13 +60,13 @@ std::string names_of(const std::vector<CoordinateId>& actuators, const StudyBuil
   return join_with_conjunction(names, "and");
 }
 
-/// Numbers of whatever actuators: only that they are numbers can be told.
+/// Reads numbers for unknown actuators: checks only that they are numbers.
 void read_all_fixed(const SpecCursor& at, StudyBuilder& draft, SignConstraint sign) {
-  const auto one = [&](const SpecCursor& c) { read_fixed(c, draft, dimension::dimensionless, sign); };
-  if (at.is_scalar()) return one(at);
-  if (at.is_list()) return read_each(at.items("a list of numbers"), one);
+  const auto check_number = [&](const SpecCursor& c) { read_fixed(c, draft, dimension::dimensionless, sign); };
+  if (at.is_scalar()) return check_number(at);
+  if (at.is_list()) return read_each(at.items("a list of numbers"), check_number);
   for (const Member& member : list_members(at, "a number, or one for each actuator"))
-    draft.problems.collect([&] { one(member.value); });
+    draft.problems.collect([&] { check_number(member.value); });
 }
 
 /// One number for all actuators, a list in their order, or a mapping with one for each.
@@ -87,12 +87,12 @@ VectorX read_per_actuator(const SpecCursor& at, StudyBuilder& draft, const Dimen
     return values;
   }
   if (at.is_list()) {
-    std::string wanted = "a number: the spec names no 'actuators'";
+    std::string expected = "a number: the spec names no 'actuators'";
     if (count > 0)
-      wanted =
+      expected =
           fmt::format("a number, or {} numbers, one for each of the actuators {}", count, names_of(actuators, draft));
     Eigen::Index a = 0;
-    read_each(at.items(wanted, static_cast<std::size_t>(count)), [&](const SpecCursor& item) { read(item, a++); });
+    read_each(at.items(expected, static_cast<std::size_t>(count)), [&](const SpecCursor& item) { read(item, a++); });
     return values;
   }
   std::vector<Field> fields;
@@ -162,7 +162,7 @@ void read_efforts(const std::optional<SpecCursor>& torque, const std::optional<S
   }
 }
 
-/// Which keys a type has beside the common ones.
+/// Keys of a type besides the common ones.
 std::vector<std::string> keys_of(ControllerType type) {
   switch (type) {
     case ControllerType::none: return {"initial_error"};
@@ -192,34 +192,35 @@ class ControllerReader {
     for (const char* key :
          {"rate", "period", "bandwidth", "damping", "kp", "kd", "gravity", "lambda", "k", "switching", "projection",
           "torque", "table", "file", "interpolation", "torque_limit", "measurement", "model", "initial_error"})
-      fields.push_back({key, Presence::optional, [this, key](const SpecCursor& c) { found_.emplace(key, c); }});
+      fields.push_back({key, Presence::optional, [this, key](const SpecCursor& c) { entries_.emplace(key, c); }});
     read_fields(member.value, "a controller {type, …}", fields);
-    const bool typed = !draft_.problems.is_uncertain(member.value.path() + ".type");
-    if (typed) check_keys();
+    const bool type_known = !draft_.problems.is_uncertain(member.value.path() + ".type");
+    if (type_known) check_keys();
     read_common_keys();
-    if (typed) read_gains();
+    if (type_known) read_gains();
     for (const char* key : {"kp", "kd", "lambda", "k"})
-      if (!typed) read_key(key, [&](const SpecCursor& c) { read_all_fixed(c, draft_, SignConstraint::none); });
+      if (!type_known) read_key(key, [&](const SpecCursor& c) { read_all_fixed(c, draft_, SignConstraint::none); });
     read_open_loop(member.value);
     return controller_;
   }
 
  private:
   void read_open_loop(const SpecCursor& at) {
-    const auto given = [&](const char* key) {
-      const auto one = found_.find(key);
-      return one == found_.end() ? std::nullopt : std::optional(one->second);
+    const auto optional_entry = [&](const char* key) {
+      const auto entry = entries_.find(key);
+      return entry == entries_.end() ? std::nullopt : std::optional(entry->second);
     };
-    if (found_.count("torque") + found_.count("table") + found_.count("file") > 1)
+    if (entries_.count("torque") + entries_.count("table") + entries_.count("file") > 1)
       at.fail({.expected = "one of 'torque' (constant), 'table' and 'file'", .found = "several"});
     if (!draft_.problems.is_invalid("actuators"))
-      read_efforts(given("torque"), given("table"), given("file"), draft_, controller_.efforts);
-    controller_.efforts.is_held = found_.count("rate") + found_.count("period") > 0;
+      read_efforts(optional_entry("torque"), optional_entry("table"), optional_entry("file"), draft_,
+                   controller_.efforts);
+    controller_.efforts.is_held = entries_.count("rate") + entries_.count("period") > 0;
     read_key("interpolation", [&](const SpecCursor& c) {
-      const bool curved = c.read_choice("how torques go on between rows", {"linear", "spline"}) == 1;
-      if (found_.count("table") + found_.count("file") == 0)
+      const bool is_spline = c.read_choice("how torques go on between rows", {"linear", "spline"}) == 1;
+      if (entries_.count("table") + entries_.count("file") == 0)
         c.fail({.expected = "no 'interpolation' without 'table' or 'file'"});
-      if (!curved) return;
+      if (!is_spline) return;
       controller_.efforts.interpolation = EffortTable::Interpolation::spline;
       const std::size_t rows = controller_.efforts.time.size();
       if (rows > 0 && rows < 4)
@@ -231,7 +232,7 @@ class ControllerReader {
     std::vector<std::string> allowed = keys_of(controller_.type);
     if (controller_.type != ControllerType::none)
       allowed.insert(allowed.end(), std::begin(common_controller_keys), std::end(common_controller_keys));
-    for (const auto& [key, cursor] : found_)
+    for (const auto& [key, cursor] : entries_)
       draft_.problems.collect([&, &key = key, &cursor = cursor] {
         if (std::find(allowed.begin(), allowed.end(), key) == allowed.end())
           cursor.fail(
@@ -242,13 +243,13 @@ class ControllerReader {
 
   template <class Read>
   void read_key(const char* key, Read&& read) {
-    const auto at = found_.find(key);
-    if (at != found_.end()) draft_.problems.collect([&] { read(at->second); });
+    const auto at = entries_.find(key);
+    if (at != entries_.end()) draft_.problems.collect([&] { read(at->second); });
   }
 
   void read_common_keys() {
     read_key("rate", [&](const SpecCursor& c) {
-      if (found_.count("period") > 0) c.fail({.expected = "'rate' or 'period'", .found = "both"});
+      if (entries_.count("period") > 0) c.fail({.expected = "'rate' or 'period'", .found = "both"});
     });
     read_key("rate", [&](const SpecCursor& c) { controller_.period = 1 / read_hertz(c, draft_); });
     read_key("period", [&](const SpecCursor& c) {
@@ -313,7 +314,7 @@ class ControllerReader {
   const SpecParameters::Overrides& overrides_;
   StudyBuilder& draft_;
   Controller controller_;
-  std::map<std::string, SpecCursor> found_;
+  std::map<std::string, SpecCursor> entries_;
 };
 
 }  // namespace
@@ -328,29 +329,32 @@ void read_controllers(const SpecCursor* section, const YamlNode& root, const Spe
     });
   for (Controller& built_in : built_in_controllers())
     if (std::none_of(controllers.begin(), controllers.end(),
-                     [&](const Controller& known) { return known.name == built_in.name; }))
+                     [&](const Controller& controller) { return controller.name == built_in.name; }))
       controllers.push_back(std::move(built_in));
 }
 
 void read_initial_error(const SpecCursor& at, StudyBuilder& draft, InitialError& error) {
-  std::optional<SpecCursor> joints, tool, angle;
-  const auto keep = [](std::optional<SpecCursor>& slot) { return [&slot](const SpecCursor& c) { slot = c; }; };
-  std::vector<Field> fields{{"joints", Presence::optional, keep(joints)}, {"tool", Presence::optional, keep(tool)}};
-  if (draft.planar()) fields.push_back({"angle", Presence::optional, keep(angle)});
+  std::optional<SpecCursor> joints_entry, tool_entry, angle_entry;
+  const auto store_in = [](std::optional<SpecCursor>& slot) { return [&slot](const SpecCursor& c) { slot = c; }; };
+  std::vector<Field> fields{{"joints", Presence::optional, store_in(joints_entry)},
+                            {"tool", Presence::optional, store_in(tool_entry)}};
+  if (draft.planar()) fields.push_back({"angle", Presence::optional, store_in(angle_entry)});
   if (!read_fields(at, "an initial error {joints: …} or {tool: …}", fields)) return;
-  if (joints.has_value() == tool.has_value()) at.fail_expected("an initial error of either 'joints' or the 'tool'");
-  if (angle && !tool) angle->fail({.expected = "'angle' only with 'tool'", .found = "it with 'joints'"});
-  if (tool && !draft.mechanism().tool)
-    tool->fail_unless_uncertain("tool", {.expected = "a spec with a tool ('tool: body.point')",
-                                         .found = "none",
-                                         .hint = "this key is about the tool's pose"});
-  if (tool) error.tool = values_of(read_vector(*tool, draft, dimension::length));
-  if (angle && angle->is_map()) angle->fail_expected("a number or an expression");
-  if (angle) error.angle = read_number(*angle, draft, dimension::angle).value();
-  if (!joints) return;
-  for (const auto& [coordinate, value] : read_coordinate_values(*joints, draft))
+  if (joints_entry.has_value() == tool_entry.has_value())
+    at.fail_expected("an initial error of either 'joints' or the 'tool'");
+  if (angle_entry && !tool_entry)
+    angle_entry->fail({.expected = "'angle' only with 'tool'", .found = "it with 'joints'"});
+  if (tool_entry && !draft.mechanism().tool)
+    tool_entry->fail_unless_uncertain("tool", {.expected = "a spec with a tool ('tool: body.point')",
+                                               .found = "none",
+                                               .hint = "this key is about the tool's pose"});
+  if (tool_entry) error.tool = values_of(read_vector(*tool_entry, draft, dimension::length));
+  if (angle_entry && angle_entry->is_map()) angle_entry->fail_expected("a number or an expression");
+  if (angle_entry) error.angle = read_number(*angle_entry, draft, dimension::angle).value();
+  if (!joints_entry) return;
+  for (const auto& [coordinate, value] : read_coordinate_values(*joints_entry, draft))
     error.joints.push_back({coordinate, value.value()});
-  for (const Member& member : list_members(*joints, "joint coordinates")) {
+  for (const Member& member : list_members(*joints_entry, "joint coordinates")) {
     const auto& actuators = draft.mechanism().actuators;
     draft.problems.collect([&] {
       const CoordinateId coordinate = find_coordinate(member.key, member.name, draft);
@@ -364,7 +368,7 @@ void read_initial_error(const SpecCursor& at, StudyBuilder& draft, InitialError&
 
 namespace {
 
-/// What a model may have other numbers in.
+/// Sections in which a model may have other numbers.
 constexpr std::array overridable_sections{"gravity",        "ground",   "bodies", "joints", "couplings", "constraints",
                                           "counterweights", "payloads", "discs",  "loads",  "springs",   "friction"};
 
@@ -387,7 +391,7 @@ YamlNode& find_path_entry(YamlNode& node, const std::string& step, const SpecCur
     names.push_back(node.kind == YamlNode::Kind::map ? node.keys[i].text : std::to_string(i));
     if (names.back() == step) return node.items[i];
   }
-  // A coordinate's own name may have a dot: `friction.J.slide.coulomb`.
+  // a coordinate's own name may have a dot: `friction.J.slide.coulomb`
   named.fail({.expected = "a parameter or a number of this spec",
               .found = fmt::format("{}: there is no {} in {}", quote_for_message(path), quote_for_message(step),
                                    quote_for_message(path.substr(0, path.rfind(step) - 1))),
@@ -408,31 +412,31 @@ YamlNode& number_at(YamlNode& root, const Member& member, const SpecParameters& 
   }
   YamlNode* node = &root;
   for (std::size_t i = 0; i < steps.size(); ++i) {
-    // Names of coordinates and of what parts consist of have dots of their own.
+    // names of coordinates and of elements of parts have dots of their own
     std::string step = steps[i];
     const auto is_key = [&](const std::string& name) {
       return node->kind == YamlNode::Kind::map &&
              std::any_of(node->keys.begin(), node->keys.end(), [&](const YamlNode& key) { return key.text == name; });
     };
-    std::string longer = step;
+    std::string extended_step = step;
     for (std::size_t k = i + 1; !is_key(step) && k < steps.size(); ++k)
-      if (longer += "." + steps[k]; is_key(longer)) {
-        step = longer;
+      if (extended_step += "." + steps[k]; is_key(extended_step)) {
+        step = extended_step;
         i = k;
       }
     node = &find_path_entry(*node, step, member.key, member.name);
   }
-  const bool free =
+  const bool is_free =
       node->kind == YamlNode::Kind::map &&
       std::any_of(node->keys.begin(), node->keys.end(), [](const YamlNode& key) { return key.text == "free"; });
-  if (node->kind != YamlNode::Kind::scalar && !free)
+  if (node->kind != YamlNode::Kind::scalar && !is_free)
     member.key.fail({.expected = "the path of a single number",
                      .found = fmt::format("{}, which is {}", quote_for_message(member.name),
                                           node->kind == YamlNode::Kind::list ? "a list" : "a mapping")});
   return *node;
 }
 
-/// @param overrides take what names a parameter, `root` all else
+/// @param overrides get the values of parameters, `root` all others
 void replace_number(const Member& member, YamlNode& root, SpecParameters::Overrides& overrides,
                     const StudyBuilder& draft) {
   const std::string& text = member.value.read_word("a number or an expression");
@@ -449,17 +453,18 @@ void replace_number(const Member& member, YamlNode& root, SpecParameters::Overri
   number.items.clear();
 }
 
-/// The mechanism that the spec would describe with other numbers.
+/// The mechanism of the spec with other numbers.
 Mechanism read_overridden_mechanism(const SpecCursor& at, const YamlNode& root,
                                     const SpecParameters::Overrides& overrides, StudyBuilder& draft) {
-  YamlNode changed = root;
-  SpecParameters::Overrides all = overrides;
-  bool right = true;
+  YamlNode changed_root = root;
+  SpecParameters::Overrides changed_overrides = overrides;
+  bool is_valid = true;
   for (const Member& member : list_members(at, "numbers {name or path: value}"))
-    right = draft.problems.collect([&] { replace_number(member, changed, all, draft); }) && right;
-  if (!right) throw CascadingError();
+    is_valid =
+        draft.problems.collect([&] { replace_number(member, changed_root, changed_overrides, draft); }) && is_valid;
+  if (!is_valid) throw CascadingError();
   try {
-    return read_mechanism_alone(changed, draft.study.spec_file, draft.problems, all);
+    return read_mechanism_alone(changed_root, draft.study.spec_file, draft.problems, changed_overrides);
   } catch (const SpecError& error) {
     const Diagnostic& first = error.diagnostics().front();
     at.fail({.message = "expected numbers that a mechanism may have, but with these: " + first.text(),
@@ -468,39 +473,41 @@ Mechanism read_overridden_mechanism(const SpecCursor& at, const YamlNode& root,
   }
 }
 
-/// @param sure that nothing is missing in the mechanism because of a mistake
-void remove_mechanism_elements(const SpecCursor& at, Mechanism& mechanism, bool sure) {
-  std::vector<std::string> known;
-  bool found = false;
+/// @param is_mechanism_valid whether no mistake can be the reason why something is missing in the mechanism
+void remove_mechanism_elements(const SpecCursor& at, Mechanism& mechanism, bool is_mechanism_valid) {
+  std::vector<std::string> names;
+  bool is_known = false;
   const std::string& name = at.read_word("the name of something that the controller does not know");
   const auto erase = [&](auto& list) {
-    for (const auto& one : list) known.push_back(one.name);
-    found = std::erase_if(list, [&](const auto& one) { return one.name == name; }) > 0 || found;
+    for (const auto& one : list) names.push_back(one.name);
+    is_known = std::erase_if(list, [&](const auto& one) { return one.name == name; }) > 0 || is_known;
   };
   erase(mechanism.attachments);
   erase(mechanism.discs);
   erase(mechanism.loads);
   erase(mechanism.springs);
-  if (found) return;
-  const auto erase_all = [&](const char* section, auto& list, auto&& which) {
-    if (!list.empty()) known.emplace_back(section);
+  if (is_known) return;
+  const auto erase_all = [&](const char* section, auto& list, auto&& predicate) {
+    if (!list.empty()) names.emplace_back(section);
     if (name != section) return;
-    found = true;
-    std::erase_if(list, which);
+    is_known = true;
+    std::erase_if(list, predicate);
   };
-  const auto of = [](AttachmentKind kind) { return [kind](const Attachment& one) { return one.kind == kind; }; };
-  const auto all = [](const auto&) { return true; };
-  erase_all("payloads", mechanism.attachments, of(AttachmentKind::payload));
-  erase_all("counterweights", mechanism.attachments, of(AttachmentKind::counterweight));
-  erase_all("discs", mechanism.discs, all);
-  erase_all("loads", mechanism.loads, all);
-  erase_all("springs", mechanism.springs, all);
-  erase_all("friction", mechanism.friction, all);
-  if (!found && !sure) throw CascadingError();
-  if (!found) fail_expected_one_of(at, "something that can be left out", known);
+  const auto is_of_kind = [](AttachmentKind kind) {
+    return [kind](const Attachment& one) { return one.kind == kind; };
+  };
+  const auto any_element = [](const auto&) { return true; };
+  erase_all("payloads", mechanism.attachments, is_of_kind(AttachmentKind::payload));
+  erase_all("counterweights", mechanism.attachments, is_of_kind(AttachmentKind::counterweight));
+  erase_all("discs", mechanism.discs, any_element);
+  erase_all("loads", mechanism.loads, any_element);
+  erase_all("springs", mechanism.springs, any_element);
+  erase_all("friction", mechanism.friction, any_element);
+  if (!is_known && !is_mechanism_valid) throw CascadingError();
+  if (!is_known) fail_expected_one_of(at, "something that can be left out", names);
 }
 
-/// Mass and inertia alike, as if the density were another.
+/// Scales mass and inertia alike, as if the density were different.
 void scale_masses(const SpecCursor& at, StudyBuilder& draft, Mechanism& mechanism) {
   const auto factor_of = [&](const SpecCursor& c) {
     if (c.is_map()) c.fail_expected("a factor > 0");
@@ -521,20 +528,20 @@ void scale_masses(const SpecCursor& at, StudyBuilder& draft, Mechanism& mechanis
     draft.problems.collect([&] {
       const double factor = factor_of(member.value);
       std::vector<std::string> names;
-      bool found = false;
-      const auto look = [&](auto begin, auto end) {
+      bool is_known = false;
+      const auto scale_named = [&](auto begin, auto end) {
         for (auto one = begin; one != end; ++one) {
           names.push_back(one->name);
           if (one->name != member.name) continue;
           scale(*one, factor);
-          found = true;
+          is_known = true;
         }
       };
-      look(mechanism.bodies.begin() + 1, mechanism.bodies.end());
-      look(mechanism.attachments.begin(), mechanism.attachments.end());
-      look(mechanism.discs.begin(), mechanism.discs.end());
-      if (!found && !draft.is_mechanism_valid) throw CascadingError();
-      if (!found)
+      scale_named(mechanism.bodies.begin() + 1, mechanism.bodies.end());
+      scale_named(mechanism.attachments.begin(), mechanism.attachments.end());
+      scale_named(mechanism.discs.begin(), mechanism.discs.end());
+      if (!is_known && !draft.is_mechanism_valid) throw CascadingError();
+      if (!is_known)
         member.key.fail({.expected = fmt::format("something with a mass ({})", join_alternatives(names)),
                          .found = quote_for_message(member.name),
                          .hint = format_nearest_name(member.name, names)});
@@ -546,26 +553,26 @@ void scale_masses(const SpecCursor& at, StudyBuilder& draft, Mechanism& mechanis
 
 Mechanism read_controller_model(const SpecCursor& at, const YamlNode& root, const SpecParameters::Overrides& overrides,
                                 StudyBuilder& draft) {
-  std::optional<SpecCursor> without, mass_scale, set;
-  const auto keep = [](std::optional<SpecCursor>& slot) { return [&slot](const SpecCursor& c) { slot = c; }; };
+  std::optional<SpecCursor> without_entry, mass_scale_entry, set_entry;
+  const auto store_in = [](std::optional<SpecCursor>& slot) { return [&slot](const SpecCursor& c) { slot = c; }; };
   Mechanism model = draft.study.mechanism;
   read_fields(at, "what the controller believes {without, mass_scale, set}",
-              {{"without", Presence::optional, keep(without)},
-               {"mass_scale", Presence::optional, keep(mass_scale)},
-               {"set", Presence::optional, keep(set)}});
-  // With other numbers the whole spec is read again, so that it must be right.
-  const bool sure = draft.is_mechanism_valid;
-  if (set)
+              {{"without", Presence::optional, store_in(without_entry)},
+               {"mass_scale", Presence::optional, store_in(mass_scale_entry)},
+               {"set", Presence::optional, store_in(set_entry)}});
+  // with other numbers the whole spec is read again, so it must be valid
+  const bool is_mechanism_valid = draft.is_mechanism_valid;
+  if (set_entry)
     draft.problems.collect([&] {
-      if (!sure) throw CascadingError();
-      model = read_overridden_mechanism(*set, root, overrides, draft);
+      if (!is_mechanism_valid) throw CascadingError();
+      model = read_overridden_mechanism(*set_entry, root, overrides, draft);
     });
-  // Scaled first: what is left out must still be found by its name.
-  if (mass_scale) draft.problems.collect([&] { scale_masses(*mass_scale, draft, model); });
-  if (without && !without->is_list()) remove_mechanism_elements(*without, model, sure);
-  if (without && without->is_list())
-    for (const SpecCursor& item : without->items("a list of names"))
-      draft.problems.collect([&] { remove_mechanism_elements(item, model, sure); });
+  // scaled first: elements that are removed must still be found by name
+  if (mass_scale_entry) draft.problems.collect([&] { scale_masses(*mass_scale_entry, draft, model); });
+  if (without_entry && !without_entry->is_list()) remove_mechanism_elements(*without_entry, model, is_mechanism_valid);
+  if (without_entry && without_entry->is_list())
+    for (const SpecCursor& item : without_entry->items("a list of names"))
+      draft.problems.collect([&] { remove_mechanism_elements(item, model, is_mechanism_valid); });
   return model;
 }
 

@@ -1,6 +1,7 @@
 #include "balance/interface/specification/read_design.hpp"
 
 #include "balance/foundation/base/spelling.hpp"
+#include "balance/interface/specification/part_insertion.hpp"
 #include "balance/interface/specification/read_load_cases.hpp"
 #include "balance/interface/specification/read_objective.hpp"
 #include "balance/interface/specification/study_builder.hpp"
@@ -30,81 +31,82 @@ std::vector<std::string> names_in_section(const std::string& section, const Stud
   return names;
 }
 
-/// A designed spec: what was free is a number now, and what was left out is not there.
+/// False for a designed spec: its free numbers have become plain numbers, and elements may be left out.
 bool has_free_numbers(const StudyBuilder& draft) {
   return !draft.free_numbers.empty() || !draft.parameters.free_numbers().empty();
 }
 
-int read_max_count(const SpecCursor& at, StudyBuilder& draft, long offered) {
+int read_max_count(const SpecCursor& at, StudyBuilder& draft, long element_count) {
   if (at.is_scalar() && at.node().text == "least") return -1;
-  const std::string what = fmt::format("how many are kept at most, 0 to {}, or least", offered);
+  const std::string what = fmt::format("how many are kept at most, 0 to {}, or least", element_count);
   if (!at.is_scalar()) at.fail_expected(what);
   const double value = draft.parameters.evaluate(at).value();
-  const long most = has_free_numbers(draft) ? offered : static_cast<long>(max_members);
-  if (value != static_cast<double>(static_cast<long>(value)) || value < 0 || value > static_cast<double>(most))
+  const long maximum = has_free_numbers(draft) ? element_count : static_cast<long>(max_members);
+  if (value != static_cast<double>(static_cast<long>(value)) || value < 0 || value > static_cast<double>(maximum))
     at.fail_expected(what);
   return static_cast<int>(value);
 }
 
-void read_element_names(const SpecCursor& at, const StudyBuilder& draft, CardinalityRequest& choice) {
-  const std::vector<std::string> known = names_in_section(choice.section, draft);
-  choice.elements.clear();
-  choice.is_whole_section = false;
-  read_each(at.items("names of " + choice.section), [&](const SpecCursor& item) {
+void read_element_names(const SpecCursor& at, const StudyBuilder& draft, CardinalityRequest& request) {
+  const std::vector<std::string> names = names_in_section(request.section, draft);
+  request.elements.clear();
+  request.is_whole_section = false;
+  read_each(at.items("names of " + request.section), [&](const SpecCursor& item) {
     const std::string& name = item.read_word("a name");
     if (!has_free_numbers(draft)) return;
-    if (std::find(known.begin(), known.end(), name) == known.end()) {
+    if (std::find(names.begin(), names.end(), name) == names.end()) {
       if (!draft.is_mechanism_valid) throw CascadingError();
-      fail_expected_one_of(item, "one of the " + choice.section, known);
+      fail_expected_one_of(item, "one of the " + request.section, names);
     }
-    for (const OptionalElementText& other : choice.elements)
+    for (const OptionalElementText& other : request.elements)
       if (other.name == name) item.fail({.expected = "every name once", .found = item.describe_found() + " again"});
-    choice.elements.push_back({name});
+    request.elements.push_back({name});
   });
   if (at.node().items.empty()) at.fail_expected("at least one name");
 }
 
 CardinalityRequest read_cardinality_request(const std::string& section, const SpecCursor& at, StudyBuilder& draft) {
-  CardinalityRequest choice{section, {}, true, -1};
-  for (const std::string& name : names_in_section(section, draft)) choice.elements.push_back({name});
-  if (has_free_numbers(draft) && draft.is_mechanism_valid && choice.elements.empty())
+  CardinalityRequest request{section, {}, true, -1};
+  for (const std::string& name : names_in_section(section, draft)) request.elements.push_back({name});
+  if (has_free_numbers(draft) && draft.is_mechanism_valid && request.elements.empty())
     at.fail({.expected = section + " to choose among", .found = "none in the spec"});
   if (!at.is_map()) {
-    choice.max_count = read_max_count(at, draft, static_cast<long>(choice.elements.size()));
-    return choice;
+    request.max_count = read_max_count(at, draft, static_cast<long>(request.elements.size()));
+    return request;
   }
-  std::optional<SpecCursor> most;
-  const bool right =
+  std::optional<SpecCursor> max_count_entry;
+  const bool is_valid =
       read_fields(at, "a number, least or {from: names, most: …}",
-                  {{"from", Presence::optional, [&](const SpecCursor& c) { read_element_names(c, draft, choice); }},
-                   {"most", Presence::optional, [&](const SpecCursor& c) { most = c; }}});
-  if (!right) throw CascadingError();
-  if (most) choice.max_count = read_max_count(*most, draft, static_cast<long>(choice.elements.size()));
-  return choice;
+                  {{"from", Presence::optional, [&](const SpecCursor& c) { read_element_names(c, draft, request); }},
+                   {"most", Presence::optional, [&](const SpecCursor& c) { max_count_entry = c; }}});
+  if (!is_valid) throw CascadingError();
+  if (max_count_entry)
+    request.max_count = read_max_count(*max_count_entry, draft, static_cast<long>(request.elements.size()));
+  return request;
 }
 
-/// Finds in the document what an entry takes up.
+/// Finds the text of an entry in the document.
 class EntryText {
  public:
   explicit EntryText(const std::string& text) : source_(text) {}
 
-  /// Empty where the entry cannot be taken out: others repeat what is in it.
-  Span of(const YamlNode& map, std::size_t which) const {
-    const YamlNode &key = map.keys[which], &value = map.items[which];
-    if (map.alias != 0 || bears_anchor(value)) return {};
+  /// Empty if the entry cannot be cut out, for example because aliases repeat its content.
+  Span find_span(const YamlNode& map, std::size_t index) const {
+    const YamlNode &key = map.keys[index], &value = map.items[index];
+    if (map.alias != 0 || has_anchor(value)) return {};
     const std::size_t begin = source_.span(key).begin;
     const std::size_t end = std::max(source_.span(key).end, source_.span(value).end);
-    return map.is_flow ? between_commas(map, which, begin, end) : whole_lines(begin, end);
+    return map.is_flow ? between_commas(map, index, begin, end) : whole_lines(begin, end);
   }
 
  private:
-  static bool bears_anchor(const YamlNode& node) {
-    return node.anchor != 0 || std::any_of(node.items.begin(), node.items.end(), bears_anchor);
+  static bool has_anchor(const YamlNode& node) {
+    return node.anchor != 0 || std::any_of(node.items.begin(), node.items.end(), has_anchor);
   }
 
-  /// With the comma behind it, or the last one with that before it.
-  Span between_commas(const YamlNode& map, std::size_t which, std::size_t begin, std::size_t end) const {
-    if (which + 1 < map.keys.size()) return {begin, source_.span(map.keys[which + 1]).begin};
+  /// Up to the next entry; the last one with a comma behind it, if there is one.
+  Span between_commas(const YamlNode& map, std::size_t index, std::size_t begin, std::size_t end) const {
+    if (index + 1 < map.keys.size()) return {begin, source_.span(map.keys[index + 1]).begin};
     const std::size_t after = source_.skip_blank(end);
     if (after < source_.text().size() && source_.text()[after] == ',') end = after + 1;
     return {begin, end};
@@ -121,44 +123,38 @@ class EntryText {
   SourceText source_;
 };
 
-const YamlNode* find_section(const YamlNode& root, const std::string& name) {
-  for (std::size_t i = 0; i < root.keys.size(); ++i)
-    if (root.keys[i].text == name) return &root.items[i];
-  return nullptr;
-}
-
 }  // namespace
 
 std::vector<CardinalityRequest> read_cardinality_requests(const SpecCursor& at, StudyBuilder& draft) {
-  std::vector<CardinalityRequest> choices;
+  std::vector<CardinalityRequest> requests;
   std::vector<Field> fields;
   for (const std::string& section : optional_sections)
-    fields.push_back({section, Presence::optional, [&choices, &draft, section](const SpecCursor& c) {
-                        choices.push_back(read_cardinality_request(section, c, draft));
+    fields.push_back({section, Presence::optional, [&requests, &draft, section](const SpecCursor& c) {
+                        requests.push_back(read_cardinality_request(section, c, draft));
                       }});
   if (!read_fields(at, "what to choose among {counterweights, discs, springs}", fields)) throw CascadingError();
-  if (choices.empty()) at.fail_missing(optional_sections);
-  return choices;
+  if (requests.empty()) at.fail_missing(optional_sections);
+  return requests;
 }
 
 void find_optional_element_texts(const YamlNode& root, Study& study) {
-  const EntryText entries(study.spec_text);
-  for (CardinalityRequest& choice : study.design.cardinality) {
-    const YamlNode* section = find_section(root, choice.section);
+  const EntryText entry_text(study.spec_text);
+  for (CardinalityRequest& request : study.design.cardinality) {
+    const YamlNode* section = find_entry(root, request.section);
     if (section == nullptr) continue;
     for (std::size_t i = 0; i < section->keys.size(); ++i) {
       const std::string& name = section->keys[i].text;
-      const auto known = std::find_if(choice.elements.begin(), choice.elements.end(),
-                                      [&](const OptionalElementText& one) { return one.name == name; });
-      if (known == choice.elements.end()) continue;
-      const Span span = entries.of(*section, i);
-      known->begin = span.begin;
-      known->end = span.end;
+      const auto element = std::find_if(request.elements.begin(), request.elements.end(),
+                                        [&](const OptionalElementText& one) { return one.name == name; });
+      if (element == request.elements.end()) continue;
+      const Span span = entry_text.find_span(*section, i);
+      element->begin = span.begin;
+      element->end = span.end;
     }
   }
 }
 
-// What the free numbers are to achieve.
+// The request for a design: goals, figures, limits and search.
 
 namespace {
 
@@ -196,38 +192,38 @@ void read_search(const SpecCursor& at, StudyBuilder& draft, SearchOptions& searc
 
 void read_design(const SpecCursor& section, StudyBuilder& draft) {
   DesignRequest& request = draft.study.design;
-  std::optional<SpecCursor> front, cases, across, adapt;
-  const auto keep = [](std::optional<SpecCursor>& slot) { return [&slot](const SpecCursor& c) { slot = c; }; };
+  std::optional<SpecCursor> front_entry, cases_entry, across_entry, adapt_entry;
+  const auto store_in = [](std::optional<SpecCursor>& slot) { return [&slot](const SpecCursor& c) { slot = c; }; };
   read_fields(
       section, "what to design for {goal, minimize, front, subject_to, choose, search, for, across, adapt}",
       {{"goal", Presence::optional, [&](const SpecCursor& c) { request.goals = read_goals(c); }},
        {"minimize", Presence::optional,
         [&](const SpecCursor& c) { request.minimize = read_objective_terms(c, draft.parameters, draft.study); }},
-       {"front", Presence::optional, keep(front)},
+       {"front", Presence::optional, store_in(front_entry)},
        {"subject_to", Presence::optional,
         [&](const SpecCursor& c) { request.subject_to = read_figure_limits(c, draft); }},
        {"choose", Presence::optional,
         [&](const SpecCursor& c) { request.cardinality = read_cardinality_requests(c, draft); }},
        {"search", Presence::optional, [&](const SpecCursor& c) { read_search(c, draft, request.search); }},
-       {"for", Presence::optional, keep(cases)},
-       {"across", Presence::optional, keep(across)},
-       {"adapt", Presence::optional, keep(adapt)}});
-  if (front) draft.problems.collect([&] { request.front = read_pareto_request(*front, draft); });
-  if (front && !request.minimize.empty())
-    draft.problems.collect([&] { front->fail({.expected = "no 'minimize' beside a front", .found = "both"}); });
-  if (cases) draft.problems.collect([&] { read_load_cases(*cases, draft, request.cases); });
-  for (const auto* slot : {&across, &adapt})
-    if (*slot && !cases)
+       {"for", Presence::optional, store_in(cases_entry)},
+       {"across", Presence::optional, store_in(across_entry)},
+       {"adapt", Presence::optional, store_in(adapt_entry)}});
+  if (front_entry) draft.problems.collect([&] { request.front = read_pareto_request(*front_entry, draft); });
+  if (front_entry && !request.minimize.empty())
+    draft.problems.collect([&] { front_entry->fail({.expected = "no 'minimize' beside a front", .found = "both"}); });
+  if (cases_entry) draft.problems.collect([&] { read_load_cases(*cases_entry, draft, request.cases); });
+  for (const auto* slot : {&across_entry, &adapt_entry})
+    if (*slot && !cases_entry)
       draft.problems.collect([&] { (*slot)->fail({.expected = "'for', the load cases, beside it", .found = "none"}); });
-  if (across) draft.problems.collect([&] { request.cases.aggregation = read_case_aggregation(*across); });
-  if (adapt) draft.problems.collect([&] { draft.adapted = read_adapted(*adapt, draft); });
+  if (across_entry) draft.problems.collect([&] { request.cases.aggregation = read_case_aggregation(*across_entry); });
+  if (adapt_entry) draft.problems.collect([&] { draft.adapted = read_adapted(*adapt_entry, draft); });
 }
 
 namespace {
 
 constexpr long min_pareto_points = 3, max_pareto_points = 200;
 
-/// Figures that nothing can be traded for have no front.
+/// A figure without a weight > 0 cannot be traded off.
 void require_weight(const SpecCursor& at, const std::vector<ObjectiveTerm>& terms) {
   for (const ObjectiveTerm& term : terms)
     if (term.weight > 0) return;

@@ -9,21 +9,22 @@
 
 namespace balance::specification {
 
-/// Per section of counterweights, discs or springs how many are kept: a number, `least`, or `{from: names, most: one of these}`.
+/// Number of elements to keep per section (counterweights, discs or springs): a number, `least`, or
+/// `{from: names, most: one of these}`.
 std::vector<CardinalityRequest> read_cardinality_requests(const SpecCursor& at, StudyBuilder& draft);
 
-/// Finds where in the text the elements stand that the study's choices offer; all of a section's where a choice names none.
-/// @param root the spec's document, of its text
+/// Finds the text of the elements that the study's choices offer; of all elements of a section if a choice names none.
+/// @param root document of the spec's text
 void find_optional_element_texts(const YamlNode& root, Study& study);
 
-// Which figures a trade-off is between.
+// Figures of a trade-off.
 
-/// A list of two or three figures, each as `minimize` has it, or {of: such a list, points: how many designs}.
+/// A list of two or three figures, each as in `minimize`, or {of: such a list, points: number of designs}.
 ParetoRequest read_pareto_request(const SpecCursor& at, StudyBuilder& draft);
 
-// What to balance for, as specs and suites say it.
+// Goals of balancing, in specs and suites.
 
-/// One goal or a list of different ones; a fault at the cursor's place if it is neither.
+/// One goal or a list of different ones; fails at the cursor's place if it is neither.
 std::vector<Goal> read_goals(const SpecCursor& at);
 
 }  // namespace balance::specification

@@ -25,17 +25,17 @@
 
 namespace balance::specification {
 
-// Numbers that are legal and that hardly anybody means: mostly those of a unit that was not said.
+// Numbers that are valid but implausible, mostly because of a missing unit.
 
-/// One sentence for every sort of number that is beyond what mechanisms have.
+/// One sentence for each kind of number that exceeds those of usual mechanisms.
 /// @param units in which the study was written
 std::vector<std::string> list_implausible_numbers(const Study& study, const Units& units);
 
 namespace {
 
-constexpr double max_plausible_size = 60;      // [m]: the largest cranes' booms are longer
-constexpr double max_plausible_density = 2e4;  // [kg/m^3]: of gold
-constexpr double max_plausible_turns = 2;      // of a joint at the start, which needs no more than one
+constexpr double max_plausible_size = 60;      // [m]: only the booms of the largest cranes are longer
+constexpr double max_plausible_density = 2e4;  // [kg/m^3]: gold
+constexpr double max_plausible_turns = 2;      // of a joint at the start, for which one is enough
 constexpr double earth_gravity = 9.81;         // [m/s^2]
 constexpr double max_plausible_gravity = 5 * earth_gravity;
 
@@ -53,7 +53,7 @@ void check_plausible_size(const Study& study, const Units& units, std::vector<st
                     size, mass));
 }
 
-/// No body turns with more than all of the mass at four times the mechanism's size.
+/// No body's inertia exceeds that of the total mass at a distance of four times the mechanism's size.
 void check_plausible_inertias(const Study& study, std::vector<std::string>& warnings) {
   const double edge = 4 * characteristic_length(study.mechanism), mass = total_mass(study.mechanism);
   for (const Body& body : study.mechanism.bodies) {
@@ -77,23 +77,23 @@ void check_plausible_gravity(const Study& study, const Units& units, std::vector
 }
 
 void check_plausible_angles(const Study& study, const Units& units, std::vector<std::string>& warnings) {
-  const double most = max_plausible_turns * 2 * std::numbers::pi;
-  const auto judge = [&](const std::string& where, const std::vector<CoordinateValue>& values) {
-    for (const CoordinateValue& one : values) {
-      const Coordinate& coordinate = study.mechanism.coordinates[one.coordinate];
-      if (coordinate.kind != CoordinateKind::angle || std::abs(one.value) <= most) continue;
-      warnings.push_back(fmt::format("{}: {} is {:.4g} rad, {:.3g} turns: {}", where, coordinate.name, one.value,
-                                     one.value / (2 * std::numbers::pi),
+  const double max_angle = max_plausible_turns * 2 * std::numbers::pi;
+  const auto check_angles = [&](const std::string& path, const std::vector<CoordinateValue>& values) {
+    for (const CoordinateValue& value : values) {
+      const Coordinate& coordinate = study.mechanism.coordinates[value.coordinate];
+      if (coordinate.kind != CoordinateKind::angle || std::abs(value.value) <= max_angle) continue;
+      warnings.push_back(fmt::format("{}: {} is {:.4g} rad, {:.3g} turns: {}", path, coordinate.name, value.value,
+                                     value.value / (2 * std::numbers::pi),
                                      units.angle == 1 ? "is it in degrees, which `units: {angle: deg}` would say?"
                                                       : "is the unit of angles right?"));
       return;
     }
   };
-  judge("assembly", study.mechanism.assembly);
+  check_angles("assembly", study.mechanism.assembly);
   for (const Trajectory& trajectory : study.trajectories) {
-    const std::size_t before = warnings.size();
-    judge(trajectory.name + ".from", trajectory.from.joints);
-    if (warnings.size() > before) return;  // the others mostly start from there, too
+    const std::size_t old_count = warnings.size();
+    check_angles(trajectory.name + ".from", trajectory.from.joints);
+    if (warnings.size() > old_count) return;  // the others mostly start there, too
   }
 }
 
@@ -110,7 +110,7 @@ std::vector<std::string> list_implausible_numbers(const Study& study, const Unit
 
 namespace {
 
-/// The sections of the document by name; null where the spec has none.
+/// The sections of the document by name; null if the spec does not have one.
 class SectionIndex {
  public:
   explicit SectionIndex(const SpecCursor& root) {
@@ -123,22 +123,22 @@ class SectionIndex {
       const std::string key = name;
       const bool required = key == "space" || key == "bodies" || key == "joints";
       fields.push_back({key, required ? Presence::required : Presence::optional,
-                        [this, key](const SpecCursor& c) { found_.emplace(key, c); }});
+                        [this, key](const SpecCursor& c) { sections_.emplace(key, c); }});
     }
     if (!root.is_map()) root.fail_expected("a spec: a mapping with 'space', 'bodies', 'joints', …");
     read_fields(root, "a spec", fields);
   }
 
   const SpecCursor* operator[](const std::string& name) const {
-    const auto at = found_.find(name);
-    return at == found_.end() ? nullptr : &at->second;
+    const auto entry = sections_.find(name);
+    return entry == sections_.end() ? nullptr : &entry->second;
   }
 
  private:
-  std::map<std::string, SpecCursor> found_;
+  std::map<std::string, SpecCursor> sections_;
 };
 
-/// What the first centre of mass is a vector of.
+/// Guesses the space from the number of components of the first centre of mass.
 SpaceKind guess_space(const SpecCursor* bodies) {
   if (bodies == nullptr) return SpaceKind::planar;
   for (const YamlNode& body : bodies->node().items)
@@ -148,12 +148,12 @@ SpaceKind guess_space(const SpecCursor* bodies) {
   return SpaceKind::planar;
 }
 
-/// What all numbers depend on.
+/// Reads what all numbers depend on: space, units, parameters.
 void read_global_settings(const YamlNode& root, const SectionIndex& sections,
                           const SpecParameters::Overrides& overrides, StudyBuilder& draft) {
   auto& mechanism = draft.mechanism();
   draft.problems.collect([&] {
-    mechanism.space = guess_space(sections["bodies"]);  // for what comes below, should the next lines fail
+    mechanism.space = guess_space(sections["bodies"]);  // for the sections below, should the next lines fail
     if (sections["space"] == nullptr) return;
     const auto space = sections["space"]->read_choice("the kind of space", {"planar", "spatial"});
     mechanism.space = space == 0 ? SpaceKind::planar : SpaceKind::spatial;
@@ -167,42 +167,44 @@ void read_global_settings(const YamlNode& root, const SectionIndex& sections,
 
 void read_mechanism(const SectionIndex& sections, StudyBuilder& draft) {
   auto& mechanism = draft.mechanism();
-  const auto read = [&](const char* name, auto&& section_reader) {
+  const auto read_section = [&](const char* name, auto&& section_reader) {
     const SpecCursor* section = sections[name];
     if (section == nullptr) return;
     draft.problems.collect([&] { section_reader(*section); });
   };
-  read("name", [&](const SpecCursor& c) { mechanism.name = escape_for_terminal(c.read_word("a name")); });
-  read("gravity", [&](const SpecCursor& c) { mechanism.gravity = read_vector(c, draft, dimension::acceleration); });
+  read_section("name", [&](const SpecCursor& c) { mechanism.name = escape_for_terminal(c.read_word("a name")); });
+  read_section("gravity",
+               [&](const SpecCursor& c) { mechanism.gravity = read_vector(c, draft, dimension::acceleration); });
   mechanism.bodies.emplace_back().name = "ground";
   draft.body_places.push_back({});
-  read("ground", [&](const SpecCursor& c) { read_ground(c, draft); });
-  read("bodies", [&](const SpecCursor& c) { read_bodies(c, draft); });
-  read("joints", [&](const SpecCursor& c) { read_joints(c, draft); });
+  read_section("ground", [&](const SpecCursor& c) { read_ground(c, draft); });
+  read_section("bodies", [&](const SpecCursor& c) { read_bodies(c, draft); });
+  read_section("joints", [&](const SpecCursor& c) { read_joints(c, draft); });
   // Everything below refers to bodies and joints.
   if (mechanism.bodies.size() < 2 || mechanism.joints.empty()) draft.problems.throw_if_any();
   check_connected(draft);
-  read("couplings", [&](const SpecCursor& c) { read_couplings(c, draft); });
-  // after the stated ones, whose numbers are their places in the spec
+  read_section("couplings", [&](const SpecCursor& c) { read_couplings(c, draft); });
+  // after the stated ones, whose indices are their positions in the spec
   for (const auto& wheel : draft.rolling_couplings) mechanism.couplings.push_back(wheel);
-  read("actuators", [&](const SpecCursor& c) { read_actuators(c, draft); });
-  read("tool", [&](const SpecCursor& c) { read_tool(c, draft); });
+  read_section("actuators", [&](const SpecCursor& c) { read_actuators(c, draft); });
+  read_section("tool", [&](const SpecCursor& c) { read_tool(c, draft); });
   if (sections["tool"] != nullptr && !mechanism.tool) draft.problems.mark_invalid("tool");
-  read("constraints", [&](const SpecCursor& c) { read_constraints(c, draft); });
-  read("assembly", [&](const SpecCursor& c) { mechanism.assembly = read_coordinate_values(c, draft); });
-  read("counterweights", [&](const SpecCursor& c) { read_attachments(c, draft, AttachmentKind::counterweight); });
-  read("payloads", [&](const SpecCursor& c) { read_attachments(c, draft, AttachmentKind::payload); });
-  read("discs", [&](const SpecCursor& c) { read_discs(c, draft); });
-  read("loads", [&](const SpecCursor& c) { read_loads(c, draft); });
-  read("springs", [&](const SpecCursor& c) { read_springs(c, draft); });
-  read("friction", [&](const SpecCursor& c) { read_friction(c, draft); });
+  read_section("constraints", [&](const SpecCursor& c) { read_constraints(c, draft); });
+  read_section("assembly", [&](const SpecCursor& c) { mechanism.assembly = read_coordinate_values(c, draft); });
+  read_section("counterweights",
+               [&](const SpecCursor& c) { read_attachments(c, draft, AttachmentKind::counterweight); });
+  read_section("payloads", [&](const SpecCursor& c) { read_attachments(c, draft, AttachmentKind::payload); });
+  read_section("discs", [&](const SpecCursor& c) { read_discs(c, draft); });
+  read_section("loads", [&](const SpecCursor& c) { read_loads(c, draft); });
+  read_section("springs", [&](const SpecCursor& c) { read_springs(c, draft); });
+  read_section("friction", [&](const SpecCursor& c) { read_friction(c, draft); });
   check_massless_bodies(draft);
 }
 
-/// Expressions at the values that they were read with.
+/// Value of an expression at the inputs with which it was read.
 double value_of(const Expression& expression) { return expression.value(); }
 
-/// Everything, with what is wrong thrown.
+/// Reads all sections; collects what is wrong.
 void read_all(const YamlNode& root, const SpecParameters::Overrides& overrides, StudyBuilder& draft) {
   const SectionIndex sections(SpecCursor(root, "", draft.problems));
   draft.load_names = list_load_names(sections["design"]);
@@ -214,8 +216,9 @@ void read_all(const YamlNode& root, const SpecParameters::Overrides& overrides, 
   draft.is_mechanism_valid = draft.problems.is_empty();
   read_trajectories(sections["motion"], sections["trajectories"], draft);
   check_presence(draft);
-  if (const SpecCursor* box = sections["workspace"])
-    if (!draft.problems.collect([&] { read_workspace(*box, draft); })) draft.problems.mark_invalid(workspace_name);
+  if (const SpecCursor* workspace = sections["workspace"])
+    if (!draft.problems.collect([&] { read_workspace(*workspace, draft); }))
+      draft.problems.mark_invalid(workspace_name);
   for (const auto& trajectory : draft.trajectories())
     draft.study.trajectories.push_back(cast_scalar<double>(trajectory, value_of));
   if (const SpecCursor* speeds = sections["speeds"])
@@ -226,7 +229,7 @@ void read_all(const YamlNode& root, const SpecParameters::Overrides& overrides, 
   if (const SpecCursor* design = sections["design"]) read_design(*design, draft);
 }
 
-/// @param root parsed here if it is not there yet
+/// @param root null: it is parsed here
 void read_document(const std::string& text, const YamlNode* root, const SpecParameters::Overrides& overrides,
                    StudyBuilder& draft) {
   draft.study.spec_text = text;
@@ -242,8 +245,8 @@ void read_document(const std::string& text, const YamlNode* root, const SpecPara
       root = &flat.root;
     }
     read_all(*root, overrides, draft);
-  } catch (const ReadError& problem) {
-    draft.problems.add(problem);
+  } catch (const ReadError& error) {
+    draft.problems.add(error);
   }
   draft.problems.throw_if_any();
   list_text_replacements(*root, draft);
@@ -271,10 +274,10 @@ ReadResult read_study(const std::string& text, const std::string& file_name,
   return {std::move(draft.study), std::move(draft.recording)};
 }
 
-Mechanism read_mechanism_alone(const YamlNode& root, const std::string& file_name, const SpecErrorCollector& known,
-                               const SpecParameters::Overrides& overrides) {
+Mechanism read_mechanism_alone(const YamlNode& root, const std::string& file_name,
+                               const SpecErrorCollector& known_problems, const SpecParameters::Overrides& overrides) {
   StudyBuilder draft(file_name);
-  draft.problems.adopt_files(known);
+  draft.problems.adopt_files(known_problems);
   const SectionIndex sections(SpecCursor(root, "", draft.problems));
   read_global_settings(root, sections, overrides, draft);
   draft.mechanism().name = escape_for_terminal(std::filesystem::path(file_name).stem().string());

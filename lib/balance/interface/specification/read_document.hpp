@@ -14,19 +14,19 @@ struct ReadResult {
   std::shared_ptr<const Recording> recording;
 };
 
-/// @throws SpecError with everything that is wrong, in the order of the document
+/// @throws SpecError listing everything that is wrong, in document order
 ReadResult read_study(const std::string& text, const std::string& file_name,
                       const SpecParameters::Overrides& overrides);
 
 /// The same without a recording, for a single reading.
-/// @param root the text's document, if it has been parsed already
+/// @param root the text's document; null: it is parsed here
 Study read_start_study(const std::string& text, const YamlNode* root, const std::string& file_name,
                        const SpecParameters::Overrides& overrides);
 
-/// The mechanism alone, of a document that includes no parts any more.
-/// @param known of the reading that the root's places are from
+/// Reads the mechanism alone, from a document without includes.
+/// @param known_problems collector of the reading that the root's places are from
 /// @throws SpecError as above
-Mechanism read_mechanism_alone(const YamlNode& root, const std::string& file_name, const SpecErrorCollector& known,
-                               const SpecParameters::Overrides& overrides);
+Mechanism read_mechanism_alone(const YamlNode& root, const std::string& file_name,
+                               const SpecErrorCollector& known_problems, const SpecParameters::Overrides& overrides);
 
 }  // namespace balance::specification

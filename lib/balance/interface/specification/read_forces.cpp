@@ -1,4 +1,4 @@
-// What pushes and pulls: loads, springs, friction.
+// Loads, springs, friction.
 
 #include "balance/foundation/base/spelling.hpp"
 #include "balance/interface/specification/spec_table.hpp"
@@ -18,35 +18,35 @@ Vector3E read_moment(const SpecCursor& at, StudyBuilder& draft) {
   return {Expression(0), Expression(0), read_number(at, draft, dimension::moment)};
 }
 
-/// Columns of a load's table and where their values go: 0–2 force, 3–5 moment.
+/// Columns of a load's table and the slots of their values: 0–2 force, 3–5 moment.
 struct LoadColumns {
   std::vector<TableColumn> columns;
   std::vector<int> slots;
 };
 
 LoadColumns load_columns(bool planar) {
-  LoadColumns all;
+  LoadColumns result;
   const std::vector<std::pair<const char*, int>> names =
       planar
           ? std::vector<std::pair<const char*, int>>{{"fx", 0}, {"fy", 1}, {"m", 5}}
           : std::vector<std::pair<const char*, int>>{{"fx", 0}, {"fy", 1}, {"fz", 2}, {"mx", 3}, {"my", 4}, {"mz", 5}};
   for (const auto& [name, slot] : names) {
-    all.columns.push_back({name, slot < 3 ? dimension::force : dimension::moment});
-    all.slots.push_back(slot);
+    result.columns.push_back({name, slot < 3 ? dimension::force : dimension::moment});
+    result.slots.push_back(slot);
   }
-  return all;
+  return result;
 }
 
 void assign_load_table(const TimeTable& table, const LoadColumns& columns, LoadOf<Expression>& load) {
   load.time = table.time;
   for (const auto& row : table.values) {
-    Vector3E part[2] = {Vector3E::Zero(), Vector3E::Zero()};
+    Vector3E wrench[2] = {Vector3E::Zero(), Vector3E::Zero()};
     for (std::size_t i = 0; i < row.size(); ++i) {
       const int slot = columns.slots[static_cast<std::size_t>(table.columns[i])];
-      part[slot / 3][slot % 3] = row[i];
+      wrench[slot / 3][slot % 3] = row[i];
     }
-    load.force.push_back(part[0]);
-    load.moment.push_back(part[1]);
+    load.force.push_back(wrench[0]);
+    load.moment.push_back(wrench[1]);
   }
 }
 
@@ -79,11 +79,11 @@ void read_lists(const SpecCursor& at, StudyBuilder& draft, LoadOf<Expression>& l
   load.moment = load.force;
   const std::string what = fmt::format("{} entries, one for each time", load.time.size());
   const auto read_entries = [&](const SpecCursor& entries, std::vector<Vector3E>& values, const auto& read_one) {
-    std::vector<Vector3E> all;
-    // How many there must be, only the times can tell.
+    std::vector<Vector3E> entry_values;
+    // only the times determine the required number
     read_each(read ? entries.items(what, load.time.size()) : entries.items("a list of entries, one for each time"),
-              [&](const SpecCursor& item) { all.push_back(read_one(item)); });
-    if (read) values = std::move(all);
+              [&](const SpecCursor& item) { entry_values.push_back(read_one(item)); });
+    if (read) values = std::move(entry_values);
   };
   if (force)
     draft.problems.collect([&] {
@@ -94,119 +94,119 @@ void read_lists(const SpecCursor& at, StudyBuilder& draft, LoadOf<Expression>& l
         [&] { read_entries(*moment, load.moment, [&](const SpecCursor& c) { return read_moment(c, draft); }); });
 }
 
-/// What a load's mapping says, before its parts are put together.
+/// Keys of a load, before they are assembled.
 struct LoadKeys {
   std::optional<BodyId> body;
   std::optional<SpecCursor> place, force, moment, table, file;
 };
 
-void check_load_form(const SpecCursor& at, const LoadKeys& text) {
-  const bool constant = text.force || text.moment;
-  const int ways = (constant ? 1 : 0) + (text.table ? 1 : 0) + (text.file ? 1 : 0);
-  if (ways == 1) return;
-  const std::string wanted = "one of: 'force' and 'moment' (constant), 'table', 'file'";
-  const std::string found = ways > 1 ? "several" : "none";
-  ErrorMessage complaint{
-      .message = fmt::format("expected {}; found {}", wanted, found), .expected = wanted, .found = found};
+void check_load_form(const SpecCursor& at, const LoadKeys& keys) {
+  const bool constant = keys.force || keys.moment;
+  const int form_count = (constant ? 1 : 0) + (keys.table ? 1 : 0) + (keys.file ? 1 : 0);
+  if (form_count == 1) return;
+  const std::string expected = "one of: 'force' and 'moment' (constant), 'table', 'file'";
+  const std::string found = form_count > 1 ? "several" : "none";
+  ErrorMessage error_message{
+      .message = fmt::format("expected {}; found {}", expected, found), .expected = expected, .found = found};
   // A misspelt key may be one of them.
-  if (ways == 0)
-    at.fail_unless_uncertain(at.path() + ".force", std::move(complaint));
+  if (form_count == 0)
+    at.fail_unless_uncertain(at.path() + ".force", std::move(error_message));
   else
-    at.fail(std::move(complaint));
+    at.fail(std::move(error_message));
 }
 
-void read_load_values(const LoadKeys& text, StudyBuilder& draft, LoadOf<Expression>& load) {
-  if (text.table && text.table->is_map()) return read_lists(*text.table, draft, load);
-  if (text.table) return read_rows(*text.table, draft, load);
-  if (text.file) {
+void read_load_values(const LoadKeys& keys, StudyBuilder& draft, LoadOf<Expression>& load) {
+  if (keys.table && keys.table->is_map()) return read_lists(*keys.table, draft, load);
+  if (keys.table) return read_rows(*keys.table, draft, load);
+  if (keys.file) {
     const LoadColumns columns = load_columns(draft.planar());
-    return assign_load_table(read_table_file(*text.file, draft, columns.columns), columns, load);
+    return assign_load_table(read_table_file(*keys.file, draft, columns.columns), columns, load);
   }
   Vector3E force = Vector3E::Zero(), moment = Vector3E::Zero();
-  if (text.force) draft.problems.collect([&] { force = read_vector(*text.force, draft, dimension::force); });
-  if (text.moment) draft.problems.collect([&] { moment = read_moment(*text.moment, draft); });
+  if (keys.force) draft.problems.collect([&] { force = read_vector(*keys.force, draft, dimension::force); });
+  if (keys.moment) draft.problems.collect([&] { moment = read_moment(*keys.moment, draft); });
   load.force.push_back(force);
   load.moment.push_back(moment);
 }
 
 void read_load(const SpecCursor& at, StudyBuilder& draft, LoadOf<Expression>& load) {
-  LoadKeys text;
-  const auto keep = [](std::optional<SpecCursor>& slot) { return [&slot](const SpecCursor& c) { slot = c; }; };
+  LoadKeys keys;
+  const auto store_in = [](std::optional<SpecCursor>& slot) { return [&slot](const SpecCursor& c) { slot = c; }; };
   const auto read_carrier = [&](const SpecCursor& c) {
     const BodyId body = read_body(c, draft);
     if (body == ground) c.fail({.expected = "a moving body", .found = "the ground"});
-    text.body = body;
+    keys.body = body;
   };
   read_fields(at, "a load {body, at, force, moment}",
               {{"body", Presence::required, read_carrier, "on"},
-               {"at", Presence::optional, keep(text.place)},
-               {"force", Presence::optional, keep(text.force)},
-               {"moment", Presence::optional, keep(text.moment)},
-               {"table", Presence::optional, keep(text.table)},
-               {"file", Presence::optional, keep(text.file)},
+               {"at", Presence::optional, store_in(keys.place)},
+               {"force", Presence::optional, store_in(keys.force)},
+               {"moment", Presence::optional, store_in(keys.moment)},
+               {"table", Presence::optional, store_in(keys.table)},
+               {"file", Presence::optional, store_in(keys.file)},
                {"frame", Presence::optional, [&](const SpecCursor& c) {
                   load.frame = c.read_choice("a frame", {"world", "body"}) == 0 ? Frame::world : Frame::body;
                 }}});
   if (!at.is_map()) return;
-  load.body = text.body.value_or(ground);
-  if (!draft.problems.collect([&] { check_load_form(at, text); })) return;
-  if (text.place) draft.problems.collect([&] { load.point = read_position(*text.place, draft, text.body); });
-  read_load_values(text, draft, load);
+  load.body = keys.body.value_or(ground);
+  if (!draft.problems.collect([&] { check_load_form(at, keys); })) return;
+  if (keys.place) draft.problems.collect([&] { load.point = read_position(*keys.place, draft, keys.body); });
+  read_load_values(keys, draft, load);
 }
 
-/// What a spring is given by; units of its numbers hang on where it is.
+/// Keys of a spring; the units of its numbers depend on where it is.
 struct SpringKeys {
   std::optional<SpecCursor> between, joint, stiffness, free_length, rest, preload;
 };
 
-/// Between points or in a joint, each with its own words.
-void check_spring_form(const SpecCursor& at, const SpringKeys& text) {
-  const auto one_of_both = [&](const std::string& wanted, bool both) {
+/// A spring is between points or in a joint; each kind has its own keys.
+void check_spring_form(const SpecCursor& at, const SpringKeys& keys) {
+  const auto fail_exclusive = [&](const std::string& expected, bool both) {
     const std::string found = both ? "both" : "neither";
     at.fail_unless_uncertain(
         at.path() + ".between",
-        {.message = fmt::format("expected {}; found {}", wanted, found), .expected = wanted, .found = found});
+        {.message = fmt::format("expected {}; found {}", expected, found), .expected = expected, .found = found});
   };
-  if (text.between.has_value() == text.joint.has_value())
-    one_of_both("one of: 'between' (two points), 'joint' (a coordinate)", text.between.has_value());
-  if (text.rest && text.preload) one_of_both("one of: 'rest' (a coordinate), 'preload' (at zero)", true);
+  if (keys.between.has_value() == keys.joint.has_value())
+    fail_exclusive("one of: 'between' (two points), 'joint' (a coordinate)", keys.between.has_value());
+  if (keys.rest && keys.preload) fail_exclusive("one of: 'rest' (a coordinate), 'preload' (at zero)", true);
   const std::string length = "'free_length', which is a spring's between points";
   const std::string rest = "'rest' or 'preload', which are a spring's in a joint";
-  if (text.joint && text.free_length) text.free_length->fail({.expected = rest, .found = "'free_length'"});
-  for (const auto& [own, name] : {std::pair(&text.rest, "'rest'"), std::pair(&text.preload, "'preload'")})
-    if (text.between && *own) (*own)->fail({.expected = length, .found = name});
+  if (keys.joint && keys.free_length) keys.free_length->fail({.expected = rest, .found = "'free_length'"});
+  for (const auto& [entry, name] : {std::pair(&keys.rest, "'rest'"), std::pair(&keys.preload, "'preload'")})
+    if (keys.between && *entry) (*entry)->fail({.expected = length, .found = name});
 }
 
 void read_spring(const SpecCursor& at, StudyBuilder& draft, SpringOf<Expression>& spring) {
-  SpringKeys text;
-  const auto keep = [](std::optional<SpecCursor>& slot) { return [&slot](const SpecCursor& c) { slot = c; }; };
+  SpringKeys keys;
+  const auto store_in = [](std::optional<SpecCursor>& slot) { return [&slot](const SpecCursor& c) { slot = c; }; };
   read_fields(at, "a spring {between or joint, stiffness}",
-              {{"between", Presence::optional, keep(text.between)},
-               {"joint", Presence::optional, keep(text.joint)},
-               {"stiffness", Presence::required, keep(text.stiffness)},
-               {"free_length", Presence::optional, keep(text.free_length)},
-               {"rest", Presence::optional, keep(text.rest)},
-               {"preload", Presence::optional, keep(text.preload)}});
-  if (!at.is_map() || !draft.problems.collect([&] { check_spring_form(at, text); })) return;
-  Dimension way = dimension::length, force = dimension::force;
+              {{"between", Presence::optional, store_in(keys.between)},
+               {"joint", Presence::optional, store_in(keys.joint)},
+               {"stiffness", Presence::required, store_in(keys.stiffness)},
+               {"free_length", Presence::optional, store_in(keys.free_length)},
+               {"rest", Presence::optional, store_in(keys.rest)},
+               {"preload", Presence::optional, store_in(keys.preload)}});
+  if (!at.is_map() || !draft.problems.collect([&] { check_spring_form(at, keys); })) return;
+  Dimension displacement = dimension::length, force = dimension::force;
   const auto read_joint = [&] {
-    spring.coordinate = read_coordinate(*text.joint, draft);
+    spring.coordinate = read_coordinate(*keys.joint, draft);
     const CoordinateKind kind = draft.mechanism().coordinates[static_cast<std::size_t>(spring.coordinate)].kind;
-    way = dimension_of(kind);
+    displacement = dimension_of(kind);
     if (kind == CoordinateKind::angle) force = dimension::moment;
   };
-  if (text.between) draft.problems.collect([&] { read_connection_points(*text.between, draft, spring); });
-  if (text.joint && !draft.problems.collect(read_joint)) return;
+  if (keys.between) draft.problems.collect([&] { read_connection_points(*keys.between, draft, spring); });
+  if (keys.joint && !draft.problems.collect(read_joint)) return;
   Expression rest;
-  const auto read = [&](const std::optional<SpecCursor>& c, Expression& number, const Dimension& in,
+  const auto read = [&](const std::optional<SpecCursor>& c, Expression& number, const Dimension& number_dimension,
                         SignConstraint sign) {
-    if (c) draft.problems.collect([&] { number = read_number(*c, draft, in, sign); });
+    if (c) draft.problems.collect([&] { number = read_number(*c, draft, number_dimension, sign); });
   };
-  read(text.stiffness, spring.stiffness, force / way, SignConstraint::not_negative);
-  read(text.free_length, spring.free_length, way, SignConstraint::not_negative);
-  read(text.preload, spring.preload, force, SignConstraint::none);
-  read(text.rest, rest, way, SignConstraint::none);
-  if (text.rest) spring.preload = spring.stiffness * rest;
+  read(keys.stiffness, spring.stiffness, force / displacement, SignConstraint::not_negative);
+  read(keys.free_length, spring.free_length, displacement, SignConstraint::not_negative);
+  read(keys.preload, spring.preload, force, SignConstraint::none);
+  read(keys.rest, rest, displacement, SignConstraint::none);
+  if (keys.rest) spring.preload = spring.stiffness * rest;
 }
 
 /// Dry friction: one number for both directions, or {forward, backward}.
@@ -227,11 +227,11 @@ void read_dry_friction(const SpecCursor& at, StudyBuilder& draft, Dimension effo
 void read_one_friction(const Member& member, StudyBuilder& draft) {
   FrictionOf<Expression> friction;
   friction.coordinate = find_coordinate(member.key, member.name, draft);
-  const bool turns =
+  const bool is_angle =
       draft.mechanism().coordinates[static_cast<std::size_t>(friction.coordinate)].kind == CoordinateKind::angle;
-  const Dimension effort = turns ? dimension::moment : dimension::force;
-  std::optional<SpecCursor> held;
-  const Dimension rate = (turns ? dimension::angle : dimension::length) / dimension::time;
+  const Dimension effort = is_angle ? dimension::moment : dimension::force;
+  std::optional<SpecCursor> static_entry;
+  const Dimension rate = (is_angle ? dimension::angle : dimension::length) / dimension::time;
   if (!read_fields(member.value, "friction {viscous, coulomb, static}",
                    {{"viscous", Presence::optional,
                      [&](const SpecCursor& c) {
@@ -245,13 +245,13 @@ void read_one_friction(const Member& member, StudyBuilder& draft) {
                        Expression forward;
                        read_dry_friction(c, draft, effort, forward, friction.at_rest_backward);
                        friction.breakaway = forward;
-                       held = c;
+                       static_entry = c;
                      }}}))
     return;
   if (member.value.node().items.empty()) member.value.fail_expected("'viscous', 'coulomb' or 'static'");
   for (const int sign : {1, -1})
     if (friction.static_limit(sign).value() < friction.dry_friction(sign).value())
-      held->fail_expected("at least as much as 'coulomb'");
+      static_entry->fail_expected("at least as much as 'coulomb'");
   draft.mechanism().friction.push_back(friction);
 }
 

@@ -16,18 +16,18 @@
 
 namespace balance::specification {
 
-// Places that a spec names.
+// Landmarks that a spec names.
 
 /// The name of a counterweight, payload or disc, or `body.point`, `body.com`, `body.origin`.
 Landmark read_landmark(const SpecCursor& at, const StudyBuilder& draft);
 
 namespace {
 
-/// Index of the element of that name; −1: there is none.
+/// Index of the element with that name; −1 if there is none.
 template <class Elements>
 int index_of(const Elements& elements, const std::string& name) {
-  const auto found = std::find_if(elements.begin(), elements.end(), [&](const auto& e) { return e.name == name; });
-  return found == elements.end() ? -1 : static_cast<int>(found - elements.begin());
+  const auto match = std::find_if(elements.begin(), elements.end(), [&](const auto& e) { return e.name == name; });
+  return match == elements.end() ? -1 : static_cast<int>(match - elements.begin());
 }
 
 }  // namespace
@@ -37,8 +37,8 @@ Landmark read_landmark(const SpecCursor& at, const StudyBuilder& draft) {
   const Mechanism& mechanism = draft.study.mechanism;
   using Kind = Landmark::Kind;
   if (text.find('.') == std::string::npos) {
-    if (const int found = index_of(mechanism.attachments, text); found >= 0) return {Kind::attachment, 0, found};
-    if (const int found = index_of(mechanism.discs, text); found >= 0) return {Kind::disc, 0, found};
+    if (const int index = index_of(mechanism.attachments, text); index >= 0) return {Kind::attachment, 0, index};
+    if (const int index = index_of(mechanism.discs, text); index >= 0) return {Kind::disc, 0, index};
     const SpecErrorCollector& problems = at.problems();
     for (const char* section : {"counterweights", "payloads", "discs"})
       if (problems.is_uncertain(fmt::format("{}.{}", section, text))) throw CascadingError();
@@ -82,15 +82,15 @@ constexpr NamedFigure figure_names[]{
 ObjectiveTerm::Size read_size(const SpecCursor& at) {
   std::vector<std::string> names;
   for (const NamedSize& size : size_names) names.emplace_back(size.name);
-  const auto found = std::find(names.begin(), names.end(), at.is_scalar() ? at.node().text : "");
-  if (found != names.end()) return size_names[found - names.begin()].size;
+  const auto match = std::find(names.begin(), names.end(), at.is_scalar() ? at.node().text : "");
+  if (match != names.end()) return size_names[match - names.begin()].size;
   at.fail({.expected = fmt::format("what to minimize ({}, or a figure along a trajectory such as {{rms: torque}})",
                                    join_with_conjunction(names, "or")),
            .found = fmt::format("{}{}", at.describe_found(),
                                 at.is_scalar() ? append_nearest_name(at.node().text, names) : "")});
 }
 
-/// Some may be missing because of a mistake.
+/// Whether trajectories may be missing because of a mistake.
 bool can_lack_trajectories(const SpecCursor& at) {
   return at.problems().is_section_invalid("motion") || at.problems().is_section_invalid("trajectories");
 }
@@ -100,9 +100,9 @@ bool can_lack_trajectories(const SpecCursor& at) {
 std::string read_quantity(const SpecCursor& at, const Study& study) {
   const auto names = list_metric_names(study.mechanism);
   const SpecErrorCollector& problems = at.problems();
-  const std::string given = at.is_scalar() ? resolve_quantity_name(at.node().text, names) : "";
-  const bool known = std::find(names.begin(), names.end(), given) != names.end();
-  if (known) return given;
+  const std::string quantity = at.is_scalar() ? resolve_quantity_name(at.node().text, names) : "";
+  const bool is_known = std::find(names.begin(), names.end(), quantity) != names.end();
+  if (is_known) return quantity;
   if (problems.is_uncertain("actuators") || problems.is_uncertain("joints")) throw CascadingError();
   return names[at.read_choice("a quantity", names)];
 }
@@ -110,8 +110,8 @@ std::string read_quantity(const SpecCursor& at, const Study& study) {
 std::string read_trajectory_name(const SpecCursor& at, const Study& study) {
   std::vector<std::string> names;
   for (const Trajectory& trajectory : study.trajectories) names.push_back(trajectory.name);
-  const bool known = at.is_scalar() && std::find(names.begin(), names.end(), at.node().text) != names.end();
-  if (!known && can_lack_trajectories(at)) throw CascadingError();
+  const bool is_known = at.is_scalar() && std::find(names.begin(), names.end(), at.node().text) != names.end();
+  if (!is_known && can_lack_trajectories(at)) throw CascadingError();
   if (names.empty())
     at.fail({.expected = "a spec with a trajectory", .found = fmt::format("{} but no motion", at.describe_found())});
   return names[at.read_choice("a trajectory", names)];
@@ -156,12 +156,13 @@ void require_prescribed_motion(const SpecCursor& at, const ObjectiveTerm& term, 
 
 namespace {
 
-/// `over: workspace`, which must be there.
+/// `over: workspace`; the spec must have one.
 void read_over(const SpecCursor& at, const Study& study) {
   at.read_choice("what to go over", {workspace_name});
   if (at.problems().is_uncertain(workspace_name)) throw CascadingError();
-  const auto& all = study.trajectories;
-  if (std::none_of(all.begin(), all.end(), [](const Trajectory& t) { return t.name == workspace_name; }))
+  const auto& trajectories = study.trajectories;
+  if (std::none_of(trajectories.begin(), trajectories.end(),
+                   [](const Trajectory& t) { return t.name == workspace_name; }))
     at.fail({.expected = "a spec with a 'workspace'", .found = "none"});
 }
 
@@ -176,7 +177,7 @@ bool states_key(const SpecCursor& at, const char* key) {
 ObjectiveTerm read_robust_term(const SpecCursor& at, SpecParameters& parameters, const Study& study) {
   ObjectiveTerm term;
   double weight = 1;
-  std::optional<double> plus;
+  std::optional<double> multiple;
   const auto read_figure = [&](const SpecCursor& c) {
     if (!c.is_map() || states_key(c, "of") || states_key(c, "weight") || states_key(c, "mean_plus"))
       c.fail(
@@ -188,11 +189,11 @@ ObjectiveTerm read_robust_term(const SpecCursor& at, SpecParameters& parameters,
   };
   if (!read_fields(at, "a term {mean_plus: 3, of: {rms: torque, along: cycloid}}",
                    {{"mean_plus", Presence::required,
-                     [&](const SpecCursor& c) { plus = read_deviation_multiple(c, parameters, study); }},
+                     [&](const SpecCursor& c) { multiple = read_deviation_multiple(c, parameters, study); }},
                     {"of", Presence::required, read_figure},
                     {"weight", Presence::optional, [&](const SpecCursor& c) { weight = read_weight(c, parameters); }}}))
     throw CascadingError();
-  term.deviation_multiple = plus;
+  term.deviation_multiple = multiple;
   term.weight = weight;
   require_prescribed_motion(at, term, study);
   return term;
@@ -202,39 +203,41 @@ ObjectiveTerm read_robust_term(const SpecCursor& at, SpecParameters& parameters,
 ObjectiveTerm read_weighted_term(const SpecCursor& at, SpecParameters& parameters, const Study& study) {
   if (states_key(at, "mean_plus")) return read_robust_term(at, parameters, study);
   ObjectiveTerm term;
-  std::optional<SpecCursor> first, along, over;
-  const auto once = [&](const SpecCursor& c) {
-    if (first) c.fail({.expected = "one of 'of', 'peak', 'rms', 'mean' and 'range'", .found = "a second one"});
-    first = c;
+  std::optional<SpecCursor> figure_entry, along_entry, over_entry;
+  const auto require_single = [&](const SpecCursor& c) {
+    if (figure_entry) c.fail({.expected = "one of 'of', 'peak', 'rms', 'mean' and 'range'", .found = "a second one"});
+    figure_entry = c;
   };
   std::vector<Field> fields{
       {"of", Presence::optional,
        [&](const SpecCursor& c) {
-         once(c);
+         require_single(c);
          if (c.is_scalar() && c.node().text == "duration")
            term.run = ObjectiveTerm::RunMeasure::duration;
          else
            term.size = read_size(c);
        }},
-      {"along", Presence::optional, [&](const SpecCursor& c) { along = c; }},
-      {"over", Presence::optional, [&](const SpecCursor& c) { over = c; }},
+      {"along", Presence::optional, [&](const SpecCursor& c) { along_entry = c; }},
+      {"over", Presence::optional, [&](const SpecCursor& c) { over_entry = c; }},
       {"weight", Presence::optional, [&](const SpecCursor& c) { term.weight = read_weight(c, parameters); }},
       {"mean_plus", Presence::optional, [](const SpecCursor&) {}}};  // named in messages; read above
   for (const NamedFigure& one : figure_names)
     fields.push_back({one.name, Presence::optional, [&, one](const SpecCursor& c) {
-                        once(c);
+                        require_single(c);
                         term.figure = one.figure;
                         term.quantity = read_quantity(c, study);
                       }});
   if (!read_fields(at, "a term {of: added-mass} or {rms: torque, along: cycloid}", fields)) return term;
-  if (!first) at.fail_missing({"of", "peak", "rms", "mean", "range"});
-  const bool size = term.size != ObjectiveTerm::Size::none;
-  if (over && along) over->fail({.expected = "'along' a trajectory or 'over: workspace'", .found = "both"});
-  if (over) read_over(*over, study);
-  if (over) along = over;
-  if (size && along) along->fail({.expected = "no 'along' with 'of', which does not depend on a trajectory"});
-  if (!size && along) term.trajectory = read_trajectory_name(*along, study);
-  if (!size && !along) term.trajectory = default_trajectory_name(at, study);
+  if (!figure_entry) at.fail_missing({"of", "peak", "rms", "mean", "range"});
+  const bool is_size = term.size != ObjectiveTerm::Size::none;
+  if (over_entry && along_entry)
+    over_entry->fail({.expected = "'along' a trajectory or 'over: workspace'", .found = "both"});
+  if (over_entry) read_over(*over_entry, study);
+  if (over_entry) along_entry = over_entry;
+  if (is_size && along_entry)
+    along_entry->fail({.expected = "no 'along' with 'of', which does not depend on a trajectory"});
+  if (!is_size && along_entry) term.trajectory = read_trajectory_name(*along_entry, study);
+  if (!is_size && !along_entry) term.trajectory = default_trajectory_name(at, study);
   return term;
 }
 
@@ -285,7 +288,7 @@ constexpr const char* limit_example = "a limit such as peak(torque) <= 12 or mob
 
 constexpr const char* robust_function_name = "mean_plus";
 
-/// Part of a scalar's text as a scalar of its own, so that messages name its place.
+/// Part of a scalar's text as a scalar of its own, so that messages give its place.
 class TextPart {
  public:
   TextPart(const SpecCursor& whole, std::size_t begin, std::size_t end) : whole_(whole), node_(whole.node()) {
@@ -309,7 +312,7 @@ class TextPart {
   std::size_t begin_ = 0;
 };
 
-/// Splits at a sign that stands outside all parentheses and brackets.
+/// Splits at a character outside all parentheses and brackets.
 std::vector<TextPart> split_outside_brackets(const TextPart& part, char sign) {
   std::vector<TextPart> parts;
   std::size_t begin = 0;
@@ -389,9 +392,9 @@ class LimitReader {
   static std::size_t find_relation(const TextPart& whole) {
     const std::string& text = whole.text();
     const std::size_t first = text.find_first_of("<>=");
-    const bool one = first != std::string::npos && text[first] != '=' && first + 1 < text.size() &&
-                     text[first + 1] == '=' && text.find_first_of("<>=", first + 2) == std::string::npos;
-    if (!one)
+    const bool is_single = first != std::string::npos && text[first] != '=' && first + 1 < text.size() &&
+                           text[first + 1] == '=' && text.find_first_of("<>=", first + 2) == std::string::npos;
+    if (!is_single)
       whole.cursor().fail(
           {.expected = std::string(limit_example) + ", with one <= or >=", .found = quote_for_message(text)});
     return first;
@@ -407,16 +410,16 @@ class LimitReader {
   }
 
   /// `mean_plus(3, peak(torque, cycloid))`
-  ObjectiveTerm read_robust(const std::vector<TextPart>& given, const TextPart& part) {
-    if (given.size() != 2)
+  ObjectiveTerm read_robust(const std::vector<TextPart>& arguments, const TextPart& part) {
+    if (arguments.size() != 2)
       part.cursor().fail({.expected = "mean_plus(deviations, figure)", .found = quote_for_message(part.text())});
-    const double count = read_deviation_multiple(given[0].cursor(), draft_.parameters, draft_.study);
-    ObjectiveTerm term = read_term(given[1]);
+    const double count = read_deviation_multiple(arguments[0].cursor(), draft_.parameters, draft_.study);
+    ObjectiveTerm term = read_term(arguments[1]);
     if (term.size != ObjectiveTerm::Size::none || term.run != ObjectiveTerm::RunMeasure::figure ||
         term.deviation_multiple)
-      given[1].cursor().fail(
-          {.expected = "peak, rms, mean or range of a quantity", .found = quote_for_message(given[1].text())});
-    require_prescribed_motion(given[1].cursor(), term, draft_.study);
+      arguments[1].cursor().fail(
+          {.expected = "peak, rms, mean or range of a quantity", .found = quote_for_message(arguments[1].text())});
+    require_prescribed_motion(arguments[1].cursor(), term, draft_.study);
     term.deviation_multiple = count;
     return term;
   }
@@ -432,43 +435,43 @@ class LimitReader {
     if (name == robust_function_name && open != std::string::npos && text.back() == ')')
       return read_robust(split_outside_brackets(part.part(open + 1, text.size() - 1), ','), part);
     names.emplace_back(robust_function_name);
-    const auto found = std::find(names.begin(), names.end(), name);
-    if (found == names.end() || name == robust_function_name)
+    const auto match = std::find(names.begin(), names.end(), name);
+    if (match == names.end() || name == robust_function_name)
       part.cursor().fail({.expected = fmt::format("a figure ({})", join_alternatives(names)),
                           .found = fmt::format("{}{}", quote_for_message(text),
                                                name == robust_function_name ? "; mean_plus(3, peak(torque)) is one"
                                                                             : append_nearest_name(name, names))});
-    ObjectiveTerm term = terms_by_name()[static_cast<std::size_t>(found - names.begin())].term;
-    const bool size = term.size != ObjectiveTerm::Size::none;
-    if (size != (open == std::string::npos) || (!size && text.back() != ')'))
+    ObjectiveTerm term = terms_by_name()[static_cast<std::size_t>(match - names.begin())].term;
+    const bool is_size = term.size != ObjectiveTerm::Size::none;
+    if (is_size != (open == std::string::npos) || (!is_size && text.back() != ')'))
       part.cursor().fail(
-          {.expected = size ? name + " without parentheses" : name + "(…)", .found = quote_for_message(text)});
-    if (!size)
+          {.expected = is_size ? name + " without parentheses" : name + "(…)", .found = quote_for_message(text)});
+    if (!is_size)
       read_arguments(split_outside_brackets(part.part(open + 1, text.size() - 1), ','), name, part.cursor(), term);
     return term;
   }
 
-  /// What it is of, and the trajectory behind it, which may be left out.
-  void read_arguments(const std::vector<TextPart>& given, const std::string& name, const SpecCursor& at,
+  /// What the figure is of, followed by an optional trajectory.
+  void read_arguments(const std::vector<TextPart>& arguments, const std::string& name, const SpecCursor& at,
                       ObjectiveTerm& term) {
     using Run = ObjectiveTerm::RunMeasure;
-    const std::size_t own = term.run == Run::clearance ? 2 : term.run == Run::figure ? 1 : 0;
-    const bool none = own == 0 && given.size() == 1 && given[0].text().empty();
-    const std::size_t count = none ? 0 : given.size();
-    if (count < own || count > own + 1) {
-      const char* form = own == 2   ? "(point, point or line, trajectory)"
-                         : own == 1 ? "(quantity, trajectory)"
-                                    : "(trajectory)";
+    const std::size_t required_count = term.run == Run::clearance ? 2 : term.run == Run::figure ? 1 : 0;
+    const bool is_empty = required_count == 0 && arguments.size() == 1 && arguments[0].text().empty();
+    const std::size_t count = is_empty ? 0 : arguments.size();
+    if (count < required_count || count > required_count + 1) {
+      const char* form = required_count == 2   ? "(point, point or line, trajectory)"
+                         : required_count == 1 ? "(quantity, trajectory)"
+                                               : "(trajectory)";
       at.fail({.expected = name + form, .found = quote_for_message(at.node().text)});
     }
-    if (own == 1) term.quantity = read_quantity(given[0].cursor(), draft_.study);
-    if (own == 2) {
-      term.clearance.point = read_landmark(given[0].cursor(), draft_);
-      for (const TextPart& end : ends_of_line(given[1]))
+    if (required_count == 1) term.quantity = read_quantity(arguments[0].cursor(), draft_.study);
+    if (required_count == 2) {
+      term.clearance.point = read_landmark(arguments[0].cursor(), draft_);
+      for (const TextPart& end : ends_of_line(arguments[1]))
         term.clearance.target.push_back(read_landmark(end.cursor(), draft_));
     }
-    term.trajectory = count > own ? read_trajectory_name(given[own].cursor(), draft_.study)
-                                  : default_trajectory_name(at, draft_.study);
+    term.trajectory = count > required_count ? read_trajectory_name(arguments[required_count].cursor(), draft_.study)
+                                             : default_trajectory_name(at, draft_.study);
   }
 
   /// `leg2.A to leg2.B`
@@ -481,20 +484,20 @@ class LimitReader {
   static void require_alone(const FigureLimit& limit, const SpecCursor& at) {
     using Run = ObjectiveTerm::RunMeasure;
     for (const ObjectiveTerm& term : limit.terms) {
-      const bool least =
+      const bool is_minimum =
           term.size == ObjectiveTerm::Size::none && (term.run == Run::mobility || term.run == Run::clearance);
-      if (least && (limit.terms.size() > 1 || term.weight != 1))
+      if (is_minimum && (limit.terms.size() > 1 || term.weight != 1))
         at.fail({.expected = "mobility and clearance alone, not in a sum", .found = quote_for_message(at.node().text)});
     }
   }
 
-  /// Empty: they have several.
+  /// Empty if the terms have several.
   std::string common_unit_of(const std::vector<ObjectiveTerm>& terms) const {
     const std::string unit = unit_of(terms.front(), draft_.study.mechanism);
-    const bool alike = std::all_of(terms.begin(), terms.end(), [&](const ObjectiveTerm& term) {
+    const bool is_common = std::all_of(terms.begin(), terms.end(), [&](const ObjectiveTerm& term) {
       return unit_of(term, draft_.study.mechanism) == unit;
     });
-    return alike ? unit : "";
+    return is_common ? unit : "";
   }
 
   StudyBuilder& draft_;

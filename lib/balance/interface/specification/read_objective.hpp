@@ -12,16 +12,17 @@ std::vector<ObjectiveTerm> read_objective_terms(const SpecCursor& at, SpecParame
 std::string read_quantity(const SpecCursor& at, const Study& study);
 std::string read_trajectory_name(const SpecCursor& at, const Study& study);
 double read_weight(const SpecCursor& at, SpecParameters& parameters);
-/// How many deviations are added to a figure's mean. The spec must have tolerances.
+/// Number of standard deviations to add to a figure's mean. The spec must have tolerances.
 double read_deviation_multiple(const SpecCursor& at, SpecParameters& parameters, const Study& study);
-/// Fails if the term's trajectory is found anew for every mechanism: runs along it have no deviations.
+/// Fails if the term's trajectory depends on the mechanism: runs along it have no deviations.
 void require_prescribed_motion(const SpecCursor& at, const ObjectiveTerm& term, const Study& study);
-/// The trajectory of a figure without one: the spec's first. Fails at the figure if there is none.
+/// The default trajectory of a figure: the spec's first. Fails at the figure if there is none, or if
+/// it depends on the mechanism.
 std::string default_trajectory_name(const SpecCursor& at, const Study& study);
 
-// Figures that a design must keep to.
+// Limits on figures of a design.
 
-/// `peak(torque[A1]) <= 12`, or a list of such.
+/// `peak(torque[A1]) <= 12`, or a list of limits.
 std::vector<FigureLimit> read_figure_limits(const SpecCursor& at, StudyBuilder& draft);
 
 }  // namespace balance::specification

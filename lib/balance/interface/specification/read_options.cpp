@@ -16,20 +16,20 @@ namespace {
 
 using namespace specification;
 
-/// `A1=0.3, J.slide=2` as the YAML that it is short for. Only a comma or the end may follow a value.
+/// Converts `A1=0.3, J.slide=2` to YAML. Only a comma or the end may follow a value.
 std::string to_yaml_mapping(const std::string& text) {
   std::string yaml = "{";
   std::size_t at = 0;
   while (at <= text.size()) {
     const std::size_t comma = std::min(text.find(',', at), text.size());
-    const std::string part = text.substr(at, comma - at);
-    const std::size_t equals = part.find('=');
-    if (equals == std::string::npos || equals == 0 || equals + 1 == part.size())
+    const std::string entry = text.substr(at, comma - at);
+    const std::size_t equals = entry.find('=');
+    if (equals == std::string::npos || equals == 0 || equals + 1 == entry.size())
       throw ReadError({}, "",
                       {.expected = "coordinates with their values such as A1=0.3,A2=0.5",
                        .found = quote_for_message(text),
                        .hint = suggest_decimal_point(text)});
-    yaml += (at == 0 ? "" : ", ") + part.substr(0, equals) + ": " + part.substr(equals + 1);
+    yaml += (at == 0 ? "" : ", ") + entry.substr(0, equals) + ": " + entry.substr(equals + 1);
     at = comma + 1;
   }
   return yaml + "}";
@@ -39,16 +39,16 @@ std::string to_yaml_mapping(const std::string& text) {
 
 PoseTarget read_pose(const std::string& text, const Study& study) {
   StudyBuilder draft = make_option_builder(study, "--at");
-  TrajectoryOf<Expression> stated;  // a pose is part of one
+  TrajectoryOf<Expression> trajectory;  // poses are converted as part of a trajectory
   draft.problems.collect([&] {
     require_text(text, "a pose");
     const bool short_form = text.find('=') != std::string::npos;
     const std::string joints = short_form ? "{joints: " + to_yaml_mapping(text) + "}" : text;
     const YamlNode root = parse_yaml(short_form || text.find('{') == 0 ? joints : "{" + joints + "}", draft.problems);
-    stated.from = specification::read_pose(SpecCursor(root, "", draft.problems), draft);
+    trajectory.from = specification::read_pose(SpecCursor(root, "", draft.problems), draft);
   });
   draft.problems.throw_if_any();
-  return cast_scalar<double>(stated, [](const Expression& x) { return x.value(); }).from;
+  return cast_scalar<double>(trajectory, [](const Expression& x) { return x.value(); }).from;
 }
 
 std::vector<CoordinateValue> read_coordinate_rates(const std::string& text, const char* option, const Study& study) {
@@ -68,7 +68,7 @@ namespace {
 
 using namespace specification;
 
-/// An option has no free numbers.
+/// An option must not have free numbers.
 void require_numbers(const Member& member) {
   if (member.value.is_scalar()) return;
   for (const Member& one : list_members(member.value, "a joint coordinate, or a mapping of such to factors"))

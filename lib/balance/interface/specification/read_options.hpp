@@ -1,5 +1,5 @@
 #pragma once
-/// What options of the command line are read with.
+/// Readers of command-line options.
 
 #include "balance/foundation/base/spelling.hpp"
 #include "balance/interface/specification/study_builder.hpp"
@@ -11,7 +11,7 @@
 
 namespace balance::specification {
 
-/// A draft of the study with its units, whose complaints are about an option.
+/// Builder of a study, with its units, whose messages refer to an option.
 inline StudyBuilder make_option_builder(const Study& study, const char* option) {
   StudyBuilder draft(study.spec_file);
   draft.study = study;
@@ -21,7 +21,7 @@ inline StudyBuilder make_option_builder(const Study& study, const char* option) 
   return draft;
 }
 
-/// Fails unless there is anything to read.
+/// Fails for a blank text.
 inline void require_text(const std::string& text, const char* what) {
   if (text.find_first_not_of(" \t\r\n") == std::string::npos)
     throw ReadError({}, "", {.expected = what, .found = "an empty text"});
@@ -33,9 +33,9 @@ namespace balance {
 
 // Speeds from the command line.
 
-/// @param text YAML, with braces or without: `v: tool.u, w: {A: 0.5, B: -0.5}`; what a speed may be made of, and the factors' units:
-///        as in a spec's `constraints` (interface/specification/read_speeds.hpp)
-/// @param option what messages call it
+/// @param text YAML, with or without braces: `v: tool.u, w: {A: 0.5, B: -0.5}`; terms of a speed and units of factors
+/// are as in a spec's `constraints` (interface/specification/read_speeds.hpp)
+/// @param option its name in messages
 /// @throws SpecError whose file is the option
 std::vector<GeneralisedSpeed> read_speeds(const std::string& text, const char* option, const Study& study);
 

@@ -1,6 +1,7 @@
 #include "balance/interface/specification/read_path.hpp"
 
 #include "balance/foundation/base/spelling.hpp"
+#include "balance/interface/specification/part_insertion.hpp"
 #include "balance/interface/specification/read_pose.hpp"
 #include "balance/interface/specification/spec_table.hpp"
 #include "balance/interface/specification/study_builder.hpp"
@@ -21,22 +22,22 @@ namespace {
 constexpr int max_corridor_knots = 100;
 constexpr int max_corridor_starts = 100;
 
-/// Of the space that the path lies in: joint coordinates are its axes where joints are driven.
+/// Dimension of the space of the path; if joints are driven, their coordinates are its axes.
 Dimension width_dimension(const SpecCursor& at, const TrajectoryOf<Expression>& trajectory, const StudyBuilder& draft) {
   if (trajectory.drive != DriveKind::joints) return dimension::length;
-  bool turns = false, slides = false;
+  bool has_angle = false, has_length = false;
   for (const auto& value : trajectory.from.joints) {
     const auto c = static_cast<std::size_t>(value.coordinate);
-    (draft.mechanism().coordinates[c].kind == CoordinateKind::angle ? turns : slides) = true;
+    (draft.mechanism().coordinates[c].kind == CoordinateKind::angle ? has_angle : has_length) = true;
   }
-  if (turns && slides)
+  if (has_angle && has_length)
     at.fail({.expected = "no corridor with a drive of turning and sliding joints, which have no distance in common"});
   if (trajectory.from.joints.size() == 1)
     at.fail({.expected = "a drive of at least two joints: one alone leaves no room beside its path"});
-  return slides ? dimension::length : dimension::angle;
+  return has_length ? dimension::length : dimension::angle;
 }
 
-/// Only of a path without corners a distance to every side is known.
+/// Only a path without corners has a defined distance to every side.
 void read_centreline(const SpecCursor& at, StudyBuilder& draft, TrajectoryOf<Expression>& trajectory) {
   read_path(at, draft, trajectory);
   if (trajectory.corridor || std::holds_alternative<WaypointPathOf<Expression>>(trajectory.path) ||
@@ -45,7 +46,7 @@ void read_centreline(const SpecCursor& at, StudyBuilder& draft, TrajectoryOf<Exp
              .found = "another path"});
 }
 
-/// What a law leaves open must be left to the search: nothing beside it depends on where the mechanism is when.
+/// The search must be free to choose the motion: nothing else may depend on where the mechanism is at a given time.
 void check_corridor_trajectory(const SpecCursor& at, const TrajectoryOf<Expression>& trajectory) {
   const auto& components = trajectory.components;
   const auto turns = [](Component c) { return c >= Component::rx; };
@@ -56,8 +57,8 @@ void check_corridor_trajectory(const SpecCursor& at, const TrajectoryOf<Expressi
     at.fail({.expected = "no corridor with the law 'steady-momentum', which leaves nothing to be made least"});
   if (trajectory.start_speed.value() != 0 || trajectory.end_speed.value() != 0)
     at.fail({.expected = "no corridor beside 'speeds': the motion starts and ends at rest"});
-  for (const auto& course : trajectory.secondary_tasks) {
-    const auto* spline = std::get_if<SplineTaskOf<Expression>>(&course.kind);
+  for (const auto& task : trajectory.secondary_tasks) {
+    const auto* spline = std::get_if<SplineTaskOf<Expression>>(&task.kind);
     if (spline == nullptr || spline->over_time)
       at.fail({.expected = "no corridor beside a spline over time or a kept momentum"});
   }
@@ -74,24 +75,22 @@ double radius_of(const TrajectoryOf<Expression>& trajectory) {
 }  // namespace
 
 SpecCursor corridor_centreline(const SpecCursor& path) {
-  const auto member = [](const SpecCursor& map, const std::string& name) -> std::optional<SpecCursor> {
-    if (!map.is_map()) return std::nullopt;
-    const YamlNode& node = map.node();
-    for (std::size_t i = 0; i < node.keys.size() && i < node.items.size(); ++i)
-      if (node.keys[i].text == name) return SpecCursor(node.items[i], map.path() + "." + name, map.problems());
-    return std::nullopt;
+  const auto find_value = [](const SpecCursor& map, const std::string& name) -> std::optional<SpecCursor> {
+    const YamlNode* value = find_entry(map.node(), name);
+    if (value == nullptr) return std::nullopt;
+    return SpecCursor(*value, map.path() + "." + name, map.problems());
   };
-  const auto corridor = member(path, "corridor");
-  const auto along = corridor ? member(*corridor, "along") : std::nullopt;
-  return along ? *along : path;
+  const auto corridor_entry = find_value(path, "corridor");
+  const auto along_entry = corridor_entry ? find_value(*corridor_entry, "along") : std::nullopt;
+  return along_entry ? *along_entry : path;
 }
 
 void read_corridor(const SpecCursor& at, StudyBuilder& draft, TrajectoryOf<Expression>& trajectory) {
-  std::optional<SpecCursor> along, width;
+  std::optional<SpecCursor> along_entry, width_entry;
   CorridorOf<Expression> corridor;
   const bool read = read_fields(at, "a corridor {along, width}",
-                                {{"along", Presence::required, [&](const SpecCursor& c) { along = c; }},
-                                 {"width", Presence::required, [&](const SpecCursor& c) { width = c; }},
+                                {{"along", Presence::required, [&](const SpecCursor& c) { along_entry = c; }},
+                                 {"width", Presence::required, [&](const SpecCursor& c) { width_entry = c; }},
                                  {"knots", Presence::optional,
                                   [&](const SpecCursor& c) {
                                     corridor.inner_knots =
@@ -103,12 +102,12 @@ void read_corridor(const SpecCursor& at, StudyBuilder& draft, TrajectoryOf<Expre
   if (!read) return;
   check_corridor_trajectory(at, trajectory);
   const Dimension dimension = width_dimension(at, trajectory, draft);
-  if (!width->is_scalar()) width->fail_expected("a number or an expression");
-  corridor.width = read_number(*width, draft, dimension, SignConstraint::positive);
-  read_centreline(*along, draft, trajectory);
+  if (!width_entry->is_scalar()) width_entry->fail_expected("a number or an expression");
+  corridor.width = read_number(*width_entry, draft, dimension, SignConstraint::positive);
+  read_centreline(*along_entry, draft, trajectory);
   if (const double radius = radius_of(trajectory); !(corridor.width.value() < radius))
-    width->fail({.expected = fmt::format("a width less than the circle's radius ({:.6g} m)", radius),
-                 .found = fmt::format("{:.6g} m", corridor.width.value())});
+    width_entry->fail({.expected = fmt::format("a width less than the circle's radius ({:.6g} m)", radius),
+                       .found = fmt::format("{:.6g} m", corridor.width.value())});
   trajectory.corridor = std::move(corridor);
 }
 
@@ -121,7 +120,8 @@ bool has_key(const SpecCursor& at, const char* name) {
   return false;
 }
 
-/// The point that the drive moves, where the spec gives it: the centre of mass of a pose of joints is known only later.
+/// The point that the drive moves, if the spec gives it: the centre of mass of a pose given by
+/// joints is known only later.
 std::optional<Vector3E> moved_point(const PoseTargetOf<Expression>& pose, DriveKind drive) {
   return drive == DriveKind::tool ? pose.tool : pose.com;
 }
@@ -136,15 +136,15 @@ CirclePathOf<Expression> read_circle(const SpecCursor& at, StudyBuilder& draft,
                                      const TrajectoryOf<Expression>& trajectory) {
   require_moved_point(at, trajectory);
   CirclePathOf<Expression> circle;
-  std::optional<SpecCursor> centre, angle;
+  std::optional<SpecCursor> centre_entry, angle_entry;
   const auto read_centre = [&](const SpecCursor& c) {
-    if (centre) c.fail({.expected = "'centre' once", .found = "it again in another spelling"});
-    centre = c;
+    if (centre_entry) c.fail({.expected = "'centre' once", .found = "it again in another spelling"});
+    centre_entry = c;
     circle.centre = read_vector(c, draft, dimension::length);
   };
   const auto read_angle = [&](const SpecCursor& c, const Expression& value) {
-    if (angle) c.fail({.expected = "'angle' or 'turns'", .found = "both"});
-    angle = c;
+    if (angle_entry) c.fail({.expected = "'angle' or 'turns'", .found = "both"});
+    angle_entry = c;
     circle.angle = value;
     if (value.value() == 0 && c.is_scalar()) c.fail({.expected = "an angle other than 0", .found = "0"});
   };
@@ -159,12 +159,12 @@ CirclePathOf<Expression> read_circle(const SpecCursor& at, StudyBuilder& draft,
     fields.push_back(
         {"normal", Presence::required, [&](const SpecCursor& c) { circle.normal = read_direction(c, draft); }});
   if (!read_fields(at, "a circle {centre, angle or turns}", fields)) return circle;
-  if (!centre) at.fail_missing({"centre"});
-  if (!angle) at.fail_missing({"angle", "turns"});
+  if (!centre_entry) at.fail_missing({"centre"});
+  if (!angle_entry) at.fail_missing({"angle", "turns"});
   if (const auto start = moved_point(trajectory.from, trajectory.drive)) {
     const Vector3 radius = values_of(*start) - values_of(circle.centre);
     if (!(radius.cross(values_of(circle.normal)).norm() > 0))
-      centre->fail({.expected = "a centre away from where the motion starts", .found = "the start itself"});
+      centre_entry->fail({.expected = "a centre away from where the motion starts", .found = "the start itself"});
   }
   return circle;
 }
@@ -172,18 +172,18 @@ CirclePathOf<Expression> read_circle(const SpecCursor& at, StudyBuilder& draft,
 ArcPathOf<Expression> read_arc(const SpecCursor& at, StudyBuilder& draft, const TrajectoryOf<Expression>& trajectory) {
   require_moved_point(at, trajectory);
   ArcPathOf<Expression> arc;
-  std::optional<SpecCursor> via;
+  std::optional<SpecCursor> via_entry;
   const bool read = read_fields(at, "an arc {via}", {{"via", Presence::required, [&](const SpecCursor& c) {
-                                                        via = c;
+                                                        via_entry = c;
                                                         arc.via = read_vector(c, draft, dimension::length);
                                                       }}});
   const auto from = moved_point(trajectory.from, trajectory.drive);
   const auto to = moved_point(trajectory.to, trajectory.drive);
   if (!read || !from || !to) return arc;
   const Vector3 a = values_of(arc.via) - values_of(*from), b = values_of(*to) - values_of(*from);
-  // A radius above a million chords is a line in all but name.
+  // with a radius above a million chords it is practically a line
   if (!(a.cross(b).norm() > 1e-6 * a.norm() * b.norm()))
-    via->fail({.expected = "a point off the line from start to end", .found = "one on it"});
+    via_entry->fail({.expected = "a point off the line from start to end", .found = "one on it"});
   return arc;
 }
 
@@ -195,23 +195,23 @@ void read_times(const SpecCursor& at, StudyBuilder& draft, const TrajectoryOf<Ex
   if (times.size() != path.points.size())
     at.fail({.expected = fmt::format("a list of {}, one time for each waypoint", path.points.size()),
              .found = fmt::format("{}", times.size())});
-  double before = 0;
+  double previous = 0;
   read_each(times, [&](const SpecCursor& item) {
-    const Expression at_point = read_number(item, draft, dimension::time);
-    const double time = at_point.value(), duration = trajectory.duration.value();
-    if (!(time > before && time < duration))
+    const Expression waypoint_time = read_number(item, draft, dimension::time);
+    const double time = waypoint_time.value(), duration = trajectory.duration.value();
+    if (!(time > previous && time < duration))
       item.fail({.expected = fmt::format("increasing times between 0 and the duration ({:.9g} s)", duration),
                  .found = fmt::format("{:.9g} s", time)});
-    before = time;
-    path.fractions.push_back(at_point / trajectory.duration);
+    previous = time;
+    path.fractions.push_back(waypoint_time / trajectory.duration);
   });
 }
 
 WaypointPathOf<Expression> read_waypoints(const SpecCursor& at, StudyBuilder& draft,
                                           const TrajectoryOf<Expression>& trajectory) {
   WaypointPathOf<Expression> path;
-  const DriveRequirements needs{trajectory.drive, trajectory.components};
-  std::optional<SpecCursor> times;
+  const DriveRequirements requirements{trajectory.drive, trajectory.components};
+  std::optional<SpecCursor> times_entry;
   const bool read = read_fields(at, "waypoints",
                                 {{"waypoints", Presence::required,
                                   [&](const SpecCursor& c) {
@@ -219,7 +219,7 @@ WaypointPathOf<Expression> read_waypoints(const SpecCursor& at, StudyBuilder& dr
                                       PoseTargetOf<Expression> pose;
                                       if (!draft.problems.collect([&] { pose = read_pose(item, draft); }))
                                         throw CascadingError();
-                                      check_pose(item, pose, needs, draft);
+                                      check_pose(item, pose, requirements, draft);
                                       match_pose(item, pose, trajectory.from, trajectory.drive, draft);
                                       path.points.push_back(pose);
                                     });
@@ -229,8 +229,8 @@ WaypointPathOf<Expression> read_waypoints(const SpecCursor& at, StudyBuilder& dr
                                   [&](const SpecCursor& c) {
                                     path.spline = c.read_choice("how to pass the waypoints", {"rest", "spline"}) == 1;
                                   }},
-                                 {"times", Presence::optional, [&](const SpecCursor& c) { times = c; }}});
-  if (read && times) read_times(*times, draft, trajectory, path);
+                                 {"times", Presence::optional, [&](const SpecCursor& c) { times_entry = c; }}});
+  if (read && times_entry) read_times(*times_entry, draft, trajectory, path);
   return path;
 }
 
@@ -253,31 +253,31 @@ void read_path(const SpecCursor& at, StudyBuilder& draft, TrajectoryOf<Expressio
     trajectory.path = read_waypoints(at, draft, trajectory);
     return;
   }
-  std::optional<SpecCursor> table, columns, file, circle, arc, corridor;
-  const auto keep = [](std::optional<SpecCursor>& slot) { return [&slot](const SpecCursor& c) { slot = c; }; };
+  std::optional<SpecCursor> table_entry, columns_entry, file_entry, circle_entry, arc_entry, corridor_entry;
+  const auto store_in = [](std::optional<SpecCursor>& slot) { return [&slot](const SpecCursor& c) { slot = c; }; };
   const bool read = read_fields(at, what,
-                                {{"circle", Presence::optional, keep(circle)},
-                                 {"arc", Presence::optional, keep(arc)},
+                                {{"circle", Presence::optional, store_in(circle_entry)},
+                                 {"arc", Presence::optional, store_in(arc_entry)},
                                  {"waypoints", Presence::optional, [](const SpecCursor&) {}},
-                                 {"table", Presence::optional, keep(table)},
-                                 {"columns", Presence::optional, keep(columns)},
-                                 {"file", Presence::optional, keep(file)},
-                                 {"corridor", Presence::optional, keep(corridor)}});
+                                 {"table", Presence::optional, store_in(table_entry)},
+                                 {"columns", Presence::optional, store_in(columns_entry)},
+                                 {"file", Presence::optional, store_in(file_entry)},
+                                 {"corridor", Presence::optional, store_in(corridor_entry)}});
   if (!read) return;
-  const auto given = {&circle, &arc, &table, &file, &corridor};
-  if (std::count_if(given.begin(), given.end(), [](const auto* path) { return path->has_value(); }) != 1)
+  const auto entries = {&circle_entry, &arc_entry, &table_entry, &file_entry, &corridor_entry};
+  if (std::count_if(entries.begin(), entries.end(), [](const auto* entry) { return entry->has_value(); }) != 1)
     at.fail_expected(what);
-  if (columns && !table) columns->fail({.expected = "no 'columns' without 'table'"});
-  if (circle) trajectory.path = read_circle(*circle, draft, trajectory);
-  if (arc) trajectory.path = read_arc(*arc, draft, trajectory);
-  if (table) read_table_path(*table, columns, draft, trajectory);
-  if (file) read_file_path(*file, draft, trajectory);
-  if (corridor) read_corridor(*corridor, draft, trajectory);
+  if (columns_entry && !table_entry) columns_entry->fail({.expected = "no 'columns' without 'table'"});
+  if (circle_entry) trajectory.path = read_circle(*circle_entry, draft, trajectory);
+  if (arc_entry) trajectory.path = read_arc(*arc_entry, draft, trajectory);
+  if (table_entry) read_table_path(*table_entry, columns_entry, draft, trajectory);
+  if (file_entry) read_file_path(*file_entry, draft, trajectory);
+  if (corridor_entry) read_corridor(*corridor_entry, draft, trajectory);
 }
 
 namespace {
 
-/// A spline needs that many.
+/// Minimum for a spline.
 constexpr std::size_t min_table_rows = 4;
 
 constexpr Component space_components[]{Component::x,  Component::y,  Component::z,
@@ -289,7 +289,7 @@ Component component_at(int column, const StudyBuilder& draft) {
   return draft.planar() ? plane_components[i] : space_components[i];
 }
 
-/// What a table may prescribe.
+/// Columns that a table may have.
 std::vector<TableColumn> possible_columns(const StudyBuilder& draft, DriveKind drive) {
   const bool planar = draft.planar();
   std::vector<TableColumn> columns;
@@ -311,22 +311,22 @@ std::vector<TableColumn> possible_columns(const StudyBuilder& draft, DriveKind d
 PoseTargetOf<Expression> pose_of(const std::vector<Expression>& row, const std::vector<int>& columns,
                                  const StudyBuilder& draft, DriveKind drive) {
   PoseTargetOf<Expression> pose;
-  Vector3E position = Vector3E::Zero(), turn = Vector3E::Zero();
-  bool moves = false, turns = false;
+  Vector3E position = Vector3E::Zero(), rotation = Vector3E::Zero();
+  bool has_position = false, has_rotation = false;
   for (std::size_t i = 0; i < row.size(); ++i) {
     if (drive == DriveKind::joints) {
       pose.joints.push_back({columns[i], row[i]});
       continue;
     }
     const int component = static_cast<int>(component_at(columns[i], draft));
-    (component < 3 ? moves : turns) = true;
-    (component < 3 ? position : turn)[component % 3] = row[i];
+    (component < 3 ? has_position : has_rotation) = true;
+    (component < 3 ? position : rotation)[component % 3] = row[i];
   }
-  if (moves) (drive == DriveKind::tool ? pose.tool : pose.com) = position;
-  if (turns && draft.planar())
-    pose.angle = turn[2];
-  else if (turns)
-    pose.orientation = rotation_from_vector(turn);
+  if (has_position) (drive == DriveKind::tool ? pose.tool : pose.com) = position;
+  if (has_rotation && draft.planar())
+    pose.angle = rotation[2];
+  else if (has_rotation)
+    pose.orientation = rotation_from_vector(rotation);
   return pose;
 }
 
@@ -351,7 +351,7 @@ void assign_path_table(const SpecCursor& at, const TimeTable& table, StudyBuilde
   trajectory.path = TablePathOf<Expression>{table.time, table.values};
 }
 
-/// The columns in the order of Component, as the drive expects them. A file may have them in any order.
+/// Sorts the columns in the order of Component, as the drive expects them. A file may have them in any order.
 TimeTable sort_columns(TimeTable table) {
   std::vector<std::size_t> order(table.columns.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
@@ -366,7 +366,7 @@ TimeTable sort_columns(TimeTable table) {
   return table;
 }
 
-/// The columns of a table in the spec, where it does not name them.
+/// The columns of a table in the spec that does not name them.
 std::vector<int> default_columns(const SpecCursor& table, std::size_t count, const StudyBuilder& draft,
                                  const TrajectoryOf<Expression>& trajectory) {
   std::vector<int> columns;
@@ -375,13 +375,13 @@ std::vector<int> default_columns(const SpecCursor& table, std::size_t count, con
     if (columns.empty()) columns.assign(draft.mechanism().actuators.begin(), draft.mechanism().actuators.end());
   } else if (!trajectory.components.empty()) {
     for (const Component c : trajectory.components) {
-      const int space = static_cast<int>(c);
-      columns.push_back(draft.planar() && c == Component::rz ? 2 : space);
+      const int component = static_cast<int>(c);
+      columns.push_back(draft.planar() && c == Component::rz ? 2 : component);
     }
   } else {
-    const std::size_t most = possible_columns(draft, trajectory.drive).size();
-    const bool positions_only = trajectory.drive == DriveKind::com || count < most;
-    columns.resize(positions_only ? (draft.planar() ? 2 : 3) : most);
+    const std::size_t max_columns = possible_columns(draft, trajectory.drive).size();
+    const bool positions_only = trajectory.drive == DriveKind::com || count < max_columns;
+    columns.resize(positions_only ? (draft.planar() ? 2 : 3) : max_columns);
     std::iota(columns.begin(), columns.end(), 0);
   }
   if (columns.empty()) table.fail({.expected = "'columns: […]' to name the table's columns", .found = "none"});
@@ -410,12 +410,12 @@ void read_table_path(const SpecCursor& at, const std::optional<SpecCursor>& colu
   if (rows.empty()) at.fail_expected("a list of rows [time, …]");
   const auto possible = possible_columns(draft, trajectory.drive);
   const std::size_t count = rows[0].node().items.empty() ? 0 : rows[0].node().items.size() - 1;
-  const std::vector<int> chosen =
+  const std::vector<int> selection =
       columns ? read_columns(*columns, possible) : default_columns(at, count, draft, trajectory);
-  std::vector<TableColumn> wanted;
-  for (const int column : chosen) wanted.push_back(possible[static_cast<std::size_t>(column)]);
-  TimeTable table = read_inline_table(at, draft, wanted);
-  table.columns = chosen;
+  std::vector<TableColumn> selected_columns;
+  for (const int column : selection) selected_columns.push_back(possible[static_cast<std::size_t>(column)]);
+  TimeTable table = read_inline_table(at, draft, selected_columns);
+  table.columns = selection;
   const bool order_given = trajectory.drive == DriveKind::joints || !trajectory.components.empty();
   assign_path_table(at, order_given ? table : sort_columns(std::move(table)), draft, trajectory);
 }

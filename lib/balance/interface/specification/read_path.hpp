@@ -5,25 +5,25 @@
 
 namespace balance::specification {
 
-/// Reads `line`, `{circle: …}`, `{arc: …}`, `{waypoints: …}`, `{table: …}`, `{file: …}` or `{corridor: …}` into trajectory.path and
-/// trajectory.corridor. The drive, the
-/// poses, the components and the duration must be there already; tables replace poses, components and duration.
+/// Reads `line`, `{circle: …}`, `{arc: …}`, `{waypoints: …}`, `{table: …}`, `{file: …}` or `{corridor: …}` into
+/// trajectory.path and trajectory.corridor. Drive, poses, components and duration must have been read; tables replace
+/// poses, components and duration.
 void read_path(const SpecCursor& at, StudyBuilder& draft, TrajectoryOf<Expression>& trajectory);
 
-/// The path along which a corridor goes; another path is its own.
+/// The centreline of a corridor; another path is its own.
 SpecCursor corridor_centreline(const SpecCursor& path);
 bool is_corridor(const SpecCursor& path);
-/// Whether the path brings its own poses and times.
+/// Whether the path has its own poses and times.
 bool is_table(const SpecCursor& path);
-/// Whether the path is a circle, which can be read without knowing where it starts.
+/// Whether the path is a circle, which can be read without its start.
 bool is_circle(const SpecCursor& path);
 /// Whether the path needs an end pose.
 bool has_end_pose(const SpecCursor* path);
 
-/// Reads `{along: line, width: 0.002}` into trajectory.corridor and its middle into trajectory.path.
+/// Reads `{along: line, width: 0.002}` into trajectory.corridor and its centreline into trajectory.path.
 void read_corridor(const SpecCursor& at, StudyBuilder& draft, TrajectoryOf<Expression>& trajectory);
 
-/// Two of them: `{table: [[t, …], …], columns: […]}` and `{file: motion.csv}`.
+/// Two kinds of path: `{table: [[t, …], …], columns: […]}` and `{file: motion.csv}`.
 void read_table_path(const SpecCursor& table, const std::optional<SpecCursor>& columns, StudyBuilder& draft,
                      TrajectoryOf<Expression>& trajectory);
 void read_file_path(const SpecCursor& file, StudyBuilder& draft, TrajectoryOf<Expression>& trajectory);

@@ -34,7 +34,7 @@ PoseTargetOf<Expression> read_pose(const SpecCursor& at, StudyBuilder& draft) {
          if (c.node().items.empty()) c.fail_expected("values of at least one joint coordinate");
        }},
       {"com", Presence::optional, [&](const SpecCursor& c) { pose.com = read_vector(c, draft, dimension::length); }}};
-  const auto orientation = [&](Matrix3E (*read)(const SpecCursor&, StudyBuilder&)) {
+  const auto read_orientation = [&](Matrix3E (*read)(const SpecCursor&, StudyBuilder&)) {
     return [&pose, &draft, read](const SpecCursor& c) {
       if (pose.orientation) c.fail({.expected = "'rpy' or 'quaternion'", .found = "both"});
       pose.orientation = read(c, draft);
@@ -47,27 +47,29 @@ PoseTargetOf<Expression> read_pose(const SpecCursor& at, StudyBuilder& draft) {
                         require_tool(c, draft);
                       }});
   } else {
-    fields.push_back({"rpy", Presence::optional, orientation(read_rpy)});
-    fields.push_back({"quaternion", Presence::optional, orientation(read_quaternion)});
+    fields.push_back({"rpy", Presence::optional, read_orientation(read_rpy)});
+    fields.push_back({"quaternion", Presence::optional, read_orientation(read_quaternion)});
   }
   if (read_fields(at, "a pose {tool: …}, {joints: …} or {com: …}", fields) && at.node().items.empty())
     at.fail_expected("a pose {tool: …}, {joints: …} or {com: …}");
   return pose;
 }
 
-void check_pose(const SpecCursor& at, const PoseTargetOf<Expression>& pose, const DriveRequirements& needs,
+void check_pose(const SpecCursor& at, const PoseTargetOf<Expression>& pose, const DriveRequirements& requirements,
                 const StudyBuilder& draft) {
   const auto has = [&](auto... c) {
-    return ((std::find(needs.components.begin(), needs.components.end(), c) != needs.components.end()) || ...);
+    return ((std::find(requirements.components.begin(), requirements.components.end(), c) !=
+             requirements.components.end()) ||
+            ...);
   };
   using enum Component;
-  switch (needs.drive) {
+  switch (requirements.drive) {
     case DriveKind::joints:
       if (pose.joints.empty())
         at.fail({.expected = "'joints: {…}', which 'drive: joints' moves", .found = "a pose without it"});
       return;
     case DriveKind::tool:
-      if ((needs.components.empty() || has(x, y, z)) && !pose.tool)
+      if ((requirements.components.empty() || has(x, y, z)) && !pose.tool)
         at.fail({.expected = "'tool: […]', which 'drive: tool' moves", .found = "a pose without it"});
       if (has(rx, ry, rz) && draft.planar() && !pose.angle)
         at.fail({.expected = "'angle', which is among the trajectory's components", .found = "a pose without it"});
@@ -96,29 +98,29 @@ std::map<int, CoordinateValueOf<Expression>> by_coordinate(const PoseTargetOf<Ex
 
 void match_pose(const SpecCursor& at, PoseTargetOf<Expression>& pose, const PoseTargetOf<Expression>& model,
                 DriveKind drive, const StudyBuilder& draft) {
-  const auto same = [&](bool here, bool there, const char* what) {
-    if (here != there)
+  const auto require_same = [&](bool in_pose, bool in_model, const char* what) {
+    if (in_pose != in_model)
       at.fail({.expected = "the same quantities in all poses of a trajectory",
                .found = fmt::format("one with and one without {}", what)});
   };
   if (drive == DriveKind::tool) {
-    same(pose.angle.has_value(), model.angle.has_value(), "'angle'");
-    same(pose.orientation.has_value(), model.orientation.has_value(), "'rpy' or 'quaternion'");
+    require_same(pose.angle.has_value(), model.angle.has_value(), "'angle'");
+    require_same(pose.orientation.has_value(), model.orientation.has_value(), "'rpy' or 'quaternion'");
   }
   if (drive != DriveKind::joints) return;
-  const auto given = by_coordinate(pose), known = by_coordinate(model);
+  const auto values = by_coordinate(pose), model_values = by_coordinate(model);
   std::vector<CoordinateValueOf<Expression>> ordered;
-  for (const auto& wanted : model.joints) {
-    const auto found = given.find(wanted.coordinate);
-    const std::string& name = draft.mechanism().coordinates[static_cast<std::size_t>(wanted.coordinate)].name;
-    if (found == given.end())
+  for (const auto& model_value : model.joints) {
+    const auto match = values.find(model_value.coordinate);
+    const std::string& name = draft.mechanism().coordinates[static_cast<std::size_t>(model_value.coordinate)].name;
+    if (match == values.end())
       at.fail({.expected = fmt::format("a value of {} as in the trajectory's other poses", quote_for_message(name)),
                .found = "none"});
-    ordered.push_back(found->second);
+    ordered.push_back(match->second);
   }
-  for (const auto& extra : pose.joints) {
-    const std::string& name = draft.mechanism().coordinates[static_cast<std::size_t>(extra.coordinate)].name;
-    if (!known.contains(extra.coordinate))
+  for (const auto& value : pose.joints) {
+    const std::string& name = draft.mechanism().coordinates[static_cast<std::size_t>(value.coordinate)].name;
+    if (!model_values.contains(value.coordinate))
       at.fail({.expected = "the same joints as in the trajectory's other poses",
                .found = fmt::format("also {}", quote_for_message(name))});
   }
@@ -126,9 +128,9 @@ void match_pose(const SpecCursor& at, PoseTargetOf<Expression>& pose, const Pose
 }
 
 bool overrides_pose(const PoseTargetOf<Expression>& pose, DriveKind drive) {
-  const bool by_joints = !pose.joints.empty(), by_place = pose.tool || pose.com;
-  return drive == DriveKind::joints ? !by_joints && by_place
-                                    : drive == DriveKind::tool && !pose.tool && (by_joints || pose.com);
+  const bool has_joints = !pose.joints.empty(), has_point = pose.tool || pose.com;
+  return drive == DriveKind::joints ? !has_joints && has_point
+                                    : drive == DriveKind::tool && !pose.tool && (has_joints || pose.com);
 }
 
 }  // namespace balance::specification

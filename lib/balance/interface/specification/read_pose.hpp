@@ -8,17 +8,18 @@ namespace balance::specification {
 /// At least one quantity. Keys: tool, joints, com; planar: angle; spatial: rpy or quaternion.
 PoseTargetOf<Expression> read_pose(const SpecCursor& at, StudyBuilder& draft);
 
-/// Which part of a pose a drive needs.
+/// Parts of a pose that a drive needs.
 struct DriveRequirements {
   DriveKind drive = DriveKind::tool;
   std::vector<Component> components;  ///< empty: positions, and an orientation if the pose has one
 };
 
 /// Fails at `at` unless the pose has what the drive needs.
-void check_pose(const SpecCursor& at, const PoseTargetOf<Expression>& pose, const DriveRequirements& needs,
+void check_pose(const SpecCursor& at, const PoseTargetOf<Expression>& pose, const DriveRequirements& requirements,
                 const StudyBuilder& draft);
 
-/// A pose may be told in other quantities than the drive's: it is found, and the drive's are measured there.
+/// Whether the pose is given in other quantities than the drive's: it is then found, and the
+/// drive's are evaluated there.
 bool overrides_pose(const PoseTargetOf<Expression>& pose, DriveKind drive);
 
 /// Fails at `at` unless `pose` gives the same quantities as `model`; puts its joints into the model's order.

@@ -15,79 +15,80 @@ constexpr Dimension angular_momentum_dimension = dimension::moment * dimension::
 constexpr const char* momentum_forms = "zero, a number, {table: [[time, momentum], …]} or {file: …}";
 constexpr std::size_t min_momentum_rows = 2;
 
-void assign_momentum_table(const SpecCursor& at, const TimeTable& table, KeptMomentumE& kept) {
+void assign_momentum_table(const SpecCursor& at, const TimeTable& table, KeptMomentumE& momentum) {
   if (table.time.size() < min_momentum_rows)
     at.fail({.expected = fmt::format("at least {} rows", min_momentum_rows),
              .found = fmt::format("{}", table.time.size())});
-  kept.time = table.time;
-  for (const auto& row : table.values) kept.value.push_back(row.front());
+  momentum.time = table.time;
+  for (const auto& row : table.values) momentum.value.push_back(row.front());
 }
 
 bool has_free_key(const SpecCursor& at) {
-  const std::vector<Member> all = list_members(at, momentum_forms);
-  return std::any_of(all.begin(), all.end(), [](const Member& member) { return member.name == "free"; });
+  const std::vector<Member> members = list_members(at, momentum_forms);
+  return std::any_of(members.begin(), members.end(), [](const Member& member) { return member.name == "free"; });
 }
 
-void read_momenta(const SpecCursor& at, StudyBuilder& draft, KeptMomentumE& kept) {
+void read_momenta(const SpecCursor& at, StudyBuilder& draft, KeptMomentumE& momentum) {
   std::optional<SpecCursor> table, file;
-  const auto keep = [](std::optional<SpecCursor>& slot) { return [&slot](const SpecCursor& c) { slot = c; }; };
+  const auto store_in = [](std::optional<SpecCursor>& slot) { return [&slot](const SpecCursor& c) { slot = c; }; };
   if (!read_fields(at, momentum_forms,
-                   {{"table", Presence::optional, keep(table)}, {"file", Presence::optional, keep(file)}}))
+                   {{"table", Presence::optional, store_in(table)}, {"file", Presence::optional, store_in(file)}}))
     throw CascadingError();
   if (table.has_value() == file.has_value())
     at.fail({.expected = "'table' or 'file'", .found = table ? "both" : "neither"});
   const std::vector<TableColumn> columns{{"momentum", angular_momentum_dimension}};
   if (table)
-    assign_momentum_table(*table, read_inline_table(*table, draft, columns), kept);
+    assign_momentum_table(*table, read_inline_table(*table, draft, columns), momentum);
   else
-    assign_momentum_table(*file, read_table_file(*file, draft, columns), kept);
+    assign_momentum_table(*file, read_table_file(*file, draft, columns), momentum);
 }
 
 std::vector<KeptMomentumE*> kept_momenta(TrajectoryOf<Expression>& trajectory) {
-  std::vector<KeptMomentumE*> all;
-  for (auto& course : trajectory.secondary_tasks)
-    if (auto* kept = std::get_if<KeptMomentumE>(&course.kind)) all.push_back(kept);
-  return all;
+  std::vector<KeptMomentumE*> momenta;
+  for (auto& task : trajectory.secondary_tasks)
+    if (auto* momentum = std::get_if<KeptMomentumE>(&task.kind)) momenta.push_back(momentum);
+  return momenta;
 }
 
 }  // namespace
 
 KeptMomentumE read_momentum_task(const SpecCursor& at, const std::optional<SpecCursor>& axis, StudyBuilder& draft) {
-  KeptMomentumE kept{.axis = draft.planar() ? 2 : -1, .time = {}, .value = {}, .solution = {}};
+  KeptMomentumE momentum{.axis = draft.planar() ? 2 : -1, .time = {}, .value = {}, .solution = {}};
   if (axis && draft.planar())
     axis->fail({.expected = "no 'axis' in the plane, where the angular momentum has one component"});
-  if (axis) kept.axis = static_cast<int>(axis->read_choice("a component of the angular momentum", {"x", "y", "z"}));
-  if (at.is_scalar() && at.node().text == "zero") return kept;
+  if (axis) momentum.axis = static_cast<int>(axis->read_choice("a component of the angular momentum", {"x", "y", "z"}));
+  if (at.is_scalar() && at.node().text == "zero") return momentum;
   if (at.is_list()) at.fail_expected(momentum_forms);
   if (at.is_map() && !has_free_key(at))
-    read_momenta(at, draft, kept);
+    read_momenta(at, draft, momentum);
   else
-    kept.value.push_back(read_number(at, draft, angular_momentum_dimension));
-  return kept;
+    momentum.value.push_back(read_number(at, draft, angular_momentum_dimension));
+  return momentum;
 }
 
 void assign_momentum_components(const SpecCursor& at, const StudyBuilder& draft, TrajectoryOf<Expression>& trajectory) {
-  const std::vector<KeptMomentumE*> all = kept_momenta(trajectory);
-  if (all.empty()) return;
-  if (draft.planar() && all.size() > 1)
+  const std::vector<KeptMomentumE*> momenta = kept_momenta(trajectory);
+  if (momenta.empty()) return;
+  if (draft.planar() && momenta.size() > 1)
     at.fail({.expected = "one quantity that keeps the angular momentum, which has one component in the plane",
-             .found = fmt::format("{}", all.size())});
-  const auto unsaid = [](const KeptMomentumE* kept) { return kept->axis < 0; };
-  const auto zero = [](const KeptMomentumE* kept) { return kept->value.empty(); };
-  if (all.size() == 3 && std::all_of(all.begin(), all.end(), unsaid) && std::all_of(all.begin(), all.end(), zero))
-    for (int axis = 0; axis < 3; ++axis) all[static_cast<std::size_t>(axis)]->axis = axis;
+             .found = fmt::format("{}", momenta.size())});
+  const auto has_no_axis = [](const KeptMomentumE* momentum) { return momentum->axis < 0; };
+  const auto is_zero = [](const KeptMomentumE* momentum) { return momentum->value.empty(); };
+  if (momenta.size() == 3 && std::all_of(momenta.begin(), momenta.end(), has_no_axis) &&
+      std::all_of(momenta.begin(), momenta.end(), is_zero))
+    for (int axis = 0; axis < 3; ++axis) momenta[static_cast<std::size_t>(axis)]->axis = axis;
   std::vector<int> axes;
-  for (const KeptMomentumE* kept : all) {
-    if (kept->axis < 0)
+  for (const KeptMomentumE* momentum : momenta) {
+    if (momentum->axis < 0)
       at.fail(
           {.expected = "'axis: x', y or z beside every 'momentum' in space, but for three that keep all of it at zero",
            .found = "none"});
-    if (std::find(axes.begin(), axes.end(), kept->axis) != axes.end())
+    if (std::find(axes.begin(), axes.end(), momentum->axis) != axes.end())
       at.fail({.expected = "a component of its own for every quantity that keeps the angular momentum",
-               .found = fmt::format("{} again", "xyz"[kept->axis])});
-    axes.push_back(kept->axis);
+               .found = fmt::format("{} again", "xyz"[momentum->axis])});
+    axes.push_back(momentum->axis);
   }
-  if (is_mechanism_dependent(trajectory.law.kind) && !std::all_of(all.begin(), all.end(), zero))
+  if (is_mechanism_dependent(trajectory.law.kind) && !std::all_of(momenta.begin(), momenta.end(), is_zero))
     at.fail(
         {.expected = "'momentum: zero' with a law that is searched for: it decides when the momentum has which value",
          .found = "another one"});
@@ -95,12 +96,12 @@ void assign_momentum_components(const SpecCursor& at, const StudyBuilder& draft,
 
 namespace {
 
-using Course = SecondaryTaskOf<Expression>;
-using AddedSpline = SplineTaskOf<Expression>;
+using SecondaryTaskE = SecondaryTaskOf<Expression>;
+using SplineTaskE = SplineTaskOf<Expression>;
 
-Dimension course_dimension(const Course& course, const StudyBuilder& draft) {
-  if (course.coordinate < 0) return dimension::angle;
-  return dimension_of(draft.mechanism().coordinates[static_cast<std::size_t>(course.coordinate)].kind);
+Dimension task_dimension(const SecondaryTaskE& task, const StudyBuilder& draft) {
+  if (task.coordinate < 0) return dimension::angle;
+  return dimension_of(draft.mechanism().coordinates[static_cast<std::size_t>(task.coordinate)].kind);
 }
 
 struct SecondaryTaskKeys {
@@ -111,7 +112,7 @@ bool read_jump(const SpecCursor& at) {
   return at.read_choice("whether the acceleration may jump", {"false", "true"}) == 1;
 }
 
-/// With a jump a spline has a knot in the middle, which counts twice.
+/// Number of coefficients of a spline. With a jump, its middle knot counts twice.
 long coefficients_for(const SpecCursor& at, long knots, bool jump) {
   if (jump && knots % 2 == 0)
     at.fail({.expected = "an odd number of knots, one of them in the middle where the acceleration may jump",
@@ -119,13 +120,13 @@ long coefficients_for(const SpecCursor& at, long knots, bool jump) {
   return jump ? knots + 1 : knots;
 }
 
-AddedSpline read_spline(const SecondaryTaskKeys& text, Dimension dimension, StudyBuilder& draft) {
-  AddedSpline spline;
-  if (text.jump) spline.has_middle_jump = read_jump(*text.jump);
-  if (text.over) spline.over_time = text.over->read_choice("what a spline is over", {"time", "way"}) == 0;
+SplineTaskE read_spline(const SecondaryTaskKeys& keys, Dimension dimension, StudyBuilder& draft) {
+  SplineTaskE spline;
+  if (keys.jump) spline.has_middle_jump = read_jump(*keys.jump);
+  if (keys.over) spline.over_time = keys.over->read_choice("what a spline is over", {"time", "way"}) == 0;
   if (spline.has_middle_jump && !spline.over_time)
-    text.jump->fail({.expected = "no 'jump' with 'over: way': where on the way the law jumps is not known before"});
-  const SpecCursor& at = *text.spline;
+    keys.jump->fail({.expected = "no 'jump' with 'over: way': where on the way the law jumps is not known before"});
+  const SpecCursor& at = *keys.spline;
   if (at.is_map()) {
     spline.coefficients = read_free_list(at, draft, dimension, "knots", [&](const SpecCursor& knots, long n) {
       return coefficients_for(knots, n, spline.has_middle_jump);
@@ -140,38 +141,38 @@ AddedSpline read_spline(const SecondaryTaskKeys& text, Dimension dimension, Stud
   return spline;
 }
 
-/// Nothing if the quantity goes straight.
-void read_secondary_task(const SpecCursor& at, Course course, StudyBuilder& draft,
+/// A quantity that moves along a `line` needs no task.
+void read_secondary_task(const SpecCursor& at, SecondaryTaskE task, StudyBuilder& draft,
                          TrajectoryOf<Expression>& trajectory) {
   const std::string what = "line, {spline: …} or {momentum: …}";
   if (at.is_scalar() && at.node().text == "line") return;
   if (!at.is_map()) at.fail_expected(what);
-  SecondaryTaskKeys text;
-  const auto keep = [](std::optional<SpecCursor>& slot) { return [&slot](const SpecCursor& c) { slot = c; }; };
+  SecondaryTaskKeys keys;
+  const auto store_in = [](std::optional<SpecCursor>& slot) { return [&slot](const SpecCursor& c) { slot = c; }; };
   if (!read_fields(at, what,
-                   {{"spline", Presence::optional, keep(text.spline)},
-                    {"over", Presence::optional, keep(text.over)},
-                    {"jump", Presence::optional, keep(text.jump)},
-                    {"momentum", Presence::optional, keep(text.momentum)},
-                    {"axis", Presence::optional, keep(text.axis)}}))
+                   {{"spline", Presence::optional, store_in(keys.spline)},
+                    {"over", Presence::optional, store_in(keys.over)},
+                    {"jump", Presence::optional, store_in(keys.jump)},
+                    {"momentum", Presence::optional, store_in(keys.momentum)},
+                    {"axis", Presence::optional, store_in(keys.axis)}}))
     return;
-  if (text.spline.has_value() == text.momentum.has_value())
-    at.fail({.expected = "'spline' or 'momentum'", .found = text.spline ? "both" : "neither"});
-  if (text.spline) {
-    if (text.axis) text.axis->fail({.expected = "no such key beside 'spline': only a momentum has it"});
-    course.kind = read_spline(text, course_dimension(course, draft), draft);
-    const auto& spline = std::get<AddedSpline>(course.kind);
+  if (keys.spline.has_value() == keys.momentum.has_value())
+    at.fail({.expected = "'spline' or 'momentum'", .found = keys.spline ? "both" : "neither"});
+  if (keys.spline) {
+    if (keys.axis) keys.axis->fail({.expected = "no such key beside 'spline': only a momentum has it"});
+    task.kind = read_spline(keys, task_dimension(task, draft), draft);
+    const auto& spline = std::get<SplineTaskE>(task.kind);
     if (is_mechanism_dependent(trajectory.law.kind) && spline.over_time)
-      text.spline->fail({.expected = "'over: way' with a law that is searched for: it decides when things happen"});
+      keys.spline->fail({.expected = "'over: way' with a law that is searched for: it decides when things happen"});
   } else {
-    for (const auto& key : {text.over, text.jump})
-      if (key) key->fail({.expected = "no such key beside 'momentum': only a spline has it"});
-    course.kind = read_momentum_task(*text.momentum, text.axis, draft);
+    for (const auto& entry : {keys.over, keys.jump})
+      if (entry) entry->fail({.expected = "no such key beside 'momentum': only a spline has it"});
+    task.kind = read_momentum_task(*keys.momentum, keys.axis, draft);
   }
-  trajectory.secondary_tasks.push_back(std::move(course));
+  trajectory.secondary_tasks.push_back(std::move(task));
 }
 
-/// The quantity of a name: −1 is the planar tool's angle.
+/// Index of the coordinate with that name; −1 for the planar tool's angle.
 int read_quantity(const SpecCursor& at, const std::string& name, StudyBuilder& draft) {
   if (name != "angle" || !draft.planar()) return find_coordinate(at, name, draft);
   if (!draft.mechanism().tool)
@@ -183,14 +184,16 @@ int read_quantity(const SpecCursor& at, const std::string& name, StudyBuilder& d
 int add_quantity(const SpecCursor& at, const std::string& name, StudyBuilder& draft,
                  TrajectoryOf<Expression>& trajectory) {
   const int quantity = read_quantity(at, name, draft);
-  auto& all = trajectory.remaining_coordinates;
-  const bool known =
-      quantity < 0 ? trajectory.remaining_angle : std::find(all.begin(), all.end(), quantity) != all.end();
-  if (known) at.fail({.expected = "every coordinate once", .found = fmt::format("{} again", quote_for_message(name))});
+  auto& coordinates = trajectory.remaining_coordinates;
+  const bool is_listed = quantity < 0
+                             ? trajectory.remaining_angle
+                             : std::find(coordinates.begin(), coordinates.end(), quantity) != coordinates.end();
+  if (is_listed)
+    at.fail({.expected = "every coordinate once", .found = fmt::format("{} again", quote_for_message(name))});
   if (quantity < 0)
     trajectory.remaining_angle = true;
   else
-    all.push_back(quantity);
+    coordinates.push_back(quantity);
   return quantity;
 }
 
@@ -214,9 +217,10 @@ void read_secondary_tasks(const SpecCursor& at, StudyBuilder& draft, TrajectoryO
 }
 
 bool has_momentum_task(const TrajectoryOf<Expression>& trajectory) {
-  return std::any_of(trajectory.secondary_tasks.begin(), trajectory.secondary_tasks.end(), [](const Course& course) {
-    return course.coordinate < 0 && std::holds_alternative<KeptMomentumE>(course.kind);
-  });
+  return std::any_of(trajectory.secondary_tasks.begin(), trajectory.secondary_tasks.end(),
+                     [](const SecondaryTaskE& task) {
+                       return task.coordinate < 0 && std::holds_alternative<KeptMomentumE>(task.kind);
+                     });
 }
 
 }  // namespace balance::specification

@@ -1,6 +1,7 @@
 #include "balance/interface/specification/read_spec.hpp"
 
 #include "balance/foundation/base/error.hpp"
+#include "balance/interface/specification/part_insertion.hpp"
 #include "balance/interface/specification/read_document.hpp"
 #include "balance/interface/specification/text_file.hpp"
 #include "balance/interface/specification/yaml_document.hpp"
@@ -15,7 +16,7 @@ SpecDocument::SpecDocument(std::string text) : text_(std::move(text)) {
     auto root = std::make_shared<const specification::YamlNode>(specification::parse_yaml(text_, problems));
     if (problems.is_empty()) root_ = std::move(root);
   } catch (const specification::ReadError&) {
-    // without a root reading parses the text, and refuses it
+    // without a root, reading parses the text again and rejects it
   } catch (const SpecError&) {
   }
 }
@@ -54,6 +55,7 @@ TolerancedDesignSpace read_toleranced_space_file(const std::string& path, const 
 
 namespace {
 
+using specification::find_entry;
 using specification::YamlNode;
 
 void collect(const YamlNode& node, const std::string& path, SpecNumberTexts& texts) {
@@ -65,17 +67,11 @@ void collect(const YamlNode& node, const std::string& path, SpecNumberTexts& tex
   }
 }
 
-const YamlNode* member(const YamlNode& map, const std::string& key) {
-  for (std::size_t i = 0; map.kind == YamlNode::Kind::map && i < map.items.size(); ++i)
-    if (map.keys[i].text == key) return &map.items[i];
-  return nullptr;
-}
-
 /// A free number's start is the middle of its bounds unless it is given.
 std::string value_text(const YamlNode& value) {
   if (value.kind == YamlNode::Kind::scalar) return value.text;
-  if (const YamlNode* start = member(value, "start")) return start->text;
-  const YamlNode* bounds = member(value, "free");
+  if (const YamlNode* start = find_entry(value, "start")) return start->text;
+  const YamlNode* bounds = find_entry(value, "free");
   if (bounds == nullptr || bounds->items.size() != 2) return "";
   return "(" + bounds->items[0].text + " + " + bounds->items[1].text + ") / 2";
 }
@@ -88,7 +84,8 @@ SpecNumberTexts read_spec_number_texts(const DesignSpace& space, const ReadOptio
   specification::SpecErrorCollector problems("");
   const YamlNode root = specification::parse_yaml(space.start.spec_text, problems);
   collect(root, "", texts);
-  if (const YamlNode* section = member(root, "parameters"); section != nullptr && section->kind == YamlNode::Kind::map)
+  if (const YamlNode* section = find_entry(root, "parameters");
+      section != nullptr && section->kind == YamlNode::Kind::map)
     for (std::size_t i = 0; i < section->items.size(); ++i)
       texts.parameters.push_back({section->keys[i].text, value_text(section->items[i])});
   for (const auto& [name, value] : options.set) {

@@ -14,7 +14,7 @@ namespace {
 
 struct VelocityComponent {
   const char* name;
-  GeneralisedSpeedTerm::Kind of;
+  GeneralisedSpeedTerm::Kind kind;
   int index;
   bool planar, spatial;
 };
@@ -36,16 +36,16 @@ constexpr VelocityComponent velocity_components[]{
     {"r", angular_velocity_body, 2, false, true},
 };
 
-bool is_turning(GeneralisedSpeedTerm::Kind of) { return of == angular_velocity || of == angular_velocity_body; }
+bool is_turning(GeneralisedSpeedTerm::Kind kind) { return kind == angular_velocity || kind == angular_velocity_body; }
 
-const VelocityComponent* component_named(const std::string& name, bool planar) {
-  for (const VelocityComponent& one : velocity_components)
-    if ((planar ? one.planar : one.spatial) && one.name == name) return &one;
+const VelocityComponent* find_component(const std::string& name, bool planar) {
+  for (const VelocityComponent& component : velocity_components)
+    if ((planar ? component.planar : component.spatial) && component.name == name) return &component;
   return nullptr;
 }
 
-/// A body's name with one of its points behind it, or without; empty: there is no such place.
-std::optional<PointReference> place_named(const std::string& name, const StudyBuilder& draft) {
+/// Resolves `tool`, or a body's name with or without one of its points; std::nullopt if there is no such place.
+std::optional<PointReference> find_point_reference(const std::string& name, const StudyBuilder& draft) {
   const auto& mechanism = draft.mechanism();
   if (name == "tool" && mechanism.tool)
     return PointReference{mechanism.tool->body, mechanism.tool->point, mechanism.tool->position};
@@ -60,13 +60,13 @@ std::optional<PointReference> place_named(const std::string& name, const StudyBu
   return std::nullopt;
 }
 
-/// What names there could be, for a hint.
+/// Possible names, for a hint.
 std::vector<std::string> all_names(const StudyBuilder& draft) {
   std::vector<std::string> names;
   for (const Coordinate& coordinate : draft.mechanism().coordinates) names.push_back(coordinate.name);
   const auto add = [&](const std::string& place) {
-    for (const VelocityComponent& one : velocity_components)
-      if (draft.planar() ? one.planar : one.spatial) names.push_back(place + "." + one.name);
+    for (const VelocityComponent& component : velocity_components)
+      if (draft.planar() ? component.planar : component.spatial) names.push_back(place + "." + component.name);
   };
   if (draft.mechanism().tool) add("tool");
   for (const auto& body : draft.mechanism().bodies)
@@ -76,44 +76,43 @@ std::vector<std::string> all_names(const StudyBuilder& draft) {
 
 std::string component_list(bool planar) {
   std::vector<std::string> names;
-  for (const VelocityComponent& one : velocity_components)
-    if (planar ? one.planar : one.spatial) names.emplace_back(one.name);
+  for (const VelocityComponent& component : velocity_components)
+    if (planar ? component.planar : component.spatial) names.emplace_back(component.name);
   return join_alternatives(names);
 }
 
-/// A coordinate's name is the coordinate, even if it begins like a place.
+/// The name of a coordinate takes precedence over that of a place.
 GeneralisedSpeedTermOf<Expression> term_of(const SpecCursor& at, const std::string& name, const StudyBuilder& draft) {
   const auto& coordinates = draft.mechanism().coordinates;
   for (std::size_t c = 0; c < coordinates.size(); ++c)
     if (coordinates[c].name == name) return {.index = static_cast<int>(c)};
-  const std::size_t point = name.rfind('.');
+  const std::size_t dot = name.rfind('.');
   const VelocityComponent* component =
-      point == std::string::npos ? nullptr : component_named(name.substr(point + 1), draft.planar());
-  const std::optional<PointReference> place =
-      component == nullptr ? std::nullopt : place_named(name.substr(0, point), draft);
+      dot == std::string::npos ? nullptr : find_component(name.substr(dot + 1), draft.planar());
+  const std::optional<PointReference> point =
+      component == nullptr ? std::nullopt : find_point_reference(name.substr(0, dot), draft);
   const bool lacks_tool = name.starts_with("tool.") && !draft.mechanism().tool;
-  if (!place)
+  if (!point)
     at.fail({.expected = fmt::format("a joint coordinate, or a component ({}) of the motion of the tool or of a body's "
                                      "point, as in 'tool.x' or 'body.point.x'",
                                      component_list(draft.planar())),
              .found = quote_for_message(name),
              .hint = lacks_tool ? "speeds of the tool need a tool, which the spec lacks"
                                 : format_nearest_name(name, all_names(draft))});
-  if (place->name.empty() && !is_turning(component->of))
-    at.fail(
-        {.expected = fmt::format("a point of the body, as in '{}.origin.{}'", name.substr(0, point), component->name),
-         .found = quote_for_message(name)});
+  if (point->name.empty() && !is_turning(component->kind))
+    at.fail({.expected = fmt::format("a point of the body, as in '{}.origin.{}'", name.substr(0, dot), component->name),
+             .found = quote_for_message(name)});
   GeneralisedSpeedTermOf<Expression> term;
-  term.kind = static_cast<GeneralisedSpeedTermOf<Expression>::Kind>(component->of);
+  term.kind = static_cast<GeneralisedSpeedTermOf<Expression>::Kind>(component->kind);
   term.index = component->index;
-  term.body = place->body;
-  if (!is_turning(component->of)) term.position = place->position;
+  term.body = point->body;
+  if (!is_turning(component->kind)) term.position = point->position;
   return term;
 }
 
 bool is_length(const GeneralisedSpeedTermOf<Expression>& term, const StudyBuilder& draft) {
-  using Of = GeneralisedSpeedTermOf<Expression>::Kind;
-  if (term.kind != Of::coordinate) return term.kind == Of::velocity || term.kind == Of::velocity_body;
+  using Kind = GeneralisedSpeedTermOf<Expression>::Kind;
+  if (term.kind != Kind::coordinate) return term.kind == Kind::velocity || term.kind == Kind::velocity_body;
   return draft.mechanism().coordinates[static_cast<std::size_t>(term.index)].kind == CoordinateKind::length;
 }
 
@@ -125,14 +124,14 @@ GeneralisedSpeedOf<Expression> read_speed(const Member& member, StudyBuilder& dr
     speed.terms.push_back(term_of(member.value, member.value.read_word("what the speed is"), draft));
     return speed;
   }
-  const std::vector<Member> all =
+  const std::vector<Member> members =
       list_members(member.value, "a joint coordinate, a component of a motion, or a mapping of such to factors");
-  for (const Member& one : all) speed.terms.push_back(term_of(one.key, one.name, draft));
-  if (all.empty()) member.value.fail({.expected = "at least one term", .found = member.value.describe_found()});
+  for (const Member& one : members) speed.terms.push_back(term_of(one.key, one.name, draft));
+  if (members.empty()) member.value.fail({.expected = "at least one term", .found = member.value.describe_found()});
   const bool velocity =
       std::any_of(speed.terms.begin(), speed.terms.end(), [&](const auto& term) { return is_length(term, draft); });
-  for (std::size_t k = 0; k < all.size(); ++k) {
-    const SpecCursor& value = all[k].value;
+  for (std::size_t k = 0; k < members.size(); ++k) {
+    const SpecCursor& value = members[k].value;
     if (!value.is_scalar() && !value.is_map()) value.fail_expected("a number");
     const bool angle = velocity && !is_length(speed.terms[k], draft);
     speed.terms[k].factor =

@@ -38,14 +38,14 @@ std::set<int> variable_inputs(const StudyBuilder& draft) {
 
 bool has_dependence(const ExpressionGraph& graph, const Expression& number, const std::set<int>& inputs) {
   if (number.is_constant() || inputs.empty()) return false;
-  std::vector<bool> wanted(static_cast<std::size_t>(number.node()) + 1, false);
-  wanted.back() = true;
-  for (std::size_t n = wanted.size(); n-- > 0;) {  // arguments are earlier nodes
-    if (!wanted[n]) continue;
+  std::vector<bool> reachable(static_cast<std::size_t>(number.node()) + 1, false);
+  reachable.back() = true;
+  for (std::size_t n = reachable.size(); n-- > 0;) {  // arguments are earlier nodes
+    if (!reachable[n]) continue;
     const ExpressionNode& node = graph.nodes()[n];
     if (node.operation == Operation::input && inputs.contains(node.input)) return true;
     for (const int argument : node.arguments)
-      if (argument >= 0) wanted[static_cast<std::size_t>(argument)] = true;
+      if (argument >= 0) reachable[static_cast<std::size_t>(argument)] = true;
   }
   return false;
 }
@@ -66,9 +66,9 @@ bool is_variable_number(const Expression& number, const StudyBuilder& draft) {
   return has_dependence(draft.recording->graph, number, variable_inputs(draft));
 }
 
-std::vector<Field> presence_fields(const SpecCursor& at, AttachmentKind kind, PresenceKeys& text) {
+std::vector<Field> presence_fields(const SpecCursor& at, AttachmentKind kind, PresenceKeys& keys) {
   std::vector<Field> fields;
-  for (auto& [name, slot] : {std::pair{"from", &text.from}, std::pair{"until", &text.until}}) {
+  for (auto& [name, slot] : {std::pair{"from", &keys.from}, std::pair{"until", &keys.until}}) {
     if (kind == AttachmentKind::payload)
       fields.push_back({name, Presence::optional, [slot = slot](const SpecCursor& c) { *slot = c; }});
     else if (has_entry(at, name))
@@ -82,65 +82,65 @@ std::vector<Field> presence_fields(const SpecCursor& at, AttachmentKind kind, Pr
   return fields;
 }
 
-void read_presence(const PresenceKeys& text, StudyBuilder& draft, AttachmentOf<Expression>& attachment) {
-  if (!text.given()) return;
+void read_presence(const PresenceKeys& keys, StudyBuilder& draft, AttachmentOf<Expression>& attachment) {
+  if (!keys.given()) return;
   const bool read = draft.problems.collect([&] {
-    if (text.from) attachment.from = read_switch_time(*text.from, draft);
+    if (keys.from) attachment.from = read_switch_time(*keys.from, draft);
   });
   draft.problems.collect([&] {
-    if (!text.until) return;
-    attachment.until = read_switch_time(*text.until, draft);
+    if (!keys.until) return;
+    attachment.until = read_switch_time(*keys.until, draft);
     if (read && !(attachment.from < attachment.until))
-      text.until->fail({.expected = text.from ? "a time later than 'from'" : "a time",
+      keys.until->fail({.expected = keys.from ? "a time later than 'from'" : "a time",
                         .found = fmt::format("{:.6g} s", attachment.until)});
     if (attachment.until <= 0)
-      text.until->fail({.expected = "a time later than the start of the motion, 0 s",
+      keys.until->fail({.expected = "a time later than the start of the motion, 0 s",
                         .found = fmt::format("{:.6g} s", attachment.until)});
   });
-  const SpecCursor& said = text.from ? *text.from : *text.until;
-  draft.study.temporary_payloads.push_back({attachment.name, place_of(said)});
-  draft.payload_activations.emplace_back(said, attachment.from);
+  const SpecCursor& entry = keys.from ? *keys.from : *keys.until;
+  draft.study.temporary_payloads.push_back({attachment.name, place_of(entry)});
+  draft.payload_activations.emplace_back(entry, attachment.from);
 }
 
 void require_permanent_payloads(const SpecCursor& at, const std::string& expected, const StudyBuilder& draft) {
-  const auto& all = draft.study.temporary_payloads;
-  if (all.empty()) return;
+  const auto& payloads = draft.study.temporary_payloads;
+  if (payloads.empty()) return;
   at.fail({.expected = fmt::format("{}, because payload {} is taken up or set down on the way", expected,
-                                   quote_for_message(all.front().name)),
+                                   quote_for_message(payloads.front().name)),
            .found = at.describe_found()});
 }
 
-void check_temporary_payloads(const MotionKeys& text, const StudyBuilder& draft,
+void check_temporary_payloads(const MotionKeys& keys, const StudyBuilder& draft,
                               const TrajectoryOf<Expression>& trajectory) {
   if (draft.study.temporary_payloads.empty()) return;
-  if (trajectory.drive == DriveKind::com && text.drive)
-    require_permanent_payloads(*text.drive, "'joints' or 'tool': the centre of mass would jump", draft);
-  if (is_mechanism_dependent(trajectory.law.kind) && text.law)
-    require_permanent_payloads(*text.law, "a law that is not searched for", draft);
+  if (trajectory.drive == DriveKind::com && keys.drive)
+    require_permanent_payloads(*keys.drive, "'joints' or 'tool': the centre of mass would jump", draft);
+  if (is_mechanism_dependent(trajectory.law.kind) && keys.law)
+    require_permanent_payloads(*keys.law, "a law that is not searched for", draft);
   if (is_variable_number(trajectory.duration, draft))
-    require_permanent_payloads(text.at, "a 'duration' that no free number, load case or tolerance changes", draft);
-  if (text.limits) require_permanent_payloads(*text.limits, "no 'limits'", draft);
-  if (is_mechanism_dependent(trajectory)) require_permanent_payloads(text.at, "a motion that no mass decides", draft);
-  for (const auto& [pose, place] : {std::pair{&trajectory.from, &text.from}, std::pair{&trajectory.to, &text.to}})
+    require_permanent_payloads(keys.at, "a 'duration' that no free number, load case or tolerance changes", draft);
+  if (keys.limits) require_permanent_payloads(*keys.limits, "no 'limits'", draft);
+  if (is_mechanism_dependent(trajectory)) require_permanent_payloads(keys.at, "a motion that no mass decides", draft);
+  for (const auto& [pose, place] : {std::pair{&trajectory.from, &keys.from}, std::pair{&trajectory.to, &keys.to}})
     if (pose->com) require_permanent_payloads(*place, "a pose by 'joints' or 'tool'", draft);
 }
 
 void check_presence(StudyBuilder& draft) {
   const auto& trajectories = draft.trajectories();
   if (trajectories.empty()) return;
-  double longest = 0;
-  for (const auto& one : trajectories) {
-    const auto* table = std::get_if<TablePathOf<Expression>>(&one.path);
-    longest = std::max(longest, table != nullptr && !table->time.empty()
-                                    ? table->time.back().value() - table->time.front().value()
-                                    : one.duration.value());
+  double max_duration = 0;
+  for (const auto& trajectory : trajectories) {
+    const auto* table = std::get_if<TablePathOf<Expression>>(&trajectory.path);
+    max_duration = std::max(max_duration, table != nullptr && !table->time.empty()
+                                              ? table->time.back().value() - table->time.front().value()
+                                              : trajectory.duration.value());
   }
   for (const auto& [at, from] : draft.payload_activations)
     draft.problems.collect([&, &at = at, &from = from] {
-      if (from >= longest)
+      if (from >= max_duration)
         at.fail({.expected = fmt::format("a time before the longest trajectory's end, {:.6g} s: the payload would "
                                          "never be there",
-                                         longest),
+                                         max_duration),
                  .found = fmt::format("{:.6g} s", from)});
     });
 }

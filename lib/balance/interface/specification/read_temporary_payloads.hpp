@@ -1,5 +1,5 @@
 #pragma once
-/// Payloads that are taken up and set down on the way: `from`, `until`.
+/// Temporary payloads, which are picked up and set down during the motion: `from`, `until`.
 
 #include "balance/interface/specification/study_builder.hpp"
 
@@ -7,37 +7,38 @@
 
 namespace balance::specification {
 
-/// Where a payload says when it is there.
+/// Keys of a payload for when it is present.
 struct PresenceKeys {
   std::optional<SpecCursor> from, until;
 
   bool given() const { return from || until; }
 };
 
-/// The keys `from` and `until` of a payload. Of a counterweight none but those that are there, to be refused.
-std::vector<Field> presence_fields(const SpecCursor& at, AttachmentKind kind, PresenceKeys& text);
+/// The keys `from` and `until` of a payload. For a counterweight only those that are given, in order to reject them.
+std::vector<Field> presence_fields(const SpecCursor& at, AttachmentKind kind, PresenceKeys& keys);
 
-/// Into the attachment, and where it is said into the study.
-void read_presence(const PresenceKeys& text, StudyBuilder& draft, AttachmentOf<Expression>& attachment);
+/// Stores the times in the attachment, and their place in the study.
+void read_presence(const PresenceKeys& keys, StudyBuilder& draft, AttachmentOf<Expression>& attachment);
 
-/// Fails if something comes or goes on the way and may not where this stands. @param expected what is expected there instead
+/// Fails if there are temporary payloads, which are not allowed here. @param expected what is expected instead
 void require_permanent_payloads(const SpecCursor& at, const std::string& expected, const StudyBuilder& draft);
 
-/// Whether free numbers, load cases or tolerances change it.
+/// Whether free numbers, load cases or tolerances change the number.
 bool is_variable_number(const Expression& number, const StudyBuilder& draft);
 
-/// Where a trajectory says what payloads that come and go may not suit.
+/// Keys of a trajectory that may conflict with temporary payloads.
 struct MotionKeys {
   const SpecCursor& at;
   const std::optional<SpecCursor>&drive, &law, &limits;
   SpecCursor from, to;
 };
 
-/// What depends on the masses that move would jump with them, or be found for masses that are not always there.
-void check_temporary_payloads(const MotionKeys& text, const StudyBuilder& draft,
+/// Fails for anything that depends on the moving masses: it would jump with them, or be found for masses
+/// that are not always present.
+void check_temporary_payloads(const MotionKeys& keys, const StudyBuilder& draft,
                               const TrajectoryOf<Expression>& trajectory);
 
-/// Once all trajectories are known: a payload must be there in one of them.
+/// Once all trajectories are known, checks that every payload is present in one of them.
 void check_presence(StudyBuilder& draft);
 
 }  // namespace balance::specification

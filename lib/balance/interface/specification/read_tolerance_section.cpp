@@ -14,18 +14,19 @@ namespace {
 
 bool has_wildcards(const std::string& name) { return name.find('*') != std::string::npos; }
 
-/// Whether a name with stars, each for any characters, is the whole of a text. Steps at most once per star and character.
+/// Whether a pattern, in which a star stands for any characters, matches the whole text. At most one
+/// step per star and character.
 bool is_glob_match(std::string_view name, std::string_view text) {
-  std::size_t n = 0, t = 0, star = std::string_view::npos, taken = 0;
+  std::size_t n = 0, t = 0, star = std::string_view::npos, consumed = 0;
   while (t < text.size()) {
     if (n < name.size() && name[n] == '*') {
       star = n++;
-      taken = t;
+      consumed = t;
     } else if (n < name.size() && name[n] == text[t]) {
       ++n, ++t;
     } else if (star != std::string_view::npos) {
       n = star + 1;
-      t = ++taken;
+      t = ++consumed;
     } else {
       return false;
     }
@@ -40,58 +41,58 @@ std::string parent_path(const std::string& path) {
   return path.substr(0, path.find('[', point == std::string::npos ? 0 : point));
 }
 
-/// A path may be called without its section, and a component by the name of its vector.
+/// A path may be named without its section, and a component by the name of its vector.
 bool is_name_of_number(const std::string& name, const std::string& path) {
   const auto short_path = [](const std::string& one) { return one.substr(one.find('.') + 1); };
-  const std::string whole = parent_path(path);
-  return is_glob_match(name, path) || is_glob_match(name, whole) || is_glob_match(name, short_path(path)) ||
-         is_glob_match(name, short_path(whole));
+  const std::string parent = parent_path(path);
+  return is_glob_match(name, path) || is_glob_match(name, parent) || is_glob_match(name, short_path(path)) ||
+         is_glob_match(name, short_path(parent));
 }
 
-/// What of a spec is not made.
+/// Whether a number of the spec describes something that is manufactured.
 bool is_manufactured(const std::string& path) {
   return !path.starts_with("controllers.") && !path.starts_with("design.");
 }
 
-/// How far off, as written.
+/// A deviation as written.
 struct ToleranceWidth {
   double size = 0;
-  bool part = false;  ///< of the number's size; else in the spec's units
-  Distribution spread = Distribution::normal;
+  bool is_relative = false;  ///< relative to the number; else in the spec's units
+  Distribution distribution = Distribution::normal;
 };
 
-double read_deviation(const SpecCursor& at, StudyBuilder& draft, bool& part) {
+double read_deviation(const SpecCursor& at, StudyBuilder& draft, bool& is_relative) {
   const std::string text = at.read_word("a deviation: a number, an expression or a percentage such as 1%");
   YamlNode plain = at.node();
-  part = text.ends_with('%');
-  if (part) plain.text = text.substr(0, text.size() - 1);
+  is_relative = text.ends_with('%');
+  if (is_relative) plain.text = text.substr(0, text.size() - 1);
   const double size = draft.parameters.evaluate(SpecCursor(plain, at.path(), at.problems())).value();
   if (size < 0) at.fail({.kind = "must not be negative", .expected = "a number ≥ 0", .found = quote_for_message(text)});
-  return part ? size / 100 : size;
+  return is_relative ? size / 100 : size;
 }
 
 ToleranceWidth read_width(const SpecCursor& at, StudyBuilder& draft) {
   ToleranceWidth width;
-  const auto read_one = [&](const SpecCursor& c) { width.size = read_deviation(c, draft, width.part); };
+  const auto read_one = [&](const SpecCursor& c) { width.size = read_deviation(c, draft, width.is_relative); };
   if (at.is_scalar()) {
     read_one(at);
     return width;
   }
-  width.spread = Distribution::uniform;
+  width.distribution = Distribution::uniform;
   if (!read_fields(at, "a standard deviation (0.1e-3, 1%) or {uniform: half of the interval}",
                    {{"uniform", Presence::required, read_one}}))
     throw CascadingError();
   return width;
 }
 
-/// Every number that a name of the section may call; the recording gets what they are.
+/// All numbers that the section may name; stores them in the recording.
 std::vector<TolerancedParameter> list_numbers(StudyBuilder& draft) {
-  std::vector<TolerancedParameter> all;
+  std::vector<TolerancedParameter> toleranced;
   Recording& recording = *draft.recording;
   const auto add = [&](TolerancedParameter number, const Expression& value) {
     number.recording_index = static_cast<int>(recording.toleranced.size());
     recording.toleranced.push_back(value);
-    all.push_back(std::move(number));
+    toleranced.push_back(std::move(number));
   };
   for (const NamedExpression& one : recording.parameters)
     if (one.is_plain)
@@ -104,73 +105,74 @@ std::vector<TolerancedParameter> list_numbers(StudyBuilder& draft) {
          .input = recording.input_index(one.input),
          .is_positive = one.sign != SignConstraint::none},
         one.perturbed);
-  return all;
+  return toleranced;
 }
 
 class ToleranceReader {
  public:
-  explicit ToleranceReader(StudyBuilder& draft) : draft_(draft), numbers_(list_numbers(draft)), by_(numbers_.size()) {}
+  explicit ToleranceReader(StudyBuilder& draft)
+      : draft_(draft), numbers_(list_numbers(draft)), selected_by_(numbers_.size()) {}
 
   void read(const Member& member) {
-    const std::vector<std::size_t> found = find(member);
+    const std::vector<std::size_t> matches = find(member);
     const ToleranceWidth width = read_width(member.value, draft_);
-    for (const std::size_t i : found) {
-      // What is called by its own name is no longer meant by one with stars.
-      if (by_[i] && has_wildcards(member.name) && !has_wildcards(*by_[i])) continue;
-      if (by_[i] && has_wildcards(member.name) == has_wildcards(*by_[i]))
+    for (const std::size_t i : matches) {
+      // a number's own name takes precedence over a pattern
+      if (selected_by_[i] && has_wildcards(member.name) && !has_wildcards(*selected_by_[i])) continue;
+      if (selected_by_[i] && has_wildcards(member.name) == has_wildcards(*selected_by_[i]))
         member.key.fail({.expected = "every number once",
                          .found = fmt::format("{}, which {} calls already", quote_for_message(numbers_[i].path),
-                                              quote_for_message(*by_[i]))});
-      by_[i] = member.name;
+                                              quote_for_message(*selected_by_[i]))});
+      selected_by_[i] = member.name;
       set(member.value, width, numbers_[i]);
     }
   }
 
   Tolerances selected() const {
-    Tolerances all;
+    Tolerances tolerances;
     for (std::size_t i = 0; i < numbers_.size(); ++i)
-      if (by_[i]) all.push_back(numbers_[i]);
-    return all;
+      if (selected_by_[i]) tolerances.push_back(numbers_[i]);
+    return tolerances;
   }
 
  private:
   std::vector<std::size_t> find(const Member& member) const {
-    std::vector<std::size_t> found;
+    std::vector<std::size_t> matches;
     for (std::size_t i = 0; i < numbers_.size(); ++i)
-      if (is_name_of_number(member.name, numbers_[i].path)) found.push_back(i);
-    if (found.empty()) {
+      if (is_name_of_number(member.name, numbers_[i].path)) matches.push_back(i);
+    if (matches.empty()) {
       if (!draft_.is_mechanism_valid || draft_.problems.is_section_invalid("parameters")) throw CascadingError();
-      const bool path = member.name.find('.') != std::string::npos;
+      const bool is_path = member.name.find('.') != std::string::npos;
       member.key.fail(
           {.expected =
                "a parameter with a value of its own, or the path of a number of the spec (* stands for any characters)",
            .found = quote_for_message(member.name),
-           .hint = path ? "" : format_nearest_name(member.name, draft_.parameters.names())});
+           .hint = is_path ? "" : format_nearest_name(member.name, draft_.parameters.names())});
     }
-    for (const std::size_t i : found)
-      if (!has_wildcards(member.name) && parent_path(numbers_[i].path) != parent_path(numbers_[found[0]].path))
+    for (const std::size_t i : matches)
+      if (!has_wildcards(member.name) && parent_path(numbers_[i].path) != parent_path(numbers_[matches[0]].path))
         member.key.fail(
             {.expected = "the name of one number",
              .found = fmt::format("{}, which is {} and {}", quote_for_message(member.name),
-                                  quote_for_message(numbers_[found[0]].path), quote_for_message(numbers_[i].path))});
-    return found;
+                                  quote_for_message(numbers_[matches[0]].path), quote_for_message(numbers_[i].path))});
+    return matches;
   }
 
   static void set(const SpecCursor& at, const ToleranceWidth& width, TolerancedParameter& number) {
-    // A mass of zero is no body, and a part of it none; a place of zero is one as any other.
-    if (width.part && number.value == 0 && !number.is_positive)
+    // a percentage of a zero mass is zero, as there is no body; a percentage of a zero position is a mistake
+    if (width.is_relative && number.value == 0 && !number.is_positive)
       at.fail({.expected = "a deviation in the spec's units",
                .found = fmt::format("a percentage of {}, which is zero", number.path)});
-    number.width = width.part ? width.size * std::abs(number.value) : width.size * number.unit;
-    number.distribution = width.spread;
-    number.relative_width = width.part ? width.size : 0;
+    number.width = width.is_relative ? width.size * std::abs(number.value) : width.size * number.unit;
+    number.distribution = width.distribution;
+    number.relative_width = width.is_relative ? width.size : 0;
     if (!std::isfinite(number.width))
       at.fail({.expected = "a number that is finite in SI units", .found = "one that is not"});
   }
 
   StudyBuilder& draft_;
   std::vector<TolerancedParameter> numbers_;
-  std::vector<std::optional<std::string>> by_;  ///< per number: the name that calls it
+  std::vector<std::optional<std::string>> selected_by_;  ///< per number: the name that selects it
 };
 
 }  // namespace
@@ -185,28 +187,28 @@ std::set<std::string> list_tolerance_names(const SpecCursor* section) {
 Expression register_toleranced_parameter(const SpecCursor& at, StudyBuilder& draft, const Expression& number,
                                          double unit, SignConstraint sign) {
   const std::string& path = at.path();
-  const auto is = [&](const std::string& name) { return is_name_of_number(name, path); };
-  if (!is_manufactured(path) || std::none_of(draft.tolerance_names.begin(), draft.tolerance_names.end(), is))
+  const auto is_named = [&](const std::string& name) { return is_name_of_number(name, path); };
+  if (!is_manufactured(path) || std::none_of(draft.tolerance_names.begin(), draft.tolerance_names.end(), is_named))
     return number;
-  for (const ToleranceEntry& known : draft.tolerance_numbers)
-    if (known.path == path) return known.perturbed;
+  for (const ToleranceEntry& existing : draft.tolerance_numbers)
+    if (existing.path == path) return existing.perturbed;
   const auto load = std::find_if(draft.load_numbers.begin(), draft.load_numbers.end(),
                                  [&](const LoadParameterEntry& one) { return one.path == path && one.input; });
   const auto free = draft.inputs.find(path);
-  ToleranceEntry found{path, number.value(), unit, sign, number, number};
+  ToleranceEntry entry{path, number.value(), unit, sign, number, number};
   if (load != draft.load_numbers.end()) {
-    found.input = *load->input;
+    entry.input = *load->input;
   } else if (free != draft.inputs.end()) {
-    found.input = free->second;
+    entry.input = free->second;
   } else if (number.is_constant()) {
-    found.input = found.perturbed = draft.add_input(number.value());
+    entry.input = entry.perturbed = draft.add_input(number.value());
   } else {
-    // The expression goes on following its parameters.
-    found.input = draft.add_input(0);
-    found.perturbed = number + found.input;
+    // the expression still follows its parameters
+    entry.input = draft.add_input(0);
+    entry.perturbed = number + entry.input;
   }
-  draft.tolerance_numbers.push_back(found);
-  return found.perturbed;
+  draft.tolerance_numbers.push_back(entry);
+  return entry.perturbed;
 }
 
 Tolerances read_tolerances(const SpecCursor& section, StudyBuilder& draft) {

@@ -5,16 +5,16 @@
 
 namespace balance::specification {
 
-/// The names of the section, which read_number looks for. Whatever is wrong with them is told later.
+/// The names in the section, for read_number(). Mistakes in them are reported later.
 /// @param section null if the spec has none
 std::set<std::string> list_tolerance_names(const SpecCursor* section);
 
-/// A number that a name of the section calls gets an input of the recording that moves it alone.
-/// @param number as it is without that [SI] @param unit that its deviation is told in
+/// If the section names a number, gives it an input of the recording that changes it alone.
+/// @param number its unperturbed expression [SI] @param unit of its deviation
 Expression register_toleranced_parameter(const SpecCursor& at, StudyBuilder& draft, const Expression& number,
                                          double unit, SignConstraint sign);
 
-/// Once everything that has names has been read.
+/// Call it once everything that has a name has been read.
 Tolerances read_tolerances(const SpecCursor& section, StudyBuilder& draft);
 
 }  // namespace balance::specification

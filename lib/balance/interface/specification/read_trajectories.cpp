@@ -18,23 +18,24 @@
 
 namespace balance::specification {
 
-// How a trajectory runs through its way.
+// How a trajectory runs along its path.
 
-/// A law's name.
+/// Reads a law's name.
 MotionLawKind read_law(const SpecCursor& at);
 /// The ramps of a trapezoidal velocity: one number for both, or two. Fails for any other law.
 void read_ramps(const SpecCursor& at, StudyBuilder& draft, MotionLawOf<Expression>& law);
 
-// Limits of a motion, and what only laws that are searched for say: whose peak is to be least, speeds at both ends.
+// Limits of a motion, and keys of optimised laws only: the quantity with minimum peak, speeds at both ends.
 
-/// Where they stand in a trajectory.
+/// Their values in a trajectory.
 struct OptimisedLawKeys {
-  std::optional<SpecCursor> limits, of, speeds;
+  std::optional<SpecCursor> limits, quantity, speeds;
 };
 
-/// Into the trajectory, whose law and drive are known. Fails if the law needs what is missing or is none that may say it.
-/// @param at the trajectory @param corridor its path is one: then any law may say whose peak is to be least
-void read_optimised_law(const SpecCursor& at, const OptimisedLawKeys& text, bool corridor, StudyBuilder& draft,
+/// Reads them into the trajectory, whose law and drive are known. Fails if the law lacks a key that it needs, or has
+/// one that it does not allow.
+/// @param at the trajectory @param corridor whether its path is one: any law may then name a quantity with minimum peak
+void read_optimised_law(const SpecCursor& at, const OptimisedLawKeys& keys, bool corridor, StudyBuilder& draft,
                         TrajectoryOf<Expression>& trajectory);
 
 namespace {
@@ -74,9 +75,9 @@ void read_ramps(const SpecCursor& at, StudyBuilder& draft, MotionLawOf<Expressio
     at.fail({.expected = "no ramps: only the law 'trapezoidal-velocity' has them"});
   if (at.is_list()) {
     at.items("[ramp up, ramp down]", 2);
-    const auto both = read_numbers(at, draft, dimension::dimensionless, "[ramp up, ramp down]");
-    law.ramp_up = both[0];
-    law.ramp_down = both[1];
+    const auto ramps = read_numbers(at, draft, dimension::dimensionless, "[ramp up, ramp down]");
+    law.ramp_up = ramps[0];
+    law.ramp_down = ramps[1];
   } else {
     law.ramp_up = law.ramp_down = read_number(at, draft, dimension::dimensionless);
   }
@@ -87,7 +88,7 @@ void read_ramps(const SpecCursor& at, StudyBuilder& draft, MotionLawOf<Expressio
 
 namespace {
 
-/// A number that is never free: the law is no part of a design.
+/// A number that cannot be free: the law is not part of a design.
 Expression read_bound(const SpecCursor& at, StudyBuilder& draft, Dimension dimension, SignConstraint sign) {
   if (!at.is_scalar()) at.fail_expected("a number or an expression");
   return read_number(at, draft, dimension, sign);
@@ -100,8 +101,8 @@ bool can_lack_quantities(const SpecErrorCollector& problems) {
 /// The quantities that a name stands for.
 std::vector<LimitableQuantity> find_quantities(const SpecCursor& at, const std::string& name,
                                                const StudyBuilder& draft) {
-  std::vector<LimitableQuantity> found = find_limitable_quantities(draft.study.mechanism, name);
-  if (!found.empty()) return found;
+  std::vector<LimitableQuantity> quantities = find_limitable_quantities(draft.study.mechanism, name);
+  if (!quantities.empty()) return quantities;
   if (can_lack_quantities(at.problems())) throw CascadingError();
   if (name == "power" || name.starts_with("power["))
     at.fail({.expected = "a quantity that is affine in the path's acceleration and squared rate",
@@ -109,19 +110,19 @@ std::vector<LimitableQuantity> find_quantities(const SpecCursor& at, const std::
   fail_expected_one_of(at, "a quantity that a law can limit", list_limitable_names(draft.study.mechanism));
 }
 
-/// `[least, most]` of a scalar.
+/// `[minimum, maximum]` of a scalar.
 MotionLimitOf<Expression> read_interval(const SpecCursor& at, const std::string& name,
                                         const std::vector<LimitableQuantity>& quantities, StudyBuilder& draft,
                                         Dimension dimension) {
   if (std::any_of(quantities.begin(), quantities.end(), [](const LimitableQuantity& one) { return one.count > 1; }))
     at.fail({.expected = "one positive number for the magnitude of a vector; a component, such as " + name +
                          "[x], can have [least, most]"});
-  const auto both = at.items("a number, or [least, most]", 2);
-  MotionLimitOf<Expression> limit{name, read_bound(both[1], draft, dimension, SignConstraint::none),
-                                  read_bound(both[0], draft, dimension, SignConstraint::none)};
+  const auto bounds = at.items("a number, or [least, most]", 2);
+  MotionLimitOf<Expression> limit{name, read_bound(bounds[1], draft, dimension, SignConstraint::none),
+                                  read_bound(bounds[0], draft, dimension, SignConstraint::none)};
   if (!(limit.lower_bound->value() < limit.upper_bound.value()))
     at.fail({.expected = "a least value below the largest one",
-             .found = fmt::format("{} and {}", both[0].node().text, both[1].node().text)});
+             .found = fmt::format("{} and {}", bounds[0].node().text, bounds[1].node().text)});
   return limit;
 }
 
@@ -139,7 +140,8 @@ void read_limits(const SpecCursor& at, StudyBuilder& draft, TrajectoryOf<Express
   if (at.node().items.empty()) at.fail_expected("at least one limit");
 }
 
-/// Of the point along the path; where coordinates are driven the root of the sum of their squared rates.
+/// Dimension of the speed of the point along the path; if coordinates are driven, of the root of the
+/// sum of their squared rates.
 Dimension speed_dimension(const SpecCursor& at, const TrajectoryOf<Expression>& trajectory, const StudyBuilder& draft) {
   if (trajectory.drive != DriveKind::joints) return dimension::length / dimension::time;
   bool turns = false, slides = false;
@@ -154,9 +156,9 @@ Dimension speed_dimension(const SpecCursor& at, const TrajectoryOf<Expression>& 
 
 void read_speeds(const SpecCursor& at, StudyBuilder& draft, TrajectoryOf<Expression>& trajectory) {
   const Dimension dimension = speed_dimension(at, trajectory, draft);
-  const auto both = at.items("[speed at the start, speed at the end]", 2);
-  trajectory.start_speed = read_bound(both[0], draft, dimension, SignConstraint::not_negative);
-  trajectory.end_speed = read_bound(both[1], draft, dimension, SignConstraint::not_negative);
+  const auto end_speeds = at.items("[speed at the start, speed at the end]", 2);
+  trajectory.start_speed = read_bound(end_speeds[0], draft, dimension, SignConstraint::not_negative);
+  trajectory.end_speed = read_bound(end_speeds[1], draft, dimension, SignConstraint::not_negative);
 }
 
 void read_peak_quantities(const SpecCursor& at, const StudyBuilder& draft, TrajectoryOf<Expression>& trajectory) {
@@ -166,35 +168,35 @@ void read_peak_quantities(const SpecCursor& at, const StudyBuilder& draft, Traje
 
 }  // namespace
 
-void read_optimised_law(const SpecCursor& at, const OptimisedLawKeys& text, bool corridor, StudyBuilder& draft,
+void read_optimised_law(const SpecCursor& at, const OptimisedLawKeys& keys, bool corridor, StudyBuilder& draft,
                         TrajectoryOf<Expression>& trajectory) {
   const MotionLawKind law = trajectory.law.kind;
   SpecErrorCollector& problems = draft.problems;
   if (!is_mechanism_dependent(law) || law == MotionLawKind::constant_momentum) {
-    if (text.speeds) text.speeds->fail({.expected = "no such key: only the laws 'fastest' and 'gentlest' have it"});
-    if (text.of && !corridor)
-      text.of->fail({.expected = "no such key: only the laws 'fastest' and 'gentlest' have it"});
-    if (text.limits) problems.collect([&] { read_limits(*text.limits, draft, trajectory); });
+    if (keys.speeds) keys.speeds->fail({.expected = "no such key: only the laws 'fastest' and 'gentlest' have it"});
+    if (keys.quantity && !corridor)
+      keys.quantity->fail({.expected = "no such key: only the laws 'fastest' and 'gentlest' have it"});
+    if (keys.limits) problems.collect([&] { read_limits(*keys.limits, draft, trajectory); });
     if (!corridor || law == MotionLawKind::constant_momentum) return;
-    if (!text.of) at.fail_missing({"of"});
-    return read_peak_quantities(*text.of, draft, trajectory);
+    if (!keys.quantity) at.fail_missing({"of"});
+    return read_peak_quantities(*keys.quantity, draft, trajectory);
   }
-  if (text.limits) problems.collect([&] { read_limits(*text.limits, draft, trajectory); });
-  if (text.speeds) problems.collect([&] { read_speeds(*text.speeds, draft, trajectory); });
+  if (keys.limits) problems.collect([&] { read_limits(*keys.limits, draft, trajectory); });
+  if (keys.speeds) problems.collect([&] { read_speeds(*keys.speeds, draft, trajectory); });
   if (law == MotionLawKind::time_optimal) {
-    if (text.of) text.of->fail({.expected = "no 'of' with the law 'fastest', which has limits"});
-    if (!text.limits) at.fail_missing({"limits"});
+    if (keys.quantity) keys.quantity->fail({.expected = "no 'of' with the law 'fastest', which has limits"});
+    if (!keys.limits) at.fail_missing({"limits"});
     return;
   }
-  if (!text.of) at.fail_missing({"of"});
-  read_peak_quantities(*text.of, draft, trajectory);
+  if (!keys.quantity) at.fail_missing({"of"});
+  read_peak_quantities(*keys.quantity, draft, trajectory);
 }
 
 namespace {
 
-/// What both `motion` and a trajectory may say.
+/// Keys that both `motion` and a trajectory may have.
 struct MotionDefaults {
-  bool duration_given = false;  ///< rightly or wrongly
+  bool duration_given = false;  ///< correctly or not
   std::optional<Expression> duration;
   std::optional<long> samples;
   std::optional<PoseTargetOf<Expression>> from, to;
@@ -245,195 +247,210 @@ std::vector<Component> read_components(const SpecCursor& at, const StudyBuilder&
   return components;
 }
 
-/// What only a trajectory says, before its parts are put together.
+/// Keys that only a trajectory has, before they are assembled.
 struct TrajectoryKeys {
   std::optional<SpecCursor> law, drive, path, ramp, ramps, components, remaining, turns;
-  OptimisedLawKeys searched;
+  OptimisedLawKeys optimised_law;
 };
 
-/// Where to complain about a pose that a trajectory has from itself, from `motion` or not at all.
-SpecCursor place_of(const std::optional<SpecCursor>& own, const std::optional<SpecCursor>& shared,
-                    const SpecCursor& otherwise) {
-  return own ? *own : shared ? *shared : otherwise;
+/// Where to report a pose that comes from a trajectory itself, from `motion` or from neither.
+SpecCursor place_of(const std::optional<SpecCursor>& own_entry, const std::optional<SpecCursor>& default_entry,
+                    const SpecCursor& fallback) {
+  return own_entry ? *own_entry : default_entry ? *default_entry : fallback;
 }
 
-/// A trajectory being read: what it says, what `motion` says for all, and where it goes.
+/// A trajectory being read: its own keys, the defaults of `motion`, and the result.
 struct TrajectoryAssembly {
   const SpecCursor& at;
-  const TrajectoryKeys& text;
-  const MotionDefaults& own;
-  const MotionDefaults& shared;
+  const TrajectoryKeys& keys;
+  const MotionDefaults& timing;
+  const MotionDefaults& defaults;
   StudyBuilder& draft;
   TrajectoryOf<Expression>& trajectory;
 
-  const SpecCursor* path() const { return text.path ? &*text.path : nullptr; }
-  bool by_table() const { return text.path && is_table(*text.path); }
+  const SpecCursor* path() const { return keys.path ? &*keys.path : nullptr; }
+  bool has_table() const { return keys.path && is_table(*keys.path); }
 
-  /// Whether a key that both may have is missing, or wrong, because of a mistake that is told already.
-  bool unread(const char* key, bool own_given, bool shared_given) const {
+  /// Whether a key that both may have is missing, or wrong, because of a mistake that is already reported.
+  bool is_unread(const char* key, bool is_given, bool is_default_given) const {
     const SpecErrorCollector& problems = draft.problems;
-    const std::string here = at.path() + "." + key, there = std::string("motion.") + key;
-    if (problems.is_invalid(here)) return true;
-    return !own_given && (shared_given ? problems.is_invalid(there)
-                                       : problems.is_section_invalid(here) || problems.is_section_invalid(there));
+    const std::string own_path = at.path() + "." + key, default_path = std::string("motion.") + key;
+    if (problems.is_invalid(own_path)) return true;
+    return !is_given &&
+           (is_default_given ? problems.is_invalid(default_path)
+                             : problems.is_section_invalid(own_path) || problems.is_section_invalid(default_path));
   }
 };
 
-/// Whole or broken turns of the one joint that is driven, from its start on.
-void read_turns(const TrajectoryAssembly& a) {
-  auto& trajectory = a.trajectory;
-  const SpecCursor& at = *a.text.turns;
-  if (trajectory.drive != DriveKind::joints || a.text.path)
+/// Turns of the one joint that is driven, whole or not, from its start.
+void read_turns(const TrajectoryAssembly& assembly) {
+  auto& trajectory = assembly.trajectory;
+  const SpecCursor& at = *assembly.keys.turns;
+  if (trajectory.drive != DriveKind::joints || assembly.keys.path)
     at.fail({.expected = "'turns' with 'drive: joints' and no 'path'; a circle has turns of its own"});
   const auto& joints = trajectory.from.joints;
-  const auto& coordinates = a.draft.mechanism().coordinates;
+  const auto& coordinates = assembly.draft.mechanism().coordinates;
   if (joints.size() != 1 ||
       coordinates[static_cast<std::size_t>(joints.front().coordinate)].kind != CoordinateKind::angle)
     at.fail({.expected = "a start pose (from) of one joint that turns",
              .found = fmt::format("one of {}", joints.size() == 1 ? "a joint that slides" : "several joints")});
-  const Expression turns = read_number(at, a.draft, dimension::dimensionless);
+  const Expression turns = read_number(at, assembly.draft, dimension::dimensionless);
   trajectory.to = trajectory.from;
   trajectory.to.joints.front().value = joints.front().value + turns * (2 * std::numbers::pi);
 }
 
-void read_poses(const TrajectoryAssembly& a) {
-  const MotionDefaults &own = a.own, &shared = a.shared;
-  TrajectoryOf<Expression>& trajectory = a.trajectory;
-  const SpecCursor* path = a.path();
-  const bool goes_on = a.text.turns || !has_end_pose(path);  // and so says where it ends
-  if (a.unread("from", own.from_at.has_value(), shared.from_at.has_value())) throw CascadingError();
-  if (a.unread("to", own.to_at.has_value(), shared.to_at.has_value()) && !goes_on) throw CascadingError();
-  const auto from = own.from ? own.from : shared.from;
-  const auto to = own.to ? own.to : shared.to;
+void read_poses(const TrajectoryAssembly& assembly) {
+  const MotionDefaults &timing = assembly.timing, &defaults = assembly.defaults;
+  TrajectoryOf<Expression>& trajectory = assembly.trajectory;
+  const SpecCursor* path = assembly.path();
+  const bool is_end_implied = assembly.keys.turns || !has_end_pose(path);  // which determines its end
+  if (assembly.is_unread("from", timing.from_at.has_value(), defaults.from_at.has_value())) throw CascadingError();
+  if (assembly.is_unread("to", timing.to_at.has_value(), defaults.to_at.has_value()) && !is_end_implied)
+    throw CascadingError();
+  const auto from = timing.from ? timing.from : defaults.from;
+  const auto to = timing.to ? timing.to : defaults.to;
   if (from) trajectory.from = *from;
   if (to) trajectory.to = *to;
-  if (has_momentum_task(trajectory)) trajectory.to.angle = trajectory.from.angle;  // where it ends is found
-  if (a.by_table()) return;
-  const DriveRequirements needs{trajectory.drive, trajectory.components};
-  if (!from) a.at.fail({.kind = "missing key", .expected = "'from' here or in 'motion'", .found = "none"});
-  const bool from_elsewhere = overrides_pose(trajectory.from, trajectory.drive);
-  if (!from_elsewhere || path != nullptr)
-    check_pose(place_of(own.from_at, shared.from_at, a.at), trajectory.from, needs, a.draft);
-  if (a.text.turns) return read_turns(a);
-  if (goes_on) {
+  if (has_momentum_task(trajectory)) trajectory.to.angle = trajectory.from.angle;  // its end is found
+  if (assembly.has_table()) return;
+  const DriveRequirements requirements{trajectory.drive, trajectory.components};
+  if (!from) assembly.at.fail({.kind = "missing key", .expected = "'from' here or in 'motion'", .found = "none"});
+  const bool is_from_derived = overrides_pose(trajectory.from, trajectory.drive);
+  if (!is_from_derived || path != nullptr)
+    check_pose(place_of(timing.from_at, defaults.from_at, assembly.at), trajectory.from, requirements, assembly.draft);
+  if (assembly.keys.turns) return read_turns(assembly);
+  if (is_end_implied) {
     trajectory.to = trajectory.from;
     return;
   }
-  if (!to) a.at.fail({.kind = "missing key", .expected = "'to' here or in 'motion'", .found = "none"});
-  const SpecCursor to_at = place_of(own.to_at, shared.to_at, a.at);
-  const bool to_elsewhere = overrides_pose(trajectory.to, trajectory.drive);
-  if (!to_elsewhere || path != nullptr) check_pose(to_at, trajectory.to, needs, a.draft);
-  if ((!from_elsewhere && !to_elsewhere) || path != nullptr)
-    match_pose(to_at, trajectory.to, trajectory.from, trajectory.drive, a.draft);
+  if (!to) assembly.at.fail({.kind = "missing key", .expected = "'to' here or in 'motion'", .found = "none"});
+  const SpecCursor to_at = place_of(timing.to_at, defaults.to_at, assembly.at);
+  const bool is_to_derived = overrides_pose(trajectory.to, trajectory.drive);
+  if (!is_to_derived || path != nullptr) check_pose(to_at, trajectory.to, requirements, assembly.draft);
+  if ((!is_from_derived && !is_to_derived) || path != nullptr)
+    match_pose(to_at, trajectory.to, trajectory.from, trajectory.drive, assembly.draft);
 }
 
-void read_drive(const TrajectoryAssembly& a) {
-  if (!a.text.drive) throw CascadingError();
-  a.trajectory.drive = static_cast<DriveKind>(a.text.drive->read_choice("a drive", {"joints", "tool", "com"}));
-  if (a.trajectory.drive == DriveKind::tool && !a.draft.mechanism().tool)
-    a.text.drive->fail_unless_uncertain(
+void read_drive(const TrajectoryAssembly& assembly) {
+  if (!assembly.keys.drive) throw CascadingError();
+  assembly.trajectory.drive =
+      static_cast<DriveKind>(assembly.keys.drive->read_choice("a drive", {"joints", "tool", "com"}));
+  if (assembly.trajectory.drive == DriveKind::tool && !assembly.draft.mechanism().tool)
+    assembly.keys.drive->fail_unless_uncertain(
         "tool", {.expected = "a spec with a tool ('tool: body.point') for 'drive: tool'", .found = "none"});
 }
 
-void read_trajectory_law(const TrajectoryAssembly& a) {
-  if (a.text.law)
-    a.trajectory.law.kind = read_law(*a.text.law);
-  else if (a.draft.problems.is_uncertain(a.at.path() + ".law"))
+void read_trajectory_law(const TrajectoryAssembly& assembly) {
+  if (assembly.keys.law)
+    assembly.trajectory.law.kind = read_law(*assembly.keys.law);
+  else if (assembly.draft.problems.is_uncertain(assembly.at.path() + ".law"))
     throw CascadingError();
-  else if (!a.by_table())
-    a.at.fail_missing({"law"});
-  if (a.text.ramp && a.text.ramps) a.text.ramps->fail({.expected = "'ramp' or 'ramps'", .found = "both"});
-  for (const auto& ramps : {a.text.ramp, a.text.ramps})
-    if (ramps) read_ramps(*ramps, a.draft, a.trajectory.law);
+  else if (!assembly.has_table())
+    assembly.at.fail_missing({"law"});
+  if (assembly.keys.ramp && assembly.keys.ramps)
+    assembly.keys.ramps->fail({.expected = "'ramp' or 'ramps'", .found = "both"});
+  for (const auto& ramps : {assembly.keys.ramp, assembly.keys.ramps})
+    if (ramps) read_ramps(*ramps, assembly.draft, assembly.trajectory.law);
 }
 
-void read_timing(const TrajectoryAssembly& a) {
-  const MotionLawKind law = a.trajectory.law.kind;
-  if (law == MotionLawKind::time_optimal && a.own.duration_given)
-    a.at.fail({.expected = "no 'duration' with the law 'fastest', which finds it"});
-  const auto duration = a.own.duration ? a.own.duration : a.shared.duration;
-  const bool unread = a.unread("duration", a.own.duration_given, a.shared.duration_given);
-  a.trajectory.duration = duration.value_or(unread ? std::numeric_limits<double>::infinity() : 1.0);
-  a.trajectory.samples = a.own.samples.value_or(a.shared.samples.value_or(a.trajectory.samples));
-  a.trajectory.about = a.own.about.value_or(a.shared.about.value_or(Vector3E::Zero()));
-  if (unread || duration || law == MotionLawKind::time_optimal || (a.by_table() && !is_mechanism_dependent(law)))
+void read_timing(const TrajectoryAssembly& assembly) {
+  const MotionLawKind law = assembly.trajectory.law.kind;
+  if (law == MotionLawKind::time_optimal && assembly.timing.duration_given)
+    assembly.at.fail({.expected = "no 'duration' with the law 'fastest', which finds it"});
+  const auto duration = assembly.timing.duration ? assembly.timing.duration : assembly.defaults.duration;
+  const bool is_duration_unread =
+      assembly.is_unread("duration", assembly.timing.duration_given, assembly.defaults.duration_given);
+  assembly.trajectory.duration = duration.value_or(is_duration_unread ? std::numeric_limits<double>::infinity() : 1.0);
+  assembly.trajectory.samples =
+      assembly.timing.samples.value_or(assembly.defaults.samples.value_or(assembly.trajectory.samples));
+  assembly.trajectory.about = assembly.timing.about.value_or(assembly.defaults.about.value_or(Vector3E::Zero()));
+  if (is_duration_unread || duration || law == MotionLawKind::time_optimal ||
+      (assembly.has_table() && !is_mechanism_dependent(law)))
     return;
-  a.trajectory.duration = std::numeric_limits<double>::infinity();
-  a.at.fail({.kind = "missing key", .expected = "'duration' here or in 'motion'", .found = "none"});
+  assembly.trajectory.duration = std::numeric_limits<double>::infinity();
+  assembly.at.fail({.kind = "missing key", .expected = "'duration' here or in 'motion'", .found = "none"});
 }
 
-/// Reads on after a mistake with what does not depend on it.
-void assemble_trajectory(const TrajectoryAssembly& a) {
-  SpecErrorCollector& problems = a.draft.problems;
-  const bool driven = problems.collect([&] { read_drive(a); });
-  problems.collect([&] { read_trajectory_law(a); });
-  problems.collect([&] { read_timing(a); });
-  if (!driven) return;
-  const bool chosen = problems.collect([&] {
-    if (a.text.components) a.trajectory.components = read_components(*a.text.components, a.draft, a.trajectory.drive);
+/// Continues after a mistake with what does not depend on it.
+void assemble_trajectory(const TrajectoryAssembly& assembly) {
+  SpecErrorCollector& problems = assembly.draft.problems;
+  const bool is_drive_read = problems.collect([&] { read_drive(assembly); });
+  problems.collect([&] { read_trajectory_law(assembly); });
+  problems.collect([&] { read_timing(assembly); });
+  if (!is_drive_read) return;
+  const bool are_components_read = problems.collect([&] {
+    if (assembly.keys.components)
+      assembly.trajectory.components =
+          read_components(*assembly.keys.components, assembly.draft, assembly.trajectory.drive);
   });
   problems.collect([&] {
-    if (a.text.remaining) read_secondary_tasks(*a.text.remaining, a.draft, a.trajectory);
+    if (assembly.keys.remaining) read_secondary_tasks(*assembly.keys.remaining, assembly.draft, assembly.trajectory);
   });
-  const bool posed = chosen && problems.collect([&] { read_poses(a); });
-  const bool corridor = a.text.path && is_corridor(*a.text.path);
-  problems.collect([&] { read_optimised_law(a.at, a.text.searched, corridor, a.draft, a.trajectory); });
-  if (chosen && a.text.path && (posed || (is_circle(*a.text.path) && a.trajectory.drive != DriveKind::joints)))
-    problems.collect([&] { read_path(*a.text.path, a.draft, a.trajectory); });
-  const SpecCursor from = place_of(a.own.from_at, a.shared.from_at, a.at),
-                   to = place_of(a.own.to_at, a.shared.to_at, a.at);
+  const bool are_poses_read = are_components_read && problems.collect([&] { read_poses(assembly); });
+  const bool corridor = assembly.keys.path && is_corridor(*assembly.keys.path);
   problems.collect([&] {
-    check_temporary_payloads({a.at, a.text.drive, a.text.law, a.text.searched.limits, from, to}, a.draft, a.trajectory);
+    read_optimised_law(assembly.at, assembly.keys.optimised_law, corridor, assembly.draft, assembly.trajectory);
+  });
+  if (are_components_read && assembly.keys.path &&
+      (are_poses_read || (is_circle(*assembly.keys.path) && assembly.trajectory.drive != DriveKind::joints)))
+    problems.collect([&] { read_path(*assembly.keys.path, assembly.draft, assembly.trajectory); });
+  const SpecCursor from = place_of(assembly.timing.from_at, assembly.defaults.from_at, assembly.at),
+                   to = place_of(assembly.timing.to_at, assembly.defaults.to_at, assembly.at);
+  problems.collect([&] {
+    check_temporary_payloads(
+        {assembly.at, assembly.keys.drive, assembly.keys.law, assembly.keys.optimised_law.limits, from, to},
+        assembly.draft, assembly.trajectory);
   });
 }
 
-void read_trajectory(const Member& member, const MotionDefaults& shared, StudyBuilder& draft) {
+void read_trajectory(const Member& member, const MotionDefaults& defaults, StudyBuilder& draft) {
   TrajectoryOf<Expression> trajectory;
   trajectory.name = member.name;
-  TrajectoryKeys text;
-  MotionDefaults own;
-  const auto keep = [](std::optional<SpecCursor>& slot) { return [&slot](const SpecCursor& c) { slot = c; }; };
-  auto fields = timing_fields(own, draft);
-  for (auto& [name, slot] : {std::pair{"law", &text.law},
-                             {"path", &text.path},
-                             {"ramp", &text.ramp},
-                             {"ramps", &text.ramps},
-                             {"components", &text.components},
-                             {"remaining", &text.remaining},
-                             {"turns", &text.turns},
-                             {"limits", &text.searched.limits},
-                             {"of", &text.searched.of},
-                             {"speeds", &text.searched.speeds}})
-    fields.push_back({name, Presence::optional, keep(*slot)});
-  fields.push_back({"drive", Presence::required, keep(text.drive)});
+  TrajectoryKeys keys;
+  MotionDefaults timing;
+  const auto store_in = [](std::optional<SpecCursor>& slot) { return [&slot](const SpecCursor& c) { slot = c; }; };
+  auto fields = timing_fields(timing, draft);
+  for (auto& [name, slot] : {std::pair{"law", &keys.law},
+                             {"path", &keys.path},
+                             {"ramp", &keys.ramp},
+                             {"ramps", &keys.ramps},
+                             {"components", &keys.components},
+                             {"remaining", &keys.remaining},
+                             {"turns", &keys.turns},
+                             {"limits", &keys.optimised_law.limits},
+                             {"of", &keys.optimised_law.quantity},
+                             {"speeds", &keys.optimised_law.speeds}})
+    fields.push_back({name, Presence::optional, store_in(*slot)});
+  fields.push_back({"drive", Presence::required, store_in(keys.drive)});
   read_fields(member.value, "a trajectory {law, drive}", fields);
-  if (member.value.is_map()) assemble_trajectory({member.value, text, own, shared, draft, trajectory});
-  // Even if it is wrong its name is known.
+  if (member.value.is_map()) assemble_trajectory({member.value, keys, timing, defaults, draft, trajectory});
+  // even if it is wrong, its name is known
   draft.trajectories().push_back(std::move(trajectory));
 }
 
-/// `cycloid` and `bang-bang` exist whenever `motion` says from where to where. What they drive is what it says.
+/// `cycloid` and `bang-bang` exist whenever `motion` has both end poses, which determine what they drive.
 void add_built_in(const SpecCursor& motion, const MotionDefaults& timing, const char* name, MotionLawKind law,
                   StudyBuilder& draft) {
-  const auto& known = draft.trajectories();
-  if (std::any_of(known.begin(), known.end(), [&](const TrajectoryOf<Expression>& t) { return t.name == name; }))
+  const auto& trajectories = draft.trajectories();
+  if (std::any_of(trajectories.begin(), trajectories.end(),
+                  [&](const TrajectoryOf<Expression>& t) { return t.name == name; }))
     return;
   const PoseTargetOf<Expression>& from = *timing.from;
   PoseTargetOf<Expression> to = *timing.to;
   TrajectoryOf<Expression> trajectory;
   trajectory.name = name;
   trajectory.law.kind = law;
-  const bool by_tool = from.tool && to.tool;
-  const bool by_joints = !from.joints.empty() && !to.joints.empty();
-  if (!by_tool && !by_joints && !(from.com && to.com))
+  const bool has_tool_poses = from.tool && to.tool;
+  const bool has_joint_poses = !from.joints.empty() && !to.joints.empty();
+  if (!has_tool_poses && !has_joint_poses && !(from.com && to.com))
     timing.to_at->fail(
         {.expected = "the same of 'tool', 'joints' or 'com' in 'from' and 'to'", .found = "different ones"});
-  const DriveKind moved = by_tool ? DriveKind::tool : by_joints ? DriveKind::joints : DriveKind::com;
-  trajectory.drive = law == MotionLawKind::bang_bang && by_tool ? DriveKind::com : moved;
-  if (moved == DriveKind::com) require_permanent_payloads(*timing.from_at, "a pose by 'joints' or 'tool'", draft);
-  // the centre of mass would jump: nobody asked for this trajectory by name
+  const DriveKind drive_kind = has_tool_poses ? DriveKind::tool : has_joint_poses ? DriveKind::joints : DriveKind::com;
+  trajectory.drive = law == MotionLawKind::bang_bang && has_tool_poses ? DriveKind::com : drive_kind;
+  if (drive_kind == DriveKind::com) require_permanent_payloads(*timing.from_at, "a pose by 'joints' or 'tool'", draft);
+  // the centre of mass would jump, and nobody asked for this trajectory by name
   if (trajectory.drive == DriveKind::com && !draft.study.temporary_payloads.empty()) return;
-  match_pose(*timing.to_at, to, from, moved, draft);
+  match_pose(*timing.to_at, to, from, drive_kind, draft);
   if (!timing.duration) motion.fail_missing({"duration"});
   trajectory.from = from;
   trajectory.to = to;
@@ -443,7 +460,7 @@ void add_built_in(const SpecCursor& motion, const MotionDefaults& timing, const 
   draft.trajectories().push_back(std::move(trajectory));
 }
 
-/// Without declared trajectories a motion must say from where to where.
+/// Without declared trajectories a motion must have both end poses.
 void require_end_poses(const SpecCursor& motion, const MotionDefaults& timing) {
   if (motion.problems().is_section_invalid("trajectories")) throw CascadingError();
   for (const auto& [pose, name] : {std::pair{&timing.from, "from"}, {&timing.to, "to"}})
@@ -455,27 +472,28 @@ void require_end_poses(const SpecCursor& motion, const MotionDefaults& timing) {
 }  // namespace
 
 void read_trajectories(const SpecCursor* motion, const SpecCursor* trajectories, StudyBuilder& draft) {
-  MotionDefaults shared;
+  MotionDefaults defaults;
   SpecErrorCollector& problems = draft.problems;
-  bool read = motion == nullptr || read_fields(*motion, "a motion {duration, from, to}", timing_fields(shared, draft));
+  bool read =
+      motion == nullptr || read_fields(*motion, "a motion {duration, from, to}", timing_fields(defaults, draft));
   if (trajectories != nullptr) {
-    const bool known = problems.collect([&] {
+    const bool are_trajectories_valid = problems.collect([&] {
       for (const Member& member : list_named_members(*trajectories, "a mapping of trajectories", NameForm::simple))
-        read_trajectory(member, shared, draft);
+        read_trajectory(member, defaults, draft);
     });
-    read = read && known;
+    read = read && are_trajectories_valid;
   }
   if (motion == nullptr) return;
-  const bool known = read && problems.collect([&] {
+  const bool is_motion_valid = read && problems.collect([&] {
     const bool declared = !draft.trajectories().empty();
-    if (!declared) require_end_poses(*motion, shared);
-    if (!shared.from || !shared.to) return;
-    // A motion that only serves declared trajectories need not carry the built-in ones.
-    if (declared && !shared.duration) return;
-    add_built_in(*motion, shared, "cycloid", MotionLawKind::cycloidal, draft);
-    add_built_in(*motion, shared, "bang-bang", MotionLawKind::bang_bang, draft);
+    if (!declared) require_end_poses(*motion, defaults);
+    if (!defaults.from || !defaults.to) return;
+    // a motion with defaults for declared trajectories does not imply the built-in ones
+    if (declared && !defaults.duration) return;
+    add_built_in(*motion, defaults, "cycloid", MotionLawKind::cycloidal, draft);
+    add_built_in(*motion, defaults, "bang-bang", MotionLawKind::bang_bang, draft);
   });
-  if (!known) problems.mark_invalid("motion");
+  if (!is_motion_valid) problems.mark_invalid("motion");
 }
 
 }  // namespace balance::specification

@@ -16,19 +16,19 @@ namespace {
 constexpr long max_workspace_poses = 10'000;
 constexpr long default_workspace_poses = 9;
 
-/// One coordinate of the box: a stretch, or a value that all poses share.
+/// One coordinate of the box: an interval, or a value shared by all poses.
 struct PoseInterval {
   Expression begin, end;
-  bool open = false;  ///< a stretch
+  bool is_interval = false;  ///< else one value
   long samples = 1;
 
   Expression at(long k) const {
-    if (!open) return begin;
+    if (!is_interval) return begin;
     return begin + (end - begin) * (static_cast<double>(k) / static_cast<double>(samples - 1));
   }
 };
 
-/// What a pose is told in, and the sides in that order.
+/// The quantities of a pose, and the sides in that order.
 struct PoseBox {
   std::vector<int> joints;
   bool tool = false, angle = false;
@@ -59,7 +59,7 @@ void read_tool_box(const SpecCursor& at, StudyBuilder& draft, PoseBox& box) {
 }
 
 void read_joints_box(const SpecCursor& at, StudyBuilder& draft, PoseBox& box) {
-  bool right = true;
+  bool is_valid = true;
   for (const Member& member : list_members(at, "a mapping of joint coordinates to stretches {J1: [0, 1]}")) {
     const auto read = [&] {
       const CoordinateId coordinate = find_coordinate(member.key, member.name, draft);
@@ -67,51 +67,51 @@ void read_joints_box(const SpecCursor& at, StudyBuilder& draft, PoseBox& box) {
       box.sides.push_back(read_side(member.value, draft, dimension_of(kind)));
       box.joints.push_back(coordinate);
     };
-    right = at.problems().collect(read) && right;
+    is_valid = at.problems().collect(read) && is_valid;
   }
-  if (!right) throw CascadingError();
+  if (!is_valid) throw CascadingError();
   if (at.node().items.empty()) at.fail_expected("stretches of at least one joint coordinate");
 }
 
 void read_samples(StudyBuilder& draft, const SpecCursor& at, PoseBox& box) {
   const SpecCursor& c = box.samples ? *box.samples : at;
-  std::vector<PoseInterval*> open;
+  std::vector<PoseInterval*> intervals;
   for (PoseInterval& side : box.sides)
-    if (side.open) open.push_back(&side);
-  if (open.empty()) at.fail({.expected = "a stretch [from, to] of something", .found = "one pose"});
-  for (PoseInterval* side : open) side->samples = default_workspace_poses;
+    if (side.is_interval) intervals.push_back(&side);
+  if (intervals.empty()) at.fail({.expected = "a stretch [from, to] of something", .found = "one pose"});
+  for (PoseInterval* side : intervals) side->samples = default_workspace_poses;
   if (box.samples && c.is_list()) {
-    const auto items = c.items("one number of samples a stretch", open.size());
+    const auto items = c.items("one number of samples a stretch", intervals.size());
     for (std::size_t i = 0; i < items.size(); ++i)
-      open[i]->samples = read_integer(items[i], draft, 2, max_workspace_poses);
+      intervals[i]->samples = read_integer(items[i], draft, 2, max_workspace_poses);
   } else if (box.samples) {
-    const long all = read_integer(c, draft, 2, max_workspace_poses);
-    for (PoseInterval* side : open) side->samples = all;
+    const long samples = read_integer(c, draft, 2, max_workspace_poses);
+    for (PoseInterval* side : intervals) side->samples = samples;
   }
   double poses = 1;
-  for (const PoseInterval* side : open) poses *= static_cast<double>(side->samples);
+  for (const PoseInterval* side : intervals) poses *= static_cast<double>(side->samples);
   if (poses > static_cast<double>(max_workspace_poses))
     c.fail({.expected = fmt::format("at most {} poses", max_workspace_poses), .found = fmt::format("{:.9g}", poses)});
 }
 
-/// Places on the grid, one side's number each, every one beside the one before it.
+/// Points of the grid, one index per side, each adjacent to the one before it.
 std::vector<std::vector<long>> serpentine_grid(const std::vector<PoseInterval>& sides) {
-  std::vector<std::vector<long>> places{{}};
+  std::vector<std::vector<long>> grid{{}};
   for (const PoseInterval& side : sides) {
-    std::vector<std::vector<long>> longer;
-    for (std::size_t p = 0; p < places.size(); ++p)
+    std::vector<std::vector<long>> extended;
+    for (std::size_t p = 0; p < grid.size(); ++p)
       for (long k = 0; k < side.samples; ++k) {
-        longer.push_back(places[p]);
-        longer.back().push_back(p % 2 == 0 ? k : side.samples - 1 - k);
+        extended.push_back(grid[p]);
+        extended.back().push_back(p % 2 == 0 ? k : side.samples - 1 - k);
       }
-    places = std::move(longer);
+    grid = std::move(extended);
   }
-  return places;
+  return grid;
 }
 
-PoseTargetOf<Expression> pose_at(const PoseBox& box, const std::vector<long>& place) {
+PoseTargetOf<Expression> pose_at(const PoseBox& box, const std::vector<long>& indices) {
   PoseTargetOf<Expression> pose;
-  const auto value = [&](std::size_t s) { return box.sides[s].at(place[s]); };
+  const auto value = [&](std::size_t s) { return box.sides[s].at(indices[s]); };
   for (std::size_t s = 0; s < box.joints.size(); ++s) pose.joints.push_back({box.joints[s], value(s)});
   if (!box.joints.empty()) return pose;
   const std::size_t positions = box.sides.size() - (box.angle ? 1 : 0);
@@ -122,22 +122,22 @@ PoseTargetOf<Expression> pose_at(const PoseBox& box, const std::vector<long>& pl
   return pose;
 }
 
-/// To and fro, with two stops at every turn, and one more at the end: each pose then weighs the same.
+/// Back and forth, with two stops at every turning point and one more at the end: each pose then has the same weight.
 std::vector<PoseTargetOf<Expression>> list_stops(const PoseBox& box) {
-  std::vector<PoseTargetOf<Expression>> once, stops;
-  for (const auto& place : serpentine_grid(box.sides)) once.push_back(pose_at(box, place));
-  const auto count = static_cast<long>(once.size());
+  std::vector<PoseTargetOf<Expression>> poses, stops;
+  for (const auto& indices : serpentine_grid(box.sides)) poses.push_back(pose_at(box, indices));
+  const auto count = static_cast<long>(poses.size());
   const long rounds = std::max(1L, (min_time_steps + 2 * count - 1) / (2 * count));
   for (long round = 0; round < rounds; ++round) {
-    stops.insert(stops.end(), once.begin(), once.end());
-    stops.insert(stops.end(), once.rbegin(), once.rend());
+    stops.insert(stops.end(), poses.begin(), poses.end());
+    stops.insert(stops.end(), poses.rbegin(), poses.rend());
   }
-  stops.push_back(once.front());
+  stops.push_back(poses.front());
   return stops;
 }
 
-/// Resting at every sample: the law's rate and acceleration vanish at both ends of each leg.
-TrajectoryOf<Expression> stopping_at(const std::vector<PoseTargetOf<Expression>>& stops, DriveKind drive) {
+/// Rests at every sample: the law's rate and acceleration vanish at both ends of each leg.
+TrajectoryOf<Expression> make_stop_trajectory(const std::vector<PoseTargetOf<Expression>>& stops, DriveKind drive) {
   TrajectoryOf<Expression> trajectory;
   trajectory.name = workspace_name;
   trajectory.law.kind = MotionLawKind::polynomial_345;
@@ -155,37 +155,38 @@ TrajectoryOf<Expression> stopping_at(const std::vector<PoseTargetOf<Expression>>
   return trajectory;
 }
 
-/// The box as the spec has it.
+/// Reads the box from the spec.
 PoseBox read_box(const SpecCursor& at, StudyBuilder& draft) {
   PoseBox box;
-  std::optional<SpecCursor> tool, joints, angle;
-  const auto keep = [](std::optional<SpecCursor>& slot) { return [&slot](const SpecCursor& c) { slot = c; }; };
-  std::vector<Field> fields{{"tool", Presence::optional, keep(tool)},
-                            {"joints", Presence::optional, keep(joints)},
-                            {"samples", Presence::optional, keep(box.samples)}};
-  const auto turned = [&](Matrix3E (*read)(const SpecCursor&, StudyBuilder&)) {
+  std::optional<SpecCursor> tool_entry, joints_entry, angle_entry;
+  const auto store_in = [](std::optional<SpecCursor>& slot) { return [&slot](const SpecCursor& c) { slot = c; }; };
+  std::vector<Field> fields{{"tool", Presence::optional, store_in(tool_entry)},
+                            {"joints", Presence::optional, store_in(joints_entry)},
+                            {"samples", Presence::optional, store_in(box.samples)}};
+  const auto read_orientation = [&](Matrix3E (*read)(const SpecCursor&, StudyBuilder&)) {
     return [&box, &draft, read](const SpecCursor& c) {
       if (box.orientation) c.fail({.expected = "'rpy' or 'quaternion'", .found = "both"});
       box.orientation = read(c, draft);
     };
   };
   if (draft.planar()) {
-    fields.push_back({"angle", Presence::optional, keep(angle)});
+    fields.push_back({"angle", Presence::optional, store_in(angle_entry)});
   } else {
-    fields.push_back({"rpy", Presence::optional, turned(read_rpy)});
-    fields.push_back({"quaternion", Presence::optional, turned(read_quaternion)});
+    fields.push_back({"rpy", Presence::optional, read_orientation(read_rpy)});
+    fields.push_back({"quaternion", Presence::optional, read_orientation(read_quaternion)});
   }
   if (!read_fields(at, "a workspace {tool: [[x0, x1], [y0, y1]]} or {joints: {J1: [a, b]}}", fields))
     throw CascadingError();
-  if (tool && joints) joints->fail({.expected = "'tool' or 'joints'", .found = "both"});
-  if (!tool && !joints) at.fail_missing({"tool", "joints"});
-  if (joints && (angle || box.orientation)) at.fail({.expected = "no direction of the tool beside 'joints'"});
-  if (tool && !draft.mechanism().tool)
-    tool->fail_unless_uncertain("tool", {.expected = "a spec with a tool ('tool: body.point')", .found = "none"});
-  if (tool) read_tool_box(*tool, draft, box);
-  if (angle) box.sides.push_back(read_side(*angle, draft, dimension::angle));
-  box.angle = angle.has_value();
-  if (joints) read_joints_box(*joints, draft, box);
+  if (tool_entry && joints_entry) joints_entry->fail({.expected = "'tool' or 'joints'", .found = "both"});
+  if (!tool_entry && !joints_entry) at.fail_missing({"tool", "joints"});
+  if (joints_entry && (angle_entry || box.orientation))
+    at.fail({.expected = "no direction of the tool beside 'joints'"});
+  if (tool_entry && !draft.mechanism().tool)
+    tool_entry->fail_unless_uncertain("tool", {.expected = "a spec with a tool ('tool: body.point')", .found = "none"});
+  if (tool_entry) read_tool_box(*tool_entry, draft, box);
+  if (angle_entry) box.sides.push_back(read_side(*angle_entry, draft, dimension::angle));
+  box.angle = angle_entry.has_value();
+  if (joints_entry) read_joints_box(*joints_entry, draft, box);
   read_samples(draft, at, box);
   return box;
 }
@@ -198,7 +199,7 @@ void read_workspace(const SpecCursor& at, StudyBuilder& draft) {
       at.fail({.expected = "another name of the trajectory 'workspace'", .found = "a workspace beside it"});
   require_permanent_payloads(at, "no workspace, whose poses have no time", draft);
   const PoseBox box = read_box(at, draft);
-  draft.trajectories().push_back(stopping_at(list_stops(box), box.tool ? DriveKind::tool : DriveKind::joints));
+  draft.trajectories().push_back(make_stop_trajectory(list_stops(box), box.tool ? DriveKind::tool : DriveKind::joints));
 }
 
 }  // namespace balance::specification

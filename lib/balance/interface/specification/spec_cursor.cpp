@@ -13,7 +13,7 @@
 namespace balance::specification {
 namespace {
 
-/// A comma that was meant to stand before decimals makes two entries of a number: `0,25` between brackets or braces.
+/// A decimal comma makes two entries of a number: `0,25` in brackets or braces.
 /// @return what to write, if the second follows the first without a space; else empty
 std::string find_decimal_comma_between(const YamlNode& first, const YamlNode& second) {
   const auto ends_in_digit = [](const std::string& text) {
@@ -44,11 +44,13 @@ std::string find_decimal_comma_before(const YamlNode& map, const std::string& ke
 
 void SpecCursor::fail_expected(const std::string& what) const { fail({.expected = what, .found = describe_found()}); }
 
-void SpecCursor::fail(ErrorMessage complaint) const { throw ReadError(node_->place, path_, std::move(complaint)); }
+void SpecCursor::fail(ErrorMessage error_message) const {
+  throw ReadError(node_->place, path_, std::move(error_message));
+}
 
-void SpecCursor::fail_unless_uncertain(const std::string& path, ErrorMessage complaint) const {
+void SpecCursor::fail_unless_uncertain(const std::string& path, ErrorMessage error_message) const {
   if (problems_->is_uncertain(path)) throw CascadingError();
-  fail(std::move(complaint));
+  fail(std::move(error_message));
 }
 
 std::string SpecCursor::describe_found() const {
@@ -63,23 +65,24 @@ std::string SpecCursor::describe_found() const {
 }
 
 void SpecCursor::fail_missing(const std::vector<std::string>& keys) const {
-  std::vector<std::string> wanted, given;
-  for (const std::string& key : keys) wanted.push_back(quote_for_message(key));
-  for (const YamlNode& one : node_->keys) given.push_back(one.text);
-  ReadError problem(node_->place, path_,
-                    {.kind = "missing key",
-                     .expected = join_alternatives(wanted),
-                     .found = given.empty() ? describe_found() : "only " + join_with_conjunction(given, "and")});
-  problem.subject_path = path_.empty() ? keys.front() : path_ + "." + keys.front();
-  throw ReadError(std::move(problem));
+  std::vector<std::string> expected_keys, given_keys;
+  for (const std::string& key : keys) expected_keys.push_back(quote_for_message(key));
+  for (const YamlNode& key : node_->keys) given_keys.push_back(key.text);
+  ReadError error(
+      node_->place, path_,
+      {.kind = "missing key",
+       .expected = join_alternatives(expected_keys),
+       .found = given_keys.empty() ? describe_found() : "only " + join_with_conjunction(given_keys, "and")});
+  error.subject_path = path_.empty() ? keys.front() : path_ + "." + keys.front();
+  throw ReadError(std::move(error));
 }
 
 std::vector<SpecCursor> SpecCursor::items(const std::string& what) const {
   if (!is_list()) fail_expected(what);
-  std::vector<SpecCursor> all;
+  std::vector<SpecCursor> cursors;
   for (std::size_t i = 0; i < node_->items.size(); ++i)
-    all.emplace_back(node_->items[i], fmt::format("{}[{}]", path_, i), *problems_);
-  return all;
+    cursors.emplace_back(node_->items[i], fmt::format("{}[{}]", path_, i), *problems_);
+  return cursors;
 }
 
 std::vector<SpecCursor> SpecCursor::items(const std::string& what, std::size_t count) const {
@@ -96,15 +99,15 @@ const std::string& SpecCursor::read_word(const std::string& what) const {
 
 std::size_t SpecCursor::read_choice(const std::string& what, const std::vector<std::string>& names) const {
   const std::string& text = read_word(fmt::format("{} ({})", what, join_alternatives(names)));
-  const auto at = std::find(names.begin(), names.end(), text);
-  if (at == names.end()) fail_expected_one_of(*this, what, names);
-  return static_cast<std::size_t>(at - names.begin());
+  const auto match = std::find(names.begin(), names.end(), text);
+  if (match == names.end()) fail_expected_one_of(*this, what, names);
+  return static_cast<std::size_t>(match - names.begin());
 }
 
-void fail_expected_one_of(const SpecCursor& found, const std::string& what, const std::vector<std::string>& names) {
-  found.fail({.expected = fmt::format("{} ({})", what, names.empty() ? "there are none" : join_alternatives(names)),
-              .found = found.describe_found(),
-              .hint = found.is_scalar() ? format_nearest_name(found.node().text, names) : ""});
+void fail_expected_one_of(const SpecCursor& cursor, const std::string& what, const std::vector<std::string>& names) {
+  cursor.fail({.expected = fmt::format("{} ({})", what, names.empty() ? "there are none" : join_alternatives(names)),
+               .found = cursor.describe_found(),
+               .hint = cursor.is_scalar() ? format_nearest_name(cursor.node().text, names) : ""});
 }
 
 namespace {
@@ -122,18 +125,18 @@ std::vector<Member> list_members(const SpecCursor& map, const std::string& what)
   if (node.items.size() > max_members)
     map.fail(
         {.expected = fmt::format("at most {} entries", max_members), .found = fmt::format("{}", node.items.size())});
-  std::vector<Member> all;
-  std::unordered_set<std::string_view> seen;
+  std::vector<Member> members;
+  std::unordered_set<std::string_view> names;
   for (std::size_t i = 0; i < node.items.size(); ++i) {
-    if (!seen.insert(node.keys[i].text).second) continue;  // already reported while parsing
-    all.push_back({member_at(map, i, node.keys[i]), node.keys[i].text, member_at(map, i, node.items[i])});
+    if (!names.insert(node.keys[i].text).second) continue;  // already reported while parsing
+    members.push_back({member_at(map, i, node.keys[i]), node.keys[i].text, member_at(map, i, node.items[i])});
   }
-  return all;
+  return members;
 }
 
 namespace {
 
-/// One name or several, joined by points: `leg1.crank`.
+/// One name, or several joined by dots: `leg1.crank`.
 bool is_dotted_name(std::string_view text) {
   for (std::size_t dot = text.find('.'); dot != std::string_view::npos; dot = text.find('.')) {
     if (!is_unicode_identifier(text.substr(0, dot))) return false;
@@ -145,34 +148,34 @@ bool is_dotted_name(std::string_view text) {
 }  // namespace
 
 std::vector<Member> list_named_members(const SpecCursor& map, const std::string& what, NameForm names) {
-  const auto good = [&](const std::string& name) {
+  const auto is_valid_name = [&](const std::string& name) {
     return names == NameForm::dotted ? is_dotted_name(name) : is_unicode_identifier(name);
   };
-  std::vector<Member> all = list_members(map, what);
-  for (const Member& member : all)
+  std::vector<Member> members = list_members(map, what);
+  for (const Member& member : members)
     map.problems().collect([&] {
-      if (good(member.name)) return;
-      const bool otherwise_right = !member.name.empty() && good("x" + member.name);
+      if (is_valid_name(member.name)) return;
+      const bool lacks_first_letter = !member.name.empty() && is_valid_name("x" + member.name);
       const std::string comma = find_decimal_comma_before(map.node(), member.name);
-      ReadError problem(member.key.node().place, member.key.path(),
-                        {.expected = "a name of letters, digits, '_' and '-'",
-                         .found = quote_for_message(member.name),
-                         .hint = !comma.empty()    ? comma
-                                 : otherwise_right ? "it must begin with a letter"
-                                                   : ""});
-      problem.unknown_key_in = map.path();
-      throw ReadError(std::move(problem));
+      ReadError error(member.key.node().place, member.key.path(),
+                      {.expected = "a name of letters, digits, '_' and '-'",
+                       .found = quote_for_message(member.name),
+                       .hint = !comma.empty()       ? comma
+                               : lacks_first_letter ? "it must begin with a letter"
+                                                    : ""});
+      error.unknown_key_in = map.path();
+      throw ReadError(std::move(error));
     });
-  return all;
+  return members;
 }
 
 namespace {
 
-/// Why nobody wrote what stands there.
+/// Likely cause of an unknown key.
 std::string unknown_key_hint(const YamlNode& map, const std::string& key, const std::vector<std::string>& names) {
   if (std::string comma = find_decimal_comma_before(map, key); !comma.empty()) return comma;
-  const bool carried = std::find(names.begin(), names.end(), "body") != names.end();
-  if (carried && (key == "true" || key == "True"))
+  const bool has_body_key = std::find(names.begin(), names.end(), "body") != names.end();
+  if (has_body_key && (key == "true" || key == "True"))
     return "'on' is a truth value in YAML 1.1, so that a tool such as PyYAML writes 'true' for it: say 'body'";
   const auto is_digit = [](char c) { return c >= '0' && c <= '9'; };
   if (!key.empty() && std::all_of(key.begin(), key.end(), is_digit))
@@ -183,12 +186,12 @@ std::string unknown_key_hint(const YamlNode& map, const std::string& key, const 
 class FieldsReader {
  public:
   FieldsReader(const SpecCursor& map, const std::string& what, const std::vector<Field>& fields)
-      : map_(map), fields_(fields), given_(list_members(map, what)) {
+      : map_(map), fields_(fields), members_(list_members(map, what)) {
     for (const Field& field : fields) names_.push_back(field.name);
   }
 
   void read() {
-    for (const Member& member : given_)
+    for (const Member& member : members_)
       if (!map_.problems().collect([&] { read_member(member); })) map_.problems().mark_invalid(member.value.path());
     // A misspelt key is one mistake, not two.
     for (const Field& field : fields_)
@@ -197,17 +200,17 @@ class FieldsReader {
   }
 
  private:
-  static bool names(const Field& field, const std::string& key) {
+  static bool is_named(const Field& field, const std::string& key) {
     return key == field.name || (key == field.alias && !key.empty());
   }
 
   std::ptrdiff_t count(const Field& field) const {
-    return std::count_if(given_.begin(), given_.end(), [&](const Member& m) { return names(field, m.name); });
+    return std::count_if(members_.begin(), members_.end(), [&](const Member& m) { return is_named(field, m.name); });
   }
 
   void read_member(const Member& member) {
     const auto field =
-        std::find_if(fields_.begin(), fields_.end(), [&](const Field& f) { return names(f, member.name); });
+        std::find_if(fields_.begin(), fields_.end(), [&](const Field& f) { return is_named(f, member.name); });
     if (field == fields_.end()) fail_unknown(member);
     if (member.name == field->alias && count(*field) > 1)
       member.key.fail({.expected = fmt::format("'{}' or '{}'", field->name, field->alias), .found = "both"});
@@ -216,18 +219,18 @@ class FieldsReader {
 
   [[noreturn]] void fail_unknown(const Member& member) {
     unknown_ = true;
-    ReadError problem(member.key.node().place, member.key.path(),
-                      {.kind = "unknown key",
-                       .expected = join_alternatives(names_),
-                       .found = quote_for_message(member.name),
-                       .hint = unknown_key_hint(map_.node(), member.name, names_)});
-    problem.unknown_key_in = map_.path();
-    throw ReadError(std::move(problem));
+    ReadError error(member.key.node().place, member.key.path(),
+                    {.kind = "unknown key",
+                     .expected = join_alternatives(names_),
+                     .found = quote_for_message(member.name),
+                     .hint = unknown_key_hint(map_.node(), member.name, names_)});
+    error.unknown_key_in = map_.path();
+    throw ReadError(std::move(error));
   }
 
   const SpecCursor& map_;
   const std::vector<Field>& fields_;
-  std::vector<Member> given_;
+  std::vector<Member> members_;
   std::vector<std::string> names_;
   bool unknown_ = false;
 };

@@ -1,5 +1,5 @@
 #pragma once
-/// A node of the spec together with its key path: where every message gets its place from.
+/// A node of the spec with its key path, which gives every message its place.
 
 #include "balance/interface/specification/diagnostics.hpp"
 #include "balance/interface/specification/yaml_document.hpp"
@@ -11,12 +11,12 @@
 
 namespace balance::specification {
 
-// A comma that was meant to begin decimals makes two entries of one number, between brackets and between braces.
+// A decimal comma splits one number into two entries, in brackets and in braces.
 
-/// A hint on the first two entries of a list that may be one number, `[0,25, 0]`; else empty.
+/// Hint if two consecutive entries of a list may be one number, `[0,25, 0]`; else empty.
 std::string find_decimal_comma_in(const YamlNode& list);
 
-/// A hint on a key of a mapping that may be the decimals of the value before it, `{m: 1,5}`; else empty.
+/// Hint if a key of a mapping may be the decimals of the value before it, `{m: 1,5}`; else empty.
 std::string find_decimal_comma_before(const YamlNode& map, const std::string& key);
 
 class SpecCursor {
@@ -35,21 +35,21 @@ class SpecCursor {
   /// Throws the ReadError "expected <what>, found <this value>".
   [[noreturn]] void fail_expected(const std::string& what) const;
   /// Throws a ReadError.
-  [[noreturn]] void fail(ErrorMessage complaint) const;
-  /// The same, but a Consequence if what is looked for at a path may be there after all.
-  [[noreturn]] void fail_unless_uncertain(const std::string& path, ErrorMessage complaint) const;
-  /// Throws the ReadError that this mapping lacks a key, one of those named.
+  [[noreturn]] void fail(ErrorMessage error_message) const;
+  /// The same, but throws a CascadingError if the value at the path may exist after all.
+  [[noreturn]] void fail_unless_uncertain(const std::string& path, ErrorMessage error_message) const;
+  /// Throws the ReadError that this mapping lacks one of the named keys.
   [[noreturn]] void fail_missing(const std::vector<std::string>& keys) const;
   /// "a list of 3", "a mapping", "'abc'", "nothing".
   std::string describe_found() const;
 
-  /// The entries of a list, paths `path[0]`, `path[1]`, … Fails if it is none, naming `what` was expected.
+  /// The entries of a list, paths `path[0]`, `path[1]`, … Fails with `what` as expected if it is not a list.
   std::vector<SpecCursor> items(const std::string& what) const;
-  /// The same for a list of one length.
+  /// The same for a list of given length.
   std::vector<SpecCursor> items(const std::string& what, std::size_t count) const;
-  /// The text of a scalar; fails if it is none or empty.
+  /// The text of a scalar; fails if it is not a scalar or is empty.
   const std::string& read_word(const std::string& what) const;
-  /// Index into `names` of this scalar's text; fails with the nearest of them.
+  /// Index into `names` of this scalar's text; else fails and suggests the nearest of them.
   std::size_t read_choice(const std::string& what, const std::vector<std::string>& names) const;
 
  private:
@@ -58,33 +58,33 @@ class SpecCursor {
   SpecErrorCollector* problems_;
 };
 
-/// Reads every item of a list, so that each mistake in it is told. @throws Consequence if there is any
+/// Reads every item of a list, so that each mistake in it is reported. @throws CascadingError if there is any
 template <class Read>
 void read_each(const std::vector<SpecCursor>& items, Read&& read) {
-  bool right = true;
-  for (const SpecCursor& item : items) right = item.problems().collect([&] { read(item); }) && right;
-  if (!right) throw CascadingError();
+  bool is_valid = true;
+  for (const SpecCursor& item : items) is_valid = item.problems().collect([&] { read(item); }) && is_valid;
+  if (!is_valid) throw CascadingError();
 }
 
 /// Fails with "expected <what> (a, b or c), found …; nearest is …".
-[[noreturn]] void fail_expected_one_of(const SpecCursor& found, const std::string& what,
+[[noreturn]] void fail_expected_one_of(const SpecCursor& cursor, const std::string& what,
                                        const std::vector<std::string>& names);
 
 /// One entry of a mapping whose keys the user chose.
 struct Member {
-  SpecCursor key;  ///< the key itself, for complaints about the name
+  SpecCursor key;  ///< the key itself, for messages about the name
   std::string name;
   SpecCursor value;
 };
 
-/// The entries of a mapping in the document's order; fails if it is none. Never more than `max_members`.
+/// The entries of a mapping in document order; fails if it is not a mapping or has more than `max_members`.
 std::vector<Member> list_members(const SpecCursor& map, const std::string& what);
 inline constexpr std::size_t max_members = 2000;
 
 enum class NameForm { simple, dotted };
 
-/// The same, and every key must be a name (`is_unicode_identifier`), or several with points between them. One that is not is reported, and
-/// its entry read all the same.
+/// The same for keys that must be names (`is_unicode_identifier`), or several names joined by dots. Reports a key that
+/// is not, but returns its entry all the same.
 std::vector<Member> list_named_members(const SpecCursor& map, const std::string& what,
                                        NameForm names = NameForm::dotted);
 
@@ -95,11 +95,11 @@ struct Field {
   std::string name;
   Presence need = Presence::optional;
   std::function<void(const SpecCursor&)> read;
-  std::string alias = {};  ///< another spelling; not both may be given
+  std::string alias = {};  ///< another spelling; the two exclude each other
 };
 
-/// Reads a mapping with a fixed set of keys in the document's order. Unknown and missing keys and whatever the fields' readers
-/// throw are collected. @return whether nothing was wrong
+/// Reads a mapping with a fixed set of keys in document order. Collects unknown and missing keys and what the fields'
+/// readers throw. @return whether there was no mistake
 bool read_fields(const SpecCursor& map, const std::string& what, const std::vector<Field>& fields);
 
 }  // namespace balance::specification

@@ -26,7 +26,7 @@ std::string lower_case(std::string text) {
   return text;
 }
 
-/// A plain number; not finite if it is too large for a double or one of YAML's words for such.
+/// A plain number; not finite if it is too large for a double or one of YAML's words for infinity or NaN.
 std::optional<double> plain_number(std::string text) {
   if (text.size() == 4 || text.size() == 5) {
     const std::string word = lower_case(text);
@@ -37,25 +37,25 @@ std::optional<double> plain_number(std::string text) {
   double value = 0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
   if (end != text.data() + text.size() || error == std::errc::invalid_argument) return std::nullopt;
-  // Out of range: too small is zero, too large is infinite; strtod knows which.
+  // out of range: too small is zero, too large is infinite; strtod distinguishes them
   if (error == std::errc::result_out_of_range) return std::strtod(text.c_str(), nullptr);
   return value;
 }
 
-/// `deg` of `360deg`, `°` of `5 °`; empty: the text is no number with something like a unit behind it.
+/// `deg` of `360deg`, `°` of `5 °`; empty if the text is not a number followed by something like a unit.
 std::string trailing_unit(const std::string& text) {
   double value = 0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  const std::string rest(trim({end, text.data() + text.size()}));
-  if (error == std::errc::invalid_argument || rest.empty()) return "";
+  const std::string suffix(trim({end, text.data() + text.size()}));
+  if (error == std::errc::invalid_argument || suffix.empty()) return "";
   const auto in_unit = [](char c) {
     return std::isalpha(static_cast<unsigned char>(c)) != 0 || (static_cast<unsigned char>(c) & 0x80) != 0;
   };
   const auto in_rest = [&](char c) {
     return in_unit(c) || std::string_view("*/^23 %\"'").find(c) != std::string_view::npos;
   };
-  const bool begins = in_unit(rest[0]) || rest == "%" || rest == "\"" || rest == "'";
-  return begins && std::all_of(rest.begin(), rest.end(), in_rest) ? rest : "";
+  const bool begins_unit = in_unit(suffix[0]) || suffix == "%" || suffix == "\"" || suffix == "'";
+  return begins_unit && std::all_of(suffix.begin(), suffix.end(), in_rest) ? suffix : "";
 }
 
 bool is_truth_value(const std::string& text) {
@@ -63,19 +63,19 @@ bool is_truth_value(const std::string& text) {
   return lower == "true" || lower == "false" || lower == "yes" || lower == "no" || lower == "on" || lower == "off";
 }
 
-/// Several names, joined by points, are that of a part's parameter.
+/// Several names joined by dots are that of a part's parameter.
 bool is_identifier(const std::string& name) {
-  bool begins = true;
+  bool at_start = true;
   for (const char c : name) {
     const bool digit = std::isdigit(static_cast<unsigned char>(c)) != 0;
     const bool letter = c == '_' || std::isalpha(static_cast<unsigned char>(c)) != 0;
-    if (begins ? !letter : !letter && !digit && c != '.') return false;
-    begins = c == '.';
+    if (at_start ? !letter : !letter && !digit && c != '.') return false;
+    at_start = c == '.';
   }
-  return !begins;
+  return !at_start;
 }
 
-/// Evaluates parameters after those that they use.
+/// Evaluates parameters after those that they depend on.
 class DependencyResolver {
  public:
   DependencyResolver(const std::vector<Member>& members, SpecErrorCollector& problems,
@@ -91,7 +91,7 @@ class DependencyResolver {
  private:
   enum class State { untouched, in_progress, known, failed };
 
-  /// What depends on a failed parameter fails without a message of its own.
+  /// A parameter that depends on a failed one fails without a message of its own.
   void resolve(std::size_t i) {
     if (state_[i] == State::known || state_[i] == State::failed) return;
     if (state_[i] == State::in_progress) return report_cycle(i);
@@ -110,16 +110,16 @@ class DependencyResolver {
     std::vector<std::size_t> used;
     if (node.kind == YamlNode::Kind::scalar)
       for (const std::string& name : find_expression_names(node.text).values)
-        if (const auto at = index_.find(name); at != index_.end()) used.push_back(at->second);
+        if (const auto entry = index_.find(name); entry != index_.end()) used.push_back(entry->second);
     for (const YamlNode& item : node.items) {
-      const auto more = dependencies_of(item);
-      used.insert(used.end(), more.begin(), more.end());
+      const auto nested = dependencies_of(item);
+      used.insert(used.end(), nested.begin(), nested.end());
     }
     return used;
   }
 
-  void report_cycle(std::size_t again) {
-    const auto start = std::find(chain_.begin(), chain_.end(), again);
+  void report_cycle(std::size_t repeated) {
+    const auto start = std::find(chain_.begin(), chain_.end(), repeated);
     constexpr std::ptrdiff_t max_listed_cycle = 12;
     std::string cycle;
     for (auto i = start; i != chain_.end(); ++i) {
@@ -128,8 +128,8 @@ class DependencyResolver {
       state_[*i] = State::failed;
     }
     problems_.collect([&] {
-      members_[again].value.fail({.expected = "a parameter that does not depend on itself",
-                                  .found = "the cycle " + cycle + members_[again].name});
+      members_[repeated].value.fail({.expected = "a parameter that does not depend on itself",
+                                     .found = "the cycle " + cycle + members_[repeated].name});
     });
   }
 
@@ -144,44 +144,45 @@ class DependencyResolver {
 }  // namespace
 
 SpecParameters::SpecParameters(const std::optional<SpecCursor>& section, const Overrides& overrides,
-                               std::set<std::string> of_added_amounts, Recording& recording,
+                               std::set<std::string> zero_start_parameters, Recording& recording,
                                SpecErrorCollector& problems)
-    : added_element_parameters_(std::move(of_added_amounts)) {
-  std::vector<Member> all;
-  if (section) problems.collect([&] { all = list_members(*section, "a mapping of parameters"); });
-  for (const Member& member : all) names_.push_back(member.name);
-  known_ = {names_.begin(), names_.end()};
+    : added_element_parameters_(std::move(zero_start_parameters)) {
+  std::vector<Member> members;
+  if (section) problems.collect([&] { members = list_members(*section, "a mapping of parameters"); });
+  for (const Member& member : members) names_.push_back(member.name);
+  name_set_ = {names_.begin(), names_.end()};
 
-  std::erase_if(all, [&](const Member& member) {
+  std::erase_if(members, [&](const Member& member) {
     const auto& functions = function_names();
-    const bool taken =
+    const bool is_reserved =
         member.name == "pi" || std::find(functions.begin(), functions.end(), member.name) != functions.end();
     return !problems.collect([&] {
       const auto fail = [&](const char* expected, const std::string& found) {
-        ReadError problem(
+        ReadError error(
             member.key.node().place, member.key.path(),
             {.expected = expected, .found = found, .hint = find_decimal_comma_before(section->node(), member.name)});
-        problem.unknown_key_in = "parameters";
-        throw ReadError(std::move(problem));
+        error.unknown_key_in = "parameters";
+        throw ReadError(std::move(error));
       };
       if (!is_identifier(member.name)) fail("a name of letters, digits and '_'", quote_for_message(member.name));
-      if (taken) fail("a name of its own", quote_for_message(member.name) + ", which has a meaning in expressions");
+      if (is_reserved)
+        fail("a name of its own", quote_for_message(member.name) + ", which has a meaning in expressions");
     });
   });
 
-  override_values(overrides, all, problems);
-  DependencyResolver(all, problems, [&](const Member& member) { define(member, recording); }).run();
-  const auto place = [&](const NamedExpression& one) { return std::find(names_.begin(), names_.end(), one.name); };
+  override_values(overrides, members, problems);
+  DependencyResolver(members, problems, [&](const Member& member) { define(member, recording); }).run();
+  const auto position = [&](const NamedExpression& one) { return std::find(names_.begin(), names_.end(), one.name); };
   std::sort(recording.parameters.begin(), recording.parameters.end(),
-            [&](const NamedExpression& a, const NamedExpression& b) { return place(a) < place(b); });
+            [&](const NamedExpression& a, const NamedExpression& b) { return position(a) < position(b); });
 }
 
-/// The text of an override stands where the parameter's own value stood.
+/// The text of an override takes the place of the parameter's own value.
 void SpecParameters::override_values(const Overrides& overrides, std::vector<Member>& members,
                                      SpecErrorCollector& problems) {
   for (const auto& [name, text] : overrides) {
-    const bool known = std::find(names_.begin(), names_.end(), name) != names_.end();
-    if (!known && !(names_.empty() && problems.is_section_invalid("parameters")))
+    const bool is_known = std::find(names_.begin(), names_.end(), name) != names_.end();
+    if (!is_known && !(names_.empty() && problems.is_section_invalid("parameters")))
       problems.add(
           {{},
            "--set " + name,
@@ -193,10 +194,10 @@ void SpecParameters::override_values(const Overrides& overrides, std::vector<Mem
     node.text = text;
   }
   for (Member& member : members) {
-    const auto found = replacements_.find(member.name);
-    if (found == replacements_.end()) continue;
-    overridden_.emplace_back(&member.value.node(), found->second.text);
-    member.value = SpecCursor(found->second, "--set " + member.name, problems);
+    const auto replacement = replacements_.find(member.name);
+    if (replacement == replacements_.end()) continue;
+    overridden_.emplace_back(&member.value.node(), replacement->second.text);
+    member.value = SpecCursor(replacement->second, "--set " + member.name, problems);
   }
 }
 
@@ -206,11 +207,11 @@ void SpecParameters::define(const Member& member, Recording& recording) {
     return Expression::input(recording.graph, value);
   };
   Expression value;
-  bool plain = true;
+  bool is_plain = true;
   if (!member.value.is_map()) {
     value = evaluate(member.value);
-    plain = find_expression_names(member.value.node().text).values.empty();
-    value = plain ? add_input(value.value()) : Expression::make_alias(recording.graph, value);
+    is_plain = find_expression_names(member.value.node().text).values.empty();
+    value = is_plain ? add_input(value.value()) : Expression::make_alias(recording.graph, value);
   } else {
     FreeValue free = evaluate_free(member.value);
     if (added_element_parameters_.contains(member.name)) free.default_start_to_zero();
@@ -225,15 +226,15 @@ void SpecParameters::define(const Member& member, Recording& recording) {
                              value});
   }
   values_[member.name] = value;
-  recording.parameters.push_back({member.name, value, plain});
+  recording.parameters.push_back({member.name, value, is_plain});
 }
 
 Expression SpecParameters::evaluate(const SpecCursor& scalar) {
   const std::string what = "a number, an expression or {free: [lower, upper]}";
   const std::string text(trim(scalar.read_word(what)));
-  // Most numbers are plain, and most others a parameter alone.
+  // most numbers are plain, and most others a single parameter
   if (const auto known = values_.find(text); known != values_.end()) return known->second;
-  if (known_.count(text) > 0) throw CascadingError();
+  if (name_set_.count(text) > 0) throw CascadingError();
   const std::optional<double> number = plain_number(text);
   if (!number && (text.empty() || is_truth_value(text))) scalar.fail_expected(what);
   const Expression value = number ? Expression(*number) : evaluate_expression(scalar, text);
@@ -241,27 +242,27 @@ Expression SpecParameters::evaluate(const SpecCursor& scalar) {
   return value;
 }
 
-/// The parameter of this name may be one whose own name is wrong, or stand in a section that was not read.
+/// Whether the parameter of this name may be one with an invalid name, or in a section that was not read.
 bool SpecParameters::can_be_invalid(const SpecCursor& at, const std::string& name) const {
   return at.problems().is_section_invalid("parameters." + name) ||
          (names_.empty() && at.problems().is_section_invalid("parameters"));
 }
 
 Expression SpecParameters::evaluate_expression(const SpecCursor& scalar, const std::string& text) {
-  const auto wrong = [&](const std::string& why) {
+  const auto fail = [&](const std::string& reason) {
     scalar.fail(
-        {.message = fmt::format("expected a number or an expression, found {}: {}", quote_for_message(text), why),
+        {.message = fmt::format("expected a number or an expression, found {}: {}", quote_for_message(text), reason),
          .expected = "a number or an expression",
          .found = quote_for_message(text),
-         .hint = why});
+         .hint = reason});
   };
-  if (const std::string comma = suggest_decimal_point(text); !comma.empty()) wrong(comma);
+  if (const std::string comma = suggest_decimal_point(text); !comma.empty()) fail(comma);
   const std::string unit = trailing_unit(text);
-  if (!unit.empty() && known_.count(unit) == 0)
-    wrong(fmt::format("there is no place for {} behind a number: 'units:' states the units of all of them",
-                      quote_for_message(unit)));
-  const auto unknown = [&](const char* what, const std::string& name, const std::vector<std::string>& known) {
-    wrong(fmt::format("there is no {} {}{}", what, quote_for_message(name), append_nearest_name(name, known)));
+  if (!unit.empty() && name_set_.count(unit) == 0)
+    fail(fmt::format("there is no place for {} behind a number: 'units:' states the units of all of them",
+                     quote_for_message(unit)));
+  const auto fail_unknown = [&](const char* what, const std::string& name, const std::vector<std::string>& candidates) {
+    fail(fmt::format("there is no {} {}{}", what, quote_for_message(name), append_nearest_name(name, candidates)));
   };
   expressions_size_ += text.size();
   if (expressions_size_ > max_expressions_length)
@@ -269,17 +270,18 @@ Expression SpecParameters::evaluate_expression(const SpecCursor& scalar, const s
   const auto& functions = function_names();
   const ExpressionNames used = find_expression_names(text);
   for (const std::string& name : used.functions)
-    if (std::find(functions.begin(), functions.end(), name) == functions.end()) unknown("function", name, functions);
+    if (std::find(functions.begin(), functions.end(), name) == functions.end())
+      fail_unknown("function", name, functions);
   for (const std::string& name : used.values) {
-    const bool function = std::find(functions.begin(), functions.end(), name) != functions.end();
-    if (function) wrong(fmt::format("the function {} needs parentheses: {}(…)", quote_for_message(name), name));
-    if (known_.count(name) > 0 ? values_.count(name) == 0 : can_be_invalid(scalar, name)) throw CascadingError();
-    if (known_.count(name) == 0) unknown("parameter", name, names_);
+    const bool is_function = std::find(functions.begin(), functions.end(), name) != functions.end();
+    if (is_function) fail(fmt::format("the function {} needs parentheses: {}(…)", quote_for_message(name), name));
+    if (name_set_.count(name) > 0 ? values_.count(name) == 0 : can_be_invalid(scalar, name)) throw CascadingError();
+    if (name_set_.count(name) == 0) fail_unknown("parameter", name, names_);
   }
   try {
     return parse_expression(text, [&](const std::string& name) { return values_.at(name); });
   } catch (const ExpressionError& error) {
-    wrong(error.what());
+    fail(error.what());
     throw;
   }
 }

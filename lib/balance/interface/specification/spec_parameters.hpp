@@ -1,5 +1,5 @@
 #pragma once
-/// The spec's parameters and the arithmetic over them.
+/// The spec's parameters and expressions over them.
 
 #include "balance/foundation/expression/expression_parser.hpp"
 #include "balance/interface/specification/free_number.hpp"
@@ -16,7 +16,7 @@
 
 namespace balance::specification {
 
-/// Of a whole spec, in characters.
+/// Total length of the expressions of a spec, in characters.
 inline constexpr std::size_t max_expressions_length = 500'000;
 
 class SpecParameters {
@@ -24,12 +24,12 @@ class SpecParameters {
   using Overrides = std::vector<std::pair<std::string, std::string>>;
 
   SpecParameters() = default;
-  /// Evaluates all parameters, in whatever order they depend on each other. Problems are collected.
+  /// Evaluates all parameters in the order of their dependencies. Collects mistakes.
   /// @param section null if the spec has none
-  /// @param recording where they get an input or a node each
-  /// @param of_added_amounts those that start at 0 (list_added_element_parameters)
+  /// @param recording gets an input or a node for each
+  /// @param zero_start_parameters parameters that start at 0 (list_added_element_parameters)
   SpecParameters(const std::optional<SpecCursor>& section, const Overrides& overrides,
-                 std::set<std::string> of_added_amounts, Recording& recording, SpecErrorCollector& problems);
+                 std::set<std::string> zero_start_parameters, Recording& recording, SpecErrorCollector& problems);
 
   /// A number or an expression, in the spec's units. Fails unless it is finite.
   Expression evaluate(const SpecCursor& scalar);
@@ -39,7 +39,7 @@ class SpecParameters {
   const std::vector<FreeNumberEntry>& free_numbers() const { return free_numbers_; }
   /// In the document's order.
   const std::vector<std::string>& names() const { return names_; }
-  /// The values' mappings or scalars that an override replaced, with its text.
+  /// Values, mappings or scalars, that an override replaced, with its text.
   const std::vector<std::pair<const YamlNode*, std::string>>& overridden() const { return overridden_; }
 
  private:
@@ -51,7 +51,7 @@ class SpecParameters {
   std::set<std::string> added_element_parameters_;
   std::size_t expressions_size_ = 0;
   std::vector<std::string> names_;  ///< in the document's order, for messages
-  std::set<std::string> known_;     ///< the same, to look up
+  std::set<std::string> name_set_;  ///< the same, for lookup
   std::unordered_map<std::string, Expression> values_;
   std::vector<FreeNumberEntry> free_numbers_;
   std::vector<std::pair<const YamlNode*, std::string>> overridden_;

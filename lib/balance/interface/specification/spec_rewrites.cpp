@@ -12,7 +12,7 @@ namespace balance::specification {
 
 namespace {
 
-/// Goes through the document in its order.
+/// Visits the document in its order.
 class ReplacementCollector {
  public:
   ReplacementCollector(const YamlNode& root, StudyBuilder& draft)
@@ -26,7 +26,7 @@ class ReplacementCollector {
     if (free_.empty() && overridden_.empty()) return;
     visit(root_, nullptr);
     for (const YamlNode* alias : aliases_)
-      if (touched_.count(alias->alias) > 0) write_out(*alias);
+      if (changed_anchors_.count(alias->alias) > 0) write_out(*alias);
     std::stable_sort(rewrites().begin(), rewrites().end(),
                      [](const TextReplacement& a, const TextReplacement& b) { return a.begin < b.begin; });
   }
@@ -41,12 +41,12 @@ class ReplacementCollector {
            std::any_of(node.items.begin(), node.items.end(), [&](const YamlNode& item) { return holds_changes(item); });
   }
 
-  /// @param key of the mapping's entry that the node is the value of, if it is one
+  /// @param key of the mapping's entry whose value the node is, if any
   void visit(const YamlNode& node, const YamlNode* key) {
     if (node.alias != 0) return holds_changes(node) ? write_out(node) : aliases_.push_back(&node);
     if (node.anchor != 0) open_anchors_.push_back(node.anchor);
     if (changes(node)) {
-      touched_.insert(open_anchors_.begin(), open_anchors_.end());
+      changed_anchors_.insert(open_anchors_.begin(), open_anchors_.end());
       collect_nested_anchors(node);
       replace(node, key);
     } else {
@@ -58,33 +58,34 @@ class ReplacementCollector {
     if (node.anchor != 0) open_anchors_.pop_back();
   }
 
-  /// What is replaced takes its anchors along.
+  /// Replacing a node removes its anchors.
   void collect_nested_anchors(const YamlNode& node) {
     if (node.alias != 0) return;
-    if (node.anchor != 0) touched_.insert(node.anchor);
+    if (node.anchor != 0) changed_anchors_.insert(node.anchor);
     for (const auto* children : {&node.keys, &node.items})
       for (const YamlNode& child : *children) collect_nested_anchors(child);
   }
 
-  /// The numbers' indices in the study, several in brackets, or the text of the override. The first takes the node's place.
+  /// The numbers' indices in the study, in brackets if there are several, or the text of the override. The
+  /// first takes the node's place.
   std::vector<TextReplacement> content_of(const YamlNode& node, Span span) {
     if (const auto text = overridden_.find(&node); text != overridden_.end()) return {{0, 0, text->second, -1}};
-    const std::vector<const FreeNumberEntry*>& found = free_.at(&node);
-    const bool list = found.front()->is_list_item;
+    const std::vector<const FreeNumberEntry*>& entries = free_.at(&node);
+    const bool is_list = entries.front()->is_list_item;
     std::vector<TextReplacement> content;
-    for (const FreeNumberEntry* one : found) {
-      FreeNumber number = one->number;
+    for (const FreeNumberEntry* entry : entries) {
+      FreeNumber number = entry->number;
       number.begin = span.begin;
       number.end = span.end;
       draft_.study.free_numbers.push_back(number);
-      draft_.recording->free.push_back(draft_.recording->input_index(one->input));
+      draft_.recording->free.push_back(draft_.recording->input_index(entry->input));
       content.push_back({0, 0,
-                         !list             ? ""
+                         !is_list          ? ""
                          : content.empty() ? "["
                                            : ", ",
                          static_cast<int>(draft_.study.free_numbers.size()) - 1});
     }
-    if (list) content.push_back({0, 0, "]", -1});
+    if (is_list) content.push_back({0, 0, "]", -1});
     return content;
   }
 
@@ -126,14 +127,14 @@ class ReplacementCollector {
   const YamlNode& root_;
   StudyBuilder& draft_;
   SourceText source_;
-  std::unordered_map<const YamlNode*, std::vector<const FreeNumberEntry*>> free_;  ///< in their order
+  std::unordered_map<const YamlNode*, std::vector<const FreeNumberEntry*>> free_;  ///< in document order
   std::unordered_map<const YamlNode*, std::string> overridden_;
   std::vector<const YamlNode*> aliases_;  ///< that may stay
   std::vector<int> open_anchors_;
-  std::set<int> touched_;  ///< anchors whose value changes or goes
+  std::set<int> changed_anchors_;  ///< anchors whose value changes or disappears
 };
 
-/// 0 if the key has no colon.
+/// Byte behind the key's colon; 0 if it has none.
 std::size_t ReplacementCollector::after_colon(const YamlNode& key) const {
   const std::size_t colon = source_.skip_blank(source_.span(key).end);
   return at(colon) == ':' ? colon + 1 : 0;
@@ -148,11 +149,12 @@ void ReplacementCollector::replace(const YamlNode& node, const YamlNode* key) {
   content.front().text = space_before(span.begin) + content.front().text;
   add(span.begin, span.end, std::move(content));
   const std::string comments = kept_comments(node);
-  if (const std::string rest = comments + (comments.empty() ? space_after(span.end) : ""); !rest.empty())
-    add(span.end, span.end, {0, 0, rest, -1});
+  if (const std::string trailing_text = comments + (comments.empty() ? space_after(span.end) : "");
+      !trailing_text.empty())
+    add(span.end, span.end, {0, 0, trailing_text, -1});
 }
 
-/// A mapping on the lines below its key: the number goes up to the key.
+/// A mapping on the lines below its key: the number moves up to the key.
 void ReplacementCollector::replace_below(const YamlNode& node, std::size_t after_colon,
                                          std::vector<TextReplacement> content) {
   const Span span = source_.span(node);
@@ -164,46 +166,46 @@ void ReplacementCollector::replace_below(const YamlNode& node, std::size_t after
     return;
   }
   add(after_colon, after_colon, std::move(content));
-  // What was between key and mapping stays; of the mapping's lines, comments stay.
+  // keep what is between key and mapping; of the mapping's lines, keep comments
   const std::string indentation = source_.indentation(span.begin);
   const std::size_t begin = span.begin - indentation.size();
-  std::string kept;
-  for (const Span& comment : source_.comments(node)) kept += indentation + copy(comment) + source_.line_break();
+  std::string text;
+  for (const Span& comment : source_.comments(node)) text += indentation + copy(comment) + source_.line_break();
   std::size_t end = span.end;
   while (source_.is_space(end)) ++end;
   if (!ends_line(end))
-    kept += indentation;
+    text += indentation;
   else if (end < source_.text().size())
     end += source_.text().compare(end, 2, "\r\n") == 0 ? 2 : 1;
-  add(begin, end, {0, 0, kept, -1});
+  add(begin, end, {0, 0, text, -1});
 }
 
 /// A key without a value.
 void ReplacementCollector::replace_nothing(const YamlNode& key, std::vector<TextReplacement> content) {
   const std::size_t colon = after_colon(key);
-  const std::size_t place = colon > 0 ? colon : source_.span(key).end;
+  const std::size_t position = colon > 0 ? colon : source_.span(key).end;
   content.front().text = (colon > 0 ? " " : ": ") + content.front().text;
-  add(place, place, std::move(content));
+  add(position, position, std::move(content));
 }
 
-/// What follows the number: the first comment if it stood behind something, then the others, each on a line of its own.
+/// Text after the number: the first comment if it was behind something, then the others, each on its own line.
 std::string ReplacementCollector::kept_comments(const YamlNode& node) const {
   const auto comments = source_.comments(node);
-  if (comments.empty()) return "";  // looking for line breaks takes time where a line is as long as the spec
+  if (comments.empty()) return "";  // finding line breaks takes time if a line is as long as the spec
   const std::size_t end = source_.span(node).end;
   const std::string new_line = source_.line_break() + source_.indentation(end);
-  std::string kept;
+  std::string text;
   for (const Span& comment : comments) {
-    if (kept.empty() && !begins_line(comment.begin)) {
+    if (text.empty() && !begins_line(comment.begin)) {
       std::size_t blanks = comment.begin;
       while (source_.is_space(blanks - 1)) --blanks;
-      kept = blanks < comment.begin ? copy({blanks, comment.begin}) : " ";
+      text = blanks < comment.begin ? copy({blanks, comment.begin}) : " ";
     } else {
-      kept += new_line;
+      text += new_line;
     }
-    kept += copy(comment);
+    text += copy(comment);
   }
-  return kept.empty() || ends_line(end) ? kept : kept + new_line;
+  return text.empty() || ends_line(end) ? text : text + new_line;
 }
 
 void ReplacementCollector::write_out(const YamlNode& alias) {
@@ -214,28 +216,28 @@ void ReplacementCollector::write_out(const YamlNode& alias) {
   for (std::size_t i = 0; i < pieces.size(); ++i) add(i == 0 ? span.begin : span.end, span.end, std::move(pieces[i]));
 }
 
-/// The node as one line of YAML. A piece ends with its free number.
+/// Writes the node as one line of YAML. Each piece ends with its free number.
 void ReplacementCollector::write(const YamlNode& node, Span alias, std::vector<TextReplacement>& pieces) {
-  const auto put = [&](const std::string& text) { pieces.back().text += text; };
+  const auto append = [&](const std::string& text) { pieces.back().text += text; };
   if (changes(node)) {
     for (const TextReplacement& content : content_of(node, alias)) {
-      put(content.text);
+      append(content.text);
       if (content.free_number < 0) continue;
       pieces.back().free_number = content.free_number;
       pieces.emplace_back();
     }
     return;
   }
-  if (node.kind == YamlNode::Kind::null || node.kind == YamlNode::Kind::scalar) return put(format_flow(node));
-  const bool map = node.kind == YamlNode::Kind::map;
-  put(map ? "{" : "[");
+  if (node.kind == YamlNode::Kind::null || node.kind == YamlNode::Kind::scalar) return append(format_flow(node));
+  const bool is_map = node.kind == YamlNode::Kind::map;
+  append(is_map ? "{" : "[");
   for (std::size_t i = 0; i < node.items.size(); ++i) {
-    if (i > 0) put(", ");
-    if (map) write(node.keys[i], alias, pieces);
-    if (map) put(": ");
+    if (i > 0) append(", ");
+    if (is_map) write(node.keys[i], alias, pieces);
+    if (is_map) append(": ");
     write(node.items[i], alias, pieces);
   }
-  put(map ? "}" : "]");
+  append(is_map ? "}" : "]");
 }
 
 }  // namespace

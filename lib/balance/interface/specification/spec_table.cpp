@@ -21,16 +21,16 @@ namespace balance::specification {
 namespace {
 
 std::vector<std::string_view> split(std::string_view line) {
-  std::vector<std::string_view> parts;
+  std::vector<std::string_view> fields;
   for (std::size_t start = 0;;) {
     const auto comma = line.find(',', start);
-    parts.push_back(trim(line.substr(start, comma - start)));
-    if (comma == std::string_view::npos) return parts;
+    fields.push_back(trim(line.substr(start, comma - start)));
+    if (comma == std::string_view::npos) return fields;
     start = comma + 1;
   }
 }
 
-double number(std::string_view text, long line) {
+double parse_number(std::string_view text, long line) {
   std::string_view digits = text;
   if (digits.size() > 1 && digits[0] == '+') digits.remove_prefix(1);
   double value = 0;
@@ -41,17 +41,17 @@ double number(std::string_view text, long line) {
 }
 
 void read_line(std::string_view line, long number_of_line, RawTable& table) {
-  const auto parts = split(line);
+  const auto fields = split(line);
   if (table.columns.empty()) {
-    table.columns.assign(parts.begin(), parts.end());
+    table.columns.assign(fields.begin(), fields.end());
     return;
   }
-  if (parts.size() != table.columns.size())
+  if (fields.size() != table.columns.size())
     throw TableError(fmt::format("line {}: expected {} numbers as in the line of names, found {}", number_of_line,
-                                 table.columns.size(), parts.size()));
+                                 table.columns.size(), fields.size()));
   std::vector<double> row;
-  row.reserve(parts.size());
-  for (const std::string_view part : parts) row.push_back(number(part, number_of_line));
+  row.reserve(fields.size());
+  for (const std::string_view field : fields) row.push_back(parse_number(field, number_of_line));
   table.rows.push_back(std::move(row));
 }
 
@@ -59,13 +59,13 @@ void read_line(std::string_view line, long number_of_line, RawTable& table) {
 
 RawTable parse_csv(const std::string& text) {
   RawTable table;
-  std::string_view rest = text;
-  if (rest.substr(0, 3) == "\xEF\xBB\xBF") rest.remove_prefix(3);
-  for (long line = 1; !rest.empty(); ++line) {
-    const auto end = rest.find('\n');
-    const std::string_view content = trim(rest.substr(0, std::min(end, rest.find('#'))));
+  std::string_view remaining_text = text;
+  if (remaining_text.substr(0, 3) == "\xEF\xBB\xBF") remaining_text.remove_prefix(3);
+  for (long line = 1; !remaining_text.empty(); ++line) {
+    const auto end = remaining_text.find('\n');
+    const std::string_view content = trim(remaining_text.substr(0, std::min(end, remaining_text.find('#'))));
     if (!content.empty()) read_line(content, line, table);
-    rest.remove_prefix(end == std::string_view::npos ? rest.size() : end + 1);
+    remaining_text.remove_prefix(end == std::string_view::npos ? remaining_text.size() : end + 1);
   }
   if (table.columns.empty()) throw TableError("expected a line of column names, found an empty file");
   return table;
@@ -76,10 +76,10 @@ namespace {
 constexpr std::size_t max_table_rows = 1'000'000;
 
 std::vector<double> read_column(const Hdf5Reader& file, const std::string& name) {
-  auto found = file.numbers(name, 1, max_table_rows);
-  if (found.sizes.empty())
+  auto dataset = file.numbers(name, 1, max_table_rows);
+  if (dataset.sizes.empty())
     throw TableError(fmt::format("{}: expected one dimension, found 0", quote_for_message(name)));
-  return std::move(found.values);
+  return std::move(dataset.values);
 }
 
 RawTable read_columns(const Hdf5Reader& file, const std::vector<std::string>& names) {
@@ -118,7 +118,7 @@ std::vector<std::string> names_of(const std::vector<TableColumn>& columns) {
   return names;
 }
 
-/// The file's path, seen from the spec's folder.
+/// Path of a file that is given relative to the spec's folder.
 std::filesystem::path find_file(const SpecCursor& at, const StudyBuilder& draft) {
   const std::filesystem::path path =
       std::filesystem::path(draft.study.spec_file).parent_path() / at.read_word("a file's name");
@@ -134,7 +134,7 @@ std::filesystem::path find_file(const SpecCursor& at, const StudyBuilder& draft)
   return path;
 }
 
-RawTable load(const std::filesystem::path& path, const std::vector<std::string>& names) {
+RawTable load_table(const std::filesystem::path& path, const std::vector<std::string>& names) {
   std::ifstream file(path, std::ios::binary);
   if (!file) throw TableError("the file cannot be read");
   std::ostringstream text;
@@ -145,35 +145,35 @@ RawTable load(const std::filesystem::path& path, const std::vector<std::string>&
 }
 
 /// Index of every column among the possible ones; −1 for the time. @throws TableError
-std::vector<int> place_columns(const RawTable& raw, const std::vector<std::string>& names) {
-  std::vector<int> places;
+std::vector<int> find_column_indices(const RawTable& raw, const std::vector<std::string>& names) {
+  std::vector<int> indices;
   for (const std::string& column : raw.columns) {
-    const auto at = std::find(names.begin(), names.end(), column);
-    if (at == names.end())
+    const auto match = std::find(names.begin(), names.end(), column);
+    if (match == names.end())
       throw TableError(
           fmt::format("expected the columns {}, found {}{}", join_alternatives(names), quote_for_message(column),
                       column.find(';') != std::string::npos ? "; commas stand between columns, points before decimals"
                                                             : append_nearest_name(column, names)));
-    const int place = static_cast<int>(at - names.begin()) - 1;
-    if (std::find(places.begin(), places.end(), place) != places.end())
+    const int index = static_cast<int>(match - names.begin()) - 1;
+    if (std::find(indices.begin(), indices.end(), index) != indices.end())
       throw TableError(fmt::format("expected every column once, found {} again", quote_for_message(column)));
-    places.push_back(place);
+    indices.push_back(index);
   }
-  if (std::find(places.begin(), places.end(), -1) == places.end())
+  if (std::find(indices.begin(), indices.end(), -1) == indices.end())
     throw TableError("expected a column 'time', found none");
-  if (places.size() < 2)
+  if (indices.size() < 2)
     throw TableError(fmt::format("expected columns beside 'time' ({}), found none", join_alternatives(names)));
-  return places;
+  return indices;
 }
 
 TimeTable to_si_table(const RawTable& raw, const StudyBuilder& draft, const std::vector<TableColumn>& possible) {
-  const std::vector<int> places = place_columns(raw, names_of(possible));
+  const std::vector<int> indices = find_column_indices(raw, names_of(possible));
   TimeTable table;
   std::vector<double> units;
-  for (const int place : places) {
+  for (const int index : indices) {
     units.push_back(
-        draft.units.factor(place < 0 ? dimension::time : possible[static_cast<std::size_t>(place)].dimension));
-    if (place >= 0) table.columns.push_back(place);
+        draft.units.factor(index < 0 ? dimension::time : possible[static_cast<std::size_t>(index)].dimension));
+    if (index >= 0) table.columns.push_back(index);
   }
   for (const std::vector<double>& numbers : raw.rows) {
     std::vector<Expression> row;
@@ -182,7 +182,7 @@ TimeTable to_si_table(const RawTable& raw, const StudyBuilder& draft, const std:
       const double value = numbers[i] * units[i];
       if (!std::isfinite(value))
         throw TableError(fmt::format("row {}: expected finite numbers, found {}", table.time.size() + 1, value));
-      if (places[i] < 0)
+      if (indices[i] < 0)
         table.time.push_back(value);
       else
         row.push_back(value);
@@ -225,16 +225,16 @@ TimeTable read_inline_table(const SpecCursor& at, StudyBuilder& draft, const std
 TimeTable read_table_file(const SpecCursor& at, StudyBuilder& draft, const std::vector<TableColumn>& possible) {
   const std::filesystem::path path = find_file(at, draft);
   try {
-    TimeTable table = to_si_table(load(path, names_of(possible)), draft, possible);
+    TimeTable table = to_si_table(load_table(path, names_of(possible)), draft, possible);
     if (table.time.empty()) throw TableError("expected at least one row of numbers, found none");
     check_times(at, table.time);
     return table;
-  } catch (const TableError& wrong) {
-    at.fail({.message = escape_for_terminal(path.string()) + ": " + wrong.what(),
+  } catch (const TableError& error) {
+    at.fail({.message = escape_for_terminal(path.string()) + ": " + error.what(),
              .expected =
                  fmt::format("a table with 'time' and some of {}", join_with_conjunction(names_of(possible), "and")),
              .found = quote_for_message(path.string()),
-             .hint = wrong.what()});
+             .hint = error.what()});
   }
 }
 

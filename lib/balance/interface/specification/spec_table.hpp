@@ -1,5 +1,5 @@
 #pragma once
-/// Values over time: written in the spec, or in a CSV or HDF5 file beside it.
+/// Values over time, from the spec or from a CSV or HDF5 file beside it.
 
 #include "balance/interface/specification/study_builder.hpp"
 
@@ -23,18 +23,18 @@ TimeTable read_table_file(const SpecCursor& at, StudyBuilder& draft, const std::
 /// Throws a ReadError at `at` unless the times increase.
 void check_times(const SpecCursor& at, const std::vector<Expression>& time);
 
-/// What a file holds, in the file's units.
+/// Content of a file, in the file's units.
 struct RawTable {
   std::vector<std::string> columns;
   std::vector<std::vector<double>> rows;
 };
 
-/// A table file is not as it should be; the message says where.
+/// A malformed table file; the message says where.
 struct TableError : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-/// A line naming the columns, then numbers; separated by commas, `#` starts a comment. @throws TableError
+/// CSV: a line of column names, then numbers, separated by commas; `#` starts a comment. @throws TableError
 RawTable parse_csv(const std::string& text);
 /// Those of the named one-dimensional datasets of the root group that exist. @throws TableError
 RawTable read_hdf5_table(const std::string& path, const std::vector<std::string>& names);

@@ -16,10 +16,10 @@ struct NamedUnit {
   double value;
 };
 
-const NamedUnit& read_unit(const SpecCursor& unit, const std::string& what, std::span<const NamedUnit> known) {
+const NamedUnit& read_unit(const SpecCursor& unit, const std::string& what, std::span<const NamedUnit> units) {
   std::vector<std::string> names;
-  for (const NamedUnit& one : known) names.emplace_back(one.name);
-  return known[unit.read_choice("a unit of " + what, names)];
+  for (const NamedUnit& one : units) names.emplace_back(one.name);
+  return units[unit.read_choice("a unit of " + what, names)];
 }
 
 constexpr NamedUnit length_units[]{{"m", 1},     {"dm", 0.1}, {"cm", 0.01},   {"mm", 1e-3},
@@ -40,11 +40,11 @@ constexpr NamedUnit force_units[]{{"N", 1}, {"mN", 1e-3}, {"kN", 1e3}, {"kgf", 9
 
 Dimension dimension_of_unit(const std::string& unit) {
   using namespace dimension;
-  const std::pair<const char*, Dimension> known[] = {{"N", force},         {"N m", moment},     {"J", moment},
-                                                     {"W", moment / time}, {"m", length},       {"kg", mass},
-                                                     {"s", time},          {"kg m^2", inertia}, {"rad", angle}};
+  const std::pair<const char*, Dimension> unit_dimensions[] = {
+      {"N", force}, {"N m", moment}, {"J", moment},       {"W", moment / time}, {"m", length},
+      {"kg", mass}, {"s", time},     {"kg m^2", inertia}, {"rad", angle}};
   const std::size_t slash = unit.find('/');
-  for (const auto& [name, dimension] : known)
+  for (const auto& [name, dimension] : unit_dimensions)
     if (unit.substr(0, slash) == name) {
       if (slash == std::string::npos) return dimension;
       return unit.ends_with("^2") ? dimension / (time * time) : dimension / time;

@@ -1,5 +1,5 @@
 #pragma once
-/// Units of the numbers in a spec. Inside everything is SI.
+/// Units of the numbers in a spec. Internally all numbers are SI.
 
 #include "balance/interface/specification/spec_cursor.hpp"
 #include "balance/mechanics/model/mechanism.hpp"
@@ -9,7 +9,7 @@
 
 namespace balance::specification {
 
-/// Exponents of a quantity's dimension. Force counts on its own, because a spec may name its unit.
+/// Exponents of a quantity's dimension. Force is independent, because a spec may name its unit.
 struct Dimension {
   int length = 0;
   int mass = 0;
@@ -38,19 +38,19 @@ inline constexpr Dimension acceleration = length / (time * time);
 inline constexpr Dimension stiffness = force / length;
 }  // namespace dimension
 
-/// What a joint coordinate is measured in.
+/// Dimension of a joint coordinate.
 constexpr Dimension dimension_of(CoordinateKind kind) {
   return kind == CoordinateKind::angle ? dimension::angle : dimension::length;
 }
 
-/// Of what a quantity's SI unit measures: "N m/s", "rad/s^2"; none for units that are no quantity's.
+/// Dimension of a quantity by its SI unit: "N m/s", "rad/s^2"; dimensionless if the unit is unknown.
 Dimension dimension_of_unit(const std::string& unit);
 
 /// SI values of the spec's units: those that the mechanism keeps, and the others.
 struct Units : DisplayUnits {
   double mass = 1;
   double time = 1;
-  std::optional<double> force;  ///< without one: mass · length / time²
+  std::optional<double> force;  ///< if not given: mass · length / time²
 
   /// SI value of the number one in this dimension.
   double factor(Dimension dimension) const;

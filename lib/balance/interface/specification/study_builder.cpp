@@ -37,14 +37,14 @@ Matrix3E rotation_from_vector(const Vector3E& v) {
   k << 0, -v[2], v[1], v[2], 0, -v[0], -v[1], v[0], 0;
   k /= angle;
   const Matrix3E identity = Matrix3E::Identity();
-  const Matrix3E turned = identity + sin(angle) * k + (1.0 - cos(angle)) * (k * k);
-  return choose(equal(angle, 0), identity, turned);
+  const Matrix3E rotation = identity + sin(angle) * k + (1.0 - cos(angle)) * (k * k);
+  return choose(equal(angle, 0), identity, rotation);
 }
 
 Matrix3E rotation_from_quaternion(const std::vector<Expression>& q) {
-  Expression square = 0;
-  for (const Expression& one : q) square += one * one;
-  const Expression scale = 1.0 / sqrt(square);
+  Expression squared_norm = 0;
+  for (const Expression& component : q) squared_norm += component * component;
+  const Expression scale = 1.0 / sqrt(squared_norm);
   const Expression w = q[0] * scale, x = q[1] * scale, y = q[2] * scale, z = q[3] * scale;
   Matrix3E rotation;
   rotation << 1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - w * z), 2.0 * (x * z + w * y),  //
@@ -61,13 +61,13 @@ Vector3 values_of(const Vector3E& vector) {
   return vector.unaryExpr([](const Expression& x) { return x.value(); });
 }
 
-// What discs and couplings follow: a joint coordinate, or several with a ratio each.
+// Coordinates that discs and couplings follow: a joint coordinate, or several with a ratio each.
 CoordinateCombinationOf<Expression> read_followed(const SpecCursor& at, StudyBuilder& draft,
                                                   const Dimension& follower) {
   if (!at.is_map()) return read_coordinate(at, draft);
   std::vector<CoordinateTermOf<Expression>> terms;
-  std::set<int> known;
-  bool right = true;
+  std::set<int> followed;
+  bool is_valid = true;
   for (const Member& member : list_members(at, "a joint coordinate, or a mapping of joint coordinates to ratios")) {
     const auto read = [&] {
       const CoordinateId coordinate = find_coordinate(member.key, member.name, draft);
@@ -75,11 +75,11 @@ CoordinateCombinationOf<Expression> read_followed(const SpecCursor& at, StudyBui
       const Expression ratio = read_number(member.value, draft, follower / dimension_of(kind));
       if (is_fixed_zero(member.value, ratio, draft))
         member.value.fail({.expected = "a ratio other than 0 (what does not count is not followed)", .found = "0"});
-      if (known.insert(coordinate).second) terms.push_back({coordinate, ratio});
+      if (followed.insert(coordinate).second) terms.push_back({coordinate, ratio});
     };
-    right = draft.problems.collect(read) && right;
+    is_valid = draft.problems.collect(read) && is_valid;
   }
-  if (!right) throw CascadingError();
+  if (!is_valid) throw CascadingError();
   if (terms.empty()) at.fail({.expected = "at least one joint coordinate", .found = at.describe_found()});
   return CoordinateCombinationOf<Expression>(std::move(terms));
 }
@@ -101,14 +101,15 @@ std::vector<std::string> body_names(const StudyBuilder& draft) {
 }
 
 BodyId find_body(const SpecCursor& at, const std::string& name, const StudyBuilder& draft) {
-  if (const int found = draft.bodies.find(draft.mechanism().bodies, name); found >= 0) return found;
+  if (const int id = draft.bodies.find(draft.mechanism().bodies, name); id >= 0) return id;
   const auto names = body_names(draft);
   at.fail_unless_uncertain("bodies." + name, {.expected = fmt::format("a body ({})", join_alternatives(names)),
                                               .found = quote_for_message(name),
                                               .hint = format_nearest_name(name, names)});
 }
 
-/// Where the longest body's name ends that a reference begins with; without one all but the last of its names.
+/// End of the longest body name that the reference begins with; if there is none, the end of
+/// all its names but the last.
 std::size_t body_name_length(const std::string& text, const StudyBuilder& draft) {
   for (auto dot = text.rfind('.'); dot != std::string::npos && dot > 0; dot = text.rfind('.', dot - 1))
     if (draft.bodies.find(draft.mechanism().bodies, text.substr(0, dot)) >= 0) return dot;
@@ -144,10 +145,10 @@ PointReference read_reference(const SpecCursor& at, const StudyBuilder& draft) {
   const auto dot = body_name_length(text, draft);
   if (dot == std::string::npos) {
     const auto names = body_names(draft);
-    const bool body_alone = std::find(names.begin(), names.end(), text) != names.end();
+    const bool is_body_name = std::find(names.begin(), names.end(), text) != names.end();
     at.fail({.expected = what,
              .found = at.describe_found(),
-             .hint = body_alone ? "the body's own frame is " + quote_for_message(text + ".origin") : ""});
+             .hint = is_body_name ? "the body's own frame is " + quote_for_message(text + ".origin") : ""});
   }
   PointReference reference;
   reference.body = find_body(at, text.substr(0, dot), draft);
@@ -169,20 +170,20 @@ Vector3E read_position(const SpecCursor& at, StudyBuilder& draft, std::optional<
 CoordinateId find_coordinate(const SpecCursor& at, const std::string& name, const StudyBuilder& draft) {
   const auto& mechanism = draft.mechanism();
   const auto& coordinates = mechanism.coordinates;
-  if (const int found = draft.coordinates.find(coordinates, name); found >= 0) return found;
+  if (const int id = draft.coordinates.find(coordinates, name); id >= 0) return id;
   std::vector<std::string> names;
   for (const Coordinate& coordinate : coordinates) names.push_back(coordinate.name);
   for (const auto& joint : mechanism.joints) {
-    const bool meant = name == joint.name || name.starts_with(joint.name + ".");
-    if (meant && at.problems().is_uncertain("joints." + joint.name + ".type")) throw CascadingError();
+    const bool names_joint = name == joint.name || name.starts_with(joint.name + ".");
+    if (names_joint && at.problems().is_uncertain("joints." + joint.name + ".type")) throw CascadingError();
     if (joint.name != name) continue;
     if (joint_degrees_of_freedom(joint.type) == 0)
       at.fail({.expected = "a joint coordinate",
                .found = fmt::format("{}, a fixed joint, which has none", quote_for_message(name))});
-    std::vector<std::string> own;
+    std::vector<std::string> joint_coordinates;
     for (const Coordinate& c : mechanism.coordinates)
-      if (mechanism.joints[static_cast<std::size_t>(c.joint)].name == name) own.push_back(c.name);
-    at.fail({.expected = fmt::format("one coordinate of joint {} ({})", name, join_alternatives(own)),
+      if (mechanism.joints[static_cast<std::size_t>(c.joint)].name == name) joint_coordinates.push_back(c.name);
+    at.fail({.expected = fmt::format("one coordinate of joint {} ({})", name, join_alternatives(joint_coordinates)),
              .found = quote_for_message(name)});
   }
   at.fail_unless_uncertain(
@@ -210,7 +211,7 @@ std::vector<CoordinateValueOf<Expression>> read_coordinate_values(const SpecCurs
 
 namespace {
 
-/// A number and, where an expression made it, what that was.
+/// A number and, if it comes from an expression, that expression.
 std::string found_number(const SpecCursor& at, double value) {
   const bool plain = !at.is_scalar() || find_expression_names(at.node().text).values.empty();
   return plain ? fmt::format("{}", value)
@@ -229,7 +230,7 @@ double require_finite(const SpecCursor& at, double value) {
   return value;
 }
 
-std::string several_numbers(std::size_t count) { return count == 2 ? "[x, y]" : "[x, y, z]"; }
+std::string vector_form(std::size_t count) { return count == 2 ? "[x, y]" : "[x, y, z]"; }
 
 Expression add_free_number(const SpecCursor& at, const std::string& path, const FreeValue& free, double unit,
                            StudyBuilder& draft) {
@@ -265,10 +266,10 @@ Expression read_exact(const SpecCursor& at, StudyBuilder& draft, Dimension dimen
     require_finite(at, number.value());
     return draft.load_names.empty() ? number : register_load_parameter(at, draft, number, unit, sign);
   }
-  if (const auto known = draft.inputs.find(at.path()); known != draft.inputs.end()) return known->second;
+  if (const auto existing = draft.inputs.find(at.path()); existing != draft.inputs.end()) return existing->second;
   FreeValue free = draft.parameters.evaluate_free(at);
   if (is_added_element_path(at.path())) free.default_start_to_zero();
-  // A bound of zero is allowed: the designer may wish to know whether the mass can vanish.
+  // a bound of zero is allowed: the designer may want to know whether the mass can vanish
   check_sign(at, free.lower, sign == SignConstraint::none ? SignConstraint::none : SignConstraint::not_negative);
   check_sign(at, free.start, sign);
   return add_free_number(at, at.path(), free, unit, draft);
@@ -291,11 +292,11 @@ constexpr long max_free_list_length = 100;  ///< free numbers in one list
 
 std::vector<Expression> read_free_list(const SpecCursor& at, StudyBuilder& draft, Dimension dimension,
                                        const char* count_key,
-                                       const std::function<long(const SpecCursor&, long)>& numbers_of) {
+                                       const std::function<long(const SpecCursor&, long)>& count_numbers) {
   long count = 0;
   const FreeValue free = draft.parameters.evaluate_free(
       at, {{count_key, Presence::required,
-            [&](const SpecCursor& c) { count = numbers_of(c, read_integer(c, draft, 1, max_free_list_length)); }}});
+            [&](const SpecCursor& c) { count = count_numbers(c, read_integer(c, draft, 1, max_free_list_length)); }}});
   std::vector<Expression> values;
   for (long k = 0; k < count; ++k) {
     const std::string path = fmt::format("{}[{}]", at.path(), k);
@@ -332,14 +333,14 @@ Vector3E read_vector(const SpecCursor& at, StudyBuilder& draft, Dimension dimens
   const std::size_t count = draft.planar() ? 2 : 3;
   Vector3E vector = Vector3E::Zero();
   Eigen::Index i = 0;
-  read_each(at.items(several_numbers(count), count),
+  read_each(at.items(vector_form(count), count),
             [&](const SpecCursor& item) { vector[i++] = read_number(item, draft, dimension); });
   return vector;
 }
 
 namespace {
 
-Expression largest_size(std::span<const Expression> values) {
+Expression max_magnitude(std::span<const Expression> values) {
   Expression largest = 0;
   for (const Expression& value : values) largest = maximum(largest, abs(value));
   return largest;
@@ -349,16 +350,16 @@ Expression largest_size(std::span<const Expression> values) {
 
 Vector3E read_direction(const SpecCursor& at, StudyBuilder& draft) {
   const Vector3E direction = read_vector(at, draft, dimension::dimensionless);
-  const Expression scale = largest_size({direction.data(), 3});
+  const Expression scale = max_magnitude({direction.data(), 3});
   if (!(scale.value() > 0)) at.fail({.expected = "a direction", .found = "zero"});
   return choose(less(0, scale), normalized(direction / scale), Vector3E(Vector3E::UnitX()));
 }
 
-long read_integer(const SpecCursor& at, StudyBuilder& draft, long least, long most) {
-  const std::string what = fmt::format("a whole number from {} to {}", least, most);
+long read_integer(const SpecCursor& at, StudyBuilder& draft, long minimum, long maximum) {
+  const std::string what = fmt::format("a whole number from {} to {}", minimum, maximum);
   if (!at.is_scalar()) at.fail_expected(what);
   const double value = draft.parameters.evaluate(at).value();
-  if (value != std::round(value) || value < static_cast<double>(least) || value > static_cast<double>(most))
+  if (value != std::round(value) || value < static_cast<double>(minimum) || value > static_cast<double>(maximum))
     at.fail_expected(what);
   return static_cast<long>(value);
 }
@@ -374,9 +375,9 @@ Matrix3E read_rpy(const SpecCursor& at, StudyBuilder& draft) {
 Matrix3E read_quaternion(const SpecCursor& at, StudyBuilder& draft) {
   at.items("a quaternion [w, x, y, z]", 4);
   std::vector<Expression> q = read_numbers(at, draft, dimension::dimensionless, "a quaternion [w, x, y, z]");
-  const Expression scale = largest_size(q);
+  const Expression scale = max_magnitude(q);
   if (!(scale.value() > 0)) at.fail({.expected = "a quaternion [w, x, y, z] that is not zero", .found = "zero"});
-  for (Expression& one : q) one /= scale;
+  for (Expression& component : q) component /= scale;
   return choose(less(0, scale), rotation_from_quaternion(q), Matrix3E(Matrix3E::Identity()));
 }
 

@@ -23,47 +23,48 @@
 
 namespace balance::specification {
 
-/// Where names stand in a list, for thousands of questions.
+/// Indices of names in a list, for thousands of lookups.
 class NameIndex {
  public:
-  /// @param list of things with a name, not always the same from one call to the next
-  /// @return the place of the first of that name; −1 if there is none
+  /// @param list of named elements, which may change from one call to the next
+  /// @return index of the first one with that name; −1 if there is none
   template <class Named>
   int find(const std::vector<Named>& list, const std::string& name) {
-    if (const int at = find_cached(name); at >= 0 && at < static_cast<int>(list.size()) && list[at].name == name)
-      return at;
-    places_.clear();
-    for (std::size_t i = 0; i < list.size(); ++i) places_.emplace(list[i].name, static_cast<int>(i));
+    if (const int index = find_cached(name);
+        index >= 0 && index < static_cast<int>(list.size()) && list[index].name == name)
+      return index;
+    indices_.clear();
+    for (std::size_t i = 0; i < list.size(); ++i) indices_.emplace(list[i].name, static_cast<int>(i));
     return find_cached(name);
   }
 
  private:
   int find_cached(const std::string& name) const {
-    const auto found = places_.find(name);
-    return found == places_.end() ? -1 : found->second;
+    const auto match = indices_.find(name);
+    return match == indices_.end() ? -1 : match->second;
   }
 
-  std::unordered_map<std::string, int> places_;
+  std::unordered_map<std::string, int> indices_;
 };
 
-// Values over time, as tables in the spec or beside it hold them.
+// Values over time, from tables in the spec or beside it.
 
 /// Rows of values in SI at increasing times [s].
 struct TimeTable {
   std::vector<Expression> time;
-  std::vector<int> columns;                     ///< which of the possible columns there are, in the table's order
+  std::vector<int> columns;                     ///< indices into the possible columns, in the table's order
   std::vector<std::vector<Expression>> values;  ///< one row per time, one entry per column
 };
 
 using Vector3E = Vector3Of<Expression>;
 using Matrix3E = Matrix3Of<Expression>;
 
-/// Where a body's mass and inertia are said.
+/// Places of a body's mass and inertia in the spec.
 struct BodyKeys {
   std::optional<SpecCursor> mass, inertia;
 };
 
-/// `positive_or_zero`: positive, but for a zero that is judged elsewhere.
+/// `positive_or_zero`: positive, or a zero that is checked elsewhere.
 enum class SignConstraint { none, not_negative, positive, positive_or_zero };
 
 /// A number that `design: for` names.
@@ -71,7 +72,7 @@ struct LoadParameterEntry {
   std::string path;
   double unit = 1;  ///< SI value of the spec's unit there
   SignConstraint sign = SignConstraint::none;
-  std::optional<Expression> input;  ///< none: it is free
+  std::optional<Expression> input;  ///< none if it is free
 };
 
 /// A number that `tolerances` names.
@@ -80,12 +81,12 @@ struct ToleranceEntry {
   double value = 0;  ///< [SI]
   double unit = 1;   ///< SI value of the spec's unit there
   SignConstraint sign = SignConstraint::none;
-  Expression input;      ///< what moves it
-  Expression perturbed;  ///< the number itself
+  Expression input;      ///< changes it
+  Expression perturbed;  ///< the number itself, including the change
 };
 
-/// A spec is read at the start values, and everything is judged there. With other values of the free numbers a mass may be zero,
-/// or two points may meet: that is for others to judge.
+/// A spec is read and checked at the start values. With other values of the free numbers a mass may be zero, or two
+/// points may coincide; that is checked elsewhere.
 struct StudyBuilder {
   explicit StudyBuilder(const std::string& file_name) : problems(file_name) { study.spec_file = file_name; }
 
@@ -93,61 +94,60 @@ struct StudyBuilder {
   SpecErrorCollector problems;
   Units units;
   SpecParameters parameters;
-  std::vector<FreeNumberEntry> free_numbers;  ///< but for parameters
-  bool is_mechanism_valid = false;            ///< nothing is wrong with what stands above `motion` in study_builder.hpp
-  std::vector<NodeLocation> body_places;      ///< of the bodies' names, as mechanism.bodies
+  std::vector<FreeNumberEntry> free_numbers;   ///< without parameters
+  bool is_mechanism_valid = false;             ///< no mistakes in the sections of the mechanism
+  std::vector<NodeLocation> body_places;       ///< of the bodies' names, in the order of mechanism.bodies
   std::map<std::size_t, BodyKeys> body_texts;  ///< of bodies that could be read, by their index
-  std::map<std::string, Expression>
-      inputs;                        ///< of free_numbers by key path: what several trajectories share is one number
-  std::set<std::string> load_names;  ///< under `design: for`
-  std::vector<LoadParameterEntry> load_numbers;  ///< of the mechanism, that bear one of these names
+  std::map<std::string, Expression> inputs;    ///< of free_numbers by key path: several trajectories may share a number
+  std::set<std::string> load_names;            ///< under `design: for`
+  std::vector<LoadParameterEntry> load_numbers;  ///< numbers of the mechanism with one of these names
   std::set<std::string> adapted;                 ///< paths of free numbers under `design: adapt`
   std::shared_ptr<Recording> recording = std::make_shared<Recording>();
 
   std::vector<std::pair<SpecCursor, double>>
-      payload_activations;  ///< payloads that come or go: where it is said, and when they come [s]
+      payload_activations;  ///< temporary payloads: their place in the spec, and when they appear [s]
 
   std::vector<CouplingOf<Expression>> rolling_couplings;  ///< of rolling joints: the slide follows the angle
 
   mutable NameIndex bodies, coordinates;  ///< of the mechanism's lists
 
   std::set<std::string> tolerance_names;          ///< under `tolerances`
-  std::vector<ToleranceEntry> tolerance_numbers;  ///< but for parameters
+  std::vector<ToleranceEntry> tolerance_numbers;  ///< without parameters
 
   MechanismOf<Expression>& mechanism() { return recording->mechanism; }
   const MechanismOf<Expression>& mechanism() const { return recording->mechanism; }
   std::vector<TrajectoryOf<Expression>>& trajectories() { return recording->trajectories; }
   bool planar() const { return mechanism().space == SpaceKind::planar; }
-  /// A new input of the recording.
+  /// Adds an input to the recording.
   Expression add_input(double value);
 };
 
 /// A number, an expression or a free number, in SI.
 Expression read_number(const SpecCursor& at, StudyBuilder& draft, Dimension dimension,
                        SignConstraint sign = SignConstraint::none);
-/// Zero, and no free number may change it: a start in the middle of symmetric bounds is zero, too.
+/// Whether the value is zero and no free number can change it: a start in the middle of symmetric bounds is zero, too.
 bool is_fixed_zero(const SpecCursor& at, const Expression& value, const StudyBuilder& draft);
 /// `{free: [lower, upper], <count key>: n}`: a list of free numbers.
-/// @param numbers_of how many numbers a count of n means; fails at it if n is not allowed
+/// @param count_numbers maps a count to a number of numbers; fails at it if the count is not allowed
 std::vector<Expression> read_free_list(const SpecCursor& at, StudyBuilder& draft, Dimension dimension,
                                        const char* count_key,
-                                       const std::function<long(const SpecCursor&, long)>& numbers_of);
-/// How long a motion takes.
+                                       const std::function<long(const SpecCursor&, long)>& count_numbers);
+/// Duration of a motion.
 Expression read_duration(const SpecCursor& at, StudyBuilder& draft);
-/// Fails unless a motion may take that long [s].
+/// Fails unless a motion may have this duration [s].
 void check_duration(const SpecCursor& at, double duration);
-/// A list of such numbers of one dimension. @param what for the message: "three numbers"
+/// A list of numbers of one dimension. @param what for the message: "three numbers"
 std::vector<Expression> read_numbers(const SpecCursor& at, StudyBuilder& draft, Dimension dimension,
                                      const std::string& what);
 /// Two numbers in the plane (z = 0), three in space.
 Vector3E read_vector(const SpecCursor& at, StudyBuilder& draft, Dimension dimension);
-/// A vector that is not zero, normalised; evaluated at numbers that make it zero: x.
+/// A nonzero vector, normalised; x if evaluated at numbers that make it zero.
 Vector3E read_direction(const SpecCursor& at, StudyBuilder& draft);
-/// A whole number. Never free.
-long read_integer(const SpecCursor& at, StudyBuilder& draft, long least, long most);
+/// A whole number, which cannot be free.
+long read_integer(const SpecCursor& at, StudyBuilder& draft, long minimum, long maximum);
 /// [roll, pitch, yaw]: Rz(yaw) Ry(pitch) Rx(roll).
 Matrix3E read_rpy(const SpecCursor& at, StudyBuilder& draft);
-/// [w, x, y, z], normalised; evaluated at numbers that make it zero: no rotation.
+/// [w, x, y, z], normalised; no rotation if evaluated at numbers that make it zero.
 Matrix3E read_quaternion(const SpecCursor& at, StudyBuilder& draft);
 
 /// A body's name. @return its index
@@ -160,23 +160,24 @@ struct PointReference {
 };
 /// `body.point`.
 PointReference read_reference(const SpecCursor& at, const StudyBuilder& draft);
-/// A place on a known body: the name of one of its points (`H` or `body.H`) or its coordinates.
-/// @param body nothing if it could not be read
+/// A position on a known body: the name of one of its points (`H` or `body.H`) or its coordinates.
+/// @param body std::nullopt if it could not be read
 Vector3E read_position(const SpecCursor& at, StudyBuilder& draft, std::optional<BodyId> body);
 /// A coordinate's name. @return its index
 CoordinateId read_coordinate(const SpecCursor& at, const StudyBuilder& draft);
 /// The same for a name that has no node of its own (a key, a column).
 CoordinateId find_coordinate(const SpecCursor& at, const std::string& name, const StudyBuilder& draft);
-/// A coordinate's name, or `{J1: 1, J2: -0.5}`: ratios of the follower, which has this dimension, to several.
+/// A coordinate's name, or `{J1: 1, J2: -0.5}`: ratios of the follower, which has this
+/// dimension, to several coordinates.
 CoordinateCombinationOf<Expression> read_followed(const SpecCursor& at, StudyBuilder& draft, const Dimension& follower);
-/// Whether a mapping's `follows` has ratios of its own: its `ratio` then is a plain factor of all of them.
+/// Whether a mapping's `follows` has ratios of its own; its `ratio` is then a common factor.
 bool has_several_leaders(const SpecCursor& map);
 /// `{J1: 0.3, J2: …}`: values of coordinates, each in its own unit.
 std::vector<CoordinateValueOf<Expression>> read_coordinate_values(const SpecCursor& at, StudyBuilder& draft);
 
 // Directions and rotations as expressions.
 
-/// Entry by entry.
+/// Selects entry by entry.
 template <class Derived>
 Eigen::Matrix<Expression, Derived::RowsAtCompileTime, Derived::ColsAtCompileTime> choose(
     const Expression& condition, const Eigen::MatrixBase<Derived>& yes, const Eigen::MatrixBase<Derived>& no) {
@@ -186,49 +187,51 @@ Eigen::Matrix<Expression, Derived::RowsAtCompileTime, Derived::ColsAtCompileTime
   return result;
 }
 
-/// v / |v|, without a care for zero.
+/// v / |v|, without a check for zero.
 Vector3E normalized(const Vector3E& v);
-/// About a coordinate axis: 0, 1 or 2.
+/// Rotation about a coordinate axis: 0, 1 or 2.
 Matrix3E rotation_about(int axis, const Expression& angle);
 /// Rz(yaw) Ry(pitch) Rx(roll) for (roll, pitch, yaw).
 Matrix3E rotation_from_rpy(const Vector3E& rpy);
 /// exp(skew(v)).
 Matrix3E rotation_from_vector(const Vector3E& v);
-/// Of (w, x, y, z), normalised first.
+/// From (w, x, y, z), normalised first.
 Matrix3E rotation_from_quaternion(const std::vector<Expression>& q);
 
 Matrix3 values_of(const Matrix3E& matrix);
 Vector3 values_of(const Vector3E& vector);
 
-/// The sections of a spec. Each reads its own key's value into the draft and collects what is wrong; each may rely on the
-/// sections above it.
+/// Readers of the sections of a spec. Each reads its own key's value into the draft and collects mistakes; each may
+/// rely on the sections above it.
 void read_ground(const SpecCursor& section, StudyBuilder& draft);
 void read_bodies(const SpecCursor& section, StudyBuilder& draft);
 void read_joints(const SpecCursor& section, StudyBuilder& draft);
-/// Every body must be reached from the ground through joints.
+/// Checks that joints connect every body to the ground.
 void check_connected(StudyBuilder& draft);
-/// Bodies without mass, and points, must carry something. Once everything that they may carry has been read.
+/// Checks that bodies without mass, and points, carry something. Call it once everything that
+/// they may carry has been read.
 void check_massless_bodies(StudyBuilder& draft);
 void read_couplings(const SpecCursor& section, StudyBuilder& draft);
 void read_actuators(const SpecCursor& section, StudyBuilder& draft);
 void read_tool(const SpecCursor& section, StudyBuilder& draft);
-/// Sums of speeds that the equation of motion is wanted in: their start values.
+/// Sums of speeds in which the equation of motion is requested, at their start values.
 std::vector<GeneralisedSpeed> read_speeds(const SpecCursor& section, StudyBuilder& draft);
-/// Sums of speeds that are zero.
+/// Sums of speeds that must be zero.
 void read_constraints(const SpecCursor& section, StudyBuilder& draft);
 void read_attachments(const SpecCursor& section, StudyBuilder& draft, AttachmentKind kind);
 void read_discs(const SpecCursor& section, StudyBuilder& draft);
 void read_loads(const SpecCursor& section, StudyBuilder& draft);
 void read_springs(const SpecCursor& section, StudyBuilder& draft);
 void read_friction(const SpecCursor& section, StudyBuilder& draft);
-/// `motion` and `trajectories` together: a trajectory takes from `motion` what it does not say itself.
+/// `motion` and `trajectories` together: `motion` has defaults for all trajectories.
 void read_trajectories(const SpecCursor* motion, const SpecCursor* trajectories, StudyBuilder& draft);
-/// @param root, overrides of the whole spec, for what a controller believes of the mechanism. Null section: the built-in ones alone.
+/// @param root, overrides of the whole spec, for a controller's model of the mechanism. Null
+/// section: only the built-in ones.
 void read_controllers(const SpecCursor* section, const YamlNode& root, const SpecParameters::Overrides& overrides,
                       StudyBuilder& draft);
 void read_design(const SpecCursor& section, StudyBuilder& draft);
 
-// What joints and springs between points connect.
+// Ends of joints, and of springs between points.
 
 /// `[body.point, body.point]`, of two bodies: the ends of a joint or a spring.
 template <class Connection>

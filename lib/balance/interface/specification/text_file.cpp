@@ -17,7 +17,7 @@
 namespace balance {
 namespace {
 
-/// One byte more than a document may have: a source without an end is refused like a file that is too large.
+/// One byte more than a document may have: an endless source is rejected like a file that is too large.
 constexpr std::size_t max_text_bytes = specification::DocumentLimits{}.max_bytes + 1;
 
 constexpr int max_writer_wait = 2;  // without a writer [s]
@@ -40,11 +40,11 @@ std::string read_all(int descriptor, const std::string& path, const std::string&
   return text;
 }
 
-/// Opening a pipe waits until somebody writes into it, which may be never.
+/// Waits for a limited time: a pipe may never get a writer.
 void wait_for_writer(int pipe, const std::string& path, const std::string& what) {
   pollfd event{pipe, POLLIN, 0};
   for (int tenth = 0; tenth < 10 * max_writer_wait; ++tenth) {
-    // A pipe that never had a writer is silent; one whose writer is gone hangs up.
+    // poll() reports nothing on a pipe that never had a writer; one whose writer is gone hangs up
     const int ready = ::poll(&event, 1, 100);
     if (ready > 0) return;
     if (ready < 0 && errno != EINTR) fail(path, what, std::strerror(errno));
@@ -53,7 +53,7 @@ void wait_for_writer(int pipe, const std::string& path, const std::string& what)
 }
 
 struct FileDescriptor {
-  explicit FileDescriptor(int opened) : number(opened) {}
+  explicit FileDescriptor(int descriptor) : number(descriptor) {}
   ~FileDescriptor() { ::close(number); }
   FileDescriptor(const FileDescriptor&) = delete;
   FileDescriptor& operator=(const FileDescriptor&) = delete;
@@ -74,9 +74,9 @@ std::string read_text_file(const std::string& path, const std::string& what) {
   std::error_code ignored;
   if (std::filesystem::is_directory(path, ignored))
     throw SystemError(fmt::format("{}: expected a {} file, found a directory", path, what));
-  const int opened = ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
-  if (opened < 0) fail(path, what, std::strerror(errno));
-  const FileDescriptor file(opened);
+  const int descriptor = ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
+  if (descriptor < 0) fail(path, what, std::strerror(errno));
+  const FileDescriptor file(descriptor);
   struct stat status {};
   if (::fstat(file.number, &status) == 0 && S_ISFIFO(status.st_mode)) wait_for_writer(file.number, path, what);
   ::fcntl(file.number, F_SETFL, ::fcntl(file.number, F_GETFL) & ~O_NONBLOCK);

@@ -1,23 +1,23 @@
 #pragma once
-/// The text of a document that a person wrote.
+/// Reads the text of a document.
 
 #include <string>
 
 namespace balance {
 
-/// What messages call the document that standard input gives.
+/// Name of the standard input in messages.
 inline constexpr const char* standard_input = "<stdin>";
 
-/// @param path "-" or standard_input: what standard input gives
-/// @param what it should be, for messages: "spec", "suite"
-/// @return at most one byte more than a document may have
+/// @param path "-" or standard_input: reads the standard input
+/// @param what kind of document, for messages: "spec", "suite"
+/// @return the text, at most one byte longer than a document may be
 /// @throws SystemError if the file cannot be read
 std::string read_text_file(const std::string& path, const std::string& what);
 
-/// What a path leads to that is no file to be read: "a folder", "a pipe or a device"; empty if it is a file or nothing.
+/// What a path leads to if it is not a file: "a folder", "a pipe or a device"; empty if it is a file or does not exist.
 std::string describe_non_file(const std::string& path);
 
-/// What messages call a document: its path, or standard_input.
+/// Name of a document in messages: its path, or standard_input.
 inline std::string display_name(const std::string& path) { return path == "-" ? standard_input : path; }
 
 }  // namespace balance

@@ -1,5 +1,5 @@
-// The only place that knows yaml-cpp. Its events, not its node tree, are read: so the limits hold while parsing, before
-// nesting or aliases can grow, and duplicate keys (which the tree swallows) are seen.
+// The only file that depends on yaml-cpp. It reads events rather than the node tree: the limits then apply while
+// parsing, before nesting or aliases can grow, and duplicate keys, which the tree drops, are detected.
 
 #include "balance/interface/specification/yaml_document.hpp"
 
@@ -27,21 +27,21 @@
 
 namespace balance::specification {
 
-// Where an error of YAML's syntax is likely to come from. A parser tells where it could not go on, which may be lines below.
+// Likely origin of a syntax error in YAML. A parser reports where it could not continue, which may be lines below.
 
-/// What is wrong with a text that a parser gave up.
-/// @param noticed where it gave up
-/// @param why in its words
-ReadError diagnose_syntax_error(const std::string& text, NodeLocation noticed, const std::string& why);
+/// Diagnoses a text that the parser rejected.
+/// @param stop_location where the parser stopped
+/// @param reason its message
+ReadError diagnose_syntax_error(const std::string& text, NodeLocation stop_location, const std::string& reason);
 
-/// Whether a text in quotes that begins at a byte, behind its anchor and tag, ends; also true of what stands in no quotes.
+/// Whether a quoted text that begins at a byte, behind its anchor and tag, is closed; also true of text without quotes.
 bool is_quote_closed(const std::string& text, std::size_t begin);
 
 namespace {
 
 bool is_word(char c) { return c == '_' || c == '.' || std::isalnum(static_cast<unsigned char>(c)) != 0; }
 
-/// Whether it means itself without quotes, in a list in brackets too.
+/// Whether it can be written without quotes, also in a list in brackets.
 bool is_plain(const std::string& text) {
   if (text.empty() || text == "null" || text == "Null" || text == "NULL") return false;
   const bool sign = text[0] == '-' || text[0] == '+';
@@ -91,11 +91,11 @@ std::string format_flow(const YamlNode& node) {
 
 namespace {
 
-ReadError syntax_problem(NodeLocation place, const std::string& what, const std::string& hint = "") {
+ReadError make_syntax_error(NodeLocation place, const std::string& what, const std::string& hint = "") {
   return {place, "", {.expected = "YAML", .found = "an error of syntax: " + what, .hint = hint}};
 }
 
-/// Behind the quote that closes the one at `begin`; the text's size if there is none.
+/// Byte behind the quote that closes the one at `begin`; npos if there is none.
 std::size_t end_of_quoted(const std::string& text, std::size_t begin) {
   const char quote = text[begin];
   for (std::size_t i = begin + 1; i < text.size(); ++i) {
@@ -103,22 +103,22 @@ std::size_t end_of_quoted(const std::string& text, std::size_t begin) {
       ++i;
     } else if (text[i] == quote) {
       if (quote == '"' || i + 1 >= text.size() || text[i + 1] != quote) return i + 1;
-      ++i;  // two of them stand for one
+      ++i;  // a doubled quote stands for one
     }
   }
   return std::string::npos;
 }
 
-/// Looks for brackets and quotes that have no counterpart. It knows of YAML what it takes to tell brackets and quotes from text.
+/// Finds unmatched brackets and quotes. Knows just enough of YAML to distinguish them from text.
 class SyntaxScanner {
  public:
   explicit SyntaxScanner(const std::string& text) : text_(text) {}
 
   std::optional<ReadError> diagnose() {
-    while (at_ < text_.size() && !odd_) step();
-    if (!odd_ && !open_.empty())
-      odd_ = syntax_problem(place(open_.back()), fmt::format("'{}' is not closed", text_[open_.back()]));
-    return odd_;
+    while (at_ < text_.size() && !error_) step();
+    if (!error_ && !open_.empty())
+      error_ = make_syntax_error(place(open_.back()), fmt::format("'{}' is not closed", text_[open_.back()]));
+    return error_;
   }
 
  private:
@@ -137,73 +137,74 @@ class SyntaxScanner {
   void step() {
     const char c = text_[at_];
     if (c == '\n') {
-      fresh_ = fresh_ || open_.empty();
+      value_may_begin_ = value_may_begin_ || open_.empty();
       closed_ = false;
       ++at_;
     } else if (is_blank(c)) {
       ++at_;
     } else if (c == '#' && (at_ == 0 || is_blank(text_[at_ - 1]))) {
       skip_line();
-    } else if (fresh_ && (c == '"' || c == '\'')) {
-      quoted();
-    } else if ((c == '[' || c == '{') && (fresh_ || !open_.empty())) {
+    } else if (value_may_begin_ && (c == '"' || c == '\'')) {
+      scan_quoted();
+    } else if ((c == '[' || c == '{') && (value_may_begin_ || !open_.empty())) {
       open_.push_back(at_++);
-      fresh_ = true;
-    } else if ((c == ']' || c == '}') && (fresh_ || closed_ || !open_.empty())) {
-      close(c);
-    } else if (fresh_ && open_.empty() && (c == '|' || c == '>')) {
-      block();
+      value_may_begin_ = true;
+    } else if ((c == ']' || c == '}') && (value_may_begin_ || closed_ || !open_.empty())) {
+      close_bracket(c);
+    } else if (value_may_begin_ && open_.empty() && (c == '|' || c == '>')) {
+      skip_block();
     } else {
       const bool key = c == ':' && (is_blank(next()) || (!open_.empty() && std::strchr(",[]{}", next()) != nullptr));
-      const bool mark = fresh_ && ((std::strchr("-?", c) != nullptr && is_blank(next())));
-      const bool tag = fresh_ && (c == '&' || c == '!');
+      const bool mark = value_may_begin_ && ((std::strchr("-?", c) != nullptr && is_blank(next())));
+      const bool tag = value_may_begin_ && (c == '&' || c == '!');
       if (tag) at_ = std::min(text_.find_first_of(" \t\r\n", at_), text_.size()) - 1;
-      fresh_ = key || mark || tag || (c == ',' && !open_.empty());
+      value_may_begin_ = key || mark || tag || (c == ',' && !open_.empty());
       closed_ = false;
       ++at_;
     }
   }
 
-  void quoted() {
+  void scan_quoted() {
     const std::size_t begin = at_, end = end_of_quoted(text_, at_);
     if (end == std::string::npos) {
-      odd_ = syntax_problem(place(begin), fmt::format("the quote {} is not closed", text_[begin]));
+      error_ = make_syntax_error(place(begin), fmt::format("the quote {} is not closed", text_[begin]));
       return;
     }
-    const std::size_t rest = text_.find_first_not_of(" \t\r", end);
-    if (rest != std::string::npos && std::strchr(":,]}#\n", text_[rest]) == nullptr) {
+    const std::size_t next_character = text_.find_first_not_of(" \t\r", end);
+    if (next_character != std::string::npos && std::strchr(":,]}#\n", text_[next_character]) == nullptr) {
       const NodeLocation from = place(begin), to = place(end - 1);
-      const bool several = from.line != to.line;
-      odd_ = several ? syntax_problem(
-                           from, fmt::format("the quote {} is closed no sooner than in line {}", text_[begin], to.line))
-                     : syntax_problem(place(rest), "text behind a closing quote");
+      const bool spans_lines = from.line != to.line;
+      error_ = spans_lines ? make_syntax_error(from, fmt::format("the quote {} is closed no sooner than in line {}",
+                                                                 text_[begin], to.line))
+                           : make_syntax_error(place(next_character), "text behind a closing quote");
       return;
     }
     at_ = end;
-    fresh_ = false;
+    value_may_begin_ = false;
     closed_ = true;
   }
 
-  void close(char c) {
+  void close_bracket(char c) {
     if (open_.empty()) {
-      odd_ = syntax_problem(place(at_), fmt::format("'{}' closes nothing", c));
+      error_ = make_syntax_error(place(at_), fmt::format("'{}' closes nothing", c));
       return;
     }
-    const char opened = text_[open_.back()];
-    if ((opened == '[') != (c == ']')) {
+    const char opening_bracket = text_[open_.back()];
+    if ((opening_bracket == '[') != (c == ']')) {
       const NodeLocation from = place(open_.back());
-      odd_ = syntax_problem(place(at_), fmt::format("'{}' where the '{}' of line {}, column {} wants a '{}'", c, opened,
-                                                    from.line, from.column, opened == '[' ? ']' : '}'));
+      error_ = make_syntax_error(
+          place(at_), fmt::format("'{}' where the '{}' of line {}, column {} wants a '{}'", c, opening_bracket,
+                                  from.line, from.column, opening_bracket == '[' ? ']' : '}'));
       return;
     }
     open_.pop_back();
     ++at_;
-    fresh_ = false;
+    value_may_begin_ = false;
     closed_ = true;
   }
 
-  /// Text on lines of its own that are farther to the right.
-  void block() {
+  /// Text on lines of its own that are indented further.
+  void skip_block() {
     const std::size_t end = at_ == 0 ? std::string::npos : text_.rfind('\n', at_ - 1);
     const std::size_t line = end == std::string::npos ? 0 : end + 1;
     const std::size_t indent = text_.find_first_not_of(' ', line) - line;
@@ -214,15 +215,15 @@ class SyntaxScanner {
       if (text_[content] != '\n' && content - (at_ + 1) <= indent) break;
       at_ = std::min(text_.find('\n', at_ + 1), text_.size());
     }
-    fresh_ = true;
+    value_may_begin_ = true;
   }
 
   const std::string& text_;
   std::size_t at_ = 0;
-  bool fresh_ = true;    ///< a value may begin here
-  bool closed_ = false;  ///< behind a bracket or a quote
+  bool value_may_begin_ = true;  ///< a value may begin here
+  bool closed_ = false;          ///< behind a bracket or a quote
   std::vector<std::size_t> open_;
-  std::optional<ReadError> odd_;
+  std::optional<ReadError> error_;
 };
 
 std::vector<std::string_view> lines_until(const std::string& text, int last) {
@@ -235,40 +236,41 @@ std::vector<std::string_view> lines_until(const std::string& text, int last) {
   return lines;
 }
 
-/// Two keys run into one text where the first lacks its colon, or the blank behind it.
-std::optional<ReadError> find_missing_colon(const std::string& text, NodeLocation noticed) {
-  const auto lines = lines_until(text, noticed.line);
-  if (static_cast<int>(lines.size()) < noticed.line) return std::nullopt;
+/// Two keys merge into one text if the first lacks its colon, or the blank behind it.
+std::optional<ReadError> find_missing_colon(const std::string& text, NodeLocation stop_location) {
+  const auto lines = lines_until(text, stop_location.line);
+  if (static_cast<int>(lines.size()) < stop_location.line) return std::nullopt;
   const auto indent = [](std::string_view line) { return line.find_first_not_of(' '); };
-  const std::size_t here = indent(lines.back());
+  const std::size_t indentation = indent(lines.back());
   for (std::size_t i = lines.size() - 1; i-- > 0;) {
     const std::string_view line = lines[i];
     const std::size_t begin = line.find_first_not_of(" \t\r");
     if (begin == std::string_view::npos || line[begin] == '#') continue;
     const std::string_view content = line.substr(begin, line.find_last_not_of(" \t\r") + 1 - begin);
-    const bool word = std::isalpha(static_cast<unsigned char>(content[0])) != 0;
-    const bool keyed = content.ends_with(':') || content.find(": ") != std::string_view::npos;
-    if (!word || keyed || begin > here || content.find_first_of("[]{}\"'#,") != std::string_view::npos)
+    const bool is_word = std::isalpha(static_cast<unsigned char>(content[0])) != 0;
+    const bool has_colon = content.ends_with(':') || content.find(": ") != std::string_view::npos;
+    if (!is_word || has_colon || begin > indentation || content.find_first_of("[]{}\"'#,") != std::string_view::npos)
       return std::nullopt;
-    const bool glued = content.find(':') != std::string_view::npos;
-    return syntax_problem({static_cast<int>(i) + 1, static_cast<int>(begin) + 1}, "a line that is no 'key: value'",
-                          glued ? "a blank belongs behind the colon" : "a colon belongs behind the key");
+    const bool lacks_blank = content.find(':') != std::string_view::npos;
+    return make_syntax_error({static_cast<int>(i) + 1, static_cast<int>(begin) + 1}, "a line that is no 'key: value'",
+                             lacks_blank ? "a blank belongs behind the colon" : "a colon belongs behind the key");
   }
   return std::nullopt;
 }
 
-/// What a parser's words mean for the one who wrote the text.
-std::string hint_on(const std::string& text, NodeLocation noticed, const std::string& why) {
-  const auto lines = lines_until(text, noticed.line);
-  const bool there = static_cast<int>(lines.size()) == noticed.line && noticed.column >= 1;
-  const std::string_view line = there ? lines.back() : std::string_view();
-  const auto column = static_cast<std::size_t>(std::max(noticed.column, 1)) - 1;
-  if (why == "illegal map value" && line.substr(0, column).find(": ") != std::string_view::npos)
+/// Meaning of the parser's message for the author of the text.
+std::string find_syntax_hint(const std::string& text, NodeLocation stop_location, const std::string& reason) {
+  const auto lines = lines_until(text, stop_location.line);
+  const bool is_in_text = static_cast<int>(lines.size()) == stop_location.line && stop_location.column >= 1;
+  const std::string_view line = is_in_text ? lines.back() : std::string_view();
+  const auto column = static_cast<std::size_t>(std::max(stop_location.column, 1)) - 1;
+  if (reason == "illegal map value" && line.substr(0, column).find(": ") != std::string_view::npos)
     return "text that has ': ' in it stands in quotes";
-  if (why == "illegal map value" || why == "end of map not found" || why == "end of sequence not found")
+  if (reason == "illegal map value" || reason == "end of map not found" || reason == "end of sequence not found")
     return "this line or the one above is not indented as its neighbours are";
-  if (why == "end of map flow not found" || why == "end of sequence flow not found") return "a ',' is missing before";
-  if (why == "unknown token" && column < line.size())
+  if (reason == "end of map flow not found" || reason == "end of sequence flow not found")
+    return "a ',' is missing before";
+  if (reason == "unknown token" && column < line.size())
     return fmt::format("text that begins with '{}' stands in quotes", line[column]);
   return "";
 }
@@ -282,11 +284,11 @@ bool is_quote_closed(const std::string& text, std::size_t begin) {
   return !quoted || end_of_quoted(text, begin) != std::string::npos;
 }
 
-ReadError diagnose_syntax_error(const std::string& text, NodeLocation noticed, const std::string& why) {
-  if (auto odd = SyntaxScanner(text).diagnose()) return *odd;
-  if (why == "illegal map value")
-    if (auto odd = find_missing_colon(text, noticed)) return *odd;
-  return syntax_problem(noticed, why, hint_on(text, noticed, why));
+ReadError diagnose_syntax_error(const std::string& text, NodeLocation stop_location, const std::string& reason) {
+  if (auto error = SyntaxScanner(text).diagnose()) return *error;
+  if (reason == "illegal map value")
+    if (auto error = find_missing_colon(text, stop_location)) return *error;
+  return make_syntax_error(stop_location, reason, find_syntax_hint(text, stop_location, reason));
 }
 
 namespace {
@@ -319,15 +321,15 @@ class YamlNodeBuilder : public YAML::EventHandler {
   void OnAnchor(const YAML::Mark&, const std::string&) override {}
 
   void OnNull(const YAML::Mark& mark, YAML::anchor_t anchor) override {
-    finish(opened(mark, YamlNode::Kind::null), anchor);
+    finish(make_node(mark, YamlNode::Kind::null), anchor);
   }
 
   void OnScalar(const YAML::Mark& mark, const std::string& tag, YAML::anchor_t anchor,
                 const std::string& value) override {
-    YamlNode node = opened(mark, YamlNode::Kind::scalar);
+    YamlNode node = make_node(mark, YamlNode::Kind::scalar);
     node.text = value;
     node.is_quoted = tag != "?";
-    // yaml-cpp lets a text in single quotes end with the file.
+    // yaml-cpp accepts a text in single quotes that is not closed before the end of the file
     if (tag == "!" && !is_quote_closed(text_, node.begin))
       throw diagnose_syntax_error(text_, node.place, "a quote is not closed");
     finish(std::move(node), anchor);
@@ -345,14 +347,14 @@ class YamlNodeBuilder : public YAML::EventHandler {
   void OnMapEnd() override { close(); }
 
   void OnAlias(const YAML::Mark& mark, YAML::anchor_t anchor) override {
-    const auto known = anchors_.find(anchor);
-    if (known == anchors_.end())
+    const auto match = anchors_.find(anchor);
+    if (match == anchors_.end())
       throw ReadError(place_of(mark), path(), {.expected = "a value", .found = "an alias of a value that contains it"});
-    count(mark, size_of(known->second));
-    check_depth(mark, depth_of(known->second));
-    YamlNode copy = known->second;
+    count(mark, size_of(match->second));
+    check_depth(mark, depth_of(match->second));
+    YamlNode copy = match->second;
     copy.begin = byte_of(mark);
-    copy.place = place_of(mark);  // of the whole: what is wrong inside stands where it is written
+    copy.place = place_of(mark);  // of the whole; mistakes inside are located where they are written
     copy.anchor = 0;
     copy.alias = static_cast<int>(anchor);
     finish(std::move(copy), YAML::NullAnchor);
@@ -365,10 +367,10 @@ class YamlNodeBuilder : public YAML::EventHandler {
     YamlNode node;
     YAML::anchor_t anchor = YAML::NullAnchor;
     std::optional<YamlNode> key;
-    std::set<std::string> seen;
+    std::set<std::string> key_names;
   };
 
-  YamlNode opened(const YAML::Mark& mark, YamlNode::Kind kind) {
+  YamlNode make_node(const YAML::Mark& mark, YamlNode::Kind kind) {
     count(mark, 1);
     check_depth(mark, 1);
     YamlNode node;
@@ -379,7 +381,7 @@ class YamlNodeBuilder : public YAML::EventHandler {
   }
 
   void open(const YAML::Mark& mark, YamlNode::Kind kind, YAML::anchor_t anchor, YAML::EmitterStyle::value style) {
-    YamlNode node = opened(mark, kind);
+    YamlNode node = make_node(mark, kind);
     node.is_flow = style == YAML::EmitterStyle::Flow;
     open_.push_back({std::move(node), anchor, {}, {}});
   }
@@ -401,9 +403,9 @@ class YamlNodeBuilder : public YAML::EventHandler {
   }
 
   void close() {
-    OpenCollection done = std::move(open_.back());
+    OpenCollection collection = std::move(open_.back());
     open_.pop_back();
-    finish(std::move(done.node), done.anchor);
+    finish(std::move(collection.node), collection.anchor);
   }
 
   void finish(YamlNode node, YAML::anchor_t anchor) {
@@ -420,11 +422,11 @@ class YamlNodeBuilder : public YAML::EventHandler {
     if (parent.node.kind == YamlNode::Kind::list) {
       parent.node.items.push_back(std::move(node));
     } else if (!parent.key) {
-      take_key(parent, std::move(node));
+      add_key(parent, std::move(node));
     } else {
-      // Where nothing stands behind a key, yaml-cpp tells the place of whatever comes next.
-      const bool nothing = node.kind == YamlNode::Kind::null && node.alias == 0;
-      if (nothing && node.place.line != parent.key->place.line) node.place = parent.key->place;
+      // if a key has no value, yaml-cpp gives the place of whatever comes next
+      const bool is_missing = node.kind == YamlNode::Kind::null && node.alias == 0;
+      if (is_missing && node.place.line != parent.key->place.line) node.place = parent.key->place;
       parent.node.keys.push_back(*std::exchange(parent.key, std::nullopt));
       parent.node.items.push_back(std::move(node));
     }
@@ -438,7 +440,7 @@ class YamlNodeBuilder : public YAML::EventHandler {
                       {.expected = fmt::format("at most {} values in a spec, aliases expanded", limits_.max_nodes)});
   }
 
-  void take_key(OpenCollection& parent, YamlNode key) {
+  void add_key(OpenCollection& parent, YamlNode key) {
     if (key.kind == YamlNode::Kind::null) {
       key.kind = YamlNode::Kind::scalar;
       key.text = "null";
@@ -450,11 +452,11 @@ class YamlNodeBuilder : public YAML::EventHandler {
                       {.expected = "a name as a key",
                        .found = "'<<'",
                        .hint = "merging is not part of the language, parameters are"});
-    if (!parent.seen.insert(key.text).second) {
-      ReadError problem(key.place, path() + (path().empty() ? "" : ".") + key.text,
-                        {.expected = "every key once", .found = quote_for_message(key.text) + " again"});
-      problem.unknown_key_in = path();
-      problems_.add(std::move(problem));
+    if (!parent.key_names.insert(key.text).second) {
+      ReadError error(key.place, path() + (path().empty() ? "" : ".") + key.text,
+                      {.expected = "every key once", .found = quote_for_message(key.text) + " again"});
+      error.unknown_key_in = path();
+      problems_.add(std::move(error));
     }
     parent.key = std::move(key);
   }
@@ -480,32 +482,34 @@ class YamlNodeBuilder : public YAML::EventHandler {
   long nodes_ = 0;
 };
 
-/// The first byte that is no text, if any.
+/// The first byte that is not text, if any.
 std::optional<std::size_t> find_invalid_byte(const std::string& text) {
-  std::string_view rest = text;
-  while (!rest.empty()) {
-    const Utf8CodePoint one = decode_utf8(rest);
-    const bool control = one.code < 0x20 && one.code != '\t' && one.code != '\n' && one.code != '\r';
-    if (one.bytes == 0 || control || one.code == 0x7f) return text.size() - rest.size();
-    rest.remove_prefix(one.bytes);
+  std::string_view remaining_text = text;
+  while (!remaining_text.empty()) {
+    const Utf8CodePoint code_point = decode_utf8(remaining_text);
+    const bool control =
+        code_point.code < 0x20 && code_point.code != '\t' && code_point.code != '\n' && code_point.code != '\r';
+    if (code_point.bytes == 0 || control || code_point.code == 0x7f) return text.size() - remaining_text.size();
+    remaining_text.remove_prefix(code_point.bytes);
   }
   return std::nullopt;
 }
 
-/// The tab among the blanks at the start of a line that an error of syntax is likely to come from: the last one not behind it,
-/// or else on the line below.
+/// Tab in a line's indentation that is the likely cause of a syntax error: the last one not behind the error,
+/// else one on the line below.
 std::optional<NodeLocation> find_indentation_tab(const std::string& text, NodeLocation error) {
-  std::optional<NodeLocation> found;
+  std::optional<NodeLocation> tab_location;
   int line = 1;
   for (std::size_t begin = 0; begin < text.size() && line <= error.line + 1; ++line) {
     const std::size_t end = std::min(text.find('\n', begin), text.size());
     const std::size_t content = text.find_first_not_of(" \t\r", begin);
     const std::size_t tab = text.find('\t', begin);
-    const bool here = content < end && text[content] != '#' && tab < content;
-    if (here && (line <= error.line || !found)) found = NodeLocation{line, static_cast<int>(tab - begin) + 1};
+    const bool in_indentation = content < end && text[content] != '#' && tab < content;
+    if (in_indentation && (line <= error.line || !tab_location))
+      tab_location = NodeLocation{line, static_cast<int>(tab - begin) + 1};
     begin = end + 1;
   }
-  return found;
+  return tab_location;
 }
 
 void check_text(const std::string& text, const DocumentLimits& limits) {
@@ -513,21 +517,22 @@ void check_text(const std::string& text, const DocumentLimits& limits) {
     throw ReadError({1, 1}, "",
                     {.expected = fmt::format("a document of at most {} MiB", limits.max_bytes >> 20),
                      .found = "one that is larger"});
-  if (const auto odd = find_invalid_byte(text)) {
+  if (const auto invalid_byte = find_invalid_byte(text)) {
     NodeLocation place{1, 1};
-    for (std::size_t i = 0; i < *odd; ++i)
+    for (std::size_t i = 0; i < *invalid_byte; ++i)
       place = text[i] == '\n' ? NodeLocation{place.line + 1, 1} : NodeLocation{place.line, place.column + 1};
     throw ReadError(place, "",
                     {.expected = "text (UTF-8)",
                      .found = fmt::format("the byte 0x{:02x}: this is a binary file or in another encoding",
-                                          static_cast<unsigned>(static_cast<unsigned char>(text[*odd])))});
+                                          static_cast<unsigned>(static_cast<unsigned char>(text[*invalid_byte])))});
   }
   if (text.find_first_not_of(" \t\r\n") == std::string::npos)
     throw ReadError({1, 1}, "", {.expected = "a YAML document", .found = "an empty file"});
-  if (const std::size_t odd = text.find('\r'); odd != std::string::npos && text.find('\n') == std::string::npos)
-    throw ReadError({1, static_cast<int>(odd) + 1}, "",
+  if (const std::size_t carriage_return = text.find('\r');
+      carriage_return != std::string::npos && text.find('\n') == std::string::npos)
+    throw ReadError({1, static_cast<int>(carriage_return) + 1}, "",
                     {.expected = "lines that end with a line feed", .found = "carriage returns alone"});
-  // yaml-cpp takes all of a bracket's tokens into its memory before it tells of the first.
+  // yaml-cpp stores all tokens of a bracket before it reports the first
   const auto marks = std::count_if(text.begin(), text.end(), [](char c) { return std::strchr("[]{},", c) != nullptr; });
   if (marks > 3 * limits.max_nodes)
     throw ReadError(
@@ -548,15 +553,15 @@ YamlNode parse_yaml(const std::string& text, SpecErrorCollector& problems, const
     if (!parser.HandleNextDocument(builder))
       throw ReadError({1, 1}, "", {.expected = "a YAML document", .found = "nothing but comments"});
     YamlNode root = builder.take();
-    YamlNodeBuilder rest(problems, limits, text, skipped);
-    if (parser.HandleNextDocument(rest))
-      throw ReadError(rest.take().place, "", {.expected = "one document", .found = "a second one"});
+    YamlNodeBuilder second_document(problems, limits, text, skipped);
+    if (parser.HandleNextDocument(second_document))
+      throw ReadError(second_document.take().place, "", {.expected = "one document", .found = "a second one"});
     return root;
-  } catch (const YAML::Exception& wrong) {
-    if (const auto tab = find_indentation_tab(text, place_of(wrong.mark)))
+  } catch (const YAML::Exception& error) {
+    if (const auto tab = find_indentation_tab(text, place_of(error.mark)))
       throw ReadError(*tab, "",
                       {.expected = "YAML", .found = "a tab where it wants blanks", .hint = "indent with blanks"});
-    throw diagnose_syntax_error(text, place_of(wrong.mark), wrong.msg);
+    throw diagnose_syntax_error(text, place_of(error.mark), error.msg);
   }
 }
 

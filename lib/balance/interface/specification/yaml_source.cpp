@@ -17,8 +17,8 @@ std::size_t SourceText::line_end(std::size_t at) const {
 }
 
 std::string SourceText::indentation(std::size_t at) const {
-  const auto before = at == 0 ? std::string::npos : text_.find_last_of("\r\n", at - 1);
-  const std::size_t begin = before == std::string::npos ? 0 : before + 1;
+  const auto line_break_before = at == 0 ? std::string::npos : text_.find_last_of("\r\n", at - 1);
+  const std::size_t begin = line_break_before == std::string::npos ? 0 : line_break_before + 1;
   std::size_t end = begin;
   while (is_space(end)) ++end;
   return text_.substr(begin, end - begin);
@@ -49,7 +49,7 @@ std::size_t SourceText::word_end(std::size_t at) const {
   return at;
 }
 
-/// Where the value itself begins, after its anchor and tag.
+/// Beginning of the value itself, after its anchor and tag.
 std::size_t SourceText::content(const YamlNode& node) const {
   std::size_t at = skip_blank(node.begin);
   while (is_one_of(at, "&!")) at = skip_blank(word_end(at));
@@ -67,7 +67,7 @@ std::size_t SourceText::end(const YamlNode& node) const {
   return node.begin;
 }
 
-/// The characters of a value without quotes stand in the text as they are; only blanks between them may differ.
+/// The characters of a value without quotes appear in the text unchanged; only blanks between them may differ.
 std::size_t SourceText::scalar_end(std::size_t at, const std::string& value) const {
   if (is_one_of(at, "\"'")) return quoted_end(at);
   if (is_one_of(at, "|>")) at = line_end(at);
@@ -93,7 +93,8 @@ std::size_t SourceText::quoted_end(std::size_t at) const {
   return text_.size();
 }
 
-/// `~` and `null` are there, nothing is not: then yaml-cpp's beginning is that of what comes next, perhaps a key `null`.
+/// `~` and `null` have a text, an empty value has none: yaml-cpp then gives the beginning of what comes
+/// next, perhaps a key `null`.
 std::size_t SourceText::null_end(const YamlNode& node) const {
   const std::size_t at = content(node);
   for (const char* word : {"~", "null", "Null", "NULL"}) {
@@ -120,51 +121,51 @@ std::size_t SourceText::collection_end(const YamlNode& node) const {
   return std::min(at + 1, text_.size());
 }
 
-void SourceText::leaves(const YamlNode& node, std::vector<Span>& all) const {
+void SourceText::append_leaf_spans(const YamlNode& node, std::vector<Span>& spans) const {
   if (node.alias != 0) {
-    all.push_back({node.begin, end(node)});
+    spans.push_back({node.begin, end(node)});
   } else if (node.kind == YamlNode::Kind::scalar) {
     const std::size_t begin = content(node);
-    // The line of `|` and `>` may end with a comment.
-    if (is_one_of(begin, "|>")) all.push_back({begin, begin + 1});
-    all.push_back({is_one_of(begin, "|>") ? line_end(begin) : begin, end(node)});
+    // the line of `|` and `>` may end with a comment
+    if (is_one_of(begin, "|>")) spans.push_back({begin, begin + 1});
+    spans.push_back({is_one_of(begin, "|>") ? line_end(begin) : begin, end(node)});
   } else {
     for (std::size_t i = 0; i < node.items.size(); ++i) {
-      if (i < node.keys.size()) leaves(node.keys[i], all);
-      leaves(node.items[i], all);
+      if (i < node.keys.size()) append_leaf_spans(node.keys[i], spans);
+      append_leaf_spans(node.items[i], spans);
     }
   }
 }
 
 std::vector<Span> SourceText::comments_between(std::size_t begin, std::size_t end) const {
-  std::vector<Span> found;
+  std::vector<Span> spans;
   for (std::size_t at = begin; at < end;) {
     if (is_one_of(at, "&!")) {
       at = word_end(at);
     } else if (text_[at] == '#') {
-      found.push_back({at, line_end(at)});
-      at = found.back().end;
+      spans.push_back({at, line_end(at)});
+      at = spans.back().end;
     } else {
       ++at;
     }
   }
-  return found;
+  return spans;
 }
 
 std::vector<Span> SourceText::comments(const YamlNode& node) const {
-  std::vector<Span> all, values;
-  leaves(node, values);
+  std::vector<Span> result, leaf_spans;
+  append_leaf_spans(node, leaf_spans);
   std::size_t at = node.begin;
   const auto add = [&](std::size_t until) {
-    const auto more = comments_between(at, until);
-    all.insert(all.end(), more.begin(), more.end());
+    const auto spans = comments_between(at, until);
+    result.insert(result.end(), spans.begin(), spans.end());
   };
-  for (const Span& value : values) {
+  for (const Span& value : leaf_spans) {
     add(value.begin);
     at = value.end;
   }
   add(end(node));
-  return all;
+  return result;
 }
 
 }  // namespace balance::specification

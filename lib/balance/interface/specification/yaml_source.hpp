@@ -1,5 +1,5 @@
 #pragma once
-/// Where in a spec's text values end, and which comments they hold: yaml-cpp tells only where values begin.
+/// Where values in a spec's text end, and which comments they contain: yaml-cpp gives only where values begin.
 
 #include "balance/interface/specification/yaml_document.hpp"
 
@@ -14,26 +14,26 @@ struct Span {
   std::size_t begin = 0, end = 0;
 };
 
-/// A text that is known to be YAML. All nodes are its own; of a copy only the alias itself is looked at.
+/// A text that is known to be YAML. All nodes must be its own; of a copy only the alias itself is considered.
 class SourceText {
  public:
   /// @param text must outlive this
   explicit SourceText(const std::string& text) : text_(text) {}
 
   const std::string& text() const { return text_; }
-  /// What the node takes up: from its anchor or tag to its last character. Empty if there is nothing.
+  /// Span of the node: from its anchor or tag to its last character. Empty if it has no text.
   Span span(const YamlNode& node) const { return {node.begin, end(node)}; }
-  /// Comments inside the node, without the ends of their lines.
+  /// Comments inside the node, without their line breaks.
   std::vector<Span> comments(const YamlNode& node) const;
-  /// Comments in a stretch that holds nothing but them, blanks, punctuation, anchors and tags.
+  /// Comments in a range that contains nothing else but blanks, punctuation, anchors and tags.
   std::vector<Span> comments_between(std::size_t begin, std::size_t end) const;
   /// The first byte at or after `at` that is neither blank nor in a comment.
   std::size_t skip_blank(std::size_t at) const;
-  /// The end of the line that holds `at`, its line break not included.
+  /// The end of the line that contains `at`, without its line break.
   std::size_t line_end(std::size_t at) const;
-  /// Blanks that the line of `at` begins with.
+  /// Blanks at the beginning of the line that contains `at`.
   std::string indentation(std::size_t at) const;
-  /// The line break that this text uses.
+  /// The line break of this text.
   std::string line_break() const;
   bool is_break(std::size_t at) const { return at < text_.size() && (text_[at] == '\n' || text_[at] == '\r'); }
   /// Space or tab.
@@ -48,7 +48,7 @@ class SourceText {
   std::size_t quoted_end(std::size_t at) const;
   std::size_t null_end(const YamlNode& node) const;
   std::size_t collection_end(const YamlNode& node) const;
-  void leaves(const YamlNode& node, std::vector<Span>& all) const;
+  void append_leaf_spans(const YamlNode& node, std::vector<Span>& spans) const;
 
   const std::string& text_;
 };

@@ -1,7 +1,8 @@
 #pragma once
-/// One moment of a motion with its derivatives. Newton's iteration is never differentiated: where the equations f(y, p) = 0 were solved
-/// over doubles, one evaluation over duals and one solution with the matrix A = ∂f/∂y, which is factorised once, give dy = −A⁻¹ ∂f/∂p
-/// (implicit function theorem); rates and accelerations follow from their own equations in the same way.
+/// Evaluates one instant of a motion together with its derivatives. Newton's iteration itself is not differentiated:
+/// once the equations f(y, p) = 0 have been solved in double precision, one evaluation with dual numbers and one solve
+/// with A = ∂f/∂y, factorised once, give dy = −A⁻¹ ∂f/∂p (implicit function theorem). Rates and accelerations follow
+/// from their own equations in the same way.
 
 #include "balance/foundation/numerics/engine_scalar.hpp"
 #include "balance/mechanics/derivatives/mechanism_variables.hpp"
@@ -18,7 +19,7 @@
 
 namespace balance {
 
-// The engine over numbers with derivatives: its spaces, and values turned into constants of them.
+// The engine over dual numbers: its spaces, and the conversion of values to constants.
 
 using DualNumber = Dual<dual_width>;
 
@@ -35,7 +36,7 @@ struct DualSpaceOf<Spatial> {
 template <class S>
 using DualSpace = typename DualSpaceOf<S>::Type;
 
-/// The mechanism with derivatives of zero; set those of the numbers wanted: `m.bodies[1].mass.d[0] = 1`.
+/// The mechanism with zero derivatives; seed those of the requested variables: `m.bodies[1].mass.d[0] = 1`.
 inline MechanismOf<DualNumber> to_dual(const Mechanism& mechanism) {
   return convert_mechanism<DualNumber>(mechanism, [](double x) { return DualNumber(x); });
 }
@@ -44,16 +45,16 @@ inline TrajectoryOf<DualNumber> to_dual(const Trajectory& trajectory) {
   return cast_scalar<DualNumber>(trajectory, [](double x) { return DualNumber(x); });
 }
 
-/// How much of a sample.
+/// Which part of a sample to differentiate.
 enum class DerivativeDetail {
   forces,   ///< time, efforts, powers, shaking and ground forces and moments, acceleration of the centre of mass
-  figures,  ///< everything else, too, that has figures
+  figures,  ///< also all other quantities that have figures
   all,
 };
 
-/// Derivatives with respect to number k, each where the sample has the value. Counts and what only runs under control know are left
-/// alone. Keeps the memory that `out` has.
-void write_derivative(const SampleOf<DualNumber>& sample, std::size_t k, DerivativeDetail extent, Sample& out);
+/// Writes the derivatives with respect to variable k into the fields of the corresponding values. Counts and fields
+/// that only controlled runs fill are left unchanged. Reuses the memory of `out`.
+void write_derivative(const SampleOf<DualNumber>& sample, std::size_t k, DerivativeDetail detail, Sample& out);
 Sample derivative_of(const SampleOf<DualNumber>& sample, std::size_t k);
 
 /// y, dy and ddy per tree coordinate.
@@ -66,26 +67,28 @@ class DualEvaluator {
  public:
   using D = DualSpace<S>;
 
-  /// @param mechanism, tree must outlive the moment; the tree is that of the mechanism's values
-  /// @param needed as the tree was compiled with
-  /// @param redundant more closure rows than rank @param about world point of moments
+  /// @param mechanism, tree must outlive the evaluator; the tree is compiled from the mechanism's values
+  /// @param needed coordinates that the tree was compiled with
+  /// @param redundant whether the closures have more rows than rank @param about world point about which moments are
+  ///        taken
   DualEvaluator(const MechanismOf<DualNumber>& mechanism, const Tree<S>& tree, const std::vector<CoordinateId>& needed,
                 const DriveQuantities& quantities, bool redundant, int freedoms, const typename D::Vector& about);
 
   /// Differentiates the configuration, rates and accelerations that the target prescribes.
-  /// @param y meets the target's values to round-off, with the tree's present references
+  /// @param y tree coordinates that meet the target's values to round-off, with the tree's present references
   void differentiate_motion(const double* y, const DriveSampleOf<DualNumber>& target);
-  /// Everything there. @param duration of the whole motion [s], as friction asks
+  /// Evaluates the whole sample at this instant. @param duration of the whole motion [s], for the rest threshold of
+  /// friction
   /// @return false if the actuators do not hold the mechanism
   bool evaluate(const DualNumber& time, double duration, Detail detail);
 
-  /// For changes of what it carries.
+  /// Mutable, so that payloads can be attached and detached.
   Tree<D>& tree() { return tree_; }
-  const DualCoordinates& coordinates() const { return now_; }
-  SampleOf<DualNumber>& sample() { return observer_.sample(); }
-  /// Smallest singular value of the scaled equations; 1 where nothing has to be solved.
+  const DualCoordinates& coordinates() const { return coordinates_; }
+  SampleOf<DualNumber>& sample() { return sample_evaluator_.sample(); }
+  /// Smallest singular value of the scaled equations; 1 if nothing has to be solved.
   DualNumber mobility();
-  /// What number k opens, where it is most of all places that move() was called for.
+  /// Largest gaps that variable k opens, over all calls of differentiate_motion().
   ClosureGaps closure_gaps(std::size_t k) const;
 
  private:
@@ -96,28 +99,28 @@ class DualEvaluator {
 
   void differentiate_explicit(const DriveSampleOf<DualNumber>& target);
   DualArray max_residual_change(int count) const;
-  void measure_gaps(const DualArray& followed);
+  void measure_gaps(const DualArray& initial_change);
 
   const Tree<S>& values_;
   Tree<D> tree_;
   Drive<D> drive_;
   KinematicEquations<D> equations_;
-  SampleEvaluator<D> observer_;
+  SampleEvaluator<D> sample_evaluator_;
   TreeState<D> state_;
-  bool direct_;
+  bool is_explicit_;
   std::vector<Gap> gaps_;  ///< per closure; empty unless there are more rows than rank
-  DualCoordinates now_;
+  DualCoordinates coordinates_;
   std::vector<DualNumber> x_;
 };
 
 extern template class DualEvaluator<Planar>;
 extern template class DualEvaluator<Spatial>;
 
-// One state's derivatives by numbers that the mechanism's own depend on.
+// Derivatives of one state with respect to variables on which the mechanism's own numbers depend.
 
-/// As derivatives() by numbers of the mechanism.
-/// @param mechanism over duals, with the values of the door's mechanism @return dual_width derivatives
-Expected<StateGradient> derivatives(InverseDynamics& door, const MechanismOf<DualNumber>& mechanism, const VectorX& q,
-                                    const VectorX& dq, const VectorX& ddq, double time = 0);
+/// As differentiate_state(), with respect to the variables that `mechanism` is seeded with.
+/// @param mechanism over dual numbers, with the values of inverse_dynamics.mechanism() @return dual_width derivatives
+Expected<StateGradient> derivatives(InverseDynamics& inverse_dynamics, const MechanismOf<DualNumber>& mechanism,
+                                    const VectorX& q, const VectorX& dq, const VectorX& ddq, double time = 0);
 
 }  // namespace balance

@@ -8,7 +8,7 @@ namespace {
 
 using Kind = MechanismVariable::Kind;
 
-/// Entries of the list that `index` counts.
+/// Number of entries of the list that `index` points into.
 std::size_t count_elements(const Mechanism& mechanism, Kind kind) {
   using enum MechanismVariable::Kind;
   switch (kind) {
@@ -48,35 +48,38 @@ bool is_matrix(Kind kind) {
   return kind == Kind::body_inertia || kind == Kind::attachment_inertia || kind == Kind::disc_inertia;
 }
 
-/// Entries that `column` counts.
-std::size_t columns_of(const Mechanism& mechanism, const MechanismVariable& number) {
-  const auto at = static_cast<std::size_t>(number.index);
-  switch (number.kind) {
+/// Number of valid values of `column`.
+std::size_t count_variable_columns(const Mechanism& mechanism, const MechanismVariable& variable) {
+  const auto index = static_cast<std::size_t>(variable.index);
+  switch (variable.kind) {
     case Kind::load_force:
-    case Kind::load_moment: return mechanism.loads[at].force.size();
-    case Kind::disc_term_ratio: return mechanism.discs[at].follows.terms.size();
-    case Kind::coupling_term_ratio: return mechanism.couplings[at].leader.terms.size();
-    default: return is_matrix(number.kind) ? 3 : 1;
+    case Kind::load_moment: return mechanism.loads[index].force.size();
+    case Kind::disc_term_ratio: return mechanism.discs[index].follows.terms.size();
+    case Kind::coupling_term_ratio: return mechanism.couplings[index].leader.terms.size();
+    default: return is_matrix(variable.kind) ? 3 : 1;
   }
 }
 
 }  // namespace
 
-bool has_symmetric_entry(const MechanismVariable& number) {
-  return is_matrix(number.kind) && number.row != number.column;
+bool has_symmetric_entry(const MechanismVariable& variable) {
+  return is_matrix(variable.kind) && variable.row != variable.column;
 }
 
-void require_variable(const Mechanism& mechanism, const MechanismVariable& number) {
-  const auto in = [](int value, std::size_t count) { return value >= 0 && static_cast<std::size_t>(value) < count; };
-  const auto refuse = [](const std::string& what, int value) {
+void require_variable(const Mechanism& mechanism, const MechanismVariable& variable) {
+  const auto is_in_range = [](int value, std::size_t count) {
+    return value >= 0 && static_cast<std::size_t>(value) < count;
+  };
+  const auto throw_missing = [](const std::string& what, int value) {
     throw std::invalid_argument("a number of the mechanism: there is no " + what + " " + std::to_string(value));
   };
-  if (!in(number.index, count_elements(mechanism, number.kind))) refuse("element", number.index);
-  if (number.kind == Kind::friction_coulomb_backward &&
-      !mechanism.friction[static_cast<std::size_t>(number.index)].coulomb_backward)
+  if (!is_in_range(variable.index, count_elements(mechanism, variable.kind))) throw_missing("element", variable.index);
+  if (variable.kind == Kind::friction_coulomb_backward &&
+      !mechanism.friction[static_cast<std::size_t>(variable.index)].coulomb_backward)
     throw std::invalid_argument("a mechanism's number: that friction tells no directions apart");
-  if (!in(number.row, 3)) refuse("row", number.row);
-  if (!in(number.column, columns_of(mechanism, number))) refuse("column", number.column);
+  if (!is_in_range(variable.row, 3)) throw_missing("row", variable.row);
+  if (!is_in_range(variable.column, count_variable_columns(mechanism, variable)))
+    throw_missing("column", variable.column);
 }
 
 }  // namespace balance

@@ -14,7 +14,7 @@ namespace {
 
 constexpr double stencil_offsets[] = {-2, -1, 1, 2};
 constexpr double stencil_weights[] = {1.0 / 12, -8.0 / 12, 8.0 / 12, -1.0 / 12};
-constexpr double stencil_step = 1e-4;  ///< of a step [m, rad, parts]
+constexpr double stencil_step = 1e-4;  ///< largest change of a value per step [m, rad, fraction]
 
 /// The driven quantities at a pose of the mechanism, with their derivatives.
 template <class S>
@@ -26,13 +26,13 @@ DriveSampleOf<DualNumber> measure_drive_dual(const MechanismOf<DualNumber>& mech
   Tree<D> tree = compile_tree<D>(mechanism, needed);
   for (const NodeId spherical : values.spherical_joints)
     tree.nodes[spherical].R_PF = cast<DualNumber>(values.nodes[spherical].R_PF);
-  const PoseEquations<D> stated = make_pose_equations(mechanism, tree, pose);
-  KinematicEquations<D> equations(tree, stated.drive, true);
+  const PoseEquations<D> pose_equations = make_pose_equations(mechanism, tree, pose);
+  KinematicEquations<D> equations(tree, pose_equations.drive, true);
   TreeState<D> state(tree.nodes.size());
   VectorXOf<DualNumber> dual_y = y.cast<DualNumber>();
   std::vector<DualNumber> x(static_cast<std::size_t>(std::max(tree.columns, equations.rows())));
   compute_poses(tree, dual_y.data(), state);
-  equations.evaluate(state, dual_y.data(), stated.target, x.data());
+  equations.evaluate(state, dual_y.data(), pose_equations.target, x.data());
   equations.factorise();
   equations.solve(x.data());
   for (int c = 0; c < tree.columns; ++c) dual_y[c].d = (-x[static_cast<std::size_t>(c)]).d;
@@ -41,11 +41,11 @@ DriveSampleOf<DualNumber> measure_drive_dual(const MechanismOf<DualNumber>& mech
 }
 
 DriveValue extract_endpoint_derivative(const DriveSampleOf<DualNumber>& sample, std::size_t k) {
-  const auto number = [k](const DualNumber& x) { return x.d[k]; };
-  return {sample.value.unaryExpr(number), sample.rotation.unaryExpr(number)};
+  const auto derivative = [k](const DualNumber& x) { return x.d[k]; };
+  return {sample.value.unaryExpr(derivative), sample.rotation.unaryExpr(derivative)};
 }
 
-/// The value moved along its derivative.
+/// The value displaced along its derivative by a step.
 DriveValue displace_value(const DriveValue& value, const DriveValue& rate, double step) {
   DriveValue out = value;
   if (out.value.size() > 0) out.value += step * rate.value;
@@ -54,77 +54,77 @@ DriveValue displace_value(const DriveValue& value, const DriveValue& rate, doubl
   return out;
 }
 
-double largest(const DriveValue& value) { return std::max(max_abs(value.value), max_abs(value.rotation)); }
+double max_component(const DriveValue& value) { return std::max(max_abs(value.value), max_abs(value.rotation)); }
 
-/// Of the numbers that say which way a trajectory goes and by what law; a table's times as parts of their whole.
+/// Largest derivative among the numbers that define a trajectory's path and law; a table's times count as fractions of
+/// the duration.
 double find_max_path_derivative(const Trajectory& rate, double duration) {
-  double size = 0;
-  Trajectory way;
-  way.duration = 0;
-  way.law = rate.law;
-  way.path = rate.path;
-  if (auto* table = std::get_if<TablePath>(&way.path))
+  double max_derivative = 0;
+  Trajectory path_and_law;
+  path_and_law.duration = 0;
+  path_and_law.law = rate.law;
+  path_and_law.path = rate.path;
+  if (auto* table = std::get_if<TablePath>(&path_and_law.path))
     for (double& time : table->time) time /= duration;
-  cast_scalar<double>(way, [&size](double x) {
-    size = std::max(size, std::abs(x));
+  cast_scalar<double>(path_and_law, [&max_derivative](double x) {
+    max_derivative = std::max(max_derivative, std::abs(x));
     return x;
   });
-  return size;
+  return max_derivative;
 }
 
 bool has_task_derivative(const Trajectory& rate) {
-  return std::any_of(rate.secondary_tasks.begin(), rate.secondary_tasks.end(), [](const SecondaryTask& course) {
-    const auto& c = std::get<SplineTask>(course.kind).coefficients;
+  return std::any_of(rate.secondary_tasks.begin(), rate.secondary_tasks.end(), [](const SecondaryTask& task) {
+    const auto& c = std::get<SplineTask>(task.kind).coefficients;
     return std::any_of(c.begin(), c.end(), [](double x) { return x != 0; });
   });
 }
 
-/// What the ends and the points between them are prescribed by is linear in them.
+/// Whether the prescribed values are linear in the end points and via points.
 bool is_linear_in_points(const Trajectory& values, const Trajectory& rate, const DriveQuantities& quantities) {
   if (!quantities.rotation.empty() || rate.law.ramp_up != 0 || rate.law.ramp_down != 0) return false;
-  const auto still = [](const std::vector<double>& numbers) {
+  const auto all_zero = [](const std::vector<double>& numbers) {
     return std::all_of(numbers.begin(), numbers.end(), [](double x) { return x == 0; });
   };
-  if (const auto* way = std::get_if<WaypointPath>(&values.path))
-    return !way->fractions.empty() && still(std::get<WaypointPath>(rate.path).fractions);
+  if (const auto* waypoints = std::get_if<WaypointPath>(&values.path))
+    return !waypoints->fractions.empty() && all_zero(std::get<WaypointPath>(rate.path).fractions);
   return std::holds_alternative<LinePath>(values.path);
 }
 
-/// Nothing but courses changes, and they do not ask where on the way the motion is, or the way is one leg.
-bool is_task_change_only(const Trajectory& values, double way) {
-  const auto* points = std::get_if<WaypointPath>(&values.path);
-  const bool one_leg = points == nullptr || points->spline;
-  return way == 0 && (one_leg || std::all_of(values.secondary_tasks.begin(), values.secondary_tasks.end(),
-                                             [](const SecondaryTask& course) {
-                                               return std::get<SplineTask>(course.kind).over_time;
-                                             }));
+/// Whether only secondary tasks change, and these are functions of time or the path is a single leg.
+bool is_task_change_only(const Trajectory& values, double max_path_derivative) {
+  const auto* waypoints = std::get_if<WaypointPath>(&values.path);
+  const bool is_single_leg = waypoints == nullptr || waypoints->spline;
+  return max_path_derivative == 0 &&
+         (is_single_leg ||
+          std::all_of(values.secondary_tasks.begin(), values.secondary_tasks.end(),
+                      [](const SecondaryTask& task) { return std::get<SplineTask>(task.kind).over_time; }));
 }
 
-/// Adds part of a sample to the derivatives by a number.
-void add_derivative(const DriveSample& part, double weight, std::size_t number, DriveSampleOf<DualNumber>& sample) {
-  const auto one = [&](auto& duals, const auto& values) {
-    for (Eigen::Index e = 0; e < values.size(); ++e) duals(e).d[number] += weight * values(e);
+/// Adds weight · term to the derivatives with respect to one variable.
+void add_derivative(const DriveSample& term, double weight, std::size_t variable, DriveSampleOf<DualNumber>& sample) {
+  const auto accumulate = [&](auto& duals, const auto& values) {
+    for (Eigen::Index e = 0; e < values.size(); ++e) duals(e).d[variable] += weight * values(e);
   };
-  one(sample.value, part.value);
-  one(sample.rate, part.rate);
-  one(sample.acceleration, part.acceleration);
-  one(sample.rotation, part.rotation);
-  one(sample.angular_velocity, part.angular_velocity);
-  one(sample.angular_acceleration, part.angular_acceleration);
+  accumulate(sample.value, term.value);
+  accumulate(sample.rate, term.rate);
+  accumulate(sample.acceleration, term.acceleration);
+  accumulate(sample.rotation, term.rotation);
+  accumulate(sample.angular_velocity, term.angular_velocity);
+  accumulate(sample.angular_acceleration, term.angular_acceleration);
 }
 
-/// Without derivatives.
 void set_without_derivatives(const DriveSample& values, DriveSampleOf<DualNumber>& sample) {
-  const auto one = [](auto& duals, const auto& numbers) {
+  const auto assign = [](auto& duals, const auto& numbers) {
     duals.resize(numbers.rows(), numbers.cols());
     for (Eigen::Index e = 0; e < numbers.size(); ++e) duals(e) = numbers(e);
   };
-  one(sample.value, values.value);
-  one(sample.rate, values.rate);
-  one(sample.acceleration, values.acceleration);
-  one(sample.rotation, values.rotation);
-  one(sample.angular_velocity, values.angular_velocity);
-  one(sample.angular_acceleration, values.angular_acceleration);
+  assign(sample.value, values.value);
+  assign(sample.rate, values.rate);
+  assign(sample.acceleration, values.acceleration);
+  assign(sample.rotation, values.rotation);
+  assign(sample.angular_velocity, values.angular_velocity);
+  assign(sample.angular_acceleration, values.angular_acceleration);
 }
 
 }  // namespace
@@ -134,21 +134,22 @@ PrescribedMotionGradient::PrescribedMotionGradient(const MechanismOf<DualNumber>
                                                    const std::vector<CoordinateId>& needed,
                                                    const TrajectoryOf<DualNumber>& trajectory, const Trajectory& values,
                                                    const CompiledTrajectory<S>& plan)
-    : schedule_(*plan.prescribed_motion) {
+    : prescribed_motion_(*plan.prescribed_motion) {
   TrajectoryDerivatives rates;
   for (std::size_t k = 0; k < dual_width; ++k)
     rates[k] = cast_scalar<double>(trajectory, [k](const DualNumber& x) { return x.d[k]; });
   const bool table = std::holds_alternative<TablePath>(values.path);
   const auto ends = differentiate_endpoints(mechanism, tree, needed, trajectory, plan, rates);
   for (std::size_t k = 0; k < dual_width; ++k) {
-    const double points = table ? 0 : std::max(largest(ends[k].from), largest(ends[k].to));
-    const double way = std::max(points, find_max_path_derivative(rates[k], schedule_.duration()));
-    if (!table) relative_duration_rate_[k] = rates[k].duration / schedule_.duration();
-    if (way == 0 && !has_task_derivative(rates[k])) continue;
-    if (is_linear_in_points(values, rates[k], plan.quantities) || is_task_change_only(values, way))
+    const double max_end_derivative = table ? 0 : std::max(max_component(ends[k].from), max_component(ends[k].to));
+    const double max_derivative =
+        std::max(max_end_derivative, find_max_path_derivative(rates[k], prescribed_motion_.duration()));
+    if (!table) relative_duration_rate_[k] = rates[k].duration / prescribed_motion_.duration();
+    if (max_derivative == 0 && !has_task_derivative(rates[k])) continue;
+    if (is_linear_in_points(values, rates[k], plan.quantities) || is_task_change_only(values, max_derivative))
       add_tangent(k, values, rates[k], ends[k], plan.quantities);
     else
-      add_stencil(k, trajectory, way, plan.request, ends[k], plan.quantities);
+      add_stencil(k, trajectory, max_derivative, plan.request, ends[k], plan.quantities);
   }
 }
 
@@ -172,81 +173,83 @@ std::array<PrescribedMotionGradient::Endpoints, dual_width> PrescribedMotionGrad
   return ends;
 }
 
-/// Where only courses change the way does not matter, and a straight one has no bends that could not be linear.
-void PrescribedMotionGradient::add_tangent(std::size_t number, const Trajectory& values, const Trajectory& rate,
+/// If only secondary tasks change, the path is irrelevant and is replaced by a straight line, which is linear.
+void PrescribedMotionGradient::add_tangent(std::size_t variable, const Trajectory& values, const Trajectory& rate,
                                            const Endpoints& ends, const DriveQuantities& quantities) {
   Trajectory tangent = rate;
   tangent.law = values.law;
-  tangent.duration = schedule_.duration();
-  if (auto* way = std::get_if<WaypointPath>(&tangent.path); way != nullptr && !way->fractions.empty())
-    way->fractions = std::get<WaypointPath>(values.path).fractions;
+  tangent.duration = prescribed_motion_.duration();
+  if (auto* waypoints = std::get_if<WaypointPath>(&tangent.path); waypoints != nullptr && !waypoints->fractions.empty())
+    waypoints->fractions = std::get<WaypointPath>(values.path).fractions;
   else
     tangent.path = LinePath{};
   DriveValue from{ends.from.value, Matrix3::Identity()}, to{ends.to.value, Matrix3::Identity()};
-  tangents_.push_back(
-      {number, PrescribedMotion(make_prescribed_motion_request(tangent, quantities, std::move(from), std::move(to)))});
+  tangents_.push_back({variable, PrescribedMotion(make_prescribed_motion_request(tangent, quantities, std::move(from),
+                                                                                 std::move(to)))});
 }
 
-void PrescribedMotionGradient::add_stencil(std::size_t number, const TrajectoryOf<DualNumber>& trajectory, double size,
-                                           const PrescribedMotion::Request& request, const Endpoints& ends,
+void PrescribedMotionGradient::add_stencil(std::size_t variable, const TrajectoryOf<DualNumber>& trajectory,
+                                           double size, const PrescribedMotion::Request& request, const Endpoints& ends,
                                            const DriveQuantities& quantities) {
-  DifferenceStencil near{number, stencil_step / (size > 0 ? size : 1), {}, true};
+  DifferenceStencil stencil{variable, stencil_step / (size > 0 ? size : 1), {}, true};
   const bool table = std::holds_alternative<TablePath>(request.path);
-  const bool ends_there = request.to.value.size() == ends.to.value.size();
-  for (const double place : stencil_offsets) {
-    const double step = place * near.step;
-    Trajectory other =
-        cast_scalar<double>(trajectory, [&](const DualNumber& x) { return x.value + step * x.d[number]; });
-    other.duration = request.duration;  // its change is told apart
+  const bool has_end_derivative = request.to.value.size() == ends.to.value.size();
+  for (const double stencil_offset : stencil_offsets) {
+    const double step = stencil_offset * stencil.step;
+    Trajectory shifted =
+        cast_scalar<double>(trajectory, [&](const DualNumber& x) { return x.value + step * x.d[variable]; });
+    shifted.duration = request.duration;  // its change is accounted for separately
     DriveValue from = table ? request.from : displace_value(request.from, ends.from, step);
-    DriveValue to = table || !ends_there ? request.to : displace_value(request.to, ends.to, step);
-    PrescribedMotion::Request there = make_prescribed_motion_request(other, quantities, std::move(from), std::move(to));
-    there.switch_times = request.switch_times;
-    near.schedules.emplace_back(there);
-    near.has_matching_jumps =
-        near.has_matching_jumps && near.schedules.back().jump_times().size() == schedule_.jump_times().size();
+    DriveValue to = table || !has_end_derivative ? request.to : displace_value(request.to, ends.to, step);
+    PrescribedMotion::Request shifted_request =
+        make_prescribed_motion_request(shifted, quantities, std::move(from), std::move(to));
+    shifted_request.switch_times = request.switch_times;
+    stencil.motions.emplace_back(shifted_request);
+    stencil.has_matching_jumps = stencil.has_matching_jumps &&
+                                 stencil.motions.back().jump_times().size() == prescribed_motion_.jump_times().size();
   }
-  neighbours_.push_back(std::move(near));
+  stencils_.push_back(std::move(stencil));
 }
 
 DualNumber PrescribedMotionGradient::at(double time, Side side, long jump, DriveSampleOf<DualNumber>& sample) {
-  schedule_.at(time, side, now_);
-  set_without_derivatives(now_, sample);
-  DualNumber when(time);
-  const double part = time / schedule_.duration();
+  prescribed_motion_.at(time, side, drive_sample_);
+  set_without_derivatives(drive_sample_, sample);
+  DualNumber dual_time(time);
+  const double time_fraction = time / prescribed_motion_.duration();
   for (const TangentMotion& tangent : tangents_) {
-    tangent.schedule.at(time, side, now_);
-    add_derivative(now_, 1, tangent.number, sample);
+    tangent.motion.at(time, side, drive_sample_);
+    add_derivative(drive_sample_, 1, tangent.variable, sample);
   }
-  for (const DifferenceStencil& near : neighbours_)
-    for (std::size_t i = 0; i < near.schedules.size(); ++i) {
-      const PrescribedMotion& other = near.schedules[i];
-      const double there = jump >= 0 && near.has_matching_jumps ? other.jump_times()[static_cast<std::size_t>(jump)]
-                                                                : part * other.duration();
-      other.at(there, side, now_);
-      const double weight = stencil_weights[i] / near.step;
-      add_derivative(now_, weight, near.number, sample);
-      when.d[near.number] += weight * there;
+  for (const DifferenceStencil& stencil : stencils_)
+    for (std::size_t i = 0; i < stencil.motions.size(); ++i) {
+      const PrescribedMotion& shifted = stencil.motions[i];
+      const double shifted_time = jump >= 0 && stencil.has_matching_jumps
+                                      ? shifted.jump_times()[static_cast<std::size_t>(jump)]
+                                      : time_fraction * shifted.duration();
+      shifted.at(shifted_time, side, drive_sample_);
+      const double weight = stencil_weights[i] / stencil.step;
+      add_derivative(drive_sample_, weight, stencil.variable, sample);
+      dual_time.d[stencil.variable] += weight * shifted_time;
     }
-  // slower by the longer duration: rates by its part, accelerations by twice that
+  // a longer duration slows the motion down: rates by its relative change, accelerations by twice that
   for (std::size_t k = 0; k < dual_width; ++k) {
     if (relative_duration_rate_[k] == 0) continue;
-    when.d[k] += relative_duration_rate_[k] * time;
+    dual_time.d[k] += relative_duration_rate_[k] * time;
     for (DualNumber& x : sample.rate) x.d[k] -= relative_duration_rate_[k] * x.value;
     for (DualNumber& x : sample.acceleration) x.d[k] -= 2 * relative_duration_rate_[k] * x.value;
     for (DualNumber& x : sample.angular_velocity) x.d[k] -= relative_duration_rate_[k] * x.value;
     for (DualNumber& x : sample.angular_acceleration) x.d[k] -= 2 * relative_duration_rate_[k] * x.value;
   }
-  return when;
+  return dual_time;
 }
 
 bool PrescribedMotionGradient::is_moving_jump(long jump) const {
-  const double time = schedule_.jump_times()[static_cast<std::size_t>(jump)];
-  return std::any_of(neighbours_.begin(), neighbours_.end(), [&](const DifferenceStencil& near) {
-    if (!near.has_matching_jumps) return false;
-    const PrescribedMotion& other = near.schedules.back();
-    return std::abs(other.jump_times()[static_cast<std::size_t>(jump)] / other.duration() -
-                    time / schedule_.duration()) > 1e-9 * stencil_step;
+  const double time = prescribed_motion_.jump_times()[static_cast<std::size_t>(jump)];
+  return std::any_of(stencils_.begin(), stencils_.end(), [&](const DifferenceStencil& stencil) {
+    if (!stencil.has_matching_jumps) return false;
+    const PrescribedMotion& shifted = stencil.motions.back();
+    return std::abs(shifted.jump_times()[static_cast<std::size_t>(jump)] / shifted.duration() -
+                    time / prescribed_motion_.duration()) > 1e-9 * stencil_step;
   });
 }
 

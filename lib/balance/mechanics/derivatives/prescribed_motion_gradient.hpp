@@ -1,6 +1,7 @@
 #pragma once
-/// Prescribed values with their derivatives by numbers of the trajectory (its poses, way, courses, law, duration) and of the mechanism: a
-/// pose that is stated in other quantities than the drive's (the tool stated, the joints driven) is measured where it was found.
+/// Prescribed values with their derivatives with respect to variables of the trajectory (poses, path, secondary tasks,
+/// law, duration) and of the mechanism: if a pose is stated in quantities other than the driven ones (the tool stated,
+/// the joints driven), these are measured at the configuration found for it.
 
 #include "balance/mechanics/derivatives/dual_evaluator.hpp"
 #include "balance/mechanics/kinematics/compiled_trajectory.hpp"
@@ -12,40 +13,41 @@ namespace balance {
 
 class PrescribedMotionGradient {
  public:
-  /// @param values of the trajectory @param plan done, of the values; must outlive this
+  /// @param values the trajectory's values @param plan compiled from the values, with outcome done; must outlive this
   template <class S>
   PrescribedMotionGradient(const MechanismOf<DualNumber>& mechanism, const Tree<S>& tree,
                            const std::vector<CoordinateId>& needed, const TrajectoryOf<DualNumber>& trajectory,
                            const Trajectory& values, const CompiledTrajectory<S>& plan);
 
-  /// Values, rates and accelerations with their derivatives at a place that stays the same part of the duration, or at a jump, which goes
-  /// where the numbers move it. Where they are linear in a number, and by the duration, exact; else differences of fourth order of a smooth
-  /// function in closed form, good to some 1e-11.
-  /// @param jump which of the schedule's jumps the time is; −1: none
+  /// Values, rates and accelerations with their derivatives, taken at a constant fraction of the duration, or at a
+  /// jump, which moves with the variables. Derivatives with respect to the duration, and to variables in which the
+  /// values are linear, are exact. All others are fourth-order differences of a smooth closed-form function, accurate
+  /// to about 1e-11.
+  /// @param jump index of the jump at this time; −1: none
   /// @return the time with its derivatives [s]
   DualNumber at(double time, Side side, long jump, DriveSampleOf<DualNumber>& sample);
-  /// Whether that jump's part of the duration depends on a number.
+  /// Whether the jump, as a fraction of the duration, depends on any variable.
   bool is_moving_jump(long jump) const;
 
  private:
-  /// The schedule whose values are the derivatives themselves.
+  /// A prescribed motion whose values are the derivatives themselves.
   struct TangentMotion {
-    std::size_t number;
-    PrescribedMotion schedule;
+    std::size_t variable;
+    PrescribedMotion motion;
   };
-  /// Schedules with the number moved by −2, −1, 1 and 2 steps.
+  /// Prescribed motions with the variable shifted by −2, −1, 1 and 2 steps.
   struct DifferenceStencil {
-    std::size_t number;
+    std::size_t variable;
     double step;
-    std::vector<PrescribedMotion> schedules;
-    bool has_matching_jumps;  ///< as many as without a step
+    std::vector<PrescribedMotion> motions;
+    bool has_matching_jumps;  ///< all have as many jumps as the unshifted motion
   };
-  /// The values at the ends, and what they change by.
+  /// Derivatives of the prescribed values at both ends.
   struct Endpoints {
     DriveValue from, to;
   };
   using TrajectoryDerivatives =
-      std::array<Trajectory, dual_width>;  ///< per number: derivatives in a trajectory's places
+      std::array<Trajectory, dual_width>;  ///< per variable: derivatives, stored in place of the trajectory's values
 
   template <class S>
   std::array<Endpoints, dual_width> differentiate_endpoints(const MechanismOf<DualNumber>& mechanism,
@@ -54,17 +56,17 @@ class PrescribedMotionGradient {
                                                             const TrajectoryOf<DualNumber>& trajectory,
                                                             const CompiledTrajectory<S>& plan,
                                                             const TrajectoryDerivatives& rates) const;
-  void add_tangent(std::size_t number, const Trajectory& values, const Trajectory& rate, const Endpoints& ends,
+  void add_tangent(std::size_t variable, const Trajectory& values, const Trajectory& rate, const Endpoints& ends,
                    const DriveQuantities& quantities);
-  void add_stencil(std::size_t number, const TrajectoryOf<DualNumber>& trajectory, double size,
+  void add_stencil(std::size_t variable, const TrajectoryOf<DualNumber>& trajectory, double size,
                    const PrescribedMotion::Request& request, const Endpoints& ends, const DriveQuantities& quantities);
 
-  const PrescribedMotion& schedule_;
+  const PrescribedMotion& prescribed_motion_;
   std::vector<TangentMotion> tangents_;
-  std::vector<DifferenceStencil> neighbours_;
+  std::vector<DifferenceStencil> stencils_;
   std::array<double, dual_width>
-      relative_duration_rate_{};  ///< per number: the duration's derivative as part of the duration
-  DriveSample now_;
+      relative_duration_rate_{};  ///< per variable: derivative of the duration divided by the duration
+  DriveSample drive_sample_;
 };
 
 extern template PrescribedMotionGradient::PrescribedMotionGradient(const MechanismOf<DualNumber>&, const Tree<Planar>&,

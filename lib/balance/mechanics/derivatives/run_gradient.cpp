@@ -29,7 +29,7 @@ struct FigureWithGradient {
   Gradient d_size() const { return value < 0 ? Gradient(-d) : d; }
 };
 
-/// One row of the run or of what lies between its samples, in the order of time, which numbers may move.
+/// One row of the run or of its intermediate samples, in time order. Its time may depend on the variables.
 struct GradientRow {
   bool between;
   long row;
@@ -45,33 +45,33 @@ FigureWithGradient time_at(const RunGradient& gradient, bool between, long row) 
 }
 
 std::vector<GradientRow> order_rows_by_time(const RunGradient& gradient) {
-  std::vector<GradientRow> places;
+  std::vector<GradientRow> gradient_rows;
   std::size_t j = 0;
   const std::vector<long>& next = gradient.intermediate.next_sample;
   for (long k = 0; k < gradient.run.time.size(); ++k) {
     for (; j < next.size() && next[j] == k; ++j)
-      places.push_back({true, static_cast<long>(j), time_at(gradient, true, static_cast<long>(j))});
-    places.push_back({false, k, time_at(gradient, false, k)});
+      gradient_rows.push_back({true, static_cast<long>(j), time_at(gradient, true, static_cast<long>(j))});
+    gradient_rows.push_back({false, k, time_at(gradient, false, k)});
   }
-  return places;
+  return gradient_rows;
 }
 
-/// Half the time from one place to the next.
+/// Half the time between two rows.
 FigureWithGradient half_step(const GradientRow& from, const GradientRow& to) {
   return {(to.time.value - from.time.value) / 2, (to.time.d - from.time.d) / 2};
 }
 
 FigureWithGradient value_at(const RunGradient& gradient, Samples RunResult::*array, int first, int count,
-                            const GradientRow& place) {
-  const auto entries = [&](const RunResult& rows) { return (rows.*array).row(place.row).segment(first, count); };
-  const auto now = entries(place.between ? gradient.intermediate.rows : gradient.run);
-  FigureWithGradient out{count == 1 ? now[0] : now.norm(), Gradient::Zero()};
+                            const GradientRow& gradient_row) {
+  const auto entries = [&](const RunResult& rows) { return (rows.*array).row(gradient_row.row).segment(first, count); };
+  const auto current = entries(gradient_row.between ? gradient.intermediate.rows : gradient.run);
+  FigureWithGradient out{count == 1 ? current[0] : current.norm(), Gradient::Zero()};
   for (std::size_t k = 0; k < dual_width; ++k) {
-    const auto change = entries(place.between ? gradient.derivatives_between[k].rows : gradient.derivatives[k]);
+    const auto change = entries(gradient_row.between ? gradient.derivatives_between[k].rows : gradient.derivatives[k]);
     if (count == 1)
       out.d[static_cast<Eigen::Index>(k)] = change[0];
     else if (out.value > 0)
-      out.d[static_cast<Eigen::Index>(k)] = now.dot(change) / out.value;
+      out.d[static_cast<Eigen::Index>(k)] = current.dot(change) / out.value;
   }
   return out;
 }
@@ -80,49 +80,52 @@ void write(const Gradient& from, std::array<double, dual_width>& to) {
   std::copy(from.begin(), from.end(), to.begin());
 }
 
-/// So many stretches of a run have extremes of their own: short enough to hold one hump each.
+/// Number of intervals of a run that record extremes of their own: short enough to contain one hump each.
 constexpr std::size_t extreme_intervals = 48;
 
-/// Takes a place's value into its stretch's extremes.
-void update_extremes(const FigureWithGradient& now, std::size_t place, std::size_t count, FigureGradient& figure) {
-  const std::size_t stretch = place * std::min(extreme_intervals, count) / count;
-  const auto take = [&](std::vector<Extreme>& extremes, double sign) {
-    if (stretch >= extremes.size())
+/// Updates the extremes of the interval that a row lies in.
+void update_extremes(const FigureWithGradient& current, std::size_t row_index, std::size_t row_count,
+                     FigureGradient& figure) {
+  const std::size_t interval = row_index * std::min(extreme_intervals, row_count) / row_count;
+  const auto update = [&](std::vector<Extreme>& extremes, double sign) {
+    if (interval >= extremes.size())
       extremes.emplace_back();
-    else if (!(sign * now.value > sign * extremes[stretch].value))
+    else if (!(sign * current.value > sign * extremes[interval].value))
       return;
-    extremes[stretch].value = now.value;
-    write(now.d, extremes[stretch].d);
+    extremes[interval].value = current.value;
+    write(current.d, extremes[interval].d);
   };
-  take(figure.highest, 1);
-  take(figure.lowest, -1);
+  update(figure.highest, 1);
+  update(figure.lowest, -1);
 }
 
-FigureGradient differentiate_figure(const RunGradient& gradient, const MetricSeries& track,
-                                    const std::vector<GradientRow>& places) {
+FigureGradient differentiate_figure(const RunGradient& gradient, const MetricSeries& series,
+                                    const std::vector<GradientRow>& gradient_rows) {
   FigureGradient figure;
-  figure.quantity = track.quantity;
+  figure.quantity = series.quantity;
   FigureWithGradient peak, low{INFINITY}, high{-INFINITY}, last;
   double squares = 0, sum = 0;
   Gradient d_squares = Gradient::Zero(), d_sum = Gradient::Zero();
-  for (std::size_t i = 0; i < places.size(); ++i) {
-    const FigureWithGradient now = value_at(gradient, track.array, track.first, track.count, places[i]);
-    update_extremes(now, i, places.size(), figure);
-    if (now.size() > peak.size()) peak = now;
-    if (now.value < low.value) low = now;
-    if (now.value > high.value) high = now;
+  for (std::size_t i = 0; i < gradient_rows.size(); ++i) {
+    const FigureWithGradient current = value_at(gradient, series.array, series.first, series.count, gradient_rows[i]);
+    update_extremes(current, i, gradient_rows.size(), figure);
+    if (current.size() > peak.size()) peak = current;
+    if (current.value < low.value) low = current;
+    if (current.value > high.value) high = current;
     if (i > 0) {
-      const FigureWithGradient half = half_step(places[i - 1], places[i]);
-      const double square = now.value * now.value + last.value * last.value, size = now.size() + last.size();
-      squares += half.value * square;
-      d_squares += 2 * half.value * (now.value * now.d + last.value * last.d) + square * half.d;
-      sum += half.value * size;
-      d_sum += half.value * (now.d_size() + last.d_size()) + size * half.d;
+      const FigureWithGradient half_interval = half_step(gradient_rows[i - 1], gradient_rows[i]);
+      const double square = current.value * current.value + last.value * last.value,
+                   size = current.size() + last.size();
+      squares += half_interval.value * square;
+      d_squares +=
+          2 * half_interval.value * (current.value * current.d + last.value * last.d) + square * half_interval.d;
+      sum += half_interval.value * size;
+      d_sum += half_interval.value * (current.d_size() + last.d_size()) + size * half_interval.d;
     }
-    last = now;
+    last = current;
   }
-  const double duration = places.back().time.value - places.front().time.value;
-  const Gradient d_duration = (places.back().time.d - places.front().time.d) / duration;  // as part of it
+  const double duration = gradient_rows.back().time.value - gradient_rows.front().time.value;
+  const Gradient d_duration = (gradient_rows.back().time.d - gradient_rows.front().time.d) / duration;  // relative
   figure.peak = peak.size(), figure.range = high.value - low.value;
   figure.rms = std::sqrt(squares / duration), figure.mean = sum / duration;
   write(peak.d_size(), figure.d_peak);
@@ -135,39 +138,39 @@ FigureGradient differentiate_figure(const RunGradient& gradient, const MetricSer
 }  // namespace
 
 FigureGradients differentiate_figures(const RunGradient& gradient) {
-  const std::vector<GradientRow> places = order_rows_by_time(gradient);
+  const std::vector<GradientRow> gradient_rows = order_rows_by_time(gradient);
   FigureGradients out;
-  for (const MetricSeries& track : list_metric_series(gradient.run))
-    out.figures.push_back(differentiate_figure(gradient, track, places));
+  for (const MetricSeries& series : list_metric_series(gradient.run))
+    out.figures.push_back(differentiate_figure(gradient, series, gradient_rows));
   Gradient d_energy = Gradient::Zero();
   for (int a = 0; a < static_cast<int>(gradient.run.power.cols()); ++a)
-    for (std::size_t i = 1; i < places.size(); ++i) {
-      const FigureWithGradient half = half_step(places[i - 1], places[i]);
+    for (std::size_t i = 1; i < gradient_rows.size(); ++i) {
+      const FigureWithGradient half_interval = half_step(gradient_rows[i - 1], gradient_rows[i]);
       for (const std::size_t end : {i - 1, i}) {
-        const FigureWithGradient power = value_at(gradient, &RunResult::power, a, 1, places[end]);
-        out.energy += half.value * power.size();
-        d_energy += half.value * power.d_size() + power.size() * half.d;
+        const FigureWithGradient power = value_at(gradient, &RunResult::power, a, 1, gradient_rows[end]);
+        out.energy += half_interval.value * power.size();
+        d_energy += half_interval.value * power.d_size() + power.size() * half_interval.d;
       }
     }
   write(d_energy, out.d_energy);
-  out.duration = places.back().time.value;
-  write(places.back().time.d, out.d_duration);
+  out.duration = gradient_rows.back().time.value;
+  write(gradient_rows.back().time.d, out.d_duration);
   return out;
 }
 
 namespace {
 
-/// What is known without Detail::everything.
+/// Quantities that do not need Detail::all.
 constexpr std::array force_quantities = {"torque",         "power",        "com_acceleration", "shaking_force",
                                          "shaking_moment", "ground_force", "ground_moment"};
 
-DerivativeDetail extent_of(const std::vector<std::string>& quantities) {
+DerivativeDetail required_detail(const std::vector<std::string>& quantities) {
   if (quantities.empty()) return DerivativeDetail::all;
-  const auto early = [](const std::string& name) {
+  const auto is_force_quantity = [](const std::string& name) {
     return std::find(force_quantities.begin(), force_quantities.end(), name) != force_quantities.end();
   };
-  return std::all_of(quantities.begin(), quantities.end(), early) ? DerivativeDetail::forces
-                                                                  : DerivativeDetail::figures;
+  return std::all_of(quantities.begin(), quantities.end(), is_force_quantity) ? DerivativeDetail::forces
+                                                                              : DerivativeDetail::figures;
 }
 
 template <class S>
@@ -175,9 +178,9 @@ class DualRun {
  public:
   DualRun(const MechanismOf<DualNumber>& mechanism, const TrajectoryOf<DualNumber>& trajectory,
           const std::vector<std::string>& quantities)
-      : duals_(mechanism),
+      : dual_mechanism_(mechanism),
         dual_trajectory_(trajectory),
-        wanted_(quantities),
+        quantities_(quantities),
         mechanism_(balance::values_of(mechanism)),
         trajectory_(cast_scalar<double>(trajectory, [](const DualNumber& x) { return x.value; })),
         needed_(prescribed_coordinates(trajectory_)),
@@ -189,103 +192,105 @@ class DualRun {
     out.run.outcome = plan_.outcome;
     if (plan_.outcome.status != MotionStatus::done) return out;
     const typename S::Vector about = to_vector<S>(trajectory_.about);
-    SampleEvaluator<S> observer(mechanism_, tree_, plan_.freedoms, about);
-    if (!observer.actuation().mismatch().empty()) {
-      out.run.outcome = {MotionStatus::mismatch, 0, observer.actuation().mismatch(), {}};
+    SampleEvaluator<S> sample_evaluator(mechanism_, tree_, plan_.freedoms, about);
+    if (!sample_evaluator.actuation().mismatch().empty()) {
+      out.run.outcome = {MotionStatus::mismatch, 0, sample_evaluator.actuation().mismatch(), {}};
       return out;
     }
-    schedule_.emplace(duals_, tree_, needed_, dual_trajectory_, trajectory_, plan_);
-    moment_.emplace(duals_, tree_, needed_, plan_.quantities, plan_.has_redundant_closures, plan_.freedoms,
-                    to_vector<DualSpace<S>>(dual_trajectory_.about));
+    motion_gradient_.emplace(dual_mechanism_, tree_, needed_, dual_trajectory_, trajectory_, plan_);
+    evaluator_.emplace(dual_mechanism_, tree_, needed_, plan_.quantities, plan_.has_redundant_closures, plan_.freedoms,
+                       to_vector<DualSpace<S>>(dual_trajectory_.about));
     allocate(out);
-    TreePayloads<S> loads(mechanism_, tree_, plan_.prescribed_motion->duration());
-    TreePayloads<DualSpace<S>> dual_loads(duals_, moment_->tree(), plan_.prescribed_motion->duration());
-    const auto carry = [&](double time) {
-      loads.apply(time, tree_);
-      dual_loads.apply(time, moment_->tree());
+    TreePayloads<S> payloads(mechanism_, tree_, plan_.prescribed_motion->duration());
+    TreePayloads<DualSpace<S>> dual_payloads(dual_mechanism_, evaluator_->tree(), plan_.prescribed_motion->duration());
+    const auto apply_payloads = [&](double time) {
+      payloads.apply(time, tree_);
+      dual_payloads.apply(time, evaluator_->tree());
     };
-    carry(0);
+    apply_payloads(0);
     MotionStepper<S> stepper(mechanism_, tree_, plan_);
-    stepper.set_regularity_monitor(observer.regularity_monitor());
-    MotionOutcome lost;
-    const bool done =
-        visit_time_grid(stepper, *plan_.prescribed_motion, trajectory_.samples, [&](const TimeGridPoint& stop) {
-          if (stop.kind == TimeGridPoint::Kind::after_jump) carry(stepper.time());
-          // where the jump moves away from the sample, both count
-          if (stop.has_coincident_next && stop.kind == TimeGridPoint::Kind::after_jump &&
-              !schedule_->is_moving_jump(stop.index))
+    stepper.set_regularity_monitor(sample_evaluator.regularity_monitor());
+    MotionOutcome failure;
+    const bool is_completed =
+        visit_time_grid(stepper, *plan_.prescribed_motion, trajectory_.samples, [&](const TimeGridPoint& grid_point) {
+          if (grid_point.kind == TimeGridPoint::Kind::after_jump) apply_payloads(stepper.time());
+          // the sample stands for a jump at the same time, unless the variables move the jump away from it
+          if (grid_point.has_coincident_next && grid_point.kind == TimeGridPoint::Kind::after_jump &&
+              !motion_gradient_->is_moving_jump(grid_point.index))
             return true;
-          if (!observer.evaluate(stepper, detail()) || !differentiate_at(stepper, stop)) {
-            lost = make_actuation_singularity_outcome(stepper.time(),
-                                                      format_configuration(mechanism_, tree_, stepper.y()));
+          if (!sample_evaluator.evaluate(stepper, detail()) || !differentiate_at(stepper, grid_point)) {
+            failure = make_actuation_singularity_outcome(stepper.time(),
+                                                         format_configuration(mechanism_, tree_, stepper.y()));
             return false;
           }
-          record(observer.sample(), stop, out);
+          record(sample_evaluator.sample(), grid_point, out);
           return true;
         });
-    for (std::size_t k = 0; k < dual_width; ++k) out.closure_gaps[k] = moment_->closure_gaps(k);
-    out.run.outcome = {MotionStatus::done, plan_.prescribed_motion->duration(), "", observer.actuation().notes()};
-    if (!done) out.run.outcome = lost.status == MotionStatus::unsolved ? stepper.outcome() : lost;
+    for (std::size_t k = 0; k < dual_width; ++k) out.closure_gaps[k] = evaluator_->closure_gaps(k);
+    out.run.outcome = {MotionStatus::done, plan_.prescribed_motion->duration(), "",
+                       sample_evaluator.actuation().notes()};
+    if (!is_completed) out.run.outcome = failure.status == MotionStatus::unsolved ? stepper.outcome() : failure;
     return out;
   }
 
  private:
-  bool is_wanted(const char* quantity) const {
-    return wanted_.empty() || std::find(wanted_.begin(), wanted_.end(), quantity) != wanted_.end();
+  bool is_requested(const char* quantity) const {
+    return quantities_.empty() || std::find(quantities_.begin(), quantities_.end(), quantity) != quantities_.end();
   }
-  Detail detail() const { return extent_ == DerivativeDetail::forces ? Detail::forces : Detail::all; }
+  Detail detail() const { return derivative_detail_ == DerivativeDetail::forces ? Detail::forces : Detail::all; }
 
   void allocate(RunGradient& out) {
-    const long rows = trajectory_.samples, more = max_intermediate_rows(*plan_.prescribed_motion, rows);
+    const long rows = trajectory_.samples, intermediate_rows = max_intermediate_rows(*plan_.prescribed_motion, rows);
     const auto prepare = [&](RunResult& result, long count) {
       name_columns(mechanism_, result);
       result.moment_reference = trajectory_.about;
       resize_arrays(mechanism_, count, {}, result);
       for (const QuantityDefinition& kind : quantity_table())
-        if (!is_wanted(kind.name)) (result.*kind.member).resize(0, 0);
+        if (!is_requested(kind.name)) (result.*kind.member).resize(0, 0);
     };
     prepare(out.run, rows);
-    prepare(out.intermediate.rows, more);
+    prepare(out.intermediate.rows, intermediate_rows);
     for (RunResult& result : out.derivatives) prepare(result, rows);
-    for (IntermediateSamples& between : out.derivatives_between) prepare(between.rows, more);
+    for (IntermediateSamples& between : out.derivatives_between) prepare(between.rows, intermediate_rows);
     recorders_.assign(dual_width + 1, ResultRecorder(out.run));
   }
 
-  bool differentiate_at(MotionStepper<S>& stepper, const TimeGridPoint& stop) {
-    const Side side = stop.kind == TimeGridPoint::Kind::before_jump ? Side::before : Side::after;
-    const bool jump = stop.kind == TimeGridPoint::Kind::before_jump || stop.kind == TimeGridPoint::Kind::after_jump;
-    const DualNumber time = schedule_->at(stepper.time(), side, jump ? stop.index : -1, target_);
-    moment_->differentiate_motion(stepper.y(), target_);
-    if (!moment_->evaluate(time, stepper.duration(), detail())) return false;
-    if (is_wanted("mobility")) moment_->sample().mobility = moment_->mobility();
+  bool differentiate_at(MotionStepper<S>& stepper, const TimeGridPoint& grid_point) {
+    const Side side = grid_point.kind == TimeGridPoint::Kind::before_jump ? Side::before : Side::after;
+    const bool jump =
+        grid_point.kind == TimeGridPoint::Kind::before_jump || grid_point.kind == TimeGridPoint::Kind::after_jump;
+    const DualNumber time = motion_gradient_->at(stepper.time(), side, jump ? grid_point.index : -1, target_);
+    evaluator_->differentiate_motion(stepper.y(), target_);
+    if (!evaluator_->evaluate(time, stepper.duration(), detail())) return false;
+    if (is_requested("mobility")) evaluator_->sample().mobility = evaluator_->mobility();
     return true;
   }
 
-  void record(Sample& seen, const TimeGridPoint& stop, RunGradient& out) {
-    const SampleOf<DualNumber>& now = moment_->sample();
-    const bool sample = stop.kind == TimeGridPoint::Kind::sample;
-    const long row = sample ? stop.index : out.intermediate.add(stop.next_sample);
-    seen.mobility = now.mobility.value;
-    recorders_[dual_width].write(seen, row, sample ? out.run : out.intermediate.rows);
+  void record(Sample& sample, const TimeGridPoint& grid_point, RunGradient& out) {
+    const SampleOf<DualNumber>& dual_sample = evaluator_->sample();
+    const bool is_sample = grid_point.kind == TimeGridPoint::Kind::sample;
+    const long row = is_sample ? grid_point.index : out.intermediate.add(grid_point.next_sample);
+    sample.mobility = dual_sample.mobility.value;
+    recorders_[dual_width].write(sample, row, is_sample ? out.run : out.intermediate.rows);
     for (std::size_t k = 0; k < dual_width; ++k) {
       IntermediateSamples& between = out.derivatives_between[k];
-      if (!sample) between.add(stop.next_sample);
-      write_derivative(now, k, extent_, derivative_);
-      recorders_[k].write(derivative_, row, sample ? out.derivatives[k] : between.rows);
+      if (!is_sample) between.add(grid_point.next_sample);
+      write_derivative(dual_sample, k, derivative_detail_, derivative_);
+      recorders_[k].write(derivative_, row, is_sample ? out.derivatives[k] : between.rows);
     }
   }
 
-  const MechanismOf<DualNumber>& duals_;
+  const MechanismOf<DualNumber>& dual_mechanism_;
   const TrajectoryOf<DualNumber>& dual_trajectory_;
-  const std::vector<std::string>& wanted_;
-  const DerivativeDetail extent_ = extent_of(wanted_);
+  const std::vector<std::string>& quantities_;
+  const DerivativeDetail derivative_detail_ = required_detail(quantities_);
   const Mechanism mechanism_;
   const Trajectory trajectory_;
   std::vector<CoordinateId> needed_;
   Tree<S> tree_;
   CompiledTrajectory<S> plan_;
-  std::optional<PrescribedMotionGradient> schedule_;
-  std::optional<DualEvaluator<S>> moment_;
+  std::optional<PrescribedMotionGradient> motion_gradient_;
+  std::optional<DualEvaluator<S>> evaluator_;
   DriveSampleOf<DualNumber> target_;
   Sample derivative_;
   std::vector<ResultRecorder> recorders_;

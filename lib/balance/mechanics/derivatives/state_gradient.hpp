@@ -1,6 +1,7 @@
 #pragma once
-/// Derivatives of what InverseDynamics finds at a state, exact to round-off: with respect to the state's own numbers and to numbers of
-/// the mechanism. With loops the configuration follows the numbers (implicit function theorem), the independent coordinates staying.
+/// Derivatives of the results of InverseDynamics at a state, exact to round-off, with respect to the state's own
+/// variables and to variables of the mechanism. With loops, the configuration follows the variables (implicit function
+/// theorem) while the independent coordinates are held.
 
 #include "balance/mechanics/derivatives/mechanism_variables.hpp"
 #include "balance/mechanics/dynamics/inverse_dynamics.hpp"
@@ -10,7 +11,7 @@
 
 namespace balance {
 
-/// A number of the state: the k-th independent coordinate, its rate or its acceleration.
+/// A variable of the state: the k-th independent coordinate, its rate or its acceleration.
 struct StateVariable {
   enum class Kind { q, dq, ddq };
   Kind kind = Kind::q;
@@ -20,19 +21,20 @@ struct StateVariable {
 using DifferentiationVariable = std::variant<StateVariable, MechanismVariable>;
 
 struct StateGradient {
-  Sample sample;                    ///< as InverseDynamics::at finds it
-  std::vector<Sample> derivatives;  ///< per number wanted: what each of the sample's numbers changes by per unit of it
-  /// Per number wanted: where there are any, its derivatives are of what least squares leave.
+  Sample sample;                    ///< as InverseDynamics::at returns it
+  std::vector<Sample> derivatives;  ///< per requested variable: derivatives of all values of the sample
+  /// Per requested variable: if not empty, its derivatives are those of the least-squares solution of the loop
+  /// closures.
   std::vector<ClosureGaps> closure_gaps;
 };
 
-/// @param door goes to the state, as at() does
-/// @param wanted any numbers, in any order
-/// @param time of loads that change with it [s]
-/// @return the outcome of at()
-/// @throws std::invalid_argument as at(), and if a number wanted does not exist
-Expected<StateGradient> differentiate_state(InverseDynamics& door, const VectorX& q, const VectorX& dq,
-                                            const VectorX& ddq, const std::vector<DifferentiationVariable>& wanted,
+/// @param inverse_dynamics moved to the state, as by at()
+/// @param variables any variables, in any order
+/// @param time at which time-dependent loads are evaluated [s]
+/// @return the outcome of at(); actuation_singularity if the efforts have no derivatives there
+/// @throws std::invalid_argument as at(), and if a requested variable does not exist
+Expected<StateGradient> differentiate_state(InverseDynamics& inverse_dynamics, const VectorX& q, const VectorX& dq,
+                                            const VectorX& ddq, const std::vector<DifferentiationVariable>& variables,
                                             double time = 0);
 
 }  // namespace balance

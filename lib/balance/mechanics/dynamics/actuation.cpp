@@ -30,18 +30,18 @@ Actuation<S>::Actuation(const MechanismOf<T>& mechanism, const Tree<S>& tree, in
   if (motors < freedoms) mismatch_ = describe_under_actuation(motors, freedoms);
   if (motors > freedoms) notes_.push_back(describe_over_actuation(motors, freedoms));
   if (closures_ > columns_ - freedoms) notes_.push_back(describe_over_constraint());
-  const bool own_columns = static_cast<int>(distinct.size()) == motors;
-  regular_ = motors == freedoms && own_columns && closures_ == columns_ - freedoms;
+  const bool has_distinct_columns = static_cast<int>(distinct.size()) == motors;
+  regular_ = motors == freedoms && has_distinct_columns && closures_ == columns_ - freedoms;
   if (regular_) prepare_regular(tree);
 }
 
 template <class S>
 void Actuation<S>::prepare_regular(const Tree<S>& tree) {
-  std::vector<int> motor_at(columns_, -1), position(columns_, -1);
-  for (std::size_t a = 0; a < actuated_.size(); ++a) motor_at[actuated_[a].column] = static_cast<int>(a);
+  std::vector<int> motor_of_column(columns_, -1), passive_index(columns_, -1);
+  for (std::size_t a = 0; a < actuated_.size(); ++a) motor_of_column[actuated_[a].column] = static_cast<int>(a);
   for (int c = 0; c < columns_; ++c) {
-    if (motor_at[c] >= 0) continue;
-    position[c] = static_cast<int>(passive_columns_.size());
+    if (motor_of_column[c] >= 0) continue;
+    passive_index[c] = static_cast<int>(passive_columns_.size());
     passive_columns_.push_back(c);
   }
   motor_column_entries_.resize(actuated_.size());
@@ -52,10 +52,10 @@ void Actuation<S>::prepare_regular(const Tree<S>& tree) {
     for (const PathStep& step : closure.path) columns.insert(tree.nodes[step.node].column);
     for (std::size_t r = 0; r < closure.rows.size(); ++r, ++row)
       for (const int c : columns) {
-        if (motor_at[c] >= 0)
-          motor_column_entries_[motor_at[c]].push_back({row, c});
+        if (motor_of_column[c] >= 0)
+          motor_column_entries_[motor_of_column[c]].push_back({row, c});
         else
-          passive[row].push_back(position[c]);
+          passive[row].push_back(passive_index[c]);
       }
   }
   if (!passive_.analyse(passive)) {
@@ -83,30 +83,31 @@ bool Actuation<S>::solve_regular(const KinematicEquations<S>& equations, const T
   for (std::size_t a = 0; a < actuated_.size(); ++a) {
     T sum = 0;
     for (const ClosureEntry& entry : motor_column_entries_[a])
-      sum += equations.entry_at(entry.place) * multipliers_[entry.row];
+      sum += equations.entry_at(entry.storage_index) * multipliers_[entry.row];
     efforts_[a] -= sum / (columns[actuated_[a].column] * actuated_[a].ratio);
   }
   for (int r = 0; r < closures_; ++r) multipliers_[r] *= rows[r];
   return true;
 }
 
-/// The loops' share of the passive coordinates, at the present configuration.
+/// Factorises the closures' passive columns at the present configuration.
 template <class S>
 double Actuation<S>::factorise_passive(const KinematicEquations<S>& equations) {
-  if (factorised_equations_ == &equations && factorised_ == equations.evaluation_count()) return regularity_;
+  if (factorised_equations_ == &equations && factorised_evaluation_ == equations.evaluation_count()) return regularity_;
   if (pattern_id_ != equations.pattern_id()) find_entry_indices(equations);
-  for (const ClosureEntry& entry : closure_entries_) passive_.storage()[entry.index] = equations.entry_at(entry.place);
+  for (const ClosureEntry& entry : closure_entries_)
+    passive_.storage()[entry.index] = equations.entry_at(entry.storage_index);
   regularity_ = passive_.factorise();
   factorised_equations_ = &equations;
-  factorised_ = equations.evaluation_count();
+  factorised_evaluation_ = equations.evaluation_count();
   return regularity_;
 }
 
 template <class S>
 void Actuation<S>::find_entry_indices(const KinematicEquations<S>& equations) {
-  for (ClosureEntry& entry : closure_entries_) entry.place = equations.entry_index(entry.row, entry.column);
+  for (ClosureEntry& entry : closure_entries_) entry.storage_index = equations.entry_index(entry.row, entry.column);
   for (std::vector<ClosureEntry>& column : motor_column_entries_)
-    for (ClosureEntry& entry : column) entry.place = equations.entry_index(entry.row, entry.column);
+    for (ClosureEntry& entry : column) entry.storage_index = equations.entry_index(entry.row, entry.column);
   pattern_id_ = equations.pattern_id();
 }
 
@@ -174,18 +175,18 @@ template <class S>
 bool Actuation<S>::project_regular(const KinematicEquations<S>& equations, MatrixX& projection) {
   if (closures_ > 0 && factorise_passive(equations) < singular_pivot_threshold) return false;
   const std::vector<double>& columns = equations.column_scale();
-  std::vector<T> moved(closures_);
+  std::vector<T> passive_rates(closures_);
   for (std::size_t a = 0; a < actuated_.size(); ++a) {
     const auto row = static_cast<Eigen::Index>(a);
     const ActuatedCoordinate& motor = actuated_[a];
     projection(row, motor.column) = 1 / value_of(motor.ratio);
     if (closures_ == 0) continue;
-    std::fill(moved.begin(), moved.end(), T(0));
+    std::fill(passive_rates.begin(), passive_rates.end(), T(0));
     for (const ClosureEntry& entry : motor_column_entries_[a])
-      moved[entry.row] = equations.entry_at(entry.place) / (columns[motor.column] * motor.ratio);
-    passive_.solve(moved.data());
+      passive_rates[entry.row] = equations.entry_at(entry.storage_index) / (columns[motor.column] * motor.ratio);
+    passive_.solve(passive_rates.data());
     for (int k = 0; k < closures_; ++k)
-      projection(row, passive_columns_[k]) = -value_of(moved[k]) * columns[passive_columns_[k]];
+      projection(row, passive_columns_[k]) = -value_of(passive_rates[k]) * columns[passive_columns_[k]];
   }
   return true;
 }
@@ -213,8 +214,8 @@ auto Actuation<S>::closure_jacobian(const KinematicEquations<S>& equations) cons
   return closures;
 }
 
-/// Scaled tree coordinates to actuated ones, scaled too: the least norm of efforts then is the same in all units, forces
-/// counted as moments on the characteristic length.
+/// Maps scaled tree coordinates to scaled actuated ones. The minimum norm of efforts is then the same in all units,
+/// with forces counted as moments at the characteristic length.
 template <class S>
 auto Actuation<S>::actuation_selection(const KinematicEquations<S>& equations) const -> Matrix {
   Matrix selection = Matrix::Zero(static_cast<Eigen::Index>(actuated_.size()), columns_);
@@ -223,7 +224,7 @@ auto Actuation<S>::actuation_selection(const KinematicEquations<S>& equations) c
     const ActuatedCoordinate& motor = actuated_[a];
     const auto row = static_cast<Eigen::Index>(a);
     selection(row, motor.column) = motor.ratio * scale[motor.column] / motor.unit;
-    for (const auto& [column, ratio] : motor.more) selection(row, column) = ratio * scale[column] / motor.unit;
+    for (const auto& [column, ratio] : motor.further_terms) selection(row, column) = ratio * scale[column] / motor.unit;
   }
   return selection;
 }
@@ -242,7 +243,7 @@ MatrixX Actuation<S>::actuation_matrix(const KinematicEquations<S>& equations) c
   return matrix;
 }
 
-/// The places of actuation_matrix() that are not zero, of a large mechanism.
+/// Prepares the sparsity pattern of actuation_matrix() for a large mechanism.
 template <class S>
 void Actuation<S>::prepare_actuation_matrix() {
   SparsityPattern pattern(static_cast<std::size_t>(columns_));

@@ -14,10 +14,10 @@ ActuationFactors::ActuationFactors(const MatrixX& C, const MatrixX& S, int freed
     null_space = closures.matrixV().rightCols(freedoms);
   }
   selection.compute(null_space.transpose() * S.transpose(), Eigen::ComputeThinU | Eigen::ComputeThinV);
-  const VectorX& strength = selection.singularValues();
+  const VectorX& sigma = selection.singularValues();
   if (freedoms > 0)
-    is_regular = strength.size() >= freedoms &&
-                 strength[freedoms - 1] >= singular_pivot_threshold * std::max(1e-300, strength[0]);
+    is_regular =
+        sigma.size() >= freedoms && sigma[freedoms - 1] >= singular_pivot_threshold * std::max(1e-300, sigma[0]);
   const Eigen::Index rank = S.cols() - freedoms;
   if (has_closures && rank > 0 && rank <= closures.singularValues().size())
     is_regular =
@@ -29,10 +29,10 @@ LeastNormSolution solve_least_norm(const ActuationFactors& factors, const Matrix
   LeastNormSolution solution{VectorX::Zero(S.rows()), {}};
   if (freedoms > 0) solution.efforts = factors.selection.solve(factors.null_space.transpose() * f);
   if (!factors.has_closures) return solution;
-  // only the kept singular directions
+  // only the singular directions within the rank
   const auto& svd = factors.closures;
-  const VectorX rest = svd.matrixV().leftCols(rank).transpose() * (f - S.transpose() * solution.efforts);
-  solution.multipliers = svd.matrixU().leftCols(rank) * rest.cwiseQuotient(svd.singularValues().head(rank));
+  const VectorX residual = svd.matrixV().leftCols(rank).transpose() * (f - S.transpose() * solution.efforts);
+  solution.multipliers = svd.matrixU().leftCols(rank) * residual.cwiseQuotient(svd.singularValues().head(rank));
   return solution;
 }
 
@@ -49,11 +49,11 @@ LeastNormSolution differentiate_least_norm(const ActuationFactors& factors, cons
   system.topLeftCorner(columns, columns) = S.transpose() * S;
   system.topRightCorner(columns, columns) = C.transpose() * C;
   system.bottomLeftCorner(closures, columns) = C;
-  VectorX side(columns + closures);
-  side.head(columns) =
+  VectorX rhs(columns + closures);
+  rhs.head(columns) =
       df - dS.transpose() * (S * n) - S.transpose() * (dS * n) - dC.transpose() * (C * v) - C.transpose() * (dC * v);
-  side.tail(closures) = -dC * n;
-  const VectorX change = CompleteOrthogonalDecomposition(system).solve(side);
+  rhs.tail(closures) = -dC * n;
+  const VectorX change = CompleteOrthogonalDecomposition(system).solve(rhs);
   return {dS * n + S * change.head(columns), dC * v + C * change.tail(columns)};
 }
 

@@ -37,8 +37,8 @@ constexpr std::array spatial_symbols = {
 };
 constexpr std::string_view axis_letters = "xyz";
 
-std::string_view section_of(ParameterOwner bearer, AttachmentKind kind) {
-  switch (bearer) {
+std::string_view section_of(ParameterOwner owner_kind, AttachmentKind kind) {
+  switch (owner_kind) {
     case ParameterOwner::body: return "bodies";
     case ParameterOwner::attachment: return kind == AttachmentKind::payload ? "payloads" : "counterweights";
     case ParameterOwner::disc: return "discs";
@@ -49,15 +49,16 @@ std::string_view section_of(ParameterOwner bearer, AttachmentKind kind) {
   return "";
 }
 
-/// The list under construction; names are made unique at its end.
+/// The list under construction; finish() makes the names unique.
 class ParameterList {
  public:
   explicit ParameterList(const Mechanism& mechanism) : mechanism_(mechanism) {}
 
-  void add_inertia(ParameterOwner bearer, int index, const std::string& owner) {
+  void add_inertia(ParameterOwner owner_kind, int index, const std::string& owner) {
     int slot = 0;
     const auto add = [&](const Symbol& symbol) {
-      all_.push_back({"", owner, std::string(symbol.text), bearer, index, slot++, symbol.kind, symbol.length_power});
+      parameters_.push_back(
+          {"", owner, std::string(symbol.text), owner_kind, index, slot++, symbol.kind, symbol.length_power});
     };
     if (mechanism_.space == SpaceKind::planar)
       for (const Symbol& symbol : planar_symbols) add(symbol);
@@ -65,17 +66,18 @@ class ParameterList {
       for (const Symbol& symbol : spatial_symbols) add(symbol);
   }
 
-  /// k; of a loose spring also k a, k b and k a bᵀ, with a and b its ends in the bodies' axes; of one in a joint k and its preload.
+  /// Adds k; for a loose spring also k a, k b and k a bᵀ, with a and b its ends in the bodies' axes; for a joint spring
+  /// k and its preload.
   void add_spring(int index, const std::string& owner, bool loose) {
     int slot = 0;
     const auto add = [&](const std::string& symbol, ParameterKind kind, int power) {
-      all_.push_back({"", owner, symbol, ParameterOwner::spring, index, slot++, kind, power});
+      parameters_.push_back({"", owner, symbol, ParameterOwner::spring, index, slot++, kind, power});
     };
     if (const Spring& spring = mechanism_.springs[static_cast<std::size_t>(index)]; spring.is_joint_spring()) {
       const auto coordinate = static_cast<std::size_t>(spring.coordinate);
-      const bool turns = mechanism_.coordinates[coordinate].kind == CoordinateKind::angle;
-      add("k", ParameterKind::stiffness, turns ? 2 : 0);
-      add("preload", ParameterKind::stiffness_moment, turns ? 2 : 1);
+      const bool is_angle = mechanism_.coordinates[coordinate].kind == CoordinateKind::angle;
+      add("k", ParameterKind::stiffness, is_angle ? 2 : 0);
+      add("preload", ParameterKind::stiffness_moment, is_angle ? 2 : 1);
       return;
     }
     add("k", ParameterKind::stiffness, 0);
@@ -92,10 +94,10 @@ class ParameterList {
   }
 
   std::vector<Parameter> finish() {
-    std::map<std::string, std::map<std::pair<ParameterOwner, int>, bool>> bearers;
-    for (const Parameter& p : all_) bearers[p.owner][{p.owner_kind, p.index}] = true;
-    for (Parameter& p : all_) {
-      if (bearers[p.owner].size() > 1) {
+    std::map<std::string, std::map<std::pair<ParameterOwner, int>, bool>> owners_by_name;
+    for (const Parameter& p : parameters_) owners_by_name[p.owner][{p.owner_kind, p.index}] = true;
+    for (Parameter& p : parameters_) {
+      if (owners_by_name[p.owner].size() > 1) {
         const auto kind = p.owner_kind == ParameterOwner::attachment
                               ? mechanism_.attachments[static_cast<std::size_t>(p.index)].kind
                               : AttachmentKind::counterweight;
@@ -103,12 +105,12 @@ class ParameterList {
       }
       p.name = p.owner + "." + p.symbol;
     }
-    return std::move(all_);
+    return std::move(parameters_);
   }
 
  private:
   const Mechanism& mechanism_;
-  std::vector<Parameter> all_;
+  std::vector<Parameter> parameters_;
 };
 
 bool is_loose(const FreeSprings& loose, std::size_t spring) { return spring < loose.size() && loose[spring]; }
@@ -121,7 +123,8 @@ void add_inertias(const Mechanism& mechanism, std::vector<double>& values) {
   };
   for (std::size_t b = 1; b < mechanism.bodies.size(); ++b)
     add(mechanism.bodies[b].mass, mechanism.bodies[b].com, mechanism.bodies[b].inertia);
-  for (const Attachment& extra : mechanism.attachments) add(extra.mass, extra.position, extra.inertia);
+  for (const Attachment& attachment : mechanism.attachments)
+    add(attachment.mass, attachment.position, attachment.inertia);
   for (const Disc& disc : mechanism.discs) add(disc.mass, Vector3::Zero(), disc.inertia);
 }
 

@@ -1,6 +1,6 @@
 #pragma once
-/// The numbers that forces are linear in: masses, first moments and moments of inertia of everything that moves, and the
-/// stiffnesses of springs.
+/// The parameters in which forces are linear: masses, first moments and moments of inertia of everything that moves,
+/// and the stiffnesses of springs.
 
 #include "balance/mechanics/model/mechanism.hpp"
 
@@ -9,10 +9,11 @@
 
 namespace balance {
 
-/// Whose parameter it is. Loads and friction are known terms (synthesis/conditions/known_terms.hpp), no parameters of a design.
+/// The kind of element that owns a parameter. Loads and friction are known terms
+/// (synthesis/conditions/known_terms.hpp), not design parameters.
 enum class ParameterOwner { body, attachment, disc, spring, load, friction };
 
-/// What it measures; what else a physical body allows hangs on it.
+/// What a parameter measures, which determines its physically admissible values.
 enum class ParameterKind {
   mass,                ///< [kg], positive
   first_moment,        ///< mass times a coordinate of the CoM [kg m]
@@ -24,28 +25,28 @@ enum class ParameterKind {
   couple,              ///< component of a load's moment [N m], of any sign
   viscous,             ///< friction per rate [N m s] or [N s/m], not negative
   coulomb,             ///< dry friction [N m] or [N], not negative
-  known_term,          ///< in proofs: what the known terms of a condition come to
+  known_term,          ///< in proofs: the sum of the known terms of a condition
 };
 
 struct Parameter {
   std::string name;    ///< "link1.mx", "cw2.J", "s1.k"
-  std::string owner;   ///< "link1": the bearer's name, made unique by its section if two bearers share it
+  std::string owner;   ///< "link1": the owner's name, made unique by its section if two owners share it
   std::string symbol;  ///< planar m, mx, my, J; spatial m, mx, …, Ixx, …; of springs k, kax, kaxby, …, preload
   ParameterOwner owner_kind = ParameterOwner::body;
   int index = 0;  ///< into Mechanism::bodies (from 1), attachments, discs, springs, loads or friction
-  int slot = 0;   ///< position among the bearer's parameters
+  int slot = 0;   ///< position among the owner's parameters
   ParameterKind kind = ParameterKind::mass;
   int length_power = 0;  ///< of its unit: kg m^p; for springs N/m m^p, loads N m^p, friction kg m^p/s or kg m^p/s^2
 };
 
-/// Which springs are described by all products of stiffness and end points, so that conditions do not depend on where their
-/// ends are: possible for springs of zero free length. Others have one parameter, the stiffness; those in joint coordinates
-/// always two, stiffness and preload. Empty: none.
+/// Per spring: whether it is loose, that is, described by all products of stiffness and end points, so that conditions
+/// do not depend on the position of its ends. Possible for springs of zero free length. Other springs have one
+/// parameter, the stiffness; joint springs always have two, stiffness and preload. Empty: none.
 using FreeSprings = std::vector<bool>;
 
-/// All parameters of a mechanism: bodies, attachments, discs, springs, in the mechanism's order. Bodies and attachments: about
-/// the origin of the (carrying) body's frame, in its axes; discs: about their CoM, in the carrier's axes at coordinate
-/// zero, turning with the disc.
+/// All parameters of a mechanism: bodies, attachments, discs, springs, in the mechanism's order. Bodies and
+/// attachments: about the origin of the (carrying) body's frame, in its axes. Discs: about their CoM, in the carrier's
+/// axes at coordinate zero, rotating with the disc.
 std::vector<Parameter> list_parameters(const Mechanism& mechanism, const FreeSprings& loose = {});
 
 /// Their values [SI], in the same order.

@@ -16,19 +16,20 @@ constexpr std::array part_members{&RunResult::torque_inertia, &RunResult::torque
                                   &RunResult::torque_weight,  &RunResult::torque_spring,   &RunResult::torque_load};
 static_assert(part_members.size() == effort_part_names.size());
 
-/// Samples of a run from one up to another.
+/// Half-open range of samples of a run.
 struct Rows {
   Eigen::Index begin, end;
 };
 
-/// @param mechanism as it is in these rows
+/// @param mechanism with the payloads attached in these rows
 MotionOutcome add_parts(const Mechanism& mechanism, const InverseOptions& options, Rows rows, RunResult& result) {
   EquationTerms terms(mechanism, options);
   const StateTable states = extract_independent_states(terms, result);
   MotionOutcome outcome = assemble_at_row(terms, result, rows.begin);
-  const bool anew = has_velocity_constraints(mechanism);  // the independent coordinates then do not tell the others
+  const bool must_reassemble =
+      has_velocity_constraints(mechanism);  // the independent coordinates do not determine the others
   for (Eigen::Index k = rows.begin; k < rows.end && outcome.status == MotionStatus::done; ++k) {
-    if (anew) outcome = assemble_at_row(terms, result, k);
+    if (must_reassemble) outcome = assemble_at_row(terms, result, k);
     if (outcome.status != MotionStatus::done) break;
     auto split = terms.split_efforts(states.q.row(k), states.dq.row(k), states.ddq.row(k), result.time[k]);
     outcome = std::move(split.outcome);
@@ -47,14 +48,14 @@ MotionOutcome add_effort_breakdown(const Mechanism& mechanism, RunResult& result
   const double duration = result.time[samples - 1] - result.time[0];
   if (duration > 0) options.time_scale = duration;
   for (const auto member : part_members) (result.*member).resize(result.torque.rows(), result.torque.cols());
-  const PayloadIntervals stretches(mechanism, duration);
+  const PayloadIntervals payload_intervals(mechanism, duration);
   MotionOutcome outcome;
   Rows rows{0, 0};
-  for (int k = 0; k < stretches.count(); ++k) {
+  for (int k = 0; k < payload_intervals.count(); ++k) {
     rows.begin = rows.end;
-    while (rows.end < samples && stretches.index_at(result.time[rows.end]) == k) ++rows.end;
+    while (rows.end < samples && payload_intervals.index_at(result.time[rows.end]) == k) ++rows.end;
     if (rows.begin < rows.end)
-      outcome = add_parts(mechanism_in_interval(mechanism, stretches, k), options, rows, result);
+      outcome = add_parts(mechanism_in_interval(mechanism, payload_intervals, k), options, rows, result);
     if (outcome.status != MotionStatus::done) break;
   }
   if (outcome.status != MotionStatus::done)
@@ -79,10 +80,10 @@ StateTable extract_independent_states(const EquationTerms& terms, const RunResul
 }
 
 MotionOutcome assemble_at_row(EquationTerms& terms, const RunResult& result, Eigen::Index row) {
-  std::vector<CoordinateValue> near;
+  std::vector<CoordinateValue> guess;
   for (Eigen::Index c = 0; c < result.joint_position.cols(); ++c)
-    near.push_back({static_cast<int>(c), result.joint_position(row, c)});
-  return terms.assemble(extract_independent_states(terms, result).q.row(row), near).outcome;
+    guess.push_back({static_cast<int>(c), result.joint_position(row, c)});
+  return terms.assemble(extract_independent_states(terms, result).q.row(row), guess).outcome;
 }
 
 }  // namespace balance

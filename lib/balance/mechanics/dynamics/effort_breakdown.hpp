@@ -1,5 +1,5 @@
 #pragma once
-/// What the efforts of a run add up from, found after the run.
+/// The parts of which the efforts of a run are the sum, computed after the run.
 
 #include "balance/mechanics/dynamics/equation_terms.hpp"
 #include "balance/mechanics/model/mechanism.hpp"
@@ -8,14 +8,15 @@
 namespace balance {
 
 /// Fills the result's torque_inertia … torque_load, in the independent coordinates that EquationTerms chooses.
-/// @param result a run of this mechanism that is done
-/// @return done, or why the parts cannot be told: the run passes where the independent coordinates do not determine the motion
+/// @param result a run of this mechanism whose outcome is done
+/// @return done, or why the parts cannot be determined: the run passes a configuration in which the independent
+///        coordinates do not determine the motion
 /// @throws std::invalid_argument if the run has other coordinates than the mechanism
 MotionOutcome add_effort_breakdown(const Mechanism& mechanism, RunResult& result);
 
 // A run as states in the independent coordinates of its mechanism.
 
-/// One state a row.
+/// One state per row.
 struct StateTable {
   Samples q, dq, ddq;  ///< N×d
 };
@@ -23,7 +24,7 @@ struct StateTable {
 /// @throws std::invalid_argument if the run has other coordinates than the mechanism
 StateTable extract_independent_states(const EquationTerms& terms, const RunResult& result);
 
-/// Takes the assembly mode of a sample of a run.
+/// Assembles the mechanism in the mode of one sample of a run.
 MotionOutcome assemble_at_row(EquationTerms& terms, const RunResult& result, Eigen::Index row = 0);
 
 }  // namespace balance

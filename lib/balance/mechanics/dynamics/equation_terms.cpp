@@ -13,7 +13,7 @@ namespace balance {
 
 namespace {
 
-/// The mechanism with no other outer forces than these.
+/// The mechanism with no external forces but those of one part.
 Mechanism with_only(Mechanism mechanism, EffortPart part) {
   if (part != EffortPart::load) mechanism.loads.clear();
   if (part != EffortPart::spring) mechanism.springs.clear();
@@ -29,8 +29,8 @@ MotionOutcome finite_outcome(double time, bool finite, const char* what, const M
 }  // namespace
 
 template <class S>
-EquationTermsOf<S>::EquationTermsOf(const Mechanism& given, const InverseOptions& wishes)
-    : Implementation(given, wishes),
+EquationTermsOf<S>::EquationTermsOf(const Mechanism& source_mechanism, const InverseOptions& requested_options)
+    : Implementation(source_mechanism, requested_options),
       branch_(mechanism, choose_independent_coordinates<S>(mechanism, options.independent)),
       actuation_(mechanism, branch_.tree(), branch_.freedoms()),
       only_loads_(with_only(mechanism, EffortPart::load)),
@@ -46,11 +46,11 @@ EquationTermsOf<S>::EquationTermsOf(const Mechanism& given, const InverseOptions
   name_tree_coordinates();
   if (!branch_.note().empty()) notes.push_back(branch_.note());
   for (const std::string& note : actuation_.notes()) notes.push_back(note);
-  for (const PassiveFreedom& spin : branch_.tree().locked_freedoms)
-    notes.push_back(describe_locked_freedom(mechanism, spin));
+  for (const PassiveFreedom& freedom : branch_.tree().locked_freedoms)
+    notes.push_back(describe_locked_freedom(mechanism, freedom));
 }
 
-/// A column is called like the joint coordinate that it is; of several that are coupled, the leader.
+/// Names each column after the joint coordinate that equals it; of several coupled ones, after the leader.
 template <class S>
 void EquationTermsOf<S>::name_tree_coordinates() {
   const Tree<S>& tree = branch_.tree();
@@ -80,7 +80,7 @@ MotionOutcome EquationTermsOf<S>::assemble(const double* q, const std::vector<Co
   return outcome;
 }
 
-/// Poses and C at a configuration.
+/// Moves to a configuration and updates poses and C.
 template <class S>
 MotionOutcome EquationTermsOf<S>::move_to(const double* q) {
   MotionOutcome outcome = branch_.move_to(q);
@@ -90,7 +90,7 @@ MotionOutcome EquationTermsOf<S>::move_to(const double* q) {
   return outcome;
 }
 
-/// What it takes to move the masses so, per tree coordinate.
+/// Generalised forces per tree coordinate that the masses require at these rates and accelerations.
 template <class S>
 VectorX EquationTermsOf<S>::inverse_dynamics_forces(const VectorX& dy, const VectorX& ddy, bool weight) {
   const Tree<S>& tree = branch_.tree();
@@ -117,16 +117,16 @@ VectorX EquationTermsOf<S>::external_forces(const ExternalForces<S>& forces, dou
 }
 
 template <class S>
-StaticTerms EquationTermsOf<S>::rest_terms(double time) {
-  const VectorX rest = VectorX::Zero(columns_);
-  return {inverse_dynamics_forces(rest, rest, true), external_forces(springs_, time), external_forces(loads_, time)};
+StaticTerms EquationTermsOf<S>::compute_static_terms(double time) {
+  const VectorX zero = VectorX::Zero(columns_);
+  return {inverse_dynamics_forces(zero, zero, true), external_forces(springs_, time), external_forces(loads_, time)};
 }
 
 template <class S>
 MatrixX EquationTermsOf<S>::mass_matrix() {
-  const VectorX rest = VectorX::Zero(columns_);
+  const VectorX zero = VectorX::Zero(columns_);
   MatrixX mass(columns_, columns_);
-  for (int c = 0; c < columns_; ++c) mass.col(c) = inverse_dynamics_forces(rest, VectorX::Unit(columns_, c), false);
+  for (int c = 0; c < columns_; ++c) mass.col(c) = inverse_dynamics_forces(zero, VectorX::Unit(columns_, c), false);
   return (mass + mass.transpose()) / 2;
 }
 
@@ -153,7 +153,7 @@ MatrixX EquationTermsOf<S>::input_matrix() const {
   return out;
 }
 
-/// A in SI: without the scales that make the entries comparable.
+/// A in SI units, without the scales that make its entries comparable.
 template <class S>
 MatrixX EquationTermsOf<S>::constraint_matrix() {
   const Tree<S>& tree = branch_.tree();
@@ -167,12 +167,12 @@ MatrixX EquationTermsOf<S>::constraint_matrix() {
   return A;
 }
 
-/// Tree accelerations that rates cause while the independent coordinates do not accelerate.
+/// Tree accelerations due to the rates, with zero accelerations of the independent coordinates.
 template <class S>
 VectorX EquationTermsOf<S>::compute_velocity_product_acceleration(const VectorX& rates, VectorX& dy) {
-  const VectorX still = VectorX::Zero(freedoms_);
+  const VectorX zero = VectorX::Zero(freedoms_);
   branch_.set_rates(rates.data());
-  branch_.set_accelerations(still.data());
+  branch_.set_accelerations(zero.data());
   dy = Eigen::Map<const VectorX>(branch_.dy(), columns_);
   return Eigen::Map<const VectorX>(branch_.ddy(), columns_);
 }
@@ -180,12 +180,13 @@ VectorX EquationTermsOf<S>::compute_velocity_product_acceleration(const VectorX&
 template <class S>
 MotionOutcome EquationTermsOf<S>::independent_terms(const double* q, double time, IndependentTerms& out) {
   if (MotionOutcome outcome = move_to(q); outcome.status != MotionStatus::done) return outcome;
-  const StaticTerms rest = rest_terms(time);
-  out.static_terms = {C_.transpose() * rest.weight, C_.transpose() * rest.springs, C_.transpose() * rest.loads};
+  const StaticTerms static_terms = compute_static_terms(time);
+  out.static_terms = {C_.transpose() * static_terms.weight, C_.transpose() * static_terms.springs,
+                      C_.transpose() * static_terms.loads};
   out.mass.resize(freedoms_, freedoms_);
-  const VectorX still = VectorX::Zero(columns_);
+  const VectorX zero = VectorX::Zero(columns_);
   for (int k = 0; k < freedoms_; ++k)
-    out.mass.col(k) = C_.transpose() * inverse_dynamics_forces(still, C_.col(k), false);
+    out.mass.col(k) = C_.transpose() * inverse_dynamics_forces(zero, C_.col(k), false);
   out.mass = (out.mass + out.mass.transpose().eval()) / 2;
   out.velocity = polarise_quadratic_form(freedoms_, [&](const VectorX& rates) -> VectorX {
     VectorX dy;
@@ -194,22 +195,21 @@ MotionOutcome EquationTermsOf<S>::independent_terms(const double* q, double time
   });
   out.viscous = C_.transpose() * viscous_friction() * C_;
   out.input = C_.transpose() * input_matrix();
-  bool finite = out.mass.allFinite() && out.static_terms.sum().allFinite() && out.viscous.allFinite();
-  for (const MatrixX& form : out.velocity) finite = finite && form.allFinite();
-  return finite_outcome(time, finite, "the equation of motion", mechanism);
+  bool all_finite = out.mass.allFinite() && out.static_terms.sum().allFinite() && out.viscous.allFinite();
+  for (const MatrixX& form : out.velocity) all_finite = all_finite && form.allFinite();
+  return finite_outcome(time, all_finite, "the equation of motion", mechanism);
 }
 
 template <class S>
 std::vector<MatrixX> EquationTermsOf<S>::tree_velocity_terms() {
-  const VectorX still = VectorX::Zero(columns_);
-  return polarise_quadratic_form(columns_,
-                                 [&](const VectorX& dy) { return inverse_dynamics_forces(dy, still, false); });
+  const VectorX zero = VectorX::Zero(columns_);
+  return polarise_quadratic_form(columns_, [&](const VectorX& dy) { return inverse_dynamics_forces(dy, zero, false); });
 }
 
 template <class S>
 MotionOutcome EquationTermsOf<S>::redundant_terms(const double* q, double time, RedundantTerms& out) {
   if (MotionOutcome outcome = move_to(q); outcome.status != MotionStatus::done) return outcome;
-  out.rest = rest_terms(time);
+  out.rest = compute_static_terms(time);
   out.mass = mass_matrix();
   out.velocity = tree_velocity_terms();
   out.viscous = viscous_friction();
@@ -221,9 +221,9 @@ MotionOutcome EquationTermsOf<S>::redundant_terms(const double* q, double time, 
     return compute_velocity_product_acceleration(rates, dy);
   });
   if (freedoms_ == 0) out.acceleration.assign(static_cast<std::size_t>(columns_), MatrixX(0, 0));
-  bool finite = out.mass.allFinite() && out.rest.sum().allFinite() && out.constraints.allFinite();
-  for (const MatrixX& form : out.velocity) finite = finite && form.allFinite();
-  return finite_outcome(time, finite, "the equation of motion", mechanism);
+  bool all_finite = out.mass.allFinite() && out.rest.sum().allFinite() && out.constraints.allFinite();
+  for (const MatrixX& form : out.velocity) all_finite = all_finite && form.allFinite();
+  return finite_outcome(time, all_finite, "the equation of motion", mechanism);
 }
 
 /// Efforts per unit of the tree's generalised forces.
@@ -248,19 +248,20 @@ MotionOutcome EquationTermsOf<S>::split(const double* q, const double* dq, const
   MatrixX P;
   if (MotionOutcome outcome = projection(time, P); outcome.status != MotionStatus::done) return outcome;
   const Eigen::Map<const VectorX> rates(dq, freedoms_), accelerations(ddq, freedoms_);
-  const VectorX still = VectorX::Zero(columns_);
-  VectorX dy, friction = still;
+  const VectorX zero = VectorX::Zero(columns_);
+  VectorX dy, friction = zero;
   const VectorX c = compute_velocity_product_acceleration(rates, dy), C_ddq = C_ * accelerations;
   if (!mechanism.friction.empty())
     add_friction_forces(mechanism, branch_.tree(), dy.data(), options.time_scale, friction.data());
-  const StaticTerms rest = rest_terms(time);
+  const StaticTerms static_terms = compute_static_terms(time);
   MatrixX tau(columns_, static_cast<Eigen::Index>(effort_part_names.size()));
-  tau << inverse_dynamics_forces(still, C_ddq, false), inverse_dynamics_forces(dy, c, false), friction, rest.weight,
-      rest.springs, rest.loads;
+  tau << inverse_dynamics_forces(zero, C_ddq, false), inverse_dynamics_forces(dy, c, false), friction,
+      static_terms.weight, static_terms.springs, static_terms.loads;
   out.parts = P * tau;
-  // all at once, by the loops' multipliers
-  const VectorX all = inverse_dynamics_forces(dy, C_ddq + c, true) + friction + rest.springs + rest.loads;
-  actuation_.solve(branch_.equations(), all.data());
+  // the total, with the multipliers of the loops
+  const VectorX total =
+      inverse_dynamics_forces(dy, C_ddq + c, true) + friction + static_terms.springs + static_terms.loads;
+  actuation_.solve(branch_.equations(), total.data());
   out.effort =
       Eigen::Map<const VectorX>(actuation_.efforts().data(), static_cast<Eigen::Index>(actuation_.efforts().size()));
   return finite_outcome(time, out.parts.allFinite() && out.effort.allFinite(), "torque", mechanism);
@@ -306,23 +307,23 @@ const std::vector<std::string>& EquationTerms::notes() const { return engine_->n
 
 Expected<VectorX> EquationTerms::assemble(const VectorX& q, const std::vector<CoordinateValue>& near) {
   check_vector("q", q, engine_->independent);
-  Expected<VectorX> found;
-  found.outcome = engine_->assemble(q.data(), near, found.value);
-  return found;
+  Expected<VectorX> result;
+  result.outcome = engine_->assemble(q.data(), near, result.value);
+  return result;
 }
 
 Expected<IndependentTerms> EquationTerms::independent_terms(const VectorX& q, double time) {
   check_vector("q", q, engine_->independent);
-  Expected<IndependentTerms> found;
-  found.outcome = engine_->independent_terms(q.data(), time, found.value);
-  return found;
+  Expected<IndependentTerms> result;
+  result.outcome = engine_->independent_terms(q.data(), time, result.value);
+  return result;
 }
 
 Expected<RedundantTerms> EquationTerms::redundant_terms(const VectorX& q, double time) {
   check_vector("q", q, engine_->independent);
-  Expected<RedundantTerms> found;
-  found.outcome = engine_->redundant_terms(q.data(), time, found.value);
-  return found;
+  Expected<RedundantTerms> result;
+  result.outcome = engine_->redundant_terms(q.data(), time, result.value);
+  return result;
 }
 
 Expected<EffortBreakdown> EquationTerms::split_efforts(const VectorX& q, const VectorX& dq, const VectorX& ddq,
@@ -330,9 +331,9 @@ Expected<EffortBreakdown> EquationTerms::split_efforts(const VectorX& q, const V
   check_vector("q", q, engine_->independent);
   check_vector("dq", dq, engine_->independent);
   check_vector("ddq", ddq, engine_->independent);
-  Expected<EffortBreakdown> found;
-  found.outcome = engine_->split(q.data(), dq.data(), ddq.data(), time, found.value);
-  return found;
+  Expected<EffortBreakdown> result;
+  result.outcome = engine_->split(q.data(), dq.data(), ddq.data(), time, result.value);
+  return result;
 }
 
 }  // namespace balance

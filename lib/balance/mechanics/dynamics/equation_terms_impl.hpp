@@ -1,5 +1,5 @@
 #pragma once
-/// What EquationTerms is made of, for the plane and for space.
+/// Implementation of EquationTerms, for the plane and for space.
 
 #include "balance/foundation/base/types.hpp"
 #include "balance/mechanics/dynamics/actuation.hpp"
@@ -13,7 +13,8 @@ namespace balance {
 
 class EquationTerms::Implementation {
  public:
-  Implementation(Mechanism given, const InverseOptions& wishes) : mechanism(std::move(given)), options(wishes) {}
+  Implementation(Mechanism source_mechanism, const InverseOptions& requested_options)
+      : mechanism(std::move(source_mechanism)), options(requested_options) {}
   virtual ~Implementation() = default;
   Implementation(const Implementation&) = delete;
   Implementation& operator=(const Implementation&) = delete;
@@ -21,7 +22,7 @@ class EquationTerms::Implementation {
   virtual MotionOutcome assemble(const double* q, const std::vector<CoordinateValue>& near, VectorX& coordinates) = 0;
   virtual MotionOutcome independent_terms(const double* q, double time, IndependentTerms& out) = 0;
   virtual MotionOutcome redundant_terms(const double* q, double time, RedundantTerms& out) = 0;
-  /// Speeds per rate of the independent coordinates, and per speed what rates alone make of its derivative.
+  /// Speeds per rate of the independent coordinates, and per speed the quadratic form of the rates in its derivative.
   virtual MotionOutcome speed_rows(const double* q, const std::vector<GeneralisedSpeed>& speeds, MatrixX& rows,
                                    std::vector<MatrixX>& forms) = 0;
   virtual MotionOutcome split(const double* q, const double* dq, const double* ddq, double time,
@@ -51,7 +52,7 @@ class EquationTermsOf final : public EquationTerms::Implementation {
   MotionOutcome move_to(const double* q);
   VectorX inverse_dynamics_forces(const VectorX& dy, const VectorX& ddy, bool weight);
   VectorX external_forces(const ExternalForces<S>& forces, double time);
-  StaticTerms rest_terms(double time);
+  StaticTerms compute_static_terms(double time);
   MatrixX mass_matrix();
   MatrixX viscous_friction() const;
   MatrixX input_matrix() const;
@@ -76,20 +77,21 @@ extern template class EquationTermsOf<Spatial>;
 
 // Quadratic forms of rates.
 
-/// Quadratic forms from their values at unit rates and sums of two: exact but for round-off.
-/// @param at the forms' values at rates
+/// Quadratic forms from their values evaluate unit vectors and evaluate sums of two of these, exact to round-off.
+/// @param evaluate values of all forms evaluate given rates
 template <class Values>
-std::vector<MatrixX> polarise_quadratic_form(int size, const Values& at) {
-  std::vector<VectorX> own;
-  for (int r = 0; r < size; ++r) own.push_back(at(VectorX::Unit(size, r)));
-  if (own.empty()) return {};
-  std::vector<MatrixX> forms(static_cast<std::size_t>(own.front().size()), MatrixX(size, size));
+std::vector<MatrixX> polarise_quadratic_form(int size, const Values& evaluate) {
+  std::vector<VectorX> unit_values;
+  for (int r = 0; r < size; ++r) unit_values.push_back(evaluate(VectorX::Unit(size, r)));
+  if (unit_values.empty()) return {};
+  std::vector<MatrixX> forms(static_cast<std::size_t>(unit_values.front().size()), MatrixX(size, size));
   for (int r = 0; r < size; ++r)
     for (int s = 0; s <= r; ++s) {
-      const VectorX value = r == s ? own[static_cast<std::size_t>(r)]
-                                   : VectorX((at(VectorX::Unit(size, r) + VectorX::Unit(size, s)) -
-                                              own[static_cast<std::size_t>(r)] - own[static_cast<std::size_t>(s)]) /
-                                             2);
+      const VectorX value =
+          r == s ? unit_values[static_cast<std::size_t>(r)]
+                 : VectorX((evaluate(VectorX::Unit(size, r) + VectorX::Unit(size, s)) -
+                            unit_values[static_cast<std::size_t>(r)] - unit_values[static_cast<std::size_t>(s)]) /
+                           2);
       for (std::size_t k = 0; k < forms.size(); ++k)
         forms[k](r, s) = forms[k](s, r) = value[static_cast<Eigen::Index>(k)];
     }

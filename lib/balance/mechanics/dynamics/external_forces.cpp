@@ -29,9 +29,9 @@ void interpolate_load(const LoadOf<T>& load, const T& time, Vector3Of<T>& force,
     return;
   }
   const std::size_t k = static_cast<std::size_t>(next - load.time.begin());
-  const T part = (time - load.time[k - 1]) / (load.time[k] - load.time[k - 1]);
-  force = (1 - part) * load.force[k - 1] + part * load.force[k];
-  moment = (1 - part) * load.moment[k - 1] + part * load.moment[k];
+  const T fraction = (time - load.time[k - 1]) / (load.time[k] - load.time[k - 1]);
+  force = (1 - fraction) * load.force[k - 1] + fraction * load.force[k];
+  moment = (1 - fraction) * load.moment[k - 1] + fraction * load.moment[k];
 }
 
 }  // namespace
@@ -50,15 +50,15 @@ ExternalForces<S>::ExternalForces(const MechanismOf<Scalar>& mechanism, const Tr
 }
 
 template <class S>
-void ExternalForces<S>::apply(const TreeState<S>& state, const FixedFrame<S>& at, const typename S::Vector& force,
+void ExternalForces<S>::apply(const TreeState<S>& state, const FixedFrame<S>& frame, const typename S::Vector& force,
                               typename S::Angular moment, std::vector<Wrench<S>>& wrenches, Wrench<S>& total) const {
-  if (at.node == 0) return;  // the ground takes it
-  const NodeState<S>& s = state[at.node];
+  if (frame.node == 0) return;  // acts on the ground
+  const NodeState<S>& s = state[frame.node];
   const typename S::Vector f_N = rotate_inverse(s.R_WN, force);
-  wrenches[at.node].force -= f_N;
-  wrenches[at.node].moment -= rotate_inverse(s.R_WN, moment) + cross(at.p_N, f_N);
+  wrenches[frame.node].force -= f_N;
+  wrenches[frame.node].moment -= rotate_inverse(s.R_WN, moment) + cross(frame.p_N, f_N);
   total.force += force;
-  total.moment += moment + cross(position(state, at), force);
+  total.moment += moment + cross(position(state, frame), force);
 }
 
 template <class S>
@@ -103,8 +103,9 @@ typename S::Scalar ExternalForces<S>::energy(const TreeState<S>& state, const Sc
     sum += (0.5 * spring.stiffness * q - spring.preload) * q;
   }
   for (const PlacedSpring& spring : springs_) {
-    const Scalar stretch = (position(state, spring.second) - position(state, spring.first)).norm() - spring.free_length;
-    sum += 0.5 * spring.stiffness * stretch * stretch;
+    const Scalar elongation =
+        (position(state, spring.second) - position(state, spring.first)).norm() - spring.free_length;
+    sum += 0.5 * spring.stiffness * elongation * elongation;
   }
   return sum;
 }
@@ -117,8 +118,8 @@ double ExternalForces<S>::length_magnitude(const TreeState<S>& state, const Plac
 template <class S>
 template <class Tension, class Add>
 void ExternalForces<S>::visit_magnitudes(const Scalar& time, const Tension& tension, const Add& add) const {
-  const auto visit = [&](const FixedFrame<S>& at, double force, double moment) {
-    if (at.node != 0) add(at, force, moment);
+  const auto visit = [&](const FixedFrame<S>& frame, double force, double moment) {
+    if (frame.node != 0) add(frame, force, moment);
   };
   for (const PlacedLoad& placed : loads_) {
     Vector3Of<Scalar> force, moment;
@@ -134,13 +135,13 @@ void ExternalForces<S>::visit_magnitudes(const Scalar& time, const Tension& tens
 
 template <class S>
 void ExternalForces<S>::add_magnitudes(const TreeState<S>& state, const Scalar& time,
-                                       std::vector<ForceMagnitude>& sizes) const {
+                                       std::vector<ForceMagnitude>& magnitudes) const {
   visit_magnitudes(
       time, [&](const PlacedSpring& spring) { return length_magnitude(state, spring); },
-      [&](const FixedFrame<S>& at, double force, double moment) {
-        ForceMagnitude& size = sizes[static_cast<std::size_t>(at.node)];
-        size.force += force;
-        size.moment += moment + value_of(at.p_N.norm()) * force;
+      [&](const FixedFrame<S>& frame, double force, double moment) {
+        ForceMagnitude& magnitude = magnitudes[static_cast<std::size_t>(frame.node)];
+        magnitude.force += force;
+        magnitude.moment += moment + value_of(frame.p_N.norm()) * force;
       });
 }
 
@@ -153,17 +154,17 @@ ForceMagnitude ExternalForces<S>::sum_magnitudes(const TreeState<S>& state, cons
         const Scalar length = (position(state, spring.second) - position(state, spring.first)).norm();
         return std::abs(value_of(length) - value_of(spring.free_length));
       },
-      [&](const FixedFrame<S>& at, double force, double moment) {
+      [&](const FixedFrame<S>& frame, double force, double moment) {
         sum.force += force;
-        sum.moment += moment + value_of(position(state, at).norm()) * force;
+        sum.moment += moment + value_of(position(state, frame).norm()) * force;
       });
   return sum;
 }
 
 template <class S>
 double ExternalForces<S>::JointSpring::coordinate_magnitude(const Scalar* y) const {
-  const double size = std::abs(value_of(coordinate->value(y)));
-  return coordinate->is_length ? size : std::max(1.0, size);
+  const double magnitude = std::abs(value_of(coordinate->value(y)));
+  return coordinate->is_length ? magnitude : std::max(1.0, magnitude);
 }
 
 template <class S>

@@ -1,5 +1,5 @@
 #pragma once
-/// What the surroundings and springs do to the bodies.
+/// Loads and springs that act on the bodies.
 
 #include "balance/mechanics/dynamics/tree_dynamics.hpp"
 #include "balance/mechanics/kinematics/tree.hpp"
@@ -10,7 +10,7 @@
 
 namespace balance {
 
-/// Magnitudes of the terms of a force and of its moment about a node's origin, added up.
+/// Sums of the magnitudes of the terms of a force, and of its moment about a node's origin.
 struct ForceMagnitude {
   double force = 0, moment = 0;
 };
@@ -24,35 +24,36 @@ class ExternalForces {
 
   bool is_empty() const { return loads_.empty() && springs_.empty() && joint_springs_.empty(); }
 
-  /// Subtracts every external wrench from its node's entry and sums them up. Springs in joint coordinates are no wrenches here but,
-  /// like motors and friction, part of what a joint transmits.
+  /// Subtracts every external wrench from its node's entry and sums them up. Springs in joint coordinates are not among
+  /// them: like motors and friction, they are part of the joint's reaction.
   /// @param state poses in the world
-  /// @param total what loads and springs together do to the moving bodies: world axes, about the world's origin
-  /// @param loads the loads' part of it
+  /// @param total of loads and springs on the moving bodies: world axes, about the world's origin
+  /// @param loads part of it that is due to the loads
   void subtract(const TreeState<S>& state, const Scalar& time, std::vector<Wrench<S>>& wrenches, Wrench<S>& total,
                 Wrench<S>& loads) const;
 
-  /// Adds what springs in joint coordinates ask of the tree's coordinates: stiffness · q − preload.
+  /// Adds the generalised forces that balance springs in joint coordinates: stiffness · q − preload.
   /// @param y tree coordinates @param tau per tree coordinate [N m or N]
   void add_joint_springs(const Scalar* y, Scalar* tau) const;
 
-  /// Energy stored in the springs, in those in joints from coordinate zero on [J].
+  /// Energy stored in the springs [J]; that of joint springs is zero at coordinate zero.
   Scalar energy(const TreeState<S>& state, const Scalar* y) const;
 
-  /// Adds to every node's entry how large the terms of its external wrenches are: a spring's tension is a difference of lengths,
-  /// which are differences of places.
-  void add_magnitudes(const TreeState<S>& state, const Scalar& time, std::vector<ForceMagnitude>& sizes) const;
-  /// Magnitudes of all external wrenches, about the world's origin: what is left of where the same wrenches are added and subtracted.
+  /// Adds the magnitudes of the terms of its external wrenches to every node's entry. A spring's tension is a
+  /// difference of lengths, which are differences of positions.
+  void add_magnitudes(const TreeState<S>& state, const Scalar& time, std::vector<ForceMagnitude>& magnitudes) const;
+  /// Magnitudes of all external wrenches about the world's origin, for sums in which the same wrenches are added and
+  /// subtracted.
   ForceMagnitude sum_magnitudes(const TreeState<S>& state, const Scalar& time) const;
-  /// The same as add_magnitudes() of add_joint_springs(), per tree coordinate.
+  /// As add_magnitudes(), for add_joint_springs(), per tree coordinate.
   void add_joint_magnitudes(const Scalar* y, std::vector<double>& tau) const;
-  /// The same of the springs' energy [J].
+  /// The same for the springs' energy [J].
   double energy_magnitude(const TreeState<S>& state, const Scalar* y) const;
 
  private:
   struct PlacedLoad {
     const LoadOf<Scalar>* load;
-    FixedFrame<S> frame;  ///< origin where it acts, axes of the body
+    FixedFrame<S> frame;  ///< origin at the point of action, axes of the body
   };
   struct PlacedSpring {
     FixedFrame<S> first, second;
@@ -62,16 +63,16 @@ class ExternalForces {
     const LinearQuantityOf<Scalar>* coordinate;
     Scalar stiffness, preload;
 
-    /// How large the coordinate is; a turn of one radian at least, which rounds like one.
+    /// Magnitude of the coordinate; at least one radian for an angle, whose round-off is that of one radian.
     double coordinate_magnitude(const Scalar* y) const;
   };
 
-  /// Calls add(frame, force, moment) with the magnitudes of every wrench on a body that moves.
+  /// Calls add(frame, force, moment) with the magnitudes of every wrench on a moving body.
   /// @param tension of a spring, per unit of its stiffness
   template <class Tension, class Add>
   void visit_magnitudes(const Scalar& time, const Tension& tension, const Add& add) const;
   static double length_magnitude(const TreeState<S>& state, const PlacedSpring& spring);
-  void apply(const TreeState<S>& state, const FixedFrame<S>& at, const typename S::Vector& force,
+  void apply(const TreeState<S>& state, const FixedFrame<S>& frame, const typename S::Vector& force,
              typename S::Angular moment, std::vector<Wrench<S>>& wrenches, Wrench<S>& total) const;
 
   std::vector<PlacedLoad> loads_;
@@ -84,23 +85,25 @@ extern template class ExternalForces<Spatial>;
 
 // Joint friction of a tree in motion.
 
-/// Adds what friction takes to the generalised forces; coordinates at rest count as frictionless (docs/theory.md, section 3).
+/// Adds the generalised forces that overcome friction; coordinates at rest count as frictionless (docs/theory.md,
+/// section 3).
 /// @param dy rates of the tree's coordinates @param duration of the whole motion [s]
 /// @param tau per tree coordinate [N m or N]
 template <class S>
 void add_friction_forces(const MechanismOf<typename S::Scalar>& mechanism, const Tree<S>& tree,
                          const typename S::Scalar* dy, double duration, typename S::Scalar* tau) {
   using T = typename S::Scalar;
-  double fastest = 0;
+  double max_rate = 0;
   for (int c = 0; c < tree.columns; ++c)
-    fastest =
-        std::max(fastest, std::abs(value_of(dy[c])) / (tree.is_length_column[c] ? tree.characteristic_length : 1));
-  const double rest = rest_rate_threshold(fastest, duration);
+    max_rate =
+        std::max(max_rate, std::abs(value_of(dy[c])) / (tree.is_length_column[c] ? tree.characteristic_length : 1));
+  const double rest_threshold = rest_rate_threshold(max_rate, duration);
   for (const FrictionOf<T>& friction : mechanism.friction) {
     const LinearQuantityOf<T>& source = tree.coordinate_expressions[friction.coordinate];
-    const bool slides = mechanism.coordinates[friction.coordinate].kind == CoordinateKind::length;
+    const bool is_length = mechanism.coordinates[friction.coordinate].kind == CoordinateKind::length;
     const T rate = source.rate(dy);
-    const int sign = sliding_sign(value_of(rate), slides ? rest * tree.characteristic_length : rest);
+    const int sign =
+        sliding_sign(value_of(rate), is_length ? rest_threshold * tree.characteristic_length : rest_threshold);
     source.add_generalised_force(sliding_friction(friction, rate, sign), tau);
   }
 }

@@ -9,7 +9,8 @@
 namespace balance {
 
 void ForwardOptions::validate() const {
-  if (!(friction_regularisation_speed >= 0)) throw std::invalid_argument("friction_width cannot be negative");
+  if (!(friction_regularisation_speed >= 0))
+    throw std::invalid_argument("friction_regularisation_speed cannot be negative");
 }
 
 class ForwardDynamics::Implementation {
@@ -35,48 +36,48 @@ template <class S>
 class ForwardDynamicsOf : public ForwardDynamics::Implementation {
  public:
   ForwardDynamicsOf(const Mechanism& mechanism, const ForwardOptions& options)
-      : mechanism_(mechanism), loops_(mechanism, options) {
-    tree = find_column_coordinates(loops_.tree());
-    ddy_.setZero(loops_.columns());
+      : mechanism_(mechanism), loop_dynamics_(mechanism, options) {
+    tree = find_column_coordinates(loop_dynamics_.tree());
+    ddy_.setZero(loop_dynamics_.columns());
   }
 
   MotionOutcome set(double time, const VectorX& q, const VectorX& dq) override {
     time_ = time;
-    MotionOutcome outcome = loops_.assemble(q, dq, y_, dy_);
+    MotionOutcome outcome = loop_dynamics_.assemble(q, dq, y_, dy_);
     outcome.time = time;
     if (outcome.status != MotionStatus::done) return outcome;
-    freedoms = loops_.freedoms();
+    freedoms = loop_dynamics_.freedoms();
     independent.clear();
     rates.resize(freedoms);
     for (int k = 0; k < freedoms; ++k) {
-      independent.push_back(tree[loops_.independent()[k]]);
-      rates[k] = dy_[loops_.independent()[k]];
+      independent.push_back(tree[loop_dynamics_.independent()[k]]);
+      rates[k] = dy_[loop_dynamics_.independent()[k]];
     }
-    outcome = check_mass_matrix(mechanism_, loops_, time_, dy_.data());
+    outcome = check_mass_matrix(mechanism_, loop_dynamics_, time_, dy_.data());
     if (outcome.status != MotionStatus::done) return outcome;
-    loops_.compute_tree_terms(time_, dy_.data());
-    loops_.reduce_to_independent();
-    compute_origin_velocities(loops_.tree(), dy_.data(), loops_.state());
+    loop_dynamics_.compute_tree_terms(time_, dy_.data());
+    loop_dynamics_.reduce_to_independent();
+    compute_origin_velocities(loop_dynamics_.tree(), dy_.data(), loop_dynamics_.state());
     VectorX ignored;
-    to_joint_coordinates(mechanism_, loops_.tree(), loops_.state(), y_.data(), dy_.data(), ddy_.data(), position,
-                         velocity, ignored);
+    to_joint_coordinates(mechanism_, loop_dynamics_.tree(), loop_dynamics_.state(), y_.data(), dy_.data(), ddy_.data(),
+                         position, velocity, ignored);
     return outcome;
   }
 
   EquationOfMotion equation() override {
-    return {loops_.reduced_mass(), loops_.reduced_bias(), C().transpose() * input()};
+    return {loop_dynamics_.reduced_mass(), loop_dynamics_.reduced_bias(), C().transpose() * input()};
   }
 
   TreeEquation tree_equation() override {
     TreeEquation out;
-    const int n = loops_.columns();
-    out.mass = RowMajor(loops_.mass().data(), n, n);
-    out.bias = Eigen::Map<const VectorX>(loops_.bias().data(), n);
+    const int n = loop_dynamics_.columns();
+    out.mass = RowMajor(loop_dynamics_.mass().data(), n, n);
+    out.bias = Eigen::Map<const VectorX>(loop_dynamics_.bias().data(), n);
     out.input = input();
-    ConstraintSystem<S> closures(loops_.tree(), Drive<S>{});
+    ConstraintSystem<S> closures(loop_dynamics_.tree(), Drive<S>{});
     closures.velocity_jacobian(y_, {}, out.jacobian);
-    for (int c = 0; c < n; ++c) out.jacobian.col(c) /= loops_.scale()[c];
-    // J̇ẏ = −J c, for ÿ = c is a motion with ν̇ = 0
+    for (int c = 0; c < n; ++c) out.jacobian.col(c) /= loop_dynamics_.scale()[c];
+    // J̇ẏ = −J c, because ÿ = c is a motion with ν̇ = 0
     out.jacobian_bias = -out.jacobian * tree_bias();
     return out;
   }
@@ -86,7 +87,7 @@ class ForwardDynamicsOf : public ForwardDynamics::Implementation {
   Transformation transformation() override {
     Transformation out;
     const auto rows = static_cast<Eigen::Index>(mechanism_.coordinates.size());
-    const int n = loops_.columns(), d = freedoms;
+    const int n = loop_dynamics_.columns(), d = freedoms;
     out.matrix.resize(rows, d);
     VectorX q, dq, ddq;
     for (int k = 0; k < d; ++k) {
@@ -101,20 +102,22 @@ class ForwardDynamicsOf : public ForwardDynamics::Implementation {
   VectorX acceleration(const VectorX& efforts) override {
     if (efforts.size() != static_cast<Eigen::Index>(mechanism_.actuators.size()))
       throw std::invalid_argument("one effort per actuator is needed");
-    VectorX ddy(loops_.columns()), q, dq, ddq;
-    loops_.accelerate(time_, dy_.data(), efforts.data(), ddy.data());
+    VectorX ddy(loop_dynamics_.columns()), q, dq, ddq;
+    loop_dynamics_.accelerate(time_, dy_.data(), efforts.data(), ddy.data());
     read(dy_, ddy, q, dq, ddq);
     return ddq;
   }
 
  private:
-  RowMajor C() const { return {loops_.transformation().data(), loops_.columns(), freedoms}; }
-  VectorX tree_bias() const { return Eigen::Map<const VectorX>(loops_.transformation_bias().data(), loops_.columns()); }
+  RowMajor C() const { return {loop_dynamics_.transformation().data(), loop_dynamics_.columns(), freedoms}; }
+  VectorX tree_bias() const {
+    return Eigen::Map<const VectorX>(loop_dynamics_.transformation_bias().data(), loop_dynamics_.columns());
+  }
 
   MatrixX input() const {
-    MatrixX out = MatrixX::Zero(loops_.columns(), static_cast<Eigen::Index>(mechanism_.actuators.size()));
+    MatrixX out = MatrixX::Zero(loop_dynamics_.columns(), static_cast<Eigen::Index>(mechanism_.actuators.size()));
     for (std::size_t a = 0; a < mechanism_.actuators.size(); ++a) {
-      const LinearQuantity& source = loops_.tree().coordinate_expressions[mechanism_.actuators[a]];
+      const LinearQuantity& source = loop_dynamics_.tree().coordinate_expressions[mechanism_.actuators[a]];
       source.add_generalised_force(1, out.col(static_cast<Eigen::Index>(a)).data());
     }
     return out;
@@ -122,14 +125,14 @@ class ForwardDynamicsOf : public ForwardDynamics::Implementation {
 
   /// Joint coordinates at the present pose for any rates and accelerations.
   void read(const VectorX& dy, const VectorX& ddy, VectorX& q, VectorX& dq, VectorX& ddq) {
-    TreeState<S>& state = loops_.state();
-    compute_velocities(loops_.tree(), dy.data(), state);
-    compute_accelerations<S>(loops_.tree(), dy.data(), ddy.data(), S::Vector::Zero(), state);
-    to_joint_coordinates(mechanism_, loops_.tree(), state, y_.data(), dy.data(), ddy.data(), q, dq, ddq);
+    TreeState<S>& state = loop_dynamics_.state();
+    compute_velocities(loop_dynamics_.tree(), dy.data(), state);
+    compute_accelerations<S>(loop_dynamics_.tree(), dy.data(), ddy.data(), S::Vector::Zero(), state);
+    to_joint_coordinates(mechanism_, loop_dynamics_.tree(), state, y_.data(), dy.data(), ddy.data(), q, dq, ddq);
   }
 
   const Mechanism& mechanism_;
-  LoopDynamics<S> loops_;
+  LoopDynamics<S> loop_dynamics_;
   double time_ = 0;
   VectorX y_, dy_, ddy_;
 };
@@ -142,7 +145,7 @@ ForwardDynamics::ForwardDynamics(const Mechanism& mechanism, const ForwardOption
     if (coordinate < 0 || coordinate >= static_cast<int>(mechanism.coordinates.size()))
       throw std::invalid_argument("a preferred coordinate does not exist");
   dispatch_space(mechanism.space,
-                 [&]<class S>(S) { core_ = std::make_unique<ForwardDynamicsOf<S>>(mechanism, options); });
+                 [&]<class S>(S) { implementation_ = std::make_unique<ForwardDynamicsOf<S>>(mechanism, options); });
 }
 
 ForwardDynamics::~ForwardDynamics() = default;
@@ -150,18 +153,18 @@ ForwardDynamics::ForwardDynamics(ForwardDynamics&&) noexcept = default;
 ForwardDynamics& ForwardDynamics::operator=(ForwardDynamics&&) noexcept = default;
 
 MotionOutcome ForwardDynamics::set_state(double time, const VectorX& position, const VectorX& velocity) {
-  return core_->set(time, position, velocity);
+  return implementation_->set(time, position, velocity);
 }
-int ForwardDynamics::freedoms() const { return core_->freedoms; }
-const std::vector<CoordinateId>& ForwardDynamics::independent() const { return core_->independent; }
-const std::vector<CoordinateId>& ForwardDynamics::tree() const { return core_->tree; }
-const VectorX& ForwardDynamics::position() const { return core_->position; }
-const VectorX& ForwardDynamics::velocity() const { return core_->velocity; }
-VectorX ForwardDynamics::rates() const { return core_->rates; }
-EquationOfMotion ForwardDynamics::equation() { return core_->equation(); }
-TreeEquation ForwardDynamics::tree_equation() { return core_->tree_equation(); }
-Transformation ForwardDynamics::transformation() { return core_->transformation(); }
-Transformation ForwardDynamics::tree_transformation() { return core_->tree_transformation(); }
-VectorX ForwardDynamics::acceleration(const VectorX& efforts) { return core_->acceleration(efforts); }
+int ForwardDynamics::freedoms() const { return implementation_->freedoms; }
+const std::vector<CoordinateId>& ForwardDynamics::independent() const { return implementation_->independent; }
+const std::vector<CoordinateId>& ForwardDynamics::tree() const { return implementation_->tree; }
+const VectorX& ForwardDynamics::position() const { return implementation_->position; }
+const VectorX& ForwardDynamics::velocity() const { return implementation_->velocity; }
+VectorX ForwardDynamics::rates() const { return implementation_->rates; }
+EquationOfMotion ForwardDynamics::equation() { return implementation_->equation(); }
+TreeEquation ForwardDynamics::tree_equation() { return implementation_->tree_equation(); }
+Transformation ForwardDynamics::transformation() { return implementation_->transformation(); }
+Transformation ForwardDynamics::tree_transformation() { return implementation_->tree_transformation(); }
+VectorX ForwardDynamics::acceleration(const VectorX& efforts) { return implementation_->acceleration(efforts); }
 
 }  // namespace balance

@@ -1,10 +1,10 @@
 #pragma once
-/// Forward dynamics: the equation of motion of any mechanism in independent coordinates, evaluated at one state. Closed loops
-/// are solved for at every evaluation, and the independent coordinates are chosen anew when the present ones no longer
-/// determine the rest well. Models that controllers compute with, and the plant that they act on, are evaluated by this class.
+/// Forward dynamics: the equation of motion of any mechanism in independent coordinates, evaluated at one state. Closed
+/// loops are solved for at every evaluation, and the independent coordinates are chosen again when the present ones no
+/// longer determine the others well. Evaluates the models of controllers as well as the plant on which they act.
 ///
-/// Tree coordinates y, loop closures Φ(y) = 0, J = ∂Φ/∂y; ν are the rates of the independent coordinates, ẏ = C ν with J C = 0,
-/// ÿ = C ν̇ + c. Then (P0 eq. 11–19, 29–34) M = Cᵀ H C with H the tree's mass matrix, and
+/// Tree coordinates y, loop closures Φ(y) = 0, J = ∂Φ/∂y; ν are the rates of the independent coordinates, ẏ = C ν with
+/// J C = 0, ÿ = C ν̇ + c. Then (P0 eq. 11–19, 29–34) M = Cᵀ H C with H the tree's mass matrix, and
 ///
 ///     M(q) ν̇ + bias(q, ν, t) = input(q) u
 ///
@@ -19,15 +19,15 @@
 namespace balance {
 
 struct ForwardOptions {
-  /// What a controller compensates: Coulomb friction that grows smoothly from zero to its full value over speeds up to this one
-  /// [rad/s, for slides characteristic lengths per second]: coulomb · x (3 − x²)/2 with x = speed/width, beyond it coulomb ·
-  /// sign(speed) exactly. Not negative. A Plant does not smooth.
+  /// Regularisation of the Coulomb friction that a controller compensates: it grows smoothly from zero to its full
+  /// value over speeds up to this one [rad/s, for slides characteristic lengths per second], as coulomb · x (3 − x²)/2
+  /// with x = speed/width; beyond it, it is exactly coulomb · sign(speed). Not negative. A Plant does not smooth.
   double friction_regularisation_speed = 1e-3;
-  /// Mechanism coordinates that should be the independent ones, usually the actuated ones: kept as long as they determine the
-  /// others. Empty, or of another number than the freedoms: whatever determines the rest best.
+  /// Mechanism coordinates to be used as independent ones, usually the actuated ones, as long as they determine the
+  /// others. If empty, or not as many as freedoms: those that determine the others best.
   std::vector<CoordinateId> preferred;
 
-  /// @throws std::invalid_argument
+  /// @throws std::invalid_argument if a value is out of range
   void validate() const;
 };
 
@@ -38,8 +38,9 @@ struct EquationOfMotion {
   MatrixX input;  ///< d×A
 };
 
-/// The same before the loops are eliminated, in n tree coordinates: mass · ÿ + bias = input · efforts + jacobianᵀ · λ with
-/// jacobian · ÿ + jacobian_bias = 0. Rows of the jacobian that are lengths are divided by the characteristic length.
+/// The same before the loops are eliminated, in n tree coordinates: mass · ÿ + bias = input · efforts + jacobianᵀ · λ
+/// with jacobian · ÿ + jacobian_bias = 0. Rows of the jacobian that are lengths are divided by the characteristic
+/// length.
 struct TreeEquation {
   MatrixX mass;           ///< n×n
   VectorX bias;           ///< n
@@ -63,15 +64,15 @@ class ForwardDynamics {
   ForwardDynamics(ForwardDynamics&&) noexcept;
   ForwardDynamics& operator=(ForwardDynamics&&) noexcept;
 
-  /// Puts the mechanism at joint coordinates and rates. The independent ones are kept; whatever else does not fit the closures
-  /// is moved until it does. The first call chooses them, and finds out the degrees of freedom.
+  /// Sets joint coordinates and rates. Chooses the independent ones, which are kept as given; all others are moved
+  /// until they satisfy the closures. The first call also determines the degrees of freedom.
   /// @param position, velocity per mechanism coordinate (those of cut joints do not matter)
   /// @return done; not_assembled if the loops do not close there; constraint_singularity
   MotionOutcome set_state(double time, const VectorX& position, const VectorX& velocity);
 
-  int freedoms() const;  ///< d; −1 before the first successful set()
-  /// The coordinates whose rates ν holds: per freedom a mechanism coordinate. Chosen anew only by set(). A coordinate of a
-  /// spherical joint that nobody drives stands for a turn counted from a reference orientation of the program's own choice.
+  int freedoms() const;  ///< d; −1 before the first successful set_state()
+  /// The mechanism coordinates whose rates are ν, one per freedom. Chosen again only by set_state(). The coordinate of
+  /// a spherical joint that is not driven is an angle from a reference orientation that the program chooses.
   const std::vector<CoordinateId>& independent() const;
   /// The coordinates of TreeEquation and tree_transformation(), in the same sense. Constant.
   const std::vector<CoordinateId>& tree() const;
@@ -89,10 +90,10 @@ class ForwardDynamics {
   /// q̈ of all mechanism coordinates under these efforts (one per actuator).
   VectorX acceleration(const VectorX& efforts);
 
-  class Implementation;  ///< the planar or the spatial one; of no use elsewhere
+  class Implementation;  ///< planar or spatial; internal
 
  private:
-  std::unique_ptr<Implementation> core_;
+  std::unique_ptr<Implementation> implementation_;
 };
 
 }  // namespace balance

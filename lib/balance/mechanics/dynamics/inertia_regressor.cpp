@@ -17,11 +17,11 @@ VectorX list_inertial_parameters<Spatial>(const Spatial::Inertia& inertia) {
 
 template <class S>
 VectorX list_inertial_parameters(const Tree<S>& tree) {
-  VectorX all(S::inertial_parameter_count * static_cast<Eigen::Index>(tree.mass_elements.size()));
+  VectorX parameters(S::inertial_parameter_count * static_cast<Eigen::Index>(tree.mass_elements.size()));
   for (std::size_t e = 0; e < tree.mass_elements.size(); ++e)
-    all.segment(static_cast<Eigen::Index>(e) * S::inertial_parameter_count, S::inertial_parameter_count) =
+    parameters.segment(static_cast<Eigen::Index>(e) * S::inertial_parameter_count, S::inertial_parameter_count) =
         list_inertial_parameters<S>(tree.mass_elements[e].inertia);
-  return all;
+  return parameters;
 }
 
 namespace {
@@ -48,7 +48,7 @@ Spatial::Inertia unit_inertia<Spatial>(int k) {
   return inertia;
 }
 
-/// Motion of a frame fixed to a node, in the frame's axes; R_PN and p_PN lead back to the node.
+/// Motion of a frame fixed to a node, in the frame's axes; R_PN and p_PN are its pose relative to the node.
 template <class S>
 NodeState<S> compute_frame_motion(const NodeState<S>& node, const FixedFrame<S>& frame) {
   NodeState<S> s;
@@ -74,18 +74,18 @@ InertiaRegressor<S> compute_regressor(const Tree<S>& tree, const TreeState<S>& s
     const NodeState<S> s = compute_frame_motion(state[frame.node], frame);
     for (int k = 0; k < S::inertial_parameter_count; ++k) {
       const Eigen::Index column = static_cast<Eigen::Index>(e) * S::inertial_parameter_count + k;
-      Wrench<S> own, here;
-      add_inertia_wrench<S>(unit_inertia<S>(k), s, own);
-      propagate_to_parent(s, own, here);
+      Wrench<S> element_wrench, wrench;
+      add_inertia_wrench<S>(unit_inertia<S>(k), s, element_wrench);
+      propagate_to_parent(s, element_wrench, wrench);
       for (NodeId n = frame.node; n > 0; n = tree.nodes[n].parent) {
         const Node<S>& node = tree.nodes[n];
-        if (node.motion != NodeMotion::weld) out.torque(node.column, column) += project_on_joint_axis(node, here);
-        Wrench<S> below;
-        propagate_to_parent(state[n], here, below);
-        here = below;
+        if (node.motion != NodeMotion::weld) out.torque(node.column, column) += project_on_joint_axis(node, wrench);
+        Wrench<S> parent_wrench;
+        propagate_to_parent(state[n], wrench, parent_wrench);
+        wrench = parent_wrench;
       }
-      for (int i = 0; i < S::dimension; ++i) out.force(i, column) = here.force[i];
-      const Vector3 moment = angular_to_3d(here.moment);
+      for (int i = 0; i < S::dimension; ++i) out.force(i, column) = wrench.force[i];
+      const Vector3 moment = angular_to_3d(wrench.moment);
       for (int i = 0; i < S::angular_dimension; ++i) out.moment(i, column) = moment[S::angular_dimension == 1 ? 2 : i];
     }
   }
@@ -100,16 +100,16 @@ InertiaRegressor<S> compute_momentum_rate_regressor(const Tree<S>& tree, const T
     const FixedFrame<S>& frame = tree.mass_elements[e].frame;
     if (frame.node == 0) continue;
     const NodeState<S> s = compute_frame_motion(state[frame.node], frame);
-    NodeState<S> tensor_entries;  // of the element's frame in the world
-    tensor_entries.R_PN = state[frame.node].R_WN * frame.R_N;
-    tensor_entries.p_PN = position(state, frame);
+    NodeState<S> world_frame;  // pose of the element's frame in the world
+    world_frame.R_PN = state[frame.node].R_WN * frame.R_N;
+    world_frame.p_PN = position(state, frame);
     for (int k = 0; k < S::inertial_parameter_count; ++k) {
-      Wrench<S> own, here;
-      add_inertia_wrench<S>(unit_inertia<S>(k), s, own);
-      propagate_to_parent(tensor_entries, own, here);
+      Wrench<S> element_wrench, wrench;
+      add_inertia_wrench<S>(unit_inertia<S>(k), s, element_wrench);
+      propagate_to_parent(world_frame, element_wrench, wrench);
       const Eigen::Index column = static_cast<Eigen::Index>(e) * S::inertial_parameter_count + k;
-      for (int i = 0; i < S::dimension; ++i) out.force(i, column) = here.force[i];
-      const Vector3 moment = angular_to_3d(here.moment);
+      for (int i = 0; i < S::dimension; ++i) out.force(i, column) = wrench.force[i];
+      const Vector3 moment = angular_to_3d(wrench.moment);
       for (int i = 0; i < S::angular_dimension; ++i) out.moment(i, column) = moment[S::angular_dimension == 1 ? 2 : i];
     }
   }

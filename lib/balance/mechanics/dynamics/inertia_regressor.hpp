@@ -1,6 +1,6 @@
 #pragma once
-/// Inverse dynamics as a matrix times the inertial parameters of all mass elements (bodies, attachments, discs): forces are
-/// linear in m, m r and the inertia about the element's frame.
+/// Inverse dynamics as a matrix times the inertial parameters of all mass elements (bodies, attachments, discs): forces
+/// are linear in m, m r and the inertia about the origin of the element's frame.
 
 #include "balance/mechanics/dynamics/tree_dynamics.hpp"
 
@@ -21,7 +21,7 @@ VectorX list_inertial_parameters(const Tree<S>& tree);
 template <class S>
 struct InertiaRegressor {
   MatrixX torque;  ///< columns × P: generalised forces of the tree per unit parameter
-  MatrixX force;   ///< dimension × P: rate of linear momentum less weight, world axes
+  MatrixX force;   ///< dimension × P: rate of linear momentum minus weight, world axes
   MatrixX moment;  ///< angular × P: the same about the world's origin
 };
 
@@ -29,7 +29,7 @@ struct InertiaRegressor {
 template <class S>
 InertiaRegressor<S> compute_regressor(const Tree<S>& tree, const TreeState<S>& state);
 
-/// Its force and moment alone, without going through the joints: a cost that grows as the mechanism does.
+/// Only its force and moment, without visiting the joints: the cost is linear in the size of the mechanism.
 template <class S>
 InertiaRegressor<S> compute_momentum_rate_regressor(const Tree<S>& tree, const TreeState<S>& state);
 

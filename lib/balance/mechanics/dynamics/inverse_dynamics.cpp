@@ -21,9 +21,9 @@ namespace {
 
 constexpr double quiet_nan = std::numeric_limits<double>::quiet_NaN();
 
-/// The first quantity of a sample that is no number; null if all are.
+/// Name of the first quantity of a sample that is not finite; null if all are.
 const char* find_nonfinite_quantity(const Sample& s) {
-  const auto finite = [](const std::vector<Vector3>& all) {
+  const auto all_finite = [](const std::vector<Vector3>& all) {
     for (const Vector3& v : all)
       if (!v.allFinite()) return false;
     return true;
@@ -34,7 +34,7 @@ const char* find_nonfinite_quantity(const Sample& s) {
   if (!s.shaking_force.allFinite()) return "shaking_force";
   if (!s.shaking_moment.allFinite() || !s.shaking_moment_com.allFinite()) return "shaking_moment";
   if (!s.ground_force.allFinite() || !s.ground_moment.allFinite()) return "ground_force";
-  if (!finite(s.joint_force) || !finite(s.joint_moment)) return "joint_force";
+  if (!all_finite(s.joint_force) || !all_finite(s.joint_moment)) return "joint_force";
   if (!std::isfinite(s.kinetic_energy) || !std::isfinite(s.potential_energy)) return "energy";
   return nullptr;
 }
@@ -43,7 +43,7 @@ void invalidate_efforts(bool loops, Sample& sample) {
   sample.effort.setConstant(quiet_nan);
   sample.power.setConstant(quiet_nan);
   sample.total_torque = quiet_nan;
-  if (!loops) return;  // what an open tree's joints transmit does not depend on what drives them
+  if (!loops) return;  // reactions in an open tree do not depend on the efforts
   for (auto* all : {&sample.joint_force, &sample.joint_moment})
     for (Vector3& v : *all) v.setConstant(quiet_nan);
 }
@@ -51,10 +51,10 @@ void invalidate_efforts(bool loops, Sample& sample) {
 }  // namespace
 
 template <class S>
-InverseDynamicsOf<S>::InverseDynamicsOf(const Mechanism& given, const InverseOptions& wishes)
-    : Implementation(given, wishes),
+InverseDynamicsOf<S>::InverseDynamicsOf(const Mechanism& source_mechanism, const InverseOptions& requested_options)
+    : Implementation(source_mechanism, requested_options),
       branch_(mechanism, choose_independent_coordinates<S>(mechanism, options.independent)),
-      observer_(mechanism, branch_.tree(), branch_.freedoms(), to_vector<S>(options.about)),
+      sample_evaluator_(mechanism, branch_.tree(), branch_.freedoms(), to_vector<S>(options.about)),
       gravity_(to_vector<S>(mechanism.gravity)),
       wrenches_(branch_.tree().nodes.size()),
       tau_(static_cast<std::size_t>(branch_.tree().columns)) {
@@ -62,31 +62,33 @@ InverseDynamicsOf<S>::InverseDynamicsOf(const Mechanism& given, const InverseOpt
   freedoms = branch_.freedoms();
   for (const int c : branch_.independent()) independent.push_back(mechanism.coordinates[c].name);
   if (!branch_.note().empty()) notes.push_back(branch_.note());
-  for (const std::string& note : observer_.actuation().notes()) notes.push_back(note);
-  for (const PassiveFreedom& spin : tree.locked_freedoms) notes.push_back(describe_locked_freedom(mechanism, spin));
-  std::vector<bool> driven(tau_.size(), false);
+  for (const std::string& note : sample_evaluator_.actuation().notes()) notes.push_back(note);
+  for (const PassiveFreedom& freedom : tree.locked_freedoms)
+    notes.push_back(describe_locked_freedom(mechanism, freedom));
+  std::vector<bool> is_driven(tau_.size(), false);
   for (const CoordinateId coordinate : mechanism.actuators) {
     const LinearQuantity& source = tree.coordinate_expressions[coordinate];
     if (!source.has_single_term()) continue;
     const auto& [column, ratio] = source.terms[0];
-    motors_.push_back({column, 1 / ratio});
-    driven[column] = true;
+    actuated_columns_.push_back({column, 1 / ratio});
+    is_driven[column] = true;
   }
-  is_fully_actuated_tree = branch_.is_explicit() && motors_.size() == tau_.size() &&
-                           motors_.size() == mechanism.actuators.size() && mechanism.loads.empty() &&
-                           mechanism.springs.empty() && std::find(driven.begin(), driven.end(), false) == driven.end();
+  is_fully_actuated_tree = branch_.is_explicit() && actuated_columns_.size() == tau_.size() &&
+                           actuated_columns_.size() == mechanism.actuators.size() && mechanism.loads.empty() &&
+                           mechanism.springs.empty() &&
+                           std::find(is_driven.begin(), is_driven.end(), false) == is_driven.end();
 }
 
 template <class S>
 MotionOutcome InverseDynamicsOf<S>::assemble(const double* q, const std::vector<CoordinateValue>& near,
                                              VectorX& coordinates) {
-  observer_.restart();
+  sample_evaluator_.restart();
   MotionOutcome outcome = branch_.assemble(q, near);
   if (outcome.status == MotionStatus::done) coordinates = branch_.coordinates();
   return outcome;
 }
 
-/// Tree coordinates, rates and accelerations of a state.
+/// Sets the tree coordinates, rates and accelerations of a state.
 template <class S>
 MotionOutcome InverseDynamicsOf<S>::set_state(const StateView& state) {
   MotionOutcome outcome = branch_.move_to(state.q);
@@ -100,22 +102,22 @@ MotionOutcome InverseDynamicsOf<S>::set_state(const StateView& state) {
 }
 
 template <class S>
-TreeMotion<S> InverseDynamicsOf<S>::instant(double time) {
+TreeMotion<S> InverseDynamicsOf<S>::current_motion(double time) {
   return {branch_.state(), branch_.y(), branch_.dy(), branch_.ddy(), time, branch_.is_explicit()};
 }
 
 template <class S>
-MotionOutcome InverseDynamicsOf<S>::not_held(double time) const {
-  const std::string where = format_configuration(mechanism, branch_.tree(), branch_.y());
+MotionOutcome InverseDynamicsOf<S>::make_not_held_outcome(double time) const {
+  const std::string configuration = format_configuration(mechanism, branch_.tree(), branch_.y());
   return {MotionStatus::actuation_singularity,
           time,
-          "actuation singularity: the actuators do not hold the mechanism there; configuration: " + where,
+          "actuation singularity: the actuators do not hold the mechanism there; configuration: " + configuration,
           {}};
 }
 
 template <class S>
 MotionOutcome InverseDynamicsOf<S>::mismatch(double time) const {
-  return {MotionStatus::mismatch, time, observer_.actuation().mismatch(), {}};
+  return {MotionStatus::mismatch, time, sample_evaluator_.actuation().mismatch(), {}};
 }
 
 template <class S>
@@ -131,8 +133,8 @@ MotionOutcome InverseDynamicsOf<S>::solve_open_tree(const StateView& state, doub
   open_tree_inverse_dynamics<S>(branch_.tree(), y, dy, ddy, gravity_, branch_.state(), wrenches_, tau);
   if (!mechanism.friction.empty()) add_friction_forces(mechanism, branch_.tree(), dy, options.time_scale, tau);
   double sum = 0;  // 0 if all are finite
-  for (std::size_t a = 0; a < motors_.size(); ++a) {
-    effort[a] = tau[motors_[a].column] * motors_[a].inverse;
+  for (std::size_t a = 0; a < actuated_columns_.size(); ++a) {
+    effort[a] = tau[actuated_columns_[a].column] * actuated_columns_[a].inverse;
     sum += effort[a] * 0;
   }
   MotionOutcome outcome;
@@ -144,14 +146,14 @@ MotionOutcome InverseDynamicsOf<S>::solve_open_tree(const StateView& state, doub
 template <class S>
 MotionOutcome InverseDynamicsOf<S>::efforts(const StateView& state, double* effort) {
   if (is_fully_actuated_tree) return solve_open_tree(state, effort);
-  if (!observer_.actuation().mismatch().empty()) return mismatch(state.time);
+  if (!sample_evaluator_.actuation().mismatch().empty()) return mismatch(state.time);
   MotionOutcome outcome = set_state(state);
   if (outcome.status != MotionStatus::done) return outcome;
-  if (!observer_.solve_efforts(instant(state.time), branch_.equations(), options.time_scale))
-    return not_held(state.time);
-  const VectorX& found = observer_.sample().effort;
-  if (!found.allFinite()) return make_overflow_outcome(state.time, "torque", mechanism);
-  std::copy_n(found.data(), found.size(), effort);
+  if (!sample_evaluator_.solve_efforts(current_motion(state.time), branch_.equations(), options.time_scale))
+    return make_not_held_outcome(state.time);
+  const VectorX& effort_values = sample_evaluator_.sample().effort;
+  if (!effort_values.allFinite()) return make_overflow_outcome(state.time, "torque", mechanism);
+  std::copy_n(effort_values.data(), effort_values.size(), effort);
   return outcome;
 }
 
@@ -171,13 +173,14 @@ template <class S>
 MotionOutcome InverseDynamicsOf<S>::observe(const StateView& state, Sample& sample) {
   MotionOutcome outcome = set_state(state);
   if (outcome.status != MotionStatus::done) return outcome;
-  const bool held = observer_.evaluate(instant(state.time), branch_.equations(), options.time_scale, Detail::all);
-  sample = observer_.sample();
+  const bool is_held =
+      sample_evaluator_.evaluate(current_motion(state.time), branch_.equations(), options.time_scale, Detail::all);
+  sample = sample_evaluator_.sample();
   sample.mobility = branch_.mobility();
   sample.newton_iterations = branch_.iterations();
-  if (!held) {
+  if (!is_held) {
     invalidate_efforts(!branch_.is_explicit(), sample);
-    return observer_.actuation().mismatch().empty() ? not_held(state.time) : mismatch(state.time);
+    return sample_evaluator_.actuation().mismatch().empty() ? make_not_held_outcome(state.time) : mismatch(state.time);
   }
   if (const char* what = find_nonfinite_quantity(sample)) return make_overflow_outcome(state.time, what, mechanism);
   return outcome;
@@ -185,24 +188,26 @@ MotionOutcome InverseDynamicsOf<S>::observe(const StateView& state, Sample& samp
 
 template <class S>
 void InverseDynamicsOf<S>::measure_terms(const Sample& sample, double time, TermMagnitudes& terms,
-                                         TermMagnitudes& grown) {
-  Sample known = sample;  // efforts that were not found have no size
-  const auto forget = [](double& x) { x = std::isnan(x) ? 0 : x; };
-  for (VectorX* all : {&known.effort, &known.power}) std::for_each(all->begin(), all->end(), forget);
-  for (auto* all : {&known.joint_force, &known.joint_moment})
-    for (Vector3& v : *all) std::for_each(v.begin(), v.end(), forget);
+                                         TermMagnitudes& amplified) {
+  Sample finite_sample = sample;  // unknown efforts count as zero
+  const auto replace_nan = [](double& x) { x = std::isnan(x) ? 0 : x; };
+  for (VectorX* all : {&finite_sample.effort, &finite_sample.power})
+    std::for_each(all->begin(), all->end(), replace_nan);
+  for (auto* all : {&finite_sample.joint_force, &finite_sample.joint_moment})
+    for (Vector3& v : *all) std::for_each(v.begin(), v.end(), replace_nan);
   const double rate = 1 / options.time_scale;
-  TermMagnitudeRecorder<S> meter(mechanism, branch_.tree(), to_vector<S>(options.about), RestScale{rate, rate * rate});
-  meter.sample(instant(time), known, observer_.actuation().multipliers(), sample.mobility);
-  terms = meter.magnitudes();
-  grown = meter.amplified_magnitudes();
+  TermMagnitudeRecorder<S> recorder(mechanism, branch_.tree(), to_vector<S>(options.about),
+                                    RestScale{rate, rate * rate});
+  recorder.sample(current_motion(time), finite_sample, sample_evaluator_.actuation().multipliers(), sample.mobility);
+  terms = recorder.magnitudes();
+  amplified = recorder.amplified_magnitudes();
 }
 
-/// One column after another: the generalised forces that a unit acceleration from rest takes without weight.
+/// Column by column: the generalised forces of a unit acceleration from rest, without weight.
 template <class S>
 MotionOutcome InverseDynamicsOf<S>::mass_matrix(const double* q, MatrixX& mass) {
-  const std::vector<double> rest(static_cast<std::size_t>(freedoms), 0);
-  MotionOutcome outcome = set_state({q, rest.data(), rest.data(), 0});
+  const std::vector<double> zero_rates(static_cast<std::size_t>(freedoms), 0);
+  MotionOutcome outcome = set_state({q, zero_rates.data(), zero_rates.data(), 0});
   if (outcome.status != MotionStatus::done) return outcome;
   const Tree<S>& tree = branch_.tree();
   TreeState<S>& state = branch_.state();
@@ -225,9 +230,10 @@ template <class S>
 MotionOutcome InverseDynamicsOf<S>::bias(const StateView& state, VectorX& bias) {
   MotionOutcome outcome = set_state(state);
   if (outcome.status != MotionStatus::done) return outcome;
-  observer_.solve_efforts(instant(state.time), branch_.equations(), options.time_scale);
+  sample_evaluator_.solve_efforts(current_motion(state.time), branch_.equations(), options.time_scale);
   branch_.fill_transformation(C_);
-  bias = C_.transpose() * Eigen::Map<const VectorX>(observer_.generalised_forces().data(), branch_.tree().columns);
+  bias =
+      C_.transpose() * Eigen::Map<const VectorX>(sample_evaluator_.generalised_forces().data(), branch_.tree().columns);
   return bias.allFinite() ? outcome : make_overflow_outcome(state.time, "the bias", mechanism);
 }
 
@@ -241,8 +247,8 @@ void InverseDynamicsOf<S>::fill_shaking(EffortRegressor& out) {
   out.shaking_moment = momentum.moment;
   for (Eigen::Index p = 0; p < momentum.force.cols(); ++p) {
     const typename S::Vector force = momentum.force.col(p);
-    const Vector3 moved = angular_to_3d(cross(to_vector<S>(options.about), force));
-    out.shaking_moment.col(p) -= moved.template tail<S::angular_dimension>();
+    const Vector3 moment_shift = angular_to_3d(cross(to_vector<S>(options.about), force));
+    out.shaking_moment.col(p) -= moment_shift.template tail<S::angular_dimension>();
   }
 }
 
@@ -251,19 +257,19 @@ MotionOutcome InverseDynamicsOf<S>::regressor(const StateView& state, EffortRegr
   MotionOutcome outcome = set_state(state);
   if (outcome.status != MotionStatus::done) return outcome;
   const Tree<S>& tree = branch_.tree();
-  Mechanism massive = mechanism;
-  massive.springs.clear();
-  out.parameters = list_parameters(massive);
+  Mechanism without_springs = mechanism;
+  without_springs.springs.clear();
+  out.parameters = list_parameters(without_springs);
   out.values = list_inertial_parameters(tree);
-  observer_.solve_efforts(instant(state.time), branch_.equations(), options.time_scale);
-  const Eigen::Map<const VectorX> all(observer_.generalised_forces().data(), tree.columns);
+  sample_evaluator_.solve_efforts(current_motion(state.time), branch_.equations(), options.time_scale);
+  const Eigen::Map<const VectorX> tau(sample_evaluator_.generalised_forces().data(), tree.columns);
   const InertiaRegressor<S> forces = balance::compute_regressor(tree, branch_.state());
   fill_shaking(out);
-  if (!observer_.actuation().mismatch().empty()) return mismatch(state.time);
+  if (!sample_evaluator_.actuation().mismatch().empty()) return mismatch(state.time);
   MatrixX projection;
-  if (!observer_.project(branch_.equations(), projection)) return not_held(state.time);
+  if (!sample_evaluator_.project(branch_.equations(), projection)) return make_not_held_outcome(state.time);
   out.effort = projection * forces.torque;
-  out.constant_effort = projection * (all - forces.torque * out.values);
+  out.constant_effort = projection * (tau - forces.torque * out.values);
   return out.effort.allFinite() && out.constant_effort.allFinite()
              ? outcome
              : make_overflow_outcome(state.time, "the regressor", mechanism);
@@ -366,9 +372,9 @@ Expected<VectorX> InverseDynamics::assemble(const VectorX& q, const std::vector<
     if (!std::isfinite(value.value)) throw std::invalid_argument("near: expected finite numbers");
     values.push_back({require_coordinate(engine_->mechanism, value.coordinate, "near"), value.value});
   }
-  Expected<VectorX> found;
-  found.outcome = engine_->assemble(q.data(), values, found.value);
-  return found;
+  Expected<VectorX> result;
+  result.outcome = engine_->assemble(q.data(), values, result.value);
+  return result;
 }
 
 Expected<Sample> InverseDynamics::at(const VectorX& q, const VectorX& dq, const VectorX& ddq, double time) {
@@ -376,9 +382,9 @@ Expected<Sample> InverseDynamics::at(const VectorX& q, const VectorX& dq, const 
   check_state("dq", dq, engine_->independent);
   check_state("ddq", ddq, engine_->independent);
   check_time(time);
-  Expected<Sample> found;
-  found.outcome = engine_->observe({q.data(), dq.data(), ddq.data(), time}, found.value);
-  return found;
+  Expected<Sample> result;
+  result.outcome = engine_->observe({q.data(), dq.data(), ddq.data(), time}, result.value);
+  return result;
 }
 
 MotionOutcome InverseDynamics::efforts(const VectorX& q, const VectorX& dq, const VectorX& ddq, VectorX& effort,
@@ -392,7 +398,7 @@ MotionOutcome InverseDynamics::efforts(const VectorX& q, const VectorX& dq, cons
   if (!engine_->is_fully_actuated_tree) check_numbers();
   MotionOutcome outcome = engine_->efforts({q.data(), dq.data(), ddq.data(), time}, effort.data());
   if (engine_->is_fully_actuated_tree && outcome.status != MotionStatus::done)
-    check_numbers();  // the short way looks only now
+    check_numbers();  // the fast path checks only now
   return outcome;
 }
 
@@ -429,7 +435,7 @@ SampleBatch InverseDynamics::at_rows(const Eigen::Ref<const Samples>& q, const E
     sample.time = state.time;
     if (outcome.status == MotionStatus::done) {
       recorder.write(sample, k, result);
-    } else {  // the sample is the state's before, or empty
+    } else {  // the sample is that of the previous state, or empty
       result.time[k] = state.time;
       result.newton_iterations[k] = 0;
       for (const Quantity& quantity : list_sampled_quantities(result))
@@ -445,19 +451,19 @@ SampleBatch InverseDynamics::at_rows(const Eigen::Ref<const Samples>& q, const E
 
 Expected<MatrixX> InverseDynamics::mass_matrix(const VectorX& q) {
   check_state("q", q, engine_->independent);
-  Expected<MatrixX> found;
-  found.outcome = engine_->mass_matrix(q.data(), found.value);
-  return found;
+  Expected<MatrixX> result;
+  result.outcome = engine_->mass_matrix(q.data(), result.value);
+  return result;
 }
 
 Expected<VectorX> InverseDynamics::bias(const VectorX& q, const VectorX& dq, double time) {
   check_state("q", q, engine_->independent);
   check_state("dq", dq, engine_->independent);
   check_time(time);
-  const VectorX still = VectorX::Zero(q.size());
-  Expected<VectorX> found;
-  found.outcome = engine_->bias({q.data(), dq.data(), still.data(), time}, found.value);
-  return found;
+  const VectorX zero = VectorX::Zero(q.size());
+  Expected<VectorX> result;
+  result.outcome = engine_->bias({q.data(), dq.data(), zero.data(), time}, result.value);
+  return result;
 }
 
 Expected<EffortRegressor> InverseDynamics::regressor(const VectorX& q, const VectorX& dq, const VectorX& ddq,
@@ -466,9 +472,9 @@ Expected<EffortRegressor> InverseDynamics::regressor(const VectorX& q, const Vec
   check_state("dq", dq, engine_->independent);
   check_state("ddq", ddq, engine_->independent);
   check_time(time);
-  Expected<EffortRegressor> found;
-  found.outcome = engine_->regressor({q.data(), dq.data(), ddq.data(), time}, found.value);
-  return found;
+  Expected<EffortRegressor> result;
+  result.outcome = engine_->regressor({q.data(), dq.data(), ddq.data(), time}, result.value);
+  return result;
 }
 
 }  // namespace balance

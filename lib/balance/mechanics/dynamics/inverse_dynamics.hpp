@@ -1,6 +1,6 @@
 #pragma once
-/// Inverse dynamics at single states: what the actuators must do, and what the frame feels, where a mechanism has these coordinates,
-/// rates and accelerations. For callers with states of their own instead of a trajectory.
+/// Inverse dynamics at single states: actuator efforts and ground wrench for given coordinates, rates and
+/// accelerations. For callers with states of their own instead of a trajectory.
 ///
 ///     balance::InverseDynamics arm(mechanism);
 ///     const auto found = arm.at(q, dq, ddq);
@@ -20,12 +20,13 @@
 namespace balance {
 
 struct InverseOptions {
-  /// Names of the coordinates that a state is given in, as many as the mechanism has degrees of freedom. Empty: the actuated ones
-  /// if they are so many and determine all others; else a choice of ours, actuated ones first, named by independent() and notes().
+  /// Names of the coordinates that a state is given in, as many as the mechanism has degrees of freedom. Empty: the
+  /// actuated ones if they are that many and determine all others; otherwise an automatic choice, actuated ones first,
+  /// which independent() and notes() report.
   std::vector<std::string> independent;
-  Vector3 about = Vector3::Zero();  ///< world point that moments are about [m]
-  /// Typical duration of the motions that states are taken from [s], positive: dry friction has no sign below 1e-11 rad (or
-  /// characteristic lengths) in this time.
+  Vector3 about = Vector3::Zero();  ///< world point about which moments are taken [m]
+  /// Typical duration of the motions to which the states belong [s], positive: dry friction is zero at rates below
+  /// 1e-11 rad (or characteristic lengths) in this time.
   double time_scale = 1;
 };
 
@@ -35,11 +36,11 @@ struct CoordinateGuess {
   double value = 0;
 };
 
-/// What was asked for, and whether it could be found: `value` means something only where the outcome is done, unless said otherwise.
-/// MotionStatus says in which way a state is impossible: not_assembled, unreachable (the loops do not close with these coordinates),
+/// A result and its outcome: `value` is valid only if the outcome is done, unless stated otherwise. MotionStatus says
+/// why a state is impossible: not_assembled, unreachable (the loops do not close with these coordinates),
 /// drive_singularity (the independent coordinates do not determine the others there), constraint_singularity,
-/// actuation_singularity (the actuators do not hold the mechanism), assembly_jump, mismatch (fewer actuators than degrees of
-/// freedom), overflow.
+/// actuation_singularity (the actuators do not hold the mechanism), assembly_jump, mismatch (fewer actuators than
+/// degrees of freedom), overflow.
 template <class T>
 struct Expected {
   MotionOutcome outcome;
@@ -48,24 +49,25 @@ struct Expected {
   explicit operator bool() const { return outcome.status == MotionStatus::done; }
 };
 
-/// Efforts and shaking as matrices times the inertial parameters π of everything that has mass: effort = Y π + other. Where the efforts
-/// cannot be found (mismatch, actuation_singularity) those of the shaking are there all the same.
+/// Efforts and shaking as matrices times the inertial parameters π of all mass elements: effort = Y π +
+/// constant_effort. The matrices of the shaking are valid even if the efforts cannot be determined (mismatch,
+/// actuation_singularity).
 struct EffortRegressor {
-  std::vector<Parameter> parameters;  ///< P: what the columns are, see list_parameters
+  std::vector<Parameter> parameters;  ///< P: one per column, see list_parameters
   VectorX values;                     ///< P: π of the mechanism [SI]
   MatrixX effort;                     ///< actuators × P
   MatrixX shaking_force;              ///< axes × P, world axes: rate of the linear momentum
   MatrixX shaking_moment;   ///< 1 (planar, about z) or 3 × P: rate of the angular momentum about InverseOptions::about
-  VectorX constant_effort;  ///< per actuator: what springs, loads and friction ask for [N m or N]
+  VectorX constant_effort;  ///< per actuator: due to springs, loads and friction [N m or N]
 };
 
-/// A row of an array that has no answer.
+/// A row of an array without a result.
 struct FailedRow {
   Eigen::Index row = 0;
   MotionOutcome outcome;
 };
 
-/// Answers to an array of states. Rows that have none are NaN and stand in `failures`.
+/// Results for an array of states. Rows without a result are NaN and listed in `failures`.
 struct EffortBatch {
   Samples efforts;  ///< N × actuators [N m or N]
   std::vector<FailedRow> failures;
@@ -75,19 +77,20 @@ struct SampleBatch {
   std::vector<FailedRow> failures;
 };
 
-/// Of a mechanism, planar or in space, with or without loops. A state is the n = degrees_of_freedom() independent coordinates with
-/// their rates and accelerations, in SI units.
+/// Inverse dynamics of a mechanism, planar or spatial, with or without loops. A state is the n = degrees_of_freedom()
+/// independent coordinates with their rates and accelerations, in SI units.
 ///
-/// Mechanisms with loops have several assembly modes. The first state is assembled near Mechanism::assembly (or see assemble());
-/// from then on every state is reached on the straight way from the state before, so that the mode stays. Where this way meets a
-/// singularity the answer says so, and the state before stays the one to go on from.
+/// Mechanisms with loops have several assembly modes. The first state is assembled near Mechanism::assembly (or see
+/// assemble()); from then on every state is reached along the straight line from the previous one, which preserves the
+/// mode. If a singularity lies on that line, the outcome says so, and the previous state remains the starting point.
 ///
-/// One thread at a time may use an object; several threads take one each. Movable, not copyable. Sizes that do not fit and numbers
-/// that are not finite throw std::invalid_argument.
+/// Not thread-safe: use one object per thread. Movable, not copyable. Wrong sizes and non-finite numbers throw
+/// std::invalid_argument.
 class InverseDynamics {
  public:
-  /// @throws std::invalid_argument if the mechanism has faults (validate), its loops cannot be closed anywhere, or the options ask for
-  ///         coordinates that do not exist or do not determine the motion, or a payload is not always there
+  /// @throws std::invalid_argument if the mechanism is invalid (validate), its loops cannot be closed, the options name
+  ///        coordinates that do not exist or do not determine the motion, rates are constrained, or a payload is
+  ///        temporary
   explicit InverseDynamics(const Mechanism& mechanism, const InverseOptions& options = {});
   ~InverseDynamics();
   InverseDynamics(InverseDynamics&&) noexcept;
@@ -95,27 +98,29 @@ class InverseDynamics {
 
   const Mechanism& mechanism() const;
   int degrees_of_freedom() const;
-  /// Names of the independent coordinates, in the order of a state's numbers.
+  /// Names of the independent coordinates, in the order of a state's entries.
   const std::vector<std::string>& independent() const;
   std::vector<std::string> actuators() const;
-  /// What a user should know: which coordinates were chosen, efforts or reactions of least norm, spins that are held.
+  /// Notes for the user: coordinates chosen automatically, efforts or reactions of minimum norm, locked passive
+  /// freedoms.
   const std::vector<std::string>& notes() const;
 
-  /// The configuration that closes the loops with these independent coordinates, in the assembly mode nearest to `near`, which takes
-  /// the place of the mechanism's own `assembly` for the coordinates that it names. States go on from it.
+  /// Finds the configuration that closes the loops with these independent coordinates, in the assembly mode nearest to
+  /// `near`, which overrides the mechanism's own `assembly` for the coordinates that it names. Later states start from
+  /// it.
   /// @return all coordinates of the mechanism, angles of loop joints in (−π, π]
   Expected<VectorX> assemble(const VectorX& q, const std::vector<CoordinateGuess>& near = {});
 
-  /// Everything about one state. Where the efforts cannot be found (mismatch, actuation_singularity) what does not depend on them is
-  /// there, the rest NaN.
-  /// @param time of loads that change with it [s]
+  /// Evaluates all quantities of one state. If the efforts cannot be determined (mismatch, actuation_singularity), the
+  /// quantities that depend on them are NaN, the others valid.
+  /// @param time for time-dependent loads [s]
   Expected<Sample> at(const VectorX& q, const VectorX& dq, const VectorX& ddq, double time = 0);
 
-  /// Only the efforts, at the least cost; takes nothing from the heap unless the state has no answer.
-  /// @param effort per actuator [N m or N]; means nothing where there is no answer
+  /// Computes only the efforts, at minimum cost. Does not allocate unless the state has no result.
+  /// @param effort per actuator [N m or N]; meaningless without a result
   MotionOutcome efforts(const VectorX& q, const VectorX& dq, const VectorX& ddq, VectorX& effort, double time = 0);
 
-  /// The same for N states, one a row. Matrices stored by rows (Samples) are taken as they are, others are copied.
+  /// The same for N states, one per row. Row-major matrices (Samples) are used in place, others are copied.
   /// @param time per state; empty: 0 for all
   EffortBatch effort_rows(const Eigen::Ref<const Samples>& q, const Eigen::Ref<const Samples>& dq,
                           const Eigen::Ref<const Samples>& ddq, const VectorX& time = {});
@@ -124,12 +129,13 @@ class InverseDynamics {
 
   /// M of M(q) q̈ + h(q, q̇) = Sᵀ u in the independent coordinates: n×n, symmetric. Kinetic energy is ½ q̇ᵀ M q̇.
   Expected<MatrixX> mass_matrix(const VectorX& q);
-  /// h: velocity terms, weight, springs, loads and friction: generalised forces along the independent coordinates [N m or N].
+  /// h: velocity terms, weight, springs, loads, friction; generalised forces along the independent coordinates [N m or
+  /// N].
   Expected<VectorX> bias(const VectorX& q, const VectorX& dq, double time = 0);
   Expected<EffortRegressor> regressor(const VectorX& q, const VectorX& dq, const VectorX& ddq, double time = 0);
 
   class Implementation;
-  /// For the library's own rooms.
+  /// For other rooms of the library.
   const Implementation& implementation() const { return *engine_; }
 
  private:

@@ -1,5 +1,5 @@
 #pragma once
-/// What InverseDynamics is made of, for the plane and for space.
+/// Implementation of InverseDynamics, for the plane and for space.
 
 #include "balance/mechanics/dynamics/inverse_dynamics.hpp"
 #include "balance/mechanics/dynamics/sample_evaluator.hpp"
@@ -8,13 +8,13 @@
 
 namespace balance {
 
-/// A state as plain numbers: n each, and the time.
+/// A state as plain arrays of n entries each, and its time.
 struct StateView {
   const double *q, *dq, *ddq;
   double time;
 };
 
-/// Many states, one a row.
+/// Many states, one per row.
 struct StateTableView {
   Eigen::Ref<const Samples> q, dq, ddq;
   const VectorX& time;  ///< empty: 0 for all
@@ -28,7 +28,8 @@ struct StateTableView {
 
 class InverseDynamics::Implementation {
  public:
-  Implementation(Mechanism given, const InverseOptions& wishes) : mechanism(std::move(given)), options(wishes) {}
+  Implementation(Mechanism source_mechanism, const InverseOptions& requested_options)
+      : mechanism(std::move(source_mechanism)), options(requested_options) {}
   virtual ~Implementation() = default;
   Implementation(const Implementation&) = delete;
   Implementation& operator=(const Implementation&) = delete;
@@ -37,8 +38,9 @@ class InverseDynamics::Implementation {
   virtual MotionOutcome efforts(const StateView& state, double* effort) = 0;
   virtual void efforts(const StateTableView& states, EffortBatch& table) = 0;
   virtual MotionOutcome observe(const StateView& state, Sample& sample) = 0;
-  /// Sizes of the terms that the last observed sample was the sum of, and the same over the mobility.
-  virtual void measure_terms(const Sample& sample, double time, TermMagnitudes& terms, TermMagnitudes& grown) = 0;
+  /// Magnitudes of the terms whose sum is the last observed sample, and the same amplified by the inverse of the
+  /// mobility.
+  virtual void measure_terms(const Sample& sample, double time, TermMagnitudes& terms, TermMagnitudes& amplified) = 0;
   virtual MotionOutcome mass_matrix(const double* q, MatrixX& mass) = 0;
   virtual MotionOutcome bias(const StateView& state, VectorX& bias) = 0;
   virtual MotionOutcome regressor(const StateView& state, EffortRegressor& regressor) = 0;
@@ -47,7 +49,7 @@ class InverseDynamics::Implementation {
   const InverseOptions options;
   int freedoms = 0;
   bool is_fully_actuated_tree =
-      false;  ///< nothing but a tree with a motor at every coordinate: the shortest way to the efforts
+      false;  ///< only a tree with a motor at every coordinate: the fastest way to the efforts
   std::vector<std::string> independent, notes;
 };
 
@@ -60,7 +62,7 @@ class InverseDynamicsOf final : public InverseDynamics::Implementation {
   MotionOutcome efforts(const StateView& state, double* effort) override;
   void efforts(const StateTableView& states, EffortBatch& table) override;
   MotionOutcome observe(const StateView& state, Sample& sample) override;
-  void measure_terms(const Sample& sample, double time, TermMagnitudes& terms, TermMagnitudes& grown) override;
+  void measure_terms(const Sample& sample, double time, TermMagnitudes& terms, TermMagnitudes& amplified) override;
   MotionOutcome mass_matrix(const double* q, MatrixX& mass) override;
   MotionOutcome bias(const StateView& state, VectorX& bias) override;
   MotionOutcome regressor(const StateView& state, EffortRegressor& regressor) override;
@@ -70,20 +72,20 @@ class InverseDynamicsOf final : public InverseDynamics::Implementation {
  private:
   struct ActuatedColumn {
     ColumnId column;
-    double inverse;  ///< of the actuated coordinate's ratio to the tree coordinate
+    double inverse;  ///< 1 / ratio of the actuated coordinate to the tree coordinate
   };
 
   MotionOutcome set_state(const StateView& state);
   MotionOutcome solve_open_tree(const StateView& state, double* effort);
-  TreeMotion<S> instant(double time);
-  MotionOutcome not_held(double time) const;
+  TreeMotion<S> current_motion(double time);
+  MotionOutcome make_not_held_outcome(double time) const;
   MotionOutcome mismatch(double time) const;
   void fill_shaking(EffortRegressor& regressor);
 
   AssemblyBranch<S> branch_;
-  SampleEvaluator<S> observer_;
+  SampleEvaluator<S> sample_evaluator_;
   typename S::Vector gravity_;
-  std::vector<ActuatedColumn> motors_;
+  std::vector<ActuatedColumn> actuated_columns_;
   std::vector<Wrench<S>> wrenches_;
   std::vector<double> tau_;
   MatrixX C_;

@@ -15,23 +15,23 @@
 
 namespace balance {
 
-/// Columns of a matrix that determine the others, by QR decompositions with column pivoting (Businger and Golub, Numer. Math. 7,
-/// 1965).
-double compute_reciprocal_condition(const MatrixX& matrix);  ///< singular values
+/// Columns of a matrix that determine the others, by QR decompositions with column pivoting (Businger and Golub, Numer.
+/// Math. 7, 1965).
+double compute_reciprocal_condition(const MatrixX& matrix);  ///< smallest over largest singular value
 MatrixX select_columns(const MatrixX& matrix, const std::vector<int>& columns);
-std::vector<int> complement_indices(const std::vector<int>& some, int n);  ///< of 0 … n − 1
+std::vector<int> complement_indices(const std::vector<int>& indices, int n);  ///< of 0 … n − 1
 
-/// The first `count` pivots, in the order of the columns. @param last the last pivot against the first
+/// Columns of the first `count` pivots, in increasing order. @param last ratio of the last pivot to the first
 std::vector<int> pivot_columns(const MatrixX& matrix, int count, double& last);
 
-/// The same, columns of joints that stick only where the others do not suffice: then all that can move while these joints
-/// stick moves with the independent columns that are not theirs.
-std::vector<int> pivot_moving_columns(const MatrixX& matrix, int count, const std::vector<bool>& stuck);
+/// The same, but with columns of sticking joints only if the others do not suffice: every motion that is possible while
+/// these joints stick is then determined by the independent columns that do not stick.
+std::vector<int> pivot_moving_columns(const MatrixX& matrix, int count, const std::vector<bool>& is_sticking);
 
 namespace {
 
 constexpr double moving_pivot_tolerance =
-    1e-5;  // smallest pivot, against the largest, that columns which move must leave to determine others
+    1e-5;  // smallest pivot, relative to the largest column, of a moving column that may be dependent
 
 }  // namespace
 
@@ -47,14 +47,14 @@ MatrixX select_columns(const MatrixX& matrix, const std::vector<int>& columns) {
   return out;
 }
 
-std::vector<int> complement_indices(const std::vector<int>& some, int n) {
+std::vector<int> complement_indices(const std::vector<int>& indices, int n) {
   std::vector<int> out;
   for (int c = 0; c < n; ++c)
-    if (std::find(some.begin(), some.end(), c) == some.end()) out.push_back(c);
+    if (std::find(indices.begin(), indices.end(), c) == indices.end()) out.push_back(c);
   return out;
 }
 
-/// The first `count` pivots of a QR decomposition with column pivoting.
+/// Columns of the first `count` pivots of a QR decomposition with column pivoting.
 std::vector<int> pivot_columns(const MatrixX& matrix, int count, double& last) {
   const ColumnPivotingQr qr(matrix);
   std::vector<int> out;
@@ -68,25 +68,27 @@ std::vector<int> pivot_columns(const MatrixX& matrix, int count, double& last) {
   return out;
 }
 
-std::vector<int> pivot_moving_columns(const MatrixX& matrix, int count, const std::vector<bool>& stuck) {
+std::vector<int> pivot_moving_columns(const MatrixX& matrix, int count, const std::vector<bool>& is_sticking) {
   std::vector<int> moving, standing, out;
   for (int c = 0; c < static_cast<int>(matrix.cols()); ++c)
-    (stuck[static_cast<std::size_t>(c)] ? standing : moving).push_back(c);
-  MatrixX rest = select_columns(matrix, standing);
-  const double largest = max_abs(matrix.colwise().norm());
-  int found = 0;
+    (is_sticking[static_cast<std::size_t>(c)] ? standing : moving).push_back(c);
+  MatrixX standing_columns = select_columns(matrix, standing);
+  const double max_norm = max_abs(matrix.colwise().norm());
+  int pivot_count = 0;
   if (!moving.empty()) {
     const ColumnPivotingQr qr(select_columns(matrix, moving));
-    const auto most = static_cast<int>(std::min(qr.matrixQR().rows(), qr.matrixQR().cols()));
-    for (; found < std::min(count, most) && std::abs(qr.matrixQR()(found, found)) > moving_pivot_tolerance * largest;
-         ++found)
-      out.push_back(moving[static_cast<std::size_t>(qr.colsPermutation().indices()[found])]);
-    rest.applyOnTheLeft(qr.householderQ().adjoint());
+    const auto max_pivots = static_cast<int>(std::min(qr.matrixQR().rows(), qr.matrixQR().cols()));
+    for (; pivot_count < std::min(count, max_pivots) &&
+           std::abs(qr.matrixQR()(pivot_count, pivot_count)) > moving_pivot_tolerance * max_norm;
+         ++pivot_count)
+      out.push_back(moving[static_cast<std::size_t>(qr.colsPermutation().indices()[pivot_count])]);
+    standing_columns.applyOnTheLeft(qr.householderQ().adjoint());
   }
-  if (found < count && !standing.empty()) {
-    const MatrixX left = rest.bottomRows(rest.rows() - found);
+  if (pivot_count < count && !standing.empty()) {
+    const MatrixX remainder = standing_columns.bottomRows(standing_columns.rows() - pivot_count);
     double last;
-    for (const int c : pivot_columns(left, count - found, last)) out.push_back(standing[static_cast<std::size_t>(c)]);
+    for (const int c : pivot_columns(remainder, count - pivot_count, last))
+      out.push_back(standing[static_cast<std::size_t>(c)]);
   }
   std::sort(out.begin(), out.end());
   return out;
@@ -94,9 +96,9 @@ std::vector<int> pivot_moving_columns(const MatrixX& matrix, int count, const st
 
 namespace {
 
-constexpr double dependent_residual_tolerance = 4e-15;   // scaled residual after which one correction is the last
-constexpr double stagnation_residual_tolerance = 1e-12;  // below this a residual that hardly shrinks has met round-off
-constexpr double acceleration_residual_tolerance = 1e-12;  // the same, in the accelerations that are left uncorrected
+constexpr double dependent_residual_tolerance = 4e-15;     // scaled residual below which one correction is the last
+constexpr double stagnation_residual_tolerance = 1e-12;    // below this a residual that hardly shrinks is round-off
+constexpr double acceleration_residual_tolerance = 1e-12;  // the same, as error of the accelerations
 constexpr double second_order_threshold = 1e-8;   // above this the second derivative of the closures is worth its cost
 constexpr double max_dependent_correction = 0.2;  // of a warm start, in radians or characteristic lengths
 constexpr int max_dependent_iterations = 8;
@@ -121,24 +123,24 @@ LoopDynamics<S>::LoopDynamics(const Mechanism& mechanism, const ForwardOptions& 
   for (int c = 0; c < n; ++c) scale_.push_back(full_tree_.is_length_column[c] ? full_tree_.characteristic_length : 1);
   for (std::size_t a = 0; a < mechanism.actuators.size(); ++a)
     for (const auto& [column, ratio] : full_tree_.coordinate_expressions[mechanism.actuators[a]].terms)
-      driven_.push_back({a, column, ratio});
+      actuated_columns_.push_back({a, column, ratio});
   for (const Friction& friction : mechanism.friction) {
     const LinearQuantity& source = full_tree_.coordinate_expressions[friction.coordinate];
     const double unit = source.is_length ? full_tree_.characteristic_length : 1;
     frictions_.push_back({friction, source, unit, options.friction_regularisation_speed * unit});
     if (!frictions_.back().has_dry_friction()) continue;
-    dry_ = true;
+    has_dry_friction_ = true;
     if (!source.has_single_term())
       throw std::invalid_argument("dry friction in '" + mechanism.coordinates[friction.coordinate].name +
                                   "', which follows several coordinates: whether it sticks cannot be computed");
   }
-  const std::size_t most = static_cast<std::size_t>(n) + static_cast<std::size_t>(full_tree_.closure_rows);
-  x_.assign(most, 0), rates_.assign(most, 0);
+  const std::size_t max_rows = static_cast<std::size_t>(n) + static_cast<std::size_t>(full_tree_.closure_rows);
+  x_.assign(max_rows, 0), rates_.assign(max_rows, 0);
   weigh_columns();
   mass_.assign(n * n, 0), tau_.assign(n, 0), ddy0_.assign(n, 0), joint_springs_.assign(n, 0);
 }
 
-/// The poses alone do not tell how often a joint has turned.
+/// Uses y, because the poses do not determine full turns.
 template <class S>
 void LoopDynamics<S>::update_joint_springs(const double* y) {
   std::fill(joint_springs_.begin(), joint_springs_.end(), 0);
@@ -158,23 +160,23 @@ bool LoopDynamics<S>::solve_dependent(double* y, double* dy) {
     sample_.value[k] = y[columns_[k]];
     sample_.rate[k] = dy[columns_[k]];
   }
-  double last = INFINITY, moved = 0;
+  double previous_residual = INFINITY, correction = 0;
   for (; iterations_ <= max_dependent_iterations; ++iterations_) {
     if (iterations_ == 0)
       compute_poses(tree_, y, state_);
     else
       dependent_poses(y);
     equations_->evaluate(state_, y, sample_, x_.data());
-    double worst = 0;
-    for (int r = 0; r < rows; ++r) worst = std::max(worst, std::abs(x_[r]));
-    if (!std::isfinite(worst) || !equations_->factorise()) return false;
+    double max_residual = 0;
+    for (int r = 0; r < rows; ++r) max_residual = std::max(max_residual, std::abs(x_[r]));
+    if (!std::isfinite(max_residual) || !equations_->factorise()) return false;
     // either small, or as small as round-off allows: the last correction is too small to show in the poses
     const double regularity = std::min(1.0, equations_->regularity());
-    const bool last_one =
-        worst <= ground_extent_ * std::max(dependent_residual_tolerance,
-                                           acceleration_residual_tolerance * regularity * regularity) ||
-        (worst <= stagnation_residual_tolerance * ground_extent_ && worst > 0.25 * last);
-    if (last_one) {
+    const bool is_last =
+        max_residual <= ground_extent_ * std::max(dependent_residual_tolerance,
+                                                  acceleration_residual_tolerance * regularity * regularity) ||
+        (max_residual <= stagnation_residual_tolerance * ground_extent_ && max_residual > 0.25 * previous_residual);
+    if (is_last) {
       equations_->velocity_rhs(sample_, rates_.data());
       equations_->solve_pair(x_.data(), rates_.data());
     } else {
@@ -182,23 +184,23 @@ bool LoopDynamics<S>::solve_dependent(double* y, double* dy) {
     }
     for (int c = 0; c < n; ++c) {
       y[c] -= x_[c];
-      moved = std::max(moved, std::abs(x_[c]) / scale_[c]);
+      correction = std::max(correction, std::abs(x_[c]) / scale_[c]);
     }
     for (int k = 0; k < d; ++k) y[columns_[k]] = sample_.value[k];
-    if (moved > max_dependent_correction) return false;
-    if (worst > second_order_threshold) apply_second_order_correction(y);
-    if (last_one) {
+    if (correction > max_dependent_correction) return false;
+    if (max_residual > second_order_threshold) apply_second_order_correction(y);
+    if (is_last) {
       for (int c = 0; c < n; ++c) dy[c] = rates_[c];
       for (int k = 0; k < d; ++k) dy[columns_[k]] = sample_.rate[k];
       update_joint_springs(y);
       return true;
     }
-    last = worst;
+    previous_residual = max_residual;
   }
   return false;
 }
 
-/// Poses once more, after a change of the dependent coordinates only.
+/// Updates the poses after a change of the dependent coordinates only.
 template <class S>
 void LoopDynamics<S>::dependent_poses(const double* y) {
   for (std::size_t n = 1; n < tree_.nodes.size(); ++n) {
@@ -207,8 +209,8 @@ void LoopDynamics<S>::dependent_poses(const double* y) {
   }
 }
 
-/// After a Newton step −δ the closures are left with ½ δᵀΦ″δ, which is the second derivative that velocities δ alone make: Chebyshev's
-/// third-order step costs less than another evaluation of the poses.
+/// After a Newton step −δ the closures are left with ½ δᵀΦ″δ, half the second derivative due to velocities δ alone.
+/// Chebyshev's third-order step, which removes it, costs less than another evaluation of the poses.
 template <class S>
 void LoopDynamics<S>::apply_second_order_correction(double* y) {
   compute_angular_velocities(tree_, x_.data(), state_);
@@ -224,13 +226,13 @@ template <class S>
 void LoopDynamics<S>::compute_tree_terms(double time, const double* dy) {
   compute_angular_velocities(tree_, dy, state_);
   if (tree_.has_sliding_closures) compute_origin_velocities(tree_, dy, state_);
-  // The ground accelerated by −g carries the weight into the inertia forces; in the closures' differences it cancels.
+  // Accelerating the ground by −g adds the weight to the inertia forces; in the closures' differences it cancels.
   compute_accelerations<S>(tree_, dy, nullptr, -gravity_, state_);
   if (is_open_tree()) {
     std::fill(ddy0_.begin(), ddy0_.end(), 0);
   } else {
     equations_->acceleration_rhs(state_, sample_, x_.data());
-    unit_rows(0, rates_);  // the first column of C is solved for in the same go
+    set_unit_rate_rhs(0, rates_);  // the first column of C is solved for at the same time
     equations_->solve_pair(x_.data(), rates_.data());
     std::copy_n(x_.data(), columns(), ddy0_.data());
     store_transformation_column(0, rates_);
@@ -244,9 +246,9 @@ void LoopDynamics<S>::compute_tree_terms(double time, const double* dy) {
   composite_.compute_mass_matrix(tree_, state_, mass_.data());
 }
 
-/// Right-hand side of the rates that a unit rate of one independent coordinate causes; nothing beyond the last.
+/// Right-hand side of the rates due to a unit rate of independent coordinate k; zero if k is beyond the last.
 template <class S>
-void LoopDynamics<S>::unit_rows(int k, std::vector<double>& rows) const {
+void LoopDynamics<S>::set_unit_rate_rhs(int k, std::vector<double>& rows) const {
   std::fill(rows.begin(), rows.end(), 0.0);
   const int row = tree_.closure_rows + k;
   if (k < freedoms_) rows[row] = equations_->row_scale()[row];
@@ -270,9 +272,9 @@ void LoopDynamics<S>::reduce_to_independent() {
     }
     return;
   }
-  for (int k = 1; k < d; k += 2) {  // the first one is known from prepare()
-    unit_rows(k, x_);
-    unit_rows(k + 1, rates_);
+  for (int k = 1; k < d; k += 2) {  // the first one is known from compute_tree_terms()
+    set_unit_rate_rhs(k, x_);
+    set_unit_rate_rhs(k + 1, rates_);
     equations_->solve_pair(x_.data(), rates_.data());
     store_transformation_column(k, x_);
     store_transformation_column(k + 1, rates_);
@@ -307,7 +309,7 @@ void LoopDynamics<S>::reduce_to_independent() {
 
 namespace {
 
-/// x := A⁻¹ x by Cholesky's factors of the few rows that there are; A's lower triangle on entry, the factor on return.
+/// x := A⁻¹ x by Cholesky factorisation, for few rows; A holds its lower triangle on entry, the factor on return.
 bool solve_cholesky(double* A, double* x, int d) {
   for (int i = 0; i < d; ++i) {
     for (int j = 0; j <= i; ++j) {
@@ -339,20 +341,20 @@ bool LoopDynamics<S>::accelerate(double time, const double* dy, const double* ef
   compute_tree_terms(time, dy);
   reduce_to_independent();
   const int n = columns(), d = freedoms_;
-  for (int k = 0; k < d; ++k) right_[k] = -bias_[k];
-  for (const ActuatedColumn& driven : driven_) {
-    const double force = driven.ratio * efforts[driven.actuator];
+  for (int k = 0; k < d; ++k) rhs_[k] = -bias_[k];
+  for (const ActuatedColumn& actuated : actuated_columns_) {
+    const double force = actuated.ratio * efforts[actuated.actuator];
     if (force == 0) continue;
-    for (int k = 0; k < d; ++k) right_[k] += C_[driven.column * d + k] * force;
+    for (int k = 0; k < d; ++k) rhs_[k] += C_[actuated.column * d + k] * force;
   }
   for (int a = 0; a < d; ++a)
     for (int b = 0; b <= a; ++b) factor_[a * d + b] = M_(a, b);
   if (is_any_sticking()) fix_sticking_accelerations();
-  if (!solve_cholesky(factor_.data(), right_.data(), d)) return false;
+  if (!solve_cholesky(factor_.data(), rhs_.data(), d)) return false;
   bool finite = true;
   for (int c = 0; c < n; ++c) {
     double sum = ddy0_[c];
-    for (int k = 0; k < d; ++k) sum += C_[c * d + k] * right_[k];
+    for (int k = 0; k < d; ++k) sum += C_[c * d + k] * rhs_[k];
     ddy[c] = sum;
     finite = finite && std::isfinite(sum);
   }
@@ -362,14 +364,14 @@ bool LoopDynamics<S>::accelerate(double time, const double* dy, const double* ef
 template class LoopDynamics<Planar>;
 template class LoopDynamics<Spatial>;
 
-// Which coordinates are independent, and the way there from a guess.
+// Choice of the independent coordinates, and assembly from a guess.
 
 namespace {
 
 constexpr double closure_rank_tolerance = 1e-5;       // smallest relative pivot of closures that have their full rank
-constexpr double preferred_columns_tolerance = 1e-5;  // the same that preferred coordinates must leave
-// What makes a column a dependent one where there is a choice: being a spherical joint's, whose own coordinates mean little, and taking
-// part in one loop only, which lets the loops be solved one by one.
+constexpr double preferred_columns_tolerance = 1e-5;  // the same for the columns dependent on preferred coordinates
+// Weights that favour columns as dependent ones: those of spherical joints, whose own coordinates mean little, and
+// those that take part in one loop only, which lets the loops be solved one by one.
 constexpr double spherical_weight = 10;
 constexpr double own_loop_weight = 3;
 
@@ -394,49 +396,50 @@ std::vector<int> LoopDynamics<S>::preferred_columns() const {
 
 template <class S>
 void LoopDynamics<S>::weigh_columns() {
-  weight_.assign(columns(), own_loop_weight);
+  column_weight_.assign(columns(), own_loop_weight);
   std::vector<int> loops(columns(), 0);
   for (const Closure<S>& closure : full_tree_.closures) {
-    std::vector<bool> seen(columns(), false);
-    for (const PathStep& step : closure.path) seen[full_tree_.nodes[step.node].column] = true;
+    std::vector<bool> is_on_path(columns(), false);
+    for (const PathStep& step : closure.path) is_on_path[full_tree_.nodes[step.node].column] = true;
     for (int c = 0; c < columns(); ++c)
-      if (seen[c] && ++loops[c] > 1) weight_[c] = 1;
+      if (is_on_path[c] && ++loops[c] > 1) column_weight_[c] = 1;
   }
   for (const NodeId spherical : full_tree_.spherical_joints)
     for (int k = spherical; k < spherical + 3; ++k)
-      if (full_tree_.nodes[k].column >= 0) weight_[full_tree_.nodes[k].column] = spherical_weight;
+      if (full_tree_.nodes[k].column >= 0) column_weight_[full_tree_.nodes[k].column] = spherical_weight;
 }
 
 template <class S>
 bool LoopDynamics<S>::choose_independent_columns(const double* y, bool prefer) {
-  ++choices_;
+  ++choice_count_;
   const int n = columns(), d = freedoms_, rank = n - d;
-  std::vector<int> wanted;
-  if (prefer) wanted = preferred_columns();
+  std::vector<int> independent_columns;
+  if (prefer) independent_columns = preferred_columns();
   std::vector<int> rows(full_tree_.closure_rows);
   std::iota(rows.begin(), rows.end(), 0);
   if (is_open_tree()) {
-    columns_ = static_cast<int>(wanted.size()) == n ? wanted : complement_indices({}, n);
+    columns_ = static_cast<int>(independent_columns.size()) == n ? independent_columns : complement_indices({}, n);
   } else {
-    // one row of a point's closure lies along the joint's axes, both together may lie along the world's
-    Tree<S> by_axes = full_tree_;
-    for (Closure<S>& closure : by_axes.closures)
+    // a single row of a point closure refers to the joint's axes; a complete set may refer to the world's
+    Tree<S> axis_tree = full_tree_;
+    for (Closure<S>& closure : axis_tree.closures)
       closure.has_coincident_origins = closure.has_coincident_origins && !has_redundant_closures();
-    ConstraintSystem<S> closures(by_axes, Drive<S>{});
+    ConstraintSystem<S> closures(axis_tree, Drive<S>{});
     MatrixX jacobian;
     closures.velocity_jacobian(Eigen::Map<const VectorX>(y, n), {}, jacobian);
     MatrixX weighted = jacobian;
-    for (int c = 0; c < n; ++c) weighted.col(c) *= weight_[c];
+    for (int c = 0; c < n; ++c) weighted.col(c) *= column_weight_[c];
     double last;
     std::vector<int> dependent = pivot_columns(weighted, rank, closure_regularity_);
     if (closure_regularity_ < closure_rank_tolerance) return false;
     if (is_any_sticking()) dependent = pivot_moving_columns(weighted, rank, sticking_columns());
-    if (!wanted.empty() && compute_reciprocal_condition(select_columns(jacobian, complement_indices(wanted, n))) >
-                               preferred_columns_tolerance)
-      dependent = complement_indices(wanted, n);
+    if (!independent_columns.empty() &&
+        compute_reciprocal_condition(select_columns(jacobian, complement_indices(independent_columns, n))) >
+            preferred_columns_tolerance)
+      dependent = complement_indices(independent_columns, n);
     else
-      wanted = complement_indices(dependent, n);
-    columns_ = wanted;
+      independent_columns = complement_indices(dependent, n);
+    columns_ = independent_columns;
     if (has_redundant_closures()) rows = pivot_columns(select_columns(jacobian, dependent).transpose(), rank, last);
   }
   select_closure_rows(rows);
@@ -452,20 +455,20 @@ bool LoopDynamics<S>::choose_independent_columns(const double* y, bool prefer) {
   mark_sticking_columns();
   C_.assign(n * d, 0), HC_.assign(n * d, 0);
   M_.setZero(d, d), bias_.setZero(d);
-  factor_.assign(d * d, 0), right_.assign(d, 0);
+  factor_.assign(d * d, 0), rhs_.assign(d, 0);
   if (is_open_tree()) return true;
   equations_.emplace(tree_, drive_, false);
   if (equations_->structurally_singular()) return false;
-  VectorX here = Eigen::Map<const VectorX>(y, n);
-  for (int k = 0; k < d; ++k) sample_.value[k] = here[columns_[k]];
-  compute_poses(tree_, here.data(), state_);
-  equations_->evaluate(state_, here.data(), sample_, x_.data());
-  const bool good = equations_->factorise();
+  VectorX y_now = Eigen::Map<const VectorX>(y, n);
+  for (int k = 0; k < d; ++k) sample_.value[k] = y_now[columns_[k]];
+  compute_poses(tree_, y_now.data(), state_);
+  equations_->evaluate(state_, y_now.data(), sample_, x_.data());
+  const bool is_regular_choice = equations_->factorise();
   regularity_at_choice_ = equations_->regularity();
-  return good;
+  return is_regular_choice;
 }
 
-/// Leaves these rows of the closures in the tree that the equations are made of.
+/// Keeps only these rows of the closures in tree_, on which the equations are based.
 template <class S>
 void LoopDynamics<S>::select_closure_rows(const std::vector<int>& rows) {
   tree_.closures = full_tree_.closures;
@@ -475,15 +478,15 @@ void LoopDynamics<S>::select_closure_rows(const std::vector<int>& rows) {
   tree_.has_sliding_closures = false;
   int row = 0;
   for (Closure<S>& closure : tree_.closures) {
-    std::vector<ClosureRow> kept;
-    int along = 0;
-    for (const ClosureRow& one : closure.rows) {
+    std::vector<ClosureRow> selected_rows;
+    int along_count = 0;
+    for (const ClosureRow& closure_row : closure.rows) {
       if (!std::binary_search(rows.begin(), rows.end(), row++)) continue;
-      kept.push_back(one);
-      along += one.kind == ClosureRow::Kind::along;
+      selected_rows.push_back(closure_row);
+      along_count += closure_row.kind == ClosureRow::Kind::along;
     }
-    closure.rows = kept;
-    closure.has_coincident_origins = along == S::dimension;
+    closure.rows = selected_rows;
+    closure.has_coincident_origins = along_count == S::dimension;
     tree_.has_sliding_closures = tree_.has_sliding_closures || !closure.has_coincident_origins;
   }
 }
@@ -501,25 +504,26 @@ MotionOutcome LoopDynamics<S>::assemble(const VectorX& q, const VectorX& dq, Vec
   if (!nearest.found)
     return make_outcome(MotionStatus::not_assembled, 0, "the loops do not close near the joint coordinates given");
   if (freedoms_ < 0) freedoms_ = columns() - find_generic_closure_rank(full_tree_, nearest.y);
-  const auto singular = [&] {
+  const auto make_singular_outcome = [&] {
     return make_outcome(
         MotionStatus::constraint_singularity, 0,
         "constraint singularity: the loop closures lose rank, the mechanism gains a freedom; configuration: " +
             format_configuration(mechanism_, q));
   };
-  if (!choose_independent_columns(nearest.y.data(), true)) return singular();
-  // the independent ones as given, where the others can follow
-  ConstraintSystem<S> held(full_tree_, drive_);
+  if (!choose_independent_columns(nearest.y.data(), true)) return make_singular_outcome();
+  // keep the independent ones as given, if the others can follow
+  ConstraintSystem<S> driven_system(full_tree_, drive_);
   DriveSample target;
   target.value.resize(freedoms_);
   for (int k = 0; k < freedoms_; ++k) target.value[k] = y[columns_[k]];
-  const AssemblySolution exact = solve_assembly(held, nearest.y, target);
+  const AssemblySolution exact = solve_assembly(driven_system, nearest.y, target);
   if (!exact.found)
     return make_outcome(MotionStatus::not_assembled, 0,
                         "the loops do not close with the independent joint coordinates as given");
   y = exact.y;
   reset_spherical_references(1, y.data(), dy.data());
-  if (!choose_independent_columns(y.data(), true) || !solve_dependent(y.data(), dy.data())) return singular();
+  if (!choose_independent_columns(y.data(), true) || !solve_dependent(y.data(), dy.data()))
+    return make_singular_outcome();
   return {MotionStatus::done, 0, "", {}};
 }
 
@@ -529,7 +533,7 @@ double LoopDynamics<S>::mobility() {
   return equations_->min_singular_value();
 }
 
-/// τ = Sᵀu + Jᵀλ with τ what the tree's motion takes.
+/// Solves τ = Sᵀu + Jᵀλ, with τ the generalised forces of the tree's motion.
 template <class S>
 void LoopDynamics<S>::multipliers(const double* efforts, const double* ddy, const double* y, std::vector<double>& out) {
   const int n = columns();
@@ -539,55 +543,57 @@ void LoopDynamics<S>::multipliers(const double* efforts, const double* ddy, cons
     x_[i] = tau_[i];
     for (int j = 0; j < n; ++j) x_[i] += mass_[i * n + j] * ddy[j];
   }
-  for (const ActuatedColumn& driven : driven_) x_[driven.column] -= driven.ratio * efforts[driven.actuator];
+  for (const ActuatedColumn& actuated : actuated_columns_)
+    x_[actuated.column] -= actuated.ratio * efforts[actuated.actuator];
   if (!has_redundant_closures()) {
     equations_->solve_transposed(x_.data());
     std::copy_n(x_.data(), full_tree_.closure_rows, out.data());
     return;
   }
   ConstraintSystem<S> closures(full_tree_, Drive<S>{});
-  VectorX needed(n);
+  VectorX scaled_forces(n);
   MatrixX jacobian;
   closures.velocity_jacobian(Eigen::Map<const VectorX>(y, n), {}, jacobian);
-  for (int c = 0; c < n; ++c) needed[c] = scale_[c] * x_[c];
+  for (int c = 0; c < n; ++c) scaled_forces[c] = scale_[c] * x_[c];
   CompleteOrthogonalDecomposition decomposition;
   decomposition.setThreshold(1e-8);
   decomposition.compute(jacobian.transpose());
-  const VectorX scaled = decomposition.solve(needed);
+  const VectorX scaled_multipliers = decomposition.solve(scaled_forces);
   int r = 0;
   for (const Closure<S>& closure : full_tree_.closures)
     for (const ClosureRow& row : closure.rows) {
-      out[r] = scaled[r] * compute_row_scale(full_tree_, closure, row);
+      out[r] = scaled_multipliers[r] * compute_row_scale(full_tree_, closure, row);
       ++r;
     }
 }
 
 template <class S>
 bool LoopDynamics<S>::reset_spherical_references(double limit, double* y, double* dy) {
-  bool any = false;
+  bool was_reset = false;
   for (const NodeId spherical : full_tree_.spherical_joints) {
     const double middle = std::remainder(y[full_tree_.nodes[spherical + 1].column], 2 * std::numbers::pi);
     if (std::abs(middle) < limit) continue;
-    const Tree<S> before = full_tree_;
+    const Tree<S> tree_before = full_tree_;
     const VectorX y_before = Eigen::Map<const VectorX>(y, columns());
     reset_spherical_reference(full_tree_, spherical, y);
     tree_.nodes[spherical].R_PF = full_tree_.nodes[spherical].R_PF;
-    transfer_spherical_rates(before, y_before.data(), full_tree_, y, spherical, dy);
-    any = true;
+    transfer_spherical_rates(tree_before, y_before.data(), full_tree_, y, spherical, dy);
+    was_reset = true;
   }
-  return any;
+  return was_reset;
 }
 
 template <class S>
 double LoopDynamics<S>::residual() const {
-  double worst = 0;
+  double max_residual = 0;
   for (const Closure<S>& closure : full_tree_.closures) {
     if (closure.is_velocity_level()) break;
     const ClosurePose<S> pose = closure_pose(state_, closure);
     for (const ClosureRow& row : closure.rows)
-      worst = std::max(worst, std::abs(compute_row_scale(full_tree_, closure, row) * closure_residual(pose, row)));
+      max_residual =
+          std::max(max_residual, std::abs(compute_row_scale(full_tree_, closure, row) * closure_residual(pose, row)));
   }
-  return worst;
+  return max_residual;
 }
 
 #define BALANCE_INSTANTIATE(S)                                                                          \
@@ -614,25 +620,25 @@ std::string describe_missing_inertia(const Body& body) {
   return "body '" + body.name + "' has no " + (body.mass == 0 ? "mass" : "moment of inertia");
 }
 
-/// The light body on a joint, else all light ones.
-std::string light_bodies(const Mechanism& mechanism, JointId joint) {
+/// The body without inertia at a joint, else all such bodies.
+std::string describe_massless_bodies(const Mechanism& mechanism, JointId joint) {
   for (const BodyId body : {mechanism.joints[joint].second, mechanism.joints[joint].first})
     if (body != ground && has_singular_inertia(mechanism.bodies[body]))
       return describe_missing_inertia(mechanism.bodies[body]);
-  std::string all;
+  std::string text;
   for (std::size_t b = 1; b < mechanism.bodies.size(); ++b)
     if (has_singular_inertia(mechanism.bodies[b]))
-      all += (all.empty() ? "" : ", ") + describe_missing_inertia(mechanism.bodies[b]);
-  return all;
+      text += (text.empty() ? "" : ", ") + describe_missing_inertia(mechanism.bodies[b]);
+  return text;
 }
 
 }  // namespace
 
 template <class S>
 MotionOutcome check_mass_matrix(const Mechanism& mechanism, LoopDynamics<S>& loops, double time, const double* dy) {
-  const MotionOutcome fine{MotionStatus::done, time, "", {}};
+  const MotionOutcome regular{MotionStatus::done, time, "", {}};
   if (std::none_of(mechanism.bodies.begin() + 1, mechanism.bodies.end(), has_singular_inertia) || loops.freedoms() == 0)
-    return fine;
+    return regular;
   loops.compute_tree_terms(time, dy);
   loops.reduce_to_independent();
   MatrixX mass = loops.reduced_mass();
@@ -641,14 +647,14 @@ MotionOutcome check_mass_matrix(const Mechanism& mechanism, LoopDynamics<S>& loo
     mass.col(a) *= loops.scale()[loops.independent()[a]];
   }
   const SymmetricEigenSolver solver(mass);
-  const VectorX& sizes = solver.eigenvalues();  // increasing
-  if (sizes[0] > inertia_epsilon * sizes[sizes.size() - 1]) return fine;
-  const Eigen::Index free = max_index(solver.eigenvectors().col(0).cwiseAbs());
-  const CoordinateId coordinate = find_column_coordinates(loops.tree())[loops.independent()[free]];
+  const VectorX& eigenvalues = solver.eigenvalues();  // increasing
+  if (eigenvalues[0] > inertia_epsilon * eigenvalues[eigenvalues.size() - 1]) return regular;
+  const Eigen::Index free_index = max_index(solver.eigenvectors().col(0).cwiseAbs());
+  const CoordinateId coordinate = find_column_coordinates(loops.tree())[loops.independent()[free_index]];
   return {MotionStatus::actuation_singularity,
           time,
           "the mass matrix is singular: no mass resists an acceleration of " + mechanism.coordinates[coordinate].name +
-              "; " + light_bodies(mechanism, mechanism.coordinates[coordinate].joint),
+              "; " + describe_massless_bodies(mechanism, mechanism.coordinates[coordinate].joint),
           {}};
 }
 

@@ -1,5 +1,5 @@
 #pragma once
-/// Forward dynamics in tree coordinates with the loops solved for: what ForwardDynamics and Plant are made of.
+/// Forward dynamics in tree coordinates with the loops solved for: the core of ForwardDynamics and Plant.
 
 #include "balance/mechanics/dynamics/external_forces.hpp"
 #include "balance/mechanics/dynamics/forward_dynamics.hpp"
@@ -16,7 +16,7 @@ class LoopDynamics {
  public:
   LoopDynamics(const Mechanism& mechanism, const ForwardOptions& options);
 
-  /// With all closures. Only its spherical joints' reference orientations ever change.
+  /// The tree with all closures. Only the reference orientations of its spherical joints ever change.
   const Tree<S>& tree() const { return full_tree_; }
   int columns() const { return full_tree_.columns; }
   int freedoms() const { return freedoms_; }                        ///< −1 before assemble()
@@ -24,75 +24,81 @@ class LoopDynamics {
   const std::vector<double>& scale() const { return scale_; }       ///< per tree column: 1 or the characteristic length
   bool has_redundant_closures() const { return full_tree_.closure_rows > columns() - freedoms_; }
 
-  /// From joint coordinates to tree coordinates that close the loops. Chooses independent columns; the preferred ones (else
-  /// those chosen) keep the values that q and dq give them.
+  /// Converts joint coordinates to tree coordinates that close the loops. Chooses independent columns, the preferred
+  /// ones if possible, which keep the values given by q and dq.
   MotionOutcome assemble(const VectorX& q, const VectorX& dq, VectorX& y, VectorX& dy);
 
-  /// Chooses independent columns at a closed configuration. Then close() must follow.
+  /// Chooses independent columns at a closed configuration. solve_dependent() must follow.
   /// @param prefer take the preferred ones if they determine the others
   /// @return false at a singularity of the closures
   bool choose_independent_columns(const double* y, bool prefer);
-  int choice_count() const { return choices_; }
-  /// Smallest pivot of the closures against the largest, where the last choice was made. 1 without loops.
+  int choice_count() const { return choice_count_; }
+  /// Smallest over largest pivot of the closures at the last choice; 1 without loops.
   double closure_regularity() const { return closure_regularity_; }
 
-  /// Newton on the dependent entries of y, then the dependent rates. Poses are known afterwards.
-  /// @return false if there is no solution near by
+  /// Solves for the dependent entries of y by Newton's method, then for the dependent rates. Updates the poses.
+  /// @return false if there is no solution nearby
   bool solve_dependent(double* y, double* dy);
 
-  /// Accelerations at the state last closed.
-  /// @return false if they are no numbers
+  /// Accelerations at the state of the last solve_dependent().
+  /// @return false if the mass matrix is not positive definite or the accelerations are not finite
   bool accelerate(double time, const double* dy, const double* efforts, double* ddy);
 
-  // The parts of it, for the state last closed, after prepare():
+  // Its parts at that state, after compute_tree_terms():
   void compute_tree_terms(double time, const double* dy);
   const std::vector<double>& mass() const { return mass_; }                 ///< n×n
   const std::vector<double>& bias() const { return tau_; }                  ///< n, in tree coordinates with ÿ = 0
   const std::vector<double>& transformation() const { return C_; }          ///< n×d, row by row
   const std::vector<double>& transformation_bias() const { return ddy0_; }  ///< n
-  /// M (d×d) and Cᵀ(H c + bias), which need transform() first.
+  /// Computes M (d×d) and Cᵀ(H c + bias), which the next two functions return.
   void reduce_to_independent();
   const MatrixX& reduced_mass() const { return M_; }
   const VectorX& reduced_bias() const { return bias_; }
 
-  /// Multipliers per row of all closures, least norm where they are not unique.
-  /// @param ddy as accelerate() found it
+  /// Multipliers per row of all closures, minimum norm if they are not unique.
+  /// @param ddy as computed by accelerate()
   void multipliers(const double* efforts, const double* ddy, const double* y, std::vector<double>& out);
 
   TreeState<S>& state() { return state_; }
   const KinematicEquations<S>& equations() const { return *equations_; }
   bool is_open_tree() const { return full_tree_.closures.empty(); }
   int iterations() const { return iterations_; }
-  /// Smallest pivot where the independent columns were chosen, and now. 1 without loops.
+  /// Smallest pivot now, and when the independent columns were chosen; 1 without loops.
   double regularity() const { return is_open_tree() ? 1 : equations_->regularity(); }
   double regularity_at_choice() const { return regularity_at_choice_; }
-  /// Of the matrix last factorised, for the present choice of independent columns: see KinematicEquations::is_near_stored.
+  /// Stores the matrix last factorised, for the present choice of independent columns: see
+  /// KinematicEquations::is_near_stored.
   void store() { is_open_tree() ? void() : equations_->store(); }
   bool near_kept(double limit) { return is_open_tree() || equations_->is_near_stored(limit); }
   /// Largest scaled residual of all closures at the poses of state().
   double residual() const;
   double mobility();
 
-  // Dry friction (stiction.cpp). A joint that sticks holds its column at rest, which is chosen to be independent:
+  // Dry friction (stiction.cpp). A sticking joint holds its column at rest, which is chosen to be independent if
+  // possible:
   const std::vector<JointFriction>& frictions() const { return frictions_; }
-  bool has_dry_friction() const { return dry_; }               ///< some joint has it
-  bool is_any_sticking() const { return !sticking_.empty(); }  ///< some joint sticks
+  bool has_dry_friction() const { return has_dry_friction_; }
+  bool is_any_sticking() const { return !sticking_.empty(); }
   bool has_shared_stiction() const {
     return held_count_ < sticking_.size();
-  }  ///< their friction is one of many that hold them
-  /// Asks at the state last closed which joints that do not move stick, and settles which way all others slip.
-  /// @param dy on return exactly 0 where a joint sticks
-  /// @param rest rates up to this, or of the wrong sign, are none [rad/s, or characteristic lengths per second]
-  /// @return sticks: then choose() must follow
-  FrictionChange decide_friction(double time, double* dy, const double* efforts, double rest);
-  /// Negative where some joint has come to rest or broken loose since the last decision. At the state last closed.
-  /// @param fastest rates of this size are the unit of what is left, in the same units as `rest`
-  double friction_margin(double time, const double* dy, const double* efforts, double fastest);
-  /// Friction of the joints that stick becomes part of bias(): after accelerate(), which does not need it.
+  }  ///< sticking joints depend on each other: their friction is not unique
+  /// Decides at the state last solved which joints at rest stick, and in which direction all others slip.
+  /// @param dy on return exactly 0 for joints that stick
+  /// @param rest_threshold rates up to this, or of the wrong sign, count as rest [rad/s, or characteristic lengths per
+  ///        second]
+  /// @return what changed; after sticking_set, choose_independent_columns() must follow
+  FrictionChange decide_friction(double time, double* dy, const double* efforts, double rest_threshold);
+  /// Margin to the next change at the state last solved: negative if some joint has come to rest or broken loose since
+  /// the last decision.
+  /// @param reference_rate rate that serves as unit for the margin of rates, in the same units as `rest_threshold`
+  double friction_margin(double time, const double* dy, const double* efforts, double reference_rate);
+  /// Adds the friction of sticking joints to bias(). To be called after accelerate(), which does not need it.
   void add_sticking_friction(const double* efforts, const double* ddy);
   double friction_power(const double* dy) const;
 
-  /// Rereferences every spherical joint whose middle angle is beyond the limit [rad]. Then close() must follow.
+  /// Resets the reference of every spherical joint whose middle angle is beyond the limit [rad]; solve_dependent() must
+  /// follow.
+  /// @return whether any was reset
   bool reset_spherical_references(double limit, double* y, double* dy);
 
  private:
@@ -105,7 +111,7 @@ class LoopDynamics {
   void update_joint_springs(const double* y);
   void dependent_poses(const double* y);
   void apply_second_order_correction(double* y);
-  void unit_rows(int k, std::vector<double>& rows) const;
+  void set_unit_rate_rhs(int k, std::vector<double>& rows) const;
   void store_transformation_column(int k, const std::vector<double>& rates);
   void add_friction(const double* dy);
   double friction_force(const JointFriction& joint, double rate) const;
@@ -122,30 +128,30 @@ class LoopDynamics {
 
   const Mechanism& mechanism_;
   ForwardOptions options_;
-  Tree<S> full_tree_, tree_;                     ///< tree_: with as many independent closure rows as the rank
+  Tree<S> full_tree_, tree_;                     ///< tree_: with independent closure rows only, as many as the rank
   std::vector<typename S::Rotation> reference_;  ///< of every spherical joint, as compiled
-  std::vector<double> scale_, weight_;
-  Drive<S> drive_;  ///< holds the independent columns
+  std::vector<double> scale_, column_weight_;
+  Drive<S> drive_;  ///< prescribes the independent columns
   std::optional<KinematicEquations<S>> equations_;
   ExternalForces<S> external_;
-  std::vector<double> joint_springs_;  ///< what they ask of the columns at the state last closed
+  std::vector<double> joint_springs_;  ///< their generalised forces at the state last solved
   CompositeRigidBodies<S> composite_;
   typename S::Vector gravity_;
   double ground_extent_;  ///< of the ground, in characteristic lengths
-  int freedoms_ = -1, iterations_ = 0, choices_ = 0;
+  int freedoms_ = -1, iterations_ = 0, choice_count_ = 0;
   double regularity_at_choice_ = 1, closure_regularity_ = 1;
   std::vector<int> columns_;
   std::vector<bool> is_dependent_node_;  ///< per node: its column is not independent
-  std::vector<ActuatedColumn> driven_;
+  std::vector<ActuatedColumn> actuated_columns_;
   std::vector<JointFriction> frictions_;
-  bool dry_ = false;
-  std::vector<int> sticking_, at_rest_, new_stuck_;  ///< of frictions_; the last two are scratch
-  std::vector<bool> is_sticking_column_;             ///< per independent column: a joint that sticks keeps it
+  bool has_dry_friction_ = false;
+  std::vector<int> sticking_, at_rest_, new_stuck_;  ///< indices into frictions_; the last two are scratch
+  std::vector<bool> is_sticking_column_;             ///< per independent column: held by a sticking joint
   std::size_t held_count_ = 0;
   TreeState<S> state_;
   DriveSample sample_;
   std::vector<Wrench<S>> wrenches_;
-  std::vector<double> x_, rates_, mass_, tau_, C_, ddy0_, HC_, factor_, right_;
+  std::vector<double> x_, rates_, mass_, tau_, C_, ddy0_, HC_, factor_, rhs_;
   MatrixX M_;
   VectorX bias_;
 };
@@ -153,10 +159,10 @@ class LoopDynamics {
 extern template class LoopDynamics<Planar>;
 extern template class LoopDynamics<Spatial>;
 
-// Freedoms that no mass resists: bodies without mass or without extent may leave the mass matrix singular.
+// Freedoms without inertia: bodies without mass or without extent may leave the mass matrix singular.
 
-/// @param loops assembled and closed; on return prepared and transformed
-/// @return done, or which coordinate moves without mass and which body has none
+/// @param loops assembled and solved; its terms may be recomputed
+/// @return done, or which coordinate moves without inertia and which body lacks it
 template <class S>
 MotionOutcome check_mass_matrix(const Mechanism& mechanism, LoopDynamics<S>& loops, double time, const double* dy);
 

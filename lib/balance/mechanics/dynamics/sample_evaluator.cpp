@@ -44,7 +44,7 @@ SampleEvaluator<S>::SampleEvaluator(const MechanismOf<T>& mechanism, const Tree<
 
 template <class S>
 void SampleEvaluator<S>::classify_coordinates() {
-  std::vector<bool> listed(mechanism_.joints.size(), false);
+  std::vector<bool> is_listed(mechanism_.joints.size(), false);
   for (std::size_t c = 0; c < mechanism_.coordinates.size(); ++c) {
     const Coordinate& coordinate = mechanism_.coordinates[c];
     if (tree_.coordinate_expressions[c].has_terms() && !tree_.is_floating[c]) {
@@ -63,8 +63,8 @@ void SampleEvaluator<S>::classify_coordinates() {
         for (const auto& [column, coefficient] : first.terms) cut.quantity.terms.emplace_back(column, -coefficient);
       }
     }
-    if (!cut.linear && !listed[coordinate.joint]) {
-      listed[coordinate.joint] = true;
+    if (!cut.linear && !is_listed[coordinate.joint]) {
+      is_listed[coordinate.joint] = true;
       cut_joints_.push_back(coordinate.joint);
     }
     cut_coordinates_.push_back(cut);
@@ -72,93 +72,94 @@ void SampleEvaluator<S>::classify_coordinates() {
 }
 
 template <class S>
-bool SampleEvaluator<S>::evaluate(const TreeMotion<S>& now, const KinematicEquations<S>& equations, double duration,
+bool SampleEvaluator<S>::evaluate(const TreeMotion<S>& motion, const KinematicEquations<S>& equations, double duration,
                                   Detail detail) {
-  set_state(now, detail);
-  const bool held = balance_efforts(now, equations, duration);
-  read_coordinates(now);
-  compute_derived_quantities(now, detail, actuation_.multipliers());
-  return held;
+  set_state(motion, detail);
+  const bool is_held = balance_efforts(motion, equations, duration);
+  read_coordinates(motion);
+  compute_derived_quantities(motion, detail, actuation_.multipliers());
+  return is_held;
 }
 
 template <class S>
-bool SampleEvaluator<S>::solve_efforts(const TreeMotion<S>& now, const KinematicEquations<S>& equations,
+bool SampleEvaluator<S>::solve_efforts(const TreeMotion<S>& motion, const KinematicEquations<S>& equations,
                                        double duration) {
-  set_state(now, Detail::forces);
-  return balance_efforts(now, equations, duration);
+  set_state(motion, Detail::forces);
+  return balance_efforts(motion, equations, duration);
 }
 
 template <class S>
-bool SampleEvaluator<S>::balance_efforts(const TreeMotion<S>& now, const KinematicEquations<S>& equations,
+bool SampleEvaluator<S>::balance_efforts(const TreeMotion<S>& motion, const KinematicEquations<S>& equations,
                                          double duration) {
-  balance_forces(now);
-  external_.add_joint_springs(now.y, tau_.data());
-  if (!mechanism_.friction.empty()) add_friction_forces(mechanism_, tree_, now.dy, duration, tau_.data());
-  const bool held = actuation_.solve(equations, tau_.data());
+  balance_forces(motion);
+  external_.add_joint_springs(motion.y, tau_.data());
+  if (!mechanism_.friction.empty()) add_friction_forces(mechanism_, tree_, motion.dy, duration, tau_.data());
+  const bool is_held = actuation_.solve(equations, tau_.data());
   std::copy(actuation_.efforts().begin(), actuation_.efforts().end(), sample_.effort.data());
-  return held;
+  return is_held;
 }
 
 template <class S>
-void SampleEvaluator<S>::evaluate_under_efforts(const TreeMotion<S>& now, const T* efforts,
+void SampleEvaluator<S>::evaluate_under_efforts(const TreeMotion<S>& motion, const T* efforts,
                                                 const std::vector<T>& multipliers) {
-  set_state(now, Detail::all);
-  balance_forces(now);
-  read_coordinates(now);
+  set_state(motion, Detail::all);
+  balance_forces(motion);
+  read_coordinates(motion);
   std::copy_n(efforts, sample_.effort.size(), sample_.effort.data());
-  compute_derived_quantities(now, Detail::all, multipliers);
+  compute_derived_quantities(motion, Detail::all, multipliers);
 }
 
 template <class S>
-void SampleEvaluator<S>::update_coordinates(const TreeMotion<S>& now) {
-  set_state(now, Detail::forces);
-  read_coordinates(now);
-  first_ = false;
-  time_ = now.time;
+void SampleEvaluator<S>::update_coordinates(const TreeMotion<S>& motion) {
+  set_state(motion, Detail::forces);
+  read_coordinates(motion);
+  is_first_ = false;
+  last_time_ = motion.time;
 }
 
 template <class S>
-void SampleEvaluator<S>::compute_derived_quantities(const TreeMotion<S>& now, Detail detail,
+void SampleEvaluator<S>::compute_derived_quantities(const TreeMotion<S>& motion, Detail detail,
                                                     const std::vector<T>& multipliers) {
-  sample_.time = now.time;
+  sample_.time = motion.time;
   read_power(sample_);
   compute_total_forces<S>(tree_, *state_, {wrenches_[0], external_total_, external_loads_, gravity_, about_}, sample_);
-  if (mechanism_.tool) read_tool(now);
+  if (mechanism_.tool) read_tool(motion);
   if (detail == Detail::all) {
     sample_.com_velocity = to_3d(com_velocity(tree_, *state_));
-    compute_energies(tree_, *state_, gravity_, external_.energy(*state_, now.y), sample_);
-    read_reactions(now, multipliers);
+    compute_energies(tree_, *state_, gravity_, external_.energy(*state_, motion.y), sample_);
+    read_reactions(motion, multipliers);
     sample_.add_derived(to_3d(about_));
   }
-  first_ = false;
-  time_ = now.time;
+  is_first_ = false;
+  last_time_ = motion.time;
 }
 
-/// What the tree's joints and the ground would have to do without closures.
+/// Wrenches that the tree's joints and the ground would have to exert without closures.
 template <class S>
-void SampleEvaluator<S>::balance_forces(const TreeMotion<S>& now) {
+void SampleEvaluator<S>::balance_forces(const TreeMotion<S>& motion) {
   for (auto& wrench : wrenches_) wrench = {};
   external_total_ = external_loads_ = {};
-  if (!external_.is_empty()) external_.subtract(*state_, now.time, wrenches_, external_total_, external_loads_);
+  if (!external_.is_empty()) external_.subtract(*state_, motion.time, wrenches_, external_total_, external_loads_);
   inverse_dynamics(tree_, *state_, wrenches_, tau_.data());
 }
 
-/// Poses, velocities and accelerations of all nodes, the ground accelerated by −g.
+/// Updates velocities and accelerations of all nodes, and the poses of an explicit motion, with the ground accelerated
+/// by −g.
 template <class S>
-void SampleEvaluator<S>::set_state(const TreeMotion<S>& now, Detail detail) {
-  state_ = &now.state;
+void SampleEvaluator<S>::set_state(const TreeMotion<S>& motion, Detail detail) {
+  state_ = &motion.state;
   TreeState<S>& state = *state_;
-  if (!now.is_explicit) {
-    if (detail == Detail::all) compute_origin_velocities(tree_, now.dy, state);
-    compute_accelerations<S>(tree_, now.dy, now.ddy, -gravity_, state);
+  if (!motion.is_explicit) {
+    if (detail == Detail::all) compute_origin_velocities(tree_, motion.dy, state);
+    compute_accelerations<S>(tree_, motion.dy, motion.ddy, -gravity_, state);
     return;
   }
-  const T *y = now.y, *dy = now.dy, *ddy = now.ddy;
+  const T *y = motion.y, *dy = motion.dy, *ddy = motion.ddy;
   state[0].acceleration = -gravity_;
   for (std::size_t n = 1; n < tree_.nodes.size(); ++n) {
     const Node<S>& node = tree_.nodes[n];
     const NodeState<S>& parent = state[node.parent];
-    NodeState<S> s;  // worked on in registers
+    NodeState<S> s;  // kept in registers
     set_local_pose(node, y, s);
     set_world_pose(parent, s);
     set_angular_velocity(node, dy, parent, s);
@@ -169,13 +170,13 @@ void SampleEvaluator<S>::set_state(const TreeMotion<S>& now, Detail detail) {
 }
 
 template <class S>
-void SampleEvaluator<S>::read_coordinates(const TreeMotion<S>& now) {
-  if (first_) initialise_turns(now.y);
-  read_linear(now.y, now.dy, now.ddy, sample_);
-  if (!cut_joints_.empty()) compute_cut_joints(now);
+void SampleEvaluator<S>::read_coordinates(const TreeMotion<S>& motion) {
+  if (is_first_) initialise_turns(motion.y);
+  read_linear(motion.y, motion.dy, motion.ddy, sample_);
+  if (!cut_joints_.empty()) compute_cut_joints(motion);
 }
 
-/// Whole turns are counted from the start.
+/// Starts the count of full turns.
 template <class S>
 void SampleEvaluator<S>::initialise_turns(const T* y) {
   constexpr double two_pi = 2 * std::numbers::pi;
@@ -184,76 +185,76 @@ void SampleEvaluator<S>::initialise_turns(const T* y) {
 }
 
 template <class S>
-void SampleEvaluator<S>::read_linear(const T* y, const T* dy, const T* ddy, SampleOf<T>& seen) const {
-  for (const TreeCoordinate& own : tree_coordinates_) {
-    seen.position[own.coordinate] = own.source.value(y);
-    seen.velocity[own.coordinate] = own.source.rate(dy);
-    seen.acceleration[own.coordinate] = own.source.rate(ddy);
+void SampleEvaluator<S>::read_linear(const T* y, const T* dy, const T* ddy, SampleOf<T>& sample) const {
+  for (const TreeCoordinate& tree_coordinate : tree_coordinates_) {
+    sample.position[tree_coordinate.coordinate] = tree_coordinate.source.value(y);
+    sample.velocity[tree_coordinate.coordinate] = tree_coordinate.source.rate(dy);
+    sample.acceleration[tree_coordinate.coordinate] = tree_coordinate.source.rate(ddy);
   }
   for (const CutCoordinate& cut : cut_coordinates_) {
     if (!cut.linear) continue;
-    seen.position[cut.coordinate] = cut.quantity.value(y);
-    seen.velocity[cut.coordinate] = cut.quantity.rate(dy);
-    seen.acceleration[cut.coordinate] = cut.quantity.rate(ddy);
+    sample.position[cut.coordinate] = cut.quantity.value(y);
+    sample.velocity[cut.coordinate] = cut.quantity.rate(dy);
+    sample.acceleration[cut.coordinate] = cut.quantity.rate(ddy);
   }
 }
 
 template <class S>
-void SampleEvaluator<S>::complete_sample(const T* y, const T* dy, const T* ddy, SampleOf<T>& seen) const {
-  read_linear(y, dy, ddy, seen);
-  read_power(seen);
+void SampleEvaluator<S>::complete_sample(const T* y, const T* dy, const T* ddy, SampleOf<T>& sample) const {
+  read_linear(y, dy, ddy, sample);
+  read_power(sample);
   if constexpr (is_planar<S>)
-    if (mechanism_.tool) seen.tool_angle = tool_angle_.value(y);
-  seen.add_derived(to_3d(about_));
+    if (mechanism_.tool) sample.tool_angle = tool_angle_.value(y);
+  sample.add_derived(to_3d(about_));
 }
 
 template <class S>
-void SampleEvaluator<S>::read_power(SampleOf<T>& seen) const {
-  for (Eigen::Index a = 0; a < seen.effort.size(); ++a)
-    seen.power[a] = seen.effort[a] * seen.velocity[mechanism_.actuators[static_cast<std::size_t>(a)]];
+void SampleEvaluator<S>::read_power(SampleOf<T>& sample) const {
+  for (Eigen::Index a = 0; a < sample.effort.size(); ++a)
+    sample.power[a] = sample.effort[a] * sample.velocity[mechanism_.actuators[static_cast<std::size_t>(a)]];
 }
 
 template <class S>
-void SampleEvaluator<S>::compute_cut_joints(const TreeMotion<S>& now) {
-  compute_origin_velocities(tree_, now.dy, *state_);
+void SampleEvaluator<S>::compute_cut_joints(const TreeMotion<S>& motion) {
+  compute_origin_velocities(tree_, motion.dy, *state_);
   for (const int j : cut_joints_) {
     const JointOf<T>& joint = mechanism_.joints[j];
-    const JointMotion<T> reading = compute_joint_motion(joint, relative_motion(tree_, *state_, joint));
+    const JointMotion<T> joint_motion = compute_joint_motion(joint, relative_motion(tree_, *state_, joint));
     for (const CutCoordinate& cut : cut_coordinates_) {
       const Coordinate& coordinate = mechanism_.coordinates[cut.coordinate];
       if (cut.linear || coordinate.joint != j) continue;
       T& position = sample_.position[cut.coordinate];
-      const T value = reading.position[coordinate.index];
-      if (coordinate.kind == CoordinateKind::angle && !first_) {
-        // how far it has turned since the last look, by the quadrature that rates at both ends allow
-        const T step = now.time - time_;
-        const T mean = (sample_.velocity[cut.coordinate] + reading.velocity[coordinate.index]) / 2;
-        const T curvature = (sample_.acceleration[cut.coordinate] - reading.acceleration[coordinate.index]) / 12;
+      const T value = joint_motion.position[coordinate.index];
+      if (coordinate.kind == CoordinateKind::angle && !is_first_) {
+        // rotation since the last evaluation, by a quadrature with the rates and accelerations at both ends
+        const T step = motion.time - last_time_;
+        const T mean = (sample_.velocity[cut.coordinate] + joint_motion.velocity[coordinate.index]) / 2;
+        const T curvature = (sample_.acceleration[cut.coordinate] - joint_motion.acceleration[coordinate.index]) / 12;
         const double expected = value_of(position + step * (mean + step * curvature));
         position = unwrap_angle(value, std::isfinite(expected) ? expected : value_of(position));
       } else {
         position = value;
       }
-      sample_.velocity[cut.coordinate] = reading.velocity[coordinate.index];
-      sample_.acceleration[cut.coordinate] = reading.acceleration[coordinate.index];
+      sample_.velocity[cut.coordinate] = joint_motion.velocity[coordinate.index];
+      sample_.acceleration[cut.coordinate] = joint_motion.acceleration[coordinate.index];
     }
   }
 }
 
 template <class S>
-void SampleEvaluator<S>::read_tool(const TreeMotion<S>& now) {
+void SampleEvaluator<S>::read_tool(const TreeMotion<S>& motion) {
   sample_.tool_position = to_3d(position(*state_, tool_));
   sample_.tool_rotation = to_matrix(orientation(*state_, tool_));
-  if constexpr (is_planar<S>) sample_.tool_angle = tool_angle_.value(now.y);
+  if constexpr (is_planar<S>) sample_.tool_angle = tool_angle_.value(motion.y);
 }
 
 template <class S>
-void SampleEvaluator<S>::read_reactions(const TreeMotion<S>& now, const std::vector<T>& multipliers) {
+void SampleEvaluator<S>::read_reactions(const TreeMotion<S>& motion, const std::vector<T>& multipliers) {
   TreeState<S>& state = *state_;
   if (!tree_.closures.empty()) {
     for (auto& wrench : wrenches_) wrench = {};
     Wrench<S> total, loads;
-    if (!external_.is_empty()) external_.subtract(state, now.time, wrenches_, total, loads);
+    if (!external_.is_empty()) external_.subtract(state, motion.time, wrenches_, total, loads);
     add_closure_wrenches(tree_, state, multipliers, wrenches_, sample_);
     inverse_dynamics(tree_, state, wrenches_, tau_.data());
   }

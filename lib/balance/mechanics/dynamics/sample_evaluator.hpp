@@ -1,5 +1,5 @@
 #pragma once
-/// Finds everything that is known of a moving mechanism at one moment.
+/// Evaluates all quantities of a moving mechanism at one instant.
 
 #include "balance/mechanics/dynamics/actuation.hpp"
 #include "balance/mechanics/dynamics/external_forces.hpp"
@@ -10,7 +10,7 @@
 
 namespace balance {
 
-/// A tree in motion. The state holds poses and angular velocities, unless every coordinate is prescribed (`direct`).
+/// A tree in motion. The state holds poses and angular velocities, unless every coordinate is prescribed (is_explicit).
 template <class S>
 struct TreeMotion {
   TreeState<S>& state;
@@ -19,10 +19,10 @@ struct TreeMotion {
   bool is_explicit;
 };
 
-/// How much to find out.
+/// Which quantities to evaluate.
 enum class Detail {
-  forces,  ///< coordinates, efforts, power, centre of mass, shaking force and moment, tool
-  all,     ///< also ground wrench, reactions, energies, velocity of the centre of mass, what follows from others
+  forces,  ///< coordinates, efforts, power, centre of mass, shaking and ground wrenches, tool
+  all,     ///< also reactions, energies, velocity of the centre of mass, derived quantities
 };
 
 template <class S>
@@ -30,25 +30,25 @@ class SampleEvaluator {
  public:
   using T = typename S::Scalar;
 
-  /// @param about world point that moments are about
+  /// @param about world point about which moments are taken
   SampleEvaluator(const MechanismOf<T>& mechanism, const Tree<S>& tree, int freedoms, const typename S::Vector& about);
 
   const Actuation<S>& actuation() const { return actuation_; }
-  /// For a stepper to watch whether the actuators hold the mechanism all along its way.
+  /// Lets a stepper monitor whether the actuators hold the mechanism throughout the motion.
   RegularityMonitor<S>& regularity_monitor() { return actuation_; }
   const SampleOf<T>& sample() const { return sample_; }
-  /// For callers that know more of the moment (mobility).
+  /// Mutable, for callers that add further quantities (mobility).
   SampleOf<T>& sample() { return sample_; }
 
-  /// The stepper's present moment, with the accelerations that it holds now.
+  /// Evaluates the stepper's present instant with its present accelerations.
   /// @return false if the actuators do not hold the mechanism there
-  template <class Leader>
-  bool evaluate(Leader& stepper, Detail detail) {
-    return evaluate(instant_of(stepper), stepper.equations(), stepper.duration(), detail);
+  template <class Stepper>
+  bool evaluate(Stepper& stepper, Detail detail) {
+    return evaluate(current_motion(stepper), stepper.equations(), stepper.duration(), detail);
   }
 
-  /// Only the efforts: sample().effort, and the tree's generalised forces that they balance.
-  bool solve_efforts(const TreeMotion<S>& now, const KinematicEquations<S>& equations, double duration);
+  /// Computes only the efforts, sample().effort, and the tree's generalised forces that they balance.
+  bool solve_efforts(const TreeMotion<S>& motion, const KinematicEquations<S>& equations, double duration);
   /// Generalised forces per tree coordinate that solve_efforts() found, friction included [N m or N].
   const std::vector<T>& generalised_forces() const { return tau_; }
 
@@ -57,39 +57,40 @@ class SampleEvaluator {
     return actuation_.project(equations, projection);
   }
 
-  /// A moment of one's own.
-  /// @param equations filled there @param duration as a stepper's [s]: what friction takes for rest
-  bool evaluate(const TreeMotion<S>& instant, const KinematicEquations<S>& equations, double duration, Detail detail);
+  /// Evaluates a given instant.
+  /// @param equations evaluated there @param duration of the whole motion [s], for the rest threshold of friction
+  bool evaluate(const TreeMotion<S>& motion, const KinematicEquations<S>& equations, double duration, Detail detail);
 
-  /// Everything at a moment of a motion whose efforts are known.
+  /// Evaluates everything at an instant of a motion whose efforts are known.
   /// @param efforts per actuator
   /// @param multipliers per closure row, as Actuation::multipliers()
-  void evaluate_under_efforts(const TreeMotion<S>& instant, const T* efforts, const std::vector<T>& multipliers);
+  void evaluate_under_efforts(const TreeMotion<S>& motion, const T* efforts, const std::vector<T>& multipliers);
 
-  /// Only the coordinates and the tool, at the stepper's present moment: the motion without the forces.
-  template <class Leader>
-  void evaluate_kinematics(Leader& stepper) {
-    const TreeMotion<S> now = instant_of(stepper);
-    update_coordinates(now);
-    if (mechanism_.tool) read_tool(now);
+  /// Evaluates only the coordinates and the tool at the stepper's present instant.
+  template <class Stepper>
+  void evaluate_kinematics(Stepper& stepper) {
+    const TreeMotion<S> motion = current_motion(stepper);
+    update_coordinates(motion);
+    if (mechanism_.tool) read_tool(motion);
   }
 
-  /// Whether moments can be found elsewhere (mechanics/lanes/lane_kernels.hpp): all coordinates linear in the tree's, nothing outside but
-  /// weight, no friction, the efforts by one square system.
+  /// Whether instants can be solved elsewhere (mechanics/lanes/lane_kernels.hpp): all coordinates linear in the tree's,
+  /// no external force but weight, no friction, efforts from one square system.
   bool can_use_lanes() const {
     return cut_joints_.empty() && external_.is_empty() && mechanism_.friction.empty() && actuation_.is_regular();
   }
-  /// Adds what follows from the coordinates to a moment so found, of the motion that was seen last. Only where can_use_lanes().
-  void complete_sample(const T* y, const T* dy, const T* ddy, SampleOf<T>& seen) const;
+  /// Adds the quantities that follow from the coordinates to an instant so solved, of the motion evaluated last. @pre
+  /// can_use_lanes()
+  void complete_sample(const T* y, const T* dy, const T* ddy, SampleOf<T>& sample) const;
 
-  /// Only the coordinates, so that the count of whole turns goes on.
-  void update_coordinates(const TreeMotion<S>& instant);
-  /// The next observation is the first of another motion.
-  void restart() { first_ = true; }
+  /// Evaluates only the coordinates, to keep the count of full turns.
+  void update_coordinates(const TreeMotion<S>& motion);
+  /// Makes the next evaluation the first of another motion.
+  void restart() { is_first_ = true; }
 
  private:
-  /// A coordinate that is none of y's: of a cut joint, linear in y where it is a planar angle, else read off the relative
-  /// pose; of a floating spherical joint.
+  /// A coordinate outside y: of a cut joint, linear in y if it is a planar angle, else read off the relative pose; or
+  /// of a floating spherical joint.
   struct CutCoordinate {
     CoordinateId coordinate;
     bool linear;
@@ -101,22 +102,22 @@ class SampleEvaluator {
     LinearQuantityOf<T> source;
   };
 
-  template <class Leader>
-  static TreeMotion<S> instant_of(Leader& stepper) {
+  template <class Stepper>
+  static TreeMotion<S> current_motion(Stepper& stepper) {
     return {stepper.state(), stepper.y(), stepper.dy(), stepper.ddy(), stepper.time(), stepper.is_explicit()};
   }
   void classify_coordinates();
-  bool balance_efforts(const TreeMotion<S>& now, const KinematicEquations<S>& equations, double duration);
-  void set_state(const TreeMotion<S>& now, Detail detail);
-  void read_coordinates(const TreeMotion<S>& now);
-  void read_linear(const T* y, const T* dy, const T* ddy, SampleOf<T>& seen) const;
-  void read_power(SampleOf<T>& seen) const;
+  bool balance_efforts(const TreeMotion<S>& motion, const KinematicEquations<S>& equations, double duration);
+  void set_state(const TreeMotion<S>& motion, Detail detail);
+  void read_coordinates(const TreeMotion<S>& motion);
+  void read_linear(const T* y, const T* dy, const T* ddy, SampleOf<T>& sample) const;
+  void read_power(SampleOf<T>& sample) const;
   void initialise_turns(const T* y);
-  void compute_cut_joints(const TreeMotion<S>& now);
-  void balance_forces(const TreeMotion<S>& now);
-  void compute_derived_quantities(const TreeMotion<S>& now, Detail detail, const std::vector<T>& multipliers);
-  void read_tool(const TreeMotion<S>& now);
-  void read_reactions(const TreeMotion<S>& now, const std::vector<T>& multipliers);
+  void compute_cut_joints(const TreeMotion<S>& motion);
+  void balance_forces(const TreeMotion<S>& motion);
+  void compute_derived_quantities(const TreeMotion<S>& motion, Detail detail, const std::vector<T>& multipliers);
+  void read_tool(const TreeMotion<S>& motion);
+  void read_reactions(const TreeMotion<S>& motion, const std::vector<T>& multipliers);
 
   const MechanismOf<T>& mechanism_;
   const Tree<S>& tree_;
@@ -133,8 +134,8 @@ class SampleEvaluator {
   Wrench<S> external_total_, external_loads_;
   std::vector<T> tau_;
   SampleOf<T> sample_;
-  bool first_ = true;
-  T time_ = 0;  ///< of the last observation
+  bool is_first_ = true;
+  T last_time_ = 0;  ///< of the last evaluation
 };
 
 extern template class SampleEvaluator<Planar>;

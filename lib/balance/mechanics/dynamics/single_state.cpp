@@ -34,28 +34,29 @@ class SingleStateEvaluator {
     result.outcome = engine_.assemble(q.data(), state_.configuration, coordinates);
     if (result.outcome.status != MotionStatus::done) return result;
     Sample sample;
-    MotionOutcome seen = engine_.observe({q.data(), dq.data(), ddq.data(), state_.time}, sample);
-    const bool no_efforts = seen.status == MotionStatus::mismatch || seen.status == MotionStatus::actuation_singularity;
-    if (seen.status != MotionStatus::done && !no_efforts) {
-      result.outcome = std::move(seen);
+    MotionOutcome outcome = engine_.observe({q.data(), dq.data(), ddq.data(), state_.time}, sample);
+    const bool lacks_efforts =
+        outcome.status == MotionStatus::mismatch || outcome.status == MotionStatus::actuation_singularity;
+    if (outcome.status != MotionStatus::done && !lacks_efforts) {
+      result.outcome = std::move(outcome);
       return result;
     }
     restore_turns(sample);
     record(sample, result);
     result.outcome.notes = engine_.notes;
-    if (no_efforts) result.outcome.notes.push_back("no torques: " + seen.reason);
+    if (lacks_efforts) result.outcome.notes.push_back("no torques: " + outcome.reason);
     for (const Quantity& quantity : list_sampled_quantities(result))
       if (!quantity.samples->allFinite()) (result.*quantity.member).resize(0, 0);
     return result;
   }
 
  private:
-  /// Angles of loop joints are read off poses, which have no whole turns.
+  /// Angles of loop joints are read off poses, which do not determine full turns.
   void restore_turns(Sample& sample) const {
-    for (const CoordinateValue& one : state_.configuration) {
-      if (engine_.mechanism.coordinates[one.coordinate].kind != CoordinateKind::angle) continue;
-      double& position = sample.position[one.coordinate];
-      position += 2 * std::numbers::pi * std::round((one.value - position) / (2 * std::numbers::pi));
+    for (const CoordinateValue& coordinate_value : state_.configuration) {
+      if (engine_.mechanism.coordinates[coordinate_value.coordinate].kind != CoordinateKind::angle) continue;
+      double& position = sample.position[coordinate_value.coordinate];
+      position += 2 * std::numbers::pi * std::round((coordinate_value.value - position) / (2 * std::numbers::pi));
     }
   }
 
@@ -65,9 +66,9 @@ class SingleStateEvaluator {
     result.moment_reference = engine_.options.about;
     ResultRecorder(result).write(sample, 0, result);
     result.time[0] = state_.time;
-    TermMagnitudes terms, grown;
-    engine_.measure_terms(sample, state_.time, terms, grown);
-    set_round_off(result, terms, grown);
+    TermMagnitudes terms, amplified;
+    engine_.measure_terms(sample, state_.time, terms, amplified);
+    set_round_off(result, terms, amplified);
     clear_round_off(result);
   }
 
@@ -89,12 +90,12 @@ VectorX independent_rates(const Mechanism& mechanism, const std::vector<Coordina
                           const std::vector<CoordinateValue>& values) {
   VectorX rates = VectorX::Zero(static_cast<Eigen::Index>(independent.size()));
   for (const CoordinateValue& value : values) {
-    const auto at = std::find(independent.begin(), independent.end(), value.coordinate);
-    if (at == independent.end())
+    const auto entry = std::find(independent.begin(), independent.end(), value.coordinate);
+    if (entry == independent.end())
       throw std::invalid_argument("rates are those of the independent coordinates; " +
                                   mechanism.coordinates[static_cast<std::size_t>(value.coordinate)].name +
                                   " is none of them");
-    rates[at - independent.begin()] = value.value;
+    rates[entry - independent.begin()] = value.value;
   }
   return rates;
 }
@@ -102,18 +103,19 @@ VectorX independent_rates(const Mechanism& mechanism, const std::vector<Coordina
 VectorX independent_positions(const std::vector<CoordinateId>& independent,
                               const std::vector<CoordinateValue>& configuration) {
   VectorX q = VectorX::Zero(static_cast<Eigen::Index>(independent.size()));
-  for (const CoordinateValue& one : configuration)
+  for (const CoordinateValue& coordinate_value : configuration)
     for (std::size_t k = 0; k < independent.size(); ++k)
-      if (independent[k] == one.coordinate) q[static_cast<Eigen::Index>(k)] = one.value;
+      if (independent[k] == coordinate_value.coordinate) q[static_cast<Eigen::Index>(k)] = coordinate_value.value;
   return q;
 }
 
 RunResult evaluate_single_state(const Mechanism& mechanism, const SingleState& state, const InverseOptions& options) {
   require_valid(mechanism);
   if (!std::isfinite(state.time)) throw std::invalid_argument("time: expected a finite number");
-  const Mechanism there = mechanism_at_time(mechanism, state.time);
-  RunResult result = dispatch_space(
-      mechanism.space, [&]<class S>(S) { return SingleStateEvaluator<S>(there, state, options).evaluate(); });
+  const Mechanism loaded_mechanism = mechanism_at_time(mechanism, state.time);
+  RunResult result = dispatch_space(mechanism.space, [&]<class S>(S) {
+    return SingleStateEvaluator<S>(loaded_mechanism, state, options).evaluate();
+  });
   for (std::string& note : list_payload_notes(mechanism, state.time)) result.outcome.notes.push_back(std::move(note));
   return result;
 }

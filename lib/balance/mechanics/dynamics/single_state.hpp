@@ -1,6 +1,6 @@
 #pragma once
-/// What a run would hold at a moment at which a mechanism moves like this: one state of any mechanism, also of one whose rates are
-/// bound, whose payloads come and go or whose actuators are too few.
+/// The quantities of a run at one state of any mechanism, including mechanisms with constraints on rates, temporary
+/// payloads or too few actuators.
 
 #include "balance/mechanics/dynamics/inverse_dynamics.hpp"
 #include "balance/mechanics/model/mechanism.hpp"
@@ -15,11 +15,11 @@ namespace balance {
 struct SingleState {
   std::vector<CoordinateValue> configuration;         ///< of all coordinates, with the loops closed
   std::vector<CoordinateValue> rates, accelerations;  ///< of independent coordinates; those not named are 0
-  double time = 0;                                    ///< of loads that change, of payloads that come and go [s]
+  double time = 0;                                    ///< for time-dependent loads and temporary payloads [s]
 };
 
-/// What a state is looked at with: the moments' point and the length of time of a trajectory.
-/// @param trajectory null: the origin, a second
+/// Options for evaluating a state: the moment reference and the time scale of a trajectory.
+/// @param trajectory null: the origin, one second
 InverseOptions make_state_options(const Trajectory* trajectory);
 
 /// Values of coordinates in the order of the independent ones; 0 for those not named.
@@ -32,10 +32,11 @@ VectorX independent_rates(const Mechanism& mechanism, const std::vector<Coordina
 VectorX independent_positions(const std::vector<CoordinateId>& independent,
                               const std::vector<CoordinateValue>& configuration);
 
-/// @return one row at the state's time, without metrics; angles keep the whole turns of the configuration. Where the efforts cannot be
-///         found (mismatch, actuation_singularity), the arrays of what depends on them are empty, a note tells why, and the outcome is
-///         done. No row where there is no such state
-/// @throws std::invalid_argument as InverseDynamics, which also says how the independent coordinates are chosen; for rates of others
+/// @return one row at the state's time, without metrics; angles keep the full turns of the configuration. If the
+///        efforts cannot be determined (mismatch, actuation_singularity), the arrays that depend on them are empty, a
+///        note says why, and the outcome is done. No row if there is no such state
+/// @throws std::invalid_argument as InverseDynamics, where the choice of the independent coordinates is described, and
+///        if rates of other coordinates are given
 RunResult evaluate_single_state(const Mechanism& mechanism, const SingleState& state,
                                 const InverseOptions& options = {});
 

@@ -1,5 +1,6 @@
-// The equation of motion in speeds: with σ = (speeds, zeros) = W q̇ and q̇ = V σ the accelerations are q̈ = V (σ̇ − N(q̇, q̇)), N being
-// what rates alone make of σ̇, and the virtual speeds' work is Vᵀ (M q̈ + w + z) = Vᵀ S u.
+// The equation of motion in speeds. With σ = (speeds, constrained speeds) = W q̇ and q̇ = V σ, the accelerations are
+// q̈ = V (σ̇ − N(q̇, q̇)), where N is the part of σ̇ quadratic in the rates. The work of the virtual speeds gives
+// Vᵀ (M q̈ + w + z) = Vᵀ S u.
 
 #include "balance/foundation/numerics/eigen_instantiations.hpp"
 #include "balance/mechanics/dynamics/equation_terms_impl.hpp"
@@ -12,11 +13,12 @@
 
 namespace balance {
 
-// Speeds as rows over the independent coordinates' rates, and what rates make of their derivatives.
+// Speeds as rows over the rates of the independent coordinates, and the velocity-product part of their derivatives.
 
 namespace {
 
-/// A component of a body's motion, or its rate of change. Components v in axes R that turn at w change by Rᵀ (v̇ − w × v).
+/// A component of a body's velocity, or its derivative. Components of v in axes R that rotate at w have the derivative
+/// Rᵀ (v̇ − w × v).
 template <class S>
 double compute_speed_component(const TreeState<S>& state, const FixedFrame<S>& body, const GeneralisedSpeedTerm& term,
                                bool derivative) {
@@ -32,11 +34,11 @@ double compute_speed_component(const TreeState<S>& state, const FixedFrame<S>& b
     value = !derivative ? v : to_3d(point_acceleration<S>(node, p_N));
     if (derivative && term.kind == velocity_body) value -= w.cross(v);
   }
-  const bool own = term.kind == velocity_body || term.kind == angular_velocity_body;
-  return own ? to_matrix(orientation(state, body)).col(term.index).dot(value) : value[term.index];
+  const bool is_in_body_axes = term.kind == velocity_body || term.kind == angular_velocity_body;
+  return is_in_body_axes ? to_matrix(orientation(state, body)).col(term.index).dot(value) : value[term.index];
 }
 
-/// @throws std::invalid_argument
+/// @throws std::invalid_argument if a body, an axis or a coordinate cannot be used
 template <class S>
 void check_speeds(const Mechanism& mechanism, const Tree<S>& tree, const std::vector<GeneralisedSpeed>& speeds) {
   for (const GeneralisedSpeed& speed : speeds)
@@ -54,7 +56,7 @@ void check_speeds(const Mechanism& mechanism, const Tree<S>& tree, const std::ve
     }
 }
 
-/// @param dy rates, or accelerations, of the tree's coordinates @param state moves with them
+/// @param dy rates, or accelerations, of the tree's coordinates @param state of the same motion
 template <class S>
 VectorX evaluate_speeds(const std::vector<GeneralisedSpeed>& speeds, const Tree<S>& tree, const double* dy,
                         const TreeState<S>& state, bool derivative) {
@@ -101,9 +103,10 @@ template MotionOutcome EquationTermsOf<Spatial>::speed_rows(const double*, const
 
 namespace {
 
-constexpr double inverse_condition_tolerance = 1e-9;  ///< of the largest singular value: what counts as no inverse
+constexpr double inverse_condition_tolerance = 1e-9;  ///< smallest over largest singular value of a singular matrix
 
-/// Rows of any unit, columns in characteristic lengths.
+/// Whether the rows are regular: they are normalised, and columns that are lengths are scaled by the characteristic
+/// length.
 bool is_regular(MatrixX rows, const Mechanism& mechanism, const std::vector<CoordinateId>& independent) {
   for (std::size_t k = 0; k < independent.size(); ++k)
     if (mechanism.coordinates[static_cast<std::size_t>(independent[k])].kind == CoordinateKind::length)
@@ -121,36 +124,37 @@ bool is_finite(const IndependentTerms& terms) {
          terms.input.allFinite();
 }
 
-/// Rows `first` on of the equation for all of σ.
-IndependentTerms select_rows(const IndependentTerms& all, Eigen::Index first, Eigen::Index count) {
+/// `count` rows, from `first` on, of the equation for all of σ.
+IndependentTerms select_rows(const IndependentTerms& equations, Eigen::Index first, Eigen::Index count) {
   IndependentTerms out;
-  out.mass = all.mass.middleRows(first, count);
-  out.velocity.assign(all.velocity.begin() + first, all.velocity.begin() + first + count);
-  out.viscous = all.viscous.middleRows(first, count);
-  out.static_terms = {all.static_terms.weight.segment(first, count), all.static_terms.springs.segment(first, count),
-                      all.static_terms.loads.segment(first, count)};
-  out.input = all.input.middleRows(first, count);
+  out.mass = equations.mass.middleRows(first, count);
+  out.velocity.assign(equations.velocity.begin() + first, equations.velocity.begin() + first + count);
+  out.viscous = equations.viscous.middleRows(first, count);
+  out.static_terms = {equations.static_terms.weight.segment(first, count),
+                      equations.static_terms.springs.segment(first, count),
+                      equations.static_terms.loads.segment(first, count)};
+  out.input = equations.input.middleRows(first, count);
   return out;
 }
 
-/// @param V d×d @param forms N @param s how many of σ move
+/// @param V d×d @param forms N @param s number of speeds that are not constrained
 IndependentTerms project_on_speeds(const IndependentTerms& terms, const MatrixX& V, const std::vector<MatrixX>& forms,
                                    Eigen::Index s) {
-  const MatrixX moving = V.leftCols(s), inertia = V.transpose() * terms.mass * V;
-  IndependentTerms all;
-  all.mass = inertia.leftCols(s);
+  const MatrixX V_speeds = V.leftCols(s), inertia = V.transpose() * terms.mass * V;
+  IndependentTerms projected;
+  projected.mass = inertia.leftCols(s);
   for (Eigen::Index k = 0; k < V.cols(); ++k) {
     MatrixX form = MatrixX::Zero(V.rows(), V.rows());
     for (Eigen::Index a = 0; a < V.rows(); ++a)
       form +=
           V(a, k) * terms.velocity[static_cast<std::size_t>(a)] - inertia(k, a) * forms[static_cast<std::size_t>(a)];
-    all.velocity.push_back(moving.transpose() * form * moving);
+    projected.velocity.push_back(V_speeds.transpose() * form * V_speeds);
   }
-  all.viscous = V.transpose() * terms.viscous * moving;
-  all.static_terms = {V.transpose() * terms.static_terms.weight, V.transpose() * terms.static_terms.springs,
-                      V.transpose() * terms.static_terms.loads};
-  all.input = V.transpose() * terms.input;
-  return all;
+  projected.viscous = V.transpose() * terms.viscous * V_speeds;
+  projected.static_terms = {V.transpose() * terms.static_terms.weight, V.transpose() * terms.static_terms.springs,
+                            V.transpose() * terms.static_terms.loads};
+  projected.input = V.transpose() * terms.input;
+  return projected;
 }
 
 }  // namespace
@@ -163,32 +167,32 @@ Expected<SpeedTerms> EquationTerms::speed_terms(const VectorX& q, const SpeedCho
     throw std::invalid_argument("speeds, and what is zero, must be as many as the degrees of freedom, " +
                                 std::to_string(d) + "; they are " + std::to_string(s) + " and " + std::to_string(p));
   const Expected<IndependentTerms> terms = independent_terms(q, time);
-  Expected<SpeedTerms> found;
-  found.outcome = terms.outcome;
-  if (!terms) return found;
-  std::vector<GeneralisedSpeed> all = choice.speeds;
-  all.insert(all.end(), choice.constrained.begin(), choice.constrained.end());
+  Expected<SpeedTerms> result;
+  result.outcome = terms.outcome;
+  if (!terms) return result;
+  std::vector<GeneralisedSpeed> all_speeds = choice.speeds;
+  all_speeds.insert(all_speeds.end(), choice.constrained.begin(), choice.constrained.end());
   std::vector<MatrixX> forms;
-  found.outcome = engine_->speed_rows(q.data(), all, found.value.rows, forms);
-  if (!found) return found;
-  if (!is_regular(found.value.rows, engine_->mechanism, engine_->independent)) {
-    found.outcome = {MotionStatus::drive_singularity,
-                     time,
-                     p == 0 ? "the speeds do not determine the mechanism's motion there"
-                            : "the speeds, with what is zero, do not determine the mechanism's motion there",
-                     {}};
-    return found;
+  result.outcome = engine_->speed_rows(q.data(), all_speeds, result.value.rows, forms);
+  if (!result) return result;
+  if (!is_regular(result.value.rows, engine_->mechanism, engine_->independent)) {
+    result.outcome = {MotionStatus::drive_singularity,
+                      time,
+                      p == 0 ? "the speeds do not determine the mechanism's motion there"
+                             : "the speeds, with what is zero, do not determine the mechanism's motion there",
+                      {}};
+    return result;
   }
-  const MatrixX V = found.value.rows.partialPivLu().inverse();
-  const IndependentTerms whole = project_on_speeds(terms.value, V, forms, s);
-  if (!is_finite(whole)) {
-    found.outcome = make_overflow_outcome(time, "the equation of motion", engine_->mechanism);
-    return found;
+  const MatrixX V = result.value.rows.partialPivLu().inverse();
+  const IndependentTerms all_equations = project_on_speeds(terms.value, V, forms, s);
+  if (!is_finite(all_equations)) {
+    result.outcome = make_overflow_outcome(time, "the equation of motion", engine_->mechanism);
+    return result;
   }
-  found.value.rates = V.leftCols(s);
-  found.value.speed_equations = select_rows(whole, 0, s);
-  found.value.constraint_equations = select_rows(whole, s, p);
-  return found;
+  result.value.rates = V.leftCols(s);
+  result.value.speed_equations = select_rows(all_equations, 0, s);
+  result.value.constraint_equations = select_rows(all_equations, s, p);
+  return result;
 }
 
 }  // namespace balance

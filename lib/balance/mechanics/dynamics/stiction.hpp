@@ -1,5 +1,6 @@
 #pragma once
-/// Which joints with dry friction stay at rest, and which way the others slip: Coulomb's law as a set-valued force.
+/// Decides which joints with dry friction stay at rest, and in which direction the others slip: Coulomb's law as a
+/// set-valued force.
 
 #include "balance/foundation/base/types.hpp"
 #include "balance/mechanics/kinematics/tree.hpp"
@@ -13,17 +14,16 @@ namespace balance {
 struct JointFriction {
   Friction law;
   LinearQuantity coordinate;
-  double unit;  ///< 1 or the characteristic length
-  double
-      regularisation_speed;  ///< over which the smoothed law goes from its dry friction backwards to that forwards, half of it; 0: the true law
-  int slip_direction = 0, last_sign = 0;  ///< the way it slips, and that before the last decision
+  double unit;                  ///< 1 or the characteristic length
+  double regularisation_speed;  ///< half of the range over which the smoothed law changes its sign; 0: the exact law
+  int slip_direction = 0, last_sign = 0;  ///< present slip direction, and that before the last decision
   bool is_sticking = false;
-  double rate_tolerance = 0;  ///< rate of the wrong sign that is round-off, in units
-  double friction = 0;        ///< what it resists with while it sticks
+  double rate_tolerance = 0;  ///< rate of the wrong sign that counts as round-off, in units
+  double friction = 0;        ///< friction force while it sticks
 
   bool has_dry_friction() const { return law.static_limit(1) > 0 || law.static_limit(-1) > 0; }
   double rate(const double* dy) const { return coordinate.rate(dy); }
-  // of a joint that may stick, which follows no sum
+  // for joints that may stick, whose coordinate is not a sum
   int column() const { return coordinate.terms[0].first; }
   double ratio() const { return coordinate.terms[0].second; }
 };
@@ -31,36 +31,36 @@ struct JointFriction {
 /// What a decision about dry friction has changed.
 enum class FrictionChange {
   none,
-  slip_direction,  ///< the way a joint slips
+  slip_direction,  ///< the slip direction of some joint
   sticking_set,    ///< which joints stick
 };
 
-/// Magnitudes of what friction can resist with, against motions forwards (λ > 0) and backwards (λ < 0); not negative.
+/// Largest magnitudes of friction against forward (λ > 0) and backward (λ < 0) motion; not negative.
 struct FrictionLimits {
   VectorX forward, backward;
 };
 
-/// Joints that stand still at this moment. Their accelerations are w = free − response · λ, λ being what friction resists with.
-/// Entries are in each joint's own units (rad or m, N m or N).
+/// Joints at rest at this instant. Their accelerations are w = free_acceleration − response · λ, where λ is their
+/// friction. Entries are in each joint's own units (rad or m, N m or N).
 struct StickProblem {
-  MatrixX response;  ///< m×m, G M⁻¹ Gᵀ: symmetric, not negative; singular where the joints depend on each other
+  MatrixX response;  ///< m×m, G M⁻¹ Gᵀ: symmetric positive semidefinite; singular if the joints depend on each other
   VectorX free_acceleration;       ///< w without friction in these joints
-  VectorX acceleration_tolerance;  ///< accelerations up to this size are none
-  FrictionLimits static_limit;     ///< while the joint rests; one of both positive
-  FrictionLimits sliding_limit;    ///< once it slips, at most at_rest
+  VectorX acceleration_tolerance;  ///< accelerations up to this size count as zero
+  FrictionLimits static_limit;     ///< while the joint rests; at least one of both is positive
+  FrictionLimits sliding_limit;    ///< once it slips; at most static_limit
 };
 
 struct StickSolution {
-  std::vector<int> slip_direction;  ///< per joint: 0 it stays, else the sign of its acceleration
+  std::vector<int> slip_direction;  ///< per joint: 0 if it stays at rest, else the sign of its acceleration
   VectorX friction;                 ///< λ
-  /// How far the nearest change is: positive, the part of its larger limit that the most loaded joint has left; else all that is
-  /// beyond, with a negative sign, as a part of the terms that w is made of.
+  /// Margin to the nearest change. If positive, the reserve of the most loaded joint as a fraction of its larger limit;
+  /// otherwise minus the largest acceleration, relative to the terms of w.
   double margin = 1;
 };
 
-/// The accelerations of least constraint: those that make Gauss' function plus Σ limit |w| least, a convex problem whose
-/// solution is unique, also where λ is not. A joint that breaks loose resists with its sliding friction from then on, and the
-/// question is asked again.
+/// Accelerations by the principle of least constraint: they minimise Gauss' function plus Σ limit |w|, a convex problem
+/// whose solution is unique even if λ is not. Once a joint breaks loose, its sliding friction becomes its limit, and
+/// the problem is solved again.
 StickSolution solve_stick_slip(const StickProblem& problem);
 
 }  // namespace balance

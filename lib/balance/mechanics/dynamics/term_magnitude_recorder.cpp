@@ -7,21 +7,21 @@ namespace balance {
 
 namespace {
 
-/// What equations leave uncertain of what they are solved for: their residual goes down to 1e-12, and round-off grows with the inverse of
-/// the mobility, or its square.
-double solution_round_off_factor(double growth) { return std::max(1e-12, 8 * round_off_factor * growth); }
+/// Relative uncertainty of what equations are solved for: their residual is reduced to 1e-12, and round-off grows with
+/// the inverse of the mobility, or its square.
+double solution_round_off_factor(double amplification) { return std::max(1e-12, 8 * round_off_factor * amplification); }
 
-/// Near a singularity a rate of this part is a rate all the same.
+/// Rates above this fraction of the rest scale count as rates even near a singularity.
 constexpr double max_rest_fraction = 1e-6;
 
 }  // namespace
 
 void TermMagnitudes::raise_to(const TermMagnitudes& other, double factor) {
   for (VectorX TermMagnitudes::*member : term_magnitude_members) {
-    VectorX& mine = this->*member;
-    const VectorX& its = other.*member;
-    if (mine.size() != its.size()) mine.setZero(its.size());
-    mine = mine.cwiseMax(factor * its);
+    VectorX& own_values = this->*member;
+    const VectorX& other_values = other.*member;
+    if (own_values.size() != other_values.size()) own_values.setZero(other_values.size());
+    own_values = own_values.cwiseMax(factor * other_values);
   }
 }
 
@@ -38,7 +38,7 @@ TermMagnitudeRecorder<S>::TermMagnitudeRecorder(const Mechanism& mechanism, cons
       dy_(static_cast<std::size_t>(tree.columns)),
       ddy_(dy_),
       tau_(dy_),
-      external_sizes_(tree.nodes.size()) {
+      external_magnitudes_(tree.nodes.size()) {
   for (const MassElement<S>& element : tree.mass_elements) {
     NodeMagnitudes& node = nodes_[static_cast<std::size_t>(element.frame.node)];
     const double mass = element.inertia.mass, reach = element.frame.p_N.norm(),
@@ -53,92 +53,95 @@ TermMagnitudeRecorder<S>::TermMagnitudeRecorder(const Mechanism& mechanism, cons
     node.second += second + 2 * reach * first + mass * reach * reach;
   }
   const auto size = [](const auto& list) { return static_cast<Eigen::Index>(list.size()); };
-  for (auto* values : {&now_.position, &now_.velocity, &now_.acceleration})
+  for (auto* values : {&current_.position, &current_.velocity, &current_.acceleration})
     values->setZero(size(mechanism.coordinates));
-  for (auto* values : {&now_.effort, &now_.power}) values->setZero(size(mechanism.actuators));
-  for (auto* values : {&now_.joint_force, &now_.joint_moment}) values->setZero(size(mechanism.joints));
-  now_.constraint_force.setZero(size(mechanism.constraints));
+  for (auto* values : {&current_.effort, &current_.power}) values->setZero(size(mechanism.actuators));
+  for (auto* values : {&current_.joint_force, &current_.joint_moment}) values->setZero(size(mechanism.joints));
+  current_.constraint_force.setZero(size(mechanism.constraints));
   for (auto* value :
-       {&now_.com_position, &now_.com_velocity, &now_.com_acceleration, &now_.shaking_force, &now_.shaking_moment,
-        &now_.force, &now_.moment, &now_.moment_com, &now_.total_effort, &now_.kinetic_energy, &now_.potential_energy})
+       {&current_.com_position, &current_.com_velocity, &current_.com_acceleration, &current_.shaking_force,
+        &current_.shaking_moment, &current_.force, &current_.moment, &current_.moment_com, &current_.total_effort,
+        &current_.kinetic_energy, &current_.potential_energy})
     value->setZero(1);
   if (!mechanism.tool) return;
-  now_.tool_position.setZero(1);
-  now_.tool_angle.setOnes(1);
+  current_.tool_position.setZero(1);
+  current_.tool_angle.setOnes(1);
   const FixedFrame<S>& body = tree.bodies[static_cast<std::size_t>(mechanism.tool->body)];
   tool_ = {body.node, body.R_N, body.p_N + body.R_N * to_vector<S>(mechanism.tool->position)};
 }
 
 template <class S>
-void TermMagnitudeRecorder<S>::sample(const TreeMotion<S>& now, const Sample& seen,
+void TermMagnitudeRecorder<S>::sample(const TreeMotion<S>& motion, const Sample& sample,
                                       const std::vector<double>& multipliers, double mobility) {
-  const double growth = mobility < 1 ? 1 / std::max(mobility, 1e-12) : 1;
-  const double part = now.is_explicit ? round_off_factor : solution_round_off_factor(growth);
-  const double motion_part = now.is_explicit ? part : solution_round_off_factor(growth * growth);
-  rest_fraction_ = std::min(max_rest_fraction, motion_part);
-  compute_rate_magnitudes(now);
-  propagate_motion(now);
-  read_motion(seen);
-  for (ForceMagnitude& size : external_sizes_) size = {};
-  if (!external_.is_empty()) external_.add_magnitudes(now.state, now.time, external_sizes_);
-  propagate_forces(now);
-  add_in_joints(now, seen);
-  compute_sums(now);
+  const double amplification = mobility < 1 ? 1 / std::max(mobility, 1e-12) : 1;
+  const double relative_uncertainty = motion.is_explicit ? round_off_factor : solution_round_off_factor(amplification);
+  const double motion_uncertainty =
+      motion.is_explicit ? relative_uncertainty : solution_round_off_factor(amplification * amplification);
+  rest_fraction_ = std::min(max_rest_fraction, motion_uncertainty);
+  compute_rate_magnitudes(motion);
+  propagate_motion(motion);
+  read_motion(sample);
+  for (ForceMagnitude& size : external_magnitudes_) size = {};
+  if (!external_.is_empty()) external_.add_magnitudes(motion.state, motion.time, external_magnitudes_);
+  propagate_forces(motion);
+  add_in_joints(motion, sample);
+  compute_sums(motion);
   if (!tree_.closures.empty()) {
-    add_closures(now, multipliers);
-    propagate_forces(now);
-    add_in_joints(now, seen);
+    add_closures(motion, multipliers);
+    propagate_forces(motion);
+    add_in_joints(motion, sample);
   }
-  read_transmitted(now, seen);
-  terms_.raise_to(now_, 1);
-  grown_.raise_to(now_, part / round_off_factor);
-  // What is solved for is itself found to so many digits only: idle turns of rods show it first.
-  for (VectorX TermMagnitudes::*motion :
+  read_transmitted(motion, sample);
+  terms_.raise_to(current_, 1);
+  amplified_.raise_to(current_, relative_uncertainty / round_off_factor);
+  // Coordinates that are solved for are only accurate to so many digits; passive rotations of rods show it first.
+  for (VectorX TermMagnitudes::*member :
        {&TermMagnitudes::position, &TermMagnitudes::velocity, &TermMagnitudes::acceleration})
-    grown_.*motion = (grown_.*motion).cwiseMax(motion_part / round_off_factor * now_.*motion);
+    amplified_.*member = (amplified_.*member).cwiseMax(motion_uncertainty / round_off_factor * current_.*member);
 }
 
 template <class S>
 double TermMagnitudeRecorder<S>::magnitude_of(double value, double scale) const {
-  constexpr double margin = 4;  // what is made of it may add up
+  constexpr double margin = 4;  // terms computed from it may add up
   const double size = std::abs(value);
   return size <= rest_fraction_ * scale ? margin / rest_fraction_ * size : size;
 }
 
 template <class S>
-void TermMagnitudeRecorder<S>::compute_rate_magnitudes(const TreeMotion<S>& now) {
+void TermMagnitudeRecorder<S>::compute_rate_magnitudes(const TreeMotion<S>& motion) {
   for (int c = 0; c < tree_.columns; ++c) {
     const auto i = static_cast<std::size_t>(c);
     const double unit = tree_.is_length_column[i] ? tree_.characteristic_length : 1;
-    dy_[i] = magnitude_of(now.dy[c], unit * rest_scale_.rate);
-    ddy_[i] = magnitude_of(now.ddy[c], unit * rest_scale_.acceleration);
+    dy_[i] = magnitude_of(motion.dy[c], unit * rest_scale_.rate);
+    ddy_[i] = magnitude_of(motion.ddy[c], unit * rest_scale_.acceleration);
   }
 }
 
-/// Outwards: places, rates and accelerations.
+/// Outward pass: positions, rates and accelerations.
 template <class S>
-void TermMagnitudeRecorder<S>::propagate_motion(const TreeMotion<S>& now) {
+void TermMagnitudeRecorder<S>::propagate_motion(const TreeMotion<S>& motion) {
   nodes_[0].acceleration = gravity_;
   for (std::size_t n = 1; n < nodes_.size(); ++n) {
     const Node<S>& joint = tree_.nodes[n];
     const NodeMagnitudes& parent = nodes_[static_cast<std::size_t>(joint.parent)];
-    const double arm = now.state[n].p_PN.norm();
+    const double arm = motion.state[n].p_PN.norm();
     NodeMagnitudes& node = nodes_[n];
-    node.place = parent.place + arm;
-    node.turning = parent.turning;
-    node.turning_rate = parent.turning_rate;
-    node.speed = parent.speed + parent.turning * arm;
-    node.acceleration = parent.acceleration + (parent.turning_rate + parent.turning * parent.turning) * arm;
+    node.distance = parent.distance + arm;
+    node.angular_velocity = parent.angular_velocity;
+    node.angular_acceleration = parent.angular_acceleration;
+    node.speed = parent.speed + parent.angular_velocity * arm;
+    node.acceleration =
+        parent.acceleration + (parent.angular_acceleration + parent.angular_velocity * parent.angular_velocity) * arm;
     if (joint.motion == NodeMotion::weld) continue;
     const double rate = std::abs(joint.ratio) * dy_[joint.column],
-                 rate_rate = std::abs(joint.ratio) * ddy_[joint.column];
+                 acceleration = std::abs(joint.ratio) * ddy_[joint.column];
     if (joint.motion == NodeMotion::revolute) {
-      node.turning += rate;
-      node.turning_rate += rate_rate;
-      if constexpr (S::dimension == 3) node.turning_rate += parent.turning * rate;
+      node.angular_velocity += rate;
+      node.angular_acceleration += acceleration;
+      if constexpr (S::dimension == 3) node.angular_acceleration += parent.angular_velocity * rate;
     } else {
       node.speed += rate;
-      node.acceleration += rate_rate + 2 * parent.turning * rate;
+      node.acceleration += acceleration + 2 * parent.angular_velocity * rate;
     }
   }
 }
@@ -150,45 +153,46 @@ double TermMagnitudeRecorder<S>::unit(CoordinateId coordinate) const {
              : 1;
 }
 
-/// Of the coordinates: all are solved for together, so that one's error is measured by the largest of them.
+/// Magnitudes of the coordinates. All are solved for together, so the error of each is relative to the largest of them.
 template <class S>
-void TermMagnitudeRecorder<S>::read_motion(const Sample& seen) {
-  rate_ = rate_rate_ = 0;
+void TermMagnitudeRecorder<S>::read_motion(const Sample& sample) {
+  max_rate_ = max_acceleration_ = 0;
   for (int c = 0; c < tree_.columns; ++c) {
     const double scale = tree_.is_length_column[static_cast<std::size_t>(c)] ? tree_.characteristic_length : 1;
-    rate_ = std::max(rate_, dy_[static_cast<std::size_t>(c)] / scale);
-    rate_rate_ = std::max(rate_rate_, ddy_[static_cast<std::size_t>(c)] / scale);
+    max_rate_ = std::max(max_rate_, dy_[static_cast<std::size_t>(c)] / scale);
+    max_acceleration_ = std::max(max_acceleration_, ddy_[static_cast<std::size_t>(c)] / scale);
   }
-  rate_rate_ = std::max(rate_rate_, rate_ * rate_);
-  for (Eigen::Index c = 0; c < now_.position.size(); ++c) {
+  max_acceleration_ = std::max(max_acceleration_, max_rate_ * max_rate_);
+  for (Eigen::Index c = 0; c < current_.position.size(); ++c) {
     const double scale = unit(static_cast<int>(c));
-    now_.position[c] = std::max(scale, std::abs(seen.position[c]));
-    now_.velocity[c] = std::max(scale * rate_, magnitude_of(seen.velocity[c], scale * rest_scale_.rate));
-    now_.acceleration[c] =
-        std::max(scale * rate_rate_, magnitude_of(seen.acceleration[c], scale * rest_scale_.acceleration));
+    current_.position[c] = std::max(scale, std::abs(sample.position[c]));
+    current_.velocity[c] = std::max(scale * max_rate_, magnitude_of(sample.velocity[c], scale * rest_scale_.rate));
+    current_.acceleration[c] =
+        std::max(scale * max_acceleration_, magnitude_of(sample.acceleration[c], scale * rest_scale_.acceleration));
   }
   if (!mechanism_.tool) return;
-  now_.tool_position[0] = nodes_[static_cast<std::size_t>(tool_.node)].place + tool_.p_N.norm();
-  if constexpr (S::dimension == 2) now_.tool_angle[0] = std::max(1.0, std::abs(seen.tool_angle));
+  current_.tool_position[0] = nodes_[static_cast<std::size_t>(tool_.node)].distance + tool_.p_N.norm();
+  if constexpr (S::dimension == 2) current_.tool_angle[0] = std::max(1.0, std::abs(sample.tool_angle));
 }
 
-/// What accelerates a node's bodies, about its point.
+/// Magnitudes of the wrench that accelerates a node's bodies, about its origin.
 template <class S>
 ForceMagnitude TermMagnitudeRecorder<S>::inertial_magnitude(const NodeMagnitudes& node) {
-  const double turn = node.turning_rate + node.turning * node.turning;
-  return {node.mass * node.acceleration + turn * node.first,
-          (S::dimension == 2 ? node.turning_rate : turn) * node.second + node.first * node.acceleration};
+  const double rotational_acceleration = node.angular_acceleration + node.angular_velocity * node.angular_velocity;
+  return {node.mass * node.acceleration + rotational_acceleration * node.first,
+          (S::dimension == 2 ? node.angular_acceleration : rotational_acceleration) * node.second +
+              node.first * node.acceleration};
 }
 
-/// Inwards: forces, moments, and what they come to along every coordinate.
+/// Inward pass: forces, moments, and the generalised forces along every coordinate.
 template <class S>
-void TermMagnitudeRecorder<S>::propagate_forces(const TreeMotion<S>& now) {
+void TermMagnitudeRecorder<S>::propagate_forces(const TreeMotion<S>& motion) {
   std::fill(tau_.begin(), tau_.end(), 0);
   for (std::size_t n = 0; n < nodes_.size(); ++n) {
     NodeMagnitudes& node = nodes_[n];
     const ForceMagnitude inertia = n == 0 ? ForceMagnitude{} : inertial_magnitude(node);
-    node.force = external_sizes_[n].force + inertia.force;
-    node.moment = external_sizes_[n].moment + inertia.moment;
+    node.force = external_magnitudes_[n].force + inertia.force;
+    node.moment = external_magnitudes_[n].moment + inertia.moment;
   }
   for (std::size_t n = nodes_.size(); n-- > 1;) {
     const Node<S>& joint = tree_.nodes[n];
@@ -198,16 +202,16 @@ void TermMagnitudeRecorder<S>::propagate_forces(const TreeMotion<S>& now) {
           std::abs(joint.ratio) * (joint.motion == NodeMotion::revolute ? node.moment : node.force);
     NodeMagnitudes& parent = nodes_[static_cast<std::size_t>(joint.parent)];
     parent.force += node.force;
-    parent.moment += node.moment + now.state[n].p_PN.norm() * node.force;
+    parent.moment += node.moment + motion.state[n].p_PN.norm() * node.force;
   }
 }
 
 /// Friction and springs in joint coordinates.
 template <class S>
-void TermMagnitudeRecorder<S>::add_in_joints(const TreeMotion<S>& now, const Sample& seen) {
-  external_.add_joint_magnitudes(now.y, tau_);
+void TermMagnitudeRecorder<S>::add_in_joints(const TreeMotion<S>& motion, const Sample& sample) {
+  external_.add_joint_magnitudes(motion.y, tau_);
   for (const Friction& friction : mechanism_.friction) {
-    const double rate = std::abs(seen.velocity[friction.coordinate]);
+    const double rate = std::abs(sample.velocity[friction.coordinate]);
     for (const auto& [column, ratio] :
          tree_.coordinate_expressions[static_cast<std::size_t>(friction.coordinate)].terms)
       tau_[static_cast<std::size_t>(column)] +=
@@ -215,101 +219,101 @@ void TermMagnitudeRecorder<S>::add_in_joints(const TreeMotion<S>& now, const Sam
   }
 }
 
-/// What is summed over all nodes.
+/// Quantities that are sums over all nodes.
 template <class S>
-void TermMagnitudeRecorder<S>::compute_sums(const TreeMotion<S>& now) {
-  double place = 0, momentum = 0, energy = 0;
-  auto [force, moment] = external_.sum_magnitudes(now.state, now.time);
+void TermMagnitudeRecorder<S>::compute_sums(const TreeMotion<S>& motion) {
+  double first_moment = 0, momentum = 0, energy = 0;
+  auto [force, moment] = external_.sum_magnitudes(motion.state, motion.time);
   for (const NodeMagnitudes& node : nodes_) {
     const ForceMagnitude inertia = inertial_magnitude(node);
     force += inertia.force;
-    moment += inertia.moment + node.place * inertia.force;
-    const double spin = node.turning * node.first;
-    place += node.mass * node.place + node.first;
-    momentum += node.mass * node.speed + spin;
-    energy +=
-        0.5 * node.mass * node.speed * node.speed + node.speed * spin + 0.5 * node.turning * node.turning * node.second;
+    moment += inertia.moment + node.distance * inertia.force;
+    const double rotation = node.angular_velocity * node.first;
+    first_moment += node.mass * node.distance + node.first;
+    momentum += node.mass * node.speed + rotation;
+    energy += 0.5 * node.mass * node.speed * node.speed + node.speed * rotation +
+              0.5 * node.angular_velocity * node.angular_velocity * node.second;
   }
-  now_.com_position[0] = place / tree_.mass;
-  now_.com_velocity[0] = momentum / tree_.mass;
-  now_.shaking_force[0] = force;
-  now_.shaking_moment[0] = moment + about_ * force;
-  now_.moment_com[0] = now_.shaking_moment[0] + (now_.com_position[0] + about_) * force;
-  now_.force[0] = nodes_[0].force;
-  now_.moment[0] = nodes_[0].moment + about_ * nodes_[0].force;
-  now_.com_acceleration[0] = force / tree_.mass;
-  now_.kinetic_energy[0] = energy;
-  now_.potential_energy[0] = gravity_ * place + external_.energy_magnitude(now.state, now.y);
+  current_.com_position[0] = first_moment / tree_.mass;
+  current_.com_velocity[0] = momentum / tree_.mass;
+  current_.shaking_force[0] = force;
+  current_.shaking_moment[0] = moment + about_ * force;
+  current_.moment_com[0] = current_.shaking_moment[0] + (current_.com_position[0] + about_) * force;
+  current_.force[0] = nodes_[0].force;
+  current_.moment[0] = nodes_[0].moment + about_ * nodes_[0].force;
+  current_.com_acceleration[0] = force / tree_.mass;
+  current_.kinetic_energy[0] = energy;
+  current_.potential_energy[0] = gravity_ * first_moment + external_.energy_magnitude(motion.state, motion.y);
 }
 
-/// The closures' wrenches join the external ones. A multiplier is measured by itself and by all the forces that it is solved
-/// from.
+/// Adds the closures' wrenches to the external ones. A multiplier counts with its own magnitude and with those of all
+/// forces from which it is solved.
 template <class S>
-void TermMagnitudeRecorder<S>::add_closures(const TreeMotion<S>& now, const std::vector<double>& multipliers) {
-  double all = 0;
+void TermMagnitudeRecorder<S>::add_closures(const TreeMotion<S>& motion, const std::vector<double>& multipliers) {
+  double total_force = 0;
   for (int c = 0; c < tree_.columns; ++c)
-    all += tau_[static_cast<std::size_t>(c)] *
-           (tree_.is_length_column[static_cast<std::size_t>(c)] ? tree_.characteristic_length : 1);
+    total_force += tau_[static_cast<std::size_t>(c)] *
+                   (tree_.is_length_column[static_cast<std::size_t>(c)] ? tree_.characteristic_length : 1);
   std::size_t r = 0;
   Eigen::Index constraint = 0;
   for (const Closure<S>& closure : tree_.closures) {
     ForceMagnitude size;
     if (!closure.terms.empty()) {
-      const double multiplier = std::abs(multipliers[r++]) + all / closure.row_scale;
-      now_.constraint_force[constraint++] = multiplier;
+      const double multiplier = std::abs(multipliers[r++]) + total_force / closure.row_scale;
+      current_.constraint_force[constraint++] = multiplier;
       for (const VelocityTerm<S>& term : closure.terms)
         if (term.of != VelocityTerm<S>::Of::column)
-          add_constraint_wrench(now, term, multiplier * std::abs(term.factor));
+          add_constraint_wrench(motion, term, multiplier * std::abs(term.factor));
       continue;
     }
     for (const ClosureRow& row : closure.rows) {
       const double multiplier = std::abs(multipliers[r++]);
       if (row.kind != ClosureRow::Kind::dot)
-        size.force += multiplier + all / tree_.characteristic_length;
+        size.force += multiplier + total_force / tree_.characteristic_length;
       else
-        size.moment += multiplier + all;
+        size.moment += multiplier + total_force;
     }
     if (!closure.split) {
-      now_.joint_force[closure.joint] = size.force;
-      now_.joint_moment[closure.joint] = size.moment;
+      current_.joint_force[closure.joint] = size.force;
+      current_.joint_moment[closure.joint] = size.moment;
     }
-    const typename S::Vector Q = position(now.state, closure.b);
+    const typename S::Vector Q = position(motion.state, closure.b);
     for (const int n : {closure.a.node, closure.b.node}) {
       if (n == 0) continue;
-      ForceMagnitude& sum = external_sizes_[static_cast<std::size_t>(n)];
+      ForceMagnitude& sum = external_magnitudes_[static_cast<std::size_t>(n)];
       sum.force += size.force;
-      sum.moment += size.moment + (Q - now.state[static_cast<std::size_t>(n)].p_WN).norm() * size.force;
+      sum.moment += size.moment + (Q - motion.state[static_cast<std::size_t>(n)].p_WN).norm() * size.force;
     }
   }
 }
 
-/// By a constraint of so much, on what it binds.
+/// Adds the wrench of a constraint force of this size on the body of one of its terms.
 template <class S>
-void TermMagnitudeRecorder<S>::add_constraint_wrench(const TreeMotion<S>& now, const VelocityTerm<S>& term,
-                                                     double size) {
+void TermMagnitudeRecorder<S>::add_constraint_wrench(const TreeMotion<S>& motion, const VelocityTerm<S>& term,
+                                                     double magnitude) {
   const auto node = static_cast<std::size_t>(term.frame.node);
   if (node == 0) return;
-  ForceMagnitude& sum = external_sizes_[node];
+  ForceMagnitude& sum = external_magnitudes_[node];
   if (term.of == VelocityTerm<S>::Of::angular_velocity) {
-    sum.moment += size;
+    sum.moment += magnitude;
     return;
   }
-  sum.force += size;
-  sum.moment += (position(now.state, term.frame) - now.state[node].p_WN).norm() * size;
+  sum.force += magnitude;
+  sum.moment += (position(motion.state, term.frame) - motion.state[node].p_WN).norm() * magnitude;
 }
 
-/// What joints and actuators transmit.
+/// Reactions of the joints and efforts of the actuators.
 template <class S>
-void TermMagnitudeRecorder<S>::read_transmitted(const TreeMotion<S>& now, const Sample& seen) {
+void TermMagnitudeRecorder<S>::read_transmitted(const TreeMotion<S>& motion, const Sample& sample) {
   for (std::size_t a = 0; a < mechanism_.actuators.size(); ++a) {
     const CoordinateId coordinate = mechanism_.actuators[a];
     const auto i = static_cast<Eigen::Index>(a);
-    now_.effort[i] = std::abs(seen.effort[i]);
+    current_.effort[i] = std::abs(sample.effort[i]);
     for (const auto& [column, ratio] : tree_.coordinate_expressions[static_cast<std::size_t>(coordinate)].terms)
-      if (ratio != 0) now_.effort[i] += tau_[static_cast<std::size_t>(column)] / std::abs(ratio);
-    now_.power[i] = now_.effort[i] * now_.velocity[coordinate];
+      if (ratio != 0) current_.effort[i] += tau_[static_cast<std::size_t>(column)] / std::abs(ratio);
+    current_.power[i] = current_.effort[i] * current_.velocity[coordinate];
   }
-  now_.total_effort[0] = now_.effort.norm();
+  current_.total_effort[0] = current_.effort.norm();
   for (std::size_t j = 0; j < mechanism_.joints.size(); ++j) {
     const int n = tree_.joint_nodes[j];
     if (n < 0) continue;
@@ -317,11 +321,11 @@ void TermMagnitudeRecorder<S>::read_transmitted(const TreeMotion<S>& now, const 
     const auto node = static_cast<std::size_t>(n);
     const FixedFrame<S>& second = tree_.bodies[static_cast<std::size_t>(mechanism_.joints[j].second)];
     const typename S::Vector Q =
-        position(now.state,
+        position(motion.state,
                  {second.node, second.R_N, second.p_N + second.R_N * to_vector<S>(mechanism_.joints[j].point_second)});
-    if (!is_rolling(mechanism_.joints[j].type)) now_.joint_force[i] = now_.joint_moment[i] = 0;
-    now_.joint_force[i] += nodes_[node].force;
-    now_.joint_moment[i] += nodes_[node].moment + (Q - now.state[node].p_WN).norm() * nodes_[node].force;
+    if (!is_rolling(mechanism_.joints[j].type)) current_.joint_force[i] = current_.joint_moment[i] = 0;
+    current_.joint_force[i] += nodes_[node].force;
+    current_.joint_moment[i] += nodes_[node].moment + (Q - motion.state[node].p_WN).norm() * nodes_[node].force;
   }
 }
 

@@ -1,6 +1,6 @@
 #pragma once
-/// Inverse dynamics of the tree: recursive Newton–Euler from the leaves to the ground (Featherstone, Rigid Body Dynamics
-/// Algorithms, 2008, table 5.1).
+/// Inverse dynamics of the tree: recursive Newton–Euler from the leaves to the ground (Featherstone, Rigid Body
+/// Dynamics Algorithms, 2008, table 5.1).
 
 #include "balance/mechanics/kinematics/forward_kinematics.hpp"
 
@@ -8,7 +8,7 @@
 
 namespace balance {
 
-/// What a node's parent exerts on the node and all it carries: node axes, moment about the node's origin.
+/// Wrench that a node's parent exerts on the node and everything it carries: node axes, moment about the node's origin.
 template <class S>
 struct alignas(storage_alignment<typename S::Scalar>) Wrench {
   typename S::Vector force = S::Vector::Zero();
@@ -26,9 +26,9 @@ inline Wrench<S> inertia_wrench(const typename Constants<S>::Inertia& inertia, c
 template <class S>
 inline void add_inertia_wrench(const typename Constants<S>::Inertia& inertia, const NodeState<S>& s,
                                Wrench<S>& wrench) {
-  const Wrench<S> own = inertia_wrench(inertia, s);
-  wrench.force += own.force;
-  wrench.moment += own.moment;
+  const Wrench<S> inertial = inertia_wrench(inertia, s);
+  wrench.force += inertial.force;
+  wrench.moment += inertial.moment;
 }
 
 /// Adds a node's wrench, seen from its parent, to the parent's.
@@ -39,15 +39,15 @@ inline void propagate_to_parent(const NodeState<S>& s, const Wrench<S>& wrench, 
   parent.moment += s.R_PN * wrench.moment + cross(s.p_PN, force);
 }
 
-/// The node's wrench along its own motion.
+/// Component of the node's wrench along its own motion.
 template <class S>
 inline typename S::Scalar project_on_joint_axis(const Node<Constants<S>>& node, const Wrench<S>& wrench) {
   return node.ratio *
          (node.motion == NodeMotion::revolute ? axis_component(wrench.moment) : slide_component(wrench.force));
 }
 
-/// @param wrenches on entry what the surroundings do not supply (minus the external wrenches), on return what every node's
-///        parent exerts; wrenches[0]: what the ground exerts on everything, world axes, about the world's origin
+/// @param wrenches on entry minus the external wrenches, on return those that every node's parent exerts; wrenches[0]:
+///        that of the ground on everything, world axes, about the world's origin
 /// @param tau generalised forces per tree coordinate [N m or N]
 template <class S>
 void inverse_dynamics(const Tree<Constants<S>>& tree, const TreeState<S>& state, std::vector<Wrench<S>>& wrenches,
@@ -55,7 +55,7 @@ void inverse_dynamics(const Tree<Constants<S>>& tree, const TreeState<S>& state,
   for (int c = 0; c < tree.columns; ++c) tau[c] = 0;
   for (std::size_t n = tree.nodes.size(); n-- > 1;) {
     const Node<Constants<S>>& node = tree.nodes[n];
-    Wrench<S> wrench = wrenches[n];  // worked on in registers
+    Wrench<S> wrench = wrenches[n];  // kept in registers
     if (!node.massless) add_inertia_wrench<S>(node.inertia, state[n], wrench);
     wrenches[n] = wrench;
     if (node.motion != NodeMotion::weld) tau[node.column] += project_on_joint_axis(node, wrench);
@@ -75,9 +75,9 @@ void compute_wrench_forces(const Tree<Constants<S>>& tree, const TreeState<S>& s
   }
 }
 
-/// Generalised forces of an open tree without external forces, the shortest way to the torques of a serial arm: sines and cosines, of
-/// which none waits for another, then in one go outwards and one back. What the ground exerts is not asked for: wrenches[0] is left as it
-/// is.
+/// Generalised forces of an open tree without external forces, the fastest way to the torques of a serial arm: first
+/// all sines and cosines, which are independent of each other, then one pass outwards and one back. The ground's wrench
+/// is not computed: wrenches[0] stays unchanged.
 template <class S>
 void open_tree_inverse_dynamics(const Tree<Constants<S>>& tree, const typename S::Scalar* y,
                                 const typename S::Scalar* dy, const typename S::Scalar* ddy,
@@ -100,8 +100,8 @@ void open_tree_inverse_dynamics(const Tree<Constants<S>>& tree, const typename S
   }
 }
 
-/// The tree's mass matrix by the composite-rigid-body algorithm (Featherstone, Rigid Body Dynamics Algorithms, 2008, table 6.2):
-/// what a node carries moves as one rigid body when only that node's coordinate changes.
+/// The tree's mass matrix by the composite-rigid-body algorithm (Featherstone, Rigid Body Dynamics Algorithms, 2008,
+/// table 6.2): everything that a node carries moves as one rigid body if only that node's coordinate changes.
 inline Planar::Inertia transform_to_parent(const Planar::Inertia& inertia, const NodeState<Planar>& s) {
   const Vector2 moment = s.R_PN * inertia.first_moment;
   return {inertia.mass, moment + inertia.mass * s.p_PN,
@@ -112,7 +112,8 @@ inline Spatial::Inertia transform_to_parent(const Spatial::Inertia& inertia, con
   return transform_inertia<Spatial>(inertia, s.R_PN, s.p_PN);
 }
 
-/// What gives everything that a node carries a unit acceleration along the node's own motion: node axes, about its origin.
+/// Wrench that gives everything that a node carries a unit acceleration along the node's own motion: node axes, about
+/// its origin.
 inline Wrench<Planar> unit_acceleration_wrench(const Planar::Inertia& inertia, NodeMotion motion) {
   if (motion == NodeMotion::revolute)
     return {{-inertia.first_moment.y(), inertia.first_moment.x()}, inertia.second_moment};
@@ -136,8 +137,7 @@ class CompositeRigidBodies {
     }
   }
 
-  /// @param state poses in the parents
-  /// @param matrix n×n, symmetric
+  /// @param state poses relative to the parents
   void compute_mass_matrix(const Tree<S>& tree, const TreeState<S>& state, double* matrix) {
     const int columns = tree.columns;
     for (int k = 0; k < columns * columns; ++k) matrix[k] = 0;
@@ -148,11 +148,11 @@ class CompositeRigidBodies {
       const Node<S>& node = tree.nodes[n];
       if (node.motion != NodeMotion::weld) add_couplings(tree, state, static_cast<int>(n), matrix);
       if (node.parent == 0) continue;
-      const typename S::Inertia seen = transform_to_parent(composite_[n], state[n]);
+      const typename S::Inertia transformed = transform_to_parent(composite_[n], state[n]);
       typename S::Inertia& parent = composite_[node.parent];
-      parent.mass += seen.mass;
-      parent.first_moment += seen.first_moment;
-      parent.second_moment += seen.second_moment;
+      parent.mass += transformed.mass;
+      parent.first_moment += transformed.first_moment;
+      parent.second_moment += transformed.second_moment;
     }
   }
 
@@ -163,21 +163,22 @@ class CompositeRigidBodies {
     const double ratio = tree.nodes[n].ratio;
     Wrench<S> wrench = unit_acceleration_wrench(composite_[n], tree.nodes[n].motion);
     matrix[column * columns + column] += ratio * project_on_joint_axis(tree.nodes[n], wrench);
-    for (int child = n, at = tree.nodes[n].parent; at > 0; child = at, at = tree.nodes[at].parent) {
-      Wrench<S> seen;
-      propagate_to_parent(state[child], wrench, seen);
-      wrench = seen;
-      const Node<S>& node = tree.nodes[at];
+    for (int child = n, ancestor = tree.nodes[n].parent; ancestor > 0;
+         child = ancestor, ancestor = tree.nodes[ancestor].parent) {
+      Wrench<S> parent_wrench;
+      propagate_to_parent(state[child], wrench, parent_wrench);
+      wrench = parent_wrench;
+      const Node<S>& node = tree.nodes[ancestor];
       if (node.motion == NodeMotion::weld) continue;
       const double value = ratio * project_on_joint_axis(node, wrench);
-      // both orders; where one coordinate moves both nodes they meet in one entry
+      // both symmetric entries; they coincide if one coordinate moves both nodes
       matrix[column * columns + node.column] += value;
       matrix[node.column * columns + column] += value;
     }
   }
 
   std::vector<typename S::Inertia> composite_;
-  std::vector<bool> has_mass_;  ///< the node or something on it has mass
+  std::vector<bool> has_mass_;  ///< the node or something that it carries has mass
 };
 
 }  // namespace balance

@@ -4,6 +4,7 @@
 #include "balance/foundation/base/rotation.hpp"
 #include "balance/foundation/numerics/eigen_instantiations.hpp"
 #include "balance/foundation/numerics/extrema.hpp"
+#include "balance/foundation/numerics/random.hpp"
 #include "balance/mechanics/kinematics/assembly_diagnostics.hpp"
 #include "balance/mechanics/kinematics/compiled_trajectory.hpp"
 #include "balance/mechanics/kinematics/joint_coordinates.hpp"
@@ -14,7 +15,6 @@
 #include <cmath>
 #include <cstdio>
 #include <numbers>
-#include <random>
 #include <stdexcept>
 #include <string>
 
@@ -22,19 +22,20 @@ namespace balance {
 
 namespace {
 
-/// Where a pose says too little, or what determines nothing there.
-MotionOutcome check_pose_determinacy(int open, int stated, int freedoms) {
+/// done; mismatch if the pose states too few values; drive_singularity if what it states does not determine the
+/// configuration.
+MotionOutcome check_pose_determinacy(int free_count, int stated_count, int freedoms) {
   MotionOutcome outcome;
   outcome.status = MotionStatus::done;
-  if (open == 0) return outcome;
-  if (stated < freedoms) {
+  if (free_count == 0) return outcome;
+  if (stated_count < freedoms) {
     outcome.status = MotionStatus::mismatch;
-    outcome.reason = "the pose says too little: it states " + std::to_string(stated) + " of the " +
+    outcome.reason = "the pose says too little: it states " + std::to_string(stated_count) + " of the " +
                      std::to_string(freedoms) + " numbers that determine the mechanism's configuration";
   } else {
     outcome.status = MotionStatus::drive_singularity;
-    outcome.reason = "the pose does not determine the configuration: what it states leaves " + std::to_string(open) +
-                     " of " + std::to_string(freedoms) + " degrees of freedom open there";
+    outcome.reason = "the pose does not determine the configuration: what it states leaves " +
+                     std::to_string(free_count) + " of " + std::to_string(freedoms) + " degrees of freedom open there";
   }
   return outcome;
 }
@@ -44,27 +45,27 @@ ConfigurationResult solve_configuration_in(const Mechanism& mechanism, const Pos
   std::vector<CoordinateId> needed;
   for (const CoordinateValue& value : pose.joints) needed.push_back(value.coordinate);
   const Tree<S> tree = compile_tree<S>(mechanism, needed);
-  const PoseEquations<S> stated = make_pose_equations(mechanism, tree, pose);
-  ConstraintSystem<S> system(tree, stated.drive);
-  const AssemblySolution solution = solve_pose(mechanism, tree, system, stated.target);
-  ConfigurationResult found;
+  const PoseEquations<S> pose_equations = make_pose_equations(mechanism, tree, pose);
+  ConstraintSystem<S> system(tree, pose_equations.drive);
+  const AssemblySolution solution = solve_pose(mechanism, tree, system, pose_equations.target);
+  ConfigurationResult result;
   if (!solution.found) {
-    found.outcome = explain_assembly_failure(mechanism, tree, solution, pose);
-    return found;
+    result.outcome = explain_assembly_failure(mechanism, tree, solution, pose);
+    return result;
   }
   VectorX residual;
   MatrixX jacobian;
-  system.evaluate(solution.y, stated.target, residual, jacobian);
+  system.evaluate(solution.y, pose_equations.target, residual, jacobian);
   const int freedoms = tree.columns - find_generic_position_rank(tree, solution.y);
-  const int open = jacobian.rows() == 0 ? tree.columns : tree.columns - decompose_rank(jacobian).rank;
-  found.outcome = check_pose_determinacy(open, stated.drive.row_count(), freedoms);
+  const int free_count = jacobian.rows() == 0 ? tree.columns : tree.columns - decompose_rank(jacobian).rank;
+  result.outcome = check_pose_determinacy(free_count, pose_equations.drive.row_count(), freedoms);
   const std::vector<double> coordinates = compute_coordinates(mechanism, tree, solution.y);
   for (std::size_t c = 0; c < coordinates.size(); ++c)
-    found.coordinates.push_back({static_cast<int>(c), coordinates[c]});
-  // the stated ones with their whole turns
+    result.coordinates.push_back({static_cast<int>(c), coordinates[c]});
+  // stated coordinates keep their full turns
   for (const CoordinateValue& value : pose.joints)
-    found.coordinates[static_cast<std::size_t>(value.coordinate)].value = value.value;
-  return found;
+    result.coordinates[static_cast<std::size_t>(value.coordinate)].value = value.value;
+  return result;
 }
 
 }  // namespace
@@ -77,10 +78,10 @@ namespace {
 
 constexpr double mode_distance_tolerance = 1e-4;  // radians or characteristic lengths
 constexpr int max_mode_iterations = 60;
-constexpr std::uint64_t first_mode_seed = 1000;  // the first seeds are those of the search for the selected mode
+constexpr std::uint64_t first_mode_seed = 1000;  // the first seeds belong to the search for the selected mode
 
-/// @param scale what counts as one: a radian, the characteristic length
-/// @param unit what the spec tells it in
+/// @param scale unit of magnitude: one radian or the characteristic length
+/// @param unit of the spec, in SI
 std::string rounded_value_text(double value, double scale, double unit) {
   char text[32];
   std::snprintf(text, sizeof text, "%.6g", std::abs(value) < 1e-6 * scale ? 0.0 : value / unit);
@@ -113,22 +114,22 @@ AssemblyModes<S>::AssemblyModes(const Mechanism& mechanism, const Tree<S>& tree,
 
 template <class S>
 long AssemblyModes<S>::search_from(std::uint64_t start) {
-  const AssemblySolution other =
+  const AssemblySolution solution =
       solve_assembly(system_, random_coordinates(tree_, first_mode_seed + start), target_, max_mode_iterations);
-  if (other.found) {
-    std::vector<double> mode = compute_coordinates(mechanism_, tree_, other.y);
+  if (solution.found) {
+    std::vector<double> mode = compute_coordinates(mechanism_, tree_, solution.y);
     if (std::none_of(modes_.begin(), modes_.end(), [&](const auto& known) { return is_same_mode(known, mode); }))
       modes_.push_back(std::move(mode));
   }
-  return static_cast<long>(other.iterations) * tree_.columns;
+  return static_cast<long>(solution.iterations) * tree_.columns;
 }
 
 template <class S>
 bool AssemblyModes<S>::is_same_mode(const std::vector<double>& a, const std::vector<double>& b) const {
   for (std::size_t c = 0; c < a.size(); ++c) {
-    const bool angle = mechanism_.coordinates[c].kind == CoordinateKind::angle;
-    const double off = angle ? unwrap_angle(a[c], b[c]) - b[c] : (a[c] - b[c]) / tree_.characteristic_length;
-    if (std::abs(off) > mode_distance_tolerance) return false;
+    const bool is_angle = mechanism_.coordinates[c].kind == CoordinateKind::angle;
+    const double deviation = is_angle ? unwrap_angle(a[c], b[c]) - b[c] : (a[c] - b[c]) / tree_.characteristic_length;
+    if (std::abs(deviation) > mode_distance_tolerance) return false;
   }
   return true;
 }
@@ -142,10 +143,10 @@ std::string format_assembly_line(const Mechanism& mechanism, const Tree<S>& tree
     if (!tree.coordinate_expressions[c].has_terms() || is_given_by_pose(tree, drive, coordinate) ||
         is_follower(mechanism, coordinate))
       continue;
-    const bool length = mechanism.coordinates[c].kind == CoordinateKind::length;
+    const bool is_length = mechanism.coordinates[c].kind == CoordinateKind::length;
     line += (line.empty() ? "" : ", ") + mechanism.coordinates[c].name + ": " +
-            rounded_value_text(mode[c], length ? tree.characteristic_length : 1,
-                               length ? mechanism.units.length : mechanism.units.angle);
+            rounded_value_text(mode[c], is_length ? tree.characteristic_length : 1,
+                               is_length ? mechanism.units.length : mechanism.units.angle);
   }
   return "assembly: {" + line + "}";
 }
@@ -168,7 +169,7 @@ VectorX column_scale(const Tree<S>& tree) {
 
 namespace {
 
-/// The least-norm solution of J x = r, as far as there is one.
+/// The minimum-norm least-squares solution of J x = r.
 VectorX solve_least_norm_step(const MatrixX& jacobian, const VectorX& residual) {
   CompleteOrthogonalDecomposition qr;
   qr.setThreshold(1e-9);
@@ -176,14 +177,14 @@ VectorX solve_least_norm_step(const MatrixX& jacobian, const VectorX& residual) 
   return qr.solve(residual);
 }
 
-/// What the damping leaves is made up for by the second step and, in an iteration, by the next ones.
+/// The second solve corrects the error due to the damping; in an iteration, so do the next steps.
 VectorX solve_least_norm_step(const SparseMatrix& jacobian, const VectorX& residual) {
   const double shift = 1e-12 * jacobian.squaredNorm() / static_cast<double>(jacobian.cols());
   const VectorX first = solve_damped_least_squares(jacobian, residual, shift);
   return first + solve_damped_least_squares(jacobian, residual - jacobian * first, shift);
 }
 
-/// Quadratic end game: least-norm Newton steps as long as they help.
+/// Final phase with quadratic convergence: minimum-norm Newton steps as long as they reduce the residual.
 template <class Matrix, class S>
 void polish_by_newton(ConstraintSystem<S>& system, const VectorX& scale, const DriveSample& target,
                       AssemblySolution& solution) {
@@ -191,54 +192,55 @@ void polish_by_newton(ConstraintSystem<S>& system, const VectorX& scale, const D
   Matrix jacobian;
   system.evaluate(solution.y, target, residual, jacobian);
   for (int k = 0; k < 8 && residual.size() > 0; ++k) {
-    const double before = residual.template lpNorm<Eigen::Infinity>();
-    solution.residual = before;
-    if (before < 1e-15) break;
+    const double previous_norm = residual.template lpNorm<Eigen::Infinity>();
+    solution.residual = previous_norm;
+    if (previous_norm < 1e-15) break;
     trial = solution.y - scale.cwiseProduct(solve_least_norm_step(jacobian, residual));
     system.evaluate(trial, target, residual, jacobian);
-    if (!(residual.template lpNorm<Eigen::Infinity>() < before)) break;
+    if (!(residual.template lpNorm<Eigen::Infinity>() < previous_norm)) break;
     solution.y = trial;
     solution.residual = residual.template lpNorm<Eigen::Infinity>();
   }
   system.evaluate(solution.y, target, residual, jacobian);
 }
 
-/// Levenberg and Marquardt's steps, of any damping, from one configuration.
+/// Levenberg–Marquardt steps of any damping from one configuration.
 class DampedNormalEquations {
  public:
   DampedNormalEquations(const MatrixX& jacobian, const VectorX& residual)
       : normal_(jacobian.transpose() * jacobian),
         gradient_(jacobian.transpose() * residual),
-        largest_(max_coefficient(normal_.diagonal())) {}
+        max_diagonal_(max_coefficient(normal_.diagonal())) {}
   VectorX step(double damping) const {
     MatrixX damped = normal_;
-    damped.diagonal().array() += damping * std::max(1e-6, largest_);
+    damped.diagonal().array() += damping * std::max(1e-6, max_diagonal_);
     return damped.ldlt().solve(gradient_);
   }
 
  private:
   MatrixX normal_;
   VectorX gradient_;
-  double largest_;
+  double max_diagonal_;
 };
 
 class SparseDampedNormalEquations {
  public:
   SparseDampedNormalEquations(const SparseMatrix& jacobian, const VectorX& residual)
       : jacobian_(jacobian), residual_(residual) {
-    for (Eigen::Index c = 0; c < jacobian.cols(); ++c) largest_ = std::max(largest_, jacobian.col(c).squaredNorm());
+    for (Eigen::Index c = 0; c < jacobian.cols(); ++c)
+      max_diagonal_ = std::max(max_diagonal_, jacobian.col(c).squaredNorm());
   }
   VectorX step(double damping) const {
-    return solve_damped_least_squares(jacobian_, residual_, damping * std::max(1e-6, largest_));
+    return solve_damped_least_squares(jacobian_, residual_, damping * std::max(1e-6, max_diagonal_));
   }
 
  private:
   const SparseMatrix& jacobian_;
   const VectorX& residual_;
-  double largest_ = 0;
+  double max_diagonal_ = 0;
 };
 
-template <class Matrix, class StepsOf, class S>
+template <class Matrix, class NormalEquations, class S>
 AssemblySolution search_levenberg_marquardt(ConstraintSystem<S>& system, const VectorX& guess,
                                             const DriveSample& target, int iterations) {
   AssemblySolution solution;
@@ -249,27 +251,27 @@ AssemblySolution search_levenberg_marquardt(ConstraintSystem<S>& system, const V
   system.evaluate(solution.y, target, residual, jacobian);
   double cost = residual.squaredNorm(), damping = 1e-3;
   for (; solution.iterations < iterations && cost > 1e-18; ++solution.iterations) {
-    const StepsOf steps(jacobian, residual);
-    bool better = false;
-    for (int tries = 0; tries < 12 && !better; ++tries) {
-      VectorX step = steps.step(damping);
-      const double longest = step.template lpNorm<Eigen::Infinity>();
-      if (longest > 1) step /= longest;  // no more than one radian or one length at a time
+    const NormalEquations normal_equations(jacobian, residual);
+    bool is_improved = false;
+    for (int attempt = 0; attempt < 12 && !is_improved; ++attempt) {
+      VectorX step = normal_equations.step(damping);
+      const double max_component = step.template lpNorm<Eigen::Infinity>();
+      if (max_component > 1) step /= max_component;  // no more than one radian or one characteristic length at a time
       const VectorX trial = solution.y - scale.cwiseProduct(step);
       system.evaluate(trial, target, trial_residual, trial_jacobian);
       const double trial_cost = trial_residual.squaredNorm();
-      better = trial_cost < cost;
-      if (better) {
-        const bool stalled = cost - trial_cost < 1e-10 * cost;
+      is_improved = trial_cost < cost;
+      if (is_improved) {
+        const bool is_stagnant = cost - trial_cost < 1e-10 * cost;
         solution.y = trial, cost = trial_cost;
         residual.swap(trial_residual), jacobian.swap(trial_jacobian);
         damping = std::max(1e-12, damping / 5);
-        if (stalled) better = false, tries = 12;
+        if (is_stagnant) is_improved = false, attempt = 12;
       } else {
         damping *= 4;
       }
     }
-    if (!better) break;
+    if (!is_improved) break;
   }
   solution.residual = residual.size() > 0 ? residual.template lpNorm<Eigen::Infinity>() : 0;
   if (solution.residual < 1e-4) polish_by_newton<Matrix>(system, scale, target, solution);
@@ -289,34 +291,33 @@ AssemblySolution solve_assembly(ConstraintSystem<S>& system, const VectorX& gues
 
 template <class S>
 VectorX random_coordinates(const Tree<S>& tree, std::uint64_t seed) {
-  std::mt19937_64 random(seed);
+  UniformRandom random(seed);
   VectorX y(tree.columns);
-  for (int c = 0; c < tree.columns; ++c) {
-    // written out: the standard's distributions differ between libraries
-    const double unit = 2 * (static_cast<double>(random() >> 11) * 0x1.0p-53) - 1;
-    y[c] = unit * (tree.is_length_column[c] ? tree.characteristic_length : std::numbers::pi);
-  }
+  for (int c = 0; c < tree.columns; ++c)
+    y[c] = random(-1, 1) * (tree.is_length_column[c] ? tree.characteristic_length : std::numbers::pi);
   return y;
 }
 
 RankDecomposition decompose_rank(const MatrixX& jacobian, double tolerance) {
-  RankDecomposition report;
+  RankDecomposition decomposition;
   const Eigen::Index columns = jacobian.cols();
   if (jacobian.rows() == 0 || columns == 0) {
-    report.null_space = MatrixX::Identity(columns, columns);
-    return report;
+    decomposition.null_space = MatrixX::Identity(columns, columns);
+    return decomposition;
   }
   const SingularValueDecomposition svd(jacobian, Eigen::ComputeFullV);
   const VectorX& values = svd.singularValues();
-  const double largest = values[0];
-  while (report.rank < values.size() && values[report.rank] > tolerance * largest && largest > 0) ++report.rank;
-  report.null_space = svd.matrixV().rightCols(columns - report.rank);
-  return report;
+  const double max_singular_value = values[0];
+  while (decomposition.rank < values.size() && values[decomposition.rank] > tolerance * max_singular_value &&
+         max_singular_value > 0)
+    ++decomposition.rank;
+  decomposition.null_space = svd.matrixV().rightCols(columns - decomposition.rank);
+  return decomposition;
 }
 
 namespace {
 
-/// There is no larger rank: no singular value is anywhere near the limit of rank_of().
+/// Whether the rank is proven to be full: no singular value is anywhere near the tolerance of decompose_rank().
 template <class S>
 bool has_proven_full_rank(ConstraintSystem<S>& closures, const VectorX& y) {
   VectorX residual;
@@ -325,32 +326,34 @@ bool has_proven_full_rank(ConstraintSystem<S>& closures, const VectorX& y) {
   return min_singular_value(jacobian).has_value();
 }
 
-/// @param rates the rows of closures of rates count, too
+/// @param with_velocity_rows whether the rows of velocity-level closures count, too
 template <class S>
-int find_generic_rank(const Tree<S>& tree, const VectorX& y, bool rates) {
+int find_generic_rank(const Tree<S>& tree, const VectorX& y, bool with_velocity_rows) {
   ConstraintSystem<S> closures(tree, Drive<S>{});
-  const int rows = rates ? closures.closure_rows() : closures.place_rows(), full = std::min(rows, closures.columns());
-  if (full == 0 || (full > max_dense_columns && rows == closures.place_rows() && has_proven_full_rank(closures, y)))
-    return full;
+  const int rows = with_velocity_rows ? closures.closure_rows() : closures.place_rows(),
+            full_rank = std::min(rows, closures.columns());
+  if (full_rank == 0 ||
+      (full_rank > max_dense_columns && rows == closures.place_rows() && has_proven_full_rank(closures, y)))
+    return full_rank;
   const VectorX scale = column_scale(tree);
-  VectorX here = y;
+  VectorX current_y = y;
   MatrixX jacobian;
-  closures.velocity_jacobian(here, {}, jacobian);
-  RankDecomposition last = decompose_rank(jacobian.topRows(rows));
-  int best = last.rank;
-  for (std::uint64_t seed = 1; seed <= 4 && best < full && last.null_space.cols() > 0; ++seed) {
+  closures.velocity_jacobian(current_y, {}, jacobian);
+  RankDecomposition decomposition = decompose_rank(jacobian.topRows(rows));
+  int generic_rank = decomposition.rank;
+  for (std::uint64_t seed = 1; seed <= 4 && generic_rank < full_rank && decomposition.null_space.cols() > 0; ++seed) {
     const VectorX random = random_coordinates(tree, seed).cwiseQuotient(scale);
-    VectorX direction = last.null_space * (last.null_space.transpose() * random);
+    VectorX direction = decomposition.null_space * (decomposition.null_space.transpose() * random);
     if (direction.norm() < 1e-12) break;
     direction *= 0.15 / direction.norm();
-    const AssemblySolution moved = solve_assembly(closures, here + scale.cwiseProduct(direction), {});
-    if (!moved.found || (moved.y - here).cwiseQuotient(scale).norm() < 1e-6) continue;
-    here = moved.y;
-    closures.velocity_jacobian(here, {}, jacobian);
-    last = decompose_rank(jacobian.topRows(rows));
-    best = std::max(best, last.rank);
+    const AssemblySolution neighbour = solve_assembly(closures, current_y + scale.cwiseProduct(direction), {});
+    if (!neighbour.found || (neighbour.y - current_y).cwiseQuotient(scale).norm() < 1e-6) continue;
+    current_y = neighbour.y;
+    closures.velocity_jacobian(current_y, {}, jacobian);
+    decomposition = decompose_rank(jacobian.topRows(rows));
+    generic_rank = std::max(generic_rank, decomposition.rank);
   }
-  return best;
+  return generic_rank;
 }
 
 }  // namespace
@@ -368,30 +371,32 @@ int find_generic_position_rank(const Tree<S>& tree, const VectorX& y) {
 template <class S>
 AssemblySolution track_to(ConstraintSystem<S>& system, const VectorX& y, const DriveSample& from,
                           const DriveSample& to) {
-  AssemblySolution here{true, y, 0, 0};
-  const Vector3 turn = rotation_vector_of(to.rotation * from.rotation.transpose());
+  AssemblySolution current{true, y, 0, 0};
+  const Vector3 rotation = rotation_vector_of(to.rotation * from.rotation.transpose());
   const VectorX scale = column_scale(system.tree());
-  double done = 0, step = 1.0 / 32;
-  VectorX slope = VectorX::Zero(y.size());
-  while (done < 1) {
-    const double next = std::min(1.0, done + step);
+  double fraction = 0, step = 1.0 / 32;
+  VectorX tangent = VectorX::Zero(y.size());
+  while (fraction < 1) {
+    const double next_fraction = std::min(1.0, fraction + step);
     DriveSample target;
-    target.value = (1 - next) * from.value + next * to.value;
-    target.rotation = next == 1 ? to.rotation : Matrix3(rotation_from_rotation_vector(next * turn) * from.rotation);
-    const AssemblySolution trial = solve_assembly(system, here.y + (next - done) * slope, target, 30);
-    const double change = (trial.y - here.y).cwiseQuotient(scale).template lpNorm<Eigen::Infinity>();
+    target.value = (1 - next_fraction) * from.value + next_fraction * to.value;
+    target.rotation = next_fraction == 1
+                          ? to.rotation
+                          : Matrix3(rotation_from_rotation_vector(next_fraction * rotation) * from.rotation);
+    const AssemblySolution trial = solve_assembly(system, current.y + (next_fraction - fraction) * tangent, target, 30);
+    const double change = (trial.y - current.y).cwiseQuotient(scale).template lpNorm<Eigen::Infinity>();
     if (trial.found && change < 0.5) {
-      slope = (trial.y - here.y) / (next - done);
-      here = trial;
-      done = next;
+      tangent = (trial.y - current.y) / (next_fraction - fraction);
+      current = trial;
+      fraction = next_fraction;
       step = std::min(2 * step, 1.0 / 16);
     } else {
       step /= 2;
-      slope.setZero();
-      if (step < 1e-6) return {false, here.y, trial.residual, 0};
+      tangent.setZero();
+      if (step < 1e-6) return {false, current.y, trial.residual, 0};
     }
   }
-  return here;
+  return current;
 }
 
 #define BALANCE_INSTANTIATE(S)                                                                                \
@@ -407,18 +412,18 @@ BALANCE_INSTANTIATE(Spatial)
 
 template <class S>
 void reset_spherical_reference(Tree<S>& tree, NodeId spherical, typename S::Scalar* y) {
-  Matrix3 all = Matrix3::Identity(), fixed = Matrix3::Identity();
+  Matrix3 total_rotation = Matrix3::Identity(), fixed = Matrix3::Identity();
   for (int n = spherical; n < spherical + 3; ++n) {
     const Node<S>& node = tree.nodes[n];
-    const bool turns = node.motion == NodeMotion::revolute;  // the last of a held spin does not
-    const double x = turns ? node.ratio * y[node.column] + node.offset : 0;
-    all *= to_matrix(rotate_about_joint_axis(node.R_PF, elementary::cos(x), elementary::sin(x)));
+    const bool is_revolute = node.motion == NodeMotion::revolute;  // the last one of a locked joint is not
+    const double x = is_revolute ? node.ratio * y[node.column] + node.offset : 0;
+    total_rotation *= to_matrix(rotate_about_joint_axis(node.R_PF, elementary::cos(x), elementary::sin(x)));
     if (n > spherical) fixed *= to_matrix(node.R_PF);
-    if (turns) y[node.column] = -node.offset / node.ratio;
+    if (is_revolute) y[node.column] = -node.offset / node.ratio;
   }
-  // products of rotations drift; the nearest rotation does not
-  const Eigen::Quaterniond exact = Eigen::Quaterniond(Matrix3(all * fixed.transpose())).normalized();
-  tree.nodes[spherical].R_PF = to_rotation<S>(exact.toRotationMatrix());
+  // products of rotations drift off the rotation group: take the nearest rotation
+  const Eigen::Quaterniond nearest = Eigen::Quaterniond(Matrix3(total_rotation * fixed.transpose())).normalized();
+  tree.nodes[spherical].R_PF = to_rotation<S>(nearest.toRotationMatrix());
 }
 
 template void reset_spherical_reference<Planar>(Tree<Planar>&, NodeId, double*);
@@ -426,7 +431,7 @@ template void reset_spherical_reference<Spatial>(Tree<Spatial>&, NodeId, double*
 
 template <class S>
 std::string format_configuration(const Mechanism& mechanism, const Tree<S>& tree, const double* y) {
-  constexpr std::size_t max_listed_coordinates = 12;  // a sentence is to be read
+  constexpr std::size_t max_listed_coordinates = 12;  // keeps the sentence readable
   std::string out;
   for (std::size_t c = 0; c < tree.coordinate_expressions.size() && c < max_listed_coordinates; ++c) {
     const LinearQuantity& source = tree.coordinate_expressions[c];
@@ -450,10 +455,10 @@ namespace {
 template <class S>
 VectorX make_initial_guess(const Mechanism& mechanism, const Tree<S>& tree) {
   VectorX y = VectorX::Zero(tree.columns);
-  for (const CoordinateValue& rough : mechanism.assembly) {
-    const LinearQuantity& source = tree.coordinate_expressions[rough.coordinate];
-    if (!source.has_single_term() || source.terms[0].second == 0) continue;  // a sum says nothing of its parts
-    y[source.terms[0].first] = (rough.value - source.constant) / source.terms[0].second;
+  for (const CoordinateValue& assembly_value : mechanism.assembly) {
+    const LinearQuantity& source = tree.coordinate_expressions[assembly_value.coordinate];
+    if (!source.has_single_term() || source.terms[0].second == 0) continue;  // a sum does not determine its terms
+    y[source.terms[0].first] = (assembly_value.value - source.constant) / source.terms[0].second;
   }
   return y;
 }
@@ -466,19 +471,20 @@ double distance_from_assembly(const Mechanism& mechanism, const Tree<S>& tree, c
   TreeState<S> state(tree.nodes.size());
   compute_poses(tree, y.data(), state);
   double sum = 0;
-  for (const CoordinateValue& rough : mechanism.assembly) {
-    const Coordinate& coordinate = mechanism.coordinates[rough.coordinate];
-    const LinearQuantity& source = tree.coordinate_expressions[rough.coordinate];
+  for (const CoordinateValue& assembly_value : mechanism.assembly) {
+    const Coordinate& coordinate = mechanism.coordinates[assembly_value.coordinate];
+    const LinearQuantity& source = tree.coordinate_expressions[assembly_value.coordinate];
     double value;
-    if (source.has_terms() && !tree.is_floating[rough.coordinate]) {
+    if (source.has_terms() && !tree.is_floating[assembly_value.coordinate]) {
       value = source.value(y.data());
     } else {
       const Joint& joint = mechanism.joints[coordinate.joint];
       value = compute_joint_motion(joint, relative_motion(tree, state, joint)).position[coordinate.index];
     }
-    const double off = coordinate.kind == CoordinateKind::angle ? rough.value - unwrap_angle(value, rough.value)
-                                                                : (rough.value - value) / tree.characteristic_length;
-    sum += off * off;
+    const double deviation = coordinate.kind == CoordinateKind::angle
+                                 ? assembly_value.value - unwrap_angle(value, assembly_value.value)
+                                 : (assembly_value.value - value) / tree.characteristic_length;
+    sum += deviation * deviation;
   }
   return std::sqrt(sum / static_cast<double>(mechanism.assembly.size()));
 }
@@ -486,8 +492,9 @@ double distance_from_assembly(const Mechanism& mechanism, const Tree<S>& tree, c
 template <class S>
 AssemblySolution solve_pose(const Mechanism& mechanism, const Tree<S>& tree, ConstraintSystem<S>& system,
                             const DriveSample& target) {
-  // At the assembly values the first solution is the one; near them a few tries tell whether there is a nearer one, since one joint's
-  // other mode need not be far on the mean of many; elsewhere the nearest of many is taken.
+  // A solution at the assembly values is accepted at once. Near them a few restarts look for a nearer one, since
+  // another mode of one joint need not be far off in the mean over many. Elsewhere the nearest of many restarts is
+  // taken.
   constexpr double accepted_distance = 0.1, near_distance = 0.4;
   constexpr std::uint64_t min_restarts = 20, max_restarts = 200;
   const VectorX guess = make_initial_guess(mechanism, tree);
@@ -504,8 +511,8 @@ AssemblySolution solve_pose(const Mechanism& mechanism, const Tree<S>& tree, Con
       if (!best.found && trial.residual < best.residual) best = trial;
       continue;
     }
-    const double off = distance_from_assembly(mechanism, tree, trial.y);
-    if (!best.found || off < distance) best = trial, distance = off;
+    const double trial_distance = distance_from_assembly(mechanism, tree, trial.y);
+    if (!best.found || trial_distance < distance) best = trial, distance = trial_distance;
   }
   return best;
 }

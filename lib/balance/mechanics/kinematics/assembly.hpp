@@ -1,6 +1,6 @@
 #pragma once
-/// Finding configurations: Levenberg–Marquardt from a guess, restarts from seeded random ones, continuation along a straight
-/// way, ranks by singular values.
+/// Finding configurations: Levenberg–Marquardt from a guess, restarts from seeded random guesses, continuation along a
+/// straight line, ranks by singular values.
 
 #include "balance/mechanics/kinematics/constraint_system.hpp"
 #include "balance/mechanics/kinematics/tree.hpp"
@@ -15,15 +15,15 @@
 
 namespace balance {
 
-/// The configuration that a pose means: every coordinate of a mechanism where its tool, some of its joints or its centre of mass are.
+/// The configuration defined by a pose: all coordinates of a mechanism, given those of its tool, of some joints or of
+/// its centre of mass.
 struct ConfigurationResult {
   MotionOutcome
-      outcome;  ///< done; not_assembled, unreachable; drive_singularity, mismatch: the pose does not tell enough
+      outcome;  ///< done; not_assembled, unreachable; drive_singularity, mismatch: the pose does not determine it
   std::vector<CoordinateValue> coordinates;  ///< all of the mechanism, if done
 };
 
-/// In the assembly mode nearest to the mechanism's `assembly`.
-/// @throws std::invalid_argument if the pose names a tool that the mechanism lacks
+/// Finds the configuration in the assembly mode nearest to the mechanism's `assembly`.
 ConfigurationResult solve_configuration(const Mechanism& mechanism, const PoseTarget& pose);
 
 /// Largest scaled residual that counts as closed.
@@ -32,15 +32,16 @@ inline constexpr double closure_tolerance = 1e-12;
 struct AssemblySolution {
   bool found = false;
   VectorX y;
-  double residual = 0;  ///< largest scaled residual left
+  double residual = 0;  ///< largest remaining scaled residual
   int iterations = 0;
 };
 
-/// Lengths are solved for in units of the characteristic length: the SI value of every coordinate's unit.
+/// SI values of the units in which the coordinates are solved for: the characteristic length for lengths, else 1.
 template <class S>
 VectorX column_scale(const Tree<S>& tree);
 
-/// The configuration nearest in spirit to the guess that meets all equations (least-squares sense until it does).
+/// Finds a configuration near the guess that satisfies all equations. If there is none, minimises the residual in the
+/// least-squares sense.
 template <class S>
 AssemblySolution solve_assembly(ConstraintSystem<S>& system, const VectorX& guess, const DriveSample& target,
                                 int iterations = 100);
@@ -56,17 +57,19 @@ struct RankDecomposition {
 };
 RankDecomposition decompose_rank(const MatrixX& jacobian, double tolerance = 1e-8);
 
-/// Rank of all closures alone, those of rates included, at the most generic of a few configurations around y: a start pose may be singular
-/// by accident. Of large mechanisms the smallest singular value proves that the rank is full; where it is not, they cost as much as a dense
-/// matrix.
+/// Rank of all closures alone, velocity-level ones included: the maximum over a few configurations around y, because a
+/// start pose may be singular by accident. For large mechanisms the smallest singular value proves that the rank is
+/// full; if it does not, the cost is that of a dense matrix.
 template <class S>
 int find_generic_closure_rank(const Tree<S>& tree, const VectorX& y);
 
-/// The same of the closures that bind places: the columns less these are the freedoms of the configuration.
+/// The same for the position-level closures. The number of columns minus this rank is the number of freedoms of the
+/// configuration.
 template <class S>
 int find_generic_position_rank(const Tree<S>& tree, const VectorX& y);
 
-/// Follows the target from `from` (met by y) to `to` in small steps. Scalars go straight, rotations by the shortest way.
+/// Follows the target from `from` (met by y) to `to` in small steps. Scalars move linearly, rotations along the
+/// shortest path.
 /// @return the configuration at `to`, or found = false
 template <class S>
 AssemblySolution track_to(ConstraintSystem<S>& system, const VectorX& y, const DriveSample& from,
@@ -84,8 +87,8 @@ BALANCE_DECLARE(Planar)
 BALANCE_DECLARE(Spatial)
 #undef BALANCE_DECLARE
 
-/// The ways to assemble a mechanism at a pose: what the same equations have for solutions, looked for from random starts that are the
-/// same every time.
+/// The assembly modes of a mechanism at a pose: the solutions of the pose's equations, searched from reproducible
+/// random starts.
 template <class S>
 class AssemblyModes {
  public:
@@ -94,10 +97,10 @@ class AssemblyModes {
   AssemblyModes(const Mechanism& mechanism, const Tree<S>& tree, ConstraintSystem<S>& system, const DriveSample& target,
                 const VectorX& selected);
 
-  /// Looks from one more start. @return what it took: steps times coordinates
+  /// Searches from one more start. @return the cost: iterations times coordinates
   long search_from(std::uint64_t start);
 
-  /// Of each mode all coordinates of the mechanism; the selected one first.
+  /// Per mode: all coordinates of the mechanism. The selected mode is the first.
   const std::vector<std::vector<double>>& modes() const { return modes_; }
 
  private:
@@ -110,8 +113,8 @@ class AssemblyModes {
   std::vector<std::vector<double>> modes_;
 };
 
-/// "assembly: {B: -1.2}": the coordinates that tell modes apart, those of the tree that the pose does not state itself.
-/// In the spec's units. @param drive of the pose
+/// "assembly: {B: -1.2}": the coordinates that distinguish modes, which are those of the tree that the pose does not
+/// state itself. In the spec's units. @param drive of the pose
 template <class S>
 std::string format_assembly_line(const Mechanism& mechanism, const Tree<S>& tree, const Drive<S>& drive,
                                  const std::vector<double>& mode);
@@ -124,7 +127,7 @@ BALANCE_DECLARE(Planar)
 BALANCE_DECLARE(Spatial)
 #undef BALANCE_DECLARE
 
-// Where a mechanism stands, in a few words for a message.
+// Short descriptions of a configuration, for messages.
 
 /// The first dozen coordinates of the tree: "A 0.5, B -1.2".
 template <class S>

@@ -38,24 +38,25 @@ template <class S>
 AssemblyBranch<S>::AssemblyBranch(const Mechanism& mechanism, IndependentCoordinates<S> choice)
     : mechanism_(mechanism),
       tree_(std::move(choice.tree)),
-      needed_(std::move(choice.needed)),
+      required_coordinates_(std::move(choice.needed)),
       independent_(std::move(choice.coordinates)),
       note_(std::move(choice.note)),
       freedoms_(choice.freedoms),
-      redundant_(choice.redundant),
-      direct_(tree_.closures.empty() && has_single_terms(tree_, independent_)),
+      has_redundant_closures_(choice.redundant),
+      is_explicit_(tree_.closures.empty() && has_single_terms(tree_, independent_)),
       drive_(make_independent_drive(mechanism, tree_, independent_)),
-      equations_(tree_, drive_, redundant_),
-      round_off_(MotionStepper<S>::newton_residual_tolerance * ground_extent(mechanism)),
+      equations_(tree_, drive_, has_redundant_closures_),
+      residual_tolerance_(MotionStepper<S>::newton_residual_tolerance * ground_extent(mechanism)),
       state_(tree_.nodes.size()) {
   for (const LinearQuantity& quantity : drive_.linear)
     columns_.push_back({quantity.terms[0].first, 1 / quantity.terms[0].second, quantity.constant});
-  plain_ = direct_;
+  has_identity_map_ = is_explicit_;
   for (std::size_t k = 0; k < columns_.size(); ++k)
-    plain_ = plain_ && columns_[k].column == static_cast<int>(k) && columns_[k].inverse == 1 && columns_[k].offset == 0;
+    has_identity_map_ = has_identity_map_ && columns_[k].column == static_cast<int>(k) && columns_[k].inverse == 1 &&
+                        columns_[k].offset == 0;
   std::set<ColumnId> matrix_columns;
   for (const Closure<S>& closure : tree_.closures)
-    for (const PathStep& part : closure.path) matrix_columns.insert(tree_.nodes[part.node].column);
+    for (const PathStep& step : closure.path) matrix_columns.insert(tree_.nodes[step.node].column);
   matrix_columns_.assign(matrix_columns.begin(), matrix_columns.end());
   for (const NodeId spherical : tree_.spherical_joints) initial_references_.push_back(tree_.nodes[spherical].R_PF);
   for (VectorX* values : {&y_, &dy_, &ddy_, &predicted_, &trial_}) values->setZero(tree_.columns);
@@ -68,22 +69,24 @@ template <class S>
 bool AssemblyBranch<S>::newton(VectorX& y, const double* q) {
   has_current_equations_ = false;
   std::copy_n(q, freedoms_, sample_.value.data());
-  double last = INFINITY;
+  double previous_residual = INFINITY;
   for (iterations_ = 0; iterations_ <= MotionStepper<S>::max_newton_iterations; ++iterations_) {
     compute_poses(tree_, y.data(), state_);
     equations_.evaluate(state_, y.data(), sample_, x_.data());
-    double worst = 0;
-    for (int r = 0; r < equations_.rows(); ++r) worst = std::max(worst, std::abs(x_[r]));
-    if (!std::isfinite(worst) || !equations_.factorise()) return false;
+    double max_residual = 0;
+    for (int r = 0; r < equations_.rows(); ++r) max_residual = std::max(max_residual, std::abs(x_[r]));
+    if (!std::isfinite(max_residual) || !equations_.factorise()) return false;
     equations_.solve(x_.data());
     for (int c = 0; c < tree_.columns; ++c) y[c] -= x_[c];
-    if (worst <= round_off_ || (worst <= 10 * round_off_ && worst >= last)) return true;
-    last = worst;
+    if (max_residual <= residual_tolerance_ ||
+        (max_residual <= 10 * residual_tolerance_ && max_residual >= previous_residual))
+      return true;
+    previous_residual = max_residual;
   }
   return false;
 }
 
-/// Equations and poses at q_ and y_, whose coordinates may be counted from new references.
+/// Updates equations and poses to q_ and y_; may reset the references of spherical joints.
 template <class S>
 bool AssemblyBranch<S>::update_equations() {
   reset_spherical_references();
@@ -95,18 +98,18 @@ bool AssemblyBranch<S>::update_equations() {
 
 template <class S>
 bool AssemblyBranch<S>::reset_spherical_references() {
-  constexpr double max_middle_angle = 1;  // at a right angle a spherical joint's coordinates fail
-  bool any = false;
+  constexpr double max_middle_angle = 1;  // at a right angle a spherical joint's coordinates are singular
+  bool was_reset = false;
   for (const NodeId spherical : tree_.spherical_joints) {
     const double middle = std::remainder(y_[tree_.nodes[spherical + 1].column], 2 * std::numbers::pi);
     if (std::abs(middle) < max_middle_angle) continue;
     reset_spherical_reference(tree_, spherical, y_.data());
-    any = true;
+    was_reset = true;
   }
-  return any;
+  return was_reset;
 }
 
-/// To a state so near that neither the mode nor the sign of a determinant can have changed on the way.
+/// Steps to a state near enough that neither the mode nor the sign of a determinant can have changed in between.
 template <class S>
 bool AssemblyBranch<S>::step(const double* q) {
   if (!has_current_equations_ && !update_equations()) return false;
@@ -122,9 +125,10 @@ bool AssemblyBranch<S>::step(const double* q) {
   if (!newton(trial_, q)) return false;
   for (int c = 0; c < tree_.columns; ++c)
     if (!(std::abs(trial_[c] - predicted_[c]) <= max_correction * scale[c])) return false;
-  double way = 0;
-  for (const int c : matrix_columns_) way = std::max(way, std::abs(trial_[c] - y_[c]) / scale[c]);
-  if (!(way * way <= max_matrix_curvature * equations_.regularity()) || !equations_.is_near_stored(max_matrix_change))
+  double distance = 0;
+  for (const int c : matrix_columns_) distance = std::max(distance, std::abs(trial_[c] - y_[c]) / scale[c]);
+  if (!(distance * distance <= max_matrix_curvature * equations_.regularity()) ||
+      !equations_.is_near_stored(max_matrix_change))
     return false;
   std::swap(y_, trial_);
   std::copy_n(q, freedoms_, q_.begin());
@@ -136,7 +140,7 @@ bool AssemblyBranch<S>::step(const double* q) {
 
 template <class S>
 void AssemblyBranch<S>::set_rates(const double* dq) {
-  if (direct_) return set_direct(dq, 0, dy_.data());
+  if (is_explicit_) return set_explicit(dq, 0, dy_.data());
   std::copy_n(dq, freedoms_, sample_.rate.data());
   equations_.velocity_rhs(sample_, x_.data());
   equations_.solve(x_.data());
@@ -147,7 +151,7 @@ void AssemblyBranch<S>::set_rates(const double* dq) {
 
 template <class S>
 void AssemblyBranch<S>::set_accelerations(const double* ddq) {
-  if (direct_) return set_direct(ddq, 0, ddy_.data());
+  if (is_explicit_) return set_explicit(ddq, 0, ddy_.data());
   std::copy_n(ddq, freedoms_, sample_.acceleration.data());
   compute_accelerations<S>(tree_, dy_.data(), nullptr, S::Vector::Zero(), state_);
   equations_.acceleration_rhs(state_, sample_, x_.data());
@@ -159,7 +163,7 @@ template <class S>
 void AssemblyBranch<S>::fill_transformation(MatrixX& C) {
   C.setZero(tree_.columns, freedoms_);
   for (int k = 0; k < freedoms_; ++k) {
-    if (direct_) {
+    if (is_explicit_) {
       C(columns_[static_cast<std::size_t>(k)].column, k) = columns_[static_cast<std::size_t>(k)].inverse;
       continue;
     }
@@ -174,25 +178,25 @@ void AssemblyBranch<S>::fill_transformation(MatrixX& C) {
 template <class S>
 VectorX AssemblyBranch<S>::coordinates() const {
   const std::vector<double> wrapped = compute_coordinates(mechanism_, tree_, y_);
-  VectorX all = Eigen::Map<const VectorX>(wrapped.data(), static_cast<Eigen::Index>(wrapped.size()));
+  VectorX values = Eigen::Map<const VectorX>(wrapped.data(), static_cast<Eigen::Index>(wrapped.size()));
   for (std::size_t c = 0; c < mechanism_.coordinates.size(); ++c) {
     const LinearQuantity& source = tree_.coordinate_expressions[c];
-    if (source.has_terms() && !tree_.is_floating[c]) all[static_cast<Eigen::Index>(c)] = source.value(y_.data());
+    if (source.has_terms() && !tree_.is_floating[c]) values[static_cast<Eigen::Index>(c)] = source.value(y_.data());
   }
-  return all;
+  return values;
 }
 
 template class AssemblyBranch<Planar>;
 template class AssemblyBranch<Spatial>;
 
-// How a branch is found, and how it is followed where states are far from each other.
+// Finding a branch, and following it between states that are far from each other.
 
 namespace {
 
-constexpr double min_path_fraction = 1.0 / 4096;  // of the way to the next state
-constexpr double max_tracking_distance = 1000;    // that is followed, in radians or characteristic lengths
+constexpr double min_path_fraction = 1.0 / 4096;  // of the path to the next state
+constexpr double max_tracking_distance = 1000;    // to follow at most, in radians or characteristic lengths
 
-/// A stepper's words without the time, which has no meaning between two states.
+/// A stepper's message without the time, which is meaningless between two states.
 std::string strip_time_prefix(const MotionOutcome& outcome) {
   const std::string::size_type end = outcome.reason.find("s: ");
   return outcome.reason.rfind("at t = ", 0) == 0 && end != std::string::npos ? outcome.reason.substr(end + 3)
@@ -201,19 +205,20 @@ std::string strip_time_prefix(const MotionOutcome& outcome) {
 
 }  // namespace
 
-/// In as many steps as it takes.
+/// Steps to q in as many steps as needed.
 template <class S>
 bool AssemblyBranch<S>::step_repeatedly(const double* q) {
   const std::vector<double> from = q_;
   std::vector<double> next(q_.size());
-  double done = 0, size = 0.5;
-  while (done < 1) {
-    const double part = std::min(1.0, done + size);
-    for (std::size_t k = 0; k < next.size(); ++k) next[k] = part == 1 ? q[k] : (1 - part) * from[k] + part * q[k];
+  double reached_fraction = 0, step_size = 0.5;
+  while (reached_fraction < 1) {
+    const double fraction = std::min(1.0, reached_fraction + step_size);
+    for (std::size_t k = 0; k < next.size(); ++k)
+      next[k] = fraction == 1 ? q[k] : (1 - fraction) * from[k] + fraction * q[k];
     if (step(next.data())) {
-      done = part;
-      size = std::min(2 * size, 0.5);
-    } else if ((size /= 2) < min_path_fraction) {
+      reached_fraction = fraction;
+      step_size = std::min(2 * step_size, 0.5);
+    } else if ((step_size /= 2) < min_path_fraction) {
       return false;
     }
   }
@@ -227,7 +232,7 @@ CompiledTrajectory<S> AssemblyBranch<S>::compile_path_to(const double* q) const 
   plan.drive = drive_;
   plan.start = y_;
   plan.freedoms = freedoms_;
-  plan.has_redundant_closures = redundant_;
+  plan.has_redundant_closures = has_redundant_closures_;
   PrescribedMotion::Request request;
   request.law.kind = MotionLawKind::cubic;
   request.from.value = Eigen::Map<const VectorX>(q_.data(), freedoms_);
@@ -236,9 +241,9 @@ CompiledTrajectory<S> AssemblyBranch<S>::compile_path_to(const double* q) const 
   return plan;
 }
 
-/// The stepper's way, which comes nearer to singular configurations and knows what they are called.
+/// Moves by a MotionStepper, which comes nearer to singular configurations and diagnoses them.
 template <class S>
-MotionOutcome AssemblyBranch<S>::track_with_stepper(const double* q, const char* words) {
+MotionOutcome AssemblyBranch<S>::track_with_stepper(const double* q, const char* reason_prefix) {
   MotionOutcome outcome;
   outcome.status = MotionStatus::done;
   if (freedoms_ == 0) {  // nowhere to go
@@ -248,32 +253,32 @@ MotionOutcome AssemblyBranch<S>::track_with_stepper(const double* q, const char*
   }
   const CompiledTrajectory<S> plan = compile_path_to(q);
   MotionStepper<S> stepper(mechanism_, tree_, plan);
-  const bool there = stepper.begin() && stepper.advance(plan.prescribed_motion->duration());
-  if (there) {
+  const bool is_reached = stepper.begin() && stepper.advance(plan.prescribed_motion->duration());
+  if (is_reached) {
     y_ = Eigen::Map<const VectorX>(stepper.y(), tree_.columns);
     std::copy_n(q, freedoms_, q_.begin());
     if (update_equations()) return outcome;
   }
-  outcome.status = there ? MotionStatus::drive_singularity : stepper.outcome().status;
-  outcome.reason = there ? "drive singularity: the independent coordinates no longer determine the motion"
-                         : strip_time_prefix(stepper.outcome());
-  outcome.reason.insert(0, words);
+  outcome.status = is_reached ? MotionStatus::drive_singularity : stepper.outcome().status;
+  outcome.reason = is_reached ? "drive singularity: the independent coordinates no longer determine the motion"
+                              : strip_time_prefix(stepper.outcome());
+  outcome.reason.insert(0, reason_prefix);
   return outcome;
 }
 
 template <class S>
 typename AssemblyBranch<S>::Snapshot AssemblyBranch<S>::snapshot() const {
-  Snapshot mark{y_, q_, {}};
-  for (const NodeId spherical : tree_.spherical_joints) mark.references.push_back(tree_.nodes[spherical].R_PF);
-  return mark;
+  Snapshot saved{y_, q_, {}};
+  for (const NodeId spherical : tree_.spherical_joints) saved.references.push_back(tree_.nodes[spherical].R_PF);
+  return saved;
 }
 
 template <class S>
-void AssemblyBranch<S>::restore(const Snapshot& mark) {
-  y_ = mark.y;
-  q_ = mark.q;
+void AssemblyBranch<S>::restore(const Snapshot& saved) {
+  y_ = saved.y;
+  q_ = saved.q;
   for (std::size_t b = 0; b < tree_.spherical_joints.size(); ++b)
-    tree_.nodes[tree_.spherical_joints[b]].R_PF = mark.references[b];
+    tree_.nodes[tree_.spherical_joints[b]].R_PF = saved.references[b];
   has_current_equations_ = false;
 }
 
@@ -292,47 +297,47 @@ MotionOutcome AssemblyBranch<S>::move_closed_to(const double* q) {
                      " is too far from the state before to be followed there";
     return outcome;
   }
-  const Snapshot before = snapshot();
+  const Snapshot saved_state = snapshot();
   if (step_repeatedly(q)) return outcome;
   has_current_equations_ = false;
   outcome = track_with_stepper(q, "on the straight way from the state before: ");
-  if (outcome.status != MotionStatus::done) restore(before);
+  if (outcome.status != MotionStatus::done) restore(saved_state);
   return outcome;
 }
 
 template <class S>
 MotionOutcome AssemblyBranch<S>::assemble(const double* q, const std::vector<CoordinateValue>& near) {
-  if (direct_) return move_to(q);
-  const Snapshot before = snapshot();
+  if (is_explicit_) return move_to(q);
+  const Snapshot saved_state = snapshot();
   for (std::size_t b = 0; b < tree_.spherical_joints.size(); ++b)
     tree_.nodes[tree_.spherical_joints[b]].R_PF = initial_references_[b];
-  Mechanism rough = mechanism_;
-  const auto put = [&](const CoordinateValue& value, bool always) {
-    const auto same = [&](const CoordinateValue& other) { return other.coordinate == value.coordinate; };
-    const bool named = std::erase_if(rough.assembly, same) > 0;
-    if (named || always) rough.assembly.push_back(value);
+  Mechanism guided_mechanism = mechanism_;
+  const auto set_assembly_value = [&](const CoordinateValue& value, bool is_required) {
+    const auto is_same_coordinate = [&](const CoordinateValue& other) { return other.coordinate == value.coordinate; };
+    const bool was_present = std::erase_if(guided_mechanism.assembly, is_same_coordinate) > 0;
+    if (was_present || is_required) guided_mechanism.assembly.push_back(value);
   };
-  for (const CoordinateValue& value : near) put(value, true);
-  for (int k = 0; k < freedoms_; ++k) put({independent_[static_cast<std::size_t>(k)], q[k]}, false);
+  for (const CoordinateValue& value : near) set_assembly_value(value, true);
+  for (int k = 0; k < freedoms_; ++k) set_assembly_value({independent_[static_cast<std::size_t>(k)], q[k]}, false);
   ConstraintSystem<S> system(tree_, drive_);
   DriveSample target;
   target.value = Eigen::Map<const VectorX>(q, freedoms_);
-  const AssemblySolution found = solve_pose(rough, tree_, system, target);
+  const AssemblySolution solution = solve_pose(guided_mechanism, tree_, system, target);
   MotionOutcome outcome;
-  if (found.found) {
-    y_ = found.y;
+  if (solution.found) {
+    y_ = solution.y;
     std::copy_n(q, freedoms_, q_.begin());
     outcome = track_with_stepper(q, "");
     assembled_ = assembled_ || outcome.status == MotionStatus::done;
   } else {
     PoseTarget pose;
     for (int k = 0; k < freedoms_; ++k) pose.joints.push_back({independent_[static_cast<std::size_t>(k)], q[k]});
-    outcome = explain_assembly_failure(rough, tree_, found, pose);
+    outcome = explain_assembly_failure(guided_mechanism, tree_, solution, pose);
     if (outcome.status == MotionStatus::unreachable)
       outcome.reason = "the loops cannot be closed with these independent coordinates: " +
                        outcome.reason.substr(std::min(outcome.reason.size(), outcome.reason.find(": ") + 2));
   }
-  if (outcome.status != MotionStatus::done) restore(before);
+  if (outcome.status != MotionStatus::done) restore(saved_state);
   return outcome;
 }
 
@@ -361,35 +366,35 @@ int require_coordinate(const Mechanism& mechanism, const std::string& name, cons
 
 namespace {
 
-constexpr double min_independent_rate =
-    1e-6;  // of a coordinate's rate, in radians or characteristic lengths per unit of all coordinates
+constexpr double min_independent_rate = 1e-6;  // in radians or characteristic lengths, per unit of all coordinates
 
 /// The loops of a compiled mechanism, and the velocities that they allow at some of its configurations.
 template <class S>
 struct SampledLoopVelocities {
   Tree<S> tree;
-  std::vector<CoordinateId> needed;  ///< it was compiled with
+  std::vector<CoordinateId> needed;  ///< coordinates that the tree was compiled with
   int freedoms = 0;
   std::vector<MatrixX>
-      velocities;  ///< scaled columns × freedoms; the first one where the mechanism assembles, if it is generic
+      velocities;  ///< scaled columns × freedoms; the first at the assembled configuration, if that is generic
 };
 
-/// Looks on at configurations near by: the first one may be singular by accident.
+/// Samples nearby configurations, too: the first one may be singular by accident.
 template <class S>
 void sample_configurations(const VectorX& start, SampledLoopVelocities<S>& loops) {
   ConstraintSystem<S> closures(loops.tree, Drive<S>{});
   const VectorX scale = column_scale(loops.tree);
-  VectorX here = start;
+  VectorX y = start;
   MatrixX jacobian;
   for (std::uint64_t seed = 0; seed <= 4; ++seed) {
-    closures.velocity_jacobian(here, {}, jacobian);
-    const MatrixX allowed = decompose_rank(jacobian).null_space;
-    if (allowed.cols() == loops.freedoms) loops.velocities.push_back(allowed);
+    closures.velocity_jacobian(y, {}, jacobian);
+    const MatrixX null_space = decompose_rank(jacobian).null_space;
+    if (null_space.cols() == loops.freedoms) loops.velocities.push_back(null_space);
     const VectorX random = random_coordinates(loops.tree, seed + 1).cwiseQuotient(scale);
-    const VectorX aside = allowed * (allowed.transpose() * random);
-    if (aside.norm() < 1e-12) return;
-    const AssemblySolution moved = solve_assembly(closures, here + scale.cwiseProduct(0.2 / aside.norm() * aside), {});
-    if (moved.found) here = moved.y;
+    const VectorX direction = null_space * (null_space.transpose() * random);
+    if (direction.norm() < 1e-12) return;
+    const AssemblySolution neighbour =
+        solve_assembly(closures, y + scale.cwiseProduct(0.2 / direction.norm() * direction), {});
+    if (neighbour.found) y = neighbour.y;
   }
 }
 
@@ -404,7 +409,7 @@ SampledLoopVelocities<S> sample_loop_velocities(const Mechanism& mechanism, cons
   return loops;
 }
 
-/// Rates of coordinates, in their units, per unit of each allowed velocity; a coordinate that is none of the tree's has none.
+/// Rates of coordinates, in their units, per unit of each allowed velocity; zero for coordinates outside the tree.
 template <class S>
 MatrixX compute_coordinate_rates(const Tree<S>& tree, const std::vector<CoordinateId>& coordinates,
                                  const MatrixX& velocities) {
@@ -429,7 +434,7 @@ bool can_determine_motion(const SampledLoopVelocities<S>& loops, const std::vect
   });
 }
 
-/// Takes what independent rates a coordinate still has out of all others'.
+/// Removes the remaining independent rates of one coordinate from those of all coordinates.
 void project_out(MatrixX& rates, Eigen::Index row) {
   const VectorX direction = rates.row(row).transpose().normalized();
   rates -= rates * direction * direction.transpose();
@@ -438,28 +443,28 @@ void project_out(MatrixX& rates, Eigen::Index row) {
 /// Actuated coordinates in their order, then those with the largest rates; floating ones only if there are no others.
 template <class S>
 std::vector<CoordinateId> pick_independent(const Mechanism& mechanism, const SampledLoopVelocities<S>& loops) {
-  std::vector<CoordinateId> all(mechanism.coordinates.size()), chosen;
-  for (std::size_t c = 0; c < all.size(); ++c) all[c] = static_cast<int>(c);
-  if (loops.velocities.empty()) return chosen;
-  MatrixX rates = compute_coordinate_rates(loops.tree, all, loops.velocities.front());
-  const auto take = [&](CoordinateId coordinate) {
+  std::vector<CoordinateId> coordinates(mechanism.coordinates.size()), independent;
+  for (std::size_t c = 0; c < coordinates.size(); ++c) coordinates[c] = static_cast<int>(c);
+  if (loops.velocities.empty()) return independent;
+  MatrixX rates = compute_coordinate_rates(loops.tree, coordinates, loops.velocities.front());
+  const auto select = [&](CoordinateId coordinate) {
     project_out(rates, coordinate);
-    chosen.push_back(coordinate);
+    independent.push_back(coordinate);
   };
-  const auto missing = [&] { return static_cast<int>(chosen.size()) < loops.freedoms; };
+  const auto is_incomplete = [&] { return static_cast<int>(independent.size()) < loops.freedoms; };
   for (const CoordinateId coordinate : mechanism.actuators)
-    if (missing() && rates.row(coordinate).norm() > min_independent_rate) take(coordinate);
+    if (is_incomplete() && rates.row(coordinate).norm() > min_independent_rate) select(coordinate);
   for (const bool floating : {false, true})
-    while (missing()) {
+    while (is_incomplete()) {
       int best = -1;
-      for (const int c : all)
+      for (const int c : coordinates)
         if (loops.tree.is_floating[c] == floating && rates.row(c).norm() > min_independent_rate &&
             (best < 0 || rates.row(c).norm() > (1 + 1e-9) * rates.row(best).norm()))
           best = c;
       if (best < 0) break;
-      take(best);
+      select(best);
     }
-  return chosen;
+  return independent;
 }
 
 template <class S>
@@ -492,7 +497,8 @@ IndependentCoordinates<S> make_independent_coordinates(SampledLoopVelocities<S>&
 }
 
 template <class S>
-IndependentCoordinates<S> use_named(const Mechanism& mechanism, const std::vector<CoordinateId>& coordinates) {
+IndependentCoordinates<S> use_named_coordinates(const Mechanism& mechanism,
+                                                const std::vector<CoordinateId>& coordinates) {
   SampledLoopVelocities<S> loops = sample_loop_velocities<S>(mechanism, coordinates);
   const std::string list = list_names(mechanism, coordinates);
   if (static_cast<int>(coordinates.size()) != loops.freedoms)
@@ -508,16 +514,16 @@ IndependentCoordinates<S> use_named(const Mechanism& mechanism, const std::vecto
 template <class S>
 IndependentCoordinates<S> choose_independent_coordinates(const Mechanism& mechanism,
                                                          const std::vector<std::string>& names) {
-  if (!names.empty()) return use_named<S>(mechanism, find_named_coordinates(mechanism, names));
+  if (!names.empty()) return use_named_coordinates<S>(mechanism, find_named_coordinates(mechanism, names));
   std::vector<CoordinateId> coordinates;
-  for (int rounds = 0; rounds < 4; ++rounds) {
+  for (int attempt = 0; attempt < 4; ++attempt) {
     SampledLoopVelocities<S> loops = sample_loop_velocities<S>(mechanism, coordinates);
-    if (rounds == 0 && can_determine_motion(loops, mechanism.actuators))
+    if (attempt == 0 && can_determine_motion(loops, mechanism.actuators))
       return make_independent_coordinates(std::move(loops), mechanism.actuators, "");
     coordinates = pick_independent(mechanism, loops);
-    // what is needed does not float: a spin that was held as idle may become a freedom then
-    const bool stands = !has_floating(loops.tree, coordinates);
-    if (stands && can_determine_motion(loops, coordinates)) {
+    // needed coordinates do not float; compiling with them may release a locked passive freedom
+    const bool has_no_floating = !has_floating(loops.tree, coordinates);
+    if (has_no_floating && can_determine_motion(loops, coordinates)) {
       const std::string note = "independent coordinates: " + list_names(mechanism, coordinates);
       return make_independent_coordinates(std::move(loops), coordinates, note);
     }

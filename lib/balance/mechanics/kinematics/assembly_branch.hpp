@@ -1,6 +1,6 @@
 #pragma once
-/// One assembly mode of a mechanism, followed from state to state: independent coordinates to tree coordinates that close the loops,
-/// with their rates and accelerations.
+/// One assembly mode of a mechanism, followed from state to state: maps independent coordinates to tree coordinates
+/// that close the loops, with their rates and accelerations.
 
 #include "balance/mechanics/kinematics/assembly.hpp"
 #include "balance/mechanics/kinematics/compiled_trajectory.hpp"
@@ -12,28 +12,28 @@
 
 namespace balance {
 
-// Which coordinates a state of a mechanism is given in.
+// The independent coordinates in which a state of a mechanism is given.
 
-/// A mechanism compiled so that its independent coordinates are coordinates of the tree that need no reference orientation.
+/// A mechanism compiled so that its independent coordinates are tree coordinates that need no reference orientation.
 template <class S>
 struct IndependentCoordinates {
   Tree<S> tree;
   std::vector<CoordinateId> needed;       ///< coordinates that the tree was compiled with
-  std::vector<CoordinateId> coordinates;  ///< as many as freedoms, and they determine the others
-  int freedoms = 0;                       ///< by rank
+  std::vector<CoordinateId> coordinates;  ///< as many as freedoms; they determine the others
+  int freedoms = 0;                       ///< computed by rank
   bool redundant = false;                 ///< closures have more rows than rank
-  std::string note;                       ///< which coordinates were chosen if nobody asked for them; else empty
+  std::string note;                       ///< names coordinates chosen automatically; else empty
 };
 
 /// @param names may be empty: see InverseOptions::independent
-/// @throws std::invalid_argument if the loops cannot be closed, or a name does not exist, or these coordinates do not determine the
-///         motion
+/// @throws std::invalid_argument if the loops cannot be closed, a name does not exist, or the coordinates do not
+///        determine the motion
 template <class S>
 IndependentCoordinates<S> choose_independent_coordinates(const Mechanism& mechanism,
                                                          const std::vector<std::string>& names);
 
-/// The mechanism's coordinate of this name.
-/// @param what is named, for the message
+/// Index of the mechanism's coordinate of this name.
+/// @param what the option that names it, for the message
 /// @throws std::invalid_argument if there is none
 int require_coordinate(const Mechanism& mechanism, const std::string& name, const char* what);
 
@@ -55,47 +55,50 @@ class AssemblyBranch {
   const KinematicEquations<S>& equations() const { return equations_; }
   int freedoms() const { return freedoms_; }
   /// Coordinates that the tree was compiled with.
-  const std::vector<CoordinateId>& required_coordinates() const { return needed_; }
+  const std::vector<CoordinateId>& required_coordinates() const { return required_coordinates_; }
   const std::vector<CoordinateId>& independent() const { return independent_; }
-  bool has_redundant_closures() const { return redundant_; }
+  bool has_redundant_closures() const { return has_redundant_closures_; }
   /// See IndependentCoordinates::note.
   const std::string& note() const { return note_; }
-  /// Without loops nothing has to be solved: state() then holds no poses.
-  bool is_explicit() const { return direct_; }
+  /// Whether there are no loops, so that nothing has to be solved; state() then holds no poses.
+  bool is_explicit() const { return is_explicit_; }
 
-  /// Moreover the tree's coordinates are the independent ones, in their order.
-  bool has_identity_map() const { return plain_; }
+  /// Whether, in addition, the tree's coordinates are the independent ones in their order.
+  bool has_identity_map() const { return has_identity_map_; }
 
-  /// Finds the configuration anew, nearest to the mechanism's assembly values.
-  /// @param near takes their place where it names the same coordinates
+  /// Searches for the configuration nearest to the mechanism's assembly values.
+  /// @param near overrides these for the coordinates that it names
   MotionOutcome assemble(const double* q, const std::vector<CoordinateValue>& near);
   bool is_assembled() const { return assembled_; }
 
-  /// On to other independent coordinates, along the straight way; assembles the first ones. On failure the configuration stays.
+  /// Moves to other independent coordinates along the straight line; the first call assembles. On failure the
+  /// configuration does not change.
   MotionOutcome move_to(const double* q) {
-    if (!direct_) return move_closed_to(q);
-    set_direct(q, 1, y_.data());
-    MotionOutcome done;
-    done.status = MotionStatus::done;
-    return done;
+    if (!is_explicit_) return move_closed_to(q);
+    set_explicit(q, 1, y_.data());
+    MotionOutcome outcome;
+    outcome.status = MotionStatus::done;
+    return outcome;
   }
 
-  /// Rates where go() has led. Then the state holds angular velocities and, if a closure slides, those of the origins.
+  /// Sets the rates at the configuration of move_to(). The state then holds angular velocities and, if a closure
+  /// slides, those of the origins.
   void set_rates(const double* dq);
-  /// Accelerations, after the rates. The state's accelerations are scratch.
+  /// Sets the accelerations, after the rates. The state's accelerations are scratch.
   void set_accelerations(const double* ddq);
-  /// Tree coordinates' rates per rate of each independent coordinate: columns × freedoms. Forgets nothing.
+  /// Rates of the tree coordinates per rate of each independent coordinate: columns × freedoms. Keeps rates and
+  /// accelerations.
   void fill_transformation(MatrixX& C);
 
   TreeState<S>& state() { return state_; }
   const double* y() const { return y_.data(); }
   const double* dy() const { return dy_.data(); }
   const double* ddy() const { return ddy_.data(); }
-  /// Newton steps of the last go().
+  /// Newton steps of the last move_to().
   int iterations() const { return iterations_; }
   /// Smallest singular value of the scaled equations; 1 without loops.
-  double mobility() { return direct_ ? 1 : equations_.min_singular_value(); }
-  /// All coordinates of the mechanism; angles that are none of the tree's in (−π, π].
+  double mobility() { return is_explicit_ ? 1 : equations_.min_singular_value(); }
+  /// All coordinates of the mechanism; angles that are not tree coordinates in (−π, π].
   VectorX coordinates() const;
 
  private:
@@ -105,21 +108,21 @@ class AssemblyBranch {
     std::vector<typename S::Rotation> references;  ///< of the spherical joints
   };
 
-  /// Values, rates or accelerations of an open tree. @param constant 1 for values: their offsets count
-  void set_direct(const double* q, double constant, double* y) const {
+  /// Values, rates or accelerations of an open tree. @param constant 1 for values, whose offsets count; else 0
+  void set_explicit(const double* q, double constant, double* y) const {
     for (std::size_t k = 0; k < columns_.size(); ++k)
       y[columns_[k].column] = (q[k] - constant * columns_[k].offset) * columns_[k].inverse;
   }
   MotionOutcome move_closed_to(const double* q);
   bool step(const double* q);
   bool step_repeatedly(const double* q);
-  MotionOutcome track_with_stepper(const double* q, const char* words);
+  MotionOutcome track_with_stepper(const double* q, const char* reason_prefix);
   bool newton(VectorX& y, const double* q);
   bool update_equations();
   bool reset_spherical_references();
   CompiledTrajectory<S> compile_path_to(const double* q) const;
   Snapshot snapshot() const;
-  void restore(const Snapshot& mark);
+  void restore(const Snapshot& saved);
 
   struct IndependentColumn {
     ColumnId column;
@@ -128,13 +131,13 @@ class AssemblyBranch {
 
   const Mechanism& mechanism_;
   Tree<S> tree_;
-  std::vector<CoordinateId> needed_, independent_;
+  std::vector<CoordinateId> required_coordinates_, independent_;
   std::string note_;
   int freedoms_;
-  bool redundant_, direct_, plain_ = false;
+  bool has_redundant_closures_, is_explicit_, has_identity_map_ = false;
   Drive<S> drive_;
   KinematicEquations<S> equations_;
-  double round_off_;
+  double residual_tolerance_;
   std::vector<IndependentColumn> columns_;
   std::vector<ColumnId> matrix_columns_;  ///< columns that the closures' matrix depends on
   std::vector<typename S::Rotation> initial_references_;
@@ -143,7 +146,7 @@ class AssemblyBranch {
   VectorX y_, dy_, ddy_, predicted_, trial_;
   std::vector<double> q_, x_;
   bool assembled_ = false;
-  bool has_current_equations_ = false;  ///< equations and poses are those of y_
+  bool has_current_equations_ = false;  ///< equations and poses are up to date with y_
   int iterations_ = 0;
 };
 

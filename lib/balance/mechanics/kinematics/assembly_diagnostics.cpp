@@ -14,10 +14,10 @@ namespace balance {
 namespace {
 
 constexpr double parallel_tolerance =
-    1e-3;  // sine of the angle between two links in line: places are known to about its square
-constexpr std::size_t max_listed_pairs = 3;  // in a sentence that is to be read
+    1e-3;  // sine of the angle between two collinear links: positions are known to about its square
+constexpr std::size_t max_listed_pairs = 3;  // keeps the sentence readable
 
-/// A place on a body at which something else is held: another joint, or the tool.
+/// A point on a body at which another joint or the tool is attached.
 struct LinkEnd {
   JointId joint = -1;
   Vector3 position;
@@ -34,7 +34,7 @@ Vector3 world_position(const Tree<S>& tree, const TreeState<S>& state, BodyId bo
   return to_3d(position(state, frame));
 }
 
-/// By body.
+/// Link ends per body.
 template <class S>
 std::vector<std::vector<LinkEnd>> list_link_ends(const Mechanism& mechanism, const Tree<S>& tree,
                                                  const TreeState<S>& state) {
@@ -51,17 +51,19 @@ std::vector<std::vector<LinkEnd>> list_link_ends(const Mechanism& mechanism, con
   return ends;
 }
 
-/// Some end of the one link, the joint and some end of the other lie on a straight line.
+/// Whether some end of one link, the joint and some end of the other link lie on a straight line.
 bool has_collinear_ends(const std::vector<LinkEnd>& first, const std::vector<LinkEnd>& second, JointId joint,
                         double min_length) {
-  const auto at = [joint](const LinkEnd& end) { return end.joint == joint; };
-  const auto a = std::find_if(first.begin(), first.end(), at), b = std::find_if(second.begin(), second.end(), at);
+  const auto is_at_joint = [joint](const LinkEnd& end) { return end.joint == joint; };
+  const auto a = std::find_if(first.begin(), first.end(), is_at_joint),
+             b = std::find_if(second.begin(), second.end(), is_at_joint);
   for (const LinkEnd& from : first)
     for (const LinkEnd& to : second) {
-      if (at(from) || at(to)) continue;
+      if (is_at_joint(from) || is_at_joint(to)) continue;
       const Vector3 u = from.position - a->position, v = to.position - b->position;
-      const double lengths = u.norm() * v.norm();
-      if (std::min(u.norm(), v.norm()) > min_length && u.cross(v).norm() <= parallel_tolerance * lengths) return true;
+      const double length_product = u.norm() * v.norm();
+      if (std::min(u.norm(), v.norm()) > min_length && u.cross(v).norm() <= parallel_tolerance * length_product)
+        return true;
     }
   return false;
 }
@@ -93,8 +95,8 @@ template std::string describe_collinear_links<Spatial>(const Mechanism&, const T
 namespace {
 
 // radians or characteristic lengths
-constexpr double min_listed_miss = 1e-6;             // less is not worth a number
-constexpr double singular_closure_tolerance = 1e-9;  // what closes in a singular configuration stays open by less
+constexpr double min_listed_miss = 1e-6;             // smaller misses are not listed
+constexpr double singular_closure_tolerance = 1e-9;  // loops that close in a singular configuration stay open by less
 
 /// "; there a and b are in line at B"
 template <class S>
@@ -103,7 +105,7 @@ std::string format_collinear_links(const Mechanism& mechanism, const Tree<S>& tr
   return links.empty() ? "" : "; there " + links;
 }
 
-/// How far the two sides of a closure are from where they hold each other: what a joint lets free does not count.
+/// How far a closure is open in the directions that it constrains; those that the joint leaves free do not count.
 struct ClosureError {
   JointId joint = -1;
   double gap = 0;    ///< [m]
@@ -116,63 +118,65 @@ template <class S>
 ClosureError compute_closure_error(const TreeState<S>& state, const Closure<S>& closure) {
   const ClosurePose<S> pose = closure_pose(state, closure);
   if (is_point_closure(closure)) return {closure.joint, (pose.p_B - pose.p_A).norm(), 0};
-  double gap = 0, turn = 0;
+  double squared_gap = 0, squared_angle = 0;
   for (const ClosureRow& row : closure.rows) {
-    const double miss = closure_residual(pose, row);
-    (row.kind == ClosureRow::Kind::dot ? turn : gap) += miss * miss;
+    const double residual = closure_residual(pose, row);
+    (row.kind == ClosureRow::Kind::dot ? squared_angle : squared_gap) += residual * residual;
   }
-  return {closure.joint, std::sqrt(gap), elementary::asin(std::min(1.0, std::sqrt(turn)))};
+  return {closure.joint, std::sqrt(squared_gap), elementary::asin(std::min(1.0, std::sqrt(squared_angle)))};
 }
 
 template <class S>
 ClosureError find_max_closure_error(const Tree<S>& tree, const TreeState<S>& state) {
-  ClosureError worst;
+  ClosureError max_error;
   for (const Closure<S>& closure : tree.closures) {
     if (closure.is_velocity_level()) continue;
-    const ClosureError opening = compute_closure_error(state, closure);
-    if (worst.joint < 0 ||
-        opening.scaled_norm(tree.characteristic_length) > worst.scaled_norm(tree.characteristic_length))
-      worst = opening;
+    const ClosureError error = compute_closure_error(state, closure);
+    if (max_error.joint < 0 ||
+        error.scaled_norm(tree.characteristic_length) > max_error.scaled_norm(tree.characteristic_length))
+      max_error = error;
   }
-  return worst;
+  return max_error;
 }
 
-/// @param attempt the configuration that was found where the loops should have been closed; those from other starts may be nearer
+/// @param attempt configuration of the failed search; other starts may come nearer
 template <class S>
 MotionOutcome explain_open_loops(const Mechanism& mechanism, const Tree<S>& tree, const VectorX& attempt) {
   constexpr int max_columns = 60;
   constexpr std::uint64_t max_random_starts = 40;
   ConstraintSystem<S> closures(tree, Drive<S>{});
-  ClosureError worst;
-  TreeState<S> state(tree.nodes.size()), there_state = state;
+  ClosureError min_error;
+  TreeState<S> state(tree.nodes.size()), best_state = state;
   for (std::uint64_t seed = 0; seed <= (tree.columns > max_columns ? 0 : max_random_starts); ++seed) {
     const VectorX y = seed == 0 ? attempt : solve_assembly(closures, random_coordinates(tree, seed), {}).y;
     compute_poses(tree, y.data(), state);
-    const ClosureError opening = find_max_closure_error(tree, state);
-    if (worst.joint >= 0 &&
-        opening.scaled_norm(tree.characteristic_length) >= worst.scaled_norm(tree.characteristic_length))
+    const ClosureError error = find_max_closure_error(tree, state);
+    if (min_error.joint >= 0 &&
+        error.scaled_norm(tree.characteristic_length) >= min_error.scaled_norm(tree.characteristic_length))
       continue;
-    worst = opening;
-    there_state = state;
+    min_error = error;
+    best_state = state;
   }
-  const double size = worst.scaled_norm(tree.characteristic_length);
-  std::string by =
-      worst.gap >= 0.01 * size * tree.characteristic_length ? format_length(worst.gap, mechanism.units) : "";
-  if (worst.angle >= 0.01 * size && worst.angle > 0)
-    by += (by.empty() ? "" : " and ") + format_angle(worst.angle, mechanism.units);
-  const std::string open = "joint " + mechanism.joints[worst.joint].name + " stays open by " + by + " at best";
-  const std::string there = format_collinear_links(mechanism, tree, there_state);
-  if (size < singular_closure_tolerance)
+  const double scaled_error = min_error.scaled_norm(tree.characteristic_length);
+  std::string gap_text = min_error.gap >= 0.01 * scaled_error * tree.characteristic_length
+                             ? format_length(min_error.gap, mechanism.units)
+                             : "";
+  if (min_error.angle >= 0.01 * scaled_error && min_error.angle > 0)
+    gap_text += (gap_text.empty() ? "" : " and ") + format_angle(min_error.angle, mechanism.units);
+  const std::string open_text =
+      "joint " + mechanism.joints[min_error.joint].name + " stays open by " + gap_text + " at best";
+  const std::string links_text = format_collinear_links(mechanism, tree, best_state);
+  if (scaled_error < singular_closure_tolerance)
     return {MotionStatus::not_assembled,
             0,
-            "the loops close in a singular configuration only, to within round-off (" + open +
-                "): the lengths barely suffice, and nothing can move" + there,
+            "the loops close in a singular configuration only, to within round-off (" + open_text +
+                "): the lengths barely suffice, and nothing can move" + links_text,
             {}};
-  return {MotionStatus::not_assembled, 0, "the loops cannot be closed: " + open + there, {}};
+  return {MotionStatus::not_assembled, 0, "the loops cannot be closed: " + open_text + links_text, {}};
 }
 
-/// From a configuration with closed loops to the one that comes nearest to a pose: Levenberg and Marquardt's steps along the freedoms
-/// that the loops leave.
+/// Moves from a configuration with closed loops to the one nearest to a pose, by Levenberg–Marquardt steps along the
+/// freedoms that the loops leave.
 template <class S>
 VectorX approach_pose(const Tree<S>& tree, ConstraintSystem<S>& system, const DriveSample& target, VectorX y) {
   constexpr int max_steps = 200;
@@ -184,21 +188,21 @@ VectorX approach_pose(const Tree<S>& tree, ConstraintSystem<S>& system, const Dr
   system.evaluate(y, target, residual, jacobian);
   double damping = 1e-3;
   for (int k = 0; k < max_steps && damping < max_damping; ++k) {
-    const Eigen::Index stated = residual.size() - tree.position_rows;
-    const double cost = residual.tail(stated).squaredNorm();
-    const MatrixX free = decompose_rank(jacobian.topRows(tree.position_rows)).null_space;
-    const MatrixX along = jacobian.bottomRows(stated) * free;
-    MatrixX normal = along.transpose() * along;
+    const Eigen::Index stated_rows = residual.size() - tree.position_rows;
+    const double cost = residual.tail(stated_rows).squaredNorm();
+    const MatrixX null_space = decompose_rank(jacobian.topRows(tree.position_rows)).null_space;
+    const MatrixX reduced_jacobian = jacobian.bottomRows(stated_rows) * null_space;
+    MatrixX normal = reduced_jacobian.transpose() * reduced_jacobian;
     normal.diagonal().array() += damping;
-    VectorX step = -free * normal.ldlt().solve(along.transpose() * residual.tail(stated));
+    VectorX step = -null_space * normal.ldlt().solve(reduced_jacobian.transpose() * residual.tail(stated_rows));
     if (step.norm() > max_step) step *= max_step / step.norm();
-    const AssemblySolution moved = solve_assembly(closures, y + scale.cwiseProduct(step), {}, 30);
+    const AssemblySolution closed = solve_assembly(closures, y + scale.cwiseProduct(step), {}, 30);
     damping *= 4;
-    if (!moved.found) continue;
-    system.evaluate(moved.y, target, trial_residual, trial_jacobian);
-    const double gain = cost - trial_residual.tail(stated).squaredNorm();
+    if (!closed.found) continue;
+    system.evaluate(closed.y, target, trial_residual, trial_jacobian);
+    const double gain = cost - trial_residual.tail(stated_rows).squaredNorm();
     if (!(gain > 0)) continue;
-    y = moved.y;
+    y = closed.y;
     residual.swap(trial_residual), jacobian.swap(trial_jacobian);
     damping = std::max(1e-12, damping / 20);
     if (gain < min_relative_gain * cost) break;
@@ -206,13 +210,13 @@ VectorX approach_pose(const Tree<S>& tree, ConstraintSystem<S>& system, const Dr
   return y;
 }
 
-/// What a pose asks for and the nearest configuration does not have: "A 1.2 rad (nearest is 1.07 rad)".
+/// Values of a pose that the nearest configuration misses: "A 1.2 rad (nearest is 1.07 rad)".
 template <class S>
 std::string format_missed_values(const Mechanism& mechanism, const Drive<S>& drive, const PoseTarget& pose,
                                  double length, const DriveSample& target, const DriveSample& nearest) {
   std::string text;
-  const auto add = [&text](const std::string& what, const std::string& wish, const std::string& found) {
-    text += (text.empty() ? "" : ", ") + what + " " + wish + " (nearest is " + found + ")";
+  const auto add = [&text](const std::string& what, const std::string& requested, const std::string& reached) {
+    text += (text.empty() ? "" : ", ") + what + " " + requested + " (nearest is " + reached + ")";
   };
   Eigen::Index k = 0;
   for (const auto& [what, components] :
@@ -225,21 +229,22 @@ std::string format_missed_values(const Mechanism& mechanism, const Drive<S>& dri
   }
   auto joint = pose.joints.begin();
   for (std::size_t q = 0; q < drive.linear.size(); ++q, ++k) {
-    const bool of_tool = q == 0 && drive.linear.size() > pose.joints.size();
-    const CoordinateId coordinate = of_tool ? CoordinateId(-1) : (joint++)->coordinate;
-    const bool is_length = !of_tool && mechanism.coordinates[coordinate].kind == CoordinateKind::length;
+    const bool is_tool = q == 0 && drive.linear.size() > pose.joints.size();
+    const CoordinateId coordinate = is_tool ? CoordinateId(-1) : (joint++)->coordinate;
+    const bool is_length = !is_tool && mechanism.coordinates[coordinate].kind == CoordinateKind::length;
     if (std::abs(target.value[k] - nearest.value[k]) <= min_listed_miss * (is_length ? length : 1)) continue;
-    const auto text_of = [&](double value, double round_off) {
+    const auto format_value = [&](double value, double round_off) {
       return is_length ? format_length(value, mechanism.units, round_off * length)
                        : format_angle(value, mechanism.units, round_off);
     };
-    add(of_tool ? "the tool's angle" : mechanism.coordinates[coordinate].name, text_of(target.value[k], 0),
-        text_of(nearest.value[k], min_listed_miss));
+    add(is_tool ? "the tool's angle" : mechanism.coordinates[coordinate].name, format_value(target.value[k], 0),
+        format_value(nearest.value[k], min_listed_miss));
   }
   if (!drive.rotation.empty()) {
-    const double off = Eigen::AngleAxisd(nearest.rotation * target.rotation.transpose()).angle();
-    if (off > min_listed_miss)
-      text += (text.empty() ? "" : ", ") + ("an orientation that stays off by " + format_angle(off, mechanism.units));
+    const double angle_error = Eigen::AngleAxisd(nearest.rotation * target.rotation.transpose()).angle();
+    if (angle_error > min_listed_miss)
+      text += (text.empty() ? "" : ", ") +
+              ("an orientation that stays off by " + format_angle(angle_error, mechanism.units));
   }
   return text;
 }
@@ -247,31 +252,33 @@ std::string format_missed_values(const Mechanism& mechanism, const Drive<S>& dri
 template <class S>
 MotionOutcome explain_unreached_pose(const Mechanism& mechanism, const Tree<S>& tree, const AssemblySolution& attempt,
                                      const VectorX& assembled, const PoseTarget& pose) {
-  constexpr int max_columns = 120;  // of which the loops' freedoms are found in no time
-  const PoseEquations<S> stated = make_pose_equations(mechanism, tree, pose);
-  ConstraintSystem<S> system(tree, stated.drive);
+  constexpr int max_columns = 120;  // up to here the freedoms of the loops are cheap to compute
+  const PoseEquations<S> pose_equations = make_pose_equations(mechanism, tree, pose);
+  ConstraintSystem<S> system(tree, pose_equations.drive);
   std::string reason = "the start pose cannot be reached";
-  if (stated.drive.row_count() == 0 || tree.columns > max_columns)
+  if (pose_equations.drive.row_count() == 0 || tree.columns > max_columns)
     return {MotionStatus::unreachable, 0, reason + ": no configuration was found that has it", {}};
   ConstraintSystem<S> closures(tree, Drive<S>{});
-  VectorX best;
-  double least = INFINITY;
+  VectorX nearest_y;
+  double min_residual = INFINITY;
   for (const VectorX& guess : {attempt.y, assembled}) {
     const AssemblySolution closed_loops = solve_assembly(closures, guess, {});
     if (!closed_loops.found) continue;
-    const VectorX y = approach_pose(tree, system, stated.target, closed_loops.y);
+    const VectorX y = approach_pose(tree, system, pose_equations.target, closed_loops.y);
     VectorX residual;
     MatrixX jacobian;
-    system.evaluate(y, stated.target, residual, jacobian);
-    if (residual.norm() < least) least = residual.norm(), best = y;
+    system.evaluate(y, pose_equations.target, residual, jacobian);
+    if (residual.norm() < min_residual) min_residual = residual.norm(), nearest_y = y;
   }
-  if (best.size() == 0) return {MotionStatus::unreachable, 0, reason + ": no configuration was found that has it", {}};
+  if (nearest_y.size() == 0)
+    return {MotionStatus::unreachable, 0, reason + ": no configuration was found that has it", {}};
   VectorX residual;
   MatrixX jacobian;
-  system.evaluate(best, stated.target, residual, jacobian);
-  const std::string missed = format_missed_values(mechanism, stated.drive, pose, tree.characteristic_length,
-                                                  stated.target, system.measure(best));
-  reason += missed.empty() ? ": no configuration was found that has it" : ": it asks for " + missed;
+  system.evaluate(nearest_y, pose_equations.target, residual, jacobian);
+  const std::string missed_values =
+      format_missed_values(mechanism, pose_equations.drive, pose, tree.characteristic_length, pose_equations.target,
+                           system.measure(nearest_y));
+  reason += missed_values.empty() ? ": no configuration was found that has it" : ": it asks for " + missed_values;
   return {MotionStatus::unreachable, 0, reason + format_collinear_links(mechanism, tree, system.state()), {}};
 }
 

@@ -1,5 +1,5 @@
 #pragma once
-/// Why a mechanism is not found in its start pose.
+/// Explains why a mechanism cannot be assembled in its start pose.
 
 #include "balance/mechanics/kinematics/compiled_trajectory.hpp"
 #include "balance/mechanics/kinematics/forward_kinematics.hpp"
@@ -11,9 +11,9 @@
 
 namespace balance {
 
-// Links that lie in line with each other: what dead points and outstretched arms are recognised by.
+// Collinear links, which characterise dead points and outstretched arms.
 
-/// "a and b are in line at B"; empty if no two links are, or so many that it says nothing.
+/// "a and b are in line at B"; empty if no links are collinear, or too many to be informative.
 /// @param state poses
 template <class S>
 std::string describe_collinear_links(const Mechanism& mechanism, const Tree<S>& tree, const TreeState<S>& state);
@@ -23,15 +23,17 @@ extern template std::string describe_collinear_links<Planar>(const Mechanism&, c
 extern template std::string describe_collinear_links<Spatial>(const Mechanism&, const Tree<Spatial>&,
                                                               const TreeState<Spatial>&);
 
-/// No question about states of the mechanism has an answer: its loops cannot be closed, or no coordinates determine its motion.
+/// Thrown if no state of the mechanism can be computed: its loops cannot be closed, or no coordinates determine its
+/// motion.
 class UnsolvableMechanism : public std::invalid_argument {
  public:
-  explicit UnsolvableMechanism(const MotionOutcome& found) : std::invalid_argument(found.reason), outcome(found) {}
+  explicit UnsolvableMechanism(const MotionOutcome& failure)
+      : std::invalid_argument(failure.reason), outcome(failure) {}
   MotionOutcome outcome;
 };
 
-/// Of a find_pose that found nothing: do the loops close at all, and if not, which joint stays open? What of the pose is missed, and what
-/// is the nearest that can be reached?
+/// Explains a failed solve_pose(): which joint stays open if the loops cannot be closed at all; otherwise which values
+/// of the pose are missed, and the nearest ones that can be reached.
 /// @param attempt what it returned
 /// @param pose what it looked for
 template <class S>

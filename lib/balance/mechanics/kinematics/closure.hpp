@@ -1,10 +1,10 @@
 #pragma once
-/// Loop-closure equations: what they miss by, how they change with the tree coordinates, and what velocities alone make of
-/// their second derivative.
+/// Loop-closure equations: their residuals, their Jacobian with respect to the tree coordinates, and the
+/// velocity-product part of their second derivative.
 ///
-/// Every row is a constraint wrench in disguise: its rate is F · (velocity of b relative to a at Q) + N · (angular velocity of
-/// b relative to a), with Q the origin of frame b. Its multiplier λ makes the joint push b with λF at Q and λN, and a
-/// with the opposite.
+/// Every row corresponds to a constraint wrench (F, N): its rate is F · (velocity of b relative to a at Q)
+/// + N · (angular velocity of b relative to a), with Q the origin of frame b. With multiplier λ, the joint exerts λF at
+/// Q and λN on b, and the opposite on a.
 
 #include "balance/mechanics/kinematics/forward_kinematics.hpp"
 #include "balance/mechanics/kinematics/tree.hpp"
@@ -13,10 +13,10 @@
 
 namespace balance {
 
-// Where a disc or a sphere touches the plane that it rolls on.
+// The contact point of a disc or a sphere with the plane on which it rolls.
 
-/// From the centre of what rolls to where it touches the plane, in space, and how that changes where the angular velocity against the plane
-/// is w. World axes; the change is what an observer on the plane sees.
+/// Vector from the centre of a rolling body to its contact point, in space, and its rate at the angular velocity w
+/// relative to the plane. World axes; the rate is that seen by an observer on the plane.
 template <class T>
 struct ContactVector {
   Vector3Of<T> arm, rate;
@@ -29,24 +29,24 @@ struct ContactVector {
       return;
     }
     using std::sqrt;
-    const Vector3Of<T> turned = w.cross(spin_axis);
+    const Vector3Of<T> axis_rate = w.cross(spin_axis);
     const T lean = normal.dot(spin_axis);
-    const Vector3Of<T> up = normal - lean * spin_axis;  // in the disc, away from where it touches
-    const Vector3Of<T> up_rate = -normal.dot(turned) * spin_axis - lean * turned;
-    const T size = sqrt(up.squaredNorm());
-    arm = -contact.radius / size * up;
-    rate = -contact.radius / size * (up_rate - up.dot(up_rate) / (size * size) * up);
+    const Vector3Of<T> up = normal - lean * spin_axis;  // in the disc, away from the contact point
+    const Vector3Of<T> up_rate = -normal.dot(axis_rate) * spin_axis - lean * axis_rate;
+    const T up_norm = sqrt(up.squaredNorm());
+    arm = -contact.radius / up_norm * up;
+    rate = -contact.radius / up_norm * (up_rate - up.dot(up_rate) / (up_norm * up_norm) * up);
   }
 };
 
-/// Wrenches as rows: what a force and a moment on a body do to the coordinates of the nodes that carry it.
+/// A wrench on a body as a row: its power per unit rate of the coordinates of the nodes that carry the body.
 template <class S>
 struct ConstraintWrench {
   typename S::Vector force = S::Vector::Zero();  ///< world axes, through Q
   typename S::Angular moment = S::zero_angular();
 };
 
-/// Rate, per unit rate of the node's coordinate, of a wrench's power at the point Q of what the node carries.
+/// Power of a wrench that acts at the point Q of a body carried by the node, per unit rate of the node's coordinate.
 template <class S>
 inline typename S::Scalar wrench_power(const Node<Constants<S>>& node, const NodeState<S>& state,
                                        const typename S::Vector& Q, const ConstraintWrench<S>& wrench) {
@@ -55,9 +55,10 @@ inline typename S::Scalar wrench_power(const Node<Constants<S>>& node, const Nod
                           typename S::Angular(wrench.moment + cross(typename S::Vector(Q - state.p_WN), wrench.force)));
 }
 
-// Sums of speeds as rows: their rates per unit rate of the coordinates, and what rates alone make of their derivatives.
+// Sums of speeds as rows: their values per unit rate of the coordinates, and the velocity-product part of their
+// derivatives.
 
-/// The wrench whose power is a part of a sum of speeds, through the part's own point.
+/// The wrench whose power equals a term of a sum of speeds. It acts through the term's own point.
 template <class S>
 inline ConstraintWrench<S> speed_term_wrench(const TreeState<S>& state, const VelocityTerm<Constants<S>>& term) {
   ConstraintWrench<S> wrench;
@@ -78,7 +79,7 @@ inline ConstraintWrench<S> speed_term_wrench(const TreeState<S>& state, const Ve
   return wrench;
 }
 
-/// Rate of a sum of speeds' part per unit rate of the coordinate of a node that moves it.
+/// Value of a term of a sum of speeds per unit rate of the coordinate of a node that moves it.
 template <class S>
 inline typename S::Scalar speed_term_coefficient(const Tree<Constants<S>>& tree, const TreeState<S>& state,
                                                  const Closure<Constants<S>>& closure, const PathStep& step) {
@@ -88,7 +89,7 @@ inline typename S::Scalar speed_term_coefficient(const Tree<Constants<S>>& tree,
                       speed_term_wrench(state, term));
 }
 
-/// How a sum of speeds changes when no coordinate accelerates; the ground may, which does not count.
+/// Rate of a sum of speeds when no coordinate accelerates. An acceleration of the ground does not count.
 template <class S>
 typename S::Scalar speed_sum_bias(const TreeState<S>& state, const Closure<Constants<S>>& closure) {
   typename S::Scalar sum = 0;
@@ -108,15 +109,15 @@ typename S::Scalar speed_sum_bias(const TreeState<S>& state, const Closure<Const
   return sum;
 }
 
-/// World poses of a closure's two frames; the axes are the world's where only the points have to meet.
+/// World poses of a closure's two frames; for a point closure the axes are the world's.
 template <class S>
 struct ClosurePose {
   typename S::Rotation R_A, R_B;
   typename S::Vector p_A, p_B;
 };
 
-/// Nothing but the meeting of two points, the rows of a planar revolute and of a spherical joint: no axes are needed, so that the
-/// rows may as well be the world's components.
+/// Whether the closure only makes two points coincide, as for a planar revolute or a spherical joint. No axes are
+/// needed, so its rows are the world components.
 template <class S>
 inline bool is_point_closure(const Closure<S>& closure) {
   return closure.has_coincident_origins && closure.rows.size() == S::dimension;
@@ -130,7 +131,7 @@ inline ClosurePose<S> closure_pose(const TreeState<S>& state, const Closure<Cons
           position(state, closure.b)};
 }
 
-/// By how much places miss the row; rates leave nothing to miss.
+/// Position residual of a row; zero for velocity-level rows.
 template <class S>
 inline typename S::Scalar closure_residual(const ClosurePose<S>& pose, const ClosureRow& row) {
   if (row.kind == ClosureRow::Kind::along) return dot(axis(pose.R_A, row.i), typename S::Vector(pose.p_B - pose.p_A));
@@ -138,7 +139,7 @@ inline typename S::Scalar closure_residual(const ClosurePose<S>& pose, const Clo
   return 0;
 }
 
-/// What a row is multiplied by to be a number near one: it then counts in characteristic lengths.
+/// Factor that makes a row dimensionless and of order one: lengths are divided by the characteristic length.
 template <class S>
 inline double compute_row_scale(const Tree<S>& tree, const Closure<S>& closure, const ClosureRow& row) {
   if (row.kind == ClosureRow::Kind::sum) return 1 / closure.row_scale;
@@ -155,7 +156,7 @@ inline ConstraintWrench<S> closure_wrench(const Closure<Constants<S>>& closure, 
   }
   wrench.force = axis(pose.R_A, row.i);
   if constexpr (S::dimension == 3)
-    if (row.kind == ClosureRow::Kind::slip)  // it acts where the plane is touched
+    if (row.kind == ClosureRow::Kind::slip)  // it acts at the contact point
       wrench.moment = cross(
           ContactVector<typename S::Scalar>(closure.contact, axis(pose.R_A, 2), axis(pose.R_B, 1), S::Vector::Zero())
               .arm,
@@ -178,7 +179,7 @@ inline typename S::Vector relative_acceleration(const NodeState<S>& A, const Nod
   return difference - times(make_acceleration_operator(w, alpha), d) - 2 * cross(w, slip);
 }
 
-/// Velocity of a point that a node carries, per unit rate of the node's coordinate.
+/// Velocity of a point carried by a node, per unit rate of the node's coordinate.
 template <class S>
 inline typename S::Vector partial_velocity(const Node<Constants<S>>& node, const NodeState<S>& state,
                                            const typename S::Vector& point) {
@@ -186,7 +187,7 @@ inline typename S::Vector partial_velocity(const Node<Constants<S>>& node, const
   return node.ratio * typename S::Vector(cross(revolute_axis(state.R_WN), typename S::Vector(point - state.p_WN)));
 }
 
-/// Rate of a row of a closure of rates per unit rate of the coordinate of a node on its path.
+/// Value of a row of a velocity-level closure per unit rate of the coordinate of a node on its path.
 template <class S>
 inline typename S::Scalar velocity_row_coefficient(const Tree<Constants<S>>& tree, const TreeState<S>& state,
                                                    const Closure<Constants<S>>& closure, const ClosurePose<S>& pose,
@@ -196,8 +197,8 @@ inline typename S::Scalar velocity_row_coefficient(const Tree<Constants<S>>& tre
          wrench_power(tree.nodes[step.node], state[step.node], pose.p_B, closure_wrench(closure, pose, row));
 }
 
-/// Second derivative of every row when no coordinate accelerates. State: accelerations with ddy = null, and velocities (those
-/// of the origins only if the closure is not pinned).
+/// Second derivative of every row when no coordinate accelerates. State: accelerations with ddy = null, and velocities
+/// (those of the origins only if the closure's origins do not coincide).
 template <class S>
 void closure_bias(const TreeState<S>& state, const Closure<Constants<S>>& closure, const ClosurePose<S>& pose,
                   typename S::Scalar* bias) {
@@ -221,7 +222,7 @@ void closure_bias(const TreeState<S>& state, const Closure<Constants<S>>& closur
   const typename S::Angular alpha = typename S::Angular(B.R_WN * B.angular_acceleration) -
                                     typename S::Angular(A.R_WN * A.angular_acceleration) -
                                     typename S::Angular(cross(w_A, w));
-  const auto turn = make_acceleration_operator(w, alpha);
+  const auto relative_operator = make_acceleration_operator(w, alpha);
   if constexpr (S::dimension == 3)
     if (closure.is_velocity_level()) {
       const ContactVector<typename S::Scalar> contact(closure.contact, axis(pose.R_A, 2), axis(pose.R_B, 1), w);
@@ -230,11 +231,11 @@ void closure_bias(const TreeState<S>& state, const Closure<Constants<S>>& closur
       return;
     }
   for (; r < rows; ++r)
-    bias[r] =
-        dot(axis(pose.R_A, closure.rows[r].i), typename S::Vector(times(turn, axis(pose.R_B, closure.rows[r].j))));
+    bias[r] = dot(axis(pose.R_A, closure.rows[r].i),
+                  typename S::Vector(times(relative_operator, axis(pose.R_B, closure.rows[r].j))));
 }
 
-/// The joint's frames point the same way, not the opposite one.
+/// Whether the joint's frames point in the same direction, not in opposite ones.
 template <class S>
 bool is_aligned(const ClosurePose<S>& pose, const Closure<Constants<S>>& closure) {
   for (const int k : closure.aligned)

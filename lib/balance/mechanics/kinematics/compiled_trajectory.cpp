@@ -23,9 +23,9 @@ namespace balance {
 
 // Whether the centre of mass moves at all, so that it can drive a mechanism.
 
-/// Looks at the velocities that the loops allow, at a few configurations around y.
+/// Examines the velocities that the loops allow at a few configurations around y.
 /// @param y closes the loops
-/// @param components world components of the centre of mass that are to be prescribed
+/// @param components world components of the centre of mass to be prescribed
 /// @return why they cannot be: the mechanism is force balanced, wholly or in a direction; empty if they can
 template <class S>
 std::string check_com_mobility(const Tree<S>& tree, const VectorX& y, const std::vector<int>& components);
@@ -33,16 +33,17 @@ std::string check_com_mobility(const Tree<S>& tree, const VectorX& y, const std:
 extern template std::string check_com_mobility<Planar>(const Tree<Planar>&, const VectorX&, const std::vector<int>&);
 extern template std::string check_com_mobility<Spatial>(const Tree<Spatial>&, const VectorX&, const std::vector<int>&);
 
-// Which equations a trajectory's drive means on a mechanism with a given number of freedoms.
+// The equations that a trajectory's drive stands for, on a mechanism with a given number of freedoms.
 
-/// What is driven, and the equations that do it.
+/// The driven quantities and their equations.
 template <class S>
 struct DriveChoice {
   Drive<S> drive;
   DriveQuantities quantities;
 };
 
-/// @param y closes the loops; of a spatial tool those components are taken that it can follow around there, if the trajectory names none
+/// @param y closes the loops; in space, if the trajectory names no components, those are taken that can be followed
+///        around it
 template <class S>
 DriveChoice<S> choose_drive(const Mechanism& mechanism, const Tree<S>& tree, const Trajectory& trajectory,
                             const VectorX& y, int freedoms);
@@ -54,13 +55,14 @@ extern template DriveChoice<Spatial> choose_drive<Spatial>(const Mechanism&, con
 
 namespace {
 
-/// Of the way that the masses go, what their centre may still go and count as standing: below it the equations count as singular
-/// anyway (singular_pivot_threshold), and designs written with a few digits fall under it.
+/// Displacement of the centre of mass, relative to that of the masses, up to which it counts as stationary. Below it
+/// the equations count as singular anyway (singular_pivot_threshold), and designs rounded to a few digits stay below
+/// it.
 constexpr double static_com_tolerance = 1e-5;
 
 constexpr const char* drive_hint = "; use drive tool or joints";
 
-/// Rates of the centre of mass per unit of each freedom, in units of what they would be if the terms did not cancel.
+/// Rates of the centre of mass per unit of each freedom, relative to their size if the terms did not cancel.
 template <class S>
 class ScaledComJacobian {
  public:
@@ -71,24 +73,24 @@ class ScaledComJacobian {
     compute_poses(tree_, y.data(), state_);
     masses_.update(tree_, state_);
     MatrixX gradient = MatrixX::Zero(S::dimension, tree_.columns);
-    VectorX size = VectorX::Zero(tree_.columns);
+    VectorX magnitude = VectorX::Zero(tree_.columns);
     for (std::size_t k = 1; k < tree_.nodes.size(); ++k) {
       const Node<S>& node = tree_.nodes[k];
       const int n = static_cast<int>(k);
       if (node.motion == NodeMotion::weld) continue;
       const double unit = tree_.is_length_column[node.column] ? tree_.characteristic_length : 1;
       gradient.col(node.column) += unit * masses_.com_gradient(node, state_[k], n);
-      size[node.column] += unit * std::abs(node.ratio) * mass_weighted_arm(n);
+      magnitude[node.column] += unit * std::abs(node.ratio) * mass_weighted_arm(n);
     }
     MatrixX rates = gradient * freedoms;
-    const VectorX scale = freedoms.cwiseAbs().transpose() * size;
+    const VectorX scale = freedoms.cwiseAbs().transpose() * magnitude;
     for (Eigen::Index f = 0; f < rates.cols(); ++f)
       rates.col(f) = scale[f] > 0 ? VectorX(rates.col(f) / scale[f]) : VectorX(VectorX::Zero(S::dimension));
     return rates;
   }
 
  private:
-  /// Σ m |rate of what it carries| / Σ m, per unit of a node's own turn or slide.
+  /// Σ m |velocity of the carried mass| / Σ m, per unit rotation or displacement of a node.
   double mass_weighted_arm(NodeId moving) const {
     double sum = 0;
     for (std::size_t k = 1; k < tree_.nodes.size(); ++k) {
@@ -117,14 +119,14 @@ bool has_full_row_rank(const MatrixX& rates) {
 }
 
 std::string direction_text(const std::vector<int>& components, VectorX direction) {
-  const Eigen::Index largest = max_index(direction.cwiseAbs());
-  if (std::abs(direction[largest]) > 1 - 1e-9)
-    return std::string(1, "xyz"[components[static_cast<std::size_t>(largest)]]);
-  direction *= direction[largest] > 0 ? 1 : -1;
-  Vector3 all = Vector3::Zero();
-  for (Eigen::Index k = 0; k < direction.size(); ++k) all[components[static_cast<std::size_t>(k)]] = direction[k];
+  const Eigen::Index dominant = max_index(direction.cwiseAbs());
+  if (std::abs(direction[dominant]) > 1 - 1e-9)
+    return std::string(1, "xyz"[components[static_cast<std::size_t>(dominant)]]);
+  direction *= direction[dominant] > 0 ? 1 : -1;
+  Vector3 vector = Vector3::Zero();
+  for (Eigen::Index k = 0; k < direction.size(); ++k) vector[components[static_cast<std::size_t>(k)]] = direction[k];
   char text[80];
-  std::snprintf(text, sizeof text, "[%.4g, %.4g, %.4g]", all[0], all[1], all[2]);
+  std::snprintf(text, sizeof text, "[%.4g, %.4g, %.4g]", vector[0], vector[1], vector[2]);
   return text;
 }
 
@@ -136,42 +138,42 @@ std::string check_com_mobility(const Tree<S>& tree, const VectorX& y, const std:
   ConstraintSystem<S> closures(tree, Drive<S>{});
   const VectorX scale = column_scale(tree);
   ScaledComJacobian<S> com(tree);
-  const auto asked = [&](const MatrixX& rates) {
+  const auto select_components = [&](const MatrixX& rates) {
     MatrixX rows(static_cast<Eigen::Index>(components.size()), rates.cols());
     for (Eigen::Index k = 0; k < rows.rows(); ++k) rows.row(k) = rates.row(components[static_cast<std::size_t>(k)]);
     return rows;
   };
   MatrixX rates(S::dimension, 0), jacobian;
-  bool independent = false;
-  VectorX here = y;
-  const int generic = find_generic_closure_rank(tree, y);
+  bool has_independent_rates = false;
+  VectorX current_y = y;
+  const int generic_rank = find_generic_closure_rank(tree, y);
   for (std::uint64_t seed = 1; seed <= 5; ++seed) {
-    closures.velocity_jacobian(here, {}, jacobian);
+    closures.velocity_jacobian(current_y, {}, jacobian);
     const RankDecomposition loops = decompose_rank(jacobian);
     if (loops.null_space.cols() == 0) break;
-    if (loops.rank == generic) {  // elsewhere it says more than the motion can do
-      const MatrixX there = com.at(here, loops.null_space);
-      rates.conservativeResize(Eigen::NoChange, rates.cols() + there.cols());
-      rates.rightCols(there.cols()) = there;
-      independent = independent || has_full_row_rank(asked(there));
+    if (loops.rank == generic_rank) {  // elsewhere the null space is larger than the possible motions
+      const MatrixX com_rates = com.at(current_y, loops.null_space);
+      rates.conservativeResize(Eigen::NoChange, rates.cols() + com_rates.cols());
+      rates.rightCols(com_rates.cols()) = com_rates;
+      has_independent_rates = has_independent_rates || has_full_row_rank(select_components(com_rates));
     }
     const VectorX random = random_coordinates(tree, seed).cwiseQuotient(scale);
-    const VectorX aside = loops.null_space * (loops.null_space.transpose() * random);
-    const AssemblySolution moved =
-        solve_assembly(closures, here + scale.cwiseProduct(0.2 / std::max(1e-12, aside.norm()) * aside), {});
-    if (moved.found) here = moved.y;
+    const VectorX direction = loops.null_space * (loops.null_space.transpose() * random);
+    const AssemblySolution neighbour = solve_assembly(
+        closures, current_y + scale.cwiseProduct(0.2 / std::max(1e-12, direction.norm()) * direction), {});
+    if (neighbour.found) current_y = neighbour.y;
   }
   if (rates.cols() == 0) return "";
   if (max_abs(rates) <= static_com_tolerance)
     return std::string("the mechanism is force balanced: its centre of mass stands still and cannot drive it") +
            drive_hint;
-  if (independent) return "";
-  if (has_full_row_rank(asked(rates)))
+  if (has_independent_rates) return "";
+  if (has_full_row_rank(select_components(rates)))
     return std::string(
                "the centre of mass moves in fewer directions at once than are prescribed of it and cannot drive the "
                "mechanism") +
            drive_hint;
-  const SingularValueDecomposition directions(asked(rates), Eigen::ComputeFullU);
+  const SingularValueDecomposition directions(select_components(rates), Eigen::ComputeFullU);
   return "the mechanism is force balanced along " + direction_text(components, directions.matrixU().rightCols<1>()) +
          ": its centre of mass does not move in that direction and cannot drive it" + drive_hint;
 }
@@ -194,11 +196,11 @@ DriveChoice<S> make_drive_choice(const Mechanism& mechanism, const Tree<S>& tree
 MatrixX compute_reduced_drive_jacobian(const Tree<Spatial>& tree, const Drive<Spatial>& drive, const VectorX& y,
                                        const MatrixX& null_space) {
   ConstraintSystem<Spatial> system(tree, drive);
-  DriveSample here;
-  here.value.setZero(drive.value_count());
+  DriveSample target;
+  target.value.setZero(drive.value_count());
   VectorX residual;
   MatrixX jacobian;
-  system.evaluate(y, here, residual, jacobian);  // measure() speaks of the configuration last evaluated
+  system.evaluate(y, target, residual, jacobian);  // measure() refers to the configuration last evaluated
   system.evaluate(y, system.measure(y), residual, jacobian);
   return jacobian.bottomRows(drive.row_count()) * null_space;
 }
@@ -209,55 +211,57 @@ bool has_independent_rows(const MatrixX& rates) {
   return singular_values(rates)[rates.rows() - 1] > min_independent_rate;
 }
 
-/// The first components, positions before rotations, that tool or centre of mass can follow at once beside the coordinates that remain.
-/// @return as many as `asked`; empty if there are not so many
+/// The first components, positions before rotations, that the tool or the centre of mass can follow together with the
+/// remaining coordinates.
+/// @return `count` components; empty if there are fewer
 std::vector<Component> select_drivable_components(const Mechanism& mechanism, const Tree<Spatial>& tree,
                                                   Trajectory trajectory, const VectorX& y, const MatrixX& null_space,
-                                                  int asked) {
+                                                  int count) {
   std::vector<Component> chosen;
   for (const Component component :
        {Component::x, Component::y, Component::z, Component::rx, Component::ry, Component::rz}) {
-    if (static_cast<int>(chosen.size()) == asked || (component > Component::z && !mechanism.tool)) break;
+    if (static_cast<int>(chosen.size()) == count || (component > Component::z && !mechanism.tool)) break;
     chosen.push_back(component);
     trajectory.components = chosen;
     const Drive<Spatial> drive = make_drive_choice(mechanism, tree, trajectory, 0).drive;
     if (!has_independent_rows(compute_reduced_drive_jacobian(tree, drive, y, null_space))) chosen.pop_back();
   }
-  if (static_cast<int>(chosen.size()) < asked) chosen.clear();
+  if (static_cast<int>(chosen.size()) < count) chosen.clear();
   return chosen;
 }
 
-/// The default components of a tool or a centre of mass in space are its position; where that cannot move in one of them, as in a planar
-/// linkage that is written in space, others are taken.
+/// The default components of a tool or a centre of mass in space are those of its position. If it cannot move along one
+/// of them, as in a planar linkage modelled in space, others are chosen.
 Trajectory complete_components(const Mechanism& mechanism, const Tree<Spatial>& tree, Trajectory trajectory,
                                const VectorX& y, int freedoms) {
   if (trajectory.drive == DriveKind::joints || !trajectory.components.empty() ||
-      std::holds_alternative<TablePath>(trajectory.path))  // a table has columns for the usual ones
+      std::holds_alternative<TablePath>(trajectory.path))  // a table has columns for the default ones
     return trajectory;
-  const DriveChoice<Spatial> usual = make_drive_choice(mechanism, tree, trajectory, freedoms);
-  if (!usual.quantities.mismatch.empty()) return trajectory;
+  const DriveChoice<Spatial> default_choice = make_drive_choice(mechanism, tree, trajectory, freedoms);
+  if (!default_choice.quantities.mismatch.empty()) return trajectory;
   ConstraintSystem<Spatial> closures(tree, Drive<Spatial>{});
   const VectorX scale = column_scale(tree);
-  const int asked = freedoms - count_remaining_quantities(trajectory);
-  std::vector<Component> others;
-  VectorX here = y;
+  const int component_count = freedoms - count_remaining_quantities(trajectory);
+  std::vector<Component> chosen_components;
+  VectorX current_y = y;
   MatrixX jacobian;
   for (std::uint64_t seed = 1; seed <= 4; ++seed) {
-    closures.velocity_jacobian(here, {}, jacobian);
+    closures.velocity_jacobian(current_y, {}, jacobian);
     const RankDecomposition loops = decompose_rank(jacobian);
-    if (loops.null_space.cols() == freedoms) {  // elsewhere it says more than the motion can do
-      if (has_independent_rows(compute_reduced_drive_jacobian(tree, usual.drive, here, loops.null_space)))
+    if (loops.null_space.cols() == freedoms) {  // elsewhere it is larger than the possible motions
+      if (has_independent_rows(compute_reduced_drive_jacobian(tree, default_choice.drive, current_y, loops.null_space)))
         return trajectory;
-      const auto found = select_drivable_components(mechanism, tree, trajectory, here, loops.null_space, asked);
-      if (others.empty()) others = found;
+      const auto drivable =
+          select_drivable_components(mechanism, tree, trajectory, current_y, loops.null_space, component_count);
+      if (chosen_components.empty()) chosen_components = drivable;
     }
     const VectorX random = random_coordinates(tree, seed).cwiseQuotient(scale);
-    const VectorX aside = loops.null_space * (loops.null_space.transpose() * random);
-    const AssemblySolution moved =
-        solve_assembly(closures, here + scale.cwiseProduct(0.2 / std::max(1e-12, aside.norm()) * aside), {});
-    if (moved.found) here = moved.y;
+    const VectorX direction = loops.null_space * (loops.null_space.transpose() * random);
+    const AssemblySolution neighbour = solve_assembly(
+        closures, current_y + scale.cwiseProduct(0.2 / std::max(1e-12, direction.norm()) * direction), {});
+    if (neighbour.found) current_y = neighbour.y;
   }
-  trajectory.components = others;
+  trajectory.components = chosen_components;
   return trajectory;
 }
 
@@ -279,15 +283,15 @@ template DriveChoice<Spatial> choose_drive<Spatial>(const Mechanism&, const Tree
 
 namespace {
 
-/// A circle or arc in the coordinate plane of two components.
+/// A circle or arc projected onto the coordinate plane of two components.
 Path project_path(Path path, int a, int b) {
-  const auto flat = [&](const Vector3& v) { return Vector3(v[a], v[b], 0); };
+  const auto project = [&](const Vector3& v) { return Vector3(v[a], v[b], 0); };
   if (auto* circle = std::get_if<CirclePath>(&path)) {
-    const Vector3 across = Vector3::Unit(a).cross(Vector3::Unit(b));
-    circle->normal = flat(circle->normal) + circle->normal.dot(across) * Vector3::UnitZ();
-    circle->centre = flat(circle->centre);
+    const Vector3 plane_normal = Vector3::Unit(a).cross(Vector3::Unit(b));
+    circle->normal = project(circle->normal) + circle->normal.dot(plane_normal) * Vector3::UnitZ();
+    circle->centre = project(circle->centre);
   } else if (auto* arc = std::get_if<ArcPath>(&path)) {
-    arc->via = flat(arc->via);
+    arc->via = project(arc->via);
   }
   return path;
 }
@@ -303,12 +307,12 @@ PrescribedMotion::Request make_prescribed_motion_request(const Trajectory& traje
   request.law = trajectory.law;
   request.duration = trajectory.duration;
   request.from = std::move(from), request.to = std::move(to);
-  const std::vector<int>& place = quantities.point.empty() ? quantities.com : quantities.point;
-  request.position_components = place.size() < 2 ? 0 : static_cast<int>(place.size());
-  request.path = place.size() == 2 ? project_path(trajectory.path, place[0], place[1]) : trajectory.path;
+  const std::vector<int>& components = quantities.point.empty() ? quantities.com : quantities.point;
+  request.position_components = components.size() < 2 ? 0 : static_cast<int>(components.size());
+  request.path = components.size() == 2 ? project_path(trajectory.path, components[0], components[1]) : trajectory.path;
   request.has_rotation = !quantities.rotation.empty();
-  if (const auto* way = std::get_if<WaypointPath>(&trajectory.path))
-    for (const PoseTarget& point : way->points)
+  if (const auto* waypoints = std::get_if<WaypointPath>(&trajectory.path))
+    for (const PoseTarget& point : waypoints->points)
       request.via.push_back(
           read_pose_values(quantities, point, request.via.empty() ? request.from : request.via.back()));
   add_secondary_tasks(trajectory, quantities, request);
@@ -324,7 +328,7 @@ class TrajectoryCompiler {
       : mechanism_(mechanism), tree_(tree), trajectory_(trajectory) {}
 
   CompiledTrajectory<S> run() {
-    if (check_com() && start_pose() && choose_drive() && find_end_values() && make_schedule())
+    if (check_com() && start_pose() && choose_drive() && find_end_values() && compile_prescribed_motion())
       plan_.outcome.status = MotionStatus::done;
     return std::move(plan_);
   }
@@ -335,7 +339,7 @@ class TrajectoryCompiler {
     return false;
   }
 
-  /// Said before a start is looked for: where the centre of mass stands still, none would be found.
+  /// Checked before the search for a start pose, which would fail if the centre of mass is stationary.
   bool check_com() {
     if (trajectory_.drive != DriveKind::com) return true;
     ConstraintSystem<S> closures(tree_, Drive<S>{});
@@ -399,7 +403,7 @@ class TrajectoryCompiler {
           make_failure(MotionStatus::mismatch,
                        "the end pose (to) must state what is driven: rates are bound, so that the way there decides "
                        "about everything else"));
-    // `to` is stated in other quantities than the drive's: go there and look
+    // `to` is stated in quantities other than the driven ones: track to it and measure them there
     const PoseEquations<S> to = make_pose_equations(mechanism_, tree_, trajectory_.to);
     ConstraintSystem<S> system(tree_, to.drive);
     VectorX residual;
@@ -416,17 +420,17 @@ class TrajectoryCompiler {
     return true;
   }
 
-  bool make_schedule() {
+  bool compile_prescribed_motion() {
     plan_.request =
         make_prescribed_motion_request(trajectory_, choice_.quantities, plan_.request.from, plan_.request.to);
     plan_.request.switch_times = payload_switch_times(mechanism_);
     plan_.prescribed_motion.emplace(plan_.request);
-    DriveSample first;
-    plan_.prescribed_motion->at(0, Side::after, first);
+    DriveSample first_sample;
+    plan_.prescribed_motion->at(0, Side::after, first_sample);
     ConstraintSystem<S> system(tree_, choice_.drive);
-    AssemblySolution start = solve_assembly(system, plan_.start, first);
+    AssemblySolution start = solve_assembly(system, plan_.start, first_sample);
     if (!start.found && std::holds_alternative<TablePath>(trajectory_.path))
-      start = solve_pose(mechanism_, tree_, system, first);
+      start = solve_pose(mechanism_, tree_, system, first_sample);
     if (!start.found)
       return fail(
           make_failure(MotionStatus::unreachable, "the first prescribed values cannot be reached from the start pose"));
@@ -438,7 +442,7 @@ class TrajectoryCompiler {
   const Tree<S>& tree_;
   const Trajectory& trajectory_;
   CompiledTrajectory<S> plan_;
-  int configuration_freedoms_ = 0;  ///< freedoms of the configuration: more than the rates', where something rolls
+  int configuration_freedoms_ = 0;  ///< freedoms of the configuration: more than those of the rates if something rolls
   DriveChoice<S> choice_;
 };
 

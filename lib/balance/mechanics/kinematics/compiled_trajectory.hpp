@@ -1,5 +1,5 @@
 #pragma once
-/// From a trajectory as stated to something that can be followed: which equations drive the mechanism, the start
+/// Compiles a trajectory into a form that can be followed: the equations that drive the mechanism, the start
 /// configuration, and the prescribed values over time.
 
 #include "balance/mechanics/kinematics/assembly.hpp"
@@ -18,20 +18,21 @@ struct CompiledTrajectory {
   Drive<S> drive;
   DriveQuantities quantities;  ///< that the drive prescribes
   VectorX start;               ///< y at time 0
-  VectorX end;                 ///< y at the end pose, if that had to be found to know what it prescribes; else empty
-  int freedoms = 0;            ///< by rank
+  VectorX end;                 ///< y at the end pose, if the drive's values had to be measured there; else empty
+  int freedoms = 0;            ///< computed by rank
   bool has_redundant_closures = false;  ///< closures have more rows than rank
   std::optional<PrescribedMotion> prescribed_motion;
-  PrescribedMotion::Request request;  ///< what the schedule was made from
+  PrescribedMotion::Request request;  ///< from which prescribed_motion was made
 };
 
-/// @throws std::invalid_argument if the trajectory asks for something that does not exist (a tool that the mechanism lacks)
+/// @throws std::invalid_argument if the trajectory asks for something that does not exist (a tool that the mechanism
+///        lacks)
 template <class S>
 CompiledTrajectory<S> compile_trajectory(const Mechanism& mechanism, const Tree<S>& tree, const Trajectory& trajectory);
 
-/// What a schedule is made from.
+/// The request from which the prescribed motion is made.
 /// @param from, to values of the drive's quantities at the ends
-/// @throws std::invalid_argument if a course is no quantity of the drive
+/// @throws std::invalid_argument if a secondary task is not a quantity of the drive
 PrescribedMotion::Request make_prescribed_motion_request(const Trajectory& trajectory,
                                                          const DriveQuantities& quantities, DriveValue from,
                                                          DriveValue to);
@@ -46,7 +47,7 @@ template <class S>
 PoseEquations<S> make_pose_equations(const MechanismOf<typename S::Scalar>& mechanism, const Tree<S>& tree,
                                      const PoseTargetOf<typename S::Scalar>& pose);
 
-/// The equations of what is driven.
+/// The equations of the driven quantities.
 template <class S>
 Drive<S> make_drive(const MechanismOf<typename S::Scalar>& mechanism, const Tree<S>& tree,
                     const DriveQuantities& quantities);
@@ -60,12 +61,12 @@ template <class S>
 LinearQuantityOf<typename S::Scalar> find_coordinate_expression(const MechanismOf<typename S::Scalar>& mechanism,
                                                                 const Tree<S>& tree, CoordinateId coordinate);
 
-/// Angle of the tool's body against the world's x axis, continuous over whole turns.
+/// Angle of the tool's body relative to the world's x axis, continuous over full turns.
 template <class T>
 LinearQuantityOf<T> make_tool_angle_expression(const Tree<PlanarOf<T>>& tree, const FixedFrame<PlanarOf<T>>& tool);
 
-/// Root-mean-square distance of a configuration from the mechanism's `assembly` values, angles modulo whole turns, lengths in
-/// units of the characteristic length.
+/// Root-mean-square distance of a configuration from the mechanism's `assembly` values, angles modulo full turns,
+/// lengths in units of the characteristic length.
 template <class S>
 double distance_from_assembly(const Mechanism& mechanism, const Tree<S>& tree, const VectorX& y);
 

@@ -121,12 +121,12 @@ void ConstraintSystem<S>::add_drive(const VectorX& y, const DriveSample& target,
   }
   if (!drive_.rotation.empty()) {
     const Matrix3 R = to_matrix(orientation(state_, drive_.tool));
-    const RotationResidual<double> gap(target.rotation, R);
+    const RotationResidual<double> rotation_residual(target.rotation, R);
     const QuaternionError error(target.rotation, R);
-    const bool whole = drive_.rotation.size() == 3;  // of single components only the sine has a meaning
+    const bool is_full_rotation = drive_.rotation.size() == 3;  // for single components only the sine is meaningful
     for (const int component : drive_.rotation) {
-      residual[r] = whole ? error.error[component] : gap.residual[component];
-      const Vector3 gradient = (whole ? error.jacobian : gap.jacobian).row(component);
+      residual[r] = is_full_rotation ? error.error[component] : rotation_residual.residual[component];
+      const Vector3 gradient = (is_full_rotation ? error.jacobian : rotation_residual.jacobian).row(component);
       for (const int n : drive_.tool_path)
         if (tree_.nodes[n].motion == NodeMotion::revolute)
           add(r, tree_.nodes[n].column,

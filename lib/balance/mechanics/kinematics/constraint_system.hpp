@@ -1,7 +1,7 @@
 #pragma once
-/// All equations that pin a configuration, loop closures first and prescribed quantities after them, as one system, dense or sparse; and
-/// those that pin its rates, which are more where something rolls.
-/// For everything that happens once: assembly, ranks, end poses, and mechanisms with redundant constraints.
+/// All equations that determine a configuration, loop closures first and prescribed quantities after them, as one
+/// system, dense or sparse; and those that determine its rates, of which there are more if something rolls. For one-off
+/// computations: assembly, ranks, end poses, and mechanisms with redundant constraints.
 
 #include "balance/foundation/numerics/sparse_matrix.hpp"
 #include "balance/mechanics/kinematics/drive.hpp"
@@ -29,18 +29,18 @@ class ConstraintSystem {
   void evaluate(const VectorX& y, const DriveSample& target, VectorX& residual, MatrixX& jacobian);
   void evaluate(const VectorX& y, const DriveSample& target, VectorX& residual, SparseMatrix& jacobian);
 
-  /// The same Jacobian with the rows of closures of rates between those of the other closures and the prescribed quantities': what it
-  /// maps to zero, or to prescribed rates, are the rates that are possible.
+  /// The same Jacobian with the rows of velocity-level closures between those of the other closures and of the
+  /// prescribed quantities. The admissible rates are those that it maps to zero, or to the prescribed rates.
   void velocity_jacobian(const VectorX& y, const DriveSample& target, MatrixX& jacobian);
 
-  /// All joints' frames point the way they should at the configuration last evaluated.
+  /// Whether no joint is flipped at the configuration last evaluated.
   bool is_aligned() const;
 
   /// Present values of the driven quantities at the configuration last evaluated.
   DriveSample measure(const VectorX& y) const;
 
  private:
-  // add(row, column, value): several values may meet in one place
+  // add(row, column, value) accumulates: several values may belong to one entry
   template <class Add>
   void add_closures(VectorX& residual, const Add& add);
   template <class Add>

@@ -11,25 +11,26 @@ namespace balance {
 
 namespace {
 
-/// Angular velocity of what a spherical joint carries against its parent, per unit rate of each of its nodes: parent's axes.
+/// Angular velocity of a spherical joint's child relative to its parent, per unit rate of each of its nodes, in the
+/// parent's axes.
 template <class S>
 Matrix3 spherical_axes(const Tree<S>& tree, const double* y, NodeId spherical) {
   Matrix3 axes = Matrix3::Zero(), R = Matrix3::Identity();
   for (int n = spherical; n < spherical + 3; ++n) {
     const Node<S>& node = tree.nodes[n];
-    const bool turns = node.motion == NodeMotion::revolute;
-    const double x = turns ? node.ratio * y[node.column] + node.offset : 0;
+    const bool is_revolute = node.motion == NodeMotion::revolute;
+    const double x = is_revolute ? node.ratio * y[node.column] + node.offset : 0;
     R *= to_matrix(rotate_about_joint_axis(node.R_PF, elementary::cos(x), elementary::sin(x)));
-    if (turns) axes.col(n - spherical) = node.ratio * R.col(2);
+    if (is_revolute) axes.col(n - spherical) = node.ratio * R.col(2);
   }
   return axes;
 }
 
-/// A held spin's two turns from the joint's three: they must bring the line where the joint brings it.
-void set_locked_spherical(const Mechanism& mechanism, const Tree<Spatial>& tree, const PassiveFreedom& spin,
+/// The two remaining rotations of a locked spherical joint, from the joint's three: the line keeps its orientation.
+void set_locked_spherical(const Mechanism& mechanism, const Tree<Spatial>& tree, const PassiveFreedom& freedom,
                           const VectorX& q, const VectorX& dq, VectorX& y, VectorX& dy) {
-  for (const int j : spin.joints) {
-    if (tree.joint_nodes[j] < 0 || tree.joint_nodes[j] != tree.bodies[spin.body].node) continue;
+  for (const int j : freedom.joints) {
+    if (tree.joint_nodes[j] < 0 || tree.joint_nodes[j] != tree.bodies[freedom.body].node) continue;
     const Joint& joint = mechanism.joints[j];
     std::size_t c = 0;
     while (mechanism.coordinates[c].joint != j) ++c;
@@ -42,16 +43,16 @@ void set_locked_spherical(const Mechanism& mechanism, const Tree<Spatial>& tree,
     const Matrix3 R_child = forward ? R : Matrix3(R.transpose());
     const Vector3 w_child = forward ? w : Vector3(-(R.transpose() * w));
     const Matrix3 axes =
-        frame_with_z_along((forward ? joint.rotation : Matrix3(joint.rotation.transpose())) * spin.line);
-    const Vector3 line = R_child * spin.line;
+        frame_with_z_along((forward ? joint.rotation : Matrix3(joint.rotation.transpose())) * freedom.line);
+    const Vector3 line = R_child * freedom.line;
     const Vector3 s = axes.transpose() * line, ds = axes.transpose() * w_child.cross(line);
     const int first = tree.coordinate_expressions[c].terms[0].first,
               second = tree.coordinate_expressions[c + 1].terms[0].first;
-    const double across = std::max(1e-12, s.y() * s.y() + s.z() * s.z());
+    const double transverse_squared = std::max(1e-12, s.y() * s.y() + s.z() * s.z());
     y[first] = elementary::atan2(-s.y(), s.z());
     y[second] = elementary::asin(std::clamp(s.x(), -1.0, 1.0));
-    dy[first] = (s.y() * ds.z() - ds.y() * s.z()) / across;
-    dy[second] = ds.x() / std::sqrt(across);
+    dy[first] = (s.y() * ds.z() - ds.y() * s.z()) / transverse_squared;
+    dy[second] = ds.x() / std::sqrt(transverse_squared);
   }
 }
 
@@ -62,10 +63,10 @@ void to_tree_coordinates(const Mechanism& mechanism, const Tree<S>& tree, const 
                          VectorX& y, VectorX& dy) {
   y.setZero(tree.columns);
   dy.setZero(tree.columns);
-  const auto take = [&](bool leaders) {
+  const auto set_columns = [&](bool is_leader) {
     for (std::size_t c = 0; c < mechanism.coordinates.size(); ++c) {
       const LinearQuantity& source = tree.coordinate_expressions[c];
-      if (!source.has_single_term() || source.is_column() != leaders) continue;
+      if (!source.has_single_term() || source.is_column() != is_leader) continue;
       const auto& [column, ratio] = source.terms[0];
       if (ratio == 0) continue;
       const auto k = static_cast<Eigen::Index>(c);
@@ -73,10 +74,11 @@ void to_tree_coordinates(const Mechanism& mechanism, const Tree<S>& tree, const 
       dy[column] = dq[k] / ratio;
     }
   };
-  take(false);
-  take(true);  // whose word counts where several coordinates move together
+  set_columns(false);
+  set_columns(true);  // leaders take precedence where several coordinates share a column
   if constexpr (std::is_same_v<S, Spatial>)
-    for (const PassiveFreedom& spin : tree.locked_freedoms) set_locked_spherical(mechanism, tree, spin, q, dq, y, dy);
+    for (const PassiveFreedom& freedom : tree.locked_freedoms)
+      set_locked_spherical(mechanism, tree, freedom, q, dq, y, dy);
   for (int c = 0; c < tree.columns; ++c) {
     if (!std::isfinite(y[c])) y[c] = 0;
     if (!std::isfinite(dy[c])) dy[c] = 0;
@@ -88,8 +90,8 @@ void to_joint_coordinates(const Mechanism& mechanism, const Tree<S>& tree, const
                           const double* dy, const double* ddy, VectorX& q, VectorX& dq, VectorX& ddq) {
   const auto count = static_cast<Eigen::Index>(mechanism.coordinates.size());
   q.resize(count), dq.resize(count), ddq.resize(count);
-  int read = -1;
-  JointMotion<double> reading;
+  int measured_joint = -1;
+  JointMotion<double> joint_motion;
   for (Eigen::Index c = 0; c < count; ++c) {
     const Coordinate& coordinate = mechanism.coordinates[c];
     const LinearQuantity& source = tree.coordinate_expressions[c];
@@ -99,14 +101,14 @@ void to_joint_coordinates(const Mechanism& mechanism, const Tree<S>& tree, const
       ddq[c] = source.rate(ddy);
       continue;
     }
-    if (read != coordinate.joint) {
+    if (measured_joint != coordinate.joint) {
       const Joint& joint = mechanism.joints[coordinate.joint];
-      reading = compute_joint_motion(joint, relative_motion(tree, state, joint));
-      read = coordinate.joint;
+      joint_motion = compute_joint_motion(joint, relative_motion(tree, state, joint));
+      measured_joint = coordinate.joint;
     }
-    q[c] = reading.position[coordinate.index];
-    dq[c] = reading.velocity[coordinate.index];
-    ddq[c] = reading.acceleration[coordinate.index];
+    q[c] = joint_motion.position[coordinate.index];
+    dq[c] = joint_motion.velocity[coordinate.index];
+    ddq[c] = joint_motion.acceleration[coordinate.index];
   }
 }
 
@@ -121,7 +123,7 @@ void transfer_spherical_rates(const Tree<S>& before, const double* y, const Tree
   Vector3 rates;
   if (after.nodes[spherical + 2].motion == NodeMotion::revolute) {
     rates = new_axes.inverse() * w;
-  } else {  // the part along the held line is not kept
+  } else {  // the component along the locked line is dropped
     rates = Vector3(new_axes.col(0).dot(w) / new_axes.col(0).squaredNorm(),
                     new_axes.col(1).dot(w) / new_axes.col(1).squaredNorm(), 0);
   }

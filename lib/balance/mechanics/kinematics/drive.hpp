@@ -1,6 +1,6 @@
 #pragma once
-/// The prescribed quantities as equations in the tree coordinates: tool position, centre of mass, quantities linear in y
-/// (joint coordinates, the angle of a planar tool), rotation of a spatial tool.
+/// The prescribed quantities as equations in the tree coordinates: tool position, centre of mass, quantities linear in
+/// y (joint coordinates, the angle of a planar tool), rotation of a spatial tool.
 
 #include "balance/foundation/base/rotation.hpp"
 #include "balance/mechanics/kinematics/closure.hpp"
@@ -10,7 +10,7 @@
 
 namespace balance {
 
-/// What must have prescribed values. The rows are ordered: point, com, linear (these have a value each), rotation.
+/// The quantities with prescribed values. Order of the rows: point, com, linear (one value each), rotation.
 template <class S>
 struct Drive {
   std::vector<int> point;  ///< world components of the tool point
@@ -24,7 +24,7 @@ struct Drive {
   int row_count() const { return value_count() + static_cast<int>(rotation.size()); }
 };
 
-/// Mass beyond each node, and its first moment in world axes about the world's origin.
+/// Mass carried by each node, and its first moment in world axes about the world's origin.
 template <class S>
 struct MassDistribution {
   std::vector<typename Constants<S>::Scalar> mass;  ///< of the node and all nodes it carries
@@ -56,9 +56,9 @@ struct MassDistribution {
   }
 };
 
-/// How far a tool's rotation R is from the prescribed T: ½ Σ T axis × R axis, the sine of the missing rotation as a vector in
-/// world axes. Its rate is A ω − Aᵀ ω_T; A is the identity where R = T, which it need not be if only some components of the
-/// rotation are prescribed.
+/// Deviation of a tool's rotation R from the prescribed T: ½ Σ T axis × R axis, the sine of the rotation error as a
+/// vector in world axes. Its rate is A ω − Aᵀ ω_T. A is the identity at R = T, which need not hold if only some
+/// components of the rotation are prescribed.
 template <class N>
 struct RotationResidual {
   Vector3Of<N> residual;
@@ -71,8 +71,8 @@ struct RotationResidual {
   }
 };
 
-/// The same for a search from afar: twice the vector part of the missing rotation's quaternion, which unlike the sine is not
-/// zero again at half a turn. Its rate for a resting T is B ω.
+/// The same for a search from far away: twice the vector part of the error's quaternion, which unlike the sine does not
+/// vanish again at half a turn. Its rate for constant T is B ω.
 struct QuaternionError {
   Vector3 error;
   Matrix3 jacobian;
@@ -93,7 +93,7 @@ Matrix3Of<N> compute_rotation_jacobian_rate(const Matrix3Of<N>& T, const Vector3
   return 0.5 * (rate.trace() * Matrix3Of<N>::Identity() - rate);
 }
 
-/// Present values of the driven quantities, at rest. State: poses at y.
+/// Present values of the driven quantities, with zero rates. State: poses at y.
 template <class S>
 DriveSampleOf<typename S::Scalar> measure_drive(const Tree<Constants<S>>& tree, const Drive<Constants<S>>& drive,
                                                 const TreeState<S>& state, const typename S::Scalar* y) {

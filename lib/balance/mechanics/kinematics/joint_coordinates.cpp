@@ -43,34 +43,34 @@ using elementary::atan2, elementary::cos, elementary::sin;
 using std::hypot;
 
 template <class T>
-void read_angle(int k, const Vector3Of<T>& u, const RelativeMotion<T>& motion, JointMotion<T>& reading) {
+void read_angle(int k, const Vector3Of<T>& u, const RelativeMotion<T>& motion, JointMotion<T>& joint_motion) {
   const Matrix3Of<T>& R = motion.rotation;
   const Vector3Of<T> twice_sine(R(2, 1) - R(1, 2), R(0, 2) - R(2, 0), R(1, 0) - R(0, 1));
-  reading.position[k] = atan2(u.dot(twice_sine), R.trace() - 1);
-  reading.velocity[k] = u.dot(motion.angular_velocity);
-  reading.acceleration[k] = u.dot(motion.angular_acceleration);
+  joint_motion.position[k] = atan2(u.dot(twice_sine), R.trace() - 1);
+  joint_motion.velocity[k] = u.dot(motion.angular_velocity);
+  joint_motion.acceleration[k] = u.dot(motion.angular_acceleration);
 }
 
 template <class T>
-void read_slide(int k, const Vector3Of<T>& u, const RelativeMotion<T>& motion, JointMotion<T>& reading) {
-  reading.position[k] = u.dot(motion.displacement);
-  reading.velocity[k] = u.dot(motion.linear_velocity);
-  reading.acceleration[k] = u.dot(motion.linear_acceleration);
+void read_slide(int k, const Vector3Of<T>& u, const RelativeMotion<T>& motion, JointMotion<T>& joint_motion) {
+  joint_motion.position[k] = u.dot(motion.displacement);
+  joint_motion.velocity[k] = u.dot(motion.linear_velocity);
+  joint_motion.acceleration[k] = u.dot(motion.linear_acceleration);
 }
 
 template <class T>
-void read_universal(const JointOf<T>& joint, const RelativeMotion<T>& motion, JointMotion<T>& reading) {
+void read_universal(const JointOf<T>& joint, const RelativeMotion<T>& motion, JointMotion<T>& joint_motion) {
   const Vector3Of<T> u = joint.axis, v = joint.axis2, w = u.cross(v);
-  const Vector3Of<T> turned_v = motion.rotation * v;  // the second rotation is about it
-  reading.position[0] = atan2(w.dot(turned_v), v.dot(turned_v));
-  reading.position[1] = atan2(u.dot(motion.rotation * w), u.dot(motion.rotation * u));
-  reading.velocity = {u.dot(motion.angular_velocity), turned_v.dot(motion.angular_velocity)};
-  reading.acceleration = {u.dot(motion.angular_acceleration), turned_v.dot(motion.angular_acceleration)};
+  const Vector3Of<T> second_axis = motion.rotation * v;  // the second rotation is about it
+  joint_motion.position[0] = atan2(w.dot(second_axis), v.dot(second_axis));
+  joint_motion.position[1] = atan2(u.dot(motion.rotation * w), u.dot(motion.rotation * u));
+  joint_motion.velocity = {u.dot(motion.angular_velocity), second_axis.dot(motion.angular_velocity)};
+  joint_motion.acceleration = {u.dot(motion.angular_acceleration), second_axis.dot(motion.angular_acceleration)};
 }
 
-/// @param first where the three angles stand
+/// @param first index of the first of the three angles
 template <class T>
-void read_spherical(int first, const RelativeMotion<T>& motion, JointMotion<T>& reading) {
+void read_spherical(int first, const RelativeMotion<T>& motion, JointMotion<T>& joint_motion) {
   const Matrix3Of<T>& R = motion.rotation;
   const T a = atan2(-R(1, 2), R(2, 2)), b = atan2(R(0, 2), hypot(R(0, 0), R(0, 1)));
   const std::array<T, 3> angles{a, b, T(atan2(-R(0, 1), R(0, 0)))};
@@ -79,18 +79,18 @@ void read_spherical(int first, const RelativeMotion<T>& motion, JointMotion<T>& 
   axes << x, y, z;
   const Matrix3Of<T> inverse = axes.inverse();
   const Vector3Of<T> rate = inverse * motion.angular_velocity;
-  const Vector3Of<T> turning = rate[0] * rate[1] * x.cross(y) + rate[2] * (rate[0] * x + rate[1] * y).cross(z);
-  const Vector3Of<T> acceleration = inverse * (motion.angular_acceleration - turning);
+  const Vector3Of<T> bias = rate[0] * rate[1] * x.cross(y) + rate[2] * (rate[0] * x + rate[1] * y).cross(z);
+  const Vector3Of<T> acceleration = inverse * (motion.angular_acceleration - bias);
   for (int k = 0; k < 3; ++k) {
-    reading.position[first + k] = angles[k];
-    reading.velocity[first + k] = rate[k];
-    reading.acceleration[first + k] = acceleration[k];
+    joint_motion.position[first + k] = angles[k];
+    joint_motion.velocity[first + k] = rate[k];
+    joint_motion.acceleration[first + k] = acceleration[k];
   }
 }
 
-/// The angles of what is left of a rotation once it is known where the disc heads and how it leans.
+/// Decomposes a disc's rotation into heading, lean and rolling angle. The position is that of the contact point.
 template <class T>
-void read_disc(const JointOf<T>& joint, const RelativeMotion<T>& motion, JointMotion<T>& reading) {
+void read_disc(const JointOf<T>& joint, const RelativeMotion<T>& motion, JointMotion<T>& joint_motion) {
   const Vector3Of<T> u = joint.axis, v = joint.axis2, w = u.cross(v);
   Matrix3Of<T> axes;
   axes << v, w, u;
@@ -98,59 +98,59 @@ void read_disc(const JointOf<T>& joint, const RelativeMotion<T>& motion, JointMo
   const T heading = atan2(-R(0, 1), R(1, 1)), lean = atan2(R(2, 1), hypot(R(0, 1), R(1, 1)));
   const T c = cos(heading), s = sin(heading), cl = cos(lean), sl = sin(lean);
   const Vector3Of<T> z = Vector3Of<T>::UnitZ(), x(c, s, T(0)), y(-s * cl, c * cl, sl);
-  Matrix3Of<T> turns;
-  turns << z, x, y;
-  const Matrix3Of<T> inverse = turns.inverse();
+  Matrix3Of<T> rotation_axes;
+  rotation_axes << z, x, y;
+  const Matrix3Of<T> inverse = rotation_axes.inverse();
   const Vector3Of<T> rate = inverse * (axes.transpose() * motion.angular_velocity);
-  const Vector3Of<T> turning = rate[0] * rate[1] * z.cross(x) + rate[2] * (rate[0] * z + rate[1] * x).cross(y);
-  const Vector3Of<T> acceleration = inverse * (axes.transpose() * motion.angular_acceleration - turning);
-  // from the centre down to where it touches
+  const Vector3Of<T> bias = rate[0] * rate[1] * z.cross(x) + rate[2] * (rate[0] * z + rate[1] * x).cross(y);
+  const Vector3Of<T> acceleration = inverse * (axes.transpose() * motion.angular_acceleration - bias);
+  // in the disc's plane, from the contact point to the centre
   const Vector3Of<T> up(s * sl, -c * sl, cl);
   const Vector3Of<T> w_up = rate[0] * z + rate[1] * x,
                      a_up = acceleration[0] * z + acceleration[1] * x + rate[0] * rate[1] * z.cross(x);
-  const Vector3Of<T> turned = w_up.cross(up);
-  const Vector3Of<T> place = axes.transpose() * motion.displacement - joint.radius * up;
-  const Vector3Of<T> slip = axes.transpose() * motion.linear_velocity - joint.radius * turned;
+  const Vector3Of<T> up_rate = w_up.cross(up);
+  const Vector3Of<T> contact_point = axes.transpose() * motion.displacement - joint.radius * up;
+  const Vector3Of<T> slip = axes.transpose() * motion.linear_velocity - joint.radius * up_rate;
   const Vector3Of<T> slip_rate =
-      axes.transpose() * motion.linear_acceleration - joint.radius * (a_up.cross(up) + w_up.cross(turned));
-  reading.position = {place.x(), place.y(), heading, lean, T(atan2(-R(2, 0), R(2, 2)))};
-  reading.velocity = {slip.x(), slip.y(), rate[0], rate[1], rate[2]};
-  reading.acceleration = {slip_rate.x(), slip_rate.y(), acceleration[0], acceleration[1], acceleration[2]};
+      axes.transpose() * motion.linear_acceleration - joint.radius * (a_up.cross(up) + w_up.cross(up_rate));
+  joint_motion.position = {contact_point.x(), contact_point.y(), heading, lean, T(atan2(-R(2, 0), R(2, 2)))};
+  joint_motion.velocity = {slip.x(), slip.y(), rate[0], rate[1], rate[2]};
+  joint_motion.acceleration = {slip_rate.x(), slip_rate.y(), acceleration[0], acceleration[1], acceleration[2]};
 }
 
 }  // namespace
 
 template <class T>
 JointMotion<T> compute_joint_motion(const JointOf<T>& joint, const RelativeMotion<T>& motion) {
-  JointMotion<T> reading;
+  JointMotion<T> joint_motion;
   const Vector3Of<T>& u = joint.axis;
   switch (joint.type) {
     case JointType::fixed: break;
-    case JointType::revolute: read_angle(0, u, motion, reading); break;
-    case JointType::prismatic: read_slide(0, u, motion, reading); break;
+    case JointType::revolute: read_angle(0, u, motion, joint_motion); break;
+    case JointType::prismatic: read_slide(0, u, motion, joint_motion); break;
     case JointType::pin_slot:
-      read_slide(0, u, motion, reading);
-      read_angle(1, Vector3Of<T>(Vector3Of<T>::UnitZ()), motion, reading);
+      read_slide(0, u, motion, joint_motion);
+      read_angle(1, Vector3Of<T>(Vector3Of<T>::UnitZ()), motion, joint_motion);
       break;
     case JointType::cylindrical:
-      read_angle(0, u, motion, reading);
-      read_slide(1, u, motion, reading);
+      read_angle(0, u, motion, joint_motion);
+      read_slide(1, u, motion, joint_motion);
       break;
-    case JointType::universal: read_universal(joint, motion, reading); break;
-    case JointType::spherical: read_spherical(0, motion, reading); break;
+    case JointType::universal: read_universal(joint, motion, joint_motion); break;
+    case JointType::spherical: read_spherical(0, motion, joint_motion); break;
     case JointType::planar:
-      read_slide(0, joint.axis2, motion, reading);
-      read_slide(1, u.cross(joint.axis2), motion, reading);
-      read_angle(2, u, motion, reading);
+      read_slide(0, joint.axis2, motion, joint_motion);
+      read_slide(1, u.cross(joint.axis2), motion, joint_motion);
+      read_angle(2, u, motion, joint_motion);
       break;
-    case JointType::rolling_disc: read_disc(joint, motion, reading); break;
+    case JointType::rolling_disc: read_disc(joint, motion, joint_motion); break;
     case JointType::rolling_sphere:
-      read_slide(0, joint.axis2, motion, reading);
-      read_slide(1, u.cross(joint.axis2), motion, reading);
-      read_spherical(2, motion, reading);
+      read_slide(0, joint.axis2, motion, joint_motion);
+      read_slide(1, u.cross(joint.axis2), motion, joint_motion);
+      read_spherical(2, motion, joint_motion);
       break;
   }
-  return reading;
+  return joint_motion;
 }
 
 template JointMotion<EngineScalar> compute_joint_motion<EngineScalar>(const JointOf<EngineScalar>&,

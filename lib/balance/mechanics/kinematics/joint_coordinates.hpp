@@ -1,5 +1,5 @@
 #pragma once
-/// Coordinates of joints that the tree does not use: read off the relative motion of the two bodies.
+/// Coordinates of joints outside the tree, computed from the relative motion of the two bodies.
 
 #include "balance/mechanics/kinematics/forward_kinematics.hpp"
 
@@ -20,10 +20,10 @@ struct JointMotion {
 /// Motion of a joint's second body seen by an observer on its first, in the first body's axes.
 template <class T>
 struct RelativeMotion {
-  Matrix3Of<T> rotation;      ///< of the second body's frame, less the joint's own constant rotation
+  Matrix3Of<T> rotation;      ///< of the second body's frame, without the joint's own constant rotation
   Vector3Of<T> displacement;  ///< from the joint's point on the first body to that on the second
-  Vector3Of<T> linear_velocity, linear_acceleration;    ///< its first and second derivative
-  Vector3Of<T> angular_velocity, angular_acceleration;  ///< relative angular velocity and acceleration
+  Vector3Of<T> linear_velocity, linear_acceleration;  ///< its first and second derivative
+  Vector3Of<T> angular_velocity, angular_acceleration;
 };
 
 /// @param state poses; for the rates also velocities and accelerations
@@ -31,11 +31,11 @@ template <class S>
 RelativeMotion<typename S::Scalar> relative_motion(const Tree<S>& tree, const TreeState<S>& state,
                                                    const JointOf<typename S::Scalar>& joint);
 
-/// Angles in (−π, π]. Rates of a spherical joint are infinite at its second angle ±π/2.
+/// Angles in (−π, π]. Rates of a spherical joint are infinite at a second angle of ±π/2.
 template <class T>
 JointMotion<T> compute_joint_motion(const JointOf<T>& joint, const RelativeMotion<T>& motion);
 
-/// The value that differs from `angle` by whole turns and is nearest to `reference`.
+/// The value that differs from `angle` by full turns and is nearest to `reference`.
 template <class T>
 T unwrap_angle(const T& angle, double reference) {
   constexpr double two_pi = 2 * std::numbers::pi;
@@ -50,11 +50,11 @@ extern template std::vector<double> compute_coordinates<Planar>(const Mechanism&
 extern template std::vector<double> compute_coordinates<Spatial>(const Mechanism&, const Tree<Spatial>&,
                                                                  const VectorX&);
 
-// Between the mechanism's joint coordinates and the tree's.
+// Conversion between the mechanism's joint coordinates and the tree's coordinates.
 
-/// Tree coordinates and rates that the joint coordinates mean. Rates that are no numbers count as zero.
+/// Tree coordinates and rates that correspond to the joint coordinates. Non-finite results count as zero.
 /// @param tree with the spherical joints' reference orientations as compiled
-/// @param q, dq per mechanism coordinate; those of cut joints are left out
+/// @param q, dq per mechanism coordinate; those of cut joints are ignored
 template <class S>
 void to_tree_coordinates(const Mechanism& mechanism, const Tree<S>& tree, const VectorX& q, const VectorX& dq,
                          VectorX& y, VectorX& dy);
@@ -65,7 +65,7 @@ template <class S>
 void to_joint_coordinates(const Mechanism& mechanism, const Tree<S>& tree, const TreeState<S>& state, const double* y,
                           const double* dy, const double* ddy, VectorX& q, VectorX& dq, VectorX& ddq);
 
-/// Per tree column the mechanism coordinate that it is, not a multiple of it.
+/// Per tree column: the mechanism coordinate that equals it, else one that is a multiple of it; −1 if there is none.
 template <class S>
 std::vector<CoordinateId> find_column_coordinates(const Tree<S>& tree) {
   std::vector<CoordinateId> out(tree.columns, -1);
@@ -78,13 +78,13 @@ std::vector<CoordinateId> find_column_coordinates(const Tree<S>& tree) {
   return out;
 }
 
-/// Takes a spherical joint's rates over to another reference orientation: the relative angular velocity stays.
-/// @param before the tree and y before reset_spherical_reference(), `after` and y_after those after it
+/// Converts a spherical joint's rates to another reference orientation, preserving the relative angular velocity.
+/// @param before, y before reset_spherical_reference() @param after, y_after after it
 template <class S>
 void transfer_spherical_rates(const Tree<S>& before, const double* y, const Tree<S>& after, const double* y_after,
                               NodeId spherical, double* dy);
 
-/// "J1 0.3, J2 -1.2, …", the first dozen.
+/// "J1 0.3, J2 -1.2, …": the first dozen coordinates.
 std::string format_configuration(const Mechanism& mechanism, const VectorX& q);
 
 #define BALANCE_DECLARE(S)                                                                                           \

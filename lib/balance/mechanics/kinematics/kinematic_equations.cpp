@@ -27,67 +27,68 @@ KinematicEquations<S>::KinematicEquations(const Tree<Constants<S>>& tree, const 
 }
 
 template <class S>
-std::vector<typename KinematicEquations<S>::MatrixEntry> KinematicEquations<S>::entries_of(
+std::vector<typename KinematicEquations<S>::MatrixEntry> KinematicEquations<S>::make_row_entries(
     const std::vector<NodeId>& nodes, int row) {
   std::vector<MatrixEntry> entries;
-  std::set<int> seen;
+  std::set<int> visited_columns;
   for (const NodeId n : nodes) {
     const int column = tree_.nodes[n].column;
-    entries.push_back({entry_index(row, column), !seen.insert(column).second});
+    entries.push_back({entry_index(row, column), !visited_columns.insert(column).second});
   }
   return entries;
 }
 
 template <class S>
 void KinematicEquations<S>::build_pattern() {
-  std::vector<std::set<int>> columns_of(static_cast<std::size_t>(rows()));
-  const auto mark = [&](int row, const std::vector<NodeId>& nodes) {
-    for (const NodeId n : nodes) columns_of[row].insert(tree_.nodes[n].column);
+  std::vector<std::set<int>> columns_per_row(static_cast<std::size_t>(rows()));
+  const auto mark_columns = [&](int row, const std::vector<NodeId>& nodes) {
+    for (const NodeId n : nodes) columns_per_row[row].insert(tree_.nodes[n].column);
   };
   std::vector<std::vector<NodeId>> paths;
   int row = 0;
   for (const Closure<Constants<S>>& closure : tree_.closures) {
     std::vector<NodeId> nodes;
     for (const PathStep& step : closure.path) nodes.push_back(step.node);
-    for (std::size_t r = 0; r < closure.rows.size(); ++r) mark(row++, nodes);
+    for (std::size_t r = 0; r < closure.rows.size(); ++r) mark_columns(row++, nodes);
     paths.push_back(nodes);
   }
-  for (std::size_t k = 0; k < drive_.point.size(); ++k) mark(row++, drive_.tool_path);
-  for (std::size_t k = 0; k < drive_.com.size(); ++k) mark(row++, moving_nodes_);
+  for (std::size_t k = 0; k < drive_.point.size(); ++k) mark_columns(row++, drive_.tool_path);
+  for (std::size_t k = 0; k < drive_.com.size(); ++k) mark_columns(row++, moving_nodes_);
   for (const LinearQuantityOf<ModelScalarOf<T>>& quantity : drive_.linear) {
-    for (const auto& [column, coefficient] : quantity.terms) columns_of[row].insert(column);
+    for (const auto& [column, coefficient] : quantity.terms) columns_per_row[row].insert(column);
     ++row;
   }
-  for (std::size_t k = 0; k < drive_.rotation.size(); ++k) mark(row++, drive_.tool_path);
+  for (std::size_t k = 0; k < drive_.rotation.size(); ++k) mark_columns(row++, drive_.tool_path);
 
   SparsityPattern pattern;
-  for (const std::set<int>& row_columns : columns_of) pattern.emplace_back(row_columns.begin(), row_columns.end());
+  for (const std::set<int>& row_columns : columns_per_row) pattern.emplace_back(row_columns.begin(), row_columns.end());
   if (redundant_)
-    tall_.resize(rows(), columns());
+    overdetermined_.resize(rows(), columns());
   else
-    structurally_singular_ = rows() != columns() || !sparse_.analyse(pattern);
+    structurally_singular_ = rows() != columns() || !square_.analyse(pattern);
   if (structurally_singular_) return;
-  layout_ = 2 * hash_pattern(pattern) + (redundant_ ? 1 : 0);
+  pattern_id_ = 2 * hash_pattern(pattern) + (redundant_ ? 1 : 0);
 
   row = 0;
   for (std::size_t c = 0; c < paths.size(); ++c) {
     const std::size_t count = tree_.closures[c].rows.size();
-    std::vector<MatrixEntry> all(count * paths[c].size());
+    std::vector<MatrixEntry> entries(count * paths[c].size());
     for (std::size_t r = 0; r < count; ++r) {
-      const std::vector<MatrixEntry> along = entries_of(paths[c], row++);
-      for (std::size_t step = 0; step < along.size(); ++step) all[step * count + r] = along[step];
+      const std::vector<MatrixEntry> row_entries = make_row_entries(paths[c], row++);
+      for (std::size_t step = 0; step < row_entries.size(); ++step) entries[step * count + r] = row_entries[step];
     }
-    closure_entries_.push_back(all);
+    closure_entries_.push_back(entries);
   }
-  for (std::size_t k = 0; k < drive_.point.size(); ++k) point_entries_.push_back(entries_of(drive_.tool_path, row++));
-  for (std::size_t k = 0; k < drive_.com.size(); ++k) com_entries_.push_back(entries_of(moving_nodes_, row++));
+  for (std::size_t k = 0; k < drive_.point.size(); ++k)
+    point_entries_.push_back(make_row_entries(drive_.tool_path, row++));
+  for (std::size_t k = 0; k < drive_.com.size(); ++k) com_entries_.push_back(make_row_entries(moving_nodes_, row++));
   for (const LinearQuantityOf<ModelScalarOf<T>>& quantity : drive_.linear) {  // constant entries, written once
     for (const auto& [column, coefficient] : quantity.terms)
       storage()[entry_index(row, column)] += coefficient * row_scale_[row] * column_scale_[column];
     ++row;
   }
   for (std::size_t k = 0; k < drive_.rotation.size(); ++k)
-    rotation_entries_.push_back(entries_of(drive_.tool_path, row++));
+    rotation_entries_.push_back(make_row_entries(drive_.tool_path, row++));
 }
 
 template <class S>
@@ -111,16 +112,16 @@ void KinematicEquations<S>::evaluate(const TreeState<S>& state, const T* y, cons
 template <class S>
 void KinematicEquations<S>::fill_closures(const TreeState<S>& state, T* residual) {
   constexpr std::size_t max_closure_rows = S::dimension + S::angular_dimension;
-  const double shrink = 1 / tree_.characteristic_length;
+  const double inverse_length = 1 / tree_.characteristic_length;
   T* values = storage();
   for (std::size_t c = 0; c < tree_.closures.size(); ++c) {
     const Closure<Constants<S>>& closure = tree_.closures[c];
     const ClosurePose<S> pose = closure_pose(state, closure);
     const MatrixEntry* entry = closure_entries_[c].data();
     if (is_point_closure(closure)) {
-      for (int i = 0; i < S::dimension; ++i) *residual++ = shrink * (pose.p_B[i] - pose.p_A[i]);
+      for (int i = 0; i < S::dimension; ++i) *residual++ = inverse_length * (pose.p_B[i] - pose.p_A[i]);
       for (const PathStep& step : closure.path) {
-        const typename S::Vector v = shrink * step.sign * node_scale_[step.node] *
+        const typename S::Vector v = inverse_length * step.sign * node_scale_[step.node] *
                                      partial_velocity(tree_.nodes[step.node], state[step.node], pose.p_B);
         for (int i = 0; i < S::dimension; ++i, ++entry)
           values[entry->index] = entry->is_accumulated ? values[entry->index] + v[i] : v[i];
@@ -135,10 +136,10 @@ void KinematicEquations<S>::fill_closures(const TreeState<S>& state, T* residual
     const std::size_t rows = closure.rows.size();
     ConstraintWrench<S> wrenches[max_closure_rows];
     for (std::size_t r = 0; r < rows; ++r) {
-      const bool angle = closure.rows[r].kind == ClosureRow::Kind::dot;
+      const bool is_angle = closure.rows[r].kind == ClosureRow::Kind::dot;
       wrenches[r] = closure_wrench(closure, pose, closure.rows[r]);
-      if (!angle) wrenches[r].force *= shrink, wrenches[r].moment *= shrink;
-      *residual++ = (angle ? 1 : shrink) * closure_residual(pose, closure.rows[r]);
+      if (!is_angle) wrenches[r].force *= inverse_length, wrenches[r].moment *= inverse_length;
+      *residual++ = (is_angle ? 1 : inverse_length) * closure_residual(pose, closure.rows[r]);
     }
     for (const PathStep& step : closure.path) {
       const Node<Constants<S>>& node = tree_.nodes[step.node];
@@ -162,14 +163,14 @@ void KinematicEquations<S>::evaluate_speed_sum(const Closure<Constants<S>>& clos
 
 template <class S>
 void KinematicEquations<S>::fill_point(const TreeState<S>& state, const DriveSampleOf<T>& target, T* residual) {
-  const double shrink = 1 / tree_.characteristic_length;
+  const double inverse_length = 1 / tree_.characteristic_length;
   T* values = storage();
   const typename S::Vector Q = position(state, drive_.tool);
   const std::size_t rows = drive_.point.size();
-  for (std::size_t k = 0; k < rows; ++k) residual[k] = shrink * (Q[drive_.point[k]] - target.value[k]);
+  for (std::size_t k = 0; k < rows; ++k) residual[k] = inverse_length * (Q[drive_.point[k]] - target.value[k]);
   for (std::size_t step = 0; step < drive_.tool_path.size(); ++step) {
     const int n = drive_.tool_path[step];
-    const typename S::Vector v = shrink * node_scale_[n] * partial_velocity(tree_.nodes[n], state[n], Q);
+    const typename S::Vector v = inverse_length * node_scale_[n] * partial_velocity(tree_.nodes[n], state[n], Q);
     for (std::size_t k = 0; k < rows; ++k) {
       const MatrixEntry& entry = point_entries_[k][step];
       values[entry.index] = entry.is_accumulated ? values[entry.index] + v[drive_.point[k]] : v[drive_.point[k]];
@@ -194,47 +195,49 @@ void KinematicEquations<S>::fill_com(const TreeState<S>& state, const DriveSampl
 
 template <class S>
 void KinematicEquations<S>::fill_rotation(const TreeState<S>& state, const DriveSampleOf<T>& target, T* residual) {
-  const RotationResidual<T> gap(target.rotation, to_matrix(orientation(state, drive_.tool)));
-  rotation_jacobian_ = gap.jacobian;
+  const RotationResidual<T> rotation_residual(target.rotation, to_matrix(orientation(state, drive_.tool)));
+  rotation_jacobian_ = rotation_residual.jacobian;
   for (std::size_t k = 0; k < drive_.rotation.size(); ++k) {
-    residual[k] = gap.residual[drive_.rotation[k]];
+    residual[k] = rotation_residual.residual[drive_.rotation[k]];
     const MatrixEntry* entry = rotation_entries_[k].data();
     for (const int n : drive_.tool_path) {
-      const bool turns = tree_.nodes[n].motion == NodeMotion::revolute;
-      write_entry(*entry++,
-                  turns ? node_scale_[n] * tree_.nodes[n].ratio *
-                              gap.jacobian.row(drive_.rotation[k]).dot(angular_to_3d(revolute_axis(state[n].R_WN)))
-                        : T(0));
+      const bool is_revolute = tree_.nodes[n].motion == NodeMotion::revolute;
+      write_entry(
+          *entry++,
+          is_revolute
+              ? node_scale_[n] * tree_.nodes[n].ratio *
+                    rotation_residual.jacobian.row(drive_.rotation[k]).dot(angular_to_3d(revolute_axis(state[n].R_WN)))
+              : T(0));
     }
   }
 }
 
 template <class S>
-bool KinematicEquations<S>::factorise(double least) {
+bool KinematicEquations<S>::factorise(double min_pivot) {
   factorised_evaluation_ = evaluations_;
-  regularity_ = redundant_ ? tall_.factorise() : sparse_.factorise();
-  return regularity_ > least;
+  regularity_ = redundant_ ? overdetermined_.factorise() : square_.factorise();
+  return regularity_ > min_pivot;
 }
 
 template <class S>
 void KinematicEquations<S>::store() {
   if (redundant_)
-    tall_.keep();
+    overdetermined_.keep();
   else
-    sparse_.store();
+    square_.store();
 }
 
 template <class S>
 bool KinematicEquations<S>::is_near_stored(double limit) {
-  return redundant_ ? tall_.near_kept(limit) : sparse_.is_near_stored(limit);
+  return redundant_ ? overdetermined_.near_kept(limit) : square_.is_near_stored(limit);
 }
 
 template <class S>
 void KinematicEquations<S>::solve(T* x) {
   if (redundant_)
-    tall_.solve(x);
+    overdetermined_.solve(x);
   else
-    sparse_.solve(x);
+    square_.solve(x);
   for (int c = 0; c < columns(); ++c) x[c] *= column_scale_[c];
 }
 
@@ -244,14 +247,14 @@ void KinematicEquations<S>::solve_pair(T* x, T* z) {
     solve(x);
     return solve(z);
   }
-  sparse_.solve_pair(x, z);
+  square_.solve_pair(x, z);
   for (int c = 0; c < columns(); ++c) x[c] *= column_scale_[c], z[c] *= column_scale_[c];
 }
 
 template <class S>
 void KinematicEquations<S>::solve_transposed(T* x) {
   for (int c = 0; c < columns(); ++c) x[c] *= column_scale_[c];
-  sparse_.solve_transposed(x);
+  square_.solve_transposed(x);
   for (int r = 0; r < rows(); ++r) x[r] *= row_scale_[r];
 }
 

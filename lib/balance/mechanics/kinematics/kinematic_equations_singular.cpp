@@ -1,4 +1,4 @@
-// How far the equations' matrix is from a singular one.
+// Distance of the equations' matrix from a singular one.
 
 #include "balance/foundation/numerics/eigen_instantiations.hpp"
 #include "balance/foundation/numerics/engine_scalar.hpp"
@@ -11,7 +11,7 @@ namespace balance {
 
 namespace {
 
-/// Singular vectors of the smallest value, of which duals alone are in need.
+/// Singular vectors of the smallest singular value; needed only for dual numbers.
 struct SmallestSingularVectors {
   VectorX left, right;
 };
@@ -22,7 +22,8 @@ struct SmallestSingularVectors {
   return {svd.matrixU().col(last), svd.matrixV().col(last)};
 }
 
-/// Inverse iteration on the factors at hand. @return nothing where two values are near each other
+/// Inverse iteration on existing factors. @return std::nullopt if it does not converge because two singular values are
+/// close
 [[maybe_unused]] std::optional<SmallestSingularVectors> find_singular_vectors_by_inverse_iteration(
     BlockTriangular& factors) {
   constexpr int max_inverse_iterations = 24;
@@ -49,26 +50,26 @@ template <class S>
 typename S::Scalar KinematicEquations<S>::min_singular_value() {
   if (columns() == 0) return 1;
   if constexpr (!std::is_same_v<T, double>) {  // dσ = uᵀ dA v
-    std::optional<SmallestSingularVectors> found;
-    // duals are filled anew with other derivatives of the same values
-    if (!redundant_ && regularity_ > 0) found = find_singular_vectors_by_inverse_iteration(values_of(sparse_));
-    if (!found) found = find_singular_vectors_by_svd(dense());
-    T least = 0;
+    std::optional<SmallestSingularVectors> vectors;
+    // a new evaluation with duals changes only the derivatives, so that the factors of the values still hold
+    if (!redundant_ && regularity_ > 0) vectors = find_singular_vectors_by_inverse_iteration(values_of(square_));
+    if (!vectors) vectors = find_singular_vectors_by_svd(dense());
+    T sigma = 0;
     for (int r = 0; r < rows(); ++r)
-      for (int c = 0; c < columns(); ++c) least += found->left[r] * found->right[c] * entry(r, c);
-    return least;
+      for (int c = 0; c < columns(); ++c) sigma += vectors->left[r] * vectors->right[c] * entry(r, c);
+    return sigma;
   } else {
     const int n = columns();
     if (!redundant_ && n > max_dense_columns && factorise())
-      if (const std::optional<double> value = min_singular_value_by_lanczos(sparse_)) return *value;
+      if (const std::optional<double> value = min_singular_value_by_lanczos(square_)) return *value;
     double* normal = min_singular_value_.normal_matrix(n);
     if (redundant_) {
-      Eigen::Map<Samples>(normal, n, n).noalias() = tall_.dense().transpose() * tall_.dense();
+      Eigen::Map<Samples>(normal, n, n).noalias() = overdetermined_.dense().transpose() * overdetermined_.dense();
       return min_singular_value_.compute_from_normal_matrix();
     }
-    sparse_.write_normal_matrix(normal);  // in the order of the storage, which changes no singular value
+    square_.write_normal_matrix(normal);  // in storage order, which does not change the singular values
     if (factorised_evaluation_ == evaluations_ && regularity_ > 0)
-      if (const std::optional<double> value = min_singular_value_.compute_from_factors(sparse_)) return *value;
+      if (const std::optional<double> value = min_singular_value_.compute_from_factors(square_)) return *value;
     return min_singular_value_.compute_from_normal_matrix();
   }
 }
@@ -84,7 +85,7 @@ MatrixX KinematicEquations<S>::dense() const {
 template <class S>
 double KinematicEquations<S>::distance_to_singularity() const {
   if (!redundant_ && columns() > max_dense_columns) {
-    SquareSystem<T> factors = sparse_;
+    SquareSystem<T> factors = square_;
     if (factors.factorise() > 0)
       if (const std::optional<double> value = min_singular_value_by_lanczos(values_of(factors))) return *value;
   }

@@ -17,7 +17,7 @@ namespace balance {
 
 namespace {
 
-constexpr double min_step_fraction = 0x1p-24;  // of a step, before it is given up
+constexpr double min_step_fraction = 0x1p-24;  // of a step, below which it is given up
 
 /// Columns whose coordinate changes entries of the equations' matrix.
 template <class S>
@@ -42,112 +42,114 @@ MotionStepper<S>::MotionStepper(const Mechanism& mechanism, Tree<S>& tree, const
       tree_(tree),
       plan_(plan),
       equations_(tree, plan.drive, plan.has_redundant_closures),
-      round_off_(newton_residual_tolerance * ground_extent(mechanism)),
+      residual_tolerance_(newton_residual_tolerance * ground_extent(mechanism)),
       state_(tree.nodes.size()),
       matrix_columns_(find_matrix_columns(tree, plan.drive)),
-      singularity_monitor_(mechanism, tree, plan, {&second_previous_, &previous_, &now_}) {
+      singularity_monitor_(mechanism, tree, plan, {&second_previous_, &previous_, &current_}) {
   const int n = tree.columns;
-  for (CoordinateSample* moment : {&now_, &previous_, &second_previous_, &next_})
-    moment->y.setZero(n), moment->dy.setZero(n), moment->ddy.setZero(n);
+  for (CoordinateSample* sample : {&current_, &previous_, &second_previous_, &next_})
+    sample->y.setZero(n), sample->dy.setZero(n), sample->ddy.setZero(n);
   predicted_.setZero(n);
   trial_.setZero(n);
   x_.assign(std::max(n, equations_.rows()), 0);
   rates_ = x_;
   has_velocity_closures_ = tree.position_rows < tree.closure_rows;
-  direct_ = tree.closures.empty() && plan.drive.row_count() == static_cast<int>(plan.drive.linear.size());
+  is_explicit_ = tree.closures.empty() && plan.drive.row_count() == static_cast<int>(plan.drive.linear.size());
   for (const LinearQuantity& quantity : plan.drive.linear)
-    direct_ = direct_ && quantity.terms.size() == 1 && quantity.terms[0].second != 0;
+    is_explicit_ = is_explicit_ && quantity.terms.size() == 1 && quantity.terms[0].second != 0;
 }
 
 template <class S>
 bool MotionStepper<S>::begin() {
-  now_.y = plan_.start;
-  now_.time = 0;
+  current_.y = plan_.start;
+  current_.time = 0;
   history_count_ = 0;
   plan_.prescribed_motion->at(0, Side::after, sample_);
-  if (direct_ && !equations_.structurally_singular()) {
+  if (is_explicit_ && !equations_.structurally_singular()) {
     set_explicit(0);
     return true;
   }
   reset_spherical_references(0.5);
-  trial_ = now_.y;
+  trial_ = current_.y;
   if (equations_.structurally_singular() || !newton(trial_)) {
     explain_stop(StepResult::no_convergence, 0);
     return false;
   }
-  now_.y = trial_;
-  differentiate(now_);
+  current_.y = trial_;
+  differentiate(current_);
   if (store_matrices()) {
-    singularity_monitor_.begin(equations_, equations_.regularity(), hold_pivot_);
+    singularity_monitor_.begin(equations_, equations_.regularity(), actuation_pivot_);
     return true;
   }
   explain_stop(StepResult::actuation_singular, 0);
   return false;
 }
 
-/// The watched matrices are to be compared with those of this moment.
+/// Stores the monitored matrices of this instant for later comparison. @return false at an actuation singularity
 template <class S>
 bool MotionStepper<S>::store_matrices() {
   equations_.store();
-  if (guard_ == nullptr) return true;
-  hold_pivot_ = guard_->factorise(equations_);
-  guard_->store();
-  return hold_pivot_ >= pivot_threshold_;
+  if (regularity_monitor_ == nullptr) return true;
+  actuation_pivot_ = regularity_monitor_->factorise(equations_);
+  regularity_monitor_->store();
+  return actuation_pivot_ >= pivot_threshold_;
 }
 
 template <class S>
 void MotionStepper<S>::set_explicit(double time) {
-  now_.time = time;
+  current_.time = time;
   for (std::size_t k = 0; k < plan_.drive.linear.size(); ++k) {
     const LinearQuantity& quantity = plan_.drive.linear[k];
     const auto& [column, coefficient] = quantity.terms[0];
     const double inverse = 1 / coefficient;
-    now_.y[column] = (sample_.value[k] - quantity.constant) * inverse;
-    now_.dy[column] = sample_.rate[k] * inverse;
-    now_.ddy[column] = sample_.acceleration[k] * inverse;
+    current_.y[column] = (sample_.value[k] - quantity.constant) * inverse;
+    current_.dy[column] = sample_.rate[k] * inverse;
+    current_.ddy[column] = sample_.acceleration[k] * inverse;
   }
 }
 
 template <class S>
 bool MotionStepper<S>::newton(VectorX& y) {
-  double last = INFINITY;
+  double previous_residual = INFINITY;
   for (iterations_ = 0; iterations_ <= max_newton_iterations; ++iterations_) {
     compute_poses(tree_, y.data(), state_);
     equations_.evaluate(state_, y.data(), sample_, x_.data());
-    double worst = 0;
-    for (int r = 0; r < equations_.rows(); ++r) worst = std::max(worst, std::abs(x_[r]));
-    if (!std::isfinite(worst) || !equations_.factorise(pivot_threshold_)) return false;
+    double max_residual = 0;
+    for (int r = 0; r < equations_.rows(); ++r) max_residual = std::max(max_residual, std::abs(x_[r]));
+    if (!std::isfinite(max_residual) || !equations_.factorise(pivot_threshold_)) return false;
     equations_.velocity_rhs(sample_, rates_.data());
     equations_.solve_pair(x_.data(), rates_.data());
     for (int c = 0; c < tree_.columns; ++c) y[c] -= x_[c];
     // Either small, or as small as round-off allows. The last correction is too small to show in the poses, but must be
-    // made: the predictor would magnify what it leaves undone.
-    if (worst <= round_off_ || (worst <= 10 * round_off_ && worst >= last)) return true;
-    last = worst;
+    // applied: the predictor would amplify the error left without it.
+    if (max_residual <= residual_tolerance_ ||
+        (max_residual <= 10 * residual_tolerance_ && max_residual >= previous_residual))
+      return true;
+    previous_residual = max_residual;
   }
   return false;
 }
 
-/// Continues the polynomial through the last configurations and their two derivatives by one step: degree 2 from one, 5 from
-/// two, 8 from three equidistant ones. The weights are those of Hermite interpolation.
+/// Extrapolates, by one step, the polynomial through the last configurations and their first two derivatives: degree 2
+/// from one, 5 from two, 8 from three equidistant ones. The weights are those of Hermite interpolation.
 template <class S>
 void MotionStepper<S>::predict(double time) {
-  const double h = time - now_.time;
+  const double h = time - current_.time;
   const auto equidistant = [h](const CoordinateSample& a, const CoordinateSample& b) {
     return std::abs(b.time - a.time - h) <= 1e-6 * h;
   };
-  const int known = history_count_ < 1 || !equidistant(previous_, now_)               ? 1
-                    : history_count_ < 2 || !equidistant(second_previous_, previous_) ? 2
-                                                                                      : 3;
+  const int sample_count = history_count_ < 1 || !equidistant(previous_, current_)           ? 1
+                           : history_count_ < 2 || !equidistant(second_previous_, previous_) ? 2
+                                                                                             : 3;
   const double hh = h * h;
   for (int c = 0; c < tree_.columns; ++c) {
-    const double y = now_.y[c], v = h * now_.dy[c], a = hh * now_.ddy[c];
-    if (known == 1) {
+    const double y = current_.y[c], v = h * current_.dy[c], a = hh * current_.ddy[c];
+    if (sample_count == 1) {
       predicted_[c] = y + v + a / 2;
       continue;
     }
     const double y1 = previous_.y[c], v1 = h * previous_.dy[c], a1 = hh * previous_.ddy[c];
-    if (known == 2) {
+    if (sample_count == 2) {
       predicted_[c] = 32 * y - 31 * y1 - 16 * v - 14 * v1 + 4 * a - 2 * a1;
       continue;
     }
@@ -159,7 +161,7 @@ void MotionStepper<S>::predict(double time) {
 template <class S>
 typename MotionStepper<S>::StepResult MotionStepper<S>::step(double time) {
   plan_.prescribed_motion->at(time, Side::after, sample_);
-  if (direct_) {
+  if (is_explicit_) {
     set_explicit(time);
     return StepResult::done;
   }
@@ -181,152 +183,156 @@ typename MotionStepper<S>::StepResult MotionStepper<S>::step(double time) {
   return attempt == StepResult::done ? accept() : attempt;
 }
 
-/// How far the mechanism turns on the way to the next moment [rad, characteristic lengths]: the most of any coordinate that matters, by the
-/// rates at both ends too, for it may turn back in between.
+/// Distance to the next instant [rad, characteristic lengths]: the maximum over the coordinates that affect the matrix.
+/// The rates at both ends count, too, because a coordinate may reverse in between.
 template <class S>
 double MotionStepper<S>::step_distance(const CoordinateSample& next) const {
-  const double h = next.time - now_.time;
+  const double h = next.time - current_.time;
   const std::vector<double>& scale = equations_.column_scale();
-  double most = 0;
+  double max_distance = 0;
   for (const ColumnId c : matrix_columns_) {
-    const double rate = std::max(std::abs(now_.dy[c]), std::abs(next.dy[c]));
-    most = std::max(most, std::max(std::abs(next.y[c] - now_.y[c]), h * rate) / scale[c]);
+    const double rate = std::max(std::abs(current_.dy[c]), std::abs(next.dy[c]));
+    max_distance = std::max(max_distance, std::max(std::abs(next.y[c] - current_.y[c]), h * rate) / scale[c]);
   }
-  return most;
+  return max_distance;
 }
 
-/// Could a watched matrix have been singular since the present moment? The equations are those of the next one.
+/// Checks whether a monitored matrix may have been singular since the present instant. The equations are those of the
+/// next one.
 template <class S>
 typename MotionStepper<S>::StepResult MotionStepper<S>::check_step(const CoordinateSample& next) {
-  way_ = step_distance(next);
-  const double curvature = way_ * way_;  // h²/8 of second derivatives, three turns in a chain
+  distance_ = step_distance(next);
+  const double curvature =
+      distance_ * distance_;  // bounds h²/8 of the second derivatives, for three rotations in a chain
   if (!(curvature <= max_matrix_curvature * equations_.regularity()) || !equations_.is_near_stored(max_matrix_change))
     return StepResult::singular;
-  if (guard_ != nullptr) {
-    hold_pivot_ = guard_->factorise(equations_);
-    if (!(hold_pivot_ >= pivot_threshold_ && curvature <= max_matrix_curvature * hold_pivot_ &&
-          guard_->is_near_stored(max_matrix_change)))
+  if (regularity_monitor_ != nullptr) {
+    actuation_pivot_ = regularity_monitor_->factorise(equations_);
+    if (!(actuation_pivot_ >= pivot_threshold_ && curvature <= max_matrix_curvature * actuation_pivot_ &&
+          regularity_monitor_->is_near_stored(max_matrix_change)))
       return StepResult::actuation_singular;
-    actuation_extrapolation_.add_sample(hold_pivot_, next.time);
+    actuation_extrapolation_.add_sample(actuation_pivot_, next.time);
   }
-  approach_.add_sample(equations_.regularity(), next.time);
+  motion_extrapolation_.add_sample(equations_.regularity(), next.time);
   return StepResult::done;
 }
 
 template <class S>
 typename MotionStepper<S>::StepResult MotionStepper<S>::accept() {
   std::swap(second_previous_, previous_);
-  std::swap(previous_, now_);
-  std::swap(now_, next_);
+  std::swap(previous_, current_);
+  std::swap(current_, next_);
   history_count_ = std::min(history_count_ + 1, 2);
-  singularity_monitor_.sample(equations_, equations_.regularity(), hold_pivot_, way_);
+  singularity_monitor_.sample(equations_, equations_.regularity(), actuation_pivot_, distance_);
   if (reset_spherical_references(1)) {  // same configuration, other coordinates
-    if (!newton(now_.y)) return StepResult::no_convergence;
-    differentiate(now_);
+    if (!newton(current_.y)) return StepResult::no_convergence;
+    differentiate(current_);
     history_count_ = 0;
     if (!store_matrices()) return StepResult::actuation_singular;
-    singularity_monitor_.restart(equations_, equations_.regularity(), hold_pivot_);
+    singularity_monitor_.restart(equations_, equations_.regularity(), actuation_pivot_);
     return StepResult::done;
   }
   equations_.store();
-  if (guard_ != nullptr) guard_->store();
+  if (regularity_monitor_ != nullptr) regularity_monitor_->store();
   return StepResult::done;
 }
 
-/// Rereferences every spherical joint whose middle angle is beyond the limit [rad]: at a right angle its coordinates fail.
+/// Resets the reference of every spherical joint whose middle angle is beyond the limit [rad]: at a right angle its
+/// coordinates are singular.
 template <class S>
 bool MotionStepper<S>::reset_spherical_references(double limit) {
-  bool any = false;
+  bool was_reset = false;
   for (const NodeId spherical : tree_.spherical_joints) {
-    const double middle = std::remainder(now_.y[tree_.nodes[spherical + 1].column], 2 * std::numbers::pi);
+    const double middle = std::remainder(current_.y[tree_.nodes[spherical + 1].column], 2 * std::numbers::pi);
     if (std::abs(middle) < limit) continue;
-    reset_spherical_reference(tree_, spherical, now_.y.data());
-    ++references_;
-    any = true;
+    reset_spherical_reference(tree_, spherical, current_.y.data());
+    ++reference_resets_;
+    was_reset = true;
   }
-  return any;
+  return was_reset;
 }
 
 template <class S>
-void MotionStepper<S>::differentiate(CoordinateSample& moment) {
-  std::copy_n(rates_.data(), tree_.columns, moment.dy.data());
-  compute_angular_velocities(tree_, moment.dy.data(), state_);
-  if (tree_.has_sliding_closures) compute_origin_velocities(tree_, moment.dy.data(), state_);
-  compute_accelerations<S>(tree_, moment.dy.data(), nullptr, S::Vector::Zero(), state_);
+void MotionStepper<S>::differentiate(CoordinateSample& sample) {
+  std::copy_n(rates_.data(), tree_.columns, sample.dy.data());
+  compute_angular_velocities(tree_, sample.dy.data(), state_);
+  if (tree_.has_sliding_closures) compute_origin_velocities(tree_, sample.dy.data(), state_);
+  compute_accelerations<S>(tree_, sample.dy.data(), nullptr, S::Vector::Zero(), state_);
   equations_.acceleration_rhs(state_, sample_, x_.data());
   equations_.solve(x_.data());
-  std::copy_n(x_.data(), tree_.columns, moment.ddy.data());
+  std::copy_n(x_.data(), tree_.columns, sample.ddy.data());
 }
 
 template <class S>
 void MotionStepper<S>::update_accelerations(Side side) {
-  plan_.prescribed_motion->at(now_.time, side, sample_);
-  if (direct_) return set_explicit(now_.time);
-  compute_accelerations<S>(tree_, now_.dy.data(), nullptr, S::Vector::Zero(), state_);
+  plan_.prescribed_motion->at(current_.time, side, sample_);
+  if (is_explicit_) return set_explicit(current_.time);
+  compute_accelerations<S>(tree_, current_.dy.data(), nullptr, S::Vector::Zero(), state_);
   equations_.acceleration_rhs(state_, sample_, x_.data());
   equations_.solve(x_.data());
-  std::copy_n(x_.data(), tree_.columns, now_.ddy.data());
-  if (side == Side::after) history_count_ = 0;  // nothing smooth to continue
+  std::copy_n(x_.data(), tree_.columns, current_.ddy.data());
+  if (side == Side::after) history_count_ = 0;  // the history does not continue smoothly
 }
 
 template <class S>
 bool MotionStepper<S>::advance(double time) {
   Deadline::check();
-  if (direct_) return step(time) == StepResult::done;
+  if (is_explicit_) return step(time) == StepResult::done;
   evaluations_left_ += evaluations_per_stop;
-  const double smallest = min_step_fraction * std::min(time - now_.time, plan_.prescribed_motion->duration() / 1024);
-  double size = std::min(time - now_.time, next_step_size_);
-  int total = 0;
-  while (now_.time < time) {
-    // the last piece ends exactly where it should
-    double next = time - now_.time < 1.5 * size ? time : now_.time + size;
-    const double longest = plan_.prescribed_motion->max_step(now_.time);
-    if (next - now_.time > (1 + 1e-6) * longest) next = now_.time + longest;
+  const double min_step =
+      min_step_fraction * std::min(time - current_.time, plan_.prescribed_motion->duration() / 1024);
+  double step_size = std::min(time - current_.time, next_step_size_);
+  int total_iterations = 0;
+  while (current_.time < time) {
+    // the last step ends exactly at the requested time
+    double next = time - current_.time < 1.5 * step_size ? time : current_.time + step_size;
+    const double max_step = plan_.prescribed_motion->max_step(current_.time);
+    if (next - current_.time > (1 + 1e-6) * max_step) next = current_.time + max_step;
     const StepResult attempt = step(next);
-    total += iterations_;
+    total_iterations += iterations_;
     if (attempt == StepResult::done) {
-      next_step_size_ = size *= 2;
-      if (now_.time < budget_reset_time_) continue;
-      budget_reset_time_ = now_.time + plan_.prescribed_motion->duration() / 1000;
+      next_step_size_ = step_size *= 2;
+      if (current_.time < budget_reset_time_) continue;
+      budget_reset_time_ = current_.time + plan_.prescribed_motion->duration() / 1000;
       evaluations_left_ = std::max(evaluations_left_, max_evaluations);
     } else if (attempt == StepResult::evaluations_exhausted ||
-               (size = std::min(size, next - now_.time) / 2) < smallest) {
-      explain_stop(attempt, smallest);
+               (step_size = std::min(step_size, next - current_.time) / 2) < min_step) {
+      explain_stop(attempt, min_step);
       return false;
     }
   }
-  iterations_ = total;
+  iterations_ = total_iterations;
   return true;
 }
 
 template class MotionStepper<Planar>;
 template class MotionStepper<Spatial>;
 
-// Steps to moments that were found elsewhere.
+// Steps computed elsewhere.
 template <class S>
-void MotionStepper<S>::adopt_step(const CoordinateSample& next, const StepReport& measures) {
+void MotionStepper<S>::adopt_step(const CoordinateSample& next, const StepReport& report) {
   std::swap(second_previous_, previous_);
-  std::swap(previous_, now_);
-  now_ = next;
+  std::swap(previous_, current_);
+  current_ = next;
   history_count_ = std::min(history_count_ + 1, 2);
-  iterations_ = measures.iterations;
-  if (direct_) return;
-  way_ = measures.distance;
-  hold_pivot_ = measures.actuation_pivot;
-  if (guard_ != nullptr) actuation_extrapolation_.add_sample(hold_pivot_, next.time);
-  approach_.add_sample(measures.pivot, next.time);
-  singularity_monitor_.sample(equations_, measures.pivot, hold_pivot_, way_);
+  iterations_ = report.iterations;
+  if (is_explicit_) return;
+  distance_ = report.distance;
+  actuation_pivot_ = report.actuation_pivot;
+  if (regularity_monitor_ != nullptr) actuation_extrapolation_.add_sample(actuation_pivot_, next.time);
+  motion_extrapolation_.add_sample(report.pivot, next.time);
+  singularity_monitor_.sample(equations_, report.pivot, actuation_pivot_, distance_);
 }
 
 template <class S>
-void MotionStepper<S>::synchronise(bool keep) {
-  plan_.prescribed_motion->at(now_.time, Side::after, sample_);
-  if (direct_) return;
-  compute_poses(tree_, now_.y.data(), state_);
-  equations_.evaluate(state_, now_.y.data(), sample_, x_.data());
-  compute_angular_velocities(tree_, now_.dy.data(), state_);
-  if (tree_.has_sliding_closures) compute_origin_velocities(tree_, now_.dy.data(), state_);
-  if (!keep) return;
+void MotionStepper<S>::synchronise(bool resume) {
+  plan_.prescribed_motion->at(current_.time, Side::after, sample_);
+  if (is_explicit_) return;
+  compute_poses(tree_, current_.y.data(), state_);
+  equations_.evaluate(state_, current_.y.data(), sample_, x_.data());
+  compute_angular_velocities(tree_, current_.dy.data(), state_);
+  if (tree_.has_sliding_closures) compute_origin_velocities(tree_, current_.dy.data(), state_);
+  if (!resume) return;
   equations_.factorise(pivot_threshold_);
   store_matrices();
 }
@@ -338,11 +344,11 @@ BALANCE_INSTANTIATE(Planar)
 BALANCE_INSTANTIATE(Spatial)
 #undef BALANCE_INSTANTIATE
 
-// The way of a mechanism in which something rolls: rates are prescribed, and places follow from all of the way.
+// Motion of a mechanism in which something rolls: rates are prescribed, and positions follow by integration.
 
 namespace {
 
-constexpr double integration_tolerance = 1e-13;  // of a step, in radians or characteristic lengths
+constexpr double integration_tolerance = 1e-13;  // per step, in radians or characteristic lengths
 
 }  // namespace
 
@@ -361,13 +367,14 @@ bool MotionStepper<S>::rates_at(double time, const VectorX& y, VectorX& dy) {
   return true;
 }
 
-/// What Newton's corrections cannot find: they keep to what rates are possible.
+/// Integrates the rates. Newton's corrections cannot replace this: they only move along admissible rates.
 template <class S>
 bool MotionStepper<S>::integrate(double time) {
   const VectorX scale = Eigen::Map<const VectorX>(equations_.column_scale().data(), tree_.columns);
-  predicted_ = now_.y;
+  predicted_ = current_.y;
   const auto rates = [this](double at, const VectorX& y, VectorX& dy) { return rates_at(at, y, dy); };
-  return step_by_extrapolation(rates, now_.time, time - now_.time, now_.dy, scale, integration_tolerance, predicted_);
+  return step_by_extrapolation(rates, current_.time, time - current_.time, current_.dy, scale, integration_tolerance,
+                               predicted_);
 }
 
 #define BALANCE_INSTANTIATE(S)                                                \
@@ -377,83 +384,89 @@ BALANCE_INSTANTIATE(Planar)
 BALANCE_INSTANTIATE(Spatial)
 #undef BALANCE_INSTANTIATE
 
-// Where a motion cannot go on: the place, and which matrix has become singular there.
+// Diagnosis of a motion that cannot continue: where, and which matrix has become singular there.
 template <class S>
 double MotionStepper<S>::mobility() {
-  if (direct_) return 1;
+  if (is_explicit_) return 1;
   return equations_.min_singular_value();
 }
 
-/// On from the last good moment, nearer to the singular configuration than results are wanted: to where steps fail for good, or to
-/// the smallest pivot if it is only touched. Leaves the present moment there.
+/// Continues from the last good instant, nearer to the singular configuration than results are trusted: until steps
+/// fail for good, or to the smallest pivot if the singularity is only touched. Leaves the present instant there.
 template <class S>
-void MotionStepper<S>::locate_singularity(StepResult attempt, double smallest) {
-  const bool hold = attempt == StepResult::actuation_singular;
+void MotionStepper<S>::locate_singularity(StepResult attempt, double min_step) {
+  const bool is_actuation = attempt == StepResult::actuation_singular;
   const double duration = plan_.prescribed_motion->duration();
-  // Round-off moves a configuration by 1e-16 / pivot of what determines it, so that the pivot itself is no better known than this.
-  pivot_threshold_ = hold ? 1e-11 : 2e-8;
+  // Round-off moves a configuration by 1e-16 / pivot of the matrix that determines it, so the pivot itself is known no
+  // better than this.
+  pivot_threshold_ = is_actuation ? 1e-11 : 2e-8;
   evaluations_left_ = max_evaluations / 10;
-  const auto pivot = [&] { return hold ? guard_->factorise(equations_) : equations_.regularity(); };
-  double size = smallest, least = INFINITY;
-  CoordinateSample nearest = now_;
-  while (now_.time < duration) {
-    const double next = duration - now_.time < 1.5 * size ? duration : now_.time + size;
+  const auto pivot = [&] {
+    return is_actuation ? regularity_monitor_->factorise(equations_) : equations_.regularity();
+  };
+  double step_size = min_step, min_pivot = INFINITY;
+  CoordinateSample nearest = current_;
+  while (current_.time < duration) {
+    const double next = duration - current_.time < 1.5 * step_size ? duration : current_.time + step_size;
     if (step(next) == StepResult::done) {
-      const double reached = pivot();
-      if (reached > 2 * least) break;
-      if (reached < least) least = reached, nearest = now_;
-      size *= 2;
-    } else if (evaluations_left_ < 0 || (size = std::min(size, next - now_.time) / 2) < smallest) {
+      const double current_pivot = pivot();
+      if (current_pivot > 2 * min_pivot) break;
+      if (current_pivot < min_pivot) min_pivot = current_pivot, nearest = current_;
+      step_size *= 2;
+    } else if (evaluations_left_ < 0 || (step_size = std::min(step_size, next - current_.time) / 2) < min_step) {
       break;
     }
   }
-  now_ = nearest;
+  current_ = nearest;
 }
 
-/// What to tell the user, by which matrix has lost rank at the last good configuration.
-/// @param smallest step that was tried [s]; 0 if there was none
+/// Sets the outcome according to which matrix has lost rank at the last good configuration.
+/// @param min_step smallest step that was attempted [s]; 0 if there was none
 template <class S>
-void MotionStepper<S>::explain_stop(StepResult attempt, double smallest) {
-  if (smallest > 0) locate_singularity(attempt, smallest);
-  const PivotExtrapolation& approach = attempt == StepResult::actuation_singular ? actuation_extrapolation_ : approach_;
-  const double time = std::min(approach.extrapolate_zero(now_.time), plan_.prescribed_motion->duration());
-  compute_poses(tree_, now_.y.data(), state_);
+void MotionStepper<S>::explain_stop(StepResult attempt, double min_step) {
+  if (min_step > 0) locate_singularity(attempt, min_step);
+  const PivotExtrapolation& extrapolation =
+      attempt == StepResult::actuation_singular ? actuation_extrapolation_ : motion_extrapolation_;
+  const double time = std::min(extrapolation.extrapolate_zero(current_.time), plan_.prescribed_motion->duration());
+  compute_poses(tree_, current_.y.data(), state_);
   std::string links = describe_collinear_links(mechanism_, tree_, state_);
   if (has_velocity_closures_ && links.empty())
-    links = describe_flat_disc(mechanism_, compute_coordinates(mechanism_, tree_, now_.y));
-  const std::string where =
-      format_configuration(mechanism_, tree_, now_.y.data()) + (links.empty() ? "" : ", where " + links);
-  const auto [status, what] = diagnose(attempt);
+    links = describe_flat_disc(mechanism_, compute_coordinates(mechanism_, tree_, current_.y));
+  const std::string configuration =
+      format_configuration(mechanism_, tree_, current_.y.data()) + (links.empty() ? "" : ", where " + links);
+  const auto [status, cause] = diagnose(attempt);
   if (status == MotionStatus::actuation_singularity) {
-    outcome_ = make_actuation_singularity_outcome(time, where);
+    outcome_ = make_actuation_singularity_outcome(time, configuration);
     return;
   }
   outcome_.time = time;
   outcome_.status = status;
-  outcome_.reason = format_time_prefix(time) + what + "; configuration: " + where;
+  outcome_.reason = format_time_prefix(time) + cause + "; configuration: " + configuration;
 }
 
 template <class S>
 std::pair<MotionStatus, const char*> MotionStepper<S>::diagnose(StepResult attempt) {
   ConstraintSystem<S> system(tree_, plan_.drive);
   MatrixX jacobian;
-  plan_.prescribed_motion->at(std::min(now_.time, plan_.prescribed_motion->duration()), Side::after, sample_);
-  system.velocity_jacobian(now_.y, sample_, jacobian);
+  plan_.prescribed_motion->at(std::min(current_.time, plan_.prescribed_motion->duration()), Side::after, sample_);
+  system.velocity_jacobian(current_.y, sample_, jacobian);
   const int rank = tree_.columns - plan_.freedoms;
-  const auto relative = [](const MatrixX& matrix, int k) {
+  const auto relative_singular_value = [](const MatrixX& matrix, int k) {
     if (k == 0 || matrix.size() == 0) return 1.0;
     const VectorX values = singular_values(matrix);
     return values[0] > 0 ? values[k - 1] / values[0] : 0.0;
   };
-  const double loops = relative(jacobian.topRows(tree_.closure_rows), rank);
-  const double all = relative(jacobian, std::min<int>(tree_.columns, static_cast<int>(jacobian.rows())));
-  // At distance ε from a singularity the values are of the order √ε; closures without rank do not hold either.
-  const double lost = attempt == StepResult::actuation_singular ? 1e-5 : 0.02;
-  if (loops < lost && loops < 10 * all)
+  const double closure_value = relative_singular_value(jacobian.topRows(tree_.closure_rows), rank);
+  const double full_value =
+      relative_singular_value(jacobian, std::min<int>(tree_.columns, static_cast<int>(jacobian.rows())));
+  // At distance ε from a singularity the values are of order √ε. If the closures lose rank, the actuators do not hold
+  // the mechanism either.
+  const double threshold = attempt == StepResult::actuation_singular ? 1e-5 : 0.02;
+  if (closure_value < threshold && closure_value < 10 * full_value)
     return {MotionStatus::constraint_singularity,
             "constraint singularity: the loop closures lose rank, the mechanism gains a freedom"};
   if (attempt == StepResult::actuation_singular) return {MotionStatus::actuation_singularity, ""};
-  if (all < lost)
+  if (full_value < threshold)
     return {MotionStatus::drive_singularity,
             "drive singularity: the prescribed quantities no longer determine the motion (the path may leave the "
             "workspace here)"};

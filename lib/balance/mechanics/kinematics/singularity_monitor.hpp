@@ -1,7 +1,7 @@
 #pragma once
-/// What a motion passes on its way: least distances from singularities, and singular configurations of single loops or of some of the
-/// actuators where the others keep it determinate. Places between steps are computed, so that what is found does not depend on
-/// the steps.
+/// Monitors a motion for its minimum distances from singularities, and for singular configurations of single loops, or
+/// of some of the actuators, while the others keep it determinate. Configurations between steps are computed, so that
+/// the results do not depend on the steps.
 
 #include "balance/foundation/numerics/scalar_search.hpp"
 #include "balance/mechanics/kinematics/compiled_trajectory.hpp"
@@ -18,7 +18,7 @@
 
 namespace balance {
 
-/// Loops that would lose rank on their own where others keep the motion determinate.
+/// Detects loops that lose rank on their own while others keep the motion determinate.
 template <class S>
 class LoopRankMonitor {
  public:
@@ -29,8 +29,8 @@ class LoopRankMonitor {
   /// "A, B, C, D": the joints along a loop.
   std::string joint_names(std::size_t loop) const;
 
-  /// Singular values, largest first, of what a loop's joints let its bodies do against each other: as many as equations of closure,
-  /// angles and characteristic lengths.
+  /// Singular values, in decreasing order, of the twists that a loop's joints allow between its bodies, in angles and
+  /// characteristic lengths: as many as closure equations of a loop.
   /// @param poses of the tree's nodes
   VectorX singular_values(std::size_t loop, const TreeState<S>& poses) const;
 
@@ -46,22 +46,22 @@ class LoopRankMonitor {
 extern template class LoopRankMonitor<Planar>;
 extern template class LoopRankMonitor<Spatial>;
 
-/// A configuration with its rates at one time, and configurations between two of them.
+/// Coordinates, rates and accelerations at one time.
 struct CoordinateSample {
   double time = 0;
   VectorX y, dy, ddy;
 };
 
-/// Visits configurations between two moments of a motion, without touching the stepper that follows it.
+/// Computes configurations between two instants of a motion, independently of the stepper that follows it.
 template <class S>
 class StateInterpolator {
  public:
-  /// @param tree, plan must outlive the scout
+  /// @param tree, plan must outlive the interpolator
   StateInterpolator(const Tree<S>& tree, const CompiledTrajectory<S>& plan);
 
-  /// To a time between the two: the Hermite polynomial of degree 5, corrected by Newton. Their coordinates must be counted from the
-  /// tree's present references.
-  /// @return false if there is no such configuration near
+  /// Interpolates to a time between two samples by the Hermite polynomial of degree 5, corrected by Newton's method.
+  /// Both samples must refer to the tree's present references.
+  /// @return false if there is no such configuration nearby
   bool interpolate(const CoordinateSample& a, const CoordinateSample& b, double time);
   const KinematicEquations<S>& equations() const { return equations_; }
   const TreeState<S>& state() const { return state_; }
@@ -82,59 +82,59 @@ extern template class StateInterpolator<Spatial>;
 template <class S>
 class SingularityMonitor {
  public:
-  /// The last three moments, the latest last.
+  /// The last three samples, the latest last.
   using History = std::array<const CoordinateSample*, 3>;
 
-  /// All must outlive it. @param steps where the last moments are whenever it is told of one
+  /// All arguments must outlive the monitor. @param steps the stepper's last samples, up to date at every call
   SingularityMonitor(const Mechanism& mechanism, const Tree<S>& tree, const CompiledTrajectory<S>& plan,
                      const History& steps);
   SingularityMonitor(const SingularityMonitor&) = delete;  // it points into itself
   SingularityMonitor& operator=(const SingularityMonitor&) = delete;
 
-  /// Also of the actuators; the guard must outlive it.
-  void monitor_actuation(const RegularityMonitor<S>& guard);
-  /// At the first moment of a motion.
-  void begin(const KinematicEquations<S>& equations, double pivot, double hold_pivot);
-  /// The last moment again, its coordinates counted from other references.
-  void restart(const KinematicEquations<S>& equations, double pivot, double hold_pivot);
-  /// At the end of a step.
-  /// @param equations filled there
-  /// @param pivot, hold_pivot smallest ones of the equations and of the guarded matrix
-  /// @param way how far the mechanism has turned since the last moment [rad, characteristic lengths]
-  void sample(const KinematicEquations<S>& equations, double pivot, double hold_pivot, double way);
-  /// Up to the last moment seen.
+  /// Monitors the actuators, too; `monitor` must outlive this object.
+  void monitor_actuation(const RegularityMonitor<S>& monitor);
+  /// To be called at the first instant of a motion.
+  void begin(const KinematicEquations<S>& equations, double pivot, double actuation_pivot);
+  /// To be called when the coordinates of the last instant refer to other spherical references.
+  void restart(const KinematicEquations<S>& equations, double pivot, double actuation_pivot);
+  /// To be called at the end of a step.
+  /// @param equations evaluated there
+  /// @param pivot, actuation_pivot smallest ones of the equations and of the monitored actuation matrix
+  /// @param distance since the last instant [rad, characteristic lengths]
+  void sample(const KinematicEquations<S>& equations, double pivot, double actuation_pivot, double distance);
+  /// Notes on the motion up to the last sample.
   std::vector<std::string> notes();
 
  private:
-  /// The nearest pass by singularities of one matrix.
+  /// The nearest approach to a singularity of one matrix.
   struct NearSingularity {
     LocalMinimumTracker minimum_tracker;
     double mobility = INFINITY, time = 0;
-    double pivot_per_mobility = 1;  ///< smallest pivot by mobility, near there
+    double pivot_per_mobility = 1;  ///< smallest pivot divided by mobility, near there
 
     bool is_near() const { return mobility * pivot_per_mobility < near_singular_pivot_threshold; }
-    void update_minimum(const LocalMinimumTracker::TimedValue& place) {
-      if (place.value < mobility) mobility = place.value, time = place.time;
+    void update_minimum(const LocalMinimumTracker::TimedValue& minimum) {
+      if (minimum.value < mobility) mobility = minimum.value, time = minimum.time;
     }
   };
-  /// A matrix that may lose rank without consequences.
+  /// A matrix that may lose rank while the motion stays determinate.
   struct RedundantMatrix {
-    std::size_t index = 0;  ///< of the loop, or of the actuator left out
+    std::size_t index = 0;  ///< of the loop, or of the omitted actuator
     bool is_actuation = false;
-    LocalMinimumTracker valley;
+    LocalMinimumTracker minimum_tracker;
     Eigen::Index rank = 0;
     std::vector<double> rank_loss_times;  ///< at which it has lost rank
   };
   template <class Mobility>
-  void sample_distance(NearSingularity& pass, const KinematicEquations<S>& equations, double pivot,
+  void sample_distance(NearSingularity& approach, const KinematicEquations<S>& equations, double pivot,
                        const Mobility& mobility);
-  void sample_distances(const KinematicEquations<S>& equations, double pivot, double hold_pivot);
+  void sample_distances(const KinematicEquations<S>& equations, double pivot, double actuation_pivot);
   void sample_redundant_matrices();
-  void sample_redundant_matrix(RedundantMatrix& part, double time);
-  double decisive_singular_value(const RedundantMatrix& part, const VectorX& strengths) const;
-  VectorX singular_values(const RedundantMatrix& part) const;
-  std::string describe(const RedundantMatrix& part) const;
-  bool interpolate(const History& trail, double time);
+  void sample_redundant_matrix(RedundantMatrix& matrix, double time);
+  double decisive_singular_value(const RedundantMatrix& matrix, const VectorX& sigma) const;
+  VectorX singular_values(const RedundantMatrix& matrix) const;
+  std::string describe(const RedundantMatrix& matrix) const;
+  bool interpolate(const History& history, double time);
   void push_coarse_sample();
 
   const Mechanism& mechanism_;
@@ -144,11 +144,11 @@ class SingularityMonitor {
   NearSingularity motion_, actuation_;
   std::vector<RedundantMatrix> redundant_matrices_;
   History steps_;
-  std::array<CoordinateSample, 3> coarse_samples_;  ///< the last at which parts were looked at
+  std::array<CoordinateSample, 3> coarse_samples_;  ///< the last at which redundant matrices were examined
   History coarse_history_{&coarse_samples_[0], &coarse_samples_[1], &coarse_samples_[2]};
-  double rotation_since_sample_ = 0;            ///< since the last of the latter
-  double start_ = 0, interpolated_time_ = NAN;  ///< of the motion; of the scout
-  bool pending_ = false;                        ///< the last step is not in coarse_ yet
+  double rotation_since_sample_ = 0;            ///< since the last of coarse_samples_
+  double start_ = 0, interpolated_time_ = NAN;  ///< of the motion; of interpolator_
+  bool has_pending_step_ = false;               ///< the last step is not in coarse_samples_ yet
 };
 
 extern template class SingularityMonitor<Planar>;

@@ -1,6 +1,6 @@
 #pragma once
-/// The algebra that the recursions are written over, once for the plane and once for space, each over any scalar T. A Space has
-/// vectors (places, forces), angular quantities (scalars in the plane, vectors in space), rotations and inertias.
+/// The algebra underlying the recursions, for the plane and for space, each over any scalar type T. A space has vectors
+/// (positions, forces), angular quantities (scalars in the plane, vectors in space), rotations and inertias.
 
 #include "balance/foundation/base/dual.hpp"
 #include "balance/foundation/base/types.hpp"
@@ -18,13 +18,13 @@ struct PlanarRotation {
   T c = 1, s = 0;
 };
 
-/// What the velocity and acceleration of a frame do to a vector fixed to it: v ↦ α × v + ω × (ω × v).
+/// Maps a vector fixed to a rotating frame to its second derivative: v ↦ α × v + ω × (ω × v).
 template <class T>
 struct PlanarAccelerationOperator {
   T alpha, square;
 };
 
-/// The same in other numbers.
+/// Conversion to another scalar type.
 template <class To, class From>
 PlanarRotation<To> cast(const PlanarRotation<From>& R) {
   return {To(R.c), To(R.s)};
@@ -42,7 +42,7 @@ struct PlanarOf {
   using Rotation = PlanarRotation<T>;
   using AccelerationOperator = PlanarAccelerationOperator<T>;
 
-  /// About the origin of the frame it is given in.
+  /// About the origin of the frame in which it is expressed.
   struct Inertia {
     T mass = 0;
     Vector first_moment = Vector::Zero();  ///< first moment of mass
@@ -54,7 +54,7 @@ struct PlanarOf {
   static AccelerationOperator zero_acceleration_operator() { return {0, 0}; }
 };
 
-/// No vector.
+/// Scalar types, as opposed to vectors.
 template <class T>
 concept IsScalar = !requires {
   T::SizeAtCompileTime;
@@ -76,12 +76,12 @@ template <IsScalar T>
 inline T dot(const T& a, const T& b) {
   return a * b;
 }
-/// World direction of the axis that a node's joint turns about: a plain one, by which the compiler need not multiply.
+/// World direction of a node's rotation axis: a plain 1, so that the compiler can drop the multiplication.
 template <class T>
 inline double revolute_axis(const PlanarRotation<T>&) {
   return 1;
 }
-/// Of a vector along the turn axis.
+/// Component of an angular quantity along the rotation axis.
 template <class T>
 requires(!std::is_same_v<T, double>) inline T dot(double a, const T& b) { return a * b; }
 template <class A, class B>
@@ -104,7 +104,7 @@ template <class A, class B>
 inline PlanarRotation<ProductOf<A, B>> operator*(const PlanarRotation<A>& a, const PlanarRotation<B>& b) {
   return {a.c * b.c - a.s * b.s, a.s * b.c + a.c * b.s};
 }
-/// R followed by a turn about the joint axis.
+/// R followed by a rotation about the joint axis.
 template <class T>
 inline PlanarRotation<T> rotate_about_joint_axis(const PlanarRotation<ModelScalarOf<T>>& R, const T& c, const T& s) {
   return R * PlanarRotation<T>{c, s};
@@ -132,7 +132,7 @@ inline T times(const ModelScalarOf<T>& m, const T& v) {
   return m * v;
 }
 
-// About and along the joint axis, written out because the compiler may not drop a product with zero.
+// Components about and along the joint axis, written out because the compiler may not drop products with zero.
 template <class T>
 inline void add_to_axis_component(T& w, const T& rate) {
   w += rate;
@@ -165,7 +165,7 @@ struct SpatialRotation {
   Matrix3Of<T> matrix = Matrix3Of<T>::Identity();
 };
 
-/// The same in other numbers.
+/// Conversion to another scalar type.
 template <class To, class From>
 SpatialRotation<To> cast(const SpatialRotation<From>& R) {
   return {R.matrix.template cast<To>()};
@@ -181,8 +181,7 @@ struct SpatialOf {
   using Vector = Vector3Of<T>;
   using Angular = Vector3Of<T>;
   using Rotation = SpatialRotation<T>;
-  using AccelerationOperator =
-      Matrix3Of<T>;  ///< what the velocity and acceleration of a frame do to a vector fixed to it
+  using AccelerationOperator = Matrix3Of<T>;  ///< maps a vector fixed to a rotating frame to its second derivative
 
   struct Inertia {
     T mass = 0;
@@ -288,18 +287,18 @@ inline Vector3Of<T> prismatic_axis(const SpatialRotation<T>& R) {
 using Planar = PlanarOf<double>;
 using Spatial = SpatialOf<double>;
 
-/// The space of the mechanism's own numbers where a motion's are those of S.
+/// The space of the mechanism's own constants for motions computed in S.
 template <class S>
 using Constants = typename S::Constants;
 
 template <class S>
 inline constexpr bool is_planar = S::dimension == 2;
 
-/// What `found` gives for the algebra of a mechanism's space, of which it is called with a value:
-/// `in_space(mechanism.space, [&]<class S>(S) { return find<S>(mechanism); })`.
+/// Calls `function` with a value of the mechanism's space and returns the result:
+/// `dispatch_space(mechanism.space, [&]<class S>(S) { return find<S>(mechanism); })`.
 template <class Function>
-auto dispatch_space(SpaceKind space, const Function& found) {
-  return space == SpaceKind::planar ? found(Planar{}) : found(Spatial{});
+auto dispatch_space(SpaceKind space, const Function& function) {
+  return space == SpaceKind::planar ? function(Planar{}) : function(Spatial{});
 }
 
 // ---- conversions from the model's three-dimensional values ----

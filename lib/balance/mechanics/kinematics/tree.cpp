@@ -15,7 +15,7 @@
 
 namespace balance {
 
-// What a joint is made of: the elementary motions that a joint of the tree allows, and the equations that enforce a cut one.
+// Decomposition of joints: the elementary motions of a tree joint, and the equations that enforce a cut joint.
 
 /// One elementary motion of a joint: about or along `direction`, in the first body's axes at coordinate zero.
 template <class T>
@@ -23,30 +23,29 @@ struct ElementaryMotion {
   NodeMotion motion;
   Vector3Of<T> direction;
   int index;           ///< coordinate within the joint
-  T axial_offset = 0;  ///< to where the next one is, along the joint's axis [m]
+  T axial_offset = 0;  ///< of the next motion, along the joint's axis [m]
 };
 
 /// In order from the first body to the second.
 template <class T>
 std::vector<ElementaryMotion<T>> list_elementary_motions(const JointOf<T>& joint);
 
-/// Axes in which a node turns about z or slides along its space's slide direction.
+/// Axes in which a node rotates about z or slides along its space's slide direction.
 template <class S>
 Matrix3Of<typename S::Scalar> node_axes(const ElementaryMotion<typename S::Scalar>& step);
 
-/// The axes in which the constraints of a cut joint are simple: z (planar: x) along the joint's axis; universal: x along
-/// the second axis.
+/// The axes in which the constraints of a cut joint are simple: z (planar: x) along the joint's axis; universal: x
+/// along the second axis.
 template <class S>
 Matrix3Of<typename S::Scalar> closure_axes(const JointOf<typename S::Scalar>& joint);
 
-/// Gives a closure the rows of a cut joint of this type.
-/// @throws std::invalid_argument if the type does not exist in this space
+/// Sets the rows of a closure to those of a cut joint of this type.
 template <class S>
 void set_closure_rows(JointType type, Closure<S>& closure);
 
-// Closures that bind rates and not places: of what rolls on a plane, and of constraints on speeds.
+// Velocity-level closures: rolling contacts and constraints on speeds.
 
-/// A frame fixed to what another frame is fixed to.
+/// A frame fixed to the same node as another frame.
 /// @param R, p in that frame's axes, from its origin
 template <class S>
 FixedFrame<S> offset_frame(const FixedFrame<S>& body, const Matrix3Of<typename S::Scalar>& R,
@@ -54,12 +53,12 @@ FixedFrame<S> offset_frame(const FixedFrame<S>& body, const Matrix3Of<typename S
   return {body.node, body.R_N * to_rotation<S>(R), body.p_N + body.R_N * to_vector<S>(p)};
 }
 
-/// What the coordinates of a joint that rolls leave to their rates: no slip where it touches. Its path is to be found yet.
+/// The no-slip closure of a rolling joint at its contact point. Its path is determined later.
 /// @param j the joint's index
 template <class S>
 Closure<S> make_rolling_closure(const Tree<S>& tree, const JointOf<typename S::Scalar>& joint, int j);
 
-/// A sum of speeds that is zero, with its path.
+/// The closure that keeps a sum of speeds at zero, with its path.
 template <class S>
 Closure<S> make_speed_closure(const Tree<S>& tree, const GeneralisedSpeedOf<typename S::Scalar>& constraint);
 
@@ -112,8 +111,8 @@ template <class S>
 Matrix3Of<typename S::Scalar> closure_axes(const JointOf<typename S::Scalar>& joint) {
   using Matrix = Matrix3Of<typename S::Scalar>;
   if constexpr (is_planar<S>) {
-    const bool slides = joint.type == JointType::prismatic || joint.type == JointType::pin_slot;
-    return slides ? node_axes<S>({NodeMotion::prismatic, joint.axis, 0}) : Matrix(Matrix::Identity());
+    const bool is_sliding = joint.type == JointType::prismatic || joint.type == JointType::pin_slot;
+    return is_sliding ? node_axes<S>({NodeMotion::prismatic, joint.axis, 0}) : Matrix(Matrix::Identity());
   } else {
     if (joint.type == JointType::spherical || joint.type == JointType::fixed) return Matrix::Identity();
     if (joint.type != JointType::universal && joint.type != JointType::planar && !is_rolling(joint.type))
@@ -165,11 +164,11 @@ namespace {
 
 template <class S>
 void grow_row_scale(const typename S::Scalar& factor, double size, Closure<S>& closure) {
-  const double most = std::abs(value_of(factor)) * size;
-  closure.row_scale = closure.terms.size() == 1 ? most : std::max(closure.row_scale, most);
+  const double magnitude = std::abs(value_of(factor)) * size;
+  closure.row_scale = closure.terms.size() == 1 ? magnitude : std::max(closure.row_scale, magnitude);
 }
 
-/// As many terms as columns that the coordinate follows.
+/// Adds one term per column that the coordinate depends on.
 template <class S>
 void add_coordinate_rate(const Tree<S>& tree, const GeneralisedSpeedTermOf<typename S::Scalar>& term,
                          Closure<S>& closure) {
@@ -314,7 +313,7 @@ class TreeCompiler {
     std::map<int, int> columns;
     const std::vector<ResolvedCouplingOf<T>> roots = resolve_couplings(mechanism_);
     tree_.coordinate_expressions.resize(mechanism_.coordinates.size());
-    // columns in the order of the tree keep the loops' blocks together
+    // numbering columns in tree order keeps the blocks of the loops together
     for (const TreeEdge& edge : spanning_.edges)
       for (const int c : coordinates_[edge.joint]) {
         if (locked_freedom(edge) != nullptr && mechanism_.coordinates[c].index == 2) continue;
@@ -326,7 +325,7 @@ class TreeCompiler {
       }
     for (std::size_t c = 0; c < mechanism_.coordinates.size(); ++c) {
       if (!in_tree[mechanism_.coordinates[c].joint]) continue;
-      if (!columns.contains(roots[c].terms[0].coordinate)) continue;  // a held spin
+      if (!columns.contains(roots[c].terms[0].coordinate)) continue;  // a locked passive freedom
       LinearQuantityOf<T>& source = tree_.coordinate_expressions[c];
       for (const auto& [root, ratio] : roots[c].terms) source.terms.emplace_back(columns.at(root), ratio);
       source.constant = roots[c].offset;
@@ -336,8 +335,9 @@ class TreeCompiler {
 
   /// The passive freedom of the body that the edge carries, if it has one.
   const PassiveFreedom* locked_freedom(const TreeEdge& edge) const {
-    for (const PassiveFreedom& spin : tree_.locked_freedoms)
-      if (spin.body == edge.child && (spin.joints[0] == edge.joint || spin.joints[1] == edge.joint)) return &spin;
+    for (const PassiveFreedom& freedom : tree_.locked_freedoms)
+      if (freedom.body == edge.child && (freedom.joints[0] == edge.joint || freedom.joints[1] == edge.joint))
+        return &freedom;
     return nullptr;
   }
 
@@ -357,7 +357,7 @@ class TreeCompiler {
     return static_cast<int>(tree_.nodes.size()) - 1;
   }
 
-  /// As many nodes about or along the same axis as the displacement has terms: their sum is the displacement.
+  /// Adds one node per term of the displacement, all about or along the same axis, so that they sum to it.
   NodeId add_nodes(NodeId parent, const Matrix3Of<T>& R, const Vector3Of<T>& p, NodeMotion motion,
                    const LinearQuantityOf<T>& displacement, const T& factor) {
     NodeId last = parent;
@@ -374,39 +374,39 @@ class TreeCompiler {
 
   void add_joint(const TreeEdge& edge) {
     const JointOf<T>& joint = mechanism_.joints[edge.joint];
-    std::vector<ElementaryMotion<T>> chain = list_elementary_motions(joint);
+    std::vector<ElementaryMotion<T>> motions = list_elementary_motions(joint);
     Vector3Of<T> start = joint.point_first, end = joint.point_second;
     Matrix3Of<T> R_parent_child = joint.rotation;
-    const Vector3Of<T> up = edge.forward ? joint.axis : Vector3Of<T>(joint.rotation.transpose() * joint.axis);
-    if (!edge.forward) {  // walked backwards: the motions in reverse order and sense, seen from the second body
-      std::reverse(chain.begin(), chain.end());
-      for (ElementaryMotion<T>& step : chain) step.direction = joint.rotation.transpose() * step.direction;
-      for (std::size_t k = 0; k + 1 < chain.size(); ++k) chain[k].axial_offset = -chain[k + 1].axial_offset;
+    const Vector3Of<T> joint_axis = edge.forward ? joint.axis : Vector3Of<T>(joint.rotation.transpose() * joint.axis);
+    if (!edge.forward) {  // traversed backwards: the motions in reverse order and sense, seen from the second body
+      std::reverse(motions.begin(), motions.end());
+      for (ElementaryMotion<T>& step : motions) step.direction = joint.rotation.transpose() * step.direction;
+      for (std::size_t k = 0; k + 1 < motions.size(); ++k) motions[k].axial_offset = -motions[k + 1].axial_offset;
       std::swap(start, end);
       R_parent_child = joint.rotation.transpose();
     }
-    const PassiveFreedom* spin = locked_freedom(edge);
-    if (spin != nullptr) chain = locked_spherical_turns(*spin, R_parent_child);
+    const PassiveFreedom* freedom = locked_freedom(edge);
+    if (freedom != nullptr) motions = locked_spherical_motions(*freedom, R_parent_child);
     const FixedFrame<S> parent = tree_.bodies[edge.parent];
     NodeId node = parent.node;
     Matrix3Of<T> R = to_matrix(parent.R_N);  // axes of the parent body in the current node
     Vector3Of<T> p = R * start + to_3d(parent.p_N);
-    const bool sphere = joint.type == JointType::rolling_sphere;
-    if ((joint.type == JointType::spherical || sphere) && !needed_[edge.joint]) {
-      tree_.spherical_joints.push_back(static_cast<int>(tree_.nodes.size()) + (sphere && edge.forward ? 2 : 0));
+    const bool is_sphere = joint.type == JointType::rolling_sphere;
+    if ((joint.type == JointType::spherical || is_sphere) && !needed_[edge.joint]) {
+      tree_.spherical_joints.push_back(static_cast<int>(tree_.nodes.size()) + (is_sphere && edge.forward ? 2 : 0));
       for (const int c : coordinates_[edge.joint])
-        tree_.is_floating[c] = !sphere || mechanism_.coordinates[c].index >= 2;
+        tree_.is_floating[c] = !is_sphere || mechanism_.coordinates[c].index >= 2;
     }
-    if (chain.empty()) node = add_node(node, R, p, NodeMotion::weld), R.setIdentity(), p.setZero();
-    for (const ElementaryMotion<T>& step : chain) {
+    if (motions.empty()) node = add_node(node, R, p, NodeMotion::weld), R.setIdentity(), p.setZero();
+    for (const ElementaryMotion<T>& step : motions) {
       const Matrix3Of<T> axes = node_axes<S>(step);
-      const T sign = spin != nullptr || edge.forward ? 1 : -1;
+      const T sign = freedom != nullptr || edge.forward ? 1 : -1;
       node = step.motion == NodeMotion::weld
                  ? add_node(node, R * axes, p, step.motion)
                  : add_nodes(node, R * axes, p, step.motion,
                              tree_.coordinate_expressions[coordinate_of(edge.joint, step.index)], sign);
       R = axes.transpose();
-      p = step.axial_offset * (R * up);
+      p = step.axial_offset * (R * joint_axis);
     }
     tree_.joint_nodes[edge.joint] = node;
     tree_.joint_forward[edge.joint] = edge.forward;
@@ -418,35 +418,35 @@ class TreeCompiler {
       tree_.bodies[edge.child] = child;
   }
 
-  /// Two turns across the line of a passive freedom, and in the place of the third, about the line, a weld.
-  std::vector<ElementaryMotion<T>> locked_spherical_turns(const PassiveFreedom& spin,
-                                                          const Matrix3Of<T>& R_parent_child) const {
-    const Matrix3Of<T> axes = frame_with_z_along(Vector3Of<T>(R_parent_child * line_of(spin)));
+  /// Two rotations perpendicular to the line of a passive freedom; a weld replaces the third one, about the line.
+  std::vector<ElementaryMotion<T>> locked_spherical_motions(const PassiveFreedom& freedom,
+                                                            const Matrix3Of<T>& R_parent_child) const {
+    const Matrix3Of<T> axes = frame_with_z_along(Vector3Of<T>(R_parent_child * line_of(freedom)));
     return {{NodeMotion::revolute, axes.col(0), 0},
             {NodeMotion::revolute, axes.col(1), 1},
             {NodeMotion::weld, axes.col(2), 2}};
   }
 
-  /// The line of a passive freedom with its derivatives, if there are any: through a rod's joints, along a leg's slide.
-  Vector3Of<T> line_of(const PassiveFreedom& spin) const {
+  /// The line of a passive freedom, with derivatives if T has them: through a rod's joints, or along a leg's slide.
+  Vector3Of<T> line_of(const PassiveFreedom& freedom) const {
     if constexpr (std::is_same_v<T, double>) {
-      return spin.line;
+      return freedom.line;
     } else {
       for (const JointOf<T>& slide : mechanism_.joints) {
         if (slide.type != JointType::prismatic) continue;
-        if (slide.first == spin.body) return slide.axis;
-        if (slide.second == spin.body) return slide.rotation.transpose() * slide.axis;
+        if (slide.first == freedom.body) return slide.axis;
+        if (slide.second == freedom.body) return slide.rotation.transpose() * slide.axis;
       }
-      const auto place = [&](int j) {
+      const auto joint_point = [&](int j) {
         const JointOf<T>& joint = mechanism_.joints[j];
-        return joint.first == spin.body ? joint.point_first : joint.point_second;
+        return joint.first == freedom.body ? joint.point_first : joint.point_second;
       };
-      const Vector3Of<T> line = (place(spin.joints[1]) - place(spin.joints[0])).normalized();
-      return line.dot(spin.line.cast<T>()) < 0 ? Vector3Of<T>(-line) : line;
+      const Vector3Of<T> line = (joint_point(freedom.joints[1]) - joint_point(freedom.joints[0])).normalized();
+      return line.dot(freedom.line.cast<T>()) < 0 ? Vector3Of<T>(-line) : line;
     }
   }
 
-  /// Closes the loop of a split joint: the copy that the joint carries is its second body.
+  /// Records a split joint, whose loop is closed by welding the copy that it carries to its second body.
   void add_split(JointId joint, const FixedFrame<S>& copy, BodyId body) { splits_.push_back({joint, copy, body}); }
 
   void add_closure(int j) {
@@ -465,9 +465,9 @@ class TreeCompiler {
       Closure<S> closure;
       closure.joint = split.joint;
       closure.split = true;
-      const Vector3Of<T> at = mechanism_.joints[split.joint].point_second;
-      closure.a = offset_frame<S>(split.copy, Matrix3Of<T>::Identity(), at);
-      closure.b = offset_frame<S>(tree_.bodies[split.body], Matrix3Of<T>::Identity(), at);
+      const Vector3Of<T> point = mechanism_.joints[split.joint].point_second;
+      closure.a = offset_frame<S>(split.copy, Matrix3Of<T>::Identity(), point);
+      closure.b = offset_frame<S>(tree_.bodies[split.body], Matrix3Of<T>::Identity(), point);
       set_closure_rows(JointType::fixed, closure);
       tree_.closures.push_back(closure);
     }
@@ -475,8 +475,9 @@ class TreeCompiler {
       const BodyOf<T>& body = mechanism_.bodies[b];
       add_element(tree_.bodies[b], inertia_about_origin<S>(body.mass, body.com, body.inertia));
     }
-    for (const AttachmentOf<T>& extra : mechanism_.attachments)
-      add_element(tree_.bodies[extra.body], inertia_about_origin<S>(extra.mass, extra.position, extra.inertia));
+    for (const AttachmentOf<T>& attachment : mechanism_.attachments)
+      add_element(tree_.bodies[attachment.body],
+                  inertia_about_origin<S>(attachment.mass, attachment.position, attachment.inertia));
     for (const DiscOf<T>& disc : mechanism_.discs) add_disc(disc);
   }
 
@@ -491,17 +492,17 @@ class TreeCompiler {
     add_element(frame, inertia_about_origin<S>(disc.mass, Vector3Of<T>::Zero(), disc.inertia));
   }
 
-  /// What a disc follows in terms of the tree's coordinates, of which several followed ones may be multiples.
-  LinearQuantityOf<T> combine_followed(const CoordinateCombinationOf<T>& what) const {
+  /// The combination that a disc follows, in the tree's coordinates. Several followed coordinates may share a column.
+  LinearQuantityOf<T> combine_followed(const CoordinateCombinationOf<T>& combination) const {
     LinearQuantityOf<T> sum;
-    std::map<int, std::size_t> places;
-    for (const auto& [coordinate, ratio] : what.terms) {
+    std::map<int, std::size_t> term_indices;
+    for (const auto& [coordinate, ratio] : combination.terms) {
       const LinearQuantityOf<T>& source = tree_.coordinate_expressions[coordinate];
       sum.constant += ratio * source.constant;
       for (const auto& [column, factor] : source.terms) {
-        const auto [place, fresh] = places.emplace(column, sum.terms.size());
-        if (fresh) sum.terms.emplace_back(column, T(0));
-        sum.terms[place->second].second += ratio * factor;
+        const auto [entry, is_new] = term_indices.emplace(column, sum.terms.size());
+        if (is_new) sum.terms.emplace_back(column, T(0));
+        sum.terms[entry->second].second += ratio * factor;
       }
     }
     return sum;
@@ -509,7 +510,7 @@ class TreeCompiler {
 
   void add_element(const FixedFrame<S>& frame, const typename S::Inertia& inertia) {
     tree_.mass_elements.push_back({frame, inertia});
-    if (frame.node == 0) return;  // fixed to the ground: neither moves nor counts
+    if (frame.node == 0) return;  // fixed to the ground: does not contribute
     const typename S::Inertia in_node = transform_inertia<S>(inertia, frame.R_N, frame.p_N);
     Node<S>& node = tree_.nodes[frame.node];
     tree_.mass += inertia.mass;

@@ -1,6 +1,6 @@
 #pragma once
-/// A mechanism made ready for the recursions: every joint of the spanning tree becomes a chain of nodes that each turn about
-/// or slide along an axis of their own frame; loop joints become closures.
+/// A mechanism compiled for the recursions: every joint of the spanning tree becomes a chain of nodes, each of which
+/// rotates about or slides along an axis of its own frame; loop joints become closures.
 
 #include "balance/foundation/base/id.hpp"
 #include "balance/mechanics/kinematics/space.hpp"
@@ -11,9 +11,9 @@
 
 namespace balance {
 
-// What is linear in the tree's coordinates: joint coordinates, the angle of a planar tool.
+// Quantities that are linear in the tree's coordinates: joint coordinates, the angle of a planar tool.
 
-using ColumnId = TypedIndex<struct ColumnList>;  ///< of the tree's coordinates y and of all matrices that go with them
+using ColumnId = TypedIndex<struct ColumnList>;  ///< index into the tree's coordinates y and matrix columns
 
 /// Σ coefficient · y[column] + constant.
 template <class T>
@@ -22,25 +22,25 @@ struct LinearQuantityOf {
   T constant = 0;
   bool is_length = false;
 
-  /// @tparam N T, or several samples' numbers
+  /// @tparam N T, or a pack of several samples
   template <class N>
   N value(const N* y) const {
     return constant + rate(y);
   }
-  /// Of its value, if these are the coordinates' rates; accelerations alike.
+  /// Rate of the value for the coordinates' rates dy; likewise its acceleration for their accelerations.
   template <class N>
   N rate(const N* dy) const {
     N sum = 0;
     for (const auto& [column, coefficient] : terms) sum += coefficient * dy[column];
     return sum;
   }
-  /// Adds the generalised forces of an effort along the quantity: its power is theirs.
+  /// Adds the generalised forces of an effort conjugate to the quantity, which have the same power.
   void add_generalised_force(const T& effort, T* tau) const {
     for (const auto& [column, coefficient] : terms) tau[column] += coefficient * effort;
   }
   bool has_terms() const { return !terms.empty(); }
   bool has_single_term() const { return terms.size() == 1; }
-  /// It is one of the tree's coordinates itself, not a multiple or a sum.
+  /// Whether it is one of the tree's coordinates itself, not a multiple or a sum.
   bool is_column() const { return terms.size() == 1 && terms[0].second == 1 && constant == 0; }
 };
 
@@ -50,13 +50,13 @@ using NodeId = TypedIndex<struct NodeList>;  ///< into Tree::nodes
 
 enum class NodeMotion { weld, revolute, prismatic };
 
-/// Rigid frame N hanging on the frame P of its parent. Its displacement is x = ratio · y[column] + offset; one that is a sum of
-/// several columns' is made of as many nodes, about or along the same axis.
+/// Rigid frame N attached to its parent's frame P. Its displacement is x = ratio · y[column] + offset. A displacement
+/// that is a sum over several columns takes as many nodes, all about or along the same axis.
 template <class S>
 struct alignas(storage_alignment<typename S::Scalar>) Node {
   typename S::Scalar ratio = 1;
   typename S::Scalar offset = 0;
-  typename S::Rotation R_PF;  ///< N at x = 0; turns about its z axis, slides along S::slide_direction()
+  typename S::Rotation R_PF;  ///< N at x = 0; rotates about its z axis or slides along S::slide_direction()
   typename S::Vector p_PF = S::Vector::Zero();
   typename S::Inertia inertia;  ///< of everything fixed to N, about N's origin, in N's axes
   NodeId parent = -1;           ///< −1 only for node 0, the world
@@ -75,19 +75,21 @@ struct FixedFrame {
 
 /// One equation of a closure, between frame A (axes a) and frame B (axes b), with d = p_B − p_A.
 struct ClosureRow {
-  /// a_i · d = 0, or a_i · b_j = 0. Of rates alone: what touches the plane of A does not slip along a_i; a sum of speeds is zero.
+  /// Position level: a_i · d = 0 (along), a_i · b_j = 0 (dot). Velocity level: no slip along a_i where A's plane is
+  /// touched (slip), a sum of speeds is zero (sum).
   enum class Kind { along, dot, slip, sum } kind;
   int i = 0, j = 0;
 };
 
-/// Which nodes move a frame, and with which sign it counts.
+/// A node that moves a frame, and the sign of its contribution.
 struct PathStep {
   NodeId node;
   double sign;
-  int term = 0;  ///< of a sum of speeds
+  int term = 0;  ///< index of the term in a sum of speeds
 };
 
-/// A part of a sum of speeds: factor times a component of what a frame does, in the world's axes or its own, or the rate of a column.
+/// A term of a sum of speeds: factor times the rate of a column, or times a component of a frame's velocity or angular
+/// velocity in world axes or its own.
 template <class S>
 struct VelocityTerm {
   enum class Of { column, velocity, angular_velocity } of = Of::column;
@@ -97,28 +99,29 @@ struct VelocityTerm {
   FixedFrame<S> frame;
 };
 
-/// What rolls on the plane through A's origin across its third axis: B's origin is the centre, its second axis that of a disc.
+/// A disc or sphere that rolls on the plane through A's origin normal to A's third axis. B's origin is the centre, B's
+/// second axis the axis of a disc.
 template <class T>
 struct RollingContact {
   bool disc = true;
   T radius = 0;
 };
 
-/// A joint that is enforced instead of parametrised.
+/// A joint that is enforced by equations instead of being parametrised.
 template <class S>
 struct Closure {
   JointId joint = 0;   ///< −1: a constraint of the mechanism
-  bool split = false;  ///< welds the copy that a split joint carries
+  bool split = false;  ///< welds the body copy carried by a split joint
   FixedFrame<S> a, b;
   std::vector<ClosureRow> rows;
   bool has_coincident_origins = false;  ///< the origins of a and b coincide: nothing slides
   std::vector<int> aligned;             ///< axes k for which a_k · b_k must be positive: excludes flipped assemblies
-  std::vector<PathStep> path;  ///< nodes that move b (+1) or a (−1) but not both; of a sum: what moves its terms
+  std::vector<PathStep> path;  ///< nodes that move b (+1) or a (−1) but not both; of a sum: nodes that move its terms
   RollingContact<typename S::Scalar> contact = {};  ///< of rows `slip`
   std::vector<VelocityTerm<S>> terms = {};          ///< of the one row `sum`
-  double row_scale = 1;  ///< of the row `sum`: how large it is where the mechanism moves by one
+  double row_scale = 1;                             ///< of the row `sum`: its magnitude at unit scaled rates
 
-  /// It binds rates, not places.
+  /// Whether it constrains velocities, not positions.
   bool is_velocity_level() const {
     return !rows.empty() && (rows[0].kind == ClosureRow::Kind::slip || rows[0].kind == ClosureRow::Kind::sum);
   }
@@ -138,22 +141,24 @@ struct Tree {
   std::vector<FixedFrame<S>> bodies;  ///< frame of every body of the mechanism
   std::vector<Closure<S>> closures;
   int closure_rows = 0;
-  int position_rows = 0;              ///< those of closures that bind places; closures of rates come after them
-  bool has_sliding_closures = false;  ///< some closure is not pinned
-  /// Every coordinate of the mechanism in terms of y; without terms where the joint is cut.
+  int position_rows = 0;              ///< rows of position-level closures; velocity-level closures come after them
+  bool has_sliding_closures = false;  ///< some closure has no coincident origins
+  /// Every coordinate of the mechanism in terms of y; without terms if the joint is cut.
   std::vector<LinearQuantityOf<typename S::Scalar>> coordinate_expressions;
   std::vector<NodeId> joint_nodes;  ///< per joint: the last node of its chain, −1 if cut
-  std::vector<bool> joint_forward;  ///< per joint: the tree walks it from its first to its second body
-  /// First nodes of the spherical joints whose coordinates nobody prescribes, drives or couples: these may be counted from
-  /// another reference orientation at any time (rereference), so that they never reach their singular position.
+  std::vector<bool> joint_forward;  ///< per joint: traversed from its first to its second body
+  /// First nodes of the spherical joints whose coordinates are not prescribed, driven or coupled. Their reference
+  /// orientation may be reset at any time (reset_spherical_reference), so that they never reach their singular
+  /// position.
   std::vector<NodeId> spherical_joints;
   std::vector<bool>
-      is_floating;  ///< per coordinate of the mechanism: one of a spherical joint's, whose source holds at the start only
-  /// Bodies whose passive freedom is held: the spherical joint that carries them lacks its last turn, like a universal joint.
+      is_floating;  ///< per coordinate of the mechanism: of such a joint; its expression holds only until a reset
+  /// Bodies whose passive freedom is locked: the spherical joint that carries them lacks its last rotation, like a
+  /// universal joint.
   std::vector<PassiveFreedom> locked_freedoms;
   std::vector<MassElement<S>> mass_elements;  ///< bodies 1…, then attachments, then discs
   typename S::Scalar mass = 0;
-  double characteristic_length = 1;   ///< characteristic length
+  double characteristic_length = 1;   ///< [m]
   std::vector<int> is_length_column;  ///< per column: 1 if it is a length, 0 if an angle
 };
 
@@ -161,16 +166,16 @@ struct Tree {
 template <class S>
 Tree<S> compile_tree(const MechanismOf<typename S::Scalar>& mechanism, const std::vector<CoordinateId>& needed);
 
-/// Counts a spherical joint's coordinates from the present orientation on: they become zero, nothing moves.
+/// Makes the present orientation of a spherical joint its reference: its coordinates become zero, nothing moves.
 template <class S>
 void reset_spherical_reference(Tree<S>& tree, NodeId spherical, typename S::Scalar* y);
 
-/// Inertia given about the CoM in a frame's axes, moved to that frame's origin.
+/// Shifts an inertia given about the CoM, in a frame's axes, to that frame's origin.
 template <class S>
 typename S::Inertia inertia_about_origin(const typename S::Scalar& mass, const Vector3Of<typename S::Scalar>& com,
                                          const Matrix3Of<typename S::Scalar>& about_com);
 
-/// The same inertia seen from the frame that R, p place it in.
+/// The same inertia expressed in the frame in which R, p give the pose of its present frame.
 template <class S>
 typename S::Inertia transform_inertia(const typename S::Inertia& inertia, const typename S::Rotation& R,
                                       const typename S::Vector& p);

@@ -8,7 +8,7 @@
 
 #include <algorithm>
 
-// Shared with objects for other sets.
+// These types are shared with objects compiled for other instruction sets.
 static_assert(alignof(balance::Vector2) == 16 && alignof(balance::Vector3) == 8 && alignof(balance::Matrix3) == 8);
 
 namespace balance {
@@ -17,18 +17,19 @@ namespace {
 
 using Lanes = EngineScalar;
 
-/// Rows of a table as lanes, one entry per column, and back: in squares of as many rows and columns as there are lanes. Where rows are
-/// shorter than a square is wide it reaches into those after them; where there are none, number by number by way of memory of its own.
+/// Loads rows of a table as lanes, one entry per column, and stores them back, in square blocks of as many rows and
+/// columns as there are lanes. A block wider than the rows reaches into the rows after them; if there are none, numbers
+/// are copied one by one through a buffer.
 class LaneRows {
  public:
   LaneRows(int columns, long count)
-      : columns_(columns), count_(count), numbers_(static_cast<std::size_t>(columns) * W) {}
+      : columns_(columns), count_(count), buffer_(static_cast<std::size_t>(columns) * W) {}
 
-  /// Rows k…; behind the last one it goes on with the last.
+  /// Loads rows k…; beyond the last row it repeats the last.
   void load(const double* table, long k, Lanes* out) {
     if (can_transpose_blocks(k)) {
-      for (int square = 0; square < columns_; square += W) {
-        const int first = first_column(square);
+      for (int block = 0; block < columns_; block += W) {
+        const int first = first_column(block);
         Lanes entries[W];
         for (int l = 0; l < W; ++l) entries[l] = Lanes::load(table + (k + l) * columns_ + first);
         transpose(entries);
@@ -39,16 +40,16 @@ class LaneRows {
     }
     for (int l = 0; l < W; ++l) {
       const double* row = table + std::min(k + l, count_ - 1) * columns_;
-      for (int c = 0; c < columns_; ++c) numbers_[c * W + l] = row[c];
+      for (int c = 0; c < columns_; ++c) buffer_[c * W + l] = row[c];
     }
-    for (int c = 0; c < columns_; ++c) out[c] = Lanes::load(&numbers_[c * W]);
+    for (int c = 0; c < columns_; ++c) out[c] = Lanes::load(&buffer_[c * W]);
   }
 
-  /// Rows k…, and perhaps the beginning of the next one, which must follow.
+  /// Stores rows k…; may overwrite the beginning of the next row, which must be stored afterwards.
   void store(const Lanes* in, long k, double* table) {
     if (can_transpose_blocks(k)) {
-      for (int square = 0; square < columns_; square += W) {
-        const int first = first_column(square);
+      for (int block = 0; block < columns_; block += W) {
+        const int first = first_column(block);
         Lanes entries[W];
         for (int c = 0; c < W; ++c) entries[c] = in[std::min(first + c, columns_ - 1)];
         transpose(entries);
@@ -56,24 +57,24 @@ class LaneRows {
       }
       return;
     }
-    for (int c = 0; c < columns_; ++c) in[c].store(&numbers_[c * W]);
-    const int kept = static_cast<int>(std::min<long>(W, count_ - k));
-    for (int l = 0; l < kept; ++l)
-      for (int c = 0; c < columns_; ++c) table[(k + l) * columns_ + c] = numbers_[c * W + l];
+    for (int c = 0; c < columns_; ++c) in[c].store(&buffer_[c * W]);
+    const int row_count = static_cast<int>(std::min<long>(W, count_ - k));
+    for (int l = 0; l < row_count; ++l)
+      for (int c = 0; c < columns_; ++c) table[(k + l) * columns_ + c] = buffer_[c * W + l];
   }
 
  private:
   static constexpr int W = Lanes::lanes;
 
-  /// The last square of wide rows ends with them.
-  int first_column(int square) const { return std::max(0, std::min(square, columns_ - W)); }
+  /// The last block of a wide row ends with the row.
+  int first_column(int block) const { return std::max(0, std::min(block, columns_ - W)); }
   bool can_transpose_blocks(long k) const {
     return (k + W - 1) * columns_ + std::max(W, columns_) <= count_ * columns_;
   }
 
   int columns_;
   long count_;
-  std::vector<double> numbers_;
+  std::vector<double> buffer_;
 };
 
 template <class L, class S>

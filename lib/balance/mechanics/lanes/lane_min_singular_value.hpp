@@ -1,6 +1,6 @@
 #pragma once
-/// The smallest singular value of small matrices, one in every lane, by the way of MinSingularValue: Householder's tridiagonal form of AᵀA,
-/// then Laguerre's iteration, which ends for each lane by itself.
+/// Smallest singular value of small matrices, one per lane, by the method of MinSingularValue: Householder
+/// tridiagonalisation of AᵀA, then Laguerre's iteration, which stops separately for each lane.
 
 #include "balance/mechanics/kinematics/kinematic_equations.hpp"
 
@@ -19,29 +19,30 @@ class LaneMinSingularValue {
     for (int r = 0; r < equations.rows(); ++r) {
       rows_.emplace_back();
       for (int c = 0; c < n_; ++c)
-        if (const int place = equations.entry_index(r, c); place >= 0) rows_.back().push_back({place, c});
+        if (const int storage_index = equations.entry_index(r, c); storage_index >= 0)
+          rows_.back().push_back({storage_index, c});
     }
     matrix_.resize(static_cast<std::size_t>(n_) * n_);
     for (auto* vector : {&diagonal_, &subdiagonal_, &vector_, &image_}) vector->resize(static_cast<std::size_t>(n_));
   }
 
-  /// @param equations filled
+  /// @param equations evaluated
   T compute(const KinematicEquations<L>& equations) {
     multiply(equations);
     tridiagonalise();
-    T least = 0.0;
-    auto moving = T(0.0) == T(0.0);
+    T min_eigenvalue = 0.0;
+    auto is_active = T(0.0) == T(0.0);
     for (int step = 0; step < max_laguerre_iterations; ++step) {
-      const Sums sums = laguerre_sums(least);
-      moving = moving & sums.below;
+      const Sums sums = laguerre_sums(min_eigenvalue);
+      is_active = is_active & sums.below;
       const double n = n_;
-      const T spread = max(T(0.0), (n - 1) * (n * sums.second - sums.first * sums.first));
-      const T change = n / (sums.first + sqrt(spread));
-      least = select(moving, least + change, least);
-      moving = moving & (change > 1e-15 * least);
-      if (!any(moving)) break;
+      const T discriminant = max(T(0.0), (n - 1) * (n * sums.second - sums.first * sums.first));
+      const T change = n / (sums.first + sqrt(discriminant));
+      min_eigenvalue = select(is_active, min_eigenvalue + change, min_eigenvalue);
+      is_active = is_active & (change > 1e-15 * min_eigenvalue);
+      if (!any(is_active)) break;
     }
-    return sqrt(least);
+    return sqrt(min_eigenvalue);
   }
 
  private:
@@ -57,10 +58,10 @@ class LaneMinSingularValue {
     for (T& entry : matrix_) entry = 0.0;
     for (const auto& row : rows_)
       for (std::size_t i = 0; i < row.size(); ++i) {
-        const T left = equations.entry_at(row[i].first);
+        const T left_entry = equations.entry_at(row[i].first);
         for (std::size_t j = 0; j <= i; ++j)
           matrix_[static_cast<std::size_t>(row[i].second) * n_ + row[j].second] +=
-              left * equations.entry_at(row[j].first);
+              left_entry * equations.entry_at(row[j].first);
       }
     for (int i = 0; i < n_; ++i)
       for (int j = 0; j < i; ++j) matrix_[j * n_ + i] = matrix_[i * n_ + j];
@@ -84,16 +85,16 @@ class LaneMinSingularValue {
     }
   }
 
-  /// By vector_ from both sides, in the rows and columns from `begin` on.
+  /// Applies the reflection by vector_ from both sides to the rows and columns from `begin` on.
   void reflect(int begin, const T& factor) {
-    T along = 0.0;
+    T projection = 0.0;
     for (int i = begin; i < n_; ++i) {
       T sum = 0.0;
       for (int j = begin; j < n_; ++j) sum += matrix_[i * n_ + j] * vector_[j];
       image_[i] = factor * sum;
-      along += image_[i] * vector_[i];
+      projection += image_[i] * vector_[i];
     }
-    const T half = 0.5 * factor * along;
+    const T half = 0.5 * factor * projection;
     for (int i = begin; i < n_; ++i) image_[i] -= half * vector_[i];
     for (int i = begin; i < n_; ++i)
       for (int j = begin; j <= i; ++j) {
@@ -121,7 +122,7 @@ class LaneMinSingularValue {
   }
 
   int n_;
-  std::vector<std::vector<std::pair<int, int>>> rows_;  ///< per row its entries' places and columns, columns increasing
+  std::vector<std::vector<std::pair<int, int>>> rows_;  ///< per row: storage index and column of each entry
   std::vector<T> matrix_, diagonal_, subdiagonal_, vector_, image_;
 };
 

@@ -1,5 +1,6 @@
 #pragma once
-/// Steps of a motion in lanes: every lane from its own place in the groups before to a moment of the next one.
+/// Steps of a motion in lanes: each lane steps from its own instants in the previous groups to one instant of the next
+/// group.
 
 #include "balance/foundation/numerics/lane_block_triangular.hpp"
 #include "balance/mechanics/dynamics/actuation.hpp"
@@ -16,7 +17,7 @@
 
 namespace balance {
 
-// Efforts and multipliers by the square system of Actuation, with a sample in every lane.
+// Efforts and multipliers by the square system of Actuation, one sample per lane.
 
 /// @tparam L a space over packs
 template <class L>
@@ -24,14 +25,15 @@ class LaneActuation {
  public:
   using T = typename L::Scalar;
 
-  /// @param scalar regular, and used before
+  /// @param scalar regular, and factorised before
   template <class S>
   explicit LaneActuation(const Actuation<S>& scalar)
       : closures_(scalar.closures_), passive_columns_(scalar.passive_columns_) {
     for (const auto& motor : scalar.actuated_) motors_.push_back({motor.column, motor.ratio, {}});
-    for (const auto& entry : scalar.closure_entries_) passive_entries_.push_back({entry.place, entry.index});
+    for (const auto& entry : scalar.closure_entries_) passive_entries_.push_back({entry.storage_index, entry.index});
     for (std::size_t a = 0; a < scalar.motor_column_entries_.size(); ++a)
-      for (const auto& entry : scalar.motor_column_entries_[a]) motors_[a].entries.push_back({entry.place, entry.row});
+      for (const auto& entry : scalar.motor_column_entries_[a])
+        motors_[a].entries.push_back({entry.storage_index, entry.row});
     SparsityPattern pattern(static_cast<std::size_t>(closures_));
     for (const auto& entry : scalar.closure_entries_) pattern[entry.row].push_back(position(entry.column));
     passive_.analyse(pattern);
@@ -39,7 +41,8 @@ class LaneActuation {
     multipliers_.assign(static_cast<std::size_t>(closures_), T(0.0));
   }
 
-  /// The matrix before the first lane's, and the order of pivots: those of the scalar one's last.
+  /// Takes the matrix that precedes the first lane, and the order of pivots, from the scalar object's last
+  /// factorisation.
   template <class S>
   void start(const Actuation<S>& scalar) {
     if (closures_ == 0) return;
@@ -47,19 +50,19 @@ class LaneActuation {
     passive_.store(scalar.passive_.storage());
   }
 
-  /// Per lane the smallest pivot; see Actuation::look.
+  /// @return the smallest pivot per lane; see Actuation::factorise
   T factorise(const KinematicEquations<L>& equations) {
     if (closures_ == 0) return 1.0;
     for (const EntryCopy& entry : passive_entries_) passive_.storage()[entry.to] = equations.entry_at(entry.from);
     passive_.factorise();
     return passive_.min_pivot();
   }
-  bool near_kept(double limit) { return closures_ == 0 || passive_.is_near_stored(limit); }
-  void keep() {
+  bool is_near_stored(double limit) { return closures_ == 0 || passive_.is_near_stored(limit); }
+  void store() {
     if (closures_ > 0) passive_.store();
   }
 
-  /// After look(), which found regular matrices. @param tau per tree coordinate
+  /// @pre factorise() found regular matrices @param tau per tree coordinate
   void solve(const KinematicEquations<L>& equations, const T* tau) {
     const std::vector<double>&columns = equations.column_scale(), &rows = equations.row_scale();
     for (int k = 0; k < closures_; ++k) multipliers_[k] = columns[passive_columns_[k]] * tau[passive_columns_[k]];
@@ -78,8 +81,8 @@ class LaneActuation {
 
  private:
   struct EntryCopy {
-    int from;  ///< among the equations' values
-    int to;    ///< in the passive matrix, or the row
+    int from;  ///< index among the equations' values
+    int to;    ///< index in the passive matrix, or the row
   };
   struct Motor {
     ColumnId column;
@@ -100,18 +103,18 @@ class LaneActuation {
   std::vector<T> efforts_, multipliers_;
 };
 
-// The numbers of a GroupJob as lanes.
+// Conversion of a GroupJob's arrays to lanes.
 
-/// What is prescribed at the moments from `first` on.
+/// Loads the prescribed values at the instants from `first` on.
 template <class L>
 void load_prescribed_values(const GroupJob& job, int first, const Drive<Constants<L>>& drive,
                             DriveSampleOf<typename L::Scalar>& sample) {
   using T = typename L::Scalar;
   for (int k = 0; k < drive.value_count(); ++k) {
-    const int at = k * group_size + first;
-    sample.value[k] = T::load(&job.value[at]);
-    sample.rate[k] = T::load(&job.rate[at]);
-    sample.acceleration[k] = T::load(&job.acceleration[at]);
+    const int index = k * group_size + first;
+    sample.value[k] = T::load(&job.value[index]);
+    sample.rate[k] = T::load(&job.rate[index]);
+    sample.acceleration[k] = T::load(&job.acceleration[index]);
   }
   if (drive.rotation.empty()) return;
   for (int k = 0; k < 9; ++k) sample.rotation(k % 3, k / 3) = T::load(&job.rotation[k * group_size + first]);
@@ -121,34 +124,34 @@ void load_prescribed_values(const GroupJob& job, int first, const Drive<Constant
   }
 }
 
-/// Where the moments from `first` on should be: as MotionStepper::predict, from the same places of the groups before.
+/// Predicts the instants from `first` on, as MotionStepper::predict, from the same instants of the previous groups.
 template <class T>
 void predict_group(const GroupJob& job, int first, std::vector<T>& y_next) {
   const double h = job.step * group_size, hh = h * h;
-  const auto of = [&](int group, std::vector<double> GroupCoordinates::*numbers, int c) {
+  const auto load_entry = [&](int group, std::vector<double> GroupCoordinates::*numbers, int c) {
     return T::load(&(job.history[group]->*numbers)[c * group_size + first]);
   };
   for (int c = 0; c < static_cast<int>(y_next.size()); ++c) {
-    const T y = of(0, &GroupCoordinates::y, c), v = h * of(0, &GroupCoordinates::dy, c),
-            a = hh * of(0, &GroupCoordinates::ddy, c);
+    const T y = load_entry(0, &GroupCoordinates::y, c), v = h * load_entry(0, &GroupCoordinates::dy, c),
+            a = hh * load_entry(0, &GroupCoordinates::ddy, c);
     if (job.history_count < 2) {
       y_next[c] = y + v + 0.5 * a;
       continue;
     }
-    const T y1 = of(1, &GroupCoordinates::y, c), v1 = h * of(1, &GroupCoordinates::dy, c),
-            a1 = hh * of(1, &GroupCoordinates::ddy, c);
+    const T y1 = load_entry(1, &GroupCoordinates::y, c), v1 = h * load_entry(1, &GroupCoordinates::dy, c),
+            a1 = hh * load_entry(1, &GroupCoordinates::ddy, c);
     if (job.history_count < 3) {
       y_next[c] = 32.0 * y - 31.0 * y1 - 16.0 * v - 14.0 * v1 + 4.0 * a - 2.0 * a1;
       continue;
     }
-    const T y2 = of(2, &GroupCoordinates::y, c), v2 = h * of(2, &GroupCoordinates::dy, c),
-            a2 = hh * of(2, &GroupCoordinates::ddy, c);
+    const T y2 = load_entry(2, &GroupCoordinates::y, c), v2 = h * load_entry(2, &GroupCoordinates::dy, c),
+            a2 = hh * load_entry(2, &GroupCoordinates::ddy, c);
     y_next[c] =
         229.5 * y - 351.0 * y1 + 122.5 * y2 - 94.5 * v - 54.0 * v1 + 43.5 * v2 + 13.5 * a - 54.0 * a1 + 4.5 * a2;
   }
 }
 
-// What a SampleEvaluator finds at a moment, with a moment in every lane.
+// The results of a SampleEvaluator, one instant per lane.
 
 /// @tparam L the space S over packs
 template <class L, class S>
@@ -164,11 +167,11 @@ class LaneSampleEvaluator {
         about_(setup.about.template cast<T>()),
         wrenches_(tree_.nodes.size()),
         tau_(static_cast<std::size_t>(tree_.columns)) {
-    seen_.joint_force.assign(mechanism_.joints.size(), Vector3Of<T>::Zero());
-    seen_.joint_moment = seen_.joint_force;
+    sample_.joint_force.assign(mechanism_.joints.size(), Vector3Of<T>::Zero());
+    sample_.joint_moment = sample_.joint_force;
   }
 
-  /// @param equations filled and actuation looked there, poses and angular velocities in the state
+  /// @param equations evaluated and actuation factorised there; the state holds poses and angular velocities
   void evaluate(const KinematicEquations<L>& equations, LaneActuation<L>& actuation, TreeState<L>& state, const T* dy,
                 const T* ddy) {
     compute_origin_velocities(tree_, dy, state);
@@ -177,23 +180,23 @@ class LaneSampleEvaluator {
     inverse_dynamics(tree_, state, wrenches_, tau_.data());
     actuation.solve(equations, tau_.data());
     efforts_ = actuation.efforts().data();
-    const Wrench<L> none;
-    compute_total_forces<L>(tree_, state, {wrenches_[0], none, none, gravity_, about_}, seen_);
+    const Wrench<L> no_wrench;
+    compute_total_forces<L>(tree_, state, {wrenches_[0], no_wrench, no_wrench, gravity_, about_}, sample_);
     if (mechanism_.tool) {
-      seen_.tool_position = to_3d(position(state, tool_));
-      seen_.tool_rotation = to_matrix(orientation(state, tool_));
+      sample_.tool_position = to_3d(position(state, tool_));
+      sample_.tool_rotation = to_matrix(orientation(state, tool_));
     }
-    seen_.com_velocity = to_3d(com_velocity(tree_, state));
-    compute_energies(tree_, state, gravity_, T(0.0), seen_);
+    sample_.com_velocity = to_3d(com_velocity(tree_, state));
+    compute_energies(tree_, state, gravity_, T(0.0), sample_);
     if (!tree_.closures.empty()) {
       for (auto& wrench : wrenches_) wrench = {};
-      add_closure_wrenches(tree_, state, actuation.multipliers(), wrenches_, seen_);
+      add_closure_wrenches(tree_, state, actuation.multipliers(), wrenches_, sample_);
       inverse_dynamics(tree_, state, wrenches_, tau_.data());
     }
-    compute_joint_reactions(mechanism_, tree_, state, wrenches_, seen_);
+    compute_joint_reactions(mechanism_, tree_, state, wrenches_, sample_);
   }
 
-  /// The moments of all lanes, to the samples from `first` on.
+  /// Stores the instants of all lanes in the samples from `first` on.
   template <std::size_t N>
   void store(const T& mobility, int first, std::array<Sample, N>& samples) const {
     for (int l = 0; l < T::lanes; ++l) {
@@ -202,21 +205,21 @@ class LaneSampleEvaluator {
         for (Eigen::Index i = 0; i < in.size(); ++i) to.data()[i] = in.data()[i][l];
       };
       for (Eigen::Index a = 0; a < out.effort.size(); ++a) out.effort[a] = efforts_[a][l];
-      copy(seen_.com, out.com);
-      copy(seen_.com_velocity, out.com_velocity);
-      copy(seen_.com_acceleration, out.com_acceleration);
-      copy(seen_.tool_position, out.tool_position);
-      copy(seen_.tool_rotation, out.tool_rotation);
-      copy(seen_.shaking_force, out.shaking_force);
-      copy(seen_.shaking_moment, out.shaking_moment);
-      copy(seen_.ground_force, out.ground_force);
-      copy(seen_.ground_moment, out.ground_moment);
+      copy(sample_.com, out.com);
+      copy(sample_.com_velocity, out.com_velocity);
+      copy(sample_.com_acceleration, out.com_acceleration);
+      copy(sample_.tool_position, out.tool_position);
+      copy(sample_.tool_rotation, out.tool_rotation);
+      copy(sample_.shaking_force, out.shaking_force);
+      copy(sample_.shaking_moment, out.shaking_moment);
+      copy(sample_.ground_force, out.ground_force);
+      copy(sample_.ground_moment, out.ground_moment);
       for (std::size_t j = 0; j < out.joint_force.size(); ++j) {
-        copy(seen_.joint_force[j], out.joint_force[j]);
-        copy(seen_.joint_moment[j], out.joint_moment[j]);
+        copy(sample_.joint_force[j], out.joint_force[j]);
+        copy(sample_.joint_moment[j], out.joint_moment[j]);
       }
-      out.kinetic_energy = seen_.kinetic_energy[l];
-      out.potential_energy = seen_.potential_energy[l];
+      out.kinetic_energy = sample_.kinetic_energy[l];
+      out.potential_energy = sample_.potential_energy[l];
       out.mobility = mobility[l];
     }
   }
@@ -229,7 +232,7 @@ class LaneSampleEvaluator {
   std::vector<Wrench<L>> wrenches_;
   std::vector<T> tau_;
   const T* efforts_ = nullptr;  ///< per actuator
-  SampleOf<T> seen_;
+  SampleOf<T> sample_;
 };
 
 /// @tparam L the space S over packs
@@ -264,21 +267,21 @@ class LaneStepper {
     std::copy_n(dy, tree_.columns, last_dy_.begin());
   }
 
-  /// The group's moments from `first` on.
-  /// @return as GroupSolver::find
+  /// Solves the group's instants from `first` on.
+  /// @return as GroupSolver::solve
   bool find(GroupJob& job, int first) {
     load_prescribed_values<L>(job, first, drive_, sample_);
     if (!(setup_.direct ? solve_explicit(job, first) : solve_by_newton(job, first))) return false;
     for (int c = 0; c < tree_.columns; ++c) {
-      const int at = c * group_size + first;
-      y_[c].store(&job.coordinates.y[at]), dy_[c].store(&job.coordinates.dy[at]),
-          ddy_[c].store(&job.coordinates.ddy[at]);
+      const int index = c * group_size + first;
+      y_[c].store(&job.coordinates.y[index]), dy_[c].store(&job.coordinates.dy[index]),
+          ddy_[c].store(&job.coordinates.ddy[index]);
     }
     return true;
   }
 
-  const KinematicEquations<L>& equations() const { return equations_; }  ///< filled there
-  LaneActuation<L>& actuation() { return actuation_; }                   ///< looked there
+  const KinematicEquations<L>& equations() const { return equations_; }  ///< evaluated there
+  LaneActuation<L>& actuation() { return actuation_; }                   ///< factorised there
   TreeState<L>& state() { return state_; }                               ///< poses and angular velocities there
   const T* dy() const { return dy_.data(); }
   const T* ddy() const { return ddy_.data(); }
@@ -308,42 +311,44 @@ class LaneStepper {
     T iterations;
     if (!newton(iterations) || !is_near_prediction()) return false;
     differentiate();
-    const T hold_pivot = actuation_.factorise(equations_);
-    if (!(reduce_min(hold_pivot) >= singular_pivot_threshold)) return false;
-    if (!equations_.is_near_stored(max_matrix_change) || !actuation_.near_kept(max_matrix_change)) return false;
+    const T actuation_pivot = actuation_.factorise(equations_);
+    if (!(reduce_min(actuation_pivot) >= singular_pivot_threshold)) return false;
+    if (!equations_.is_near_stored(max_matrix_change) || !actuation_.is_near_stored(max_matrix_change)) return false;
     equations_.system().min_pivot().store(&job.pivot[first]);
-    hold_pivot.store(&job.hold_pivot[first]);
+    actuation_pivot.store(&job.hold_pivot[first]);
     step_distance(job.step).store(&job.distance[first]);
     iterations.store(&job.iterations[first]);
     equations_.store();
-    actuation_.keep();
+    actuation_.store();
     for (int c = 0; c < tree_.columns; ++c) last_y_[c] = y_[c][T::lanes - 1], last_dy_[c] = dy_[c][T::lanes - 1];
     return true;
   }
 
-  /// As MotionStepper::newton. A lane that is done stays where it was before its last correction, so that everything is evaluated there
-  /// again, to the same bits, until the others are done, too.
+  /// As MotionStepper::newton. A converged lane stays where it was before its last correction, so that it is evaluated
+  /// there again, with bitwise identical results, until the other lanes have converged, too.
   bool newton(T& iterations) {
     constexpr double inf = std::numeric_limits<double>::infinity();
     const double tolerance = setup_.residual_tolerance;
-    T last = inf;
-    Mask done = last < 0.0;
+    T previous_residual = inf;
+    Mask converged = previous_residual < 0.0;
     iterations = 0.0;
     for (int count = 0; count <= MotionStepper<S>::max_newton_iterations; ++count) {
       compute_poses(tree_, y_.data(), state_);
       equations_.evaluate(state_, y_.data(), sample_, x_.data());
-      T worst = 0.0;
-      for (const T& x : x_) worst = max(worst, abs(x));
-      if (!all(worst < inf) || !equations_.factorise()) return false;
+      T max_residual = 0.0;
+      for (const T& x : x_) max_residual = max(max_residual, abs(x));
+      if (!all(max_residual < inf) || !equations_.factorise()) return false;
       equations_.velocity_rhs(sample_, rates_.data());
       equations_.solve_pair(x_.data(), rates_.data());
-      const Mask before = done;
-      done = done | (worst <= tolerance) | ((worst <= 10 * tolerance) & (worst >= last));
-      iterations = select(before, iterations, T(count));
-      last = worst;
-      const bool finished = all(done);
-      for (int c = 0; c < tree_.columns; ++c) y_[c] = finished ? y_[c] - x_[c] : select(done, y_[c], y_[c] - x_[c]);
-      if (finished) return true;
+      const Mask was_converged = converged;
+      converged = converged | (max_residual <= tolerance) |
+                  ((max_residual <= 10 * tolerance) & (max_residual >= previous_residual));
+      iterations = select(was_converged, iterations, T(count));
+      previous_residual = max_residual;
+      const bool all_converged = all(converged);
+      for (int c = 0; c < tree_.columns; ++c)
+        y_[c] = all_converged ? y_[c] - x_[c] : select(converged, y_[c], y_[c] - x_[c]);
+      if (all_converged) return true;
     }
     return false;
   }
@@ -365,15 +370,15 @@ class LaneStepper {
     ddy_ = x_;
   }
 
-  /// As MotionStepper::step_distance, of every moment since the one before it.
+  /// As MotionStepper::step_distance, for every instant since the one before it.
   T step_distance(double h) const {
     const std::vector<double>& scale = equations_.column_scale();
-    T most = 0.0;
+    T max_distance = 0.0;
     for (const int c : setup_.matrix_columns) {
       const T rate = max(abs(shift_lanes(dy_[c], last_dy_[c])), abs(dy_[c]));
-      most = max(most, max(abs(y_[c] - shift_lanes(y_[c], last_y_[c])), h * rate) / scale[c]);
+      max_distance = max(max_distance, max(abs(y_[c] - shift_lanes(y_[c], last_y_[c])), h * rate) / scale[c]);
     }
-    return most;
+    return max_distance;
   }
 
   const GroupSetup<S>& setup_;
@@ -384,38 +389,38 @@ class LaneStepper {
   TreeState<L> state_;
   DriveSampleOf<T> sample_;
   std::vector<T> y_, dy_, ddy_, x_, rates_, predicted_;
-  std::vector<double> last_y_, last_dy_;  ///< of the moment before the first lane's
+  std::vector<double> last_y_, last_dy_;  ///< of the instant before the first lane's
 };
 
-// A GroupSolver in lanes: as many moments at once as the instruction set has lanes, one such part of a group after another.
+// A GroupSolver in lanes: solves a group part by part, with as many instants per part as the instruction set has lanes.
 
 /// @tparam L the space S over packs
 template <class L, class S>
 class LaneGroupSolver final : public GroupSolver<S> {
  public:
   explicit LaneGroupSolver(const GroupSetup<S>& setup)
-      : setup_(setup), step_(setup_), min_singular_value_(step_.equations()), moment_(setup_) {}
+      : setup_(setup), stepper_(setup_), min_singular_value_(stepper_.equations()), evaluator_(setup_) {}
 
   void start(const KinematicEquations<S>& equations, const Actuation<S>& actuation, const double* y,
              const double* dy) override {
-    step_.start(equations, actuation, y, dy);
+    stepper_.start(equations, actuation, y, dy);
   }
 
   bool solve(GroupJob& job) override {
     using T = typename L::Scalar;
     for (int first = 0; first < group_size; first += T::lanes) {
-      if (!step_.find(job, first)) return false;
-      moment_.evaluate(step_.equations(), step_.actuation(), step_.state(), step_.dy(), step_.ddy());
-      moment_.store(setup_.direct ? T(1.0) : min_singular_value_.compute(step_.equations()), first, job.samples);
+      if (!stepper_.find(job, first)) return false;
+      evaluator_.evaluate(stepper_.equations(), stepper_.actuation(), stepper_.state(), stepper_.dy(), stepper_.ddy());
+      evaluator_.store(setup_.direct ? T(1.0) : min_singular_value_.compute(stepper_.equations()), first, job.samples);
     }
     return true;
   }
 
  private:
   GroupSetup<S> setup_;
-  LaneStepper<L, S> step_;
+  LaneStepper<L, S> stepper_;
   LaneMinSingularValue<L> min_singular_value_;
-  LaneSampleEvaluator<L, S> moment_;
+  LaneSampleEvaluator<L, S> evaluator_;
 };
 
 }  // namespace balance

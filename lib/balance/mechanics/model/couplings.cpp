@@ -28,42 +28,42 @@ class CouplingResolver {
  private:
   enum class State { unknown, open, known };
 
-  /// Leaders before those that they lead, without recursion: chains may be long.
+  /// Resolves leaders before their followers. Iterative, because chains may be long.
   void resolve(CoordinateId coordinate) {
-    std::vector<int> open = {coordinate};
-    while (!open.empty()) {
-      const int c = open.back();
+    std::vector<int> pending = {coordinate};
+    while (!pending.empty()) {
+      const int c = pending.back();
       const CouplingOf<T>* coupling = coupling_of_[c];
       if (state_[c] == State::unknown && coupling != nullptr) {
         state_[c] = State::open;
         for (const CoordinateTermOf<T>& term : coupling->leader.terms) {
           if (state_[term.coordinate] == State::open)
             throw std::invalid_argument("couplings follow each other in a circle");
-          if (state_[term.coordinate] == State::unknown) open.push_back(term.coordinate);
+          if (state_[term.coordinate] == State::unknown) pending.push_back(term.coordinate);
         }
         continue;
       }
       if (state_[c] != State::known)
         roots_[c] = coupling == nullptr ? ResolvedCouplingOf<T>{{{c, T(1)}}} : sum(*coupling);
       state_[c] = State::known;
-      open.pop_back();
+      pending.pop_back();
     }
   }
 
   ResolvedCouplingOf<T> sum(const CouplingOf<T>& coupling) const {
     ResolvedCouplingOf<T> out{{}, coupling.offset};
     for (const CoordinateTermOf<T>& leader : coupling.leader.terms) {
-      const ResolvedCouplingOf<T>& above = roots_[leader.coordinate];
+      const ResolvedCouplingOf<T>& resolved = roots_[leader.coordinate];
       const T ratio = coupling.ratio * leader.ratio;
-      out.offset += ratio * above.offset;
-      for (const CoordinateTermOf<T>& root : above.terms) {
-        const auto same = std::find_if(out.terms.begin(), out.terms.end(), [&](const CoordinateTermOf<T>& term) {
+      out.offset += ratio * resolved.offset;
+      for (const CoordinateTermOf<T>& root : resolved.terms) {
+        const auto existing = std::find_if(out.terms.begin(), out.terms.end(), [&](const CoordinateTermOf<T>& term) {
           return term.coordinate == root.coordinate;
         });
-        if (same == out.terms.end())
+        if (existing == out.terms.end())
           out.terms.push_back({root.coordinate, ratio * root.ratio});
         else
-          same->ratio += ratio * root.ratio;
+          existing->ratio += ratio * root.ratio;
       }
     }
     return out;

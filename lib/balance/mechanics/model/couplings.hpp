@@ -1,5 +1,5 @@
 #pragma once
-/// Who follows whom among joint coordinates.
+/// Couplings between joint coordinates.
 
 #include "balance/mechanics/model/mechanism.hpp"
 
@@ -7,24 +7,24 @@
 
 namespace balance {
 
-// Coordinates that follow others, down to those that follow none.
+// Couplings resolved to coordinates that follow no other.
 
 /// q[c] = Σ ratio · q[coordinate] + offset.
 template <class T>
 struct ResolvedCouplingOf {
-  std::vector<CoordinateTermOf<T>> terms;  ///< coordinates that follow no other, each once
+  std::vector<CoordinateTermOf<T>> terms;  ///< coordinates that follow no other, each at most once
   T offset = 0;
 };
 
-/// One per coordinate c of the mechanism.
-/// @throws std::invalid_argument if couplings follow each other in a circle
+/// Returns one entry per coordinate c of the mechanism.
+/// @throws std::invalid_argument if couplings form a cycle
 template <class T>
 std::vector<ResolvedCouplingOf<T>> resolve_couplings(const MechanismOf<T>& mechanism);
 
-/// Per coordinate those that lead it, none if it follows nobody.
+/// The leaders of each coordinate; empty if it follows none.
 using CouplingGraph = std::vector<std::vector<CoordinateId>>;
 
-/// The coordinates that are followed.
+/// The followed coordinates.
 template <class T>
 std::vector<CoordinateId> coordinates_of(const CoordinateCombinationOf<T>& followed) {
   std::vector<CoordinateId> out;
@@ -32,19 +32,20 @@ std::vector<CoordinateId> coordinates_of(const CoordinateCombinationOf<T>& follo
   return out;
 }
 
-/// Whether one of `from`, or what leads it, is the follower. Among `leaders` there must be no circle yet.
+/// Whether one of `from`, or one of their direct or indirect leaders, is `follower`. `leaders` must not contain a cycle
+/// yet.
 inline bool creates_coupling_cycle(const CouplingGraph& leaders, CoordinateId follower,
                                    const std::vector<CoordinateId>& from) {
-  std::vector<bool> seen(leaders.size(), false);
-  std::vector<CoordinateId> open = from;
-  while (!open.empty()) {
-    const CoordinateId c = open.back();
-    open.pop_back();
+  std::vector<bool> visited(leaders.size(), false);
+  std::vector<CoordinateId> pending = from;
+  while (!pending.empty()) {
+    const CoordinateId c = pending.back();
+    pending.pop_back();
     if (c == follower) return true;
-    if (seen[static_cast<std::size_t>(c)]) continue;
-    seen[static_cast<std::size_t>(c)] = true;
-    const std::vector<CoordinateId>& above = leaders[static_cast<std::size_t>(c)];
-    open.insert(open.end(), above.begin(), above.end());
+    if (visited[static_cast<std::size_t>(c)]) continue;
+    visited[static_cast<std::size_t>(c)] = true;
+    const std::vector<CoordinateId>& next_leaders = leaders[static_cast<std::size_t>(c)];
+    pending.insert(pending.end(), next_leaders.begin(), next_leaders.end());
   }
   return false;
 }

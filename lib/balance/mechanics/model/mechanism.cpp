@@ -27,9 +27,9 @@ std::string format_angle(double value, const DisplayUnits& units, double round_o
   return format_in_unit(value, units.angle, round_off) + " " + units.angle_name;
 }
 
-std::string format_position(const double* place, int count, const DisplayUnits& units, double round_off) {
+std::string format_position(const double* position, int count, const DisplayUnits& units, double round_off) {
   std::string text;
-  for (int i = 0; i < count; ++i) text += (i == 0 ? "(" : ", ") + format_in_unit(place[i], units.length, round_off);
+  for (int i = 0; i < count; ++i) text += (i == 0 ? "(" : ", ") + format_in_unit(position[i], units.length, round_off);
   return text + ") " + units.length_name;
 }
 
@@ -97,13 +97,13 @@ std::vector<CoordinateDefinition> coordinate_definitions(JointType type) {
 }  // namespace
 
 std::vector<Coordinate> list_coordinates(SpaceKind /*space*/, const std::vector<Joint>& joints) {
-  std::vector<Coordinate> all;
+  std::vector<Coordinate> coordinates;
   for (std::size_t j = 0; j < joints.size(); ++j) {
     int index = 0;
-    for (const CoordinateDefinition& part : coordinate_definitions(joints[j].type))
-      all.push_back({joints[j].name + part.suffix, static_cast<int>(j), index++, part.kind});
+    for (const CoordinateDefinition& definition : coordinate_definitions(joints[j].type))
+      coordinates.push_back({joints[j].name + definition.suffix, static_cast<int>(j), index++, definition.kind});
   }
-  return all;
+  return coordinates;
 }
 
 bool has_velocity_constraints(const Mechanism& mechanism) {
@@ -114,22 +114,24 @@ bool has_velocity_constraints(const Mechanism& mechanism) {
 
 namespace {
 
-/// Between any two of the places. Pairs are tried from the outermost places on, until none of those left can be farther apart.
-double largest_distance(std::vector<Vector3> places) {
-  Vector3 middle = Vector3::Zero();
-  for (const Vector3& place : places) middle += place / static_cast<double>(places.size());
-  const auto reach = [&middle](const Vector3& place) { return (place - middle).norm(); };
-  std::sort(places.begin(), places.end(), [&](const Vector3& p, const Vector3& q) { return reach(p) > reach(q); });
-  double largest = 0;
-  for (std::size_t i = 0; i < places.size(); ++i) {
-    const double outer = reach(places[i]);
-    if (!(2 * outer * (1 + 1e-12) >= largest)) break;
-    for (std::size_t j = i + 1; j < places.size(); ++j) {
-      if (!((outer + reach(places[j])) * (1 + 1e-12) >= largest)) break;
-      largest = std::max(largest, (places[i] - places[j]).norm());
+/// Largest distance between two of the points. Tries pairs from the outermost points inwards until no remaining pair
+/// can exceed the maximum.
+double largest_distance(std::vector<Vector3> points) {
+  Vector3 centroid = Vector3::Zero();
+  for (const Vector3& point : points) centroid += point / static_cast<double>(points.size());
+  const auto distance_from_centroid = [&centroid](const Vector3& point) { return (point - centroid).norm(); };
+  std::sort(points.begin(), points.end(),
+            [&](const Vector3& p, const Vector3& q) { return distance_from_centroid(p) > distance_from_centroid(q); });
+  double max_distance = 0;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const double radius = distance_from_centroid(points[i]);
+    if (!(2 * radius * (1 + 1e-12) >= max_distance)) break;
+    for (std::size_t j = i + 1; j < points.size(); ++j) {
+      if (!((radius + distance_from_centroid(points[j])) * (1 + 1e-12) >= max_distance)) break;
+      max_distance = std::max(max_distance, (points[i] - points[j]).norm());
     }
   }
-  return largest;
+  return max_distance;
 }
 
 }  // namespace
@@ -138,35 +140,35 @@ double characteristic_length(const Mechanism& mechanism) {
   double length = 0;
   const std::vector<std::vector<JointId>> joints = joints_of_bodies(mechanism);
   for (std::size_t b = 0; b < mechanism.bodies.size(); ++b) {
-    std::vector<Vector3> places;
-    for (const NamedPoint& point : mechanism.bodies[b].points) places.push_back(point.position);
+    std::vector<Vector3> points;
+    for (const NamedPoint& point : mechanism.bodies[b].points) points.push_back(point.position);
     for (const int j : joints[b]) {
       const Joint& joint = mechanism.joints[j];
-      if (joint.first == static_cast<int>(b)) places.push_back(joint.point_first);
-      if (joint.second == static_cast<int>(b)) places.push_back(joint.point_second);
+      if (joint.first == static_cast<int>(b)) points.push_back(joint.point_first);
+      if (joint.second == static_cast<int>(b)) points.push_back(joint.point_second);
     }
-    if (b != static_cast<std::size_t>(ground)) places.emplace_back(Vector3::Zero());
-    length = std::max(length, largest_distance(places));
+    if (b != static_cast<std::size_t>(ground)) points.emplace_back(Vector3::Zero());
+    length = std::max(length, largest_distance(points));
   }
   for (const Joint& joint : mechanism.joints) length = std::max(length, joint.radius);
   if (length > 0) return length;
-  // everything is jointed at one point: then by how far masses are from it
+  // all joints coincide: use the distances of the masses from that point
   for (const Body& body : mechanism.bodies)
     if (body.mass > 0)
       length = std::max({length, body.com.norm(), std::sqrt(max_coefficient(body.inertia.diagonal()) / body.mass)});
-  for (const Attachment& extra : mechanism.attachments) length = std::max(length, extra.position.norm());
+  for (const Attachment& attachment : mechanism.attachments) length = std::max(length, attachment.position.norm());
   for (const Disc& disc : mechanism.discs) length = std::max(length, disc.position.norm());
   return length > 0 ? length : 1;
 }
 
 double ground_extent(const Mechanism& mechanism) {
-  double largest = 1;
+  double extent = 1;
   const double length = characteristic_length(mechanism);
   for (const Joint& joint : mechanism.joints)
     for (const int side : {joint.first, joint.second})
       if (side == ground)
-        largest = std::max(largest, (side == joint.first ? joint.point_first : joint.point_second).norm() / length);
-  return largest;
+        extent = std::max(extent, (side == joint.first ? joint.point_first : joint.point_second).norm() / length);
+  return extent;
 }
 
 double total_mass(const Mechanism& mechanism) {
@@ -181,65 +183,72 @@ namespace {
 
 class MechanismUnion {
  public:
-  explicit MechanismUnion(Mechanism first) : whole_(std::move(first)) {}
+  explicit MechanismUnion(Mechanism first) : union_(std::move(first)) {}
 
   void add(const Mechanism& next) {
-    if (next.space != whole_.space || next.gravity != whole_.gravity)
+    if (next.space != union_.space || next.gravity != union_.gravity)
       throw std::invalid_argument("mechanisms side by side are in one space with one gravity");
-    bodies_ = static_cast<int>(whole_.bodies.size()) - 1;
-    coordinates_ = static_cast<int>(whole_.coordinates.size());
-    whole_.bodies.insert(whole_.bodies.end(), next.bodies.begin() + 1, next.bodies.end());
-    append(whole_.joints, next.joints, [this](Joint& joint) { join(joint.first, joint.second); });
-    append(whole_.couplings, next.couplings, [this](Coupling& coupling) {
-      coupling.follower += coordinates_;
+    body_offset_ = static_cast<int>(union_.bodies.size()) - 1;
+    coordinate_offset_ = static_cast<int>(union_.coordinates.size());
+    union_.bodies.insert(union_.bodies.end(), next.bodies.begin() + 1, next.bodies.end());
+    append(union_.joints, next.joints, [this](Joint& joint) { shift_bodies(joint.first, joint.second); });
+    append(union_.couplings, next.couplings, [this](Coupling& coupling) {
+      coupling.follower += coordinate_offset_;
       shift(coupling.leader);
     });
-    append(whole_.attachments, next.attachments, [this](Attachment& one) { one.body = body(one.body); });
-    append(whole_.discs, next.discs, [this](Disc& disc) {
+    append(union_.constraints, next.constraints, [this](GeneralisedSpeed& speed) {
+      for (GeneralisedSpeedTerm& term : speed.terms) {
+        term.body = body(term.body);
+        if (term.kind == GeneralisedSpeedTerm::Kind::coordinate) term.index += coordinate_offset_;
+      }
+    });
+    append(union_.attachments, next.attachments,
+           [this](Attachment& attachment) { attachment.body = body(attachment.body); });
+    append(union_.discs, next.discs, [this](Disc& disc) {
       disc.body = body(disc.body);
       shift(disc.follows);
     });
-    append(whole_.loads, next.loads, [this](Load& load) { load.body = body(load.body); });
-    append(whole_.springs, next.springs, [this](Spring& spring) {
-      join(spring.first, spring.second);
-      if (spring.is_joint_spring()) spring.coordinate += coordinates_;
+    append(union_.loads, next.loads, [this](Load& load) { load.body = body(load.body); });
+    append(union_.springs, next.springs, [this](Spring& spring) {
+      shift_bodies(spring.first, spring.second);
+      if (spring.is_joint_spring()) spring.coordinate += coordinate_offset_;
     });
-    append(whole_.friction, next.friction, [this](Friction& one) { one.coordinate += coordinates_; });
-    append(whole_.actuators, next.actuators, [this](CoordinateId& actuator) { actuator += coordinates_; });
-    append(whole_.assembly, next.assembly, [this](CoordinateValue& value) { value.coordinate += coordinates_; });
-    whole_.coordinates = list_coordinates(whole_.space, whole_.joints);
+    append(union_.friction, next.friction, [this](Friction& friction) { friction.coordinate += coordinate_offset_; });
+    append(union_.actuators, next.actuators, [this](CoordinateId& actuator) { actuator += coordinate_offset_; });
+    append(union_.assembly, next.assembly, [this](CoordinateValue& value) { value.coordinate += coordinate_offset_; });
+    union_.coordinates = list_coordinates(union_.space, union_.joints);
   }
 
-  Mechanism finish() { return std::move(whole_); }
+  Mechanism finish() { return std::move(union_); }
 
  private:
   template <class T, class Shift>
-  static void append(std::vector<T>& all, const std::vector<T>& more, const Shift& shift) {
-    for (T one : more) {
-      shift(one);
-      all.push_back(std::move(one));
+  static void append(std::vector<T>& target, const std::vector<T>& items, const Shift& shift) {
+    for (T item : items) {
+      shift(item);
+      target.push_back(std::move(item));
     }
   }
-  BodyId body(BodyId one) const { return one == ground ? one : BodyId(one + bodies_); }
-  void shift(CoordinateCombination& what) const {
-    for (CoordinateTerm& term : what.terms) term.coordinate += coordinates_;
+  BodyId body(BodyId id) const { return id == ground ? id : BodyId(id + body_offset_); }
+  void shift(CoordinateCombination& combination) const {
+    for (CoordinateTerm& term : combination.terms) term.coordinate += coordinate_offset_;
   }
-  void join(BodyId& first, BodyId& second) const {
+  void shift_bodies(BodyId& first, BodyId& second) const {
     first = body(first);
     second = body(second);
   }
 
-  Mechanism whole_;
-  int bodies_ = 0, coordinates_ = 0;  ///< that stand before the mechanism that is being added
+  Mechanism union_;
+  int body_offset_ = 0, coordinate_offset_ = 0;  ///< index offsets of the mechanism being added
 };
 
 }  // namespace
 
 Mechanism disjoint_union(const std::vector<Mechanism>& mechanisms) {
   if (mechanisms.empty()) throw std::invalid_argument("no mechanism to be put side by side");
-  MechanismUnion row(mechanisms.front());
-  for (std::size_t i = 1; i < mechanisms.size(); ++i) row.add(mechanisms[i]);
-  return row.finish();
+  MechanismUnion combined(mechanisms.front());
+  for (std::size_t i = 1; i < mechanisms.size(); ++i) combined.add(mechanisms[i]);
+  return combined.finish();
 }
 
 }  // namespace balance

@@ -1,8 +1,9 @@
 #pragma once
-/// A mechanism as its designer wrote it: bodies connected by joints to each other and to the ground. Plain
-/// values; indices instead of names; never changed by an algorithm. SI units throughout.
+/// A mechanism as its designer specified it: bodies connected by joints to each other and to the ground. Plain values
+/// with indices instead of names; algorithms never modify it. SI units throughout.
 ///
-/// Planar mechanisms use the same types: positions have z = 0, axes of rotation are z, an inertia has only its zz entry.
+/// Planar mechanisms use the same types: positions have z = 0, axes of rotation are z, and an inertia has only its zz
+/// entry.
 
 #include "balance/foundation/base/id.hpp"
 #include "balance/foundation/base/types.hpp"
@@ -24,34 +25,36 @@ using BodyId = TypedIndex<struct BodyList>;              ///< into Mechanism::bo
 using JointId = TypedIndex<struct JointList>;            ///< into Mechanism::joints
 using CoordinateId = TypedIndex<struct CoordinateList>;  ///< into Mechanism::coordinates
 
-/// The units that a mechanism's designer thinks in, for what is said to him. All numbers are kept in SI.
+/// Units for messages and reports, as preferred by the designer. All numbers are stored in SI.
 struct DisplayUnits {
   double length = 1;  ///< [m]
   double angle = 1;   ///< [rad]
   std::string length_name = "m", angle_name = "rad";
 };
 
-/// Coordinates of a pose are found no better than this, in radians or characteristic lengths.
+/// Coordinates of a pose are computed to this accuracy, in radians or characteristic lengths.
 inline constexpr double pose_round_off = 1e-12;
 
-/// "350 mm". @param value [m] @param round_off values no larger become 0 [m]
+/// "350 mm". @param value [m] @param round_off magnitudes up to this become 0 [m]
 std::string format_length(double value, const DisplayUnits& units, double round_off = 0);
-/// "120 deg". @param value [rad] @param round_off values no larger become 0 [rad]
+/// "120 deg". @param value [rad] @param round_off magnitudes up to this become 0 [rad]
 std::string format_angle(double value, const DisplayUnits& units, double round_off = 0);
-/// "(350, 0) mm". @param place its components [m] @param count 2 or 3
-std::string format_position(const double* place, int count, const DisplayUnits& units, double round_off = 0);
+/// "(350, 0) mm". @param place components [m] @param count 2 or 3
+std::string format_position(const double* position, int count, const DisplayUnits& units, double round_off = 0);
 
-// Speeds that need not be rates of coordinates: sums of rates of joint coordinates and of components of bodies' motion.
+// Generalised speeds: sums of rates of joint coordinates and of components of body velocities. They need not be rates
+// of coordinates.
 
-/// factor · (what it is of). Own: in the axes of the body, which move.
+/// factor · (rate of a coordinate, or component of a velocity). The `_body` kinds take components along the moving body
+/// axes.
 template <class T>
 struct GeneralisedSpeedTermOf {
   enum class Kind { coordinate, velocity, velocity_body, angular_velocity, angular_velocity_body };
   Kind kind = Kind::coordinate;
-  int index = 0;    ///< coordinate of the mechanism, or component 0 to 2; what turns in the plane has component 2
+  int index = 0;    ///< coordinate of the mechanism, or component 0 to 2; planar angular velocities have component 2
   T factor = 1;     ///< SI
-  BodyId body = 0;  ///< of a component
-  Vector3Of<T> position = Vector3Of<T>::Zero();  ///< of the point whose velocity is meant, in the body's axes [m]
+  BodyId body = 0;  ///< for components of velocities
+  Vector3Of<T> position = Vector3Of<T>::Zero();  ///< point whose velocity is meant, body axes [m]
 };
 
 /// φ or ψ of P0 eq. 1 with constant factors.
@@ -69,14 +72,14 @@ enum class SpaceKind { planar, spatial };
 /// The rigid body that does not move; always bodies[0].
 inline constexpr BodyId ground = 0;
 
-/// A named place on a body, in the body's axes from the body's origin [m].
+/// A named point of a body, in the body's axes from the body's origin [m].
 template <class T>
 struct NamedPointOf {
   std::string name;
   Vector3Of<T> position;
 };
 
-/// bodies[0] is the ground (mass 0, inertia 0); others may be without both, or point masses (inertia 0).
+/// bodies[0] is the ground (mass 0, inertia 0). Other bodies may be massless, or point masses (inertia 0).
 template <class T>
 struct BodyOf {
   std::string name;
@@ -84,7 +87,7 @@ struct BodyOf {
   Vector3Of<T> com = Vector3Of<T>::Zero();      ///< from the body's origin, body axes [m]
   Matrix3Of<T> inertia = Matrix3Of<T>::Zero();  ///< about the CoM, body axes [kg m^2]; off-diagonal entries are −∫xy dm
   std::vector<NamedPointOf<T>> points;
-  bool inertia_as_given = false;  ///< no body can have it, and it is meant all the same: validate() lets it pass
+  bool inertia_as_given = false;  ///< validate() accepts the inertia although no body can have it
 };
 
 enum class JointType {
@@ -100,8 +103,8 @@ enum class JointType {
   rolling_sphere
 };
 
-/// A joint lets `second` move relative to `first`. At coordinates zero the second body's frame has the rotation
-/// `rotation` in the first one's. With P = point_first, Q = point_second (each in its body's axes), u = axis, v = axis2
+/// A joint lets `second` move relative to `first`. At zero coordinates, `rotation` is the rotation of the second body's
+/// frame in the first body's. With P = point_first, Q = point_second (each in its body's axes), u = axis, v = axis2
 /// (unit vectors in the first body's axes) and r = Q − P:
 ///
 /// | type        | coordinates  | motion                                                                    |
@@ -115,15 +118,17 @@ enum class JointType {
 /// | spherical   | 1, 2, 3      | r = 0; successive rotations about x, the turned y, the twice turned z     |
 /// | planar      | x, y, angle  | r = x v + y (u × v); rotation about u                                     |
 ///
-/// The last two types roll without slip on the plane through P whose normal u points to their side; Q is the centre, n the plane's
-/// normal. They have five coordinates, whose rates are bound to each other twice: the material point in touch with the plane rests on it.
+/// The last two types roll without slip on the plane through P. Its normal u points to the side of the rolling body,
+/// whose centre is Q. They have five coordinates and two constraints on their rates: the material point in contact with
+/// the plane is at rest.
 ///
-/// | type           | coordinates                | motion                                                                   |
-/// | -------------- | -------------------------- | ------------------------------------------------------------------------ |
-/// | rolling_disc   | x, y, heading, lean, angle | touches at x v + y (u × v); rotations by heading about u, by lean about  |
-/// |                |                            | the turned v, which is where it heads, by angle about its own axis u × v |
-/// | rolling_sphere | x, y, 1, 2, 3              | touches at x v + y (u × v); rotations about x, the turned y, the twice   |
-/// |                |                            | turned z                                                                 |
+/// | type           | coordinates                | motion                                                             |
+/// | -------------- | -------------------------- | ------------------------------------------------------------------ |
+/// | rolling_disc   | x, y, heading, lean, angle | contact at x v + y (u × v); rotations by heading about u, by lean  |
+/// |                |                            | about the turned v (its heading direction), by angle about its own |
+/// |                |                            | axis u × v                                                         |
+/// | rolling_sphere | x, y, 1, 2, 3              | contact at x v + y (u × v); successive rotations about x, the      |
+/// |                |                            | turned y, the twice turned z                                       |
 template <class T>
 struct JointOf {
   std::string name;
@@ -135,8 +140,8 @@ struct JointOf {
   Vector3Of<T> axis = Vector3Of<T>::UnitZ();   ///< planar prismatic and pin_slot: direction of the slide
   Vector3Of<T> axis2 = Vector3Of<T>::UnitX();  ///< universal: second axis; planar, rolling: direction of x; else unused
   Matrix3Of<T> rotation = Matrix3Of<T>::Identity();
-  T radius = 0;        ///< of what rolls [m]
-  bool slips = false;  ///< what rolls only touches the plane: its rates are not bound
+  T radius = 0;        ///< of the rolling body [m]
+  bool slips = false;  ///< a rolling body only touches the plane: its rates are not constrained
 };
 
 /// Number of coordinates of a joint type.
@@ -149,7 +154,7 @@ enum class CoordinateKind { angle, length };
 
 /// One scalar coordinate of a joint. Mechanism::coordinates lists them joint by joint.
 struct Coordinate {
-  std::string name;  ///< "J" where the joint has one coordinate, else "J.angle", "J.slide", "J.x", "J.1", …
+  std::string name;  ///< "J" if the joint has one coordinate, else "J.angle", "J.slide", "J.x", "J.1", …
   JointId joint = 0;
   int index = 0;  ///< within the joint
   CoordinateKind kind = CoordinateKind::angle;
@@ -162,8 +167,8 @@ struct CoordinateTermOf {
   T ratio = 1;
 };
 
-/// What a disc or a coupled coordinate follows: Σ ratio · q[coordinate], of different coordinates; of a belt over several joints
-/// more than one, else one with the ratio 1.
+/// What a disc or a coupled coordinate follows: Σ ratio · q[coordinate] over different coordinates. A belt over several
+/// joints has several terms; otherwise there is one, with ratio 1.
 template <class T>
 struct CoordinateCombinationOf {
   std::vector<CoordinateTermOf<T>> terms;
@@ -171,7 +176,7 @@ struct CoordinateCombinationOf {
   CoordinateCombinationOf() : CoordinateCombinationOf(CoordinateId()) {}
   template <std::convertible_to<CoordinateId> Id>
   CoordinateCombinationOf(Id coordinate)
-      : terms{{coordinate, T(1)}} {}  // NOLINT(google-explicit-constructor): mostly it is one
+      : terms{{coordinate, T(1)}} {}  // NOLINT(google-explicit-constructor): usually a single coordinate
   explicit CoordinateCombinationOf(std::vector<CoordinateTermOf<T>> sum) : terms(std::move(sum)) {}
 
   /// @param q per coordinate of the mechanism: positions, rates or accelerations
@@ -183,7 +188,7 @@ struct CoordinateCombinationOf {
   }
 };
 
-/// Gear or belt: q[follower] = ratio · (what the leader says) + offset.
+/// Gear or belt: q[follower] = ratio · leader.evaluate(q) + offset.
 template <class T>
 struct CouplingOf {
   CoordinateId follower = 0;
@@ -203,12 +208,12 @@ struct AttachmentOf {
   Vector3Of<T> position = Vector3Of<T>::Zero();            ///< of its CoM, in the body's axes [m]
   T mass = 0;                                              ///< [kg], zero allowed (a free mass may vanish)
   Matrix3Of<T> inertia = Matrix3Of<T>::Zero();             ///< about its CoM, in the body's axes [kg m^2]
-  double from = -std::numeric_limits<double>::infinity();  ///< taken up at that time of a trajectory [s]
-  double until = std::numeric_limits<double>::infinity();  ///< set down at that time [s], later than from
+  double from = -std::numeric_limits<double>::infinity();  ///< time of a trajectory at which it is taken up [s]
+  double until = std::numeric_limits<double>::infinity();  ///< time at which it is set down [s], later than `from`
 };
 
-/// A rotor carried by a body at `position` (its CoM, on its axis), turning relative to it about `axis` by ratio times what
-/// it follows.
+/// A rotor carried by a body at `position` (its CoM, on its axis). It turns relative to the carrier about `axis` by
+/// ratio · follows.evaluate(q).
 template <class T>
 struct DiscOf {
   std::string name;
@@ -223,20 +228,21 @@ struct DiscOf {
 
 enum class Frame { world, body };
 
-/// A force and a moment that the surroundings apply to a body. Constant (one row) or piecewise linear in time.
+/// An external force and moment on a body, constant (one entry) or piecewise linear in time.
 template <class T>
 struct LoadOf {
   std::string name;
   BodyId body = 0;
   Vector3Of<T> point = Vector3Of<T>::Zero();  ///< where the force acts, in the body's axes [m]
   Frame frame = Frame::world;                 ///< axes in which force and moment are given
-  std::vector<T> time;                        ///< empty for a constant load, else increasing [s]; held beyond its ends
+  std::vector<T> time;                        ///< increasing [s], end values held outside; empty for a constant load
   std::vector<Vector3Of<T>> force;            ///< one entry, or one per time [N]
   std::vector<Vector3Of<T>> moment;           ///< same length as force [N m]
 };
 
-/// A linear spring between a point of each of two bodies: tension stiffness · (length − free_length). Or in a joint coordinate q,
-/// a torsion spring where that is an angle: it drives q with preload − stiffness · q, and bodies and points mean nothing.
+/// A linear spring between a point of each of two bodies, with tension stiffness · (length − free_length). Or a spring
+/// in a joint coordinate q, torsional if q is an angle, with the effort preload − stiffness · q on q; bodies and points
+/// are then unused.
 template <class T>
 struct SpringOf {
   std::string name;
@@ -244,43 +250,44 @@ struct SpringOf {
   BodyId second = ground;
   Vector3Of<T> point_first = Vector3Of<T>::Zero();
   Vector3Of<T> point_second = Vector3Of<T>::Zero();
-  T stiffness = 0;               ///< [N/m], in an angle [N m/rad]
+  T stiffness = 0;               ///< [N/m]; on an angle [N m/rad]
   T free_length = 0;             ///< [m]; zero is a zero-free-length spring
-  T preload = 0;                 ///< in a joint: what it drives the coordinate with at zero [N m or N]
-  CoordinateId coordinate = -1;  ///< −1: between its points
+  T preload = 0;                 ///< joint spring: effort on the coordinate at zero [N m or N]
+  CoordinateId coordinate = -1;  ///< −1: spring between points
 
   bool is_joint_spring() const { return coordinate >= 0; }
 };
 
-/// Friction in a joint coordinate: it resists with viscous · q̇ + dry(sign(q̇)) · sign(q̇); at rest it holds against as much as
-/// static_limit() (mechanics/model/friction_law.hpp has the law). Forwards is where the coordinate grows.
+/// Friction in a joint coordinate. Sliding, it resists with viscous · q̇ + dry_friction(sign(q̇)) · sign(q̇). At rest,
+/// it holds efforts up to static_limit(). See mechanics/model/friction_law.hpp. Forward is the direction in which the
+/// coordinate grows.
 template <class T>
 struct FrictionOf {
   CoordinateId coordinate = 0;
   T viscous = 0;                           ///< [N m s/rad] or [N s/m]
-  T coulomb = 0;                           ///< forwards [N m] or [N]
-  std::optional<T> breakaway = {};         ///< what it takes to break loose, at least coulomb [N m or N]; none: coulomb
-  std::optional<T> coulomb_backward = {};  ///< none: as forwards
-  std::optional<T> at_rest_backward = {};  ///< none: as forwards where that is stated, else coulomb backwards
+  T coulomb = 0;                           ///< forward [N m] or [N]
+  std::optional<T> breakaway = {};         ///< effort to break loose, at least coulomb [N m or N]; none: coulomb
+  std::optional<T> coulomb_backward = {};  ///< none: as forward
+  std::optional<T> at_rest_backward = {};  ///< none: as forward if `breakaway` is given, else Coulomb friction backward
 
-  /// Not negative. @param sign of the rate
+  /// Non-negative. @param sign of the rate
   T dry_friction(int sign) const { return sign < 0 && coulomb_backward ? *coulomb_backward : coulomb; }
-  /// @param sign of the rate that it keeps from growing
+  /// Largest effort held at rest. @param sign of the rate that friction prevents
   T static_limit(int sign) const {
     if (sign < 0 && at_rest_backward) return *at_rest_backward;
     return breakaway ? *breakaway : dry_friction(sign);
   }
 };
 
-/// The point of interest of one body.
+/// Point of interest of one body.
 template <class T>
 struct ToolOf {
   BodyId body = 0;
-  std::string point;                             ///< its name on the body
+  std::string point;                             ///< name of the point on the body
   Vector3Of<T> position = Vector3Of<T>::Zero();  ///< in the body's axes [m]
 };
 
-/// A rough value of one joint coordinate that helps to pick the assembly mode.
+/// Approximate value of a joint coordinate, used to select the assembly mode.
 template <class T>
 struct CoordinateValueOf {
   CoordinateId coordinate = 0;
@@ -302,13 +309,13 @@ struct MechanismOf {
   std::vector<LoadOf<T>> loads;
   std::vector<SpringOf<T>> springs;
   std::vector<FrictionOf<T>> friction;
-  std::vector<CoordinateId> actuators;  ///< coordinates that a motor drives
+  std::vector<CoordinateId> actuators;  ///< actuated coordinates
   std::optional<ToolOf<T>> tool;
   std::vector<CoordinateValueOf<T>> assembly;
-  DisplayUnits units;  ///< of what is said of it
+  DisplayUnits units;  ///< for messages and reports
 };
 
-// As its designer wrote it. Over other scalars (foundation/base/dual.hpp) the same mechanism is known with its derivatives.
+// Plain values. Over dual numbers (foundation/base/dual.hpp) a mechanism also carries derivatives.
 using NamedPoint = NamedPointOf<double>;
 using Body = BodyOf<double>;
 using Joint = JointOf<double>;
@@ -327,32 +334,35 @@ using Mechanism = MechanismOf<double>;
 /// The coordinates of all joints, joint by joint, with their names.
 std::vector<Coordinate> list_coordinates(SpaceKind space, const std::vector<Joint>& joints);
 
-/// Some rates are bound to each other where places are not: something rolls on a plane, or there are constraints on speeds.
+/// Whether some rates are constrained and positions are not: a body rolls on a plane, or there are constraints on
+/// speeds.
 bool has_velocity_constraints(const Mechanism& mechanism);
 
-/// A length that is typical of the mechanism: the largest distance of a named or joint point from its body's
-/// origin or, for the ground, between two of its points; positive. It scales every comparison with zero.
+/// Characteristic length: the largest distance of a named or joint point from its body's origin or, for the ground,
+/// between two of its points. Always positive. All comparisons with zero are scaled by it.
 double characteristic_length(const Mechanism& mechanism);
 
-/// Largest distance of a joint's place on the ground from the world's origin, in characteristic lengths, at least 1: what the
-/// round-off of closures is proportional to.
+/// Largest distance of a ground joint point from the world origin, in characteristic lengths; at least 1. Round-off of
+/// loop closures is proportional to it.
 double ground_extent(const Mechanism& mechanism);
 
-/// Mass of everything that moves: bodies, attachments, discs [kg].
+/// Total moving mass: bodies, attachments and discs [kg].
 double total_mass(const Mechanism& mechanism);
 
-/// Joint coordinates as lengths and angles.
+/// Whether a joint coordinate is a length; otherwise it is an angle.
 inline bool is_length_coordinate(const Mechanism& mechanism, CoordinateId c) {
   return mechanism.coordinates[static_cast<std::size_t>(c)].kind == CoordinateKind::length;
 }
 
-/// "120 deg". @param value [rad or m] @param round_off values no larger become 0 [rad or m]
+/// "120 deg". @param value [rad or m] @param round_off magnitudes up to this become 0 [rad or m]
 inline std::string format_coordinate(const Mechanism& mechanism, CoordinateId c, double value, double round_off = 0) {
   return is_length_coordinate(mechanism, c) ? format_length(value, mechanism.units, round_off)
                                             : format_angle(value, mechanism.units, round_off);
 }
 
-/// Coordinates of a pose that are round-off become 0. @param values of all coordinates @param length characteristic [m]
+/// Sets coordinates of a pose that are round-off to 0.
+/// @param values all coordinates
+/// @param length characteristic length [m]
 template <class Values>
 void clear_pose_round_off(const Mechanism& mechanism, double length, Values& values) {
   for (std::size_t c = 0; c < mechanism.coordinates.size(); ++c) {
@@ -362,22 +372,22 @@ void clear_pose_round_off(const Mechanism& mechanism, double length, Values& val
   }
 }
 
-// The equation of motion in speeds of one's own choice.
+// Equations of motion in user-chosen generalised speeds.
 
-/// What is called the motion's speeds, and what is kept at zero besides the mechanism's own constraints.
+/// Speeds that describe the motion, and speeds constrained to zero in addition to the mechanism's own constraints.
 struct SpeedChoice {
   std::vector<GeneralisedSpeed> speeds, constrained;
 };
 
-// Which parts of a mechanism belong to which.
+// Joints of bodies and coordinates of joints.
 
-/// Per body its joints, in their order.
+/// The joints of each body, in the mechanism's order.
 std::vector<std::vector<JointId>> joints_of_bodies(const Mechanism& mechanism);
 
-/// Per joint its coordinates, in their order.
+/// The coordinates of each joint, in the joint's order.
 std::vector<std::vector<CoordinateId>> coordinates_of_joints(const Mechanism& mechanism);
 
-/// What a spec calls the types of joints.
+/// Name of a joint type in the spec language.
 inline const char* name_of(JointType type) {
   switch (type) {
     case JointType::revolute: return "revolute";
@@ -394,11 +404,12 @@ inline const char* name_of(JointType type) {
   return "";
 }
 
-// Several mechanisms as one.
+// Union of mechanisms.
 
-/// Mechanisms on one ground that do not touch each other: one after the other in every list, names as they are. Space and gravity are
-/// the first one's, and so is the tool. What must vanish for all motions of the whole must vanish for all motions of each.
-/// @throws std::invalid_argument if there is none, or if space or gravity differ
+/// Joins mechanisms that share only the ground. Concatenates their lists; names do not change. Space, gravity and tool
+/// are those of the first mechanism. What must vanish for all motions of the union must vanish for all motions of each
+/// mechanism.
+/// @throws std::invalid_argument if `mechanisms` is empty, or if space or gravity differ
 Mechanism disjoint_union(const std::vector<Mechanism>& mechanisms);
 
 }  // namespace balance

@@ -1,12 +1,12 @@
 #pragma once
-/// The same mechanism over another scalar.
+/// Conversion of mechanisms to another scalar type.
 
 #include "balance/foundation/base/dual.hpp"
 #include "balance/mechanics/model/mechanism.hpp"
 
 namespace balance {
 
-/// Every number of `from` through `number` (From → To), everything else as it is.
+/// Applies `number` (From → To) to every number of `from` and copies everything else.
 template <class To, class From, class Function>
 MechanismOf<To> convert_mechanism(const MechanismOf<From>& from, const Function& number) {
   const auto vector = [&](const Vector3Of<From>& v) { return Vector3Of<To>(number(v[0]), number(v[1]), number(v[2])); };
@@ -51,9 +51,9 @@ MechanismOf<To> convert_mechanism(const MechanismOf<From>& from, const Function&
       to.constraints.back().terms.push_back({static_cast<typename GeneralisedSpeedTermOf<To>::Kind>(term.kind),
                                              term.index, number(term.factor), term.body, vector(term.position)});
   }
-  for (const auto& extra : from.attachments)
-    to.attachments.push_back({extra.name, extra.kind, extra.body, vector(extra.position), number(extra.mass),
-                              matrix(extra.inertia), extra.from, extra.until});
+  for (const auto& attachment : from.attachments)
+    to.attachments.push_back({attachment.name, attachment.kind, attachment.body, vector(attachment.position),
+                              number(attachment.mass), matrix(attachment.inertia), attachment.from, attachment.until});
   for (const auto& disc : from.discs)
     to.discs.push_back({disc.name, disc.body, vector(disc.position), vector(disc.axis), followed(disc.follows),
                         number(disc.ratio), number(disc.mass), matrix(disc.inertia)});
@@ -77,7 +77,7 @@ MechanismOf<To> convert_mechanism(const MechanismOf<From>& from, const Function&
   return to;
 }
 
-/// The mechanism without its derivatives.
+/// The mechanism without derivatives.
 inline const Mechanism& values_of(const Mechanism& mechanism) { return mechanism; }
 template <int N>
 Mechanism values_of(const MechanismOf<Dual<N>>& mechanism) {

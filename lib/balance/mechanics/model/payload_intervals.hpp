@@ -1,5 +1,5 @@
 #pragma once
-/// When payloads are there that are taken up or set down while a mechanism moves (AttachmentOf::from, until).
+/// Intervals of a motion between the times at which payloads are taken up or set down (AttachmentOf::from, until).
 
 #include "balance/mechanics/model/mechanism.hpp"
 
@@ -12,47 +12,48 @@
 
 namespace balance {
 
-/// Its mass does not always move with its body.
+/// Whether its mass moves with its body only part of the time.
 template <class T>
-bool is_temporary_payload(const AttachmentOf<T>& one) {
-  return std::isfinite(one.from) || std::isfinite(one.until);
+bool is_temporary_payload(const AttachmentOf<T>& attachment) {
+  return std::isfinite(attachment.from) || std::isfinite(attachment.until);
 }
 
 template <class T>
 bool has_temporary_payloads(const MechanismOf<T>& mechanism) {
   return std::any_of(mechanism.attachments.begin(), mechanism.attachments.end(),
-                     [](const AttachmentOf<T>& one) { return is_temporary_payload(one); });
+                     [](const AttachmentOf<T>& attachment) { return is_temporary_payload(attachment); });
 }
 
-/// All times at which something is taken up or set down, in no order, each as often as it is said [s].
+/// All times at which payloads are taken up or set down, unsorted and with repetitions [s].
 template <class T>
 std::vector<double> payload_switch_times(const MechanismOf<T>& mechanism) {
   std::vector<double> times;
-  for (const AttachmentOf<T>& one : mechanism.attachments)
-    for (const double time : {one.from, one.until})
+  for (const AttachmentOf<T>& attachment : mechanism.attachments)
+    for (const double time : {attachment.from, attachment.until})
       if (std::isfinite(time)) times.push_back(time);
   return times;
 }
 
-/// The stretches of a motion within which nothing is taken up or set down.
+/// The intervals of a motion within which no payload is taken up or set down.
 class PayloadIntervals {
  public:
-  /// One stretch, in which everything is there.
+  /// One interval, in which all payloads are attached.
   PayloadIntervals() = default;
-  /// @param duration of the motion, which begins at time 0 [s]
+  /// @param duration duration of the motion, which starts at time 0 [s]
   template <class T>
   PayloadIntervals(const MechanismOf<T>& mechanism, double duration) : duration_(duration) {
-    for (const AttachmentOf<T>& one : mechanism.attachments) presence_.emplace_back(one.from, one.until);
+    for (const AttachmentOf<T>& attachment : mechanism.attachments)
+      presence_.emplace_back(attachment.from, attachment.until);
     find_switch_times(payload_switch_times(mechanism));
   }
 
-  /// Times strictly inside the motion at which something is taken up or set down, increasing [s].
+  /// Times strictly inside the motion at which a payload is taken up or set down, increasing [s].
   const std::vector<double>& switch_times() const { return switches_; }
   int count() const { return static_cast<int>(switches_.size()) + 1; }
-  /// The stretch that a time belongs to; at a switch the one that begins there.
+  /// The interval that contains a time. A switch time belongs to the interval that starts there.
   int index_at(double time) const;
   /// @param attachment index into Mechanism::attachments
-  bool is_attached(std::size_t attachment, int stretch) const;
+  bool is_attached(std::size_t attachment, int interval) const;
 
  private:
   void find_switch_times(std::vector<double> times);
@@ -62,13 +63,14 @@ class PayloadIntervals {
   std::vector<double> switches_;
 };
 
-/// The mechanism as it is in one stretch: what is not there has no mass. Nothing comes or goes any more; bodies, names and indices stay.
-Mechanism mechanism_in_interval(const Mechanism& mechanism, const PayloadIntervals& stretches, int stretch);
+/// The mechanism during one interval: detached payloads have no mass, and all attachments are permanent. Bodies, names
+/// and indices do not change.
+Mechanism mechanism_in_interval(const Mechanism& mechanism, const PayloadIntervals& intervals, int interval);
 
-/// The same at a time; at a switch as it is from then on.
+/// The mechanism at a time; at a switch time, just after the switch.
 Mechanism mechanism_at_time(const Mechanism& mechanism, double time);
 
-/// Which of the payloads that come or go are there at a time, a sentence each.
+/// One sentence for each temporary payload: whether it is attached at a time.
 std::vector<std::string> list_payload_notes(const Mechanism& mechanism, double time);
 
 }  // namespace balance

@@ -1,4 +1,4 @@
-// The faults of what a mechanism consists of, element by element.
+// Validation of a mechanism, element by element.
 
 #include "balance/mechanics/model/validation.hpp"
 
@@ -19,22 +19,25 @@
 
 namespace balance {
 
-// Collects the faults of a mechanism while it is looked through.
+// Collects the faults of a mechanism.
 
-/// "body 'crank'", or "body 2" where it has no name.
+/// "body 'crank'", or "body 2" if it has no name.
 std::string format_element(ElementKind element, std::size_t index, std::string_view name);
 
-/// Short, and long enough to tell 1 from 1.0000001.
+/// Short, but with enough digits to distinguish 1 from 1.0000001.
 std::string format_element(double number);
 
-/// One element's faults.
+/// Collects the faults of one element.
 class ElementValidator {
  public:
-  ElementValidator(ElementKind element, std::size_t index, std::string_view name, std::vector<ValidationIssue>& all)
-      : element_(element), index_(static_cast<int>(index)), who_(format_element(element, index, name)), all_(all) {}
+  ElementValidator(ElementKind element, std::size_t index, std::string_view name, std::vector<ValidationIssue>& issues)
+      : element_(element),
+        index_(static_cast<int>(index)),
+        label_(format_element(element, index, name)),
+        issues_(issues) {}
 
   void add(ValidationIssueKind kind, const std::string& what) {
-    all_.push_back({kind, element_, index_, who_ + ": " + what});
+    issues_.push_back({kind, element_, index_, label_ + ": " + what});
   }
 
   /// @return whether it is finite
@@ -45,9 +48,9 @@ class ElementValidator {
   }
   template <class Derived>
   bool check_finite(const Eigen::MatrixBase<Derived>& numbers, const char* what) {
-    const bool good = numbers.allFinite();
-    if (!good) add(ValidationIssueKind::not_finite, std::string(what) + " must consist of finite numbers");
-    return good;
+    const bool is_valid = numbers.allFinite();
+    if (!is_valid) add(ValidationIssueKind::not_finite, std::string(what) + " must consist of finite numbers");
+    return is_valid;
   }
 
   void check_not_negative(double number, const char* what) {
@@ -58,69 +61,69 @@ class ElementValidator {
 
   /// @return whether `index` is one of `count`
   bool check_index(int index, std::size_t count, const char* what) {
-    const bool good = index >= 0 && static_cast<std::size_t>(index) < count;
-    if (!good)
+    const bool is_valid = index >= 0 && static_cast<std::size_t>(index) < count;
+    if (!is_valid)
       add(ValidationIssueKind::index_out_of_range,
           std::string(what) + " must be one of " + std::to_string(count) + " (from 0), is " + std::to_string(index));
-    return good;
+    return is_valid;
   }
 
   void check_unit_vector(const Vector3& axis, const char* what);
-  /// A place in the plane of a planar mechanism.
+  /// Checks that it is finite and, if planar, that z = 0.
   void check_position(const Vector3& position, bool planar, const char* what);
 
  private:
   ElementKind element_;
   int index_;
-  std::string who_;
-  std::vector<ValidationIssue>& all_;
+  std::string label_;
+  std::vector<ValidationIssue>& issues_;
 };
 
-void check_inertia(const Matrix3& inertia, bool planar, InertiaOwner bearer, ElementValidator& faults);
+void check_inertia(const Matrix3& inertia, bool planar, InertiaOwner owner, ElementValidator& faults);
 
-/// @param what "the coordinate that leads" @return whether all that is followed are coordinates
+/// @param what "the coordinate that leads" @return whether there are terms and all followed coordinates exist
 bool check_followed(const CoordinateCombination& followed, std::size_t coordinates, const char* what,
                     ElementValidator& faults);
 
 // The parts of validate().
-void check_bodies(const Mechanism& mechanism, std::vector<ValidationIssue>& all);
-void check_joints(const Mechanism& mechanism, std::vector<ValidationIssue>& all);
-void check_constraints(const Mechanism& mechanism, std::vector<ValidationIssue>& all);
-void check_attachments(const Mechanism& mechanism, std::vector<ValidationIssue>& all);
-void check_discs(const Mechanism& mechanism, std::vector<ValidationIssue>& all);
-void check_loads(const Mechanism& mechanism, std::vector<ValidationIssue>& all);
-void check_springs(const Mechanism& mechanism, std::vector<ValidationIssue>& all);
-void check_friction(const Mechanism& mechanism, std::vector<ValidationIssue>& all);
+void check_bodies(const Mechanism& mechanism, std::vector<ValidationIssue>& issues);
+void check_joints(const Mechanism& mechanism, std::vector<ValidationIssue>& issues);
+void check_constraints(const Mechanism& mechanism, std::vector<ValidationIssue>& issues);
+void check_attachments(const Mechanism& mechanism, std::vector<ValidationIssue>& issues);
+void check_discs(const Mechanism& mechanism, std::vector<ValidationIssue>& issues);
+void check_loads(const Mechanism& mechanism, std::vector<ValidationIssue>& issues);
+void check_springs(const Mechanism& mechanism, std::vector<ValidationIssue>& issues);
+void check_friction(const Mechanism& mechanism, std::vector<ValidationIssue>& issues);
 
 namespace {
 
-constexpr double inertia_tolerance = 1e-6;  ///< of the largest principal moment: values typed with six digits pass
+constexpr double inertia_tolerance = 1e-6;  ///< of the largest principal moment: admits values typed with six digits
 
 }  // namespace
 
-InertiaCheck find_inertia_issue(const Matrix3& inertia, bool planar, InertiaOwner bearer) {
-  InertiaCheck verdict;
-  const bool body = bearer == InertiaOwner::body;
-  if (body && inertia.isZero(0)) return verdict;
+InertiaCheck find_inertia_issue(const Matrix3& inertia, bool planar, InertiaOwner owner) {
+  InertiaCheck check;
+  const bool body = owner == InertiaOwner::body;
+  if (body && inertia.isZero(0)) return check;
   if (planar) {
-    const double j = verdict.principal_moments[2] = inertia(2, 2);
-    if (body ? !(j > 0) : j < 0) verdict.issue = InertiaIssue::not_positive_definite;
-    return verdict;
+    const double j = check.principal_moments[2] = inertia(2, 2);
+    if (body ? !(j > 0) : j < 0) check.issue = InertiaIssue::not_positive_definite;
+    return check;
   }
   const Eigen::SelfAdjointEigenSolver<Matrix3> solver(inertia, Eigen::EigenvaluesOnly);
-  const Vector3& principal = verdict.principal_moments = solver.eigenvalues();  // increasing
-  const double slack = inertia_tolerance * max_abs(principal);
-  if (body ? !(principal[0] > 0) : principal[0] < -slack)
-    verdict.issue = InertiaIssue::not_positive_definite;
-  else if (principal[0] + principal[1] < principal[2] - slack)
-    verdict.issue = InertiaIssue::triangle_violated;
-  return verdict;
+  const Vector3& principal = check.principal_moments = solver.eigenvalues();  // increasing
+  const double tolerance = inertia_tolerance * max_abs(principal);
+  if (body ? !(principal[0] > 0) : principal[0] < -tolerance)
+    check.issue = InertiaIssue::not_positive_definite;
+  else if (principal[0] + principal[1] < principal[2] - tolerance)
+    check.issue = InertiaIssue::triangle_violated;
+  return check;
 }
 
 namespace {
 
-constexpr double unit_vector_tolerance = 1e-9;       // directions typed with ten digits pass
-constexpr double inertia_symmetry_tolerance = 1e-6;  // and inertias typed with six
+constexpr double unit_vector_tolerance = 1e-9;       // admits directions typed with ten digits
+constexpr double inertia_symmetry_tolerance = 1e-6;  // admits inertias typed with six digits
 
 const char* name_of(ElementKind element) {
   switch (element) {
@@ -170,35 +173,35 @@ void ElementValidator::check_position(const Vector3& position, bool planar, cons
         std::string(what) + " of a planar mechanism must have z = 0, has " + format_element(position.z()));
 }
 
-void check_inertia(const Matrix3& inertia, bool planar, InertiaOwner bearer, ElementValidator& faults) {
+void check_inertia(const Matrix3& inertia, bool planar, InertiaOwner owner, ElementValidator& faults) {
   if (!faults.check_finite(inertia, "the inertia")) return;
   const double size = max_abs(inertia);
-  Matrix3 rest = inertia;
-  rest(2, 2) = 0;
-  if (planar && !rest.isZero(0))
+  Matrix3 off_plane = inertia;
+  off_plane(2, 2) = 0;
+  if (planar && !off_plane.isZero(0))
     faults.add(ValidationIssueKind::out_of_plane, "the inertia of a planar mechanism must have its zz entry alone");
   else if (!(max_abs((inertia - inertia.transpose()) / 2) <= inertia_symmetry_tolerance * size))
     return faults.add(ValidationIssueKind::inertia_not_symmetric, "the inertia must be a symmetric matrix");
-  const InertiaCheck verdict = find_inertia_issue(inertia, planar, bearer);
-  const Vector3& principal = verdict.principal_moments;
-  const std::string found = planar ? ", is " + format_element(principal[2])
-                                   : "; its principal moments are " + format_element(principal[0]) + ", " +
-                                         format_element(principal[1]) + ", " + format_element(principal[2]);
-  const char* positive = !planar                        ? "the inertia must be positive definite"
-                         : bearer == InertiaOwner::body ? "the inertia must be positive"
-                                                        : "the inertia must not be negative";
-  if (verdict.issue == InertiaIssue::not_positive_definite)
-    faults.add(ValidationIssueKind::inertia_not_positive, positive + found);
-  if (verdict.issue == InertiaIssue::triangle_violated)
+  const InertiaCheck check = find_inertia_issue(inertia, planar, owner);
+  const Vector3& principal = check.principal_moments;
+  const std::string actual_text = planar ? ", is " + format_element(principal[2])
+                                         : "; its principal moments are " + format_element(principal[0]) + ", " +
+                                               format_element(principal[1]) + ", " + format_element(principal[2]);
+  const char* positive = !planar                       ? "the inertia must be positive definite"
+                         : owner == InertiaOwner::body ? "the inertia must be positive"
+                                                       : "the inertia must not be negative";
+  if (check.issue == InertiaIssue::not_positive_definite)
+    faults.add(ValidationIssueKind::inertia_not_positive, positive + actual_text);
+  if (check.issue == InertiaIssue::triangle_violated)
     faults.add(ValidationIssueKind::inertia_triangle_violated,
-               "no principal moment of inertia can be above the sum of the other two" + found);
+               "no principal moment of inertia can be above the sum of the other two" + actual_text);
 }
 
 namespace {
 
-/// @return false if nothing else can be said
-bool check_counts(const Mechanism& mechanism, std::vector<ValidationIssue>& all) {
-  ElementValidator faults(ElementKind::mechanism, 0, mechanism.name, all);
+/// @return false if no further checks are possible
+bool check_counts(const Mechanism& mechanism, std::vector<ValidationIssue>& issues) {
+  ElementValidator faults(ElementKind::mechanism, 0, mechanism.name, issues);
   if (mechanism.space != SpaceKind::planar && mechanism.space != SpaceKind::spatial) {
     faults.add(ValidationIssueKind::unknown_value, "its space must be planar or spatial");
     return false;
@@ -211,47 +214,48 @@ bool check_counts(const Mechanism& mechanism, std::vector<ValidationIssue>& all)
   return true;
 }
 
-void check_coordinates(const Mechanism& mechanism, std::vector<ValidationIssue>& all) {
-  ElementValidator faults(ElementKind::mechanism, 0, mechanism.name, all);
+void check_coordinates(const Mechanism& mechanism, std::vector<ValidationIssue>& issues) {
+  ElementValidator faults(ElementKind::mechanism, 0, mechanism.name, issues);
   const std::vector<Coordinate> expected = list_coordinates(mechanism.space, mechanism.joints);
-  const bool same =
+  const bool is_same =
       std::equal(expected.begin(), expected.end(), mechanism.coordinates.begin(), mechanism.coordinates.end(),
                  [](const Coordinate& a, const Coordinate& b) {
                    return a.name == b.name && a.joint == b.joint && a.index == b.index && a.kind == b.kind;
                  });
-  if (!same)
+  if (!is_same)
     faults.add(ValidationIssueKind::coordinates_inconsistent,
                "its coordinates must be list_coordinates(space, joints): " + std::to_string(expected.size()) +
                    " of them; it has " + std::to_string(mechanism.coordinates.size()));
 }
 
-/// Every body is reached from the ground.
-void check_connected(const Mechanism& mechanism, std::vector<ValidationIssue>& all) {
-  std::vector<bool> reached(mechanism.bodies.size(), false);
-  const auto at = [](BodyId body) { return static_cast<std::size_t>(body); };
-  const auto exists = [&](BodyId body) { return body >= 0 && at(body) < mechanism.bodies.size(); };
-  if (!reached.empty()) reached[ground] = true;
-  for (bool growing = true; growing;) {
-    growing = false;
+/// Checks that every body is connected to the ground.
+void check_connected(const Mechanism& mechanism, std::vector<ValidationIssue>& issues) {
+  std::vector<bool> is_reached(mechanism.bodies.size(), false);
+  const auto index = [](BodyId body) { return static_cast<std::size_t>(body); };
+  const auto exists = [&](BodyId body) { return body >= 0 && index(body) < mechanism.bodies.size(); };
+  if (!is_reached.empty()) is_reached[ground] = true;
+  for (bool has_grown = true; has_grown;) {
+    has_grown = false;
     for (const Joint& joint : mechanism.joints) {
-      if (!exists(joint.first) || !exists(joint.second) || reached[at(joint.first)] == reached[at(joint.second)])
+      if (!exists(joint.first) || !exists(joint.second) ||
+          is_reached[index(joint.first)] == is_reached[index(joint.second)])
         continue;
-      reached[at(joint.first)] = reached[at(joint.second)] = true;
-      growing = true;
+      is_reached[index(joint.first)] = is_reached[index(joint.second)] = true;
+      has_grown = true;
     }
   }
   for (std::size_t b = 1; b < mechanism.bodies.size(); ++b)
-    if (!reached[b])
-      ElementValidator(ElementKind::body, b, mechanism.bodies[b].name, all)
+    if (!is_reached[b])
+      ElementValidator(ElementKind::body, b, mechanism.bodies[b].name, issues)
           .add(ValidationIssueKind::not_connected, "no chain of joints leads from the ground to it");
 }
 
-void check_couplings(const Mechanism& mechanism, std::vector<ValidationIssue>& all) {
+void check_couplings(const Mechanism& mechanism, std::vector<ValidationIssue>& issues) {
   const std::size_t coordinates = mechanism.coordinates.size();
   CouplingGraph leaders(coordinates);
   for (std::size_t k = 0; k < mechanism.couplings.size(); ++k) {
     const Coupling& coupling = mechanism.couplings[k];
-    ElementValidator faults(ElementKind::coupling, k, "", all);
+    ElementValidator faults(ElementKind::coupling, k, "", issues);
     const bool follower = faults.check_index(coupling.follower, coordinates, "the coordinate that follows");
     const bool leader = check_followed(coupling.leader, coordinates, "the coordinate that leads", faults);
     faults.check_finite(coupling.offset, "the offset");
@@ -259,31 +263,31 @@ void check_couplings(const Mechanism& mechanism, std::vector<ValidationIssue>& a
       faults.add(ValidationIssueKind::ratio_zero, "the ratio must not be zero: a joint that does not move is fixed");
     if (!follower || !leader) continue;
     const std::string name = mechanism.coordinates[static_cast<std::size_t>(coupling.follower)].name;
-    std::vector<CoordinateId>& led_by = leaders[static_cast<std::size_t>(coupling.follower)];
-    if (!led_by.empty())
+    std::vector<CoordinateId>& own_leaders = leaders[static_cast<std::size_t>(coupling.follower)];
+    if (!own_leaders.empty())
       faults.add(ValidationIssueKind::duplicate_follower, "'" + name + "' follows another coordinate already");
     else if (creates_coupling_cycle(leaders, coupling.follower, coordinates_of(coupling.leader)))
       faults.add(ValidationIssueKind::coupling_cycle, "'" + name + "' follows itself in a circle");
     else
-      led_by = coordinates_of(coupling.leader);
+      own_leaders = coordinates_of(coupling.leader);
   }
 }
 
-void check_references(const Mechanism& mechanism, std::vector<ValidationIssue>& all) {
+void check_references(const Mechanism& mechanism, std::vector<ValidationIssue>& issues) {
   std::set<CoordinateId> actuated;
   for (std::size_t a = 0; a < mechanism.actuators.size(); ++a) {
-    ElementValidator faults(ElementKind::actuator, a, "", all);
+    ElementValidator faults(ElementKind::actuator, a, "", issues);
     if (faults.check_index(mechanism.actuators[a], mechanism.coordinates.size(), "its coordinate") &&
         !actuated.insert(mechanism.actuators[a]).second)
       faults.add(ValidationIssueKind::duplicate_reference, "another actuator drives the same coordinate");
   }
   if (mechanism.tool) {
-    ElementValidator faults(ElementKind::tool, 0, "", all);
+    ElementValidator faults(ElementKind::tool, 0, "", issues);
     faults.check_index(mechanism.tool->body, mechanism.bodies.size(), "its body");
     faults.check_position(mechanism.tool->position, mechanism.space == SpaceKind::planar, "its position");
   }
   for (std::size_t k = 0; k < mechanism.assembly.size(); ++k) {
-    ElementValidator faults(ElementKind::assembly, k, "", all);
+    ElementValidator faults(ElementKind::assembly, k, "", issues);
     faults.check_index(mechanism.assembly[k].coordinate, mechanism.coordinates.size(), "its coordinate");
     faults.check_finite(mechanism.assembly[k].value, "the value");
   }
@@ -292,28 +296,28 @@ void check_references(const Mechanism& mechanism, std::vector<ValidationIssue>& 
 }  // namespace
 
 std::vector<ValidationIssue> validate(const Mechanism& mechanism) {
-  std::vector<ValidationIssue> all;
-  if (!check_counts(mechanism, all)) return all;
-  check_bodies(mechanism, all);
-  check_joints(mechanism, all);
-  check_coordinates(mechanism, all);
-  check_connected(mechanism, all);
-  check_couplings(mechanism, all);
-  check_constraints(mechanism, all);
-  check_attachments(mechanism, all);
-  check_discs(mechanism, all);
-  check_loads(mechanism, all);
-  check_springs(mechanism, all);
-  check_friction(mechanism, all);
-  check_references(mechanism, all);
-  return all;
+  std::vector<ValidationIssue> issues;
+  if (!check_counts(mechanism, issues)) return issues;
+  check_bodies(mechanism, issues);
+  check_joints(mechanism, issues);
+  check_coordinates(mechanism, issues);
+  check_connected(mechanism, issues);
+  check_couplings(mechanism, issues);
+  check_constraints(mechanism, issues);
+  check_attachments(mechanism, issues);
+  check_discs(mechanism, issues);
+  check_loads(mechanism, issues);
+  check_springs(mechanism, issues);
+  check_friction(mechanism, issues);
+  check_references(mechanism, issues);
+  return issues;
 }
 
 bool has_mass(const Mechanism& mechanism) {
-  const auto heavy = [](const auto& part) { return part.mass > 0; };
-  return std::any_of(mechanism.bodies.begin(), mechanism.bodies.end(), heavy) ||
-         std::any_of(mechanism.attachments.begin(), mechanism.attachments.end(), heavy) ||
-         std::any_of(mechanism.discs.begin(), mechanism.discs.end(), heavy);
+  const auto has_positive_mass = [](const auto& element) { return element.mass > 0; };
+  return std::any_of(mechanism.bodies.begin(), mechanism.bodies.end(), has_positive_mass) ||
+         std::any_of(mechanism.attachments.begin(), mechanism.attachments.end(), has_positive_mass) ||
+         std::any_of(mechanism.discs.begin(), mechanism.discs.end(), has_positive_mass);
 }
 
 void require_valid(const Mechanism& mechanism) {
@@ -322,13 +326,13 @@ void require_valid(const Mechanism& mechanism) {
   if (!sentences.empty()) throw std::invalid_argument(sentences);
 }
 
-// The faults of constraints on speeds.
-void check_constraints(const Mechanism& mechanism, std::vector<ValidationIssue>& all) {
+// Constraints on speeds.
+void check_constraints(const Mechanism& mechanism, std::vector<ValidationIssue>& issues) {
   const bool planar = mechanism.space == SpaceKind::planar;
   std::set<std::string> names;
   for (std::size_t k = 0; k < mechanism.constraints.size(); ++k) {
     const GeneralisedSpeed& constraint = mechanism.constraints[k];
-    ElementValidator faults(ElementKind::constraint, k, constraint.name, all);
+    ElementValidator faults(ElementKind::constraint, k, constraint.name, issues);
     if (!constraint.name.empty() && !names.insert(constraint.name).second)
       faults.add(ValidationIssueKind::duplicate_name, "another constraint has the same name");
     if (constraint.terms.empty()) faults.add(ValidationIssueKind::index_out_of_range, "what must be zero is missing");
@@ -342,8 +346,8 @@ void check_constraints(const Mechanism& mechanism, std::vector<ValidationIssue>&
       }
       faults.check_index(term.body, mechanism.bodies.size(), "a body");
       faults.check_position(term.position, planar, "a point");
-      const bool turns = term.kind == angular_velocity || term.kind == angular_velocity_body;
-      if (faults.check_index(term.index, 3, "a component") && planar && (term.index == 2) != turns)
+      const bool is_angular = term.kind == angular_velocity || term.kind == angular_velocity_body;
+      if (faults.check_index(term.index, 3, "a component") && planar && (term.index == 2) != is_angular)
         faults.add(ValidationIssueKind::out_of_plane,
                    "in the plane points move along x and y, and bodies turn about z");
     }
@@ -363,7 +367,7 @@ void check_points(const Body& body, bool planar, ElementValidator& faults) {
   }
 }
 
-/// There are joints of this type in the plane, or in space.
+/// Whether this type of joint exists in the plane, or in space.
 bool exists_in(JointType type, bool planar) {
   switch (type) {
     case JointType::revolute:
@@ -382,12 +386,12 @@ bool exists_in(JointType type, bool planar) {
 
 void check_axes(const Joint& joint, bool planar, ElementValidator& faults) {
   constexpr double perpendicularity_tolerance = 1e-9;
-  const bool slides = joint.type == JointType::prismatic || joint.type == JointType::pin_slot;
+  const bool is_sliding = joint.type == JointType::prismatic || joint.type == JointType::pin_slot;
   if (joint.type == JointType::fixed || joint.type == JointType::spherical) return;
   faults.check_unit_vector(joint.axis, "its axis");
-  if (planar && slides && joint.axis.z() != 0)
+  if (planar && is_sliding && joint.axis.z() != 0)
     faults.add(ValidationIssueKind::out_of_plane, "its axis must lie in the plane of the mechanism");
-  if (planar && !slides && joint.axis != Vector3::UnitZ())
+  if (planar && !is_sliding && joint.axis != Vector3::UnitZ())
     faults.add(ValidationIssueKind::out_of_plane, "the axis of a planar revolute joint must be z");
   if (joint.type != JointType::universal && joint.type != JointType::planar && !is_rolling(joint.type)) return;
   faults.check_unit_vector(joint.axis2, "its axis2");
@@ -413,25 +417,25 @@ std::string format_mass_issue(double mass) { return "the mass must be positive, 
 
 bool check_followed(const CoordinateCombination& followed, std::size_t coordinates, const char* what,
                     ElementValidator& faults) {
-  bool good = !followed.terms.empty();
-  if (!good) faults.add(ValidationIssueKind::index_out_of_range, std::string(what) + " is missing");
-  std::set<int> seen;
+  bool is_valid = !followed.terms.empty();
+  if (!is_valid) faults.add(ValidationIssueKind::index_out_of_range, std::string(what) + " is missing");
+  std::set<int> visited;
   for (const CoordinateTerm& term : followed.terms) {
-    good = faults.check_index(term.coordinate, coordinates, what) && good;
-    if (!seen.insert(term.coordinate).second)
+    is_valid = faults.check_index(term.coordinate, coordinates, what) && is_valid;
+    if (!visited.insert(term.coordinate).second)
       faults.add(ValidationIssueKind::duplicate_reference, std::string(what) + " is named twice");
     if (faults.check_finite(term.ratio, "the ratio") && term.ratio == 0)
       faults.add(ValidationIssueKind::ratio_zero, "no ratio must be zero: what does not count is not followed");
   }
-  return good;
+  return is_valid;
 }
 
-void check_bodies(const Mechanism& mechanism, std::vector<ValidationIssue>& all) {
+void check_bodies(const Mechanism& mechanism, std::vector<ValidationIssue>& issues) {
   const bool planar = is_planar(mechanism);
   std::set<std::string> names;
   for (std::size_t b = 0; b < mechanism.bodies.size(); ++b) {
     const Body& body = mechanism.bodies[b];
-    ElementValidator faults(ElementKind::body, b, body.name, all);
+    ElementValidator faults(ElementKind::body, b, body.name, issues);
     if (!names.insert(body.name).second)
       faults.add(ValidationIssueKind::duplicate_name, "another body has the same name");
     check_points(body, planar, faults);
@@ -454,12 +458,12 @@ void check_bodies(const Mechanism& mechanism, std::vector<ValidationIssue>& all)
   }
 }
 
-void check_joints(const Mechanism& mechanism, std::vector<ValidationIssue>& all) {
+void check_joints(const Mechanism& mechanism, std::vector<ValidationIssue>& issues) {
   const bool planar = is_planar(mechanism);
   std::set<std::string> names;
   for (std::size_t j = 0; j < mechanism.joints.size(); ++j) {
     const Joint& joint = mechanism.joints[j];
-    ElementValidator faults(ElementKind::joint, j, joint.name, all);
+    ElementValidator faults(ElementKind::joint, j, joint.name, issues);
     if (!names.insert(joint.name).second)
       faults.add(ValidationIssueKind::duplicate_name, "another joint has the same name");
     const bool first = faults.check_index(joint.first, mechanism.bodies.size(), "its first body");
@@ -480,32 +484,33 @@ void check_joints(const Mechanism& mechanism, std::vector<ValidationIssue>& all)
   }
 }
 
-void check_attachments(const Mechanism& mechanism, std::vector<ValidationIssue>& all) {
+void check_attachments(const Mechanism& mechanism, std::vector<ValidationIssue>& issues) {
   const bool planar = is_planar(mechanism);
   std::set<std::pair<AttachmentKind, std::string>> names;
   for (std::size_t a = 0; a < mechanism.attachments.size(); ++a) {
-    const Attachment& extra = mechanism.attachments[a];
-    ElementValidator faults(ElementKind::attachment, a, extra.name, all);
-    if (!extra.name.empty() && !names.emplace(extra.kind, extra.name).second)
+    const Attachment& attachment = mechanism.attachments[a];
+    ElementValidator faults(ElementKind::attachment, a, attachment.name, issues);
+    if (!attachment.name.empty() && !names.emplace(attachment.kind, attachment.name).second)
       faults.add(ValidationIssueKind::duplicate_name, "another attachment has the same name");
-    faults.check_index(extra.body, mechanism.bodies.size(), "its body");
-    faults.check_position(extra.position, planar, "its position");
-    if (faults.check_finite(extra.mass, "the mass") && extra.mass < 0)
-      faults.add(ValidationIssueKind::mass_negative, "the mass must not be negative, is " + format_element(extra.mass));
-    check_inertia(extra.inertia, planar, InertiaOwner::attachment, faults);
-    if (!(extra.from < extra.until))
-      faults.add(ValidationIssueKind::empty_payload_interval, "it is taken up at " + format_element(extra.from) +
-                                                                  " s and set down at " + format_element(extra.until) +
-                                                                  " s, which must be later");
+    faults.check_index(attachment.body, mechanism.bodies.size(), "its body");
+    faults.check_position(attachment.position, planar, "its position");
+    if (faults.check_finite(attachment.mass, "the mass") && attachment.mass < 0)
+      faults.add(ValidationIssueKind::mass_negative,
+                 "the mass must not be negative, is " + format_element(attachment.mass));
+    check_inertia(attachment.inertia, planar, InertiaOwner::attachment, faults);
+    if (!(attachment.from < attachment.until))
+      faults.add(ValidationIssueKind::empty_payload_interval,
+                 "it is taken up at " + format_element(attachment.from) + " s and set down at " +
+                     format_element(attachment.until) + " s, which must be later");
   }
 }
 
-void check_discs(const Mechanism& mechanism, std::vector<ValidationIssue>& all) {
+void check_discs(const Mechanism& mechanism, std::vector<ValidationIssue>& issues) {
   const bool planar = is_planar(mechanism);
   std::set<std::string> names;
   for (std::size_t d = 0; d < mechanism.discs.size(); ++d) {
     const Disc& disc = mechanism.discs[d];
-    ElementValidator faults(ElementKind::disc, d, disc.name, all);
+    ElementValidator faults(ElementKind::disc, d, disc.name, issues);
     if (!disc.name.empty() && !names.insert(disc.name).second)
       faults.add(ValidationIssueKind::duplicate_name, "another disc has the same name");
     faults.check_index(disc.body, mechanism.bodies.size(), "its body");
@@ -545,12 +550,12 @@ void check_table(const Load& load, bool planar, ElementValidator& faults) {
 
 }  // namespace
 
-void check_loads(const Mechanism& mechanism, std::vector<ValidationIssue>& all) {
+void check_loads(const Mechanism& mechanism, std::vector<ValidationIssue>& issues) {
   const bool planar = is_planar(mechanism);
   std::set<std::string> names;
   for (std::size_t k = 0; k < mechanism.loads.size(); ++k) {
     const Load& load = mechanism.loads[k];
-    ElementValidator faults(ElementKind::load, k, load.name, all);
+    ElementValidator faults(ElementKind::load, k, load.name, issues);
     if (!load.name.empty() && !names.insert(load.name).second)
       faults.add(ValidationIssueKind::duplicate_name, "another load has the same name");
     faults.check_index(load.body, mechanism.bodies.size(), "its body");
@@ -561,12 +566,12 @@ void check_loads(const Mechanism& mechanism, std::vector<ValidationIssue>& all) 
   }
 }
 
-void check_springs(const Mechanism& mechanism, std::vector<ValidationIssue>& all) {
+void check_springs(const Mechanism& mechanism, std::vector<ValidationIssue>& issues) {
   const bool planar = is_planar(mechanism);
   std::set<std::string> names;
   for (std::size_t k = 0; k < mechanism.springs.size(); ++k) {
     const Spring& spring = mechanism.springs[k];
-    ElementValidator faults(ElementKind::spring, k, spring.name, all);
+    ElementValidator faults(ElementKind::spring, k, spring.name, issues);
     if (!spring.name.empty() && !names.insert(spring.name).second)
       faults.add(ValidationIssueKind::duplicate_name, "another spring has the same name");
     faults.check_not_negative(spring.stiffness, "the stiffness");
@@ -585,13 +590,13 @@ void check_springs(const Mechanism& mechanism, std::vector<ValidationIssue>& all
   }
 }
 
-void check_friction(const Mechanism& mechanism, std::vector<ValidationIssue>& all) {
-  std::set<int> rubbed;
+void check_friction(const Mechanism& mechanism, std::vector<ValidationIssue>& issues) {
+  std::set<int> coordinates_with_friction;
   for (std::size_t k = 0; k < mechanism.friction.size(); ++k) {
     const Friction& friction = mechanism.friction[k];
-    ElementValidator faults(ElementKind::friction, k, "", all);
+    ElementValidator faults(ElementKind::friction, k, "", issues);
     if (faults.check_index(friction.coordinate, mechanism.coordinates.size(), "its coordinate") &&
-        !rubbed.insert(friction.coordinate).second)
+        !coordinates_with_friction.insert(friction.coordinate).second)
       faults.add(ValidationIssueKind::duplicate_reference, "its coordinate has friction already");
     faults.check_not_negative(friction.viscous, "the viscous part");
     faults.check_not_negative(friction.coulomb, "the dry part");

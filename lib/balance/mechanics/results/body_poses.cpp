@@ -11,16 +11,17 @@
 namespace balance {
 namespace {
 
-/// A body's frame in another one.
+/// Pose of a body in the world.
 struct WorldFrame {
   Matrix3 rotation = Matrix3::Identity();
   Vector3 origin = Vector3::Zero();
 };
 
-/// What a joint's coordinates do: from its point on the first body to that on the second, and the turn, in the first's axes.
+/// Displacement by a joint's coordinates: from its point on the first body to that on the second, and the rotation,
+/// both in the first body's axes.
 struct Displacement {
-  Matrix3 turn = Matrix3::Identity();
-  Vector3 place = Vector3::Zero();
+  Matrix3 rotation = Matrix3::Identity();
+  Vector3 translation = Vector3::Zero();
 };
 
 Displacement displace(const Joint& joint, const double* q) {
@@ -50,7 +51,7 @@ Displacement displace(const Joint& joint, const double* q) {
   return {};
 }
 
-/// A joint on the way from the ground to a body.
+/// A joint on the path from the ground to a body.
 struct TreeStep {
   JointId joint = 0;
   bool forward = true;  ///< towards the joint's second body
@@ -65,20 +66,20 @@ std::vector<TreeStep> steps_from_ground(const Mechanism& mechanism) {
     first.push_back(count);
     count += joint_degrees_of_freedom(joint.type);
   }
-  std::vector<bool> reached(mechanism.bodies.size(), false);
-  reached[ground] = true;
+  std::vector<bool> is_reached(mechanism.bodies.size(), false);
+  is_reached[ground] = true;
   std::vector<TreeStep> steps;
-  for (bool grows = true; grows;) {
-    grows = false;
-    const std::vector<bool> before = reached;
+  for (bool has_grown = true; has_grown;) {
+    has_grown = false;
+    const std::vector<bool> was_reached = is_reached;
     for (std::size_t j = 0; j < mechanism.joints.size(); ++j) {
       const auto a = static_cast<std::size_t>(mechanism.joints[j].first);
       const auto b = static_cast<std::size_t>(mechanism.joints[j].second);
-      const bool forward = before[a] && !reached[b], backward = before[b] && !reached[a];
+      const bool forward = was_reached[a] && !is_reached[b], backward = was_reached[b] && !is_reached[a];
       if (!forward && !backward) continue;
-      reached[forward ? b : a] = true;
+      is_reached[forward ? b : a] = true;
       steps.push_back({static_cast<int>(j), forward, first[j]});
-      grows = true;
+      has_grown = true;
     }
   }
   return steps;
@@ -86,8 +87,8 @@ std::vector<TreeStep> steps_from_ground(const Mechanism& mechanism) {
 
 void propagate_pose(const TreeStep& step, const Joint& joint, const double* q, std::vector<WorldFrame>& frames) {
   const Displacement d = displace(joint, q + step.first_coordinate);
-  const Matrix3 rotation = d.turn * joint.rotation;  // of the second body's frame in the first one's
-  const Vector3 origin = joint.point_first + d.place - rotation * joint.point_second;
+  const Matrix3 rotation = d.rotation * joint.rotation;  // of the second body's frame in the first body's frame
+  const Vector3 origin = joint.point_first + d.translation - rotation * joint.point_second;
   WorldFrame &first = frames[static_cast<std::size_t>(joint.first)],
              &second = frames[static_cast<std::size_t>(joint.second)];
   if (step.forward) {
@@ -114,10 +115,10 @@ BodyPoses body_poses(const Mechanism& mechanism, const RunResult& result) {
       propagate_pose(step, mechanism.joints[static_cast<std::size_t>(step.joint)], q, frames);
     for (Eigen::Index b = 0; b < bodies; ++b) {
       const WorldFrame& frame = frames[static_cast<std::size_t>(b)];
-      Eigen::Vector4d turn = quaternion_of(frame.rotation);
-      if (k > 0 && poses.orientation.row(k - 1).segment<4>(4 * b).dot(turn) < 0) turn = -turn;
+      Eigen::Vector4d quaternion = quaternion_of(frame.rotation);
+      if (k > 0 && poses.orientation.row(k - 1).segment<4>(4 * b).dot(quaternion) < 0) quaternion = -quaternion;
       poses.position.row(k).segment<3>(3 * b) = frame.origin;
-      poses.orientation.row(k).segment<4>(4 * b) = turn;
+      poses.orientation.row(k).segment<4>(4 * b) = quaternion;
     }
   }
   return poses;
@@ -126,22 +127,22 @@ BodyPoses body_poses(const Mechanism& mechanism, const RunResult& result) {
 void add_body_poses(const Mechanism& mechanism, RunResult& result) {
   const BodyPoses poses = body_poses(mechanism, result);
   const bool planar = mechanism.space == SpaceKind::planar;
-  const Eigen::Index rows = result.time.size(), moving = static_cast<Eigen::Index>(mechanism.bodies.size()) - 1;
+  const Eigen::Index rows = result.time.size(), moving_bodies = static_cast<Eigen::Index>(mechanism.bodies.size()) - 1;
   result.body_names.clear();
   for (std::size_t b = 1; b < mechanism.bodies.size(); ++b) result.body_names.push_back(mechanism.bodies[b].name);
-  result.body_position.resize(rows, moving * result.axes);
-  result.body_orientation.resize(rows, planar ? moving : 4 * moving);
-  for (Eigen::Index b = 0; b < moving; ++b) {
+  result.body_position.resize(rows, moving_bodies * result.axes);
+  result.body_orientation.resize(rows, planar ? moving_bodies : 4 * moving_bodies);
+  for (Eigen::Index b = 0; b < moving_bodies; ++b) {
     result.body_position.middleCols(b * result.axes, result.axes) = poses.position.middleCols(3 * (b + 1), result.axes);
-    const auto turns = poses.orientation.middleCols(4 * (b + 1), 4);
+    const auto quaternions = poses.orientation.middleCols(4 * (b + 1), 4);
     if (!planar) {
-      result.body_orientation.middleCols(4 * b, 4) = turns;
+      result.body_orientation.middleCols(4 * b, 4) = quaternions;
       continue;
     }
-    for (Eigen::Index k = 0; k < rows; ++k) {  // running on past ±π
-      const double angle = 2 * elementary::atan2(turns(k, 3), turns(k, 0));
-      const double last = k == 0 ? 0 : result.body_orientation(k - 1, b);
-      result.body_orientation(k, b) = last + std::remainder(angle - last, 2 * std::numbers::pi);
+    for (Eigen::Index k = 0; k < rows; ++k) {  // continuous past ±π
+      const double angle = 2 * elementary::atan2(quaternions(k, 3), quaternions(k, 0));
+      const double previous_angle = k == 0 ? 0 : result.body_orientation(k - 1, b);
+      result.body_orientation(k, b) = previous_angle + std::remainder(angle - previous_angle, 2 * std::numbers::pi);
     }
   }
   clear_round_off(&RunResult::body_position, result);

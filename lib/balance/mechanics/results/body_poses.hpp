@@ -1,19 +1,19 @@
 #pragma once
-/// Where every body is during a run, from its joint coordinates.
+/// Poses of all bodies during a run, computed from its joint coordinates.
 
 #include "balance/mechanics/model/mechanism.hpp"
 #include "balance/mechanics/results/result.hpp"
 
 namespace balance {
 
-/// Row k of both belongs to result.time[k]; B bodies, the ground among them. World axes.
+/// Row k of both belongs to result.time[k]; B bodies including the ground. World axes.
 struct BodyPoses {
   Samples position;     ///< N×3B: the bodies' origins [m]; z = 0 in planar mechanisms
-  Samples orientation;  ///< N×4B: unit quaternions w x y z, of the two signs the one that goes on smoothly
+  Samples orientation;  ///< N×4B: unit quaternions w x y z, with the sign that makes them continuous
 };
 
-/// @param result a run of this mechanism that is done
-/// @throws std::invalid_argument if the run has other coordinates than the mechanism
+/// @param result a completed run of this mechanism
+/// @throws std::invalid_argument if the numbers of joint coordinates of run and mechanism differ
 BodyPoses body_poses(const Mechanism& mechanism, const RunResult& result);
 
 /// Fills the result's body_names, body_position and body_orientation.

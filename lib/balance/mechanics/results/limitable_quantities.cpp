@@ -17,7 +17,7 @@ struct NamedKind {
   Kind kind;
 };
 
-/// Of the table of quantities. Power is no such quantity: it is a product with s'.
+/// Names from the table of quantities. Power is not among them, since it is a product with s'.
 constexpr std::array limitable_table = {NamedKind{"torque", Kind::force},
                                         NamedKind{"total_torque", Kind::force},
                                         NamedKind{"joint_velocity", Kind::rate},
@@ -33,10 +33,10 @@ constexpr std::array limitable_table = {NamedKind{"torque", Kind::force},
                                         NamedKind{"joint_moment", Kind::force},
                                         NamedKind{"kinetic_energy", Kind::energy}};
 
-/// A shared name and the quantities that it stands for.
+/// A shared name and the quantities it stands for.
 struct QuantityGroup {
   std::string name;
-  bool has_name = true;  ///< false: units differ, so that one bound for all would mean nothing
+  bool has_name = true;  ///< false: units differ, so a common bound would be meaningless
   std::vector<LimitableQuantity> quantities;
 };
 
@@ -54,63 +54,64 @@ class LimitableCatalogue {
         if (quantities[q].name == named.name && quantities[q].samples->cols() > 0)
           add(quantity_table()[q], quantities[q], named.kind);
     if (!mechanism.tool) return;
-    add_whole("tool_velocity", "m/s", Kind::tool_velocity, tool_position_values, shape_.axes);
-    add_whole("tool_acceleration", "m/s^2", Kind::tool_acceleration, tool_position_values, shape_.axes);
+    add_vector("tool_velocity", "m/s", Kind::tool_velocity, tool_position_values, shape_.axes);
+    add_vector("tool_acceleration", "m/s^2", Kind::tool_acceleration, tool_position_values, shape_.axes);
   }
 
   const std::vector<QuantityGroup>& groups() const { return groups_; }
 
  private:
-  void add(const QuantityDefinition& kind, const Quantity& quantity, Kind how) {
+  void add(const QuantityDefinition& kind, const Quantity& quantity, Kind limit_kind) {
     switch (quantity.columns) {
-      case ColumnKind::axis: return add_whole(quantity.name, quantity.units.front(), how, kind.values, shape_.axes);
-      case ColumnKind::single: return add_single(kind, quantity, how);
-      case ColumnKind::coordinate: return add_each(kind, quantity, how, shape_.coordinate_names, 1, 1, 0);
-      case ColumnKind::actuator: return add_each(kind, quantity, how, shape_.actuator_names, 1, 1, 0);
-      case ColumnKind::joint: return add_each(kind, quantity, how, shape_.joint_names, 3, 1, 2);
-      case ColumnKind::joint_axis: return add_each(kind, quantity, how, shape_.joint_names, 3, shape_.axes, 0);
+      case ColumnKind::axis:
+        return add_vector(quantity.name, quantity.units.front(), limit_kind, kind.values, shape_.axes);
+      case ColumnKind::single: return add_single(kind, quantity, limit_kind);
+      case ColumnKind::coordinate: return add_each(kind, quantity, limit_kind, shape_.coordinate_names, 1, 1, 0);
+      case ColumnKind::actuator: return add_each(kind, quantity, limit_kind, shape_.actuator_names, 1, 1, 0);
+      case ColumnKind::joint: return add_each(kind, quantity, limit_kind, shape_.joint_names, 3, 1, 2);
+      case ColumnKind::joint_axis: return add_each(kind, quantity, limit_kind, shape_.joint_names, 3, shape_.axes, 0);
       default: return;
     }
   }
 
   /// A vector, and each of its components.
-  void add_whole(const std::string& name, const std::string& unit, Kind how, const double* (*values)(const Sample&),
-                 int axes) {
-    groups_.push_back({name, true, {{name, unit, how, values, 0, axes}}});
+  void add_vector(const std::string& name, const std::string& unit, Kind limit_kind,
+                  const double* (*values)(const Sample&), int axes) {
+    groups_.push_back({name, true, {{name, unit, limit_kind, values, 0, axes}}});
     const std::vector<std::string> labels = axis_labels(axes);
     for (int i = 0; i < axes; ++i) {
       const std::string component = name + "[" + labels[static_cast<std::size_t>(i)] + "]";
-      groups_.push_back({component, true, {{component, unit, how, values, i, 1}}});
+      groups_.push_back({component, true, {{component, unit, limit_kind, values, i, 1}}});
     }
   }
 
-  void add_single(const QuantityDefinition& kind, const Quantity& quantity, Kind how) {
-    LimitableQuantity one{quantity.name, quantity.units.front(), how, kind.values, 0, 1};
-    if (kind.shape == QuantityDefinition::Shape::moment) one.first = 2;  // planar, along z
-    if (quantity.name == "total_torque") {                               // the magnitude of all efforts
-      one.values = effort_values;
-      one.count = static_cast<int>(shape_.actuator_names.size());
+  void add_single(const QuantityDefinition& kind, const Quantity& quantity, Kind limit_kind) {
+    LimitableQuantity limitable{quantity.name, quantity.units.front(), limit_kind, kind.values, 0, 1};
+    if (kind.shape == QuantityDefinition::Shape::moment) limitable.first = 2;  // planar, along z
+    if (quantity.name == "total_torque") {                                     // the magnitude of all efforts
+      limitable.values = effort_values;
+      limitable.count = static_cast<int>(shape_.actuator_names.size());
     }
-    groups_.push_back({quantity.name, true, {one}});
+    groups_.push_back({quantity.name, true, {limitable}});
   }
 
-  void add_each(const QuantityDefinition& kind, const Quantity& quantity, Kind how,
+  void add_each(const QuantityDefinition& kind, const Quantity& quantity, Kind limit_kind,
                 const std::vector<std::string>& owners, int stride, int width, int skip) {
-    QuantityGroup all{quantity.name, common_unit(quantity.units) != "mixed", {}};
-    std::vector<QuantityGroup> single;
+    QuantityGroup group{quantity.name, common_unit(quantity.units) != "mixed", {}};
+    std::vector<QuantityGroup> single_groups;
     for (std::size_t i = 0; i < owners.size(); ++i) {
       const std::string& unit = quantity.unit_of(i, owners.size());
-      const LimitableQuantity one{effort_display_name(quantity.name, unit) + "[" + owners[i] + "]",
-                                  unit,
-                                  how,
-                                  kind.values,
-                                  static_cast<int>(i) * stride + skip,
-                                  width};
-      all.quantities.push_back(one);
-      single.push_back({one.name, true, {one}});
+      const LimitableQuantity limitable{effort_display_name(quantity.name, unit) + "[" + owners[i] + "]",
+                                        unit,
+                                        limit_kind,
+                                        kind.values,
+                                        static_cast<int>(i) * stride + skip,
+                                        width};
+      group.quantities.push_back(limitable);
+      single_groups.push_back({limitable.name, true, {limitable}});
     }
-    groups_.push_back(std::move(all));
-    groups_.insert(groups_.end(), single.begin(), single.end());
+    groups_.push_back(std::move(group));
+    groups_.insert(groups_.end(), single_groups.begin(), single_groups.end());
   }
 
   RunResult shape_;

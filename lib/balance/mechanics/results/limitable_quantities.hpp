@@ -1,6 +1,6 @@
 #pragma once
-/// The quantities that a law of motion can be made to limit: those that are affine in s'' and s'² (or linear in s') at a place of a
-/// path. See docs/motion.md.
+/// Quantities that a motion law can limit: those that are affine in s'' and s'² (or linear in s') at a point of a path.
+/// See docs/motion.md.
 
 #include "balance/mechanics/model/mechanism.hpp"
 #include "balance/mechanics/trajectory/motion_sample.hpp"
@@ -10,11 +10,11 @@
 
 namespace balance {
 
-/// A scalar, or a vector whose magnitude is meant.
+/// A scalar, or a vector whose magnitude is limited.
 struct LimitableQuantity {
-  /// How it depends on the motion along a path.
+  /// How the quantity depends on the motion along a path.
   enum class Kind {
-    force,              ///< a s'' + b s'² + c, and friction's part in s'
+    force,              ///< a s'' + b s'² + c, plus a friction term in s'
     rate,               ///< d s'
     energy,             ///< b s'²
     tool_velocity,      ///< d s' with d = dp/ds of the tool's position
@@ -25,14 +25,14 @@ struct LimitableQuantity {
   std::string unit;  ///< SI: "N m", "rad/s"
   Kind kind = Kind::force;
   const double* (*values)(const Sample&) = nullptr;
-  int first = 0, count = 1;  ///< of those values
+  int first = 0, count = 1;  ///< range within those values
 };
 
-/// What a name stands for: one quantity, or all that share it ("torque": every actuator's, if their units are alike).
-/// Empty if there is no such quantity.
+/// The quantities that a name stands for: one, or all that share it ("torque": all actuators, if their units are
+/// equal). Empty if there is none.
 std::vector<LimitableQuantity> find_limitable_quantities(const Mechanism& mechanism, const std::string& name);
 
-/// Every name that find_limitable_quantities() knows of a mechanism, the shared ones before those that share them.
+/// All names that find_limitable_quantities() knows for a mechanism; shared names come before those of their members.
 std::vector<std::string> list_limitable_names(const Mechanism& mechanism);
 
 }  // namespace balance

@@ -11,55 +11,56 @@
 
 namespace balance {
 
-/// What figures count besides the samples: both sides of every jump of the acceleration, and the places between samples that
-/// are few.
+/// Samples that figures use in addition to the recorded ones: both sides of every jump of the acceleration and, if
+/// recorded samples are few, times between them.
 struct IntermediateSamples {
-  RunResult rows;                 ///< times and all quantities, in the order of time
+  RunResult rows;                 ///< times and all quantities, in order of time
   std::vector<long> next_sample;  ///< per row: the first sample at or after it
 
-  /// The row for the place to come. @param next the first sample at or after it
+  /// Appends a row and returns its index. @param next first sample at or after the row
   long add(long next) {
     next_sample.push_back(next);
     return static_cast<long>(next_sample.size()) - 1;
   }
 };
 
-double statistic_of(const Metric& metric, Statistic figure);
+double statistic_of(const Metric& metric, Statistic statistic);
 
-/// Fills result.metrics and result.energy. Averages are over time, by the trapezoidal rule between all places.
+/// Fills result.metrics and result.energy. Averages are over time, by the trapezoidal rule on all samples.
 void add_metrics(RunResult& result, const IntermediateSamples& between);
 
-/// After add_metrics(): one sentence if there are too few places to rely on the figures: a joint turns by more than half a radian from one
-/// to the next, or a figure would be another by more than 2 % without every second one. Empty otherwise.
+/// A warning if the samples are too few for reliable figures: a joint turns by more than half a radian between two of
+/// them, or a figure would change by more than 2 % without every second sample. Empty otherwise. Call after
+/// add_metrics().
 std::string check_sampling_density(const RunResult& result, const IntermediateSamples& between);
 
-// Runs whose numbers grew too large to be computed with: their figures would be infinite or undefined.
+// Runs whose numbers overflow, so that their figures would be infinite or undefined.
 
-/// The first place where a quantity, or a figure made of it, is not finite. @param result with its metrics
+/// The first time at which a quantity, or a figure computed from it, is not finite. @param result with metrics
 std::optional<MotionOutcome> find_overflow(const RunResult& result, const IntermediateSamples& between,
                                            const Mechanism& mechanism);
 
-// What of a RunResult has figures: peak, rms, mean, range.
+// Quantities of a RunResult that have figures: peak, rms, mean, range.
 
-/// Neighbouring columns of one of RunResult's arrays that together are a scalar or a vector.
+/// Adjacent columns of one of RunResult's arrays that form a scalar or a vector.
 struct MetricSeries {
   std::string quantity;  ///< "shaking_force", "torque[A1]"
   std::string unit;
   Samples RunResult::*array = nullptr;
   int first = 0, count = 1;
-  std::string worst_group;  ///< "torque": the worst of the neighbours with this name has figures, too; empty: none has
+  std::string worst_group;  ///< "torque": the worst of adjacent series with this name has figures, too; empty: none
 };
 
-/// Of every array that has columns; those of a run under control first.
+/// Series of all non-empty arrays; those of controlled runs come first.
 std::vector<MetricSeries> list_metric_series(const RunResult& result);
 
-/// The tracks in runs [first, last): neighbours that have a worst one together, every other by itself.
-std::vector<std::pair<std::size_t, std::size_t>> group_metric_series(const std::vector<MetricSeries>& tracks);
+/// Splits the series into ranges [first, last): adjacent series with the same worst_group, or single series.
+std::vector<std::pair<std::size_t, std::size_t>> group_metric_series(const std::vector<MetricSeries>& all_series);
 
-/// Names of all figures of a run of a mechanism along a trajectory, the worst ones before those that they are the worst of.
+/// Names of all figures of a run along a trajectory; the worst of several figures comes before them.
 std::vector<std::string> list_metric_names(const Mechanism& mechanism);
 
-/// SI unit of a figure of that name: "N m"; empty if there is none of it.
+/// SI unit of the figures with that name: "N m"; empty if there are none.
 std::string find_metric_unit(const Mechanism& mechanism, const std::string& name);
 
 }  // namespace balance

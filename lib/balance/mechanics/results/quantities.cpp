@@ -96,7 +96,7 @@ constexpr QuantityDefinition quantity_definitions[] = {
 };
 // clang-format on
 
-std::vector<std::string> with(const std::vector<std::string>& units, const char* suffix) {
+std::vector<std::string> append_suffix(const std::vector<std::string>& units, const char* suffix) {
   std::vector<std::string> result;
   for (const std::string& unit : units) result.push_back(unit + suffix);
   return result;
@@ -105,7 +105,7 @@ std::vector<std::string> with(const std::vector<std::string>& units, const char*
 std::vector<std::string> units_of(const QuantityDefinition& kind, const RunResult& r) {
   switch (kind.unit_of) {
     case Unit::fixed: return {kind.unit};
-    case Unit::coordinate: return with(r.coordinate_units, kind.unit);
+    case Unit::coordinate: return append_suffix(r.coordinate_units, kind.unit);
     case Unit::constraint: return r.constraint_units;
     case Unit::sliding: return r.sliding_units;
     case Unit::turn: return {r.moment_axes == 1 ? "rad" : "1"};
@@ -155,30 +155,31 @@ Eigen::Index count_columns(ColumnKind columns, const RunResult& r) {
 }
 
 std::vector<std::string> axis_labels(int axes) {
-  const std::vector<std::string> all = {"x", "y", "z"};
-  return {all.begin(), all.begin() + axes};
+  const std::vector<std::string> labels = {"x", "y", "z"};
+  return {labels.begin(), labels.begin() + axes};
 }
 
 std::vector<std::string> quaternion_labels() { return {"w", "x", "y", "z"}; }
 
 std::string common_unit(const std::vector<std::string>& units) {
   if (units.empty()) return "1";
-  const bool alike = std::all_of(units.begin(), units.end(), [&](const auto& unit) { return unit == units.front(); });
-  return alike ? units.front() : "mixed";
+  const bool is_uniform =
+      std::all_of(units.begin(), units.end(), [&](const auto& unit) { return unit == units.front(); });
+  return is_uniform ? units.front() : "mixed";
 }
 
 std::vector<Quantity> list_all_quantities(const RunResult& r) {
-  std::vector<Quantity> all;
+  std::vector<Quantity> quantities;
   for (const QuantityDefinition& kind : quantity_definitions)
-    all.push_back({kind.name, kind.short_name, long_name_of(kind, r), units_of(kind, r), columns_of(kind, r),
-                   kind.has_moment_reference, kind.member, &(r.*kind.member)});
-  return all;
+    quantities.push_back({kind.name, kind.short_name, long_name_of(kind, r), units_of(kind, r), columns_of(kind, r),
+                          kind.has_moment_reference, kind.member, &(r.*kind.member)});
+  return quantities;
 }
 
 std::vector<Quantity> list_sampled_quantities(const RunResult& r) {
-  std::vector<Quantity> all = list_all_quantities(r);
-  std::erase_if(all, [](const Quantity& quantity) { return quantity.samples->size() == 0; });
-  return all;
+  std::vector<Quantity> quantities = list_all_quantities(r);
+  std::erase_if(quantities, [](const Quantity& quantity) { return quantity.samples->size() == 0; });
+  return quantities;
 }
 
 }  // namespace balance

@@ -1,6 +1,7 @@
 #pragma once
-/// The sampled quantities of a RunResult: one table for every run that records them and every format that shows them. A new quantity is
-/// a line of the table in quantities.cpp, a member of Sample and of RunResult, and the place that computes it.
+/// The sampled quantities of a RunResult: one table for all runs that record them and all formats that present them. A
+/// new quantity needs a line of the table in quantities.cpp, a member of Sample and of RunResult, and the code that
+/// computes it.
 
 #include "balance/mechanics/results/result.hpp"
 #include "balance/mechanics/trajectory/motion_sample.hpp"
@@ -12,10 +13,12 @@
 
 namespace balance {
 
-// How quantities of single actuators are called. One array, "torque", holds the efforts of all; that of a slide is a force, and is
-// called "force[S]" beside the "torque[A1]" of what turns. Its older name, "torque[S]", is understood wherever a name is given.
+// Names of quantities of single actuators. The array "torque" holds the efforts of all actuators. The effort of a
+// sliding actuator is a force and is named "force[S]", next to "torque[A1]" of a rotary one. Its older name "torque[S]"
+// is accepted wherever a name is given.
 
-/// "force" for "torque", "force_variation" for "torque_variation", "S.force" for "S.torque", where the unit is a force's.
+/// "force" for "torque", "force_variation" for "torque_variation", "S.force" for "S.torque" if the unit is that of a
+/// force.
 /// @param name of an array, or its short name
 inline std::string effort_display_name(const std::string& name, const std::string& unit) {
   return name.starts_with("torque") && unit == "N" ? "force" + name.substr(6) : name;
@@ -28,31 +31,32 @@ inline std::string effort_array_name(const std::string& quantity) {
   return force ? "torque" + stem.substr(5) : stem;
 }
 
-/// "force[S]" for "torque[S]"; names of no single actuator stay as they are.
+/// "force[S]" for "torque[S]". Names that are not of a single actuator do not change.
 inline std::string to_force_name(const std::string& quantity) {
   return quantity.starts_with("torque") && quantity.find('[') != std::string::npos ? "force" + quantity.substr(6)
                                                                                    : quantity;
 }
 
-/// What a given name stands for among these: itself, or a slide's force by its older name; itself too if it stands for nothing.
-inline std::string resolve_quantity_name(const std::string& given, const std::vector<std::string>& names) {
+/// The name among `names` that a given name means: itself, or the force of a slide given by its older name. Unknown
+/// names do not change.
+inline std::string resolve_quantity_name(const std::string& given_name, const std::vector<std::string>& names) {
   const auto is_known = [&](const std::string& name) {
     return std::find(names.begin(), names.end(), name) != names.end();
   };
-  return !is_known(given) && is_known(to_force_name(given)) ? to_force_name(given) : given;
+  return !is_known(given_name) && is_known(to_force_name(given_name)) ? to_force_name(given_name) : given_name;
 }
 
-/// Whether a given name is a quantity's own, or a slide's older one.
-inline bool is_quantity_name(const std::string& given, const std::string& quantity) {
-  return given == quantity || to_force_name(given) == quantity;
+/// Whether a given name is the name of the quantity, or the older name of a slide's force.
+inline bool is_quantity_name(const std::string& given_name, const std::string& quantity) {
+  return given_name == quantity || to_force_name(given_name) == quantity;
 }
 
-/// The same, or the name of the array that holds it.
-inline bool is_quantity_or_array_name(const std::string& given, const std::string& quantity) {
-  return is_quantity_name(given, quantity) || given == effort_array_name(quantity);
+/// The same, or the name of the array that holds the quantity.
+inline bool is_quantity_or_array_name(const std::string& given_name, const std::string& quantity) {
+  return is_quantity_name(given_name, quantity) || given_name == effort_array_name(quantity);
 }
 
-/// What the columns of a quantity belong to.
+/// What each column of a quantity belongs to.
 enum class ColumnKind {
   single,
   coordinate,
@@ -72,43 +76,44 @@ enum class ColumnKind {
 enum class Availability {
   always,
   tool,               ///< the mechanism has a tool
-  uniform_actuators,  ///< several actuators, and their efforts have one unit
-  reactions,          ///< the formulation knows what single joints transmit, and how near a singularity is
+  uniform_actuators,  ///< there are several actuators, with efforts of the same unit
+  reactions,          ///< the formulation computes joint reactions and the mobility
   control,            ///< under control
-  tracking,           ///< and the desired motion is known
-  tool_tracking,      ///< and there is a tool
-  poses,              ///< asked for, and computed after the run (mechanics/results/body_poses.hpp)
-  split,              ///< the same (mechanics/dynamics/effort_breakdown.hpp)
+  tracking,           ///< under control, and the desired motion is known
+  tool_tracking,      ///< as `tracking`, and the mechanism has a tool
+  poses,              ///< on request, computed after the run (mechanics/results/body_poses.hpp)
+  split,              ///< on request (mechanics/dynamics/effort_breakdown.hpp)
 };
 
 /// A line of the table.
 struct QuantityDefinition {
-  /// In the plane moments and turns have one component, in space three, or a quaternion.
+  /// In the plane, moments and orientations have one component. In space, moments have three, orientations are
+  /// quaternions.
   enum class Shape { plain, moment, orientation };
-  /// Whose unit the columns have, where it is not the same for all of them.
+  /// What the columns take their units from if they do not share one.
   enum class UnitSource { fixed, coordinate, actuator, constraint, sliding, turn };
 
-  /// Which figures there are of it.
+  /// Which figures are computed.
   enum class MetricScope {
     none,
-    whole,                 ///< of the scalar or vector
-    per_member,            ///< of each joint's
-    per_member_and_worst,  ///< of each actuator's or variable's, and the worst of them
-    tracked,               ///< of each coordinate's that is to be led, and the worst of them
+    whole,                 ///< of the whole scalar or vector
+    per_member,            ///< of each joint
+    per_member_and_worst,  ///< of each actuator or sliding variable, and of the worst of them
+    tracked,               ///< of each actuated coordinate (without actuators: all), and of the worst of them
   };
 
   const char* name;
-  const char* short_name;  ///< behind the name of a coordinate, actuator, joint or body
+  const char* short_name;  ///< suffix to the name of a coordinate, actuator, joint or body
   const char* long_name;
   ColumnKind columns;
   Shape shape;
   UnitSource unit_of;
-  const char* unit;  ///< or what follows the columns' own: "/s"
+  const char* unit;  ///< or the suffix to the columns' own units: "/s"
   Availability occasion;
   MetricScope figures;
   Samples RunResult::*member;
-  const double* (*values)(const Sample&);  ///< null: not read off samples one by one
-  VectorX TermMagnitudes::*terms;          ///< null: never round-off
+  const double* (*values)(const Sample&);  ///< null: not read from single samples
+  VectorX TermMagnitudes::*terms;          ///< null: has no round-off
   bool has_moment_reference = false;       ///< a moment about RunResult::moment_reference
 };
 
@@ -116,34 +121,34 @@ std::span<const QuantityDefinition> quantity_table();
 
 /// A quantity of one RunResult, which must outlive it.
 struct Quantity {
-  std::string name;        ///< of the dataset: "joint_position"
-  std::string short_name;  ///< behind the name of a coordinate, actuator or joint: "position"
+  std::string name;        ///< of the data set: "joint_position"
+  std::string short_name;  ///< suffix to the name of a coordinate, actuator or joint: "position"
   std::string long_name;
-  std::vector<std::string> units;  ///< one per column; one for all if they are alike
+  std::vector<std::string> units;  ///< one per owner; a single one if all are equal
   ColumnKind columns = ColumnKind::single;
   bool has_moment_reference = false;  ///< a moment about RunResult::moment_reference
   Samples RunResult::*member = nullptr;
   const Samples* samples = nullptr;  ///< that member of the result
 
-  /// @param owner index of a coordinate, actuator, joint, … that columns belong to @param owners how many there are
+  /// @param owner index of a coordinate, actuator, joint, … that columns belong to @param owners number of owners
   const std::string& unit_of(std::size_t owner, std::size_t owners) const {
     return units[units.size() == owners ? owner : 0];
   }
 };
 
-/// All that there are for mechanisms of the result's space, with or without samples.
+/// All quantities of mechanisms of the result's space, with or without samples.
 std::vector<Quantity> list_all_quantities(const RunResult& result);
 
-/// Quantities without columns (no tool, no actuator) are left out.
+/// Only quantities that have samples.
 std::vector<Quantity> list_sampled_quantities(const RunResult& result);
 
-/// What a kind's columns are in the result's space.
+/// The kind of columns in the result's space.
 ColumnKind columns_of(const QuantityDefinition& kind, const RunResult& result);
 
-/// How many there are, by the result's names.
+/// Number of columns, from the result's names.
 Eigen::Index count_columns(ColumnKind columns, const RunResult& result);
 
-/// "rad" if all are alike, else "mixed"; "1" for none.
+/// "rad" if all are equal, "mixed" if not, "1" if there are none.
 std::string common_unit(const std::vector<std::string>& units);
 
 /// The first of "x", "y", "z".

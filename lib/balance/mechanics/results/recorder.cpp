@@ -8,8 +8,8 @@ namespace balance {
 namespace {
 
 bool has_quantity(const Mechanism& mechanism, const RecordedContents& contents, const RunResult& result,
-                  Availability occasion) {
-  switch (occasion) {
+                  Availability availability) {
+  switch (availability) {
     case Availability::always: return true;
     case Availability::tool: return mechanism.tool.has_value();
     case Availability::uniform_actuators:
@@ -24,7 +24,7 @@ bool has_quantity(const Mechanism& mechanism, const RecordedContents& contents, 
   return false;
 }
 
-/// A velocity of a point, or the rate of a slide.
+/// Whether the term is the velocity of a point or the rate of a slide.
 bool is_length(const Mechanism& mechanism, const GeneralisedSpeedTerm& term) {
   using enum GeneralisedSpeedTerm::Kind;
   if (term.kind != coordinate) return term.kind == velocity || term.kind == velocity_body;
@@ -44,9 +44,10 @@ void name_columns(const Mechanism& mechanism, RunResult& result) {
   for (const Joint& joint : mechanism.joints) result.joint_names.push_back(joint.name);
   for (const GeneralisedSpeed& constraint : mechanism.constraints) {
     result.constraint_names.push_back(constraint.name);
-    const bool length = std::any_of(constraint.terms.begin(), constraint.terms.end(),
-                                    [&](const GeneralisedSpeedTerm& term) { return is_length(mechanism, term); });
-    result.constraint_units.push_back(length ? "N" : "N m");
+    const bool is_length_constraint =
+        std::any_of(constraint.terms.begin(), constraint.terms.end(),
+                    [&](const GeneralisedSpeedTerm& term) { return is_length(mechanism, term); });
+    result.constraint_units.push_back(is_length_constraint ? "N" : "N m");
   }
   for (const int actuator : mechanism.actuators) {
     result.actuator_names.push_back(mechanism.coordinates[actuator].name);
@@ -75,11 +76,11 @@ ResultRecorder::ResultRecorder(const RunResult& shape) {
   for (const QuantityDefinition& kind : quantity_table()) {
     if ((shape.*kind.member).cols() == 0 || kind.values == nullptr) continue;
     const ColumnKind columns = columns_of(kind, shape);
-    const bool of_vectors = kind.columns == ColumnKind::axis || kind.columns == ColumnKind::joint_axis;
+    const bool is_vector = kind.columns == ColumnKind::axis || kind.columns == ColumnKind::joint_axis;
     const long count = (shape.*kind.member).cols();
-    const bool moment = of_vectors && (columns == ColumnKind::single || columns == ColumnKind::joint);  // along z
-    const long width = !of_vectors ? count : moment ? 1 : shape.axes;
-    entries_.push_back({&kind, columns == ColumnKind::quaternion, count / width, width, 3, moment ? 2 : 0});
+    const bool is_moment = is_vector && (columns == ColumnKind::single || columns == ColumnKind::joint);  // along z
+    const long width = !is_vector ? count : is_moment ? 1 : shape.axes;
+    entries_.push_back({&kind, columns == ColumnKind::quaternion, count / width, width, 3, is_moment ? 2 : 0});
   }
 }
 
@@ -89,10 +90,10 @@ void ResultRecorder::write(const Sample& sample, long row, RunResult& result) {
   for (const ColumnMapping& entry : entries_) {
     double* out = &(result.*entry.kind->member)(row, 0);
     if (entry.quaternion) {
-      Eigen::Vector4d turn = quaternion_of(sample.tool_rotation);
-      if (quaternion_.dot(turn) < 0) turn = -turn;  // of the two signs the one that goes on smoothly
-      quaternion_ = turn;
-      Eigen::Vector4d::Map(out) = turn;
+      Eigen::Vector4d quaternion = quaternion_of(sample.tool_rotation);
+      if (quaternion_.dot(quaternion) < 0) quaternion = -quaternion;  // choose the sign that is continuous
+      quaternion_ = quaternion;
+      Eigen::Vector4d::Map(out) = quaternion;
       continue;
     }
     const double* in = entry.kind->values(sample) + entry.skip;

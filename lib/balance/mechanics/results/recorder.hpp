@@ -1,5 +1,5 @@
 #pragma once
-/// Samples as rows of a RunResult, by the table of quantities.
+/// Writes samples into rows of a RunResult, according to the table of quantities.
 
 #include "balance/mechanics/model/mechanism.hpp"
 #include "balance/mechanics/results/quantities.hpp"
@@ -8,23 +8,23 @@
 
 namespace balance {
 
-/// What a kind of run knows besides what every run knows.
+/// Contents of a kind of run besides those that every run has.
 struct RecordedContents {
   bool reactions = true;  ///< Availability::reactions
   bool control = false;   ///< Availability::control
   bool tracking = false;  ///< Availability::tracking and tool_tracking
 };
 
-/// What the columns are called, and in what.
+/// Sets the names and units of the columns.
 void name_columns(const Mechanism& mechanism, RunResult& result);
 
-/// Room for as many rows in the arrays of every quantity that the run has; the columns must have names.
+/// Allocates the rows of every quantity that the run has. @pre the columns have names
 void resize_arrays(const Mechanism& mechanism, long rows, const RecordedContents& contents, RunResult& result);
 
-/// Forgets all samples but the first `rows`.
+/// Drops all samples but the first `rows`.
 void truncate_rows(long rows, RunResult& result);
 
-/// Writes samples, in the order of time, into the rows of one RunResult or of several of the same shape.
+/// Writes samples, in order of time, into the rows of one RunResult or of several with the same shape.
 class ResultRecorder {
  public:
   /// @param shape a result with its names and arrays
@@ -33,7 +33,8 @@ class ResultRecorder {
   void write(const Sample& sample, long row, RunResult& result);
 
  private:
-  /// How a quantity's columns lie in a Sample: `blocks` groups of `width` numbers, `stride` apart, the first after `skip` numbers.
+  /// Layout of a quantity's columns in a Sample: `blocks` groups of `width` numbers with spacing `stride`, starting
+  /// after `skip` numbers.
   struct ColumnMapping {
     const QuantityDefinition* kind;
     bool quaternion;
@@ -41,7 +42,7 @@ class ResultRecorder {
   };
 
   std::vector<ColumnMapping> entries_;
-  Eigen::Vector4d quaternion_ = Eigen::Vector4d::Zero();  ///< the last one, whose sign goes on
+  Eigen::Vector4d quaternion_ = Eigen::Vector4d::Zero();  ///< the previous one, for sign continuity
 };
 
 }  // namespace balance

@@ -7,27 +7,28 @@
 
 namespace balance {
 
-void set_round_off(RunResult& result, const TermMagnitudes& terms, const TermMagnitudes& grown) {
+void set_round_off(RunResult& result, const TermMagnitudes& terms, const TermMagnitudes& amplified) {
   result.term_magnitudes = terms;
   result.round_off = {};
-  result.round_off.raise_to(grown, round_off_factor);
+  result.round_off.raise_to(amplified, round_off_factor);
 }
 
 VectorX TermMagnitudes::*term_magnitude_of(Samples RunResult::*array) {
   const auto table = quantity_table();
-  const auto found = std::find_if(table.begin(), table.end(), [&](const auto& kind) { return kind.member == array; });
-  return found == table.end() ? nullptr : found->terms;
+  const auto definition =
+      std::find_if(table.begin(), table.end(), [&](const auto& kind) { return kind.member == array; });
+  return definition == table.end() ? nullptr : definition->terms;
 }
 
-double column_term_magnitude(const RunResult& result, const TermMagnitudes& sizes, Samples RunResult::*array,
+double column_term_magnitude(const RunResult& result, const TermMagnitudes& magnitudes, Samples RunResult::*array,
                              Eigen::Index column) {
-  VectorX TermMagnitudes::*const size = term_magnitude_of(array);
-  if (size == nullptr) return 0;
-  const VectorX& known = sizes.*size;
+  VectorX TermMagnitudes::*const member = term_magnitude_of(array);
+  if (member == nullptr) return 0;
+  const VectorX& values = magnitudes.*member;
   const Eigen::Index columns = (result.*array).cols();
-  if (known.size() == 0 || columns == 0) return 0;
-  if (known.size() == 1) return known[0];
-  return known[std::min(known.size() - 1, column * known.size() / columns)];
+  if (values.size() == 0 || columns == 0) return 0;
+  if (values.size() == 1) return values[0];
+  return values[std::min(values.size() - 1, column * values.size() / columns)];
 }
 
 double column_round_off(const RunResult& result, Samples RunResult::*array, Eigen::Index column) {
@@ -40,11 +41,11 @@ void clear_column(Samples& values, Eigen::Index column, double round_off) {
 }
 
 void clear_round_off(Samples RunResult::*array, RunResult& result) {
-  constexpr double max_cleared_part = 1e-9;  // of the terms: near a singularity round-off is only estimated
+  constexpr double max_cleared_fraction = 1e-9;  // of the terms: near a singularity, round-off is only an estimate
   Samples& values = result.*array;
   for (Eigen::Index c = 0; c < values.cols(); ++c) {
     const double terms = column_term_magnitude(result, result.term_magnitudes, array, c);
-    clear_column(values, c, std::min(column_round_off(result, array, c), max_cleared_part * terms));
+    clear_column(values, c, std::min(column_round_off(result, array, c), max_cleared_fraction * terms));
   }
 }
 

@@ -1,6 +1,6 @@
 #pragma once
-/// Which values of a run are round-off: no larger than a few hundred units in the last place of the terms that they are the sum
-/// of (mechanics/results/term_magnitudes.hpp), over the mobility where that is below one.
+/// Decides which values of a run are round-off: those up to a few hundred units in the last place of the terms of their
+/// sum (mechanics/results/term_magnitudes.hpp), divided by the mobility if that is below one.
 
 #include "balance/mechanics/results/result.hpp"
 
@@ -8,20 +8,21 @@
 
 namespace balance {
 
-/// Takes both of a run's sizes over.
-/// @param terms largest sizes
-/// @param grown largest sizes over the mobility
-void set_round_off(RunResult& result, const TermMagnitudes& terms, const TermMagnitudes& grown);
+/// Sets term_magnitudes and round_off of a result.
+/// @param terms largest magnitudes of terms
+/// @param amplified largest magnitudes of terms, divided by the mobility
+void set_round_off(RunResult& result, const TermMagnitudes& terms, const TermMagnitudes& amplified);
 
-/// One number per label of an array's columns, or a single one; null for arrays that have none.
+/// The member of TermMagnitudes for an array, with one number per owner of its columns or a single one; null if there
+/// is none.
 VectorX TermMagnitudes::*term_magnitude_of(Samples RunResult::*array);
 
-/// Of one column of one of the result's arrays, in its unit; 0 where nothing is known.
-/// @param sizes the result's `term_sizes` or its `round_off`
-double column_term_magnitude(const RunResult& result, const TermMagnitudes& sizes, Samples RunResult::*array,
+/// Magnitude of the terms of one column of a result's array, in its unit; 0 if unknown.
+/// @param magnitudes `term_magnitudes` or `round_off` of the result
+double column_term_magnitude(const RunResult& result, const TermMagnitudes& magnitudes, Samples RunResult::*array,
                              Eigen::Index column);
 
-/// The same of its `round_off`.
+/// The same for `round_off`.
 double column_round_off(const RunResult& result, Samples RunResult::*array, Eigen::Index column);
 
 /// The value, or 0 if it is round-off.
@@ -29,16 +30,16 @@ inline double suppress_round_off(double round_off, double value) {
   return std::abs(value) <= round_off && std::isfinite(round_off) ? 0 : value;
 }
 
-/// A column none of whose values is more than round-off becomes 0.
+/// Sets a column to 0 if all of its values are round-off.
 void clear_column(Samples& values, Eigen::Index column, double round_off);
 
-/// An array with 0 in the place of round-off.
+/// A copy of an array with round-off set to 0.
 Samples suppress_round_off(const RunResult& result, Samples RunResult::*array);
 
-/// Columns of the array that are nothing but round-off become 0. What they are the small sum of is known: near a singularity, where errors
-/// grow, columns above 1e-9 of that are left alone.
+/// Sets columns that contain only round-off to 0. Near a singularity, where errors grow, columns above 1e-9 of the
+/// known magnitudes of their terms are kept.
 void clear_round_off(Samples RunResult::*array, RunResult& result);
-/// The same of all arrays.
+/// The same for all arrays.
 void clear_round_off(RunResult& result);
 
 }  // namespace balance

@@ -1,6 +1,6 @@
 #pragma once
-/// How large the terms are that a figure is the sum of. Where they cancel, what is left over is round-off: a small part of their
-/// size, whatever the sum.
+/// Magnitudes of the terms that quantities are sums of. Where terms cancel, the remainder is round-off: a small
+/// fraction of their magnitude, whatever the sum.
 
 #include "balance/foundation/base/types.hpp"
 
@@ -8,32 +8,31 @@
 
 namespace balance {
 
-// How small is nothing but round-off.
+// Threshold of round-off.
 
-/// Of the terms' size; a sum of a hundred terms, each of which has gone through a few rotations.
+/// Relative to the terms; for a sum of a hundred terms, each computed by a few rotations.
 inline constexpr double round_off_factor = 256 * 2.220446049250313e-16;
 
-/// One number per coordinate, actuator or joint, or a single one; all in the unit of the quantity they belong to. Empty where
-/// nothing is known.
+/// One number per coordinate, actuator or joint, or a single one, in the unit of the quantity. Empty if unknown.
 struct TermMagnitudes {
   VectorX position, velocity, acceleration;              ///< per joint coordinate
   VectorX effort, power;                                 ///< per actuator
   VectorX total_effort;                                  ///< single, of all efforts together
-  VectorX com_position, com_velocity, com_acceleration;  ///< single, as all down to potential_energy
+  VectorX com_position, com_velocity, com_acceleration;  ///< single, as all up to potential_energy
   VectorX tool_position, tool_angle;
-  VectorX shaking_force, shaking_moment;  ///< of the inertia of all bodies, and of what is added and subtracted
-  VectorX moment_com;                     ///< the same about the centre of mass
-  VectorX force, moment;                  ///< of inertia, loads and springs: what the ground feels
+  VectorX shaking_force, shaking_moment;  ///< of the inertia of all bodies, and of forces added and subtracted
+  VectorX moment_com;                     ///< about the centre of mass
+  VectorX force, moment;                  ///< of inertia, loads and springs: reactions on the ground
   VectorX kinetic_energy, potential_energy;
   VectorX joint_force, joint_moment;  ///< per joint
   VectorX constraint_force;           ///< per constraint on speeds
   VectorX sliding_variable;           ///< per sliding variable of a controller
 
-  /// Each entry becomes at least `factor` times the other's.
+  /// Raises each entry to at least `factor` times the entry of `other`.
   void raise_to(const TermMagnitudes& other, double factor);
 };
 
-/// All members, for what is done to every one of them.
+/// All members, for loops over them.
 inline constexpr std::array term_magnitude_members = {&TermMagnitudes::position,
                                                       &TermMagnitudes::velocity,
                                                       &TermMagnitudes::acceleration,

@@ -20,8 +20,8 @@ std::vector<CoordinateId> prescribed_coordinates(const Trajectory& trajectory) {
   };
   add(trajectory.from);
   add(trajectory.to);
-  if (const auto* way = std::get_if<WaypointPath>(&trajectory.path))
-    for (const PoseTarget& point : way->points) add(point);
+  if (const auto* waypoints = std::get_if<WaypointPath>(&trajectory.path))
+    for (const PoseTarget& point : waypoints->points) add(point);
   return coordinates;
 }
 
@@ -29,18 +29,18 @@ namespace {
 
 int dimension(const Mechanism& mechanism) { return mechanism.space == SpaceKind::planar ? 2 : 3; }
 
-/// Position components by how much they change from the start to the end, largest first (stable).
+/// Position components in decreasing order of their change from start to end (stable).
 std::vector<int> order_by_displacement(const Trajectory& trajectory, int dimension) {
   std::vector<int> order(dimension);
   std::iota(order.begin(), order.end(), 0);
   if (trajectory.from.tool && trajectory.to.tool) {
-    const Vector3 way = (*trajectory.to.tool - *trajectory.from.tool).cwiseAbs();
-    std::stable_sort(order.begin(), order.end(), [&](int a, int b) { return way[a] > way[b]; });
+    const Vector3 displacement = (*trajectory.to.tool - *trajectory.from.tool).cwiseAbs();
+    std::stable_sort(order.begin(), order.end(), [&](int a, int b) { return displacement[a] > displacement[b]; });
   }
   return order;
 }
 
-/// The tool's components that as many freedoms can follow, positions first.
+/// Default components of the tool for a number of freedoms, positions first.
 std::vector<Component> default_components(const Mechanism& mechanism, const Trajectory& trajectory, int freedoms) {
   using enum Component;
   const bool planar = mechanism.space == SpaceKind::planar;
@@ -54,24 +54,24 @@ std::vector<Component> default_components(const Mechanism& mechanism, const Traj
   std::vector<int> moving = order_by_displacement(trajectory, dimension(mechanism));
   moving.resize(freedoms);
   std::sort(moving.begin(), moving.end());
-  std::vector<Component> chosen;
-  for (const int k : moving) chosen.push_back(all[k]);
-  return chosen;
+  std::vector<Component> components;
+  for (const int k : moving) components.push_back(all[k]);
+  return components;
 }
 
-void add_components(const std::vector<Component>& components, const Mechanism& mechanism, std::vector<int>& place,
-                    DriveQuantities& chosen) {
+void add_components(const std::vector<Component>& components, const Mechanism& mechanism,
+                    std::vector<int>& position_components, DriveQuantities& quantities) {
   const bool planar = mechanism.space == SpaceKind::planar;
   for (const Component component : components) {
     const int k = static_cast<int>(component);
     if (k < 3) {
       if (k >= dimension(mechanism)) throw std::invalid_argument("a planar mechanism has no component z");
-      place.push_back(k);
+      position_components.push_back(k);
     } else if (planar) {
       if (component != Component::rz) throw std::invalid_argument("a planar tool turns about z only");
-      chosen.tool_angle = true;
+      quantities.tool_angle = true;
     } else {
-      chosen.rotation.push_back(k - 3);
+      quantities.rotation.push_back(k - 3);
     }
   }
 }
@@ -82,43 +82,44 @@ std::vector<CoordinateId> named_joints(const Trajectory& trajectory) {
   return coordinates;
 }
 
-/// Drive `joints`: what `from` names, or the actuators.
+/// Drive `joints`: the coordinates named by `from`, or the actuated ones.
 std::vector<CoordinateId> driven_joints(const Mechanism& mechanism, const Trajectory& trajectory, int freedoms) {
   std::vector<CoordinateId> coordinates = named_joints(trajectory);
   const std::set<CoordinateId> named(coordinates.begin(), coordinates.end());
   const bool all_actuators = std::all_of(mechanism.actuators.begin(), mechanism.actuators.end(),
                                          [&](CoordinateId actuator) { return named.contains(actuator); });
-  // a start pose may name more joints than move independently: then the motors' count
+  // a start pose may name more joints than there are freedoms: use the actuators then
   if (coordinates.empty() || (static_cast<int>(coordinates.size()) > freedoms && all_actuators &&
                               static_cast<int>(mechanism.actuators.size()) == freedoms))
     coordinates = mechanism.actuators;
   return coordinates;
 }
 
-/// Drive `com`: what is left beside the centre of mass.
-void add_remaining(const Mechanism& mechanism, const Trajectory& trajectory, int freedoms, DriveQuantities& chosen) {
-  chosen.coordinates = trajectory.remaining_coordinates;
-  chosen.tool_angle = chosen.tool_angle || trajectory.remaining_angle;
+/// Drive `com`: quantities in addition to the centre of mass.
+void add_remaining(const Mechanism& mechanism, const Trajectory& trajectory, int freedoms,
+                   DriveQuantities& quantities) {
+  quantities.coordinates = trajectory.remaining_coordinates;
+  quantities.tool_angle = quantities.tool_angle || trajectory.remaining_angle;
   if (count_remaining_quantities(trajectory) > 0) return;
-  const auto left = [&] { return freedoms - chosen.row_count(); };
-  if (mechanism.tool && left() > 0) {
+  const auto remaining_count = [&] { return freedoms - quantities.row_count(); };
+  if (mechanism.tool && remaining_count() > 0) {
     if (mechanism.space == SpaceKind::planar)
-      chosen.tool_angle = true;
-    else if (left() >= 3)
-      chosen.rotation = {0, 1, 2};
+      quantities.tool_angle = true;
+    else if (remaining_count() >= 3)
+      quantities.rotation = {0, 1, 2};
   }
-  const int missing = std::clamp(left(), 0, static_cast<int>(mechanism.actuators.size()));
-  chosen.coordinates.assign(mechanism.actuators.end() - missing, mechanism.actuators.end());
+  const int missing = std::clamp(remaining_count(), 0, static_cast<int>(mechanism.actuators.size()));
+  quantities.coordinates.assign(mechanism.actuators.end() - missing, mechanism.actuators.end());
 }
 
-/// What a pose says of joint coordinates; of one that it names twice the last value.
+/// Joint coordinates specified by a pose; of duplicates, the last value.
 std::map<CoordinateId, double> joint_values(const PoseTarget& pose) {
   std::map<CoordinateId, double> values;
   for (const CoordinateValue& joint : pose.joints) values[joint.coordinate] = joint.value;
   return values;
 }
 
-/// The pose says everything that is prescribed.
+/// Whether the pose specifies everything that is prescribed.
 bool is_fully_prescribed(const DriveQuantities& quantities, const PoseTarget& pose) {
   const std::map<CoordinateId, double> joints = joint_values(pose);
   return (quantities.point.empty() || pose.tool) && (quantities.com.empty() || pose.com) &&
@@ -130,45 +131,45 @@ bool is_fully_prescribed(const DriveQuantities& quantities, const PoseTarget& po
 }  // namespace
 
 DriveQuantities choose_drive_quantities(const Mechanism& mechanism, const Trajectory& trajectory, int freedoms) {
-  DriveQuantities chosen;
-  const int own = freedoms - count_remaining_quantities(trajectory);
+  DriveQuantities quantities;
+  const int own_count = freedoms - count_remaining_quantities(trajectory);
   switch (trajectory.drive) {
-    case DriveKind::joints: chosen.coordinates = driven_joints(mechanism, trajectory, freedoms); break;
+    case DriveKind::joints: quantities.coordinates = driven_joints(mechanism, trajectory, freedoms); break;
     case DriveKind::tool:
       if (!mechanism.tool) throw std::invalid_argument("drive: tool needs a `tool:` in the spec");
       add_components(
-          trajectory.components.empty() ? default_components(mechanism, trajectory, own) : trajectory.components,
-          mechanism, chosen.point, chosen);
-      chosen.tool_angle = chosen.tool_angle || trajectory.remaining_angle;
-      chosen.coordinates = trajectory.remaining_coordinates;
+          trajectory.components.empty() ? default_components(mechanism, trajectory, own_count) : trajectory.components,
+          mechanism, quantities.point, quantities);
+      quantities.tool_angle = quantities.tool_angle || trajectory.remaining_angle;
+      quantities.coordinates = trajectory.remaining_coordinates;
       break;
     case DriveKind::com: {
       std::vector<Component> components = trajectory.components;
-      for (int k = 0; trajectory.components.empty() && k < std::min(own, dimension(mechanism)); ++k)
+      for (int k = 0; trajectory.components.empty() && k < std::min(own_count, dimension(mechanism)); ++k)
         components.push_back(static_cast<Component>(k));
-      add_components(components, mechanism, chosen.com, chosen);
-      add_remaining(mechanism, trajectory, freedoms, chosen);
+      add_components(components, mechanism, quantities.com, quantities);
+      add_remaining(mechanism, trajectory, freedoms, quantities);
       break;
     }
   }
-  if (chosen.row_count() != freedoms)
-    chosen.mismatch = "the drive prescribes " + count_noun(chosen.row_count(), "quantity", "quantities") +
-                      ", the mechanism has " + count_noun(freedoms, "degree", "degrees") + " of freedom";
-  return chosen;
+  if (quantities.row_count() != freedoms)
+    quantities.mismatch = "the drive prescribes " + count_noun(quantities.row_count(), "quantity", "quantities") +
+                          ", the mechanism has " + count_noun(freedoms, "degree", "degrees") + " of freedom";
+  return quantities;
 }
 
 DriveQuantities list_pose_quantities(const Mechanism& mechanism, const PoseTarget& pose) {
   if ((pose.tool || pose.angle || pose.orientation) && !mechanism.tool)
     throw std::invalid_argument("the pose names a tool, but the mechanism has none");
-  DriveQuantities stated;
+  DriveQuantities quantities;
   for (int k = 0; k < dimension(mechanism); ++k) {
-    if (pose.tool) stated.point.push_back(k);
-    if (pose.com) stated.com.push_back(k);
+    if (pose.tool) quantities.point.push_back(k);
+    if (pose.com) quantities.com.push_back(k);
   }
-  stated.tool_angle = pose.angle.has_value() && mechanism.space == SpaceKind::planar;
-  if (pose.orientation && mechanism.space == SpaceKind::spatial) stated.rotation = {0, 1, 2};
-  for (const CoordinateValue& joint : pose.joints) stated.coordinates.push_back(joint.coordinate);
-  return stated;
+  quantities.tool_angle = pose.angle.has_value() && mechanism.space == SpaceKind::planar;
+  if (pose.orientation && mechanism.space == SpaceKind::spatial) quantities.rotation = {0, 1, 2};
+  for (const CoordinateValue& joint : pose.joints) quantities.coordinates.push_back(joint.coordinate);
+  return quantities;
 }
 
 DriveValue read_pose_values(const DriveQuantities& quantities, const PoseTarget& pose, const DriveValue& base) {
@@ -188,7 +189,8 @@ DriveValue read_pose_values(const DriveQuantities& quantities, const PoseTarget&
   }
   const std::map<CoordinateId, double> joints = joint_values(pose);
   for (const CoordinateId coordinate : quantities.coordinates) {
-    if (const auto stated = joints.find(coordinate); stated != joints.end()) out.value[k] = stated->second;
+    if (const auto joint_value = joints.find(coordinate); joint_value != joints.end())
+      out.value[k] = joint_value->second;
     ++k;
   }
   if (pose.orientation) out.rotation = *pose.orientation;
@@ -199,7 +201,7 @@ bool is_end_prescribed(const DriveQuantities& quantities, const Trajectory& traj
   if (std::holds_alternative<TablePath>(trajectory.path) || std::holds_alternative<CirclePath>(trajectory.path) ||
       is_fully_prescribed(quantities, trajectory.to))
     return true;
-  // `to` speaks of the drive's own quantities, if not of all of them: the others stay.
+  // `to` specifies some of the drive's own quantities: the others keep their values.
   const PoseTarget& to = trajectory.to;
   switch (trajectory.drive) {
     case DriveKind::joints: return !to.joints.empty();

@@ -1,5 +1,6 @@
 #pragma once
-/// What a trajectory prescribes, read off the spec alone: plain values that every formulation turns into equations of its own.
+/// Quantities that a trajectory prescribes, from the spec alone: plain values from which every formulation builds its
+/// equations.
 
 #include "balance/mechanics/trajectory/drive_sample.hpp"
 #include "balance/mechanics/trajectory/trajectory.hpp"
@@ -9,21 +10,21 @@
 
 namespace balance {
 
-/// How many quantities go beside the tool or the centre of mass by the trajectory's own word.
+/// Number of remaining quantities that the trajectory names, in addition to the tool or the centre of mass.
 int count_remaining_quantities(const Trajectory& trajectory);
 
-/// Coordinates that the trajectory prescribes or states anywhere.
+/// All coordinates that the trajectory prescribes or gives a value for.
 std::vector<CoordinateId> prescribed_coordinates(const Trajectory& trajectory);
 
-/// The prescribed scalars in the order of DriveValue::value: point, com, the planar tool's angle, coordinates; and the
-/// components of a spatial tool's rotation.
+/// The prescribed scalars in the order of DriveValue::value: point, com, planar tool angle, coordinates. In addition,
+/// the components of a spatial tool's rotation.
 struct DriveQuantities {
   std::vector<int> point;     ///< world components of the tool point
   std::vector<int> com;       ///< world components of the centre of mass
   bool tool_angle = false;    ///< planar: angle of the tool's body
   std::vector<int> rotation;  ///< spatial: world components of the tool's rotation
   std::vector<CoordinateId> coordinates;
-  std::string mismatch;  ///< why they do not fit the freedoms; empty if they do
+  std::string mismatch;  ///< why their number differs from the degrees of freedom; empty if it does not
 
   int value_count() const {
     return static_cast<int>(point.size() + com.size() + coordinates.size()) + (tool_angle ? 1 : 0);
@@ -31,18 +32,20 @@ struct DriveQuantities {
   int row_count() const { return value_count() + static_cast<int>(rotation.size()); }
 };
 
-/// As many quantities as the mechanism has freedoms: those that the trajectory names, or the defaults of the spec language.
-/// @throws std::invalid_argument if the trajectory asks for something that does not exist
+/// Chooses as many quantities as there are degrees of freedom: those named by the trajectory, or the defaults of the
+/// spec language.
+/// @throws std::invalid_argument if the trajectory names something that does not exist
 DriveQuantities choose_drive_quantities(const Mechanism& mechanism, const Trajectory& trajectory, int freedoms);
 
-/// The quantities that a pose states, all of them.
+/// All quantities that a pose specifies.
 /// @throws std::invalid_argument if it names a tool that the mechanism lacks
 DriveQuantities list_pose_quantities(const Mechanism& mechanism, const PoseTarget& pose);
 
-/// Prescribed values that a pose states; whatever it leaves out is taken from `base`.
+/// Prescribed values of a pose; values that it does not specify are taken from `base`.
 DriveValue read_pose_values(const DriveQuantities& quantities, const PoseTarget& pose, const DriveValue& base);
 
-/// The pose `to` says enough of the driven quantities that no configuration has to be found for it: what it leaves out stays.
+/// Whether the pose `to` determines the end of the driven quantities without a search for a configuration. Quantities
+/// that it does not specify keep their values.
 bool is_end_prescribed(const DriveQuantities& quantities, const Trajectory& trajectory);
 
 }  // namespace balance

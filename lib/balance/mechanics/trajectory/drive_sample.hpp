@@ -1,12 +1,12 @@
 #pragma once
-/// Values that a drive prescribes.
+/// Prescribed values of a drive.
 
 #include "balance/foundation/base/types.hpp"
 
 namespace balance {
 
-/// Prescribed values at one pose: k scalars (positions, planar angle, joint coordinates) and, where the whole orientation of
-/// a spatial tool is prescribed, its rotation.
+/// Prescribed values at one pose: k scalars (positions, planar angle, joint coordinates) and, if the whole orientation
+/// of a spatial tool is prescribed, its rotation.
 template <class T>
 struct DriveValueOf {
   VectorXOf<T> value;  ///< k entries

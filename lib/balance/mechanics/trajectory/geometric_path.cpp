@@ -17,7 +17,7 @@
 namespace balance {
 namespace {
 
-/// Smaller than this, relative to the lengths at hand, a distance counts as zero.
+/// Distances below this, relative to the lengths involved, count as zero.
 constexpr double relative_length_epsilon = 1e-9;
 
 void require_point(int dimensions, const std::string& what) {
@@ -62,7 +62,7 @@ void SplineCurve::fill(const MotionLawValue& progress, DriveSample& sample) cons
   }
 }
 
-CircularCurve make_circle(const StraightCurve& rest, int dimensions, const CirclePath& path) {
+CircularCurve make_circle(const StraightCurve& straight, int dimensions, const CirclePath& path) {
   require_point(dimensions, "a circular path");
   if (!path.centre.head(dimensions).allFinite() || !std::isfinite(path.angle) || path.angle == 0) {
     throw std::invalid_argument("a circular path needs a centre and an angle that is not zero");
@@ -75,10 +75,14 @@ CircularCurve make_circle(const StraightCurve& rest, int dimensions, const Circl
     throw std::invalid_argument(
         "a circular path of two coordinates must lie in their plane: its normal is at right angles to both");
   }
-  const Vector3 start = leading_point(rest.start, dimensions), centre = leading_point(path.centre, dimensions);
+  const Vector3 start = leading_point(straight.start, dimensions), centre = leading_point(path.centre, dimensions);
   const Vector3 axial = (start - centre).dot(normal) * normal;
-  CircularCurve curve{
-      .straight_part = rest, .dimensions = dimensions, .centre = centre + axial, .u = {}, .v = {}, .sweep = path.angle};
+  CircularCurve curve{.straight_part = straight,
+                      .dimensions = dimensions,
+                      .centre = centre + axial,
+                      .u = {},
+                      .v = {},
+                      .sweep = path.angle};
   curve.u = start - curve.centre;
   curve.v = normal.cross(curve.u);
   if (curve.u.norm() <= relative_length_epsilon * std::max(start.norm(), centre.norm())) {
@@ -87,11 +91,11 @@ CircularCurve make_circle(const StraightCurve& rest, int dimensions, const Circl
   return curve;
 }
 
-CircularCurve make_circular_arc(const StraightCurve& rest, int dimensions, const ArcPath& path) {
+CircularCurve make_circular_arc(const StraightCurve& straight, int dimensions, const ArcPath& path) {
   require_point(dimensions, "an arc");
-  const Vector3 start = leading_point(rest.start, dimensions);
+  const Vector3 start = leading_point(straight.start, dimensions);
   const Vector3 a = leading_point(path.via, dimensions) - start;  // start → via
-  const Vector3 b = leading_point(rest.delta, dimensions);        // start → end
+  const Vector3 b = leading_point(straight.delta, dimensions);    // start → end
   if (!a.allFinite()) throw std::invalid_argument("the point that an arc goes through must be finite numbers");
   const Vector3 n = a.cross(b);
   const double size = std::max({a.norm(), b.norm(), (b - a).norm()});
@@ -100,8 +104,8 @@ CircularCurve make_circular_arc(const StraightCurve& rest, int dimensions, const
         "the start, the via point and the end of an arc lie on one line: no circle goes through them");
   }
   const Vector3 from_start = (a.squaredNorm() * b.cross(n) + b.squaredNorm() * n.cross(a)) / (2 * n.squaredNorm());
-  // Seen along n the points come in the order start, via, end, so the sweep is the positive angle to the end.
-  CircularCurve curve{.straight_part = rest,
+  // Seen along n, the points come in the order start, via, end, so the sweep is the positive angle to the end.
+  CircularCurve curve{.straight_part = straight,
                       .dimensions = dimensions,
                       .centre = start + from_start,
                       .u = -from_start,
@@ -120,16 +124,16 @@ using Request = PrescribedMotion::Request;
 
 std::string format_value_count(Eigen::Index n) { return std::to_string(n) + (n == 1 ? " value" : " values"); }
 
-void require_values(const Request& request, const DriveValue& given, const std::string& name) {
-  if (given.value.size() != request.from.value.size()) {
+void require_values(const Request& request, const DriveValue& drive_value, const std::string& name) {
+  if (drive_value.value.size() != request.from.value.size()) {
     throw std::invalid_argument("the motion starts with " + format_value_count(request.from.value.size()) + ", but " +
-                                name + " has " + format_value_count(given.value.size()));
+                                name + " has " + format_value_count(drive_value.value.size()));
   }
-  if (!given.value.allFinite()) throw std::invalid_argument(name + " of the motion must be finite numbers");
+  if (!drive_value.value.allFinite()) throw std::invalid_argument(name + " of the motion must be finite numbers");
   if (!request.has_rotation) return;
-  const Matrix3 error = given.rotation * given.rotation.transpose() - Matrix3::Identity();
-  // NaN fails as well; the bound admits rotations that were typed with some six digits
-  if (!(error.norm() < 1e-5) || !(given.rotation.determinant() > 0)) {
+  const Matrix3 error = drive_value.rotation * drive_value.rotation.transpose() - Matrix3::Identity();
+  // NaN fails as well; the tolerance admits rotations typed with about six digits
+  if (!(error.norm() < 1e-5) || !(drive_value.rotation.determinant() > 0)) {
     throw std::invalid_argument("the orientation at " + name + " of the motion is not a rotation");
   }
 }
@@ -162,21 +166,21 @@ TimeScaling make_full_time_scaling(const Request& request) {
   return {request.law, 0, request.duration, time_tolerance * request.duration};
 }
 
-SegmentedPath make_single_segment(const Request& request, Curve curve, RotationCurve turn) {
+SegmentedPath make_single_segment(const Request& request, Curve curve, RotationCurve rotation) {
   SegmentedPath result{
       .duration = request.duration, .size = static_cast<int>(request.from.value.size()), .segments = {}};
-  result.segments.push_back({make_full_time_scaling(request), std::move(curve), std::move(turn)});
+  result.segments.push_back({make_full_time_scaling(request), std::move(curve), std::move(rotation)});
   return result;
 }
 
-SegmentedPath make_itinerary(const Request& request, const LinePath&) {
+SegmentedPath make_path(const Request& request, const LinePath&) {
   validate_request(request);
   require_values(request, request.to, "the end");
   return make_single_segment(request, make_line(request.from, request.to),
                              make_rotation_between(request, request.from, request.to));
 }
 
-SegmentedPath make_itinerary(const Request& request, const ArcPath& path) {
+SegmentedPath make_path(const Request& request, const ArcPath& path) {
   validate_request(request);
   require_values(request, request.to, "the end");
   return make_single_segment(request,
@@ -184,11 +188,11 @@ SegmentedPath make_itinerary(const Request& request, const ArcPath& path) {
                              make_rotation_between(request, request.from, request.to));
 }
 
-SegmentedPath make_itinerary(const Request& request, const CirclePath& path) {
+SegmentedPath make_path(const Request& request, const CirclePath& path) {
   validate_request(request);
-  const bool stays = request.to.value.size() == 0;  // nothing but the point moves
-  if (!stays) require_values(request, request.to, "the end");
-  const DriveValue& to = stays ? request.from : request.to;
+  const bool keeps_start = request.to.value.size() == 0;  // only the point moves
+  if (!keeps_start) require_values(request, request.to, "the end");
+  const DriveValue& to = keeps_start ? request.from : request.to;
   return make_single_segment(request, make_circle(make_line(request.from, to), request.position_components, path),
                              make_rotation_between(request, request.from, to));
 }
@@ -199,16 +203,17 @@ SegmentedPath make_stopping_segments(const Request& request, const std::vector<D
       .duration = request.duration, .size = static_cast<int>(request.from.value.size()), .segments = {}};
   for (std::size_t i = 1; i < points.size(); ++i) {
     const double start = fractions[i - 1] * request.duration;
-    const TimeScaling clock(request.law, start, fractions[i] * request.duration - start,
-                            time_tolerance * request.duration);
+    const TimeScaling time_scaling(request.law, start, fractions[i] * request.duration - start,
+                                   time_tolerance * request.duration);
     result.segments.push_back(
-        {clock, make_line(points[i - 1], points[i]), make_rotation_between(request, points[i - 1], points[i])});
+        {time_scaling, make_line(points[i - 1], points[i]), make_rotation_between(request, points[i - 1], points[i])});
   }
   return result;
 }
 
-/// The ends are natural, not clamped: the law already brings the motion to rest, so a curve whose own slope vanished
-/// there would only crowd the motion into the middle. Of all curves through the points the natural spline bends least.
+/// Natural rather than clamped ends: the law already brings the motion to rest, and a curve with zero slope at the ends
+/// would only concentrate the motion in the middle. The natural spline has minimum bending among all curves through the
+/// points.
 SegmentedPath make_spline_segment(const Request& request, const std::vector<DriveValue>& points,
                                   std::vector<double> knots) {
   Samples values(static_cast<Eigen::Index>(points.size()), request.from.value.size());
@@ -217,14 +222,13 @@ SegmentedPath make_spline_segment(const Request& request, const std::vector<Driv
     values.row(static_cast<Eigen::Index>(i)) = points[i].value.transpose();
     rotations.push_back(points[i].rotation);
   }
-  RotationCurve turn = NoRotation{};
-  if (request.has_rotation) turn = interpolate_rotations(knots, rotations);
+  RotationCurve rotation = NoRotation{};
+  if (request.has_rotation) rotation = interpolate_rotations(knots, rotations);
   return make_single_segment(request, SplineCurve{CubicSpline(std::move(knots), std::move(values), SplineEnd::natural)},
-                             std::move(turn));
+                             std::move(rotation));
 }
 
-/// Where the law stands when the waypoints are due: stated fractions are times, the spline's knots are values of the
-/// law.
+/// Values of the law at the waypoints: given fractions are times, but the spline's knots are values of the law.
 std::vector<double> evaluate_law_at(const MotionLaw& law, std::vector<double> fractions) {
   for (double& fraction : fractions) fraction = evaluate(law, fraction).s;
   for (std::size_t i = 1; i < fractions.size(); ++i) {
@@ -236,7 +240,7 @@ std::vector<double> evaluate_law_at(const MotionLaw& law, std::vector<double> fr
   return fractions;
 }
 
-SegmentedPath make_itinerary(const Request& request, const WaypointPath& path) {
+SegmentedPath make_path(const Request& request, const WaypointPath& path) {
   validate_request(request);
   require_values(request, request.to, "the end");
   if (request.via.empty()) throw std::invalid_argument("a path through waypoints needs at least one waypoint");
@@ -253,7 +257,7 @@ SegmentedPath make_itinerary(const Request& request, const WaypointPath& path) {
                              path.fractions.empty() ? fractions : evaluate_law_at(request.law, fractions));
 }
 
-/// Times as parts of the table's duration, so that a uniform law runs through it like through any other curve.
+/// Times as fractions of the table's duration, so that a uniform law traverses it like any other curve.
 std::vector<double> table_knots(const TablePath& path) {
   if (path.time.size() < 4) {
     throw std::invalid_argument("a table of a motion needs at least 4 rows, has " + std::to_string(path.time.size()));
@@ -291,35 +295,36 @@ Samples table_values(const TablePath& path) {
   return values;
 }
 
-SegmentedPath make_itinerary(const Request& request, const TablePath& path) {
+SegmentedPath make_path(const Request& request, const TablePath& path) {
   const std::vector<double> knots = table_knots(path);
-  const Samples all = table_values(path);
-  const Eigen::Index size = all.cols() - (request.has_rotation ? 3 : 0);
-  const Eigen::Index asked = request.from.value.size();
-  if (size < 0 || all.cols() == 0 || (asked != 0 && asked != size)) {
-    throw std::invalid_argument("the motion's table has " + format_value_count(all.cols()) +
+  const Samples rows = table_values(path);
+  const Eigen::Index size = rows.cols() - (request.has_rotation ? 3 : 0);
+  const Eigen::Index expected_size = request.from.value.size();
+  if (size < 0 || rows.cols() == 0 || (expected_size != 0 && expected_size != size)) {
+    throw std::invalid_argument("the motion's table has " + format_value_count(rows.cols()) +
                                 " in a row, but the drive has " +
-                                format_value_count(asked + (request.has_rotation ? 3 : 0)));
+                                format_value_count(expected_size + (request.has_rotation ? 3 : 0)));
   }
   SegmentedPath result{
       .duration = path.time.back() - path.time.front(), .size = static_cast<int>(size), .segments = {}};
-  RotationCurve turn = NoRotation{};
-  if (request.has_rotation) turn = interpolate_rotation_vectors(knots, all.rightCols(3));
-  const TimeScaling clock({.kind = MotionLawKind::uniform}, 0, result.duration, time_tolerance * result.duration);
+  RotationCurve rotation = NoRotation{};
+  if (request.has_rotation) rotation = interpolate_rotation_vectors(knots, rows.rightCols(3));
+  const TimeScaling time_scaling({.kind = MotionLawKind::uniform}, 0, result.duration,
+                                 time_tolerance * result.duration);
   result.segments.push_back(
-      {clock, SplineCurve{CubicSpline(knots, all.leftCols(size), SplineEnd::not_a_knot)}, std::move(turn)});
+      {time_scaling, SplineCurve{CubicSpline(knots, rows.leftCols(size), SplineEnd::not_a_knot)}, std::move(rotation)});
   return result;
 }
 
 }  // namespace
 
 SegmentedPath make_segmented_path(const PrescribedMotion::Request& request) {
-  return std::visit([&](const auto& path) { return make_itinerary(request, path); }, request.path);
+  return std::visit([&](const auto& path) { return make_path(request, path); }, request.path);
 }
 
 namespace {
 
-/// Two waypoints nearer in time than this part of the duration are a mistake.
+/// Waypoints closer in time than this fraction of the duration are an error.
 constexpr double min_fraction_gap = 1e-9;
 
 std::string format_decimal(double value) {
@@ -339,35 +344,37 @@ std::vector<double> complete_fractions(const std::vector<double>& fractions, std
     throw std::invalid_argument("there must be one fraction per waypoint: " + std::to_string(waypoints) +
                                 " waypoints, " + std::to_string(fractions.size()) + " fractions");
   }
-  std::vector<double> all{0};
-  all.insert(all.end(), fractions.begin(), fractions.end());
-  all.push_back(1);
-  for (std::size_t i = 1; i < all.size(); ++i) {
-    if (all[i] - all[i - 1] > min_fraction_gap) continue;
-    const std::string found = i + 1 == all.size() ? format_decimal(all[i - 1]) + " is the last"
-                                                  : format_decimal(all[i]) + " follows " + format_decimal(all[i - 1]);
-    throw std::invalid_argument("the fractions of waypoints must increase and lie between 0 and 1; " + found);
+  std::vector<double> completed{0};
+  completed.insert(completed.end(), fractions.begin(), fractions.end());
+  completed.push_back(1);
+  for (std::size_t i = 1; i < completed.size(); ++i) {
+    if (completed[i] - completed[i - 1] > min_fraction_gap) continue;
+    const std::string problem = i + 1 == completed.size()
+                                    ? format_decimal(completed[i - 1]) + " is the last"
+                                    : format_decimal(completed[i]) + " follows " + format_decimal(completed[i - 1]);
+    throw std::invalid_argument("the fractions of waypoints must increase and lie between 0 and 1; " + problem);
   }
-  return all;
+  return completed;
 }
 
-/// Chord lengths by the first measure that sees any motion: position, all scalars, rotation.
-std::vector<double> compute_chord_lengths(const std::vector<DriveValue>& points, int position_components, bool turns) {
-  const auto measured = [&](auto distance) {
+/// Chord lengths by the first measure that detects motion: position, all scalars, rotation.
+std::vector<double> compute_chord_lengths(const std::vector<DriveValue>& points, int position_components,
+                                          bool has_rotation) {
+  const auto measure_lengths = [&](auto distance) {
     std::vector<double> lengths;
     for (std::size_t i = 1; i < points.size(); ++i) lengths.push_back(distance(points[i - 1], points[i]));
     return lengths;
   };
-  const auto moves = [](const std::vector<double>& lengths) {
+  const auto has_motion = [](const std::vector<double>& lengths) {
     return std::any_of(lengths.begin(), lengths.end(), [](double length) { return length > 0; });
   };
-  std::vector<double> lengths = measured([&](const DriveValue& a, const DriveValue& b) {
+  std::vector<double> lengths = measure_lengths([&](const DriveValue& a, const DriveValue& b) {
     return (b.value.head(position_components) - a.value.head(position_components)).norm();
   });
-  if (moves(lengths)) return lengths;
-  lengths = measured([](const DriveValue& a, const DriveValue& b) { return (b.value - a.value).norm(); });
-  if (moves(lengths) || !turns) return lengths;
-  return measured([](const DriveValue& a, const DriveValue& b) {
+  if (has_motion(lengths)) return lengths;
+  lengths = measure_lengths([](const DriveValue& a, const DriveValue& b) { return (b.value - a.value).norm(); });
+  if (has_motion(lengths) || !has_rotation) return lengths;
+  return measure_lengths([](const DriveValue& a, const DriveValue& b) {
     return rotation_vector_of(b.rotation * a.rotation.transpose()).norm();
   });
 }
@@ -376,12 +383,12 @@ std::vector<double> compute_chord_lengths(const std::vector<DriveValue>& points,
 
 std::vector<double> compute_waypoint_fractions(const std::vector<DriveValue>& points,
                                                const std::vector<double>& fractions, int position_components,
-                                               bool turns) {
+                                               bool has_rotation) {
   if (!fractions.empty()) return complete_fractions(fractions, points.size() - 2);
-  const std::vector<double> lengths = compute_chord_lengths(points, position_components, turns);
+  const std::vector<double> lengths = compute_chord_lengths(points, position_components, has_rotation);
   double total = 0;
   for (const double length : lengths) total += length;
-  std::vector<double> all{0};
+  std::vector<double> fractions_of_duration{0};
   double travelled = 0;
   for (std::size_t i = 0; i < lengths.size(); ++i) {
     if (!(lengths[i] > min_fraction_gap * total)) {
@@ -390,10 +397,10 @@ std::vector<double> compute_waypoint_fractions(const std::vector<DriveValue>& po
                                   "passed: state the waypoints' fractions of the duration");
     }
     travelled += lengths[i];
-    all.push_back(travelled / total);
+    fractions_of_duration.push_back(travelled / total);
   }
-  all.back() = 1;
-  return all;
+  fractions_of_duration.back() = 1;
+  return fractions_of_duration;
 }
 
 namespace {
@@ -417,8 +424,8 @@ ExponentialMapCoefficients compute_exponential_map_coefficients(double squared) 
     f.db = (f.a - 3 * f.b) / squared;
     return f;
   }
-  // Power series in x = θ², where the closed forms cancel: a = Σ (−x)ⁿ/(2n+2)!, b = Σ (−x)ⁿ/(2n+3)!, a'/θ = 2 da/dx.
-  // Eight terms leave less than 1e-17 for x ≤ 1/4.
+  // Power series in x = θ² where the closed forms suffer from cancellation: a = Σ (−x)ⁿ/(2n+2)!, b = Σ (−x)ⁿ/(2n+3)!,
+  // a'/θ = 2 da/dx. After eight terms the remainder is below 1e-17 for x ≤ 1/4.
   double term = 0.5, power = 0;  // (−x)ⁿ/(2n+2)! and the same with xⁿ⁻¹, sign kept
   for (int n = 0; n < 8; ++n) {
     f.a += term;
@@ -432,12 +439,12 @@ ExponentialMapCoefficients compute_exponential_map_coefficients(double squared) 
   return f;
 }
 
-/// Of all rotation vectors of the rotation exp(vector), the one nearest to `reference`.
+/// The rotation vector of the rotation exp(vector) that is nearest to `reference`.
 Vector3 find_nearest_rotation_vector(const Vector3& vector, const Vector3& reference) {
   const double angle = vector.norm();
-  if (angle < 1e-12) {  // no axis of its own: whole turns about the reference's
-    const double whole = std::round(reference.norm() / two_pi);
-    return whole == 0 ? vector : Vector3(vector + whole * two_pi * reference.normalized());
+  if (angle < 1e-12) {  // no axis: whole turns about the axis of `reference`
+    const double full_turns = std::round(reference.norm() / two_pi);
+    return full_turns == 0 ? vector : Vector3(vector + full_turns * two_pi * reference.normalized());
   }
   const Vector3 axis = vector / angle;
   return vector + two_pi * std::round((reference.dot(axis) - angle) / two_pi) * axis;
@@ -445,7 +452,7 @@ Vector3 find_nearest_rotation_vector(const Vector3& vector, const Vector3& refer
 
 Vector3 row(const Samples& vectors, std::size_t i) { return vectors.row(static_cast<Eigen::Index>(i)).transpose(); }
 
-/// A rotation vector far from zero moves much faster than its rotation, and a spline through such vectors would wobble.
+/// Rotation vectors far from zero change much faster than their rotations, and a spline through them would oscillate.
 void require_close_rotations(const Vector3& left, const Vector3& right, const Matrix3& from, const Matrix3& to,
                              std::size_t i) {
   const double angle = rotation_vector_of(to * from.transpose()).norm();
@@ -494,17 +501,17 @@ FixedAxisRotation find_shortest_rotation(const Matrix3& from, const Matrix3& to)
 }
 
 SplineRotation interpolate_rotations(const std::vector<double>& knots, const std::vector<Matrix3>& rotations) {
-  // Counted from the middle the vectors stay shortest, and the curve does not depend on the direction of travel.
+  // Relative to the middle one the vectors are shortest, and the curve does not depend on the direction of travel.
   const std::size_t middle = rotations.size() / 2;
   const Matrix3& reference = rotations[middle];
   Samples vectors(static_cast<Eigen::Index>(rotations.size()), 3);
   const auto vector_of = [&](std::size_t i) { return rotation_vector_of(rotations[i] * reference.transpose()); };
-  const auto put = [&](std::size_t i, const Vector3& neighbour) {
+  const auto set_row = [&](std::size_t i, const Vector3& neighbour) {
     vectors.row(static_cast<Eigen::Index>(i)) = find_nearest_rotation_vector(vector_of(i), neighbour).transpose();
   };
-  put(middle, Vector3::Zero());
-  for (std::size_t i = middle + 1; i < rotations.size(); ++i) put(i, row(vectors, i - 1));
-  for (std::size_t i = middle; i-- > 0;) put(i, row(vectors, i + 1));
+  set_row(middle, Vector3::Zero());
+  for (std::size_t i = middle + 1; i < rotations.size(); ++i) set_row(i, row(vectors, i - 1));
+  for (std::size_t i = middle; i-- > 0;) set_row(i, row(vectors, i + 1));
   for (std::size_t i = 1; i < rotations.size(); ++i) {
     require_close_rotations(row(vectors, i - 1), row(vectors, i), rotations[i - 1], rotations[i], i);
   }
@@ -513,8 +520,8 @@ SplineRotation interpolate_rotations(const std::vector<double>& knots, const std
 
 SplineRotation interpolate_rotation_vectors(const std::vector<double>& knots, Samples vectors) {
   for (Eigen::Index i = 1; i < vectors.rows(); ++i) {
-    const Vector3 before = vectors.row(i - 1).transpose(), here = vectors.row(i).transpose();
-    vectors.row(i) = find_nearest_rotation_vector(here, before).transpose();
+    const Vector3 previous = vectors.row(i - 1).transpose(), current = vectors.row(i).transpose();
+    vectors.row(i) = find_nearest_rotation_vector(current, previous).transpose();
   }
   return {Matrix3::Identity(), CubicSpline(knots, std::move(vectors), SplineEnd::not_a_knot)};
 }

@@ -1,5 +1,5 @@
 #pragma once
-/// A law of motion put on a stretch of time.
+/// Legs of a prescribed motion: time scalings, curves and rotations.
 
 #include "balance/foundation/numerics/cubic_spline.hpp"
 #include "balance/mechanics/trajectory/motion_law.hpp"
@@ -12,12 +12,12 @@
 
 namespace balance {
 
-/// Immutable; says how far along its curve a leg is at a time.
+/// Progress of a leg along its curve as a function of time. Immutable.
 class TimeScaling {
  public:
-  /// @param start when the leg begins [s]
-  /// @param duration how long it takes, positive [s]
-  /// @param tolerance times nearer than this to a jump of the law count as the jump itself [s]
+  /// @param start time at which the leg begins [s]
+  /// @param duration of the leg, positive [s]
+  /// @param tolerance times closer than this to a jump of the law count as the jump [s]
   TimeScaling(const MotionLaw& law, double start, double duration, double tolerance)
       : law_(law),
         jumps_(balance::find_acceleration_jumps(law)),
@@ -26,11 +26,10 @@ class TimeScaling {
         rate_(1 / duration),
         tolerance_(tolerance / duration) {}
 
-  /// s, ds/dt [1/s] and d²s/dt² [1/s^2]; before the start and after the end the values there.
+  /// s, ds/dt [1/s] and d²s/dt² [1/s^2]. Times outside the leg are clamped to it.
   MotionLawValue at(double time, Side side) const {
     double tau = std::clamp((time - start_) / duration_, 0.0, 1.0);
-    // Grid times such as k T / (N − 1) miss a jump at T / 2 by round-off; without this the side would not be honoured
-    // there.
+    // Grid times such as k T / (N − 1) miss a jump at T / 2 by round-off, and `side` would then have no effect there.
     for (const double jump : jumps_) {
       if (std::abs(tau - jump) <= tolerance_) tau = jump;
     }
@@ -50,10 +49,10 @@ class TimeScaling {
 
  private:
   MotionLaw law_;
-  std::vector<double> jumps_;  ///< as parts of the duration
+  std::vector<double> jumps_;  ///< as fractions of the duration
   double start_, duration_;
   double rate_;       ///< of τ [1/s]
-  double tolerance_;  ///< as a part of the duration
+  double tolerance_;  ///< as a fraction of the duration
 };
 
 // Curves in the drive's components. Each is a function of one parameter s in [0, 1] and fills a sample's value, rate
@@ -66,17 +65,17 @@ struct StraightCurve {
   void fill(const MotionLawValue& progress, DriveSample& sample) const;
 };
 
-/// The leading components go round a circle, the others straight.
+/// The leading components move on a circle, the others on a straight line.
 struct CircularCurve {
-  StraightCurve straight_part;  ///< all components; what it says of the leading ones is replaced
-  int dimensions = 2;           ///< how many components lead, 2 or 3
+  StraightCurve straight_part;  ///< all components; the leading ones are overridden
+  int dimensions = 2;           ///< number of leading components, 2 or 3
   Vector3 centre, u, v;  ///< position(φ) = centre + cos φ u + sin φ v, where u and v have the length of the radius [m]
   double sweep = 0;      ///< φ at s = 1 [rad]
 
   void fill(const MotionLawValue& progress, DriveSample& sample) const;
 };
 
-/// Through points, twice continuously differentiable.
+/// C² spline through points.
 struct SplineCurve {
   CubicSpline spline;
 
@@ -85,15 +84,15 @@ struct SplineCurve {
 
 using Curve = std::variant<StraightCurve, CircularCurve, SplineCurve>;
 
-/// Round the axis through `centre` along `normal`, starting at `start.value`.
-/// @param dimensions how many leading components are a point's coordinates
-/// @throws std::invalid_argument if they are fewer than two, the circle leaves the plane of a planar point, it has no
-///         radius or no angle
-CircularCurve make_circle(const StraightCurve& rest, int dimensions, const CirclePath& path);
+/// Circle about the axis through `path.centre` along `path.normal`, starting at `straight.start`.
+/// @param dimensions number of leading components that are coordinates of a point
+/// @throws std::invalid_argument if there are fewer than two, the circle leaves the plane of a planar point, or its
+///        radius or angle is zero
+CircularCurve make_circle(const StraightCurve& straight, int dimensions, const CirclePath& path);
 
-/// From the start of `rest` through `path.via` to its end.
-/// @throws std::invalid_argument if there are fewer than two leading components or the three points lie on one line
-CircularCurve make_circular_arc(const StraightCurve& rest, int dimensions, const ArcPath& path);
+/// Arc from the start of `straight` through `path.via` to its end.
+/// @throws std::invalid_argument if there are fewer than two leading components or the three points are collinear
+CircularCurve make_circular_arc(const StraightCurve& straight, int dimensions, const ArcPath& path);
 
 // Rotations along one parameter s in [0, 1]. Each fills a sample's rotation, angular velocity and angular
 // acceleration (world axes) from s and its time derivatives. Immutable; filling allocates nothing.
@@ -103,7 +102,7 @@ struct NoRotation {
   void fill(const MotionLawValue& progress, DriveSample& sample) const;
 };
 
-/// About one world axis, by `angle` at s = 1.
+/// Rotation about a fixed world axis, by `angle` at s = 1.
 struct FixedAxisRotation {
   Matrix3 start;
   Vector3 axis;      ///< unit, world axes
@@ -112,8 +111,8 @@ struct FixedAxisRotation {
   void fill(const MotionLawValue& progress, DriveSample& sample) const;
 };
 
-/// R(s) = exp(φ(s)) · reference, where the rotation vector φ is a C² spline: so R is C², and where all orientations
-/// share one axis it is the spline of the angle.
+/// R(s) = exp(φ(s)) · reference, where the rotation vector φ is a C² spline. Thus R is C²; if all orientations share
+/// one axis, it is the spline of the angle.
 struct SplineRotation {
   Matrix3 reference;
   CubicSpline rotation_vector;  ///< three components [rad], world axes
@@ -123,22 +122,22 @@ struct SplineRotation {
 
 using RotationCurve = std::variant<NoRotation, FixedAxisRotation, SplineRotation>;
 
-/// The shortest rotation. At exactly half a turn, where there are two, it takes either.
+/// The shortest rotation; at exactly half a turn, either of the two.
 FixedAxisRotation find_shortest_rotation(const Matrix3& from, const Matrix3& to);
 
-/// Through all rotations, each to the next by less than half a turn.
+/// Spline through all rotations that turns less than half a turn from each to the next.
 /// @param knots increasing, one per rotation
-/// @throws std::invalid_argument if they wander too far apart for a rotation vector to follow. The message is fit for
-///        a user.
+/// @throws std::invalid_argument if they are too far from each other for a spline of rotation vectors. The message is
+///        suitable for users.
 SplineRotation interpolate_rotations(const std::vector<double>& knots, const std::vector<Matrix3>& rotations);
 
-/// Through rotation vectors (rows of three), natural reading: a row that another rotation vector of the same rotation
-/// brings nearer to the row before is replaced by that one, so that a jump from +π to −π does no harm.
+/// Spline through rotation vectors (rows of three). Each row is replaced by the equivalent rotation vector nearest to
+/// the row before, so that a jump from +π to −π does no harm.
 SplineRotation interpolate_rotation_vectors(const std::vector<double>& knots, Samples vectors);
 
-// What a schedule is made of: legs, each a clock, a curve and a rotation.
+// Legs of a prescribed motion, each with a time scaling, a curve and a rotation.
 
-/// Times nearer than this part of the whole duration are the same time: some thousand ulp, far below any sampling.
+/// Times closer than this fraction of the whole duration coincide: some thousand ulp, far below any sampling interval.
 inline constexpr double time_tolerance = 1e-12;
 
 struct PathSegment {
@@ -153,14 +152,14 @@ struct SegmentedPath {
   std::vector<PathSegment> segments;  ///< in order of time, at least one
 };
 
-/// @throws std::invalid_argument as Schedule's constructor does
+/// @throws std::invalid_argument as the constructor of PrescribedMotion
 SegmentedPath make_segmented_path(const PrescribedMotion::Request& request);
 
-/// When each waypoint is passed, in order, the start (0) and the end (1) included.
+/// Fractions of the duration at which the waypoints are passed, in order, including the start (0) and the end (1).
 /// @param points start, waypoints, end
-/// @param fractions those of the waypoints; empty: by the length of the chords between the points
+/// @param fractions of the waypoints; empty: by chord length between the points
 std::vector<double> compute_waypoint_fractions(const std::vector<DriveValue>& points,
                                                const std::vector<double>& fractions, int position_components,
-                                               bool turns);
+                                               bool has_rotation);
 
 }  // namespace balance

@@ -13,19 +13,19 @@ namespace {
 
 constexpr double pi = std::numbers::pi;
 
-/// Ramps whose lengths add up to one to within round-off leave no constant velocity between them.
+/// Ramps whose lengths add up to one within round-off leave no phase of constant velocity.
 constexpr double ramp_tolerance = 1e-12;
 
-/// Where a trapezoidal velocity starts to brake; exactly `ramp_up` where the ramps meet.
+/// Where a trapezoidal velocity starts to decrease; exactly `ramp_up` if the ramps meet.
 double deceleration_start(const MotionLaw& law) {
   const double start = 1 - law.ramp_down;
   return start - law.ramp_up < ramp_tolerance ? law.ramp_up : start;
 }
 
-// The first halves, t in [0, 1/2], of the laws that are symmetric by construction. The second halves follow from
-// s(t) = 1 − s(1 − t), which makes both ends exact and spares the polynomials their cancellation near 1.
+// The first halves, t in [0, 1/2], of the symmetric laws. The second halves follow from s(t) = 1 − s(1 − t), which
+// makes both ends exact and avoids cancellation in the polynomials near 1.
 
-/// t − sin(2πt)/2π, written with the half angle: 1 − cos loses digits near the end, 2 sin² does not.
+/// t − sin(2πt)/2π by half-angle formulas: 1 − cos loses digits near the end, 2 sin² does not.
 MotionLawValue cycloidal_half(double t) {
   const auto [sine, cosine] = sine_cosine(pi * t);
   return {t - sine * cosine / pi, 2 * sine * sine, 4 * pi * sine * cosine};
@@ -48,9 +48,9 @@ MotionLawValue polynomial_4567_half(double t) {
 
 /// (1 − cos πt)/2
 MotionLawValue harmonic_half(double t) {
-  const double half = elementary::sin(pi * t / 2);
+  const double sine_half = elementary::sin(pi * t / 2);
   const auto [sine, cosine] = sine_cosine(pi * t);
-  return {half * half, pi / 2 * sine, pi * pi / 2 * cosine};
+  return {sine_half * sine_half, pi / 2 * sine, pi * pi / 2 * cosine};
 }
 
 /// s'' is a quarter sine of period 1/2 up to 1/8, then a quarter sine of period 3/2, which is zero at 1/2. With s'' =
@@ -100,24 +100,24 @@ MotionLawValue trapezoidal_velocity(const MotionLaw& law, double tau, Side side)
     return {velocity * tau * tau / (2 * up), velocity * tau / up, velocity / up};
   }
   if (tau > brake || (tau == brake && side == Side::after)) {
-    const double left = 1 - tau;
-    return {1 - velocity * left * left / (2 * down), velocity * left / down, -velocity / down};
+    const double remaining = 1 - tau;
+    return {1 - velocity * remaining * remaining / (2 * down), velocity * remaining / down, -velocity / down};
   }
   return {velocity * (tau - up / 2), velocity, 0};
 }
 
-/// The node that a stretch begins with.
+/// Index of the node at the beginning of the interval that contains tau.
 std::size_t find_node_interval(const std::vector<MotionLawNode>& nodes, double tau, Side side) {
-  const auto beyond = [side](double at, const MotionLawNode& node) {
+  const auto is_beyond = [side](double at, const MotionLawNode& node) {
     return side == Side::after ? at < node.tau : at <= node.tau;
   };
-  const auto next = std::upper_bound(nodes.begin() + 1, nodes.end() - 1, tau, beyond);
+  const auto next = std::upper_bound(nodes.begin() + 1, nodes.end() - 1, tau, is_beyond);
   return static_cast<std::size_t>(next - nodes.begin()) - 1;
 }
 
 MotionLawValue interpolate_nodes(const MotionLawNode& a, const MotionLawNode& b, double tau) {
-  const PhasePoint here = interpolate_quintic({a.tau, a.s, a.ds, a.dds_after}, {b.tau, b.s, b.ds, b.dds_before}, tau);
-  return {here.s, here.v, here.u};
+  const PhasePoint point = interpolate_quintic({a.tau, a.s, a.ds, a.dds_after}, {b.tau, b.s, b.ds, b.dds_before}, tau);
+  return {point.s, point.v, point.u};
 }
 
 MotionLawValue evaluate_nodes(const MotionLaw& law, double tau, Side side) {
@@ -128,27 +128,28 @@ MotionLawValue evaluate_nodes(const MotionLaw& law, double tau, Side side) {
 
 }  // namespace
 
-/// The cubic with rates and second rates of both, integrated, and what is left of the way put into x³ (10 − 15x + 6x²), whose first and
-/// second derivatives vanish at both ends.
+/// Integrates the cubic through the rates and second rates of both points. The remaining displacement is added
+/// by x³ (10 − 15x + 6x²), whose first and second derivatives vanish at both ends.
 PhasePoint interpolate_quintic(const PhasePoint& a, const PhasePoint& b, double t) {
   constexpr double displacement_epsilon = 1e-14;  // of s, which ends at 1
   const double h = b.t - a.t, x = (t - a.t) / h;
   const double v = a.v * h, w = a.u * h * h, gain = b.v * h - v, w1 = b.u * h * h;
   const double c2 = 3 * gain - 2 * w - w1, c3 = w + w1 - 2 * gain;
-  double rest = b.s - a.s - (v + w / 2 + c2 / 3 + c3 / 4);
-  if (std::abs(rest) < displacement_epsilon) rest = 0;
+  double correction = b.s - a.s - (v + w / 2 + c2 / 3 + c3 / 4);
+  if (std::abs(correction) < displacement_epsilon) correction = 0;
   const double y = 1 - x;
-  return {t, a.s + x * (v + x * (w / 2 + x * (c2 / 3 + x * c3 / 4))) + rest * x * x * x * (10 + x * (-15 + 6 * x)),
-          (v + x * (w + x * (c2 + x * c3)) + 30 * rest * x * x * y * y) / h,
-          (w + x * (2 * c2 + x * 3 * c3) + 60 * rest * x * y * (1 - 2 * x)) / (h * h)};
+  return {t,
+          a.s + x * (v + x * (w / 2 + x * (c2 / 3 + x * c3 / 4))) + correction * x * x * x * (10 + x * (-15 + 6 * x)),
+          (v + x * (w + x * (c2 + x * c3)) + 30 * correction * x * x * y * y) / h,
+          (w + x * (2 * c2 + x * 3 * c3) + 60 * correction * x * y * (1 - 2 * x)) / (h * h)};
 }
 
 void validate(const MotionLaw& law) {
   if (is_mechanism_dependent(law.kind) && law.nodes.size() < 2)
     throw std::invalid_argument("the law of motion depends on the mechanism and has not been found yet");
   if (law.kind != MotionLawKind::trapezoidal_velocity) return;
-  const auto part = [](double ramp) { return ramp > 0 && ramp < 1; };
-  if (!part(law.ramp_up) || !part(law.ramp_down)) {
+  const auto is_fraction = [](double ramp) { return ramp > 0 && ramp < 1; };
+  if (!is_fraction(law.ramp_up) || !is_fraction(law.ramp_down)) {
     throw std::invalid_argument(
         "the ramps of a trapezoidal velocity must lie between 0 and 1, as parts of the duration; found " +
         std::to_string(law.ramp_up) + " and " + std::to_string(law.ramp_down));
@@ -182,10 +183,10 @@ MotionLawValue evaluate(const MotionLaw& law, double tau, Side side) {
 std::vector<double> find_acceleration_jumps(const MotionLaw& law) {
   if (law.kind == MotionLawKind::bang_bang) return {0.5};
   if (is_mechanism_dependent(law.kind)) {
-    std::vector<double> places;
+    std::vector<double> jumps;
     for (const MotionLawNode& node : law.nodes)
-      if (node.dds_before != node.dds_after && node.tau > 0 && node.tau < 1) places.push_back(node.tau);
-    return places;
+      if (node.dds_before != node.dds_after && node.tau > 0 && node.tau < 1) jumps.push_back(node.tau);
+    return jumps;
   }
   if (law.kind != MotionLawKind::trapezoidal_velocity) return {};
   const double brake = deceleration_start(law);

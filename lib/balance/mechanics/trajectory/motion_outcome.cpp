@@ -11,7 +11,7 @@ namespace balance {
 
 namespace {
 
-/// "t = 0.1, 0.2 s"; of many the first and the last.
+/// "t = 0.1, 0.2 s". Of many times, only the first ones and the last.
 std::string format_times(const std::vector<double>& times) {
   constexpr std::size_t max_listed_times = 6;
   std::string text = "t = ";
@@ -77,8 +77,8 @@ MotionOutcome make_overflow_outcome(double time, const std::string& what, const 
 }
 
 std::string describe_flat_disc(const Mechanism& mechanism, const std::vector<double>& coordinates) {
-  constexpr int lean_coordinate_index = 3;  // which of a disc's coordinates
-  constexpr double min_cosine = 0.1;        // of a disc that still stands
+  constexpr int lean_coordinate_index = 3;  // index of the lean angle among a disc's coordinates
+  constexpr double min_cosine = 0.1;        // of a disc that is not flat
   for (std::size_t c = 0; c < coordinates.size(); ++c) {
     const Coordinate& coordinate = mechanism.coordinates[c];
     const Joint& joint = mechanism.joints[coordinate.joint];

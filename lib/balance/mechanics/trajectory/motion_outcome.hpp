@@ -1,5 +1,5 @@
 #pragma once
-/// Sentences about how runs end and what users should know of them, in the same words everywhere.
+/// Outcomes of runs and notes on them, in the same words everywhere.
 
 #include "balance/foundation/base/types.hpp"
 #include "balance/mechanics/model/mechanism.hpp"
@@ -10,7 +10,7 @@
 
 namespace balance {
 
-/// A motion found: every joint coordinate over time.
+/// How the computation of a motion ended.
 enum class MotionStatus {
   unsolved,
   done,
@@ -19,21 +19,21 @@ enum class MotionStatus {
   drive_singularity,       ///< the prescribed quantities no longer determine the motion
   constraint_singularity,  ///< the loop constraints lose rank: the mechanism gains a freedom
   actuation_singularity,   ///< the actuators no longer hold the mechanism
-  assembly_jump,           ///< the motion could only go on in another assembly mode
+  assembly_jump,           ///< the motion could continue only in another assembly mode
   mismatch,                ///< drive or actuators do not match the degrees of freedom
-  overflow,                ///< numbers became larger than can be computed with
-  limits_not_held,         ///< no law of motion along the path keeps the stated limits
+  overflow,                ///< numbers overflow
+  limits_not_held,         ///< no motion law along the path satisfies the limits
 };
 
-/// How a run ended; `reason` is one sentence for the user, with time and configuration where they matter.
+/// How a run ended. `reason` is one sentence for the user, with time and configuration if they matter.
 struct MotionOutcome {
   MotionStatus status = MotionStatus::unsolved;
-  double time = 0;  ///< where it stopped [s]
+  double time = 0;  ///< where it ended [s]
   std::string reason;
-  std::vector<std::string> notes;  ///< what a user should know of a run that is done (minimum-norm actuation, …)
+  std::vector<std::string> notes;  ///< remarks on a completed run (minimum-norm actuation, …)
 };
 
-/// How a reason begins: "at t = 0.03 s: ".
+/// Prefix of a reason: "at t = 0.03 s: ".
 std::string format_time_prefix(double time);
 
 /// The end of a run whose actuators no longer hold the mechanism.
@@ -42,21 +42,21 @@ std::string format_time_prefix(double time);
 MotionOutcome make_actuation_singularity_outcome(double time, const std::string& configuration);
 
 enum class SingularityKind { motion, actuation };
-/// @param mobility least there: smallest singular value of the matrix that becomes singular
+/// @param mobility minimum there: smallest singular value of the matrix that becomes singular
 std::string describe_near_singularity(SingularityKind what, double mobility, double time);
 
-/// @param loop names of its joints @param times at which it loses rank on its own [s], not empty
+/// @param loop names of its joints @param times non-empty; when the loop alone loses rank [s]
 std::string describe_change_point(const std::string& loop, const std::vector<double>& times);
-/// @param actuator without which the others would not hold the mechanism
+/// @param actuator the actuator without which the others would not hold the mechanism
 std::string describe_redundant_actuator(const std::string& actuator, const std::vector<double>& times);
 
-/// The end of a run whose numbers grew too large to be computed with. @param time [s] @param what grew: "torque[A1]"
+/// The end of a run whose numbers overflow. @param time [s] @param what the quantity that overflows: "torque[A1]"
 MotionOutcome make_overflow_outcome(double time, const std::string& what);
-/// The same, or that the mechanism has no mass.
+/// The same, but if the mechanism has no mass, reports that.
 MotionOutcome make_overflow_outcome(double time, const std::string& what, const Mechanism& mechanism);
 
-/// "the disc of L lies flat on its plane": where rates grow without bound; empty if none does.
-/// @param coordinates all of the mechanism's
+/// "the disc of L lies flat on its plane", where rates grow without bound; empty if no disc does.
+/// @param coordinates all coordinates of the mechanism
 std::string describe_flat_disc(const Mechanism& mechanism, const std::vector<double>& coordinates);
 
 std::string describe_under_actuation(int motors, int freedoms);

@@ -13,11 +13,11 @@
 namespace balance {
 namespace {
 
-constexpr int bspline_order = 4;  ///< of a cubic spline: its terms, and how often its ends count as knots
-constexpr double jump_parameter_tolerance = 1e-12;  ///< parameters nearer than this to a jump are the jump
+constexpr int bspline_order = 4;  ///< of a cubic spline: number of terms, and multiplicity of the end knots
+constexpr double jump_parameter_tolerance = 1e-12;  ///< parameters closer than this to a jump count as the jump
 constexpr std::size_t derivative_columns = 3;       ///< value, first and second derivative
 
-/// Ends fourfold, inner knots evenly spaced, the middle one twice if the second derivative may jump there.
+/// Fourfold end knots and evenly spaced inner knots, the middle one double if the second derivative may jump there.
 std::vector<double> make_knot_vector(std::size_t coefficients, bool jump) {
   const std::size_t inner = jump ? coefficients - 1 : coefficients;
   std::vector<double> knots(bspline_order, 0.0);
@@ -29,7 +29,7 @@ std::vector<double> make_knot_vector(std::size_t coefficients, bool jump) {
   return knots;
 }
 
-/// De Boor's algorithm on the stretch between knots j and j + 1.
+/// De Boor's algorithm between knots j and j + 1.
 double evaluate_de_boor(const std::vector<double>& knots, const std::vector<double>& controls, std::size_t j,
                         double x) {
   std::array<double, bspline_order> d;
@@ -37,13 +37,13 @@ double evaluate_de_boor(const std::vector<double>& knots, const std::vector<doub
   for (std::size_t r = 1; r < bspline_order; ++r)
     for (std::size_t i = bspline_order - 1; i >= r; --i) {
       const double left = knots[j - (bspline_order - 1) + i], right = knots[j + 1 + i - r];
-      const double part = (x - left) / (right - left);
-      d[i] = (1 - part) * d[i - 1] + part * d[i];
+      const double fraction = (x - left) / (right - left);
+      d[i] = (1 - fraction) * d[i - 1] + fraction * d[i];
     }
   return d[bspline_order - 1];
 }
 
-/// A cubic's Chebyshev terms from its values at Chebyshev's points.
+/// Chebyshev coefficients of a cubic from its values at the Chebyshev points.
 Panel fit_cubic_panel(const std::vector<double>& knots, const std::vector<double>& controls, std::size_t j) {
   Panel panel{knots[j], knots[j + 1], Samples::Zero(PiecewiseChebyshevSeries::coefficient_count, 1)};
   const double middle = (panel.begin + panel.end) / 2, half = (panel.end - panel.begin) / 2;
@@ -63,17 +63,18 @@ PiecewiseChebyshevSeries make_spline_series(const std::vector<double>& knots, co
   return PiecewiseChebyshevSeries(std::move(panels));
 }
 
-/// Where the drive's values hold a coordinate (−1: the tool's angle).
+/// Index of a coordinate in the drive's values (−1: the tool's angle).
 std::size_t find_component(const DriveQuantities& quantities, CoordinateId coordinate) {
   const std::size_t first = quantities.point.size() + quantities.com.size();
   if (coordinate < 0 && quantities.tool_angle) return first;
-  const auto& all = quantities.coordinates;
-  const auto found = std::find(all.begin(), all.end(), coordinate);
-  if (found == all.end()) throw std::invalid_argument("the drive does not prescribe what has a course of its own");
-  return first + (quantities.tool_angle ? 1 : 0) + static_cast<std::size_t>(found - all.begin());
+  const auto& coordinates = quantities.coordinates;
+  const auto entry = std::find(coordinates.begin(), coordinates.end(), coordinate);
+  if (entry == coordinates.end())
+    throw std::invalid_argument("the drive does not prescribe what has a course of its own");
+  return first + (quantities.tool_angle ? 1 : 0) + static_cast<std::size_t>(entry - coordinates.begin());
 }
 
-/// A quantity whose end follows from its course goes nowhere by itself.
+/// Removes the straight motion of a quantity whose end value follows from its task.
 void hold_component(PrescribedMotion::Request& request, Eigen::Index component) {
   const double start = request.from.value[component];
   if (request.to.value.size() > 0) request.to.value[component] = start;
@@ -82,10 +83,10 @@ void hold_component(PrescribedMotion::Request& request, Eigen::Index component) 
 
 }  // namespace
 
-ValueWithDerivatives evaluate_with_derivatives(const PiecewiseChebyshevSeries& course, double parameter, Side side) {
-  const double beside = parameter + (side == Side::after ? jump_parameter_tolerance : -jump_parameter_tolerance);
+ValueWithDerivatives evaluate_with_derivatives(const PiecewiseChebyshevSeries& series, double parameter, Side side) {
+  const double one_sided = parameter + (side == Side::after ? jump_parameter_tolerance : -jump_parameter_tolerance);
   std::array<double, derivative_columns> out{};
-  course.evaluate(course.find_panel(beside, 0, course.panels().size()), parameter, out.data());
+  series.evaluate(series.find_panel(one_sided, 0, series.panels().size()), parameter, out.data());
   return {out[0], out[1], out[2]};
 }
 
@@ -110,7 +111,7 @@ PiecewiseChebyshevSeries make_clamped_bspline(const std::vector<double>& coeffic
   if (jump && coefficients.size() % 2 != 0)
     throw std::invalid_argument("a spline with a jump in its middle has an even number of coefficients");
   const std::vector<double> knots = make_knot_vector(coefficients.size(), jump);
-  std::vector<double> controls(2, 0.0);  // the two at each end are the value and the rate there
+  std::vector<double> controls(2, 0.0);  // two controls at each end determine value and rate there
   controls.insert(controls.end(), coefficients.begin(), coefficients.end());
   controls.insert(controls.end(), 2, 0.0);
   return append_derivatives(make_spline_series(knots, controls));
@@ -120,43 +121,43 @@ void add_secondary_tasks(const Trajectory& trajectory, const DriveQuantities& qu
                          PrescribedMotion::Request& request) {
   if (!trajectory.secondary_tasks.empty() && std::holds_alternative<TablePath>(trajectory.path))
     throw std::invalid_argument("a table says how every quantity goes; none has a course of its own beside it");
-  for (const SecondaryTask& course : trajectory.secondary_tasks) {
-    const auto component = static_cast<Eigen::Index>(find_component(quantities, course.coordinate));
-    if (const auto* spline = std::get_if<SplineTask>(&course.kind)) {
+  for (const SecondaryTask& task : trajectory.secondary_tasks) {
+    const auto component = static_cast<Eigen::Index>(find_component(quantities, task.coordinate));
+    if (const auto* spline = std::get_if<SplineTask>(&task.kind)) {
       request.component_offsets.push_back(
           {component, make_clamped_bspline(spline->coefficients, spline->has_middle_jump), spline->over_time});
       continue;
     }
-    const auto& kept = std::get<MomentumTask>(course.kind);
-    if (kept.solution.panels().empty())
+    const auto& momentum_task = std::get<MomentumTask>(task.kind);
+    if (momentum_task.solution.panels().empty())
       throw std::invalid_argument("the course that keeps the angular momentum has not been found yet");
     hold_component(request, component);
-    request.component_offsets.push_back({component, kept.solution, kept.over_time});
+    request.component_offsets.push_back({component, momentum_task.solution, momentum_task.over_time});
   }
   add_corridor_offset(trajectory.corridor, quantities, request);
 }
 
 namespace {
 
-constexpr double max_panel_rotation = 0.5;     // of the directions on one panel [rad]: 16 terms are then exact
-constexpr double coefficient_epsilon = 4e-16;  // of a panel's largest: smaller ones are round-off
-constexpr double path_length_epsilon = 1e-9;   // of the coordinates' size
+constexpr double max_panel_rotation = 0.5;     // rotation of the directions per panel [rad]: 16 terms are then exact
+constexpr double coefficient_epsilon = 4e-16;  // of a panel's largest coefficient: smaller ones are round-off
+constexpr double path_length_epsilon = 1e-9;   // of the magnitude of the coordinates
 
 StraightCurve extract_straight_part(const PrescribedMotion::Request& request) {
-  const bool stays = request.to.value.size() == 0;
-  return {request.from.value,
-          stays ? VectorX(VectorX::Zero(request.from.value.size())) : VectorX(request.to.value - request.from.value)};
+  const bool keeps_start = request.to.value.size() == 0;
+  return {request.from.value, keeps_start ? VectorX(VectorX::Zero(request.from.value.size()))
+                                          : VectorX(request.to.value - request.from.value)};
 }
 
 /// Columns that complete a unit vector to an orthonormal basis.
-MatrixX complete_orthonormal_basis(const VectorX& along) {
-  if (along.size() == 2) return VectorX(Vector2(-along[1], along[0]));
-  const MatrixX one = along;
-  const MatrixX basis = Eigen::HouseholderQR<MatrixX>(one).householderQ();
-  return basis.rightCols(along.size() - 1);
+MatrixX complete_orthonormal_basis(const VectorX& direction) {
+  if (direction.size() == 2) return VectorX(Vector2(-direction[1], direction[0]));
+  const MatrixX column = direction;
+  const MatrixX basis = Eigen::HouseholderQR<MatrixX>(column).householderQ();
+  return basis.rightCols(direction.size() - 1);
 }
 
-/// A vector function on a panel from its values at Chebyshev's points.
+/// Fits a vector function on a panel from its values at the Chebyshev points.
 template <class Function>
 Panel fit_panel(double begin, double end, Eigen::Index components, const Function& function) {
   Samples values(PiecewiseChebyshevSeries::coefficient_count, components);
@@ -164,30 +165,32 @@ Panel fit_panel(double begin, double end, Eigen::Index components, const Functio
     values.row(k) =
         function((begin + end) / 2 + (end - begin) / 2 * PiecewiseChebyshevSeries::chebyshev_point(k)).transpose();
   Panel panel{begin, end, PiecewiseChebyshevSeries::values_to_coefficients() * values};
-  const double least = coefficient_epsilon * max_abs(panel.coefficients);
-  panel.coefficients = (panel.coefficients.cwiseAbs().array() > least).select(panel.coefficients, 0.0);
+  const double threshold = coefficient_epsilon * max_abs(panel.coefficients);
+  panel.coefficients = (panel.coefficients.cwiseAbs().array() > threshold).select(panel.coefficients, 0.0);
   return panel;
 }
 
-/// The offset's components.
+/// Components of the offset.
 PiecewiseChebyshevSeries make_offset_series(const PiecewiseChebyshevSeries& splines, const PathNormals& normals) {
   std::vector<Panel> panels;
   for (std::size_t p = 0; p < splines.panels().size(); ++p) {
-    const Panel& whole = splines.panels()[p];
+    const Panel& spline_panel = splines.panels()[p];
     if (normals.sweep() == 0) {
-      panels.push_back({whole.begin, whole.end, whole.coefficients * normals.at(0).transpose()});
+      panels.push_back({spline_panel.begin, spline_panel.end, spline_panel.coefficients * normals.at(0).transpose()});
       continue;
     }
-    const double length = whole.end - whole.begin;
-    const int parts = std::max(1, static_cast<int>(std::ceil(std::abs(normals.sweep()) * length / max_panel_rotation)));
+    const double length = spline_panel.end - spline_panel.begin;
+    const int subpanel_count =
+        std::max(1, static_cast<int>(std::ceil(std::abs(normals.sweep()) * length / max_panel_rotation)));
     VectorX values(splines.function_count());
-    for (int k = 0; k < parts; ++k)
-      panels.push_back(fit_panel(whole.begin + length * k / parts,
-                                 k + 1 == parts ? whole.end : whole.begin + length * (k + 1) / parts,
-                                 normals.count() + 1, [&](double s) {
-                                   splines.evaluate(p, s, values.data());
-                                   return VectorX(normals.at(s) * values);
-                                 }));
+    for (int k = 0; k < subpanel_count; ++k)
+      panels.push_back(
+          fit_panel(spline_panel.begin + length * k / subpanel_count,
+                    k + 1 == subpanel_count ? spline_panel.end : spline_panel.begin + length * (k + 1) / subpanel_count,
+                    normals.count() + 1, [&](double s) {
+                      splines.evaluate(p, s, values.data());
+                      return VectorX(normals.at(s) * values);
+                    }));
   }
   return PiecewiseChebyshevSeries(std::move(panels));
 }
@@ -205,11 +208,11 @@ int count_corridor_components(const DriveQuantities& quantities) {
 
 PathNormals::PathNormals(const PrescribedMotion::Request& request, int components, double width)
     : components_(components) {
-  const StraightCurve rest = extract_straight_part(request);
+  const StraightCurve straight = extract_straight_part(request);
   if (const auto* path = std::get_if<CirclePath>(&request.path))
-    circle_ = make_circle(rest, components, *path);
-  else if (const auto* through = std::get_if<ArcPath>(&request.path))
-    circle_ = make_circular_arc(rest, components, *through);
+    circle_ = make_circle(straight, components, *path);
+  else if (const auto* arc_path = std::get_if<ArcPath>(&request.path))
+    circle_ = make_circular_arc(straight, components, *arc_path);
   else if (!std::holds_alternative<LinePath>(request.path))
     throw std::invalid_argument("a corridor goes along a line, a circle or an arc: other paths have corners or bends");
   if (circle_) {
@@ -218,10 +221,10 @@ PathNormals::PathNormals(const PrescribedMotion::Request& request, int component
           "the corridor is as wide as the radius of its path, or wider: its inner side would fold");
     return;
   }
-  const VectorX way = rest.delta.head(components);
-  if (!(way.norm() > path_length_epsilon * rest.start.head(components).norm()))
+  const VectorX displacement = straight.delta.head(components);
+  if (!(displacement.norm() > path_length_epsilon * straight.start.head(components).norm()))
     throw std::invalid_argument("the path of a corridor goes nowhere: it has no direction to leave it by");
-  straight_ = complete_orthonormal_basis(way.normalized());
+  straight_ = complete_orthonormal_basis(displacement.normalized());
 }
 
 MatrixX PathNormals::at(double s) const {
@@ -236,23 +239,24 @@ MatrixX PathNormals::at(double s) const {
 }
 
 PiecewiseChebyshevSeries make_corridor_splines(const std::vector<double>& controls, int knots) {
-  const auto each = static_cast<std::size_t>(knots) + 2;
-  if (knots < 1 || controls.empty() || controls.size() % each != 0)
+  const auto controls_per_spline = static_cast<std::size_t>(knots) + 2;
+  if (knots < 1 || controls.empty() || controls.size() % controls_per_spline != 0)
     throw std::invalid_argument("the splines of a corridor have two controls more than knots");
   std::vector<Panel> panels;
-  for (std::size_t first = 0; first < controls.size(); first += each) {
-    std::vector<double> whole(1, 0.0);
-    whole.insert(whole.end(), controls.begin() + static_cast<std::ptrdiff_t>(first),
-                 controls.begin() + static_cast<std::ptrdiff_t>(first + each));
-    whole.push_back(0);
-    const PiecewiseChebyshevSeries one = make_bspline(whole);
+  for (std::size_t first = 0; first < controls.size(); first += controls_per_spline) {
+    std::vector<double> padded_controls(1, 0.0);
+    padded_controls.insert(padded_controls.end(), controls.begin() + static_cast<std::ptrdiff_t>(first),
+                           controls.begin() + static_cast<std::ptrdiff_t>(first + controls_per_spline));
+    padded_controls.push_back(0);
+    const PiecewiseChebyshevSeries spline = make_bspline(padded_controls);
     if (panels.empty())
-      for (const Panel& panel : one.panels())
+      for (const Panel& panel : spline.panels())
         panels.push_back({panel.begin, panel.end,
                           Samples::Zero(PiecewiseChebyshevSeries::coefficient_count,
-                                        static_cast<Eigen::Index>(controls.size() / each))});
+                                        static_cast<Eigen::Index>(controls.size() / controls_per_spline))});
     for (std::size_t p = 0; p < panels.size(); ++p)
-      panels[p].coefficients.col(static_cast<Eigen::Index>(first / each)) = one.panels()[p].coefficients;
+      panels[p].coefficients.col(static_cast<Eigen::Index>(first / controls_per_spline)) =
+          spline.panels()[p].coefficients;
   }
   return PiecewiseChebyshevSeries(std::move(panels));
 }
@@ -266,11 +270,12 @@ void add_corridor_offset(const std::optional<Corridor>& corridor, const DriveQua
   const PiecewiseChebyshevSeries splines = make_corridor_splines(corridor->control_points, corridor->inner_knots);
   if (splines.function_count() != normals.count())
     throw std::invalid_argument("the way within the corridor was found for another drive");
-  const PiecewiseChebyshevSeries all = make_offset_series(splines, normals);
+  const PiecewiseChebyshevSeries offset_series = make_offset_series(splines, normals);
   for (Eigen::Index i = 0; i <= normals.count(); ++i) {
-    std::vector<Panel> own = all.panels();
-    for (Panel& panel : own) panel.coefficients = Samples(panel.coefficients.col(i));
-    request.component_offsets.push_back({i, append_derivatives(PiecewiseChebyshevSeries(std::move(own))), false});
+    std::vector<Panel> component_panels = offset_series.panels();
+    for (Panel& panel : component_panels) panel.coefficients = Samples(panel.coefficients.col(i));
+    request.component_offsets.push_back(
+        {i, append_derivatives(PiecewiseChebyshevSeries(std::move(component_panels))), false});
   }
 }
 

@@ -1,5 +1,5 @@
 #pragma once
-/// How a path is left within its corridor: in directions at right angles to it, by cubic splines over the way.
+/// Offsets from a path within its corridor: perpendicular to the path, as cubic splines of the path parameter.
 
 #include "balance/foundation/numerics/chebyshev_series.hpp"
 #include "balance/mechanics/trajectory/drive_quantities.hpp"
@@ -11,66 +11,69 @@
 
 namespace balance {
 
-// What the quantities of a drive do besides going along their path, as functions of one parameter.
+// Offsets of driven quantities from their path, as functions of one parameter.
 
-/// A course's value and its first and second derivative with respect to its parameter.
+/// Value of an offset and its first and second derivative with respect to its parameter.
 struct ValueWithDerivatives {
   double value = 0, first = 0, second = 0;
 };
 
-/// @param course functions: value, first and second derivative, over 0 to 1
-/// @param side which limit to take where the second derivative jumps
-ValueWithDerivatives evaluate_with_derivatives(const PiecewiseChebyshevSeries& course, double parameter, Side side);
+/// @param series three functions on [0, 1]: value, first and second derivative
+/// @param side one-sided limit to take where the second derivative jumps
+ValueWithDerivatives evaluate_with_derivatives(const PiecewiseChebyshevSeries& series, double parameter, Side side);
 
-/// A function with its first two derivatives beside it.
+/// The function and its first two derivatives.
 PiecewiseChebyshevSeries append_derivatives(const PiecewiseChebyshevSeries& function);
 
-/// A cubic spline over 0 to 1 by the controls of its B-splines: at least four, the inner knots evenly spaced, the ends fourfold.
+/// Cubic spline on [0, 1] from the coefficients of its B-splines: at least four; evenly spaced inner knots, fourfold
+/// end knots.
 PiecewiseChebyshevSeries make_bspline(const std::vector<double>& controls);
 
-/// The clamped cubic spline with value and rate zero at both ends, as a course. Of n coefficients it has the inner knots k / (n + 1);
-/// with a jump the n − 1 inner knots k / n, the one in the middle double.
+/// Clamped cubic spline with zero value and rate at both ends, followed by its derivatives. n coefficients have the
+/// inner knots k / (n + 1); with a jump, the n − 1 inner knots k / n, the middle one double.
 /// @throws std::invalid_argument if there is no coefficient or, with a jump, an odd number of them
 PiecewiseChebyshevSeries make_clamped_bspline(const std::vector<double>& coefficients, bool jump);
 
-/// Puts a trajectory's courses and the way within its corridor into a schedule's request, whose `from`, `to` and `via` are known.
-/// @throws std::invalid_argument if a course is no quantity of the drive, has not been found yet, or goes beside a table. The message
-///         is fit for a user.
+/// Adds a trajectory's secondary tasks and corridor offset to a request with known `from`, `to` and `via`.
+/// @throws std::invalid_argument if the quantity of a task is not driven, a task has not been solved yet, or the path
+///        is a table. The message is suitable for users.
 void add_secondary_tasks(const Trajectory& trajectory, const DriveQuantities& quantities,
                          PrescribedMotion::Request& request);
 
-/// How many leading components of a drive are the point that a corridor is for: the coordinates of the tool or the centre of mass, or
-/// all driven joint coordinates.
-/// @throws std::invalid_argument if they are fewer than two. The message is fit for a user.
+/// Number of leading components of a drive that are the point of a corridor: the coordinates of the tool or the centre
+/// of mass, or all driven joint coordinates.
+/// @throws std::invalid_argument if there are fewer than two. The message is suitable for users.
 int count_corridor_components(const DriveQuantities& quantities);
 
-/// Unit vectors at right angles to a line, circle or arc and to each other. Immutable.
+/// Unit vectors perpendicular to a line, circle or arc and to each other. Immutable.
 class PathNormals {
  public:
-  /// @param components of the point, the leading ones of the request's
+  /// @param components number of components of the point, the leading ones of the request
   /// @param width of the corridor
-  /// @throws std::invalid_argument if the path is another one or goes nowhere, or a radius is no larger than the width. The message is
-  ///         fit for a user.
+  /// @throws std::invalid_argument if the path is of another kind or has zero length, or a radius does not exceed the
+  ///        width. The message is suitable for users.
   PathNormals(const PrescribedMotion::Request& request, int components, double width);
 
-  /// As many as the point has components, less one.
+  /// Number of components of the point minus one.
   Eigen::Index count() const { return components_ - 1; }
-  /// @param s path parameter, 0 to 1 @return one column each: of the plane the one to the left of a line, outwards of a circle
+  /// @param s path parameter, 0 to 1
+  /// @return one normal per column; in the plane, to the left of a line or outwards of a circle
   MatrixX at(double s) const;
-  /// How far they turn along the whole path [rad].
+  /// Angle by which they turn along the whole path [rad].
   double sweep() const { return circle_ ? circle_->sweep : 0; }
 
  private:
   Eigen::Index components_;
-  MatrixX straight_;  ///< of a line
+  MatrixX straight_;  ///< for a line
   std::optional<CircularCurve> circle_;
 };
 
-/// The cubic splines of a corridor on its evenly spaced knots, zero at both ends, one function for each `knots + 2` of the controls.
+/// The cubic splines of a corridor on evenly spaced knots, zero at both ends; one function per `knots + 2` controls.
 PiecewiseChebyshevSeries make_corridor_splines(const std::vector<double>& controls, int knots);
 
-/// Puts the way found in a trajectory's corridor into a request whose path and ends are known. Without a corridor nothing is done.
-/// @throws std::invalid_argument if the way has not been found yet, or as above
+/// Adds the offset found for a trajectory's corridor to a request with known path and ends. Does nothing without a
+/// corridor.
+/// @throws std::invalid_argument if the offset has not been found yet, or as above
 void add_corridor_offset(const std::optional<Corridor>& corridor, const DriveQuantities& quantities,
                          PrescribedMotion::Request& request);
 

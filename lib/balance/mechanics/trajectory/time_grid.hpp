@@ -1,6 +1,6 @@
 #pragma once
-/// The way through a trajectory: every sample, both sides of every jump and, where samples are few, more places between them,
-/// in the order of time.
+/// Times at which a trajectory is evaluated, in increasing order: every sample, both sides of every jump and, if
+/// samples are few, intermediate times.
 
 #include "balance/mechanics/trajectory/prescribed_motion.hpp"
 
@@ -10,19 +10,19 @@
 
 namespace balance {
 
-/// Peaks, averages and energies rest on at least so many steps, however few samples are asked for: by the trapezoidal rule the
-/// averages of a motion from rest to rest are then good to some 1e-5.
+/// Minimum number of steps for peaks, averages and energies, however few samples are requested. By the trapezoidal
+/// rule, averages of a rest-to-rest motion are then accurate to about 1e-5.
 inline constexpr long min_time_steps = 400;
 
-/// Steps from one sample to the next.
+/// Number of steps from one sample to the next.
 inline long substeps_per_sample(long samples) { return std::max(1L, (min_time_steps + samples - 2) / (samples - 1)); }
 
-/// Places of a walk that are no samples, at most.
-inline long max_intermediate_rows(const PrescribedMotion& schedule, long samples) {
-  return 2 * static_cast<long>(schedule.jump_times().size()) + (samples - 1) * (substeps_per_sample(samples) - 1);
+/// Maximum number of grid points that are not samples.
+inline long max_intermediate_rows(const PrescribedMotion& motion, long samples) {
+  return 2 * static_cast<long>(motion.jump_times().size()) + (samples - 1) * (substeps_per_sample(samples) - 1);
 }
 
-/// The times of a walk, jumps aside: evenly spaced, every `pieces`-th is a sample's.
+/// Evenly spaced times without jumps; every `substeps`-th is that of a sample.
 struct TimeGrid {
   double duration;
   long samples;
@@ -31,52 +31,54 @@ struct TimeGrid {
   double time_of(long step) const {
     if (step == steps) return duration;
     const long sample = step / substeps;
-    // samples where they are without steps between them, to the last digit
+    // exactly the times that samples have without substeps
     return step == sample * substeps ? duration * static_cast<double>(sample) / static_cast<double>(samples - 1)
                                      : duration * static_cast<double>(step) / static_cast<double>(steps);
   }
 };
 
-/// Where a walk stands.
+/// A point of the traversal.
 struct TimeGridPoint {
   enum class Kind { sample, intermediate, before_jump, after_jump };
   Kind kind = Kind::sample;
   long index = 0;                    ///< of the sample or of the jump
   long next_sample = 0;              ///< the first sample at or after it
-  bool has_coincident_next = false;  ///< a jump whose after side the very next stop holds, at the same time
+  bool has_coincident_next = false;  ///< a jump at a grid time: the next grid point holds the values after it
 };
 
-/// Leads a stepper of either formulation from stop to stop.
-/// @param stepper begin(), advance(time), update_accelerations(side), time()
-/// @param see called with each TimeGridPoint; false ends the walk
-/// @return false if the stepper got stuck (its outcome says why) or `see` ended the walk
-template <class Stepper, class See>
-bool visit_time_grid(Stepper& stepper, const PrescribedMotion& schedule, long samples, See&& see) {
+/// Moves a stepper of either formulation from point to point.
+/// @param stepper with begin(), advance(time), update_accelerations(side), time()
+/// @param visit called with each TimeGridPoint; returns false to stop
+/// @return false if the stepper failed (its outcome says why) or `visit` stopped
+template <class Stepper, class Visitor>
+bool visit_time_grid(Stepper& stepper, const PrescribedMotion& motion, long samples, Visitor&& visit) {
   bool started = false;
-  const auto move = [&](double time) {
+  const auto move_to = [&](double time) {
     if (started && stepper.time() == time) return true;
-    const bool moved = started ? stepper.advance(time) : stepper.begin();
+    const bool is_reached = started ? stepper.advance(time) : stepper.begin();
     started = true;
-    return moved;
+    return is_reached;
   };
-  const double duration = schedule.duration();
-  const std::vector<double>& jumps = schedule.jump_times();
+  const double duration = motion.duration();
+  const std::vector<double>& jumps = motion.jump_times();
   const TimeGrid times{duration, samples};
   std::size_t j = 0;
   for (long step = 0; step <= times.steps; ++step) {
     const double time = times.time_of(step);
     const long k = (step + times.substeps - 1) / times.substeps;
     for (; j < jumps.size() && jumps[j] <= time * (1 + 1e-12); ++j) {
-      const bool here = std::abs(jumps[j] - time) <= 1e-12 * duration;
-      if (!move(here ? time : jumps[j])) return false;
+      const bool is_at_grid_time = std::abs(jumps[j] - time) <= 1e-12 * duration;
+      if (!move_to(is_at_grid_time ? time : jumps[j])) return false;
       stepper.update_accelerations(Side::before);
-      if (!see(TimeGridPoint{TimeGridPoint::Kind::before_jump, static_cast<long>(j), k, here})) return false;
+      if (!visit(TimeGridPoint{TimeGridPoint::Kind::before_jump, static_cast<long>(j), k, is_at_grid_time}))
+        return false;
       stepper.update_accelerations(Side::after);
-      if (!see(TimeGridPoint{TimeGridPoint::Kind::after_jump, static_cast<long>(j), k, here})) return false;
+      if (!visit(TimeGridPoint{TimeGridPoint::Kind::after_jump, static_cast<long>(j), k, is_at_grid_time}))
+        return false;
     }
     const TimeGridPoint::Kind kind =
         step % times.substeps == 0 ? TimeGridPoint::Kind::sample : TimeGridPoint::Kind::intermediate;
-    if (!move(time) || !see(TimeGridPoint{kind, k, k, false})) return false;
+    if (!move_to(time) || !visit(TimeGridPoint{kind, k, k, false})) return false;
   }
   return true;
 }

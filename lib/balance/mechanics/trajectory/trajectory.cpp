@@ -15,9 +15,9 @@ namespace {
 
 void check_duration(double duration) {
   if (is_valid_duration(duration)) return;
-  char found[40];
-  std::snprintf(found, sizeof found, ", found %.6g s", duration);
-  throw std::invalid_argument("expected " + format_duration_range() + found);
+  char actual[40];
+  std::snprintf(actual, sizeof actual, ", found %.6g s", duration);
+  throw std::invalid_argument("expected " + format_duration_range() + actual);
 }
 
 void check_samples(long samples) {
@@ -67,9 +67,9 @@ const char* name_of(MotionLawKind kind) {
 }
 
 const char* law_name(const Trajectory& trajectory) {
-  const bool by_table =
+  const bool is_table_timed =
       std::holds_alternative<TablePath>(trajectory.path) && !is_mechanism_dependent(trajectory.law.kind);
-  return by_table ? "table" : name_of(trajectory.law.kind);
+  return is_table_timed ? "table" : name_of(trajectory.law.kind);
 }
 
 const char* name_of(DriveKind kind) {

@@ -1,11 +1,11 @@
 #pragma once
-/// The same trajectory over another scalar.
+/// Conversion of trajectories to another scalar type.
 
 #include "balance/mechanics/trajectory/trajectory.hpp"
 
 namespace balance {
 
-/// Every number of a trajectory through `number` (From → To), everything else as it is.
+/// Applies `number` (From → To) to every number of a trajectory and copies everything else.
 template <class To, class From, class Function>
 class TrajectoryConversion {
  public:
@@ -23,12 +23,8 @@ class TrajectoryConversion {
     to.components = from.components;
     to.remaining_coordinates = from.remaining_coordinates;
     to.remaining_angle = from.remaining_angle;
-    for (const auto& course : from.secondary_tasks)
-      std::visit(
-          [&](const auto& kind) {
-            to.secondary_tasks.push_back({course.coordinate, convert(kind)});
-          },
-          course.kind);
+    for (const auto& task : from.secondary_tasks)
+      std::visit([&](const auto& kind) { to.secondary_tasks.push_back({task.coordinate, convert(kind)}); }, task.kind);
     std::visit([&](const auto& path) { to.path = convert(path); }, from.path);
     if (const auto& c = from.corridor)
       to.corridor = CorridorOf<To>{number_(c->width), c->inner_knots, c->starts, c->control_points};
@@ -44,11 +40,11 @@ class TrajectoryConversion {
   SplineTaskOf<To> convert(const SplineTaskOf<From>& spline) const {
     return {convert(spline.coefficients), spline.has_middle_jump, spline.over_time};
   }
-  MomentumTaskOf<To> convert(const MomentumTaskOf<From>& kept) const {
-    return {kept.axis, convert(kept.time), convert(kept.value), kept.solution, kept.over_time};
+  MomentumTaskOf<To> convert(const MomentumTaskOf<From>& momentum) const {
+    return {momentum.axis, convert(momentum.time), convert(momentum.value), momentum.solution, momentum.over_time};
   }
-  std::optional<To> convert(const std::optional<From>& one) const {
-    return one ? std::optional<To>(number_(*one)) : std::nullopt;
+  std::optional<To> convert(const std::optional<From>& value) const {
+    return value ? std::optional<To>(number_(*value)) : std::nullopt;
   }
   Vector3Of<To> convert(const Vector3Of<From>& v) const { return {number_(v[0]), number_(v[1]), number_(v[2])}; }
   Matrix3Of<To> convert(const Matrix3Of<From>& m) const {
@@ -59,7 +55,7 @@ class TrajectoryConversion {
   std::vector<To> convert(const std::vector<From>& list) const {
     std::vector<To> to;
     to.reserve(list.size());
-    for (const From& one : list) to.push_back(number_(one));
+    for (const From& value : list) to.push_back(number_(value));
     return to;
   }
   PoseTargetOf<To> convert(const PoseTargetOf<From>& from) const {
@@ -91,7 +87,7 @@ class TrajectoryConversion {
   const Function& number_;
 };
 
-/// Every number of `from` through `number` (From → To), everything else as it is.
+/// Applies `number` (From → To) to every number of `from` and copies everything else.
 template <class To, class From, class Function>
 TrajectoryOf<To> cast_scalar(const TrajectoryOf<From>& from, const Function& number) {
   return TrajectoryConversion<To, From, Function>(number)(from);

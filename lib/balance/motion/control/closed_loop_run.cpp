@@ -30,25 +30,25 @@
 
 namespace balance {
 
-// What a run under control looks like at one moment, as a row of a RunResult.
+// States of a controlled run as rows of a RunResult.
 
-/// Of the controller, at one moment.
+/// State of the controller at one time.
 struct ControllerState {
-  const VectorX& variation;  ///< sum of all changes of the efforts so far, per actuator
-  const VectorX& saturated;  ///< 1 where the limit cuts, per actuator; may be empty
+  const VectorX& variation;  ///< sum of all absolute changes of the efforts so far, per actuator
+  const VectorX& saturated;  ///< 1 where the limit is active, per actuator; may be empty
 };
 
 class ClosedLoopRecorder {
  public:
-  /// @param desired may be filled in later, but stays where it is; law must be started before rows are written
+  /// @param desired may be filled in later, but must not move; `law` must be started before rows are written
   ClosedLoopRecorder(const Mechanism& mechanism, const ControlLaw& law, const DesiredMotion& desired)
       : mechanism_(mechanism), law_(law), desired_(desired) {}
 
-  /// Names and room for as many rows. Nothing that a desired motion is needed for if that motion is not known.
+  /// Sets names and allocates rows. Omits quantities that need a desired motion if that motion is not known.
   void allocate_rows(long rows, const Vector3& about, RunResult& result) const;
 
   /// @param event row of the desired motion
-  void write_row(const Sample& seen, const ControllerState& state, double time, Eigen::Index event, long row,
+  void write_row(const Sample& sample, const ControllerState& state, double time, Eigen::Index event, long row,
                  RunResult& result);
 
  private:
@@ -61,16 +61,18 @@ class ClosedLoopRecorder {
   Sample sample_;
 };
 
-/// Whether the actuators still determine the motion: notices when the mechanism passes a configuration in which they do not.
+/// Detects configurations in which the actuators do not determine the motion, even if they are passed between two
+/// checks.
 class ActuationMonitor {
  public:
-  /// @param mechanism must outlive the watch
+  /// @param mechanism must outlive the monitor
   explicit ActuationMonitor(const Mechanism& mechanism);
 
-  /// Looks at a state, in the order of time and at moments between which little changes.
+  /// Checks a state. Call in order of time, with small changes between calls.
   /// @param position, velocity per mechanism coordinate
-  /// @return done; actuation_singularity if loops and actuated coordinates together do not determine the motion, or did not on the
-  ///         straight way from their matrix at the last look. Always done where there are fewer actuators than freedoms.
+  /// @return done; actuation_singularity if loop closures and actuated coordinates together do not determine the
+  ///        motion, or do not on the straight line from their matrix at the last check. Always done with fewer
+  ///        actuators than freedoms.
   MotionOutcome check(double time, const VectorX& position, const VectorX& velocity);
 
  private:
@@ -78,14 +80,14 @@ class ActuationMonitor {
 
   const Mechanism& mechanism_;
   ForwardDynamics dynamics_;
-  RankMonitor watched_;
+  RankMonitor rank_monitor_;
   bool has_previous_ = false;
 };
 
 namespace {
 
-/// A moment at which something happens: a sample of the result, a sample of the controller, or both. Neither is a place that
-/// figures rest on besides.
+/// A time of the run: a sample of the result, a sample of the controller, or both. If it is neither, it only adds to
+/// the accuracy of figures.
 struct SampleEvent {
   double time;
   long sample;  ///< the first sample at or after it
@@ -95,29 +97,30 @@ struct SampleEvent {
 
 std::vector<SampleEvent> list_events(double step, long samples, const Controller& controller) {
   std::vector<SampleEvent> events;
-  const double end = step * static_cast<double>(samples - 1), same = 1e-9 * std::min(step, controller.period);
+  const double end = step * static_cast<double>(samples - 1), time_tolerance = 1e-9 * std::min(step, controller.period);
   long tick = controller.is_sampled() ? 0 : -1;
   for (long k = 0; k < samples; ++k) {
     const double time = k == samples - 1 ? end : step * static_cast<double>(k);
     for (; tick >= 0; ++tick) {
-      const double at = controller.period * static_cast<double>(tick);
-      if (at >= time - same) break;
-      events.push_back({at, k, false, true});
+      const double tick_time = controller.period * static_cast<double>(tick);
+      if (tick_time >= time - time_tolerance) break;
+      events.push_back({tick_time, k, false, true});
     }
-    const bool together = tick >= 0 && std::abs(controller.period * static_cast<double>(tick) - time) <= same;
-    // At the very end a new torque would act no more.
-    events.push_back({time, k, true, together && k < samples - 1});
-    if (together) ++tick;
+    const bool coincides =
+        tick >= 0 && std::abs(controller.period * static_cast<double>(tick) - time) <= time_tolerance;
+    // At the very end, a new torque would have no effect.
+    events.push_back({time, k, true, coincides && k < samples - 1});
+    if (coincides) ++tick;
   }
   return events;
 }
 
-/// With the moments at which stated efforts are not smooth, which may be their largest.
-std::vector<SampleEvent> insert_knot_times(std::vector<SampleEvent> events, const EffortProfile& course) {
+/// Adds the times at which given efforts are not smooth and may have their maxima.
+std::vector<SampleEvent> insert_knot_times(std::vector<SampleEvent> events, const EffortProfile& effort_profile) {
   std::vector<SampleEvent> out;
   const double time_tolerance = 1e-9 * (events.size() > 1 ? events[1].time - events[0].time : 1);
-  auto knot = course.knots().begin();
-  const auto end = course.knots().end();
+  auto knot = effort_profile.knots().begin();
+  const auto end = effort_profile.knots().end();
   for (const SampleEvent& event : events) {
     for (; knot != end && *knot < event.time - time_tolerance; ++knot)
       if (!out.empty() && *knot > out.back().time + time_tolerance) out.push_back({*knot, event.sample, false, false});
@@ -126,25 +129,25 @@ std::vector<SampleEvent> insert_knot_times(std::vector<SampleEvent> events, cons
   return out;
 }
 
-/// With places between events that are so far apart that figures need them.
-/// @param steps that the whole run has at least
+/// Adds times between events that are too far from each other for accurate figures.
+/// @param steps minimum number of steps of the whole run
 std::vector<SampleEvent> insert_figure_samples(const std::vector<SampleEvent>& events, long steps) {
   std::vector<SampleEvent> out;
-  const double longest = events.back().time / static_cast<double>(steps);
+  const double max_interval = events.back().time / static_cast<double>(steps);
   for (const SampleEvent& event : events) {
-    const double last = out.empty() ? event.time : out.back().time, gap = event.time - last;
-    const auto pieces = static_cast<int>(std::ceil(gap / longest - 1e-9));
-    for (int i = 1; i < pieces; ++i) out.push_back({last + gap * i / pieces, event.sample, false, false});
+    const double last = out.empty() ? event.time : out.back().time, interval = event.time - last;
+    const auto step_count = static_cast<int>(std::ceil(interval / max_interval - 1e-9));
+    for (int i = 1; i < step_count; ++i) out.push_back({last + interval * i / step_count, event.sample, false, false});
     out.push_back(event);
   }
   return out;
 }
 
-DesiredState state_of(const DesiredMotion& motion, Eigen::Index row) {
+DesiredState desired_state_at(const DesiredMotion& motion, Eigen::Index row) {
   return {motion.position.row(row), motion.velocity.row(row), motion.acceleration.row(row)};
 }
 
-constexpr double state_overflow_limit = 1e100;  // of rates and positions: what comes of them are no numbers
+constexpr double state_overflow_limit = 1e100;  // of rates and positions: beyond this, results are not finite
 
 std::string tracking_loss_text(const std::string& name, const std::string& error, const std::string& range,
                                double time) {
@@ -162,40 +165,41 @@ class ClosedLoopRun {
         controller_(controller),
         law_(mechanism, controller),
         sensor_(controller.measurement, controller.period),
-        watch_(mechanism),
+        actuation_monitor_(mechanism),
         options_(options),
-        record_(mechanism, law_, desired_),
+        recorder_(mechanism, law_, desired_),
         efforts_(VectorX::Zero(static_cast<Eigen::Index>(mechanism.actuators.size()))),
         variation_(efforts_) {
     const double duration = find_trajectory_duration(trajectory),
                  step = duration / static_cast<double>(trajectory.samples - 1);
     if (!(duration >= min_closed_loop_duration)) throw std::invalid_argument("the trajectory takes less than 1e-12 s");
-    const double extra = std::ceil(options.hold_time / step - 1e-9),
-                 steps = static_cast<double>(trajectory.samples) + extra;
+    const double hold_steps = std::ceil(options.hold_time / step - 1e-9),
+                 steps = static_cast<double>(trajectory.samples) + hold_steps;
     if (controller.is_continuous()) effort_profile_.emplace(controller.efforts, controller.torque_limit);
-    const double all = steps + (controller.is_sampled() ? (duration + options.hold_time) / controller.period : 0) +
-                       (effort_profile_ ? static_cast<double>(effort_profile_->knots().size()) : 0);
-    if (!(all <= max_closed_loop_samples))
+    const double sample_count = steps +
+                                (controller.is_sampled() ? (duration + options.hold_time) / controller.period : 0) +
+                                (effort_profile_ ? static_cast<double>(effort_profile_->knots().size()) : 0);
+    if (!(sample_count <= max_closed_loop_samples))
       throw std::invalid_argument("the run has more than " +
                                   std::to_string(static_cast<long>(max_closed_loop_samples)) +
                                   " samples of controller and result together");
-    samples_ = trajectory.samples + static_cast<long>(extra);
-    std::vector<SampleEvent> stated = list_events(step, samples_, controller);
-    if (effort_profile_) stated = insert_knot_times(std::move(stated), *effort_profile_);
-    // what is not sampled has no samples of a controller to rest on
-    events_ = insert_figure_samples(stated, effort_profile_ ? 5 * min_time_steps : min_time_steps);
-    PlantOptions plant{.dynamics = {.preferred = mechanism.actuators}};
-    const auto default_steps = 500'000 + 50 * static_cast<long>(stated.size());
-    plant.max_steps = options.max_steps > 0 ? options.max_steps : default_steps;
-    plant_.emplace(mechanism, plant, trajectory.about);
+    samples_ = trajectory.samples + static_cast<long>(hold_steps);
+    std::vector<SampleEvent> events = list_events(step, samples_, controller);
+    if (effort_profile_) events = insert_knot_times(std::move(events), *effort_profile_);
+    // figures of a continuous controller cannot rely on its samples
+    events_ = insert_figure_samples(events, effort_profile_ ? 5 * min_time_steps : min_time_steps);
+    PlantOptions plant_options{.dynamics = {.preferred = mechanism.actuators}};
+    const auto default_steps = 500'000 + 50 * static_cast<long>(events.size());
+    plant_options.max_steps = options.max_steps > 0 ? options.max_steps : default_steps;
+    plant_.emplace(mechanism, plant_options, trajectory.about);
   }
 
   RunResult run() {
     std::vector<double> times;
     for (const SampleEvent& event : events_) times.push_back(event.time);
     desired_ = compute_desired_motion(mechanism_, trajectory_, times);
-    const bool wanted = desired_.outcome.status == MotionStatus::done;
-    if (!wanted && needs_desired_motion(controller_)) return make_rejected_result();
+    const bool has_desired_motion = desired_.outcome.status == MotionStatus::done;
+    if (!has_desired_motion && needs_desired_motion(controller_)) return make_rejected_result();
     if (!initialise()) return make_rejected_result();
     long done_rows = 0;
     for (std::size_t e = 0; e < events_.size(); ++e) {
@@ -203,24 +207,25 @@ class ClosedLoopRun {
     }
     if (done_rows < samples_) {
       truncate_rows(done_rows, result_);
-      truncate_rows(static_cast<long>(between_.next_sample.size()), between_.rows);
+      truncate_rows(static_cast<long>(intermediate_samples_.next_sample.size()), intermediate_samples_.rows);
     }
     add_round_off();
     if (result_.time.size() >= 2) {
-      add_metrics(result_, between_);
-      if (const auto lost = find_overflow(result_, between_, mechanism_); lost && outcome_.status == MotionStatus::done)
-        outcome_ = *lost;
+      add_metrics(result_, intermediate_samples_);
+      if (const auto overflow = find_overflow(result_, intermediate_samples_, mechanism_);
+          overflow && outcome_.status == MotionStatus::done)
+        outcome_ = *overflow;
     }
     clear_round_off(result_);
     result_.outcome = outcome_;
     result_.outcome.notes = plant_->notes();
-    const std::vector<std::string>& own = law_.notes();
-    result_.outcome.notes.insert(result_.outcome.notes.end(), own.begin(), own.end());
+    const std::vector<std::string>& controller_notes = law_.notes();
+    result_.outcome.notes.insert(result_.outcome.notes.end(), controller_notes.begin(), controller_notes.end());
     if (result_.time.size() >= 2) {
-      const std::string note = check_sampling_density(result_, between_);
+      const std::string note = check_sampling_density(result_, intermediate_samples_);
       if (!note.empty()) result_.outcome.notes.push_back(note);
     }
-    if (!wanted)
+    if (!has_desired_motion)
       result_.outcome.notes.push_back("no errors are reported, because the desired motion does not exist: " +
                                       desired_.outcome.reason);
     warn_of_tracking_loss();
@@ -239,13 +244,14 @@ class ClosedLoopRun {
     return outcome_.status == MotionStatus::done;
   }
 
-  VectorX actuated(const VectorX& all) const {
-    VectorX chosen(efforts_.size());
-    for (Eigen::Index a = 0; a < chosen.size(); ++a) chosen[a] = all[mechanism_.actuators[static_cast<std::size_t>(a)]];
-    return chosen;
+  VectorX actuated(const VectorX& values) const {
+    VectorX actuated_values(efforts_.size());
+    for (Eigen::Index a = 0; a < actuated_values.size(); ++a)
+      actuated_values[a] = values[mechanism_.actuators[static_cast<std::size_t>(a)]];
+    return actuated_values;
   }
 
-  /// Puts the mechanism where it starts and makes room for the rows.
+  /// Puts the mechanism at its start and allocates the rows.
   bool initialise() {
     const auto coordinates = static_cast<Eigen::Index>(mechanism_.coordinates.size());
     VectorX position(coordinates), velocity = VectorX::Zero(coordinates);
@@ -265,12 +271,12 @@ class ClosedLoopRun {
     if (!is_successful(law_.start(plant_->position(), plant_->velocity(), make_gain_basis()))) return false;
     long rows = 0;
     for (std::size_t e = 1; e < events_.size(); ++e) rows += events_[e].tick ? 2 : events_[e].on_sample ? 0 : 1;
-    record_.allocate_rows(samples_, trajectory_.about, result_);
-    record_.allocate_rows(rows, trajectory_.about, between_.rows);
+    recorder_.allocate_rows(samples_, trajectory_.about, result_);
+    recorder_.allocate_rows(rows, trajectory_.about, intermediate_samples_.rows);
     return true;
   }
 
-  /// What gains follow from: the desired motion at moments of its own, so that they do not depend on what is sampled.
+  /// Basis of gains: the desired motion at times of its own, so that gains do not depend on the sampling.
   GainDesignMotion make_gain_basis() const {
     GainDesignMotion basis{VectorX::Zero(efforts_.size()), {}};
     if (!needs_desired_motion(controller_)) return basis;
@@ -282,7 +288,7 @@ class ClosedLoopRun {
     for (Eigen::Index k = 0; k < motion.rows; ++k) {
       basis.peak_acceleration =
           basis.peak_acceleration.cwiseMax(actuated(motion.acceleration.row(k).transpose()).cwiseAbs());
-      if (k % gain_sample_refinement == 0) basis.along.push_back(state_of(motion, k));
+      if (k % gain_sample_refinement == 0) basis.along.push_back(desired_state_at(motion, k));
     }
     return basis;
   }
@@ -297,7 +303,7 @@ class ClosedLoopRun {
     if (e > 0) variation_ += effort_profile_->total_variation(events_[e - 1].time, events_[e].time);
   }
 
-  /// On to the event, and through it. @return false if the run ends here
+  /// Advances to the event and processes it. @return false if the run ends here
   bool advance_to_event(std::size_t e, long& done_rows) {
     const SampleEvent& event = events_[e];
     if (e > 0 && !is_successful(advance(event.time))) return false;
@@ -305,20 +311,22 @@ class ClosedLoopRun {
     if (!(max_abs(plant_->velocity()) < state_overflow_limit) || !(max_abs(plant_->position()) < state_overflow_limit))
       return is_successful(make_overflow_outcome(event.time, "the motion"));
     if (options_.progress) options_.progress(static_cast<double>(e) / static_cast<double>(events_.size()));
-    const bool looks = is_inverse_dynamics_based(controller_) && (event.tick || !event.on_sample);
-    if (looks && !is_successful(watch_.check(event.time, plant_->position(), plant_->velocity()))) return false;
-    if (!event.tick && !event.on_sample) write(between_.rows, between_.add(event.sample), e);
+    const bool checks_actuation = is_inverse_dynamics_based(controller_) && (event.tick || !event.on_sample);
+    if (checks_actuation &&
+        !is_successful(actuation_monitor_.check(event.time, plant_->position(), plant_->velocity())))
+      return false;
+    if (!event.tick && !event.on_sample) write(intermediate_samples_.rows, intermediate_samples_.add(event.sample), e);
     if (event.tick) {
-      if (e > 0) write(between_.rows, between_.add(event.sample), e);
-      const DesiredState wanted = state_of(desired_, static_cast<Eigen::Index>(e));
-      sensor_.read(actuated(plant_->position()), actuated(plant_->velocity()), actuated(wanted.velocity));
-      if (!is_successful(law_.compute_efforts(event.time, wanted, sensor_.position(), sensor_.velocity())))
+      if (e > 0) write(intermediate_samples_.rows, intermediate_samples_.add(event.sample), e);
+      const DesiredState desired = desired_state_at(desired_, static_cast<Eigen::Index>(e));
+      sensor_.read(actuated(plant_->position()), actuated(plant_->velocity()), actuated(desired.velocity));
+      if (!is_successful(law_.compute_efforts(event.time, desired, sensor_.position(), sensor_.velocity())))
         return false;
       if (!law_.efforts().allFinite()) return is_successful(make_overflow_outcome(event.time, "the torque"));
       if (e > 0) variation_ += (law_.efforts() - efforts_).cwiseAbs();
       efforts_ = law_.efforts();
       saturated_ = law_.saturation();
-      if (e > 0 && !event.on_sample) write(between_.rows, between_.add(event.sample), e);
+      if (e > 0 && !event.on_sample) write(intermediate_samples_.rows, intermediate_samples_.add(event.sample), e);
     }
     if (!event.on_sample) return true;
     write(result_, event.sample, e);
@@ -327,11 +335,11 @@ class ClosedLoopRun {
   }
 
   void write(RunResult& result, long row, std::size_t e) {
-    record_.write_row(plant_->observe(efforts_), {variation_, saturated_}, events_[e].time,
-                      static_cast<Eigen::Index>(e), row, result);
+    recorder_.write_row(plant_->observe(efforts_), {variation_, saturated_}, events_[e].time,
+                        static_cast<Eigen::Index>(e), row, result);
   }
 
-  /// An error larger than all that the coordinate was to move, or than a radian, says that the controller does not lead it.
+  /// Adds a note if the controller loses a coordinate: the error exceeds the range of its motion, or a radian.
   void warn_of_tracking_loss() {
     if (result_.tracking_error.size() == 0 || controller_.type == ControllerType::none) return;
     for (const int c : mechanism_.actuators) {
@@ -349,7 +357,7 @@ class ClosedLoopRun {
     }
   }
 
-  /// Of a sliding variable −(ė + λ e), what its rate and its position have.
+  /// Sets the round-off. For a sliding variable −(ė + λ e) it is composed of that of its rate and its position.
   void add_round_off() {
     set_round_off(result_, plant_->term_sizes(), plant_->term_sizes_over_mobility());
     const auto count = static_cast<Eigen::Index>(law_.sliding_coordinates().size());
@@ -366,17 +374,17 @@ class ClosedLoopRun {
   const Controller& controller_;
   ControlLaw law_;
   Sensor sensor_;
-  ActuationMonitor watch_;
+  ActuationMonitor actuation_monitor_;
   ClosedLoopOptions options_;
-  ClosedLoopRecorder record_;
-  std::optional<EffortProfile> effort_profile_;  ///< of efforts that are not the controller's samples
+  ClosedLoopRecorder recorder_;
+  std::optional<EffortProfile> effort_profile_;  ///< of efforts that are not sampled by the controller
   std::optional<Plant> plant_;
   long samples_ = 0;
   std::vector<SampleEvent> events_;
-  DesiredMotion desired_;  ///< a row per event
+  DesiredMotion desired_;  ///< one row per event
   VectorX efforts_, variation_, saturated_;
   RunResult result_;
-  IntermediateSamples between_;
+  IntermediateSamples intermediate_samples_;
   MotionOutcome outcome_;
 };
 
@@ -390,32 +398,32 @@ RunResult simulate_closed_loop(const Mechanism& mechanism, const Trajectory& tra
   if (!(controller.period > 0)) throw std::invalid_argument("a controller needs a positive period");
   if (options.max_steps < 0) throw std::invalid_argument("a run cannot have a negative number of steps");
   if (!(options.hold_time >= 0)) throw std::invalid_argument("the time to settle cannot be negative");
-  const ResolvedTrajectory timed = resolve_trajectory(mechanism, trajectory);
+  const ResolvedTrajectory resolved = resolve_trajectory(mechanism, trajectory);
   RunResult result;
-  result.outcome = timed.outcome;
-  if (timed.outcome.status != MotionStatus::done) return result;
-  result = ClosedLoopRun(mechanism, timed.trajectory, controller, options).run();
-  result.optimised_law = timed.optimised_law;
-  result.corridor_result = timed.corridor;
+  result.outcome = resolved.outcome;
+  if (resolved.outcome.status != MotionStatus::done) return result;
+  result = ClosedLoopRun(mechanism, resolved.trajectory, controller, options).run();
+  result.optimised_law = resolved.optimised_law;
+  result.corridor_result = resolved.corridor;
   return result;
 }
 
 void ClosedLoopRecorder::allocate_rows(long rows, const Vector3& about, RunResult& result) const {
   name_columns(mechanism_, result);
-  const bool wanted = desired_.outcome.status == MotionStatus::done;
+  const bool has_desired_motion = desired_.outcome.status == MotionStatus::done;
   for (const int c : law_.sliding_coordinates()) {
     const Coordinate& coordinate = mechanism_.coordinates[static_cast<std::size_t>(c)];
     result.sliding_names.push_back(coordinate.name);
     result.sliding_units.push_back(coordinate.kind == CoordinateKind::angle ? "rad/s" : "m/s");
   }
   result.moment_reference = about;
-  resize_arrays(mechanism_, rows, {.control = true, .tracking = wanted}, result);
+  resize_arrays(mechanism_, rows, {.control = true, .tracking = has_desired_motion}, result);
 }
 
-void ClosedLoopRecorder::write_row(const Sample& seen, const ControllerState& state, double time, Eigen::Index event,
+void ClosedLoopRecorder::write_row(const Sample& sample, const ControllerState& state, double time, Eigen::Index event,
                                    long row, RunResult& result) {
   if (!recorder_) recorder_.emplace(result);
-  sample_ = seen;
+  sample_ = sample;
   sample_.time = time;
   sample_.torque_variation = state.variation;
   sample_.saturation = state.saturated;
@@ -424,14 +432,14 @@ void ClosedLoopRecorder::write_row(const Sample& seen, const ControllerState& st
   recorder_->write(sample_, row, result);
 }
 
-/// With the desired motion.
+/// Computes the errors with respect to the desired motion.
 void ClosedLoopRecorder::write_tracking_errors(Eigen::Index event) {
   Sample& s = sample_;
   s.desired_position = desired_.position.row(event);
   s.tracking_error = s.desired_position - s.position;
   const auto& motors = mechanism_.actuators;
   for (std::size_t i = 0; i < mechanism_.coordinates.size(); ++i) {
-    // Of a coordinate without a motor, whole turns do not count: they are read off, not driven.
+    // Whole turns of a coordinate without a motor do not count: it is computed from poses, not driven.
     double& error = s.tracking_error[static_cast<Eigen::Index>(i)];
     if (mechanism_.coordinates[i].kind == CoordinateKind::angle &&
         std::find(motors.begin(), motors.end(), static_cast<int>(i)) == motors.end())
@@ -450,23 +458,24 @@ void ClosedLoopRecorder::write_tracking_errors(Eigen::Index event) {
     s.tool_angle_error = desired_.tool_angle[event] - s.tool_angle;
     return;
   }
-  const Matrix3 gap = desired_.tool_rotation[static_cast<std::size_t>(event)] * s.tool_rotation.transpose();
-  const Eigen::Vector4d turn = quaternion_of(gap);
-  s.tool_angle_error = 2 * elementary::atan2(turn.tail<3>().norm(), std::abs(turn[0]));
+  const Matrix3 rotation_error = desired_.tool_rotation[static_cast<std::size_t>(event)] * s.tool_rotation.transpose();
+  const Eigen::Vector4d quaternion = quaternion_of(rotation_error);
+  s.tool_angle_error = 2 * elementary::atan2(quaternion.tail<3>().norm(), std::abs(quaternion[0]));
 }
 
 ActuationMonitor::ActuationMonitor(const Mechanism& mechanism)
     : mechanism_(mechanism), dynamics_(mechanism, {.preferred = mechanism.actuators}) {}
 
-/// Closures above actuated coordinates, lengths in characteristic ones: of full column rank where these determine the motion.
+/// Closures above actuated coordinates, lengths in characteristic lengths. Has full column rank if these determine the
+/// motion.
 MatrixX ActuationMonitor::matrix() {
   const TreeEquation equation = dynamics_.tree_equation();
   const double length = characteristic_length(mechanism_);
   MatrixX out(equation.jacobian.rows() + equation.input.cols(), equation.jacobian.cols());
   out << equation.jacobian, equation.input.transpose();
-  const std::vector<CoordinateId>& leaders = dynamics_.tree();
-  for (std::size_t c = 0; c < leaders.size(); ++c)
-    if (mechanism_.coordinates[static_cast<std::size_t>(leaders[c])].kind == CoordinateKind::length)
+  const std::vector<CoordinateId>& tree_coordinates = dynamics_.tree();
+  for (std::size_t c = 0; c < tree_coordinates.size(); ++c)
+    if (mechanism_.coordinates[static_cast<std::size_t>(tree_coordinates[c])].kind == CoordinateKind::length)
       out.col(static_cast<Eigen::Index>(c)) *= length;
   return out;
 }
@@ -475,11 +484,11 @@ MotionOutcome ActuationMonitor::check(double time, const VectorX& position, cons
   MotionOutcome outcome = dynamics_.set_state(time, position, velocity);
   if (outcome.status != MotionStatus::done) return outcome;
   if (static_cast<int>(mechanism_.actuators.size()) < dynamics_.freedoms()) return outcome;
-  const bool regular = watched_.factorise(matrix()) > singular_pivot_threshold;
-  const bool passed = has_previous_ && regular && watched_.loses_rank_since_stored();
-  watched_.store();
+  const bool is_regular = rank_monitor_.factorise(matrix()) > singular_pivot_threshold;
+  const bool has_crossed_singularity = has_previous_ && is_regular && rank_monitor_.loses_rank_since_stored();
+  rank_monitor_.store();
   has_previous_ = true;
-  if (regular && !passed) return outcome;
+  if (is_regular && !has_crossed_singularity) return outcome;
   return {MotionStatus::actuation_singularity,
           time,
           format_time_prefix(time) +

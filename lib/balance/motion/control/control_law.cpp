@@ -28,8 +28,8 @@ void EffortProfile::make_pieces(const EffortTable& table) {
   Samples values(static_cast<Eigen::Index>(rows), actuators), curvature = Samples::Zero(values.rows(), actuators);
   Samples slope = curvature;
   for (Eigen::Index k = 0; k < values.rows(); ++k) values.row(k) = table.effort[static_cast<std::size_t>(k)];
-  const bool curved = table.interpolation == EffortTable::Interpolation::spline && rows > 1;
-  if (curved) {
+  const bool is_spline = table.interpolation == EffortTable::Interpolation::spline && rows > 1;
+  if (is_spline) {
     const CubicSpline spline(table.time, values, SplineEnd::not_a_knot);
     VectorX value(actuators), first(actuators), second(actuators);
     for (Eigen::Index k = 0; k < values.rows(); ++k) {
@@ -43,9 +43,11 @@ void EffortProfile::make_pieces(const EffortTable& table) {
     const double h = table.time[k + 1] - table.time[k];
     Piece piece{table.time[k], table.time[k + 1], {}};
     for (Eigen::Index a = 0; a < actuators; ++a) {
-      const double rise = (values(row + 1, a) - values(row, a)) / h;
-      const double bend = curvature(row, a) / 2, twist = (curvature(row + 1, a) - curvature(row, a)) / (6 * h);
-      piece.efforts.push_back({values(row, a), curved ? slope(row, a) : rise, bend, twist});
+      const double secant_slope = (values(row + 1, a) - values(row, a)) / h;
+      const double quadratic_coefficient = curvature(row, a) / 2,
+                   cubic_coefficient = (curvature(row + 1, a) - curvature(row, a)) / (6 * h);
+      piece.efforts.push_back(
+          {values(row, a), is_spline ? slope(row, a) : secant_slope, quadratic_coefficient, cubic_coefficient});
     }
     pieces_.push_back(std::move(piece));
   }
@@ -55,7 +57,7 @@ void EffortProfile::make_pieces(const EffortTable& table) {
   pieces_.push_back(std::move(constant));
 }
 
-/// Bisection on every monotone stretch: each has one crossing of ±limit at most.
+/// Bisects monotone intervals, each of which has at most one crossing of +limit and of −limit.
 void EffortProfile::add_saturation_knots() {
   constexpr int max_bisections = 60;
   for (const Piece& piece : pieces_)
@@ -67,7 +69,7 @@ void EffortProfile::add_saturation_knots() {
           double low = ends[k], high = ends[k + 1];
           const bool begins_above = evaluate_unsaturated(piece, a, low) > level;
           if (begins_above == (evaluate_unsaturated(piece, a, high) > level)) continue;
-          for (int turn = 0; turn < max_bisections; ++turn) {
+          for (int iteration = 0; iteration < max_bisections; ++iteration) {
             const double middle = (low + high) / 2;
             ((evaluate_unsaturated(piece, a, middle) > level) == begins_above ? low : high) = middle;
           }
@@ -82,7 +84,7 @@ const EffortProfile::Piece& EffortProfile::find_piece(double time) const {
   return next == pieces_.begin() ? pieces_.front() : *(next - 1);
 }
 
-/// Held before the first and behind the last row.
+/// Constant before the first and after the last row.
 double EffortProfile::evaluate_unsaturated(const Piece& piece, std::size_t actuator, double time) const {
   const Cubic& c = piece.efforts[actuator];
   const double x = std::clamp(time, piece.begin, piece.end) - piece.begin;
@@ -95,19 +97,19 @@ double EffortProfile::saturate(std::size_t actuator, double effort) const {
   return std::clamp(effort, -limit, limit);
 }
 
-/// The ends, and between them where the derivative is zero.
+/// The ends, and the zeros of the derivative between them.
 std::vector<double> EffortProfile::find_monotone_intervals(const Cubic& c, double begin, double end) {
-  std::vector<double> at{begin};
-  const double a = 3 * c[3], half = c[2], root = half * half - a * c[1];
-  if (root > 0) {
-    // of a x² + 2 half x + c1, without cancellation
-    const double q = -(half + std::copysign(std::sqrt(root), half));
+  std::vector<double> ends{begin};
+  const double a = 3 * c[3], half = c[2], discriminant = half * half - a * c[1];
+  if (discriminant > 0) {
+    // roots of a x² + 2 half x + c1, without cancellation
+    const double q = -(half + std::copysign(std::sqrt(discriminant), half));
     for (const double x : {q / a, c[1] / q})
-      if (std::isfinite(x) && x > 0 && x < end - begin) at.push_back(begin + x);
+      if (std::isfinite(x) && x > 0 && x < end - begin) ends.push_back(begin + x);
   }
-  at.push_back(end);
-  std::sort(at.begin(), at.end());
-  return at;
+  ends.push_back(end);
+  std::sort(ends.begin(), ends.end());
+  return ends;
 }
 
 void EffortProfile::evaluate(double time, VectorX& effort) const {
@@ -140,12 +142,12 @@ VectorX EffortProfile::total_variation(double from, double to) const {
     if (!(begin < end)) continue;
     for (std::size_t a = 0; a < piece->efforts.size(); ++a) {
       double last = saturate(a, evaluate_unsaturated(*piece, a, begin));
-      for (const double turn : find_monotone_intervals(piece->efforts[a], piece->begin, piece->end)) {
-        if (turn <= begin) continue;
-        const double next = saturate(a, evaluate_unsaturated(*piece, a, std::min(turn, end)));
+      for (const double extremum : find_monotone_intervals(piece->efforts[a], piece->begin, piece->end)) {
+        if (extremum <= begin) continue;
+        const double next = saturate(a, evaluate_unsaturated(*piece, a, std::min(extremum, end)));
         sum[static_cast<Eigen::Index>(a)] += std::abs(next - last);
         last = next;
-        if (turn >= end) break;
+        if (extremum >= end) break;
       }
     }
   }
@@ -206,7 +208,7 @@ ControlLaw::ControlLaw(const Mechanism& truth, const Controller& controller)
   check_size(controller.boundary_layer, extended ? 1 : actuators, "boundary layer");
   check_size(controller.torque_limit, actuators, "torque limit");
   efforts_.setZero(actuators);
-  at_limit_.setZero(actuators);
+  saturation_.setZero(actuators);
   if (controller.type == ControllerType::open_loop && !controller.efforts.time.empty())
     effort_profile_.emplace(controller.efforts, VectorX());
   for (const Coordinate& coordinate : truth.coordinates) {
@@ -220,8 +222,8 @@ ControlLaw::ControlLaw(const Mechanism& truth, const Controller& controller)
 
 MotionOutcome ControlLaw::start(const VectorX& position, const VectorX& velocity, const GainDesignMotion& basis) {
   if (!controller_.is_sampled()) return make_done();
-  const MotionOutcome assembled = model_.set_state(0, position, velocity);
-  if (assembled.status != MotionStatus::done) return assembled;
+  const MotionOutcome outcome = model_.set_state(0, position, velocity);
+  if (outcome.status != MotionStatus::done) return outcome;
   state_ = model_.position();
   rates_ = model_.velocity();
   const int motors = static_cast<int>(mechanism_.actuators.size());
@@ -241,9 +243,10 @@ MotionOutcome ControlLaw::set_gains(const GainDesignMotion& basis) {
   kp_ = VectorX::Constant(actuators, frequency * frequency);
   kd_ = VectorX::Constant(actuators, 2 * controller_.damping * frequency);
   if (controller_.type == ControllerType::pd && (controller_.kp.size() == 0 || controller_.kd.size() == 0)) {
-    // A start without a motion to follow is all that there is to go by.
-    const std::vector<DesiredState> here = {{state_, rates_, VectorX::Zero(state_.size())}};
-    const PdGains gains = default_pd_gains(model_mechanism_, controller_, basis.along.empty() ? here : basis.along);
+    // Without a motion to follow, only the start is known.
+    const std::vector<DesiredState> start_states = {{state_, rates_, VectorX::Zero(state_.size())}};
+    const PdGains gains =
+        default_pd_gains(model_mechanism_, controller_, basis.along.empty() ? start_states : basis.along);
     kp_ = gains.kp;
     kd_ = gains.kd;
     notes_ = gains.notes;
@@ -262,47 +265,49 @@ MotionOutcome ControlLaw::set_gains(const GainDesignMotion& basis) {
     lambda_ = controller_.lambda.size() == count ? controller_.lambda : VectorX::Constant(count, controller_.lambda[0]);
   k_ = controller_.switching_gain;
   if (k_.size() > 0) return make_done();
-  // A quarter of what the fastest motor of the kind is asked for: enough against errors of the model of that size.
+  // A quarter of the largest acceleration among motors of the kind: enough for model errors of that size.
   const bool extended = controller_.type == ControllerType::extended_sliding_mode;
-  double largest[2] = {frequency * frequency / 1000, frequency * frequency / 1000};  // angles; slides per length
+  double max_accelerations[2] = {frequency * frequency / 1000,
+                                 frequency * frequency / 1000};  // angles; slides per length
   for (Eigen::Index a = 0; a < actuators; ++a) {
-    const bool slide =
+    const bool is_slide =
         mechanism_.coordinates[static_cast<std::size_t>(mechanism_.actuators[static_cast<std::size_t>(a)])].kind ==
         CoordinateKind::length;
-    double& most = largest[slide && !extended ? 1 : 0];
-    most = std::max(most, basis.peak_acceleration[a] / (slide ? length_ : 1) / 4);
+    double& max_acceleration = max_accelerations[is_slide && !extended ? 1 : 0];
+    max_acceleration = std::max(max_acceleration, basis.peak_acceleration[a] / (is_slide ? length_ : 1) / 4);
   }
-  k_ = VectorX::Constant(extended ? 1 : actuators, largest[0]);
+  k_ = VectorX::Constant(extended ? 1 : actuators, max_accelerations[0]);
   if (extended) return make_done();
   for (Eigen::Index a = 0; a < actuators; ++a)
     if (mechanism_.coordinates[static_cast<std::size_t>(mechanism_.actuators[static_cast<std::size_t>(a)])].kind ==
         CoordinateKind::length)
-      k_[a] = largest[1] * length_;
+      k_[a] = max_accelerations[1] * length_;
   return make_done();
 }
 
-/// The least motion of those coordinates that follow none in which the actuated ones move as they do.
+/// Minimum-norm motion of the coordinates that follow none, for given motions of the actuated ones.
 void ControlLaw::compute_coupling_map() {
   const std::vector<ResolvedCouplingOf<double>> roots = resolve_couplings(model_mechanism_);
   const auto count = static_cast<Eigen::Index>(roots.size());
   const auto actuators = static_cast<Eigen::Index>(mechanism_.actuators.size());
-  MatrixX all = MatrixX::Zero(count, count), actuated(actuators, count);
+  MatrixX expansion = MatrixX::Zero(count, count), actuated(actuators, count);
   for (Eigen::Index c = 0; c < count; ++c)
-    for (const CoordinateTerm& term : roots[static_cast<std::size_t>(c)].terms) all(c, term.coordinate) = term.ratio;
+    for (const CoordinateTerm& term : roots[static_cast<std::size_t>(c)].terms)
+      expansion(c, term.coordinate) = term.ratio;
   for (Eigen::Index a = 0; a < actuators; ++a)
-    actuated.row(a) = all.row(mechanism_.actuators[static_cast<std::size_t>(a)]);
-  coupling_map_ = all * CompleteOrthogonalDecomposition(actuated).pseudoInverse();
+    actuated.row(a) = expansion.row(mechanism_.actuators[static_cast<std::size_t>(a)]);
+  coupling_map_ = expansion * CompleteOrthogonalDecomposition(actuated).pseudoInverse();
 }
 
-/// Puts the model where the measurements say that the mechanism is.
+/// Sets the model to the measured state.
 MotionOutcome ControlLaw::update_model(double time, const VectorX& position, const VectorX& velocity) {
-  VectorX off = position, rate_off = velocity;
+  VectorX position_change = position, velocity_change = velocity;
   for (std::size_t a = 0; a < mechanism_.actuators.size(); ++a) {
-    off[static_cast<Eigen::Index>(a)] -= state_[mechanism_.actuators[a]];
-    rate_off[static_cast<Eigen::Index>(a)] -= rates_[mechanism_.actuators[a]];
+    position_change[static_cast<Eigen::Index>(a)] -= state_[mechanism_.actuators[a]];
+    velocity_change[static_cast<Eigen::Index>(a)] -= rates_[mechanism_.actuators[a]];
   }
-  state_ += coupling_map_ * off;
-  rates_ += coupling_map_ * rate_off;
+  state_ += coupling_map_ * position_change;
+  rates_ += coupling_map_ * velocity_change;
   MotionOutcome outcome = model_.set_state(time, state_, rates_);
   if (outcome.status == MotionStatus::done) {
     state_ = model_.position();
@@ -319,37 +324,37 @@ MotionOutcome ControlLaw::compute_efforts(double time, const DesiredState& desir
                                           const VectorX& velocity) {
   efforts_.setZero();
   failure_ = make_done();
-  bool found = true;
+  bool is_solved = true;
   switch (controller_.type) {
     case ControllerType::none: break;
-    case ControllerType::open_loop: found = open_loop(time, desired); break;
+    case ControllerType::open_loop: is_solved = apply_open_loop(time, desired); break;
     case ControllerType::pd: {
       const TrackingErrors e = actuated_errors(desired, position, velocity);
-      if (controller_.gravity == GravityCompensation::compensated) found = compensate_gravity(time, position);
+      if (controller_.gravity == GravityCompensation::compensated) is_solved = compensate_gravity(time, position);
       efforts_ += kp_.cwiseProduct(e.position) + kd_.cwiseProduct(e.rate);
       break;
     }
-    case ControllerType::computed_torque: found = apply_computed_torque(time, desired, position, velocity); break;
+    case ControllerType::computed_torque: is_solved = apply_computed_torque(time, desired, position, velocity); break;
     case ControllerType::sliding_mode:
       failure_ = update_model(time, position, velocity);
-      found = failure_.status == MotionStatus::done && apply_sliding_mode(desired, position, velocity);
+      is_solved = failure_.status == MotionStatus::done && apply_sliding_mode(desired, position, velocity);
       break;
     case ControllerType::extended_sliding_mode:
       failure_ = update_model(time, position, velocity);
-      found = failure_.status == MotionStatus::done && apply_extended_sliding_mode(desired);
+      is_solved = failure_.status == MotionStatus::done && apply_extended_sliding_mode(desired);
       break;
   }
-  if (!found) return failure_.status == MotionStatus::done ? make_actuation_failure(time) : failure_;
+  if (!is_solved) return failure_.status == MotionStatus::done ? make_actuation_failure(time) : failure_;
   saturate_efforts();
   return make_done();
 }
 
-// What each controller makes of its errors.
+// The control laws.
 
 namespace {
 
-/// The least-norm solution of A x = b.
-/// @return false if A does not reach every b
+/// The minimum-norm solution of A x = b.
+/// @return false if A does not have full row rank
 bool solve_full_row_rank(const MatrixX& A, const VectorX& b, VectorX& x) {
   CompleteOrthogonalDecomposition factors;
   factors.setThreshold(1e-10);
@@ -359,7 +364,7 @@ bool solve_full_row_rank(const MatrixX& A, const VectorX& b, VectorX& x) {
   return x.allFinite();
 }
 
-/// Whole turns do not count.
+/// Removes whole turns.
 double wrap_angle(double angle) { return std::remainder(angle, 2 * std::numbers::pi); }
 
 }  // namespace
@@ -376,24 +381,24 @@ ControlLaw::TrackingErrors ControlLaw::actuated_errors(const DesiredState& desir
   return e;
 }
 
-/// Efforts that give the actuated coordinates these accelerations at the model's state.
+/// Adds efforts that give the actuated coordinates these accelerations at the model's state.
 bool ControlLaw::add_acceleration_efforts(const VectorX& actuated) {
   const EquationOfMotion equation = model_.equation();
   VectorX rate_change;
   if (model_.independent() == mechanism_.actuators) {
     rate_change = actuated;
   } else {
-    const Transformation all = model_.transformation();
+    const Transformation transformation = model_.transformation();
     const auto motors = static_cast<Eigen::Index>(mechanism_.actuators.size());
-    MatrixX rows(motors, all.matrix.cols());
-    VectorX rest(motors);
+    MatrixX rows(motors, transformation.matrix.cols());
+    VectorX right_hand_side(motors);
     for (Eigen::Index a = 0; a < motors; ++a) {
       const int c = mechanism_.actuators[static_cast<std::size_t>(a)];
-      rows.row(a) = all.matrix.row(c);
-      rest[a] = actuated[a] - all.bias[c];
+      rows.row(a) = transformation.matrix.row(c);
+      right_hand_side[a] = actuated[a] - transformation.bias[c];
     }
-    // More motors than freedoms measure the same twice: their average.
-    if (!solve_full_row_rank(rows.transpose() * rows, rows.transpose() * rest, rate_change)) return false;
+    // With more motors than freedoms, their average.
+    if (!solve_full_row_rank(rows.transpose() * rows, rows.transpose() * right_hand_side, rate_change)) return false;
   }
   VectorX efforts;
   if (!solve_full_row_rank(equation.input, equation.mass * rate_change + equation.bias, efforts)) return false;
@@ -401,7 +406,7 @@ bool ControlLaw::add_acceleration_efforts(const VectorX& actuated) {
   return true;
 }
 
-/// Efforts that do the work of generalised forces on the independent coordinates.
+/// Adds efforts that are equivalent to generalised forces on the independent coordinates.
 bool ControlLaw::add_generalised_forces(const VectorX& generalised) {
   VectorX efforts;
   if (!solve_full_row_rank(model_.equation().input, generalised, efforts)) return false;
@@ -409,7 +414,7 @@ bool ControlLaw::add_generalised_forces(const VectorX& generalised) {
   return true;
 }
 
-/// Efforts that hold the model at rest where it is.
+/// Adds efforts that hold the model at rest at this position.
 bool ControlLaw::compensate_gravity(double time, const VectorX& position) {
   failure_ = update_model(time, position, VectorX::Zero(position.size()));
   return failure_.status == MotionStatus::done && add_generalised_forces(model_.equation().bias);
@@ -424,8 +429,9 @@ bool ControlLaw::apply_computed_torque(double time, const DesiredState& desired,
 }
 
 /// sign(s), or its linear version inside the boundary layer.
-/// @param layer which of the boundary layers. @param unit that it is told in: 1, or the length that s is measured in
-double ControlLaw::switching(double s, Eigen::Index layer, double unit) const {
+/// @param layer index of the boundary layer
+/// @param unit of its width: 1, or the length that s is measured in
+double ControlLaw::switching_function(double s, Eigen::Index layer, double unit) const {
   if (controller_.boundary_layer.size() > 0)
     return std::clamp(s / (controller_.boundary_layer[layer] * unit), -1.0, 1.0);
   return s > 0 ? 1 : s < 0 ? -1 : 0;
@@ -436,31 +442,32 @@ bool ControlLaw::apply_sliding_mode(const DesiredState& desired, const VectorX& 
   const TrackingErrors e = actuated_errors(desired, position, velocity);
   VectorX v = e.acceleration + lambda_.cwiseProduct(e.rate);
   for (Eigen::Index a = 0; a < v.size(); ++a)
-    v[a] -= k_[a] * switching(-(e.rate[a] + lambda_[a] * e.position[a]), a, 1);
+    v[a] -= k_[a] * switching_function(-(e.rate[a] + lambda_[a] * e.position[a]), a, 1);
   return add_acceleration_efforts(v);
 }
 
-/// Errors of the tree's coordinates at the model's state. Where a coordinate has no reading of its own (a spherical joint's), the
-/// error is the one that the others' errors cause to first order.
+/// Errors of the tree's coordinates at the model's state. A coordinate without a measurement (of a spherical joint) has
+/// the error that the others' errors cause to first order.
 ControlLaw::TrackingErrors ControlLaw::tree_errors(const DesiredState& desired, const Transformation& tree) const {
   const std::vector<CoordinateId>&columns = model_.tree(), &independent = model_.independent();
   const auto error = [&](int c) {
     const double e = desired.position[c] - state_[c];
-    const bool driven =
+    const bool is_actuated =
         std::find(mechanism_.actuators.begin(), mechanism_.actuators.end(), c) != mechanism_.actuators.end();
-    const bool angle = mechanism_.coordinates[static_cast<std::size_t>(c)].kind == CoordinateKind::angle;
-    return angle && !driven ? wrap_angle(e) : e;
+    const bool is_angle = mechanism_.coordinates[static_cast<std::size_t>(c)].kind == CoordinateKind::angle;
+    return is_angle && !is_actuated ? wrap_angle(e) : e;
   };
   const auto d = static_cast<Eigen::Index>(independent.size()), n = static_cast<Eigen::Index>(columns.size());
-  TrackingErrors own{VectorX::Zero(d), VectorX::Zero(d), VectorX::Zero(d)};
+  TrackingErrors independent_errors{VectorX::Zero(d), VectorX::Zero(d), VectorX::Zero(d)};
   for (Eigen::Index i = 0; i < d; ++i) {
     const int c = independent[static_cast<std::size_t>(i)];
     if (!is_assembly_independent_[static_cast<std::size_t>(c)]) continue;
-    own.position[i] = error(c);
-    own.rate[i] = desired.velocity[c] - rates_[c];
-    own.acceleration[i] = desired.acceleration[c];
+    independent_errors.position[i] = error(c);
+    independent_errors.rate[i] = desired.velocity[c] - rates_[c];
+    independent_errors.acceleration[i] = desired.acceleration[c];
   }
-  TrackingErrors e{tree.matrix * own.position, tree.matrix * own.rate, tree.matrix * own.acceleration + tree.bias};
+  TrackingErrors e{tree.matrix * independent_errors.position, tree.matrix * independent_errors.rate,
+                   tree.matrix * independent_errors.acceleration + tree.bias};
   for (Eigen::Index i = 0; i < n; ++i) {
     const int c = columns[static_cast<std::size_t>(i)];
     if (!is_assembly_independent_[static_cast<std::size_t>(c)]) continue;
@@ -471,30 +478,32 @@ ControlLaw::TrackingErrors ControlLaw::tree_errors(const DesiredState& desired, 
   return e;
 }
 
-/// P0 eq. 56 and 61, or with the other projection.
+/// P0 eq. 56 and 61, or the identity projection.
 bool ControlLaw::apply_extended_sliding_mode(const DesiredState& desired) {
   const Transformation tree = model_.tree_transformation();
   const TrackingErrors e = tree_errors(desired, tree);
   const double lambda = controller_.lambda.size() > 0 ? controller_.lambda[0] : controller_.natural_frequency();
-  VectorX wished = e.acceleration + lambda * e.rate, unit(wished.size());
-  for (Eigen::Index i = 0; i < wished.size(); ++i) {
+  VectorX commanded_acceleration = e.acceleration + lambda * e.rate, unit(commanded_acceleration.size());
+  for (Eigen::Index i = 0; i < commanded_acceleration.size(); ++i) {
     const int c = model_.tree()[static_cast<std::size_t>(i)];
     unit[i] = mechanism_.coordinates[static_cast<std::size_t>(c)].kind == CoordinateKind::length ? length_ : 1;
-    wished[i] -= k_[0] * unit[i] * switching(-(e.rate[i] + lambda * e.position[i]), 0, unit[i]);
+    commanded_acceleration[i] -=
+        k_[0] * unit[i] * switching_function(-(e.rate[i] + lambda * e.position[i]), 0, unit[i]);
   }
   if (controller_.projection == AccelerationProjection::inertia) {
     const TreeEquation equation = model_.tree_equation();
-    return add_generalised_forces(tree.matrix.transpose() * (equation.mass * wished + equation.bias));
+    return add_generalised_forces(tree.matrix.transpose() * (equation.mass * commanded_acceleration + equation.bias));
   }
   const MatrixX scaled = unit.cwiseInverse().asDiagonal() * tree.matrix;
-  const VectorX rest = (wished - tree.bias).cwiseQuotient(unit);
+  const VectorX right_hand_side = (commanded_acceleration - tree.bias).cwiseQuotient(unit);
   VectorX rate_change;
-  if (!solve_full_row_rank(scaled.transpose() * scaled, scaled.transpose() * rest, rate_change)) return false;
+  if (!solve_full_row_rank(scaled.transpose() * scaled, scaled.transpose() * right_hand_side, rate_change))
+    return false;
   const EquationOfMotion equation = model_.equation();
   return add_generalised_forces(equation.mass * rate_change + equation.bias);
 }
 
-bool ControlLaw::open_loop(double time, const DesiredState& desired) {
+bool ControlLaw::apply_open_loop(double time, const DesiredState& desired) {
   if (effort_profile_) {
     effort_profile_->evaluate(time, efforts_);
     return true;
@@ -512,13 +521,13 @@ bool ControlLaw::open_loop(double time, const DesiredState& desired) {
 }
 
 void ControlLaw::saturate_efforts() {
-  at_limit_.setZero();
+  saturation_.setZero();
   if (controller_.torque_limit.size() == 0) return;
   for (Eigen::Index a = 0; a < efforts_.size(); ++a) {
-    const double most = controller_.torque_limit[a];
-    if (std::abs(efforts_[a]) <= most) continue;
-    efforts_[a] = std::copysign(most, efforts_[a]);
-    at_limit_[a] = 1;
+    const double limit = controller_.torque_limit[a];
+    if (std::abs(efforts_[a]) <= limit) continue;
+    efforts_[a] = std::copysign(limit, efforts_[a]);
+    saturation_[a] = 1;
   }
 }
 

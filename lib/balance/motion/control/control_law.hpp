@@ -1,6 +1,6 @@
 #pragma once
-/// A controller at work: efforts from what it measures, what it should do and what it believes of the mechanism.
-/// P0 section 1.3; derivations and what they prove are in docs/control.md.
+/// A control law: efforts from measurements, the desired motion and the controller's model of the mechanism. P0 section
+/// 1.3; derivations and proofs are in docs/control.md.
 
 #include "balance/mechanics/dynamics/forward_dynamics.hpp"
 #include "balance/motion/study/controller_spec.hpp"
@@ -11,26 +11,27 @@
 
 namespace balance {
 
-/// Efforts that are stated over time and act at every moment: cubics from knot to knot, cut by the actuators' limits.
+/// Efforts given over time that act continuously: cubics between knots, limited by the actuators.
 class EffortProfile {
  public:
-  /// @param limit largest magnitude per actuator [N m or N]; empty: none
-  /// @throws std::invalid_argument for a table without rows, or a spline through fewer than four
+  /// @param limit maximum magnitude per actuator [N m or N]; empty: none
+  /// @throws std::invalid_argument if a table has no rows, or a spline fewer than four
   EffortProfile(const EffortTable& table, const VectorX& limit);
 
   /// @param effort one per actuator [N m or N]
   void evaluate(double time, VectorX& effort) const;
   VectorX evaluate(double time) const;
-  /// 1 where the limit cuts, else 0.
+  /// 1 where the limit is active, else 0.
   VectorX saturation(double time) const;
   /// Σ |changes| of each effort between two times.
   VectorX total_variation(double from, double to) const;
 
-  /// Where the efforts are not smooth: those of the table, and where limits begin and cease to cut. Increasing [s].
+  /// Times at which the efforts are not smooth: those of the table, and where limits become active or inactive.
+  /// Increasing [s].
   const std::vector<double>& knots() const { return knots_; }
 
  private:
-  /// c0 + c1 x + c2 x² + c3 x³ in the time x from the piece's start.
+  /// c0 + c1 x + c2 x² + c3 x³ in the time x from the beginning of the piece.
   using Cubic = std::array<double, 4>;
   struct Piece {
     double begin, end;
@@ -49,53 +50,53 @@ class EffortProfile {
   std::vector<double> knots_;
 };
 
-/// What the mechanism should do at one moment, per coordinate of the mechanism.
+/// Desired state of the mechanism at one time, per coordinate of the mechanism.
 struct DesiredState {
   VectorX position, velocity, acceleration;
 };
 
-/// What the gains follow from where the controller does not state them.
+/// Basis for gains that the controller does not specify.
 struct GainDesignMotion {
-  VectorX peak_acceleration;        ///< per actuator: largest desired magnitude along the motion
-  std::vector<DesiredState> along;  ///< the motion, at some of its moments
+  VectorX peak_acceleration;        ///< per actuator: maximum desired magnitude along the motion
+  std::vector<DesiredState> along;  ///< the motion at some of its times
 };
 
-/// Whether the controller makes efforts of what it wants of the mechanism, which singular configurations do not allow.
+/// Whether the controller computes efforts by inverse dynamics, which fails in singular configurations.
 bool is_inverse_dynamics_based(const Controller& controller);
 
-/// Whether the controller does anything with a desired motion: free motion and stated efforts do not.
+/// Whether the controller uses a desired motion: free motion and given efforts do not.
 bool needs_desired_motion(const Controller& controller);
 
 class ControlLaw {
  public:
-  /// @param truth the mechanism that is controlled; with the controller, it must outlive the law. What the controller believes has
+  /// @param truth the controlled mechanism; like the controller, it must outlive the law. The controller's model has
   ///        the same coordinates and actuators
   /// @throws std::invalid_argument if gains and actuators differ in number
   ControlLaw(const Mechanism& truth, const Controller& controller);
 
-  /// Assembles the model where the mechanism starts and settles the gains.
+  /// Assembles the model at the start of the mechanism and sets the gains.
   /// @param position, velocity per coordinate of the mechanism
   /// @return mismatch if this type of controller needs more actuators than there are
   MotionOutcome start(const VectorX& position, const VectorX& velocity, const GainDesignMotion& basis);
 
   /// @param position, velocity measured, per actuator
-  /// @return done, or why the law has no answer at this state: a singular configuration of the model
+  /// @return done, or why there are no efforts at this state: a singular configuration of the model
   MotionOutcome compute_efforts(double time, const DesiredState& desired, const VectorX& position,
                                 const VectorX& velocity);
 
-  const VectorX& efforts() const { return efforts_; }      ///< per actuator, limited [N m or N]
-  const VectorX& saturation() const { return at_limit_; }  ///< 1 where the limit cut, else 0
+  const VectorX& efforts() const { return efforts_; }        ///< per actuator, limited [N m or N]
+  const VectorX& saturation() const { return saturation_; }  ///< 1 where the limit was active, else 0
 
-  /// The coordinates that have a sliding variable s = −(ė + λ e), and their λ; none for laws without one.
+  /// The coordinates that have a sliding variable s = −(ė + λ e), and their λ; empty for laws without one.
   const std::vector<CoordinateId>& sliding_coordinates() const { return sliding_; }
   const VectorX& sliding_lambda() const { return lambda_; }
 
-  /// What a user should know of the gains.
+  /// Notes on the gains for the user.
   const std::vector<std::string>& notes() const { return notes_; }
 
  private:
   struct TrackingErrors {
-    VectorX position, rate, acceleration;  ///< e, ė, and the desired second rate
+    VectorX position, rate, acceleration;  ///< e, ė, and the desired acceleration
   };
 
   MotionOutcome set_gains(const GainDesignMotion& basis);
@@ -110,23 +111,23 @@ class ControlLaw {
                              const VectorX& velocity);
   bool apply_sliding_mode(const DesiredState& desired, const VectorX& position, const VectorX& velocity);
   bool apply_extended_sliding_mode(const DesiredState& desired);
-  bool open_loop(double time, const DesiredState& desired);
-  double switching(double s, Eigen::Index layer, double unit) const;
+  bool apply_open_loop(double time, const DesiredState& desired);
+  double switching_function(double s, Eigen::Index layer, double unit) const;
   void saturate_efforts();
 
   const Mechanism& mechanism_;
   const Controller& controller_;
   const Mechanism& model_mechanism_;
-  std::optional<EffortProfile> effort_profile_;  ///< of an open loop, without limits
+  std::optional<EffortProfile> effort_profile_;  ///< for an open loop, without limits
   ForwardDynamics model_;
   double length_;          ///< characteristic [m]
   VectorX state_, rates_;  ///< of the model, per coordinate
-  MatrixX coupling_map_;   ///< how all coordinates move with the actuated ones to which belts and gears tie them
+  MatrixX coupling_map_;   ///< maps motions of the actuated coordinates to all coordinates coupled to them
   VectorX kp_, kd_, lambda_, k_;
   std::vector<CoordinateId> sliding_;
   std::vector<bool>
-      is_assembly_independent_;  ///< per coordinate: its value means the same in every assembly of the mechanism
-  VectorX efforts_, at_limit_;
+      is_assembly_independent_;  ///< per coordinate: its value has the same meaning in every assembly of the mechanism
+  VectorX efforts_, saturation_;
   MotionOutcome failure_;
   std::vector<std::string> notes_;
 };

@@ -14,21 +14,20 @@ namespace balance {
 
 namespace {
 
-constexpr double max_damping_fraction =
-    0.25;  // kd · period / inertia of the lightest pose, as part of what kd itself is of ω I
+constexpr double max_damping_fraction = 0.25;  // bound on kd · period / (2 · smallest inertia along the motion)
 constexpr double difference_step =
-    1e-5;  // step of differences, in radians or characteristic lengths, and these per second
-constexpr double frequency_ratio = 1.25;  // two frequencies that are tried
+    1e-5;  // for finite differences, in radians or characteristic lengths, and these per second
+constexpr double frequency_ratio = 1.25;  // of two successive trial frequencies
 constexpr int max_frequencies = 49;
-constexpr double max_frequency_times_period = 1;  // ω · period that is tried
+constexpr double max_frequency_times_period = 1;  // bound on ω · period
 
-/// The loop at one moment of the motion, for small departures x = (δq, δν) of the independent coordinates.
+/// The loop at one state of the motion, for small deviations x = (δq, δν) of the independent coordinates.
 struct OperatingPoint {
-  VectorX inertia;           ///< felt by each motor alone
+  VectorX inertia;           ///< at each motor alone
   MatrixX plant;             ///< 2d×2d: ẋ = plant · x + input · δu
   MatrixX input;             ///< 2d×A
   MatrixX output;            ///< A×d: the motors' coordinates
-  MatrixX gravity_feedback;  ///< A×d: how the efforts that hold the model follow the pose
+  MatrixX gravity_feedback;  ///< A×d: derivative of the efforts that hold the model with respect to the pose
 };
 
 MatrixX compute_matrix_exponential(MatrixX A) {
@@ -40,7 +39,7 @@ MatrixX compute_matrix_exponential(MatrixX A) {
   return sum;
 }
 
-/// The largest magnitude of an eigenvalue, by squaring again and again.
+/// The largest magnitude of an eigenvalue, by repeated squaring.
 double spectral_radius(MatrixX A) {
   double logarithm = 0;
   for (int k = 0; k < 30; ++k) {
@@ -64,48 +63,50 @@ class LinearisedPlant {
 
   int freedoms() const { return model_.freedoms(); }
 
-  /// @return nothing where the model cannot be put
-  std::optional<OperatingPoint> at(const DesiredState& state) {
+  /// @return std::nullopt if the model cannot be evaluated there
+  std::optional<OperatingPoint> linearise(const DesiredState& state) {
     if (!set_state(state.position, state.velocity)) return {};
     const std::vector<CoordinateId> independent = model_.independent();
-    const EquationOfMotion here = model_.equation();
-    const Transformation all = model_.transformation();
-    const auto d = static_cast<Eigen::Index>(independent.size()), motors = here.input.cols();
-    OperatingPoint moment;
-    const Eigen::LLT<MatrixX> mass(here.mass);
+    const EquationOfMotion equation = model_.equation();
+    const Transformation transformation = model_.transformation();
+    const auto d = static_cast<Eigen::Index>(independent.size()), motors = equation.input.cols();
+    OperatingPoint point;
+    const Eigen::LLT<MatrixX> mass(equation.mass);
     if (mass.info() != Eigen::Success) return {};
-    const MatrixX push = mass.solve(here.input);
-    moment.inertia = (here.input.transpose() * push).diagonal().cwiseInverse();
-    if (motors < d) return moment;
+    const MatrixX input_acceleration = mass.solve(equation.input);
+    point.inertia = (equation.input.transpose() * input_acceleration).diagonal().cwiseInverse();
+    if (motors < d) return point;
     VectorX rate_change(d);
     for (Eigen::Index k = 0; k < d; ++k) rate_change[k] = state.acceleration[independent[static_cast<std::size_t>(k)]];
-    const VectorX efforts = CompleteOrthogonalDecomposition(here.input).solve(here.mass * rate_change + here.bias);
-    moment.plant = MatrixX::Zero(2 * d, 2 * d);
-    moment.plant.topRightCorner(d, d).setIdentity();
-    moment.input = MatrixX::Zero(2 * d, motors);
-    moment.input.bottomRows(d) = push;
-    moment.output.resize(motors, d);
+    const VectorX efforts =
+        CompleteOrthogonalDecomposition(equation.input).solve(equation.mass * rate_change + equation.bias);
+    point.plant = MatrixX::Zero(2 * d, 2 * d);
+    point.plant.topRightCorner(d, d).setIdentity();
+    point.input = MatrixX::Zero(2 * d, motors);
+    point.input.bottomRows(d) = input_acceleration;
+    point.output.resize(motors, d);
     for (Eigen::Index a = 0; a < motors; ++a)
-      moment.output.row(a) = all.matrix.row(mechanism_.actuators[static_cast<std::size_t>(a)]);
-    moment.gravity_feedback = MatrixX::Zero(motors, d);
+      point.output.row(a) = transformation.matrix.row(mechanism_.actuators[static_cast<std::size_t>(a)]);
+    point.gravity_feedback = MatrixX::Zero(motors, d);
     for (Eigen::Index k = 0; k < d; ++k) {
       const double step = difference_step * unit(independent[static_cast<std::size_t>(k)]);
-      const VectorX along = step * all.matrix.col(k), none = VectorX::Zero(state.velocity.size());
-      VectorX up, down, turned_up, turned_down;
-      if (!acceleration_at(state.position + along, state.velocity, efforts, independent, up) ||
-          !acceleration_at(state.position - along, state.velocity, efforts, independent, down) ||
-          !acceleration_at(state.position, state.velocity + along, efforts, independent, turned_up) ||
-          !acceleration_at(state.position, state.velocity - along, efforts, independent, turned_down))
+      const VectorX perturbation = step * transformation.matrix.col(k),
+                    zero_velocity = VectorX::Zero(state.velocity.size());
+      VectorX plus, minus, rate_plus, rate_minus;
+      if (!acceleration_at(state.position + perturbation, state.velocity, efforts, independent, plus) ||
+          !acceleration_at(state.position - perturbation, state.velocity, efforts, independent, minus) ||
+          !acceleration_at(state.position, state.velocity + perturbation, efforts, independent, rate_plus) ||
+          !acceleration_at(state.position, state.velocity - perturbation, efforts, independent, rate_minus))
         return {};
-      moment.plant.col(k).tail(d) = (up - down) / (2 * step);
-      moment.plant.col(d + k).tail(d) = (turned_up - turned_down) / (2 * step);
+      point.plant.col(k).tail(d) = (plus - minus) / (2 * step);
+      point.plant.col(d + k).tail(d) = (rate_plus - rate_minus) / (2 * step);
       if (controller_.gravity == GravityCompensation::ignored) continue;
-      if (!gravity_efforts_at(state.position + along, none, up) ||
-          !gravity_efforts_at(state.position - along, none, down))
+      if (!gravity_efforts_at(state.position + perturbation, zero_velocity, plus) ||
+          !gravity_efforts_at(state.position - perturbation, zero_velocity, minus))
         return {};
-      moment.gravity_feedback.col(k) = (up - down) / (2 * step);
+      point.gravity_feedback.col(k) = (plus - minus) / (2 * step);
     }
-    return moment;
+    return point;
   }
 
  private:
@@ -143,28 +144,28 @@ class LinearisedPlant {
   ForwardDynamics model_;
 };
 
-/// One period after another, the efforts held: (x, last measured position) → the same one period later.
-double compute_closed_loop_spectral_radius(const OperatingPoint& moment, const Controller& controller,
-                                           const VectorX& kp, const VectorX& kd) {
-  const Eigen::Index n = moment.plant.rows(), d = n / 2, motors = moment.input.cols();
-  MatrixX both = MatrixX::Zero(n + motors, n + motors);
-  both.topLeftCorner(n, n) = moment.plant * controller.period;
-  both.topRightCorner(n, motors) = moment.input * controller.period;
-  const MatrixX held = compute_matrix_exponential(both);
-  const bool differences = controller.measurement.velocity == VelocitySource::difference;
+/// Spectral radius of the map (x, last measured position) → the same one period later, with efforts held.
+double compute_closed_loop_spectral_radius(const OperatingPoint& point, const Controller& controller, const VectorX& kp,
+                                           const VectorX& kd) {
+  const Eigen::Index n = point.plant.rows(), d = n / 2, motors = point.input.cols();
+  MatrixX augmented = MatrixX::Zero(n + motors, n + motors);
+  augmented.topLeftCorner(n, n) = point.plant * controller.period;
+  augmented.topRightCorner(n, motors) = point.input * controller.period;
+  const MatrixX transition = compute_matrix_exponential(augmented);
+  const bool uses_difference = controller.measurement.velocity == VelocitySource::difference;
   MatrixX feedback = MatrixX::Zero(motors, n + motors);
-  feedback.leftCols(d) = moment.gravity_feedback - MatrixX(kp.asDiagonal()) * moment.output;
-  if (differences) {
-    feedback.leftCols(d) -= MatrixX(kd.asDiagonal()) * moment.output / controller.period;
+  feedback.leftCols(d) = point.gravity_feedback - MatrixX(kp.asDiagonal()) * point.output;
+  if (uses_difference) {
+    feedback.leftCols(d) -= MatrixX(kd.asDiagonal()) * point.output / controller.period;
     feedback.rightCols(motors) = MatrixX(kd.asDiagonal()) / controller.period;
   } else {
-    feedback.middleCols(d, d) = -(MatrixX(kd.asDiagonal()) * moment.output);
+    feedback.middleCols(d, d) = -(MatrixX(kd.asDiagonal()) * point.output);
   }
-  MatrixX step = MatrixX::Zero(n + motors, n + motors);
-  step.topRows(n) = held.block(0, n, n, motors) * feedback;
-  step.topLeftCorner(n, n) += held.topLeftCorner(n, n);
-  step.bottomLeftCorner(motors, d) = moment.output;
-  return spectral_radius(step);
+  MatrixX period_map = MatrixX::Zero(n + motors, n + motors);
+  period_map.topRows(n) = transition.block(0, n, n, motors) * feedback;
+  period_map.topLeftCorner(n, n) += transition.topLeftCorner(n, n);
+  period_map.bottomLeftCorner(motors, d) = point.output;
+  return spectral_radius(period_map);
 }
 
 std::string other_bandwidth(const Controller& controller, double frequency) {
@@ -179,50 +180,51 @@ std::string other_bandwidth(const Controller& controller, double frequency) {
 }  // namespace
 
 PdGains default_pd_gains(const Mechanism& believed, const Controller& controller,
-                         const std::vector<DesiredState>& along) {
+                         const std::vector<DesiredState>& states) {
   LinearisedPlant model(believed, controller);
-  std::vector<OperatingPoint> moments;
-  for (const DesiredState& state : along)
-    if (std::optional<OperatingPoint> moment = model.at(state)) moments.push_back(std::move(*moment));
+  std::vector<OperatingPoint> operating_points;
+  for (const DesiredState& state : states)
+    if (std::optional<OperatingPoint> point = model.linearise(state)) operating_points.push_back(std::move(*point));
   const auto motors = static_cast<Eigen::Index>(believed.actuators.size());
   PdGains best;
-  VectorX most = VectorX::Zero(motors), least = VectorX::Constant(motors, INFINITY);
-  for (const OperatingPoint& moment : moments) {
-    most = most.cwiseMax(moment.inertia);
-    least = least.cwiseMin(moment.inertia);
+  VectorX max_inertia = VectorX::Zero(motors), min_inertia = VectorX::Constant(motors, INFINITY);
+  for (const OperatingPoint& point : operating_points) {
+    max_inertia = max_inertia.cwiseMax(point.inertia);
+    min_inertia = min_inertia.cwiseMin(point.inertia);
   }
   const double nominal = controller.natural_frequency();
-  double min_growth = INFINITY, used = nominal;
-  for (int turn = 0; turn < max_frequencies; ++turn) {
-    // the nominal one, then higher and lower ones in turn; a stated bandwidth is not exceeded
-    const bool up = turn % 2 == 1;
-    const int steps = up ? (turn + 1) / 2 : -turn / 2;
+  double min_spectral_radius = INFINITY, best_frequency = nominal;
+  for (int iteration = 0; iteration < max_frequencies; ++iteration) {
+    // the nominal frequency, then alternately higher and lower ones; a given bandwidth is not exceeded
+    const bool is_higher = iteration % 2 == 1;
+    const int steps = is_higher ? (iteration + 1) / 2 : -iteration / 2;
     const double frequency = nominal * elementary::pow(frequency_ratio, steps);
-    if (up && (controller.bandwidth || frequency * controller.period > max_frequency_times_period)) continue;
-    const double allowed =
+    if (is_higher && (controller.bandwidth || frequency * controller.period > max_frequency_times_period)) continue;
+    const double max_inertia_ratio =
         std::max(1.0, max_damping_fraction / std::max(controller.damping * frequency * controller.period, 1e-12));
-    const VectorX inertia = most.cwiseMin(allowed * least);
+    const VectorX inertia = max_inertia.cwiseMin(max_inertia_ratio * min_inertia);
     const VectorX kp = controller.kp.size() > 0 ? controller.kp : VectorX(frequency * frequency * inertia);
     const VectorX kd = controller.kd.size() > 0 ? controller.kd : VectorX(2 * controller.damping * frequency * inertia);
-    double worst = 0;
-    for (const OperatingPoint& moment : moments) {
-      if (moment.plant.size() == 0) continue;
-      for (const double more : {1.0, 2.0})
-        worst = std::max(worst, compute_closed_loop_spectral_radius(moment, controller, more * kp, more * kd));
+    double max_spectral_radius = 0;
+    for (const OperatingPoint& point : operating_points) {
+      if (point.plant.size() == 0) continue;
+      for (const double gain_factor : {1.0, 2.0})
+        max_spectral_radius = std::max(max_spectral_radius, compute_closed_loop_spectral_radius(
+                                                                point, controller, gain_factor * kp, gain_factor * kd));
     }
-    if (worst < min_growth || turn == 0) {
-      min_growth = worst;
+    if (max_spectral_radius < min_spectral_radius || iteration == 0) {
+      min_spectral_radius = max_spectral_radius;
       best.kp = kp, best.kd = kd;
-      used = frequency;
+      best_frequency = frequency;
     }
-    if (worst < 1) break;
+    if (max_spectral_radius < 1) break;
   }
-  if (!(min_growth < 1))
+  if (!(min_spectral_radius < 1))
     best.notes.push_back(
         controller.name +
         ": no default gains are stable at every single moment of the motion; those that come nearest are taken");
-  else if (used != nominal)
-    best.notes.push_back(other_bandwidth(controller, used));
+  else if (best_frequency != nominal)
+    best.notes.push_back(other_bandwidth(controller, best_frequency));
   return best;
 }
 

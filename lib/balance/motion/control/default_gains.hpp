@@ -1,6 +1,6 @@
 #pragma once
-/// Gains of a PD controller that states none: from what its motors feel all along the motion, and such that the sampled loop is
-/// stable there.
+/// Default gains of a PD controller, from the inertia at its motors all along the motion. The sampled loop is stable
+/// there.
 
 #include "balance/motion/control/control_law.hpp"
 
@@ -11,13 +11,13 @@ struct PdGains {
   std::vector<std::string> notes;
 };
 
-/// kp = ω² I, kd = 2 ζ ω I. I is the largest inertia that the motor feels along the motion, every motor alone, but so far from the
-/// smallest one that the sampled damping stays well below 2 there; the next ω is taken (lower, or where no bandwidth is stated
-/// also higher) with which the loop, linearised about the moments of the motion and sampled, is stable with these gains and
-/// twice these, or comes nearest to that.
-/// @param believed what the controller believes of the mechanism; friction, which only helps, is left out
-/// @param along at least one moment, all coordinates
+/// kp = ω² I, kd = 2 ζ ω I. I is the largest inertia at the motor along the motion, every motor alone, but limited to a
+/// multiple of the smallest one that keeps the sampled damping there well below 2. ω is the frequency nearest to the
+/// nominal one (lower, or also higher if no bandwidth is given) at which the loop, linearised at states of the motion
+/// and sampled, is stable with these gains and with twice these gains, or the one that comes nearest to stability.
+/// @param believed the controller's model of the mechanism; its friction, which only helps, is ignored
+/// @param states at least one state, all coordinates
 PdGains default_pd_gains(const Mechanism& believed, const Controller& controller,
-                         const std::vector<DesiredState>& along);
+                         const std::vector<DesiredState>& states);
 
 }  // namespace balance

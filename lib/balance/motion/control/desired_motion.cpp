@@ -24,15 +24,15 @@ class DesiredMotionSampler {
     desired_.outcome = plan_.outcome;
     if (plan_.outcome.status != MotionStatus::done) return std::move(desired_);
     desired_.duration = plan_.prescribed_motion->duration();
-    size(static_cast<Eigen::Index>(times.size()));
-    SampleEvaluator<S> observer(mechanism_, tree_, plan_.freedoms, to_vector<S>(trajectory_.about));
+    allocate(static_cast<Eigen::Index>(times.size()));
+    SampleEvaluator<S> evaluator(mechanism_, tree_, plan_.freedoms, to_vector<S>(trajectory_.about));
     MotionStepper<S> stepper(mechanism_, tree_, plan_);
-    if (!stepper.begin() || !visit_times(times, stepper, observer)) desired_.outcome = stepper.outcome();
+    if (!stepper.begin() || !visit_times(times, stepper, evaluator)) desired_.outcome = stepper.outcome();
     return std::move(desired_);
   }
 
  private:
-  void size(Eigen::Index rows) {
+  void allocate(Eigen::Index rows) {
     const auto coordinates = static_cast<Eigen::Index>(mechanism_.coordinates.size());
     for (Samples* array : {&desired_.position, &desired_.velocity, &desired_.acceleration})
       array->setZero(rows, coordinates);
@@ -44,34 +44,34 @@ class DesiredMotionSampler {
       desired_.tool_rotation.resize(static_cast<std::size_t>(rows));
   }
 
-  bool visit_times(const std::vector<double>& times, MotionStepper<S>& stepper, SampleEvaluator<S>& observer) {
+  bool visit_times(const std::vector<double>& times, MotionStepper<S>& stepper, SampleEvaluator<S>& evaluator) {
     const std::vector<double>& jumps = plan_.prescribed_motion->jump_times();
     std::size_t jump = 0;
     for (std::size_t k = 0; k < times.size(); ++k) {
       const double time = std::min(times[k], desired_.duration);
-      // A jump is met exactly, so that no prediction reaches across it.
+      // Steps end exactly at jumps, so that no prediction extends across one.
       for (; jump < jumps.size() && jumps[jump] < time; ++jump)
         if (jumps[jump] > stepper.time() && !stepper.advance(jumps[jump])) return false;
       if (time > stepper.time() && !stepper.advance(time)) return false;
-      observer.evaluate_kinematics(stepper);
-      record(observer.sample(), static_cast<Eigen::Index>(k), times[k] > desired_.duration * (1 + 1e-12));
+      evaluator.evaluate_kinematics(stepper);
+      record(evaluator.sample(), static_cast<Eigen::Index>(k), times[k] > desired_.duration * (1 + 1e-12));
     }
     return true;
   }
 
-  void record(const Sample& seen, Eigen::Index row, bool held) {
+  void record(const Sample& sample, Eigen::Index row, bool is_held) {
     desired_.rows = row + 1;
-    desired_.position.row(row) = seen.position;
-    if (!held) {
-      desired_.velocity.row(row) = seen.velocity;
-      desired_.acceleration.row(row) = seen.acceleration;
+    desired_.position.row(row) = sample.position;
+    if (!is_held) {
+      desired_.velocity.row(row) = sample.velocity;
+      desired_.acceleration.row(row) = sample.acceleration;
     }
     if (!mechanism_.tool) return;
-    for (int i = 0; i < S::dimension; ++i) desired_.tool_position(row, i) = seen.tool_position[i];
+    for (int i = 0; i < S::dimension; ++i) desired_.tool_position(row, i) = sample.tool_position[i];
     if constexpr (std::is_same_v<S, Planar>)
-      desired_.tool_angle[row] = seen.tool_angle;
+      desired_.tool_angle[row] = sample.tool_angle;
     else
-      desired_.tool_rotation[static_cast<std::size_t>(row)] = seen.tool_rotation;
+      desired_.tool_rotation[static_cast<std::size_t>(row)] = sample.tool_rotation;
   }
 
   const Mechanism& mechanism_;
@@ -84,9 +84,9 @@ class DesiredMotionSampler {
 template <class S>
 MotionOutcome find_start_position(const Mechanism& mechanism, const Trajectory& trajectory, VectorX& position) {
   const Tree<S> tree = compile_tree<S>(mechanism, prescribed_coordinates(trajectory));
-  const PoseEquations<S> from = make_pose_equations(mechanism, tree, trajectory.from);
-  ConstraintSystem<S> system(tree, from.drive);
-  const AssemblySolution start = solve_pose(mechanism, tree, system, from.target);
+  const PoseEquations<S> start_equations = make_pose_equations(mechanism, tree, trajectory.from);
+  ConstraintSystem<S> system(tree, start_equations.drive);
+  const AssemblySolution start = solve_pose(mechanism, tree, system, start_equations.target);
   if (!start.found) return {MotionStatus::unreachable, 0, "the start pose cannot be reached", {}};
   const std::vector<double> coordinates = compute_coordinates(mechanism, tree, start.y);
   position = Eigen::Map<const VectorX>(coordinates.data(), static_cast<Eigen::Index>(coordinates.size()));
@@ -112,12 +112,12 @@ MotionOutcome displace_tool_in(const Mechanism& mechanism, const Trajectory& tra
   DriveSample to = from;
   for (int i = 0; i < S::dimension; ++i) to.value[i] += displacement[i];
   if (pose.angle) to.value[S::dimension] += angle;
-  const AssemblySolution there = track_to(system, plan.start, from, to);
-  if (!there.found)
+  const AssemblySolution solution = track_to(system, plan.start, from, to);
+  if (!solution.found)
     return {MotionStatus::unreachable, 0, "the initial error puts the tool where it cannot be reached", {}};
   for (std::size_t c = 0; c < mechanism.coordinates.size(); ++c) {
-    const LinearQuantity& source = tree.coordinate_expressions[c];
-    if (source.has_terms()) position[static_cast<Eigen::Index>(c)] = source.value(there.y.data());
+    const LinearQuantity& expression = tree.coordinate_expressions[c];
+    if (expression.has_terms()) position[static_cast<Eigen::Index>(c)] = expression.value(solution.y.data());
   }
   return {MotionStatus::done, 0, "", {}};
 }

@@ -1,5 +1,5 @@
 #pragma once
-/// One step after another of an ordinary differential equation, with error control: the seam to Boost.Odeint.
+/// Integration of ordinary differential equations step by step, with error control: the interface to Boost.Odeint.
 
 #include "balance/foundation/base/elementary.hpp"
 
@@ -12,7 +12,7 @@
 
 namespace balance {
 
-/// How long the next step may be: Odeint's own rule, with powers that are the same on every processor.
+/// Step size control: Odeint's own rule, with powers that are the same on every processor.
 class StepSizeController : public boost::numeric::odeint::default_step_adjuster<double, double> {
  public:
   double decrease_step(double step, double error, int order) const {
@@ -24,33 +24,34 @@ class StepSizeController : public boost::numeric::odeint::default_step_adjuster<
   }
 };
 
-/// Dormand–Prince 5(4) (J. Comput. Appl. Math. 6, 1980): the derivative at a step's end is the next step's first.
+/// Dormand–Prince 5(4) (J. Comput. Appl. Math. 6, 1980): the derivative at the end of a step is reused by the next
+/// step.
 class Integrator {
  public:
   using State = std::vector<double>;
 
   Integrator(double absolute, double relative) : stepper_(ErrorChecker(absolute, relative), StepSizeController()) {}
 
-  /// The right-hand side has changed: the last derivative is of no use.
+  /// Call when the right-hand side has changed: discards the last derivative.
   void restart() { stepper_.reset(); }
 
-  /// @param derivative void(const State& x, State& dxdt, double t); may throw to refuse a state: then x and time are as before
-  /// @param step its length, on return what to try next
-  /// @return false if the error was too large: x and time are as before
+  /// @param derivative void(const State& x, State& dxdt, double t); may throw to reject a state: x and time then do not
+  ///        change
+  /// @param step step size; on return, the size to try next
+  /// @return false if the error was too large: x and time then do not change
   template <class Derivative>
   bool try_step(Derivative&& derivative, State& x, double& time, double& step) {
     return stepper_.try_step(derivative, x, time, step) == boost::numeric::odeint::success;
   }
 
-  /// From x with the derivative there to as much later as one step of this length leads, whatever its error; the next
-  /// try_step() begins anew.
+  /// Makes one step from x with this step size, whatever its error; the next try_step() starts anew.
   template <class Derivative>
   void step_without_error_control(Derivative&& derivative, State& x, double time, double step) {
     restart();
-    slope_.resize(x.size()), new_slope_.resize(x.size()), end_.resize(x.size());
-    derivative(x, slope_, time);
-    stepper_.stepper().do_step(derivative, x, slope_, time, end_, new_slope_, step);
-    x = end_;
+    derivative_.resize(x.size()), new_derivative_.resize(x.size()), end_state_.resize(x.size());
+    derivative(x, derivative_, time);
+    stepper_.stepper().do_step(derivative, x, derivative_, time, end_state_, new_derivative_, step);
+    x = end_state_;
   }
 
  private:
@@ -58,7 +59,7 @@ class Integrator {
   using ErrorChecker = boost::numeric::odeint::default_error_checker<double, boost::numeric::odeint::range_algebra,
                                                                      boost::numeric::odeint::default_operations>;
   boost::numeric::odeint::controlled_runge_kutta<Method, ErrorChecker, StepSizeController> stepper_;
-  State slope_, new_slope_, end_;
+  State derivative_, new_derivative_, end_state_;
 };
 
 }  // namespace balance

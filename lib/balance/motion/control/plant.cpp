@@ -15,19 +15,19 @@
 namespace balance {
 
 void PlantOptions::validate() const {
-  const auto require = [](bool good, const char* what) {
-    if (!good) throw std::invalid_argument(what);
+  const auto require = [](bool condition, const char* what) {
+    if (!condition) throw std::invalid_argument(what);
   };
   require(relative_tolerance > 0 && relative_tolerance <= 1e-2, "relative_tolerance must lie in (0, 0.01]");
   require(absolute_tolerance > 0, "absolute_tolerance must be positive");
-  require(max_step > 0, "longest_step must be positive");
-  require(max_steps > 0, "most_steps must be positive");
+  require(max_step > 0, "max_step must be positive");
+  require(max_steps > 0, "max_steps must be positive");
   dynamics.validate();
 }
 
 Plant::Plant(const Mechanism& mechanism, const PlantOptions& options, const Vector3& about) {
   options.validate();
-  dispatch_space(mechanism.space, [&]<class S>(S) { engine_ = make_plant<S>(mechanism, options, about); });
+  dispatch_space(mechanism.space, [&]<class S>(S) { implementation_ = make_plant<S>(mechanism, options, about); });
 }
 
 Plant::~Plant() = default;
@@ -35,33 +35,35 @@ Plant::Plant(Plant&&) noexcept = default;
 Plant& Plant::operator=(Plant&&) noexcept = default;
 
 MotionOutcome Plant::start(double time, const VectorX& position, const VectorX& velocity) {
-  return engine_->start(time, position, velocity);
+  return implementation_->start(time, position, velocity);
 }
-MotionOutcome Plant::advance(double time, const VectorX& efforts) { return engine_->advance(time, efforts); }
-MotionOutcome Plant::advance(double time, const EffortProfile& course) { return engine_->advance(time, course); }
-int Plant::freedoms() const { return engine_->freedoms(); }
-const std::vector<CoordinateId>& Plant::independent() const { return engine_->independent(); }
-double Plant::time() const { return engine_->time(); }
-const VectorX& Plant::position() const { return engine_->position(); }
-const VectorX& Plant::velocity() const { return engine_->velocity(); }
-VectorX Plant::acceleration(const VectorX& efforts) { return engine_->acceleration(efforts); }
-EquationOfMotion Plant::equation() { return engine_->equation(); }
-const Sample& Plant::observe(const VectorX& efforts) { return engine_->observe(efforts); }
-const TermMagnitudes& Plant::term_sizes() const { return engine_->term_sizes(); }
-const TermMagnitudes& Plant::term_sizes_over_mobility() const { return engine_->term_sizes_over_mobility(); }
-const PlantCost& Plant::cost() const { return engine_->cost(); }
-const std::vector<std::string>& Plant::notes() const { return engine_->notes(); }
+MotionOutcome Plant::advance(double time, const VectorX& efforts) { return implementation_->advance(time, efforts); }
+MotionOutcome Plant::advance(double time, const EffortProfile& effort_profile) {
+  return implementation_->advance(time, effort_profile);
+}
+int Plant::freedoms() const { return implementation_->freedoms(); }
+const std::vector<CoordinateId>& Plant::independent() const { return implementation_->independent(); }
+double Plant::time() const { return implementation_->time(); }
+const VectorX& Plant::position() const { return implementation_->position(); }
+const VectorX& Plant::velocity() const { return implementation_->velocity(); }
+VectorX Plant::acceleration(const VectorX& efforts) { return implementation_->acceleration(efforts); }
+EquationOfMotion Plant::equation() { return implementation_->equation(); }
+const Sample& Plant::observe(const VectorX& efforts) { return implementation_->observe(efforts); }
+const TermMagnitudes& Plant::term_sizes() const { return implementation_->term_sizes(); }
+const TermMagnitudes& Plant::term_sizes_over_mobility() const { return implementation_->term_sizes_over_mobility(); }
+const PlantCost& Plant::cost() const { return implementation_->cost(); }
+const std::vector<std::string>& Plant::notes() const { return implementation_->notes(); }
 
 namespace {
 
-/// A start keeps the actuated coordinates unless something else is preferred. Friction is the true one.
+/// A start keeps the actuated coordinates unless others are preferred. Friction is not regularised.
 ForwardOptions make_plant_dynamics_options(const Mechanism& mechanism, ForwardOptions options) {
   options.friction_regularisation_speed = 0;
   if (options.preferred.empty()) options.preferred = mechanism.actuators;
   return options;
 }
 
-/// Columns that take part in a loop.
+/// Columns that are part of a loop.
 template <class S>
 std::vector<ColumnId> find_loop_columns(const Tree<S>& tree) {
   std::set<int> columns;
@@ -84,14 +86,15 @@ PlantOf<S>::PlantOf(const Mechanism& mechanism, const PlantOptions& options, con
       integrator_(options.absolute_tolerance, options.relative_tolerance),
       step_(std::min(1e-3, options.max_step)) {
   const int n = loops_.columns();
-  x_.assign(2 * n, 0), last_x_ = x_;
+  x_.assign(2 * n, 0), step_start_x_ = x_;
   y_.setZero(n), dy_.setZero(n), ddy_.setZero(n), start_ddy_.setZero(n);
   efforts_.setZero(static_cast<Eigen::Index>(mechanism.actuators.size()));
   for (const Load& load : mechanism.loads)
     load_breakpoints_.insert(load_breakpoints_.end(), load.time.begin(), load.time.end());
   std::sort(load_breakpoints_.begin(), load_breakpoints_.end());
-  // coordinates that are read off poses must not turn by half a turn between two looks
-  reads_each_step_ = !loops_.tree().spherical_joints.empty() || (S::dimension == 3 && !loops_.is_open_tree());
+  // coordinates that are computed from poses must not turn by half a turn between two evaluations
+  updates_coordinates_each_step_ =
+      !loops_.tree().spherical_joints.empty() || (S::dimension == 3 && !loops_.is_open_tree());
 }
 
 template <class S>
@@ -99,23 +102,24 @@ MotionOutcome PlantOf<S>::start(double time, const VectorX& q, const VectorX& dq
   const auto count = static_cast<Eigen::Index>(mechanism_.coordinates.size());
   if (q.size() != count || dq.size() != count)
     throw std::invalid_argument("a start needs a value for each of the mechanism's coordinates");
-  started_ = false;
+  is_started_ = false;
   MotionOutcome outcome = loops_.assemble(q, dq, y_, dy_);
   outcome.time = time;
   if (outcome.status != MotionStatus::done) return outcome;
   outcome = check_mass_matrix(mechanism_, loops_, time, dy_.data());
   if (outcome.status != MotionStatus::done) return outcome;
   time_ = time;
-  observer_.emplace(mechanism_, loops_.tree(), loops_.freedoms(), about_);
-  const double fall = mechanism_.gravity.norm() / loops_.tree().characteristic_length;  // of what is let go
-  meter_.emplace(mechanism_, loops_.tree(), about_, RestScale{std::sqrt(fall), fall});
+  evaluator_.emplace(mechanism_, loops_.tree(), loops_.freedoms(), about_);
+  const double free_fall =
+      mechanism_.gravity.norm() / loops_.tree().characteristic_length;  // acceleration of free fall
+  magnitude_recorder_.emplace(mechanism_, loops_.tree(), about_, RestScale{std::sqrt(free_fall), free_fall});
   ddy_.setZero();
   pack_state();
-  last_x_ = x_;
+  step_start_x_ = x_;
   if (!choose_independent_columns()) return stop(MotionStatus::constraint_singularity);
   pack_state();
   integrator_.restart();
-  started_ = true;
+  is_started_ = true;
   max_rate_ = 0;
   stalled_events_ = 0, event_time_ = -INFINITY;
   update_max_rate();
@@ -132,17 +136,17 @@ MotionOutcome PlantOf<S>::advance(double time, const VectorX& efforts) {
 }
 
 template <class S>
-MotionOutcome PlantOf<S>::advance(double time, const EffortProfile& course) {
-  const VectorX efforts = course.evaluate(time_);
+MotionOutcome PlantOf<S>::advance(double time, const EffortProfile& effort_profile) {
+  const VectorX efforts = effort_profile.evaluate(time_);
   require_started(efforts);
   if (efforts != efforts_) efforts_ = efforts, integrator_.restart();
-  effort_profile_ = &course;
+  effort_profile_ = &effort_profile;
   const MotionOutcome outcome = advance_to(time);
   effort_profile_ = nullptr;
   return outcome;
 }
 
-/// The efforts of a moment, where they change.
+/// Updates efforts that change over time.
 template <class S>
 void PlantOf<S>::update_efforts(double time) {
   if (effort_profile_ != nullptr) effort_profile_->evaluate(time, efforts_);
@@ -150,15 +154,15 @@ void PlantOf<S>::update_efforts(double time) {
 
 template <class S>
 MotionOutcome PlantOf<S>::advance_to(double time) {
-  const auto next = [&](const std::vector<double>& kinks, double end) {
-    const auto kink = std::upper_bound(kinks.begin(), kinks.end(), time_);
-    return kink != kinks.end() && *kink < end ? *kink : end;
+  const auto next_breakpoint = [&](const std::vector<double>& breakpoints, double end) {
+    const auto breakpoint = std::upper_bound(breakpoints.begin(), breakpoints.end(), time_);
+    return breakpoint != breakpoints.end() && *breakpoint < end ? *breakpoint : end;
   };
   while (time_ < time) {
     update_efforts(time_);
     if (!update_friction(efforts_)) return stop(MotionStatus::constraint_singularity);
-    double end = next(load_breakpoints_, time);
-    if (effort_profile_ != nullptr) end = next(effort_profile_->knots(), end);
+    double end = next_breakpoint(load_breakpoints_, time);
+    if (effort_profile_ != nullptr) end = next_breakpoint(effort_profile_->knots(), end);
     const MotionOutcome outcome = integrate_to(end);
     if (outcome.status != MotionStatus::done) return outcome;
     if (end != time) integrator_.restart();
@@ -177,11 +181,11 @@ const std::vector<CoordinateId>& PlantOf<S>::independent() {
 
 template <class S>
 void PlantOf<S>::require_started(const VectorX& efforts) const {
-  if (!started_) throw std::invalid_argument("the plant has not been started");
+  if (!is_started_) throw std::invalid_argument("the plant has not been started");
   if (efforts.size() != efforts_.size()) throw std::invalid_argument("one effort per actuator is needed");
 }
 
-/// Accelerations at the present state.
+/// Computes the accelerations at the current state.
 template <class S>
 void PlantOf<S>::evaluate(const VectorX& efforts) {
   require_started(efforts);
@@ -194,8 +198,8 @@ void PlantOf<S>::evaluate(const VectorX& efforts) {
 template <class S>
 VectorX PlantOf<S>::acceleration(const VectorX& efforts) {
   evaluate(efforts);
-  observer_->update_coordinates(instant());
-  return Eigen::Map<const VectorX>(observer_->sample().acceleration.data(), position_.size());
+  evaluator_->update_coordinates(instant());
+  return Eigen::Map<const VectorX>(evaluator_->sample().acceleration.data(), position_.size());
 }
 
 template <class S>
@@ -215,24 +219,24 @@ const Sample& PlantOf<S>::observe(const VectorX& efforts) {
   evaluate(efforts);
   loops_.add_sticking_friction(efforts.data(), ddy_.data());
   loops_.multipliers(efforts.data(), ddy_.data(), y_.data(), multipliers_);
-  observer_->evaluate_under_efforts(instant(), efforts.data(), multipliers_);
-  sample_ = observer_->sample();
+  evaluator_->evaluate_under_efforts(instant(), efforts.data(), multipliers_);
+  sample_ = evaluator_->sample();
   sample_.friction_power = loops_.friction_power(dy_.data());
   sample_.closure_residual = loops_.residual();
   sample_.mobility = loops_.mobility();
   sample_.newton_iterations = loops_.iterations();
-  meter_->sample(instant(), observer_->sample(), multipliers_, sample_.mobility);
+  magnitude_recorder_->sample(instant(), evaluator_->sample(), multipliers_, sample_.mobility);
   return sample_;
 }
 
-/// Reads the joint coordinates at the present state.
+/// Computes the joint coordinates at the current state.
 template <class S>
 void PlantOf<S>::update_coordinates() {
   loops_.solve_dependent(y_.data(), dy_.data());
   compute_angular_velocities(loops_.tree(), dy_.data(), loops_.state());
-  observer_->update_coordinates(instant());
-  position_ = observer_->sample().position;
-  velocity_ = observer_->sample().velocity;
+  evaluator_->update_coordinates(instant());
+  position_ = evaluator_->sample().position;
+  velocity_ = evaluator_->sample().velocity;
 }
 
 template <class S>
@@ -246,17 +250,16 @@ void PlantOf<S>::make_notes() {
 template class PlantOf<Planar>;
 template class PlantOf<Spatial>;
 
-// The plant's integration: one step after another, each ending on the closures.
+// Integration of the plant: every step ends on the closures.
 
 namespace {
 
-constexpr double refactor_ratio = 0.3;  // part of its first regularity below which a choice of coordinates is made anew
-constexpr double min_integration_step_fraction = 1e-9;  // of the longest one
+constexpr double refactor_ratio = 0.3;  // regularity, relative to that at a choice of coordinates, for a new choice
+constexpr double min_integration_step_fraction = 1e-9;  // of the longest step
 constexpr double singular_closure_threshold =
-    1e-3;                                // regularity of the closures that explains steps too short to go on
+    1e-3;                                // regularity of the closures that explains steps too short to continue
 constexpr double overflow_limit = 1e60;  // of coordinates, rates, efforts and accelerations
-constexpr double redundant_residual_tolerance =
-    1e-9;  // residual of redundant rows that says that they are not redundant here
+constexpr double redundant_residual_tolerance = 1e-9;  // residual above which redundant rows are not redundant here
 
 }  // namespace
 
@@ -278,8 +281,8 @@ void PlantOf<S>::unpack_state(const std::vector<double>& x) {
   }
 }
 
-/// All tree coordinates and rates are integrated, the dependent ones replaced by what the closures say at every evaluation: so
-/// the error control watches them too, and Newton starts next to its solution.
+/// Integrates all tree coordinates and rates. The dependent ones are replaced by the solution of the closures at every
+/// evaluation, so that error control includes them and Newton's method starts near its solution.
 template <class S>
 void PlantOf<S>::derivative(const std::vector<double>& x, std::vector<double>& dxdt, double time) {
   unpack_state(x);
@@ -295,21 +298,21 @@ void PlantOf<S>::derivative(const std::vector<double>& x, std::vector<double>& d
   }
 }
 
-/// @param step as tried, on return what to try next
-/// @param refused the step leads over a singularity or to no state at all
+/// @param step the step size to try; on return, the size to try next
+/// @param is_rejected on return, whether the step crosses a singularity or leads to no valid state
 /// @return false if nothing has changed
 template <class S>
-bool PlantOf<S>::try_step(double& time, double& step, bool& refused, bool& fresh) {
-  const double tried = step;
-  const int doubts = suspect_steps_;
-  last_x_ = x_;
-  refused = false;
+bool PlantOf<S>::try_step(double& time, double& step, bool& is_rejected, bool& has_new_coordinates) {
+  const double attempted_step = step;
+  const int previous_suspect_steps = suspect_steps_;
+  step_start_x_ = x_;
+  is_rejected = false;
   try {
-    const auto slope = [this](const std::vector<double>& x, std::vector<double>& dxdt, double t) {
+    const auto right_hand_side = [this](const std::vector<double>& x, std::vector<double>& dxdt, double t) {
       derivative(x, dxdt, t);
     };
-    if (!integrator_.try_step(slope, x_, time, step)) return false;
-    if (project_step(tried, fresh) && locate_event(tried, time)) {
+    if (!integrator_.try_step(right_hand_side, x_, time, step)) return false;
+    if (project_step(attempted_step, has_new_coordinates) && locate_event(attempted_step, time)) {
       loops_.store();
       suspect_steps_ = 0;
       if (loops_.has_dry_friction()) start_ddy_ = ddy_;
@@ -318,66 +321,70 @@ bool PlantOf<S>::try_step(double& time, double& step, bool& refused, bool& fresh
     restore_step_start();
   } catch (const StateRejected&) {
   }
-  const bool doubted = suspect_steps_ > doubts;
-  refused = !doubted || doubts > 0;  // other independent coordinates may help where a shorter step does not
-  step = tried / (doubted ? 2 : 4);
+  const bool is_suspect = suspect_steps_ > previous_suspect_steps;
+  is_rejected =
+      !is_suspect || previous_suspect_steps > 0;  // new independent coordinates may help where a shorter step does not
+  step = attempted_step / (is_suspect ? 2 : 4);
   return false;
 }
 
-/// After a step that cannot be kept.
+/// Restores the state after a rejected step.
 template <class S>
 void PlantOf<S>::restore_step_start() {
-  x_ = last_x_;
+  x_ = step_start_x_;
   integrator_.restart();
   unpack_state(x_);
   if (loops_.solve_dependent(y_.data(), dy_.data())) loops_.store();
 }
 
-/// Steps to the end of a smooth piece.
+/// Integrates to the end of a smooth interval.
 template <class S>
 MotionOutcome PlantOf<S>::integrate_to(double end) {
-  bool fresh = false;  // the independent coordinates have just been chosen, at the state that the step starts from
+  bool has_new_coordinates =
+      false;  // the independent coordinates have just been chosen, at the start of the current step
   while (time_ < end) {
     if (cost_.steps + cost_.rejected >= options_.max_steps) return stop(MotionStatus::unreachable);
-    const double whole = std::min(step_, options_.max_step), left = end - time_;
-    const bool last = left <= whole * (1 + 1e-9);
-    const double tried = last ? left : left >= 2 * whole ? whole : left / 2;  // no tiny step at the end
-    double step = tried, time = time_;
-    bool refused;
-    if (try_step(time, step, refused, fresh)) {
+    const double max_step = std::min(step_, options_.max_step), remaining = end - time_;
+    const bool is_last = remaining <= max_step * (1 + 1e-9);
+    const double attempted_step = is_last                     ? remaining
+                                  : remaining >= 2 * max_step ? max_step
+                                                              : remaining / 2;  // avoids a tiny step at the end
+    double step = attempted_step, time = time_;
+    bool is_rejected;
+    if (try_step(time, step, is_rejected, has_new_coordinates)) {
       ++cost_.steps;
-      time_ = last && !is_at_event_ ? end : time;
-      step_ = tried < whole ? std::max(step_, step) : step;
+      time_ = is_last && !is_at_event_ ? end : time;
+      step_ = attempted_step < max_step ? std::max(step_, step) : step;
       if (is_at_event_ && !handle_event()) return stop(MotionStatus::constraint_singularity);
       update_max_rate();
-      if (loops_.reset_spherical_references(1, y_.data(), dy_.data())) {  // other coordinates, other rates
-        fresh = choose_independent_columns();
+      if (loops_.reset_spherical_references(1, y_.data(), dy_.data())) {  // coordinates and rates have changed
+        has_new_coordinates = choose_independent_columns();
         pack_state();
-        last_x_ = x_;
+        step_start_x_ = x_;
         integrator_.restart();
-        if (!fresh) return stop(MotionStatus::constraint_singularity);
+        if (!has_new_coordinates) return stop(MotionStatus::constraint_singularity);
       }
-      if (reads_each_step_) update_coordinates();
+      if (updates_coordinates_each_step_) update_coordinates();
       continue;
     }
     ++cost_.rejected;
     step_ = step;
-    unpack_state(last_x_);
-    if (refused && !fresh) {
+    unpack_state(step_start_x_);
+    if (is_rejected && !has_new_coordinates) {
       if (!choose_independent_columns()) return stop(MotionStatus::constraint_singularity);
       integrator_.restart();
-      fresh = true;
-      step_ = tried;
+      has_new_coordinates = true;
+      step_ = attempted_step;
     } else if (step_ < std::max(min_integration_step_fraction * options_.max_step, 1e-14 * std::abs(time_))) {
-      return stop(refused ? MotionStatus::constraint_singularity : MotionStatus::unreachable);
+      return stop(is_rejected ? MotionStatus::constraint_singularity : MotionStatus::unreachable);
     }
   }
   return {MotionStatus::done, time_, "", {}};
 }
 
-/// After a step: the dependent coordinates as the closures have them; new independent ones where the present ones wear out.
+/// Projects the end of a step onto the closures. Chooses new independent coordinates if the current ones degrade.
 template <class S>
-bool PlantOf<S>::project_step(double step, bool& fresh) {
+bool PlantOf<S>::project_step(double step, bool& has_new_coordinates) {
   unpack_state(x_);
   if (!loops_.solve_dependent(y_.data(), dy_.data())) return false;
   if (loops_.has_redundant_closures() && loops_.residual() > redundant_residual_tolerance) return false;
@@ -385,64 +392,68 @@ bool PlantOf<S>::project_step(double step, bool& fresh) {
     ++suspect_steps_;
     return false;
   }
-  fresh = loops_.regularity() < refactor_ratio * loops_.regularity_at_choice();
-  if (fresh && !choose_independent_columns()) return false;
+  has_new_coordinates = loops_.regularity() < refactor_ratio * loops_.regularity_at_choice();
+  if (has_new_coordinates && !choose_independent_columns()) return false;
   pack_state();
   return true;
 }
 
-/// Could the closures, for the present choice of coordinates, have lost rank within a step that led to the state last closed?
+/// Whether the closures, for the current choice of coordinates, may have lost rank within a step to the last closed
+/// state.
 template <class S>
 bool PlantOf<S>::can_have_crossed_singularity(double step) {
-  double way = 0;  // of any coordinate, by the rates at both ends too, for it may turn back in between
+  double max_displacement = 0;  // of any coordinate, also by the rates at both ends, since it may reverse in between
   const int n = loops_.columns();
   for (const int c : matrix_columns_) {
-    const double rate = std::max(std::abs(dy_[c]) / loops_.scale()[c], std::abs(last_x_[n + c]));
-    way = std::max(way, std::max(std::abs(y_[c] / loops_.scale()[c] - last_x_[c]), step * rate));
+    const double rate = std::max(std::abs(dy_[c]) / loops_.scale()[c], std::abs(step_start_x_[n + c]));
+    max_displacement =
+        std::max(max_displacement, std::max(std::abs(y_[c] / loops_.scale()[c] - step_start_x_[c]), step * rate));
   }
-  return !(way * way <= max_matrix_curvature * loops_.regularity()) || !loops_.near_kept(max_matrix_change);
+  return !(max_displacement * max_displacement <= max_matrix_curvature * loops_.regularity()) ||
+         !loops_.near_kept(max_matrix_change);
 }
 
 template <class S>
 bool PlantOf<S>::choose_independent_columns() {
-  const bool good =
+  const bool is_regular =
       loops_.choose_independent_columns(y_.data(), false) && loops_.solve_dependent(y_.data(), dy_.data());
-  if (good) loops_.store();
+  if (is_regular) loops_.store();
   cost_.choices = loops_.choice_count();
-  return good;
+  return is_regular;
 }
 
-/// Whether what stopped the integration are numbers beyond bounds that no mechanism has.
+/// Whether the integration stopped because numbers exceed bounds that no mechanism reaches.
 template <class S>
 bool PlantOf<S>::overflows() {
-  const auto beyond = [](const VectorX& v, double bound) { return v.size() > 0 && !(max_abs(v) < bound); };
-  if (beyond(efforts_, overflow_limit) || beyond(y_, overflow_limit) || beyond(dy_, overflow_limit)) return true;
+  const auto exceeds = [](const VectorX& v, double bound) { return v.size() > 0 && !(max_abs(v) < bound); };
+  if (exceeds(efforts_, overflow_limit) || exceeds(y_, overflow_limit) || exceeds(dy_, overflow_limit)) return true;
   if (!loops_.solve_dependent(y_.data(), dy_.data())) return false;
   loops_.accelerate(time_, dy_.data(), efforts_.data(), ddy_.data());
-  return beyond(ddy_, overflow_limit);
+  return exceeds(ddy_, overflow_limit);
 }
 
 template <class S>
 MotionOutcome PlantOf<S>::stop(MotionStatus status) {
-  unpack_state(last_x_);
+  unpack_state(step_start_x_);
   update_coordinates();
   if (overflows()) return make_overflow_outcome(time_, "the motion under these efforts");
   if (status != MotionStatus::constraint_singularity &&
       (!choose_independent_columns() || loops_.closure_regularity() < singular_closure_threshold))
     status = MotionStatus::constraint_singularity;
-  std::string what = "the integration needs steps that are too short to go on";
-  const std::string flat = describe_flat_disc(mechanism_, {position_.begin(), position_.end()});
+  std::string reason = "the integration needs steps that are too short to go on";
+  const std::string flat_disc = describe_flat_disc(mechanism_, {position_.begin(), position_.end()});
   if (status == MotionStatus::constraint_singularity) {
-    what = "constraint singularity: the loop closures lose rank, the mechanism gains a freedom";
+    reason = "constraint singularity: the loop closures lose rank, the mechanism gains a freedom";
   } else if (cost_.steps + cost_.rejected >= options_.max_steps) {
-    what = "the integration has taken the " + std::to_string(options_.max_steps) +
-           " steps that it may take: the motion is faster than the run is long (stiff springs, hard control), or more "
-           "steps must be allowed";
+    reason =
+        "the integration has taken the " + std::to_string(options_.max_steps) +
+        " steps that it may take: the motion is faster than the run is long (stiff springs, hard control), or more "
+        "steps must be allowed";
   }
-  if (!flat.empty()) what += ": " + flat;
+  if (!flat_disc.empty()) reason += ": " + flat_disc;
   return {status,
           time_,
-          format_time_prefix(time_) + what + "; configuration: " + format_configuration(mechanism_, position_),
+          format_time_prefix(time_) + reason + "; configuration: " + format_configuration(mechanism_, position_),
           {}};
 }
 

@@ -1,5 +1,5 @@
 #pragma once
-/// What a Plant is made of.
+/// Implementation of Plant.
 
 #include "balance/mechanics/dynamics/loop_dynamics.hpp"
 #include "balance/mechanics/dynamics/term_magnitude_recorder.hpp"
@@ -15,7 +15,7 @@ class Plant::Implementation {
   virtual ~Implementation() = default;
   virtual MotionOutcome start(double time, const VectorX& position, const VectorX& velocity) = 0;
   virtual MotionOutcome advance(double time, const VectorX& efforts) = 0;
-  virtual MotionOutcome advance(double time, const EffortProfile& course) = 0;
+  virtual MotionOutcome advance(double time, const EffortProfile& effort_profile) = 0;
   virtual int freedoms() const = 0;
   virtual const std::vector<CoordinateId>& independent() = 0;
   virtual double time() const = 0;
@@ -37,7 +37,7 @@ class PlantOf : public Plant::Implementation {
 
   MotionOutcome start(double time, const VectorX& q, const VectorX& dq) override;
   MotionOutcome advance(double time, const VectorX& efforts) override;
-  MotionOutcome advance(double time, const EffortProfile& course) override;
+  MotionOutcome advance(double time, const EffortProfile& effort_profile) override;
   int freedoms() const override { return loops_.freedoms(); }
   const std::vector<CoordinateId>& independent() override;
   double time() const override { return time_; }
@@ -46,13 +46,15 @@ class PlantOf : public Plant::Implementation {
   VectorX acceleration(const VectorX& efforts) override;
   EquationOfMotion equation() override;
   const Sample& observe(const VectorX& efforts) override;
-  const TermMagnitudes& term_sizes() const override { return meter_->magnitudes(); }
-  const TermMagnitudes& term_sizes_over_mobility() const override { return meter_->amplified_magnitudes(); }
+  const TermMagnitudes& term_sizes() const override { return magnitude_recorder_->magnitudes(); }
+  const TermMagnitudes& term_sizes_over_mobility() const override {
+    return magnitude_recorder_->amplified_magnitudes();
+  }
   const PlantCost& cost() const override { return cost_; }
   const std::vector<std::string>& notes() const override { return notes_; }
 
  private:
-  /// The state cannot be continued to: another branch, a singularity, or no numbers.
+  /// Thrown if the integration cannot continue to a state: another branch, a singularity, or NaN.
   struct StateRejected {};
 
   TreeMotion<S> instant() { return {loops_.state(), y_.data(), dy_.data(), ddy_.data(), time_, false}; }
@@ -65,9 +67,9 @@ class PlantOf : public Plant::Implementation {
   MotionOutcome advance_to(double time);
   MotionOutcome integrate_to(double end);
   void update_efforts(double time);
-  bool try_step(double& time, double& step, bool& refused, bool& fresh);
+  bool try_step(double& time, double& step, bool& is_rejected, bool& has_new_coordinates);
   void derivative(const std::vector<double>& x, std::vector<double>& dxdt, double time);
-  bool project_step(double step, bool& fresh);
+  bool project_step(double step, bool& has_new_coordinates);
   bool can_have_crossed_singularity(double step);
   void restore_step_start();
   void update_max_rate();
@@ -78,9 +80,9 @@ class PlantOf : public Plant::Implementation {
   // dry friction: plant_stick_slip.cpp
   bool update_friction(const VectorX& efforts);
   double friction_margin(double time);
-  bool step_without_error_control(double at);
+  bool step_without_error_control(double step);
   double find_rate_minimum(double step) const;
-  bool has_event_within(double step, double& high, double& over);
+  bool has_event_within(double step, double& high, double& margin);
   bool locate_event(double step, double& time);
   bool handle_event();
   bool overflows();
@@ -91,24 +93,24 @@ class PlantOf : public Plant::Implementation {
   typename S::Vector about_;
   LoopDynamics<S> loops_;
   std::vector<CoordinateId> column_coordinates_, independent_;
-  std::vector<ColumnId> matrix_columns_;  ///< tree columns that the closures' matrix depends on
-  std::optional<SampleEvaluator<S>> observer_;
-  std::optional<TermMagnitudeRecorder<S>> meter_;
+  std::vector<ColumnId> matrix_columns_;  ///< tree columns on which the closures' matrix depends
+  std::optional<SampleEvaluator<S>> evaluator_;
+  std::optional<TermMagnitudeRecorder<S>> magnitude_recorder_;
   Integrator integrator_;
   double time_ = 0, step_;
   double max_rate_ = 0;            ///< largest rate of any coordinate so far [rad/s, characteristic lengths per second]
   double event_time_ = -INFINITY;  ///< of the last event of dry friction
-  int stalled_events_ = 0;         ///< so many of them follow each other without any progress
+  int stalled_events_ = 0;         ///< number of successive events without any progress
   bool is_ignoring_events_ = false,
-       has_noted_shared_stiction_ = false;  ///< the next step takes no notice of them; joints that share have been met
-  int suspect_steps_ = 0;                   ///< steps one after another in which the closures may have been singular
-  bool is_at_event_ = false;                ///< the last step ended at one of dry friction
-  bool started_ = false, reads_each_step_ = false;
-  std::vector<double> x_, last_x_;  ///< tree coordinates, then their rates, lengths in characteristic lengths
+       has_noted_shared_stiction_ = false;  ///< the next step ignores events; shared stiction has been noted
+  int suspect_steps_ = 0;                   ///< successive steps in which the closures may have been singular
+  bool is_at_event_ = false;                ///< the last step ended at a dry friction event
+  bool is_started_ = false, updates_coordinates_each_step_ = false;
+  std::vector<double> x_, step_start_x_;  ///< tree coordinates, then their rates, lengths in characteristic lengths
   std::vector<double> load_breakpoints_, multipliers_;
-  const EffortProfile* effort_profile_ = nullptr;  ///< that efforts_ follow; null: they are held
+  const EffortProfile* effort_profile_ = nullptr;  ///< that efforts_ follow; null: they are constant
   VectorX y_, dy_, ddy_, efforts_, position_, velocity_;
-  VectorX start_ddy_;  ///< accelerations at last_x_; with dry friction only
+  VectorX start_ddy_;  ///< accelerations at step_start_x_; only with dry friction
   Sample sample_;
   PlantCost cost_;
   std::vector<std::string> notes_;

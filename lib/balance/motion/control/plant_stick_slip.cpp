@@ -1,5 +1,5 @@
-/// The plant's dry friction: joints come to rest, stick, turn back and break loose at moments that are found, and between them the
-/// motion is smooth.
+/// Dry friction of the plant: finds the times at which joints come to rest, stick, reverse or break loose. Between them
+/// the motion is smooth.
 
 #include "balance/motion/control/plant_impl.hpp"
 
@@ -10,12 +10,11 @@ namespace balance {
 
 namespace {
 
-constexpr double rest_rate_fraction =
-    1e-10;  // part of the largest rate so far that counts as none where a joint may stick
-constexpr double event_time_epsilon = 4e-16;    // of a moment, as part of the time or the step
-constexpr double event_margin_epsilon = 1e-13;  // excess that is as good as none
+constexpr double rest_rate_fraction = 1e-10;    // fraction of the largest rate so far below which a joint may stick
+constexpr double event_time_epsilon = 4e-16;    // of an event time, as a fraction of the time or the step
+constexpr double event_margin_epsilon = 1e-13;  // a smaller excess counts as none
 constexpr int max_event_iterations = 80;
-constexpr int max_stalled_events = 30;  // without progress, before a step takes no notice of them
+constexpr int max_stalled_events = 30;  // without progress, before a step ignores them
 
 }  // namespace
 
@@ -25,7 +24,7 @@ void PlantOf<S>::update_max_rate() {
   for (int c = 0; c < loops_.columns(); ++c) max_rate_ = std::max(max_rate_, std::abs(dy_[c]) / loops_.scale()[c]);
 }
 
-/// At the present state: which joints stick under these efforts. Those that do hold columns of the tree.
+/// Determines which joints stick under these efforts at the current state. Sticking joints hold columns of the tree.
 /// @return false at a singularity of the closures
 template <class S>
 bool PlantOf<S>::update_friction(const VectorX& efforts) {
@@ -35,8 +34,8 @@ bool PlantOf<S>::update_friction(const VectorX& efforts) {
       loops_.decide_friction(time_, dy_.data(), efforts.data(), rest_rate_fraction * max_rate_);
   if (change != FrictionChange::none) integrator_.restart();
   if (change != FrictionChange::sticking_set) return true;
-  last_x_ = x_;
-  const bool good = choose_independent_columns();
+  step_start_x_ = x_;
+  const bool is_regular = choose_independent_columns();
   pack_state();
   if (loops_.has_shared_stiction() && !has_noted_shared_stiction_) {
     has_noted_shared_stiction_ = true;
@@ -44,7 +43,7 @@ bool PlantOf<S>::update_friction(const VectorX& efforts) {
         "dry friction: joints at rest share what holds the mechanism; their friction is one of many that would hold "
         "it");
   }
-  return good;
+  return is_regular;
 }
 
 template <class S>
@@ -54,55 +53,62 @@ double PlantOf<S>::friction_margin(double time) {
   return loops_.friction_margin(time, dy_.data(), efforts_.data(), max_rate_);
 }
 
-/// To as much after the step's start, x_ being the state there; the integrator begins anew.
+/// Integrates for the time `step` from the start of the step; x_ is then the state there. The integrator starts anew.
 template <class S>
-bool PlantOf<S>::step_without_error_control(double at) {
-  x_ = last_x_;
-  const auto slope = [this](const std::vector<double>& x, std::vector<double>& dxdt, double t) {
+bool PlantOf<S>::step_without_error_control(double step) {
+  x_ = step_start_x_;
+  const auto right_hand_side = [this](const std::vector<double>& x, std::vector<double>& dxdt, double t) {
     derivative(x, dxdt, t);
   };
-  integrator_.step_without_error_control(slope, x_, time_, at);
+  integrator_.step_without_error_control(right_hand_side, x_, time_, step);
   unpack_state(x_);
   return loops_.solve_dependent(y_.data(), dy_.data());
 }
 
-/// Where in a step from last_x_ a joint that slips may have stopped, though it moves on at the end: the part at which its rate is
-/// least by the cubic through the rates and accelerations at both ends, if that is below zero. 0 if there is none.
+/// Fraction of a step from step_start_x_ at which a slipping joint may have stopped although it moves at the end: the
+/// minimum of its rate, by the cubic through the rates and accelerations at both ends, if that is below zero. 0 if
+/// there is none.
 template <class S>
 double PlantOf<S>::find_rate_minimum(double step) const {
   double first = 0;
   for (const JointFriction& joint : loops_.frictions()) {
     if (!joint.has_dry_friction() || joint.is_sticking) continue;
     const double unit = joint.slip_direction * joint.ratio();
-    const double begin = unit * last_x_[loops_.columns() + joint.column()] * loops_.scale()[joint.column()],
-                 gain = unit * dy_[joint.column()] - begin;
-    const double falls = unit * step * start_ddy_[joint.column()], rises = unit * step * ddy_[joint.column()];
-    if (!(falls < 0 && rises > 0)) continue;
-    // begin + falls p + square p² + cube p³
-    const double square = 3 * gain - 2 * falls - rises, cube = falls + rises - 2 * gain;
-    const double part = -falls / (square + std::sqrt(std::max(0.0, square * square - 3 * falls * cube)));
-    if (!(part > 0 && part < 1) || begin + part * (falls + part * (square + part * cube)) >= 0) continue;
-    first = first > 0 ? std::min(first, part) : part;
+    const double begin_rate = unit * step_start_x_[loops_.columns() + joint.column()] * loops_.scale()[joint.column()],
+                 rate_change = unit * dy_[joint.column()] - begin_rate;
+    const double initial_slope = unit * step * start_ddy_[joint.column()],
+                 final_slope = unit * step * ddy_[joint.column()];
+    if (!(initial_slope < 0 && final_slope > 0)) continue;
+    // begin_rate + initial_slope p + quadratic p² + cubic p³
+    const double quadratic = 3 * rate_change - 2 * initial_slope - final_slope,
+                 cubic = initial_slope + final_slope - 2 * rate_change;
+    const double fraction =
+        -initial_slope / (quadratic + std::sqrt(std::max(0.0, quadratic * quadratic - 3 * initial_slope * cubic)));
+    if (!(fraction > 0 && fraction < 1) ||
+        begin_rate + fraction * (initial_slope + fraction * (quadratic + fraction * cubic)) >= 0)
+      continue;
+    first = first > 0 ? std::min(first, fraction) : fraction;
   }
   return first;
 }
 
-/// After a good step: is there an event in it?
-/// @param high on return the part of the step before which it is @param over the margin there, not negative if there is none
-/// @return false if the way there cannot be made
+/// Whether an accepted step contains an event.
+/// @param high on return, a time within the step by which the event has occurred
+/// @param margin on return, the margin there; non-negative if there is no event
+/// @return false if the integration to there fails
 template <class S>
-bool PlantOf<S>::has_event_within(double step, double& high, double& over) {
+bool PlantOf<S>::has_event_within(double step, double& high, double& margin) {
   high = step;
-  over = friction_margin(time_ + step);
-  if (over < 0) return true;
-  const double part = find_rate_minimum(step);
-  if (part == 0) return true;
+  margin = friction_margin(time_ + step);
+  if (margin < 0) return true;
+  const double fraction = find_rate_minimum(step);
+  if (fraction == 0) return true;
   const std::vector<double> end = x_;
   const VectorX end_ddy = ddy_;
-  high = part * step;
+  high = fraction * step;
   if (!step_without_error_control(high)) return false;
-  over = friction_margin(time_ + high);
-  if (over < 0) {
+  margin = friction_margin(time_ + high);
+  if (margin < 0) {
     pack_state();
     return true;
   }
@@ -112,9 +118,10 @@ bool PlantOf<S>::has_event_within(double step, double& high, double& over) {
   return loops_.solve_dependent(y_.data(), dy_.data());
 }
 
-/// After a good step from last_x_ to x_: goes back to the first event on the way, if there is one.
-/// @param step that was made @param time at its end; on return of the event
-/// @return false if the way there cannot be made
+/// After an accepted step from step_start_x_ to x_: returns to the first event in it, if there is one.
+/// @param step length of the step
+/// @param time its end; on return, the time of the event
+/// @return false if the integration to the event fails
 template <class S>
 bool PlantOf<S>::locate_event(double step, double& time) {
   is_at_event_ = false;
@@ -122,35 +129,37 @@ bool PlantOf<S>::locate_event(double step, double& time) {
     is_ignoring_events_ = false;
     return true;
   }
-  double low = 0, high, over;
-  if (!has_event_within(step, high, over)) return false;
-  if (over >= 0) return true;
+  double low = 0, high, upper_margin;
+  if (!has_event_within(step, high, upper_margin)) return false;
+  if (upper_margin >= 0) return true;
   is_at_event_ = true;
-  std::vector<double> there = x_;
-  unpack_state(last_x_);
+  std::vector<double> event_state = x_;
+  unpack_state(step_start_x_);
   if (!loops_.solve_dependent(y_.data(), dy_.data())) return false;
-  double under = std::max(friction_margin(time_), event_margin_epsilon), beyond = over;
-  bool above = false, below = false;  // which end the last turn has moved
-  for (int turn = 0; turn < max_event_iterations; ++turn) {
-    if (high - low <= event_time_epsilon * std::max(std::abs(time_), step) || beyond > -event_margin_epsilon) break;
-    // false position (Illinois), with a bisection now and then
-    double at = turn % 4 == 3 ? (low + high) / 2 : low + (high - low) * under / (under - over);
-    if (!(at > low && at < high)) at = (low + high) / 2;
-    if (!(at > low && at < high)) break;
-    if (!step_without_error_control(at)) return false;
-    const double margin = friction_margin(time_ + at);
+  double lower_margin = std::max(friction_margin(time_), event_margin_epsilon), last_margin = upper_margin;
+  bool has_moved_high = false, has_moved_low = false;  // the end that the last iteration moved
+  for (int iteration = 0; iteration < max_event_iterations; ++iteration) {
+    if (high - low <= event_time_epsilon * std::max(std::abs(time_), step) || last_margin > -event_margin_epsilon)
+      break;
+    // false position (Illinois), with occasional bisection
+    double trial_step =
+        iteration % 4 == 3 ? (low + high) / 2 : low + (high - low) * lower_margin / (lower_margin - upper_margin);
+    if (!(trial_step > low && trial_step < high)) trial_step = (low + high) / 2;
+    if (!(trial_step > low && trial_step < high)) break;
+    if (!step_without_error_control(trial_step)) return false;
+    const double margin = friction_margin(time_ + trial_step);
     if (margin < 0) {
-      high = at, over = beyond = margin;
-      if (above) under /= 2;
+      high = trial_step, upper_margin = last_margin = margin;
+      if (has_moved_high) lower_margin /= 2;
       pack_state();
-      there = x_;
+      event_state = x_;
     } else {
-      low = at, under = std::max(margin, event_margin_epsilon);
-      if (below) over /= 2;
+      low = trial_step, lower_margin = std::max(margin, event_margin_epsilon);
+      if (has_moved_low) upper_margin /= 2;
     }
-    above = margin < 0, below = !above;
+    has_moved_high = margin < 0, has_moved_low = !has_moved_high;
   }
-  x_ = there;
+  x_ = event_state;
   unpack_state(x_);
   if (!loops_.solve_dependent(y_.data(), dy_.data())) return false;
   pack_state();
@@ -158,14 +167,14 @@ bool PlantOf<S>::locate_event(double step, double& time) {
   return true;
 }
 
-/// What sticks and slips from here on.
+/// Determines what sticks and slips from here on.
 template <class S>
 bool PlantOf<S>::handle_event() {
   ++cost_.events;
   integrator_.restart();
-  const bool progress = time_ - event_time_ > 1e-12 * std::max(std::abs(time_), options_.max_step);
+  const bool has_progressed = time_ - event_time_ > 1e-12 * std::max(std::abs(time_), options_.max_step);
   event_time_ = time_;
-  stalled_events_ = progress ? 0 : stalled_events_ + 1;
+  stalled_events_ = has_progressed ? 0 : stalled_events_ + 1;
   if (stalled_events_ == max_stalled_events) {
     is_ignoring_events_ = true;
     stalled_events_ = 0;
@@ -175,10 +184,10 @@ bool PlantOf<S>::handle_event() {
     if (std::find(notes_.begin(), notes_.end(), note) == notes_.end() && notes_.size() < 20) notes_.push_back(note);
   }
   update_efforts(time_);
-  const bool good = update_friction(efforts_);
+  const bool is_regular = update_friction(efforts_);
   pack_state();
-  last_x_ = x_;
-  return good;
+  step_start_x_ = x_;
+  return is_regular;
 }
 
 #define BALANCE_INSTANTIATE(S)                                          \

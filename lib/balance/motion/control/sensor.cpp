@@ -11,19 +11,19 @@ Sensor::Sensor(const Measurement& measurement, double period)
 
 /// Standard normal, by Marsaglia's polar method: std::normal_distribution differs between libraries.
 double Sensor::draw_standard_normal() {
-  if (has_spare_) {
-    has_spare_ = false;
+  if (has_cached_normal_) {
+    has_cached_normal_ = false;
     return cached_normal_;
   }
-  double x, y, square;
+  double x, y, squared_radius;
   do {
-    x = std::ldexp(static_cast<double>(random_() >> 11), -52) - 1;
-    y = std::ldexp(static_cast<double>(random_() >> 11), -52) - 1;
-    square = x * x + y * y;
-  } while (square >= 1 || square == 0);
-  const double factor = std::sqrt(-2 * elementary::log(square) / square);
+    x = random_(-1, 1);
+    y = random_(-1, 1);
+    squared_radius = x * x + y * y;
+  } while (squared_radius >= 1 || squared_radius == 0);
+  const double factor = std::sqrt(-2 * elementary::log(squared_radius) / squared_radius);
   cached_normal_ = factor * y;
-  has_spare_ = true;
+  has_cached_normal_ = true;
   return factor * x;
 }
 
@@ -38,9 +38,9 @@ void Sensor::read(const VectorX& position, const VectorX& velocity, const Vector
     if (m.velocity_noise.size() > 0) velocity_[a] += m.velocity_noise[a] * draw_standard_normal();
   }
   if (m.velocity == VelocitySource::difference)
-    velocity_ = first_ ? first_rate : VectorX((position_ - last_) / period_);
-  last_ = position_;
-  first_ = false;
+    velocity_ = is_first_reading_ ? first_rate : VectorX((position_ - previous_position_) / period_);
+  previous_position_ = position_;
+  is_first_reading_ = false;
 }
 
 }  // namespace balance

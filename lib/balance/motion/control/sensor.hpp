@@ -1,20 +1,19 @@
 #pragma once
-/// What a controller gets to see: quantised, noisy samples. The same seed gives the same numbers on every machine.
+/// Measurements of a controller: quantised, noisy samples. The same seed gives the same numbers on every machine.
 
+#include "balance/foundation/numerics/random.hpp"
 #include "balance/motion/study/controller_spec.hpp"
-
-#include <random>
 
 namespace balance {
 
 class Sensor {
  public:
   /// @param measurement must outlive the sensor
-  /// @param period between two readings [s]
+  /// @param period time between two readings [s]
   Sensor(const Measurement& measurement, double period);
 
   /// One reading of the actuated coordinates.
-  /// @param first_rate what a differentiating sensor reads before it has two positions: the desired rate
+  /// @param first_rate result of a differentiating sensor before it has two positions: the desired rate
   void read(const VectorX& position, const VectorX& velocity, const VectorX& first_rate);
 
   const VectorX& position() const { return position_; }
@@ -25,11 +24,11 @@ class Sensor {
 
   const Measurement& measurement_;
   double period_;
-  std::mt19937_64 random_;
+  UniformRandom random_;
   double cached_normal_ = 0;
-  bool has_spare_ = false;
-  bool first_ = true;
-  VectorX position_, velocity_, last_;
+  bool has_cached_normal_ = false;
+  bool is_first_reading_ = true;
+  VectorX position_, velocity_, previous_position_;
 };
 
 }  // namespace balance

@@ -19,9 +19,9 @@ namespace {
 template <class S>
 std::vector<CoordinateValue> find_start_coordinates(const Mechanism& mechanism, const Trajectory& trajectory) {
   const Tree<S> tree = compile_tree<S>(mechanism, prescribed_coordinates(trajectory));
-  const PoseEquations<S> from = make_pose_equations(mechanism, tree, trajectory.from);
-  ConstraintSystem<S> system(tree, from.drive);
-  const AssemblySolution start = solve_pose(mechanism, tree, system, from.target);
+  const PoseEquations<S> start_equations = make_pose_equations(mechanism, tree, trajectory.from);
+  ConstraintSystem<S> system(tree, start_equations.drive);
+  const AssemblySolution start = solve_pose(mechanism, tree, system, start_equations.target);
   std::vector<CoordinateValue> values;
   if (!start.found) return values;
   const std::vector<double> coordinates = compute_coordinates(mechanism, tree, start.y);
@@ -45,7 +45,7 @@ Mechanism assembled_at(Mechanism mechanism, const std::vector<CoordinateValue>& 
 
 namespace {
 
-/// Where a run begins, whatever becomes of it on the way.
+/// Configuration at the start of a run, even if the run fails later.
 template <class S>
 ConfigurationResult find_first_configuration(const Mechanism& mechanism, const Trajectory& trajectory) {
   Tree<S> tree = compile_tree<S>(mechanism, prescribed_coordinates(trajectory));
@@ -53,23 +53,23 @@ ConfigurationResult find_first_configuration(const Mechanism& mechanism, const T
   if (plan.outcome.status != MotionStatus::done) return {plan.outcome, {}};
   MotionStepper<S> stepper(mechanism, tree, plan);
   if (!stepper.begin()) return {stepper.outcome(), {}};
-  ConfigurationResult found;
-  found.outcome.status = MotionStatus::done;
+  ConfigurationResult result;
+  result.outcome.status = MotionStatus::done;
   const std::vector<double> q =
       compute_coordinates(mechanism, tree, Eigen::Map<const VectorX>(stepper.y(), tree.columns));
-  for (std::size_t c = 0; c < q.size(); ++c) found.coordinates.push_back({static_cast<int>(c), q[c]});
-  return found;
+  for (std::size_t c = 0; c < q.size(); ++c) result.coordinates.push_back({static_cast<int>(c), q[c]});
+  return result;
 }
 
 }  // namespace
 
 ConfigurationResult find_start_configuration(const Mechanism& mechanism, const Trajectory& trajectory) {
-  // a table has its start in itself; where rates are bound, `from` may leave the configuration to `assembly`
+  // a table contains its start; if rates are constrained, `from` may leave the configuration to `assembly`
   if (std::holds_alternative<TablePath>(trajectory.path) || has_velocity_constraints(mechanism)) {
-    const ResolvedTrajectory timed = resolve_trajectory(mechanism, trajectory);
-    if (timed.outcome.status != MotionStatus::done) return {timed.outcome, {}};
+    const ResolvedTrajectory resolved = resolve_trajectory(mechanism, trajectory);
+    if (resolved.outcome.status != MotionStatus::done) return {resolved.outcome, {}};
     return dispatch_space(mechanism.space,
-                          [&]<class S>(S) { return find_first_configuration<S>(mechanism, timed.trajectory); });
+                          [&]<class S>(S) { return find_first_configuration<S>(mechanism, resolved.trajectory); });
   }
   return solve_configuration(mechanism, trajectory.from);
 }
@@ -77,11 +77,11 @@ ConfigurationResult find_start_configuration(const Mechanism& mechanism, const T
 ConfigurationResult find_end_configuration(const Mechanism& mechanism, Trajectory trajectory) {
   trajectory.samples = 2;
   RunResult run = simulate(mechanism, trajectory);
-  ConfigurationResult found{std::move(run.outcome), {}};
-  if (found.outcome.status != MotionStatus::done) return found;
+  ConfigurationResult result{std::move(run.outcome), {}};
+  if (result.outcome.status != MotionStatus::done) return result;
   for (Eigen::Index c = 0; c < run.joint_position.cols(); ++c)
-    found.coordinates.push_back({static_cast<int>(c), run.joint_position(run.joint_position.rows() - 1, c)});
-  return found;
+    result.coordinates.push_back({static_cast<int>(c), run.joint_position(run.joint_position.rows() - 1, c)});
+  return result;
 }
 
 }  // namespace balance

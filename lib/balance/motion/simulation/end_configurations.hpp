@@ -1,5 +1,5 @@
 #pragma once
-/// Where a study's mechanism starts from: the configuration that its conditions hold around.
+/// Start configuration of a study's mechanism, around which its conditions hold.
 
 #include "balance/mechanics/kinematics/assembly.hpp"
 #include "balance/mechanics/trajectory/trajectory.hpp"
@@ -9,19 +9,19 @@
 
 namespace balance {
 
-/// All coordinates at the start of the first trajectory, in the assembly mode that the spec picks; empty without trajectories or
-/// if the pose cannot be reached.
+/// All coordinates at the start of the first trajectory, in the assembly mode that the spec selects; empty without
+/// trajectories or if the pose cannot be reached.
 std::vector<CoordinateValue> start_coordinates(const Study& study);
 
-/// The mechanism, to be assembled where these coordinates say; as it is if there are none.
+/// The mechanism with these coordinates as `assembly`; unchanged if there are none.
 Mechanism assembled_at(Mechanism mechanism, const std::vector<CoordinateValue>& coordinates);
 
-// The configurations that a trajectory begins and ends at.
+// Configurations at the beginning and the end of a trajectory.
 
-/// Found without a run where the trajectory's `from` tells it.
+/// Computed without a run if the trajectory's `from` determines it.
 ConfigurationResult find_start_configuration(const Mechanism& mechanism, const Trajectory& trajectory);
 
-/// In the assembly mode that a run comes in.
+/// In the assembly mode in which a run arrives.
 ConfigurationResult find_end_configuration(const Mechanism& mechanism, Trajectory trajectory);
 
 }  // namespace balance

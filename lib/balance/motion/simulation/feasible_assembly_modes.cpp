@@ -12,7 +12,7 @@ namespace balance {
 namespace {
 
 constexpr std::uint64_t max_mode_starts = 60;
-constexpr int max_mode_columns = 60;  // of larger mechanisms the search takes longer than anybody waits for a message
+constexpr int max_mode_columns = 60;  // for larger mechanisms the search takes too long for a message
 constexpr std::size_t max_simulated_modes = 16;
 
 bool depends_on_assembly_mode(MotionStatus status) {
@@ -21,7 +21,7 @@ bool depends_on_assembly_mode(MotionStatus status) {
          status == constraint_singularity || status == actuation_singularity;
 }
 
-/// Whether the motion can be made from there. The run has two samples.
+/// Whether the motion is possible from there, by a run with two samples.
 template <class S>
 bool is_feasible_in_mode(const Mechanism& mechanism, const Trajectory& trajectory, const Tree<S>& tree,
                          const std::vector<double>& mode) {
@@ -38,20 +38,21 @@ template <class S>
 std::string describe_feasible_modes_in(const Mechanism& mechanism, const Trajectory& trajectory) {
   const Tree<S> tree = compile_tree<S>(mechanism, prescribed_coordinates(trajectory));
   if (tree.closures.empty() || tree.columns > max_mode_columns) return "";
-  const PoseEquations<S> from = make_pose_equations(mechanism, tree, trajectory.from);
-  ConstraintSystem<S> system(tree, from.drive);
-  const AssemblySolution selected = solve_pose(mechanism, tree, system, from.target);
+  const PoseEquations<S> start_equations = make_pose_equations(mechanism, tree, trajectory.from);
+  ConstraintSystem<S> system(tree, start_equations.drive);
+  const AssemblySolution selected = solve_pose(mechanism, tree, system, start_equations.target);
   // a pose that leaves freedoms open has a continuum of solutions, not modes
-  if (!selected.found || from.drive.row_count() < tree.columns - find_generic_position_rank(tree, selected.y))
+  if (!selected.found ||
+      start_equations.drive.row_count() < tree.columns - find_generic_position_rank(tree, selected.y))
     return "";
-  AssemblyModes<S> modes(mechanism, tree, system, from.target, selected.y);
+  AssemblyModes<S> modes(mechanism, tree, system, start_equations.target, selected.y);
   for (std::uint64_t start = 1; start <= max_mode_starts; ++start) modes.search_from(start);
   const std::size_t others = modes.modes().size() - 1;
   if (others == 0) return "";
   for (std::size_t m = 1; m < std::min(modes.modes().size(), max_simulated_modes); ++m)
     if (is_feasible_in_mode(mechanism, trajectory, tree, modes.modes()[m]))
       return "; another assembly mode can make this motion: " +
-             format_assembly_line(mechanism, tree, from.drive, modes.modes()[m]);
+             format_assembly_line(mechanism, tree, start_equations.drive, modes.modes()[m]);
   return others == 1 ? "; the other assembly mode cannot make this motion either"
                      : "; none of the " + std::to_string(others) + " other assembly modes found can make this motion";
 }

@@ -1,5 +1,5 @@
 #pragma once
-/// Which other ways to assemble a mechanism can make a motion that it cannot make as it is.
+/// Other assembly modes in which a mechanism can make a motion that fails in its own.
 
 #include "balance/mechanics/trajectory/motion_outcome.hpp"
 #include "balance/mechanics/trajectory/trajectory.hpp"
@@ -8,9 +8,9 @@
 
 namespace balance {
 
-/// What to say of them after the reason of a failure: "; another assembly mode can make this motion: assembly: {B: -1.2}"; empty if the
-/// failure is no matter of modes, or there is one mode only.
-/// @param trajectory whose run has failed after its start
+/// Text to append to the reason of a failure: "; another assembly mode can make this motion: assembly: {B: -1.2}".
+/// Empty if the failure does not depend on the assembly mode, or there is only one.
+/// @param trajectory whose run failed after its start
 /// @throws std::invalid_argument as simulate()
 std::string describe_feasible_modes(const Mechanism& mechanism, const Trajectory& trajectory,
                                     const MotionOutcome& outcome);

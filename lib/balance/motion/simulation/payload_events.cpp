@@ -7,7 +7,7 @@ namespace balance {
 
 namespace {
 
-/// Of characteristic lengths or radians in the duration: what is slower is at rest.
+/// In characteristic lengths or radians per duration: slower payloads are at rest.
 constexpr double impact_speed_threshold = 1e-6;
 
 std::string format_short(double value) {
@@ -18,28 +18,30 @@ std::string format_short(double value) {
 
 }  // namespace
 
-void add_payload_changes(const Mechanism& mechanism, const PayloadIntervals& stretches, const PayloadSwitch& change,
-                         const std::function<PayloadMotion(std::size_t)>& motion, RunResult& result) {
+void add_payload_changes(const Mechanism& mechanism, const PayloadIntervals& intervals,
+                         const PayloadSwitch& payload_switch, const std::function<PayloadMotion(std::size_t)>& motion,
+                         RunResult& result) {
   for (std::size_t a = 0; a < mechanism.attachments.size(); ++a) {
-    const bool after = stretches.is_attached(a, change.after);
-    if (after == stretches.is_attached(a, change.before)) continue;
+    const bool is_attached_after = intervals.is_attached(a, payload_switch.after);
+    if (is_attached_after == intervals.is_attached(a, payload_switch.before)) continue;
     const Attachment& payload = mechanism.attachments[a];
-    const PayloadMotion moves = motion(a);
-    const bool turns = !payload.inertia.isZero(0);
-    result.payload_events.push_back({payload.name, after, change.time, moves.speed, turns ? moves.turning : 0,
-                                     change.effort_before, change.effort_after});
+    const PayloadMotion payload_motion = motion(a);
+    const bool has_inertia = !payload.inertia.isZero(0);
+    result.payload_events.push_back({payload.name, is_attached_after, payload_switch.time, payload_motion.speed,
+                                     has_inertia ? payload_motion.turning : 0, payload_switch.effort_before,
+                                     payload_switch.effort_after});
   }
 }
 
 void add_payload_notes(const Mechanism& mechanism, double duration, RunResult& result) {
   const double length = characteristic_length(mechanism);
-  for (const PayloadEvent& change : result.payload_events) {
-    const bool moves = change.speed > impact_speed_threshold * length / duration;
-    if (!moves && change.angular_speed <= impact_speed_threshold / duration) continue;
-    result.outcome.notes.push_back("payload '" + change.payload + "' is " + describe_payload_event(change) + " at " +
-                                   format_short(change.time) + " s while it " +
-                                   (moves ? "moves at " + format_short(change.speed) + " m/s"
-                                          : "turns at " + format_short(change.angular_speed) + " rad/s") +
+  for (const PayloadEvent& event : result.payload_events) {
+    const bool is_translating = event.speed > impact_speed_threshold * length / duration;
+    if (!is_translating && event.angular_speed <= impact_speed_threshold / duration) continue;
+    result.outcome.notes.push_back("payload '" + event.payload + "' is " + describe_payload_event(event) + " at " +
+                                   format_short(event.time) + " s while it " +
+                                   (is_translating ? "moves at " + format_short(event.speed) + " m/s"
+                                                   : "turns at " + format_short(event.angular_speed) + " rad/s") +
                                    ": the impact is not in the figures");
   }
   for (const Attachment& payload : mechanism.attachments)

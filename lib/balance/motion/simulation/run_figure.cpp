@@ -16,43 +16,43 @@ namespace balance {
 
 namespace {
 
-/// A landmark's place in the axes of the body that carries it.
+/// Position of a landmark in the axes of its body.
 struct BodyPoint {
   BodyId body = 0;
   Vector3 position = Vector3::Zero();
 };
 
-BodyPoint locate_landmark(const Mechanism& mechanism, const Landmark& mark) {
-  const auto index = static_cast<std::size_t>(mark.index), body = static_cast<std::size_t>(mark.body);
-  switch (mark.kind) {
+BodyPoint locate_landmark(const Mechanism& mechanism, const Landmark& landmark) {
+  const auto index = static_cast<std::size_t>(landmark.index), body = static_cast<std::size_t>(landmark.body);
+  switch (landmark.kind) {
     case Landmark::Kind::origin: break;
-    case Landmark::Kind::com: return {mark.body, mechanism.bodies[body].com};
-    case Landmark::Kind::point: return {mark.body, mechanism.bodies[body].points[index].position};
+    case Landmark::Kind::com: return {landmark.body, mechanism.bodies[body].com};
+    case Landmark::Kind::point: return {landmark.body, mechanism.bodies[body].points[index].position};
     case Landmark::Kind::attachment: return {mechanism.attachments[index].body, mechanism.attachments[index].position};
     case Landmark::Kind::disc: return {mechanism.discs[index].body, mechanism.discs[index].position};
   }
-  return {mark.body, Vector3::Zero()};
+  return {landmark.body, Vector3::Zero()};
 }
 
-Vector3 in_world(const BodyPoses& poses, long row, const BodyPoint& mark) {
-  const double* origin = &poses.position(row, 3 * mark.body);
-  const double* q = &poses.orientation(row, 4 * mark.body);
-  return Vector3(origin[0], origin[1], origin[2]) + Eigen::Quaterniond(q[0], q[1], q[2], q[3]) * mark.position;
+Vector3 in_world(const BodyPoses& poses, long row, const BodyPoint& point) {
+  const double* origin = &poses.position(row, 3 * point.body);
+  const double* q = &poses.orientation(row, 4 * point.body);
+  return Vector3(origin[0], origin[1], origin[2]) + Eigen::Quaterniond(q[0], q[1], q[2], q[3]) * point.position;
 }
 
-/// From a point to the straight line between two others, ends included.
+/// From a point to a line segment.
 double distance_to_segment(const Vector3& point, const Vector3& begin, const Vector3& end) {
-  const Vector3 along = end - begin;
-  const double square = along.squaredNorm();
-  const double part = square > 0 ? std::clamp((point - begin).dot(along) / square, 0.0, 1.0) : 0;
-  return (point - begin - part * along).norm();
+  const Vector3 direction = end - begin;
+  const double squared_length = direction.squaredNorm();
+  const double fraction =
+      squared_length > 0 ? std::clamp((point - begin).dot(direction) / squared_length, 0.0, 1.0) : 0;
+  return (point - begin - fraction * direction).norm();
 }
 
 }  // namespace
 
-const Trajectory& find_trajectory(const DesignInstance& trial, const ObjectiveTerm& term) {
-  for (const Trajectory& trajectory : trial.trajectories)
-    if (trajectory.name == term.trajectory) return trajectory;
+const Trajectory& find_trajectory(const DesignInstance& instance, const ObjectiveTerm& term) {
+  if (const Trajectory* trajectory = find_by_name(instance.trajectories, term.trajectory)) return *trajectory;
   throw std::invalid_argument("there is no trajectory '" + term.trajectory + "' to minimize along");
 }
 
@@ -61,11 +61,11 @@ double min_clearance(const Mechanism& mechanism, const RunResult& run, const Cle
   const BodyPoint point = locate_landmark(mechanism, clearance.point);
   const BodyPoint begin = locate_landmark(mechanism, clearance.target.front()),
                   end = locate_landmark(mechanism, clearance.target.back());
-  double least = std::numeric_limits<double>::infinity();
+  double min_distance = std::numeric_limits<double>::infinity();
   for (long row = 0; row < run.time.size(); ++row)
-    least = std::min(least, distance_to_segment(in_world(poses, row, point), in_world(poses, row, begin),
-                                                in_world(poses, row, end)));
-  return least;
+    min_distance = std::min(min_distance, distance_to_segment(in_world(poses, row, point), in_world(poses, row, begin),
+                                                              in_world(poses, row, end)));
+  return min_distance;
 }
 
 double compute_run_figure(const Mechanism& mechanism, const RunResult& run, const ObjectiveTerm& term) {
@@ -87,11 +87,11 @@ double compute_run_figure(const Mechanism& mechanism, const RunResult& run, cons
                               (term.run == ObjectiveTerm::RunMeasure::figure ? term.quantity : "mobility") + "'");
 }
 
-double simulate_figure(const DesignInstance& trial, const ObjectiveTerm& term) {
-  const Trajectory& trajectory = find_trajectory(trial, term);
+double simulate_figure(const DesignInstance& instance, const ObjectiveTerm& term) {
+  const Trajectory& trajectory = find_trajectory(instance, term);
   if (term.run == ObjectiveTerm::RunMeasure::duration && !is_mechanism_dependent(trajectory))
     return trajectory.duration;
-  return compute_run_figure(trial.mechanism, simulate(trial.mechanism, trajectory), term);
+  return compute_run_figure(instance.mechanism, simulate(instance.mechanism, trajectory), term);
 }
 
 }  // namespace balance

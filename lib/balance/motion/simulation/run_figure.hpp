@@ -1,23 +1,23 @@
 #pragma once
-/// What a run along a trajectory comes to, for objectives and limits.
+/// Figures of runs along trajectories, for objectives and limits.
 
 #include "balance/mechanics/results/result.hpp"
 #include "balance/motion/study/design_space.hpp"
 
 namespace balance {
 
-/// @throws std::invalid_argument if there is none of that name
-const Trajectory& find_trajectory(const DesignInstance& trial, const ObjectiveTerm& term);
+/// @throws std::invalid_argument if there is no trajectory of that name
+const Trajectory& find_trajectory(const DesignInstance& instance, const ObjectiveTerm& term);
 
-/// The term's number of a run [SI]. NaN if the motion was not made.
-/// @param mechanism whose places a clearance is between; it makes the run's motion
+/// The figure of a run [SI]; NaN if the run is not done.
+/// @param mechanism of the run; clearances are computed from it
 /// @throws std::invalid_argument if the run does not have the quantity
 double compute_run_figure(const Mechanism& mechanism, const RunResult& run, const ObjectiveTerm& term);
 
-/// The same of a run to be made.
-double simulate_figure(const DesignInstance& trial, const ObjectiveTerm& term);
+/// The same for a run that is simulated first.
+double simulate_figure(const DesignInstance& instance, const ObjectiveTerm& term);
 
-/// The least distance in a run that is done [m].
+/// Minimum distance during a completed run [m].
 double min_clearance(const Mechanism& mechanism, const RunResult& run, const Clearance& clearance);
 
 }  // namespace balance

@@ -9,12 +9,12 @@
 
 namespace balance {
 
-/// Told now and then how much of a run is done, from 0 to 1.
-using Progress = std::function<void(double part)>;
+/// Called from time to time with the completed fraction of a run, from 0 to 1.
+using Progress = std::function<void(double fraction)>;
 
 /// Moves the mechanism along the trajectory and computes everything of RunResult.
-/// An unwelcome answer (unreachable, singular, …) is result.outcome, with the other fields empty.
-/// @throws std::invalid_argument if trajectory and mechanism do not fit (a drive on the tool without a tool, …)
+/// Failures (unreachable, singular, …) are reported in result.outcome, with the other fields empty.
+/// @throws std::invalid_argument if trajectory and mechanism do not match (a drive on the tool without a tool, …)
 RunResult simulate(const Mechanism& mechanism, const Trajectory& trajectory, const Progress& progress = {});
 
 }  // namespace balance

@@ -22,24 +22,24 @@ constexpr std::array base_goal_names = {
     std::pair{GoalKind::affine, "affine"sv},
 };
 
-/// P0 defines the adjective for what the actuators feel.
+/// P0 defines "fully" for goals of the actuators only.
 bool can_be_fully(GoalKind kind) { return kind <= GoalKind::decoupled; }
 
 }  // namespace
 
 std::string goal_name(const Goal& goal) {
-  const auto at =
+  const auto entry =
       std::find_if(base_goal_names.begin(), base_goal_names.end(), [&](const auto& p) { return p.first == goal.kind; });
-  return (goal.is_fully ? "fully-" : "") + std::string(at->second);
+  return (goal.is_fully ? "fully-" : "") + std::string(entry->second);
 }
 
 const std::vector<std::string>& goal_names() {
   static const std::vector<std::string> names = [] {
-    std::vector<std::string> all;
+    std::vector<std::string> result;
     for (const bool fully : {false, true})
       for (const auto& [kind, name] : base_goal_names)
-        if (!fully || can_be_fully(kind)) all.push_back(goal_name({kind, fully}));
-    return all;
+        if (!fully || can_be_fully(kind)) result.push_back(goal_name({kind, fully}));
+    return result;
   }();
   return names;
 }

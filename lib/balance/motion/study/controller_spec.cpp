@@ -33,12 +33,12 @@ std::vector<std::string> controller_type_names() {
 }
 
 std::vector<Controller> built_in_controllers() {
-  std::vector<Controller> all;
+  std::vector<Controller> controllers;
   for (const ControllerType type : controller_types) {
-    all.emplace_back().name = controller_type_name(type);
-    all.back().type = type;
+    controllers.emplace_back().name = controller_type_name(type);
+    controllers.back().type = type;
   }
-  return all;
+  return controllers;
 }
 
 }  // namespace balance

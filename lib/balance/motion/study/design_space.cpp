@@ -8,7 +8,7 @@ namespace balance {
 
 namespace {
 
-/// All inputs, those of the free numbers from x.
+/// All inputs, with those of the free numbers taken from x.
 template <class T>
 std::vector<T> evaluate_inputs(const DesignSpace& space, const std::vector<T>& x) {
   std::vector<T> inputs(space.inputs.begin(), space.inputs.end());
@@ -45,10 +45,10 @@ DesignInstance DesignSpace::instantiate(const VectorX& x) const {
 }
 
 Study DesignSpace::study_at(const VectorX& x) const {
-  DesignInstance found = instantiate(x);
+  DesignInstance instance = instantiate(x);
   Study study = start;
-  study.mechanism = std::move(found.mechanism);
-  study.trajectories = std::move(found.trajectories);
+  study.mechanism = std::move(instance.mechanism);
+  study.trajectories = std::move(instance.trajectories);
   return study;
 }
 
@@ -58,19 +58,19 @@ ParametricMechanism DesignSpace::parametric() const {
   });
 }
 
-DesignSpace DesignSpace::fix_others(const VectorX& x, const std::vector<int>& kept) const {
-  DesignSpace part = *this;
-  part.start = study_at(x);
-  part.start.free_numbers.clear();
-  part.free_inputs.clear();
-  part.inputs = evaluate_inputs(*this, x);
-  for (const int i : kept) {
+DesignSpace DesignSpace::fix_others(const VectorX& x, const std::vector<int>& free_indices) const {
+  DesignSpace subspace = *this;
+  subspace.start = study_at(x);
+  subspace.start.free_numbers.clear();
+  subspace.free_inputs.clear();
+  subspace.inputs = evaluate_inputs(*this, x);
+  for (const int i : free_indices) {
     FreeNumber number = start.free_numbers[static_cast<std::size_t>(i)];
     number.start = x[i];
-    part.start.free_numbers.push_back(std::move(number));
-    part.free_inputs.push_back(free_inputs[static_cast<std::size_t>(i)]);
+    subspace.start.free_numbers.push_back(std::move(number));
+    subspace.free_inputs.push_back(free_inputs[static_cast<std::size_t>(i)]);
   }
-  return part;
+  return subspace;
 }
 
 }  // namespace balance

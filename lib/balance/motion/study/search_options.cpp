@@ -7,14 +7,14 @@
 namespace balance {
 namespace {
 
-void require(bool holds, const std::string& what) {
-  if (!holds) throw std::invalid_argument(what);
+void require(bool condition, const std::string& what) {
+  if (!condition) throw std::invalid_argument(what);
 }
 
-void require_among(const std::vector<std::string>& words, const std::string& word, const char* search) {
+void require_among(const std::vector<std::string>& names, const std::string& name, const char* search) {
   std::string list;
-  for (const std::string& one : words) list += (list.empty() ? "" : ", ") + one;
-  require(std::find(words.begin(), words.end(), word) != words.end(),
+  for (const std::string& candidate : names) list += (list.empty() ? "" : ", ") + candidate;
+  require(std::find(names.begin(), names.end(), name) != names.end(),
           std::string("the ") + search + " search is one of " + list);
 }
 

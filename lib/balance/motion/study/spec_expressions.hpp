@@ -1,6 +1,6 @@
 #pragma once
-/// What a spec says as expressions: every number of the mechanism and of the trajectories over the spec's parameters and free
-/// numbers. Nothing is read again to know it with other values.
+/// A spec as expressions: every number of the mechanism and of the trajectories as a function of the spec's parameters
+/// and free numbers. It can be evaluated for other values without reading the spec again.
 
 #include "balance/foundation/expression/expression_evaluation.hpp"
 #include "balance/mechanics/model/mechanism_conversion.hpp"
@@ -17,23 +17,23 @@ namespace balance {
 struct NamedExpression {
   std::string name;
   Expression value;
-  bool is_plain = false;  ///< a number or free; otherwise an expression over others
+  bool is_plain = false;  ///< a number or a free number; otherwise an expression of others
 };
 
 struct Recording {
   ExpressionGraph graph;
-  std::vector<double> inputs;  ///< their values as read
-  std::vector<int> free;       ///< per free number of the study: its input
+  std::vector<double> inputs;  ///< values as read
+  std::vector<int> free;       ///< the input of each free number of the study
   std::vector<NamedExpression> parameters;
   MechanismOf<Expression> mechanism;
   std::vector<TrajectoryOf<Expression>> trajectories;
-  std::vector<Expression> toleranced;  ///< numbers that may be off: what `tolerances` names
+  std::vector<Expression> toleranced;  ///< numbers named in `tolerances`
 
-  /// The input that an expression is. @param input one made by Expression::input
+  /// The input that an expression is. @param input made by Expression::input
   int input_index(const Expression& input) const { return graph.nodes()[static_cast<std::size_t>(input.node())].input; }
 };
 
-/// All expressions of a recording at values of its inputs.
+/// Values of all expressions of a recording for given inputs.
 template <class T>
 class RecordedValues {
  public:
@@ -46,9 +46,9 @@ class RecordedValues {
 
   MechanismOf<T> mechanism() const { return convert_mechanism<T>(recording_.mechanism, *this); }
   std::vector<TrajectoryOf<T>> trajectories() const {
-    std::vector<TrajectoryOf<T>> all;
-    for (const auto& trajectory : recording_.trajectories) all.push_back(cast_scalar<T>(trajectory, *this));
-    return all;
+    std::vector<TrajectoryOf<T>> result;
+    for (const auto& trajectory : recording_.trajectories) result.push_back(cast_scalar<T>(trajectory, *this));
+    return result;
   }
 
  private:
@@ -56,31 +56,31 @@ class RecordedValues {
   std::vector<T> values_;
 };
 
-/// What a spec says about its numbers: from it formulas know which parameter stands where, and what the numbers are made of.
+/// A parameter as written in the spec. Formulas take names of parameters and the composition of numbers from it.
 struct ParameterText {
   std::string name;
-  std::string text;  ///< a number or an expression of other parameters; of a free one its start value
+  std::string text;  ///< a number or an expression of other parameters; for a free one, its start value
 };
 
-/// Nothing in it: a mechanism that no spec says.
+/// Numbers as written in the spec; empty for a mechanism without a spec.
 struct SpecNumberTexts {
   std::vector<ParameterText> parameters;       ///< in the document's order
   std::map<std::string, std::string> numbers;  ///< scalars by key path, `bodies.link1.com[0]`
-  std::shared_ptr<const Recording> recording;  ///< null: every number is what it is
+  std::shared_ptr<const Recording> recording;  ///< null: all numbers are constant
 };
 
-// A mechanism that depends on numbers, as expressions: what it is at other numbers, and how it depends on them.
+// A mechanism as a function of numbers, for its values and derivatives.
 
-/// A copy shares its graph, which does not change any more.
+/// Copies share the graph, which is not modified any more.
 struct ParametricMechanism {
   std::shared_ptr<const ExpressionGraph> graph;  ///< its inputs are the numbers; null: there are none
   MechanismOf<Expression> mechanism;
 
   int size() const { return graph ? graph->inputs() : 0; }
 
-  /// Written into another graph.
+  /// Expressed in another graph.
   MechanismOf<Expression> over(const std::vector<Expression>& numbers) const { return evaluate<Expression>(numbers); }
-  /// @param numbers doubles or numbers with derivatives, as many as size()
+  /// @param numbers doubles or dual numbers, as many as size()
   template <class T>
   MechanismOf<T> evaluate(const std::vector<T>& numbers) const {
     std::vector<T> values;
@@ -91,7 +91,7 @@ struct ParametricMechanism {
   }
 };
 
-/// Built from inputs 0 … size − 1 of a new graph, whose present values are `start`.
+/// Builds it from inputs 0 … size − 1 of a new graph, whose values are `start`.
 /// @param build const std::vector<Expression>& → MechanismOf<Expression>
 template <class Build>
 ParametricMechanism make_parametric_mechanism(const VectorX& start, const Build& build) {

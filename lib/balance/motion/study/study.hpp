@@ -1,5 +1,5 @@
 #pragma once
-/// Everything that one spec asks for, complete and validated.
+/// Everything that one spec defines, complete and validated.
 
 #include "balance/foundation/base/error.hpp"
 #include "balance/foundation/base/types.hpp"
@@ -10,74 +10,76 @@
 #include "balance/motion/study/controller_spec.hpp"
 #include "balance/motion/study/search_options.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <optional>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
 namespace balance {
 
-// Sizes beyond which a misprint is likelier than a wish.
+// Bounds beyond which a value is more likely a misprint than intended.
 
-/// A seed: what a number in a text surely holds.
+/// Maximum seed: exactly representable wherever numbers are read from text.
 inline constexpr long max_seed = 9'007'199'254'740'991;
 
-// How near a point of one body comes to another point, or to the line between two.
+// Distance between a point of one body and another point, or a line segment.
 
-/// A place that something in the mechanism marks.
+/// A point marked by an element of the mechanism.
 struct Landmark {
   enum class Kind {
     origin,      ///< of a body's frame
-    com,         ///< of a body alone, without what is attached
-    point,       ///< a named one of a body
+    com,         ///< of a body alone, without attachments
+    point,       ///< a named point of a body
     attachment,  ///< the centre of mass of a counterweight or payload
-    disc,        ///< its centre of mass
+    disc,        ///< centre of mass of a disc
   };
   Kind kind = Kind::origin;
-  BodyId body = 0;  ///< of origin, com and point
+  BodyId body = 0;  ///< for origin, com and point
   int index = 0;    ///< of the body's point, of the attachment or of the disc
 };
 
-/// Distance between a point and `to`: another point, or the straight line from one to another [m].
+/// Distance between a point and a target: another point, or the line segment between two [m].
 struct Clearance {
   Landmark point;
-  std::vector<Landmark> target;  ///< one or two
+  std::vector<Landmark> target;  ///< one or two landmarks
 };
 
-// Which of the elements that a spec offers a design may keep.
+// Elements that a design may leave out.
 
-/// An element that a design may leave out.
+/// An optional element of a design.
 struct OptionalElementText {
   std::string name;
   std::size_t begin = 0,
-              end = 0;  ///< bytes of spec_text without which the spec is one without it; begin = end: there are none
+              end = 0;  ///< bytes of spec_text whose removal gives the spec without it; begin = end: none
 };
 
-/// Elements of one section, of which a design keeps only so many.
+/// Elements of one section, of which a design keeps a limited number.
 struct CardinalityRequest {
   std::string section;  ///< "counterweights", "discs" or "springs"
   std::vector<OptionalElementText> elements;
-  bool is_whole_section = false;  ///< of the section, unless they cannot vanish; else those that the spec names
-  int max_count = -1;             ///< that are kept; −1: as few as will do
+  bool is_whole_section = false;  ///< all of the section that can vanish; false: those that the spec names
+  int max_count = -1;             ///< maximum number kept; −1: as few as possible
 };
 
-// The loads that one design is made for: numbers of the spec that differ from case to case.
+// Load cases of a design: numbers of the spec that differ from case to case.
 
-/// A number that the load changes: a parameter or any number of the mechanism.
+/// A number that differs between load cases: a parameter or any number of the mechanism.
 struct LoadParameter {
-  std::string name;    ///< as `design: for` says it: "cargo.mass"
+  std::string name;    ///< as in `design: for`: "cargo.mass"
   std::string path;    ///< "payloads.cargo.mass", "parameters.mp"
-  double nominal = 0;  ///< as the spec has it [SI, parameters as written]
+  double nominal = 0;  ///< as in the spec [SI, parameters as written]
   double unit = 1;     ///< SI value of the spec's unit here; 1 for parameters
-  int input = -1;      ///< of the study's recording
+  int input = -1;      ///< in the study's recording
 };
 
-/// What becomes of a figure that has a value in every case.
+/// How the values of a figure in all cases are combined.
 enum class CaseAggregation { worst, mean };
 
 struct LoadCases {
-  std::vector<LoadParameter> numbers;  ///< empty: there is one load, the spec's own
+  std::vector<LoadParameter> numbers;  ///< empty: one load case, that of the spec
   MatrixX values;                      ///< cases × numbers [SI, parameters as written]
   CaseAggregation aggregation = CaseAggregation::worst;
   std::vector<int> adapted;  ///< free numbers that may differ from case to case, increasing
@@ -85,22 +87,22 @@ struct LoadCases {
   Eigen::Index size() const { return values.rows(); }
 };
 
-// How far the numbers of a mechanism may be off when it is made.
+// Tolerances of a mechanism's numbers.
 
-/// How a number is spread about what the spec says: independently of all others.
+/// Distribution of a number about its value in the spec, independent of all others.
 enum class Distribution { normal, uniform };
 
-/// A parameter or any number of the spec, and how far it may be off.
+/// A parameter or any number of the spec, with its tolerance.
 struct TolerancedParameter {
   std::string path;  ///< "counterweights.cw1.mass", "parameters.l1"
-  double value = 0;  ///< what the spec says [SI, parameters as written]
+  double value = 0;  ///< as in the spec [SI, parameters as written]
   double width = 0;  ///< normal: the standard deviation; uniform: half of the interval [as the value]
   Distribution distribution = Distribution::normal;
   double unit = 1;            ///< SI value of the spec's unit here; 1 for parameters
-  int input = -1;             ///< of the spec's recording: changes the number by as much as itself
-  bool is_positive = false;   ///< a value below zero makes no sense
-  double relative_width = 0;  ///< the width is so large a part of the value's size, and follows it; 0: it is what it is
-  int recording_index = -1;   ///< among the recording's toleranced numbers: what the value is of
+  int input = -1;             ///< input of the spec's recording that is added to the number
+  bool is_positive = false;   ///< negative values are meaningless
+  double relative_width = 0;  ///< as a fraction of the value's magnitude, which the width follows; 0: constant width
+  int recording_index = -1;   ///< index into the recording's toleranced numbers
 
   double deviation() const { return distribution == Distribution::normal ? width : width / std::sqrt(3.0); }
 };
@@ -109,83 +111,83 @@ using Tolerances = std::vector<TolerancedParameter>;
 
 /// A number that the designer left open: `{free: [lower, upper], start: …}`. The study holds its start value.
 struct FreeNumber {
-  /// Where its start is from.
+  /// Origin of the start value.
   enum class StartSource {
-    spec,                   ///< it says `start`
-    zero_of_added_element,  ///< what is added to balance a mechanism is not there to begin with
-    midpoint,               ///< of the bounds, or the size nearest to it: nobody has said it
+    spec,                   ///< given as `start`
+    zero_of_added_element,  ///< elements added for balancing are absent at the start
+    midpoint,               ///< of the bounds, or the size nearest to it: not given in the spec
   };
-  std::string key_path;  ///< key path in the spec, `counterweights.cw2.mass`, or the parameter's: `parameters.x`
+  std::string key_path;  ///< in the spec, `counterweights.cw2.mass`, or of the parameter: `parameters.x`
   double lower = 0, upper = 0, start = 0;  ///< SI, except free parameters: as written
   StartSource start_source = StartSource::spec;
   double unit = 1;                 ///< SI value of the spec's unit here; 1 for parameters
-  std::size_t begin = 0, end = 0;  ///< bytes of spec_text that `{free: …}`, or the alias that stands for it, takes up
+  std::size_t begin = 0, end = 0;  ///< bytes of spec_text for `{free: …}`, or for the alias in its place
   std::vector<double> discrete_values =
-      {};  ///< the only values that it may have, increasing [as the bounds]; empty: any between them
+      {};  ///< the only admissible values, increasing [as the bounds]; empty: any between the bounds
 };
 
-/// How a spec is written with numbers in place of its free ones, and with what `--set` said: bytes [begin, end) of its text are
-/// replaced by `text` and then, if there is one, the value of a free number.
+/// Change of a spec's text that inserts values of free numbers and of `--set`: bytes [begin, end) are replaced by
+/// `text` and then, if there is one, the value of a free number.
 struct TextReplacement {
   std::size_t begin = 0, end = 0;
   std::string text;
   int free_number = -1;  ///< index of the free number; −1: none
 };
 
-/// One number that says how good a design is: its size, or something of a run along a trajectory.
+/// A figure of a design: its size, or a property of a run along a trajectory.
 struct ObjectiveTerm {
   enum class Size { none, added_mass, added_inertia, total_mass };
-  /// What of a run. All but the first two are for limits.
+  /// Property of a run. All but the first two are for limits only.
   enum class RunMeasure {
     figure,     ///< `figure` of `quantity`
-    duration,   ///< how long it takes [s]
+    duration,   ///< [s]
     energy,     ///< RunResult::energy [J]
-    mobility,   ///< the least there is: how near the motion comes to a singularity
-    clearance,  ///< the least there is [m]
+    mobility,   ///< minimum along the motion: how near it comes to a singularity
+    clearance,  ///< minimum along the motion [m]
   };
   Size size = Size::none;
-  RunMeasure run = RunMeasure::figure;  ///< unless there is a size
+  RunMeasure run = RunMeasure::figure;  ///< if `size` is none
   Statistic figure = Statistic::rms;
   std::string quantity;    ///< as in RunResult::metrics: "shaking_force", "torque[A1]"
   std::string trajectory;  ///< name of one of the study's trajectories
-  double weight = 1;       ///< not negative
+  double weight = 1;       ///< non-negative
   Clearance clearance = {};
-  /// Of a figure alone: its mean plus so many deviations where the study's tolerances have the numbers off
+  /// Only for figures: mean plus this multiple of the standard deviation under the study's tolerances
   /// (synthesis/tolerance/robust_figure.hpp).
   std::optional<double> deviation_multiple = {};
 };
 
-/// What a weighted sum of terms must not exceed, or fall below.
+/// Upper or lower bound on a weighted sum of terms.
 struct FigureLimit {
   std::string text;  ///< as written
   std::vector<ObjectiveTerm> terms;
-  bool is_lower = false;  ///< else at most
+  bool is_lower = false;  ///< lower bound; false: upper bound
   double bound = 0;       ///< SI
   std::string unit;       ///< of the bound: "N m"; empty: none, or a sum
   CaseAggregation aggregation =
-      CaseAggregation::worst;  ///< which of the load cases' values counts; at least: the worst is the least
+      CaseAggregation::worst;  ///< over load cases; for a lower bound, the worst value is the smallest
 };
 
-/// Figures of which none can become smaller without another one growing: designs all along that trade-off.
+/// Pareto front: designs at which no figure can be reduced without an increase of another one.
 struct ParetoRequest {
-  std::vector<std::vector<ObjectiveTerm>> figures;  ///< weighted sums; none, two or three
-  int max_points = 9;                               ///< designs wanted, at most
+  std::vector<std::vector<ObjectiveTerm>> figures;  ///< weighted sums; zero, two or three
+  int max_points = 9;                               ///< maximum number of designs
 
   explicit operator bool() const { return !figures.empty(); }
 };
 
-/// What `design:` asks for.
+/// Contents of `design:`.
 struct DesignRequest {
   std::vector<Goal> goals;
-  std::vector<ObjectiveTerm> minimize;  ///< their weighted sum; empty: nothing in particular
+  std::vector<ObjectiveTerm> minimize;  ///< weighted sum; empty: no objective
   std::vector<FigureLimit> subject_to;  ///< all of them must hold
-  ParetoRequest front;                  ///< in place of `minimize`
+  ParetoRequest front;                  ///< instead of `minimize`
   SearchOptions search;
   LoadCases cases;
-  std::vector<CardinalityRequest> cardinality;  ///< what may be left out; empty: nothing
+  std::vector<CardinalityRequest> cardinality;  ///< elements that may be left out; empty: none
 };
 
-/// A payload that is taken up or set down on the way (AttachmentOf::from, until), and where the spec says so.
+/// A payload that is taken up or set down during the motion (AttachmentOf::from, until), and its location in the spec.
 struct TemporaryPayload {
   std::string name;
   SourceLocation place;
@@ -195,25 +197,61 @@ struct Study {
   Mechanism mechanism;
   std::vector<Trajectory>
       trajectories;  ///< declared ones and the built-in `cycloid` and `bang-bang`; empty without `motion`
-  std::vector<Controller> controllers;    ///< declared ones, then the built-in ones that no declared one replaces
+  std::vector<Controller> controllers;    ///< declared ones, then the built-in ones that are not redeclared
   std::vector<FreeNumber> free_numbers;   ///< in the document's order
   std::vector<TextReplacement> rewrites;  ///< in the text's order, disjoint
   DesignRequest design;
-  Tolerances tolerances;  ///< parameters first, else in the order of reading; empty: nothing is said of them
+  Tolerances tolerances;  ///< parameters first, then in the order of reading; empty: none
   std::vector<TemporaryPayload> temporary_payloads;
-  std::vector<GeneralisedSpeed> speeds;  ///< in which the equation of motion is wanted, too; empty: none
+  std::vector<GeneralisedSpeed> speeds;  ///< generalised speeds for a further equation of motion; empty: none
   std::string spec_file;                 ///< as named by the user
   std::string spec_text;                 ///< as read
   std::vector<std::pair<std::string, std::string>>
-      overrides;                      ///< parameters and their values in place of the text's: `--set`
+      overrides;                      ///< parameters and their values from `--set`, which replace those in the text
   std::vector<std::string> warnings;  ///< legal but suspicious
 };
 
-// Who cannot say what payloads mean that are taken up and set down on the way.
+// Names, as specs, options and suites state them.
 
-/// @param what that needs payloads which are always there: "conditions", "a controlled run"
-/// @param without names, or the section's, of what does not count there; null: it cannot be left out
-/// @throws SpecError at the first that is not
+/// A name that a study does not have: "arm.yaml has no trajectory 'cyclod', only cycloid, bang-bang; nearest is
+/// 'cycloid'".
+class UnknownNameError : public std::invalid_argument {
+ public:
+  /// @param kind "trajectory" @param known the names that there are
+  UnknownNameError(const std::string& spec_file, const std::string& kind, std::string name,
+                   std::vector<std::string> known);
+
+  const std::string& name() const { return name_; }
+  const std::vector<std::string>& known() const { return known_; }
+
+ private:
+  std::string name_;
+  std::vector<std::string> known_;
+};
+
+/// The first element of that name; null if there is none.
+template <class T>
+const T* find_by_name(const std::vector<T>& items, const std::string& name) {
+  const auto match = std::find_if(items.begin(), items.end(), [&](const T& item) { return item.name == name; });
+  return match == items.end() ? nullptr : &*match;
+}
+
+/// The position of the trajectory of that name. @throws UnknownNameError
+std::size_t trajectory_index(const Study& study, const std::string& name);
+
+/// The trajectory of that name; the spec's first if the name is empty.
+/// @throws UnknownNameError; SpecError if the spec states no motion
+const Trajectory& choose_trajectory(const Study& study, const std::string& name);
+
+/// The controller of that name; if the name is empty the spec's first or, if it declares none, computed torque.
+/// @throws UnknownNameError
+const Controller& choose_controller(const Study& study, const std::string& name);
+
+// Analyses that do not support payloads taken up or set down during the motion.
+
+/// @param what the analysis that needs permanent payloads: "conditions", "a controlled run"
+/// @param without names of elements or sections that are left out; null: they cannot be left out
+/// @throws SpecError at the first temporary payload that is not left out
 void reject_temporary_payloads(const Study& study, const std::string& what,
                                const std::vector<std::string>* without = nullptr);
 

@@ -11,13 +11,13 @@ namespace {
 
 constexpr double infinite = std::numeric_limits<double>::infinity();
 
-/// What holds to round-off holds.
+/// Bounds hold up to round-off.
 constexpr double relative_bound_epsilon = 1e-12;
 
-/// A zero of a that was searched for is met so well, as a part of its largest value.
+/// Accuracy of located zeros of a, as a fraction of its maximum.
 constexpr double zero_inertia_tolerance = 1e-7;
 
-/// Larger ones are none.
+/// Larger values count as infinite.
 constexpr double max_squared_rate = 1e60;
 
 void raise_lower_bound(AccelerationInterval& interval, double low, int row) {
@@ -39,8 +39,8 @@ double find_smallest_positive_root(double b, double d, double c) {
   if (discriminant < 0) return infinite;
   const double q = -(d + std::copysign(std::sqrt(discriminant), d)) / 2;
   double root = infinite;
-  for (const double one : {b != 0 ? q / b : infinite, q != 0 ? c / q : infinite})
-    if (one > 0 && one < root) root = one;
+  for (const double candidate : {b != 0 ? q / b : infinite, q != 0 ? c / q : infinite})
+    if (candidate > 0 && candidate < root) root = candidate;
   return root;
 }
 
@@ -51,31 +51,31 @@ AccelerationLimits::AccelerationLimits(const PathModel& model, const std::vector
   dropped_.assign(model.rows.size(), 0);
 }
 
-void AccelerationLimits::move_to(double place, std::size_t first_panel, std::size_t last_panel) {
+void AccelerationLimits::move_to(double s, std::size_t first_panel, std::size_t last_panel) {
   ++evaluations_;
-  place_ = place;
-  panel_ = model_.value.find_panel(place, first_panel, last_panel);
-  model_.value.evaluate(panel_, place, values_.data());
+  s_ = s;
+  panel_ = model_.value.find_panel(s, first_panel, last_panel);
+  model_.value.evaluate(panel_, s, values_.data());
   std::fill(dropped_.begin(), dropped_.end(), 0);
 }
 
 bool AccelerationLimits::drop_zero_inertia_rows() {
-  bool any = false;
+  bool is_any_dropped = false;
   for (std::size_t r = 0; r < dropped_.size(); ++r) {
     const PathConstraintRow& row = model_.rows[r];
     if (!row.has_acceleration_term) continue;
-    const double most = max_abs(model_.max_magnitude.segment(row.a, row.count));
-    dropped_[r] = values_.segment(row.a, row.count).norm() <= zero_inertia_tolerance * most;
-    any = any || dropped_[r] != 0;
+    const double max_norm = max_abs(model_.max_magnitude.segment(row.a, row.count));
+    dropped_[r] = values_.segment(row.a, row.count).norm() <= zero_inertia_tolerance * max_norm;
+    is_any_dropped = is_any_dropped || dropped_[r] != 0;
   }
-  return any;
+  return is_any_dropped;
 }
 
 bool AccelerationLimits::is_velocity_row(int row) const {
   return !model_.rows[static_cast<std::size_t>(row)].has_acceleration_term || is_dropped(row);
 }
 
-/// |a u + r| ≤ bound with r = b x + c + d v − middle.
+/// |a u + r| ≤ bound with r = b x + c + d v − centre.
 void AccelerationLimits::apply_scalar_row(const PathConstraintRow& row, double bound, double x, double v, int index,
                                           AccelerationInterval& interval) const {
   const double a = value(row.a, 0), r = value_without_acceleration(row, 0, x, v);
@@ -112,8 +112,8 @@ void AccelerationLimits::apply_vector_row(const PathConstraintRow& row, double b
 
 AccelerationInterval AccelerationLimits::bounds(double x) const {
   AccelerationInterval interval = bounds_by_acceleration_rows(x);
-  const VelocityBound most = direct_velocity_bound();
-  if (x > most.x * (1 + relative_bound_epsilon)) make_empty(interval);
+  const VelocityBound velocity_bound = direct_velocity_bound();
+  if (x > velocity_bound.x * (1 + relative_bound_epsilon)) make_empty(interval);
   return interval;
 }
 
@@ -132,7 +132,7 @@ AccelerationInterval AccelerationLimits::bounds_by_acceleration_rows(double x) c
   return interval;
 }
 
-double AccelerationLimits::cap_of_scalar(const PathConstraintRow& row, double bound) const {
+double AccelerationLimits::velocity_bound_of_scalar(const PathConstraintRow& row, double bound) const {
   const double b = value(row.b, 0), c = value(row.c, 0) - row.centre, d = value(row.d, 0);
   if (std::abs(c) > bound) return 0;
   const double v =
@@ -143,51 +143,52 @@ double AccelerationLimits::cap_of_scalar(const PathConstraintRow& row, double bo
 double AccelerationLimits::direct_velocity_bound_of(int index) const {
   const PathConstraintRow& row = model_.rows[static_cast<std::size_t>(index)];
   const double bound = bounds_[static_cast<std::size_t>(index)];
-  if (row.count == 1) return cap_of_scalar(row, bound);
-  const auto inside = [&](double v) {
-    double square = 0;
+  if (row.count == 1) return velocity_bound_of_scalar(row, bound);
+  const auto is_feasible = [&](double v) {
+    double squared_norm = 0;
     for (int i = 0; i < row.count; ++i) {
       const double r = value_without_acceleration(row, i, v * v, v);
-      square += r * r;
+      squared_norm += r * r;
     }
-    return square <= bound * bound;
+    return squared_norm <= bound * bound;
   };
   double low = 0, high = 1;
-  if (!inside(low)) return 0;
-  while (inside(high)) {
+  if (!is_feasible(low)) return 0;
+  while (is_feasible(high)) {
     low = high;
     high *= 4;
     if (high * high > max_squared_rate) return infinite;
   }
   for (int halving = 0; halving < 200 && high - low > 1e-15 * high; ++halving) {
     const double middle = (low + high) / 2;
-    (inside(middle) ? low : high) = middle;
+    (is_feasible(middle) ? low : high) = middle;
   }
   return low * low;
 }
 
 VelocityBound AccelerationLimits::direct_velocity_bound() const {
-  VelocityBound ceiling{infinite, -1};
+  VelocityBound lowest{infinite, -1};
   for (std::size_t r = 0; r < model_.rows.size(); ++r) {
     const auto index = static_cast<int>(r);
     if (!is_velocity_row(index)) continue;
     const double x = direct_velocity_bound_of(index);
-    if (x < ceiling.x) ceiling = {x, index};
+    if (x < lowest.x) lowest = {x, index};
   }
-  return ceiling;
+  return lowest;
 }
 
 VelocityBound AccelerationLimits::max_velocity(double guess) const {
-  const VelocityBound capped = direct_velocity_bound();
-  if (std::isfinite(capped.x) && !bounds(capped.x * (1 - relative_bound_epsilon)).is_empty()) return capped;
-  double low = 0, high = std::min(capped.x, guess > 0 ? 1.01 * guess : 1);
+  const VelocityBound velocity_bound = direct_velocity_bound();
+  if (std::isfinite(velocity_bound.x) && !bounds(velocity_bound.x * (1 - relative_bound_epsilon)).is_empty())
+    return velocity_bound;
+  double low = 0, high = std::min(velocity_bound.x, guess > 0 ? 1.01 * guess : 1);
   if (guess > 0 && !bounds(0.99 * guess).is_empty()) low = 0.99 * guess;
   while (!bounds(high).is_empty()) {
     low = high;
-    high = std::min(capped.x, 2 * high);
+    high = std::min(velocity_bound.x, 2 * high);
     if (high > max_squared_rate) return {infinite, -1};
   }
-  while (low == 0 && high > 1 / max_squared_rate) {  // down to its order of magnitude
+  while (low == 0 && high > 1 / max_squared_rate) {  // find the order of magnitude
     if (!bounds(high / 16).is_empty())
       low = high / 16;
     else
@@ -207,14 +208,16 @@ AccelerationLimits::ProjectedCoefficients AccelerationLimits::project(const Piec
   VectorX direction(row.count);
   for (int i = 0; i < row.count; ++i) direction[i] = value_without_acceleration(row, i, x, v);
   direction.normalize();
-  series.evaluate(panel_, place_, scratch_.data());
-  const auto along = [&](int column) { return column < 0 ? 0.0 : direction.dot(scratch_.segment(column, row.count)); };
-  return {row.has_acceleration_term ? along(row.a) : 0, along(row.b), along(row.c), along(row.d)};
+  series.evaluate(panel_, s_, scratch_.data());
+  const auto component = [&](int column) {
+    return column < 0 ? 0.0 : direction.dot(scratch_.segment(column, row.count));
+  };
+  return {row.has_acceleration_term ? component(row.a) : 0, component(row.b), component(row.c), component(row.d)};
 }
 
 double AccelerationLimits::zero_inertia_slope(int row, double x) const {
-  const ProjectedCoefficients now = project(model_.value, row, x), first = project(model_.first, row, x);
-  return first.a + 2 * now.b + (now.d == 0 ? 0 : now.d / std::sqrt(x));
+  const ProjectedCoefficients current = project(model_.value, row, x), first = project(model_.first, row, x);
+  return first.a + 2 * current.b + (current.d == 0 ? 0 : current.d / std::sqrt(x));
 }
 
 double AccelerationLimits::acceleration_on_bound(int row, double x) const {
@@ -223,23 +226,23 @@ double AccelerationLimits::acceleration_on_bound(int row, double x) const {
 }
 
 double AccelerationLimits::acceleration_slope_on_bound(int row, double x, double u) const {
-  const ProjectedCoefficients now = project(model_.value, row, x), first = project(model_.first, row, x);
+  const ProjectedCoefficients current = project(model_.value, row, x), first = project(model_.first, row, x);
   const ProjectedCoefficients second = project(model_.second, row, x);
-  const double v = std::sqrt(x), rub = now.d == 0 ? 0 : now.d / v;
-  const double above =
-      second.a * u + second.b * x + 4 * first.b * u + second.c + second.d * v + 2 * first.d * u / v - rub * u * u / x;
-  return -above / (2 * first.a + 2 * now.b + rub);
+  const double v = std::sqrt(x), friction_slope = current.d == 0 ? 0 : current.d / v;
+  const double numerator = second.a * u + second.b * x + 4 * first.b * u + second.c + second.d * v +
+                           2 * first.d * u / v - friction_slope * u * u / x;
+  return -numerator / (2 * first.a + 2 * current.b + friction_slope);
 }
 
 double AccelerationLimits::magnitude(int index, double x, double u) const {
   const PathConstraintRow& row = model_.rows[static_cast<std::size_t>(index)];
   const double v = std::sqrt(x);
-  double square = 0;
+  double squared_norm = 0;
   for (int i = 0; i < row.count; ++i) {
     const double r = value(row.a, i) * u + value_without_acceleration(row, i, x, v);
-    square += r * r;
+    squared_norm += r * r;
   }
-  return std::sqrt(square);
+  return std::sqrt(squared_norm);
 }
 
 }  // namespace balance

@@ -1,17 +1,19 @@
 #pragma once
-/// Finds how remaining quantities must go for the angular momentum to stay zero.
+/// Solves for motions of remaining quantities that give the angular momentum its prescribed values.
 
 #include "balance/mechanics/trajectory/motion_outcome.hpp"
 #include "balance/mechanics/trajectory/trajectory.hpp"
 
 namespace balance {
 
-/// Fills the trajectory's courses of kept momentum. Where the rest of the drive goes at the rates q'₀ and the quantities φ at the
-/// rates φ', the stated components of the angular momentum are h₀ + J φ': an ordinary differential equation for φ, over the way if
-/// they stay zero and else over the time. It is solved by collocation at Chebyshev's points. Derivation: docs/motion.md.
-/// @return done; or why not: J loses its rank somewhere, the way there cannot be followed, or the stated values end too early
-/// @throws std::invalid_argument if quantities and components do not match, or if time decides and the law is not known yet. The
-///         message is fit for a user.
+/// Fills the solutions of the trajectory's momentum tasks. If the rest of the drive moves at the rates q'₀ and the
+/// quantities φ at the rates φ', the prescribed components of the angular momentum are h₀ + J φ'. This is an ordinary
+/// differential equation for φ, over the path parameter if the components stay zero and over time otherwise. It is
+/// solved by collocation at Chebyshev points. Derivation: docs/motion.md.
+/// @return done; or why not: J loses rank, the path cannot be followed, or the prescribed values do not cover the
+///        motion
+/// @throws std::invalid_argument if quantities and components do not match, or if time matters and the law is not known
+///        yet. The message is suitable for users.
 MotionOutcome solve_momentum_tasks(const Mechanism& mechanism, Trajectory& trajectory);
 
 }  // namespace balance

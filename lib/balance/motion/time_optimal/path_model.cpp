@@ -16,10 +16,10 @@ namespace {
 
 using Kind = LimitableQuantity::Kind;
 
-/// Coefficients of s'' below this part of those of s'² are round-off.
+/// Coefficients of s'' below this fraction of those of s'² are round-off.
 constexpr double zero_inertia_epsilon = 1e-9;
 
-/// Round-off of a quantity's coefficients, as a part of the forces that go into it.
+/// Round-off of a quantity's coefficients, as a fraction of the forces that contribute to it.
 constexpr double coefficient_round_off_epsilon = 1e-12;
 
 MotionOutcome make_unresolved_path_outcome() {
@@ -29,55 +29,57 @@ MotionOutcome make_unresolved_path_outcome() {
           {}};
 }
 
-void merge_breakpoints(std::vector<double>& stations, const std::vector<double>& more) {
-  for (const double place : more) {
-    const bool known = std::any_of(stations.begin(), stations.end(),
-                                   [&](double station) { return std::abs(station - place) < breakpoint_tolerance; });
-    if (!known) stations.push_back(place);
+void merge_breakpoints(std::vector<double>& breakpoints, const std::vector<double>& additional) {
+  for (const double s : additional) {
+    const bool is_known = std::any_of(breakpoints.begin(), breakpoints.end(), [&](double breakpoint) {
+      return std::abs(breakpoint - s) < breakpoint_tolerance;
+    });
+    if (!is_known) breakpoints.push_back(s);
   }
-  std::sort(stations.begin(), stations.end());
+  std::sort(breakpoints.begin(), breakpoints.end());
 }
 
-/// Where friction jumps, because a coordinate turns back.
-FitStatus add_friction_jumps(PathDynamicsSampler& source, std::vector<double>& stations) {
-  if (source.friction_count() == 0) return FitStatus::done;
+/// Adds points where friction jumps, because a coordinate reverses.
+FitStatus add_friction_jumps(PathDynamicsSampler& sampler, std::vector<double>& breakpoints) {
+  if (sampler.friction_count() == 0) return FitStatus::done;
   PiecewiseChebyshevSeries rates;
-  const auto sample = [&](const std::vector<double>& places, Samples& rows) {
-    return source.sample_friction(places, rows);
+  const auto sample = [&](const std::vector<double>& path_parameters, Samples& rows) {
+    return sampler.sample_friction(path_parameters, rows);
   };
   const FitStatus status =
-      fit_chebyshev_series(stations, VectorX::Constant(source.friction_count(), 1e-12), sample, rates);
+      fit_chebyshev_series(breakpoints, VectorX::Constant(sampler.friction_count(), 1e-12), sample, rates);
   if (status != FitStatus::done) return status;
-  const std::vector<double> ends = stations;
-  for (Eigen::Index r = 0; r < rates.function_count(); ++r) merge_breakpoints(stations, find_roots(rates, r));
+  for (Eigen::Index r = 0; r < rates.function_count(); ++r) merge_breakpoints(breakpoints, find_roots(rates, r));
   return FitStatus::done;
 }
 
-/// Per column: what is smaller is round-off, and what comes of it is not resolved.
-VectorX estimate_round_off_floor(PathDynamicsSampler& source, const std::vector<double>& stations) {
-  std::vector<double> places;
-  for (std::size_t i = 0; i + 1 < stations.size(); ++i)
-    for (int k = 0; k < 4; ++k) places.push_back(stations[i] + (stations[i + 1] - stations[i]) * (k + 0.5) / 4);
-  VectorX floor = VectorX::Zero(source.columns());
+/// Round-off of each column; smaller features are not resolved.
+VectorX estimate_round_off_floor(PathDynamicsSampler& sampler, const std::vector<double>& breakpoints) {
+  std::vector<double> path_parameters;
+  for (std::size_t i = 0; i + 1 < breakpoints.size(); ++i)
+    for (int k = 0; k < 4; ++k)
+      path_parameters.push_back(breakpoints[i] + (breakpoints[i + 1] - breakpoints[i]) * (k + 0.5) / 4);
+  VectorX floor = VectorX::Zero(sampler.columns());
   Samples rows;
-  if (!source.sample(places, rows)) return floor;
-  const PathDynamicsSampler::ReactionMagnitude sizes = source.max_reactions(places);
-  for (const CoefficientColumns& limit : source.limits()) {
+  if (!sampler.sample(path_parameters, rows)) return floor;
+  const PathDynamicsSampler::ReactionMagnitude reactions = sampler.max_reactions(path_parameters);
+  for (const CoefficientColumns& limit : sampler.limits()) {
     const std::string& unit = limit.quantity.unit;
-    const auto most = [&](int column) {
+    const auto max_magnitude = [&](int column) {
       return column < 0 ? 0.0 : max_abs(rows.middleCols(column, limit.quantity.count));
     };
-    const double whole =
-        std::max({most(limit.a), most(limit.b), unit == "N" ? sizes.force : 0.0, unit == "N m" ? sizes.moment : 0.0});
+    const double scale = std::max({max_magnitude(limit.a), max_magnitude(limit.b), unit == "N" ? reactions.force : 0.0,
+                                   unit == "N m" ? reactions.moment : 0.0});
     for (const int column : {limit.a, limit.b, limit.c, limit.d})
       if (column >= 0)
         floor.segment(column, limit.quantity.count)
-            .setConstant(coefficient_round_off_epsilon * whole + 10 * coefficient_round_off_epsilon * most(column));
+            .setConstant(coefficient_round_off_epsilon * scale +
+                         10 * coefficient_round_off_epsilon * max_magnitude(column));
   }
   return floor;
 }
 
-/// The series of `all` with those of p' and p'' of the tool's place appended where rows need them.
+/// The series of `panel`, followed by p' and p'' of the tool's position for the rows that need them.
 Samples append_tool_derivatives(const Panel& panel, const Panel& first, const Panel& second,
                                 const std::vector<PathConstraintRow>& rows,
                                 const std::vector<CoefficientColumns>& limits, Eigen::Index columns) {
@@ -85,28 +87,29 @@ Samples append_tool_derivatives(const Panel& panel, const Panel& first, const Pa
   terms.leftCols(panel.coefficients.cols()) = panel.coefficients;
   for (std::size_t i = 0; i < rows.size(); ++i) {
     const Kind kind = limits[i].quantity.kind;
-    const int from = limits[i].c, count = rows[i].count;
-    if (kind == Kind::tool_velocity) terms.middleCols(rows[i].d, count) = first.coefficients.middleCols(from, count);
+    const int position_column = limits[i].c, count = rows[i].count;
+    if (kind == Kind::tool_velocity)
+      terms.middleCols(rows[i].d, count) = first.coefficients.middleCols(position_column, count);
     if (kind != Kind::tool_acceleration) continue;
-    terms.middleCols(rows[i].a, count) = first.coefficients.middleCols(from, count);
-    terms.middleCols(rows[i].b, count) = second.coefficients.middleCols(from, count);
+    terms.middleCols(rows[i].a, count) = first.coefficients.middleCols(position_column, count);
+    terms.middleCols(rows[i].b, count) = second.coefficients.middleCols(position_column, count);
   }
   return terms;
 }
 
-/// Names the columns, those of the tool's rates behind all others.
+/// Adds a row per limit. Columns of the tool's rates come after all others.
 void add_rows(const std::vector<CoefficientColumns>& limits, PathModel& model, Eigen::Index& columns) {
   for (const CoefficientColumns& limit : limits) {
     PathConstraintRow row{
         limit.quantity.name, limit.quantity.unit, limit.quantity.count, limit.a, limit.b, limit.c, limit.d};
-    const auto take = [&](int& column) {
+    const auto allocate = [&](int& column) {
       column = static_cast<int>(columns);
       columns += row.count;
     };
     const Kind kind = limit.quantity.kind;
     if (kind == Kind::tool_velocity || kind == Kind::tool_acceleration) row.c = -1;
-    if (kind == Kind::tool_velocity) take(row.d);
-    if (kind == Kind::tool_acceleration) take(row.a), take(row.b);
+    if (kind == Kind::tool_velocity) allocate(row.d);
+    if (kind == Kind::tool_acceleration) allocate(row.a), allocate(row.b);
     model.rows.push_back(std::move(row));
   }
 }
@@ -123,7 +126,7 @@ void find_max_magnitudes(PathModel& model) {
   }
 }
 
-/// What is round-off all along is zero.
+/// Removes columns that are round-off everywhere.
 void drop_round_off_columns(const VectorX& floor, PathModel& model) {
   for (PathConstraintRow& row : model.rows)
     for (int* column : {&row.a, &row.b, &row.c, &row.d})
@@ -132,38 +135,38 @@ void drop_round_off_columns(const VectorX& floor, PathModel& model) {
         *column = -1;
 }
 
-double largest(const PathModel& model, int column, int count) {
+double max_column_magnitude(const PathModel& model, int column, int count) {
   return column < 0 ? 0 : max_abs(model.max_magnitude.segment(column, count));
 }
 
-/// Rows without inertia limit the speed alone; where the others have none, u is not theirs to limit.
+/// Rows without inertia limit only the rate. So do the other rows where their a vanishes.
 void find_zero_inertia(PathModel& model) {
   for (PathConstraintRow& row : model.rows) {
-    const double a = largest(model, row.a, row.count), b = largest(model, row.b, row.count);
+    const double a = max_column_magnitude(model, row.a, row.count), b = max_column_magnitude(model, row.b, row.count);
     row.has_acceleration_term = a > zero_inertia_epsilon * b && a > 0;
     if (!row.has_acceleration_term) continue;
     for (int i = 0; i < row.count; ++i) {
-      for (const double place : find_roots(model.value, row.a + i)) {
+      for (const double s : find_roots(model.value, row.a + i)) {
         VectorX values(model.value.function_count());
-        model.value.evaluate(model.value.find_panel(place, 0, model.value.panels().size()), place, values.data());
+        model.value.evaluate(model.value.find_panel(s, 0, model.value.panels().size()), s, values.data());
         if (values.segment(row.a, row.count).norm() < 1e-7 * a) {
-          merge_breakpoints(model.zero_inertia_points, {place});
-          merge_breakpoints(model.breakpoints, {place});
+          merge_breakpoints(model.zero_inertia_points, {s});
+          merge_breakpoints(model.breakpoints, {s});
         }
       }
     }
   }
 }
 
-void assemble_path_model(const PathDynamicsSampler& source, const PiecewiseChebyshevSeries& sampled,
+void assemble_path_model(const PathDynamicsSampler& sampler, const PiecewiseChebyshevSeries& sampled,
                          const VectorX& floor, PathModel& model) {
   Eigen::Index columns = sampled.function_count();
-  add_rows(source.limits(), model, columns);
+  add_rows(sampler.limits(), model, columns);
   const PiecewiseChebyshevSeries first = sampled.derivative(), second = first.derivative();
   std::vector<Panel> panels = sampled.panels();
   for (std::size_t p = 0; p < panels.size(); ++p)
     panels[p].coefficients = append_tool_derivatives(sampled.panels()[p], first.panels()[p], second.panels()[p],
-                                                     model.rows, source.limits(), columns);
+                                                     model.rows, sampler.limits(), columns);
   model.value = PiecewiseChebyshevSeries(std::move(panels));
   model.first = model.value.derivative();
   model.second = model.first.derivative();
@@ -177,57 +180,59 @@ void assemble_path_model(const PathDynamicsSampler& source, const PiecewiseCheby
 PathModel build_path_model(const Mechanism& mechanism, const Trajectory& trajectory,
                            const std::vector<LimitableQuantity>& quantities) {
   PathModel model;
-  const auto source = make_path_dynamics_sampler(mechanism, trajectory, quantities);
-  model.outcome = source->outcome();
+  const auto sampler = make_path_dynamics_sampler(mechanism, trajectory, quantities);
+  model.outcome = sampler->outcome();
   if (model.outcome.status != MotionStatus::done) return model;
-  model.segment_ends = source->leg_ends();
+  model.segment_ends = sampler->leg_ends();
   model.breakpoints = model.segment_ends;
-  merge_breakpoints(model.breakpoints, source->knots());
-  model.start_speed = source->start_speed();
-  model.end_speed = source->end_speed();
-  FitStatus status = add_friction_jumps(*source, model.breakpoints);
+  merge_breakpoints(model.breakpoints, sampler->knots());
+  model.start_speed = sampler->start_speed();
+  model.end_speed = sampler->end_speed();
+  FitStatus status = add_friction_jumps(*sampler, model.breakpoints);
   PiecewiseChebyshevSeries sampled;
   VectorX floor;
   if (status == FitStatus::done) {
-    const auto sample = [&](const std::vector<double>& places, Samples& rows) { return source->sample(places, rows); };
-    floor = estimate_round_off_floor(*source, model.breakpoints);
+    const auto sample = [&](const std::vector<double>& path_parameters, Samples& rows) {
+      return sampler->sample(path_parameters, rows);
+    };
+    floor = estimate_round_off_floor(*sampler, model.breakpoints);
     status = fit_chebyshev_series(model.breakpoints, floor, sample, sampled);
   }
-  if (status == FitStatus::not_sampled) model.outcome = source->outcome();
+  if (status == FitStatus::not_sampled) model.outcome = sampler->outcome();
   if (status == FitStatus::not_resolved) model.outcome = make_unresolved_path_outcome();
-  if (status == FitStatus::done) assemble_path_model(*source, sampled, floor, model);
+  if (status == FitStatus::done) assemble_path_model(*sampler, sampled, floor, model);
   return model;
 }
 
-/// Sign changes between the points of a fine grid, halved to the last digit.
+/// Bisects sign changes on a fine grid to full precision.
 std::vector<double> find_roots(const PiecewiseChebyshevSeries& series, Eigen::Index function) {
   constexpr int intervals_per_panel = 32;
-  std::vector<double> places;
+  std::vector<double> roots;
   VectorX values(series.function_count());
   for (std::size_t p = 0; p < series.panels().size(); ++p) {
     const Panel& panel = series.panels()[p];
-    const auto at = [&](double place) {
-      series.evaluate(p, place, values.data());
+    const auto evaluate_at = [&](double s) {
+      series.evaluate(p, s, values.data());
       return values[function];
     };
-    double left = panel.begin, at_left = at(left);
+    double left = panel.begin, left_value = evaluate_at(left);
     for (int k = 1; k <= intervals_per_panel; ++k) {
       const double right =
           k == intervals_per_panel ? panel.end : panel.begin + (panel.end - panel.begin) * k / intervals_per_panel;
-      const double at_right = at(right);
-      if (at_left == 0 || (at_left < 0) != (at_right < 0)) {
+      const double right_value = evaluate_at(right);
+      if (left_value == 0 || (left_value < 0) != (right_value < 0)) {
         double low = left, high = right;
         for (int halving = 0; halving < 60 && low < high; ++halving) {
           const double middle = (low + high) / 2;
-          ((at(middle) < 0) == (at_left < 0) ? low : high) = middle;
+          ((evaluate_at(middle) < 0) == (left_value < 0) ? low : high) = middle;
         }
-        places.push_back((low + high) / 2);
+        roots.push_back((low + high) / 2);
       }
       left = right;
-      at_left = at_right;
+      left_value = right_value;
     }
   }
-  return places;
+  return roots;
 }
 
 Trajectory reparametrise_by_path(Trajectory trajectory) {
@@ -245,11 +250,11 @@ namespace {
 
 using Kind = LimitableQuantity::Kind;
 
-constexpr int motion_check_points = 32;   // places, for whether anything moves
-constexpr double motion_epsilon = 1e-12;  // of a radian, or of the mechanism's size
+constexpr int motion_check_points = 32;   // to check whether anything moves
+constexpr double motion_epsilon = 1e-12;  // of a radian, or of the characteristic length
 
-/// "at t = 0.3 s: …" of the run with one second: "at 30 % of the path: …".
-MotionOutcome at_path_parameter(MotionOutcome outcome) {
+/// "at t = 0.3 s: …" of the run in one second becomes "at 30 % of the path: …".
+MotionOutcome replace_time_prefix(MotionOutcome outcome) {
   const std::string prefix = format_time_prefix(outcome.time);
   if (outcome.reason.starts_with(prefix)) {
     char text[64];
@@ -260,7 +265,7 @@ MotionOutcome at_path_parameter(MotionOutcome outcome) {
   return outcome;
 }
 
-bool needs_everything(const LimitableQuantity& quantity) {
+bool needs_all_details(const LimitableQuantity& quantity) {
   for (const char* name : {"com_velocity", "joint_force", "joint_moment", "kinetic_energy", "shaking_moment_com"})
     if (quantity.name.starts_with(name)) return true;
   return false;
@@ -278,9 +283,9 @@ class PathDynamicsSamplerOf : public PathDynamicsSampler {
         plan_(compile_trajectory(mechanism, tree_, trajectory_)) {
     outcome_ = plan_.outcome;
     if (outcome_.status != MotionStatus::done) return;
-    observer_.emplace(mechanism_, tree_, plan_.freedoms, to_vector<S>(trajectory_.about));
-    if (!observer_->actuation().mismatch().empty()) {
-      outcome_ = {MotionStatus::mismatch, 0, observer_->actuation().mismatch(), {}};
+    evaluator_.emplace(mechanism_, tree_, plan_.freedoms, to_vector<S>(trajectory_.about));
+    if (!evaluator_->actuation().mismatch().empty()) {
+      outcome_ = {MotionStatus::mismatch, 0, evaluator_->actuation().mismatch(), {}};
       return;
     }
     if (!is_moving()) {
@@ -296,46 +301,47 @@ class PathDynamicsSamplerOf : public PathDynamicsSampler {
     end_speed_ = speed(1, Side::before);
     for (const Friction& friction : mechanism.friction)
       if (friction.dry_friction(1) != 0 || friction.dry_friction(-1) != 0) friction_.push_back(friction.coordinate);
-    for (const LimitableQuantity& quantity : quantities) add(quantity);
+    for (const LimitableQuantity& quantity : quantities) add_quantity(quantity);
     rate_.assign(static_cast<std::size_t>(tree_.columns), 0);
-    second_ = rate_;
+    acceleration_ = rate_;
   }
 
-  bool sample(const std::vector<double>& places, Samples& rows) override {
-    rows.setZero(static_cast<Eigen::Index>(places.size()), columns_);
-    return visit_path_points(places,
+  bool sample(const std::vector<double>& path_parameters, Samples& rows) override {
+    rows.setZero(static_cast<Eigen::Index>(path_parameters.size()), columns_);
+    return visit_path_points(path_parameters,
                              [&](MotionStepper<S>& stepper, Eigen::Index row) { fill(stepper, &rows(row, 0)); });
   }
 
-  bool sample_friction(const std::vector<double>& places, Samples& rows) override {
-    rows.setZero(static_cast<Eigen::Index>(places.size()), friction_count());
-    return visit_path_points(places, [&](MotionStepper<S>& stepper, Eigen::Index row) {
-      observer_->update_coordinates(
+  bool sample_friction(const std::vector<double>& path_parameters, Samples& rows) override {
+    rows.setZero(static_cast<Eigen::Index>(path_parameters.size()), friction_count());
+    return visit_path_points(path_parameters, [&](MotionStepper<S>& stepper, Eigen::Index row) {
+      evaluator_->update_coordinates(
           {stepper.state(), stepper.y(), stepper.dy(), stepper.ddy(), stepper.time(), stepper.is_explicit()});
       for (std::size_t i = 0; i < friction_.size(); ++i)
-        rows(row, static_cast<Eigen::Index>(i)) = observer_->sample().velocity[friction_[i]];
+        rows(row, static_cast<Eigen::Index>(i)) = evaluator_->sample().velocity[friction_[i]];
     });
   }
 
-  ReactionMagnitude max_reactions(const std::vector<double>& places) override {
-    ReactionMagnitude sizes;
-    const bool usual = std::exchange(all_detail_, true);
-    visit_path_points(places, [&](MotionStepper<S>& stepper, Eigen::Index) {
+  ReactionMagnitude max_reactions(const std::vector<double>& path_parameters) override {
+    ReactionMagnitude reactions;
+    const bool previous_detail = std::exchange(all_detail_, true);
+    visit_path_points(path_parameters, [&](MotionStepper<S>& stepper, Eigen::Index) {
       for (const auto& [ds, dds] : {std::pair{1.0, 0.0}, std::pair{0.0, 1.0}}) {
-        const Sample& seen = observe(stepper, ds, dds);
-        for (const Vector3& force : seen.joint_force) sizes.force = std::max(sizes.force, force.norm());
-        for (const Vector3& moment : seen.joint_moment) sizes.moment = std::max(sizes.moment, moment.norm());
+        const Sample& observed = observe(stepper, ds, dds);
+        for (const Vector3& force : observed.joint_force) reactions.force = std::max(reactions.force, force.norm());
+        for (const Vector3& moment : observed.joint_moment)
+          reactions.moment = std::max(reactions.moment, moment.norm());
       }
     });
-    sizes.moment = std::max(sizes.moment, sizes.force * tree_.characteristic_length);
-    all_detail_ = usual;
-    return sizes;
+    reactions.moment = std::max(reactions.moment, reactions.force * tree_.characteristic_length);
+    all_detail_ = previous_detail;
+    return reactions;
   }
 
   int friction_count() const override { return static_cast<int>(friction_.size()); }
 
  private:
-  /// Whether what is driven changes by more than round-off.
+  /// Whether driven quantities change by more than round-off.
   bool is_moving() const {
     DriveSample sample;
     for (int k = 0; k < motion_check_points; ++k) {
@@ -352,93 +358,94 @@ class PathDynamicsSamplerOf : public PathDynamicsSampler {
     return point > 0 ? sample.rate.head(static_cast<Eigen::Index>(point)).norm() : sample.rate.norm();
   }
 
-  void add(const LimitableQuantity& quantity) {
+  void add_quantity(const LimitableQuantity& quantity) {
     CoefficientColumns limit{quantity};
-    const auto take = [&](int& column) {
+    const auto allocate = [&](int& column) {
       column = columns_;
       columns_ += quantity.count;
     };
-    const bool tool = quantity.kind == Kind::tool_velocity || quantity.kind == Kind::tool_acceleration;
-    if (quantity.kind == Kind::force) take(limit.a), take(limit.b), take(limit.c);
-    if (quantity.kind == Kind::force && !mechanism_.friction.empty()) take(limit.d);
-    if (quantity.kind == Kind::rate) take(limit.d);
-    if (quantity.kind == Kind::energy) take(limit.b);
-    if (tool) take(limit.c);  // the place itself, which is differentiated later
-    all_detail_ = all_detail_ || needs_everything(quantity);
+    const bool is_tool_quantity = quantity.kind == Kind::tool_velocity || quantity.kind == Kind::tool_acceleration;
+    if (quantity.kind == Kind::force) allocate(limit.a), allocate(limit.b), allocate(limit.c);
+    if (quantity.kind == Kind::force && !mechanism_.friction.empty()) allocate(limit.d);
+    if (quantity.kind == Kind::rate) allocate(limit.d);
+    if (quantity.kind == Kind::energy) allocate(limit.b);
+    if (is_tool_quantity) allocate(limit.c);  // the position itself, which is differentiated later
+    all_detail_ = all_detail_ || needs_all_details(quantity);
     limits_.push_back(limit);
   }
 
-  template <class See>
-  bool visit_path_points(const std::vector<double>& places, See see) {
-    tree_ = compiled_tree_;  // a stepper turns the axes of spherical joints on its way
+  template <class Visit>
+  bool visit_path_points(const std::vector<double>& path_parameters, Visit visit) {
+    tree_ = compiled_tree_;  // a stepper changes the reference axes of spherical joints
     MotionStepper<S> stepper(mechanism_, tree_, plan_);
-    stepper.set_regularity_monitor(observer_->regularity_monitor());
-    observer_->restart();
+    stepper.set_regularity_monitor(evaluator_->regularity_monitor());
+    evaluator_->restart();
     std::size_t leg = 1;
     Eigen::Index row = 0;
-    bool moves = stepper.begin();
-    for (auto place = places.begin(); moves && place != places.end(); ++place) {
-      for (; moves && leg_ends_[leg] < *place; ++leg) {
-        moves = stepper.time() >= leg_ends_[leg] || stepper.advance(leg_ends_[leg]);
-        if (moves) stepper.update_accelerations(Side::after);
+    bool is_feasible = stepper.begin();
+    for (auto s = path_parameters.begin(); is_feasible && s != path_parameters.end(); ++s) {
+      for (; is_feasible && leg_ends_[leg] < *s; ++leg) {
+        is_feasible = stepper.time() >= leg_ends_[leg] || stepper.advance(leg_ends_[leg]);
+        if (is_feasible) stepper.update_accelerations(Side::after);
       }
-      moves = moves && (*place <= stepper.time() || stepper.advance(*place));
-      if (moves) see(stepper, row++);
+      is_feasible = is_feasible && (*s <= stepper.time() || stepper.advance(*s));
+      if (is_feasible) visit(stepper, row++);
     }
-    if (!moves) outcome_ = at_path_parameter(stepper.outcome());
-    return moves;
+    if (!is_feasible) outcome_ = replace_time_prefix(stepper.outcome());
+    return is_feasible;
   }
 
-  /// Everything at rates s' and accelerations s'' of the path's parameter.
+  /// Evaluates the mechanism for the rate s' and the acceleration s'' of the path parameter.
   const Sample& observe(MotionStepper<S>& stepper, double ds, double dds) {
     for (int c = 0; c < tree_.columns; ++c) {
       rate_[c] = ds * stepper.dy()[c];
-      second_[c] = ds * ds * stepper.ddy()[c] + dds * stepper.dy()[c];
+      acceleration_[c] = ds * ds * stepper.ddy()[c] + dds * stepper.dy()[c];
     }
     if (!stepper.is_explicit()) compute_angular_velocities(tree_, rate_.data(), stepper.state());
-    observer_->evaluate(
-        {stepper.state(), stepper.y(), rate_.data(), second_.data(), stepper.time(), stepper.is_explicit()},
+    evaluator_->evaluate(
+        {stepper.state(), stepper.y(), rate_.data(), acceleration_.data(), stepper.time(), stepper.is_explicit()},
         stepper.equations(), 1, all_detail_ ? Detail::all : Detail::forces);
-    return observer_->sample();
+    return evaluator_->sample();
   }
 
-  /// At rest, with s'' = 1, and with s' = 1 the quantities are c, a + c and b + c (+ friction). Friction adds f + d s', f dry: from
-  /// s' = 1, 2, 3 by differences, b = (v₃ − 2v₂ + v₁)/2, d = v₂ − v₁ − 3b, and what moves needs c + f instead of c.
+  /// At rest, with s'' = 1, and with s' = 1 the quantities are c, a + c and b + c (plus friction). Friction adds
+  /// f + d s', where f is dry friction. The values v₁, v₂, v₃ at s' = 1, 2, 3 give b = (v₃ − 2v₂ + v₁)/2 and
+  /// d = v₂ − v₁ − 3b. In motion, c + f replaces c.
   void fill(MotionStepper<S>& stepper, double* row) {
-    const auto see = [&](double ds, double dds, auto put) {
-      const Sample& seen = observe(stepper, ds, dds);
+    const auto visit = [&](double ds, double dds, auto accumulate) {
+      const Sample& observed = observe(stepper, ds, dds);
       for (const CoefficientColumns& limit : limits_) {
-        const double* values = limit.quantity.values(seen) + limit.quantity.first;
-        for (int i = 0; i < limit.quantity.count; ++i) put(limit, i, values[i]);
+        const double* values = limit.quantity.values(observed) + limit.quantity.first;
+        for (int i = 0; i < limit.quantity.count; ++i) accumulate(limit, i, values[i]);
       }
     };
     const auto add = [row](int column, int i, double value) {
       if (column >= 0) row[column + i] += value;
     };
-    const bool rubs = !mechanism_.friction.empty();
-    see(0, 0, [&](const CoefficientColumns& l, int i, double v) {
+    const bool has_friction = !mechanism_.friction.empty();
+    visit(0, 0, [&](const CoefficientColumns& l, int i, double v) {
       if (l.quantity.kind == Kind::energy || l.quantity.kind == Kind::rate) return;
       add(l.c, i, v);
       add(l.a, i, -v);
-      if (!rubs) add(l.b, i, -v);
+      if (!has_friction) add(l.b, i, -v);
     });
-    see(0, 1, [&](const CoefficientColumns& l, int i, double v) { add(l.a, i, v); });
-    see(1, 0, [&](const CoefficientColumns& l, int i, double v) {
-      const bool simple = !rubs || l.quantity.kind != Kind::force;
+    visit(0, 1, [&](const CoefficientColumns& l, int i, double v) { add(l.a, i, v); });
+    visit(1, 0, [&](const CoefficientColumns& l, int i, double v) {
+      const bool is_quadratic = !has_friction || l.quantity.kind != Kind::force;
       if (l.quantity.kind == Kind::rate) return add(l.d, i, v);
-      if (simple) return add(l.b, i, v);
+      if (is_quadratic) return add(l.b, i, v);
       add(l.b, i, v / 2);
       add(l.d, i, -2.5 * v);
       if (l.c >= 0) row[l.c + i] = 3 * v;
     });
-    if (!rubs) return;
-    see(2, 0, [&](const CoefficientColumns& l, int i, double v) {
+    if (!has_friction) return;
+    visit(2, 0, [&](const CoefficientColumns& l, int i, double v) {
       if (l.quantity.kind != Kind::force) return;
       add(l.b, i, -v);
       add(l.d, i, 4 * v);
       add(l.c, i, -3 * v);
     });
-    see(3, 0, [&](const CoefficientColumns& l, int i, double v) {
+    visit(3, 0, [&](const CoefficientColumns& l, int i, double v) {
       if (l.quantity.kind != Kind::force) return;
       add(l.b, i, v / 2);
       add(l.d, i, -1.5 * v);
@@ -451,10 +458,10 @@ class PathDynamicsSamplerOf : public PathDynamicsSampler {
   Tree<S> tree_;
   const Tree<S> compiled_tree_;
   CompiledTrajectory<S> plan_;
-  std::optional<SampleEvaluator<S>> observer_;
+  std::optional<SampleEvaluator<S>> evaluator_;
   bool all_detail_ = false;
   std::vector<int> friction_;
-  std::vector<double> rate_, second_;
+  std::vector<double> rate_, acceleration_;
 };
 
 }  // namespace
@@ -473,32 +480,33 @@ constexpr double right_angle_tolerance = 1e-5;  // cosine
 
 }  // namespace
 
-ConstraintValue evaluate_constraint(const PathModel& model, const PathPoint& moment) {
-  const PathConstraintRow& row = model.rows[static_cast<std::size_t>(moment.row)];
+ConstraintValue evaluate_constraint(const PathModel& model, const PathPoint& point) {
+  const PathConstraintRow& row = model.rows[static_cast<std::size_t>(point.row)];
   VectorX columns(model.value.function_count());
-  model.value.evaluate(model.value.find_panel(moment.s, 0, model.value.panels().size()), moment.s, columns.data());
-  const auto part = [&](int column) {
+  model.value.evaluate(model.value.find_panel(point.s, 0, model.value.panels().size()), point.s, columns.data());
+  const auto coefficient = [&](int column) {
     return column < 0 ? VectorX(VectorX::Zero(row.count)) : VectorX(columns.segment(column, row.count));
   };
-  const VectorX a = part(row.a), b = part(row.b), d = part(row.d);
-  ConstraintValue here;
-  here.value = a * moment.u + b * (moment.v * moment.v) + part(row.c) + d * moment.v;
-  if (row.count == 1) here.value[0] -= row.centre;
-  here.magnitude = here.value.norm();
-  if (!(here.magnitude > 0)) return here;
-  const VectorX along = here.value / here.magnitude;
-  here.d_du = along.dot(a);
-  here.d_dx = along.dot(b) + (moment.v > 0 ? along.dot(d) / (2 * moment.v) : 0);
-  here.is_velocity_limited = !row.has_acceleration_term || !(std::abs(here.d_du) > right_angle_tolerance * a.norm());
-  return here;
+  const VectorX a = coefficient(row.a), b = coefficient(row.b), d = coefficient(row.d);
+  ConstraintValue constraint;
+  constraint.value = a * point.u + b * (point.v * point.v) + coefficient(row.c) + d * point.v;
+  if (row.count == 1) constraint.value[0] -= row.centre;
+  constraint.magnitude = constraint.value.norm();
+  if (!(constraint.magnitude > 0)) return constraint;
+  const VectorX direction = constraint.value / constraint.magnitude;
+  constraint.d_du = direction.dot(a);
+  constraint.d_dx = direction.dot(b) + (point.v > 0 ? direction.dot(d) / (2 * point.v) : 0);
+  constraint.is_velocity_limited =
+      !row.has_acceleration_term || !(std::abs(constraint.d_du) > right_angle_tolerance * a.norm());
+  return constraint;
 }
 
 namespace {
 
 void check_limits(const Mechanism& mechanism, const Trajectory& trajectory) {
   for (const MotionLimit& limit : trajectory.limits) {
-    const double least = limit.lower_bound.value_or(-limit.upper_bound);
-    if (!(least < limit.upper_bound) || !std::isfinite(least) || !std::isfinite(limit.upper_bound))
+    const double lower_bound = limit.lower_bound.value_or(-limit.upper_bound);
+    if (!(lower_bound < limit.upper_bound) || !std::isfinite(lower_bound) || !std::isfinite(limit.upper_bound))
       throw std::invalid_argument(
           "the limit of " + limit.quantity +
           (limit.lower_bound ? " must have a least value below the largest one" : " must be positive"));
@@ -509,9 +517,9 @@ void check_limits(const Mechanism& mechanism, const Trajectory& trajectory) {
 }  // namespace
 
 std::vector<LimitableQuantity> require_limited_quantities(const Mechanism& mechanism, const std::string& name) {
-  std::vector<LimitableQuantity> found = find_limitable_quantities(mechanism, name);
-  if (found.empty()) throw std::invalid_argument("no law of motion can limit '" + name + "' of this mechanism");
-  return found;
+  std::vector<LimitableQuantity> quantities = find_limitable_quantities(mechanism, name);
+  if (quantities.empty()) throw std::invalid_argument("no law of motion can limit '" + name + "' of this mechanism");
+  return quantities;
 }
 
 void require_constant_loads(const Mechanism& mechanism, const std::string& what) {
@@ -524,17 +532,17 @@ void require_constant_loads(const Mechanism& mechanism, const std::string& what)
 
 PathLimits collect_limits(const Mechanism& mechanism, const Trajectory& trajectory) {
   check_limits(mechanism, trajectory);
-  PathLimits all;
+  PathLimits limits;
   for (const MotionLimit& limit : trajectory.limits)
     for (const LimitableQuantity& quantity : require_limited_quantities(mechanism, limit.quantity)) {
       if (limit.lower_bound && quantity.count > 1)
         throw std::invalid_argument("the magnitude of " + quantity.name + " has no least value: limit a component");
-      const double least = limit.lower_bound.value_or(-limit.upper_bound);
-      all.quantities.push_back(quantity);
-      all.half_widths.push_back((limit.upper_bound - least) / 2);
-      all.centres.push_back((limit.upper_bound + least) / 2);
+      const double lower_bound = limit.lower_bound.value_or(-limit.upper_bound);
+      limits.quantities.push_back(quantity);
+      limits.half_widths.push_back((limit.upper_bound - lower_bound) / 2);
+      limits.centres.push_back((limit.upper_bound + lower_bound) / 2);
     }
-  return all;
+  return limits;
 }
 
 PathModel build_limited_path_model(const Mechanism& mechanism, const Trajectory& trajectory, const PathLimits& limits) {

@@ -1,5 +1,5 @@
 #pragma once
-/// The speeds from which a leg's end can be reached within the limits.
+/// The rates from which the end of a leg can be reached within the limits.
 
 #include "balance/motion/time_optimal/phase_plane_profile.hpp"
 
@@ -8,31 +8,31 @@
 
 namespace balance {
 
-/// A braking arc that bounds the speeds, up to where it leaves the ceiling of what is allowed at all, or to the leg's end.
+/// A deceleration profile that bounds the rate, up to where it leaves the maximum velocity curve or the leg ends.
 struct DecelerationProfile {
-  VelocityProfile points;     ///< ascending; t from its first node
-  int zero_inertia_row = -1;  ///< the row that vanishes where it ends; −1: none
+  VelocityProfile points;     ///< in increasing order; t from its first node
+  int zero_inertia_row = -1;  ///< the row of zero inertia at its end; −1: none
 
   double begin() const { return points.front().s; }
   double end() const { return points.back().s; }
 };
 
-/// Between two arcs the ceiling is the bound.
+/// Between two profiles the bound is the maximum velocity curve.
 struct ControllableSet {
-  std::vector<DecelerationProfile> profiles;  ///< ascending, the last one ends with the leg
-  std::string refusal;                        ///< why there are none; empty: there are
+  std::vector<DecelerationProfile> profiles;  ///< in increasing order; the last one ends with the leg
+  std::string refusal;                        ///< why there are none; empty if there are
 
-  /// The arc that holds a place, or nothing.
-  const DecelerationProfile* profile_at(double place) const;
+  /// The profile that contains a path parameter; null if there is none.
+  const DecelerationProfile* profile_at(double s) const;
 };
 
-/// @param end_rate s' at the leg's end
-ControllableSet compute_controllable_set(AccelerationLimits& allowed, const SegmentRange& leg, double end_rate);
+/// @param end_rate s' at the end of the leg
+ControllableSet compute_controllable_set(AccelerationLimits& limits, const SegmentRange& leg, double end_rate);
 
-/// Where an arc stands at a place of its own.
-ProfilePoint interpolate_profile(const VelocityProfile& arc, double place);
+/// Point of a profile at a path parameter that it contains.
+ProfilePoint interpolate_profile(const VelocityProfile& profile, double s);
 
 /// "at 30 % of the path".
-std::string format_path_parameter(double place);
+std::string format_path_parameter(double s);
 
 }  // namespace balance

@@ -1,6 +1,6 @@
 #pragma once
-/// Finds the laws of motion that depend on the mechanism: the fastest within limits, the gentlest in a duration; and the way within
-/// a corridor.
+/// Finds motion laws that depend on the mechanism, such as the fastest within limits or the gentlest for a duration,
+/// and paths within a corridor.
 
 #include "balance/mechanics/model/mechanism.hpp"
 #include "balance/mechanics/trajectory/motion_outcome.hpp"
@@ -13,15 +13,15 @@ namespace balance {
 
 struct ResolvedTrajectory {
   MotionOutcome outcome;                      ///< done, or why there is no law
-  Trajectory trajectory;                      ///< with the law's nodes and its duration
-  std::optional<OptimisedLaw> optimised_law;  ///< nothing if the law needed no search
-  std::optional<CorridorResult> corridor;     ///< nothing if there is none, or it had been found before
-  PhasePlane phase_plane;                     ///< its ceiling alone; empty if no limits are stated
+  Trajectory trajectory;                      ///< with the nodes of the law and its duration
+  std::optional<OptimisedLaw> optimised_law;  ///< none if the law needed no search
+  std::optional<CorridorResult> corridor;     ///< none without a corridor, or if its path was known
+  PhasePlane phase_plane;                     ///< only the maximum velocity curve; empty without limits
 };
 
-/// The same trajectory with a law and a way that can be followed. Those that need no search, or have been found, stay as they are; what
-/// limits beside them would allow is told.
-/// Method and sources: docs/motion.md.
+/// Completes a trajectory with a law and a path that can be followed. Parts that need no search, or have been found, do
+/// not change; if they have limits, the maximum velocity curve of these is computed. Method and sources:
+/// docs/motion.md.
 /// @throws std::invalid_argument if the trajectory asks for something that does not exist
 ResolvedTrajectory resolve_trajectory(const Mechanism& mechanism, const Trajectory& trajectory);
 

@@ -14,28 +14,29 @@ namespace {
 constexpr double max_relative_violation = 1e-5;  // of a limit
 
 /// Appends a leg.
-void append_segment(const TimeOptimalLaw& part, TimeOptimalLaw& law) {
+void append_segment(const TimeOptimalLaw& leg_law, TimeOptimalLaw& law) {
   const double start = law.nodes.empty() ? 0 : law.duration();
-  auto first = part.nodes.begin();
+  auto first = leg_law.nodes.begin();
   if (!law.nodes.empty()) {
     law.nodes.back().u_after = first->u_after;
     law.nodes.back().row_after = first->row_after;
     ++first;
   }
-  for (; first != part.nodes.end(); ++first) {
+  for (; first != leg_law.nodes.end(); ++first) {
     law.nodes.push_back(*first);
     law.nodes.back().t += start;
   }
 }
 
-/// By arcs, whose quintics may go a little beyond a limit between their nodes: then within limits that are smaller by that.
+/// By phase-plane integration. If quintics slightly violate a limit between their nodes, solves again with tighter
+/// limits.
 TimeOptimalLaw solve_by_integration(const PathModel& model, std::vector<double> bounds, const SegmentRange& leg,
                                     const EndpointRates& rates) {
   const TimeOptimalLaw law = integrate_phase_plane(model, bounds, leg, rates);
   if (!law.infeasibility_reason.empty()) return law;
-  const double load = find_max_limit_ratio(model, bounds, law);
-  if (load < 1 + limit_violation_tolerance || load > 1 + max_relative_violation) return law;
-  for (double& bound : bounds) bound /= load;
+  const double limit_ratio = find_max_limit_ratio(model, bounds, law);
+  if (limit_ratio < 1 + limit_violation_tolerance || limit_ratio > 1 + max_relative_violation) return law;
+  for (double& bound : bounds) bound /= limit_ratio;
   return integrate_phase_plane(model, bounds, leg, rates);
 }
 
@@ -48,59 +49,59 @@ TimeOptimalLaw find_time_optimal_law(const PathModel& model, const std::vector<d
   if (!law.infeasibility_reason.empty()) return law;
   const std::vector<SegmentRange> legs = split_into_segments(model);
   for (const SegmentRange& leg : legs) {
-    const EndpointRates own{&leg == &legs.front() ? rates.start : 0, &leg == &legs.back() ? rates.end : 0};
-    TimeOptimalLaw part = solve_by_integration(model, bounds, leg, own);
-    if (!part.infeasibility_reason.empty() ||
-        !(find_max_limit_ratio(model, bounds, part) < 1 + limit_violation_tolerance)) {
-      TimeOptimalLaw swept = solve_by_reachability(model, bounds, leg, own);
-      if (swept.infeasibility_reason.empty()) part = std::move(swept);
+    const EndpointRates leg_rates{&leg == &legs.front() ? rates.start : 0, &leg == &legs.back() ? rates.end : 0};
+    TimeOptimalLaw leg_law = solve_by_integration(model, bounds, leg, leg_rates);
+    if (!leg_law.infeasibility_reason.empty() ||
+        !(find_max_limit_ratio(model, bounds, leg_law) < 1 + limit_violation_tolerance)) {
+      TimeOptimalLaw reachability_law = solve_by_reachability(model, bounds, leg, leg_rates);
+      if (reachability_law.infeasibility_reason.empty()) leg_law = std::move(reachability_law);
     }
-    law.infeasibility_reason = part.infeasibility_reason;
+    law.infeasibility_reason = leg_law.infeasibility_reason;
     if (!law.infeasibility_reason.empty()) return law;
-    append_segment(part, law);
+    append_segment(leg_law, law);
   }
   return law;
 }
 
 std::string check_static_feasibility(const PathModel& model, const std::vector<double>& bounds) {
-  AccelerationLimits allowed(model, bounds);
-  double worst = 1 + 1e-9, place = 0;
+  AccelerationLimits limits(model, bounds);
+  double worst_ratio = 1 + 1e-9, worst_s = 0;
   int row = -1;
   for (std::size_t p = 0; p < model.value.panels().size(); ++p) {
     const Panel& panel = model.value.panels()[p];
     for (int k = 0; k <= 32; ++k) {
       const double s = panel.begin + (panel.end - panel.begin) * k / 32;
-      allowed.move_to(s, p, p + 1);
+      limits.move_to(s, p, p + 1);
       for (std::size_t r = 0; r < bounds.size(); ++r) {
-        const double load = allowed.magnitude(static_cast<int>(r), 0, 0) / bounds[r];
-        if (load > worst) worst = load, place = s, row = static_cast<int>(r);
+        const double limit_ratio = limits.magnitude(static_cast<int>(r), 0, 0) / bounds[r];
+        if (limit_ratio > worst_ratio) worst_ratio = limit_ratio, worst_s = s, row = static_cast<int>(r);
       }
     }
   }
   if (row < 0) return "";
-  const PathConstraintRow& unheld = model.rows[static_cast<std::size_t>(row)];
+  const PathConstraintRow& violated_row = model.rows[static_cast<std::size_t>(row)];
   const double bound = bounds[static_cast<std::size_t>(row)];
-  const char* unit = unheld.unit.c_str();
+  const char* unit = violated_row.unit.c_str();
   char text[200];
-  if (unheld.centre == 0) {
-    std::snprintf(text, sizeof text, " needs %.6g %s at rest, %.6g %s more than its limit", worst * bound, unit,
-                  (worst - 1) * bound, unit);
+  if (violated_row.centre == 0) {
+    std::snprintf(text, sizeof text, " needs %.6g %s at rest, %.6g %s more than its limit", worst_ratio * bound, unit,
+                  (worst_ratio - 1) * bound, unit);
   } else {
-    allowed.move_to(place, 0, model.value.panels().size());
-    const double value = allowed.static_value(row);
+    limits.move_to(worst_s, 0, model.value.panels().size());
+    const double value = limits.static_value(row);
     std::snprintf(text, sizeof text, " needs %.6g %s at rest, %.6g %s %s than its limit", value, unit,
-                  (worst - 1) * bound, unit, value > unheld.centre ? "more" : "less");
+                  (worst_ratio - 1) * bound, unit, value > violated_row.centre ? "more" : "less");
   }
-  return format_path_parameter(place) + " " + unheld.name + text;
+  return format_path_parameter(worst_s) + " " + violated_row.name + text;
 }
 
 namespace {
 
 constexpr double duration_tolerance = 1e-10;  // of the duration
-constexpr double min_duration_gain = 1e-4;    // of the duration, by four times the excess: the other limits rule
-constexpr double max_relative_peak = 1e12;    // over what the motion is worth at its mean rate
+constexpr double min_duration_gain = 1e-4;    // of the duration, for fourfold excess: else other limits are active
+constexpr double max_relative_peak = 1e12;    // relative to the magnitude at the mean rate
 constexpr double constant_part_epsilon =
-    1e-9;  // parts of a quantity that do not depend on the motion, of those that do
+    1e-9;  // parts of a quantity that do not depend on the motion, relative to those that do
 
 class MinPeakSearch {
  public:
@@ -108,34 +109,36 @@ class MinPeakSearch {
       : model_(model), limits_(limits), rates_(rates), duration_(duration) {
     for (std::size_t r = limits.size(); r < model.rows.size(); ++r) {
       const PathConstraintRow& row = model.rows[r];
-      at_rest_ = std::max(at_rest_, largest(row.c, row));
-      moving_ = std::max({moving_, largest(row.a, row), largest(row.b, row)});
-      friction_ = std::max(friction_, largest(row.d, row));
+      static_magnitude_ = std::max(static_magnitude_, max_magnitude(row.c, row));
+      dynamic_magnitude_ = std::max({dynamic_magnitude_, max_magnitude(row.a, row), max_magnitude(row.b, row)});
+      friction_magnitude_ = std::max(friction_magnitude_, max_magnitude(row.d, row));
     }
   }
 
   MinPeakLaw run() {
-    if (!(std::max(moving_, friction_) > 0)) return refusal("it is zero along this path by whatever law");
-    // a s'' + b s'² alone: by a change of time scale every peak goes with 1/T²
+    if (!(std::max(dynamic_magnitude_, friction_magnitude_) > 0))
+      return make_infeasible("it is zero along this path by whatever law");
+    // only a s'' + b s'²: all peaks scale with 1/T²
     const double rate = 1 / duration_;
-    const double size = moving_ * rate * rate;
-    const bool homogeneous = limits_.empty() && at_rest_ <= constant_part_epsilon * size &&
-                             friction_ * rate <= constant_part_epsilon * size && rates_.start == 0 && rates_.end == 0;
-    return homogeneous ? by_scaling(size) : by_bisection(size + friction_ * rate);
+    const double size = dynamic_magnitude_ * rate * rate;
+    const bool homogeneous = limits_.empty() && static_magnitude_ <= constant_part_epsilon * size &&
+                             friction_magnitude_ * rate <= constant_part_epsilon * size && rates_.start == 0 &&
+                             rates_.end == 0;
+    return homogeneous ? solve_by_scaling(size) : solve_by_bisection(size + friction_magnitude_ * rate);
   }
 
  private:
-  double largest(int column, const PathConstraintRow& row) const {
+  double max_magnitude(int column, const PathConstraintRow& row) const {
     return column < 0 ? 0 : max_abs(model_.max_magnitude.segment(column, row.count));
   }
 
-  static MinPeakLaw refusal(std::string text) {
-    MinPeakLaw none;
-    none.law.infeasibility_reason = std::move(text);
-    return none;
+  static MinPeakLaw make_infeasible(std::string text) {
+    MinPeakLaw result;
+    result.law.infeasibility_reason = std::move(text);
+    return result;
   }
 
-  MinPeakLaw at(double peak) const {
+  MinPeakLaw solve(double peak) const {
     MinPeakLaw result;
     result.peak = peak;
     result.bounds = limits_;
@@ -144,40 +147,41 @@ class MinPeakSearch {
     return result;
   }
 
-  MinPeakLaw by_scaling(double peak) const {
-    MinPeakLaw result = at(peak);
+  MinPeakLaw solve_by_scaling(double peak) const {
+    MinPeakLaw result = solve(peak);
     if (!result.law.infeasibility_reason.empty()) return result;
     const double ratio = result.law.duration() / duration_;
     result.peak = peak * ratio * ratio;
     return result;
   }
 
-  /// The least duration falls as the peak rises: bracket, then halve, by the peak's excess over what rest needs.
-  MinPeakLaw by_bisection(double scale) const {
-    double low = 1e-6 * std::max(scale, at_rest_), high = scale;
-    MinPeakLaw slow = at(at_rest_ + low);
+  /// The minimum duration decreases as the peak increases: bracket and bisect the excess of the peak over its value at
+  /// rest.
+  MinPeakLaw solve_by_bisection(double scale) const {
+    double low = 1e-6 * std::max(scale, static_magnitude_), high = scale;
+    MinPeakLaw slow = solve(static_magnitude_ + low);
     if (slow.law.infeasibility_reason.empty() && slow.law.duration() <= duration_) {
       if (rates_.start != 0 || rates_.end != 0)
-        return refusal("any law that is slow enough has the peak of rest: a longer way at rest is not sought");
-      return slow;  // its pace may be slackened: nothing grows beyond what rest needs
+        return make_infeasible("any law that is slow enough has the peak of rest: a longer way at rest is not sought");
+      return slow;  // slowing down is allowed: no magnitude exceeds its value at rest
     }
-    MinPeakLaw fast = at(at_rest_ + high);
+    MinPeakLaw fast = solve(static_magnitude_ + high);
     while (!(fast.law.infeasibility_reason.empty() && fast.law.duration() <= duration_)) {
       low = high;
       high *= 4;
-      MinPeakLaw faster = at(at_rest_ + high);
-      const bool gains = faster.law.infeasibility_reason.empty() &&
-                         (!fast.law.infeasibility_reason.empty() ||
-                          faster.law.duration() < (1 - min_duration_gain) * fast.law.duration());
-      if (!gains && (fast.law.infeasibility_reason.empty() || high > max_relative_peak * scale))
+      MinPeakLaw faster = solve(static_magnitude_ + high);
+      const bool is_faster = faster.law.infeasibility_reason.empty() &&
+                             (!fast.law.infeasibility_reason.empty() ||
+                              faster.law.duration() < (1 - min_duration_gain) * fast.law.duration());
+      if (!is_faster && (fast.law.infeasibility_reason.empty() || high > max_relative_peak * scale))
         return report_short_duration(fast);
       fast = std::move(faster);
     }
     for (int halving = 0; halving < 100 && high - low > 1e-14 * high; ++halving) {
       const double middle = std::sqrt(low * high);
-      MinPeakLaw tried = at(at_rest_ + middle);
-      if (tried.law.infeasibility_reason.empty() && tried.law.duration() <= duration_) {
-        fast = std::move(tried);
+      MinPeakLaw candidate = solve(static_magnitude_ + middle);
+      if (candidate.law.infeasibility_reason.empty() && candidate.law.duration() <= duration_) {
+        fast = std::move(candidate);
         high = middle;
         if (duration_ - fast.law.duration() < duration_tolerance * duration_) break;
       } else {
@@ -188,18 +192,18 @@ class MinPeakSearch {
   }
 
   MinPeakLaw report_short_duration(const MinPeakLaw& fast) const {
-    if (!fast.law.infeasibility_reason.empty()) return refusal(fast.law.infeasibility_reason);
+    if (!fast.law.infeasibility_reason.empty()) return make_infeasible(fast.law.infeasibility_reason);
     char text[160];
     std::snprintf(text, sizeof text, "the duration is too short: the other limits alone need %.6g s",
                   fast.law.duration());
-    return refusal(text);
+    return make_infeasible(text);
   }
 
   const PathModel& model_;
   const std::vector<double>& limits_;
   EndpointRates rates_;
   double duration_;
-  double at_rest_ = 0, moving_ = 0, friction_ = 0;
+  double static_magnitude_ = 0, dynamic_magnitude_ = 0, friction_magnitude_ = 0;
 };
 
 }  // namespace
@@ -210,26 +214,27 @@ MinPeakLaw find_min_peak_law(const PathModel& model, const std::vector<double>& 
 }
 
 double find_max_limit_ratio_between(const PathModel& model, const std::vector<double>& bounds,
-                                    AccelerationLimits& allowed, const TimeLawNode& a, const TimeLawNode& b) {
+                                    AccelerationLimits& limits, const TimeLawNode& a, const TimeLawNode& b) {
   const ProfilePoint first{a.t, a.s, a.v, a.u_after, -1}, second{b.t, b.s, b.v, b.u_before, -1};
-  double worst = 0;
-  for (const double part : {0.25, 0.5, 0.75}) {
-    const ProfilePoint here = interpolate(first, second, a.t + part * (b.t - a.t));
-    allowed.move_to(here.s, 0, model.value.panels().size());
+  double max_ratio = 0;
+  for (const double fraction : {0.25, 0.5, 0.75}) {
+    const ProfilePoint point = interpolate(first, second, a.t + fraction * (b.t - a.t));
+    limits.move_to(point.s, 0, model.value.panels().size());
     for (std::size_t r = 0; r < bounds.size(); ++r) {
-      const double load = allowed.magnitude(static_cast<int>(r), here.v * here.v, here.u) / bounds[r];
-      worst = std::max(worst, load);
+      const double ratio = limits.magnitude(static_cast<int>(r), point.v * point.v, point.u) / bounds[r];
+      max_ratio = std::max(max_ratio, ratio);
     }
   }
-  return worst;
+  return max_ratio;
 }
 
 double find_max_limit_ratio(const PathModel& model, const std::vector<double>& bounds, const TimeOptimalLaw& law) {
-  AccelerationLimits allowed(model, bounds);
-  double worst = 0;
+  AccelerationLimits limits(model, bounds);
+  double max_ratio = 0;
   for (std::size_t k = 0; k + 1 < law.nodes.size(); ++k)
-    worst = std::max(worst, find_max_limit_ratio_between(model, bounds, allowed, law.nodes[k], law.nodes[k + 1]));
-  return worst;
+    max_ratio =
+        std::max(max_ratio, find_max_limit_ratio_between(model, bounds, limits, law.nodes[k], law.nodes[k + 1]));
+  return max_ratio;
 }
 
 namespace {
@@ -242,7 +247,7 @@ void validate_law_request(const Mechanism& mechanism, const Trajectory& trajecto
   require_constant_loads(mechanism, fastest ? "the law 'fastest'" : "the law 'gentlest'");
 }
 
-/// Rates of the path's parameter from the stated speeds.
+/// Rates of the path parameter from the given speeds.
 EndpointRates compute_endpoint_rates(const PathModel& model, const Trajectory& trajectory) {
   const auto rate = [](double speed, double scale) {
     if (speed == 0) return 0.0;
@@ -256,26 +261,26 @@ EndpointRates compute_endpoint_rates(const PathModel& model, const Trajectory& t
 
 PathLimits make_law_limits(const Mechanism& mechanism, const Trajectory& trajectory) {
   validate_law_request(mechanism, trajectory);
-  PathLimits task = collect_limits(mechanism, trajectory);
+  PathLimits law_limits = collect_limits(mechanism, trajectory);
   if (trajectory.law.kind == MotionLawKind::min_peak)
     for (const LimitableQuantity& quantity : require_limited_quantities(mechanism, trajectory.min_peak_quantity))
-      task.quantities.push_back(quantity);
-  return task;
+      law_limits.quantities.push_back(quantity);
+  return law_limits;
 }
 
-MinPeakLaw find_motion_law(const PathModel& model, const PathLimits& task, const Trajectory& trajectory) {
+MinPeakLaw find_motion_law(const PathModel& model, const PathLimits& law_limits, const Trajectory& trajectory) {
   const EndpointRates rates = compute_endpoint_rates(model, trajectory);
-  MinPeakLaw found;
+  MinPeakLaw result;
   if (trajectory.law.kind == MotionLawKind::min_peak) {
-    found = find_min_peak_law(model, task.half_widths, rates, trajectory.duration);
+    result = find_min_peak_law(model, law_limits.half_widths, rates, trajectory.duration);
   } else {
-    found.bounds = task.half_widths;
-    found.law = find_time_optimal_law(model, task.half_widths, rates);
+    result.bounds = law_limits.half_widths;
+    result.law = find_time_optimal_law(model, law_limits.half_widths, rates);
   }
-  if (found.law.infeasibility_reason.empty() &&
-      !(find_max_limit_ratio(model, found.bounds, found.law) < 1 + limit_violation_tolerance))
-    found.law.infeasibility_reason = "the search for the law lost its way: its limits would not be kept";
-  return found;
+  if (result.law.infeasibility_reason.empty() &&
+      !(find_max_limit_ratio(model, result.bounds, result.law) < 1 + limit_violation_tolerance))
+    result.law.infeasibility_reason = "the search for the law lost its way: its limits would not be kept";
+  return result;
 }
 
 }  // namespace balance

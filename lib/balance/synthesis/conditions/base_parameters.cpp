@@ -12,9 +12,9 @@ namespace balance {
 namespace {
 
 constexpr int min_identification_samples = 12, max_identification_samples = 2000;
-constexpr int max_identification_retries = 2;  ///< with twice as many samples each, before the rank is called unclear
+constexpr int max_identification_retries = 2;  ///< each with twice as many samples
 
-/// Generalised forces along the admissible velocities, per unit of every parameter, at random configurations.
+/// Stacks the regressor, projected onto the admissible velocities, at random configurations.
 template <class S>
 class BaseParameterIdentification {
  public:
@@ -33,8 +33,8 @@ class BaseParameterIdentification {
     const std::vector<int> order = order_pivots(mechanism_, out_.parameters);
     const auto P = static_cast<Eigen::Index>(out_.parameters.size());
     MatrixX rows(0, P);
-    for (int k = 0, wanted = 2 * static_cast<int>(P) + 20; k <= max_identification_retries; ++k, wanted *= 2) {
-      while (rows.rows() < wanted || out_.samples < min_identification_samples)
+    for (int k = 0, min_rows = 2 * static_cast<int>(P) + 20; k <= max_identification_retries; ++k, min_rows *= 2) {
+      while (rows.rows() < min_rows || out_.samples < min_identification_samples)
         if (!add_sample(units, rows)) return refuse(ConditionsStatus::not_assembled, sampler_.infeasibility_reason());
       if (!reduce_conditions(rows, units.parameter, units.mass, order, out_)) continue;
       out_.status = ConditionsStatus::done;
@@ -62,14 +62,14 @@ class BaseParameterIdentification {
     return balance::compute_regressor(tree_, state_).torque;
   }
 
-  /// Some accelerations that go with a velocity: they differ from all others by an admissible one.
+  /// A particular acceleration that is compatible with a velocity; all others differ from it by an admissible one.
   VectorX bias_acceleration(const VectorX& y, const VectorX& velocity) {
-    VectorX right = VectorX::Zero(tree_.closure_rows);
-    if (right.size() == 0) return VectorX::Zero(tree_.columns);
+    VectorX rhs = VectorX::Zero(tree_.closure_rows);
+    if (rhs.size() == 0) return VectorX::Zero(tree_.columns);
     const VectorX dy = scale_.cwiseProduct(velocity);
     compute_velocities(tree_, dy.data(), state_);
     compute_accelerations<S>(tree_, dy.data(), nullptr, S::Vector::Zero(), state_);
-    double* next = right.data();
+    double* next = rhs.data();
     for (const Closure<S>& closure : tree_.closures) {
       closure_bias(state_, closure, closure_pose(state_, closure), next);
       for (const ClosureRow& row : closure.rows) *next++ *= -compute_row_scale(tree_, closure, row);
@@ -78,25 +78,29 @@ class BaseParameterIdentification {
     MatrixX jacobian;
     system.velocity_jacobian(y, {}, jacobian);
     CompleteOrthogonalDecomposition qr;
-    qr.setThreshold(1e-9);  // redundant closures have rows of round-off
-    return qr.compute(jacobian).solve(right);
+    qr.setThreshold(1e-9);  // redundant closures leave rows of round-off
+    return qr.compute(jacobian).solve(rhs);
   }
 
-  /// Rows of inertia, velocity terms and weight at one more configuration.
+  /// Adds rows of inertia, velocity terms and weight at one more configuration. Returns false if there is none.
   bool add_sample(const NaturalUnits& units, MatrixX& rows) {
-    SampledConfiguration here;
-    if (out_.samples == max_identification_samples || !sampler_.next(here)) return false;
+    SampledConfiguration configuration;
+    if (out_.samples == max_identification_samples || !sampler_.next(configuration)) return false;
     ++out_.samples;
-    compute_poses(tree_, here.y.data(), state_);
-    const MatrixX project = here.null_space.transpose() * scale_.asDiagonal();
-    const VectorX rest = VectorX::Zero(tree_.columns);
-    const auto mixed = [&] { return VectorX(here.null_space * random_.normal(here.null_space.cols())); };
+    compute_poses(tree_, configuration.y.data(), state_);
+    const MatrixX projection = configuration.null_space.transpose() * scale_.asDiagonal();
+    const VectorX zero_rate = VectorX::Zero(tree_.columns);
+    const auto random_velocity = [&] {
+      return VectorX(configuration.null_space * random_.sample_normal(configuration.null_space.cols()));
+    };
     const double L2 = units.length * units.length;
-    add(project * compute_regressor(rest, mixed(), false) / L2, units, rows);
-    const VectorX velocity = mixed();
-    add(project * compute_regressor(velocity, bias_acceleration(here.y, velocity), false) / L2, units, rows);
+    add(projection * compute_regressor(zero_rate, random_velocity(), false) / L2, units, rows);
+    const VectorX velocity = random_velocity();
+    add(projection * compute_regressor(velocity, bias_acceleration(configuration.y, velocity), false) / L2, units,
+        rows);
     if (mechanism_.gravity.norm() > 0)
-      add(project * compute_regressor(rest, rest, true) / (units.acceleration * units.length), units, rows);
+      add(projection * compute_regressor(zero_rate, zero_rate, true) / (units.acceleration * units.length), units,
+          rows);
     return true;
   }
 
@@ -117,12 +121,12 @@ class BaseParameterIdentification {
 }  // namespace
 
 Conditions compute_base_parameters(const Mechanism& mechanism, std::uint64_t seed) {
-  Mechanism massive = mechanism;
-  massive.springs.clear();
-  massive.loads.clear();
-  massive.friction.clear();
+  Mechanism without_forces = mechanism;
+  without_forces.springs.clear();
+  without_forces.loads.clear();
+  without_forces.friction.clear();
   return dispatch_space(mechanism.space,
-                        [&]<class S>(S) { return BaseParameterIdentification<S>(massive, seed).run(); });
+                        [&]<class S>(S) { return BaseParameterIdentification<S>(without_forces, seed).run(); });
 }
 
 }  // namespace balance

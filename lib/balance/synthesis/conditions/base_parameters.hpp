@@ -5,11 +5,11 @@
 
 namespace balance {
 
-/// Of what an identification, or any measurement of efforts and motions, can tell. Each row of the matrix times π is one of them,
-/// solved for its pivot: that parameter grouped with others that occur only together with it. A parameter without a coefficient
-/// occurs nowhere. Springs, loads and friction are left out.
-/// @param seed of the configurations
-/// @return conditions without goals; mismatch never
+/// The combinations of parameters that measured efforts and motions can identify. Each row of the matrix times π is one
+/// base parameter, solved for its pivot: that parameter grouped with those that occur only together with it. A
+/// parameter without a coefficient does not affect the equation of motion. Springs, loads and friction are left out.
+/// @param seed of the random configurations
+/// @return conditions without goals; the status is never mismatch
 Conditions compute_base_parameters(const Mechanism& mechanism, std::uint64_t seed = 1);
 
 }  // namespace balance

@@ -34,46 +34,46 @@ ChainBuilder::ChainBuilder(const Mechanism& whole, const FreeSprings& loose, con
     : whole_(whole),
       loose_(loose),
       columns_(columns),
-      body_(whole.bodies.size(), -1),
-      coordinate_(whole.coordinates.size(), -1) {
+      chain_body_(whole.bodies.size(), -1),
+      chain_coordinate_(whole.coordinates.size(), -1) {
   chain_.mechanism.name = whole.name;
   chain_.mechanism.space = whole.space;
   chain_.mechanism.gravity = whole.gravity;
   chain_.mechanism.bodies.push_back(whole.bodies[ground]);
-  body_[ground] = ground;
+  chain_body_[ground] = ground;
 }
 
 void ChainBuilder::add_body(BodyId b) {
   const Body& body = whole_.bodies[static_cast<std::size_t>(b)];
-  body_[static_cast<std::size_t>(b)] = append(body);
+  chain_body_[static_cast<std::size_t>(b)] = append(body);
   chain_.name += (chain_.name.empty() ? "" : ", ") + body.name;
-  carried_.push_back({ParameterOwner::body, body_[static_cast<std::size_t>(b)], b});
+  shared_parameters_.push_back({ParameterOwner::body, chain_body_[static_cast<std::size_t>(b)], b});
 }
 
 void ChainBuilder::add_joint(JointId j) {
   Joint joint = whole_.joints[static_cast<std::size_t>(j)];
-  joint.first = body_[static_cast<std::size_t>(joint.first)];
-  joint.second = body_[static_cast<std::size_t>(joint.second)];
+  joint.first = chain_body_[static_cast<std::size_t>(joint.first)];
+  joint.second = chain_body_[static_cast<std::size_t>(joint.second)];
   append(joint, j);
 }
 
-void ChainBuilder::add_tip(const TipMass& tip, const VectorX& present) {
+void ChainBuilder::add_tip(const TipMass& tip, const VectorX& current_values) {
   Joint joint = whole_.joints[static_cast<std::size_t>(tip.joint)];
-  const bool beyond_first = joint.first == tip.other;
+  const bool is_other_first = joint.first == tip.other;
   Attachment mass;
   mass.name = "share at " + joint.name;
   mass.kind = AttachmentKind::payload;
-  mass.mass = tip.mass.dot(present);
+  mass.mass = tip.mass.dot(current_values);
   if (is_point_joint(joint.type)) {
-    mass.body = body_[static_cast<std::size_t>(beyond_first ? joint.second : joint.first)];
-    mass.position = beyond_first ? joint.point_second : joint.point_first;
+    mass.body = chain_body_[static_cast<std::size_t>(is_other_first ? joint.second : joint.first)];
+    mass.position = is_other_first ? joint.point_second : joint.point_first;
   } else {
-    Body end;
-    end.name = whole_.bodies[static_cast<std::size_t>(tip.other)].name;
-    mass.body = append(end);
-    mass.position = beyond_first ? joint.point_first : joint.point_second;
-    joint.first = beyond_first ? mass.body : body_[static_cast<std::size_t>(joint.first)];
-    joint.second = beyond_first ? body_[static_cast<std::size_t>(joint.second)] : mass.body;
+    Body tip_body;
+    tip_body.name = whole_.bodies[static_cast<std::size_t>(tip.other)].name;
+    mass.body = append(tip_body);
+    mass.position = is_other_first ? joint.point_first : joint.point_second;
+    joint.first = is_other_first ? mass.body : chain_body_[static_cast<std::size_t>(joint.first)];
+    joint.second = is_other_first ? chain_body_[static_cast<std::size_t>(joint.second)] : mass.body;
     append(joint, tip.joint);
   }
   add_mass(mass, tip.mass);
@@ -98,20 +98,21 @@ void ChainBuilder::add_attached_elements() {
       m.assembly.push_back({to_chain_coordinate(value.coordinate), value.value});
 }
 
-Chain ChainBuilder::build(MatrixX& left_over) {
-  const ParameterColumns own(list_terms(chain_.mechanism, chain_.loose_springs));
-  chain_.parameters = MatrixX::Zero(own.count(), columns_.count());
-  for (const SharedParameters& c : carried_) {
-    const Index size = own.size(c.bearer, c.index), from = columns_.first(c.bearer, c.whole_index);
-    chain_.parameters.block(own.first(c.bearer, c.index), from, size, size).setIdentity();
-    left_over.block(from, from, size, size).setZero();
+Chain ChainBuilder::build(MatrixX& remainder_map) {
+  const ParameterColumns chain_columns(list_terms(chain_.mechanism, chain_.loose_springs));
+  chain_.parameters = MatrixX::Zero(chain_columns.count(), columns_.count());
+  for (const SharedParameters& c : shared_parameters_) {
+    const Index size = chain_columns.size(c.owner_kind, c.index),
+                whole_first = columns_.first(c.owner_kind, c.whole_index);
+    chain_.parameters.block(chain_columns.first(c.owner_kind, c.index), whole_first, size, size).setIdentity();
+    remainder_map.block(whole_first, whole_first, size, size).setZero();
   }
-  for (const TipAttachment& p : points_) {
+  for (const TipAttachment& p : tip_attachments_) {
     const Vector3& r = chain_.mechanism.attachments[static_cast<std::size_t>(p.attachment)].position;
-    chain_.parameters.middleRows(own.first(ParameterOwner::attachment, p.attachment),
-                                 own.size(ParameterOwner::attachment, p.attachment)) +=
+    chain_.parameters.middleRows(chain_columns.first(ParameterOwner::attachment, p.attachment),
+                                 chain_columns.size(ParameterOwner::attachment, p.attachment)) +=
         point_mass_parameters(whole_.space, r) * p.mass.transpose();
-    if (p.parameter >= 0) left_over(p.parameter, p.parameter) = 0;
+    if (p.parameter >= 0) remainder_map(p.parameter, p.parameter) = 0;
   }
   return std::move(chain_);
 }
@@ -123,32 +124,33 @@ BodyId ChainBuilder::append(const Body& body) {
 
 void ChainBuilder::append(const Joint& joint, JointId whole) {
   chain_.mechanism.joints.push_back(joint);
-  joints_.push_back(whole);
+  whole_joints_.push_back(whole);
 }
 
-void ChainBuilder::add_mass(const Attachment& mass, const VectorX& linear, Index taken) {
+void ChainBuilder::add_mass(const Attachment& mass, const VectorX& coefficients, Index parameter) {
   chain_.mechanism.attachments.push_back(mass);
-  points_.push_back({static_cast<int>(chain_.mechanism.attachments.size()) - 1, linear, taken});
+  tip_attachments_.push_back({static_cast<int>(chain_.mechanism.attachments.size()) - 1, coefficients, parameter});
 }
 
 void ChainBuilder::find_coordinates() {
-  const auto& own = chain_.mechanism.coordinates;
-  for (std::size_t c = 0; c < own.size(); ++c)
+  const auto& coordinates = chain_.mechanism.coordinates;
+  for (std::size_t c = 0; c < coordinates.size(); ++c)
     for (std::size_t w = 0; w < whole_.coordinates.size(); ++w)
-      if (whole_.coordinates[w].joint == joints_[static_cast<std::size_t>(own[c].joint)] &&
-          whole_.coordinates[w].index == own[c].index)
-        coordinate_[w] = static_cast<int>(c);
+      if (whole_.coordinates[w].joint == whole_joints_[static_cast<std::size_t>(coordinates[c].joint)] &&
+          whole_.coordinates[w].index == coordinates[c].index)
+        chain_coordinate_[w] = static_cast<int>(c);
 }
 
 void ChainBuilder::add_attachment(int a) {
   Attachment attachment = whole_.attachments[static_cast<std::size_t>(a)];
-  if (!is_own(attachment.body)) return;
-  attachment.body = body_[static_cast<std::size_t>(attachment.body)];
+  if (!is_chain_body(attachment.body)) return;
+  attachment.body = chain_body_[static_cast<std::size_t>(attachment.body)];
   chain_.mechanism.attachments.push_back(attachment);
-  carried_.push_back({ParameterOwner::attachment, static_cast<int>(chain_.mechanism.attachments.size()) - 1, a});
+  shared_parameters_.push_back(
+      {ParameterOwner::attachment, static_cast<int>(chain_.mechanism.attachments.size()) - 1, a});
 }
 
-/// @return whether all that is followed are coordinates of this chain
+/// @return whether all followed coordinates belong to this chain
 bool ChainBuilder::map_to_chain(CoordinateCombination& followed) const {
   for (CoordinateTerm& term : followed.terms) {
     term.coordinate = to_chain_coordinate(term.coordinate);
@@ -157,15 +159,16 @@ bool ChainBuilder::map_to_chain(CoordinateCombination& followed) const {
   return true;
 }
 
-/// A disc that follows a coordinate of another chain loads this one with its mass; what its spin does is left over.
+/// If a disc follows a coordinate of another chain, this chain carries its mass; the effect of its spin stays
+/// unassigned.
 void ChainBuilder::add_disc(int d) {
   Disc disc = whole_.discs[static_cast<std::size_t>(d)];
-  const bool led_here = map_to_chain(disc.follows);
-  if (!has_body(disc.body) || (disc.body == ground && !led_here)) return;
-  disc.body = body_[static_cast<std::size_t>(disc.body)];
-  if (led_here) {
+  const bool is_driven_within_chain = map_to_chain(disc.follows);
+  if (!has_body(disc.body) || (disc.body == ground && !is_driven_within_chain)) return;
+  disc.body = chain_body_[static_cast<std::size_t>(disc.body)];
+  if (is_driven_within_chain) {
     chain_.mechanism.discs.push_back(disc);
-    carried_.push_back({ParameterOwner::disc, static_cast<int>(chain_.mechanism.discs.size()) - 1, d});
+    shared_parameters_.push_back({ParameterOwner::disc, static_cast<int>(chain_.mechanism.discs.size()) - 1, d});
   } else {
     const Index mass = columns_.first(ParameterOwner::disc, d);
     add_mass({disc.name, AttachmentKind::counterweight, disc.body, disc.position, disc.mass, Matrix3::Zero()},
@@ -177,17 +180,18 @@ void ChainBuilder::add_loads_and_friction() {
   Mechanism& m = chain_.mechanism;
   for (std::size_t l = 0; l < whole_.loads.size(); ++l) {
     Load load = whole_.loads[l];
-    if (!is_own(load.body)) continue;
-    load.body = body_[static_cast<std::size_t>(load.body)];
+    if (!is_chain_body(load.body)) continue;
+    load.body = chain_body_[static_cast<std::size_t>(load.body)];
     m.loads.push_back(load);
-    carried_.push_back({ParameterOwner::load, static_cast<int>(m.loads.size()) - 1, static_cast<int>(l)});
+    shared_parameters_.push_back({ParameterOwner::load, static_cast<int>(m.loads.size()) - 1, static_cast<int>(l)});
   }
   for (std::size_t f = 0; f < whole_.friction.size(); ++f) {
     Friction friction = whole_.friction[f];
     if (to_chain_coordinate(friction.coordinate) < 0) continue;
     friction.coordinate = to_chain_coordinate(friction.coordinate);
     m.friction.push_back(friction);
-    carried_.push_back({ParameterOwner::friction, static_cast<int>(m.friction.size()) - 1, static_cast<int>(f)});
+    shared_parameters_.push_back(
+        {ParameterOwner::friction, static_cast<int>(m.friction.size()) - 1, static_cast<int>(f)});
   }
 }
 
@@ -197,15 +201,16 @@ void ChainBuilder::add_spring(int s) {
     spring.coordinate = to_chain_coordinate(spring.coordinate);
     if (!spring.is_joint_spring()) return;
   } else {
-    if (!has_body(spring.first) || !has_body(spring.second) || (!is_own(spring.first) && !is_own(spring.second)))
+    if (!has_body(spring.first) || !has_body(spring.second) ||
+        (!is_chain_body(spring.first) && !is_chain_body(spring.second)))
       return;
-    spring.first = body_[static_cast<std::size_t>(spring.first)];
-    spring.second = body_[static_cast<std::size_t>(spring.second)];
+    spring.first = chain_body_[static_cast<std::size_t>(spring.first)];
+    spring.second = chain_body_[static_cast<std::size_t>(spring.second)];
   }
   chain_.mechanism.springs.push_back(spring);
   const auto index = static_cast<std::size_t>(s);
   chain_.loose_springs.push_back(index < loose_.size() && loose_[index]);
-  carried_.push_back({ParameterOwner::spring, static_cast<int>(chain_.mechanism.springs.size()) - 1, s});
+  shared_parameters_.push_back({ParameterOwner::spring, static_cast<int>(chain_.mechanism.springs.size()) - 1, s});
 }
 
 namespace {
@@ -217,131 +222,136 @@ class ChainSplitter {
   ChainSplitter(const Mechanism& whole, const FreeSprings& loose)
       : whole_(whole),
         loose_(loose),
-        d_(whole.space == SpaceKind::planar ? 2 : 3),
+        dimension_(whole.space == SpaceKind::planar ? 2 : 3),
         parameters_(list_terms(whole, loose)),
         columns_(parameters_),
-        cuts_(partition_graph(whole)),
-        tips_(static_cast<std::size_t>(cuts_.chains)) {}
+        partition_(partition_graph(whole)),
+        tips_(static_cast<std::size_t>(partition_.chains)) {}
 
   ChainSplit run() {
-    split_.failure_reason = cuts_.failure_reason;
-    split_.is_serial = cuts_.platforms.empty() && cuts_.opened_joints.empty();
+    split_.failure_reason = partition_.failure_reason;
+    split_.is_serial = partition_.platforms.empty() && partition_.opened_joints.empty();
     if (!split_.failure_reason.empty() || split_.is_serial) return std::move(split_);
     split_.unassigned = MatrixX::Identity(columns_.count(), columns_.count());
-    for (const Platform& platform : cuts_.platforms) distribute_platform_mass(platform);
-    for (const JointId joint : cuts_.opened_joints) open_loop(joint);
-    for (int chain = 0; chain < cuts_.chains; ++chain) build(chain);
+    for (const Platform& platform : partition_.platforms) distribute_platform_mass(platform);
+    for (const JointId joint : partition_.opened_joints) open_loop(joint);
+    for (int chain = 0; chain < partition_.chains; ++chain) build(chain);
     describe();
     return std::move(split_);
   }
 
  private:
   const Joint& joint(int j) const { return whole_.joints[static_cast<std::size_t>(j)]; }
-  int chain_of(BodyId body) const { return cuts_.chain_of[static_cast<std::size_t>(body)]; }
+  int chain_of(BodyId body) const { return partition_.chain_of[static_cast<std::size_t>(body)]; }
 
   void add_tip(int j, int other, const VectorX& mass) {
-    const int own = joint(j).first == other ? joint(j).second : joint(j).first;
-    tips_[static_cast<std::size_t>(chain_of(own))].push_back({j, other, mass});
+    const int chain_body = joint(j).first == other ? joint(j).second : joint(j).first;
+    tips_[static_cast<std::size_t>(chain_of(chain_body))].push_back({j, other, mass});
   }
 
   /// Mass and first moments of a body with everything on it, linear in the parameters: (1 + d) × P.
   MatrixX moments(BodyId body) const {
-    MatrixX sum = MatrixX::Zero(1 + d_, columns_.count());
-    const auto add = [&](ParameterOwner bearer, std::size_t index) {
-      const Index first = columns_.first(bearer, static_cast<int>(index));
-      sum.middleCols(first, 1 + d_) += MatrixX::Identity(1 + d_, 1 + d_);
+    MatrixX sum = MatrixX::Zero(1 + dimension_, columns_.count());
+    const auto add_element = [&](ParameterOwner owner_kind, std::size_t index) {
+      const Index first = columns_.first(owner_kind, static_cast<int>(index));
+      sum.middleCols(first, 1 + dimension_) += MatrixX::Identity(1 + dimension_, 1 + dimension_);
     };
-    add(ParameterOwner::body, static_cast<std::size_t>(body));
+    add_element(ParameterOwner::body, static_cast<std::size_t>(body));
     for (std::size_t a = 0; a < whole_.attachments.size(); ++a)
-      if (whole_.attachments[a].body == body) add(ParameterOwner::attachment, a);
+      if (whole_.attachments[a].body == body) add_element(ParameterOwner::attachment, a);
     for (std::size_t k = 0; k < whole_.discs.size(); ++k)
       if (whole_.discs[k].body == body) {
         const Index mass = columns_.first(ParameterOwner::disc, static_cast<int>(k));
         sum(0, mass) += 1;
-        sum.col(mass).tail(d_) += whole_.discs[k].position.head(d_);
+        sum.col(mass).tail(dimension_) += whole_.discs[k].position.head(dimension_);
       }
     return sum;
   }
 
-  /// Equal masses at the joints and smallest additions that move the CoM: wᵢ = m / n + dᵢᵀ (Σ d dᵀ)⁺ (m r − m r̄), with d the
-  /// joints' places from their mean r̄.
+  /// Equal masses at the joints plus the minimum-norm correction that moves the CoM: wᵢ = m / n + dᵢᵀ (Σ d dᵀ)⁺ (m r −
+  /// m r̄), with d the joints' positions relative to their mean r̄.
   void distribute_platform_mass(const Platform& platform) {
     const auto n = static_cast<Index>(platform.joints.size());
-    MatrixX places(d_, n);
+    MatrixX joint_positions(dimension_, n);
     for (Index i = 0; i < n; ++i) {
-      const Joint& at = joint(platform.joints[static_cast<std::size_t>(i)]);
-      places.col(i) = (at.first == platform.body ? at.point_first : at.point_second).head(d_);
+      const Joint& platform_joint = joint(platform.joints[static_cast<std::size_t>(i)]);
+      joint_positions.col(i) =
+          (platform_joint.first == platform.body ? platform_joint.point_first : platform_joint.point_second)
+              .head(dimension_);
     }
-    const VectorX mean = places.rowwise().mean();
-    const MatrixX total = moments(platform.body);
+    const VectorX mean = joint_positions.rowwise().mean();
+    const MatrixX platform_moments = moments(platform.body);
     CompleteOrthogonalDecomposition solver;
     solver.setThreshold(coincidence_tolerance);
-    solver.compute(places.colwise() - mean);
-    MatrixX shares = solver.solve(total.bottomRows(d_) - mean * total.row(0));
-    shares.rowwise() += total.row(0) / static_cast<double>(n);
+    solver.compute(joint_positions.colwise() - mean);
+    MatrixX joint_masses = solver.solve(platform_moments.bottomRows(dimension_) - mean * platform_moments.row(0));
+    joint_masses.rowwise() += platform_moments.row(0) / static_cast<double>(n);
     std::string text;
-    const Index own = columns_.first(ParameterOwner::body, platform.body),
+    const Index first_column = columns_.first(ParameterOwner::body, platform.body),
                 size = columns_.size(ParameterOwner::body, platform.body);
     for (Index i = 0; i < n; ++i) {
-      Vector3 place = Vector3::Zero();
-      place.head(d_) = places.col(i);
-      const VectorX mass = shares.row(i).transpose();
-      split_.unassigned.middleRows(own, size) -= point_mass_parameters(whole_.space, place) * mass.transpose();
-      const int at = platform.joints[static_cast<std::size_t>(i)];
-      add_tip(at, platform.body, mass);
-      text += (text.empty() ? "" : "; ") + ("at " + joint(at).name + ": " + linear_combination_text(parameters_, mass));
+      Vector3 position = Vector3::Zero();
+      position.head(dimension_) = joint_positions.col(i);
+      const VectorX mass = joint_masses.row(i).transpose();
+      split_.unassigned.middleRows(first_column, size) -=
+          point_mass_parameters(whole_.space, position) * mass.transpose();
+      const int joint_id = platform.joints[static_cast<std::size_t>(i)];
+      add_tip(joint_id, platform.body, mass);
+      text += (text.empty() ? "" : "; ") +
+              ("at " + joint(joint_id).name + ": " + linear_combination_text(parameters_, mass));
     }
     split_.notes.push_back("the chains carry point masses " + text);
-    // Cancelled to round-off.
+    // Cancelled up to round-off.
     for (double& entry : split_.unassigned.reshaped())
-      if (std::abs(entry) < 1e-14 * std::max(1.0, max_abs(places))) entry = 0;
-    if (solver.rank() < d_)
+      if (std::abs(entry) < 1e-14 * std::max(1.0, max_abs(joint_positions))) entry = 0;
+    if (solver.rank() < dimension_)
       split_.notes.push_back(
           fmt::format("the joints of {} lie on one {}: point masses there reproduce its CoM only as far as it "
                       "lies on it too",
                       name(platform.body), solver.rank() == 2 ? "plane" : "line"));
   }
 
-  /// Half of every payload at the joint's point goes over to the chain beyond. With payloads there on both bodies the spec says itself
-  /// which share is whose.
+  /// Moves half of every payload at the joint's point to the chain on the other side. With payloads on both bodies, the
+  /// spec itself defines the shares.
   void open_loop(int j) {
-    const Joint& at = joint(j);
-    bool on_first = false, on_second = false;
-    VectorX over = VectorX::Zero(columns_.count());  // from the first body's chain to the second's
-    for (std::size_t a = 0; a < whole_.attachments.size() && is_point_joint(at.type); ++a) {
+    const Joint& opened = joint(j);
+    bool has_first_payload = false, has_second_payload = false;
+    VectorX transferred_mass = VectorX::Zero(columns_.count());  // from the first body's chain to the second's
+    for (std::size_t a = 0; a < whole_.attachments.size() && is_point_joint(opened.type); ++a) {
       const Attachment& payload = whole_.attachments[a];
-      const bool first = payload.body == at.first, second = payload.body == at.second;
+      const bool first = payload.body == opened.first, second = payload.body == opened.second;
       if (payload.kind != AttachmentKind::payload || (!first && !second)) continue;
-      const Vector3 gap = payload.position - (first ? at.point_first : at.point_second);
-      if (gap.norm() > coincidence_tolerance * characteristic_length(whole_)) continue;
-      (first ? on_first : on_second) = true;
-      over[columns_.first(ParameterOwner::attachment, static_cast<int>(a))] = first ? 0.5 : -0.5;
+      const Vector3 offset = payload.position - (first ? opened.point_first : opened.point_second);
+      if (offset.norm() > coincidence_tolerance * characteristic_length(whole_)) continue;
+      (first ? has_first_payload : has_second_payload) = true;
+      transferred_mass[columns_.first(ParameterOwner::attachment, static_cast<int>(a))] = first ? 0.5 : -0.5;
     }
-    if (on_first && on_second) {
-      split_.notes.push_back(
-          fmt::format("at {}, {} and {} keep their own payloads", at.name, name(at.first), name(at.second)));
+    if (has_first_payload && has_second_payload) {
+      split_.notes.push_back(fmt::format("at {}, {} and {} keep their own payloads", opened.name, name(opened.first),
+                                         name(opened.second)));
       return;
     }
-    if (over.isZero(0)) return;
-    add_tip(j, at.second, -over);
-    add_tip(j, at.first, over);
-    split_.notes.push_back(fmt::format("at {}, {} goes over from {} to {}", at.name,
-                                       linear_combination_text(parameters_, over), name(at.first), name(at.second)));
+    if (transferred_mass.isZero(0)) return;
+    add_tip(j, opened.second, -transferred_mass);
+    add_tip(j, opened.first, transferred_mass);
+    split_.notes.push_back(fmt::format("at {}, {} goes over from {} to {}", opened.name,
+                                       linear_combination_text(parameters_, transferred_mass), name(opened.first),
+                                       name(opened.second)));
   }
 
   void build(int chain) {
     ChainBuilder builder(whole_, loose_, columns_);
     for (std::size_t b = 1; b < whole_.bodies.size(); ++b)
-      if (cuts_.chain_of[b] == chain) builder.add_body(static_cast<int>(b));
+      if (partition_.chain_of[b] == chain) builder.add_body(static_cast<int>(b));
     for (std::size_t j = 0; j < whole_.joints.size(); ++j) {
       const int a = whole_.joints[j].first, b = whole_.joints[j].second;
-      const bool opened = std::find(cuts_.opened_joints.begin(), cuts_.opened_joints.end(), static_cast<int>(j)) !=
-                          cuts_.opened_joints.end();
-      if (!opened && builder.has_body(a) && builder.has_body(b) && (a != ground || b != ground))
+      const bool is_opened = std::find(partition_.opened_joints.begin(), partition_.opened_joints.end(),
+                                       static_cast<int>(j)) != partition_.opened_joints.end();
+      if (!is_opened && builder.has_body(a) && builder.has_body(b) && (a != ground || b != ground))
         builder.add_joint(static_cast<int>(j));
     }
-    const VectorX present = term_values(whole_, loose_);
-    for (const TipMass& tip : tips_[static_cast<std::size_t>(chain)]) builder.add_tip(tip, present);
+    const VectorX current_values = term_values(whole_, loose_);
+    for (const TipMass& tip : tips_[static_cast<std::size_t>(chain)]) builder.add_tip(tip, current_values);
     builder.add_attached_elements();
     split_.chains.push_back(builder.build(split_.unassigned));
   }
@@ -351,8 +361,9 @@ class ChainSplitter {
   void describe() {
     std::string names, cut;
     for (const Chain& chain : split_.chains) names += (names.empty() ? "(" : ", (") + chain.name + ")";
-    for (const Platform& platform : cuts_.platforms) cut += (cut.empty() ? "at " : " and at ") + name(platform.body);
-    for (const int j : cuts_.opened_joints) cut += (cut.empty() ? "at joint " : " and at joint ") + joint(j).name;
+    for (const Platform& platform : partition_.platforms)
+      cut += (cut.empty() ? "at " : " and at ") + name(platform.body);
+    for (const int j : partition_.opened_joints) cut += (cut.empty() ? "at joint " : " and at joint ") + joint(j).name;
     split_.notes.insert(split_.notes.begin(), fmt::format("split {} into the chains {}", cut, names));
     std::size_t couplings = 0;
     for (const Chain& chain : split_.chains) couplings += chain.mechanism.couplings.size();
@@ -361,7 +372,7 @@ class ChainSplitter {
           "couplings between different chains are left out: the chains are balanced for more motions than "
           "the mechanism has");
     if (whole_.space == SpaceKind::planar)
-      for (const Platform& platform : cuts_.platforms)
+      for (const Platform& platform : partition_.platforms)
         split_.notes.push_back(fmt::format(
             "the point masses have another moment of inertia than {}: {} is left over", name(platform.body),
             linear_combination_text(
@@ -371,10 +382,10 @@ class ChainSplitter {
 
   const Mechanism& whole_;
   const FreeSprings& loose_;
-  Index d_;
+  Index dimension_;
   std::vector<Parameter> parameters_;
   ParameterColumns columns_;
-  GraphPartition cuts_;
+  GraphPartition partition_;
   std::vector<std::vector<TipMass>> tips_;  ///< per chain
   ChainSplit split_;
 };

@@ -15,10 +15,10 @@ namespace balance {
 
 namespace {
 
-/// Coefficients below this part of their row's largest are round-off.
+/// Coefficients below this fraction of the largest one in their row are round-off.
 constexpr double coefficient_tolerance = 1e-9;
 
-/// The matrices with one symbol larger and smaller.
+/// The conditions' matrices with one symbol increased and decreased.
 struct PerturbedMatrices {
   MatrixX up, down;
 };
@@ -67,12 +67,12 @@ void mark_used_symbols(const CoefficientFormula& formula, std::vector<bool>& use
     for (const SymbolPower& power : term.powers) used[static_cast<std::size_t>(power.symbol)] = true;
 }
 
-/// One symbol's conditions, if it changes any and leaves them comparable.
+/// Perturbs one symbol. Returns std::nullopt if no condition changes or the conditions are no longer comparable.
 std::optional<PerturbedMatrices> perturb_symbol(const Mechanism& mechanism, const Conditions& conditions,
                                                 const GeometricSymbol& symbol,
                                                 const std::function<Conditions(const Mechanism&)>& derive) {
   const Conditions up = derive(scale_symbol(mechanism, symbol, probe_factor));
-  // what a larger symbol does not change, a smaller one does not either
+  // what a larger symbol does not change, a smaller one does not change either
   if (!has_same_pivots(conditions, up) || !has_changed(conditions.matrix, up.matrix)) return std::nullopt;
   const Conditions down = derive(scale_symbol(mechanism, symbol, 1 / probe_factor));
   if (!has_same_pivots(conditions, down)) return std::nullopt;
@@ -91,17 +91,18 @@ bool has_unnamed(const MatrixX& matrix, const ConditionNames& names) {
   return false;
 }
 
-/// Names for what is still a bare number: with points by distance and direction instead of their coordinates.
+/// Names the remaining bare numbers: describes points by distance and direction instead of by coordinates.
 void name_by_angles(const Mechanism& mechanism, const Conditions& conditions, std::vector<PerturbedMatrices> probes,
                     const std::function<Conditions(const Mechanism&)>& derive, ConditionNames& names) {
   const MatrixX& matrix = conditions.matrix;
   std::vector<bool> replaced(names.symbols.size(), false), is_angle(names.symbols.size(), false);
   for (const PolarPoint& point : list_polar_points(mechanism)) {
-    // lengths that the spec names stay
-    bool own = false;
+    // lengths named by the spec are kept
+    bool is_named = false;
     for (std::size_t s = 0; s < replaced.size(); ++s)
-      if (names.symbols[s].label == point.first || names.symbols[s].label == point.second) own = replaced[s] = true;
-    if (!own) continue;
+      if (names.symbols[s].label == point.first || names.symbols[s].label == point.second)
+        is_named = replaced[s] = true;
+    if (!is_named) continue;
     for (const auto* number : {&point.distance, &point.angle}) {
       const bool angle = number == &point.angle;
       GeometricSymbol symbol{number->label, number->unit, number->value, {{*number, 1}}, angle};
@@ -112,60 +113,62 @@ void name_by_angles(const Mechanism& mechanism, const Conditions& conditions, st
       }
     }
   }
-  std::vector<Eigen::Index> used;
-  std::vector<bool> used_angle;
+  std::vector<Eigen::Index> active_symbols;
+  std::vector<bool> is_active_angle;
   for (std::size_t s = 0; s < names.symbols.size(); ++s) {
     if (s < replaced.size() && replaced[s]) continue;
-    used.push_back(static_cast<Eigen::Index>(s));
-    used_angle.push_back(is_angle[s]);
+    active_symbols.push_back(static_cast<Eigen::Index>(s));
+    is_active_angle.push_back(is_angle[s]);
   }
-  VectorX some(static_cast<Eigen::Index>(used.size()));
-  for (std::size_t u = 0; u < used.size(); ++u)
-    some[static_cast<Eigen::Index>(u)] = names.symbols[static_cast<std::size_t>(used[u])].value;
+  VectorX values(static_cast<Eigen::Index>(active_symbols.size()));
+  for (std::size_t u = 0; u < active_symbols.size(); ++u)
+    values[static_cast<Eigen::Index>(u)] = names.symbols[static_cast<std::size_t>(active_symbols[u])].value;
   for (Eigen::Index row = 0; row < matrix.rows(); ++row)
     for (Eigen::Index column = 0; column < matrix.cols(); ++column) {
       if (!is_unnamed(matrix, names, row, column)) continue;
-      PerturbationResponse response{matrix(row, column), VectorX(some.size()), VectorX(some.size())};
-      for (std::size_t u = 0; u < used.size(); ++u) {
-        response.up[static_cast<Eigen::Index>(u)] = probes[static_cast<std::size_t>(used[u])].up(row, column);
-        response.down[static_cast<Eigen::Index>(u)] = probes[static_cast<std::size_t>(used[u])].down(row, column);
+      PerturbationResponse response{matrix(row, column), VectorX(values.size()), VectorX(values.size())};
+      for (std::size_t u = 0; u < active_symbols.size(); ++u) {
+        response.up[static_cast<Eigen::Index>(u)] = probes[static_cast<std::size_t>(active_symbols[u])].up(row, column);
+        response.down[static_cast<Eigen::Index>(u)] =
+            probes[static_cast<std::size_t>(active_symbols[u])].down(row, column);
       }
-      auto formula = recognise_trigonometric_coefficient(some, used_angle, response);
+      auto formula = recognise_trigonometric_coefficient(values, is_active_angle, response);
       if (!formula) continue;
       for (SymbolPower& power : formula->factor.powers)
-        power.symbol = static_cast<int>(used[static_cast<std::size_t>(power.symbol)]);
+        power.symbol = static_cast<int>(active_symbols[static_cast<std::size_t>(power.symbol)]);
       for (SymbolPower& angle : formula->wave->angles)
-        angle.symbol = static_cast<int>(used[static_cast<std::size_t>(angle.symbol)]);
+        angle.symbol = static_cast<int>(active_symbols[static_cast<std::size_t>(angle.symbol)]);
       names.formulas[static_cast<std::size_t>(row)][static_cast<std::size_t>(column)] = std::move(*formula);
     }
 }
 
-/// Keeps the symbols that occur, in their order.
+/// Keeps the symbols that occur, in order.
 void remove_unused_symbols(ConditionNames& names) {
   std::vector<bool> used(names.symbols.size(), false);
   for (const auto& row : names.formulas)
     for (const auto& formula : row)
       if (formula) mark_used_symbols(*formula, used);
-  std::vector<int> place(used.size(), -1);
-  std::vector<GeometricSymbol> kept;
+  std::vector<int> new_index(used.size(), -1);
+  std::vector<GeometricSymbol> used_symbols;
   for (std::size_t s = 0; s < used.size(); ++s) {
     if (!used[s]) continue;
-    place[s] = static_cast<int>(kept.size());
-    kept.push_back(std::move(names.symbols[s]));
+    new_index[s] = static_cast<int>(used_symbols.size());
+    used_symbols.push_back(std::move(names.symbols[s]));
   }
   const auto renumber = [&](RationalMonomial& term) {
-    for (SymbolPower& power : term.powers) power.symbol = place[static_cast<std::size_t>(power.symbol)];
+    for (SymbolPower& power : term.powers) power.symbol = new_index[static_cast<std::size_t>(power.symbol)];
   };
   for (auto& row : names.formulas) {
     for (auto& formula : row) {
       if (!formula) continue;
       renumber(formula->factor);
       if (formula->wave)
-        for (SymbolPower& angle : formula->wave->angles) angle.symbol = place[static_cast<std::size_t>(angle.symbol)];
+        for (SymbolPower& angle : formula->wave->angles)
+          angle.symbol = new_index[static_cast<std::size_t>(angle.symbol)];
       for (RationalMonomial& term : formula->sum) renumber(term);
     }
   }
-  names.symbols = std::move(kept);
+  names.symbols = std::move(used_symbols);
 }
 
 }  // namespace
@@ -216,53 +219,54 @@ ConditionNames name_coefficients(const Mechanism& mechanism, const Conditions& c
 
 namespace {
 
-/// Relative; conditions carry round-off of about 1e-10, and a wrong law of second order would miss by 2e-4.
+/// Relative. Conditions carry round-off of about 1e-10; a wrong second-order law would be off by 2e-4.
 constexpr double recognition_tolerance = 1e-7;
 constexpr int max_angle_multiple = 2;
 constexpr int max_exponent = 4, max_exponent_in_sum = 2, max_integer = 4;
 
 bool is_near(double a, double b, double scale) { return std::abs(a - b) <= recognition_tolerance * scale; }
 
-/// The exponent with which a response follows one symbol, if it follows a power at all.
+/// Returns the exponent if the response is a power of one symbol, otherwise std::nullopt.
 std::optional<int> find_exponent(const PerturbationResponse& r, Eigen::Index s) {
   const double up = r.up[s] / r.value, down = r.down[s] / r.value;
   if (!(up > 0) || !(down > 0) || !is_near(up * down, 1, 1)) return std::nullopt;
   const double exponent = elementary::log(up / down) / (2 * elementary::log(probe_factor));
-  const int whole = static_cast<int>(std::lround(exponent));
-  // Divided by the step's logarithm, noise is sixty times larger.
-  if (std::abs(exponent - whole) > 64 * recognition_tolerance || std::abs(whole) > max_exponent) return std::nullopt;
-  return whole;
+  const int rounded = static_cast<int>(std::lround(exponent));
+  // Division by the step's logarithm amplifies noise about sixty times.
+  if (std::abs(exponent - rounded) > 64 * recognition_tolerance || std::abs(rounded) > max_exponent)
+    return std::nullopt;
+  return rounded;
 }
 
-/// How many times over an angle turns a response that is a wave; 0: not at all.
-/// @param quadrature what other angles say that the wave is a quarter turn back; 0: not known yet, then the multiple is positive
+/// Returns the multiple of one angle in a sinusoidal response; 0 if the response does not depend on the angle.
+/// @param quadrature A sin ψ for the response A cos ψ, from other angles; 0: unknown, then the multiple is positive
 std::optional<int> find_angle_multiple(const PerturbationResponse& r, Eigen::Index s, double quadrature) {
   const double scale = std::abs(r.value) + std::abs(r.up[s]) + std::abs(r.down[s]);
   if (is_near(r.up[s], r.value, scale) && is_near(r.down[s], r.value, scale)) return 0;
   for (int k = 1; k <= max_angle_multiple; ++k) {
     if (!is_near(r.up[s] + r.down[s], 2 * r.value * elementary::cos(k * probe_angle), scale)) continue;
-    const double own = -(r.up[s] - r.down[s]) / (2 * elementary::sin(k * probe_angle));
+    const double measured_quadrature = -(r.up[s] - r.down[s]) / (2 * elementary::sin(k * probe_angle));
     if (quadrature == 0) return k;
     for (const int sign : {1, -1})
-      if (std::abs(own - sign * quadrature) < 1e-5 * (scale + std::abs(quadrature))) return sign * k;
+      if (std::abs(measured_quadrature - sign * quadrature) < 1e-5 * (scale + std::abs(quadrature))) return sign * k;
   }
   return std::nullopt;
 }
 
-RationalMonomial without_number(std::vector<SymbolPower> powers) { return {1, 1, std::move(powers)}; }
+RationalMonomial unit_monomial(std::vector<SymbolPower> powers) { return {1, 1, std::move(powers)}; }
 
-/// A number that is the sum of two powers of each symbol.
+/// A number that is a sum of two products of powers of the symbols.
 class TwoTermSum {
  public:
-  TwoTermSum(const VectorX& symbols, const PerturbationResponse& response, const std::vector<int>& changing)
-      : symbols_(symbols), response_(response), changing_(changing) {}
+  TwoTermSum(const VectorX& symbols, const PerturbationResponse& response, const std::vector<int>& dependent_symbols)
+      : symbols_(symbols), response_(response), dependent_symbols_(dependent_symbols) {}
 
   std::optional<std::vector<RationalMonomial>> find() const {
     for (int total = 1; total <= 2 * max_exponent_in_sum; ++total) {
       for (int i = -max_exponent_in_sum; i <= max_exponent_in_sum; ++i) {
         for (int k = -max_exponent_in_sum; k < i; ++k) {
           if (std::abs(i) + std::abs(k) != total) continue;
-          if (auto found = with_first(i, k)) return found;
+          if (auto terms = solve_for_exponents(i, k)) return terms;
         }
       }
     }
@@ -270,49 +274,52 @@ class TwoTermSum {
   }
 
  private:
-  /// The exponents i and k of the first symbol split the value into its two parts.
-  std::optional<std::vector<RationalMonomial>> with_first(int i, int k) const {
+  /// Splits the value into its two terms, given the exponents i and k of the first symbol.
+  std::optional<std::vector<RationalMonomial>> solve_for_exponents(int i, int k) const {
     const double fi = elementary::pow(probe_factor, i), fk = elementary::pow(probe_factor, k);
-    const double first = (response_.up[changing_[0]] - response_.value * fk) / (fi - fk);
+    const double first = (response_.up[dependent_symbols_[0]] - response_.value * fk) / (fi - fk);
     const double second = response_.value - first;
-    if (!follows(changing_[0], first, second, i, k)) return std::nullopt;
+    if (!matches_response(dependent_symbols_[0], first, second, i, k)) return std::nullopt;
     std::vector<SymbolPower> a, b;
-    for (const int s : changing_) {
-      const auto exponents = s == changing_[0] ? std::optional(std::pair(i, k)) : split(s, first, second);
+    for (const int s : dependent_symbols_) {
+      const auto exponents =
+          s == dependent_symbols_[0] ? std::optional(std::pair(i, k)) : find_exponent_pair(s, first, second);
       if (!exponents) return std::nullopt;
       if (exponents->first != 0) a.push_back({s, exponents->first});
       if (exponents->second != 0) b.push_back({s, exponents->second});
     }
-    const auto one = complete(first, a), two = complete(second, b);
-    if (!one || !two) return std::nullopt;
-    return one->numerator < 0 && two->numerator > 0 ? std::vector{*two, *one} : std::vector{*one, *two};
+    const auto first_term = make_term(first, a), second_term = make_term(second, b);
+    if (!first_term || !second_term) return std::nullopt;
+    return first_term->numerator < 0 && second_term->numerator > 0 ? std::vector{*second_term, *first_term}
+                                                                   : std::vector{*first_term, *second_term};
   }
 
-  bool follows(int s, double first, double second, int i, int k) const {
+  bool matches_response(int s, double first, double second, int i, int k) const {
     const double scale = std::abs(first) + std::abs(second);
-    const auto at = [&](double f) { return first * elementary::pow(f, i) + second * elementary::pow(f, k); };
-    return is_near(at(probe_factor), response_.up[s], scale) && is_near(at(1 / probe_factor), response_.down[s], scale);
+    const auto value_at = [&](double f) { return first * elementary::pow(f, i) + second * elementary::pow(f, k); };
+    return is_near(value_at(probe_factor), response_.up[s], scale) &&
+           is_near(value_at(1 / probe_factor), response_.down[s], scale);
   }
 
-  std::optional<std::pair<int, int>> split(int s, double first, double second) const {
+  std::optional<std::pair<int, int>> find_exponent_pair(int s, double first, double second) const {
     for (int i = -max_exponent_in_sum; i <= max_exponent_in_sum; ++i)
       for (int k = -max_exponent_in_sum; k <= max_exponent_in_sum; ++k)
-        if (follows(s, first, second, i, k)) return std::pair(i, k);
+        if (matches_response(s, first, second, i, k)) return std::pair(i, k);
     return std::nullopt;
   }
 
-  std::optional<RationalMonomial> complete(double part, const std::vector<SymbolPower>& powers) const {
-    const double product = without_number(powers).value(symbols_);
-    // A part that is next to nothing is an artefact of the split.
-    if (std::abs(part) < recognition_tolerance * std::abs(response_.value)) return std::nullopt;
-    auto ratio = find_small_ratio(part / product);
+  std::optional<RationalMonomial> make_term(double term_value, const std::vector<SymbolPower>& powers) const {
+    const double product = unit_monomial(powers).value(symbols_);
+    // A part that is almost zero is an artefact of the split.
+    if (std::abs(term_value) < recognition_tolerance * std::abs(response_.value)) return std::nullopt;
+    auto ratio = find_small_ratio(term_value / product);
     if (ratio) ratio->powers = powers;
     return ratio;
   }
 
   const VectorX& symbols_;
   const PerturbationResponse& response_;
-  const std::vector<int>& changing_;
+  const std::vector<int>& dependent_symbols_;
 };
 
 }  // namespace
@@ -350,23 +357,23 @@ std::optional<RationalMonomial> find_small_ratio(double number) {
 std::optional<CoefficientFormula> recognise_coefficient(const VectorX& symbols, const PerturbationResponse& response) {
   if (response.value == 0 || !std::isfinite(response.value)) return std::nullopt;
   std::vector<SymbolPower> powers;
-  std::vector<int> changing;  // by no power
+  std::vector<int> dependent_symbols;  // symbols without a power law
   for (Eigen::Index s = 0; s < symbols.size(); ++s) {
     const auto exponent = find_exponent(response, s);
-    if (!exponent) changing.push_back(static_cast<int>(s));
+    if (!exponent) dependent_symbols.push_back(static_cast<int>(s));
     if (exponent && *exponent != 0) powers.push_back({static_cast<int>(s), *exponent});
   }
-  const double product = without_number(powers).value(symbols);
-  if (changing.empty()) {
+  const double product = unit_monomial(powers).value(symbols);
+  if (dependent_symbols.empty()) {
     auto ratio = find_small_ratio(response.value / product);
     if (!ratio) return std::nullopt;
     ratio->powers = std::move(powers);
     return CoefficientFormula{*ratio, {}, std::nullopt};
   }
-  const PerturbationResponse rest{response.value / product, response.up / product, response.down / product};
-  auto sum = TwoTermSum(symbols, rest, changing).find();
+  const PerturbationResponse sum_response{response.value / product, response.up / product, response.down / product};
+  auto sum = TwoTermSum(symbols, sum_response, dependent_symbols).find();
   if (!sum) return std::nullopt;
-  return CoefficientFormula{without_number(std::move(powers)), std::move(*sum), std::nullopt};
+  return CoefficientFormula{unit_monomial(std::move(powers)), std::move(*sum), std::nullopt};
 }
 
 std::optional<CoefficientFormula> recognise_trigonometric_coefficient(const VectorX& symbols,
@@ -375,8 +382,8 @@ std::optional<CoefficientFormula> recognise_trigonometric_coefficient(const Vect
   const double f = response.value;
   if (f == 0 || !std::isfinite(f)) return std::nullopt;
   std::vector<SymbolPower> powers;
-  TrigonometricFactor wave;
-  double turned = 0, quadrature = 0;  // Σ k a; A sin ψ where f = A cos ψ
+  TrigonometricFactor trig;
+  double angle_sum = 0, quadrature = 0;  // Σ k a; A sin ψ where f = A cos ψ
   for (Eigen::Index s = 0; s < symbols.size(); ++s) {
     const auto symbol = static_cast<int>(s);
     if (!is_angle[static_cast<std::size_t>(s)]) {
@@ -385,27 +392,27 @@ std::optional<CoefficientFormula> recognise_trigonometric_coefficient(const Vect
       if (*exponent != 0) powers.push_back({symbol, *exponent});
       continue;
     }
-    const auto multiple = find_angle_multiple(response, s, wave.angles.empty() ? 0 : quadrature);
+    const auto multiple = find_angle_multiple(response, s, trig.angles.empty() ? 0 : quadrature);
     if (!multiple) return std::nullopt;
     if (*multiple == 0) continue;
-    if (wave.angles.empty())
+    if (trig.angles.empty())
       quadrature = -(response.up[s] - response.down[s]) / (2 * elementary::sin(*multiple * probe_angle));
-    wave.angles.push_back({symbol, *multiple});
-    turned += *multiple * symbols[s];
+    trig.angles.push_back({symbol, *multiple});
+    angle_sum += *multiple * symbols[s];
   }
-  if (wave.angles.empty()) return std::nullopt;
-  const double quarters = (elementary::atan2(quadrature, f) - turned) / (std::numbers::pi / 2),
-               whole = std::round(quarters);
-  // Near a crest the phase is known to half the digits.
-  if (std::abs(quarters - whole) > 1e-5) return std::nullopt;
-  const int quarter = ((static_cast<int>(whole) % 4) + 4) % 4;  // cos(x + quarter π/2)
-  wave.is_sine = quarter % 2 == 1;
-  const double size = wave.value(symbols) * without_number(powers).value(symbols);
-  if (size == 0) return std::nullopt;
-  auto ratio = find_small_ratio(f / size);
+  if (trig.angles.empty()) return std::nullopt;
+  const double quarters = (elementary::atan2(quadrature, f) - angle_sum) / (std::numbers::pi / 2),
+               rounded_quarters = std::round(quarters);
+  // Near a crest, the phase is accurate to only half the digits.
+  if (std::abs(quarters - rounded_quarters) > 1e-5) return std::nullopt;
+  const int quarter = ((static_cast<int>(rounded_quarters) % 4) + 4) % 4;  // cos(x + quarter π/2)
+  trig.is_sine = quarter % 2 == 1;
+  const double basis_value = trig.value(symbols) * unit_monomial(powers).value(symbols);
+  if (basis_value == 0) return std::nullopt;
+  auto ratio = find_small_ratio(f / basis_value);
   if (!ratio) return std::nullopt;
   ratio->powers = std::move(powers);
-  return CoefficientFormula{std::move(*ratio), {}, std::move(wave)};
+  return CoefficientFormula{std::move(*ratio), {}, std::move(trig)};
 }
 
 }  // namespace balance

@@ -15,26 +15,26 @@ ComToolMap fit_in_space(const Mechanism& mechanism, GoalKind kind, const Conditi
   const NaturalUnits units(mechanism, parameters);
   Tree<S> tree = compile_tree<S>(mechanism, mechanism.actuators);
   ConfigurationSampler<S> sampler(mechanism, tree, options.seed);
-  SampledConfiguration here;
-  if (!sampler.next(here)) return {};
+  SampledConfiguration configuration;
+  if (!sampler.next(configuration)) return {};
   GoalRows<S> goal_rows(mechanism, tree, units, {{kind}}, options, sampler.freedoms());
   if (!goal_rows.mismatch_reason().empty()) return {};
-  MatrixX all(0, goal_rows.parameters() + goal_rows.extra_unknowns()), rows;
+  MatrixX stacked_rows(0, goal_rows.parameters() + goal_rows.extra_unknowns()), rows;
   for (int k = 0; k < com_fit_samples; ++k) {
-    goal_rows.evaluate(here, {here.null_space, VectorX::Zero(tree.columns)}, rows);
-    all.conservativeResize(all.rows() + rows.rows(), Eigen::NoChange);
-    all.bottomRows(rows.rows()) = rows;
-    if (!sampler.next(here)) break;
+    goal_rows.evaluate(configuration, {configuration.null_space, VectorX::Zero(tree.columns)}, rows);
+    stacked_rows.conservativeResize(stacked_rows.rows() + rows.rows(), Eigen::NoChange);
+    stacked_rows.bottomRows(rows.rows()) = rows;
+    if (!sampler.next(configuration)) break;
   }
   // momentum − X · (tool velocity, rates of axes) = 0 with X = mass · (A, B), row by row
-  const VectorX momentum = all.leftCols(goal_rows.parameters()) *
+  const VectorX momentum = stacked_rows.leftCols(goal_rows.parameters()) *
                            term_values(mechanism, options.loose_springs).cwiseQuotient(units.parameter);
-  CompleteOrthogonalDecomposition least;  // of a body that does not turn B is nothing
-  least.setThreshold(1e-9);
-  const VectorX X = least.compute(all.rightCols(goal_rows.extra_unknowns())).solve(-momentum);
+  CompleteOrthogonalDecomposition solver;  // minimum norm: B = 0 if the body does not rotate
+  solver.setThreshold(1e-9);
+  const VectorX X = solver.compute(stacked_rows.rightCols(goal_rows.extra_unknowns())).solve(-momentum);
   const Eigen::Index d = S::dimension, width = X.size() / d;
-  const MatrixX both = Eigen::Map<const Samples>(X.data(), d, width) / tree.mass;
-  return {both.leftCols(d), width > d ? MatrixX(units.length * both.rightCols(width - d)) : MatrixX::Zero(d, d)};
+  const MatrixX maps = Eigen::Map<const Samples>(X.data(), d, width) / tree.mass;
+  return {maps.leftCols(d), width > d ? MatrixX(units.length * maps.rightCols(width - d)) : MatrixX::Zero(d, d)};
 }
 
 }  // namespace

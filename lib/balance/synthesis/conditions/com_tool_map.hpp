@@ -11,12 +11,12 @@ struct ComToolMap {
   MatrixX B;  ///< axes × axes in the plane, 3 × 9 in space [m]; zero for `proportional`
 };
 
-/// The law that fits best over random configurations; exact where the conditions of the goal are met.
+/// Least-squares fit over random configurations; exact if the goal's conditions are met.
 /// @param kind proportional or affine
 /// Source: P3 eq. 53–61
 ComToolMap fit_com_tool_map(const Mechanism& mechanism, GoalKind kind, const ConditionOptions& options = {});
 
-/// A of the goal `proportional`: the constant matrix for which CoM velocity = A · tool velocity fits best.
+/// The matrix A of the goal `proportional`: the constant matrix for which CoM velocity = A · tool velocity fits best.
 MatrixX fit_com_tool_matrix(const Mechanism& mechanism, const ConditionOptions& options = {});
 
 }  // namespace balance

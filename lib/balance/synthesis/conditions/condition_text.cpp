@@ -23,7 +23,7 @@ constexpr std::array greek_names = {"alpha", "beta",  "gamma", "delta",  "epsilo
                                     "omega", "Gamma", "Delta", "Theta",  "Lambda",  "Omega"};
 constexpr std::size_t max_terms_per_line = 5;
 
-/// A name in upright letters.
+/// A name in upright type.
 std::string upright_latex(const std::string& name) {
   std::string text;
   for (const char c : name) {
@@ -46,7 +46,7 @@ std::string upright_latex(const std::string& name) {
 
 bool is_digit(char c) { return std::isdigit(static_cast<unsigned char>(c)) != 0; }
 
-/// A word in slanted letters: a Greek letter, a single letter or a name.
+/// A word in italic type: a Greek letter, a single letter or a name.
 std::string italic_latex(const std::string& word) {
   if (std::find(greek_names.begin(), greek_names.end(), word) != greek_names.end()) return "\\" + word;
   return word.size() == 1 && std::isalnum(static_cast<unsigned char>(word[0])) != 0
@@ -54,13 +54,13 @@ std::string italic_latex(const std::string& word) {
              : "\\mathit{" + upright_latex(word).substr(6);
 }
 
-/// "l1", "l_1", "l_max": a word and what stands below it.
+/// "l1", "l_1", "l_max": a word and its subscript.
 std::string identifier_latex(const std::string& name) {
-  const std::size_t low = name.find('_');
-  if (low != std::string::npos && low > 0 && low + 1 < name.size()) {
-    const std::string index = name.substr(low + 1);
-    const bool number = std::all_of(index.begin(), index.end(), is_digit);
-    return italic_latex(name.substr(0, low)) + "_{" + (number ? index : upright_latex(index)) + "}";
+  const std::size_t underscore = name.find('_');
+  if (underscore != std::string::npos && underscore > 0 && underscore + 1 < name.size()) {
+    const std::string index = name.substr(underscore + 1);
+    const bool is_numeric = std::all_of(index.begin(), index.end(), is_digit);
+    return italic_latex(name.substr(0, underscore)) + "_{" + (is_numeric ? index : upright_latex(index)) + "}";
   }
   std::size_t digits = name.size();
   while (digits > 0 && is_digit(name[digits - 1])) --digits;
@@ -70,25 +70,27 @@ std::string identifier_latex(const std::string& name) {
 }
 
 std::string monomial_size(const RationalMonomial& m, const std::vector<GeometricSymbol>& symbols) {
-  std::vector<std::string> above, below;
+  std::vector<std::string> numerator_factors, denominator_factors;
   for (const SymbolPower& p : m.powers) {
     std::string text = symbol_latex(symbols.at(static_cast<std::size_t>(p.symbol)).label);
     if (std::abs(p.exponent) != 1) text += fmt::format("^{{{}}}", std::abs(p.exponent));
-    (p.exponent > 0 ? above : below).push_back(text);
+    (p.exponent > 0 ? numerator_factors : denominator_factors).push_back(text);
   }
   const int numerator = std::abs(m.numerator);
-  if (numerator != 1 || (above.empty() && (m.denominator != 1 || !below.empty())))
-    above.insert(above.begin(), std::to_string(numerator));
-  if (m.denominator != 1) below.insert(below.begin(), std::to_string(m.denominator));
-  const std::string top = fmt::format("{}", fmt::join(above, "\\, "));
-  return below.empty() ? top : fmt::format("\\frac{{{}}}{{{}}}", top, fmt::join(below, "\\, "));
+  if (numerator != 1 || (numerator_factors.empty() && (m.denominator != 1 || !denominator_factors.empty())))
+    numerator_factors.insert(numerator_factors.begin(), std::to_string(numerator));
+  if (m.denominator != 1) denominator_factors.insert(denominator_factors.begin(), std::to_string(m.denominator));
+  const std::string numerator_text = fmt::format("{}", fmt::join(numerator_factors, "\\, "));
+  return denominator_factors.empty()
+             ? numerator_text
+             : fmt::format("\\frac{{{}}}{{{}}}", numerator_text, fmt::join(denominator_factors, "\\, "));
 }
 
-std::string sum_latex(const std::vector<RationalMonomial>& sum, bool turned,
+std::string sum_latex(const std::vector<RationalMonomial>& sum, bool is_negated,
                       const std::vector<GeometricSymbol>& symbols) {
   std::string text;
   for (const RationalMonomial& term : sum) {
-    const bool negative = (term.numerator < 0) != turned;
+    const bool negative = (term.numerator < 0) != is_negated;
     const std::string size = monomial_size(term, symbols);
     text += text.empty() ? (negative ? "-" : "") : (negative ? " - " : " + ");
     text += size.empty() ? "1" : size;
@@ -98,7 +100,7 @@ std::string sum_latex(const std::vector<RationalMonomial>& sum, bool turned,
 
 struct LatexCoefficient {
   bool negative = false;
-  std::string size;  ///< empty for one
+  std::string size;  ///< empty for 1
 };
 
 LatexCoefficient number_latex(double value) {
@@ -108,29 +110,29 @@ LatexCoefficient number_latex(double value) {
   return {value < 0, number == "1" ? "" : number};
 }
 
-std::string wave_latex(const TrigonometricFactor& wave, const std::vector<GeometricSymbol>& symbols) {
+std::string trigonometric_latex(const TrigonometricFactor& trig, const std::vector<GeometricSymbol>& symbols) {
   std::string text;
-  for (const SymbolPower& angle : wave.angles) {
+  for (const SymbolPower& angle : trig.angles) {
     text += text.empty() ? (angle.exponent < 0 ? "-" : "") : (angle.exponent < 0 ? " - " : " + ");
     if (std::abs(angle.exponent) != 1) text += std::to_string(std::abs(angle.exponent)) + "\\, ";
     text += symbol_latex(symbols.at(static_cast<std::size_t>(angle.symbol)).label);
   }
-  return (wave.is_sine ? "\\sin\\left(" : "\\cos\\left(") + text + "\\right)";
+  return (trig.is_sine ? "\\sin\\left(" : "\\cos\\left(") + text + "\\right)";
 }
 
 LatexCoefficient coefficient_latex(const CoefficientFormula& formula, const std::vector<GeometricSymbol>& symbols) {
   std::string size = monomial_size(formula.factor, symbols);
   const bool negative = formula.factor.numerator < 0;
-  if (formula.wave) size += (size.empty() ? "" : "\\, ") + wave_latex(*formula.wave, symbols);
+  if (formula.wave) size += (size.empty() ? "" : "\\, ") + trigonometric_latex(*formula.wave, symbols);
   if (formula.sum.empty()) return {negative, size};
-  const bool turned = formula.sum.front().numerator < 0;
+  const bool is_negated = formula.sum.front().numerator < 0;
   if (!size.empty()) size += "\\, ";
-  return {negative != turned, size + sum_latex(formula.sum, turned, symbols)};
+  return {negative != is_negated, size + sum_latex(formula.sum, is_negated, symbols)};
 }
 
-/// Terms of the columns [first, last) with their signs, the first one's only if it is negative.
+/// Terms of the columns [first, last) with their signs; the first one has a sign only if it is negative.
 std::vector<std::string> terms_latex(const Conditions& conditions, int row, const ConditionNames& names,
-                                     Eigen::Index first, Eigen::Index last, bool turned) {
+                                     Eigen::Index first, Eigen::Index last, bool is_negated) {
   const double largest = max_abs(conditions.matrix.row(row));
   std::vector<std::string> terms;
   for (Eigen::Index p = first; p < last; ++p) {
@@ -138,7 +140,7 @@ std::vector<std::string> terms_latex(const Conditions& conditions, int row, cons
     if (std::abs(value) <= 1e-12 * largest) continue;
     const CoefficientFormula* formula = names.find(row, static_cast<int>(p));
     const LatexCoefficient c = formula != nullptr ? coefficient_latex(*formula, names.symbols) : number_latex(value);
-    const bool minus = c.negative != turned;
+    const bool minus = c.negative != is_negated;
     const char* sign = terms.empty() ? (minus ? "-" : "") : (minus ? "- " : "+ ");
     terms.push_back(sign + (c.size.empty() ? "" : c.size + "\\, ") +
                     parameter_latex(conditions.parameters[static_cast<std::size_t>(p)]));
@@ -146,22 +148,22 @@ std::vector<std::string> terms_latex(const Conditions& conditions, int row, cons
   return terms;
 }
 
-/// The left-hand side and, behind " = ", the right-hand side with the known terms.
+/// The left-hand side, and the right-hand side with the known terms.
 struct EquationSides {
   std::vector<std::string> left;
   std::string right;
 };
 
 EquationSides split_sides(const Conditions& conditions, int row, const ConditionNames& names) {
-  const Eigen::Index own = conditions.parameter_columns(),
-                     all = static_cast<Eigen::Index>(conditions.parameters.size());
-  EquationSides sides{terms_latex(conditions, row, names, 0, own, false), ""};
-  const bool alone = sides.left.empty();
-  const auto known = terms_latex(conditions, row, names, own, all, !alone);
-  if (alone)
-    sides.left = known.empty() ? std::vector<std::string>{"0"} : known;
+  const Eigen::Index parameter_count = conditions.parameter_columns(),
+                     term_count = static_cast<Eigen::Index>(conditions.parameters.size());
+  EquationSides sides{terms_latex(conditions, row, names, 0, parameter_count, false), ""};
+  const bool has_no_parameters = sides.left.empty();
+  const auto known_terms = terms_latex(conditions, row, names, parameter_count, term_count, !has_no_parameters);
+  if (has_no_parameters)
+    sides.left = known_terms.empty() ? std::vector<std::string>{"0"} : known_terms;
   else
-    sides.right = fmt::format("{}", fmt::join(known, " "));
+    sides.right = fmt::format("{}", fmt::join(known_terms, " "));
   if (sides.right.empty()) sides.right = "0";
   return sides;
 }
@@ -228,22 +230,23 @@ std::string power_text(const std::string& label, int exponent) {
   return exponent == 1 ? label : fmt::format("{}^{}", label, exponent);
 }
 
-/// "3 l1^2/(2 l2)" without its sign; "" for one.
+/// "3 l1^2/(2 l2)" without its sign; "" for 1.
 std::string monomial_text(const RationalMonomial& m, const std::vector<GeometricSymbol>& symbols) {
   const int numerator = std::abs(m.numerator);
-  std::vector<std::string> above, below;
+  std::vector<std::string> numerator_factors, denominator_factors;
   for (const SymbolPower& p : m.powers) {
     const std::string& label = symbols.at(static_cast<std::size_t>(p.symbol)).label;
-    (p.exponent > 0 ? above : below).push_back(power_text(label, std::abs(p.exponent)));
+    (p.exponent > 0 ? numerator_factors : denominator_factors).push_back(power_text(label, std::abs(p.exponent)));
   }
   if (m.powers.empty() && m.denominator != 3)
     return m.denominator == 1 && numerator == 1 ? ""
                                                 : fmt::format("{:g}", static_cast<double>(numerator) / m.denominator);
-  if (numerator != 1 || above.empty()) above.insert(above.begin(), std::to_string(numerator));
-  if (m.denominator != 1) below.insert(below.begin(), std::to_string(m.denominator));
-  std::string text = fmt::format("{}", fmt::join(above, " "));
-  if (below.size() == 1) text += "/" + below.front();
-  if (below.size() > 1) text += fmt::format("/({})", fmt::join(below, " "));
+  if (numerator != 1 || numerator_factors.empty())
+    numerator_factors.insert(numerator_factors.begin(), std::to_string(numerator));
+  if (m.denominator != 1) denominator_factors.insert(denominator_factors.begin(), std::to_string(m.denominator));
+  std::string text = fmt::format("{}", fmt::join(numerator_factors, " "));
+  if (denominator_factors.size() == 1) text += "/" + denominator_factors.front();
+  if (denominator_factors.size() > 1) text += fmt::format("/({})", fmt::join(denominator_factors, " "));
   return text;
 }
 
@@ -261,20 +264,20 @@ std::string sum_text(const std::vector<RationalMonomial>& sum, const std::vector
 }
 
 /// "cos(link1.B.angle - 2 link2.C.angle)"
-std::string wave_text(const TrigonometricFactor& wave, const std::vector<GeometricSymbol>& symbols) {
+std::string trigonometric_text(const TrigonometricFactor& trig, const std::vector<GeometricSymbol>& symbols) {
   std::string text;
-  for (const SymbolPower& angle : wave.angles) {
+  for (const SymbolPower& angle : trig.angles) {
     text += text.empty() ? (angle.exponent < 0 ? "-" : "") : (angle.exponent < 0 ? " - " : " + ");
     if (std::abs(angle.exponent) != 1) text += std::to_string(std::abs(angle.exponent)) + " ";
     text += symbols.at(static_cast<std::size_t>(angle.symbol)).label;
   }
-  return (wave.is_sine ? "sin(" : "cos(") + text + ")";
+  return (trig.is_sine ? "sin(" : "cos(") + text + ")";
 }
 
-/// A coefficient in front of a parameter: sign apart, brackets where a quotient could swallow what follows.
+/// A coefficient in front of a parameter, its sign separate; in brackets if a quotient could absorb what follows.
 struct Coefficient {
   bool negative = false;
-  std::string size;  ///< empty for one
+  std::string size;  ///< empty for 1
 };
 
 Coefficient coefficient_text(const CoefficientFormula* formula, double value,
@@ -285,14 +288,14 @@ Coefficient coefficient_text(const CoefficientFormula* formula, double value,
   }
   std::string size = monomial_text(formula->factor, symbols);
   if (size.find('/') != std::string::npos) size = "(" + size + ")";
-  if (formula->wave) size += (size.empty() ? "" : " ") + wave_text(*formula->wave, symbols);
+  if (formula->wave) size += (size.empty() ? "" : " ") + trigonometric_text(*formula->wave, symbols);
   if (formula->sum.empty()) return {is_negative(formula->factor), size};
-  // A sum whose both terms are negative shows its sign in front.
+  // If both terms are negative, the sign moves in front of the sum.
   std::vector<RationalMonomial> sum = formula->sum;
-  const bool turned = is_negative(sum.front());
-  if (turned)
+  const bool is_negated = is_negative(sum.front());
+  if (is_negated)
     for (RationalMonomial& term : sum) term.numerator = -term.numerator;
-  return {is_negative(formula->factor) != turned,
+  return {is_negative(formula->factor) != is_negated,
           (size.empty() ? "" : size + " ") + "(" + sum_text(sum, symbols) + ")"};
 }
 
@@ -300,15 +303,15 @@ Coefficient coefficient_text(const CoefficientFormula* formula, double value,
 
 std::string formula_text(const CoefficientFormula& formula, const std::vector<GeometricSymbol>& symbols) {
   if (formula.wave) {
-    const Coefficient whole = coefficient_text(&formula, 1, symbols);
-    return (whole.negative ? "-" : "") + whole.size;
+    const Coefficient coefficient = coefficient_text(&formula, 1, symbols);
+    return (coefficient.negative ? "-" : "") + coefficient.size;
   }
   if (formula.sum.empty())
     return (is_negative(formula.factor) ? "-" : "") + text_or_one(monomial_text(formula.factor, symbols));
   const RationalMonomial& f = formula.factor;
   if (f.powers.empty() && f.numerator == 1 && f.denominator == 1) return sum_text(formula.sum, symbols);
-  const Coefficient whole = coefficient_text(&formula, 1, symbols);
-  return (whole.negative ? "-" : "") + whole.size;
+  const Coefficient coefficient = coefficient_text(&formula, 1, symbols);
+  return (coefficient.negative ? "-" : "") + coefficient.size;
 }
 
 namespace {
@@ -332,12 +335,12 @@ std::string side_text(const Conditions& conditions, int row, const ConditionName
 }  // namespace
 
 std::string condition_text(const Conditions& conditions, int row, const ConditionNames& names) {
-  const Eigen::Index own = conditions.parameter_columns(),
-                     all = static_cast<Eigen::Index>(conditions.parameters.size());
-  const std::string left = side_text(conditions, row, names, 0, own, 1);
-  const std::string known = side_text(conditions, row, names, own, all, left.empty() ? 1 : -1);
-  if (left.empty()) return (known.empty() ? "0" : known) + " = 0";
-  return left + " = " + (known.empty() ? "0" : known);
+  const Eigen::Index parameter_count = conditions.parameter_columns(),
+                     term_count = static_cast<Eigen::Index>(conditions.parameters.size());
+  const std::string left = side_text(conditions, row, names, 0, parameter_count, 1);
+  const std::string known_terms = side_text(conditions, row, names, parameter_count, term_count, left.empty() ? 1 : -1);
+  if (left.empty()) return (known_terms.empty() ? "0" : known_terms) + " = 0";
+  return left + " = " + (known_terms.empty() ? "0" : known_terms);
 }
 
 std::string linear_combination_text(const std::vector<Parameter>& parameters, const VectorX& coefficients) {

@@ -17,9 +17,9 @@ namespace balance {
 namespace {
 
 constexpr int min_condition_samples = 12, max_condition_samples = 2000;
-constexpr int max_rank_retries = 2;  ///< with more samples each, before the rank is called unclear
+constexpr int max_rank_retries = 2;  ///< each with more samples, before the status becomes rank_unclear
 
-/// Entries are of the order one in natural units; squares of such numbers have no value any more. False for NaN, too.
+/// Whether all entries, which are of order one in natural units, can still be squared. False for NaN, too.
 bool is_representable(const MatrixX& rows) { return (rows.array().abs() < 1e100).all(); }
 
 template <class S>
@@ -44,18 +44,19 @@ class ConditionDerivation {
     GoalRows<S> rows(mechanism_, tree_, units, out_.goals, options_, sampler_.freedoms());
     if (!rows.mismatch_reason().empty()) return refuse(ConditionsStatus::mismatch, rows.mismatch_reason());
     const std::vector<int> order = order_pivots(mechanism_, out_.parameters);
-    MatrixX all(0, rows.parameters() + rows.extra_unknowns());
-    for (int k = 0, wanted = 2 * static_cast<int>(all.cols()) + 20; k <= max_rank_retries; ++k, wanted *= 2) {
-      if (!collect_rows(rows, configuration, wanted, all))
+    MatrixX stacked_rows(0, rows.parameters() + rows.extra_unknowns());
+    for (int k = 0, min_rows = 2 * static_cast<int>(stacked_rows.cols()) + 20; k <= max_rank_retries;
+         ++k, min_rows *= 2) {
+      if (!collect_rows(rows, configuration, min_rows, stacked_rows))
         return refuse(ConditionsStatus::not_assembled,
                       "too few configurations were found in which the actuators hold the mechanism");
-      if (!is_representable(all) || !units.parameter.allFinite())
+      if (!is_representable(stacked_rows) || !units.parameter.allFinite())
         return refuse(ConditionsStatus::rank_unclear,
                       has_mass(mechanism_)
                           ? "numbers overflow: terms of the conditions are larger than can be computed with"
                           : no_mass_message);
-      if (!reduce_conditions(eliminate_extra_unknowns(all, rows.parameters()), units.parameter, units.mass, order,
-                             out_))
+      if (!reduce_conditions(eliminate_extra_unknowns(stacked_rows, rows.parameters()), units.parameter, units.mass,
+                             order, out_))
         continue;
       out_.status = ConditionsStatus::done;
       add_notes();
@@ -69,39 +70,41 @@ class ConditionDerivation {
   }
 
  private:
-  /// More rows, until there are `wanted`, starting with a configuration at hand.
-  bool collect_rows(GoalRows<S>& rows, SampledConfiguration& configuration, int wanted, MatrixX& all) {
-    std::vector<MatrixX> blocks{all};
-    Eigen::Index count = all.rows();
-    for (int tried = 0; count < wanted || out_.samples < min_condition_samples; ++tried) {
-      if (tried == max_condition_samples) return false;
-      const VectorX velocity = configuration.null_space * random_.normal(configuration.null_space.cols());
-      const VelocityProbe probe{mix_directions(configuration.null_space, wanted / min_condition_samples + 1), velocity};
+  /// Adds rows until there are `min_rows`, starting with the given configuration.
+  bool collect_rows(GoalRows<S>& rows, SampledConfiguration& configuration, int min_rows, MatrixX& stacked_rows) {
+    std::vector<MatrixX> blocks{stacked_rows};
+    Eigen::Index count = stacked_rows.rows();
+    for (int attempts = 0; count < min_rows || out_.samples < min_condition_samples; ++attempts) {
+      if (attempts == max_condition_samples) return false;
+      const VectorX velocity = configuration.null_space * random_.sample_normal(configuration.null_space.cols());
+      const VelocityProbe probe{mix_directions(configuration.null_space, min_rows / min_condition_samples + 1),
+                                velocity};
       MatrixX block;
       if (rows.evaluate(configuration, probe, block)) {
         ++out_.samples;
         count += block.rows();
         blocks.push_back(std::move(block));
-        if (count == 0) break;  // nothing that the goal wants to vanish exists
+        if (count == 0) break;  // the mechanism has nothing that the goal requires to vanish
       }
       if (!sampler_.next(configuration)) return false;
     }
-    all.resize(count, all.cols());
-    Eigen::Index at = 0;
+    stacked_rows.resize(count, stacked_rows.cols());
+    Eigen::Index first_row = 0;
     for (const MatrixX& block : blocks) {
-      all.middleRows(at, block.rows()) = block;
-      at += block.rows();
+      stacked_rows.middleRows(first_row, block.rows()) = block;
+      first_row += block.rows();
     }
     return true;
   }
 
-  /// Of many directions so many mixtures at random, which are as good: each goal's rows come from several configurations anyway.
+  /// Replaces many directions by `count` random mixtures. They suffice: a goal's rows come from several configurations.
   MatrixX mix_directions(const MatrixX& directions, Eigen::Index count) {
     constexpr Eigen::Index max_probe_directions = 48;
-    const Eigen::Index all = directions.cols();
-    if (all <= std::max(max_probe_directions, count)) return directions;
+    const Eigen::Index direction_count = directions.cols();
+    if (direction_count <= std::max(max_probe_directions, count)) return directions;
     MatrixX mixed(directions.rows(), count);
-    for (Eigen::Index k = 0; k < count; ++k) mixed.col(k) = directions * random_.normal(all).normalized();
+    for (Eigen::Index k = 0; k < count; ++k)
+      mixed.col(k) = directions * random_.sample_normal(direction_count).normalized();
     return mixed;
   }
 
@@ -112,26 +115,26 @@ class ConditionDerivation {
   }
 
   void add_notes() {
-    const auto wants = [&](GoalKind kind) {
+    const auto has_goal = [&](GoalKind kind) {
       return std::any_of(out_.goals.begin(), out_.goals.end(), [&](const Goal& g) { return g.kind == kind; });
     };
-    const bool efforts = wants(GoalKind::statics) || wants(GoalKind::gyroscopic) || wants(GoalKind::decoupled) ||
-                         wants(GoalKind::gyroscopic_independent);
+    const bool has_effort_goal = has_goal(GoalKind::statics) || has_goal(GoalKind::gyroscopic) ||
+                                 has_goal(GoalKind::decoupled) || has_goal(GoalKind::gyroscopic_independent);
     if (!options_.excluded.empty()) {
       std::string names;
       for (const std::string& name : options_.excluded) names += (names.empty() ? "" : ", ") + name;
       out_.notes.push_back("left out: " + names);
     }
-    if (efforts && mechanism_.gravity.norm() == 0)
+    if (has_effort_goal && mechanism_.gravity.norm() == 0)
       out_.notes.push_back("there is no gravity in this spec: weight asks for nothing");
     for (const Parameter& p : out_.parameters)
-      if (efforts && p.kind == ParameterKind::stiffness_moment &&
+      if (has_effort_goal && p.kind == ParameterKind::stiffness_moment &&
           !mechanism_.springs[static_cast<std::size_t>(p.index)].is_joint_spring()) {
         out_.notes.push_back(p.owner +
                              ".kaxby stands for the stiffness times x of the spring's first end times y of its second");
         break;
       }
-    if (tree_.closure_rows == 0 || (!wants(GoalKind::gyroscopic) && !wants(GoalKind::decoupled))) return;
+    if (tree_.closure_rows == 0 || (!has_goal(GoalKind::gyroscopic) && !has_goal(GoalKind::decoupled))) return;
     std::string joints;
     for (std::size_t j = 0; j < mechanism_.joints.size(); ++j)
       if (tree_.joint_nodes[j] >= 0 && joint_degrees_of_freedom(mechanism_.joints[j].type) > 0)
@@ -163,17 +166,17 @@ Eigen::Index Conditions::parameter_rows() const {
 }
 
 VectorX scaled_residuals(const Conditions& conditions, const VectorX& values) {
-  VectorX all = values;
+  VectorX all_values = values;
   if (values.size() == conditions.parameter_columns()) {
-    all.resize(values.size() + conditions.known_term_values.size());
-    all << values, conditions.known_term_values;
+    all_values.resize(values.size() + conditions.known_term_values.size());
+    all_values << values, conditions.known_term_values;
   }
-  return (conditions.matrix * all).cwiseQuotient(conditions.row_scales);
+  return (conditions.matrix * all_values).cwiseQuotient(conditions.row_scales);
 }
 
 namespace {
 
-/// A disc with one moment of inertia about its axis and another across it.
+/// A disc with the given moments of inertia about its axis and across it.
 Disc make_symmetric_disc(const Disc& disc, double mass, double axial, double transverse) {
   Disc result = disc;
   result.mass = mass;
@@ -182,12 +185,12 @@ Disc make_symmetric_disc(const Disc& disc, double mass, double axial, double tra
 }
 
 /// Parameters of a mechanism in which only one disc has mass or inertia.
-VectorX single_disc_parameters(const Mechanism& mechanism, std::size_t which, double mass, double axial,
+VectorX single_disc_parameters(const Mechanism& mechanism, std::size_t disc_index, double mass, double axial,
                                double transverse) {
-  Mechanism alone = mechanism;
-  for (Disc& disc : alone.discs) disc = make_symmetric_disc(disc, 0, 0, 0);
-  alone.discs[which] = make_symmetric_disc(mechanism.discs[which], mass, axial, transverse);
-  return parameter_values(alone);
+  Mechanism single_disc = mechanism;
+  for (Disc& disc : single_disc.discs) disc = make_symmetric_disc(disc, 0, 0, 0);
+  single_disc.discs[disc_index] = make_symmetric_disc(mechanism.discs[disc_index], mass, axial, transverse);
+  return parameter_values(single_disc);
 }
 
 }  // namespace
@@ -203,7 +206,7 @@ bool is_met_by_symmetric_discs(const Conditions& conditions, int row, const Mech
     end = p + 1;
   }
   const auto vanishes = [&](std::size_t disc, double mass, double axial, double transverse) {
-    // Springs come last, so that discs' parameters have the same places however springs are described.
+    // Springs come last, so the discs' parameters have the same columns however springs are described.
     const VectorX values = single_disc_parameters(mechanism, disc, mass, axial, transverse);
     return begin >= end ||
            std::abs(coefficients.segment(begin, end - begin).dot(values.segment(begin, end - begin))) <= 1e-9 * largest;

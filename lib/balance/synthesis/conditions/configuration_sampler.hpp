@@ -1,53 +1,42 @@
 #pragma once
-/// Random configurations that a mechanism can take without being taken apart.
+/// Random configurations that a mechanism can reach without being disassembled.
 
+#include "balance/foundation/numerics/random.hpp"
 #include "balance/mechanics/kinematics/assembly.hpp"
 
 #include <cstdint>
-#include <random>
 #include <string>
 #include <vector>
 
 namespace balance {
 
-/// Numbers that are the same with every standard library.
-class UniformRandom {
- public:
-  explicit UniformRandom(std::uint64_t seed) : bits_(seed) {}
-  double uniform(double lower, double upper);
-  VectorX normal(Eigen::Index size);
-
- private:
-  std::mt19937_64 bits_;
-};
-
-/// One configuration and the velocities that it allows.
+/// A configuration and its admissible velocities.
 struct SampledConfiguration {
   VectorX y;
-  MatrixX null_space;  ///< columns × freedoms, orthonormal, of the scaled closures' Jacobian
+  MatrixX null_space;  ///< columns × freedoms, orthonormal: null space of the scaled closures' Jacobian
 };
 
-/// The configuration nearest to y that closes the loops; its basis of velocities is any orthonormal one.
+/// Finds the configuration nearest to y that closes the loops, with an arbitrary orthonormal basis of its velocities.
 /// @return false if there is none
 template <class S>
-bool project_onto_closures(ConstraintSystem<S>& closures, const VectorX& y, int freedoms, SampledConfiguration& here);
+bool project_onto_closures(ConstraintSystem<S>& closures, const VectorX& y, int freedoms, SampledConfiguration& sample);
 extern template bool project_onto_closures(ConstraintSystem<Planar>&, const VectorX&, int, SampledConfiguration&);
 extern template bool project_onto_closures(ConstraintSystem<Spatial>&, const VectorX&, int, SampledConfiguration&);
 
-/// Wanders through the configurations that are connected to the one the mechanism is assembled in: a parallelogram that can
-/// fold into an antiparallelogram must not be asked to balance as both. Open chains need no wandering.
+/// Random walk through the configurations that are connected to the assembled one: a parallelogram that can fold into
+/// an antiparallelogram must not be required to balance as both. Open chains need no walk.
 template <class S>
 class ConfigurationSampler {
  public:
-  /// @param tree may get new reference orientations of floating spherical joints
+  /// @param tree its floating spherical joints may get new reference orientations
   ConfigurationSampler(const Mechanism& mechanism, Tree<S>& tree, std::uint64_t seed);
 
-  /// Configurations far enough from each other and from singular ones.
+  /// Finds another configuration, sufficiently far from the last one and from singular ones.
   /// @return false if the loops cannot be closed or the mechanism cannot move
   bool next(SampledConfiguration& configuration);
 
   int freedoms() const { return freedoms_; }
-  /// Why there is no configuration, where there has been none.
+  /// Why no configuration was found, if there was none.
   std::string infeasibility_reason();
 
  private:
@@ -64,13 +53,13 @@ class ConfigurationSampler {
   UniformRandom random_;
   bool started_ = false;
   int rank_ = 0, freedoms_ = 0;
-  VectorX y_, direction_;  ///< direction: scaled, a unit vector of the null space
+  VectorX y_, direction_;  ///< direction_: scaled, a unit vector in the null space
   MatrixX null_space_;
-  SampledConfiguration current_;        ///< last looked at
-  double min_singular_value_ = 0;       ///< smallest singular value of the loops there
-  double accepted_singular_value_ = 0;  ///< at y
-  double max_singular_value_ = 0;       ///< largest met so far
-  double step_factor_ = 1;  ///< steps longer than a small margin alone would allow: it has hardly changed for a while
+  SampledConfiguration current_;        ///< last one evaluated
+  double min_singular_value_ = 0;       ///< smallest nonzero singular value of the closures' Jacobian there
+  double accepted_singular_value_ = 0;  ///< the same at y_
+  double max_singular_value_ = 0;       ///< maximum so far
+  double step_factor_ = 1;  ///< allows longer steps at small singular values that have hardly changed for a while
 };
 
 extern template class ConfigurationSampler<Planar>;

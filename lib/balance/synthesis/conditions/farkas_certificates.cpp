@@ -1,6 +1,7 @@
-// Semidefinite feasibility by cutting planes: a linear program knows each matrix Q by a few vectors v with vᵀQv ≥ 0, its solution's
-// negative eigenvectors are new ones. If the program becomes infeasible there is no certificate. What it ends at is
-// moved inwards where there is room, and where there is none (Q must be singular) put exactly on the cone's boundary.
+// Semidefinite feasibility by cutting planes: a linear program represents each matrix Q by vᵀQv ≥ 0 for a few vectors
+// v, and the eigenvectors of negative eigenvalues at its solution are added to them. If the program becomes infeasible,
+// there is no certificate. The final point is moved into the interior of the cone if possible, and otherwise (Q must be
+// singular) exactly onto its boundary.
 
 #include "balance/synthesis/conditions/farkas_certificates.hpp"
 
@@ -19,24 +20,24 @@ namespace balance {
 std::optional<VectorX> find_bounds_certificate(const VectorX& constant, const MatrixX& gradient, const VectorX& lower,
                                                const VectorX& upper) {
   const Eigen::Index n = gradient.rows(), z = gradient.cols();
-  // Unknowns: λ⁺, λ⁻ and the rates of the left-hand side split into rises and falls, gᵀ = λᵀ gradient = rise − fall. Where it
-  // rises with z its least value is at the lower bound.
+  // Unknowns: λ⁺, λ⁻ and the gradient of the left-hand side split into its positive and negative parts, gᵀ = λᵀ
+  // gradient = rise − fall. Where it rises with z, its minimum is at the lower bound.
   LinearProgram program(2 * n + 2 * z);
   program.lower.setZero();
   program.cost.head(2 * n).setOnes();
-  VectorX least(2 * n + 2 * z);
-  least << constant, -constant, lower, -upper;
+  VectorX minimum_row(2 * n + 2 * z);
+  minimum_row << constant, -constant, lower, -upper;
   for (Eigen::Index j = 0; j < z; ++j) {
-    VectorX rate = VectorX::Zero(2 * n + 2 * z);
-    rate.head(n) = gradient.col(j);
-    rate.segment(n, n) = -gradient.col(j);
-    rate[2 * n + j] = -1;
-    rate[2 * n + z + j] = 1;
-    program.add_row(0, rate, 0);
-    if (lower[j] == -no_bound) program.upper[2 * n + j] = least[2 * n + j] = 0;
-    if (upper[j] == no_bound) program.upper[2 * n + z + j] = least[2 * n + z + j] = 0;
+    VectorX gradient_row = VectorX::Zero(2 * n + 2 * z);
+    gradient_row.head(n) = gradient.col(j);
+    gradient_row.segment(n, n) = -gradient.col(j);
+    gradient_row[2 * n + j] = -1;
+    gradient_row[2 * n + z + j] = 1;
+    program.add_row(0, gradient_row, 0);
+    if (lower[j] == -no_bound) program.upper[2 * n + j] = minimum_row[2 * n + j] = 0;
+    if (upper[j] == no_bound) program.upper[2 * n + z + j] = minimum_row[2 * n + z + j] = 0;
   }
-  program.add_row(1, least, no_bound);
+  program.add_row(1, minimum_row, no_bound);
   const LinearProgramSolution solution = solve_linear_program(program);
   if (solution.status != LinearProgramStatus::optimal) return std::nullopt;
   return solution.x.head(n) - solution.x.segment(n, n);
@@ -44,11 +45,11 @@ std::optional<VectorX> find_bounds_certificate(const VectorX& constant, const Ma
 
 namespace {
 
-/// What an eigenvalue may fall short of zero, beside the largest of all matrices; conditions are not known better.
+/// Tolerated negative eigenvalue, relative to the largest coefficient; conditions are not more accurate.
 constexpr double eigenvalue_tolerance = 1e-10;
-/// Room that is sought inside the cone, beside a matrix' size.
+/// Margin sought inside the cone, relative to a matrix' norm.
 constexpr double interior_margin = 1e-3;
-/// A matrix of this size stands for zero.
+/// A matrix with a norm below this counts as zero.
 constexpr double zero_matrix_tolerance = 1e-8;
 constexpr double max_multiplier = 1e4;
 constexpr int max_cutting_plane_rounds = 80;
@@ -71,11 +72,12 @@ class ConeCertificateSearch {
   std::optional<FarkasCertificate> find() {
     const std::optional<VectorX> start = search(first_program());
     if (!start) return std::nullopt;
-    const std::optional<VectorX> inside = search(inner_program(*start));
-    for (const VectorX& candidate : {inside.value_or(*start), *start}) {
-      if (std::optional<FarkasCertificate> found = verify(refine_at_tangency(candidate))) return found;
-      for (const double singular : {1e-5, 1e-3, 1e-7, 0.0})
-        if (std::optional<FarkasCertificate> found = verify(refine_by_newton(candidate, singular))) return found;
+    const std::optional<VectorX> interior = search(inner_program(*start));
+    for (const VectorX& candidate : {interior.value_or(*start), *start}) {
+      if (std::optional<FarkasCertificate> certificate = verify(refine_at_tangency(candidate))) return certificate;
+      for (const double null_tolerance : {1e-5, 1e-3, 1e-7, 0.0})
+        if (std::optional<FarkasCertificate> certificate = verify(refine_by_newton(candidate, null_tolerance)))
+          return certificate;
     }
     return std::nullopt;
   }
@@ -83,10 +85,10 @@ class ConeCertificateSearch {
  private:
   struct Cut {
     std::size_t block;
-    VectorX row;  ///< of λ: vᵀ Q v
+    VectorX row;  ///< in λ: vᵀ Q v
   };
 
-  /// The row by which λ gives uᵀ Q v.
+  /// The row whose product with λ is uᵀ Q v.
   VectorX form(const PseudoInertiaBlock& block, const VectorX& u, const VectorX& v) const {
     return rows_ * block.bilinear_form_row(u, v, rows_.cols());
   }
@@ -105,7 +107,7 @@ class ConeCertificateSearch {
     if (max_abs(row) > 0) cuts_.push_back({b, row});
   }
 
-  /// Unknowns: λ⁺, λ⁻ and, per block, the room t with Q ≥ t.
+  /// Unknowns: λ⁺, λ⁻ and, per block, the margin t with Q ⪰ t I.
   VectorX program_row(const VectorX& lambda, const Cut* cut = nullptr) const {
     VectorX row = VectorX::Zero(2 * n_ + blocks());
     row.head(n_) = lambda;
@@ -127,10 +129,10 @@ class ConeCertificateSearch {
     return program;
   }
 
-  /// No room asked for, few conditions.
+  /// Few conditions, no margin.
   LinearProgram first_program() const { return common_program(); }
 
-  /// The same conditions and the same bodies, as much room as possible.
+  /// The same conditions and the same bodies, with the maximum margin.
   LinearProgram inner_program(const VectorX& start) const {
     LinearProgram program = common_program();
     program.cost.head(2 * n_).setConstant(1e-6);
@@ -151,11 +153,11 @@ class ConeCertificateSearch {
     return program;
   }
 
-  /// Solves, cuts, solves again until no matrix is indefinite.
+  /// Alternates between solving and cutting until no matrix is indefinite.
   std::optional<VectorX> search(LinearProgram program) {
-    std::size_t known = 0;
+    std::size_t added = 0;
     for (int round = 0; round < max_cutting_plane_rounds; ++round) {
-      for (; known < cuts_.size(); ++known) program.add_row(0, program_row(cuts_[known].row, &cuts_[known]), no_bound);
+      for (; added < cuts_.size(); ++added) program.add_row(0, program_row(cuts_[added].row, &cuts_[added]), no_bound);
       const LinearProgramSolution solution = solve_linear_program(program);
       if (solution.status != LinearProgramStatus::optimal) return std::nullopt;
       VectorX lambda = solution.x.head(n_) - solution.x.segment(n_, n_);
@@ -166,43 +168,43 @@ class ConeCertificateSearch {
     return std::nullopt;
   }
 
-  /// @return false if there was nothing to cut off
-  bool add_eigenvector_cuts(const VectorX& lambda, const VectorX& inside) {
+  /// @return false if there was nothing to cut
+  bool add_eigenvector_cuts(const VectorX& lambda, const VectorX& margins) {
     const VectorX coefficients = rows_.transpose() * lambda;
-    const std::size_t before = cuts_.size();
+    const std::size_t previous_count = cuts_.size();
     for (std::size_t b = 0; b < cone_.blocks.size(); ++b) {
       const SymmetricEigenSolver solver(cone_.blocks[b].matrix(coefficients));
       for (Index i = 0; i < solver.eigenvalues().size(); ++i)
-        if (solver.eigenvalues()[i] < inside[static_cast<Index>(b)] - 10 * certificate_coefficient_tolerance)
+        if (solver.eigenvalues()[i] < margins[static_cast<Index>(b)] - 10 * certificate_coefficient_tolerance)
           add_cut(b, solver.eigenvectors().col(i));
     }
-    return cuts_.size() > before;
+    return cuts_.size() > previous_count;
   }
 
-  /// Newton's method on: what is excluded is zero, the trace is one, matrices of size zero vanish, and eigenvalues below
-  /// `singular` (relative to their matrix) are zero.
-  VectorX refine_by_newton(VectorX lambda, double singular) const {
-    const std::vector<Index> part = active_conditions(lambda);
+  /// Newton's method on these equations: excluded coefficients are zero, the trace is one, matrices of norm zero
+  /// vanish, and eigenvalues below `null_tolerance` (relative to their matrix) are zero.
+  VectorX refine_by_newton(VectorX lambda, double null_tolerance) const {
+    const std::vector<Index> active = active_conditions(lambda);
     for (int round = 0; round < 8; ++round) {
       const VectorX coefficients = rows_.transpose() * lambda;
       std::vector<VectorX> rows = equations(coefficients);
       for (const PseudoInertiaBlock& block : cone_.blocks) {
-        const Spectrum spectrum(block, coefficients, singular);
+        const Spectrum spectrum(block, coefficients, null_tolerance);
         for (Index i = 0; i < spectrum.null; ++i)
           for (Index k = 0; k <= i; ++k) rows.push_back(form(block, spectrum.vectors.col(i), spectrum.vectors.col(k)));
       }
       const MatrixX jacobian = stack_rows(rows);
       VectorX residual = -jacobian * lambda;
       residual[0] += 1;
-      lambda(part) += least_squares(jacobian(Eigen::all, part), residual);
+      lambda(active) += least_squares(jacobian(Eigen::all, active), residual);
     }
     return lambda;
   }
 
-  /// Where the family of matrices only touches the cone its smallest eigenvalues are zero at their maximum, and Newton's method
-  /// on their values is blind: this is Newton's method on the gradient of their sum, everything else kept.
+  /// Where the family of matrices only touches the cone, its smallest eigenvalues have their maximum, zero, and
+  /// Newton's method on their values fails. This one works on the gradient of their sum, with all other equations kept.
   VectorX refine_at_tangency(VectorX lambda) const {
-    const std::vector<Index> part = active_conditions(lambda);
+    const std::vector<Index> active = active_conditions(lambda);
     for (int round = 0; round < 3; ++round) {
       const VectorX coefficients = rows_.transpose() * lambda;
       VectorX gradient = VectorX::Zero(n_);
@@ -212,44 +214,44 @@ class ConeCertificateSearch {
         for (Index a = 0; a < s.null; ++a) {
           gradient += form(block, s.vectors.col(a), s.vectors.col(a));
           for (Index b = s.null; b < block.size; ++b) {
-            const VectorX mixed = form(block, s.vectors.col(a), s.vectors.col(b));
-            hessian -= 2 / (s.values[b] - s.values[a]) * mixed * mixed.transpose();
+            const VectorX coupling_row = form(block, s.vectors.col(a), s.vectors.col(b));
+            hessian -= 2 / (s.values[b] - s.values[a]) * coupling_row * coupling_row.transpose();
           }
         }
       }
-      const Eigen::FullPivLU<MatrixX> kept(stack_rows(equations(coefficients))(Eigen::all, part));
-      const MatrixX free = kept.kernel();
-      if (free.isZero(0)) break;
-      const MatrixX curvature = free.transpose() * hessian(part, part) * free;
-      lambda(part) -= free * least_squares(curvature, free.transpose() * gradient(part));
+      const Eigen::FullPivLU<MatrixX> equation_lu(stack_rows(equations(coefficients))(Eigen::all, active));
+      const MatrixX tangent_basis = equation_lu.kernel();
+      if (tangent_basis.isZero(0)) break;
+      const MatrixX curvature = tangent_basis.transpose() * hessian(active, active) * tangent_basis;
+      lambda(active) -= tangent_basis * least_squares(curvature, tangent_basis.transpose() * gradient(active));
     }
     return lambda;
   }
 
-  /// Eigenvalues, increasing, and how many of them are zero.
+  /// Eigenvalues in increasing order, and the number of those that are zero.
   struct Spectrum {
     VectorX values;
     MatrixX vectors;
     Index null = 0;
 
-    Spectrum(const PseudoInertiaBlock& block, const VectorX& coefficients, double singular) {
+    Spectrum(const PseudoInertiaBlock& block, const VectorX& coefficients, double null_tolerance) {
       const MatrixX matrix = block.matrix(coefficients);
       const double size = matrix.norm();
       const SymmetricEigenSolver solver(matrix);
       values = solver.eigenvalues(), vectors = solver.eigenvectors();
-      if (size >= zero_matrix_tolerance) null = (values.array() < singular * size).count();
-      if (singular == 0) null = 0;
+      if (size >= zero_matrix_tolerance) null = (values.array() < null_tolerance * size).count();
+      if (null_tolerance == 0) null = 0;
     }
   };
 
   static std::vector<Index> active_conditions(const VectorX& lambda) {
-    std::vector<Index> part;
+    std::vector<Index> active;
     for (Index r = 0; r < lambda.size(); ++r)
-      if (lambda[r] != 0) part.push_back(r);
-    return part;
+      if (lambda[r] != 0) active.push_back(r);
+    return active;
   }
 
-  /// Rows of λ that give the trace, what is excluded, and the entries of matrices that vanish.
+  /// Rows in λ that give the trace, the excluded coefficients and the entries of matrices that vanish.
   std::vector<VectorX> equations(const VectorX& coefficients) const {
     std::vector<VectorX> rows = {trace_};
     for (const Index p : cone_.excluded) rows.emplace_back(rows_.col(p));
@@ -260,21 +262,21 @@ class ConeCertificateSearch {
   }
 
   MatrixX stack_rows(const std::vector<VectorX>& rows) const {
-    MatrixX all(static_cast<Index>(rows.size()), n_);
-    for (std::size_t i = 0; i < rows.size(); ++i) all.row(static_cast<Index>(i)) = rows[i].transpose();
-    return all;
+    MatrixX stacked(static_cast<Index>(rows.size()), n_);
+    for (std::size_t i = 0; i < rows.size(); ++i) stacked.row(static_cast<Index>(i)) = rows[i].transpose();
+    return stacked;
   }
 
-  static VectorX least_squares(const MatrixX& matrix, const VectorX& right) {
+  static VectorX least_squares(const MatrixX& matrix, const VectorX& rhs) {
     CompleteOrthogonalDecomposition solver;
     solver.setThreshold(certificate_coefficient_tolerance);
-    return solver.compute(matrix).solve(right);
+    return solver.compute(matrix).solve(rhs);
   }
 
   std::optional<FarkasCertificate> verify(const VectorX& lambda) const {
     FarkasCertificate out{lambda, rows_.transpose() * lambda};
-    const double bodies = trace_.dot(lambda), size = max_abs(out.coefficients);
-    if (!(bodies > 0.5) || !(size < max_multiplier)) return std::nullopt;
+    const double trace = trace_.dot(lambda), size = max_abs(out.coefficients);
+    if (!(trace > 0.5) || !(size < max_multiplier)) return std::nullopt;
     for (const Index p : cone_.excluded) {
       if (std::abs(out.coefficients[p]) > certificate_coefficient_tolerance * size) return std::nullopt;
       out.coefficients[p] = 0;
@@ -291,7 +293,7 @@ class ConeCertificateSearch {
   MatrixX rows_;
   const PseudoInertiaCone& cone_;
   Index n_;
-  VectorX trace_;  ///< of λ: the sum of the traces of all bodies' matrices, normalised to one
+  VectorX trace_;  ///< in λ: the sum of the traces of all bodies' matrices, normalised to one
   std::vector<Cut> cuts_;
 };
 
@@ -303,10 +305,10 @@ std::optional<FarkasCertificate> find_cone_certificate(const MatrixX& rows, cons
 
 namespace {
 
-/// A linear program's solution this small beside one stands for zero; what is kept is computed anew without it.
+/// Values of a linear program's solution below this, relative to the largest, are zero; the others are recomputed.
 constexpr double program_zero_tolerance = 1e-7;
 
-/// Up to so many, combinations around every single one are tried.
+/// Up to this number of bodies, combinations around each single body are tried.
 constexpr std::size_t max_single_body_searches = 20;
 
 using Indices = std::vector<Eigen::Index>;
@@ -314,96 +316,97 @@ using Indices = std::vector<Eigen::Index>;
 class SignCertificateSearch {
  public:
   SignCertificateSearch(const MatrixX& rows, const std::vector<Parameter>& parameters)
-      : rows_(rows), n_(rows.rows()), signs_(2 * rows.rows()), signed_(VectorX::Zero(rows.cols())) {
-    signs_.lower.setZero();
+      : rows_(rows), n_(rows.rows()), sign_program_(2 * rows.rows()), sign_constrained_(VectorX::Zero(rows.cols())) {
+    sign_program_.lower.setZero();
     for (std::size_t i = 0; i < parameters.size(); ++i) {
       const auto p = static_cast<Eigen::Index>(i);
       const ParameterSign sign = parameter_sign(parameters[i]);
-      signs_.add_row(0, split(rows_.col(p)), sign == ParameterSign::indefinite ? 0 : no_bound);
-      if (sign != ParameterSign::indefinite) signed_[p] = 1;
+      sign_program_.add_row(0, split(rows_.col(p)), sign == ParameterSign::indefinite ? 0 : no_bound);
+      if (sign != ParameterSign::indefinite) sign_constrained_[p] = 1;
       if (sign == ParameterSign::positive) bodies_[parameters[i].index].push_back(p);
     }
   }
 
   std::optional<FarkasCertificate> find_sparsest() {
-    Indices all;
-    for (const auto& [body, parameters] : bodies_) all.insert(all.end(), parameters.begin(), parameters.end());
-    if (!reduce_terms(all)) return std::nullopt;
+    Indices all_parameters;
+    for (const auto& [body, parameters] : bodies_)
+      all_parameters.insert(all_parameters.end(), parameters.begin(), parameters.end());
+    if (!reduce_terms(all_parameters)) return std::nullopt;
     if (bodies_.size() <= max_single_body_searches)
       for (const auto& [body, parameters] : bodies_) reduce_terms(parameters);
     return best_;
   }
 
  private:
-  /// Combinations in which the coefficients of some bodies' masses and moments of inertia add up to one. Weights that grow where
-  /// a term is small drive small terms to zero (Candès, Wakin, Boyd, 2008).
+  /// Finds combinations in which the coefficients of some bodies' masses and moments of inertia add up to one. Weights
+  /// that grow where a term is small drive small terms to zero (Candès, Wakin, Boyd, 2008).
   /// @return false if there are none
-  bool reduce_terms(const Indices& some) {
-    LinearProgram program = signs_;
-    program.add_row(1, split(rows_(Eigen::all, some).rowwise().sum()), 1);
+  bool reduce_terms(const Indices& selected) {
+    LinearProgram program = sign_program_;
+    program.add_row(1, split(rows_(Eigen::all, selected).rowwise().sum()), 1);
     VectorX weight = VectorX::Zero(rows_.cols());
     for (int round = 0; round < 4; ++round) {
       program.cost = split(rows_ * weight) + VectorX::Constant(2 * n_, round == 0 ? 1 : 0.01);
       const LinearProgramSolution solution = solve_linear_program(program);
       if (solution.status != LinearProgramStatus::optimal) return round > 0;
       const VectorX lambda = solution.x.head(n_) - solution.x.tail(n_);
-      const std::optional<FarkasCertificate> found = refine(lambda);
-      if (found && (!best_ || length(*found) < length(*best_))) best_ = found;
+      const std::optional<FarkasCertificate> certificate = refine(lambda);
+      if (certificate && (!best_ || length(*certificate) < length(*best_))) best_ = certificate;
       const VectorX coefficients = rows_.transpose() * lambda;
-      weight = signed_.array() / (coefficients.array().abs() + 1e-3);
+      weight = sign_constrained_.array() / (coefficients.array().abs() + 1e-3);
     }
     return true;
   }
 
   /// λ = λ⁺ − λ⁻.
   static VectorX split(const VectorX& row) {
-    VectorX both(2 * row.size());
-    both << row, -row;
-    return both;
+    VectorX split_row(2 * row.size());
+    split_row << row, -row;
+    return split_row;
   }
 
-  static std::pair<Eigen::Index, Eigen::Index> length(const FarkasCertificate& found) {
-    return {(found.coefficients.array() != 0).count(), (found.combination.array() != 0).count()};
+  static std::pair<Eigen::Index, Eigen::Index> length(const FarkasCertificate& certificate) {
+    return {(certificate.coefficients.array() != 0).count(), (certificate.combination.array() != 0).count()};
   }
 
-  /// The same combination to full accuracy: the conditions that take part are combined anew such that what the program has made
-  /// zero is zero.
+  /// The same combination to full accuracy: recombines the participating conditions such that coefficients that the
+  /// program made zero vanish.
   std::optional<FarkasCertificate> refine(const VectorX& lambda) const {
-    const VectorX rough = rows_.transpose() * lambda;
+    const VectorX coefficients = rows_.transpose() * lambda;
     const double size = max_abs(lambda);
-    Indices part, gone, kept;
+    Indices active, vanishing, positive;
     for (Eigen::Index r = 0; r < n_; ++r)
-      if (std::abs(lambda[r]) > program_zero_tolerance * size) part.push_back(r);
+      if (std::abs(lambda[r]) > program_zero_tolerance * size) active.push_back(r);
     for (Eigen::Index p = 0; p < rows_.cols(); ++p)
-      (signed_[p] > 0 && rough[p] > program_zero_tolerance ? kept : gone).push_back(p);
-    const SingularValueDecomposition svd(rows_(part, gone), Eigen::ComputeFullU);
-    VectorX exact = lambda(part);
+      (sign_constrained_[p] > 0 && coefficients[p] > program_zero_tolerance ? positive : vanishing).push_back(p);
+    const SingularValueDecomposition svd(rows_(active, vanishing), Eigen::ComputeFullU);
+    VectorX refined = lambda(active);
     for (Eigen::Index i = 0; i < svd.singularValues().size(); ++i)
       if (svd.singularValues()[i] > certificate_coefficient_tolerance)
-        exact -= svd.matrixU().col(i) * svd.matrixU().col(i).dot(exact);
-    return verified(part, kept, exact);
+        refined -= svd.matrixU().col(i) * svd.matrixU().col(i).dot(refined);
+    return verify(active, positive, refined);
   }
 
-  std::optional<FarkasCertificate> verified(const Indices& part, const Indices& kept, const VectorX& lambda) const {
+  std::optional<FarkasCertificate> verify(const Indices& active, const Indices& positive, const VectorX& lambda) const {
     FarkasCertificate out{VectorX::Zero(n_), VectorX::Zero(rows_.cols())};
-    out.combination(part) = lambda;
-    VectorX left = rows_.transpose() * out.combination;
-    for (const Eigen::Index p : kept) {
-      if (!(left[p] > 0)) return std::nullopt;
-      std::swap(out.coefficients[p], left[p]);
+    out.combination(active) = lambda;
+    VectorX residual = rows_.transpose() * out.combination;
+    for (const Eigen::Index p : positive) {
+      if (!(residual[p] > 0)) return std::nullopt;
+      std::swap(out.coefficients[p], residual[p]);
     }
     const double size = max_coefficient(out.coefficients);
-    double bodies = 0;
-    for (const auto& [body, parameters] : bodies_) bodies += out.coefficients(parameters).sum();
-    if (!(bodies > 1e-3 * size) || max_abs(left) > certificate_coefficient_tolerance * size) return std::nullopt;
+    double body_sum = 0;
+    for (const auto& [body, parameters] : bodies_) body_sum += out.coefficients(parameters).sum();
+    if (!(body_sum > 1e-3 * size) || max_abs(residual) > certificate_coefficient_tolerance * size) return std::nullopt;
     return out;
   }
 
   MatrixX rows_;
   Eigen::Index n_;
-  LinearProgram signs_;            ///< of λ⁺, λ⁻: every coefficient's sign
-  VectorX signed_;                 ///< 1 where the parameter cannot be negative
-  std::map<int, Indices> bodies_;  ///< their masses and moments of inertia
+  LinearProgram sign_program_;     ///< in λ⁺, λ⁻: every coefficient's sign
+  VectorX sign_constrained_;       ///< 1 where the parameter cannot be negative
+  std::map<int, Indices> bodies_;  ///< masses and moments of inertia per body
   std::optional<FarkasCertificate> best_;
 };
 
@@ -449,10 +452,10 @@ VectorX PseudoInertiaBlock::bilinear_form_row(const VectorX& u, const VectorX& v
 
 namespace {
 
-/// Place of a letter among the coordinates.
+/// Index of a coordinate's letter.
 Eigen::Index axis(char letter) { return letter - 'x'; }
 
-/// The quadratic part of a moment or product of inertia, as a form in the place: Ixx = ∫(y² + z²), Ixy = −∫xy, J = ∫(x² + y²).
+/// A moment or product of inertia as a quadratic form in position: Ixx = ∫(y² + z²), Ixy = −∫xy, J = ∫(x² + y²).
 MatrixX second_moment_form(std::string_view symbol, Eigen::Index dimension) {
   MatrixX form = MatrixX::Zero(dimension, dimension);
   if (symbol == "J") return MatrixX::Identity(dimension, dimension);
@@ -466,7 +469,7 @@ MatrixX second_moment_form(std::string_view symbol, Eigen::Index dimension) {
   return form;
 }
 
-/// The block of one body, attachment or disc with the parameters first … last − 1. The last row belongs to the constant 1.
+/// The block of one body, attachment or disc with parameters first … last − 1. Its last row belongs to the constant 1.
 PseudoInertiaBlock inertia_block(const std::vector<Parameter>& parameters, std::size_t first, std::size_t last) {
   const Eigen::Index dimension = last - first > 4 ? 3 : 2;
   PseudoInertiaBlock block{dimension + 1, parameters[first].owner_kind == ParameterOwner::body, {}};
@@ -491,16 +494,17 @@ PseudoInertiaBlock inertia_block(const std::vector<Parameter>& parameters, std::
 
 PseudoInertiaCone::PseudoInertiaCone(const std::vector<Parameter>& parameters) {
   for (std::size_t first = 0; first < parameters.size();) {
-    const Parameter& head = parameters[first];
+    const Parameter& first_parameter = parameters[first];
     std::size_t last = first;
-    while (last < parameters.size() && parameters[last].owner_kind == head.owner_kind &&
-           parameters[last].index == head.index)
+    while (last < parameters.size() && parameters[last].owner_kind == first_parameter.owner_kind &&
+           parameters[last].index == first_parameter.index)
       ++last;
-    if (head.kind == ParameterKind::known_term) {
+    if (first_parameter.kind == ParameterKind::known_term) {
       blocks.push_back({1, true, {{static_cast<Eigen::Index>(first), MatrixX::Ones(1, 1)}}});
-    } else if (head.owner_kind == ParameterOwner::load || head.owner_kind == ParameterOwner::friction) {
+    } else if (first_parameter.owner_kind == ParameterOwner::load ||
+               first_parameter.owner_kind == ParameterOwner::friction) {
       for (std::size_t p = first; p < last; ++p) excluded.push_back(static_cast<Eigen::Index>(p));
-    } else if (head.owner_kind != ParameterOwner::spring) {
+    } else if (first_parameter.owner_kind != ParameterOwner::spring) {
       blocks.push_back(inertia_block(parameters, first, last));
     } else {
       blocks.push_back({1, false, {{static_cast<Eigen::Index>(first), MatrixX::Ones(1, 1)}}});

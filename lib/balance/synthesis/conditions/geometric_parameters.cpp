@@ -14,50 +14,51 @@ namespace {
 
 using Kind = GeometricParameterLocation::Kind;
 
-std::size_t at(int index) { return static_cast<std::size_t>(index); }
+std::size_t as_index(int index) { return static_cast<std::size_t>(index); }
 
-/// Collects numbers; those of one named point under one entry per axis.
+/// Collects numbers; a named point has one entry per axis.
 class GeometricParameterList {
  public:
   explicit GeometricParameterList(const Mechanism& mechanism) : mechanism_(mechanism) {}
 
-  void add(const std::string& label, const std::string& unit, const GeometricParameterLocation& place) {
-    numbers_.push_back({label, unit, geometric_value_at(mechanism_, place), {place}});
+  void add(const std::string& label, const std::string& unit, const GeometricParameterLocation& location) {
+    numbers_.push_back({label, unit, geometric_value_at(mechanism_, location), {location}});
   }
 
-  /// A place on a body: a named point of it, or one of its own.
-  void add_point(BodyId body, const Vector3& position, GeometricParameterLocation place, const std::string& own_label) {
+  /// Adds a position on a body: one of its named points, or an unnamed point.
+  void add_point(BodyId body, const Vector3& position, GeometricParameterLocation location,
+                 const std::string& fallback_label) {
     const int axes = mechanism_.space == SpaceKind::planar ? 2 : 3;
     const std::optional<int> point = find_point(body, position);
-    for (place.axis = 0; place.axis < axes; ++place.axis) {
-      const std::string axis(1, "xyz"[place.axis]);
+    for (location.axis = 0; location.axis < axes; ++location.axis) {
+      const std::string axis(1, "xyz"[location.axis]);
       if (!point) {
-        add(own_label + "." + axis, "m", place);
+        add(fallback_label + "." + axis, "m", location);
         continue;
       }
-      const auto [entry, fresh] = named_.try_emplace({body, *point, place.axis}, numbers_.size());
-      if (fresh) {
-        const Body& owner = mechanism_.bodies[at(body)];
-        add(owner.name + "." + owner.points[at(*point)].name + "." + axis, "m",
-            {Kind::body_point, body, *point, place.axis});
+      const auto [entry, is_new] = named_.try_emplace({body, *point, location.axis}, numbers_.size());
+      if (is_new) {
+        const Body& owner = mechanism_.bodies[as_index(body)];
+        add(owner.name + "." + owner.points[as_index(*point)].name + "." + axis, "m",
+            {Kind::body_point, body, *point, location.axis});
       }
-      numbers_[entry->second].locations.push_back(place);
+      numbers_[entry->second].locations.push_back(location);
     }
   }
 
-  /// The ratios of a belt over several joints.
-  void add_terms(const CoordinateCombination& followed, const std::string& owner, GeometricParameterLocation place) {
+  /// Adds the ratios of a belt over several joints.
+  void add_terms(const CoordinateCombination& followed, const std::string& owner, GeometricParameterLocation location) {
     if (followed.terms.size() < 2) return;
-    for (; place.item < static_cast<int>(followed.terms.size()); ++place.item) {
-      const CoordinateId coordinate = followed.terms[at(place.item)].coordinate;
-      add(owner + "." + mechanism_.coordinates[at(coordinate)].name + ".ratio", "1", place);
+    for (; location.item < static_cast<int>(followed.terms.size()); ++location.item) {
+      const CoordinateId coordinate = followed.terms[as_index(location.item)].coordinate;
+      add(owner + "." + mechanism_.coordinates[as_index(coordinate)].name + ".ratio", "1", location);
     }
   }
 
-  /// Factors but plain ones, which scale nothing, and points.
+  /// Adds points, and factors other than ±1.
   void add_constraint(const GeneralisedSpeed& constraint, int index) {
     for (int item = 0; item < static_cast<int>(constraint.terms.size()); ++item) {
-      const GeneralisedSpeedTerm& term = constraint.terms[at(item)];
+      const GeneralisedSpeedTerm& term = constraint.terms[as_index(item)];
       const std::string name = constraint.name + "[" + std::to_string(item) + "]";
       if (std::abs(term.factor) != 1) add(name, "1", {Kind::constraint_factor, index, item, 0});
       using enum GeneralisedSpeedTerm::Kind;
@@ -70,7 +71,7 @@ class GeometricParameterList {
 
  private:
   std::optional<int> find_point(BodyId body, const Vector3& position) const {
-    const auto& points = mechanism_.bodies[at(body)].points;
+    const auto& points = mechanism_.bodies[as_index(body)].points;
     for (std::size_t i = 0; i < points.size(); ++i)
       if (points[i].position == position) return static_cast<int>(i);
     return std::nullopt;
@@ -78,7 +79,7 @@ class GeometricParameterList {
 
   const Mechanism& mechanism_;
   std::vector<GeometricParameter> numbers_;
-  std::map<std::tuple<int, int, int>, std::size_t> named_;  // body, point, axis -> place in numbers_
+  std::map<std::tuple<int, int, int>, std::size_t> named_;  // body, point, axis -> index in numbers_
 };
 
 void add_gravity(const Mechanism& mechanism, std::vector<GeometricParameter>& numbers) {
@@ -107,7 +108,7 @@ std::vector<GeometricParameter> list_geometric_parameters(const Mechanism& m) {
     list.add_terms(m.discs[d].follows, m.discs[d].name, {Kind::disc_term_ratio, index, 0, 0});
   }
   for (std::size_t c = 0; c < m.couplings.size(); ++c) {
-    const std::string& name = m.coordinates[at(m.couplings[c].follower)].name;
+    const std::string& name = m.coordinates[as_index(m.couplings[c].follower)].name;
     list.add(name + ".ratio", "1", {Kind::coupling_ratio, static_cast<int>(c), 0, 0});
     list.add_terms(m.couplings[c].leader, name, {Kind::coupling_term_ratio, static_cast<int>(c), 0, 0});
   }
@@ -128,25 +129,25 @@ std::vector<GeometricParameter> list_geometric_parameters(const Mechanism& m) {
 
 namespace {
 
-/// Whether every joint only moves its bodies in planes across an axis of both of them.
-bool is_planar_across(const Mechanism& mechanism, int axis) {
-  const Vector3 across = Vector3::Unit(axis);
+/// Whether every joint moves its bodies only in planes normal to this axis of both.
+bool is_planar_normal_to(const Mechanism& mechanism, int axis) {
+  const Vector3 normal = Vector3::Unit(axis);
   constexpr double parallel_tolerance = 1e-12;
   for (const Joint& joint : mechanism.joints) {
-    const bool turns = joint.type == JointType::revolute, slides = joint.type == JointType::prismatic;
-    if (!turns && !slides && joint.type != JointType::fixed) return false;
-    if (turns && joint.axis.cross(across).norm() > parallel_tolerance) return false;
-    if (slides && std::abs(joint.axis.dot(across)) > parallel_tolerance) return false;
-    if ((joint.rotation * across).cross(across).norm() > parallel_tolerance) return false;
+    const bool is_revolute = joint.type == JointType::revolute, is_prismatic = joint.type == JointType::prismatic;
+    if (!is_revolute && !is_prismatic && joint.type != JointType::fixed) return false;
+    if (is_revolute && joint.axis.cross(normal).norm() > parallel_tolerance) return false;
+    if (is_prismatic && std::abs(joint.axis.dot(normal)) > parallel_tolerance) return false;
+    if ((joint.rotation * normal).cross(normal).norm() > parallel_tolerance) return false;
   }
   return true;
 }
 
-/// The axis across which everything moves; nothing if there is none.
+/// The axis normal to all motion; std::nullopt if there is none.
 std::optional<int> find_common_axis(const Mechanism& mechanism) {
   if (mechanism.space == SpaceKind::planar) return 2;
   for (const int axis : {2, 0, 1})
-    if (is_planar_across(mechanism, axis)) return axis;
+    if (is_planar_normal_to(mechanism, axis)) return axis;
   return std::nullopt;
 }
 
@@ -154,9 +155,9 @@ std::optional<int> find_common_axis(const Mechanism& mechanism) {
 
 std::vector<PolarPoint> list_polar_points(const Mechanism& mechanism) {
   std::vector<PolarPoint> points;
-  const std::optional<int> across = find_common_axis(mechanism);
-  if (!across) return points;
-  const char first = "yzx"[*across], second = "zxy"[*across];
+  const std::optional<int> normal_axis = find_common_axis(mechanism);
+  if (!normal_axis) return points;
+  const char first = "yzx"[*normal_axis], second = "zxy"[*normal_axis];
   const std::vector<GeometricParameter> numbers = list_geometric_parameters(mechanism);
   for (const GeometricParameter& x : numbers) {
     if (x.label.size() < 2 || x.label[x.label.size() - 2] != '.' || x.label.back() != first || x.value == 0) continue;
@@ -178,9 +179,9 @@ std::vector<PolarPoint> list_polar_points(const Mechanism& mechanism) {
   return points;
 }
 
-Mechanism rotate_point_direction(const Mechanism& mechanism, const GeometricParameter& angle, double by) {
+Mechanism rotate_point_direction(const Mechanism& mechanism, const GeometricParameter& angle, double rotation) {
   Mechanism result = mechanism;
-  const double c = elementary::cos(by), s = elementary::sin(by);
+  const double c = elementary::cos(rotation), s = elementary::sin(rotation);
   for (std::size_t p = 0; p + 1 < angle.locations.size(); p += 2) {
     const double x = geometric_value_at(mechanism, angle.locations[p]),
                  y = geometric_value_at(mechanism, angle.locations[p + 1]);
@@ -197,7 +198,7 @@ double geometric_value(const Mechanism& mechanism, const GeometricParameter& num
 
 Mechanism scale_geometric_parameter(const Mechanism& mechanism, const GeometricParameter& number, double factor) {
   Mechanism result = mechanism;
-  for (const GeometricParameterLocation& place : number.locations) geometric_value_at(result, place) *= factor;
+  for (const GeometricParameterLocation& location : number.locations) geometric_value_at(result, location) *= factor;
   return result;
 }
 

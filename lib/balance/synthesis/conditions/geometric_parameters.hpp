@@ -1,5 +1,5 @@
 #pragma once
-/// The numbers that place a mechanism's joints, discs and springs: what the coefficients of its conditions are made of.
+/// The numbers that place a mechanism's joints, discs and springs. Coefficients of conditions are functions of them.
 
 #include "balance/mechanics/model/mechanism.hpp"
 
@@ -8,7 +8,7 @@
 
 namespace balance {
 
-/// Where one such number stands in a Mechanism.
+/// Location of one such number in a Mechanism.
 struct GeometricParameterLocation {
   enum class Kind {
     joint_first,
@@ -31,44 +31,45 @@ struct GeometricParameterLocation {
   };
   Kind kind = Kind::joint_first;
   int index = 0;  ///< of the joint, constraint, disc, coupling, spring or load; body_point: of the body
-  int item = 0;   ///< body_point: which point; …_term_ratio: which of what is followed; of a constraint: which term
+  int item = 0;   ///< body_point: which point; …_term_ratio: which followed coordinate; of a constraint: which term
   int axis = 0;
 };
 
-/// A number with all its places, which hold the same value (gravity: the components of one vector).
+/// A number with all its locations, which hold the same value (gravity: the components of one vector).
 struct GeometricParameter {
   std::string label;  ///< "link1.B.x", "d5.ratio", "g"
   std::string unit;   ///< "m", "m/s^2", "1"
-  double value = 0;   ///< SI; zero is listed too
+  double value = 0;   ///< SI; may be zero
   std::vector<GeometricParameterLocation> locations;
 };
 
-/// Coordinates of points at which joints, springs, loads and the tool are, places and ratios of discs, ratios of couplings, free
-/// lengths, radii of what rolls, factors of constraints and the size of gravity. Points that have a name stand once, however many use them.
+/// Lists the coordinates of points of joints, springs, loads and the tool, positions and ratios of discs, ratios of
+/// couplings, free lengths, radii of rolling bodies, factors of constraints and the magnitude of gravity. A named point
+/// is listed once, however many elements use it.
 std::vector<GeometricParameter> list_geometric_parameters(const Mechanism& mechanism);
 
-/// Points by distance and direction, where neither coordinate is zero ("link1.B.r", "link1.B.angle" [rad]): both of a number's
-/// places are the first, then the second coordinate of each use.
+/// Points in polar coordinates, if neither Cartesian coordinate is zero ("link1.B.r", "link1.B.angle" [rad]). The
+/// locations of both numbers are, for each use, the first and then the second coordinate.
 struct PolarPoint {
   GeometricParameter distance, angle;
   std::string first, second;  ///< labels of the two coordinates
 };
-/// In the plane, and in space where everything moves in parallel planes across the same axis of all bodies: from the next of the
-/// axes x, y, z (after z comes x) to the one after it.
+/// For planar mechanisms, and for spatial ones in which everything moves in parallel planes normal to the same axis of
+/// all bodies. The angle counts from the next of the axes x, y, z (after z comes x) to the one after it.
 std::vector<PolarPoint> list_polar_points(const Mechanism& mechanism);
 
-/// The mechanism with the direction of a point turned, at all its places.
-Mechanism rotate_point_direction(const Mechanism& mechanism, const GeometricParameter& angle, double by);
+/// Rotates the direction of a point by an angle [rad], at all its locations.
+Mechanism rotate_point_direction(const Mechanism& mechanism, const GeometricParameter& angle, double rotation);
 
-/// The value that a number has in another mechanism of the same structure.
+/// The value of a number in another mechanism of the same structure.
 double geometric_value(const Mechanism& mechanism, const GeometricParameter& number);
 
-/// The mechanism with one number multiplied by a factor, at all its places.
+/// Multiplies one number by a factor, at all its locations.
 Mechanism scale_geometric_parameter(const Mechanism& mechanism, const GeometricParameter& number, double factor);
 
-// Where geometric numbers stand in a mechanism over any scalar.
+// Access to geometric numbers of a mechanism over any scalar.
 
-/// The number's own place, writable if the mechanism is.
+/// The number itself, mutable if the mechanism is.
 template <class AMechanism>
 auto& geometric_value_at(AMechanism& m, const GeometricParameterLocation& p) {
   using Kind = GeometricParameterLocation::Kind;

@@ -25,7 +25,7 @@ KnownTermColumns<S>::KnownTermColumns(const Mechanism& mechanism, const Tree<S>&
     changes_ = changes;
 }
 
-/// What holds every unit component of every load: less its power at unit rates of the coordinates.
+/// Generalised forces that balance each unit component of each load: minus its power at unit rates of the coordinates.
 template <class S>
 MatrixX KnownTermColumns<S>::load_torques(TreeState<S>& state) const {
   constexpr int size = load_components<S>;
@@ -35,21 +35,21 @@ MatrixX KnownTermColumns<S>::load_torques(TreeState<S>& state) const {
     unit.setZero();
     unit[c] = 1;
     compute_velocities(tree_, unit.data(), state);
-    Eigen::Index at = 0;
+    Eigen::Index column = 0;
     for (const Load& load : mechanism_.loads) {
       const FixedFrame<S>& body = tree_.bodies[static_cast<std::size_t>(load.body)];
       const NodeState<S>& node = state[static_cast<std::size_t>(body.node)];
       typename S::Vector rate =
           point_velocity<S>(node, typename S::Vector(body.p_N + body.R_N * to_vector<S>(load.point)));
-      typename S::Angular turn = node.R_WN * node.angular_velocity;
+      typename S::Angular angular_rate = node.R_WN * node.angular_velocity;
       if (load.frame == Frame::body) {
         const typename S::Rotation R = node.R_WN * body.R_N;
         rate = rotate_inverse(R, rate);
-        turn = rotate_inverse(R, turn);
+        angular_rate = rotate_inverse(R, angular_rate);
       }
-      for (int i = 0; i < S::dimension; ++i) torque(c, at++) = -rate[i];
-      const Vector3 spin = angular_to_3d(turn);
-      for (int i = 0; i < S::angular_dimension; ++i) torque(c, at++) = -spin[S::angular_dimension == 1 ? 2 : i];
+      for (int i = 0; i < S::dimension; ++i) torque(c, column++) = -rate[i];
+      const Vector3 spin = angular_to_3d(angular_rate);
+      for (int i = 0; i < S::angular_dimension; ++i) torque(c, column++) = -spin[S::angular_dimension == 1 ? 2 : i];
     }
   }
   return torque;
@@ -60,7 +60,7 @@ void KnownTermColumns<S>::load_columns(TreeState<S>& state, MatrixX& constant, M
   constant.setZero(tree_.columns, this->size());
   changing.setZero(tree_.columns, has_changes() ? this->size() : 0);
   const MatrixX torque = load_torques(state);
-  const MatrixX together = has_changes() ? MatrixX(torque * changes_) : MatrixX();
+  const MatrixX coupled = has_changes() ? MatrixX(torque * changes_) : MatrixX();
   for (std::size_t t = 0; t < terms_.size(); ++t) {
     const Parameter& term = terms_[t];
     if (term.owner_kind != ParameterOwner::load) continue;
@@ -68,7 +68,7 @@ void KnownTermColumns<S>::load_columns(TreeState<S>& state, MatrixX& constant, M
     if (!is_load_change(term))
       constant.col(column) = torque.col(component);
     else if (has_changes())
-      changing.col(column) = together.col(component);
+      changing.col(column) = coupled.col(component);
   }
 }
 
@@ -91,16 +91,16 @@ template class KnownTermColumns<Spatial>;
 
 namespace {
 
-/// What a parameter's unit is besides a power of the length, when forces are in kg times the acceleration.
-double unit_of(ParameterOwner bearer, double acceleration, double length) {
-  switch (bearer) {
+/// A parameter's unit without its power of length, for forces in kg times the acceleration.
+double parameter_unit_without_length(ParameterOwner owner_kind, double acceleration, double length) {
+  switch (owner_kind) {
     case ParameterOwner::spring: return acceleration / length;
     case ParameterOwner::load: return acceleration;
     default: return 1;  // velocity terms are measured at rates of 1/s
   }
 }
 
-/// Axes of the tool's body that the goal `affine` looks at: in the plane one tells where the other is.
+/// Number of the tool body's axes in the goal `affine`: in the plane, one axis determines the other.
 template <class S>
 constexpr int tool_axis_count = S::angular_dimension;
 
@@ -112,7 +112,8 @@ NaturalUnits::NaturalUnits(const Mechanism& mechanism, const std::vector<Paramet
   parameter.resize(static_cast<Eigen::Index>(parameters.size()));
   for (std::size_t p = 0; p < parameters.size(); ++p)
     parameter[static_cast<Eigen::Index>(p)] =
-        elementary::pow(length, parameters[p].length_power) * unit_of(parameters[p].owner_kind, acceleration, length);
+        elementary::pow(length, parameters[p].length_power) *
+        parameter_unit_without_length(parameters[p].owner_kind, acceleration, length);
 }
 
 template <class S>
@@ -124,19 +125,19 @@ GoalRows<S>::GoalRows(const Mechanism& mechanism, const Tree<S>& tree, const Nat
       goals_(std::move(goals)),
       options_(options),
       parameters_(static_cast<int>(units.parameter.size())),
-      inertial_(S::inertial_parameter_count * static_cast<int>(tree.mass_elements.size())),
+      inertial_count_(S::inertial_parameter_count * static_cast<int>(tree.mass_elements.size())),
       scale_(column_scale(tree)),
-      known_(mechanism, tree),
+      known_terms_(mechanism, tree),
       state_(tree.nodes.size()) {
   mask_excluded_terms();
-  if (has_goal(GoalKind::proportional)) extra_ += S::dimension * S::dimension;
-  if (has_goal(GoalKind::affine)) extra_ += S::dimension * (S::dimension + S::dimension * tool_axis_count<S>);
+  if (has_goal(GoalKind::proportional)) extra_count_ += S::dimension * S::dimension;
+  if (has_goal(GoalKind::affine)) extra_count_ += S::dimension * (S::dimension + S::dimension * tool_axis_count<S>);
   is_fully_ = std::any_of(goals_.begin(), goals_.end(), [](const Goal& goal) { return goal.is_fully; });
   needs_actuators_ = is_fully_ || has_goal(GoalKind::decoupled) || has_goal(GoalKind::gyroscopic_independent);
   check_goals(freedoms);
 }
 
-/// Known terms that are zero ask for nothing; others may be left out on purpose.
+/// Known terms that are zero require nothing; others may be left out on purpose.
 template <class S>
 void GoalRows<S>::mask_excluded_terms() {
   term_mask_.setOnes(parameters_);
@@ -145,9 +146,9 @@ void GoalRows<S>::mask_excluded_terms() {
   const Eigen::Index first = parameters_ - known.size();
   for (Eigen::Index p = 0; p < parameters_; ++p) {
     const Eigen::Index k = p - first;
-    const bool open = k >= 0 && static_cast<std::size_t>(k) < options_.variable_terms.size() &&
-                      options_.variable_terms[static_cast<std::size_t>(k)];
-    if ((k >= 0 && known[k] == 0 && !open) ||
+    const bool is_variable = k >= 0 && static_cast<std::size_t>(k) < options_.variable_terms.size() &&
+                             options_.variable_terms[static_cast<std::size_t>(k)];
+    if ((k >= 0 && known[k] == 0 && !is_variable) ||
         is_excluded(mechanism_, terms[static_cast<std::size_t>(p)], options_.excluded))
       term_mask_[p] = 0;
   }
@@ -160,7 +161,7 @@ bool GoalRows<S>::has_goal(GoalKind kind) const {
 
 template <class S>
 void GoalRows<S>::check_goals(int freedoms) {
-  if (extra_ > 0) {
+  if (extra_count_ > 0) {
     if (!mechanism_.tool) {
       mismatch_ = std::string("the goal ") + (has_goal(GoalKind::affine) ? "affine" : "proportional") +
                   " compares the centre of mass with the tool, and the mechanism has none";
@@ -188,16 +189,16 @@ void GoalRows<S>::check_goals(int freedoms) {
 
 template <class S>
 bool GoalRows<S>::evaluate(const SampledConfiguration& configuration, const VelocityProbe& probe, MatrixX& rows) {
-  rows.resize(0, parameters_ + extra_);
-  out_.resize(0, parameters_ + extra_);
-  filled_ = 0;
+  rows.resize(0, parameters_ + extra_count_);
+  out_.resize(0, parameters_ + extra_count_);
+  row_count_ = 0;
   y_ = configuration.y;
   compute_poses(tree_, y_.data(), state_);
   if (needs_actuators_ && !set_actuated(configuration.null_space)) return false;
   add_efforts(probe);
   add_inertia();
   add_momentum(probe);
-  rows = out_.topRows(filled_);
+  rows = out_.topRows(row_count_);
   return true;
 }
 
@@ -220,96 +221,98 @@ InertiaRegressor<S> GoalRows<S>::compute_regressor(const VectorX& velocity, cons
 template <class S>
 void GoalRows<S>::append_rows(const MatrixX& rows, double unit) {
   const Eigen::Index count = rows.rows(), width = std::min<Eigen::Index>(rows.cols(), parameters_);
-  if (filled_ + count > out_.rows())
-    out_.conservativeResize(std::max(2 * out_.rows(), filled_ + count), Eigen::NoChange);
-  auto place = out_.middleRows(filled_, count);
-  place.setZero();
-  place.leftCols(width) =
+  if (row_count_ + count > out_.rows())
+    out_.conservativeResize(std::max(2 * out_.rows(), row_count_ + count), Eigen::NoChange);
+  auto block = out_.middleRows(row_count_, count);
+  block.setZero();
+  block.leftCols(width) =
       rows.leftCols(width) * (units_.parameter.head(width).cwiseProduct(term_mask_.head(width)) / unit).asDiagonal();
-  if (rows.cols() > parameters_) place.rightCols(extra_) = rows.rightCols(extra_) / unit;
-  filled_ += count;
+  if (rows.cols() > parameters_) block.rightCols(extra_count_) = rows.rightCols(extra_count_) / unit;
+  row_count_ += count;
 }
 
-/// Weight, springs and loads. What loads change by over time must vanish by itself.
+/// Weight, springs and loads. Changes of loads over time must vanish by themselves.
 template <class S>
 void GoalRows<S>::add_static_efforts(const MatrixX& projection) {
-  const bool weight = mechanism_.gravity.norm() > 0, springs = !mechanism_.springs.empty();
-  if (!weight && !springs && !known_.has_loads()) return;
-  const VectorX rest = VectorX::Zero(tree_.columns);
+  const bool has_weight = mechanism_.gravity.norm() > 0, has_springs = !mechanism_.springs.empty();
+  if (!has_weight && !has_springs && !known_terms_.has_loads()) return;
+  const VectorX zero_rate = VectorX::Zero(tree_.columns);
   MatrixX torque = MatrixX::Zero(tree_.columns, parameters_), constant, changing;
-  if (weight) torque.leftCols(inertial_) = compute_regressor(rest, rest, true).torque;
-  if (springs) torque.middleCols(inertial_, parameters_ - inertial_ - known_.size()) = spring_torques();
-  if (known_.has_loads()) {
-    known_.load_columns(state_, constant, changing);
-    torque.rightCols(known_.size()) = constant;
+  if (has_weight) torque.leftCols(inertial_count_) = compute_regressor(zero_rate, zero_rate, true).torque;
+  if (has_springs)
+    torque.middleCols(inertial_count_, parameters_ - inertial_count_ - known_terms_.size()) = spring_torques();
+  if (known_terms_.has_loads()) {
+    known_terms_.load_columns(state_, constant, changing);
+    torque.rightCols(known_terms_.size()) = constant;
   }
   append_rows(projection * torque, units_.acceleration * units_.length);
-  if (known_.has_loads() && known_.has_changes())
+  if (known_terms_.has_loads() && known_terms_.has_changes())
     append_known_rows(projection, changing, units_.acceleration * units_.length);
 }
 
-/// Rows of known terms alone, if any of them is asked for.
+/// Appends rows of known terms alone, unless all of these are masked.
 template <class S>
 void GoalRows<S>::append_known_rows(const MatrixX& projection, const MatrixX& torque, double unit) {
-  if (term_mask_.tail(known_.size()).isZero(0)) return;
+  if (term_mask_.tail(known_terms_.size()).isZero(0)) return;
   MatrixX rows = MatrixX::Zero(projection.rows(), parameters_);
-  rows.rightCols(known_.size()) = projection * torque;
+  rows.rightCols(known_terms_.size()) = projection * torque;
   append_rows(rows, unit);
 }
 
-/// static, gyroscopic, gyroscopic-independent: generalised forces projected on the allowed velocities.
+/// static, gyroscopic, gyroscopic-independent: generalised forces projected onto the admissible velocities.
 template <class S>
 void GoalRows<S>::add_efforts(const VelocityProbe& probe) {
-  const bool gyroscopic = has_goal(GoalKind::gyroscopic) || has_goal(GoalKind::decoupled);
-  const bool independent = has_goal(GoalKind::gyroscopic_independent);
-  if (!gyroscopic && !independent && !has_goal(GoalKind::statics)) return;
-  const VectorX rest = VectorX::Zero(tree_.columns);
-  const MatrixX project = probe.directions.transpose() * scale_.asDiagonal();
+  const bool has_gyroscopic = has_goal(GoalKind::gyroscopic) || has_goal(GoalKind::decoupled);
+  const bool has_independent = has_goal(GoalKind::gyroscopic_independent);
+  if (!has_gyroscopic && !has_independent && !has_goal(GoalKind::statics)) return;
+  const VectorX zero_rate = VectorX::Zero(tree_.columns);
+  const MatrixX projection = probe.directions.transpose() * scale_.asDiagonal();
   const double L = units_.length;
-  add_static_efforts(project);
-  // odd in the velocities, where those of masses are even: neither can make up for the other
-  if ((gyroscopic || independent) && known_.has_friction())
-    append_known_rows(project, known_.friction_columns(scale_.cwiseProduct(probe.velocity)), L * L);
-  if (gyroscopic) append_rows(project * compute_regressor(probe.velocity, rest, false).torque, L * L);
-  if (independent)
-    append_rows(project * compute_regressor(probe.velocity, actuated_bias(probe.velocity), false).torque, L * L);
+  add_static_efforts(projection);
+  // friction is odd in the velocities, terms of masses are even: neither can compensate for the other
+  if ((has_gyroscopic || has_independent) && known_terms_.has_friction())
+    append_known_rows(projection, known_terms_.friction_columns(scale_.cwiseProduct(probe.velocity)), L * L);
+  if (has_gyroscopic) append_rows(projection * compute_regressor(probe.velocity, zero_rate, false).torque, L * L);
+  if (has_independent)
+    append_rows(projection * compute_regressor(probe.velocity, actuated_bias(probe.velocity), false).torque, L * L);
 }
 
-/// decoupled: what one actuator's acceleration asks of another; fully-: changes of the inertia that the actuators feel.
+/// decoupled: the effort that one actuator's acceleration requires of another; fully-: changes of the actuators'
+/// inertia.
 template <class S>
 void GoalRows<S>::add_inertia() {
   const bool decoupled = has_goal(GoalKind::decoupled);
   if (!decoupled && !is_fully_) return;
-  const VectorX rest = VectorX::Zero(tree_.columns);
+  const VectorX zero_rate = VectorX::Zero(tree_.columns);
   const Eigen::Index n = actuated_.cols();
-  MatrixX apparent(n * (n + 1) / 2, inertial_), coupling(n * (n - 1) / 2, inertial_);
+  MatrixX inertia_rows(n * (n + 1) / 2, inertial_count_), coupling_rows(n * (n - 1) / 2, inertial_count_);
   Eigen::Index f = 0, c = 0;
   for (Eigen::Index s = 0; s < n; ++s) {
     const MatrixX column =
-        actuated_.transpose() * scale_.asDiagonal() * compute_regressor(rest, actuated_.col(s), false).torque;
+        actuated_.transpose() * scale_.asDiagonal() * compute_regressor(zero_rate, actuated_.col(s), false).torque;
     for (Eigen::Index r = 0; r <= s; ++r) {
-      apparent.row(f++) = column.row(r);
-      if (r < s) coupling.row(c++) = column.row(r) / (actuated_.col(r).norm() * actuated_.col(s).norm());
+      inertia_rows.row(f++) = column.row(r);
+      if (r < s) coupling_rows.row(c++) = column.row(r) / (actuated_.col(r).norm() * actuated_.col(s).norm());
     }
   }
   const double unit = units_.length * units_.length;
-  if (decoupled && n > 1) append_rows(coupling, unit);
+  if (decoupled && n > 1) append_rows(coupling_rows, unit);
   if (!is_fully_) return;
-  if (inertia_reference_.size() == 0) inertia_reference_ = apparent;
-  append_rows(apparent - inertia_reference_, unit);
+  if (inertia_reference_.size() == 0) inertia_reference_ = inertia_rows;
+  append_rows(inertia_rows - inertia_reference_, unit);
 }
 
-/// force, moment, dynamic, proportional, affine: momenta per unit of the allowed velocities.
+/// force, moment, dynamic, proportional, affine: momenta per unit of the admissible velocities.
 template <class S>
 void GoalRows<S>::add_momentum(const VelocityProbe& probe) {
-  const bool both = has_goal(GoalKind::dynamic), following = extra_ > 0;
-  const bool linear = both || has_goal(GoalKind::force), angular = both || has_goal(GoalKind::moment);
-  if (!linear && !angular && !following) return;
-  const VectorX rest = VectorX::Zero(tree_.columns);
+  const bool is_dynamic = has_goal(GoalKind::dynamic), has_com_tool_goal = extra_count_ > 0;
+  const bool linear = is_dynamic || has_goal(GoalKind::force), angular = is_dynamic || has_goal(GoalKind::moment);
+  if (!linear && !angular && !has_com_tool_goal) return;
+  const VectorX zero_rate = VectorX::Zero(tree_.columns);
   const double L = units_.length;
   const Vector3 about = options_.about;
   for (Eigen::Index k = 0; k < probe.directions.cols(); ++k) {
-    set_motion(rest, probe.directions.col(k), false);
+    set_motion(zero_rate, probe.directions.col(k), false);
     const InertiaRegressor<S> momentum = compute_momentum_rate_regressor(tree_, state_);
     if (linear) append_rows(momentum.force, L);
     if (angular) {
@@ -320,12 +323,12 @@ void GoalRows<S>::add_momentum(const VelocityProbe& probe) {
         for (Eigen::Index p = 0; p < rows.cols(); ++p) rows.col(p) -= about.cross(Vector3(momentum.force.col(p)));
       append_rows(rows, L * L);
     }
-    if (following) append_com_tool_rows(momentum.force);
+    if (has_com_tool_goal) append_com_tool_rows(momentum.force);
   }
 }
 
-/// proportional: momentum − A · tool velocity; affine: less B · the rates of the tool body's axes, too. The state has the
-/// velocities as accelerations from rest.
+/// proportional: momentum − A · tool velocity; affine: also minus B · the rates of the tool body's axes. The state
+/// holds the velocities as accelerations from rest.
 template <class S>
 void GoalRows<S>::append_com_tool_rows(const MatrixX& momentum) {
   constexpr int d = S::dimension;
@@ -340,8 +343,8 @@ void GoalRows<S>::append_com_tool_rows(const MatrixX& momentum) {
     rates.head(d) = tool;
     for (int k = 0; d * (k + 1) < rates.size(); ++k)
       rates.segment(d * (k + 1), d) = units_.length * typename S::Vector(cross(spin, typename S::Vector(axis(R, k))));
-    MatrixX rows = MatrixX::Zero(d, parameters_ + extra_);
-    rows.leftCols(inertial_) = momentum;
+    MatrixX rows = MatrixX::Zero(d, parameters_ + extra_count_);
+    rows.leftCols(inertial_count_) = momentum;
     for (int i = 0; i < d; ++i, first += rates.size()) rows.row(i).segment(first, rates.size()) = -rates.transpose();
     append_rows(rows, units_.length);
   }
@@ -350,11 +353,11 @@ void GoalRows<S>::append_com_tool_rows(const MatrixX& momentum) {
 template class GoalRows<Planar>;
 template class GoalRows<Spatial>;
 
-// Velocities and accelerations in terms of the actuators' own.
+// Velocities and accelerations as functions of the actuators' ones.
 
 namespace {
 
-/// Smallest singular value of the actuated rows of the null space: below it C is large and the rows are ill-conditioned.
+/// Minimum singular value of the actuated rows of the null space: below it, C is large and rows are ill-conditioned.
 constexpr double min_actuator_regularity = 0.02;
 
 }  // namespace
@@ -362,14 +365,15 @@ constexpr double min_actuator_regularity = 0.02;
 /// C = N (S N)⁻¹: its actuated rows are the identity.
 template <class S>
 bool GoalRows<S>::set_actuated(const MatrixX& null_space) {
-  const MatrixX held = selection_ * null_space;
-  if (held.rows() != held.cols()) return false;
-  if (held.size() > 0 && singular_values(held).tail(1)[0] < min_actuator_regularity) return false;
-  actuated_ = null_space * held.partialPivLu().inverse();
+  const MatrixX actuator_jacobian = selection_ * null_space;
+  if (actuator_jacobian.rows() != actuator_jacobian.cols()) return false;
+  if (actuator_jacobian.size() > 0 && singular_values(actuator_jacobian).tail(1)[0] < min_actuator_regularity)
+    return false;
+  actuated_ = null_space * actuator_jacobian.partialPivLu().inverse();
   return true;
 }
 
-/// The accelerations that a velocity causes while the actuators' own are zero.
+/// The accelerations caused by a velocity while the actuators' accelerations are zero.
 template <class S>
 VectorX GoalRows<S>::actuated_bias(const VectorX& velocity) {
   const VectorX dy = scale_.cwiseProduct(velocity);
@@ -385,11 +389,11 @@ VectorX GoalRows<S>::actuated_bias(const VectorX& velocity) {
     closure_bias(state_, closure, closure_pose(state_, closure), next);
     for (const ClosureRow& row : closure.rows) *next++ *= -compute_row_scale(tree_, closure, row);
   }
-  MatrixX all(closures + actuated, tree_.columns);
-  all << jacobian, selection_;
+  MatrixX stacked(closures + actuated, tree_.columns);
+  stacked << jacobian, selection_;
   CompleteOrthogonalDecomposition qr;
-  qr.setThreshold(1e-9);  // redundant closures have rows of round-off
-  return qr.compute(all).solve(bias);
+  qr.setThreshold(1e-9);  // redundant closures leave rows of round-off
+  return qr.compute(stacked).solve(bias);
 }
 
 #define BALANCE_INSTANTIATE(S)                             \
@@ -399,54 +403,55 @@ BALANCE_INSTANTIATE(Planar)
 BALANCE_INSTANTIATE(Spatial)
 #undef BALANCE_INSTANTIATE
 
-// What springs ask of the actuators at rest.
+// Efforts that springs require at rest.
 
-/// Generalised forces that hold the springs, per unit of each of their parameters: ∂U/∂y with U linear in k, k a, k b, k a bᵀ; in
-/// joint coordinates in k and the preload.
+/// Generalised forces that balance the springs, per unit of each of their parameters: ∂U/∂y, where U is linear in k, k
+/// a, k b, k a bᵀ; for joint springs, in k and the preload.
 template <class S>
 MatrixX GoalRows<S>::spring_torques() {
-  MatrixX torque = MatrixX::Zero(tree_.columns, parameters_ - inertial_ - known_.size());
+  MatrixX torque = MatrixX::Zero(tree_.columns, parameters_ - inertial_count_ - known_terms_.size());
   VectorX unit = VectorX::Zero(tree_.columns);
   for (int c = 0; c < tree_.columns; ++c) {
     unit.setZero();
     unit[c] = 1;
     compute_velocities(tree_, unit.data(), state_);
-    Eigen::Index at = 0;
+    Eigen::Index column = 0;
     for (std::size_t s = 0; s < mechanism_.springs.size(); ++s) {
       const Spring& spring = mechanism_.springs[s];
       if (spring.is_joint_spring()) {  // k q − preload
         const LinearQuantity& source = tree_.coordinate_expressions[static_cast<std::size_t>(spring.coordinate)];
         const double ratio = source.rate(unit.data());
-        torque(c, at++) = ratio * source.value(y_.data());
-        torque(c, at++) = -ratio;
+        torque(c, column++) = ratio * source.value(y_.data());
+        torque(c, column++) = -ratio;
         continue;
       }
       const FixedFrame<S>&A = tree_.bodies[static_cast<std::size_t>(spring.first)],
             &B = tree_.bodies[static_cast<std::size_t>(spring.second)];
       const NodeState<S>&a = state_[static_cast<std::size_t>(A.node)], &b = state_[static_cast<std::size_t>(B.node)];
-      const bool loose = s < options_.loose_springs.size() && options_.loose_springs[s];
-      const typename S::Vector end_a = loose ? typename S::Vector(S::Vector::Zero()) : to_vector<S>(spring.point_first);
+      const bool is_loose = s < options_.loose_springs.size() && options_.loose_springs[s];
+      const typename S::Vector end_a =
+          is_loose ? typename S::Vector(S::Vector::Zero()) : to_vector<S>(spring.point_first);
       const typename S::Vector end_b =
-          loose ? typename S::Vector(S::Vector::Zero()) : to_vector<S>(spring.point_second);
+          is_loose ? typename S::Vector(S::Vector::Zero()) : to_vector<S>(spring.point_second);
       const typename S::Vector p_A = A.p_N + A.R_N * end_a, p_B = B.p_N + B.R_N * end_b;
       const typename S::Vector d = position(state_, {A.node, A.R_N, p_A}) - position(state_, {B.node, B.R_N, p_B});
       const typename S::Vector rate = point_velocity<S>(a, p_A) - point_velocity<S>(b, p_B);
       const double length = d.norm();
-      const bool taut = loose || spring.free_length == 0;
-      torque(c, at++) = d.dot(rate) * (taut ? 1 : length > 0 ? 1 - spring.free_length / length : 0);
-      if (!loose) continue;
+      const bool has_zero_free_length = is_loose || spring.free_length == 0;
+      torque(c, column++) = d.dot(rate) * (has_zero_free_length ? 1 : length > 0 ? 1 - spring.free_length / length : 0);
+      if (!is_loose) continue;
       const typename S::Rotation R_A = a.R_WN * A.R_N, R_B = b.R_WN * B.R_N;
       const typename S::Angular w_A = a.R_WN * a.angular_velocity, w_B = b.R_WN * b.angular_velocity;
       const auto turned_rate = [](const typename S::Angular& w, const typename S::Vector& e) {
         return typename S::Vector(cross(w, e));
       };
       for (int i = 0; i < S::dimension; ++i)
-        torque(c, at++) = rate.dot(axis(R_A, i)) + d.dot(turned_rate(w_A, axis(R_A, i)));
+        torque(c, column++) = rate.dot(axis(R_A, i)) + d.dot(turned_rate(w_A, axis(R_A, i)));
       for (int j = 0; j < S::dimension; ++j)
-        torque(c, at++) = -rate.dot(axis(R_B, j)) - d.dot(turned_rate(w_B, axis(R_B, j)));
+        torque(c, column++) = -rate.dot(axis(R_B, j)) - d.dot(turned_rate(w_B, axis(R_B, j)));
       for (int i = 0; i < S::dimension; ++i)
         for (int j = 0; j < S::dimension; ++j)
-          torque(c, at++) =
+          torque(c, column++) =
               -turned_rate(w_A, axis(R_A, i)).dot(axis(R_B, j)) - axis(R_A, i).dot(turned_rate(w_B, axis(R_B, j)));
     }
   }

@@ -1,8 +1,9 @@
 #pragma once
-/// What a goal wants to vanish, at one configuration, per unit of every parameter.
+/// The quantities that a goal requires to vanish, at one configuration, per unit of every parameter.
 ///
-/// Everything is in the mechanism's own units, so that all entries are comparable numbers: lengths in characteristic lengths L,
-/// accelerations in units of gravity (of 1 m/s² without it). Unknowns are the parameters in their natural units.
+/// Everything is in the mechanism's natural units, so that all entries are comparable: lengths in characteristic
+/// lengths L, accelerations in units of gravity (1 m/s² without gravity). The unknowns are the parameters in their
+/// natural units.
 
 #include "balance/mechanics/dynamics/inertia_regressor.hpp"
 #include "balance/mechanics/kinematics/forward_kinematics.hpp"
@@ -12,11 +13,11 @@
 
 namespace balance {
 
-// What loads and friction ask of the tree's coordinates, per unit of each known term.
+// Generalised forces that loads and friction require at the tree's coordinates, per unit of each known term.
 
-/// Changes since the first times of all loads' components (columns) at all times of all tables (rows); nothing without tables.
+/// Changes of all loads' components (columns) since each load's first time, at all times of all tables (rows).
 MatrixX load_histories(const Mechanism& mechanism);
-/// Column of a load's term there and in load_changes.
+/// Column of a load's term in load_histories and load_changes.
 Eigen::Index load_component(const Parameter& term, bool planar);
 
 template <class S>
@@ -30,7 +31,7 @@ class KnownTermColumns {
   bool has_changes() const { return changes_.size() > 0; }
   bool has_friction() const { return !mechanism_.friction.empty(); }
 
-  /// Columns of the loads as they are at first and, apart from these, of their changes; velocities in `state` are overwritten.
+  /// Columns of the loads' initial values and, separately, of their changes; overwrites the velocities in `state`.
   void load_columns(TreeState<S>& state, MatrixX& constant, MatrixX& changing) const;
   /// @param dy rates of the tree's coordinates
   MatrixX friction_columns(const VectorX& dy) const;
@@ -41,50 +42,50 @@ class KnownTermColumns {
   const Mechanism& mechanism_;
   const Tree<S>& tree_;
   std::vector<Parameter> terms_;
-  MatrixX changes_;  ///< load_changes, where there are any
+  MatrixX changes_;  ///< load_changes, if any load changes
 };
 
 extern template class KnownTermColumns<Planar>;
 extern template class KnownTermColumns<Spatial>;
 
-/// The mechanism's own units, in SI.
+/// The mechanism's natural units, in SI.
 struct NaturalUnits {
   double length = 1, acceleration = 1, mass = 1;
   VectorX parameter;  ///< per parameter: π = unit · π̂, with π̂ in kg
 
-  /// @param parameters known terms may be among them
+  /// @param parameters may include known terms
   NaturalUnits(const Mechanism& mechanism, const std::vector<Parameter>& parameters);
 };
 
-/// Which velocities and accelerations the rows of one sample are taken for; all scaled like Configuration's.
+/// Velocities for which the rows of one sample are evaluated; scaled as in SampledConfiguration.
 struct VelocityProbe {
-  MatrixX directions;  ///< columns × k: spans the velocities that the loops allow
-  VectorX velocity;    ///< one of them
+  MatrixX directions;  ///< columns × k: spans the admissible velocities
+  VectorX velocity;    ///< an admissible velocity
 };
 
 template <class S>
 class GoalRows {
  public:
-  /// @param tree, units must outlive the rows; units of all terms, known ones included
+  /// @param tree, units must outlive the rows; units of all terms, including known ones
   GoalRows(const Mechanism& mechanism, const Tree<S>& tree, const NaturalUnits& units, std::vector<Goal> goals,
            const ConditionOptions& options, int freedoms);
 
-  /// Why the goals make no sense for this mechanism; empty if they do.
+  /// Why the goals do not apply to this mechanism; empty if they do.
   const std::string& mismatch_reason() const { return mismatch_; }
-  /// Columns of terms, known ones included.
+  /// Number of columns of terms, including known ones.
   int parameters() const { return parameters_; }
-  /// Unknowns that are no parameters, behind them: the matrices of the goals `proportional` (A) and `affine` (A, then B) [kg].
-  int extra_unknowns() const { return extra_; }
+  /// Number of unknowns after the parameters: the matrices of the goals `proportional` (A) and `affine` (A, then B)
+  /// [kg].
+  int extra_unknowns() const { return extra_count_; }
 
-  /// @param rows rows × (parameters + extra). Those of fully- goals are differences from the first configuration probed, where
-  ///        they are zero.
-  /// @return false, and no rows, if the actuators do not hold the mechanism well there
+  /// @param rows rows × (parameters + extra). Rows of fully- goals are differences from the first configuration
+  /// evaluated, where they are zero.
+  /// @return false, without rows, if the actuators do not hold the mechanism well there
   bool evaluate(const SampledConfiguration& configuration, const VelocityProbe& probe, MatrixX& rows);
 
  private:
   void check_goals(int freedoms);
   bool has_goal(GoalKind kind) const;
-  bool set_configuration(const SampledConfiguration& configuration);
   bool set_actuated(const MatrixX& null_space);
   VectorX actuated_bias(const VectorX& velocity);
   void set_motion(const VectorX& velocity, const VectorX& acceleration, bool weight);
@@ -106,10 +107,10 @@ class GoalRows {
   ConditionOptions options_;
   std::string mismatch_;
   bool needs_actuators_ = false, is_fully_ = false;
-  int parameters_ = 0, inertial_ = 0, extra_ = 0;
+  int parameters_ = 0, inertial_count_ = 0, extra_count_ = 0;
   VectorX scale_;
-  KnownTermColumns<S> known_;
-  VectorX term_mask_;  ///< per term: 1, or 0 for what is left out or not there
+  KnownTermColumns<S> known_terms_;
+  VectorX term_mask_;  ///< per term: 1, or 0 if it is left out or absent
   FixedFrame<S> tool_;
   MatrixX selection_;  ///< actuated × columns, scaled
   MatrixX actuated_;   ///< columns × actuated: C, whose actuated rows are the identity
@@ -117,7 +118,7 @@ class GoalRows {
   TreeState<S> state_;
   VectorX y_;
   MatrixX out_;
-  Eigen::Index filled_ = 0;
+  Eigen::Index row_count_ = 0;
 };
 
 extern template class GoalRows<Planar>;

@@ -11,7 +11,7 @@ namespace {
 
 using Bodies = std::vector<BodyId>;
 
-/// Connected bodies, by joints between two of them.
+/// Connected components of the given bodies.
 std::vector<Bodies> find_connected_components(const Mechanism& mechanism, const Bodies& bodies) {
   std::vector<int> label(mechanism.bodies.size(), -1);
   for (const int b : bodies) label[static_cast<std::size_t>(b)] = b;
@@ -25,18 +25,18 @@ std::vector<Bodies> find_connected_components(const Mechanism& mechanism, const 
     }
   }
   std::vector<Bodies> out;
-  for (const int head : bodies) {
-    if (label[static_cast<std::size_t>(head)] != head) continue;
+  for (const int representative : bodies) {
+    if (label[static_cast<std::size_t>(representative)] != representative) continue;
     out.emplace_back();
     for (const int b : bodies)
-      if (label[static_cast<std::size_t>(b)] == head) out.back().push_back(b);
+      if (label[static_cast<std::size_t>(b)] == representative) out.back().push_back(b);
   }
   return out;
 }
 
 template <class Id>
-bool contains(const std::vector<Id>& some, Id one) {
-  return std::find(some.begin(), some.end(), one) != some.end();
+bool contains(const std::vector<Id>& list, Id item) {
+  return std::find(list.begin(), list.end(), item) != list.end();
 }
 
 std::vector<JointId> joints_of(const Mechanism& mechanism, BodyId body) {
@@ -55,14 +55,14 @@ bool reaches_ground(const Mechanism& mechanism, const Bodies& bodies) {
   });
 }
 
-/// The part of the spec that a body is in, `leg1` of `leg1.crank`; empty for a body of the whole.
+/// The part of the spec to which a body belongs, `leg1` for `leg1.crank`; empty for a body outside all parts.
 std::string part_of(const Mechanism& mechanism, BodyId body) {
   const std::string& name = mechanism.bodies[static_cast<std::size_t>(body)].name;
   const auto dot = name.find('.');
   return dot == std::string::npos ? "" : name.substr(0, dot);
 }
 
-/// How many parts a body of the whole has joints with; of another none.
+/// Number of parts with which a body outside all parts has joints; 0 for a body of a part.
 int count_parts_at(const Mechanism& mechanism, BodyId body) {
   std::set<std::string> parts;
   for (const int j : joints_of(mechanism, body)) {
@@ -82,87 +82,89 @@ bool has_several_parts(const Mechanism& mechanism, const Bodies& bodies) {
 class GraphPartitioner {
  public:
   explicit GraphPartitioner(const Mechanism& mechanism) : mechanism_(mechanism) {
-    cuts_.chain_of.assign(mechanism.bodies.size(), -1);
+    partition_.chain_of.assign(mechanism.bodies.size(), -1);
   }
 
   GraphPartition run() {
     Bodies all;
     for (std::size_t b = 1; b < mechanism_.bodies.size(); ++b) all.push_back(static_cast<int>(b));
-    for (const Bodies& piece : find_connected_components(mechanism_, all)) {
-      if (count_loops(piece) == 0)
-        add_chain(piece);
-      else if (!split_at_platform(piece) && !open_loop(piece))
-        cuts_.failure_reason =
+    for (const Bodies& component : find_connected_components(mechanism_, all)) {
+      if (count_loops(component) == 0)
+        add_chain(component);
+      else if (!split_at_platform(component) && !open_loop(component))
+        partition_.failure_reason =
             "no body with three or more joints has several chains on it that all reach the ground, and the "
             "mechanism is not a single loop: it cannot be split into chains";
     }
-    return std::move(cuts_);
+    return std::move(partition_);
   }
 
  private:
-  int count_loops(const Bodies& piece) const {
-    const auto inside = std::count_if(mechanism_.joints.begin(), mechanism_.joints.end(), [&](const Joint& joint) {
-      return contains(piece, joint.first) || contains(piece, joint.second);
+  int count_loops(const Bodies& component) const {
+    const auto joint_count = std::count_if(mechanism_.joints.begin(), mechanism_.joints.end(), [&](const Joint& joint) {
+      return contains(component, joint.first) || contains(component, joint.second);
     });
-    return static_cast<int>(inside) - static_cast<int>(piece.size());
+    return static_cast<int>(joint_count) - static_cast<int>(component.size());
   }
 
   void add_chain(const Bodies& bodies) {
-    for (const int b : bodies) cuts_.chain_of[static_cast<std::size_t>(b)] = cuts_.chains;
-    ++cuts_.chains;
+    for (const int b : bodies) partition_.chain_of[static_cast<std::size_t>(b)] = partition_.chains;
+    ++partition_.chains;
   }
 
-  bool split_at_platform(const Bodies& piece) {
+  bool split_at_platform(const Bodies& component) {
     // by number of parts, then of joints; the tool's body first among equals
     std::vector<std::pair<std::array<int, 3>, int>> candidates;
-    for (const int b : piece) {
+    for (const int b : component) {
       const int joints = static_cast<int>(joints_of(mechanism_, b).size()), parts = count_parts_at(mechanism_, b);
       const bool tool = mechanism_.tool && mechanism_.tool->body == b;
       if (joints >= 3 || parts >= 2) candidates.push_back({{parts >= 2 ? -parts : 0, -joints, -tool}, b});
     }
     std::sort(candidates.begin(), candidates.end());
     for (const auto& [rank, body] : candidates) {
-      Bodies rest = piece;
+      Bodies rest = component;
       std::erase(rest, body);
       const std::vector<Bodies> chains = find_connected_components(mechanism_, rest);
-      const bool grounded = std::all_of(chains.begin(), chains.end(),
-                                        [&](const Bodies& chain) { return reaches_ground(mechanism_, chain); });
-      if (chains.size() < 2 || !grounded) continue;
-      const bool apart = std::none_of(chains.begin(), chains.end(),
-                                      [&](const Bodies& chain) { return has_several_parts(mechanism_, chain); });
-      if (rank[0] < 0 && !apart) continue;
+      const bool reach_ground = std::all_of(chains.begin(), chains.end(),
+                                            [&](const Bodies& chain) { return reaches_ground(mechanism_, chain); });
+      if (chains.size() < 2 || !reach_ground) continue;
+      const bool separates_parts = std::none_of(
+          chains.begin(), chains.end(), [&](const Bodies& chain) { return has_several_parts(mechanism_, chain); });
+      if (rank[0] < 0 && !separates_parts) continue;
       for (const Bodies& chain : chains) add_chain(chain);
       Platform platform{body, joints_of(mechanism_, body)};
       std::erase_if(platform.joints, [&, p = body](int j) {
         return other_end(mechanism_.joints[static_cast<std::size_t>(j)], p) == ground;
       });
-      cuts_.platforms.push_back(std::move(platform));
+      partition_.platforms.push_back(std::move(platform));
       return true;
     }
     return false;
   }
 
-  bool open_loop(const Bodies& piece) {
-    const bool binary =
-        std::all_of(piece.begin(), piece.end(), [&](int b) { return joints_of(mechanism_, b).size() <= 2; });
-    if (!binary || count_loops(piece) != 1 || piece.size() < 2) return false;
-    Bodies round;
-    const std::vector<JointId> joints = order_loop(piece, round);
-    std::size_t at = joints.size() / 2;
+  bool open_loop(const Bodies& component) {
+    const bool is_binary =
+        std::all_of(component.begin(), component.end(), [&](int b) { return joints_of(mechanism_, b).size() <= 2; });
+    if (!is_binary || count_loops(component) != 1 || component.size() < 2) return false;
+    Bodies loop_bodies;
+    const std::vector<JointId> joints = order_loop(component, loop_bodies);
+    std::size_t cut_index = joints.size() / 2;
     for (std::size_t j = 1; j + 1 < joints.size(); ++j)
-      if (is_tool_joint(mechanism_.joints[static_cast<std::size_t>(joints[j])])) at = j;
-    const auto between = [&](std::size_t j) { return has_several_parts(mechanism_, {round[j - 1], round[j]}); };
+      if (is_tool_joint(mechanism_.joints[static_cast<std::size_t>(joints[j])])) cut_index = j;
+    const auto is_between_parts = [&](std::size_t j) {
+      return has_several_parts(mechanism_, {loop_bodies[j - 1], loop_bodies[j]});
+    };
     for (std::size_t j = 1; j + 1 < joints.size(); ++j)
-      if (!between(at) && between(j)) at = j;
-    cuts_.opened_joints.push_back(joints[at]);
-    const auto middle = round.begin() + static_cast<std::ptrdiff_t>(at);
-    add_chain(Bodies(round.begin(), middle));
-    add_chain(Bodies(middle, round.end()));
+      if (!is_between_parts(cut_index) && is_between_parts(j)) cut_index = j;
+    partition_.opened_joints.push_back(joints[cut_index]);
+    const auto middle = loop_bodies.begin() + static_cast<std::ptrdiff_t>(cut_index);
+    add_chain(Bodies(loop_bodies.begin(), middle));
+    add_chain(Bodies(middle, loop_bodies.end()));
     return true;
   }
 
-  /// Joints and bodies in the order round the loop, from the ground to the ground.
-  std::vector<JointId> order_loop(const Bodies& piece, Bodies& round) const {
+  /// Joints and bodies in order around the loop, from the ground to the ground.
+  std::vector<JointId> order_loop(const Bodies& component, Bodies& loop_bodies) const {
     std::vector<JointId> joints;
     BodyId body = ground;
     do {
@@ -170,12 +172,12 @@ class GraphPartitioner {
         const Joint& joint = mechanism_.joints[j];
         const BodyId next = other_end(joint, body);
         if ((joint.first != body && joint.second != body) || contains(joints, JointId(static_cast<int>(j)))) continue;
-        if (body == ground && !contains(piece, next)) continue;
+        if (body == ground && !contains(component, next)) continue;
         joints.push_back(static_cast<int>(j));
         body = next;
         break;
       }
-      if (body != ground) round.push_back(body);
+      if (body != ground) loop_bodies.push_back(body);
     } while (body != ground);
     return joints;
   }
@@ -191,7 +193,7 @@ class GraphPartitioner {
   }
 
   const Mechanism& mechanism_;
-  GraphPartition cuts_;
+  GraphPartition partition_;
 };
 
 }  // namespace

@@ -16,10 +16,10 @@ namespace balance {
 
 namespace {
 
-/// Scaled residuals below this are not told from zero.
+/// Scaled residuals below this cannot be distinguished from zero.
 constexpr double certificate_residual_threshold = 1e-8;
 
-/// Conditions in natural units, each row's largest entry one: entry = row_unit · R · parameter unit.
+/// Conditions in natural units, with a largest entry of one in each row: entry = row_unit · R · parameter unit.
 struct NaturalConditions {
   MatrixX rows;
   VectorX row_unit;
@@ -33,62 +33,65 @@ NaturalConditions to_natural_units(const Conditions& conditions, const Mechanism
   for (std::size_t p = 0; p < conditions.parameters.size(); ++p)
     if (is_always_zero(conditions.parameters[p])) out.rows.col(static_cast<Eigen::Index>(p)).setZero();
   out.row_unit = out.rows.rowwise().lpNorm<Eigen::Infinity>();
-  // A condition that asks nothing proves nothing.
+  // A condition without entries proves nothing.
   out.row_unit = (out.row_unit.array() > 0).select(out.row_unit.cwiseInverse(), 0.0);
   out.rows = out.row_unit.asDiagonal() * out.rows;
   return out;
 }
 
-/// The problem that proofs are looked for in: all known terms in one column that is positive, since it is what it is; those that
-/// free numbers change stay for themselves and must not occur.
+/// The problem in which proofs are sought. All known terms are merged into one column, whose factor is a positive
+/// constant; those that free numbers change stay separate and must not occur.
 struct CertificateProblem {
   std::vector<Parameter> parameters;
   MatrixX rows;
 };
 
 CertificateProblem merge_known_terms(const Conditions& conditions, const NaturalConditions& natural, double mass) {
-  const Eigen::Index own = conditions.parameter_columns(), known = conditions.known_term_values.size();
+  const Eigen::Index parameter_count = conditions.parameter_columns(),
+                     known_count = conditions.known_term_values.size();
   CertificateProblem problem;
-  problem.parameters.assign(conditions.parameters.begin(), conditions.parameters.begin() + own);
-  problem.rows = natural.rows.leftCols(own);
-  if (known == 0) return problem;
-  VectorX together = VectorX::Zero(natural.rows.rows());
+  problem.parameters.assign(conditions.parameters.begin(), conditions.parameters.begin() + parameter_count);
+  problem.rows = natural.rows.leftCols(parameter_count);
+  if (known_count == 0) return problem;
+  VectorX merged = VectorX::Zero(natural.rows.rows());
   const auto add = [&](const VectorX& column, const Parameter& parameter) {
     problem.rows.conservativeResize(Eigen::NoChange, problem.rows.cols() + 1);
     problem.rows.rightCols(1) = column;
     problem.parameters.push_back(parameter);
   };
-  for (Eigen::Index k = 0; k < known; ++k) {
-    const VectorX column = natural.rows.col(own + k);
+  for (Eigen::Index k = 0; k < known_count; ++k) {
+    const VectorX column = natural.rows.col(parameter_count + k);
     if (conditions.is_variable_term(k))
       add(column, {"", "", "", ParameterOwner::load, static_cast<int>(k), 0, ParameterKind::force, 0});
     else
-      together += column * (conditions.known_term_values[k] / natural.parameter_unit[own + k] / mass);
+      merged += column * (conditions.known_term_values[k] / natural.parameter_unit[parameter_count + k] / mass);
   }
-  add(together, {"", "", "", ParameterOwner::load, -1, 0, ParameterKind::known_term, 0});
+  add(merged, {"", "", "", ParameterOwner::load, -1, 0, ParameterKind::known_term, 0});
   return problem;
 }
 
-/// A certificate in the columns of all terms.
-FarkasCertificate expand_certificate(FarkasCertificate found, const Conditions& conditions,
+/// Expands a certificate to the columns of all terms.
+FarkasCertificate expand_certificate(FarkasCertificate certificate, const Conditions& conditions,
                                      const NaturalConditions& natural) {
-  const Eigen::Index own = conditions.parameter_columns(), known = conditions.known_term_values.size();
-  VectorX all(own + known);
-  all.head(own) = found.coefficients.head(own);
-  const VectorX exact = natural.rows.rightCols(known).transpose() * found.combination;
-  for (Eigen::Index k = 0; k < known; ++k)
-    all[own + k] = conditions.known_term_values[k] == 0 || conditions.is_variable_term(k) ? 0 : exact[k];
-  for (Eigen::Index k = own; k < all.size(); ++k)
-    if (std::abs(all[k]) < certificate_coefficient_tolerance) all[k] = 0;
-  found.coefficients = all;
-  return found;
+  const Eigen::Index parameter_count = conditions.parameter_columns(),
+                     known_count = conditions.known_term_values.size();
+  VectorX coefficients(parameter_count + known_count);
+  coefficients.head(parameter_count) = certificate.coefficients.head(parameter_count);
+  const VectorX known_coefficients = natural.rows.rightCols(known_count).transpose() * certificate.combination;
+  for (Eigen::Index k = 0; k < known_count; ++k)
+    coefficients[parameter_count + k] =
+        conditions.known_term_values[k] == 0 || conditions.is_variable_term(k) ? 0 : known_coefficients[k];
+  for (Eigen::Index k = parameter_count; k < coefficients.size(); ++k)
+    if (std::abs(coefficients[k]) < certificate_coefficient_tolerance) coefficients[k] = 0;
+  certificate.coefficients = coefficients;
+  return certificate;
 }
 
-/// The proof in SI, its first coefficient of size one.
-InfeasibilityCertificate to_si_certificate(InfeasibilityCertificate::Kind kind, const FarkasCertificate& found,
+/// The proof in SI units, scaled such that the first coefficient is ±1.
+InfeasibilityCertificate to_si_certificate(InfeasibilityCertificate::Kind kind, const FarkasCertificate& certificate,
                                            const NaturalConditions& natural) {
-  InfeasibilityCertificate proof{kind, natural.row_unit.cwiseProduct(found.combination),
-                                 found.coefficients.cwiseQuotient(natural.parameter_unit), ""};
+  InfeasibilityCertificate proof{kind, natural.row_unit.cwiseProduct(certificate.combination),
+                                 certificate.coefficients.cwiseQuotient(natural.parameter_unit), ""};
   const auto first =
       std::find_if(proof.coefficients.begin(), proof.coefficients.end(), [](double c) { return c != 0; });
   const double scale = 1 / std::abs(*first);
@@ -104,12 +107,12 @@ std::string combination_text(const Conditions& conditions, const InfeasibilityCe
 /// "with push.fy = -5" for the known terms of a proof; empty if it has none.
 std::string known_text(const Conditions& conditions, const VectorX& coefficients) {
   std::string text;
-  const Eigen::Index own = conditions.parameter_columns();
+  const Eigen::Index parameter_count = conditions.parameter_columns();
   for (Eigen::Index k = 0; k < conditions.known_term_values.size(); ++k)
-    if (coefficients[own + k] != 0)
-      text +=
-          fmt::format("{}{} = {:.6g}", text.empty() ? "with " : " and ",
-                      conditions.parameters[static_cast<std::size_t>(own + k)].name, conditions.known_term_values[k]);
+    if (coefficients[parameter_count + k] != 0)
+      text += fmt::format("{}{} = {:.6g}", text.empty() ? "with " : " and ",
+                          conditions.parameters[static_cast<std::size_t>(parameter_count + k)].name,
+                          conditions.known_term_values[k]);
   return text;
 }
 
@@ -117,8 +120,8 @@ std::string known_text(const Conditions& conditions, const VectorX& coefficients
 std::string sign_reason(const Conditions& conditions, const VectorX& coefficients) {
   std::vector<std::string> positive;
   Eigen::Index terms = 0;
-  if (const std::string known = known_text(conditions, coefficients); !known.empty())
-    return known + " the left-hand side is positive";
+  if (const std::string known_term_text = known_text(conditions, coefficients); !known_term_text.empty())
+    return known_term_text + " the left-hand side is positive";
   for (std::size_t p = 0; p < conditions.parameters.size(); ++p) {
     if (coefficients[static_cast<Eigen::Index>(p)] == 0) continue;
     ++terms;
@@ -132,7 +135,7 @@ std::string sign_reason(const Conditions& conditions, const VectorX& coefficient
   return fmt::format("none can be negative and {} {} positive", names, positive.size() == 1 ? "is" : "are");
 }
 
-/// tr(Q P) of a flat body's pseudo-inertia P (rank 3) can only vanish if Q has rank one.
+/// tr(Q P) for a flat body's pseudo-inertia P (rank 3) can vanish only if Q has rank one.
 bool is_valid_for_flat_bodies(const PseudoInertiaCone& cone, const VectorX& coefficients) {
   return std::any_of(cone.blocks.begin(), cone.blocks.end(), [&](const PseudoInertiaBlock& block) {
     if (!block.is_body) return false;
@@ -144,13 +147,13 @@ bool is_valid_for_flat_bodies(const PseudoInertiaCone& cone, const VectorX& coef
   });
 }
 
-/// The parameters at hand are physical; a proof that they contradict, if only by vanishing, is none.
-bool is_consistent_with(const InfeasibilityCertificate& proof, const VectorX& present) {
-  const VectorX terms = proof.coefficients.cwiseProduct(present);
+/// The given parameters are physical; a proof that they contradict, even if only by making it vanish, is invalid.
+bool is_consistent_with(const InfeasibilityCertificate& proof, const VectorX& parameters) {
+  const VectorX terms = proof.coefficients.cwiseProduct(parameters);
   return terms.sum() > certificate_coefficient_tolerance * terms.cwiseAbs().sum();
 }
 
-VectorX present_parameters(const Conditions& conditions, const Mechanism& mechanism) {
+VectorX current_parameters(const Conditions& conditions, const Mechanism& mechanism) {
   FreeSprings loose(mechanism.springs.size(), false);
   for (const Parameter& p : conditions.parameters)
     if (p.kind == ParameterKind::stiffness_moment) loose.at(static_cast<std::size_t>(p.index)) = true;
@@ -164,43 +167,44 @@ VectorX present_parameters(const Conditions& conditions, const Mechanism& mechan
 
 std::optional<InfeasibilityCertificate> certify_infeasible(const Conditions& conditions, const Mechanism& mechanism) {
   if (conditions.status != ConditionsStatus::done || conditions.matrix.rows() == 0) return std::nullopt;
-  const VectorX present = present_parameters(conditions, mechanism);
+  const VectorX current_values = current_parameters(conditions, mechanism);
   const NaturalConditions natural = to_natural_units(conditions, mechanism);
   const CertificateProblem problem = merge_known_terms(conditions, natural, total_mass(mechanism));
-  if (const auto found = find_sign_certificate(problem.rows, problem.parameters)) {
+  if (const auto certificate = find_sign_certificate(problem.rows, problem.parameters)) {
     InfeasibilityCertificate proof = to_si_certificate(InfeasibilityCertificate::Kind::sign,
-                                                       expand_certificate(*found, conditions, natural), natural);
+                                                       expand_certificate(*certificate, conditions, natural), natural);
     proof.statement =
         fmt::format("{}: {}", combination_text(conditions, proof), sign_reason(conditions, proof.coefficients));
-    if (is_consistent_with(proof, present)) return proof;
+    if (is_consistent_with(proof, current_values)) return proof;
   }
   const PseudoInertiaCone cone(problem.parameters);
-  if (const auto found = find_cone_certificate(problem.rows, cone)) {
+  if (const auto certificate = find_cone_certificate(problem.rows, cone)) {
     InfeasibilityCertificate proof = to_si_certificate(InfeasibilityCertificate::Kind::cone,
-                                                       expand_certificate(*found, conditions, natural), natural);
-    const std::string known = known_text(conditions, proof.coefficients);
-    proof.statement = fmt::format("{}: {}the left-hand side is positive for every distribution of mass{}",
-                                  combination_text(conditions, proof), known.empty() ? "" : known + " ",
-                                  is_valid_for_flat_bodies(cone, found->coefficients) ? "" : " that is not flat");
-    if (is_consistent_with(proof, present)) return proof;
+                                                       expand_certificate(*certificate, conditions, natural), natural);
+    const std::string known_term_text = known_text(conditions, proof.coefficients);
+    proof.statement =
+        fmt::format("{}: {}the left-hand side is positive for every distribution of mass{}",
+                    combination_text(conditions, proof), known_term_text.empty() ? "" : known_term_text + " ",
+                    is_valid_for_flat_bodies(cone, certificate->coefficients) ? "" : " that is not flat");
+    if (is_consistent_with(proof, current_values)) return proof;
   }
   return std::nullopt;
 }
 
 namespace {
 
-/// The least value of c · (constant + gradient z) in the box, in plain arithmetic, less all that could be round-off.
-/// @param size of the terms that each c is the sum of
+/// The minimum of c · (constant + gradient z) in the box, in ordinary arithmetic, minus an upper bound on round-off.
+/// @param size of the terms summed in each c
 double rigorous_minimum(const VectorX& c, const VectorX& size, const BoundedParameters& parameters) {
-  double least = c.dot(parameters.constant), doubt = size.dot(parameters.constant.cwiseAbs());
+  double minimum = c.dot(parameters.constant), error_bound = size.dot(parameters.constant.cwiseAbs());
   for (Eigen::Index j = 0; j < parameters.gradient.cols(); ++j) {
     const double rate = c.dot(parameters.gradient.col(j)), terms = size.dot(parameters.gradient.col(j).cwiseAbs());
-    const double low = parameters.lower[j], high = parameters.upper[j];
-    if (std::abs(rate) <= 1e-12 * terms && (std::isinf(low) || std::isinf(high))) continue;
-    least += std::min(rate * low, rate * high);
-    doubt += terms * std::max(std::abs(low), std::abs(high));
+    const double lower = parameters.lower[j], upper = parameters.upper[j];
+    if (std::abs(rate) <= 1e-12 * terms && (std::isinf(lower) || std::isinf(upper))) continue;
+    minimum += std::min(rate * lower, rate * upper);
+    error_bound += terms * std::max(std::abs(lower), std::abs(upper));
   }
-  return least - 1e-11 * doubt;
+  return minimum - 1e-11 * error_bound;
 }
 
 }  // namespace
@@ -220,12 +224,13 @@ std::optional<InfeasibilityCertificate> certify_infeasible(const Conditions& con
   proof.coefficients *= scale;
   const VectorX size = conditions.matrix.cwiseAbs().transpose() * proof.combination.cwiseAbs();
   proof.coefficients = (proof.coefficients.array().abs() > 1e-12 * size.array()).select(proof.coefficients, 0.0);
-  const double least = rigorous_minimum(proof.coefficients, size, parameters);
-  // In scaled residuals: some condition is missed by at least this much everywhere.
-  if (!(least > certificate_residual_threshold * proof.combination.cwiseProduct(conditions.row_scales).lpNorm<1>()))
+  const double lower_bound = rigorous_minimum(proof.coefficients, size, parameters);
+  // In scaled residuals: everywhere, some condition is violated by at least this much.
+  if (!(lower_bound >
+        certificate_residual_threshold * proof.combination.cwiseProduct(conditions.row_scales).lpNorm<1>()))
     return std::nullopt;
   proof.statement = fmt::format("{} within the bounds: the left-hand side is at least {:.3g}",
-                                combination_text(conditions, proof), least);
+                                combination_text(conditions, proof), lower_bound);
   return proof;
 }
 

@@ -1,5 +1,6 @@
 #pragma once
-/// Proofs that no choice of masses can meet a set of conditions: a combination of conditions whose left-hand side has a sign.
+/// Proofs that no choice of masses can meet a set of conditions: a combination whose left-hand side has a definite
+/// sign.
 
 #include "balance/synthesis/conditions/conditions.hpp"
 
@@ -13,27 +14,27 @@ struct InfeasibilityCertificate {
     sign,                ///< only quantities of one sign, with coefficients of one sign
     cone,                ///< positive for every distribution of mass (positive definite pseudo-inertia)
     bounds,              ///< positive for all values within the bounds of the free numbers
-    product_relaxation,  ///< the same, with what squares of free numbers owe to the numbers
+    product_relaxation,  ///< the same, with constraints that relate squares of free numbers to the numbers
   };
   Kind kind = Kind::sign;
   VectorX combination;    ///< per condition: its factor
-  VectorX coefficients;   ///< per parameter: the combined condition, largest coefficient's size 1 or the pivot's 1
+  VectorX coefficients;   ///< per parameter: the combined condition; its first or largest coefficient is ±1
   std::string statement;  ///< "coupler1.J + 0.852 coupler2.J = 0 cannot hold: both are positive"
 };
 
-/// For any masses whatever: the bodies are physical (masses and moments of inertia positive, pseudo-inertia positive
-/// definite), counterweights, payloads and discs may vanish, stiffnesses are not negative.
+/// For arbitrary masses: the bodies are physical (positive masses and moments of inertia, positive definite
+/// pseudo-inertia); counterweights, payloads and discs may vanish; stiffnesses are nonnegative.
 /// Source: Farkas' lemma on the cone of pseudo-inertias.
 std::optional<InfeasibilityCertificate> certify_infeasible(const Conditions& conditions, const Mechanism& mechanism);
 
-/// Parameters that are affine in quantities with known bounds: values = constant + gradient · z, lower ≤ z ≤ upper.
+/// Parameters that are affine in bounded quantities: values = constant + gradient · z, lower ≤ z ≤ upper.
 struct BoundedParameters {
   VectorX constant;  ///< P
   MatrixX gradient;  ///< P × n
   VectorX lower, upper;
 };
 
-/// Within bounds, physical or not.
+/// For all values within bounds, physical or not.
 std::optional<InfeasibilityCertificate> certify_infeasible(const Conditions& conditions,
                                                            const BoundedParameters& parameters);
 

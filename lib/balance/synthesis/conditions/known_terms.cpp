@@ -12,7 +12,7 @@ namespace balance {
 
 namespace {
 
-/// Of the largest change: what is less than this is none.
+/// Relative to the largest change: smaller ones count as none.
 constexpr double load_change_tolerance = 1e-12;
 
 int component_count(const Mechanism& mechanism) { return mechanism.space == SpaceKind::planar ? 3 : 6; }
@@ -21,9 +21,9 @@ int component_count(const Mechanism& mechanism) { return mechanism.space == Spac
 VectorX load_at_entry(const Load& load, std::size_t entry, int size) {
   const Vector3 &f = load.force[entry], &m = load.moment[entry];
   if (size == 3) return Vector3(f.x(), f.y(), m.z());
-  VectorX both(6);
-  both << f, m;
-  return both;
+  VectorX wrench(6);
+  wrench << f, m;
+  return wrench;
 }
 
 VectorX load_at_time(const Load& load, double time, int size) {
@@ -31,17 +31,17 @@ VectorX load_at_time(const Load& load, double time, int size) {
   if (next == load.time.begin()) return load_at_entry(load, 0, size);
   if (next == load.time.end()) return load_at_entry(load, load.force.size() - 1, size);
   const auto k = static_cast<std::size_t>(next - load.time.begin());
-  const double part = (time - load.time[k - 1]) / (load.time[k] - load.time[k - 1]);
-  return (1 - part) * load_at_entry(load, k - 1, size) + part * load_at_entry(load, k, size);
+  const double fraction = (time - load.time[k - 1]) / (load.time[k] - load.time[k - 1]);
+  return (1 - fraction) * load_at_entry(load, k - 1, size) + fraction * load_at_entry(load, k, size);
 }
 
-std::string owner_of(const Mechanism& mechanism, ParameterOwner bearer, std::size_t index) {
-  return bearer == ParameterOwner::load
+std::string owner_of(const Mechanism& mechanism, ParameterOwner owner_kind, std::size_t index) {
+  return owner_kind == ParameterOwner::load
              ? mechanism.loads[index].name
              : mechanism.coordinates[static_cast<std::size_t>(mechanism.friction[index].coordinate)].name;
 }
 
-/// What else has a name among the columns of conditions.
+/// Names of all other owners of columns of conditions.
 std::set<std::string> other_owners(const Mechanism& mechanism) {
   std::set<std::string> names;
   for (const Body& body : mechanism.bodies) names.insert(body.name);
@@ -100,36 +100,37 @@ std::vector<Parameter> list_known_terms(const Mechanism& mechanism) {
   const int size = component_count(mechanism);
   const std::vector<std::string> symbols = size == 3 ? std::vector<std::string>{"fx", "fy", "m"}
                                                      : std::vector<std::string>{"fx", "fy", "fz", "mx", "my", "mz"};
-  const std::set<std::string> taken = other_owners(mechanism);
-  std::vector<Parameter> all;
-  const auto add = [&](ParameterOwner bearer, std::size_t index, const std::string& symbol, ParameterKind kind,
-                       int power) {
-    std::string owner = owner_of(mechanism, bearer, index);
-    if (taken.count(owner) > 0) owner = (bearer == ParameterOwner::load ? "loads." : "friction.") + owner;
-    const int slot = all.empty() || all.back().owner_kind != bearer || all.back().index != static_cast<int>(index)
-                         ? 0
-                         : all.back().slot + 1;
-    all.push_back({owner + "." + symbol, owner, symbol, bearer, static_cast<int>(index), slot, kind, power});
+  const std::set<std::string> other_names = other_owners(mechanism);
+  std::vector<Parameter> terms;
+  const auto add_term = [&](ParameterOwner owner_kind, std::size_t index, const std::string& symbol, ParameterKind kind,
+                            int power) {
+    std::string owner = owner_of(mechanism, owner_kind, index);
+    if (other_names.count(owner) > 0) owner = (owner_kind == ParameterOwner::load ? "loads." : "friction.") + owner;
+    const int slot =
+        terms.empty() || terms.back().owner_kind != owner_kind || terms.back().index != static_cast<int>(index)
+            ? 0
+            : terms.back().slot + 1;
+    terms.push_back({owner + "." + symbol, owner, symbol, owner_kind, static_cast<int>(index), slot, kind, power});
   };
   for (std::size_t l = 0; l < mechanism.loads.size(); ++l)
     for (const char* suffix : {"", "(t)"}) {
       if (*suffix != 0 && mechanism.loads[l].time.empty()) continue;
       for (int c = 0; c < size; ++c) {
-        const bool couple = c >= (size == 3 ? 2 : 3);
-        add(ParameterOwner::load, l, symbols[static_cast<std::size_t>(c)] + suffix,
-            couple ? ParameterKind::couple : ParameterKind::force, couple ? 1 : 0);
+        const bool is_couple = c >= (size == 3 ? 2 : 3);
+        add_term(ParameterOwner::load, l, symbols[static_cast<std::size_t>(c)] + suffix,
+                 is_couple ? ParameterKind::couple : ParameterKind::force, is_couple ? 1 : 0);
       }
     }
   for (std::size_t f = 0; f < mechanism.friction.size(); ++f) {
     const CoordinateId coordinate = mechanism.friction[f].coordinate;
-    const bool turns = mechanism.coordinates[static_cast<std::size_t>(coordinate)].kind == CoordinateKind::angle;
-    add(ParameterOwner::friction, f, "viscous", ParameterKind::viscous, turns ? 2 : 0);
+    const bool is_angle = mechanism.coordinates[static_cast<std::size_t>(coordinate)].kind == CoordinateKind::angle;
+    add_term(ParameterOwner::friction, f, "viscous", ParameterKind::viscous, is_angle ? 2 : 0);
     for (const char* symbol : mechanism.friction[f].coulomb_backward
                                   ? std::vector<const char*>{coulomb_forward, coulomb_backward}
                                   : std::vector<const char*>{"coulomb"})
-      add(ParameterOwner::friction, f, symbol, ParameterKind::coulomb, turns ? 2 : 1);
+      add_term(ParameterOwner::friction, f, symbol, ParameterKind::coulomb, is_angle ? 2 : 1);
   }
-  return all;
+  return terms;
 }
 
 VectorX known_term_values(const Mechanism& mechanism) {
@@ -154,24 +155,24 @@ VectorX known_term_values(const Mechanism& mechanism) {
 }
 
 std::vector<Parameter> list_terms(const Mechanism& mechanism, const FreeSprings& loose) {
-  std::vector<Parameter> all = list_parameters(mechanism, loose);
-  for (Parameter& term : list_known_terms(mechanism)) all.push_back(std::move(term));
-  return all;
+  std::vector<Parameter> terms = list_parameters(mechanism, loose);
+  for (Parameter& term : list_known_terms(mechanism)) terms.push_back(std::move(term));
+  return terms;
 }
 
 VectorX term_values(const Mechanism& mechanism, const FreeSprings& loose) {
   const VectorX parameters = parameter_values(mechanism, loose), known = known_term_values(mechanism);
-  VectorX all(parameters.size() + known.size());
-  all << parameters, known;
-  return all;
+  VectorX values(parameters.size() + known.size());
+  values << parameters, known;
+  return values;
 }
 
 MatrixX load_changes(const Mechanism& mechanism, double length) {
   const int size = component_count(mechanism), forces = size == 3 ? 2 : 3;
   MatrixX changes = load_histories(mechanism);
   const Eigen::Index n = changes.cols();
-  MatrixX together = MatrixX::Zero(n, n);
-  if (changes.rows() == 0) return together;
+  MatrixX coupling = MatrixX::Zero(n, n);
+  if (changes.rows() == 0) return coupling;
   VectorX unit(n);
   for (Eigen::Index c = 0; c < n; ++c) unit[c] = c % size < forces ? 1 : length;
   changes = changes * unit.cwiseInverse().asDiagonal();
@@ -180,19 +181,19 @@ MatrixX load_changes(const Mechanism& mechanism, double length) {
   qr.compute(changes);
   const Eigen::Index rank = changes.isZero(0) ? 0 : qr.rank();
   const auto& order = qr.colsPermutation().indices();
-  // the other components' changes are combinations of those of the first ones in this order
-  const MatrixX shares = qr.matrixQR()
-                             .topLeftCorner(rank, rank)
-                             .template triangularView<Eigen::Upper>()
-                             .solve(qr.matrixQR().topRightCorner(rank, n - rank));
+  // the other components' changes are linear combinations of those of the first `rank` ones in this order
+  const MatrixX combination = qr.matrixQR()
+                                  .topLeftCorner(rank, rank)
+                                  .template triangularView<Eigen::Upper>()
+                                  .solve(qr.matrixQR().topRightCorner(rank, n - rank));
   for (Eigen::Index i = 0; i < rank; ++i) {
-    const Eigen::Index own = order[i];
-    together(own, own) = 1;
+    const Eigen::Index independent = order[i];
+    coupling(independent, independent) = 1;
     for (Eigen::Index j = rank; j < n; ++j)
-      if (std::abs(shares(i, j - rank)) > load_change_tolerance)
-        together(order[j], own) = shares(i, j - rank) * unit[order[j]] / unit[own];
+      if (std::abs(combination(i, j - rank)) > load_change_tolerance)
+        coupling(order[j], independent) = combination(i, j - rank) * unit[order[j]] / unit[independent];
   }
-  return together;
+  return coupling;
 }
 
 bool is_excluded(const Mechanism& mechanism, const Parameter& term, const std::vector<std::string>& names) {
@@ -209,16 +210,16 @@ bool is_excluded(const Mechanism& mechanism, const Parameter& term, const std::v
     case ParameterOwner::load: section = "loads", name = mechanism.loads[index].name; break;
     case ParameterOwner::friction: section = "friction", name = owner_of(mechanism, term.owner_kind, index); break;
   }
-  return std::any_of(names.begin(), names.end(), [&](const std::string& one) {
-    return one == section || one == name || one == section + "." + name;
+  return std::any_of(names.begin(), names.end(), [&](const std::string& excluded) {
+    return excluded == section || excluded == name || excluded == section + "." + name;
   });
 }
 
 std::vector<std::string> list_excludable_names(const Mechanism& mechanism) {
-  std::vector<std::string> all = {"friction", "loads", "springs", "payloads", "counterweights", "discs"};
+  std::vector<std::string> names = {"friction", "loads", "springs", "payloads", "counterweights", "discs"};
   const auto add = [&](const std::string& section, const std::string& name) {
-    for (const std::string& one : {name, section + "." + name})
-      if (std::find(all.begin(), all.end(), one) == all.end()) all.push_back(one);
+    for (const std::string& candidate : {name, section + "." + name})
+      if (std::find(names.begin(), names.end(), candidate) == names.end()) names.push_back(candidate);
   };
   for (std::size_t f = 0; f < mechanism.friction.size(); ++f)
     add("friction", owner_of(mechanism, ParameterOwner::friction, f));
@@ -227,7 +228,7 @@ std::vector<std::string> list_excludable_names(const Mechanism& mechanism) {
   for (const Attachment& a : mechanism.attachments)
     add(a.kind == AttachmentKind::payload ? "payloads" : "counterweights", a.name);
   for (const Disc& disc : mechanism.discs) add("discs", disc.name);
-  return all;
+  return names;
 }
 
 }  // namespace balance

@@ -1,29 +1,29 @@
 #pragma once
-/// What acts on a mechanism and is no parameter of its design: loads and friction. In conditions they stand as columns whose
-/// values are known.
+/// Loads and friction act on a mechanism, but are not parameters of its design: columns of conditions with known
+/// values.
 ///
-/// A load has one term per component of its force and moment, worth what it is at the table's first time (or always), and,
-/// with a table, one per component that changes, worth the largest change. Friction has a viscous and a dry term, or a dry term for each
-/// direction.
+/// A load has one term per component of its force and moment, whose value is the one at the table's first time (or the
+/// constant one). With a table, it has another term per component for the changes, whose value is the largest change.
+/// Friction has a viscous and a dry term, or one dry term per direction.
 
 #include "balance/mechanics/dynamics/dynamic_parameters.hpp"
 #include "balance/mechanics/model/mechanism.hpp"
 
 namespace balance {
 
-/// Symbols of dry friction where directions differ.
+/// Symbols of dry friction that depends on the direction.
 inline constexpr const char* coulomb_forward = "coulomb.forward";
 inline constexpr const char* coulomb_backward = "coulomb.backward";
 
 bool is_known_term(const Parameter& parameter);
-/// The number that a term of friction is worth.
+/// The coefficient that a term of friction stands for.
 double& friction_coefficient(Friction& friction, const Parameter& term);
-/// What a coordinate resists with at this rate per unit of a term of its friction.
+/// Resistance of a coordinate at this rate per unit of a term of its friction.
 double friction_resistance(const Parameter& term, double rate);
-/// A known term that stands for the changes of a load over time.
+/// Whether a known term stands for the changes of a load over time.
 bool is_load_change(const Parameter& parameter);
 
-/// Loads, then friction, in the mechanism's order: as many for every mechanism of the same structure.
+/// Loads, then friction, in the mechanism's order; their number is the same for all mechanisms of the same structure.
 std::vector<Parameter> list_known_terms(const Mechanism& mechanism);
 /// Their values [SI], in the same order.
 VectorX known_term_values(const Mechanism& mechanism);
@@ -32,16 +32,16 @@ VectorX known_term_values(const Mechanism& mechanism);
 std::vector<Parameter> list_terms(const Mechanism& mechanism, const FreeSprings& loose = {});
 VectorX term_values(const Mechanism& mechanism, const FreeSprings& loose = {});
 
-/// How all loads' components change together: column c says which multiples of the components (force, then moment, load by load)
-/// change with the change of component c. Loads that change in step share one column; columns of components that do not
-/// change, or change as others do, are zero.
-/// @param length by which moments are compared with forces [m]
+/// How the components of all loads change together: column c contains the multiples of all components (force, then
+/// moment, load by load) that change with component c. Loads that change in proportion share one column. Columns of
+/// components that do not change, or that change in proportion to others, are zero.
+/// @param length relates moments to forces [m]
 MatrixX load_changes(const Mechanism& mechanism, double length);
 
-/// Whether a term is among what `names` leave out: sections (`friction`, `loads`, `springs`, `payloads`, `counterweights`,
-/// `discs`), what is in them, or both joined by a dot; joint coordinates stand for their friction.
+/// Whether `names` exclude a term: sections (`friction`, `loads`, `springs`, `payloads`, `counterweights`, `discs`),
+/// the elements in them, or both joined by a dot; a joint coordinate stands for its friction.
 bool is_excluded(const Mechanism& mechanism, const Parameter& term, const std::vector<std::string>& names);
-/// All such names of a mechanism.
+/// All names of a mechanism that can be excluded.
 std::vector<std::string> list_excludable_names(const Mechanism& mechanism);
 
 }  // namespace balance

@@ -17,10 +17,10 @@ namespace balance {
 
 namespace {
 
-/// A condition's terms, beside its largest one, that are round-off.
+/// Terms of a condition below this, relative to its largest one, are round-off.
 constexpr double condition_term_tolerance = 1e-11;
 
-/// Every joint coordinate where the mechanism is assembled, so that its parts are assembled in the same mode.
+/// Stores every joint coordinate of the assembled pose, so that the chains are assembled in the same mode.
 template <class S>
 bool complete_assembly(Mechanism& mechanism) {
   Tree<S> tree = compile_tree<S>(mechanism, mechanism.actuators);
@@ -33,8 +33,8 @@ bool complete_assembly(Mechanism& mechanism) {
   for (std::size_t c = 0; c < mechanism.coordinates.size(); ++c) {
     const Coordinate& coordinate = mechanism.coordinates[c];
     const Joint& joint = mechanism.joints[static_cast<std::size_t>(coordinate.joint)];
-    const JointMotion reading = compute_joint_motion(joint, relative_motion(tree, state, joint));
-    mechanism.assembly.push_back({static_cast<int>(c), reading.position[static_cast<std::size_t>(coordinate.index)]});
+    const JointMotion motion = compute_joint_motion(joint, relative_motion(tree, state, joint));
+    mechanism.assembly.push_back({static_cast<int>(c), motion.position[static_cast<std::size_t>(coordinate.index)]});
   }
   return true;
 }
@@ -43,7 +43,7 @@ bool complete_assembly(Mechanism& mechanism) {
   return dispatch_space(mechanism.space, [&]<class S>(S) { return complete_assembly<S>(mechanism); });
 }
 
-/// Why the strategy has nothing to say about the goals; empty if it has.
+/// Why the strategy does not apply to the goals; empty if it does.
 std::string mismatch_reason(const std::vector<Goal>& goals, bool serial) {
   for (const Goal& goal : goals) {
     const bool independent = goal.kind == GoalKind::gyroscopic_independent;
@@ -65,15 +65,15 @@ class ModularDerivation {
     out_.parameters = list_terms(mechanism, options.loose_springs);
     out_.known_term_values = known_term_values(mechanism);
     out_.variable_terms = options.variable_terms;
-    whole_ = options;
-    whole_.excluded.clear();  // by names of the whole mechanism, at the end
+    unfiltered_options_ = options;
+    unfiltered_options_.excluded.clear();  // applied at the end, by names of the whole mechanism
   }
 
   Conditions run() {
     ChainSplit split = split_into_chains(mechanism_, options_.loose_springs);
     if (!split.failure_reason.empty()) return refuse(ConditionsStatus::mismatch, split.failure_reason);
-    if (const std::string why = mismatch_reason(out_.goals, split.is_serial); !why.empty())
-      return refuse(ConditionsStatus::mismatch, why);
+    if (const std::string reason = mismatch_reason(out_.goals, split.is_serial); !reason.empty())
+      return refuse(ConditionsStatus::mismatch, reason);
     if (split.is_serial) return derive_complete();
     if (has_velocity_constraints(mechanism_))
       return refuse(ConditionsStatus::mismatch, "the modular strategy knows no constraints on speeds");
@@ -82,14 +82,14 @@ class ModularDerivation {
     out_.notes = split.notes;
     const NaturalUnits units(mechanism_, out_.parameters);
     for (const Chain& chain : split.chains) {
-      ConditionOptions options = whole_;
+      ConditionOptions options = unfiltered_options_;
       options.loose_springs = chain.loose_springs;
       options.variable_terms.assign(list_known_terms(chain.mechanism).size(), true);
-      const Conditions part = derive_conditions(chain.mechanism, out_.goals, options);
-      if (part.status != ConditionsStatus::done)
-        return refuse(part.status, fmt::format("chain ({}): {}", chain.name, part.reason));
-      append(part, chain.mechanism, chain.parameters, units);
-      add_notes(part.notes);
+      const Conditions chain_conditions = derive_conditions(chain.mechanism, out_.goals, options);
+      if (chain_conditions.status != ConditionsStatus::done)
+        return refuse(chain_conditions.status, fmt::format("chain ({}): {}", chain.name, chain_conditions.reason));
+      append(chain_conditions, chain.mechanism, chain.parameters, units);
+      add_notes(chain_conditions.notes);
     }
     add_gyroscopic_note(split.chains);
     if (!add_unassigned(split.unassigned, units)) return std::move(out_);
@@ -109,18 +109,19 @@ class ModularDerivation {
     return std::move(out_);
   }
 
-  /// Conditions on parameters that are linear in the whole mechanism's, in natural units.
-  void append(const Conditions& part, const Mechanism& of, const MatrixX& map, const NaturalUnits& units) {
-    const VectorX own = NaturalUnits(of, part.parameters).parameter;
-    const Eigen::Index before = rows_.rows();
-    rows_.conservativeResize(before + part.matrix.rows(), units.parameter.size());
-    for (Eigen::Index r = 0; r < part.matrix.rows(); ++r) {
-      const double size = max_abs(part.matrix.row(r).cwiseProduct(own.transpose()));
-      auto row = rows_.row(before + r);
-      row = part.matrix.row(r) * map * units.parameter.asDiagonal() / size;
+  /// Appends conditions on parameters that are linear in the whole mechanism's, in natural units.
+  void append(const Conditions& conditions, const Mechanism& mechanism, const MatrixX& parameter_map,
+              const NaturalUnits& units) {
+    const VectorX parameter_units = NaturalUnits(mechanism, conditions.parameters).parameter;
+    const Eigen::Index row_count = rows_.rows();
+    rows_.conservativeResize(row_count + conditions.matrix.rows(), units.parameter.size());
+    for (Eigen::Index r = 0; r < conditions.matrix.rows(); ++r) {
+      const double size = max_abs(conditions.matrix.row(r).cwiseProduct(parameter_units.transpose()));
+      auto row = rows_.row(row_count + r);
+      row = conditions.matrix.row(r) * parameter_map * units.parameter.asDiagonal() / size;
       row = (row.array().abs() > condition_term_tolerance).select(row, 0.0);
     }
-    out_.samples += part.samples;
+    out_.samples += conditions.samples;
   }
 
   void add_notes(const std::vector<std::string>& notes) {
@@ -129,8 +130,8 @@ class ModularDerivation {
   }
 
   void add_gyroscopic_note(const std::vector<Chain>& chains) {
-    const auto wanted = [](const Goal& goal) { return goal.kind == GoalKind::gyroscopic; };
-    if (std::none_of(out_.goals.begin(), out_.goals.end(), wanted)) return;
+    const auto is_gyroscopic = [](const Goal& goal) { return goal.kind == GoalKind::gyroscopic; };
+    if (std::none_of(out_.goals.begin(), out_.goals.end(), is_gyroscopic)) return;
     std::string joints;
     for (const Chain& chain : chains)
       for (const Joint& joint : chain.mechanism.joints)
@@ -139,30 +140,31 @@ class ModularDerivation {
         "no velocity terms: when every chain's efforts are written in the accelerations of its joints, " + joints);
   }
 
-  /// What no chain carries is balanced by itself, with the whole mechanism moving.
-  bool add_unassigned(const MatrixX& left_over, const NaturalUnits& units) {
-    if (!is_relevant(left_over)) return true;
-    const Conditions whole = derive_conditions(mechanism_, out_.goals, whole_);
-    if (whole.status != ConditionsStatus::done) {
-      refuse(whole.status, whole.reason);
+  /// Balances what no chain carries by itself, with the whole mechanism moving.
+  bool add_unassigned(const MatrixX& remainder_map, const NaturalUnits& units) {
+    if (!is_relevant(remainder_map)) return true;
+    const Conditions conditions = derive_conditions(mechanism_, out_.goals, unfiltered_options_);
+    if (conditions.status != ConditionsStatus::done) {
+      refuse(conditions.status, conditions.reason);
       return false;
     }
-    const Eigen::Index before = rows_.rows();
-    append(whole, mechanism_, left_over, units);
-    if (rows_.rows() == before || rows_.bottomRows(rows_.rows() - before).isZero(0)) return true;
+    const Eigen::Index row_count = rows_.rows();
+    append(conditions, mechanism_, remainder_map, units);
+    if (rows_.rows() == row_count || rows_.bottomRows(rows_.rows() - row_count).isZero(0)) return true;
     out_.notes.push_back("what is left over is balanced by itself, with the whole mechanism moving");
-    add_notes(whole.notes);
+    add_notes(conditions.notes);
     return true;
   }
 
-  /// Weight knows no moments of inertia.
-  bool is_relevant(const MatrixX& left_over) const {
-    const bool dynamic = std::any_of(out_.goals.begin(), out_.goals.end(),
-                                     [](const Goal& goal) { return goal.kind != GoalKind::statics; });
+  /// Weight does not depend on moments of inertia.
+  bool is_relevant(const MatrixX& remainder_map) const {
+    const bool is_dynamic = std::any_of(out_.goals.begin(), out_.goals.end(),
+                                        [](const Goal& goal) { return goal.kind != GoalKind::statics; });
     for (std::size_t p = 0; p < out_.parameters.size(); ++p) {
       const ParameterKind kind = out_.parameters[p].kind;
-      const bool second = kind == ParameterKind::moment_of_inertia || kind == ParameterKind::product_of_inertia;
-      if ((dynamic || !second) && !left_over.row(static_cast<Eigen::Index>(p)).isZero(0)) return true;
+      const bool is_second_moment =
+          kind == ParameterKind::moment_of_inertia || kind == ParameterKind::product_of_inertia;
+      if ((is_dynamic || !is_second_moment) && !remainder_map.row(static_cast<Eigen::Index>(p)).isZero(0)) return true;
     }
     return false;
   }
@@ -187,7 +189,7 @@ class ModularDerivation {
 
   Mechanism mechanism_;
   const ConditionOptions& options_;
-  ConditionOptions whole_;
+  ConditionOptions unfiltered_options_;
   Conditions out_;
   MatrixX rows_;
 };

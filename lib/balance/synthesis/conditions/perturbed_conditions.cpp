@@ -16,28 +16,28 @@ namespace balance {
 
 namespace {
 
-/// Configurations of the first mechanism, and how to look at them.
-struct ResidualSample {
+/// A configuration of the first mechanism and the velocity to evaluate there.
+struct SampledState {
   VectorX y;
-  VectorX velocity_seed;  ///< scaled; its part along the allowed velocities is the velocity probed
+  VectorX velocity_seed;  ///< scaled; its projection onto the admissible velocities is the velocity evaluated
 };
 
-/// What is left of A π when the extra unknowns are chosen as well as they can be, for every column of π.
+/// What remains of rows · π, for every column of π, with the extra unknowns that fit best.
 MatrixX project_out_unknowns(const MatrixX& rows, const MatrixX& parameters) {
-  MatrixX all = rows.leftCols(parameters.rows()) * parameters;
+  MatrixX products = rows.leftCols(parameters.rows()) * parameters;
   const Eigen::Index extra = rows.cols() - parameters.rows();
-  if (extra == 0) return all;
-  const MatrixX others = rows.rightCols(extra);
-  return all - others * ColumnPivotingQr(others).solve(all);
+  if (extra == 0) return products;
+  const MatrixX unknown_columns = rows.rightCols(extra);
+  return products - unknown_columns * ColumnPivotingQr(unknown_columns).solve(products);
 }
 
 }  // namespace
 
 struct GoalResidual::Implementation {
   virtual ~Implementation() = default;
-  /// Stacked rows in natural units, and per term what one SI unit of it counts there.
+  /// Stacked rows in natural units, and per term one SI unit of it in natural units.
   using RowsCallback = std::function<void(const MatrixX& rows, const VectorX& per_unit)>;
-  virtual bool collect(const Mechanism& mechanism, const RowsCallback& use) = 0;
+  virtual bool collect(const Mechanism& mechanism, const RowsCallback& callback) = 0;
   virtual VectorX values(const Mechanism& mechanism) const = 0;
 };
 
@@ -51,77 +51,81 @@ class ResidualSamples : public GoalResidual::Implementation {
         goals_(conditions.goals),
         tree_(compile_tree<S>(mechanism, mechanism.actuators)),
         units_(mechanism, conditions.parameters),
-        counts_(VectorX::Ones(conditions.matrix.cols())) {
-    // what no parameter can balance stays as it is and would only hide what is left of the rest
+        term_mask_(VectorX::Ones(conditions.matrix.cols())) {
+    // terms that no parameter can balance are constant and would only hide the rest of the residual
     for (Eigen::Index k = 0; k < conditions.known_term_values.size(); ++k) {
       const Eigen::Index column = conditions.parameter_columns() + k;
       if (!conditions.is_variable_term(k) && conditions.matrix.col(column).head(conditions.parameter_rows()).isZero(0))
-        counts_[column] = 0;
+        term_mask_[column] = 0;
     }
     ConfigurationSampler<S> sampler(mechanism, tree_, options.seed);
     UniformRandom random(options.seed + 1);
     SampledConfiguration configuration;
-    const int wanted = conditions.samples + 4;
-    const bool loops = tree_.closure_rows > 0;
+    const int target_count = conditions.samples + 4;
+    const bool has_loops = tree_.closure_rows > 0;
     SampledConfiguration first;
-    for (int tries = 0; static_cast<int>(stations_.size()) < wanted && tries < 20 * wanted; ++tries) {
-      // where loops must close with other numbers too, all configurations are near one
-      if ((!loops || tries == 0) && !sampler.next(first)) break;
+    for (int attempts = 0; static_cast<int>(samples_.size()) < target_count && attempts < 20 * target_count;
+         ++attempts) {
+      // where loops must close with other numbers, too, all configurations are near the first one
+      if ((!has_loops || attempts == 0) && !sampler.next(first)) break;
       freedoms_ = sampler.freedoms();
       configuration = first;
-      if (loops && tries > 0 && !sample_near(first, random, configuration)) continue;
-      stations_.push_back({configuration.y, random.normal(tree_.columns)});
+      if (has_loops && attempts > 0 && !sample_near(first, random, configuration)) continue;
+      samples_.push_back({configuration.y, random.sample_normal(tree_.columns)});
       MatrixX rows;
-      if (!rows_at(mechanism, tree_, {stations_.back()}, rows)) stations_.pop_back();
+      if (!evaluate_rows(mechanism, tree_, {samples_.back()}, rows)) samples_.pop_back();
     }
-    if (stations_.empty()) throw std::invalid_argument("no configuration of the mechanism was found");
+    if (samples_.empty()) throw std::invalid_argument("no configuration of the mechanism was found");
   }
 
-  bool collect(const Mechanism& mechanism, const RowsCallback& use) override {
+  bool collect(const Mechanism& mechanism, const RowsCallback& callback) override {
     Tree<S> tree = compile_tree<S>(mechanism, mechanism.actuators);
     if (tree.columns != tree_.columns || tree.closure_rows != tree_.closure_rows) return false;
     for (const NodeId spherical : tree_.spherical_joints)
       tree.nodes[static_cast<std::size_t>(spherical)].R_PF = tree_.nodes[static_cast<std::size_t>(spherical)].R_PF;
     MatrixX rows;
-    if (!rows_at(mechanism, tree, stations_, rows)) return false;
-    use(rows, counts_.cwiseQuotient(units_.parameter) / units_.mass);
+    if (!evaluate_rows(mechanism, tree, samples_, rows)) return false;
+    callback(rows, term_mask_.cwiseQuotient(units_.parameter) / units_.mass);
     return true;
   }
 
   VectorX values(const Mechanism& mechanism) const override { return term_values(mechanism, options_.loose_springs); }
 
  private:
-  /// A configuration reached from another one in a single step of random length and direction: far enough away to tell
-  /// mechanisms apart, not so far that with somewhat other lengths the loops would not close or close on the other side of a
+  /// Takes a single step of random length and direction from another configuration. It is long enough to distinguish
+  /// mechanisms, and short enough that with slightly different lengths the loops still close, and on the same side of a
   /// folded pose.
-  bool sample_near(const SampledConfiguration& from, UniformRandom& random, SampledConfiguration& configuration) const {
+  bool sample_near(const SampledConfiguration& reference, UniformRandom& random,
+                   SampledConfiguration& configuration) const {
     constexpr double max_sample_step = 0.6;
     ConstraintSystem<S> closures(tree_, Drive<S>{});
     const VectorX scale = column_scale(tree_);
-    VectorX direction = from.null_space * random.normal(from.null_space.cols());
+    VectorX direction = reference.null_space * random.sample_normal(reference.null_space.cols());
     direction.normalize();
-    const double way = random.uniform(-max_sample_step, max_sample_step);
-    const AssemblySolution moved = solve_assembly(closures, from.y + way * scale.cwiseProduct(direction), {}, 30);
-    if (!moved.found) return false;
-    const VectorX went = (moved.y - from.y).cwiseQuotient(scale);
-    configuration.y = moved.y;
-    return went.dot(direction) * (way < 0 ? -1 : 1) > 0.7 * went.norm() && went.norm() < 2 * std::abs(way);
+    const double step_length = random(-max_sample_step, max_sample_step);
+    const AssemblySolution assembly =
+        solve_assembly(closures, reference.y + step_length * scale.cwiseProduct(direction), {}, 30);
+    if (!assembly.found) return false;
+    const VectorX displacement = (assembly.y - reference.y).cwiseQuotient(scale);
+    configuration.y = assembly.y;
+    return displacement.dot(direction) * (step_length < 0 ? -1 : 1) > 0.7 * displacement.norm() &&
+           displacement.norm() < 2 * std::abs(step_length);
   }
 
-  bool rows_at(const Mechanism& mechanism, const Tree<S>& tree, const std::vector<ResidualSample>& stations,
-               MatrixX& all) {
+  bool evaluate_rows(const Mechanism& mechanism, const Tree<S>& tree, const std::vector<SampledState>& samples,
+                     MatrixX& stacked_rows) {
     GoalRows<S> goal_rows(mechanism, tree, units_, goals_, options_, freedoms_);
     ConstraintSystem<S> closures(tree, Drive<S>{});
-    all.resize(0, goal_rows.parameters() + goal_rows.extra_unknowns());
+    stacked_rows.resize(0, goal_rows.parameters() + goal_rows.extra_unknowns());
     MatrixX rows;
-    for (const ResidualSample& station : stations) {
-      SampledConfiguration here;
-      if (!project_onto_closures(closures, station.y, freedoms_, here)) return false;
-      // projected instead of written in a basis, which would turn with the numbers
-      const MatrixX allowed = here.null_space * here.null_space.transpose();
-      if (!goal_rows.evaluate(here, {allowed, allowed * station.velocity_seed}, rows)) return false;
-      all.conservativeResize(all.rows() + rows.rows(), Eigen::NoChange);
-      all.bottomRows(rows.rows()) = rows;
+    for (const SampledState& sample : samples) {
+      SampledConfiguration configuration;
+      if (!project_onto_closures(closures, sample.y, freedoms_, configuration)) return false;
+      // projected, since a basis would rotate as the numbers change
+      const MatrixX projector = configuration.null_space * configuration.null_space.transpose();
+      if (!goal_rows.evaluate(configuration, {projector, projector * sample.velocity_seed}, rows)) return false;
+      stacked_rows.conservativeResize(stacked_rows.rows() + rows.rows(), Eigen::NoChange);
+      stacked_rows.bottomRows(rows.rows()) = rows;
     }
     return true;
   }
@@ -130,9 +134,9 @@ class ResidualSamples : public GoalResidual::Implementation {
   std::vector<Goal> goals_;
   Tree<S> tree_;  ///< of the first mechanism, with the reference orientations of its spherical joints
   NaturalUnits units_;
-  VectorX counts_;  ///< per term: 0 if it is known to stay whatever the parameters are
+  VectorX term_mask_;  ///< per term: 0 for known terms that no parameter can balance, else 1
   int freedoms_ = 0;
-  std::vector<ResidualSample> stations_;
+  std::vector<SampledState> samples_;
 };
 
 }  // namespace
@@ -165,13 +169,13 @@ bool GoalResidual::rows(const Mechanism& mechanism, MatrixX& rows) const {
 namespace {
 
 constexpr int min_perturbed_samples = 4, max_perturbed_samples = 400;
-/// Of a condition's largest coefficient: how exactly the known ones must come out again, and how exactly others must hold at
-/// all configurations. Coefficients are compared to seven digits.
+/// Relative to a condition's largest coefficient: accuracy to which the known conditions must be reproduced, and to
+/// which perturbed ones must hold at all configurations. Coefficients are compared to seven digits.
 constexpr double reproduction_tolerance = 1e-9, perturbed_row_tolerance = 1e-8;
-/// Known ones that miss by so much more than round-off are not all: there are more, of another rank.
+/// A residual above this, far larger than round-off, shows that there are more conditions than the known ones.
 constexpr double rank_change_threshold = 1e-5;
 
-/// What the stations tell of a changed mechanism.
+/// What the configurations reveal about a perturbed mechanism's rank.
 enum class PerturbedRank { unchanged, changed, unknown };
 
 }  // namespace
@@ -179,7 +183,7 @@ enum class PerturbedRank { unchanged, changed, unknown };
 struct PerturbedConditions::Implementation {
   virtual ~Implementation() = default;
   virtual PerturbedRank solve_for_pivots(const Mechanism& mechanism, MatrixX& matrix) const = 0;
-  Conditions known;
+  Conditions known_conditions;
 };
 
 namespace {
@@ -189,85 +193,88 @@ class PerturbedRows : public PerturbedConditions::Implementation {
  public:
   PerturbedRows(const Mechanism& mechanism, const Conditions& conditions, const ConditionOptions& options)
       : options_(options), tree_(compile_tree<S>(mechanism, mechanism.actuators)) {
-    known.goals = conditions.goals;
-    known.parameters = conditions.parameters;
-    known.known_term_values = conditions.known_term_values;
-    known.pivots = conditions.pivots;
-    known.rank = conditions.rank;
+    known_conditions.goals = conditions.goals;
+    known_conditions.parameters = conditions.parameters;
+    known_conditions.known_term_values = conditions.known_term_values;
+    known_conditions.pivots = conditions.pivots;
+    known_conditions.rank = conditions.rank;
     if (conditions.matrix.rows() == 0) return;
     ConfigurationSampler<S> sampler(mechanism, tree_, options.seed);
     UniformRandom random(options.seed + 2);
-    SampledConfiguration here;
-    for (int wanted = min_perturbed_samples; wanted <= max_perturbed_samples; wanted *= 2) {
-      while (static_cast<int>(y_.size()) < wanted) {
-        if (!sampler.next(here)) return;
+    SampledConfiguration configuration;
+    for (int target_count = min_perturbed_samples; target_count <= max_perturbed_samples; target_count *= 2) {
+      while (static_cast<int>(y_.size()) < target_count) {
+        if (!sampler.next(configuration)) return;
         freedoms_ = sampler.freedoms();
-        y_.push_back(here.y);
-        push_.push_back(random.normal(tree_.columns));
+        y_.push_back(configuration.y);
+        velocity_seeds_.push_back(random.sample_normal(tree_.columns));
       }
-      MatrixX again;
-      useful_ = true;
-      useful_ = PerturbedRows::solve_for_pivots(mechanism, again) == PerturbedRank::unchanged &&
-                same(again, conditions.matrix);
-      if (useful_) return;
+      MatrixX reproduced;
+      reproduces_known_ = true;
+      reproduces_known_ = PerturbedRows::solve_for_pivots(mechanism, reproduced) == PerturbedRank::unchanged &&
+                          is_reproduced(reproduced, conditions.matrix);
+      if (reproduces_known_) return;
     }
   }
 
   PerturbedRank solve_for_pivots(const Mechanism& mechanism, MatrixX& matrix) const override {
-    if (!useful_) return PerturbedRank::unknown;
+    if (!reproduces_known_) return PerturbedRank::unknown;
     Tree<S> tree = compile_tree<S>(mechanism, mechanism.actuators);
     if (tree.columns != tree_.columns || tree.closure_rows != tree_.closure_rows ||
         tree.spherical_joints != tree_.spherical_joints)
       return PerturbedRank::unknown;
     for (const NodeId spherical : tree_.spherical_joints)
       tree.nodes[static_cast<std::size_t>(spherical)].R_PF = tree_.nodes[static_cast<std::size_t>(spherical)].R_PF;
-    const NaturalUnits units(mechanism, known.parameters);
+    const NaturalUnits units(mechanism, known_conditions.parameters);
     MatrixX rows;
-    return stack(mechanism, tree, units, rows) ? solve(rows, units, matrix) : PerturbedRank::unknown;
+    return stack_rows(mechanism, tree, units, rows) ? solve(rows, units, matrix) : PerturbedRank::unknown;
   }
 
  private:
-  bool stack(const Mechanism& mechanism, const Tree<S>& tree, const NaturalUnits& units, MatrixX& all) const {
-    GoalRows<S> goal_rows(mechanism, tree, units, known.goals, options_, freedoms_);
+  bool stack_rows(const Mechanism& mechanism, const Tree<S>& tree, const NaturalUnits& units,
+                  MatrixX& stacked_rows) const {
+    GoalRows<S> goal_rows(mechanism, tree, units, known_conditions.goals, options_, freedoms_);
     if (!goal_rows.mismatch_reason().empty()) return false;
     ConstraintSystem<S> closures(tree, Drive<S>{});
     std::vector<MatrixX> blocks;
     Eigen::Index count = 0;
     for (std::size_t k = 0; k < y_.size(); ++k) {
-      SampledConfiguration here;
+      SampledConfiguration configuration;
       MatrixX rows;
-      if (!project_onto_closures(closures, y_[k], freedoms_, here)) return false;
-      const VectorX velocity = here.null_space * (here.null_space.transpose() * push_[k]);
-      if (!goal_rows.evaluate(here, {here.null_space, velocity}, rows)) continue;  // not held well there
+      if (!project_onto_closures(closures, y_[k], freedoms_, configuration)) return false;
+      const VectorX velocity = configuration.null_space * (configuration.null_space.transpose() * velocity_seeds_[k]);
+      if (!goal_rows.evaluate(configuration, {configuration.null_space, velocity}, rows))
+        continue;  // not held well there by the actuators
       count += rows.rows();
       blocks.push_back(std::move(rows));
     }
-    all.resize(count, goal_rows.parameters() + goal_rows.extra_unknowns());
-    Eigen::Index at = 0;
+    stacked_rows.resize(count, goal_rows.parameters() + goal_rows.extra_unknowns());
+    Eigen::Index first_row = 0;
     for (const MatrixX& block : blocks) {
-      all.middleRows(at, block.rows()) = block;
-      at += block.rows();
+      stacked_rows.middleRows(first_row, block.rows()) = block;
+      first_row += block.rows();
     }
     return true;
   }
 
-  /// rows = X R with R the identity at the pivots, so that X is what the rows are there.
+  /// rows = X R with R the identity at the pivots, so X consists of the rows' pivot columns.
   PerturbedRank solve(const MatrixX& rows, const NaturalUnits& units, MatrixX& matrix) const {
-    const MatrixX own = eliminate_extra_unknowns(rows, static_cast<int>(units.parameter.size()));
-    const auto rank = static_cast<Eigen::Index>(known.pivots.size());
-    if (own.rows() <= rank) return PerturbedRank::unknown;
-    const MatrixX X = own(Eigen::all, known.pivots);
+    const MatrixX parameter_rows = eliminate_extra_unknowns(rows, static_cast<int>(units.parameter.size()));
+    const auto rank = static_cast<Eigen::Index>(known_conditions.pivots.size());
+    if (parameter_rows.rows() <= rank) return PerturbedRank::unknown;
+    const MatrixX X = parameter_rows(Eigen::all, known_conditions.pivots);
     const ColumnPivotingQr qr(X);
     const auto diagonal = qr.matrixQR().diagonal().cwiseAbs();
     if (!(min_coefficient(diagonal) > reproduction_tolerance * max_coefficient(diagonal)))
       return PerturbedRank::unknown;
-    MatrixX R = qr.solve(own);
-    const double missed = max_abs(own - X * R) / max_abs(own);
-    if (!(missed < perturbed_row_tolerance))
-      return missed > rank_change_threshold ? PerturbedRank::changed : PerturbedRank::unknown;
+    MatrixX R = qr.solve(parameter_rows);
+    const double relative_residual = max_abs(parameter_rows - X * R) / max_abs(parameter_rows);
+    if (!(relative_residual < perturbed_row_tolerance))
+      return relative_residual > rank_change_threshold ? PerturbedRank::changed : PerturbedRank::unknown;
     for (Eigen::Index r = 0; r < rank; ++r) round_row(R, r);
     VectorX pivot_units(rank);
-    for (Eigen::Index r = 0; r < rank; ++r) pivot_units[r] = units.parameter[known.pivots[static_cast<std::size_t>(r)]];
+    for (Eigen::Index r = 0; r < rank; ++r)
+      pivot_units[r] = units.parameter[known_conditions.pivots[static_cast<std::size_t>(r)]];
     matrix = pivot_units.asDiagonal() * R * units.parameter.cwiseInverse().asDiagonal();
     return PerturbedRank::unchanged;
   }
@@ -275,21 +282,22 @@ class PerturbedRows : public PerturbedConditions::Implementation {
   void round_row(MatrixX& R, Eigen::Index row) const {
     const double largest = max_abs(R.row(row));
     R.row(row) = (R.row(row).array().abs() < 0.1 * reproduction_tolerance * largest).select(0.0, R.row(row));
-    for (std::size_t r = 0; r < known.pivots.size(); ++r)
-      R(row, known.pivots[r]) = static_cast<Eigen::Index>(r) == row ? 1 : 0;
+    for (std::size_t r = 0; r < known_conditions.pivots.size(); ++r)
+      R(row, known_conditions.pivots[r]) = static_cast<Eigen::Index>(r) == row ? 1 : 0;
   }
 
-  static bool same(const MatrixX& one, const MatrixX& other) {
-    for (Eigen::Index row = 0; row < other.rows(); ++row)
-      if (!(max_abs(one.row(row) - other.row(row)) < reproduction_tolerance * max_abs(other.row(row)))) return false;
+  static bool is_reproduced(const MatrixX& matrix, const MatrixX& expected) {
+    for (Eigen::Index row = 0; row < expected.rows(); ++row)
+      if (!(max_abs(matrix.row(row) - expected.row(row)) < reproduction_tolerance * max_abs(expected.row(row))))
+        return false;
     return true;
   }
 
   ConditionOptions options_;
   Tree<S> tree_;  ///< of the known mechanism, with the reference orientations of its spherical joints
   int freedoms_ = 0;
-  bool useful_ = false;
-  std::vector<VectorX> y_, push_;
+  bool reproduces_known_ = false;
+  std::vector<VectorX> y_, velocity_seeds_;
 };
 
 }  // namespace
@@ -306,22 +314,22 @@ PerturbedConditions::PerturbedConditions(PerturbedConditions&&) noexcept = defau
 PerturbedConditions& PerturbedConditions::operator=(PerturbedConditions&&) noexcept = default;
 
 std::optional<Conditions> PerturbedConditions::derive(const Mechanism& mechanism) const {
-  Conditions found = implementation_->known;
-  const PerturbedRank rank = implementation_->solve_for_pivots(mechanism, found.matrix);
+  Conditions conditions = implementation_->known_conditions;
+  const PerturbedRank rank = implementation_->solve_for_pivots(mechanism, conditions.matrix);
   if (rank == PerturbedRank::unknown) return std::nullopt;
-  found.status = rank == PerturbedRank::unchanged ? ConditionsStatus::done : ConditionsStatus::rank_unclear;
-  return found;
+  conditions.status = rank == PerturbedRank::unchanged ? ConditionsStatus::done : ConditionsStatus::rank_unclear;
+  return conditions;
 }
 
 std::function<Conditions(const Mechanism&)> make_perturbed_derivation(
     const std::function<Conditions(const Mechanism&)>& derive,
     const std::function<Mechanism(const Mechanism&)>& prepare, const Mechanism& mechanism, const Conditions& conditions,
     const ConditionOptions& options) {
-  // shared because a std::function must be copyable; there is one owner in fact
-  const auto nearby = std::make_shared<PerturbedConditions>(prepare(mechanism), conditions, options);
+  // shared only because a std::function must be copyable
+  const auto perturbed_conditions = std::make_shared<PerturbedConditions>(prepare(mechanism), conditions, options);
   return [=](const Mechanism& other) {
-    std::optional<Conditions> found = nearby->derive(prepare(other));
-    return found ? *std::move(found) : derive(other);
+    std::optional<Conditions> perturbed = perturbed_conditions->derive(prepare(other));
+    return perturbed ? *std::move(perturbed) : derive(other);
   };
 }
 

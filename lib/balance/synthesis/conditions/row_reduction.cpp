@@ -16,33 +16,32 @@ namespace balance {
 
 namespace {
 
-constexpr double min_singular_value_gap = 1e3;  ///< between the last singular value kept and the first dropped
-constexpr double dropped_singular_value_threshold =
-    1e-8;                                               ///< of the largest singular value: nothing above it is dropped
-constexpr double kept_singular_value_threshold = 1e-9;  ///< nothing below it is kept
-/// Of a unit row: an entry below it is no pivot. Where smaller ones are all there is, they must do.
+constexpr double min_singular_value_gap = 1e3;             ///< between the singular values kept and those dropped
+constexpr double dropped_singular_value_threshold = 1e-8;  ///< relative to the largest: nothing above it is dropped
+constexpr double kept_singular_value_threshold = 1e-9;     ///< nothing below it is kept
+/// Minimum magnitude of a pivot in a unit row. The smaller ones apply only if there are no other pivots.
 constexpr double pivot_thresholds[] = {1e-4, 1e-6, 0};
-constexpr double elimination_tolerance = 1e-10;  ///< of the largest entry before the extra unknowns were eliminated
-constexpr double row_entry_tolerance = 1e-10;    ///< of a reduced row's largest entry: an entry below it is zero
+constexpr double elimination_tolerance = 1e-10;  ///< relative to the largest entry before elimination
+constexpr double row_entry_tolerance = 1e-10;    ///< relative to a reduced row's largest entry: smaller ones are zero
 
-/// Joints between each body and the ground.
+/// Number of joints between each body and the ground.
 std::vector<int> joint_depths(const Mechanism& mechanism) {
   std::vector<int> depth(mechanism.bodies.size(), -1);
   depth[ground] = 0;
-  std::queue<int> waiting({ground});
-  for (; !waiting.empty(); waiting.pop()) {
-    const BodyId body = waiting.front();
+  std::queue<int> pending({ground});
+  for (; !pending.empty(); pending.pop()) {
+    const BodyId body = pending.front();
     for (const Joint& joint : mechanism.joints) {
       const int other = joint.first == body ? joint.second : joint.second == body ? joint.first : body;
       if (depth[static_cast<std::size_t>(other)] >= 0) continue;
       depth[static_cast<std::size_t>(other)] = depth[static_cast<std::size_t>(body)] + 1;
-      waiting.push(other);
+      pending.push(other);
     }
   }
   return depth;
 }
 
-/// Masses cannot be chosen freely, springs are an addition.
+/// Masses cannot be chosen freely; springs are additions.
 int pivot_priority(ParameterKind kind) {
   switch (kind) {
     case ParameterKind::mass: return 1;
@@ -56,13 +55,15 @@ int pivot_priority(ParameterKind kind) {
   }
 }
 
-/// Number of singular values above the widest gap; −1 if it is not wide enough.
-int find_rank_by_gap(const VectorX& values, double floor, Conditions& conditions) {
+/// Number of singular values above the widest gap; −1 if the gap is too narrow.
+int find_rank_by_gap(const VectorX& values, double min_value, Conditions& conditions) {
   int rank = -1;
   double widest = 0;
-  const auto at = [&](Eigen::Index i) { return i < values.size() ? std::max(values[i] / values[0], floor) : floor; };
+  const auto relative_value = [&](Eigen::Index i) {
+    return i < values.size() ? std::max(values[i] / values[0], min_value) : min_value;
+  };
   for (Eigen::Index r = 1; r <= values.size(); ++r) {
-    const double kept = at(r - 1), dropped = at(r);
+    const double kept = relative_value(r - 1), dropped = relative_value(r);
     if (kept < kept_singular_value_threshold || dropped > dropped_singular_value_threshold || kept / dropped <= widest)
       continue;
     widest = kept / dropped;
@@ -74,43 +75,44 @@ int find_rank_by_gap(const VectorX& values, double floor, Conditions& conditions
   return widest > min_singular_value_gap ? rank : -1;
 }
 
-/// An orthonormal basis of what the rows span where a column is zero: one row fewer.
+/// An orthonormal basis of the part of the row space in which a column is zero: one row fewer.
 MatrixX eliminate_column(MatrixX rows, int column) {
   constexpr Eigen::Index min_rows_for_reflection = 48;
   if (rows.rows() >
-      min_rows_for_reflection) {  // one reflection makes all entries but the first zero, and keeps rows orthonormal
-    VectorX mirror = rows.col(column);
-    mirror[0] += std::copysign(mirror.norm(), mirror[0]);
-    const Eigen::RowVectorXd along = (2 / mirror.squaredNorm()) * (mirror.transpose() * rows);
-    return rows.bottomRows(rows.rows() - 1) - mirror.tail(rows.rows() - 1) * along;
+      min_rows_for_reflection) {  // one reflection zeroes the column except its first entry; rows stay orthonormal
+    VectorX householder_vector = rows.col(column);
+    householder_vector[0] += std::copysign(householder_vector.norm(), householder_vector[0]);
+    const Eigen::RowVectorXd projection =
+        (2 / householder_vector.squaredNorm()) * (householder_vector.transpose() * rows);
+    return rows.bottomRows(rows.rows() - 1) - householder_vector.tail(rows.rows() - 1) * projection;
   }
   rows.row(0).swap(rows.row(max_index(rows.col(column).cwiseAbs())));
-  const VectorX share = rows.col(column).tail(rows.rows() - 1) / rows(0, column);
-  const MatrixX left = rows.bottomRows(rows.rows() - 1) - share * rows.row(0);
-  if (left.rows() == 0) return left;
-  // what is left keeps its size, so that small stays small: orthonormal again
-  const Eigen::HouseholderQR<MatrixX> qr(left.transpose());
-  return (qr.householderQ() * MatrixX::Identity(left.cols(), left.rows())).transpose();
+  const VectorX multipliers = rows.col(column).tail(rows.rows() - 1) / rows(0, column);
+  const MatrixX remaining = rows.bottomRows(rows.rows() - 1) - multipliers * rows.row(0);
+  if (remaining.rows() == 0) return remaining;
+  // orthonormalise again: the rows keep unit norm, so that small entries stay small
+  const Eigen::HouseholderQR<MatrixX> qr(remaining.transpose());
+  return (qr.householderQ() * MatrixX::Identity(remaining.cols(), remaining.rows())).transpose();
 }
 
-/// Columns that the rows can be solved for, in the order of preference. Rows: orthonormal.
+/// Columns for which the rows can be solved, in order of preference. The rows must be orthonormal.
 std::vector<int> choose_pivots(MatrixX rows, const std::vector<int>& order) {
   std::vector<int> pivots;
-  std::vector<bool> taken(order.size(), false);
-  for (const double least : pivot_thresholds)
+  std::vector<bool> is_pivot(order.size(), false);
+  for (const double threshold : pivot_thresholds)
     for (const int column : order) {
       if (rows.rows() == 0) return pivots;
-      if (taken[static_cast<std::size_t>(column)]) continue;
-      if (!(max_abs(rows.col(column)) > least)) continue;
-      taken[static_cast<std::size_t>(column)] = true;
+      if (is_pivot[static_cast<std::size_t>(column)]) continue;
+      if (!(max_abs(rows.col(column)) > threshold)) continue;
+      is_pivot[static_cast<std::size_t>(column)] = true;
       pivots.push_back(column);
       rows = eliminate_column(std::move(rows), column);
-      for (const int done : pivots) rows.col(done).setZero();
+      for (const int pivot : pivots) rows.col(pivot).setZero();
     }
   return pivots;
 }
 
-/// The rows solved for their pivots, at once from the orthonormal ones: errors do not grow from pivot to pivot.
+/// Solves the orthonormal rows for all pivots at once, so that errors do not grow from pivot to pivot.
 void compute_echelon_form(MatrixX& rows, const std::vector<int>& pivots) {
   const MatrixX solved = MatrixX(rows(Eigen::all, pivots)).fullPivLu().solve(rows);
   rows = solved;
@@ -126,9 +128,9 @@ std::vector<int> order_pivots(const Mechanism& mechanism, const std::vector<Para
   std::iota(order.begin(), order.end(), 0);
   const auto key = [&](int p) {
     const Parameter& parameter = parameters[static_cast<std::size_t>(p)];
-    const bool body = parameter.owner_kind == ParameterOwner::body;
+    const bool is_body = parameter.owner_kind == ParameterOwner::body;
     return std::tuple(pivot_priority(parameter.kind), parameter.owner_kind,
-                      body ? depth[static_cast<std::size_t>(parameter.index)] : 0, parameter.index, parameter.slot);
+                      is_body ? depth[static_cast<std::size_t>(parameter.index)] : 0, parameter.index, parameter.slot);
   };
   std::stable_sort(order.begin(), order.end(), [&](int a, int b) { return key(a) < key(b); });
   return order;
@@ -140,12 +142,12 @@ MatrixX eliminate_extra_unknowns(const MatrixX& rows, int parameters) {
   ColumnPivotingQr qr(rows.rightCols(extra));
   qr.setThreshold(1e-9);
   MatrixX rotated = rows.leftCols(parameters);
-  const double size = max_abs(rotated);
+  const double magnitude = max_abs(rotated);
   rotated.applyOnTheLeft(qr.householderQ().adjoint());
-  MatrixX left = rotated.bottomRows(rows.rows() - qr.rank());
-  // The tool of a single link follows its CoM whatever that is: round-off is not a condition.
-  if (max_abs(left) < elimination_tolerance * size) left.setZero();
-  return left;
+  MatrixX reduced = rotated.bottomRows(rows.rows() - qr.rank());
+  // On a single link, tool and CoM move together whatever the parameters: round-off is not a condition.
+  if (max_abs(reduced) < elimination_tolerance * magnitude) reduced.setZero();
+  return reduced;
 }
 
 bool reduce_conditions(const MatrixX& rows, const VectorX& units, double mass, const std::vector<int>& order,
@@ -181,7 +183,7 @@ bool reduce_conditions(const MatrixX& rows, const VectorX& units, double mass, c
       if (std::abs(reduced(r, p)) < row_entry_tolerance * largest) reduced(r, p) = 0;
     const double pivot = units[conditions.pivots[static_cast<std::size_t>(r)]];
     conditions.matrix.row(r) = reduced.row(r).cwiseQuotient(units.transpose()) * pivot;
-    conditions.matrix(r, conditions.pivots[static_cast<std::size_t>(r)]) = 1;  // units cancel but for round-off
+    conditions.matrix(r, conditions.pivots[static_cast<std::size_t>(r)]) = 1;  // units cancel up to round-off
     conditions.row_scales[r] = mass * pivot * largest;
   }
   return true;

@@ -1,23 +1,24 @@
 #pragma once
-/// From rows that must vanish to the fewest and most readable conditions: rank by the gap of the singular values, reduced row
-/// echelon form.
+/// Reduces rows that must vanish to as few and as readable conditions as possible: rank by the gap of the singular
+/// values, reduced row echelon form.
 
 #include "balance/synthesis/conditions/conditions.hpp"
 
 namespace balance {
 
-/// Preference for the parameters that conditions are solved for: first moments and inertias, then masses, then springs; bodies
-/// before what they carry, those near the ground first. What comes earlier is a better pivot.
+/// Order of preference of the parameters for which conditions are solved: first moments and inertias, then masses,
+/// springs and known terms; bodies before the elements on them, those near the ground first.
 std::vector<int> order_pivots(const Mechanism& mechanism, const std::vector<Parameter>& parameters);
 
-/// Rows of π alone, for which some value of the extra unknowns behind them makes everything vanish.
+/// Rows in π alone that vanish if and only if some value of the extra unknowns, the columns after π, makes all rows
+/// vanish.
 MatrixX eliminate_extra_unknowns(const MatrixX& rows, int parameters);
 
-/// Fills in rank, singular values, matrix, pivots and scale of `conditions`, whose parameters are set.
+/// Sets rank, singular values, matrix, pivots and row_scales of `conditions`, whose parameters must be set.
 /// @param rows any number × P, in natural units (dimensionless)
 /// @param units P: SI value of each parameter's natural unit
-/// @param mass the mechanism's [kg]
-/// @return false if the rank is not clear; then only the singular values are filled in
+/// @param mass of the mechanism [kg]
+/// @return false if the rank is unclear; then only the singular values are set
 bool reduce_conditions(const MatrixX& rows, const VectorX& units, double mass, const std::vector<int>& order,
                        Conditions& conditions);
 

@@ -11,22 +11,22 @@
 
 namespace balance {
 
-// Which power of one number expressions follow.
+// Power laws of expressions in one number.
 
-/// A number that is c · pᵉ, c without p; or does not follow a power of p at all.
+/// A quantity c · pᵉ with c independent of p, or one that is not proportional to any power of p.
 struct PowerLaw {
   bool is_valid = true;
   double exponent = 0;
-  double value = 0;  ///< at present: what is zero adds nothing to a sum
+  double value = 0;  ///< current value; a zero does not change a sum
 };
 
-/// The algebra (foundation/expression/expression_evaluation.hpp) of power laws in one node of a graph, taken for a number of its own
-/// whatever it is made of.
+/// The algebra (foundation/expression/expression_evaluation.hpp) of power laws in one node of a graph. The node counts
+/// as an independent number, whatever its operands are.
 class PowerLawAlgebra {
  public:
   using Value = PowerLaw;
 
-  /// @param base the node; not an input
+  /// @param base the node; if it is an input, the caller sets the exponent of that input instead
   explicit PowerLawAlgebra(const ExpressionNode* base) : base_(base) {}
 
   PowerLaw constant(double value) const { return {true, 0, value}; }
@@ -40,7 +40,7 @@ namespace {
 
 bool is_independent(const PowerLaw& x) { return x.is_valid && x.exponent == 0; }
 
-/// Of a sum, a choice, a comparison: only equal powers are one.
+/// For a sum, a choice or a comparison: valid if both powers are equal.
 PowerLaw require_equal_powers(const PowerLaw& a, const PowerLaw& b) {
   return {a.is_valid && b.is_valid && a.exponent == b.exponent, a.exponent};
 }
@@ -51,15 +51,15 @@ PowerLaw add_power_laws(const PowerLaw& a, const PowerLaw& b) {
   return require_equal_powers(a, b);
 }
 
-/// Whether a comes to the same with a larger p. Functions of what does not depend on p do not, either.
+/// Valid if a does not depend on p: then no function of it does.
 PowerLaw valid_if_independent(const PowerLaw& a) { return {is_independent(a), 0}; }
 
 PowerLaw apply_function(const ExpressionNode& node, const PowerLaw& a) {
-  static const int root = find_unary_function("sqrt"), size = find_unary_function("abs"),
-                   sign = find_unary_function("sign");
-  if (node.function == root) return {a.is_valid, a.exponent / 2};
-  if (node.function == size) return a;
-  if (node.function == sign) return {a.is_valid, 0};
+  static const int sqrt_function = find_unary_function("sqrt"), abs_function = find_unary_function("abs"),
+                   sign_function = find_unary_function("sign");
+  if (node.function == sqrt_function) return {a.is_valid, a.exponent / 2};
+  if (node.function == abs_function) return a;
+  if (node.function == sign_function) return {a.is_valid, 0};
   return valid_if_independent(a);
 }
 
@@ -102,7 +102,7 @@ PowerLaw PowerLawAlgebra::apply(const ExpressionNode& node, const PowerLaw& a, c
 
 namespace {
 
-/// The expression that a geometric number is; of gravity, whose size is one, its components.
+/// The expression of a geometric number; for gravity, whose magnitude is the number, its nonzero components.
 std::vector<Expression> expressions_of(const Recording& recording, const GeometricParameter& number) {
   const auto& mechanism = recording.mechanism;
   if (number.locations.front().kind != GeometricParameterLocation::Kind::gravity)
@@ -113,25 +113,25 @@ std::vector<Expression> expressions_of(const Recording& recording, const Geometr
   return components;
 }
 
-/// How one geometric number follows one parameter.
+/// How one geometric number depends on one parameter.
 struct Dependence {
-  bool power = true;  ///< it follows a power of it, possibly the zeroth
+  bool power = true;  ///< proportional to a power of it, possibly the zeroth
   int exponent = 0;
 };
 
-/// @param parts of the number, which follow one power together
-Dependence find_dependence(const std::vector<Expression>& parts, const std::vector<PowerLaw>& laws) {
+/// @param components of the number, which must all follow the same power
+Dependence find_dependence(const std::vector<Expression>& components, const std::vector<PowerLaw>& laws) {
   std::optional<double> exponent;
-  for (const Expression& part : parts) {
-    const PowerLaw law = part.is_constant() ? PowerLaw{} : laws[static_cast<std::size_t>(part.node())];
+  for (const Expression& component : components) {
+    const PowerLaw law = component.is_constant() ? PowerLaw{} : laws[static_cast<std::size_t>(component.node())];
     if (!law.is_valid || law.exponent != exponent.value_or(law.exponent)) return {false, 0};
     exponent = law.exponent;
   }
-  const double whole = std::round(exponent.value_or(0));
-  return whole == exponent.value_or(0) ? Dependence{true, static_cast<int>(whole)} : Dependence{false, 0};
+  const double rounded = std::round(exponent.value_or(0));
+  return rounded == exponent.value_or(0) ? Dependence{true, static_cast<int>(rounded)} : Dependence{false, 0};
 }
 
-/// All numbers' dependences on one parameter.
+/// Dependences of all numbers on one parameter.
 std::vector<Dependence> list_dependences(const Recording& recording, const Expression& parameter,
                                          const std::vector<std::vector<Expression>>& numbers) {
   const ExpressionNode& base = recording.graph.nodes()[static_cast<std::size_t>(parameter.node())];
@@ -140,11 +140,11 @@ std::vector<Dependence> list_dependences(const Recording& recording, const Expre
   if (base.operation == Operation::input) inputs[static_cast<std::size_t>(base.input)].exponent = 1;
   const std::vector<PowerLaw> laws = evaluate(recording.graph, inputs, PowerLawAlgebra(&base));
   std::vector<Dependence> result;
-  for (const auto& parts : numbers) result.push_back(find_dependence(parts, laws));
+  for (const auto& components : numbers) result.push_back(find_dependence(components, laws));
   return result;
 }
 
-/// A number made of parameters: a small ratio times their powers.
+/// Parameters and exponents of a number that is their product times a small ratio.
 using Powers = std::vector<std::pair<std::size_t, int>>;
 
 class SymbolNamer {
@@ -164,38 +164,39 @@ class SymbolNamer {
     const std::size_t count = parameters_.size();
     std::vector<GeometricSymbol> governing(count);
     for (std::size_t p = 0; p < count; ++p) governing[p] = {parameters_[p].name, "1", parameters_[p].value.value(), {}};
-    std::vector<std::pair<std::size_t, Powers>> made;
+    std::vector<std::pair<std::size_t, Powers>> factored_numbers;
     for (std::size_t n = 0; n < numbers_.size(); ++n) {
       if (numbers_[n].value == 0) continue;
-      const Powers powers = powers_of(n);
-      if (!powers.empty()) made.emplace_back(n, powers);
+      const Powers powers = find_powers(n);
+      if (!powers.empty()) factored_numbers.emplace_back(n, powers);
     }
-    for (const auto& [n, powers] : made)
-      if (powers.size() == 1 && powers[0].second == 1) note_unit(governing[powers[0].first], numbers_[n]);
-    std::set<std::size_t> governed;
-    for (const auto& [n, powers] : made) {
+    for (const auto& [n, powers] : factored_numbers)
+      if (powers.size() == 1 && powers[0].second == 1) assign_unit(governing[powers[0].first], numbers_[n]);
+    std::set<std::size_t> explained;
+    for (const auto& [n, powers] : factored_numbers) {
       if (!is_simple(n, powers, governing)) continue;
-      governed.insert(n);
+      explained.insert(n);
       for (const auto& [p, exponent] : powers) governing[p].uses.push_back({numbers_[n], exponent});
     }
     std::erase_if(governing, [](const GeometricSymbol& symbol) { return symbol.uses.empty(); });
     for (std::size_t n = 0; n < numbers_.size(); ++n)
-      if (is_nontrivial(numbers_[n]) && governed.count(n) == 0) governing.push_back(own_symbol(numbers_[n]));
+      if (is_nontrivial(numbers_[n]) && explained.count(n) == 0) governing.push_back(standalone_symbol(numbers_[n]));
     return governing;
   }
 
  private:
-  /// Of plain parameters if they explain the number altogether; else of one expression that the number is proportional to.
-  Powers powers_of(std::size_t n) const {
+  /// Powers of plain parameters if these explain the number completely; else of one expression to which it is
+  /// proportional.
+  Powers find_powers(std::size_t n) const {
     Powers plain, expressions;
     bool complete = true;
     for (std::size_t p = 0; p < parameters_.size(); ++p) {
       const Dependence& d = dependences_[p][n];
-      const bool is_plain_one = parameters_[p].is_plain;
-      if (!d.power && is_plain_one) complete = false;
+      const bool is_plain = parameters_[p].is_plain;
+      if (!d.power && is_plain) complete = false;
       if (!d.power || d.exponent == 0) continue;
-      if (is_plain_one) plain.emplace_back(p, d.exponent);
-      if (!is_plain_one && d.exponent == 1 && expressions.empty()) expressions.emplace_back(p, 1);
+      if (is_plain) plain.emplace_back(p, d.exponent);
+      if (!is_plain && d.exponent == 1 && expressions.empty()) expressions.emplace_back(p, 1);
     }
     const double unit = numbers_[n].unit == "m" ? length_ : 1;
     const auto explains = [&](const Powers& powers) {
@@ -207,34 +208,34 @@ class SymbolNamer {
     return explains(expressions) ? expressions : Powers{};
   }
 
-  /// A parameter that is a length is one in SI.
-  void note_unit(GeometricSymbol& symbol, const GeometricParameter& number) const {
+  /// Converts a parameter that is a length to SI.
+  void assign_unit(GeometricSymbol& symbol, const GeometricParameter& number) const {
     if (symbol.unit != "1") return;
     symbol.unit = number.unit;
     if (number.unit == "m") symbol.value *= length_;
   }
 
-  /// Whether a number is a small ratio of its symbols in SI too.
+  /// Whether a number is a small ratio of its symbols in SI, too.
   bool is_simple(std::size_t n, const Powers& powers, const std::vector<GeometricSymbol>& symbols) const {
     double product = 1;
     for (const auto& [p, e] : powers) product *= elementary::pow(symbols[p].value, e);
     return find_small_ratio(numbers_[n].value / product).has_value();
   }
 
-  /// A ratio of one is easier to read left out.
+  /// Ratios of ±1 are left out, which is easier to read.
   static bool is_nontrivial(const GeometricParameter& number) {
     return number.value != 0 && !(number.unit == "1" && std::abs(number.value) == 1);
   }
 
-  GeometricSymbol own_symbol(const GeometricParameter& number) const {
-    const auto taken = [&](const NamedExpression& p) { return p.name == number.label; };
+  GeometricSymbol standalone_symbol(const GeometricParameter& number) const {
+    const auto has_same_label = [&](const NamedExpression& p) { return p.name == number.label; };
     const auto& all = parameters_;
-    const bool doubtful = std::any_of(all.begin(), all.end(), taken);
-    return {doubtful ? "gravity" : number.label, number.unit, number.value, {{number, 1}}};
+    const bool is_ambiguous = std::any_of(all.begin(), all.end(), has_same_label);
+    return {is_ambiguous ? "gravity" : number.label, number.unit, number.value, {{number, 1}}};
   }
 
-  double length_;                            ///< the spec's unit [m]
-  std::vector<NamedExpression> parameters_;  ///< none is zero
+  double length_;                            ///< the spec's unit of length [m]
+  std::vector<NamedExpression> parameters_;  ///< all nonzero
   std::vector<GeometricParameter> numbers_;
   std::vector<std::vector<Dependence>> dependences_;  ///< per parameter
 };

@@ -1,6 +1,6 @@
 #pragma once
-/// What no choice of masses can balance: friction, loads that change or that weight cannot make up for, springs without a
-/// counterpart.
+/// Terms that no choice of masses can balance: friction, loads that change over time or that weight cannot balance,
+/// springs without a counterpart.
 
 #include "balance/synthesis/conditions/conditions.hpp"
 
@@ -9,16 +9,16 @@
 
 namespace balance {
 
-/// One element that stays, and why.
+/// One element that remains unbalanced, and why.
 struct UnbalanceableElement {
   ParameterOwner bearer = ParameterOwner::load;  ///< load, friction or spring
-  int index = 0;                                 ///< into the mechanism's
-  std::string name;                              ///< "push"; of friction the joint coordinate
-  std::vector<int> terms;                        ///< columns of the conditions that stay
-  std::vector<int> rows;                         ///< rows of the conditions that say so
+  int index = 0;                                 ///< in the mechanism's list
+  std::string name;                              ///< "push"; for friction, the joint coordinate
+  std::vector<int> terms;                        ///< columns of the conditions that remain
+  std::vector<int> rows;                         ///< rows of the conditions that show this
 };
 
-/// Elements whose terms stand in conditions without any inertial parameter that are not met, in the mechanism's order.
+/// Elements whose terms occur in violated conditions without any inertial parameter, in the mechanism's order.
 /// @param values of all columns
 /// @param tolerance of scaled residuals
 std::vector<UnbalanceableElement> list_unbalanceable_elements(const Conditions& conditions, const VectorX& values,
@@ -28,14 +28,15 @@ std::vector<UnbalanceableElement> list_unbalanceable_elements(const Conditions& 
 std::string unbalanceable_element_text(const UnbalanceableElement& remainder, const Conditions& conditions,
                                        const VectorX& values, const Mechanism& mechanism);
 
-/// An effort that an actuator has to bring up.
+/// The maximum effort required of an actuator.
 struct PeakEffort {
-  int actuator = -1;     ///< coordinate; −1: there is none that holds the mechanism
-  double magnitude = 0;  ///< [N m] or [N]; infinite: too large to be computed with
+  int actuator = -1;     ///< coordinate; −1: no actuator holds the mechanism
+  double magnitude = 0;  ///< [N m] or [N]; infinite: overflow
 };
 
-/// What stays of an element at rest when the masses and stiffnesses take what the conditions ask of them: per actuator the
-/// largest over random configurations. Of open chains without actuators the tree's joints count. Friction has none.
+/// What remains of an element's static efforts if masses and stiffnesses balance as much of it as the conditions
+/// require: per actuator, the maximum over random configurations. In open chains without actuators, all joints count as
+/// actuated. Friction has no static efforts.
 std::vector<PeakEffort> find_peak_static_efforts(const Mechanism& mechanism, const Conditions& conditions,
                                                  const UnbalanceableElement& remainder,
                                                  const ConditionOptions& options = {});

@@ -17,68 +17,68 @@ namespace design {
 
 namespace {
 
-/// A a + Σ b_m m(p) = 0, with monomials m of the load; everything in unit coordinates.
+/// A a + Σ b_m m(p) = 0 with monomials m of the load variables p, all in unit coordinates.
 struct SeparatedConditions {
-  MatrixX matrix;                      ///< A: conditions × adapted
+  MatrixX matrix;                      ///< A: conditions × adapted variables
   std::map<Monomial, VectorX> loaded;  ///< b
 };
 
-/// @return nothing where an adapted number stands in a product
+/// @return std::nullopt if an adapted variable occurs in a product
 std::optional<SeparatedConditions> separate_conditions(const SparsePolynomial& rows, int adapted) {
   SeparatedConditions conditions{MatrixX::Zero(rows.outputs(), adapted), {}};
   for (const SparsePolynomial::Term& term : rows.terms()) {
-    const bool own = !term.monomial.empty() && term.monomial.front().first < adapted;
-    if (own && (term.monomial.size() > 1 || term.monomial.front().second > 1)) return std::nullopt;
+    const bool is_adapted = !term.monomial.empty() && term.monomial.front().first < adapted;
+    if (is_adapted && (term.monomial.size() > 1 || term.monomial.front().second > 1)) return std::nullopt;
     VectorX* column = nullptr;
-    if (!own) {
+    if (!is_adapted) {
       column = &conditions.loaded[term.monomial];
       if (column->size() == 0) column->setZero(rows.outputs());
     }
     for (const auto& [row, coefficient] : term.coefficients)
-      (own ? conditions.matrix(row, term.monomial.front().first) : (*column)[row]) += coefficient;
+      (is_adapted ? conditions.matrix(row, term.monomial.front().first) : (*column)[row]) += coefficient;
   }
   return conditions;
 }
 
-/// The adapted numbers over the load, both in unit coordinates.
+/// The adapted variables as polynomials of the load variables, both in unit coordinates.
 std::optional<SparsePolynomial> solve_adapted_variables(const SeparatedConditions& conditions, const VectorX& anchor,
                                                         int variables) {
   const Eigen::Index n = conditions.matrix.cols();
-  MatrixX inverse = MatrixX::Zero(n, conditions.matrix.rows()), open = MatrixX::Identity(n, n);
+  MatrixX inverse = MatrixX::Zero(n, conditions.matrix.rows()), null_space_projector = MatrixX::Identity(n, n);
   if (conditions.matrix.size() > 0) {
-    constexpr double adaptive_rank_tolerance = 1e-10;  // of the largest singular value
+    constexpr double adaptive_rank_tolerance = 1e-10;  // relative to the largest singular value
     SingularValueDecomposition svd(conditions.matrix, Eigen::ComputeThinU | Eigen::ComputeThinV);
     svd.setThreshold(adaptive_rank_tolerance);
     const Eigen::Index rank = svd.rank();
     const MatrixX v = svd.matrixV().leftCols(rank);
     inverse =
         v * svd.singularValues().head(rank).cwiseInverse().asDiagonal() * svd.matrixU().leftCols(rank).transpose();
-    open -= v * v.transpose();
+    null_space_projector -= v * v.transpose();
   }
   PolynomialBuilder collector(static_cast<int>(n));
-  const VectorX kept = open * anchor;
-  for (int i = 0; i < n; ++i) collector.add({}, i, kept[i]);
-  for (const auto& [monomial, right] : conditions.loaded) {
-    VectorX part = -inverse * right;
-    part -= inverse * (conditions.matrix * part + right);
-    if (max_abs(conditions.matrix * part + right) > condition_tolerance) return std::nullopt;
-    for (int i = 0; i < n; ++i) collector.add(monomial, i, part[i]);
+  const VectorX undetermined = null_space_projector * anchor;
+  for (int i = 0; i < n; ++i) collector.add({}, i, undetermined[i]);
+  for (const auto& [monomial, rhs] : conditions.loaded) {
+    VectorX solution = -inverse * rhs;
+    solution -= inverse * (conditions.matrix * solution + rhs);
+    if (max_abs(conditions.matrix * solution + rhs) > condition_tolerance) return std::nullopt;
+    for (int i = 0; i < n; ++i) collector.add(monomial, i, solution[i]);
   }
   return collector.build(variables, 1e-12);
 }
 
-/// Without the digits that differences of numbers of this size leave as round-off.
+/// Drops the digits that are round-off in differences of numbers of this size.
 double round_to_significant_digits(double value, double size) {
   constexpr int significant_digits = 13;
   const double scale = size > 0 ? elementary::pow(10, significant_digits - std::ceil(elementary::log10(size))) : 1;
   return scale > 1 && std::isfinite(scale) ? std::round(value * scale) / scale : value;
 }
 
-AdaptiveLaw to_si_law(const SparsePolynomial& units, const VariableScaling& box, int adapted) {
-  const SparsePolynomial loads = units.substitute(box.centre(), box.half_width());
+AdaptiveLaw to_si_law(const SparsePolynomial& units, const VariableScaling& scaling, int adapted) {
+  const SparsePolynomial loads = units.substitute(scaling.centre(), scaling.half_width());
   AdaptiveLaw law;
-  const Eigen::Index count = box.size() - adapted;
-  law.terms.push_back({std::vector<int>(static_cast<std::size_t>(count), 0), box.centre().head(adapted)});
+  const Eigen::Index count = scaling.size() - adapted;
+  law.terms.push_back({std::vector<int>(static_cast<std::size_t>(count), 0), scaling.centre().head(adapted)});
   const auto degree = [](const AdaptiveLaw::Term& term) {
     return std::accumulate(term.powers.begin(), term.powers.end(), 0);
   };
@@ -86,7 +86,7 @@ AdaptiveLaw to_si_law(const SparsePolynomial& units, const VariableScaling& box,
     AdaptiveLaw::Term next{std::vector<int>(static_cast<std::size_t>(count), 0), VectorX::Zero(adapted)};
     for (const auto& [variable, power] : term.monomial)
       next.powers[static_cast<std::size_t>(variable - adapted)] = power;
-    for (const auto& [i, coefficient] : term.coefficients) next.coefficients[i] = coefficient * box.half_width()[i];
+    for (const auto& [i, coefficient] : term.coefficients) next.coefficients[i] = coefficient * scaling.half_width()[i];
     if (degree(next) > 0) {
       law.terms.push_back(std::move(next));
       continue;
@@ -98,7 +98,7 @@ AdaptiveLaw to_si_law(const SparsePolynomial& units, const VariableScaling& box,
       if (std::abs(sum) < 1e-13 * size) sum = 0;
     }
   }
-  const VectorX size = box.centre().cwiseAbs() + box.half_width();
+  const VectorX size = scaling.centre().cwiseAbs() + scaling.half_width();
   for (AdaptiveLaw::Term& term : law.terms) {
     double load = 1;
     for (std::size_t k = 0; k < term.powers.size(); ++k)
@@ -152,17 +152,17 @@ std::optional<AdaptiveLaw> find_adaptive_law(const DesignProblem& problem, const
   if (context.classification.has_geometric() || !context.features.polynomial()) return std::nullopt;
   const Conditions conditions = context.conditions_at(context.scaling.start());
   if (conditions.status != ConditionsStatus::done) return std::nullopt;
-  const Eigen::Index own = conditions.parameter_rows();
-  MatrixX rows = MatrixX::Zero(own, context.features.feature_count());
+  const Eigen::Index row_count = conditions.parameter_rows();
+  MatrixX rows = MatrixX::Zero(row_count, context.features.feature_count());
   rows.leftCols(conditions.matrix.cols()) =
-      conditions.row_scales.head(own).cwiseInverse().asDiagonal() * conditions.matrix.topRows(own);
+      conditions.row_scales.head(row_count).cwiseInverse().asDiagonal() * conditions.matrix.topRows(row_count);
   const auto separated = design::separate_conditions(context.features.polynomial()->combine(rows), adapted);
   if (!separated) return std::nullopt;
-  const design::VariableScaling& box = context.scaling;
-  const VectorX unit = (anchor - box.centre().head(adapted)).cwiseQuotient(box.half_width().head(adapted));
-  const auto units = design::solve_adapted_variables(*separated, unit, box.size());
+  const design::VariableScaling& scaling = context.scaling;
+  const VectorX unit = (anchor - scaling.centre().head(adapted)).cwiseQuotient(scaling.half_width().head(adapted));
+  const auto units = design::solve_adapted_variables(*separated, unit, scaling.size());
   if (!units) return std::nullopt;
-  return design::to_si_law(*units, box, adapted);
+  return design::to_si_law(*units, scaling, adapted);
 }
 
 }  // namespace balance

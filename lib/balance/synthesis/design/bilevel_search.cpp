@@ -16,75 +16,80 @@ namespace balance::design {
 
 namespace {
 
-/// What is left of conditions that can be met, at round-off of the inner problem.
+/// Residual below which conditions count as met; round-off of the inner problem.
 constexpr double feasibility_tolerance = 1e-7;
-/// A descent is done where this little is left.
+/// Residual at which a descent stops.
 constexpr double residual_tolerance = 1e-10;
-/// Points to start from; local searches.
+/// Numbers of samples, and limits of the local searches.
 constexpr int min_samples = 48, samples_per_variable = 24, max_local_searches = 12, max_figure_searches = 5,
               max_search_evaluations = 60;
-/// Starts nearer to each other than this, in unit coordinates, are one.
+/// Starts closer together than this in unit coordinates count as one.
 constexpr double min_start_distance = 0.15;
-/// Ends whose values differ by less than this part are as good as each other.
+/// Relative difference below which optima count as equal.
 constexpr double optimum_tolerance = 1e-5;
-/// Part of the time that looking around may take.
+/// Fraction of the remaining time for sampling.
 constexpr double sampling_time_fraction = 0.3;
-/// Times that limits are tightened, by so many times what they are missed by; not those that are missed by more than that part.
+/// Maximum number of times that the limits are tightened, by overshoot_factor times their violation; larger violations
+/// than max_relative_violation are left alone.
 constexpr int max_penalty_updates = 3;
 constexpr double overshoot_factor = 1.5, max_relative_violation = 0.1;
-/// Numbers that the model is not made for: its classification takes their square.
+/// Maximum number of variables: the classification of the model takes quadratic time.
 constexpr int max_bilevel_variables = 60;
 
 class BilevelSearch {
  public:
-  BilevelSearch(const SolverContext& context, const VectorX& anchor, const ScaledObjective* merit, bool regardless)
+  BilevelSearch(const SolverContext& context, const VectorX& anchor, const ScaledObjective* objective,
+                bool ignore_conditions)
       : context_(context),
+        capabilities_(context.problem.model->capabilities()),
         anchor_(anchor),
-        conditions_(!context.problem.goals.empty() && !regardless),
-        figure_(merit != nullptr || context.problem.convex_limits != nullptr),
-        objective_(merit) {}
+        has_conditions_(!context.problem.goals.empty() && !ignore_conditions),
+        has_figure_(objective != nullptr || capabilities_.has_convex_limits),
+        objective_(objective) {}
 
   BilevelResult run() {
     BilevelResult designs;
     if (!is_applicable()) return designs;
     designs.is_applicable = true;
     const std::vector<InnerSolution> points = sample_outer_space();
-    if (conditions_) search_balance(points);
-    if (figure_) search_figure(points);
-    if (context_.problem.convex_limits) tighten_limits();
+    if (has_conditions_) search_balance(points);
+    if (has_figure_) search_figure(points);
+    if (capabilities_.has_convex_limits) tighten_limits();
     collect_designs(designs);
     return designs;
   }
 
  private:
-  using Aim = InnerProblem::Target;
+  using Target = InnerProblem::Target;
 
   bool is_applicable() {
     if (context_.problem.is_modular || context_.scaling.size() > max_bilevel_variables) return false;
-    if (objective_ != nullptr && !context_.problem.convex_terms_at && !context_.problem.violation_floor) return false;
-    const std::optional<std::vector<bool>> matters = find_active_parameters();
-    if (!matters) return false;
-    model_.emplace(context_, anchor_, *matters);
+    if (objective_ != nullptr && !capabilities_.has_convex_terms && !context_.problem.violation_floor) return false;
+    const std::optional<std::vector<bool>> is_active_parameter = find_active_parameters();
+    if (!is_active_parameter) return false;
+    model_.emplace(context_, anchor_, *is_active_parameter);
     if (model_->outer().empty()) return false;
-    if (objective_ != nullptr && !context_.problem.violation_floor) size_ = figure_scale();
+    if (objective_ != nullptr && !context_.problem.violation_floor) figure_scale_ = figure_scale();
     return true;
   }
 
-  /// What the figure is with the anchor's masses, or with middling ones: added mass may be none to begin with.
+  /// Value of the figure with the masses of the anchor or in the middle of their bounds, because the added mass may be
+  /// zero at the anchor.
   double figure_scale() const {
     VectorX middling = anchor_;
     for (const int i : inertial_variables(context_)) middling[i] = 0;
-    double size = 0;
+    double scale = 0;
     for (const VectorX& u : {anchor_, middling})
-      if (const double value = std::abs((*objective_)(u, nullptr)); std::isfinite(value)) size = std::max(size, value);
-    return size > 0 ? size : 1;
+      if (const double value = std::abs((*objective_)(u, nullptr)); std::isfinite(value))
+        scale = std::max(scale, value);
+    return scale > 0 ? scale : 1;
   }
 
-  /// Terms that occur in a condition or in the figure.
+  /// Marks the terms that occur in a condition or in the figure.
   std::optional<std::vector<bool>> find_active_parameters() const {
     const Mechanism mechanism = context_.mechanism(anchor_);
-    std::vector<bool> matters(list_terms(mechanism, context_.options.loose_springs).size(), false);
-    if (conditions_) {
+    std::vector<bool> is_active_parameter(list_terms(mechanism, context_.options.loose_springs).size(), false);
+    if (has_conditions_) {
       MatrixX rows;
       try {
         if (!GoalResidual(mechanism, context_.problem.goals, context_.options).rows(mechanism, rows)) return {};
@@ -92,62 +97,63 @@ class BilevelSearch {
         return {};
       }
       const double largest = max_abs(rows.colwise().norm());
-      for (std::size_t k = 0; k < matters.size(); ++k)
-        matters[k] = rows.col(static_cast<Eigen::Index>(k)).norm() > 1e-12 * largest;
+      for (std::size_t k = 0; k < is_active_parameter.size(); ++k)
+        is_active_parameter[k] = rows.col(static_cast<Eigen::Index>(k)).norm() > 1e-12 * largest;
     }
     const VectorX x = context_.scaling.to_variables(anchor_);
-    if (context_.problem.convex_terms_at) {
-      const auto figures = context_.problem.convex_terms_at(x);
+    if (capabilities_.has_convex_terms) {
+      const auto figures = context_.problem.model->convex_terms(x, FigureSampling::coarse);
       if (!figures) return {};
-      mark_active_parameters(*figures, matters);
+      mark_active_parameters(*figures, is_active_parameter);
     }
-    if (!context_.problem.convex_limits) return matters;
-    const auto limits = context_.problem.convex_limits(x);
+    if (!capabilities_.has_convex_limits) return is_active_parameter;
+    const auto limits = context_.problem.model->convex_limits(x);
     if (!limits) return {};
-    for (const ConvexLimit& limit : *limits) mark_active_parameters(limit.figures, matters);
-    return matters;
+    for (const ConvexLimit& limit : *limits) mark_active_parameters(limit.figures, is_active_parameter);
+    return is_active_parameter;
   }
 
   VectorX outer_variables(const VectorX& u) const { return u(model_->outer()); }
-  VectorX insert_outer_variables(const VectorX& part) const {
+  VectorX insert_outer_variables(const VectorX& outer_values) const {
     VectorX u = anchor_;
-    u(model_->outer()) = clip_to_unit_box(part);
+    u(model_->outer()) = clip_to_unit_box(outer_values);
     return u;
   }
 
-  Aim aim() const { return !figure_ ? Aim::residual : conditions_ ? Aim::both : Aim::figure; }
+  Target target() const { return !has_figure_ ? Target::residual : has_conditions_ ? Target::both : Target::figure; }
 
-  /// The anchor and points that fill the box; where the anchor's configurations do not exist, with their own.
+  /// Solves the inner problem at the anchor and at space-filling points. Points where the anchor's configurations do
+  /// not exist use their own.
   std::vector<InnerSolution> sample_outer_space() {
     const auto n = static_cast<int>(model_->outer().size());
-    std::vector<VectorX> places = {anchor_};
-    for (const VectorX& part :
+    std::vector<VectorX> sample_points = {anchor_};
+    for (const VectorX& outer_values :
          low_discrepancy_points(std::max(min_samples, samples_per_variable * n), n, context_.problem.search.seed))
-      places.push_back(insert_outer_variables(part));
-    const double reserve = (1 - sampling_time_fraction) * context_.budget.remaining_time();
-    InnerProblem near(context_, *model_, aim(), size_);
-    const bool centred = near.set_reference(anchor_);
+      sample_points.push_back(insert_outer_variables(outer_values));
+    const double min_remaining_time = (1 - sampling_time_fraction) * context_.budget.remaining_time();
+    InnerProblem anchor_problem(context_, *model_, target(), figure_scale_);
+    const bool has_anchor_reference = anchor_problem.set_reference(anchor_);
     std::vector<InnerSolution> points;
-    for (const VectorX& u : places) {
-      if (context_.budget.remaining_time() < reserve) break;
-      InnerSolution solution = centred ? near.solve_at(u) : InnerSolution{};
-      if (!solution.is_found && conditions_ && context_.infeasibility_reason(u).empty()) {
-        InnerProblem own(context_, *model_, aim(), size_);
-        if (own.set_reference(u)) solution = own.solve_at(u);
+    for (const VectorX& u : sample_points) {
+      if (context_.budget.remaining_time() < min_remaining_time) break;
+      InnerSolution solution = has_anchor_reference ? anchor_problem.solve_at(u) : InnerSolution{};
+      if (!solution.is_found && has_conditions_ && context_.infeasibility_reason(u).empty()) {
+        InnerProblem point_problem(context_, *model_, target(), figure_scale_);
+        if (point_problem.set_reference(u)) solution = point_problem.solve_at(u);
       }
       if (solution.is_found) points.push_back(std::move(solution));
     }
     return points;
   }
 
-  /// The best by `cost` that are apart from each other.
+  /// The best points by `cost` that are sufficiently far from each other.
   template <class Cost>
   std::vector<VectorX> select_starts(const std::vector<InnerSolution>& points, int count, const Cost& cost) const {
-    std::vector<std::pair<double, VectorX>> all;
-    for (const InnerSolution& point : points) all.emplace_back(cost(point), outer_variables(point.u));
-    std::stable_sort(all.begin(), all.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
+    std::vector<std::pair<double, VectorX>> ranked;
+    for (const InnerSolution& point : points) ranked.emplace_back(cost(point), outer_variables(point.u));
+    std::stable_sort(ranked.begin(), ranked.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
     std::vector<VectorX> chosen;
-    for (const auto& [value, v] : all) {
+    for (const auto& [value, v] : ranked) {
       if (static_cast<int>(chosen.size()) >= count) break;
       if (std::none_of(chosen.begin(), chosen.end(),
                        [&, &v = v](const VectorX& c) { return (c - v).norm() < min_start_distance; }))
@@ -165,7 +171,7 @@ class BilevelSearch {
                             [](const auto& a, const auto& b) { return a.value < b.value; });
   }
 
-  /// Of the local searches those that end as well as the best of them does.
+  /// Number of local searches that ended at the best value.
   static int count_repeated_optima(const std::vector<double>& values) {
     if (values.empty()) return 0;
     const double best = *std::min_element(values.begin(), values.end());
@@ -174,24 +180,24 @@ class BilevelSearch {
     }));
   }
 
-  /// Lengths at which the conditions can be met.
+  /// Finds lengths at which the conditions can be met.
   void search_balance(const std::vector<InnerSolution>& points) {
-    int found = 0;
-    const bool open =
+    int balanced_count = 0;
+    const bool has_balanced_point =
         std::any_of(points.begin(), points.end(), [](const auto& p) { return p.residual < feasibility_tolerance; });
-    if (figure_ && open) return;  // the figure's own descents find their way
+    if (has_figure_ && has_balanced_point) return;  // the descents of the figure suffice
     for (const VectorX& v : select_starts(points, max_local_searches, [](const auto& p) { return p.residual; })) {
-      if (context_.budget.is_spent() || found > (figure_ ? 2 : 0)) break;
-      const InnerSolution end = minimise_residual_from(v);
-      record(end);
-      if (end.is_found && end.residual < feasibility_tolerance) ++found;
+      if (context_.budget.is_spent() || balanced_count > (has_figure_ ? 2 : 0)) break;
+      const InnerSolution optimum = minimise_residual_from(v);
+      record(optimum);
+      if (optimum.is_found && optimum.residual < feasibility_tolerance) ++balanced_count;
     }
   }
 
-  /// Levenberg–Marquardt on what is left with the best masses (variable projection).
+  /// Levenberg–Marquardt on the residual with the best masses (variable projection).
   InnerSolution minimise_residual_from(const VectorX& start) {
     ++context_.budget.starts;
-    InnerProblem inner(context_, *model_, Aim::residual, 1);
+    InnerProblem inner(context_, *model_, Target::residual, 1);
     InnerSolution last;
     if (!inner.set_reference(insert_outer_variables(start))) return last;
     NonlinearSystem equations;
@@ -202,7 +208,7 @@ class BilevelSearch {
         last = std::move(next);
       }
       values = last.residual_vector;
-      if (last.residual < residual_tolerance || context_.budget.is_spent()) values.setZero();  // the end
+      if (last.residual < residual_tolerance || context_.budget.is_spent()) values.setZero();  // stops
       if (jacobian != nullptr) *jacobian = inner.reduced_jacobian(last);
       return jacobian == nullptr || jacobian->allFinite();
     };
@@ -213,15 +219,15 @@ class BilevelSearch {
   }
 
   void search_figure(const std::vector<InnerSolution>& points) {
-    std::vector<InnerSolution> all = points;
-    for (const InnerSolution& end : local_optima_) all.push_back(end);
+    std::vector<InnerSolution> candidates = points;
+    for (const InnerSolution& optimum : local_optima_) candidates.push_back(optimum);
     const int count = std::min(max_figure_searches, 1 + static_cast<int>(model_->outer().size()));
     std::vector<double> values;
-    for (const VectorX& v : select_starts(all, count, [](const auto& p) { return p.value; })) {
+    for (const VectorX& v : select_starts(candidates, count, [](const auto& p) { return p.value; })) {
       if (context_.budget.is_spent()) break;
-      const InnerSolution end = minimise_figure_from(v);
-      if (end.is_found) values.push_back(end.value);
-      record(end);
+      const InnerSolution optimum = minimise_figure_from(v);
+      if (optimum.is_found) values.push_back(optimum.value);
+      record(optimum);
     }
     context_.budget.repeated_optima = count_repeated_optima(values);
     for (const InnerSolution& point : points) record(point);
@@ -229,106 +235,109 @@ class BilevelSearch {
     if (best != local_optima_.end() && !context_.budget.is_spent()) record(refine_optimum(outer_variables(best->u)));
   }
 
-  /// Looks at points and keeps the best.
+  /// Evaluates points and records the best.
   struct OuterObjective {
     const BilevelSearch& search;
     InnerProblem inner;
     InnerSolution best = {};
 
-    double operator()(const VectorX& v, VectorX* slope) {
+    double operator()(const VectorX& v, VectorX* gradient) {
       ++search.context_.budget.evaluations;
-      InnerSolution here = inner.solve_at(search.insert_outer_variables(v));
-      if (!here.is_found) return std::numeric_limits<double>::quiet_NaN();
-      if (slope != nullptr) *slope = inner.gradient(here);
-      if (slope != nullptr && !slope->allFinite()) slope->setZero(v.size());
-      const double value = here.value;
-      if (!best.is_found || value < best.value) best = std::move(here);
+      InnerSolution solution = inner.solve_at(search.insert_outer_variables(v));
+      if (!solution.is_found) return std::numeric_limits<double>::quiet_NaN();
+      if (gradient != nullptr) *gradient = inner.gradient(solution);
+      if (gradient != nullptr && !gradient->allFinite()) gradient->setZero(v.size());
+      const double value = solution.value;
+      if (!best.is_found || value < best.value) best = std::move(solution);
       return value;
     }
   };
 
-  /// How far the design is beyond the limits as they are told; what the search knows of them are few samples.
-  double max_limit_violation(const InnerSolution& end) const {
+  /// Violation of the actual limits; the search evaluates them at few samples.
+  double max_limit_violation(const InnerSolution& optimum) const {
     VectorX g;
-    context_.limits->evaluate(model_->recover_variables(end.u, end.unknowns), g, nullptr);
+    context_.limits->evaluate(model_->recover_variables(optimum.u, optimum.unknowns), g, nullptr);
     return g.size() == 0 ? 0 : g.allFinite() ? -min_coefficient(g) : std::numeric_limits<double>::infinity();
   }
 
-  /// From the best end on, with as much to spare as it is beyond the limits.
+  /// Repeats the search from the best optimum, with the limits tightened in proportion to their violation.
   void tighten_limits() {
     if (local_optima_.empty()) return;
-    InnerSolution end = *best_optimum();
+    InnerSolution optimum = *best_optimum();
     for (int round = 0; round < max_penalty_updates && !context_.budget.is_spent(); ++round) {
-      const double over = max_limit_violation(end);
-      if (!(over > limit_tolerance && over < max_relative_violation)) return;
-      limit_margin_ += overshoot_factor * over;
-      end = minimise_figure_from(outer_variables(end.u));
-      if (end.is_found) end = refine_optimum(outer_variables(end.u));
-      if (!end.is_found) return;
-      record(end);
+      const double violation = max_limit_violation(optimum);
+      if (!(violation > limit_tolerance && violation < max_relative_violation)) return;
+      limit_margin_ += overshoot_factor * violation;
+      optimum = minimise_figure_from(outer_variables(optimum.u));
+      if (optimum.is_found) optimum = refine_optimum(outer_variables(optimum.u));
+      if (!optimum.is_found) return;
+      record(optimum);
     }
   }
 
-  /// Down the figure's slope.
+  /// Gradient descent of the figure.
   InnerSolution minimise_figure_from(const VectorX& start) {
-    OuterObjective look{*this, InnerProblem(context_, *model_, aim(), size_, limit_margin_)};
-    const std::string& asked = context_.problem.search.local;
-    if (!look.inner.set_reference(insert_outer_variables(start))) return {};
+    OuterObjective outer_objective{*this, InnerProblem(context_, *model_, target(), figure_scale_, limit_margin_)};
+    const std::string& requested_method = context_.problem.search.local;
+    if (!outer_objective.inner.set_reference(insert_outer_variables(start))) return {};
     ++context_.budget.local_searches;
     NonlinearProgram program;
     program.size = static_cast<int>(start.size());
-    program.objective = [&](const VectorX& v, VectorX* slope) { return look(v, slope); };
+    program.objective = [&](const VectorX& v, VectorX* gradient) { return outer_objective(v, gradient); };
     const StoppingCriteria limits{max_search_evaluations, context_.budget.remaining_time(), 1e-9, 0.1,
                                   context_.budget.make_stop_callback()};
-    search_locally(asked == "auto" ? "slsqp" : asked, program, start, limits);
-    return look.best;
+    search_locally(requested_method == "auto" ? "slsqp" : requested_method, program, start, limits);
+    return outer_objective.best;
   }
 
-  /// Kinks, at which slopes mislead, are left to a search without them.
+  /// Derivative-free search, because gradients are misleading at kinks.
   InnerSolution refine_optimum(const VectorX& start) {
-    OuterObjective look{*this, InnerProblem(context_, *model_, aim(), size_, limit_margin_)};
-    if (!look.inner.set_reference(insert_outer_variables(start))) return {};
-    MultistartSettings task;
-    task.objective = [&](const VectorX& v) { return look(v, nullptr); };
-    task.starts = {start};
-    task.method = "bobyqa";
-    task.max_local_searches = 1;
-    task.max_evaluations = 16 + 16 * static_cast<int>(start.size());
-    task.initial_step = 0.02;
-    task.min_step = 1e-6;
-    search_multistart(task, context_.budget);
-    return look.best;
+    OuterObjective outer_objective{*this, InnerProblem(context_, *model_, target(), figure_scale_, limit_margin_)};
+    if (!outer_objective.inner.set_reference(insert_outer_variables(start))) return {};
+    MultistartSettings settings;
+    settings.objective = [&](const VectorX& v) { return outer_objective(v, nullptr); };
+    settings.starts = {start};
+    settings.method = "bobyqa";
+    settings.max_local_searches = 1;
+    settings.max_evaluations = 16 + 16 * static_cast<int>(start.size());
+    settings.initial_step = 0.02;
+    settings.min_step = 1e-6;
+    search_multistart(settings, context_.budget);
+    return outer_objective.best;
   }
 
   void collect_designs(BilevelResult& designs) {
-    const auto cost = [&](const InnerSolution& s) { return figure_ ? s.value : s.residual; };
+    const auto cost = [&](const InnerSolution& s) { return has_figure_ ? s.value : s.residual; };
     std::stable_sort(local_optima_.begin(), local_optima_.end(),
                      [&](const auto& a, const auto& b) { return cost(a) < cost(b); });
-    if (context_.problem.convex_limits)
-      std::stable_partition(local_optima_.begin(), local_optima_.end(),
-                            [&](const InnerSolution& end) { return max_limit_violation(end) <= limit_tolerance; });
-    for (const InnerSolution& end : local_optima_) {
-      const VectorX u = model_->recover_variables(end.u, end.unknowns);
-      std::vector<VectorX>& list = end.residual < feasibility_tolerance ? designs.balanced : designs.others;
-      const bool known = std::any_of(list.begin(), list.end(), [&](const VectorX& k) { return max_abs(k - u) < 1e-6; });
-      if (!known && list.size() < 6) list.push_back(u);
+    if (capabilities_.has_convex_limits)
+      std::stable_partition(local_optima_.begin(), local_optima_.end(), [&](const InnerSolution& optimum) {
+        return max_limit_violation(optimum) <= limit_tolerance;
+      });
+    for (const InnerSolution& optimum : local_optima_) {
+      const VectorX u = model_->recover_variables(optimum.u, optimum.unknowns);
+      std::vector<VectorX>& list = optimum.residual < feasibility_tolerance ? designs.balanced : designs.others;
+      const bool is_known =
+          std::any_of(list.begin(), list.end(), [&](const VectorX& k) { return max_abs(k - u) < 1e-6; });
+      if (!is_known && list.size() < 6) list.push_back(u);
     }
   }
 
   const SolverContext& context_;
+  const DesignModel::Capabilities capabilities_;
   const VectorX& anchor_;
-  bool conditions_, figure_;
+  bool has_conditions_, has_figure_;
   const ScaledObjective* objective_;
   std::optional<ConvexMassModel> model_;
-  double size_ = 1, limit_margin_ = 0;
+  double figure_scale_ = 1, limit_margin_ = 0;
   std::vector<InnerSolution> local_optima_;
 };
 
 }  // namespace
 
-BilevelResult search_bilevel(const SolverContext& context, const VectorX& anchor, const ScaledObjective* merit,
-                             bool regardless) {
-  return BilevelSearch(context, anchor, merit, regardless).run();
+BilevelResult search_bilevel(const SolverContext& context, const VectorX& anchor, const ScaledObjective* objective,
+                             bool ignore_conditions) {
+  return BilevelSearch(context, anchor, objective, ignore_conditions).run();
 }
 
 }  // namespace balance::design

@@ -9,7 +9,7 @@ namespace balance::design {
 
 namespace {
 
-/// Next to one of the sizes, in parts of the range.
+/// Distance to a discrete value below which a variable counts as having it, relative to the range.
 constexpr double discrete_value_tolerance = 1e-9;
 
 const DesignVariable& variable(const DesignProblem& problem, int i) {
@@ -18,14 +18,14 @@ const DesignVariable& variable(const DesignProblem& problem, int i) {
 
 }  // namespace
 
-BranchingRule::BranchingRule(const DesignProblem& problem, int least) : problem_(problem) {
+BranchingRule::BranchingRule(const DesignProblem& problem, int max_kept_elements) : problem_(problem) {
   std::optional<std::size_t> shared;
   for (const CardinalityConstraint& choice : problem.cardinality_constraints) {
     std::size_t group = groups_.size();
     if (choice.max_count < 0 && shared)
       group = *shared;
     else
-      groups_.push_back(choice.max_count < 0 ? least : choice.max_count);
+      groups_.push_back(choice.max_count < 0 ? max_kept_elements : choice.max_count);
     if (choice.max_count < 0) shared = group;
     for (const OptionalElement& element : choice.elements) elements_.push_back({element.variables, group});
   }
@@ -54,10 +54,10 @@ BranchNode BranchingRule::root() const {
 bool BranchingRule::propagate_values(BranchNode& branch) const {
   for (std::size_t i = 0; i < problem_.variables.size(); ++i) {
     double &lower = branch.lower[static_cast<Eigen::Index>(i)], &upper = branch.upper[static_cast<Eigen::Index>(i)];
-    const std::vector<double>& sizes = problem_.variables[i].discrete_values;
-    if (!sizes.empty()) {
-      const auto first = std::lower_bound(sizes.begin(), sizes.end(), lower);
-      const auto last = std::upper_bound(sizes.begin(), sizes.end(), upper);
+    const std::vector<double>& values = problem_.variables[i].discrete_values;
+    if (!values.empty()) {
+      const auto first = std::lower_bound(values.begin(), values.end(), lower);
+      const auto last = std::upper_bound(values.begin(), values.end(), upper);
       if (first >= last) return false;
       lower = *first;
       upper = *std::prev(last);
@@ -67,37 +67,37 @@ bool BranchingRule::propagate_values(BranchNode& branch) const {
   return true;
 }
 
-/// An element is left out exactly if its numbers are zero.
+/// An element is excluded if and only if its variables are zero.
 bool BranchingRule::propagate_element(BranchNode& branch, std::size_t k) const {
-  BranchNode::ElementState& fate = branch.element_states[k];
-  bool zero = true, never = false;
+  BranchNode::ElementState& state = branch.element_states[k];
+  bool is_zero = true, cannot_vanish = false;
   for (const int i : elements_[k].numbers) {
-    zero = zero && branch.lower[i] == 0 && branch.upper[i] == 0;
-    never = never || branch.lower[i] > 0 || branch.upper[i] < 0;
+    is_zero = is_zero && branch.lower[i] == 0 && branch.upper[i] == 0;
+    cannot_vanish = cannot_vanish || branch.lower[i] > 0 || branch.upper[i] < 0;
   }
-  if (zero && fate != BranchNode::ElementState::excluded) {
-    if (fate == BranchNode::ElementState::kept) return false;  // the same as one that is left out
-    fate = BranchNode::ElementState::excluded;
+  if (is_zero && state != BranchNode::ElementState::excluded) {
+    if (state == BranchNode::ElementState::kept) return false;  // equivalent to excluding it
+    state = BranchNode::ElementState::excluded;
   }
-  if (never && fate == BranchNode::ElementState::excluded) return false;
-  if (never) fate = BranchNode::ElementState::kept;
-  if (fate == BranchNode::ElementState::excluded)
+  if (cannot_vanish && state == BranchNode::ElementState::excluded) return false;
+  if (cannot_vanish) state = BranchNode::ElementState::kept;
+  if (state == BranchNode::ElementState::excluded)
     for (const int i : elements_[k].numbers) branch.lower[i] = branch.upper[i] = 0;
   return true;
 }
 
-int BranchingRule::count(const BranchNode& branch, std::size_t group, BranchNode::ElementState fate) const {
-  int found = 0;
+int BranchingRule::count(const BranchNode& branch, std::size_t group, BranchNode::ElementState state) const {
+  int total = 0;
   for (std::size_t k = 0; k < elements_.size(); ++k)
-    found += elements_[k].group == group && branch.element_states[k] == fate ? 1 : 0;
-  return found;
+    total += elements_[k].group == group && branch.element_states[k] == state ? 1 : 0;
+  return total;
 }
 
 bool BranchingRule::propagate_counts(BranchNode& branch) const {
   for (std::size_t g = 0; g < groups_.size(); ++g) {
-    const int kept = count(branch, g, BranchNode::ElementState::kept);
-    if (kept > groups_[g]) return false;
-    if (kept < groups_[g]) continue;
+    const int kept_count = count(branch, g, BranchNode::ElementState::kept);
+    if (kept_count > groups_[g]) return false;
+    if (kept_count < groups_[g]) continue;
     for (std::size_t k = 0; k < elements_.size(); ++k)
       if (elements_[k].group == g && branch.element_states[k] == BranchNode::ElementState::undecided)
         branch.element_states[k] = BranchNode::ElementState::excluded;
@@ -107,12 +107,12 @@ bool BranchingRule::propagate_counts(BranchNode& branch) const {
 
 bool BranchingRule::propagate(BranchNode& branch) const {
   for (;;) {
-    const std::vector<BranchNode::ElementState> fates = branch.element_states;
+    const std::vector<BranchNode::ElementState> previous_states = branch.element_states;
     const VectorX lower = branch.lower, upper = branch.upper;
     if (!propagate_counts(branch) || !propagate_values(branch)) return false;
     for (std::size_t k = 0; k < elements_.size(); ++k)
       if (!propagate_element(branch, k)) return false;
-    if (fates == branch.element_states && lower == branch.lower && upper == branch.upper) return true;
+    if (previous_states == branch.element_states && lower == branch.lower && upper == branch.upper) return true;
   }
 }
 
@@ -129,12 +129,12 @@ bool BranchingRule::is_leaf(const BranchNode& branch) const {
 }
 
 double BranchingRule::range_fraction(const Element& element, const VectorX& x) const {
-  double most = 0;
+  double max_fraction = 0;
   for (const int i : element.numbers) {
-    const double reach = std::max(std::abs(variable(problem_, i).lower), std::abs(variable(problem_, i).upper));
-    if (reach > 0) most = std::max(most, std::abs(x[i]) / reach);
+    const double max_abs_value = std::max(std::abs(variable(problem_, i).lower), std::abs(variable(problem_, i).upper));
+    if (max_abs_value > 0) max_fraction = std::max(max_fraction, std::abs(x[i]) / max_abs_value);
   }
-  return most;
+  return max_fraction;
 }
 
 std::vector<BranchNode> BranchingRule::branch(const BranchNode& branch, const VectorX& x) const {
@@ -142,80 +142,81 @@ std::vector<BranchNode> BranchingRule::branch(const BranchNode& branch, const Ve
   double largest = -1;
   for (std::size_t k = 0; k < elements_.size(); ++k) {
     const std::size_t g = elements_[k].group;
-    const bool matters =
+    const bool can_branch =
         branch.element_states[k] == BranchNode::ElementState::undecided &&
         count(branch, g, BranchNode::ElementState::kept) + count(branch, g, BranchNode::ElementState::undecided) >
             groups_[g];
-    if (!matters || !(range_fraction(elements_[k], x) > largest)) continue;
+    if (!can_branch || !(range_fraction(elements_[k], x) > largest)) continue;
     largest = range_fraction(elements_[k], x);
     chosen = k;
   }
   if (chosen < elements_.size()) return branch_on_element(branch, chosen);
   int number = -1;
-  double farthest = -1;
+  double max_distance = -1;
   for (std::size_t i = 0; i < problem_.variables.size(); ++i) {
-    const std::vector<double>& sizes = problem_.variables[i].discrete_values;
+    const std::vector<double>& values = problem_.variables[i].discrete_values;
     const auto k = static_cast<Eigen::Index>(i);
-    if (sizes.empty() || branch.lower[k] == branch.upper[k]) continue;
-    const auto above = std::lower_bound(sizes.begin(), sizes.end(), x[k]);
-    double off = above != sizes.end() ? *above - x[k] : std::numeric_limits<double>::infinity();
-    if (above != sizes.begin()) off = std::min(off, x[k] - *std::prev(above));
-    off /= sizes.back() - sizes.front();
-    if (!(off > farthest)) continue;
-    farthest = off;
+    if (values.empty() || branch.lower[k] == branch.upper[k]) continue;
+    const auto above = std::lower_bound(values.begin(), values.end(), x[k]);
+    double distance = above != values.end() ? *above - x[k] : std::numeric_limits<double>::infinity();
+    if (above != values.begin()) distance = std::min(distance, x[k] - *std::prev(above));
+    distance /= values.back() - values.front();
+    if (!(distance > max_distance)) continue;
+    max_distance = distance;
     number = static_cast<int>(i);
   }
   return branch_on_value(branch, number, x[number]);
 }
 
 std::vector<BranchNode> BranchingRule::branch_on_element(const BranchNode& branch, std::size_t k) const {
-  std::vector<BranchNode> parts(2, branch);
-  parts[0].element_states[k] = BranchNode::ElementState::excluded;
-  parts[1].element_states[k] = BranchNode::ElementState::kept;
-  return parts;
+  std::vector<BranchNode> children(2, branch);
+  children[0].element_states[k] = BranchNode::ElementState::excluded;
+  children[1].element_states[k] = BranchNode::ElementState::kept;
+  return children;
 }
 
 std::vector<BranchNode> BranchingRule::branch_on_value(const BranchNode& branch, int number, double at) const {
-  const std::vector<double>& sizes = variable(problem_, number).discrete_values;
-  const double range = sizes.back() - sizes.front(), value = std::clamp(at, branch.lower[number], branch.upper[number]);
-  const auto above = std::lower_bound(sizes.begin(), sizes.end(), value - discrete_value_tolerance * range);
-  std::vector<BranchNode> parts;
+  const std::vector<double>& values = variable(problem_, number).discrete_values;
+  const double range = values.back() - values.front(),
+               value = std::clamp(at, branch.lower[number], branch.upper[number]);
+  const auto above = std::lower_bound(values.begin(), values.end(), value - discrete_value_tolerance * range);
+  std::vector<BranchNode> children;
   const auto add = [&](double lower, double upper) {
     if (lower > upper || lower > branch.upper[number] || upper < branch.lower[number]) return;
-    parts.push_back(branch);
-    parts.back().lower[number] = std::max(lower, branch.lower[number]);
-    parts.back().upper[number] = std::min(upper, branch.upper[number]);
+    children.push_back(branch);
+    children.back().lower[number] = std::max(lower, branch.lower[number]);
+    children.back().upper[number] = std::min(upper, branch.upper[number]);
   };
   const double infinite = std::numeric_limits<double>::infinity();
-  if (above != sizes.end() && *above <= value + discrete_value_tolerance * range) {
-    if (above != sizes.begin()) add(-infinite, *std::prev(above));
-    if (std::next(above) != sizes.end()) add(*std::next(above), infinite);
+  if (above != values.end() && *above <= value + discrete_value_tolerance * range) {
+    if (above != values.begin()) add(-infinite, *std::prev(above));
+    if (std::next(above) != values.end()) add(*std::next(above), infinite);
     add(*above, *above);
-    return parts;
+    return children;
   }
-  const bool up = *above - value < value - *std::prev(above);
-  if (up) add(-infinite, *std::prev(above));
+  const bool is_upper_nearer = *above - value < value - *std::prev(above);
+  if (is_upper_nearer) add(-infinite, *std::prev(above));
   add(*above, infinite);
-  if (!up) add(-infinite, *std::prev(above));
-  return parts;
+  if (!is_upper_nearer) add(-infinite, *std::prev(above));
+  return children;
 }
 
 VariableDomain BranchingRule::node_domain(const BranchNode& branch) const {
-  VariableDomain part{branch.lower, branch.upper, {}};
+  VariableDomain domain{branch.lower, branch.upper, {}};
   for (std::size_t g = 0; g < groups_.size(); ++g) {
     if (count(branch, g, BranchNode::ElementState::undecided) == 0) continue;
     VectorX coefficients = VectorX::Zero(branch.lower.size());
     bool positive = true;
     for (std::size_t k = 0; k < elements_.size(); ++k) {
       if (elements_[k].group != g || branch.element_states[k] != BranchNode::ElementState::undecided) continue;
-      const int i = elements_[k].numbers.front();  // its share of the range is at most one
+      const int i = elements_[k].numbers.front();  // at most the full range
       positive = positive && branch.lower[i] >= 0 && coefficients[i] == 0;
       coefficients[i] = 1 / variable(problem_, i).upper;
     }
-    const int left = groups_[g] - count(branch, g, BranchNode::ElementState::kept);
-    if (positive && coefficients.allFinite()) part.linear_limits.emplace_back(coefficients, left);
+    const int remaining = groups_[g] - count(branch, g, BranchNode::ElementState::kept);
+    if (positive && coefficients.allFinite()) domain.linear_limits.emplace_back(coefficients, remaining);
   }
-  return part;
+  return domain;
 }
 
 std::vector<std::vector<bool>> BranchingRule::kept_elements(const VectorX& x) const {
@@ -230,42 +231,44 @@ std::vector<std::vector<bool>> BranchingRule::kept_elements(const VectorX& x) co
 }
 
 DesignProblem restrict_to_node(const DesignProblem& problem, const BranchNode& branch, double seconds) {
-  DesignProblem part = problem;
-  part.cardinality_constraints.clear();
-  for (std::size_t i = 0; i < part.variables.size(); ++i) {
-    DesignVariable& variable = part.variables[i];
+  DesignProblem restricted = problem;
+  restricted.cardinality_constraints.clear();
+  for (std::size_t i = 0; i < restricted.variables.size(); ++i) {
+    DesignVariable& variable = restricted.variables[i];
     const auto k = static_cast<Eigen::Index>(i);
     variable.discrete_values.clear();
     variable.lower = branch.lower[k];
     variable.upper = branch.upper[k];
     variable.start = std::clamp(variable.start, variable.lower, variable.upper);
   }
-  part.search.max_time = seconds;
-  return part;
+  restricted.search.max_time = seconds;
+  return restricted;
 }
 
-NodeBounds::GeometryRelaxation::GeometryRelaxation(const DesignProblem& whole, const BranchNode& branch)
-    : problem(restrict_to_node(whole, branch, whole.search.max_time)),
-      budget(whole.search.max_time),
+NodeBounds::GeometryRelaxation::GeometryRelaxation(const DesignProblem& full_problem, const BranchNode& branch)
+    : problem(restrict_to_node(full_problem, branch, full_problem.search.max_time)),
+      budget(full_problem.search.max_time),
       context(problem, budget) {
   if (context.classification.has_geometric()) return;
   conditions = context.conditions_at(context.scaling.start());
   if (conditions.status != ConditionsStatus::done) return;
   std::vector<AffineFigure> figures;
-  if (whole.objective && whole.all_convex_terms_at)
-    if (auto found = whole.all_convex_terms_at(context.scaling.to_variables(context.scaling.start())))
-      figures = std::move(*found);
+  const DesignModel::Capabilities capabilities = full_problem.model->capabilities();
+  if (full_problem.objective && capabilities.has_convex_terms)
+    if (auto convex_terms = full_problem.model->convex_terms(context.scaling.to_variables(context.scaling.start()),
+                                                             FigureSampling::full))
+      figures = std::move(*convex_terms);
   std::vector<ConvexLimit> limits;
-  if (whole.convex_limits)
-    if (auto found = whole.convex_limits(context.scaling.to_variables(context.scaling.start())))
-      limits = std::move(*found);
+  if (capabilities.has_convex_limits)
+    if (auto convex_limits = full_problem.model->convex_limits(context.scaling.to_variables(context.scaling.start())))
+      limits = std::move(*convex_limits);
   const ConditionResidual rows(context, conditions);
-  const auto occurring = find_condition_variables(context, conditions, context.scaling.start());
+  const auto condition_variables = find_condition_variables(context, conditions, context.scaling.start());
   const VectorX at_start = rows.evaluate_from_mechanism(context.scaling.start());
-  std::vector<int> changeable;
+  std::vector<int> variable_rows;
   for (int k = 0; k < rows.size(); ++k) {
-    if (!occurring[static_cast<std::size_t>(k)].empty()) {
-      changeable.push_back(k);
+    if (!condition_variables[static_cast<std::size_t>(k)].empty()) {
+      variable_rows.push_back(k);
       continue;
     }
     fixed_residual = std::hypot(fixed_residual, at_start[k]);
@@ -273,84 +276,91 @@ NodeBounds::GeometryRelaxation::GeometryRelaxation(const DesignProblem& whole, c
   }
   const auto terms = static_cast<Eigen::Index>(
       list_terms(context.classification.base_mechanism, context.options.loose_springs).size());
-  relaxation.emplace(context, rows.matrix()(changeable, Eigen::all).leftCols(terms), figures, limits);
+  relaxation.emplace(context, rows.matrix()(variable_rows, Eigen::all).leftCols(terms), figures, limits);
 }
 
 const NodeBounds::GeometryRelaxation* NodeBounds::relaxation_at(const BranchNode& branch) {
-  const auto open = [&](int i) { return branch.lower[i] != branch.upper[i]; };
-  if (std::any_of(outer_.begin(), outer_.end(), open)) return nullptr;
+  const auto is_free = [&](int i) { return branch.lower[i] != branch.upper[i]; };
+  if (std::any_of(outer_.begin(), outer_.end(), is_free)) return nullptr;
   const VectorX outer = branch.lower(outer_);
-  if (!place_ || place_->outer != outer) {
-    BranchNode wide = branch;
+  if (!geometry_relaxation_ || geometry_relaxation_->outer != outer) {
+    BranchNode geometry_node = branch;
     for (std::size_t i = 0; i < problem_.variables.size(); ++i) {
       const auto k = static_cast<Eigen::Index>(i);
       if (std::find(outer_.begin(), outer_.end(), static_cast<int>(i)) != outer_.end()) continue;
-      wide.lower[k] = problem_.variables[i].lower;
-      wide.upper[k] = problem_.variables[i].upper;
+      geometry_node.lower[k] = problem_.variables[i].lower;
+      geometry_node.upper[k] = problem_.variables[i].upper;
     }
-    auto made = std::make_unique<GeometryRelaxation>(problem_, wide);
-    made->outer = outer;
-    place_ = std::move(made);
+    auto new_relaxation = std::make_unique<GeometryRelaxation>(problem_, geometry_node);
+    new_relaxation->outer = outer;
+    geometry_relaxation_ = std::move(new_relaxation);
   }
-  return place_->relaxation && place_->relaxation->is_complete() ? place_.get() : nullptr;
+  return geometry_relaxation_->relaxation && geometry_relaxation_->relaxation->is_complete()
+             ? geometry_relaxation_.get()
+             : nullptr;
 }
 
-/// Numbers that are no unknowns of the convex problem must be decided before there is one.
+/// Variables that are not unknowns of the convex relaxation must be fixed before it exists.
 void NodeBounds::find_outer(const BranchNode& root) {
-  if (tried_) return;
-  tried_ = true;
+  if (is_outer_known_) return;
+  is_outer_known_ = true;
   if (relaxation_at(root) != nullptr) return;
-  const SolverContext& context = place_->context;
+  const SolverContext& context = geometry_relaxation_->context;
   for (int i = 0; i < context.scaling.size(); ++i)
     if (context.classification.is_geometric[static_cast<std::size_t>(i)]) outer_.push_back(i);
-  if (place_->relaxation)
-    for (const int i : place_->relaxation->outer())
+  if (geometry_relaxation_->relaxation)
+    for (const int i : geometry_relaxation_->relaxation->outer())
       if (std::find(outer_.begin(), outer_.end(), i) == outer_.end()) outer_.push_back(i);
-  place_.reset();
+  geometry_relaxation_.reset();
 }
 
 const Conditions* NodeBounds::shared_conditions(const BranchNode& root) {
   find_outer(root);
-  const bool known = outer_.empty() && place_ && place_->conditions.status == ConditionsStatus::done;
-  return known && known_term_values(place_->context.classification.base_mechanism).size() == 0 ? &place_->conditions
-                                                                                               : nullptr;
+  const bool is_shared =
+      outer_.empty() && geometry_relaxation_ && geometry_relaxation_->conditions.status == ConditionsStatus::done;
+  return is_shared && known_term_values(geometry_relaxation_->context.classification.base_mechanism).size() == 0
+             ? &geometry_relaxation_->conditions
+             : nullptr;
 }
 
-NodeBounds::Bound NodeBounds::operator()(const BranchNode& branch, const VariableDomain& part, BranchObjective wanted) {
+NodeBounds::Bound NodeBounds::operator()(const BranchNode& branch, const VariableDomain& domain,
+                                         BranchObjective target) {
   find_outer(branch);
-  Bound answer;
-  const GeometryRelaxation* here = relaxation_at(branch);
-  if (here == nullptr) return answer;
-  answer.has_relaxation = true;
-  if (wanted == BranchObjective::constrained_figure && here->is_infeasible) {
-    answer.is_feasible = false;
-    return answer;
+  Bound bound;
+  const GeometryRelaxation* geometry_relaxation = relaxation_at(branch);
+  if (geometry_relaxation == nullptr) return bound;
+  bound.has_relaxation = true;
+  if (target == BranchObjective::constrained_figure && geometry_relaxation->is_infeasible) {
+    bound.is_feasible = false;
+    return bound;
   }
-  const RelaxationBound design = wanted == BranchObjective::constrained_figure
-                                     ? here->relaxation->minimise_constrained_figure(part)
-                                 : wanted == BranchObjective::figure ? here->relaxation->minimise_figure(part)
-                                                                     : here->relaxation->minimise_residual(part);
-  answer.x = design.x;
-  answer.is_feasible = design.is_feasible &&
-                       !(wanted == BranchObjective::constrained_figure && design.residual > relaxed_residual_tolerance);
-  double least =
-      wanted == BranchObjective::residual ? std::hypot(design.residual, here->fixed_residual) : design.figure;
-  if (wanted != BranchObjective::residual && problem_.objective && !(least >= problem_.objective->lower_bound))
-    least = problem_.objective->lower_bound;
-  if (std::isfinite(least)) answer.lower_bound = least;
-  return answer;
+  const RelaxationBound relaxation_bound = target == BranchObjective::constrained_figure
+                                               ? geometry_relaxation->relaxation->minimise_constrained_figure(domain)
+                                           : target == BranchObjective::figure
+                                               ? geometry_relaxation->relaxation->minimise_figure(domain)
+                                               : geometry_relaxation->relaxation->minimise_residual(domain);
+  bound.x = relaxation_bound.x;
+  bound.is_feasible = relaxation_bound.is_feasible && !(target == BranchObjective::constrained_figure &&
+                                                        relaxation_bound.residual > relaxed_residual_tolerance);
+  double lower_bound = target == BranchObjective::residual
+                           ? std::hypot(relaxation_bound.residual, geometry_relaxation->fixed_residual)
+                           : relaxation_bound.figure;
+  if (target != BranchObjective::residual && problem_.objective && !(lower_bound >= problem_.objective->lower_bound))
+    lower_bound = problem_.objective->lower_bound;
+  if (std::isfinite(lower_bound)) bound.lower_bound = lower_bound;
+  return bound;
 }
 
 namespace {
 
-/// Values that differ by less than this part are as good as each other.
+/// Relative difference below which values count as equal.
 constexpr double pruning_tolerance = 1e-9;
-/// One design of many.
+/// Effort limits of a single leaf.
 constexpr int max_leaf_restarts = 6, max_leaf_evaluations = 2000;
-/// Part of the time left that one design may take where lengths are searched for, too.
+/// Fraction of the remaining time for a leaf without a convex relaxation, where lengths are searched, too.
 constexpr double leaf_time_fraction = 0.25;
 
-/// All that masses can do is done.
+/// Whether all conditions are met that masses can meet.
 bool has_met_conditions(const DesignOutcome& outcome) {
   if (outcome.status == DesignStatus::balanced || outcome.status == DesignStatus::no_goal) return true;
   return std::all_of(outcome.unmet_conditions.begin(), outcome.unmet_conditions.end(), [&](int row) {
@@ -362,98 +372,100 @@ bool has_met_conditions(const DesignOutcome& outcome) {
 
 }  // namespace
 
-std::optional<DiscreteCandidate> BranchAndBound::rate(DesignOutcome outcome) const {
+std::optional<DiscreteCandidate> BranchAndBound::make_candidate(DesignOutcome outcome) const {
   if (outcome.status == DesignStatus::unsolved || outcome.status == DesignStatus::no_feasible_start)
     return std::nullopt;
-  DiscreteCandidate design;
-  const bool by_figure = problem_.objective && !problem_.objective->is_secondary;
+  DiscreteCandidate candidate;
+  const bool is_figure_first = problem_.objective && !problem_.objective->is_secondary;
   if (!has_met_conditions(outcome)) {
-    design.value = by_figure ? outcome.objective : outcome.residuals_after.norm();
+    candidate.value = is_figure_first ? outcome.objective : outcome.residuals_after.norm();
   } else if (!outcome.within_limits) {
-    design.rank = DiscreteCandidate::Rank::limits_violated;
-    for (const LimitOutcome& limit : outcome.limits) design.value = std::max(design.value, limit.violation);
+    candidate.rank = DiscreteCandidate::Rank::limits_violated;
+    for (const LimitOutcome& limit : outcome.limits) candidate.value = std::max(candidate.value, limit.violation);
   } else {
-    design.rank = DiscreteCandidate::Rank::exact;
-    design.value = problem_.objective ? outcome.objective : 0;
+    candidate.rank = DiscreteCandidate::Rank::exact;
+    candidate.value = problem_.objective ? outcome.objective : 0;
   }
-  if (!std::isfinite(design.value)) return std::nullopt;
-  design.outcome = std::move(outcome);
-  return design;
+  if (!std::isfinite(candidate.value)) return std::nullopt;
+  candidate.outcome = std::move(outcome);
+  return candidate;
 }
 
-/// Any exact design does, and one is known.
+/// Whether any exact design suffices and one is known.
 bool BranchAndBound::is_done() const {
-  return wanted_ == BranchObjective::constrained_figure && !problem_.objective && walk_.incumbent &&
-         walk_.incumbent->rank == DiscreteCandidate::Rank::exact;
+  return target_ == BranchObjective::constrained_figure && !problem_.objective && result_.incumbent &&
+         result_.incumbent->rank == DiscreteCandidate::Rank::exact;
 }
 
-/// What no wanted design of a decided branch is below.
-double BranchAndBound::leaf_bound(const BranchNode& branch, double least,
-                                  const std::optional<DiscreteCandidate>& design, const DesignOutcome& outcome) const {
+/// Lower bound of all wanted designs in a leaf.
+double BranchAndBound::leaf_bound(const BranchNode& branch, double lower_bound,
+                                  const std::optional<DiscreteCandidate>& candidate,
+                                  const DesignOutcome& outcome) const {
   const double infinite = std::numeric_limits<double>::infinity();
-  const bool single = branch.lower == branch.upper;
-  const bool suits =
-      design && (wanted_ != BranchObjective::constrained_figure || design->rank == DiscreteCandidate::Rank::exact);
-  if (!suits) return single || outcome.is_proved_infeasible ? infinite : least;
-  const bool proved = outcome.optimality == Optimality::proved_global ||
-                      (wanted_ == BranchObjective::constrained_figure && !problem_.objective);
-  if (single || proved) return design->value;
-  return design->value <= least + relative_gap_tolerance * std::abs(least) ? design->value : least;
+  const bool is_single_design = branch.lower == branch.upper;
+  const bool is_comparable = candidate && (target_ != BranchObjective::constrained_figure ||
+                                           candidate->rank == DiscreteCandidate::Rank::exact);
+  if (!is_comparable) return is_single_design || outcome.is_proved_infeasible ? infinite : lower_bound;
+  const bool is_proved = outcome.optimality == Optimality::proved_global ||
+                         (target_ == BranchObjective::constrained_figure && !problem_.objective);
+  if (is_single_design || is_proved) return candidate->value;
+  return candidate->value <= lower_bound + relative_gap_tolerance * std::abs(lower_bound) ? candidate->value
+                                                                                          : lower_bound;
 }
 
-void BranchAndBound::solve_leaf(const BranchNode& branch, double least, bool bounded) {
-  DesignProblem part = restrict_to_node(problem_, branch, budget_.remaining_time());
-  part.is_subproblem = true;
-  part.search.max_restarts = std::min(part.search.max_restarts, max_leaf_restarts);
-  part.search.max_evaluations = std::min(part.search.max_evaluations, max_leaf_evaluations);
-  if (!bounded) part.search.max_time = std::max(1e-3, leaf_time_fraction * budget_.remaining_time());
-  ++steps_.designs;
-  DesignOutcome outcome = solve_design(part);
-  std::optional<DiscreteCandidate> design = rate(outcome);
-  const double bound = leaf_bound(branch, least, design, outcome);
-  walk_.lower_bound = std::min(walk_.lower_bound, bound);
-  const bool found = design && design->rank == DiscreteCandidate::Rank::exact;
-  if (wanted_ == BranchObjective::constrained_figure && !found && bound < std::numeric_limits<double>::infinity())
-    walk_.is_exhausted = false;
-  if (!design) return;
-  const bool better = !walk_.incumbent || design->rank < walk_.incumbent->rank ||
-                      (design->rank == walk_.incumbent->rank && design->value < walk_.incumbent->value);
-  if (better) walk_.incumbent = std::move(design);
+void BranchAndBound::solve_leaf(const BranchNode& branch, double lower_bound, bool has_relaxation) {
+  DesignProblem leaf_problem = restrict_to_node(problem_, branch, budget_.remaining_time());
+  leaf_problem.is_subproblem = true;
+  leaf_problem.search.max_restarts = std::min(leaf_problem.search.max_restarts, max_leaf_restarts);
+  leaf_problem.search.max_evaluations = std::min(leaf_problem.search.max_evaluations, max_leaf_evaluations);
+  if (!has_relaxation) leaf_problem.search.max_time = std::max(1e-3, leaf_time_fraction * budget_.remaining_time());
+  ++node_counts_.designs;
+  DesignOutcome outcome = solve_design(leaf_problem);
+  std::optional<DiscreteCandidate> candidate = make_candidate(outcome);
+  const double bound = leaf_bound(branch, lower_bound, candidate, outcome);
+  result_.lower_bound = std::min(result_.lower_bound, bound);
+  const bool is_exact = candidate && candidate->rank == DiscreteCandidate::Rank::exact;
+  if (target_ == BranchObjective::constrained_figure && !is_exact && bound < std::numeric_limits<double>::infinity())
+    result_.is_exhausted = false;
+  if (!candidate) return;
+  const bool better = !result_.incumbent || candidate->rank < result_.incumbent->rank ||
+                      (candidate->rank == result_.incumbent->rank && candidate->value < result_.incumbent->value);
+  if (better) result_.incumbent = std::move(candidate);
 }
 
 void BranchAndBound::process_node(const BranchingRule& branching, BranchNode branch) {
   if (!branching.propagate(branch)) return;
-  ++steps_.branches;
-  const NodeBounds::Bound bound = bounds_(branch, branching.node_domain(branch), wanted_);
+  ++node_counts_.branches;
+  const NodeBounds::Bound bound = bounds_(branch, branching.node_domain(branch), target_);
   if (bound.has_relaxation && !bound.is_feasible) return;
-  const double least = bound.has_relaxation ? bound.lower_bound : -std::numeric_limits<double>::infinity();
-  const bool exact = walk_.incumbent && walk_.incumbent->rank == DiscreteCandidate::Rank::exact;
-  const bool comparable = walk_.incumbent && (wanted_ != BranchObjective::constrained_figure || exact);
-  if (comparable && least >= walk_.incumbent->value - pruning_tolerance * std::abs(walk_.incumbent->value)) {
-    walk_.lower_bound = std::min(walk_.lower_bound, least);
+  const double lower_bound = bound.has_relaxation ? bound.lower_bound : -std::numeric_limits<double>::infinity();
+  const bool is_incumbent_exact = result_.incumbent && result_.incumbent->rank == DiscreteCandidate::Rank::exact;
+  const bool comparable = result_.incumbent && (target_ != BranchObjective::constrained_figure || is_incumbent_exact);
+  if (comparable && lower_bound >= result_.incumbent->value - pruning_tolerance * std::abs(result_.incumbent->value)) {
+    result_.lower_bound = std::min(result_.lower_bound, lower_bound);
     return;
   }
-  if (branching.is_leaf(branch)) return solve_leaf(branch, least, bound.has_relaxation);
-  branch.lower_bound = least;
+  if (branching.is_leaf(branch)) return solve_leaf(branch, lower_bound, bound.has_relaxation);
+  branch.lower_bound = lower_bound;
   const VectorX x = bound.x.size() > 0 ? bound.x : VectorX((branch.lower + branch.upper) / 2);
-  for (BranchNode& part : branching.branch(branch, x)) open_.push_back(std::move(part));
+  for (BranchNode& child : branching.branch(branch, x)) open_.push_back(std::move(child));
 }
 
-BranchAndBoundResult BranchAndBound::run(const BranchingRule& branching, BranchObjective wanted) {
-  wanted_ = wanted;
-  walk_ = {};
+BranchAndBoundResult BranchAndBound::run(const BranchingRule& branching, BranchObjective target) {
+  target_ = target;
+  result_ = {};
   open_ = {branching.root()};
   while (!open_.empty() && !is_done() && !budget_.is_spent()) {
     const BranchNode next = std::move(open_.back());
     open_.pop_back();
     process_node(branching, next);
   }
-  if (is_done()) return std::move(walk_);
-  for (const BranchNode& rest : open_) {
-    walk_.is_exhausted = false;
-    walk_.lower_bound = std::min(walk_.lower_bound, rest.lower_bound);
+  if (is_done()) return std::move(result_);
+  for (const BranchNode& node : open_) {
+    result_.is_exhausted = false;
+    result_.lower_bound = std::min(result_.lower_bound, node.lower_bound);
   }
-  return std::move(walk_);
+  return std::move(result_);
 }
 
 }  // namespace balance::design

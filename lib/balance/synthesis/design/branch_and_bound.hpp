@@ -1,5 +1,5 @@
 #pragma once
-/// Sizes and elements to choose among, decided one after the other.
+/// Branch and bound over discrete values and optional elements.
 
 #include "balance/synthesis/design/condition_equations.hpp"
 #include "balance/synthesis/design/conic_relaxation.hpp"
@@ -10,33 +10,33 @@
 
 namespace balance::design {
 
-/// Some of all designs.
+/// A subset of all designs.
 struct BranchNode {
   enum class ElementState { undecided, kept, excluded };
-  VectorX lower, upper;                      ///< of the numbers [SI]; of one with sizes: two of them, or one twice
-  std::vector<ElementState> element_states;  ///< of the elements, choice by choice
-  double lower_bound = -std::numeric_limits<double>::infinity();  ///< no wanted design in it is below
+  VectorX lower, upper;                      ///< of the variables [SI]; if discrete: two of their values, or one twice
+  std::vector<ElementState> element_states;  ///< of the elements, in the order of the choices
+  double lower_bound = -std::numeric_limits<double>::infinity();  ///< of all wanted designs in the node
 };
 
 class BranchingRule {
  public:
-  /// @param least how many elements may be kept of all choices that ask for as few as will do
-  BranchingRule(const DesignProblem& problem, int least);
+  /// @param max_kept_elements maximum number of elements kept, of all choices that ask for the minimum number
+  BranchingRule(const DesignProblem& problem, int max_kept_elements);
 
   BranchNode root() const;
-  /// Carries on what follows from what is decided. @return false if nothing is left
+  /// Applies all consequences of the decisions so far. @return false if the node is empty
   bool propagate(BranchNode& branch) const;
-  /// Whatever the other numbers are, sizes and counts are right.
+  /// Whether discrete values and counts are satisfied for all values of the other variables.
   bool is_leaf(const BranchNode& branch) const;
-  /// Two or three parts that make up a branch that is not decided; the one to look at first stands last.
-  /// @param x numbers that suit the branch if there were no sizes
+  /// Splits a node that is not a leaf into two or three parts; the one to process first is the last.
+  /// @param x good values for the node without discreteness
   std::vector<BranchNode> branch(const BranchNode& branch, const VectorX& x) const;
-  /// The branch as bounds, with what counts of elements say of their numbers.
+  /// The node as bounds, including what the counts of elements imply for their variables.
   VariableDomain node_domain(const BranchNode& branch) const;
-  /// Per choice and element: one of its numbers is not zero.
+  /// For each choice and element, whether one of its variables is not zero.
   std::vector<std::vector<bool>> kept_elements(const VectorX& x) const;
 
-  /// How many elements there are to choose among without a number, and in all.
+  /// Number of elements in the choices that do not specify a number.
   static int count_unrestricted_elements(const DesignProblem& problem);
 
  private:
@@ -47,28 +47,28 @@ class BranchingRule {
   bool propagate_values(BranchNode& branch) const;
   bool propagate_element(BranchNode& branch, std::size_t k) const;
   bool propagate_counts(BranchNode& branch) const;
-  int count(const BranchNode& branch, std::size_t group, BranchNode::ElementState fate) const;
-  /// How much of its range an element's numbers take up.
+  int count(const BranchNode& branch, std::size_t group, BranchNode::ElementState state) const;
+  /// The maximum fraction of its range that a variable of the element uses.
   double range_fraction(const Element& element, const VectorX& x) const;
   std::vector<BranchNode> branch_on_element(const BranchNode& branch, std::size_t k) const;
   std::vector<BranchNode> branch_on_value(const BranchNode& branch, int number, double at) const;
 
   const DesignProblem& problem_;
   std::vector<Element> elements_;
-  std::vector<int> groups_;  ///< how many are kept at most
+  std::vector<int> groups_;  ///< maximum number of kept elements
 };
 
-// What parts of a design problem with sizes and choices cannot be better than.
+// Bounds for subsets of a design problem with discrete values and choices.
 
-/// What a search among sizes looks for.
+/// Target of a discrete search.
 enum class BranchObjective {
-  constrained_figure,  ///< designs that meet the conditions, of them the least figure
-  figure,              ///< the least figure, whatever the conditions
-  residual,            ///< the least that is left of the conditions
+  constrained_figure,  ///< minimum figure of the designs that meet the conditions
+  figure,              ///< minimum figure, regardless of the conditions
+  residual,            ///< minimum residual of the conditions
 };
 
-/// The problem within a branch, without sizes and choices.
-/// @param seconds that its search may take
+/// The problem within a node, without discrete values and choices.
+/// @param seconds time limit of its search
 DesignProblem restrict_to_node(const DesignProblem& problem, const BranchNode& branch, double seconds);
 
 class NodeBounds {
@@ -76,86 +76,84 @@ class NodeBounds {
   explicit NodeBounds(const DesignProblem& problem) : problem_(problem) {}
 
   struct Bound {
-    bool has_relaxation = false;  ///< there is a convex problem that says so
-    bool is_feasible = true;      ///< false: the branch holds no such design
+    bool has_relaxation = false;  ///< there is a convex relaxation
+    bool is_feasible = true;      ///< false: the node contains no wanted design
     double lower_bound =
-        -std::numeric_limits<double>::infinity();  ///< no such design has a figure (what is left) below it
-    VectorX x;                                     ///< numbers between the sizes that come near it; may be empty
+        -std::numeric_limits<double>::infinity();  ///< of the figure (or residual) of all wanted designs
+    VectorX x;                                     ///< nearly attain the bound; perhaps not discrete; may be empty
   };
-  /// Conditions of all designs, in one scale; null where they are not the same for all.
+  /// Conditions of all designs, with the same scaling; nullptr if they differ.
   const Conditions* shared_conditions(const BranchNode& root);
-  Bound operator()(const BranchNode& branch, const VariableDomain& part, BranchObjective wanted);
+  Bound operator()(const BranchNode& branch, const VariableDomain& domain, BranchObjective target);
 
  private:
-  /// One geometry, and all that can be decided at it.
+  /// The relaxation at one geometry.
   struct GeometryRelaxation {
-    GeometryRelaxation(const DesignProblem& whole, const BranchNode& branch);
+    GeometryRelaxation(const DesignProblem& full_problem, const BranchNode& branch);
     DesignProblem problem;
     SearchBudget budget;
     SolverContext context;
     Conditions conditions;
     std::optional<ConicRelaxation> relaxation;
-    bool is_infeasible = false;  ///< a condition on parameters is not met, and no number changes it
-    double fixed_residual = 0;   ///< what is left of conditions that no number changes
+    bool is_infeasible = false;  ///< a condition on parameters is unmet, and no variable affects it
+    double fixed_residual = 0;   ///< norm of the residuals that no variable affects
     VectorX outer;
   };
   const GeometryRelaxation* relaxation_at(const BranchNode& branch);
   void find_outer(const BranchNode& root);
 
   const DesignProblem& problem_;
-  std::vector<int> outer_;  ///< numbers whose values must be decided first
-  std::unique_ptr<const GeometryRelaxation> place_;
-  bool tried_ = false;
+  std::vector<int> outer_;  ///< variables that must be fixed before there is a relaxation
+  std::unique_ptr<const GeometryRelaxation> geometry_relaxation_;
+  bool is_outer_known_ = false;
 };
 
-// One walk through the branches of a design problem with sizes and choices.
+// Search over the nodes of a design problem with discrete values and choices.
 
-/// A figure may be above its bound by this part, which is round-off of the convex problem.
+/// Relative tolerance for a figure above its bound: round-off of the convex relaxation.
 inline constexpr double relative_gap_tolerance = 1e-6;
 
-/// A design with all sizes decided.
+/// A design in which all discrete decisions are made.
 struct DiscreteCandidate {
   enum class Rank { exact, limits_violated, conditions_violated };
   Rank rank = Rank::conditions_violated;
-  double value =
-      0;  ///< the figure; by how much limits are missed; what is left of the conditions, or the figure of those
+  double value = 0;  ///< figure; violation of the limits; residual of the conditions, or the figure of such designs
   DesignOutcome outcome;
 };
 
 struct BranchAndBoundResult {
   std::optional<DiscreteCandidate> incumbent;
-  bool is_exhausted = true;  ///< if none was found that was wanted, there is none
-  double lower_bound =
-      std::numeric_limits<double>::infinity();  ///< no design that was wanted is below it, found or not
+  bool is_exhausted = true;                                      ///< if no wanted design was found, none exists
+  double lower_bound = std::numeric_limits<double>::infinity();  ///< of all wanted designs, found or not
 };
 
-/// What all walks of a design have spent.
+/// Total effort of all searches for a design.
 struct NodeCounts {
   int branches = 0, designs = 0;
 };
 
 class BranchAndBound {
  public:
-  BranchAndBound(const DesignProblem& problem, SearchBudget& budget, NodeBounds& bounds, NodeCounts& steps)
-      : problem_(problem), budget_(budget), bounds_(bounds), steps_(steps) {}
+  BranchAndBound(const DesignProblem& problem, SearchBudget& budget, NodeBounds& bounds, NodeCounts& node_counts)
+      : problem_(problem), budget_(budget), bounds_(bounds), node_counts_(node_counts) {}
 
-  BranchAndBoundResult run(const BranchingRule& branching, BranchObjective wanted);
+  BranchAndBoundResult run(const BranchingRule& branching, BranchObjective target);
 
  private:
   void process_node(const BranchingRule& branching, BranchNode branch);
-  void solve_leaf(const BranchNode& branch, double least, bool bounded);
-  double leaf_bound(const BranchNode& branch, double least, const std::optional<DiscreteCandidate>& design,
+  void solve_leaf(const BranchNode& branch, double lower_bound, bool has_relaxation);
+  double leaf_bound(const BranchNode& branch, double lower_bound, const std::optional<DiscreteCandidate>& candidate,
                     const DesignOutcome& outcome) const;
-  std::optional<DiscreteCandidate> rate(DesignOutcome outcome) const;
+  std::optional<DiscreteCandidate> make_candidate(DesignOutcome outcome) const;
   bool is_done() const;
 
   const DesignProblem& problem_;
   SearchBudget& budget_;
   NodeBounds& bounds_;
-  NodeCounts& steps_;
-  BranchObjective wanted_ = BranchObjective::constrained_figure;
-  std::vector<BranchNode> open_;  ///< the next one last
-  BranchAndBoundResult walk_;
+  NodeCounts& node_counts_;
+  BranchObjective target_ = BranchObjective::constrained_figure;
+  std::vector<BranchNode> open_;  ///< the next one is last
+  BranchAndBoundResult result_;
 };
 
 }  // namespace balance::design

@@ -14,128 +14,131 @@ namespace balance {
 
 namespace {
 
-/// Where a case's parameters and springs stand among those of all cases side by side.
-struct CaseOffsets {
-  std::vector<int> parameters;
-  FreeSprings loose;
-};
-
 std::vector<CaseOffsets> case_offsets(const CaseSpace& space, const FreeSprings& loose) {
-  // every list is one case after the other; parameters go by bearers of one sort, cases within them
-  std::vector<CaseOffsets> places;
+  // All lists are ordered by case, but parameters first by kind of owner, then by case.
+  std::vector<CaseOffsets> offsets;
   std::vector<std::vector<Parameter>> lists;
   std::size_t spring = 0;
   for (const DesignSpace& one : space.cases) {
-    CaseOffsets place;
+    CaseOffsets offset;
     const std::size_t springs = one.start.mechanism.springs.size();
-    for (std::size_t s = 0; s < springs && !loose.empty(); ++s) place.loose.push_back(loose[spring + s]);
+    for (std::size_t s = 0; s < springs && !loose.empty(); ++s) offset.loose.push_back(loose[spring + s]);
     spring += springs;
-    lists.push_back(list_parameters(one.start.mechanism, place.loose));
-    place.parameters.resize(lists.back().size());
-    places.push_back(std::move(place));
+    lists.push_back(list_parameters(one.start.mechanism, offset.loose));
+    offset.parameters.resize(lists.back().size());
+    offsets.push_back(std::move(offset));
   }
   int next = 0;
-  for (const ParameterOwner bearer :
+  for (const ParameterOwner owner :
        {ParameterOwner::body, ParameterOwner::attachment, ParameterOwner::disc, ParameterOwner::spring})
     for (std::size_t k = 0; k < lists.size(); ++k)
       for (std::size_t p = 0; p < lists[k].size(); ++p)
-        if (lists[k][p].owner_kind == bearer) places[k].parameters[p] = next++;
-  return places;
+        if (lists[k][p].owner_kind == owner) offsets[k].parameters[p] = next++;
+  return offsets;
 }
 
-Eigen::Index count_parameters(const std::vector<CaseOffsets>& places) {
+Eigen::Index count_parameters(const std::vector<CaseOffsets>& offsets) {
   Eigen::Index total = 0;
-  for (const CaseOffsets& place : places) total += static_cast<Eigen::Index>(place.parameters.size());
+  for (const CaseOffsets& offset : offsets) total += static_cast<Eigen::Index>(offset.parameters.size());
   return total;
 }
 
-/// What of the cases' values counts.
-enum class CaseReduction { largest, mean, least };
+/// How the values of the cases are combined.
+enum class CaseReduction { max, mean, min };
 
 CaseReduction case_reduction(CaseAggregation across) {
-  return across == CaseAggregation::mean ? CaseReduction::mean : CaseReduction::largest;
+  return across == CaseAggregation::mean ? CaseReduction::mean : CaseReduction::max;
 }
 
-class CaseObjectives {
+/// An objective combined over all cases.
+class CaseFunction final : public DesignFunction {
  public:
-  CaseObjectives(const CaseSpace& space, const std::vector<ObjectiveTerm>& terms, CaseReduction counts,
-                 const FreeSprings& loose)
-      : space_(space), counts_(counts), places_(case_offsets(space, loose)) {
+  CaseFunction(const CaseSpace& space, const std::vector<ObjectiveTerm>& terms, CaseReduction reduction,
+               const FreeSprings& loose)
+      : space_(space), reduction_(reduction), offsets_(case_offsets(space, loose)) {
     for (std::size_t k = 0; k < space.cases.size(); ++k)
-      each_.push_back(build_objective(space.cases[k], terms, space.values(k, space.start_values()), places_[k].loose));
+      case_objectives_.push_back(
+          build_objective(space.cases[k], terms, space.values(k, space.start_values()), offsets_[k].loose));
   }
 
-  const std::vector<Objective>& each() const { return each_; }
+  const std::vector<Objective>& case_objectives() const { return case_objectives_; }
 
-  double of_parameters(const VectorX& parameters, VectorX* gradient) const {
-    VectorX values(size()), own;
-    if (gradient != nullptr) gradient->setZero(parameters.size());
-    std::vector<VectorX> slopes(each_.size());
-    for (std::size_t k = 0; k < each_.size(); ++k)
-      values[static_cast<Eigen::Index>(k)] =
-          each_[k].of_parameters(parameters(places_[k].parameters), gradient != nullptr ? &slopes[k] : nullptr);
-    const Eigen::Index worst = counts_ == CaseReduction::least ? min_index(values) : max_index(values);
-    for (std::size_t k = 0; k < slopes.size() && gradient != nullptr; ++k)
-      if (counts_ == CaseReduction::mean)
-        (*gradient)(places_[k].parameters) += slopes[k] / static_cast<double>(size());
-      else if (static_cast<Eigen::Index>(k) == worst)
-        (*gradient)(places_[k].parameters) = slopes[k];
-    return reduce(values);
+  Domain domain() const override {
+    const bool is_parametric = std::all_of(case_objectives_.begin(), case_objectives_.end(),
+                                           [](const Objective& one) { return one.is_of_parameters(); });
+    return is_parametric ? Domain::parameters : Domain::variables;
   }
-
-  double of_variables(const VectorX& x) const {
-    VectorX values(size());
-    for (std::size_t k = 0; k < each_.size(); ++k) {
-      const VectorX own = space_.values(k, x);
-      values[static_cast<Eigen::Index>(k)] =
-          each_[k].of_variables
-              ? each_[k].of_variables(own)
-              : each_[k].of_parameters(
-                    parameter_values(instantiate_checked(space_.cases[k], own).mechanism, places_[k].loose), nullptr);
-    }
-    return reduce(values);
+  double evaluate(const VectorX& at, VectorX* gradient) const override {
+    return domain() == Domain::parameters ? evaluate_parameters(at, gradient) : evaluate_variables(at);
   }
-
-  std::string failure_reason(const VectorX& x) const {
-    for (std::size_t k = 0; k < each_.size(); ++k)
-      if (const std::string why = each_[k].failure_reason(space_.values(k, x)); !why.empty())
+  std::string failure_reason(const VectorX& x) const override {
+    for (std::size_t k = 0; k < case_objectives_.size(); ++k)
+      if (const std::string why = case_objectives_[k].function->failure_reason(space_.values(k, x)); !why.empty())
         return fmt::format("in case {}, {}", k + 1, why);
     return "";
   }
 
  private:
-  Eigen::Index size() const { return static_cast<Eigen::Index>(each_.size()); }
+  double evaluate_parameters(const VectorX& parameters, VectorX* gradient) const {
+    VectorX values(size());
+    if (gradient != nullptr) gradient->setZero(parameters.size());
+    std::vector<VectorX> slopes(case_objectives_.size());
+    for (std::size_t k = 0; k < case_objectives_.size(); ++k)
+      values[static_cast<Eigen::Index>(k)] = case_objectives_[k].function->evaluate(
+          parameters(offsets_[k].parameters), gradient != nullptr ? &slopes[k] : nullptr);
+    const Eigen::Index worst = reduction_ == CaseReduction::min ? min_index(values) : max_index(values);
+    for (std::size_t k = 0; k < slopes.size() && gradient != nullptr; ++k)
+      if (reduction_ == CaseReduction::mean)
+        (*gradient)(offsets_[k].parameters) += slopes[k] / static_cast<double>(size());
+      else if (static_cast<Eigen::Index>(k) == worst)
+        (*gradient)(offsets_[k].parameters) = slopes[k];
+    return reduce(values);
+  }
+
+  double evaluate_variables(const VectorX& x) const {
+    VectorX values(size());
+    for (std::size_t k = 0; k < case_objectives_.size(); ++k) {
+      const VectorX case_values = space_.values(k, x);
+      values[static_cast<Eigen::Index>(k)] = case_objectives_[k].function->evaluate(
+          case_objectives_[k].is_of_parameters()
+              ? parameter_values(instantiate_checked(space_.cases[k], case_values).mechanism, offsets_[k].loose)
+              : case_values,
+          nullptr);
+    }
+    return reduce(values);
+  }
+  Eigen::Index size() const { return static_cast<Eigen::Index>(case_objectives_.size()); }
   double reduce(const VectorX& values) const {
     if (!values.allFinite()) return NAN;
-    if (counts_ == CaseReduction::mean) return values.mean();
-    return counts_ == CaseReduction::least ? min_coefficient(values) : max_coefficient(values);
+    if (reduction_ == CaseReduction::mean) return values.mean();
+    return reduction_ == CaseReduction::min ? min_coefficient(values) : max_coefficient(values);
   }
 
   CaseSpace space_;
-  CaseReduction counts_;
-  std::vector<CaseOffsets> places_;
-  std::vector<Objective> each_;
+  CaseReduction reduction_;
+  std::vector<CaseOffsets> offsets_;
+  std::vector<Objective> case_objectives_;
 };
 
-/// The figure of one case as one of all parameters.
-AffineFigure expand_to_all_cases(AffineFigure figure, const CaseOffsets& place, Eigen::Index total) {
+/// Rewrites a figure of one case as one of the parameters of all cases.
+AffineFigure expand_to_all_cases(AffineFigure figure, const CaseOffsets& offset, Eigen::Index parameter_count) {
   if (figure.coefficients.size() > 0) {
-    const VectorX own = figure.coefficients;
-    figure.coefficients.setZero(total);
-    figure.coefficients(place.parameters) = own;
+    const VectorX coefficients = figure.coefficients;
+    figure.coefficients.setZero(parameter_count);
+    figure.coefficients(offset.parameters) = coefficients;
   }
   for (AffineSeries& series : figure.series) {
-    const MatrixX own = series.rows;
-    series.rows.setZero(own.rows(), total + 1);
-    series.rows(Eigen::all, place.parameters) = own.leftCols(own.cols() - 1);
-    series.rows.col(total) = own.rightCols(1);
+    const MatrixX rows = series.rows;
+    series.rows.setZero(rows.rows(), parameter_count + 1);
+    series.rows(Eigen::all, offset.parameters) = rows.leftCols(rows.cols() - 1);
+    series.rows.col(parameter_count) = rows.rightCols(1);
   }
   return figure;
 }
 
 using Figures = std::optional<std::vector<AffineFigure>>;
 
-/// A sum of parameters that is never negative, as the peak of a series of one sample.
+/// Rewrites a nonnegative linear figure as the peak of a series with one sample.
 void make_series(AffineFigure& figure) {
   if (figure.coefficients.size() == 0) return;
   AffineSeries one;
@@ -146,18 +149,18 @@ void make_series(AffineFigure& figure) {
   figure = {figure.weight, {}, Statistic::peak, {std::move(one)}};
 }
 
-/// The worst of one figure is one figure again: the worst of all series counts.
-Figures combine_case_figures(std::vector<std::vector<AffineFigure>> each, CaseAggregation across) {
+/// The worst of a figure over the cases is a single figure with the series of all cases.
+Figures combine_case_figures(std::vector<std::vector<AffineFigure>> case_figures, CaseAggregation across) {
   std::vector<AffineFigure> all;
-  const double share = across == CaseAggregation::mean ? 1.0 / static_cast<double>(each.size()) : 1;
-  for (std::vector<AffineFigure>& figures : each)
+  const double case_weight = across == CaseAggregation::mean ? 1.0 / static_cast<double>(case_figures.size()) : 1;
+  for (std::vector<AffineFigure>& figures : case_figures)
     for (AffineFigure& figure : figures) {
       if (across == CaseAggregation::worst) make_series(figure);
       if (across == CaseAggregation::worst && !all.empty()) {
         std::move(figure.series.begin(), figure.series.end(), std::back_inserter(all.front().series));
         continue;
       }
-      figure.weight *= share;
+      figure.weight *= case_weight;
       all.push_back(std::move(figure));
     }
   return all;
@@ -167,25 +170,19 @@ Figures combine_case_figures(std::vector<std::vector<AffineFigure>> each, CaseAg
 
 namespace {
 
-Objective build_reduced_objective(const CaseSpace& space, const std::vector<ObjectiveTerm>& terms, CaseReduction counts,
-                                  const FreeSprings& loose) {
-  const auto cases = std::make_shared<const CaseObjectives>(space, terms, counts, loose);
-  const std::vector<Objective>& each = cases->each();
-  const auto all = [&](auto&& holds) { return std::all_of(each.begin(), each.end(), holds); };
+Objective build_reduced_objective(const CaseSpace& space, const std::vector<ObjectiveTerm>& terms,
+                                  CaseReduction reduction, const FreeSprings& loose) {
+  auto function = std::make_shared<const CaseFunction>(space, terms, reduction, loose);
+  const std::vector<Objective>& case_objectives = function->case_objectives();
+  const auto all = [&](auto&& holds) { return std::all_of(case_objectives.begin(), case_objectives.end(), holds); };
   Objective objective;
-  objective.name =
-      each.front().name + (counts == CaseReduction::mean ? " on average over the cases" : " in the worst case");
-  objective.unit = each.front().unit;
+  objective.name = case_objectives.front().name +
+                   (reduction == CaseReduction::mean ? " on average over the cases" : " in the worst case");
+  objective.unit = case_objectives.front().unit;
   objective.is_convex = all([](const Objective& one) { return one.is_convex; });
   objective.is_secondary = all([](const Objective& one) { return one.is_secondary; });
-  objective.lower_bound = each.front().lower_bound;
-  if (all([](const Objective& one) { return bool(one.of_parameters); }))
-    objective.of_parameters = [cases](const VectorX& p, VectorX* gradient) {
-      return cases->of_parameters(p, gradient);
-    };
-  else
-    objective.of_variables = [cases](const VectorX& x) { return cases->of_variables(x); };
-  objective.failure_reason = [cases](const VectorX& x) { return cases->failure_reason(x); };
+  objective.lower_bound = case_objectives.front().lower_bound;
+  objective.function = std::move(function);
   return objective;
 }
 
@@ -203,31 +200,24 @@ std::vector<DesignLimit> build_case_limits(const CaseSpace& space, const std::ve
     built.push_back(
         {limit.text,
          build_reduced_objective(space, limit.terms,
-                                 limit.is_lower ? CaseReduction::least : case_reduction(limit.aggregation), loose),
+                                 limit.is_lower ? CaseReduction::min : case_reduction(limit.aggregation), loose),
          limit.is_lower, limit.bound});
   return built;
 }
 
 namespace {
 
-using Bounded = std::function<std::optional<std::vector<ConvexLimit>>(const VectorX& x)>;
-
-/// One limit in every case.
-struct CaseLimit {
-  CaseAggregation across;
-  std::vector<Bounded> each;
-};
-
-/// Limits on means add up to one, of all cases' figures; those on the worst value are as many as cases.
-void add_limit(std::vector<ConvexLimit> each, CaseAggregation across, std::vector<ConvexLimit>& all) {
+/// A limit on the mean is a single limit with the figures of all cases; a limit on the worst value applies to every
+/// case.
+void add_limit(std::vector<ConvexLimit> case_limits, CaseAggregation across, std::vector<ConvexLimit>& all) {
   if (across == CaseAggregation::worst) {
-    std::move(each.begin(), each.end(), std::back_inserter(all));
+    std::move(case_limits.begin(), case_limits.end(), std::back_inserter(all));
     return;
   }
-  ConvexLimit mean{{}, each.front().bound};
-  for (ConvexLimit& own : each)
-    for (AffineFigure& figure : own.figures) {
-      figure.weight /= static_cast<double>(each.size());
+  ConvexLimit mean{{}, case_limits.front().bound};
+  for (ConvexLimit& limit : case_limits)
+    for (AffineFigure& figure : limit.figures) {
+      figure.weight /= static_cast<double>(case_limits.size());
       mean.figures.push_back(std::move(figure));
     }
   all.push_back(std::move(mean));
@@ -235,62 +225,52 @@ void add_limit(std::vector<ConvexLimit> each, CaseAggregation across, std::vecto
 
 }  // namespace
 
-Bounded build_case_convex_limits(const CaseSpace& space, const std::vector<FigureLimit>& limits,
-                                 const FreeSprings& loose, int& known) {
-  const std::vector<CaseOffsets> places = case_offsets(space, loose);
-  std::vector<CaseLimit> built;
+CaseFigures::CaseFigures(const CaseSpace& space, const FreeSprings& loose)
+    : space_(space), offsets_(case_offsets(space, loose)), parameter_count_(count_parameters(offsets_)) {}
+
+bool CaseFigures::are_convex(const std::vector<ObjectiveTerm>& terms, CaseAggregation across) const {
+  return !(across == CaseAggregation::worst && terms.size() > 1) &&
+         std::all_of(space_.cases.begin(), space_.cases.end(),
+                     [&](const DesignSpace& one) { return are_convex_in_parameters(one, terms); });
+}
+
+Figures CaseFigures::terms(const std::vector<ObjectiveTerm>& terms, CaseAggregation across, FigureSampling sampling,
+                           const VectorX& x) const {
+  std::vector<std::vector<AffineFigure>> case_figures;
+  for (std::size_t k = 0; k < offsets_.size(); ++k) {
+    Figures figures = compute_convex_terms(space_.cases[k], terms, offsets_[k].loose, sampling, space_.values(k, x));
+    if (!figures) return std::nullopt;
+    for (AffineFigure& figure : *figures)
+      figure = expand_to_all_cases(std::move(figure), offsets_[k], parameter_count_);
+    case_figures.push_back(std::move(*figures));
+  }
+  return combine_case_figures(std::move(case_figures), across);
+}
+
+std::vector<FigureLimit> CaseFigures::select_convex_limits(const std::vector<FigureLimit>& limits) const {
+  std::vector<FigureLimit> convex = limits;
+  for (const DesignSpace& one : space_.cases) convex = balance::select_convex_limits(one, convex);
+  return convex;
+}
+
+std::optional<std::vector<ConvexLimit>> CaseFigures::limits(const std::vector<FigureLimit>& limits,
+                                                            const VectorX& x) const {
+  std::vector<ConvexLimit> all;
   for (const FigureLimit& limit : limits) {
-    CaseLimit one{limit.aggregation, {}};
-    int is_known = 0;
-    for (std::size_t k = 0; k < space.cases.size(); ++k)
-      one.each.push_back(build_convex_limits(space.cases[k], {limit}, places[k].loose, is_known));
-    if (is_known > 0) built.push_back(std::move(one));
-  }
-  known = static_cast<int>(built.size());
-  if (built.empty()) return {};
-  return [space, built, places,
-          total = count_parameters(places)](const VectorX& x) -> std::optional<std::vector<ConvexLimit>> {
-    std::vector<ConvexLimit> all;
-    for (const CaseLimit& limit : built) {
-      std::vector<ConvexLimit> each;
-      for (std::size_t k = 0; k < limit.each.size(); ++k) {
-        auto own = limit.each[k](space.values(k, x));
-        if (!own) return std::nullopt;
-        for (AffineFigure& figure : own->front().figures)
-          figure = expand_to_all_cases(std::move(figure), places[k], total);
-        each.push_back(std::move(own->front()));
-      }
-      add_limit(std::move(each), limit.across, all);
+    std::vector<ConvexLimit> case_limits;
+    for (std::size_t k = 0; k < offsets_.size(); ++k) {
+      auto case_limit = compute_convex_limits(space_.cases[k], {limit}, offsets_[k].loose, space_.values(k, x));
+      if (!case_limit) return std::nullopt;
+      for (AffineFigure& figure : case_limit->front().figures)
+        figure = expand_to_all_cases(std::move(figure), offsets_[k], parameter_count_);
+      case_limits.push_back(std::move(case_limit->front()));
     }
-    return all;
-  };
+    add_limit(std::move(case_limits), limit.aggregation, all);
+  }
+  return all;
 }
 
-std::function<Figures(const VectorX& x)> build_case_convex_terms(const CaseSpace& space,
-                                                                 const std::vector<ObjectiveTerm>& terms,
-                                                                 CaseAggregation across, const FreeSprings& loose,
-                                                                 FigureSampling samples) {
-  if (across == CaseAggregation::worst && terms.size() > 1) return {};
-  const std::vector<CaseOffsets> places = case_offsets(space, loose);
-  const Eigen::Index total = count_parameters(places);
-  std::vector<std::function<Figures(const VectorX&)>> each;
-  for (std::size_t k = 0; k < space.cases.size(); ++k) {
-    each.push_back(build_convex_terms(space.cases[k], terms, places[k].loose, samples));
-    if (!each.back()) return {};
-  }
-  return [space, each, places, total, across](const VectorX& x) -> Figures {
-    std::vector<std::vector<AffineFigure>> found;
-    for (std::size_t k = 0; k < each.size(); ++k) {
-      Figures own = each[k](space.values(k, x));
-      if (!own) return std::nullopt;
-      for (AffineFigure& figure : *own) figure = expand_to_all_cases(std::move(figure), places[k], total);
-      found.push_back(std::move(*own));
-    }
-    return combine_case_figures(std::move(found), across);
-  };
-}
-
-VectorX CaseSpace::values(std::size_t which, const VectorX& x) const { return x(variable_index[which]); }
+VectorX CaseSpace::values(std::size_t case_index, const VectorX& x) const { return x(variable_index[case_index]); }
 
 VectorX CaseSpace::start_values() const {
   VectorX x(static_cast<Eigen::Index>(numbers.size()));
@@ -298,24 +278,24 @@ VectorX CaseSpace::start_values() const {
   return x;
 }
 
-CaseSpace CaseSpace::fix_others(const VectorX& x, const std::vector<int>& kept) const {
-  CaseSpace part;
-  for (const int i : kept) {
-    part.numbers.push_back(numbers[static_cast<std::size_t>(i)]);
-    part.numbers.back().start = x[i];
+CaseSpace CaseSpace::fix_others(const VectorX& x, const std::vector<int>& free_numbers) const {
+  CaseSpace restricted;
+  for (const int i : free_numbers) {
+    restricted.numbers.push_back(numbers[static_cast<std::size_t>(i)]);
+    restricted.numbers.back().start = x[i];
   }
   for (std::size_t k = 0; k < cases.size(); ++k) {
-    std::vector<int> own, place;
+    std::vector<int> case_variables, index;
     for (std::size_t i = 0; i < variable_index[k].size(); ++i) {
-      const auto at = std::find(kept.begin(), kept.end(), variable_index[k][i]);
-      if (at == kept.end()) continue;
-      own.push_back(static_cast<int>(i));
-      place.push_back(static_cast<int>(at - kept.begin()));
+      const auto at = std::find(free_numbers.begin(), free_numbers.end(), variable_index[k][i]);
+      if (at == free_numbers.end()) continue;
+      case_variables.push_back(static_cast<int>(i));
+      index.push_back(static_cast<int>(at - free_numbers.begin()));
     }
-    part.cases.push_back(cases[k].fix_others(values(k, x), own));
-    part.variable_index.push_back(std::move(place));
+    restricted.cases.push_back(cases[k].fix_others(values(k, x), case_variables));
+    restricted.variable_index.push_back(std::move(index));
   }
-  return part;
+  return restricted;
 }
 
 CaseSpace make_case_space(const DesignSpace& space) {
@@ -324,25 +304,25 @@ CaseSpace make_case_space(const DesignSpace& space) {
   const auto adapted = [&](std::size_t i) {
     return std::find(loads.adapted.begin(), loads.adapted.end(), static_cast<int>(i)) != loads.adapted.end();
   };
-  CaseSpace whole;
+  CaseSpace case_space;
   std::vector<int> shared(free.size(), -1);
   for (std::size_t i = 0; i < free.size(); ++i) {
     if (adapted(i)) continue;
-    shared[i] = static_cast<int>(whole.numbers.size());
-    whole.numbers.push_back(free[i]);
+    shared[i] = static_cast<int>(case_space.numbers.size());
+    case_space.numbers.push_back(free[i]);
   }
   for (Eigen::Index k = 0; k < loads.size(); ++k) {
     const VectorX load = loads.values.row(k);
-    whole.cases.push_back(at_load(space, load));
-    whole.variable_index.push_back(shared);
+    case_space.cases.push_back(at_load(space, load));
+    case_space.variable_index.push_back(shared);
     for (std::size_t i = 0; i < free.size(); ++i) {
       if (!adapted(i)) continue;
-      whole.variable_index.back()[i] = static_cast<int>(whole.numbers.size());
-      whole.numbers.push_back(free[i]);
-      whole.numbers.back().key_path += fmt::format(" ({})", load_text(loads.numbers, load));
+      case_space.variable_index.back()[i] = static_cast<int>(case_space.numbers.size());
+      case_space.numbers.push_back(free[i]);
+      case_space.numbers.back().key_path += fmt::format(" ({})", load_text(loads.numbers, load));
     }
   }
-  return whole;
+  return case_space;
 }
 
 DesignSpace at_load(const DesignSpace& space, const VectorX& loads) {

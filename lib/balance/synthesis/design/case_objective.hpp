@@ -1,5 +1,5 @@
 #pragma once
-/// What `minimize` asks for where there are load cases: its worst or its mean value over all of them.
+/// Objectives and limits for load cases: the worst or the mean value over all cases.
 
 #include "balance/motion/study/design_space.hpp"
 #include "balance/synthesis/design/design_problem.hpp"
@@ -10,50 +10,70 @@
 
 namespace balance {
 
-/// One design for several loads: the spec once for every load case, with numbers that all cases share and numbers of each case's own.
+/// A design for several loads: one instance of the spec per load case, with numbers shared by all cases and numbers of
+/// individual cases.
 struct CaseSpace {
-  std::vector<DesignSpace> cases;   ///< at the loads of the cases; all with the same free numbers
-  std::vector<FreeNumber> numbers;  ///< of the whole: those that all share, then case by case the adapted ones
-  std::vector<std::vector<int>> variable_index;  ///< per case and free number of the spec: its place among `numbers`
+  std::vector<DesignSpace> cases;                ///< one per load; all have the same free numbers
+  std::vector<FreeNumber> numbers;               ///< all variables: the shared ones, then the adapted ones case by case
+  std::vector<std::vector<int>> variable_index;  ///< for each case and free number of the spec: its index in `numbers`
 
-  /// Values of a case's free numbers. @param x of `numbers`
-  VectorX values(std::size_t which, const VectorX& x) const;
+  /// Values of the free numbers of a case. @param x values of `numbers`
+  VectorX values(std::size_t case_index, const VectorX& x) const;
   VectorX start_values() const;
-  /// The space where only the numbers `kept` are free and the others stay at x.
-  CaseSpace fix_others(const VectorX& x, const std::vector<int>& kept) const;
+  /// The space in which only the numbers `free_numbers` are free and the others are fixed at x.
+  CaseSpace fix_others(const VectorX& x, const std::vector<int>& free_numbers) const;
 };
 
-/// @param space its study has load cases
+/// @param space whose study has load cases
 CaseSpace make_case_space(const DesignSpace& space);
 
 /// The space at another load. @param loads values of design.cases.numbers [SI, parameters as written]
 DesignSpace at_load(const DesignSpace& space, const VectorX& loads);
 
-/// What the spec itself says of design.cases.numbers.
+/// The values of design.cases.numbers in the spec itself.
 VectorX nominal_load(const DesignSpace& space);
 
-/// "cargo.mass = 0.5", in the spec's units.
+/// "cargo.mass = 0.5", in the units of the spec.
 std::string load_text(const std::vector<LoadParameter>& numbers, const VectorX& loads);
 
-/// Of the parameters of all cases side by side (side_by_side), or of the numbers of the space.
-/// @param loose as the conditions of the whole are derived with
+/// A function of the parameters of all cases (disjoint_union) or of the numbers of the space.
+/// @param loose as used for deriving the conditions of all cases
 /// @throws std::invalid_argument as build_objective
 Objective build_case_objective(const CaseSpace& space, const std::vector<ObjectiveTerm>& terms, CaseAggregation across,
                                const FreeSprings& loose);
 
-/// What `subject_to` asks for: what counts of a figure is its worst value over all cases, or their mean (FigureLimit::across).
+/// Limits of `subject_to`, on the worst value or the mean over all cases (FigureLimit::aggregation).
 /// @throws std::invalid_argument as build_objective
 std::vector<DesignLimit> build_case_limits(const CaseSpace& space, const std::vector<FigureLimit>& limits,
                                            const FreeSprings& loose);
 
-/// Those among them that are convex functions of the parameters along any motion, once for every case, or once for the mean of all.
-/// @param known how many of the limits they are
-std::function<std::optional<std::vector<ConvexLimit>>(const VectorX& x)> build_case_convex_limits(
-    const CaseSpace& space, const std::vector<FigureLimit>& limits, const FreeSprings& loose, int& known);
+/// Indices of a case's parameters among those of all cases, and its loose springs.
+struct CaseOffsets {
+  std::vector<int> parameters;
+  FreeSprings loose;
+};
 
-/// An objective as convex figures. @return null if a term is none, or for the worst of sums of several terms
-std::function<std::optional<std::vector<AffineFigure>>(const VectorX& x)> build_case_convex_terms(
-    const CaseSpace& space, const std::vector<ObjectiveTerm>& terms, CaseAggregation across, const FreeSprings& loose,
-    FigureSampling samples = FigureSampling::coarse);
+/// Figures of all cases as convex functions of the parameters of all cases.
+class CaseFigures {
+ public:
+  /// @param space must outlive this object @param loose as used for deriving the conditions of all cases
+  CaseFigures(const CaseSpace& space, const FreeSprings& loose);
+
+  /// Whether the terms and their combination over the cases are such functions; the worst case of a sum of several
+  /// terms is not.
+  bool are_convex(const std::vector<ObjectiveTerm>& terms, CaseAggregation across) const;
+  /// @param terms convex as above @return std::nullopt if a case has no motion
+  std::optional<std::vector<AffineFigure>> terms(const std::vector<ObjectiveTerm>& terms, CaseAggregation across,
+                                                 FigureSampling sampling, const VectorX& x) const;
+  /// The limits that are convex in every case.
+  std::vector<FigureLimit> select_convex_limits(const std::vector<FigureLimit>& limits) const;
+  /// The limits once per case, or once for the mean. @return std::nullopt if a case has no motion
+  std::optional<std::vector<ConvexLimit>> limits(const std::vector<FigureLimit>& limits, const VectorX& x) const;
+
+ private:
+  const CaseSpace& space_;
+  std::vector<CaseOffsets> offsets_;
+  Eigen::Index parameter_count_;
+};
 
 }  // namespace balance

@@ -6,7 +6,7 @@ namespace balance {
 
 namespace {
 
-/// Relative to the terms that add up; what is derived again differs by its round-off.
+/// Relative to the sum of absolute terms; conditions derived anew have a larger round-off.
 constexpr double rounding_change_threshold = 1e-12, derivation_change_threshold = 1e-7;
 
 bool has_same_joints(const Mechanism& a, const Mechanism& b) {
@@ -33,7 +33,7 @@ bool is_same_sum(const CoordinateCombination& a, const CoordinateCombination& b)
                     [](const CoordinateTerm& p, const CoordinateTerm& q) { return p.ratio == q.ratio; });
 }
 
-/// Everything but masses, centres of mass, inertias, stiffnesses and preloads.
+/// Compares everything except masses, centres of mass, inertias, stiffnesses and preloads.
 bool has_same_geometry(const Mechanism& a, const Mechanism& b) {
   if (!has_same_joints(a, b) || !has_same_constraints(a, b) || a.gravity != b.gravity) return false;
   for (std::size_t d = 0; d < a.discs.size(); ++d) {
@@ -61,13 +61,13 @@ bool has_same_pivots(const Conditions& a, const Conditions& b) {
          a.matrix.cols() == b.matrix.cols();
 }
 
-/// Well inside the bounds, and no two numbers at the same part of theirs: no accidental zeros.
+/// Well inside the bounds, at a different fraction of the range for each number, to avoid accidental zeros.
 VectorX generic_point(const std::vector<FreeNumber>& numbers) {
   VectorX x(static_cast<Eigen::Index>(numbers.size()));
   for (Eigen::Index i = 0; i < x.size(); ++i) {
     const FreeNumber& number = numbers[static_cast<std::size_t>(i)];
-    const double part = std::fmod(0.37 + 0.6180339887498949 * static_cast<double>(i), 1.0);
-    x[i] = number.lower + (0.2 + 0.6 * part) * (number.upper - number.lower);
+    const double fraction = std::fmod(0.37 + 0.6180339887498949 * static_cast<double>(i), 1.0);
+    x[i] = number.lower + (0.2 + 0.6 * fraction) * (number.upper - number.lower);
   }
   return x;
 }
@@ -77,30 +77,31 @@ class ConditionDependence {
   ConditionDependence(const DesignSpace& space, const std::function<Conditions(const Mechanism&)>& derive,
                       const FreeSprings& loose, const Conditions& at_start)
       : space_(space), derive_(derive), loose_(loose), x_(generic_point(space.start.free_numbers)) {
-    here_ = space.instantiate(x_).mechanism;
-    values_ = term_values(here_, loose_);
-    conditions_ = has_same_geometry(here_, space.start.mechanism) ? at_start : derive_(here_);
-    // Where nothing can be derived, the conditions at the start have to do.
-    if (!has_same_pivots(at_start, conditions_)) conditions_ = at_start;
+    base_mechanism_ = space.instantiate(x_).mechanism;
+    base_values_ = term_values(base_mechanism_, loose_);
+    base_conditions_ = has_same_geometry(base_mechanism_, space.start.mechanism) ? at_start : derive_(base_mechanism_);
+    // If nothing can be derived here, use the conditions at the start.
+    if (!has_same_pivots(at_start, base_conditions_)) base_conditions_ = at_start;
   }
 
-  /// Whether each condition depends on one number.
+  /// For each condition, whether it depends on the number.
   std::vector<bool> find_affected(Eigen::Index number) const {
     VectorX x = x_;
     const FreeNumber& free = space_.start.free_numbers[static_cast<std::size_t>(number)];
     x[number] += 0.1 * (free.upper - free.lower);
-    const Mechanism there = space_.instantiate(x).mechanism;
-    const VectorX values = term_values(there, loose_);
-    if (has_same_geometry(here_, there))
-      return find_affected(conditions_.matrix * (values - values_),
-                           conditions_.matrix.cwiseAbs() * (values - values_).cwiseAbs(), rounding_change_threshold);
-    const Conditions moved = derive_(there);
-    if (!has_same_pivots(conditions_, moved))
-      return std::vector<bool>(static_cast<std::size_t>(conditions_.matrix.rows()), true);
-    return find_affected(
-        moved.matrix * values - conditions_.matrix * values_,
-        moved.matrix.cwiseAbs() * values.cwiseAbs() + conditions_.matrix.cwiseAbs() * values_.cwiseAbs(),
-        derivation_change_threshold);
+    const Mechanism perturbed = space_.instantiate(x).mechanism;
+    const VectorX values = term_values(perturbed, loose_);
+    if (has_same_geometry(base_mechanism_, perturbed))
+      return find_affected(base_conditions_.matrix * (values - base_values_),
+                           base_conditions_.matrix.cwiseAbs() * (values - base_values_).cwiseAbs(),
+                           rounding_change_threshold);
+    const Conditions perturbed_conditions = derive_(perturbed);
+    if (!has_same_pivots(base_conditions_, perturbed_conditions))
+      return std::vector<bool>(static_cast<std::size_t>(base_conditions_.matrix.rows()), true);
+    return find_affected(perturbed_conditions.matrix * values - base_conditions_.matrix * base_values_,
+                         perturbed_conditions.matrix.cwiseAbs() * values.cwiseAbs() +
+                             base_conditions_.matrix.cwiseAbs() * base_values_.cwiseAbs(),
+                         derivation_change_threshold);
   }
 
  private:
@@ -114,9 +115,9 @@ class ConditionDependence {
   const DesignSpace& space_;
   const std::function<Conditions(const Mechanism&)>& derive_;
   const FreeSprings& loose_;
-  VectorX x_, values_;
-  Mechanism here_;
-  Conditions conditions_;
+  VectorX x_, base_values_;
+  Mechanism base_mechanism_;
+  Conditions base_conditions_;
 };
 
 }  // namespace

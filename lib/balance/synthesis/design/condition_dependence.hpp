@@ -1,5 +1,5 @@
 #pragma once
-/// Which free numbers can change which conditions.
+/// Dependence of conditions on free numbers.
 
 #include "balance/motion/study/design_space.hpp"
 #include "balance/synthesis/conditions/conditions.hpp"
@@ -9,11 +9,11 @@
 
 namespace balance {
 
-/// Per condition the indices of the free numbers that its left-hand side depends on, found by changing each of them at a
-/// point well inside the bounds.
+/// For each condition, the indices of the free numbers that its left-hand side depends on, found by changing each
+/// number at a point well inside the bounds.
 /// @param conditions of the study at its start
-/// @param derive as they were derived; asked again where lengths or ratios are free
-/// @param loose as the conditions were derived with
+/// @param derive derives conditions in the same way; called again if lengths or ratios are free
+/// @param loose as used for deriving the conditions
 std::vector<std::vector<int>> probe_condition_variables(const DesignSpace& space, const Conditions& conditions,
                                                         const std::function<Conditions(const Mechanism&)>& derive,
                                                         const FreeSprings& loose = {});

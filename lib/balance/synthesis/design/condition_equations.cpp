@@ -16,10 +16,10 @@ namespace balance::design {
 
 namespace {
 
-/// Weight of a violated inequality among scaled residuals.
+/// Weight of a violated inequality relative to the scaled residuals.
 constexpr double violation_weight = 1;
 
-/// Fills rows that are zero where g ≥ 0 and g elsewhere.
+/// Fills rows with min(0, g).
 void append_violations(const SolverContext& context, const VectorX& u, Eigen::Index first, VectorX& values,
                        MatrixX* jacobian) {
   VectorX g;
@@ -35,8 +35,8 @@ void append_violations(const SolverContext& context, const VectorX& u, Eigen::In
   }
 }
 
-/// What is left of the conditions at a geometry, free of the choice of pivots: the parameters' projection on the row space, in
-/// units that make parameters of different dimension comparable.
+/// Residual of the conditions at one geometry that does not depend on the choice of pivots: the projection of the
+/// parameters on the row space, in units that make parameters of different dimension comparable.
 bool project_on_row_space(const SolverContext& context, const Mechanism& mechanism, const VectorX& unit,
                           VectorX& residual) {
   const Conditions conditions = context.derive_conditions(mechanism);
@@ -62,10 +62,11 @@ ConditionResidual::ConditionResidual(const SolverContext& context, const Conditi
 
 bool ConditionResidual::has_variable(int row, int variable) const {
   if (polynomial_) return polynomial_->has_variable(row, variable);
-  const VariableClassification& survey = context_.classification;
-  const VectorX &before = survey.base_features, &after = survey.perturbed_features[static_cast<std::size_t>(variable)];
+  const VariableClassification& classification = context_.classification;
+  const VectorX &before = classification.base_features,
+                &after = classification.perturbed_features[static_cast<std::size_t>(variable)];
   const double size = matrix_.row(row).cwiseAbs().dot(before.cwiseAbs().cwiseMax(after.cwiseAbs()));
-  return std::abs(matrix_.row(row).dot(after - before)) > survey.change_threshold * size;
+  return std::abs(matrix_.row(row).dot(after - before)) > classification.change_threshold * size;
 }
 
 bool ConditionResidual::is_affine(const std::vector<int>& rows) const {
@@ -94,20 +95,20 @@ double ConditionResidual::lower_bound(const VectorX& factors) const {
 }
 
 NonlinearSystem make_fixed_geometry_equations(const SolverContext& context, const ConditionResidual& rows,
-                                              std::vector<int> which, VectorX target) {
+                                              std::vector<int> selected_rows, VectorX target) {
   NonlinearSystem equations;
-  equations.primary_rows = static_cast<int>(which.size());
+  equations.primary_rows = static_cast<int>(selected_rows.size());
   equations.row_count = equations.primary_rows + context.inequality_count();
-  equations.evaluate = [&context, &rows, which = std::move(which), target = std::move(target),
+  equations.evaluate = [&context, &rows, selected_rows = std::move(selected_rows), target = std::move(target),
                         total = equations.row_count](const VectorX& u, VectorX& values, MatrixX* jacobian) {
     VectorX all;
     MatrixX slopes;
     rows.evaluate(u, all, jacobian != nullptr ? &slopes : nullptr);
     values.resize(total);
-    values.head(target.size()) = all(which) - target;
+    values.head(target.size()) = all(selected_rows) - target;
     if (jacobian != nullptr) {
       jacobian->resize(total, u.size());
-      jacobian->topRows(target.size()) = slopes(which, Eigen::all);
+      jacobian->topRows(target.size()) = slopes(selected_rows, Eigen::all);
     }
     if (context.inequality_count() > 0) append_violations(context, u, target.size(), values, jacobian);
     return values.allFinite();
@@ -124,11 +125,11 @@ NonlinearSystem make_geometry_equations(const SolverContext& context, const Vect
       return project_on_row_space(context, context.mechanism(u), unit, r);
     };
   } else {
-    // shared because a std::function must be copyable; there is one owner in fact
+    // shared_ptr because std::function must be copyable; there is only one owner
     auto goal = std::make_shared<GoalResidual>(start, context.problem.goals, context.options);
     residual = [&context, goal](const VectorX& u, VectorX& r) { return goal->evaluate(context.mechanism(u), r); };
   }
-  const auto safe = [&context, residual](const VectorX& u, VectorX& r) {
+  const auto evaluate_safely = [&context, residual](const VectorX& u, VectorX& r) {
     try {
       return !context.budget.is_past_deadline() && residual(u, r) && r.allFinite();
     } catch (const SpecError&) {
@@ -137,20 +138,20 @@ NonlinearSystem make_geometry_equations(const SolverContext& context, const Vect
   };
   VectorX first;
   NonlinearSystem equations;
-  equations.primary_rows = safe(from, first) ? static_cast<int>(first.size()) : 0;
+  equations.primary_rows = evaluate_safely(from, first) ? static_cast<int>(first.size()) : 0;
   equations.row_count = equations.primary_rows + context.inequality_count();
-  equations.evaluate = [&context, safe, count = equations.primary_rows, total = equations.row_count](
+  equations.evaluate = [&context, evaluate_safely, count = equations.primary_rows, total = equations.row_count](
                            const VectorX& u, VectorX& values, MatrixX* jacobian) {
-    constexpr double geometry_difference_step = 1e-7;  // Gauss–Newton then gains seven digits per step at the end
+    constexpr double geometry_difference_step = 1e-7;  // Gauss–Newton gains seven digits per step near the end
     VectorX r, ahead;
-    if (!safe(u, r) || r.size() != count) return false;
+    if (!evaluate_safely(u, r) || r.size() != count) return false;
     values.resize(total);
     values.head(count) = r;
     if (jacobian != nullptr) jacobian->resize(total, u.size());
     for (Eigen::Index i = 0; jacobian != nullptr && i < u.size(); ++i) {
       VectorX v = u;
       v[i] += u[i] > 0 ? -geometry_difference_step : geometry_difference_step;
-      if (!safe(v, ahead) || ahead.size() != count) return false;
+      if (!evaluate_safely(v, ahead) || ahead.size() != count) return false;
       jacobian->col(i).head(count) = (ahead - r) / (v[i] - u[i]);
     }
     if (context.inequality_count() > 0) append_violations(context, u, count, values, jacobian);
@@ -167,7 +168,7 @@ NonlinearSystem make_equations_near(const SolverContext& context, const VectorX&
   } catch (const SpecError&) {
     // an expression of the spec has no value here
   } catch (const std::invalid_argument&) {
-    // the mechanism has no configuration to ask at
+    // the mechanism has no configuration to evaluate conditions at
   }
   return otherwise;
 }
@@ -178,16 +179,16 @@ double max_condition_residual(const NonlinearSystem& equations, const VectorX& v
 
 namespace {
 
-/// Rows of affine conditions that are this much smaller than the largest follow from the others.
+/// Rank tolerance of affine conditions, relative to the largest singular value.
 constexpr double condition_rank_tolerance = 1e-10;
 
-/// Starts that bring no new solution before the search for more of them ends, or before a proof is tried that there is none.
+/// Number of starts without a new solution after which the search ends, or after which infeasibility is tested.
 constexpr int max_stall_starts = 8;
-/// Solutions that are no designs, of which some are kept to say why.
+/// Maximum number of solutions kept although they are not usable; they explain the failure.
 constexpr std::size_t max_rejected_solutions = 3;
-/// Numbers this near to a bound, their start or zero may be there.
+/// Variables this close to a bound, their start value or zero are candidates for snapping.
 constexpr double rounding_tolerance = 1e-8;
-/// Residuals below this are as good as zero.
+/// Residuals below this count as zero.
 constexpr double residual_epsilon = 1e-15;
 
 bool is_new_solution(const std::vector<VectorX>& known, const VectorX& u) {
@@ -207,8 +208,8 @@ LinearConditions linear_conditions(const NonlinearSystem& equations, int numbers
   const VectorX& s = svd.singularValues();
   Eigen::Index rank = 0;
   while (rank < s.size() && s[rank] > condition_rank_tolerance * s[0]) ++rank;
-  const VectorX right = -(svd.matrixU().transpose() * values.head(equations.primary_rows));
-  return {svd.matrixV().leftCols(rank).transpose(), right.head(rank).cwiseQuotient(s.head(rank))};
+  const VectorX rhs = -(svd.matrixU().transpose() * values.head(equations.primary_rows));
+  return {svd.matrixV().leftCols(rank).transpose(), rhs.head(rank).cwiseQuotient(s.head(rank))};
 }
 
 bool is_exact(const SolverContext& context, const NonlinearSystem& equations, const VectorX& u) {
@@ -218,48 +219,50 @@ bool is_exact(const SolverContext& context, const NonlinearSystem& equations, co
 }
 
 ExactSolutions find_exact_solutions(const SolverContext& context, const NonlinearSystem& equations,
-                                    const ExactSearchOptions& effort) {
-  ExactSolutions search;
+                                    const ExactSearchOptions& options) {
+  ExactSolutions result;
   UniformRandom random(context.problem.search.seed);
-  int idle = 0;  // starts since the last new solution
-  const std::vector<VectorX> first =
-      effort.starts.empty() ? std::vector<VectorX>{context.scaling.start()} : effort.starts;
-  const int known = static_cast<int>(first.size());
-  for (int k = 0; k < known + effort.max_restarts && static_cast<int>(search.solutions.size()) < effort.max_solutions;
+  int stalled_starts = 0;  // number of starts since the last new solution
+  const std::vector<VectorX> starts =
+      options.starts.empty() ? std::vector<VectorX>{context.scaling.start()} : options.starts;
+  const int given_start_count = static_cast<int>(starts.size());
+  for (int k = 0; k < given_start_count + options.max_restarts &&
+                  static_cast<int>(result.solutions.size()) < options.max_solutions;
        ++k) {
     if (k > 0 && context.budget.is_spent()) break;
-    if (idle++ == max_stall_starts &&
-        (!search.solutions.empty() ||
-         (search.rejected.empty() && effort.is_proved_infeasible && effort.is_proved_infeasible())))
+    if (stalled_starts++ == max_stall_starts &&
+        (!result.solutions.empty() ||
+         (result.rejected.empty() && options.is_proved_infeasible && options.is_proved_infeasible())))
       break;
-    const VectorX from = k < known ? first[static_cast<std::size_t>(k)] : random.sample_point(context.scaling.size());
+    const VectorX from =
+        k < given_start_count ? starts[static_cast<std::size_t>(k)] : random.sample_point(context.scaling.size());
     ++context.budget.starts;
     LeastSquaresResult descent =
         solve_levenberg_marquardt(equations, from, 100, [&] { return context.budget.is_spent(); });
     if (descent.max_residual < condition_tolerance && is_exact(context, equations, descent.u) &&
-        is_new_solution(search.solutions, descent.u)) {
-      const bool usable = !effort.is_usable || effort.is_usable(descent.u);
+        is_new_solution(result.solutions, descent.u)) {
+      const bool usable = !options.is_usable || options.is_usable(descent.u);
       if (usable) {
-        search.solutions.push_back(descent.u);
+        result.solutions.push_back(descent.u);
         ++context.budget.solutions;
-        idle = 0;
-      } else if (search.rejected.size() < max_rejected_solutions) {
-        search.rejected.push_back(descent.u);
+        stalled_starts = 0;
+      } else if (result.rejected.size() < max_rejected_solutions) {
+        result.rejected.push_back(descent.u);
       }
     }
-    if (k == 0 || (descent.values.size() > 0 && (search.closest.values.size() == 0 ||
-                                                 descent.values.squaredNorm() < search.closest.values.squaredNorm())))
-      search.closest = std::move(descent);
+    if (k == 0 || (descent.values.size() > 0 && (result.closest.values.size() == 0 ||
+                                                 descent.values.squaredNorm() < result.closest.values.squaredNorm())))
+      result.closest = std::move(descent);
   }
-  return search;
+  return result;
 }
 
 VectorX refine_solution(const NonlinearSystem& equations, const VectorX& u,
-                        const std::function<VectorX(const VectorX&)>& exact) {
+                        const std::function<VectorX(const VectorX&)>& exact_residual) {
   VectorX best = solve_levenberg_marquardt(equations, u).u;
-  if (!exact || equations.primary_rows == 0) return best;
-  // The polynomials are fitted to about 1e-14 of the widest bounds: the last digits come from the mechanism itself.
-  VectorX values, residual = exact(best);
+  if (!exact_residual || equations.primary_rows == 0) return best;
+  // The polynomials are accurate to about 1e-14 of the widest bounds; the last digits come from the mechanism itself.
+  VectorX values, residual = exact_residual(best);
   MatrixX jacobian;
   for (int k = 0; k < 2 && max_abs(residual) > 1e-16; ++k) {
     if (!equations.evaluate(best, values, &jacobian)) break;
@@ -269,7 +272,7 @@ VectorX refine_solution(const NonlinearSystem& equations, const VectorX& u,
     VectorX b = VectorX::Zero(a.rows()), d = VectorX::Zero(n);
     b.head(equations.primary_rows) = -residual;
     bounded_least_squares(a, b, (-1.0 - best.array()).matrix(), (1.0 - best.array()).matrix(), d);
-    const VectorX next = clip_to_unit_box(best + d), after = exact(next);
+    const VectorX next = clip_to_unit_box(best + d), after = exact_residual(next);
     if (!(after.norm() < residual.norm())) break;
     best = next;
     residual = after;
@@ -290,10 +293,10 @@ MatrixX tangent_space(const NonlinearSystem& equations, const VectorX& u) {
 }
 
 VectorX snap_to_special_values(const SolverContext& context, const NonlinearSystem& equations,
-                               const std::function<double(const VectorX&)>& merit, VectorX u) {
+                               const std::function<double(const VectorX&)>& objective, VectorX u) {
   VectorX values;
   if (!equations.evaluate(u, values, nullptr)) return u;
-  double left = max_condition_residual(equations, values), figure = merit ? merit(u) : 0;
+  double residual = max_condition_residual(equations, values), objective_value = objective ? objective(u) : 0;
   for (Eigen::Index i = 0; i < u.size(); ++i) {
     const double zero =
         context.scaling.half_width()[i] > 0 ? -context.scaling.centre()[i] / context.scaling.half_width()[i] : 0;
@@ -302,13 +305,14 @@ VectorX snap_to_special_values(const SolverContext& context, const NonlinearSyst
       VectorX moved = u;
       moved[i] = target;
       if (!equations.evaluate(moved, values, nullptr) ||
-          max_condition_residual(equations, values) > std::max(left, residual_epsilon))
+          max_condition_residual(equations, values) > std::max(residual, residual_epsilon))
         continue;
-      const double changed = merit ? merit(moved) : 0;
-      if (!(changed <= figure + 1e-12 * std::abs(figure)) || !context.is_admissible(moved)) continue;
+      const double moved_objective = objective ? objective(moved) : 0;
+      if (!(moved_objective <= objective_value + 1e-12 * std::abs(objective_value)) || !context.is_admissible(moved))
+        continue;
       u = moved;
-      left = max_condition_residual(equations, values);
-      figure = changed;
+      residual = max_condition_residual(equations, values);
+      objective_value = moved_objective;
       break;
     }
   }
@@ -321,12 +325,12 @@ std::optional<VectorX> find_nearest_solution(const SolverContext& context, const
   QuadraticProgram program;
   program.hessian = MatrixX::Identity(n, n);
   program.gradient = -context.scaling.start();
-  program.equalities = conditions.a;
-  program.equality_values = conditions.c;
+  program.equalities = conditions.matrix;
+  program.equality_values = conditions.rhs;
   program.inequalities.resize(2 * n, n);
   program.inequalities << MatrixX::Identity(n, n), -MatrixX::Identity(n, n);
   program.inequality_lower_bounds = VectorX::Constant(2 * n, -1);
-  // concave inequalities are replaced by their tangents where they are violated
+  // Outer approximation: adds tangents of the concave inequalities that are violated.
   for (int cut = 0; cut < 50; ++cut) {
     const auto optimum = solve_quadratic_program(program);
     if (!optimum) return std::nullopt;

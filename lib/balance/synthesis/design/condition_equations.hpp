@@ -1,5 +1,5 @@
 #pragma once
-/// Numbers that meet the conditions.
+/// Solves the conditions for the free numbers.
 
 #include "balance/synthesis/design/solver_context.hpp"
 
@@ -10,7 +10,7 @@ namespace balance::design {
 
 // The conditions as equations in the free numbers.
 
-/// Conditions of one geometry: scaled rows times the parameters.
+/// Residual of the conditions at one geometry: scaled rows times the parameters.
 class ConditionResidual {
  public:
   ConditionResidual(const SolverContext& context, const Conditions& conditions);
@@ -20,9 +20,9 @@ class ConditionResidual {
   bool has_variable(int row, int variable) const;
   bool is_affine(const std::vector<int>& rows) const;
   void evaluate(const VectorX& u, VectorX& residual, MatrixX* jacobian) const;
-  /// From the mechanism itself, to the last digit.
+  /// Computed from the mechanism itself, to full precision.
   VectorX evaluate_from_mechanism(const VectorX& u) const;
-  /// What factors · rows cannot fall below within the bounds; minus infinity if it is not known.
+  /// Lower bound of factors · residual within the bounds; minus infinity if unknown.
   double lower_bound(const VectorX& factors) const;
 
  private:
@@ -31,66 +31,67 @@ class ConditionResidual {
   std::optional<SparsePolynomial> polynomial_;
 };
 
-/// Some of the rows, less `target`, with the rows that vanish where bodies are physical. The arguments must outlive them.
+/// The selected rows minus `target`, followed by rows that vanish if all bodies are physical and all limits are
+/// satisfied. The arguments must outlive the system.
 NonlinearSystem make_fixed_geometry_equations(const SolverContext& context, const ConditionResidual& rows,
-                                              std::vector<int> which, VectorX target);
+                                              std::vector<int> selected_rows, VectorX target);
 
-/// The goals' residual while lengths and ratios change too. Every evaluation builds a mechanism.
-/// @param start unit coordinates of a mechanism that has conditions
+/// Residual of the goals if lengths and ratios vary, too. Every evaluation builds a mechanism.
+/// @param start unit coordinates of a mechanism for which conditions exist
 NonlinearSystem make_geometry_equations(const SolverContext& context, const VectorX& start);
 
-/// The same at configurations of the mechanism at u, if it has any; else `otherwise`.
+/// The same at configurations of the mechanism at u if it has any; else `otherwise`.
 NonlinearSystem make_equations_near(const SolverContext& context, const VectorX& u, const NonlinearSystem& otherwise);
 
-/// Largest size of the conditions' rows among an equation's values.
+/// Maximum absolute value of the condition rows among the values of the system.
 double max_condition_residual(const NonlinearSystem& equations, const VectorX& values);
 
-/// A u = c with orthonormal rows, where the conditions are affine: independent and complete.
+/// Affine conditions as matrix · u = rhs with orthonormal rows: independent and complete.
 struct LinearConditions {
-  MatrixX a;
-  VectorX c;
+  MatrixX matrix;
+  VectorX rhs;
 };
 LinearConditions linear_conditions(const NonlinearSystem& equations, int numbers);
 
 struct ExactSolutions {
-  std::vector<VectorX> solutions;  ///< distinct and physical; the one reached from the start values first
-  std::vector<VectorX> rejected;   ///< some that meet the conditions but are no designs
-  LeastSquaresResult closest;      ///< smallest sum of squares where there is no solution
+  std::vector<VectorX> solutions;  ///< distinct and physical; the one found from the first start comes first
+  std::vector<VectorX> rejected;   ///< some that meet the conditions but are not usable
+  LeastSquaresResult closest;      ///< smallest sum of squares found
 };
 
-/// How long to look for solutions.
+/// Limits of the search for solutions.
 struct ExactSearchOptions {
-  int max_restarts = 0;   ///< at most
-  int max_solutions = 1;  ///< solutions that are enough
-  std::function<bool()>
-      is_proved_infeasible;  ///< asked once after a few failures: it is proved that there is no solution
-  std::function<bool(const VectorX& u)> is_usable;  ///< a solution counts; null: all do
-  std::vector<VectorX> starts = {};                 ///< starts before the random ones; none: the start values
+  int max_restarts = 0;                             ///< number of random starts
+  int max_solutions = 1;                            ///< number of solutions that suffice
+  std::function<bool()> is_proved_infeasible;       ///< called once after several failures; true ends the search
+  std::function<bool(const VectorX& u)> is_usable;  ///< filter for solutions; null: accept all
+  std::vector<VectorX> starts = {};                 ///< used before the random ones; empty: the start values
 };
 
-/// Gauss–Newton from the first starts and from random points of the box.
+/// Gauss–Newton from the given starts and from random points of the box.
 ExactSolutions find_exact_solutions(const SolverContext& context, const NonlinearSystem& equations,
-                                    const ExactSearchOptions& effort);
+                                    const ExactSearchOptions& options);
 
-/// Within bounds, met and physical.
+/// Whether u meets the conditions and is admissible.
 bool is_exact(const SolverContext& context, const NonlinearSystem& equations, const VectorX& u);
 
-/// Back onto the conditions from a point near them; to the last digit where `exact` gives the residual of the mechanism itself.
-/// @param exact residual at one geometry, or null
+/// Returns from a nearby point to the conditions; to full precision if `exact_residual` gives the residual of the
+/// mechanism itself.
+/// @param exact_residual at one geometry, or null
 VectorX refine_solution(const NonlinearSystem& equations, const VectorX& u,
-                        const std::function<VectorX(const VectorX&)>& exact);
+                        const std::function<VectorX(const VectorX&)>& exact_residual);
 
-/// Orthonormal directions (columns) in which no condition changes at u; none: the solution is the only one near it.
+/// Orthonormal basis (columns) of the directions in which no condition changes at u; empty: the solution is isolated.
 MatrixX tangent_space(const NonlinearSystem& equations, const VectorX& u);
 
-/// Numbers that are off their bounds, their start values or zero by round-off are put there, one by one, unless a condition
-/// or the objective suffers.
-/// @param merit may be empty
+/// Moves variables that differ by round-off from a bound, their start value or zero onto it, one by one, unless this
+/// impairs a condition or the objective.
+/// @param objective may be empty
 VectorX snap_to_special_values(const SolverContext& context, const NonlinearSystem& equations,
-                               const std::function<double(const VectorX&)>& merit, VectorX u);
+                               const std::function<double(const VectorX&)>& objective, VectorX u);
 
-/// The solution nearest to the start values, in widths of the bounds, where conditions are affine and the physical designs
-/// form a convex set; nothing if it is not found.
+/// The solution closest to the start values in unit coordinates, for affine conditions and a convex set of physical
+/// designs; std::nullopt if it is not found.
 std::optional<VectorX> find_nearest_solution(const SolverContext& context, const LinearConditions& conditions);
 
 }  // namespace balance::design

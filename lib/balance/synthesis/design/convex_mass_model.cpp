@@ -14,28 +14,29 @@
 
 namespace balance::design {
 
-// Points and directions by which a set of places is measured.
+// Samples of points and directions.
 
-/// Numbers that a grid is made for.
+/// Maximum dimension of grids.
 inline constexpr int max_grid_dimension = 2;
-/// Points that fill the box −1…1 of n numbers, bounds included, as columns.
+/// A grid in the box [−1, 1]ⁿ including its boundary, as columns.
 MatrixX grid_points(int n);
 
-/// Unit vectors all around as rows, the axes among them.
+/// Unit vectors in all directions as rows, including the axes.
 /// @param dimension 2 or 3
 MatrixX direction_samples(int dimension);
 
 namespace {
 
-/// Second differences below this part of the values are round-off.
+/// Second differences below this fraction of the values are round-off.
 constexpr double nonlinearity_tolerance = 1e-9;
 }  // namespace
 
-ConvexMassModel::ConvexMassModel(const SolverContext& context, const VectorX& anchor, const std::vector<bool>& matters)
+ConvexMassModel::ConvexMassModel(const SolverContext& context, const VectorX& anchor,
+                                 const std::vector<bool>& is_active_parameter)
     : context_(context),
       dimension_(context.classification.base_mechanism.space == SpaceKind::planar ? 2 : 3),
-      terms_(static_cast<Eigen::Index>(matters.size())) {
-  classify_variables(anchor, matters);
+      terms_(static_cast<Eigen::Index>(is_active_parameter.size())) {
+  classify_variables(anchor, is_active_parameter);
   unknowns_ = static_cast<Eigen::Index>(linear_.size());
   for (FirstMomentLift& lift : lifts_) {
     lift.unknown = static_cast<int>(unknowns_);
@@ -49,8 +50,9 @@ VectorX ConvexMassModel::features(const VectorX& u) const {
   return values;
 }
 
-/// The mixed second difference of something that matters is not zero.
-bool ConvexMassModel::is_nonlinear(int i, int j, const VectorX& base, const std::vector<bool>& matters) const {
+/// Whether the mixed second difference of a relevant feature is not zero.
+bool ConvexMassModel::is_nonlinear(int i, int j, const VectorX& base,
+                                   const std::vector<bool>& is_active_parameter) const {
   VectorX a = base, b = base, both = base;
   const auto shift = [&](int k) { return base[k] > 0 ? -0.37 : 0.41; };
   if (i == j) {
@@ -64,66 +66,68 @@ bool ConvexMassModel::is_nonlinear(int i, int j, const VectorX& base, const std:
     both[j] = b[j];
   }
   const VectorX f0 = features(base), fa = features(a), fb = features(b), f = features(both);
-  const VectorX bend = i == j ? VectorX(f0 - 2 * fa + fb) : VectorX(f0 - fa - fb + f);
+  const VectorX second_difference = i == j ? VectorX(f0 - 2 * fa + fb) : VectorX(f0 - fa - fb + f);
   const VectorX size = f0.cwiseAbs().cwiseMax(fa.cwiseAbs()).cwiseMax(fb.cwiseAbs());
   const Mechanism& mechanism = context_.classification.base_mechanism;
   const double length = characteristic_length(mechanism);
-  const double nothing =
-      1e-14 * std::min(1.0, total_mass(mechanism) * length * length);  // a small mechanism's terms are small
-  for (Eigen::Index k = 0; k < bend.size(); ++k) {
-    const bool counts = k >= terms_ || matters[static_cast<std::size_t>(k)];
-    if (counts && !(std::abs(bend[k]) <= nonlinearity_tolerance * size[k] + nothing)) return true;
+  const double absolute_tolerance =
+      1e-14 * std::min(1.0, total_mass(mechanism) * length * length);  // the terms of a small mechanism are small
+  for (Eigen::Index k = 0; k < second_difference.size(); ++k) {
+    const bool is_relevant = k >= terms_ || is_active_parameter[static_cast<std::size_t>(k)];
+    if (is_relevant && !(std::abs(second_difference[k]) <= nonlinearity_tolerance * size[k] + absolute_tolerance))
+      return true;
   }
   return false;
 }
 
-/// The one element whose CoM a number moves, and nothing else.
-std::optional<ConvexMassModel::FirstMomentLift> ConvexMassModel::find_lift(int number,
-                                                                           const std::vector<bool>& matters) const {
+/// The lift for a variable that moves the CoM of exactly one element and has no other effect; std::nullopt for others.
+std::optional<ConvexMassModel::FirstMomentLift> ConvexMassModel::find_lift(
+    int number, const std::vector<bool>& is_active_parameter) const {
   const Mechanism& mechanism = context_.classification.base_mechanism;
   const std::vector<Parameter> terms = list_terms(mechanism, context_.classification.loose_springs);
   std::optional<FirstMomentLift> lift;
   for (const ElementFeatures& element : list_element_features(mechanism, context_.classification.loose_springs)) {
     if (element.bearer == ParameterOwner::spring) continue;
-    FirstMomentLift one;
+    FirstMomentLift candidate;
     for (std::size_t k = 0; k < terms.size(); ++k)
       if (terms[k].owner_kind == element.bearer && terms[k].index == element.index && terms[k].slot == 0)
-        one.first = static_cast<int>(k);
+        candidate.first = static_cast<int>(k);
     const int count = dimension_ == 2 ? 4 : 10;
-    bool touched = false;
-    for (int k = 0; k < count; ++k) touched = touched || context_.classification.has_effect(number, one.first + k);
-    if (!touched) continue;
-    if (lift || context_.classification.has_effect(number, one.first)) return std::nullopt;
-    bool second = false;
-    for (int k = one.first + 1 + dimension_; k < one.first + count; ++k)
-      second = second || matters[static_cast<std::size_t>(k)];
-    if (second && dimension_ == 3) return std::nullopt;
+    bool is_moved = false;
+    for (int k = 0; k < count; ++k)
+      is_moved = is_moved || context_.classification.has_effect(number, candidate.first + k);
+    if (!is_moved) continue;
+    if (lift || context_.classification.has_effect(number, candidate.first)) return std::nullopt;
+    bool has_second_moments = false;
+    for (int k = candidate.first + 1 + dimension_; k < candidate.first + count; ++k)
+      has_second_moments = has_second_moments || is_active_parameter[static_cast<std::size_t>(k)];
+    if (has_second_moments && dimension_ == 3) return std::nullopt;
     for (int k = 0; k < (dimension_ == 2 ? 1 : 6); ++k)
       if (context_.classification.has_effect(number, element.inertia + k)) return std::nullopt;
-    if (second) one.inertia = element.inertia;
-    one.numbers = {number};
-    lift = one;
+    if (has_second_moments) candidate.inertia = element.inertia;
+    candidate.numbers = {number};
+    lift = candidate;
   }
   return lift;
 }
 
-void ConvexMassModel::classify_variables(const VectorX& anchor, const std::vector<bool>& matters) {
+void ConvexMassModel::classify_variables(const VectorX& anchor, const std::vector<bool>& is_active_parameter) {
   const VectorX& base = context_.classification.base;
   std::vector<int> inner = inertial_variables(context_);
   outer_ = geometric_variables(context_);
   std::map<int, FirstMomentLift> lifts;
   const std::vector<int> all = inner;
-  const auto bends = [&](int i) {
-    return std::any_of(all.begin(), all.end(), [&](int j) { return is_nonlinear(i, j, base, matters); });
+  const auto is_nonlinear_in = [&](int i) {
+    return std::any_of(all.begin(), all.end(), [&](int j) { return is_nonlinear(i, j, base, is_active_parameter); });
   };
   inner.clear();
   for (const int i : all) {
     const VectorX& moved = context_.classification.perturbed_features[static_cast<std::size_t>(i)];
     if (is_equal_to_rounding(moved, context_.classification.base_features)) {
-      outer_.push_back(i);  // a motion's, if anything's
+      outer_.push_back(i);  // can affect only the motion
       continue;
     }
-    const std::optional<FirstMomentLift> lift = bends(i) ? find_lift(i, matters) : std::nullopt;
+    const std::optional<FirstMomentLift> lift = is_nonlinear_in(i) ? find_lift(i, is_active_parameter) : std::nullopt;
     if (!lift)
       inner.push_back(i);
     else if (const auto known = lifts.find(lift->first); known == lifts.end())
@@ -137,23 +141,24 @@ void ConvexMassModel::classify_variables(const VectorX& anchor, const std::vecto
     else
       outer_.insert(outer_.end(), lift.numbers.begin(), lift.numbers.end());
   }
-  move_nonlinear_out(inner, matters);
+  move_nonlinear_out(inner, is_active_parameter);
   linear_ = inner;
   std::sort(outer_.begin(), outer_.end());
 }
 
-/// The number that bends most goes out, until the others are straight.
-void ConvexMassModel::move_nonlinear_out(std::vector<int>& inner, const std::vector<bool>& matters) {
+/// Moves the variable with the most nonlinear interactions to the outer ones, until the others are affine.
+void ConvexMassModel::move_nonlinear_out(std::vector<int>& inner, const std::vector<bool>& is_active_parameter) {
   const VectorX& base = context_.classification.base;
   while (!inner.empty()) {
     std::vector<int> count(inner.size(), 0);
     for (std::size_t i = 0; i < inner.size(); ++i)
       for (std::size_t j = 0; j <= i; ++j)
-        if (is_nonlinear(inner[i], inner[j], base, matters)) count[i] += i == j ? 2 : 1, count[j] += i == j ? 0 : 1;
-    const auto most = std::max_element(count.begin(), count.end());
-    if (*most == 0) break;
-    outer_.push_back(inner[static_cast<std::size_t>(most - count.begin())]);
-    inner.erase(inner.begin() + (most - count.begin()));
+        if (is_nonlinear(inner[i], inner[j], base, is_active_parameter))
+          count[i] += i == j ? 2 : 1, count[j] += i == j ? 0 : 1;
+    const auto max_count = std::max_element(count.begin(), count.end());
+    if (*max_count == 0) break;
+    outer_.push_back(inner[static_cast<std::size_t>(max_count - count.begin())]);
+    inner.erase(inner.begin() + (max_count - count.begin()));
   }
 }
 
@@ -162,7 +167,7 @@ VectorX ConvexMassModel::com_position(const FirstMomentLift& lift, const VectorX
   return f.segment(lift.first + 1, dimension_) / f[lift.first];
 }
 
-/// Where the CoM may be. @return false if that depends on other numbers, or is too much to sample
+/// Samples the possible positions of the CoM. @return false if they depend on other variables or need too many samples
 bool ConvexMassModel::sample_com_positions(FirstMomentLift& lift, const VectorX& anchor) const {
   const auto n = static_cast<int>(lift.numbers.size());
   if (n > max_grid_dimension) return false;
@@ -217,25 +222,25 @@ std::optional<AffineTerms> ConvexMassModel::evaluate(const VectorX& u) const {
 
 std::vector<Eigen::Index> ConvexMassModel::list_massless_unknowns(const AffineTerms& terms,
                                                                   const VectorX& upper) const {
-  std::vector<Eigen::Index> none;
-  const VariableScaling& box = context_.scaling;
+  std::vector<Eigen::Index> massless;
+  const VariableScaling& scaling = context_.scaling;
   for (const FirstMomentLift& lift : lifts_) {
-    double most = terms.constant[lift.first];
+    double max_mass = terms.constant[lift.first];
     for (std::size_t k = 0; k < linear_.size(); ++k) {
       const double slope = terms.matrix(lift.first, static_cast<Eigen::Index>(k));
       const int i = linear_[k];
       const double high =
-          box.half_width()[i] > 0 ? std::min(1.0, (upper[i] - box.centre()[i]) / box.half_width()[i]) : 0.0;
-      most += std::max(-slope, slope * high);
+          scaling.half_width()[i] > 0 ? std::min(1.0, (upper[i] - scaling.centre()[i]) / scaling.half_width()[i]) : 0.0;
+      max_mass += std::max(-slope, slope * high);
     }
-    if (most > 1e-12 * lift.mass) continue;
+    if (max_mass > 1e-12 * lift.mass) continue;
     const int count = dimension_ + (lift.inertia >= 0 ? 1 : 0);
-    for (int k = 0; k < count; ++k) none.push_back(lift.unknown + k);
+    for (int k = 0; k < count; ++k) massless.push_back(lift.unknown + k);
   }
-  return none;
+  return massless;
 }
 
-/// The element's first moment and inertia from its own unknowns, which are measured in mass · radius (²).
+/// Expresses first moment and inertia of the element by its own unknowns, in units of mass · radius and mass · radius².
 void ConvexMassModel::write_lift_rows(const FirstMomentLift& lift, const VectorX& zero, const MatrixX& slopes,
                                       AffineTerms& terms) const {
   for (int d = 0; d < dimension_; ++d) {
@@ -251,27 +256,27 @@ void ConvexMassModel::write_lift_rows(const FirstMomentLift& lift, const VectorX
   terms.constant[row] = zero[lift.inertia];
 }
 
-/// h in the cone over all places, |h|²/m no more than what it adds to the inertia, which is no more than m r².
+/// Constrains h to the cone over all positions, and the contribution q to the inertia to |h|²/m ≤ q ≤ m r².
 void ConvexMassModel::add_lift_cones(const FirstMomentLift& lift, const AffineTerms& terms, const VectorX& zero,
                                      const MatrixX& slopes, ConeProgramBuilder& rows) const {
   const VectorX mass = slopes.row(lift.first).transpose() / lift.mass;
-  const double least = zero[lift.first] / lift.mass;
+  const double constant_mass = zero[lift.first] / lift.mass;
   for (Eigen::Index k = 0; k < lift.directions.rows(); ++k) {
     VectorX row = -lift.support[k] / lift.radius * mass;
     row.segment(lift.unknown, dimension_) += lift.directions.row(k).transpose();
-    rows.add_inequalities(row, lift.support[k] / lift.radius * least);
+    rows.add_inequalities(row, lift.support[k] / lift.radius * constant_mass);
   }
   MatrixX cone = MatrixX::Zero(1 + dimension_, terms.matrix.cols());
   VectorX constant = VectorX::Zero(1 + dimension_);
   cone.row(0) = mass.transpose();
-  constant[0] = least;
+  constant[0] = constant_mass;
   cone.block(1, lift.unknown, dimension_, dimension_).setIdentity();
   rows.add_cone(cone, constant);
   if (lift.inertia < 0) return;
   const int q = lift.unknown + dimension_;
   VectorX upper = -mass;
   upper[q] += 1;
-  rows.add_inequalities(upper, least);
+  rows.add_inequalities(upper, constant_mass);
   // (q + m)² ≥ |2 h|² + (q − m)²
   MatrixX rotated = MatrixX::Zero(2 + dimension_, terms.matrix.cols());
   VectorX shift = VectorX::Zero(2 + dimension_);
@@ -279,8 +284,8 @@ void ConvexMassModel::add_lift_cones(const FirstMomentLift& lift, const AffineTe
   rotated.row(1) = -mass.transpose();
   rotated(0, q) += 1;
   rotated(1, q) += 1;
-  shift[0] = least;
-  shift[1] = -least;
+  shift[0] = constant_mass;
+  shift[1] = -constant_mass;
   rotated.block(2, lift.unknown, dimension_, dimension_) = 2 * MatrixX::Identity(dimension_, dimension_);
   rows.add_cone(rotated, shift);
 }
@@ -296,14 +301,14 @@ VectorX ConvexMassModel::recover_variables(const VectorX& u, const VectorX& unkn
     const Eigen::Index nearest = min_index((lift.com_samples.colwise() - target).colwise().norm());
     NonlinearSystem equations;
     equations.primary_rows = equations.row_count = dimension_;
-    const auto off = [&](const VectorX& v) {
+    const auto deviation = [&](const VectorX& v) {
       VectorX moved = all;
       moved(lift.numbers) = v;
       return VectorX((com_position(lift, moved) - target) / lift.radius);
     };
     equations.evaluate = [&](const VectorX& v, VectorX& values, MatrixX* jacobian) {
-      values = off(v);
-      if (jacobian != nullptr) *jacobian = central_difference_jacobian(off, v, dimension_);
+      values = deviation(v);
+      if (jacobian != nullptr) *jacobian = central_difference_jacobian(deviation, v, dimension_);
       return values.allFinite();
     };
     all(lift.numbers) = solve_levenberg_marquardt(equations, lift.variable_samples.col(nearest), 20).u;
@@ -313,18 +318,18 @@ VectorX ConvexMassModel::recover_variables(const VectorX& u, const VectorX& unkn
 
 namespace {
 
-/// Points per number.
+/// Grid points per dimension.
 constexpr int grid_points_1d = 65, grid_points_2d = 17;
 
 }  // namespace
 
 MatrixX grid_points(int n) {
-  const int each = n == 1 ? grid_points_1d : grid_points_2d;
-  const auto part = [&](int k) { return -1 + 2.0 * k / (each - 1); };
-  MatrixX points(n, n == 1 ? each : each * each);
+  const int points_per_axis = n == 1 ? grid_points_1d : grid_points_2d;
+  const auto coordinate = [&](int k) { return -1 + 2.0 * k / (points_per_axis - 1); };
+  MatrixX points(n, n == 1 ? points_per_axis : points_per_axis * points_per_axis);
   for (Eigen::Index k = 0; k < points.cols(); ++k) {
-    points(0, k) = part(static_cast<int>(k) % each);
-    if (n == 2) points(1, k) = part(static_cast<int>(k) / each);
+    points(0, k) = coordinate(static_cast<int>(k) % points_per_axis);
+    if (n == 2) points(1, k) = coordinate(static_cast<int>(k) / points_per_axis);
   }
   return points;
 }
@@ -332,20 +337,20 @@ MatrixX grid_points(int n) {
 MatrixX direction_samples(int dimension) {
   constexpr int planar_direction_count = 32;
   if (dimension == 3) {
-    MatrixX all(26, 3);
+    MatrixX directions(26, 3);
     Eigen::Index row = 0;
     for (int x = -1; x <= 1; ++x)
       for (int y = -1; y <= 1; ++y)
         for (int z = -1; z <= 1; ++z)
-          if (const Vector3 d(z, y, x); d.norm() > 0) all.row(row++) = d.normalized();
-    return all;
+          if (const Vector3 d(z, y, x); d.norm() > 0) directions.row(row++) = d.normalized();
+    return directions;
   }
-  MatrixX all(planar_direction_count, 2);
+  MatrixX directions(planar_direction_count, 2);
   for (int k = 0; k < planar_direction_count; ++k) {
     const double angle = 2 * std::numbers::pi * k / planar_direction_count;
-    all.row(k) << elementary::cos(angle), elementary::sin(angle);
+    directions.row(k) << elementary::cos(angle), elementary::sin(angle);
   }
-  return all;
+  return directions;
 }
 
 }  // namespace balance::design

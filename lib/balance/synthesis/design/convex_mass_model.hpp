@@ -1,17 +1,17 @@
 #pragma once
-/// The numbers of masses as unknowns of a convex problem, once lengths are chosen.
+/// Mass properties as unknowns of a convex problem for given lengths.
 ///
-/// Numbers in which everything that matters is affine are unknowns themselves. The place of an element's CoM is one more
-/// product with its mass: instead of it the first moment h is an unknown, within the cone over all places, and what it adds to
-/// the moment of inertia, at least |h|²/m. All other numbers are outer ones: lengths, motions, angles that turn more than one
-/// element.
+/// Variables in which all relevant terms are affine are unknowns themselves. The position of an element's CoM is
+/// multiplied by its mass. Therefore the first moment h is the unknown, restricted to the cone over all positions, and
+/// so is its contribution to the moment of inertia, at least |h|²/m. All other variables are outer ones: lengths,
+/// motions, angles that rotate more than one element.
 
 #include "balance/foundation/numerics/cone_program.hpp"
 #include "balance/synthesis/design/solver_context.hpp"
 
 namespace balance::design {
 
-/// The terms (list_terms) and what is demanded of the unknowns, at one geometry.
+/// The terms (list_terms) and the constraints on the unknowns at one geometry.
 struct AffineTerms {
   MatrixX matrix;           ///< terms × unknowns
   VectorX constant;         ///< terms = constant + matrix · unknowns
@@ -20,41 +20,42 @@ struct AffineTerms {
 
 class ConvexMassModel {
  public:
-  /// @param anchor unit coordinates of a mechanism that exists
-  /// @param matters per term (list_terms): it occurs in a condition or figure
-  ConvexMassModel(const SolverContext& context, const VectorX& anchor, const std::vector<bool>& matters);
+  /// @param anchor unit coordinates of a valid mechanism
+  /// @param is_active_parameter for each term (list_terms), whether it occurs in a condition or figure
+  ConvexMassModel(const SolverContext& context, const VectorX& anchor, const std::vector<bool>& is_active_parameter);
 
-  /// Positions of the numbers that are no unknowns and change something.
+  /// Indices of the variables that are not unknowns but have an effect.
   const std::vector<int>& outer() const { return outer_; }
-  /// Positions of the numbers that are unknowns themselves, the first of all unknowns.
+  /// Indices of the variables that are unknowns themselves; these come first among the unknowns.
   const std::vector<int>& linear() const { return linear_; }
-  /// Unknowns of elements that have no mass where the linear numbers are not above `upper` [SI]: none of them is anything but zero.
+  /// Unknowns of elements that have no mass as long as the linear variables do not exceed `upper` [SI]; these unknowns
+  /// are zero.
   std::vector<Eigen::Index> list_massless_unknowns(const AffineTerms& terms, const VectorX& upper) const;
   Eigen::Index unknown_count() const { return unknowns_; }
-  /// @return nothing where there is no mechanism
+  /// @return std::nullopt if there is no mechanism
   std::optional<AffineTerms> evaluate(const VectorX& u) const;
-  /// All numbers: the outer ones as in u, the others as the unknowns say.
+  /// All variables: the outer ones from u, the others from the unknowns.
   VectorX recover_variables(const VectorX& u, const VectorX& unknowns) const;
 
  private:
-  /// An element whose first moment is unknown.
+  /// An element whose first moment is an unknown.
   struct FirstMomentLift {
     std::vector<int> numbers;
-    int first = 0;             ///< its mass among the terms, the first moment behind it
-    int inertia = -1;          ///< feature of the planar moment of inertia about the CoM, if that matters
+    int first = 0;             ///< index of its mass among the terms; the first moment follows
+    int inertia = -1;          ///< feature of the planar moment of inertia about the CoM, if relevant
     int unknown = 0;           ///< first of its unknowns
-    double radius = 0;         ///< |c| is not larger
-    double mass = 0;           ///< a size
+    double radius = 0;         ///< maximum of |c|
+    double mass = 0;           ///< a typical value
     MatrixX directions;        ///< K × dimension
-    VectorX support;           ///< direction · c is not larger
+    VectorX support;           ///< maximum of direction · c
     MatrixX com_samples;       ///< dimension × samples: c
-    MatrixX variable_samples;  ///< numbers × samples
+    MatrixX variable_samples;  ///< variables × samples
   };
   VectorX features(const VectorX& u) const;
-  void classify_variables(const VectorX& anchor, const std::vector<bool>& matters);
-  void move_nonlinear_out(std::vector<int>& inner, const std::vector<bool>& matters);
-  bool is_nonlinear(int i, int j, const VectorX& base, const std::vector<bool>& matters) const;
-  std::optional<FirstMomentLift> find_lift(int number, const std::vector<bool>& matters) const;
+  void classify_variables(const VectorX& anchor, const std::vector<bool>& is_active_parameter);
+  void move_nonlinear_out(std::vector<int>& inner, const std::vector<bool>& is_active_parameter);
+  bool is_nonlinear(int i, int j, const VectorX& base, const std::vector<bool>& is_active_parameter) const;
+  std::optional<FirstMomentLift> find_lift(int number, const std::vector<bool>& is_active_parameter) const;
   bool sample_com_positions(FirstMomentLift& lift, const VectorX& anchor) const;
   VectorX com_position(const FirstMomentLift& lift, const VectorX& u) const;
   void add_lift_cones(const FirstMomentLift& lift, const AffineTerms& terms, const VectorX& at_zero,

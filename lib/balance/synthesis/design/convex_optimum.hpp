@@ -1,5 +1,5 @@
 #pragma once
-/// The best of a convex set of designs, with a proof.
+/// Global optimum of a convex set of designs, with proof.
 
 #include "balance/synthesis/design/condition_equations.hpp"
 #include "balance/synthesis/design/problem_functions.hpp"
@@ -13,12 +13,13 @@ struct Optimum {
   bool is_global = false;                                         ///< value and bound agree
 };
 
-/// Improves a solution of affine conditions (none: any point of the box) until a lower bound proves that nothing is better:
-/// tangents of the objective, with multipliers for conditions and inequalities, bound it over the whole box. Newton's method
-/// where the objective is smooth, a proximal bundle method where it is not.
-/// @param merit convex
-/// @param restore brings a point near the conditions onto them
-Optimum minimise_convex(const SolverContext& context, const ScaledObjective& merit, const LinearConditions& conditions,
-                        const std::function<VectorX(const VectorX&)>& restore, const VectorX& start);
+/// Improves a solution of affine conditions (if there are none: any point of the box) until a lower bound proves
+/// optimality. Tangents of the objective, with multipliers for conditions and inequalities, bound it over the whole
+/// box. Uses Newton's method where the objective is smooth and a proximal bundle method elsewhere.
+/// @param objective convex
+/// @param restore projects a point near the conditions onto them
+Optimum minimise_convex(const SolverContext& context, const ScaledObjective& objective,
+                        const LinearConditions& conditions, const std::function<VectorX(const VectorX&)>& restore,
+                        const VectorX& start);
 
 }  // namespace balance::design

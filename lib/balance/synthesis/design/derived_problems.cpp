@@ -11,94 +11,138 @@ namespace balance::design {
 
 namespace {
 
-/// Part of a limit's bound that is left where a search for a design within it may end.
+/// Margin, relative to a limit's bound, at which the search for a feasible design may stop.
 constexpr double phase_one_margin = 1e-3;
 
-double max_violation(const std::vector<DesignLimit>& limits, const VectorX& parameters, VectorX* gradient) {
-  double worst = -phase_one_margin;
-  if (gradient != nullptr) gradient->setZero(parameters.size());
-  VectorX slope;
-  for (const DesignLimit& limit : limits) {
-    const double here =
-        relative_violation(limit, limit.figure.of_parameters(parameters, gradient != nullptr ? &slope : nullptr));
-    if (here <= worst) continue;
-    worst = here;
-    if (gradient != nullptr) *gradient = (relative_violation(limit, 1) - relative_violation(limit, 0)) * slope;
-  }
-  return worst;
-}
+/// Maximum violation of several limits, but at least −phase_one_margin.
+class ViolationFunction final : public DesignFunction {
+ public:
+  /// @param parameters computes the parameters of the mechanism at x, for limits that are functions of them
+  ViolationFunction(std::vector<DesignLimit> limits, std::function<VectorX(const VectorX& x)> parameters)
+      : limits_(std::move(limits)), parameters_(std::move(parameters)) {}
 
-Objective make_violation_objective(std::vector<DesignLimit> limits, const DesignProblem& problem) {
-  const auto all = [&](const auto& holds) { return std::all_of(limits.begin(), limits.end(), holds); };
+  Domain domain() const override {
+    const bool is_parametric = std::all_of(limits_.begin(), limits_.end(),
+                                           [](const DesignLimit& limit) { return limit.figure.is_of_parameters(); });
+    return is_parametric ? Domain::parameters : Domain::variables;
+  }
+  double evaluate(const VectorX& at, VectorX* gradient) const override {
+    return domain() == Domain::parameters ? evaluate_parameters(at, gradient) : find_worst(at).violation;
+  }
+  std::optional<VectorX> gradient(const VectorX& x) const override {
+    const Worst worst = find_worst(x);
+    if (worst.limit == nullptr) return VectorX::Zero(x.size());
+    std::optional<VectorX> slope = worst.limit->figure.function->gradient(x);
+    if (slope) *slope *= violation_slope(*worst.limit);
+    return slope;
+  }
+
+ private:
+  struct Worst {
+    double violation = -phase_one_margin;
+    const DesignLimit* limit = nullptr;  ///< nullptr: all limits have the margin
+  };
+
+  double evaluate_parameters(const VectorX& parameters, VectorX* gradient) const {
+    double worst = -phase_one_margin;
+    if (gradient != nullptr) gradient->setZero(parameters.size());
+    VectorX slope;
+    for (const DesignLimit& limit : limits_) {
+      const double violation = relative_violation(
+          limit, limit.figure.function->evaluate(parameters, gradient != nullptr ? &slope : nullptr));
+      if (violation <= worst) continue;
+      worst = violation;
+      if (gradient != nullptr) *gradient = violation_slope(limit) * slope;
+    }
+    return worst;
+  }
+
+  Worst find_worst(const VectorX& x) const {
+    Worst worst;
+    std::optional<VectorX> parameters;
+    for (const DesignLimit& limit : limits_) {
+      const bool of_parameters = limit.figure.is_of_parameters();
+      if (of_parameters && !parameters) parameters = parameters_(x);
+      const double violation =
+          relative_violation(limit, limit.figure.function->evaluate(of_parameters ? *parameters : x, nullptr));
+      if (!(violation <= worst.violation)) worst = {violation, &limit};  // also for undefined values
+    }
+    return worst;
+  }
+
+  std::vector<DesignLimit> limits_;
+  std::function<VectorX(const VectorX& x)> parameters_;
+};
+
+Objective make_violation_objective(std::vector<DesignLimit> limits,
+                                   std::function<VectorX(const VectorX& x)> parameters) {
   Objective objective;
   objective.name = "largest violation of a limit";
   objective.lower_bound = -phase_one_margin;
-  objective.is_convex =
-      all([](const DesignLimit& l) { return l.figure.is_constant || (l.figure.is_convex && !l.is_lower); });
-  if (all([](const DesignLimit& l) { return static_cast<bool>(l.figure.of_parameters); })) {
-    objective.of_parameters = [limits](const VectorX& parameters, VectorX* gradient) {
-      return max_violation(limits, parameters, gradient);
-    };
-    return objective;
-  }
-  objective.of_variables = [limits, mechanism = problem.build_mechanism,
-                            loose = problem.options.loose_springs](const VectorX& x) {
-    double worst = -phase_one_margin;
-    std::optional<VectorX> parameters;
-    for (const DesignLimit& limit : limits) {
-      if (limit.figure.of_parameters && !parameters) parameters = parameter_values(mechanism(x), loose);
-      const double value =
-          limit.figure.of_parameters ? limit.figure.of_parameters(*parameters, nullptr) : limit.figure.of_variables(x);
-      const double here = relative_violation(limit, value);
-      if (!(here <= worst)) worst = here;  // one without a value too
-    }
-    return worst;
-  };
+  objective.is_convex = std::all_of(limits.begin(), limits.end(), [](const DesignLimit& limit) {
+    return limit.figure.is_constant || (limit.figure.is_convex && !limit.is_lower);
+  });
+  objective.function = std::make_shared<const ViolationFunction>(std::move(limits), std::move(parameters));
   return objective;
 }
+
+/// The model of a problem whose objective is the violation of its limits.
+class PhaseOneModel final : public DesignModelDecorator {
+ public:
+  using DesignModelDecorator::DesignModelDecorator;
+
+  Capabilities capabilities() const override {
+    const Capabilities base_capabilities = model().capabilities();
+    return {.has_convex_limits = base_capabilities.has_convex_limits && base_capabilities.are_all_limits_convex,
+            .can_fix_geometry = base_capabilities.can_fix_geometry};
+  }
+  std::optional<std::vector<ConvexLimit>> convex_limits(const VectorX& x) const override {
+    return model().convex_limits(x);
+  }
+  Objective objective_at_geometry(const VectorX& x, const std::vector<int>& free,
+                                  const FreeSprings& loose) const override {
+    return make_violation_objective(model().limits_at_geometry(x, free, loose), [this, x, free, loose](const auto& u) {
+      VectorX all = x;
+      all(free) = u;
+      return parameter_values(build_mechanism(all), loose);
+    });
+  }
+  std::vector<DesignLimit> limits_at_geometry(const VectorX& /*x*/, const std::vector<int>& /*free*/,
+                                              const FreeSprings& /*loose*/) const override {
+    return {};
+  }
+};
 
 }  // namespace
 
 DesignProblem make_phase_one_problem(const DesignProblem& problem) {
-  DesignProblem other = problem;
-  other.objective = make_violation_objective(problem.limits, problem);
-  other.convex_terms_at = other.all_convex_terms_at = {};
-  if (problem.convex_limit_count == static_cast<int>(problem.limits.size()))
-    other.violation_floor = -phase_one_margin;
-  else
-    other.convex_limits = {};
-  other.convex_limit_count = 0;
-  other.objective_at_geometry = {};
-  other.limits.clear();
-  other.limits_at_geometry = {};
-  if (problem.limits_at_geometry)
-    other.objective_at_geometry = [&problem](const VectorX& x, const std::vector<int>& kept, const FreeSprings& loose) {
-      DesignProblem part = problem;
-      part.options.loose_springs = loose;
-      part.build_mechanism = [&problem, x, kept](const VectorX& numbers) {
-        VectorX all = x;
-        all(kept) = numbers;
-        return problem.build_mechanism(all);
-      };
-      return make_violation_objective(problem.limits_at_geometry(x, kept, loose), part);
-    };
-  return other;
+  DesignProblem phase_one = problem;
+  phase_one.model = std::make_shared<const PhaseOneModel>(problem.model);
+  phase_one.objective = make_violation_objective(
+      problem.limits, [model = problem.model, loose = problem.options.loose_springs](const VectorX& x) {
+        return parameter_values(model->build_mechanism(x), loose);
+      });
+  phase_one.limits.clear();
+  if (phase_one.model->capabilities().has_convex_limits) phase_one.violation_floor = -phase_one_margin;
+  return phase_one;
 }
 
 double evaluate_figure(const DesignProblem& problem, const Objective& figure, const VectorX& x) {
   try {
-    if (figure.of_variables) return figure.of_variables(x);
-    return figure.of_parameters(parameter_values(problem.build_mechanism(x), problem.options.loose_springs), nullptr);
+    return figure.function->evaluate(
+        figure.is_of_parameters() ? parameter_values(problem.model->build_mechanism(x), problem.options.loose_springs)
+                                  : x,
+        nullptr);
   } catch (const SpecError&) {
     return std::numeric_limits<double>::quiet_NaN();  // an expression of the spec has no value here
   } catch (const std::invalid_argument&) {
-    return std::numeric_limits<double>::quiet_NaN();  // nor is there a motion
+    return std::numeric_limits<double>::quiet_NaN();  // there is no motion
   }
 }
 
 namespace {
 
-/// An inner problem is one of many.
+/// Effort limits of an inner problem, which is one of many.
 constexpr int max_inner_restarts = 6, max_inner_evaluations = 2000;
 
 std::vector<int> list_variables(const SolverContext& context, bool geometric) {
@@ -108,13 +152,65 @@ std::vector<int> list_variables(const SolverContext& context, bool geometric) {
   return numbers;
 }
 
-/// @param all the numbers that a part of them stands for
-void fix_other_variables(Objective& objective, const std::function<VectorX(const VectorX&)>& all) {
-  if (!objective.of_variables) return;
-  objective.of_variables = [whole = objective.of_variables, all](const VectorX& u) { return whole(all(u)); };
-  if (objective.failure_reason)
-    objective.failure_reason = [whole = objective.failure_reason, all](const VectorX& u) { return whole(all(u)); };
+/// Inserts values of the free variables into those of all variables.
+struct FixedVariables {
+  VectorX x;
+  std::vector<int> free;
+
+  VectorX all(const VectorX& u) const {
+    VectorX numbers = x;
+    numbers(free) = u;
+    return numbers;
+  }
+};
+
+/// Restricts a function of all variables to some of them.
+class RestrictedFunction final : public DesignFunction {
+ public:
+  RestrictedFunction(std::shared_ptr<const DesignFunction> function, FixedVariables fixed)
+      : function_(std::move(function)), fixed_(std::move(fixed)) {}
+
+  Domain domain() const override { return Domain::variables; }
+  double evaluate(const VectorX& u, VectorX* /*gradient*/) const override {
+    return function_->evaluate(fixed_.all(u), nullptr);
+  }
+  bool has_max_terms() const override { return function_->has_max_terms(); }
+  std::optional<std::vector<MaxTerm>> max_terms(const VectorX& u) const override {
+    auto terms = function_->max_terms(fixed_.all(u));
+    if (terms)
+      for (MaxTerm& term : *terms) term.jacobian = term.jacobian(Eigen::all, fixed_.free).eval();
+    return terms;
+  }
+  std::optional<VectorX> gradient(const VectorX& u) const override {
+    auto slope = function_->gradient(fixed_.all(u));
+    if (slope) *slope = (*slope)(fixed_.free).eval();
+    return slope;
+  }
+  std::string failure_reason(const VectorX& u) const override { return function_->failure_reason(fixed_.all(u)); }
+
+ private:
+  std::shared_ptr<const DesignFunction> function_;
+  FixedVariables fixed_;
+};
+
+void fix_other_variables(Objective& objective, const FixedVariables& fixed) {
+  if (objective.is_of_parameters()) return;
+  objective.function = std::make_shared<const RestrictedFunction>(objective.function, fixed);
 }
+
+/// Fixes lengths and ratios; the feasibility of the motion has been checked already.
+class FixedGeometryModel final : public DesignModelDecorator {
+ public:
+  FixedGeometryModel(std::shared_ptr<const DesignModel> base_model, FixedVariables fixed)
+      : DesignModelDecorator(std::move(base_model)), fixed_(std::move(fixed)) {}
+
+  Mechanism build_mechanism(const VectorX& u) const override { return model().build_mechanism(fixed_.all(u)); }
+  std::string invalidity_reason(const VectorX& u) const override { return model().invalidity_reason(fixed_.all(u)); }
+  std::string infeasibility_reason(const VectorX& /*u*/) const override { return ""; }
+
+ private:
+  FixedVariables fixed_;
+};
 
 }  // namespace
 
@@ -122,55 +218,33 @@ std::vector<int> inertial_variables(const SolverContext& context) { return list_
 std::vector<int> geometric_variables(const SolverContext& context) { return list_variables(context, true); }
 
 DesignProblem make_fixed_geometry_problem(const SolverContext& context, const VectorX& x, double seconds) {
-  const DesignProblem& whole = context.problem;
-  const std::vector<int> kept = inertial_variables(context);
-  const auto all = [x, kept](const VectorX& part) {
-    VectorX numbers = x;
-    numbers(kept) = part;
-    return numbers;
-  };
-  DesignProblem part = whole;
-  part.variables.clear();
-  for (const int i : kept) {
-    DesignVariable variable = whole.variables[static_cast<std::size_t>(i)];
+  const DesignProblem& problem = context.problem;
+  const std::vector<int> inertial = inertial_variables(context);
+  const FixedVariables fixed{x, inertial};
+  DesignProblem restricted = problem;
+  restricted.variables.clear();
+  for (const int i : inertial) {
+    DesignVariable variable = problem.variables[static_cast<std::size_t>(i)];
     variable.start = std::clamp(x[i], variable.lower, variable.upper);
-    part.variables.push_back(std::move(variable));
+    restricted.variables.push_back(std::move(variable));
   }
-  part.build_mechanism = [&whole, all](const VectorX& u) { return whole.build_mechanism(all(u)); };
-  if (whole.invalidity_reason)
-    part.invalidity_reason = [&whole, all](const VectorX& u) { return whole.invalidity_reason(all(u)); };
-  part.options = context.options;
-  part.infeasibility_reason = {};
-  part.objective_at_geometry = {};
-  part.limits_at_geometry = {};
-  part.convex_terms_at = part.all_convex_terms_at = {};
-  part.convex_limits = {};
-  part.convex_limit_count = 0;
-  part.violation_floor = {};
-  part.is_subproblem = true;
-  part.on_progress = [&context](const SearchProgress&) { return !context.budget.is_interrupted(); };
-  part.search.max_time = seconds;
-  part.search.max_restarts = std::min(whole.search.max_restarts, max_inner_restarts);
-  part.search.max_evaluations = std::min(whole.search.max_evaluations, max_inner_evaluations);
-  if (whole.limits_at_geometry) {
-    part.limits = whole.limits_at_geometry(x, kept, context.options.loose_springs);
+  restricted.model = std::make_shared<const FixedGeometryModel>(problem.model, fixed);
+  restricted.options = context.options;
+  restricted.violation_floor = {};
+  restricted.is_subproblem = true;
+  restricted.on_progress = [&context](const SearchProgress&) { return !context.budget.is_interrupted(); };
+  restricted.search.max_time = seconds;
+  restricted.search.max_restarts = std::min(problem.search.max_restarts, max_inner_restarts);
+  restricted.search.max_evaluations = std::min(problem.search.max_evaluations, max_inner_evaluations);
+  if (problem.model->capabilities().can_fix_geometry) {
+    restricted.limits = problem.model->limits_at_geometry(x, inertial, context.options.loose_springs);
+    if (problem.objective)
+      restricted.objective = problem.model->objective_at_geometry(x, inertial, context.options.loose_springs);
   } else {
-    for (DesignLimit& limit : part.limits) fix_other_variables(limit.figure, all);
+    for (DesignLimit& limit : restricted.limits) fix_other_variables(limit.figure, fixed);
+    if (restricted.objective) fix_other_variables(*restricted.objective, fixed);
   }
-  if (!whole.objective) return part;
-  if (whole.max_terms)
-    part.max_terms = [&whole, all, kept](const VectorX& u) {
-      auto pieces = whole.max_terms(all(u));
-      if (pieces)
-        for (MaxTerm& term : *pieces) term.jacobian = term.jacobian(Eigen::all, kept).eval();
-      return pieces;
-    };
-  if (whole.objective_at_geometry) {
-    part.objective = whole.objective_at_geometry(x, kept, context.options.loose_springs);
-  } else {
-    fix_other_variables(*part.objective, all);
-  }
-  return part;
+  return restricted;
 }
 
 }  // namespace balance::design

@@ -1,26 +1,27 @@
 #pragma once
-/// The same design problem with some of its numbers held.
+/// Design problems derived from another one, for example with some variables fixed.
 
 #include "balance/synthesis/design/design_problem.hpp"
 #include "balance/synthesis/design/solver_context.hpp"
 
 namespace balance::design {
 
-// The design that is least beyond its limits, as a design problem without them.
+// The design with the minimum violation of its limits, as a design problem without limits.
 
-/// The same goals and numbers; to be made small is the largest violation of a limit, down to a little within all of them.
-/// @param problem its functions must live as long as what is returned
+/// The same goals and variables, but the objective is the maximum violation of the limits, bounded below by a small
+/// margin within all of them.
+/// @param problem everything that it refers to must outlive the result
 DesignProblem make_phase_one_problem(const DesignProblem& problem);
 
-/// A figure of a problem at values of the free numbers; NaN where it has none.
+/// Value of a figure of the problem for values of the free numbers; NaN if undefined.
 double evaluate_figure(const DesignProblem& problem, const Objective& figure, const VectorX& x);
 
-/// Lengths and ratios stay as they are at x, the other numbers are free and start from there: conditions of one geometry, and an
-/// objective that often is convex.
-/// @param seconds that it may take
+/// Fixes lengths and ratios at x. The other variables are free and start from x. The conditions are then those of a
+/// single geometry, and the objective is often convex.
+/// @param seconds time limit
 DesignProblem make_fixed_geometry_problem(const SolverContext& context, const VectorX& x, double seconds);
 
-/// Positions of the numbers that do not change the geometry, and of those that do.
+/// Indices of the variables that do not change the geometry, and of those that do.
 std::vector<int> inertial_variables(const SolverContext& context);
 std::vector<int> geometric_variables(const SolverContext& context);
 

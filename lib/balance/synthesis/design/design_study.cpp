@@ -24,68 +24,105 @@ namespace balance {
 
 namespace {
 
-/// What a mechanism weighs, and what of it was added to balance it.
+/// Mass of a mechanism, and the part that was added for balancing.
 struct MassSummary {
   double mass = 0, inertia = 0, added_mass = 0, added_inertia = 0;
 };
 
+std::vector<DesignVariable> list_variables(const std::vector<FreeNumber>& numbers) {
+  std::vector<DesignVariable> variables;
+  for (const FreeNumber& number : numbers)
+    variables.push_back({number.key_path, number.lower, number.upper, number.start, number.discrete_values});
+  return variables;
+}
+
+/// The design problem of a spec at its nominal load.
+class SpecDesignModel final : public DesignModel {
+ public:
+  /// @param space must outlive this object
+  SpecDesignModel(const DesignSpace& space, const std::vector<ObjectiveTerm>& terms, bool is_modular)
+      : space_(space), terms_(terms), is_modular_(is_modular), required_motions_(space.start) {}
+
+  /// Builds objective and limits of the problem, whose loose springs must be known.
+  void build_figures(DesignProblem& problem) {
+    const FreeSprings& loose = loose_ = problem.options.loose_springs;
+    const std::vector<FigureLimit>& limits = space_.start.design.subject_to;
+    problem.limits = build_design_limits(space_, limits, space_.start_values(), loose);
+    convex_limits_ = select_convex_limits(space_, limits);
+    if (!terms_.empty()) problem.objective = build_objective(space_, terms_, space_.start_values(), loose);
+    capabilities_ = {.has_convex_terms = !terms_.empty() && are_convex_in_parameters(space_, terms_),
+                     .has_convex_limits = !convex_limits_.empty(),
+                     .are_all_limits_convex = convex_limits_.size() == limits.size(),
+                     .can_fix_geometry = true};
+  }
+
+  Capabilities capabilities() const override { return capabilities_; }
+  Mechanism build_mechanism(const VectorX& x) const override {
+    return assembled_at(instantiate_checked(space_, x).mechanism, required_motions_.start_coordinates());
+  }
+  std::string invalidity_reason(const VectorX& x) const override {
+    return find_validation_issue(instantiate_checked(space_, x).mechanism);
+  }
+  std::string infeasibility_reason(const VectorX& x) const override {
+    return required_motions_.infeasibility_reason(instantiate_checked(space_, x));
+  }
+  Conditions derive_conditions(const Mechanism& mechanism, const std::vector<Goal>& goals,
+                               const ConditionOptions& options) const override {
+    return is_modular_ ? derive_modular_conditions(mechanism, goals, options)
+                       : balance::derive_conditions(mechanism, goals, options);
+  }
+  std::optional<std::vector<AffineFigure>> convex_terms(const VectorX& x, FigureSampling sampling) const override {
+    return compute_convex_terms(space_, terms_, loose_, sampling, x);
+  }
+  std::optional<std::vector<ConvexLimit>> convex_limits(const VectorX& x) const override {
+    return compute_convex_limits(space_, convex_limits_, loose_, x);
+  }
+  Objective objective_at_geometry(const VectorX& x, const std::vector<int>& free,
+                                  const FreeSprings& loose) const override {
+    return build_objective(space_.fix_others(x, free), terms_, x(free), loose);
+  }
+  std::vector<DesignLimit> limits_at_geometry(const VectorX& x, const std::vector<int>& free,
+                                              const FreeSprings& loose) const override {
+    return build_design_limits(space_.fix_others(x, free), space_.start.design.subject_to, x(free), loose);
+  }
+
+ private:
+  const DesignSpace& space_;
+  std::vector<ObjectiveTerm> terms_;
+  bool is_modular_;
+  RequiredMotions required_motions_;
+  FreeSprings loose_;
+  std::vector<FigureLimit> convex_limits_;
+  Capabilities capabilities_;
+};
+
 DesignProblem build_design_problem(const DesignSpace& space, const DesignStudyOptions& options) {
   DesignProblem problem;
-  for (const FreeNumber& number : space.start.free_numbers)
-    problem.variables.push_back({number.key_path, number.lower, number.upper, number.start, number.discrete_values});
-  const auto duties = std::make_shared<const RequiredMotions>(space.start);
-  problem.build_mechanism = [&space, duties](const VectorX& x) {
-    return assembled_at(instantiate_checked(space, x).mechanism, duties->start_coordinates());
-  };
-  problem.invalidity_reason = [&space](const VectorX& x) {
-    return find_validation_issue(instantiate_checked(space, x).mechanism);
-  };
-  problem.infeasibility_reason = [&space, duties](const VectorX& x) {
-    return duties->infeasibility_reason(instantiate_checked(space, x));
-  };
+  problem.variables = list_variables(space.start.free_numbers);
+  const auto& terms = options.minimize.empty() ? space.start.design.minimize : options.minimize;
+  const auto model = std::make_shared<SpecDesignModel>(space, terms, options.is_modular);
+  problem.model = model;
   problem.goals = options.goals.empty() ? space.start.design.goals : options.goals;
   if (!problem.goals.empty()) reject_temporary_payloads(space.start, "the goals of a design", &options.excluded);
   if (!space.start.design.cases.adapted.empty()) reject_temporary_payloads(space.start, "numbers that follow the load");
   if (problem.variables.empty()) throw std::invalid_argument("a design needs free numbers, and the spec has none");
   problem.cardinality_constraints = list_optional_elements(space);
-  const auto& terms = options.minimize.empty() ? space.start.design.minimize : options.minimize;
-  const std::vector<FigureLimit>& limits = space.start.design.subject_to;
-  if (problem.goals.empty() && terms.empty() && limits.empty())
+  if (problem.goals.empty() && terms.empty() && space.start.design.subject_to.empty())
     throw std::invalid_argument("a design needs a goal, something to minimize or limits");
   if (!space.start.trajectories.empty()) problem.options.about = space.start.trajectories.front().about;
-  problem.derive_conditions = options.is_modular ? derive_modular_conditions : derive_conditions;
   problem.is_modular = options.is_modular;
   problem.search = options.search;
   problem.on_progress = options.on_progress;
   problem.options.excluded = options.excluded;
   problem.options.loose_springs = find_loose_springs(problem);
-  problem.limits = build_design_limits(space, limits, space.start_values(), problem.options.loose_springs);
-  problem.limits_at_geometry = [&space, &limits](const VectorX& x, const std::vector<int>& kept,
-                                                 const FreeSprings& loose) {
-    return build_design_limits(space.fix_others(x, kept), limits, x(kept), loose);
-  };
-  problem.convex_limits = build_convex_limits(space, limits, problem.options.loose_springs, problem.convex_limit_count);
-  if (terms.empty()) return problem;
-  problem.objective = build_objective(space, terms, space.start_values(), problem.options.loose_springs);
-  // where numbers are off, slopes are differences: they would be second derivatives
-  const auto robust = [](const ObjectiveTerm& term) { return term.deviation_multiple.has_value(); };
-  if (std::none_of(terms.begin(), terms.end(), robust))
-    problem.max_terms = [&space, terms, loose = problem.options.loose_springs](const VectorX& x) {
-      return compute_max_terms(space, terms, loose, x);
-    };
-  problem.convex_terms_at = build_convex_terms(space, terms, problem.options.loose_springs);
-  problem.all_convex_terms_at = build_convex_terms(space, terms, problem.options.loose_springs, FigureSampling::full);
-  problem.objective_at_geometry = [&space, terms](const VectorX& x, const std::vector<int>& kept,
-                                                  const FreeSprings& loose) {
-    return build_objective(space.fix_others(x, kept), terms, x(kept), loose);
-  };
+  model->build_figures(problem);
   return problem;
 }
 
 }  // namespace
 
 DesignProblem make_design_problem(const DesignSpace& space, const DesignStudyOptions& options) {
-  constexpr double min_seconds = 5;  // for the first look at each motion, however short the search is to be
+  constexpr double min_seconds = 5;  // for the first run of each motion, even if the time for the search is shorter
   const double seconds = std::max(min_seconds, options.search.max_time);
   try {
     const Deadline deadline(seconds, [&] { return options.on_progress && !options.on_progress({0, seconds}); });
@@ -101,17 +138,15 @@ DesignProblem make_design_problem(const DesignSpace& space, const DesignStudyOpt
 namespace {
 
 RunResult simulate_named_trajectory(const Study& study, const std::string& name) {
-  for (const Trajectory& trajectory : study.trajectories) {
-    if (trajectory.name != name) continue;
-    try {
-      return simulate(study.mechanism, trajectory);
-    } catch (const std::invalid_argument& error) {
-      RunResult result;
-      result.outcome = {MotionStatus::mismatch, 0, error.what(), {}};
-      return result;
-    }
+  RunResult result;
+  const Trajectory* trajectory = find_by_name(study.trajectories, name);
+  if (trajectory == nullptr) return result;
+  try {
+    return simulate(study.mechanism, *trajectory);
+  } catch (const std::invalid_argument& error) {
+    result.outcome = {MotionStatus::mismatch, 0, error.what(), {}};
+    return result;
   }
-  return {};
 }
 
 MassSummary summarise_mass(const Mechanism& mechanism) {
@@ -140,9 +175,9 @@ std::string com_tool_map_note(const Mechanism& mechanism, GoalKind kind) {
   const MatrixX& A = law.A;
   if (A.size() == 0) return "";
   const double factor = A.trace() / static_cast<double>(A.rows());
-  const bool alike = (A - factor * MatrixX::Identity(A.rows(), A.cols())).norm() < 1e-9 * (1 + A.norm());
+  const bool is_uniform = (A - factor * MatrixX::Identity(A.rows(), A.cols())).norm() < 1e-9 * (1 + A.norm());
   std::string text = fmt::format("the centre of mass moves by {} times the tool's displacement",
-                                 alike ? fmt::format("{:.6g}", factor) : rows_text(A));
+                                 is_uniform ? fmt::format("{:.6g}", factor) : rows_text(A));
   if (law.B.norm() > 1e-9 * characteristic_length(mechanism))
     text += fmt::format(", and by {} m times what the axes of the tool's body change by", rows_text(law.B));
   return text;
@@ -171,13 +206,14 @@ void compare_trajectories(DesignReport& report) {
 
 namespace {
 
-/// Who interrupts a design gets the best so far, if what is told of it takes no longer than this [s].
+/// An interrupted design is still reported if this takes no longer than this time [s].
 constexpr double max_report_seconds = 3;
 
-/// Keeps how far the search is, and since when nobody wants it any more.
+/// Records the progress of the search and the time of its interruption.
 class InterruptMonitor {
  public:
-  explicit InterruptMonitor(const std::function<bool(const SearchProgress&)>& watch) : on_progress_(watch) {}
+  explicit InterruptMonitor(const std::function<bool(const SearchProgress&)>& on_progress)
+      : on_progress_(on_progress) {}
 
   bool operator()(const SearchProgress& progress) {
     last_progress_ = progress;
@@ -210,13 +246,13 @@ DesignReport compute_design_report(const DesignSpace& space, const DesignStudyOp
   if (report.outcome.status == DesignStatus::unsolved) return report;
 
   measure_design(space, report);
-  // with load cases it is the worst case's figure that counts, or the mean of all
+  // With load cases, the figure is the maximum or mean over the cases.
   if (space.start.design.cases.size() == 0 && report.outcome.x.size() > 0)
     report.robust = robust_terms(space, report.outcome.x,
                                  options.minimize.empty() ? space.start.design.minimize : options.minimize);
   for (const RobustTerm& one : report.robust)
-    for (const IncompatibleParameter& opening : one.figure.incompatible_parameters) {
-      const std::string note = format_incompatibility_note(opening);
+    for (const IncompatibleParameter& parameter : one.figure.incompatible_parameters) {
+      const std::string note = format_incompatibility_note(parameter);
       if (std::find(report.notes.begin(), report.notes.end(), note) == report.notes.end()) report.notes.push_back(note);
     }
   for (const Goal& goal : report.outcome.conditions.goals)
@@ -231,10 +267,10 @@ DesignReport compute_design_report(const DesignSpace& space, const DesignStudyOp
 
 DesignReport run_design_study(const DesignSpace& space, const DesignStudyOptions& options) {
   if (!options.on_progress) return compute_design_report(space, options);
-  InterruptMonitor watch(options.on_progress);
+  InterruptMonitor monitor(options.on_progress);
   DesignStudyOptions watched = options;
-  watched.on_progress = [&watch](const SearchProgress& progress) { return watch(progress); };
-  const Deadline patience(std::numeric_limits<double>::infinity(), [&watch] { return watch.is_overdue(); });
+  watched.on_progress = [&monitor](const SearchProgress& progress) { return monitor(progress); };
+  const Deadline deadline(std::numeric_limits<double>::infinity(), [&monitor] { return monitor.is_overdue(); });
   return compute_design_report(space, watched);
 }
 

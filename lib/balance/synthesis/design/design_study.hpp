@@ -1,5 +1,5 @@
 #pragma once
-/// A whole design: conditions, numbers that meet them, and every trajectory before and after.
+/// Complete design study: conditions, values that meet them, and all trajectories before and after.
 
 #include "balance/mechanics/results/result.hpp"
 #include "balance/motion/study/design_space.hpp"
@@ -16,9 +16,9 @@
 
 namespace balance {
 
-// What a design for several loads comes to, load by load.
+// Results of a design for several load cases.
 
-/// One trajectory with one load.
+/// One trajectory under one load.
 struct LoadCaseRun {
   std::string trajectory;
   MotionOutcome outcome;
@@ -26,45 +26,44 @@ struct LoadCaseRun {
 };
 
 struct LoadCaseReport {
-  VectorX loads;        ///< values of LoadCases::numbers
-  VectorX x;            ///< of the spec's free numbers with this load
-  double residual = 0;  ///< largest scaled residual of the goal's conditions; without a goal 0
-  std::vector<PeakEffort>
-      static_efforts;  ///< of every actuator over random poses; those that carry nothing are left out
+  VectorX loads;                           ///< values of LoadCases::numbers
+  VectorX x;                               ///< values of the spec's free numbers at this load
+  double residual = 0;                     ///< maximum scaled residual of the goal's conditions; 0 without a goal
+  std::vector<PeakEffort> static_efforts;  ///< peak effort of each actuator over random poses; zero efforts are omitted
   std::vector<LoadCaseRun> runs;
 };
 
-/// Adapted numbers at single loads, where there is no formula.
+/// Adapted numbers at individual loads, if there is no law.
 struct AdaptedTable {
   std::vector<VectorX> loads, values;
-  std::vector<double> residuals;  ///< largest scaled residual at each load
+  std::vector<double> residuals;  ///< maximum scaled residual at each load
   double midpoint_residual =
-      0;  ///< the same halfway between two loads, by the spline through the values; one number of the load only
+      0;  ///< the same halfway between two loads, with a spline through the values; only for a single load parameter
 };
 
 struct AdaptiveReport {
-  std::vector<int> numbers;        ///< places of the adapted numbers among the spec's free numbers
+  std::vector<int> numbers;        ///< indices of the adapted numbers among the spec's free numbers
   std::optional<AdaptiveLaw> law;  ///< else there is a table
   AdaptedTable table;
-  VectorX min_values, max_values;  ///< of every adapted number over the range of the loads
-  bool is_within_bounds = true;    ///< the law keeps the bounds of the free numbers
+  VectorX min_values, max_values;  ///< of each adapted number over the range of the loads
+  bool is_within_bounds = true;    ///< whether the law satisfies the bounds of the free numbers
   std::optional<double>
-      adjustment_work;  ///< against gravity and springs, from the least to the largest loads, at the start of the first
-                        ///< trajectory [J]; nothing where masses change or there is no trajectory
-  std::vector<LoadCaseReport> fixed_design_cases;  ///< the cases with the numbers that suit the spec's own load
+      adjustment_work;  ///< against gravity and springs, from the minimum to the maximum loads, at the start of the
+                        ///< first trajectory [J]; std::nullopt if masses change or there is no trajectory
+  std::vector<LoadCaseReport> fixed_design_cases;  ///< the cases without adaptation, at the nominal numbers
 };
 
 struct DesignStudyOptions {
-  bool is_modular = false;              ///< the chains one by one (P0 section 2.2) instead of the complete conditions
-  std::vector<Goal> goals;              ///< empty: the spec's; none there either: only `minimize`
-  std::vector<std::string> excluded;    ///< what the goals leave out (ConditionOptions)
+  bool is_modular = false;              ///< each chain separately (P0 section 2.2) instead of the complete conditions
+  std::vector<Goal> goals;              ///< empty: the spec's; if the spec has none: only `minimize`
+  std::vector<std::string> excluded;    ///< elements that the goals ignore (ConditionOptions)
   std::vector<ObjectiveTerm> minimize;  ///< empty: the spec's
   SearchOptions search;
-  std::function<bool(const SearchProgress&)> on_progress;  ///< as DesignProblem::watch
-  bool compare_trajectories = true;                        ///< compare the spec's trajectories before and after
+  std::function<bool(const SearchProgress&)> on_progress;  ///< as DesignProblem::on_progress
+  bool compare_trajectories = true;                        ///< run the spec's trajectories before and after
 };
 
-/// One trajectory before and after. Whichever could not be followed has an outcome that says so and no samples.
+/// One trajectory before and after. A run that failed has no samples; its outcome says why.
 struct TrajectoryComparison {
   std::string trajectory;
   RunResult before, after;
@@ -73,27 +72,28 @@ struct TrajectoryComparison {
 struct DesignReport {
   DesignOutcome outcome;
   std::vector<FreeNumber> free_numbers;  ///< as in the study
-  /// Values of the free numbers in the mechanism before: its start values, as every other command uses them.
+  /// Values of the free numbers in the original mechanism: the start values, as used by all other commands.
   VectorX before;
   Study study_before, study_after;
-  double mass_before = 0, mass_after = 0;  ///< of everything that moves [kg]
-  /// Sum of the moments of inertia of everything that moves, about the carrying bodies' frame origins (space: half the
+  double mass_before = 0, mass_after = 0;  ///< of all moving parts [kg]
+  /// Sum of the moments of inertia of all moving parts about the frame origins of their bodies (spatial: half the
   /// trace) [kg m^2].
   double inertia_before = 0, inertia_after = 0;
-  /// Of counterweights and discs in the designed mechanism, against none at all [kg], [kg m^2].
+  /// Total mass and inertia of counterweights and discs in the designed mechanism [kg], [kg m^2].
   double added_mass = 0, added_inertia = 0;
   std::vector<TrajectoryComparison> comparisons;
-  std::vector<CardinalityConstraint> cardinality_constraints;  ///< of design.choose, as outcome.chosen
-  std::vector<LoadCaseReport> load_cases;                      ///< of design.cases; empty: one load
-  std::optional<AdaptiveReport> adaptive;                      ///< where numbers follow the load
-  std::vector<RobustTerm> robust;  ///< what was minimized of means and deviations, designed; none with load cases
+  std::vector<CardinalityConstraint> cardinality_constraints;  ///< of design.choose, in the order of outcome.selection
+  std::vector<LoadCaseReport> load_cases;                      ///< of design.cases; empty: a single load
+  std::optional<AdaptiveReport> adaptive;                      ///< if there are adapted numbers
+  std::vector<RobustTerm> robust;  ///< minimised terms with means and deviations, at the design; none with load cases
   std::vector<std::string> notes;
 };
 
-/// With load cases the outcome is that of all of them; its numbers, conditions and residuals are those at the spec's own load.
-/// @throws std::invalid_argument if there are no free numbers, neither a goal nor something to minimize, or the objective's
-///         trajectory does not exist; for a front (compute_pareto_front) unless the options say what to minimize; for load cases that
-///         change gravity, with the goals proportional and affine, and with modular
+/// With load cases, the outcome is that of all cases together; its numbers, conditions and residuals are those at the
+/// nominal load.
+/// @throws std::invalid_argument if there are no free numbers; without a goal, objective and limits; if the trajectory
+/// of the objective does not exist; for a front (compute_pareto_front) unless the options specify an objective; for
+/// load cases that change gravity or are combined with the goals proportional and affine or the modular strategy
 DesignReport run_design_study(const DesignSpace& space, const DesignStudyOptions& options);
 
 }  // namespace balance

@@ -16,8 +16,38 @@ namespace {
 
 using Rank = DiscreteCandidate::Rank;
 
-/// For the solution that a search ends with, where it has used up its time [s].
+/// Minimum time for solving the final design again, even if the search has used up its time [s].
 constexpr double min_final_search_seconds = 0.2;
+
+/// A model whose conditions do not depend on the free numbers and are derived only once.
+class SharedConditionsModel final : public DesignModelDecorator {
+ public:
+  SharedConditionsModel(std::shared_ptr<const DesignModel> model, Conditions conditions)
+      : DesignModelDecorator(std::move(model)), conditions_(std::move(conditions)) {}
+
+  Capabilities capabilities() const override { return model().capabilities(); }
+  Conditions derive_conditions(const Mechanism& /*mechanism*/, const std::vector<Goal>& /*goals*/,
+                               const ConditionOptions& /*options*/) const override {
+    return conditions_;
+  }
+  std::optional<std::vector<AffineFigure>> convex_terms(const VectorX& x, FigureSampling sampling) const override {
+    return model().convex_terms(x, sampling);
+  }
+  std::optional<std::vector<ConvexLimit>> convex_limits(const VectorX& x) const override {
+    return model().convex_limits(x);
+  }
+  Objective objective_at_geometry(const VectorX& x, const std::vector<int>& free,
+                                  const FreeSprings& loose) const override {
+    return model().objective_at_geometry(x, free, loose);
+  }
+  std::vector<DesignLimit> limits_at_geometry(const VectorX& x, const std::vector<int>& free,
+                                              const FreeSprings& loose) const override {
+    return model().limits_at_geometry(x, free, loose);
+  }
+
+ private:
+  Conditions conditions_;
+};
 
 class DiscreteDesign {
  public:
@@ -25,66 +55,69 @@ class DiscreteDesign {
       : problem_(problem),
         budget_(problem.search.max_time, problem.on_progress),
         bounds_(problem_),
-        search_(problem_, budget_, bounds_, steps_) {
+        search_(problem_, budget_, bounds_, node_counts_) {
     problem_.on_progress = [this](const SearchProgress&) { return !budget_.is_interrupted(); };
-    if (const Conditions* all = bounds_.shared_conditions(BranchingRule(problem_, 0).root()); all != nullptr)
-      problem_.derive_conditions = [all = *all](const Mechanism&, const std::vector<Goal>&, const ConditionOptions&) {
-        return all;
-      };
+    if (const Conditions* conditions = bounds_.shared_conditions(BranchingRule(problem_, 0).root());
+        conditions != nullptr)
+      problem_.model = std::make_shared<const SharedConditionsModel>(problem_.model, *conditions);
   }
 
   DesignOutcome run() {
-    const int offered = BranchingRule::count_unrestricted_elements(problem_);
-    BranchAndBoundResult walk = offered > 0
-                                    ? minimise_element_count(offered)
-                                    : search_.run(BranchingRule(problem_, 0), BranchObjective::constrained_figure);
-    if (walk.incumbent && walk.incumbent->rank == Rank::exact) return make_exact_outcome(std::move(walk));
-    const bool none = walk.is_exhausted && !budget_.stopped;
-    std::string why = offered > 0 || problem_.cardinality_constraints.empty() ? "" : explain_required_count();
-    BranchAndBoundResult second = search_compromise(std::move(walk), offered);
-    if (!second.incumbent) return make_failed_outcome();
-    return make_compromise_outcome(std::move(second), none, std::move(why));
+    const int element_count = BranchingRule::count_unrestricted_elements(problem_);
+    BranchAndBoundResult result = element_count > 0
+                                      ? minimise_element_count(element_count)
+                                      : search_.run(BranchingRule(problem_, 0), BranchObjective::constrained_figure);
+    if (result.incumbent && result.incumbent->rank == Rank::exact) return make_exact_outcome(std::move(result));
+    const bool is_proved_infeasible = result.is_exhausted && !budget_.stopped;
+    std::string explanation =
+        element_count > 0 || problem_.cardinality_constraints.empty() ? "" : explain_required_count();
+    BranchAndBoundResult compromise = search_compromise(std::move(result), element_count);
+    if (!compromise.incumbent) return make_failed_outcome();
+    return make_compromise_outcome(std::move(compromise), is_proved_infeasible, std::move(explanation));
   }
 
  private:
-  /// The least count with which there is an exact design.
-  BranchAndBoundResult minimise_element_count(int offered) {
-    BranchAndBoundResult walk;
-    chosen_.is_min_count_proved = true;
-    for (int count = 0; count <= offered; ++count) {
-      walk = search_.run(BranchingRule(problem_, count), BranchObjective::constrained_figure);
-      if (walk.incumbent && walk.incumbent->rank == Rank::exact) {
-        chosen_.min_count = count;
-        return walk;
+  /// Finds the minimum number of elements for which there is an exact design.
+  BranchAndBoundResult minimise_element_count(int element_count) {
+    BranchAndBoundResult result;
+    selection_.is_min_count_proved = true;
+    for (int count = 0; count <= element_count; ++count) {
+      result = search_.run(BranchingRule(problem_, count), BranchObjective::constrained_figure);
+      if (result.incumbent && result.incumbent->rank == Rank::exact) {
+        selection_.min_count = count;
+        return result;
       }
-      chosen_.is_min_count_proved = chosen_.is_min_count_proved && walk.is_exhausted && !budget_.stopped;
+      selection_.is_min_count_proved = selection_.is_min_count_proved && result.is_exhausted && !budget_.stopped;
       if (budget_.stopped) break;
     }
-    return walk;
+    return result;
   }
 
-  /// Some count was asked for that is not enough: how many would be.
+  /// If the requested number of elements is insufficient: explains how many are needed.
   std::string explain_required_count() {
-    DesignProblem free = problem_;
-    for (CardinalityConstraint& choice : free.cardinality_constraints) choice.max_count = -1;
-    free.objective.reset();
-    const int offered = BranchingRule::count_unrestricted_elements(free);
-    BranchAndBound search(free, budget_, bounds_, steps_);
+    DesignProblem unrestricted = problem_;
+    for (CardinalityConstraint& choice : unrestricted.cardinality_constraints) choice.max_count = -1;
+    unrestricted.objective.reset();
+    const int element_count = BranchingRule::count_unrestricted_elements(unrestricted);
+    BranchAndBound search(unrestricted, budget_, bounds_, node_counts_);
     bool proved = true;
-    int asked = 0;
-    for (const CardinalityConstraint& choice : problem_.cardinality_constraints) asked += std::max(0, choice.max_count);
-    for (int count = 0; count <= offered && !budget_.is_spent(); ++count) {
-      const BranchAndBoundResult walk = search.run(BranchingRule(free, count), BranchObjective::constrained_figure);
-      proved = proved && (walk.is_exhausted || walk.incumbent) && !budget_.stopped;
-      if (!walk.incumbent || walk.incumbent->rank != Rank::exact) continue;
-      chosen_.min_count = count;
-      chosen_.is_min_count_proved = proved;
-      return fmt::format("no choice of {} {}; {} of them do{}", describe_kinds(asked), requirement_phrase(), count,
-                         proved ? ", and no fewer" : "");
+    int requested_count = 0;
+    for (const CardinalityConstraint& choice : problem_.cardinality_constraints)
+      requested_count += std::max(0, choice.max_count);
+    for (int count = 0; count <= element_count && !budget_.is_spent(); ++count) {
+      const BranchAndBoundResult result =
+          search.run(BranchingRule(unrestricted, count), BranchObjective::constrained_figure);
+      proved = proved && (result.is_exhausted || result.incumbent) && !budget_.stopped;
+      if (!result.incumbent || result.incumbent->rank != Rank::exact) continue;
+      selection_.min_count = count;
+      selection_.is_min_count_proved = proved;
+      return fmt::format("no choice of {} {}; {} of them do{}", describe_kinds(requested_count), requirement_phrase(),
+                         count, proved ? ", and no fewer" : "");
     }
-    return proved && !budget_.stopped ? fmt::format("no choice of {} {}, nor do all {} that are offered",
-                                                    describe_kinds(asked), requirement_phrase(), offered)
-                                      : "";
+    return proved && !budget_.stopped
+               ? fmt::format("no choice of {} {}, nor do all {} that are offered", describe_kinds(requested_count),
+                             requirement_phrase(), element_count)
+               : "";
   }
 
   std::string describe_kinds(int count) const {
@@ -98,41 +131,42 @@ class DiscreteDesign {
     return problem_.goals.empty() ? "keeps the limits" : "meets the conditions";
   }
 
-  /// No exact design: what comes near to one.
-  BranchAndBoundResult search_compromise(BranchAndBoundResult first, int offered) {
-    const BranchingRule branching(problem_, offered);
-    if (first.incumbent && first.incumbent->rank == Rank::limits_violated) return first;
-    const BranchObjective wanted =
+  /// If there is no exact design: finds the best approximation.
+  BranchAndBoundResult search_compromise(BranchAndBoundResult exact_result, int element_count) {
+    const BranchingRule branching(problem_, element_count);
+    if (exact_result.incumbent && exact_result.incumbent->rank == Rank::limits_violated) return exact_result;
+    const BranchObjective target =
         problem_.objective && !problem_.objective->is_secondary ? BranchObjective::figure : BranchObjective::residual;
-    BranchAndBoundResult second = search_.run(branching, wanted);
-    if (first.incumbent && (!second.incumbent || first.incumbent->value < second.incumbent->value))
-      second.incumbent = std::move(first.incumbent);
-    return second;
+    BranchAndBoundResult compromise = search_.run(branching, target);
+    if (exact_result.incumbent &&
+        (!compromise.incumbent || exact_result.incumbent->value < compromise.incumbent->value))
+      compromise.incumbent = std::move(exact_result.incumbent);
+    return compromise;
   }
 
-  /// The design once more, with all that is told of one.
+  /// Solves for the best design again, to obtain its full outcome.
   DesignOutcome solve_incumbent_again(const DiscreteCandidate& design) {
     BranchNode branch;
     branch.lower = branch.upper = design.outcome.x;
     for (std::size_t i = 0; i < problem_.variables.size(); ++i) {
       const auto k = static_cast<Eigen::Index>(i);
-      const bool held =
+      const bool is_fixed =
           !problem_.variables[i].discrete_values.empty() || is_excluded(design.outcome.x, static_cast<int>(i));
-      if (held) continue;
+      if (is_fixed) continue;
       branch.lower[k] = problem_.variables[i].lower;
       branch.upper[k] = problem_.variables[i].upper;
     }
-    DesignProblem part =
+    DesignProblem restricted =
         restrict_to_node(problem_, branch, std::max(min_final_search_seconds, budget_.remaining_time()));
-    for (std::size_t i = 0; i < part.variables.size(); ++i)
-      part.variables[i].start =
-          std::clamp(design.outcome.x[static_cast<Eigen::Index>(i)], part.variables[i].lower, part.variables[i].upper);
-    DesignOutcome outcome = solve_design(part);
+    for (std::size_t i = 0; i < restricted.variables.size(); ++i)
+      restricted.variables[i].start = std::clamp(design.outcome.x[static_cast<Eigen::Index>(i)],
+                                                 restricted.variables[i].lower, restricted.variables[i].upper);
+    DesignOutcome outcome = solve_design(restricted);
     const bool worse = outcome.status != design.outcome.status ||
                        !(outcome.within_limits == design.outcome.within_limits) ||
                        (problem_.objective && outcome.objective > design.outcome.objective);
     if (worse) outcome = design.outcome;
-    remove_fixed_variables(part, outcome.solution_set);
+    remove_fixed_variables(restricted, outcome.solution_set);
     const VectorX start = start_values();
     if (problem_.objective) outcome.start_objective = evaluate_figure(problem_, *problem_.objective, start);
     if (std::abs(outcome.objective) <= relative_figure_round_off * std::abs(outcome.start_objective))
@@ -140,17 +174,18 @@ class DiscreteDesign {
     return outcome;
   }
 
-  /// Numbers that are held change nothing, which is no freedom.
-  static void remove_fixed_variables(const DesignProblem& part, SolutionSet& freedom) {
-    const auto held = [&](int i) {
-      const DesignVariable& variable = part.variables[static_cast<std::size_t>(i)];
+  /// Removes fixed variables, which do not count as freedom.
+  static void remove_fixed_variables(const DesignProblem& problem, SolutionSet& solution_set) {
+    const auto is_fixed = [&](int i) {
+      const DesignVariable& variable = problem.variables[static_cast<std::size_t>(i)];
       return variable.lower == variable.upper;
     };
-    const int count =
-        static_cast<int>(std::count_if(freedom.free_variables.begin(), freedom.free_variables.end(), held));
-    std::erase_if(freedom.free_variables, held);
-    if (freedom.dimension >= 0) freedom.dimension = std::max(0, freedom.dimension - count);
-    if (freedom.optimal_dimension >= 0) freedom.optimal_dimension = std::max(0, freedom.optimal_dimension - count);
+    const int count = static_cast<int>(
+        std::count_if(solution_set.free_variables.begin(), solution_set.free_variables.end(), is_fixed));
+    std::erase_if(solution_set.free_variables, is_fixed);
+    if (solution_set.dimension >= 0) solution_set.dimension = std::max(0, solution_set.dimension - count);
+    if (solution_set.optimal_dimension >= 0)
+      solution_set.optimal_dimension = std::max(0, solution_set.optimal_dimension - count);
   }
 
   VectorX start_values() const {
@@ -170,65 +205,67 @@ class DiscreteDesign {
     return false;
   }
 
-  void record_effort(DesignOutcome& outcome, bool proved, bool asked) const {
-    outcome.search_summary =
-        count_noun(steps_.branches, "branch", "branches") + ", " + count_noun(steps_.designs, "design", "designs");
+  void record_effort(DesignOutcome& outcome, bool proved, bool is_optimised) const {
+    outcome.search_summary = count_noun(node_counts_.branches, "branch", "branches") + ", " +
+                             count_noun(node_counts_.designs, "design", "designs");
     outcome.effort = {};
-    outcome.effort.local_searches = steps_.designs;
-    outcome.effort.evaluations = steps_.branches;
+    outcome.effort.local_searches = node_counts_.designs;
+    outcome.effort.evaluations = node_counts_.branches;
     using End = SearchEffort::Termination;
     outcome.effort.termination = proved            ? End::proved
                                  : budget_.stopped ? End::time_limit
-                                 : asked           ? End::starts_exhausted
+                                 : is_optimised    ? End::starts_exhausted
                                                    : End::goal_met;
-    outcome.optimality = !asked            ? Optimality::not_optimised
+    outcome.optimality = !is_optimised     ? Optimality::not_optimised
                          : proved          ? Optimality::proved_global
                          : budget_.stopped ? Optimality::budget_exhausted
                                            : Optimality::local_optimum;
     if (problem_.cardinality_constraints.empty()) return;
-    outcome.selection = chosen_;
+    outcome.selection = selection_;
     outcome.selection->kept = BranchingRule(problem_, 0).kept_elements(outcome.x);
   }
 
-  DesignOutcome make_exact_outcome(BranchAndBoundResult walk) {
-    DesignOutcome outcome = solve_incumbent_again(*walk.incumbent);
+  DesignOutcome make_exact_outcome(BranchAndBoundResult result) {
+    DesignOutcome outcome = solve_incumbent_again(*result.incumbent);
     const double value = problem_.objective ? outcome.objective : 0;
-    const double bound = std::min(walk.lower_bound, value);
+    const double bound = std::min(result.lower_bound, value);
     const bool proved = problem_.objective && bound >= value - relative_gap_tolerance * std::abs(value);
     outcome.lower_bound = problem_.objective && std::isfinite(bound) ? bound : std::numeric_limits<double>::quiet_NaN();
     record_effort(outcome, proved, problem_.objective.has_value());
     return outcome;
   }
 
-  /// @param none it is shown that there is no exact design
-  DesignOutcome make_compromise_outcome(BranchAndBoundResult walk, bool none, std::string why) {
-    const bool beyond = walk.incumbent->rank == Rank::limits_violated;
-    DesignOutcome outcome = solve_incumbent_again(*walk.incumbent);
-    if (problem_.goals.empty() && !beyond) return make_exact_outcome(std::move(walk));
+  /// @param is_proved_infeasible whether it is proved that there is no exact design
+  DesignOutcome make_compromise_outcome(BranchAndBoundResult result, bool is_proved_infeasible,
+                                        std::string explanation) {
+    const bool violates_limits = result.incumbent->rank == Rank::limits_violated;
+    DesignOutcome outcome = solve_incumbent_again(*result.incumbent);
+    if (problem_.goals.empty() && !violates_limits) return make_exact_outcome(std::move(result));
     const bool by_figure = problem_.objective && !problem_.objective->is_secondary;
     const bool proved =
-        !beyond && walk.lower_bound >= walk.incumbent->value - relative_gap_tolerance * std::abs(walk.incumbent->value);
-    outcome.lower_bound = by_figure && !beyond && std::isfinite(walk.lower_bound)
-                              ? std::min(walk.lower_bound, outcome.objective)
+        !violates_limits &&
+        result.lower_bound >= result.incumbent->value - relative_gap_tolerance * std::abs(result.incumbent->value);
+    outcome.lower_bound = by_figure && !violates_limits && std::isfinite(result.lower_bound)
+                              ? std::min(result.lower_bound, outcome.objective)
                               : std::numeric_limits<double>::quiet_NaN();
-    outcome.status = none ? DesignStatus::infeasible : DesignStatus::compromise;
-    outcome.is_proved_infeasible = none;
-    if (!beyond) outcome.reason = reason(none, std::move(why), outcome);
+    outcome.status = is_proved_infeasible ? DesignStatus::infeasible : DesignStatus::compromise;
+    outcome.is_proved_infeasible = is_proved_infeasible;
+    if (!violates_limits) outcome.reason = reason(is_proved_infeasible, std::move(explanation), outcome);
     record_effort(outcome, proved, true);
     return outcome;
   }
 
-  std::string reason(bool none, std::string why, DesignOutcome& outcome) {
-    const BranchNode all = BranchingRule(problem_, 0).root();
-    const DesignOutcome plain =
-        solve_design(restrict_to_node(problem_, all, std::max(min_final_search_seconds, budget_.remaining_time())));
-    if (plain.status == DesignStatus::infeasible) {
-      outcome.certificate = plain.certificate;
-      return plain.reason;
+  std::string reason(bool is_proved_infeasible, std::string explanation, DesignOutcome& outcome) {
+    const BranchNode root = BranchingRule(problem_, 0).root();
+    const DesignOutcome continuous_outcome =
+        solve_design(restrict_to_node(problem_, root, std::max(min_final_search_seconds, budget_.remaining_time())));
+    if (continuous_outcome.status == DesignStatus::infeasible) {
+      outcome.certificate = continuous_outcome.certificate;
+      return continuous_outcome.reason;
     }
     outcome.certificate.reset();
-    if (!why.empty()) return why;
-    if (!none) return "no choice was found that meets the conditions";
+    if (!explanation.empty()) return explanation;
+    if (!is_proved_infeasible) return "no choice was found that meets the conditions";
     return problem_.cardinality_constraints.empty()
                ? "no choice of the sizes meets the conditions; sizes between them would"
                : "no choice of sizes and elements meets the conditions";
@@ -246,10 +283,10 @@ class DiscreteDesign {
 
   DesignProblem problem_;
   SearchBudget budget_;
-  NodeCounts steps_;
+  NodeCounts node_counts_;
   NodeBounds bounds_;
   BranchAndBound search_;
-  ElementSelection chosen_;
+  ElementSelection selection_;
 };
 
 }  // namespace

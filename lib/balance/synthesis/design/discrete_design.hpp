@@ -1,18 +1,18 @@
 #pragma once
-/// Designs whose numbers come in sizes or whose elements are to be chosen among.
+/// Designs with discrete values or optional elements.
 ///
-/// Branch and bound: a branch is bounded by a convex problem in which sizes may lie between each other (relaxation), and dropped
-/// where that holds no design, or none better than the best one known. Where there is no such problem (lengths, figures by
-/// simulation) all combinations are tried.
+/// Branch and bound: each node is bounded by a convex relaxation, in which discrete variables may take values in
+/// between. It is dropped if the relaxation has no design, or none better than the best one known. Where there is no
+/// relaxation (lengths, figures by simulation), all combinations are tried.
 
 #include "balance/synthesis/design/solve_design.hpp"
 
 namespace balance::design {
 
-/// Something of the problem is not continuous.
+/// Whether some variable or choice of the problem is discrete.
 bool is_discrete(const DesignProblem& problem);
 
-/// @param problem is_discrete
+/// @param problem must be discrete
 DesignOutcome solve_discrete(const DesignProblem& problem);
 
 }  // namespace balance::design

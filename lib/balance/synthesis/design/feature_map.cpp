@@ -16,24 +16,25 @@
 
 namespace balance::design {
 
-// Polynomials through samples of a function whose variables fall into small groups.
+// Polynomial interpolation of a function whose variables form small groups.
 
-/// Features as polynomials of degree four or less in unit coordinates, found from few samples and checked at others.
-/// @return nothing if they are none, or if too many numbers act together
-std::optional<SparsePolynomial> fit_feature_polynomials(const VariableClassification& survey,
+/// Features as polynomials of degree four or less in unit coordinates, interpolated from few samples and verified at
+/// others.
+/// @return std::nullopt if they are not such polynomials or if too many variables interact
+std::optional<SparsePolynomial> fit_feature_polynomials(const VariableClassification& classification,
                                                         const std::function<VectorX(const VectorX& u)>& features);
 
 namespace {
 
 constexpr int max_polynomial_degree = 4;
-/// Beyond so many samples building mechanisms costs more than it saves.
+/// With more samples, building mechanisms costs more than it saves.
 constexpr std::size_t max_fit_samples = 400;
-/// Coefficients of this part of a feature's size are round-off of the fit; the check at other points allows as much.
+/// Coefficients below this fraction of the feature's size are round-off; the verification has the same tolerance.
 constexpr double fit_tolerance = 1e-12;
 
 using Exponents = std::vector<int>;
 
-/// All exponents of `size` variables with a sum of at most `degree`, the constant first.
+/// All exponents of `size` variables with total degree at most `degree`, the constant first.
 void list_exponents(int size, int degree, Exponents& head, std::vector<Exponents>& all) {
   if (static_cast<int>(head.size()) == size) {
     all.push_back(head);
@@ -46,7 +47,7 @@ void list_exponents(int size, int degree, Exponents& head, std::vector<Exponents
   }
 }
 
-/// Sets of connected numbers.
+/// Union-find.
 class DisjointSets {
  public:
   explicit DisjointSets(int n) : parent_(static_cast<std::size_t>(n)) { std::iota(parent_.begin(), parent_.end(), 0); }
@@ -68,27 +69,30 @@ class DisjointSets {
   std::vector<int> parent_;
 };
 
-/// One sample of a group: variables with their values, the others at the base.
+/// One sample of a group: variables with their values; all others stay at the base.
 using SamplePoint = std::vector<std::pair<int, double>>;
 
-/// Numbers of which no others change the same features, and those features.
+/// A maximal set of variables linked by common features, and these features.
 struct VariableGroup {
   std::vector<int> variables;
   std::vector<int> features;
-  std::vector<std::vector<int>> interacting;  ///< the variables again, by which of them occur in products
-  std::map<SamplePoint, VectorX> samples;     ///< all features
+  std::vector<std::vector<int>> interacting;  ///< the variables, grouped by common occurrence in products
+  std::map<SamplePoint, VectorX> samples;     ///< values of all features
 };
 
 class PolynomialFit {
  public:
-  PolynomialFit(const VariableClassification& survey, const std::function<VectorX(const VectorX&)>& features)
-      : survey_(survey), features_(features), n_(static_cast<int>(survey.base.size())), size_(survey.base_features) {
+  PolynomialFit(const VariableClassification& classification, const std::function<VectorX(const VectorX&)>& features)
+      : classification_(classification),
+        features_(features),
+        n_(static_cast<int>(classification.base.size())),
+        size_(classification.base_features) {
     size_ = size_.cwiseAbs();
-    for (const VectorX& sample : survey.perturbed_features) size_ = size_.cwiseMax(sample.cwiseAbs());
+    for (const VectorX& sample : classification.perturbed_features) size_ = size_.cwiseMax(sample.cwiseAbs());
   }
 
   std::optional<SparsePolynomial> run() {
-    if (!survey_.base_features.allFinite()) return std::nullopt;
+    if (!classification_.base_features.allFinite()) return std::nullopt;
     find_groups();
     if (!find_interactions()) return std::nullopt;
     checks_ = {check_point(1), check_point(2)};
@@ -103,44 +107,44 @@ class PolynomialFit {
  private:
   void find_groups() {
     DisjointSets partition(n_);
-    std::vector<int> acting, toucher(static_cast<std::size_t>(size_.size()), -1);
+    std::vector<int> effective_variables, last_variable(static_cast<std::size_t>(size_.size()), -1);
     for (int i = 0; i < n_; ++i) {
-      bool acts = false;
+      bool is_effective = false;
       for (int f = 0; f < size_.size(); ++f) {
-        if (!survey_.has_effect(i, f)) continue;
-        acts = true;
-        int& other = toucher[static_cast<std::size_t>(f)];
+        if (!classification_.has_effect(i, f)) continue;
+        is_effective = true;
+        int& other = last_variable[static_cast<std::size_t>(f)];
         if (other >= 0) partition.unite(i, other);
         other = i;
       }
-      if (acts) acting.push_back(i);
+      if (is_effective) effective_variables.push_back(i);
     }
-    for (const auto& members : partition.groups(acting)) {
+    for (const auto& members : partition.groups(effective_variables)) {
       VariableGroup group{members, {}, {}, {}};
-      group.samples[{}] = survey_.base_features;
+      group.samples[{}] = classification_.base_features;
       for (const int i : members)
-        group.samples[{{i, survey_.perturbed[i]}}] = survey_.perturbed_features[static_cast<std::size_t>(i)];
+        group.samples[{{i, classification_.perturbed[i]}}] =
+            classification_.perturbed_features[static_cast<std::size_t>(i)];
       for (int f = 0; f < size_.size(); ++f) {
-        const int i = toucher[static_cast<std::size_t>(f)];
+        const int i = last_variable[static_cast<std::size_t>(f)];
         if (i >= 0 && partition.find(i) == partition.find(members[0])) group.features.push_back(f);
       }
       groups_.push_back(std::move(group));
     }
   }
 
-  /// Takes the samples that are not known yet. One mechanism serves a sample of every group: groups have no features in
-  /// common.
+  /// Evaluates the missing samples. Each mechanism serves one sample of every group, because groups share no features.
   bool sample(const std::vector<std::vector<SamplePoint>>& settings) {
     std::vector<std::vector<SamplePoint>> missing(groups_.size());
-    std::size_t most = 0;
+    std::size_t max_missing = 0;
     for (std::size_t g = 0; g < groups_.size(); ++g) {
       for (const SamplePoint& setting : settings[g])
         if (!groups_[g].samples.contains(setting)) missing[g].push_back(setting);
       if (groups_[g].samples.size() + missing[g].size() > max_fit_samples) return false;
-      most = std::max(most, missing[g].size());
+      max_missing = std::max(max_missing, missing[g].size());
     }
-    for (std::size_t k = 0; k < most; ++k) {
-      VectorX u = survey_.base;
+    for (std::size_t k = 0; k < max_missing; ++k) {
+      VectorX u = classification_.base;
       for (const auto& list : missing)
         if (k < list.size())
           for (const auto& [variable, value] : list[k]) u[variable] = value;
@@ -153,22 +157,23 @@ class PolynomialFit {
     return true;
   }
 
-  /// Mixed differences of all pairs of a group.
+  /// Finds interactions by mixed differences of all pairs within a group.
   bool find_interactions() {
     std::vector<std::vector<SamplePoint>> settings(groups_.size());
     for (std::size_t g = 0; g < groups_.size(); ++g) {
       const auto& v = groups_[g].variables;
       for (std::size_t i = 0; i < v.size(); ++i)
         for (std::size_t j = 0; j < i; ++j)
-          settings[g].push_back({{v[j], survey_.perturbed[v[j]]}, {v[i], survey_.perturbed[v[i]]}});
+          settings[g].push_back({{v[j], classification_.perturbed[v[j]]}, {v[i], classification_.perturbed[v[i]]}});
     }
     if (!sample(settings)) return false;
     for (std::size_t g = 0; g < groups_.size(); ++g) {
       DisjointSets partition(n_);
       for (const SamplePoint& setting : settings[g]) {
         const int i = setting[0].first, j = setting[1].first;
-        const VectorX mixed = groups_[g].samples[setting] - survey_.perturbed_features[static_cast<std::size_t>(i)] -
-                              survey_.perturbed_features[static_cast<std::size_t>(j)] + survey_.base_features;
+        const VectorX mixed =
+            groups_[g].samples[setting] - classification_.perturbed_features[static_cast<std::size_t>(i)] -
+            classification_.perturbed_features[static_cast<std::size_t>(j)] + classification_.base_features;
         for (const int f : groups_[g].features)
           if (std::abs(mixed[f]) > fit_tolerance * size_[f]) partition.unite(i, j);
       }
@@ -177,10 +182,12 @@ class PolynomialFit {
     return true;
   }
 
-  /// Node e of a variable; the base is the first, so that lower degrees' samples are higher ones' too.
+  /// Node e of a variable. The base is the first one, so that samples of a lower degree can be reused for higher ones.
   double node(int variable, int e) const {
     constexpr double interpolation_nodes[] = {0, 0, 0.9, -0.25, 0.6};
-    return e == 0 ? survey_.base[variable] : e == 1 ? survey_.perturbed[variable] : interpolation_nodes[e];
+    return e == 0   ? classification_.base[variable]
+           : e == 1 ? classification_.perturbed[variable]
+                    : interpolation_nodes[e];
   }
 
   std::optional<SparsePolynomial> fit(int degree) {
@@ -190,7 +197,7 @@ class PolynomialFit {
         for (const Exponents& e : exponents(v, degree)) settings[g].push_back(setting_at(v, e));
     if (!sample(settings)) return std::nullopt;
     PolynomialBuilder collector(static_cast<int>(size_.size()));
-    for (int f = 0; f < size_.size(); ++f) collector.add({}, f, survey_.base_features[f]);
+    for (int f = 0; f < size_.size(); ++f) collector.add({}, f, classification_.base_features[f]);
     for (const VariableGroup& group : groups_)
       for (const auto& v : group.interacting) interpolate(group, v, exponents(v, degree), collector);
     return collector.build(n_, 0);
@@ -203,7 +210,7 @@ class PolynomialFit {
     return all;
   }
 
-  /// Variables that stay at the base are left out.
+  /// Omits variables that stay at the base.
   SamplePoint setting_at(const std::vector<int>& variables, const Exponents& exponents) const {
     SamplePoint setting;
     for (std::size_t i = 0; i < variables.size(); ++i)
@@ -213,9 +220,9 @@ class PolynomialFit {
 
   void interpolate(const VariableGroup& group, const std::vector<int>& v, const std::vector<Exponents>& all,
                    PolynomialBuilder& collector) const {
-    const std::vector<int>& wanted = group.features;
+    const std::vector<int>& features = group.features;
     const auto n = static_cast<Eigen::Index>(all.size());
-    MatrixX vandermonde(n, n), right(n, static_cast<Eigen::Index>(wanted.size()));
+    MatrixX vandermonde(n, n), right(n, static_cast<Eigen::Index>(features.size()));
     for (Eigen::Index r = 0; r < n; ++r) {
       for (Eigen::Index c = 0; c < n; ++c) {
         vandermonde(r, c) = 1;
@@ -224,8 +231,8 @@ class PolynomialFit {
               elementary::pow(node(v[i], all[static_cast<std::size_t>(r)][i]), all[static_cast<std::size_t>(c)][i]);
       }
       const VectorX& sample = group.samples.at(setting_at(v, all[static_cast<std::size_t>(r)]));
-      for (std::size_t f = 0; f < wanted.size(); ++f)
-        right(r, static_cast<Eigen::Index>(f)) = sample[wanted[f]] - survey_.base_features[wanted[f]];
+      for (std::size_t f = 0; f < features.size(); ++f)
+        right(r, static_cast<Eigen::Index>(f)) = sample[features[f]] - classification_.base_features[features[f]];
     }
     const Eigen::PartialPivLU<MatrixX> factors(vandermonde);
     MatrixX c = factors.solve(right);
@@ -234,9 +241,9 @@ class PolynomialFit {
       Monomial monomial;
       for (std::size_t i = 0; i < v.size(); ++i)
         if (all[static_cast<std::size_t>(k)][i] > 0) monomial.emplace_back(v[i], all[static_cast<std::size_t>(k)][i]);
-      for (std::size_t f = 0; f < wanted.size(); ++f) {
+      for (std::size_t f = 0; f < features.size(); ++f) {
         const double value = c(k, static_cast<Eigen::Index>(f));
-        if (std::abs(value) > fit_tolerance * size_[wanted[f]]) collector.add(monomial, wanted[f], value);
+        if (std::abs(value) > fit_tolerance * size_[features[f]]) collector.add(monomial, features[f], value);
       }
     }
   }
@@ -255,32 +262,34 @@ class PolynomialFit {
     });
   }
 
-  const VariableClassification& survey_;
+  const VariableClassification& classification_;
   const std::function<VectorX(const VectorX&)>& features_;
   int n_;
-  VectorX size_;  ///< of every feature
+  VectorX size_;  ///< of each feature
   std::vector<VariableGroup> groups_;
   std::vector<std::pair<VectorX, VectorX>> checks_;
 };
 
 }  // namespace
 
-std::optional<SparsePolynomial> fit_feature_polynomials(const VariableClassification& survey,
+std::optional<SparsePolynomial> fit_feature_polynomials(const VariableClassification& classification,
                                                         const std::function<VectorX(const VectorX& u)>& features) {
-  return PolynomialFit(survey, features).run();
+  return PolynomialFit(classification, features).run();
 }
 
-FeatureMap::FeatureMap(const VariableScaling& box, const DesignProblem& problem, const VariableClassification& survey)
-    : box_(box),
+FeatureMap::FeatureMap(const VariableScaling& scaling, const DesignProblem& problem,
+                       const VariableClassification& classification)
+    : scaling_(scaling),
       problem_(problem),
-      loose_(survey.loose_springs),
-      features_(static_cast<int>(survey.base_features.size())) {
-  polynomial_ = fit_feature_polynomials(survey, [this](const VectorX& u) { return evaluate_from_mechanism(u); });
+      loose_(classification.loose_springs),
+      features_(static_cast<int>(classification.base_features.size())) {
+  polynomial_ =
+      fit_feature_polynomials(classification, [this](const VectorX& u) { return evaluate_from_mechanism(u); });
 }
 
 VectorX FeatureMap::evaluate_from_mechanism(const VectorX& u) const {
   try {
-    return design::compute_features(problem_.build_mechanism(box_.to_variables(u)), loose_);
+    return design::compute_features(problem_.model->build_mechanism(scaling_.to_variables(u)), loose_);
   } catch (const SpecError&) {
     return VectorX::Constant(features_, std::numeric_limits<double>::quiet_NaN());
   }

@@ -1,6 +1,6 @@
 #pragma once
-/// From free numbers to features of the mechanism without building it again: masses and inertias are polynomials of low degree
-/// in the numbers that a spec leaves open, so a few mechanisms determine them exactly.
+/// Maps free numbers to features of the mechanism without rebuilding it. Masses and inertias are polynomials of low
+/// degree in the free numbers of a spec, so a few mechanisms determine them exactly.
 
 #include "balance/foundation/numerics/sparse_polynomial.hpp"
 #include "balance/synthesis/design/variable_classification.hpp"
@@ -11,25 +11,26 @@ namespace balance::design {
 
 class FeatureMap {
  public:
-  FeatureMap(const VariableScaling& box, const DesignProblem& problem, const VariableClassification& survey);
+  FeatureMap(const VariableScaling& scaling, const DesignProblem& problem,
+             const VariableClassification& classification);
 
   int feature_count() const { return features_; }
-  /// In unit coordinates; nothing where some feature is no polynomial of degree four or less.
+  /// In unit coordinates; std::nullopt if some feature is not a polynomial of degree four or less.
   const std::optional<SparsePolynomial>& polynomial() const { return polynomial_; }
-  /// Features and their derivatives (rows) by unit coordinates.
+  /// Features and their derivatives (rows) with respect to unit coordinates.
   void evaluate(const VectorX& u, VectorX& values, MatrixX* jacobian) const;
-  /// From the mechanism itself, to the last digit; NaN where an expression of the spec has no value.
+  /// Computed from the mechanism itself, to full precision; NaN if an expression of the spec has no value.
   VectorX evaluate_from_mechanism(const VectorX& u) const;
 
  private:
-  const VariableScaling& box_;
+  const VariableScaling& scaling_;
   const DesignProblem& problem_;
   FreeSprings loose_;
   int features_;
   std::optional<SparsePolynomial> polynomial_;
 };
 
-/// Jacobian by central differences inside the box; the error is about 1e-10 of the values.
+/// Jacobian by central differences within the box; the relative error is about 1e-10.
 template <class F>
 MatrixX central_difference_jacobian(const F& f, const VectorX& u, Eigen::Index rows) {
   constexpr double central_difference_step = 6e-6;

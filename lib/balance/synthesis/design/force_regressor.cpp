@@ -9,11 +9,11 @@ namespace balance {
 
 namespace {
 
-/// Only what loads need of a mechanism.
+/// A mechanism with the loads only.
 Mechanism extract_loads(const Mechanism& mechanism) {
-  Mechanism alone;
-  alone.loads = mechanism.loads;
-  return alone;
+  Mechanism loads_only;
+  loads_only.loads = mechanism.loads;
+  return loads_only;
 }
 
 void write_energy_row(double w, const Vector2& v, double* out) {
@@ -42,8 +42,8 @@ ForceRegressor<S>::ForceRegressor(const Mechanism& mechanism, const Tree<S>& tre
       gravity_(to_vector<S>(mechanism.gravity)),
       about_(to_vector<S>(about)),
       inertial_(S::inertial_parameter_count * static_cast<Eigen::Index>(tree.mass_elements.size())),
-      loaded_(extract_loads(mechanism)),
-      loads_(loaded_, tree),
+      loads_mechanism_(extract_loads(mechanism)),
+      loads_(loads_mechanism_, tree),
       springs_(mechanism, tree, loose),
       actuation_(mechanism, tree, freedoms),
       wrenches_(tree.nodes.size()) {}
@@ -64,7 +64,7 @@ bool ForceRegressor<S>::evaluate(MotionStepper<S>& stepper, const CostQuantity& 
     kinetic_energy(stepper.state(), rows);
     return true;
   }
-  InertiaRegressor<S> momentum = compute_regressor(stepper, S::Vector::Zero());  // its rate: without weight
+  InertiaRegressor<S> momentum = compute_regressor(stepper, S::Vector::Zero());  // rate of momentum, without gravity
   if (quantity.kind == Kind::shaking_moment) shift_moment_point(momentum.force, momentum.moment);
   rows.leftCols(inertial_) = quantity.kind == Kind::shaking_force ? momentum.force : momentum.moment;
   return true;
@@ -77,7 +77,7 @@ InertiaRegressor<S> ForceRegressor<S>::compute_regressor(MotionStepper<S>& stepp
   return balance::compute_regressor(tree_, stepper.state());
 }
 
-/// u = E (Y π + springs' and constant torques); power: times the actuator's rate.
+/// u = E (Y π + torques of springs, loads and friction). Power: multiplied by the actuator's rate.
 template <class S>
 bool ForceRegressor<S>::torque(MotionStepper<S>& stepper, const CostQuantity& quantity, MatrixX& rows) {
   if (!actuation_.project(stepper.equations(), projection_)) return false;
@@ -96,7 +96,7 @@ bool ForceRegressor<S>::torque(MotionStepper<S>& stepper, const CostQuantity& qu
   return true;
 }
 
-/// Loads and friction, which depend on the motion only.
+/// Loads and friction, which depend only on the motion.
 template <class S>
 void ForceRegressor<S>::constant_torque(MotionStepper<S>& stepper, Eigen::Ref<VectorX> tau) {
   tau.setZero();
@@ -110,7 +110,7 @@ void ForceRegressor<S>::constant_torque(MotionStepper<S>& stepper, Eigen::Ref<Ve
     add_friction_forces(mechanism_, tree_, stepper.dy(), stepper.duration(), tau.data());
 }
 
-/// From the world's origin to the point that moments are about.
+/// Shifts moments from the origin of the world to the moment reference point.
 template <class S>
 void ForceRegressor<S>::shift_moment_point(const MatrixX& force, MatrixX& moment) const {
   for (Eigen::Index p = 0; p < force.cols(); ++p) {
@@ -120,7 +120,7 @@ void ForceRegressor<S>::shift_moment_point(const MatrixX& force, MatrixX& moment
   }
 }
 
-/// What the frame feels: weight and loads less the rate of momentum.
+/// Force or moment on the ground: weight and loads minus the rate of momentum.
 template <class S>
 void ForceRegressor<S>::ground_reaction(MotionStepper<S>& stepper, bool moment, MatrixX& rows) {
   const InertiaRegressor<S> exerted = compute_regressor(stepper, -gravity_);
@@ -173,10 +173,10 @@ std::optional<CostQuantity> find_cost_quantity(const Mechanism& mechanism, const
     CostQuantity quantity{stem == "torque" ? Kind::torque : Kind::power, {}};
     const std::vector<CoordinateId>& actuators = mechanism.actuators;
     const auto kind = [&](CoordinateId coordinate) { return mechanism.coordinates[coordinate].kind; };
-    if (bracket == std::string::npos) {  // a worst one exists where units agree
-      const bool alike = std::all_of(actuators.begin(), actuators.end(),
-                                     [&](int c) { return stem == "power" || kind(c) == kind(actuators[0]); });
-      return alike && !actuators.empty() ? std::optional(quantity) : std::nullopt;
+    if (bracket == std::string::npos) {  // the maximum over actuators requires equal units
+      const bool has_equal_kinds = std::all_of(actuators.begin(), actuators.end(),
+                                               [&](int c) { return stem == "power" || kind(c) == kind(actuators[0]); });
+      return has_equal_kinds && !actuators.empty() ? std::optional(quantity) : std::nullopt;
     }
     for (std::size_t a = 0; a < actuators.size(); ++a)
       if (name.substr(bracket) == "[" + mechanism.coordinates[actuators[a]].name + "]") {
@@ -197,7 +197,7 @@ std::optional<CostQuantity> find_cost_quantity(const Mechanism& mechanism, const
 
 namespace {
 
-/// End points of a loose spring that are tried: the origin and one on every axis.
+/// Number of end points at which loose springs are sampled: the origin and one on each axis.
 template <class S>
 constexpr int spring_end_points = S::dimension + 1;
 
@@ -213,15 +213,15 @@ SpringRegressor<S>::SpringRegressor(const Mechanism& mechanism, const Tree<S>& t
   for (std::size_t s = 0; s < mechanism.springs.size(); ++s) {
     Spring spring = mechanism.springs[s];
     const bool free_ends = s < loose.size() && loose[s];
-    forms_.push_back(spring.is_joint_spring() ? SpringKind::in_joint
+    kinds_.push_back(spring.is_joint_spring() ? SpringKind::in_joint
                      : free_ends              ? SpringKind::loose
                                               : SpringKind::fixed);
     spring.stiffness = 1;
-    if (forms_.back() == SpringKind::in_joint) {
+    if (kinds_.back() == SpringKind::in_joint) {
       count_ += 2;
       continue;
     }
-    if (forms_.back() == SpringKind::fixed) {
+    if (kinds_.back() == SpringKind::fixed) {
       add(spring);
       ++count_;
       continue;
@@ -239,9 +239,9 @@ SpringRegressor<S>::SpringRegressor(const Mechanism& mechanism, const Tree<S>& t
 
 template <class S>
 void SpringRegressor<S>::add(const Spring& spring) {
-  Mechanism alone;
-  alone.springs.push_back(spring);
-  units_.emplace_back(alone, tree_);
+  Mechanism single_spring;
+  single_spring.springs.push_back(spring);
+  unit_springs_.emplace_back(single_spring, tree_);
 }
 
 template <class S>
@@ -259,8 +259,8 @@ void SpringRegressor<S>::evaluate(const TreeState<S>& state, const double* y, Ei
   constexpr Eigen::Index d = S::dimension;
   std::size_t unit = 0;
   Eigen::Index column = 0;
-  for (std::size_t s = 0; s < forms_.size(); ++s) {
-    if (forms_[s] == SpringKind::in_joint) {  // k q − preload
+  for (std::size_t s = 0; s < kinds_.size(); ++s) {
+    if (kinds_[s] == SpringKind::in_joint) {  // k q − preload
       const LinearQuantity& source = tree_.coordinate_expressions[mechanism_.springs[s].coordinate];
       torque.middleCols(column, 2).setZero();
       source.add_generalised_force(source.value(y), torque.col(column).data());
@@ -268,8 +268,8 @@ void SpringRegressor<S>::evaluate(const TreeState<S>& state, const double* y, Ei
       column += 2;
       continue;
     }
-    if (forms_[s] == SpringKind::fixed) {
-      torque.col(column++) = torque_of(units_[unit++], state);
+    if (kinds_[s] == SpringKind::fixed) {
+      torque.col(column++) = torque_of(unit_springs_[unit++], state);
       continue;
     }
     const Eigen::Index width = 1 + 2 * d + d * d;
@@ -279,14 +279,14 @@ void SpringRegressor<S>::evaluate(const TreeState<S>& state, const double* y, Ei
   }
 }
 
-/// Without a free length the torque is k times a function T(a, b) of the end points that is linear in each of them (the part
-/// that is quadratic in one end point is constant in the energy). Its coefficients are differences between unit end points.
+/// With zero free length, the torque is k T(a, b), where T is affine in each of the end points a and b (terms quadratic
+/// in one end point are constant in the energy). Its coefficients are differences between unit end points.
 template <class S>
 void SpringRegressor<S>::loose_at(std::size_t first, const TreeState<S>& state, Eigen::Ref<MatrixX> torque) {
   constexpr Eigen::Index d = S::dimension;
   MatrixX T(tree_.columns, spring_end_points<S> * spring_end_points<S>);
   for (int i = 0; i < spring_end_points<S> * spring_end_points<S>; ++i)
-    T.col(i) = torque_of(units_[first + static_cast<std::size_t>(i)], state);
+    T.col(i) = torque_of(unit_springs_[first + static_cast<std::size_t>(i)], state);
   const auto at = [&](Eigen::Index i, Eigen::Index j) { return T.col(i * spring_end_points<S> + j); };
   const double L = tree_.characteristic_length;
   torque.col(0) = at(0, 0);

@@ -1,6 +1,6 @@
 #pragma once
-/// Forces at one moment of a motion as a matrix times the parameters and a one behind them, which carries what does not depend
-/// on any parameter: loads and friction.
+/// Forces at one moment of a motion as a matrix times the parameters and a final 1, whose column holds the
+/// contributions that do not depend on parameters: loads and friction.
 
 #include "balance/mechanics/dynamics/actuation.hpp"
 #include "balance/mechanics/dynamics/dynamic_parameters.hpp"
@@ -14,13 +14,14 @@
 
 namespace balance {
 
-/// What springs ask of the tree's coordinates, per unit of their parameters (mechanics/dynamics/dynamic_parameters.hpp lists these).
+/// Generalised forces of springs in tree coordinates, per unit of their parameters (listed in
+/// mechanics/dynamics/dynamic_parameters.hpp).
 template <class S>
 class SpringRegressor {
  public:
   SpringRegressor(const Mechanism& mechanism, const Tree<S>& tree, const FreeSprings& loose);
 
-  /// Parameters of all springs.
+  /// Number of parameters of all springs.
   Eigen::Index count() const { return count_; }
 
   /// @param state poses in the world @param y tree coordinates
@@ -28,10 +29,10 @@ class SpringRegressor {
   void evaluate(const TreeState<S>& state, const double* y, Eigen::Ref<MatrixX> torque);
 
  private:
-  /// A spring of stiffness 1, at rest or between unit points.
+  /// A spring of stiffness 1 between its own or unit end points.
   using UnitSpring = ExternalForces<S>;
 
-  /// How a spring's parameters are counted.
+  /// Parametrisation of a spring.
   enum class SpringKind { fixed, loose, in_joint };
 
   void add(const Spring& spring);
@@ -40,8 +41,8 @@ class SpringRegressor {
 
   const Tree<S>& tree_;
   const Mechanism& mechanism_;
-  std::vector<UnitSpring> units_;
-  std::vector<SpringKind> forms_;  ///< per spring
+  std::vector<UnitSpring> unit_springs_;
+  std::vector<SpringKind> kinds_;  ///< per spring
   Eigen::Index count_ = 0;
   std::vector<Wrench<S>> wrenches_;
 };
@@ -49,37 +50,37 @@ class SpringRegressor {
 extern template class SpringRegressor<Planar>;
 extern template class SpringRegressor<Spatial>;
 
-/// What a figure is of.
+/// The quantity that a figure is computed from.
 struct CostQuantity {
   enum class Kind { torque, power, shaking_force, shaking_moment, ground_force, ground_moment, kinetic_energy };
   Kind kind = Kind::torque;
-  std::optional<int> actuator;  ///< torque, power: of this one; nothing: of each, and the worst counts
-  bool is_combined = false;     ///< of all torques as one vector
+  std::optional<int> actuator;  ///< for torque and power; std::nullopt: the worst of all actuators
+  bool is_combined = false;     ///< norm of all torques as one vector
 
   bool of_actuators() const { return kind == Kind::torque || kind == Kind::power; }
 };
 
 /// @param name as in RunResult::metrics
-/// @return nothing if the mechanism has no such quantity, or it is not linear in the parameters
+/// @return std::nullopt if the mechanism has no such quantity or it is not linear in the parameters
 std::optional<CostQuantity> find_cost_quantity(const Mechanism& mechanism, const std::string& name);
 
 template <class S>
 class ForceRegressor {
  public:
-  /// @param mechanism, tree must outlive the matrices
+  /// @param mechanism, tree must outlive this object
   ForceRegressor(const Mechanism& mechanism, const Tree<S>& tree, int freedoms, const Vector3& about,
                  const FreeSprings& loose);
   ForceRegressor(const ForceRegressor&) = delete;
   ForceRegressor& operator=(const ForceRegressor&) = delete;
 
-  /// Parameters of elements and springs, and the one behind them.
+  /// Number of parameters of mass elements and springs, plus one for the constant.
   Eigen::Index columns() const { return inertial_ + springs_.count() + 1; }
   Eigen::Index inertial() const { return inertial_; }
 
-  /// @param stepper its state holds poses and angular velocities, for the kinetic energy also the origins' velocities;
-  ///        accelerations are overwritten
+  /// @param stepper with poses and angular velocities, and for the kinetic energy also velocities of the origins;
+  /// accelerations are overwritten
   /// @param rows one per actuator or component × columns() [SI]
-  /// @return false if the actuators do not hold the mechanism
+  /// @return false if the actuators cannot hold the mechanism
   bool evaluate(MotionStepper<S>& stepper, const CostQuantity& quantity, MatrixX& rows);
 
  private:
@@ -94,7 +95,7 @@ class ForceRegressor {
   const Tree<S>& tree_;
   typename S::Vector gravity_, about_;
   Eigen::Index inertial_;
-  Mechanism loaded_;  ///< the loads alone
+  Mechanism loads_mechanism_;  ///< the loads only
   ExternalForces<S> loads_;
   SpringRegressor<S> springs_;
   Actuation<S> actuation_;

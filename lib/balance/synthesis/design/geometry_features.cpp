@@ -35,10 +35,10 @@ class ValueCollector {
 std::vector<ElementFeatures> list_element_features(const Mechanism& mechanism, const FreeSprings& loose) {
   int next = static_cast<int>(term_values(mechanism, loose).size());
   std::vector<ElementFeatures> all;
-  const auto add = [&](ParameterOwner bearer, std::size_t begin, std::size_t end) {
+  const auto add = [&](ParameterOwner owner, std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
-      ElementFeatures element{bearer, static_cast<int>(i), next++, -1};
-      if (bearer != ParameterOwner::spring) {
+      ElementFeatures element{owner, static_cast<int>(i), next++, -1};
+      if (owner != ParameterOwner::spring) {
         element.inertia = next;
         next += inertia_size(mechanism);
       }
@@ -55,18 +55,18 @@ std::vector<ElementFeatures> list_element_features(const Mechanism& mechanism, c
 VectorX compute_features(const Mechanism& mechanism, const FreeSprings& loose) {
   const bool planar = mechanism.space == SpaceKind::planar;
   const VectorX parameters = term_values(mechanism, loose);
-  ValueCollector rest;
+  ValueCollector collector;
   const auto add = [&](double mass, const Matrix3& inertia) {
-    rest.add(mass);
-    rest.add_inertia(inertia, planar);
+    collector.add(mass);
+    collector.add_inertia(inertia, planar);
   };
   for (std::size_t b = 1; b < mechanism.bodies.size(); ++b) add(mechanism.bodies[b].mass, mechanism.bodies[b].inertia);
   for (const Attachment& extra : mechanism.attachments) add(extra.mass, extra.inertia);
   for (const Disc& disc : mechanism.discs) add(disc.mass, disc.inertia);
-  for (const Spring& spring : mechanism.springs) rest.add(spring.stiffness);
-  const VectorX others = rest.finish();
-  VectorX all(parameters.size() + others.size());
-  all << parameters, others;
+  for (const Spring& spring : mechanism.springs) collector.add(spring.stiffness);
+  const VectorX element_values = collector.finish();
+  VectorX all(parameters.size() + element_values.size());
+  all << parameters, element_values;
   return all;
 }
 
@@ -111,7 +111,7 @@ VectorX parameter_scales(const Mechanism& mechanism, const FreeSprings& loose) {
   const double length = characteristic_length(mechanism), mass = total_mass(mechanism);
   const VectorX values = term_values(mechanism, loose);
   const auto all = list_terms(mechanism, loose);
-  double stiffness = 0;  // of springs between points, and of torsion springs at an arm of the mechanism's length
+  double stiffness = 0;  // of springs between points, and of torsion springs at a lever arm of the mechanism's length
   for (std::size_t p = 0; p < all.size(); ++p)
     if (all[p].owner_kind == ParameterOwner::spring && all[p].kind == ParameterKind::stiffness)
       stiffness = std::max(
@@ -130,7 +130,7 @@ VectorX parameter_scales(const Mechanism& mechanism, const FreeSprings& loose) {
 }
 
 bool is_equal_to_rounding(const VectorX& a, const VectorX& b) {
-  // expressions over free parameters may round differently where they do not depend on them
+  // Rounding may differ even for expressions that do not depend on the free numbers.
   constexpr double equality_tolerance = 1e-14;
   if (a.size() != b.size()) return false;
   return ((a - b).cwiseAbs().array() <= equality_tolerance * a.cwiseAbs().cwiseMax(b.cwiseAbs()).array()).all();

@@ -19,33 +19,34 @@
 
 namespace balance::design {
 
-/// Numbers at one geometry, and which of several are better.
+/// A design at one geometry, and the comparison of several.
 struct TrialDesign {
-  VectorX u;                 ///< all numbers
-  bool is_feasible = false;  ///< no obstacle
+  VectorX u;                 ///< all variables
+  bool is_feasible = false;  ///< physical, can be assembled and follows the required motions
   bool is_balanced = false;
   double figure = std::numeric_limits<double>::quiet_NaN();  ///< the objective
   double residual =
-      std::numeric_limits<double>::quiet_NaN();  ///< norm of what is left of the goal at the equations' samples
+      std::numeric_limits<double>::quiet_NaN();  ///< norm of the goal's residual at the samples of the equations
 };
 
 class TrialEvaluator {
  public:
-  /// @param equations of the goal, or none
-  /// @param merit null: none
-  TrialEvaluator(const SolverContext& context, const NonlinearSystem& equations, const ScaledObjective* merit);
+  /// @param equations of the goal; may be empty
+  /// @param objective nullptr: no objective
+  TrialEvaluator(const SolverContext& context, const NonlinearSystem& equations, const ScaledObjective* objective);
 
-  /// The objective comes before the conditions where these cannot be met.
+  /// Whether the objective takes priority over the conditions if these cannot be met.
   bool is_figure_first() const { return objective_ != nullptr && !context_.problem.objective->is_secondary; }
-  /// Balanced before not, then by the objective, or by what is left.
+  /// Compares balanced designs by the objective and others by the objective or the residual; keep_better prefers
+  /// balanced ones.
   double cost(const TrialDesign& trial) const;
-  void update_best(TrialDesign& best, TrialDesign trial) const;
+  void keep_better(TrialDesign& best, TrialDesign trial) const;
 
-  /// By the conditions of its own geometry, derived anew.
+  /// Whether the conditions, derived anew at the geometry of u, are met.
   bool is_balanced(const VectorX& u) const;
-  /// All numbers as they stand.
+  /// Evaluates u without changing it.
   TrialDesign evaluate(const VectorX& u) const;
-  /// At the lengths of u: the other numbers solved for by themselves.
+  /// Keeps the lengths of u and solves for the other variables.
   TrialDesign solve_at_geometry(const VectorX& u) const;
 
  private:
@@ -54,60 +55,60 @@ class TrialEvaluator {
   const SolverContext& context_;
   const NonlinearSystem& equations_;
   const ScaledObjective* objective_;
-  std::vector<int> others_;  ///< numbers that do not change the geometry
+  std::vector<int> inertial_variables_;  ///< variables that do not change the geometry
 };
 
 namespace {
 
-/// Points of the box from which an anchor is looked for.
+/// Maximum number of points tested as anchor.
 constexpr int max_start_samples = 200;
-/// Part of half a length's range within which it may be meant to be a special one.
+/// Distance, relative to half of a length's range, within which a length is tentatively snapped to a special ratio.
 constexpr double length_ratio_tolerance = 1e-5;
 
 }  // namespace
 
 std::optional<VectorX> find_feasible_start(const SolverContext& context, std::string& reason) {
-  const auto good = [&](const VectorX& u, std::string& why) {
-    why = context.infeasibility_reason(u);
-    if (!why.empty()) return false;
+  const auto has_conditions = [&](const VectorX& u, std::string& failure) {
+    failure = context.infeasibility_reason(u);
+    if (!failure.empty()) return false;
     const Conditions conditions = context.conditions_at(u);
-    if (conditions.status != ConditionsStatus::done) why = conditions.reason;
+    if (conditions.status != ConditionsStatus::done) failure = conditions.reason;
     return conditions.status == ConditionsStatus::done;
   };
   const VectorX start = context.scaling.start();
-  if (good(start, reason)) return start;
-  // nearer ones first, the other numbers as they are
+  if (has_conditions(start, reason)) return start;
+  // Points near the start first; the other variables keep their start values.
   const std::vector<int> lengths = geometric_variables(context);
   const auto points =
       low_discrepancy_points(max_start_samples, static_cast<int>(lengths.size()), context.problem.search.seed);
   for (std::size_t k = 0; k < points.size() && !context.budget.is_spent(); ++k) {
     VectorX u = start;
-    const double part = static_cast<double>(k + 1) / static_cast<double>(points.size());
+    const double fraction = static_cast<double>(k + 1) / static_cast<double>(points.size());
     for (std::size_t i = 0; i < lengths.size(); ++i)
       u[lengths[i]] = std::clamp(
-          start[lengths[i]] + part * (points[k][static_cast<Eigen::Index>(i)] - start[lengths[i]]), -1.0, 1.0);
-    std::string why;
-    if (good(u, why)) return u;
+          start[lengths[i]] + fraction * (points[k][static_cast<Eigen::Index>(i)] - start[lengths[i]]), -1.0, 1.0);
+    std::string failure;
+    if (has_conditions(u, failure)) return u;
   }
   return std::nullopt;
 }
 
 std::optional<VectorX> snap_to_length_ratios(const SolverContext& context, const VectorX& u) {
-  const VectorX numbers = collect_geometry(context.mechanism(u), context.options.loose_springs);
+  const VectorX geometry = collect_geometry(context.mechanism(u), context.options.loose_springs);
   const VectorX x = context.scaling.to_variables(u);
   VectorX moved = u;
   for (const int i : geometric_variables(context)) {
     const double half = context.scaling.half_width()[i];
     double nearest = length_ratio_tolerance * half;
     if (!(half > 0)) continue;
-    for (const double other : numbers)
+    for (const double length : geometry)
       for (const double ratio : {1.0, 2.0, 0.5, 1.5, 2.0 / 3, 3.0, 1.0 / 3, 4.0 / 3, 0.75}) {
-        const double off = std::abs(std::abs(other) * ratio - std::abs(x[i]));
-        // the number itself is among them
-        if (off >= nearest || off <= 1e-15 * std::abs(x[i])) continue;
-        nearest = off;
+        const double deviation = std::abs(std::abs(length) * ratio - std::abs(x[i]));
+        // `geometry` contains the number itself
+        if (deviation >= nearest || deviation <= 1e-15 * std::abs(x[i])) continue;
+        nearest = deviation;
         moved[i] =
-            std::clamp((std::copysign(std::abs(other) * ratio, x[i]) - context.scaling.centre()[i]) / half, -1.0, 1.0);
+            std::clamp((std::copysign(std::abs(length) * ratio, x[i]) - context.scaling.centre()[i]) / half, -1.0, 1.0);
       }
   }
   return moved == u ? std::nullopt : std::optional<VectorX>(moved);
@@ -116,100 +117,102 @@ std::optional<VectorX> snap_to_length_ratios(const SolverContext& context, const
 namespace {
 
 constexpr double no_value = std::numeric_limits<double>::quiet_NaN();
-/// Exact designs whose lengths are looked at, and joint descents for them besides the start's.
+/// Maximum number of exact designs whose lengths are examined, and of starts for the joint search besides the anchor.
 constexpr int max_exact_designs = 4, max_joint_starts = 12;
-/// Of the designs that two levels find.
+/// Maximum number of designs of the bilevel search that are examined once one is balanced.
 constexpr std::size_t max_bilevel_candidates = 3;
-/// Lengths moved by this part of their range show whether designs exist around.
+/// Step in unit coordinates for testing whether designs exist at neighbouring lengths.
 constexpr double neighbour_offset = 1e-3;
 
 class GeometrySearch {
  public:
   GeometrySearch(const SolverContext& context, const VectorX& anchor, const NonlinearSystem& equations,
-                 const ScaledObjective* merit)
+                 const ScaledObjective* objective)
       : context_(context),
         anchor_(anchor),
         equations_(equations),
-        objective_(merit),
-        trials_(context, equations, merit),
-        lengths_(geometric_variables(context)),
-        others_(inertial_variables(context)) {}
+        objective_(objective),
+        evaluator_(context, equations, objective),
+        geometric_variables_(geometric_variables(context)),
+        inertial_variables_(inertial_variables(context)) {}
 
   GeometrySearchResult run() {
     TrialDesign best;
-    const bool able = try_bilevel_search(best);
+    const bool is_bilevel_applicable = try_bilevel_search(best);
     if (!best.is_balanced)
       for (const VectorX& u : find_exact_designs()) {
         evaluate_candidate(best, u);
         if (objective_ == nullptr && best.is_balanced) break;
       }
-    if (!best.is_balanced) trials_.update_best(best, solve_at_samples());
+    if (!best.is_balanced) evaluator_.keep_better(best, solve_at_samples());
     if (objective_ != nullptr && best.is_balanced)
-      best = improve_geometry(best, able && context_.limits->size() == context_.problem.convex_limit_count);
+      best =
+          improve_geometry(best, is_bilevel_applicable && context_.problem.model->capabilities().are_all_limits_convex);
     if (!best.is_balanced) best = search_compromise(best);
     if (best.is_feasible && equations_.primary_rows == 0 && context_.limits->size() == 0) search_all_variables(best);
     return report(best);
   }
 
  private:
-  /// @return the problem is of the kind that it is made for
+  /// @return whether the bilevel search applies to the problem
   bool try_bilevel_search(TrialDesign& best) {
     const BilevelResult designs = search_bilevel(context_, anchor_, objective_, false);
-    std::size_t looked = 0;
+    std::size_t examined_count = 0;
     for (const VectorX& u : designs.balanced) {
       if (best.is_balanced &&
-          (objective_ == nullptr || ++looked >= max_bilevel_candidates || context_.budget.is_spent()))
+          (objective_ == nullptr || ++examined_count >= max_bilevel_candidates || context_.budget.is_spent()))
         break;
       if (!context_.infeasibility_reason(u).empty()) continue;
       evaluate_candidate(best, equations_.primary_rows > 0
                                    ? solve_levenberg_marquardt(make_equations_near(context_, u, equations_), u).u
                                    : u);
-      trials_.update_best(best, trials_.solve_at_geometry(u));
+      evaluator_.keep_better(best, evaluator_.solve_at_geometry(u));
     }
-    others_found_ = designs.others;
+    unbalanced_candidates_ = designs.others;
     return designs.is_applicable;
   }
 
-  /// An exact design, or nearly one, as it stands and with the masses solved for.
+  /// Evaluates an exact or nearly exact design, both unchanged and with the masses solved for.
   void evaluate_candidate(TrialDesign& best, const VectorX& u) const {
-    trials_.update_best(best, trials_.evaluate(u));
+    evaluator_.keep_better(best, evaluator_.evaluate(u));
     if (objective_ == nullptr && best.is_balanced) return;
-    trials_.update_best(best, trials_.solve_at_geometry(u));
+    evaluator_.keep_better(best, evaluator_.solve_at_geometry(u));
     if (const auto special = snap_to_length_ratios(context_, u); special && !best.is_balanced)
-      trials_.update_best(best, trials_.solve_at_geometry(*special));
+      evaluator_.keep_better(best, evaluator_.solve_at_geometry(*special));
   }
 
-  /// Joint Gauss–Newton on all numbers.
+  /// Gauss–Newton on all variables.
   std::vector<VectorX> find_exact_designs() {
     if (equations_.primary_rows == 0) return {anchor_};
-    ExactSearchOptions effort;
-    effort.starts.push_back(anchor_);
-    for (const VectorX& u : prepare_starts()) effort.starts.push_back(u);
-    effort.max_restarts = context_.problem.search.max_restarts;
-    effort.max_solutions = objective_ == nullptr ? 1 : max_exact_designs;
-    effort.is_usable = [this](const VectorX& u) {
+    ExactSearchOptions options;
+    options.starts.push_back(anchor_);
+    for (const VectorX& u : prepare_starts()) options.starts.push_back(u);
+    options.max_restarts = context_.problem.search.max_restarts;
+    options.max_solutions = objective_ == nullptr ? 1 : max_exact_designs;
+    options.is_usable = [this](const VectorX& u) {
       if (!context_.infeasibility_reason(u).empty()) return false;
       if (objective_ == nullptr || std::isfinite((*objective_)(u, nullptr))) return true;
-      if (trials_.is_balanced(u)) valueless_ = u;
+      if (evaluator_.is_balanced(u)) balanced_without_value_ = u;
       return false;
     };
-    ExactSolutions search = find_exact_solutions(context_, equations_, effort);
-    best_descent_ = search.closest;
-    for (VectorX& u : search.solutions)
+    ExactSolutions exact = find_exact_solutions(context_, equations_, options);
+    best_descent_ = exact.closest;
+    for (VectorX& u : exact.solutions)
       if (const VectorX better = solve_levenberg_marquardt(equations_, u).u; is_exact(context_, equations_, better))
         u = better;
-    return search.solutions;
+    return exact.solutions;
   }
 
-  /// Lengths that fill their box, each with the other numbers that leave the least there: the best of them.
+  /// Space-filling samples of the lengths, with the other variables that minimise the residual there. Returns the best
+  /// of them.
   std::vector<VectorX> prepare_starts() {
     std::vector<std::pair<double, VectorX>> points;
-    const int count = 8 + 8 * static_cast<int>(lengths_.size());
-    for (const VectorX& part :
-         low_discrepancy_points(count, static_cast<int>(lengths_.size()), context_.problem.search.seed)) {
+    const int count = 8 + 8 * static_cast<int>(geometric_variables_.size());
+    for (const VectorX& lengths :
+         low_discrepancy_points(count, static_cast<int>(geometric_variables_.size()), context_.problem.search.seed)) {
       if (context_.budget.is_spent()) break;
       VectorX u = anchor_;
-      u(lengths_) = part;
+      u(geometric_variables_) = lengths;
       ++context_.budget.geometries;
       const LeastSquaresResult descent = solve_inertial_variables(u);
       if (descent.values.size() > 0 && context_.infeasibility_reason(descent.u).empty())
@@ -223,110 +226,115 @@ class GeometrySearch {
     return starts;
   }
 
-  /// Gauss–Newton on the numbers that do not change the geometry, on the goal's rows at fixed samples.
+  /// Gauss–Newton on the variables that do not change the geometry, with the goal's rows at fixed samples.
   LeastSquaresResult solve_inertial_variables(const VectorX& u) const {
-    NonlinearSystem part = equations_;
-    part.evaluate = [this, &u](const VectorX& v, VectorX& values, MatrixX* jacobian) {
+    NonlinearSystem inertial_equations = equations_;
+    inertial_equations.evaluate = [this, &u](const VectorX& v, VectorX& values, MatrixX* jacobian) {
       VectorX all = u;
-      all(others_) = v;
+      all(inertial_variables_) = v;
       MatrixX slopes;
       if (!equations_.evaluate(all, values, jacobian != nullptr ? &slopes : nullptr)) return false;
-      if (jacobian != nullptr) *jacobian = slopes(Eigen::all, others_);
+      if (jacobian != nullptr) *jacobian = slopes(Eigen::all, inertial_variables_);
       return true;
     };
-    LeastSquaresResult descent = solve_levenberg_marquardt(part, u(others_), 30);
+    LeastSquaresResult descent = solve_levenberg_marquardt(inertial_equations, u(inertial_variables_), 30);
     VectorX all = u;
-    all(others_) = descent.u;
+    all(inertial_variables_) = descent.u;
     descent.u = all;
     return descent;
   }
 
-  /// Where the joint search found nothing: the best of its samples, solved at their lengths.
+  /// For use if the joint search fails: solves for the other variables at the lengths of the best samples.
   TrialDesign solve_at_samples() {
     TrialDesign best;
-    trials_.update_best(best, trials_.solve_at_geometry(anchor_));
+    evaluator_.keep_better(best, evaluator_.solve_at_geometry(anchor_));
     for (std::size_t k = 0; k < std::min<std::size_t>(samples_.size(), max_joint_starts) && !best.is_balanced; ++k) {
       if (context_.budget.is_spent()) break;
-      trials_.update_best(best, trials_.solve_at_geometry(samples_[k].second));
+      evaluator_.keep_better(best, evaluator_.solve_at_geometry(samples_[k].second));
     }
     return best;
   }
 
-  /// Designs exist at lengths around these, not only at them.
+  /// Whether designs exist at neighbouring lengths, too.
   bool has_neighbouring_designs(const TrialDesign& trial) const {
-    for (const double by : {neighbour_offset, -neighbour_offset}) {
+    for (const double offset : {neighbour_offset, -neighbour_offset}) {
       VectorX u = trial.u;
-      for (std::size_t k = 0; k < lengths_.size(); ++k) {
-        double& value = u[lengths_[k]];
-        value += value > 0.9 ? -neighbour_offset : value < -0.9 ? neighbour_offset : (k % 2 == 0 ? by : -by);
+      for (std::size_t k = 0; k < geometric_variables_.size(); ++k) {
+        double& value = u[geometric_variables_[k]];
+        value += value > 0.9 ? -neighbour_offset : value < -0.9 ? neighbour_offset : (k % 2 == 0 ? offset : -offset);
       }
-      if (trials_.solve_at_geometry(u).is_balanced) return true;
+      if (evaluator_.solve_at_geometry(u).is_balanced) return true;
     }
     return false;
   }
 
-  /// Better lengths for an exact design.
-  /// @param looked around already, where designs exist at all lengths: two levels do so where they know all limits
-  TrialDesign improve_geometry(const TrialDesign& from, bool looked) {
+  /// Improves the lengths of an exact design.
+  /// @param are_lengths_optimised whether the bilevel search has optimised the lengths already, which requires that it
+  /// handles all limits
+  TrialDesign improve_geometry(const TrialDesign& from, bool are_lengths_optimised) {
     TrialDesign best = from;
     if (!has_neighbouring_designs(from)) {
-      const NonlinearSystem here = make_equations_near(context_, from.u, equations_);
-      const auto back = [&](const VectorX& u) { return solve_levenberg_marquardt(here, u).u; };
-      const VectorX u = optimise_exact_solutions(context_, *objective_, here, back, {from.u}).u;
-      trials_.update_best(best, trials_.evaluate(u));
-      trials_.update_best(best, trials_.solve_at_geometry(best.u));
-    } else if (!looked || context_.limits->size() > 0) {  // two levels know peaks by few samples
+      const NonlinearSystem design_equations = make_equations_near(context_, from.u, equations_);
+      const auto restore = [&](const VectorX& u) { return solve_levenberg_marquardt(design_equations, u).u; };
+      const VectorX u = optimise_exact_solutions(context_, *objective_, design_equations, restore, {from.u}).u;
+      evaluator_.keep_better(best, evaluator_.evaluate(u));
+      evaluator_.keep_better(best, evaluator_.solve_at_geometry(best.u));
+    } else if (!are_lengths_optimised ||
+               context_.limits->size() > 0) {  // the bilevel search evaluates peaks at few samples
       search_lengths(
-          best, [](const TrialDesign& trial) { return trial.is_balanced; }, looked);
+          best, [](const TrialDesign& trial) { return trial.is_balanced; }, are_lengths_optimised);
     }
     return best;
   }
 
-  /// Derivative-free over the lengths, from the best and from points that fill their box.
-  /// @param near from the best alone, in small steps
-  void search_lengths(TrialDesign& best, const std::function<bool(const TrialDesign&)>& counts, bool near = false) {
-    MultistartSettings task;
-    std::map<std::vector<double>, double> known;
-    task.objective = [&](const VectorX& part) {
-      const std::vector<double> key(part.begin(), part.end());
-      if (const auto at_key = known.find(key); at_key != known.end()) return at_key->second;
+  /// Derivative-free search over the lengths, from the best design and from space-filling points.
+  /// @param is_local from the best design only, with small steps
+  void search_lengths(TrialDesign& best, const std::function<bool(const TrialDesign&)>& is_candidate,
+                      bool is_local = false) {
+    MultistartSettings settings;
+    std::map<std::vector<double>, double> evaluated;
+    settings.objective = [&](const VectorX& lengths) {
+      const std::vector<double> key(lengths.begin(), lengths.end());
+      if (const auto at_key = evaluated.find(key); at_key != evaluated.end()) return at_key->second;
       VectorX u = best.u;
-      u(lengths_) = part;
-      const TrialDesign trial = trials_.solve_at_geometry(u);
-      const double value = trial.is_feasible && counts(trial) ? trials_.cost(trial) : no_value;
-      if (std::isfinite(value)) trials_.update_best(best, trial);
-      known[key] = value;
+      u(geometric_variables_) = lengths;
+      const TrialDesign trial = evaluator_.solve_at_geometry(u);
+      const double value = trial.is_feasible && is_candidate(trial) ? evaluator_.cost(trial) : no_value;
+      if (std::isfinite(value)) evaluator_.keep_better(best, trial);
+      evaluated[key] = value;
       return value;
     };
-    task.starts = {best.u(lengths_)};
-    const auto n = static_cast<int>(lengths_.size());
-    if (!near)
-      for (const VectorX& part : low_discrepancy_points(4 + 4 * n, n, context_.problem.search.seed))
-        task.starts.push_back(part);
-    const std::string& asked = context_.problem.search.local;
-    task.method = asked == "cobyla" || asked == "sbplx" || asked == "bobyqa" ? asked : "bobyqa";
-    task.max_local_searches = near ? 1 : 2;
-    task.max_evaluations = std::min(context_.problem.search.max_evaluations, near ? 8 + 8 * n : 40 + 40 * n);
-    if (near) task.initial_step = 0.01;
-    task.min_step = 1e-5;
-    search_multistart(task, context_.budget);
+    settings.starts = {best.u(geometric_variables_)};
+    const auto n = static_cast<int>(geometric_variables_.size());
+    if (!is_local)
+      for (const VectorX& lengths : low_discrepancy_points(4 + 4 * n, n, context_.problem.search.seed))
+        settings.starts.push_back(lengths);
+    const std::string& requested_method = context_.problem.search.local;
+    settings.method = requested_method == "cobyla" || requested_method == "sbplx" || requested_method == "bobyqa"
+                          ? requested_method
+                          : "bobyqa";
+    settings.max_local_searches = is_local ? 1 : 2;
+    settings.max_evaluations = std::min(context_.problem.search.max_evaluations, is_local ? 8 + 8 * n : 40 + 40 * n);
+    if (is_local) settings.initial_step = 0.01;
+    settings.min_step = 1e-5;
+    search_multistart(settings, context_.budget);
   }
 
-  /// Without conditions all numbers may go down the figure's slopes at once.
+  /// Without conditions, gradient descent applies to all variables at once.
   void search_all_variables(TrialDesign& best) const {
     if (objective_ == nullptr || !objective_->has_max_terms() || context_.budget.is_spent()) return;
     if (const auto end = minimise_max_terms_from(context_, *objective_, best.u))
-      trials_.update_best(best, trials_.evaluate(*end));
+      evaluator_.keep_better(best, evaluator_.evaluate(*end));
   }
 
-  /// The least that can be had without balance.
+  /// The best design that is not balanced.
   TrialDesign search_compromise(TrialDesign best) {
-    trials_.update_best(best, trials_.solve_at_geometry(anchor_));
-    if (best_descent_.values.size() > 0) trials_.update_best(best, trials_.evaluate(best_descent_.u));
-    for (const VectorX& u : others_found_) trials_.update_best(best, trials_.solve_at_geometry(u));
+    evaluator_.keep_better(best, evaluator_.solve_at_geometry(anchor_));
+    if (best_descent_.values.size() > 0) evaluator_.keep_better(best, evaluator_.evaluate(best_descent_.u));
+    for (const VectorX& u : unbalanced_candidates_) evaluator_.keep_better(best, evaluator_.solve_at_geometry(u));
     BilevelResult designs;
-    if (trials_.is_figure_first()) designs = search_bilevel(context_, anchor_, objective_, true);
-    for (const VectorX& u : designs.balanced) trials_.update_best(best, trials_.solve_at_geometry(u));
+    if (evaluator_.is_figure_first()) designs = search_bilevel(context_, anchor_, objective_, true);
+    for (const VectorX& u : designs.balanced) evaluator_.keep_better(best, evaluator_.solve_at_geometry(u));
     if (best.is_feasible && !designs.is_applicable) search_lengths(best, [](const TrialDesign&) { return true; });
     return best;
   }
@@ -335,9 +343,9 @@ class GeometrySearch {
     GeometrySearchResult design;
     design.is_found = best.is_feasible;
     design.is_balanced = best.is_balanced;
-    design.minimises_residual = !best.is_balanced && !trials_.is_figure_first();
+    design.minimises_residual = !best.is_balanced && !evaluator_.is_figure_first();
     design.u = best.is_feasible ? best.u : anchor_;
-    if (!best.is_balanced) design.balanced_without_value = valueless_;
+    if (!best.is_balanced) design.balanced_without_value = balanced_without_value_;
     return design;
   }
 
@@ -345,31 +353,34 @@ class GeometrySearch {
   VectorX anchor_;
   const NonlinearSystem& equations_;
   const ScaledObjective* objective_;
-  TrialEvaluator trials_;
-  std::vector<int> lengths_, others_;
-  std::optional<VectorX> valueless_;
+  TrialEvaluator evaluator_;
+  std::vector<int> geometric_variables_, inertial_variables_;
+  std::optional<VectorX> balanced_without_value_;
   LeastSquaresResult best_descent_;
-  std::vector<VectorX> others_found_;
+  std::vector<VectorX> unbalanced_candidates_;
   std::vector<std::pair<double, VectorX>> samples_;
 };
 
 }  // namespace
 
 GeometrySearchResult search_geometry(const SolverContext& context, const VectorX& anchor,
-                                     const NonlinearSystem& equations, const ScaledObjective* merit) {
-  return GeometrySearch(context, anchor, equations, merit).run();
+                                     const NonlinearSystem& equations, const ScaledObjective* objective) {
+  return GeometrySearch(context, anchor, equations, objective).run();
 }
 
 TrialEvaluator::TrialEvaluator(const SolverContext& context, const NonlinearSystem& equations,
-                               const ScaledObjective* merit)
-    : context_(context), equations_(equations), objective_(merit), others_(inertial_variables(context)) {}
+                               const ScaledObjective* objective)
+    : context_(context),
+      equations_(equations),
+      objective_(objective),
+      inertial_variables_(inertial_variables(context)) {}
 
 double TrialEvaluator::cost(const TrialDesign& trial) const {
   if (trial.is_balanced) return objective_ != nullptr ? trial.figure : 0;
   return is_figure_first() ? trial.figure : trial.residual;
 }
 
-void TrialEvaluator::update_best(TrialDesign& best, TrialDesign trial) const {
+void TrialEvaluator::keep_better(TrialDesign& best, TrialDesign trial) const {
   if (!trial.is_feasible || !std::isfinite(cost(trial))) return;
   const bool better = !best.is_feasible || (trial.is_balanced && !best.is_balanced) ||
                       (trial.is_balanced == best.is_balanced && cost(trial) < cost(best));
@@ -415,8 +426,8 @@ TrialDesign TrialEvaluator::solve_at_geometry(const VectorX& u) const {
     const DesignOutcome outcome = solve_design(inner);
     if (outcome.status == DesignStatus::unsolved || outcome.status == DesignStatus::no_feasible_start) return trial;
     trial.is_balanced = outcome.status == DesignStatus::balanced || outcome.status == DesignStatus::no_goal;
-    for (std::size_t k = 0; k < others_.size(); ++k) {
-      const auto i = others_[k];
+    for (std::size_t k = 0; k < inertial_variables_.size(); ++k) {
+      const auto i = inertial_variables_[k];
       const double half = context_.scaling.half_width()[i];
       trial.u[i] =
           half > 0

@@ -1,5 +1,5 @@
 #pragma once
-/// Lengths and ratios as free numbers: a search on two levels.
+/// Bilevel search for lengths and ratios as free numbers.
 
 #include "balance/synthesis/design/condition_equations.hpp"
 #include "balance/synthesis/design/problem_functions.hpp"
@@ -7,32 +7,33 @@
 
 namespace balance::design {
 
-/// What the search found.
+/// Result of the search.
 struct GeometrySearchResult {
   VectorX u;
-  bool is_found = false;            ///< assembled, moving and with a value of the objective, if there is one
-  bool is_balanced = false;         ///< all conditions of u's geometry are met
-  bool minimises_residual = false;  ///< a compromise that leaves the least of the conditions; else the least objective
+  bool is_found = false;            ///< can be assembled, moves, and the objective, if any, has a value
+  bool is_balanced = false;         ///< all conditions at the geometry of u are met
+  bool minimises_residual = false;  ///< compromise with minimum residual of the conditions, not objective
   std::optional<VectorX>
-      balanced_without_value;  ///< not balanced: numbers that balance, where the objective has no value
+      balanced_without_value;  ///< if not balanced: a balanced point at which the objective has no value
 };
 
-/// Above: lengths and ratios, from the start and from points that fill their box. Below, at each of them: the other numbers,
-/// for which the conditions are those of one geometry and most objectives are convex. Where conditions can be met at special
-/// lengths only, Gauss–Newton on all numbers at once ends there.
-/// @param anchor unit coordinates with which the mechanism can be assembled and conditions can be derived
-/// @param equations make_geometry_equations from there, or none
-/// @param merit null: none
+/// The upper level varies lengths and ratios, from the start and from space-filling points. The lower level solves for
+/// the other variables at fixed lengths, where the conditions are those of a single geometry and most objectives are
+/// convex. If the conditions can be met only at special lengths, Gauss–Newton on all variables at once converges to
+/// them.
+/// @param anchor unit coordinates at which the mechanism can be assembled and conditions can be derived
+/// @param equations make_geometry_equations at the anchor; may be empty
+/// @param objective nullptr: no objective
 GeometrySearchResult search_geometry(const SolverContext& context, const VectorX& anchor,
-                                     const NonlinearSystem& equations, const ScaledObjective* merit);
+                                     const NonlinearSystem& equations, const ScaledObjective* objective);
 
-/// Unit coordinates with which the mechanism can be assembled and follows what it must: the start, or a point near it; nothing if
-/// none is found.
-/// @param reason why the start is none
+/// Unit coordinates at which the mechanism can be assembled and follows its required motions: the start or a point near
+/// it. std::nullopt if none is found.
+/// @param reason why the start is infeasible
 std::optional<VectorX> find_feasible_start(const SolverContext& context, std::string& reason);
 
-/// Lengths next to a simple multiple of another number of the geometry, put there; nothing if there are none. Conditions that
-/// fall together at special lengths can be told from others only at these very lengths.
+/// Moves lengths that nearly equal a simple multiple of another number of the geometry exactly onto it; std::nullopt if
+/// there are none. Conditions that coincide at special lengths can be recognised only at exactly these lengths.
 std::optional<VectorX> snap_to_length_ratios(const SolverContext& context, const VectorX& u);
 
 }  // namespace balance::design

@@ -23,23 +23,23 @@
 
 namespace balance {
 
-// How numbers follow the load.
+// Adaptive balancing: numbers as functions of the load.
 
-/// The law of adapted numbers, or a table of them, with what it takes to move what they move.
+/// The law or the table of the adapted numbers, and the work needed for the adjustment.
 class AdaptiveStudy {
  public:
-  /// @param space, options, judge must outlive the study
-  /// @param x the free numbers at the spec's own load; those that are not adapted are for all loads
-  /// @param found values of the adapted numbers per case
-  AdaptiveStudy(const DesignSpace& space, const DesignStudyOptions& options, const LoadCaseEvaluator& judge,
-                const VectorX& x, const MatrixX& found);
+  /// @param space, options, evaluator must outlive the study
+  /// @param x the free numbers at the nominal load; those that are not adapted apply to all loads
+  /// @param case_values values of the adapted numbers in each case
+  AdaptiveStudy(const DesignSpace& space, const DesignStudyOptions& options, const LoadCaseEvaluator& evaluator,
+                const VectorX& x, const MatrixX& case_values);
 
-  /// Adapted numbers at a load: by the law where it keeps their bounds, else solved for.
-  /// @param near where to start from
-  VectorX adapted_values(const VectorX& loads, const VectorX& near) const;
-  /// The same with the other free numbers.
+  /// Adapted numbers at a load: by the law if it satisfies their bounds, else by solving for them.
+  /// @param initial_values of the search
+  VectorX adapted_values(const VectorX& loads, const VectorX& initial_values) const;
+  /// The same, together with the other free numbers.
   VectorX variable_values(const VectorX& loads) const;
-  /// Everything but `fixed`.
+  /// Complete except for `fixed_design_cases`.
   AdaptiveReport report() const;
 
  private:
@@ -53,28 +53,28 @@ class AdaptiveStudy {
 
   const DesignSpace& space_;
   const DesignStudyOptions& options_;
-  const LoadCaseEvaluator& judge_;
+  const LoadCaseEvaluator& evaluator_;
   VectorX x_;
-  MatrixX found_;
-  VectorX lower_, upper_;  ///< of the loads
+  MatrixX case_values_;
+  VectorX lower_, upper_;  ///< range of the loads
   std::optional<AdaptiveLaw> law_;
 };
 
 namespace {
 
 constexpr int adapted_table_size = 17;
-/// What leaves a bound by this part of its interval does so by round-off.
+/// Violations of bounds below this are round-off, relative to the interval.
 constexpr double adapted_bound_tolerance = 1e-9;
 
 }  // namespace
 
 AdaptiveStudy::AdaptiveStudy(const DesignSpace& space, const DesignStudyOptions& options,
-                             const LoadCaseEvaluator& judge, const VectorX& x, const MatrixX& found)
+                             const LoadCaseEvaluator& evaluator, const VectorX& x, const MatrixX& case_values)
     : space_(space),
       options_(options),
-      judge_(judge),
+      evaluator_(evaluator),
       x_(x),
-      found_(found),
+      case_values_(case_values),
       lower_(-row_maxima(-loads().values.transpose())),
       upper_(row_maxima(loads().values.transpose())) {
   find_law();
@@ -89,36 +89,36 @@ VectorX AdaptiveStudy::insert_adapted(const VectorX& adapted) const {
 
 bool AdaptiveStudy::is_within_bounds(const VectorX& adapted) const {
   for (Eigen::Index i = 0; i < adapted.size(); ++i) {
-    const int which = loads().adapted[static_cast<std::size_t>(i)];
-    const FreeNumber& number = space_.start.free_numbers[static_cast<std::size_t>(which)];
-    const double room = adapted_bound_tolerance * (number.upper - number.lower);
-    if (adapted[i] < number.lower - room || adapted[i] > number.upper + room) return false;
+    const int index = loads().adapted[static_cast<std::size_t>(i)];
+    const FreeNumber& number = space_.start.free_numbers[static_cast<std::size_t>(index)];
+    const double tolerance = adapted_bound_tolerance * (number.upper - number.lower);
+    if (adapted[i] < number.lower - tolerance || adapted[i] > number.upper + tolerance) return false;
   }
   return true;
 }
 
-/// The loads that vary become numbers of the problem, behind the adapted ones.
+/// The varying loads become additional variables of the problem, after the adapted numbers.
 void AdaptiveStudy::find_law() {
-  const VectorX anchor = found_.colwise().mean();
-  DesignSpace law = space_.fix_others(insert_adapted(anchor), loads().adapted);
-  law.start.design.minimize.clear();
+  const VectorX anchor = case_values_.colwise().mean();
+  DesignSpace law_space = space_.fix_others(insert_adapted(anchor), loads().adapted);
+  law_space.start.design.minimize.clear();
   std::vector<int> varied;
   for (std::size_t k = 0; k < loads().numbers.size(); ++k) {
     const auto i = static_cast<Eigen::Index>(k);
     const LoadParameter& number = loads().numbers[k];
-    law.inputs[static_cast<std::size_t>(number.input)] = lower_[i];
+    law_space.inputs[static_cast<std::size_t>(number.input)] = lower_[i];
     if (!(lower_[i] < upper_[i])) continue;
     varied.push_back(static_cast<int>(k));
-    law.start.free_numbers.push_back(
+    law_space.start.free_numbers.push_back(
         {.key_path = number.path, .lower = lower_[i], .upper = upper_[i], .start = (lower_[i] + upper_[i]) / 2});
-    law.free_inputs.push_back(number.input);
+    law_space.free_inputs.push_back(number.input);
   }
-  law.start = law.study_at(law.start_values());
-  DesignStudyOptions plain = options_;
-  plain.minimize.clear();
-  const auto goals = plain.goals.empty() ? space_.start.design.goals : plain.goals;
+  law_space.start = law_space.study_at(law_space.start_values());
+  DesignStudyOptions law_options = options_;
+  law_options.minimize.clear();
+  const auto goals = law_options.goals.empty() ? space_.start.design.goals : law_options.goals;
   if (goals.empty()) return;
-  law_ = find_adaptive_law(make_design_problem(law, plain), anchor);
+  law_ = find_adaptive_law(make_design_problem(law_space, law_options), anchor);
   if (!law_) return;
   for (AdaptiveLaw::Term& term : law_->terms) {
     std::vector<int> powers(loads().numbers.size(), 0);
@@ -127,60 +127,60 @@ void AdaptiveStudy::find_law() {
   }
 }
 
-VectorX AdaptiveStudy::adapted_values(const VectorX& loads_there, const VectorX& near) const {
-  if (law_ && is_within_bounds(law_->evaluate(loads_there))) return law_->evaluate(loads_there);
-  const DesignSpace part = at_load(space_, loads_there).fix_others(insert_adapted(near), loads().adapted);
-  DesignProblem problem = make_design_problem(part, options_);
+VectorX AdaptiveStudy::adapted_values(const VectorX& load, const VectorX& initial_values) const {
+  if (law_ && is_within_bounds(law_->evaluate(load))) return law_->evaluate(load);
+  const DesignSpace adapted_space = at_load(space_, load).fix_others(insert_adapted(initial_values), loads().adapted);
+  DesignProblem problem = make_design_problem(adapted_space, options_);
   const DesignOutcome outcome = solve_design(problem);
-  return outcome.status == DesignStatus::unsolved ? near : outcome.x;
+  return outcome.status == DesignStatus::unsolved ? initial_values : outcome.x;
 }
 
-VectorX AdaptiveStudy::variable_values(const VectorX& loads_there) const {
+VectorX AdaptiveStudy::variable_values(const VectorX& load) const {
   const VectorX width = (upper_ - lower_).cwiseMax(std::numeric_limits<double>::min());
   const Eigen::Index nearest =
-      min_index(((loads().values.rowwise() - loads_there.transpose()).array().rowwise() / width.transpose().array())
+      min_index(((loads().values.rowwise() - load.transpose()).array().rowwise() / width.transpose().array())
                     .matrix()
                     .rowwise()
                     .norm());
-  const VectorX near = found_.row(nearest);
-  if (!law_ && loads().values.row(nearest).transpose() == loads_there) return insert_adapted(near);
-  return insert_adapted(adapted_values(loads_there, near));
+  const VectorX initial_values = case_values_.row(nearest);
+  if (!law_ && loads().values.row(nearest).transpose() == load) return insert_adapted(initial_values);
+  return insert_adapted(adapted_values(load, initial_values));
 }
 
-/// One number of the load: evenly over its range; several: the cases.
+/// For a single load parameter, at equidistant values; for several, at the load cases.
 AdaptedTable AdaptiveStudy::table() const {
   AdaptedTable table;
-  const auto add = [&](const VectorX& there, const VectorX& near) {
-    table.loads.push_back(there);
-    table.values.push_back(adapted_values(there, near));
+  const auto add = [&](const VectorX& load, const VectorX& initial_values) {
+    table.loads.push_back(load);
+    table.values.push_back(adapted_values(load, initial_values));
     table.residuals.push_back(
-        judge_.max_residual(at_load(space_, there).study_at(insert_adapted(table.values.back()))));
+        evaluator_.max_residual(at_load(space_, load).study_at(insert_adapted(table.values.back()))));
   };
   if (lower_.size() > 1) {
-    for (Eigen::Index k = 0; k < loads().size(); ++k) add(loads().values.row(k), found_.row(k));
+    for (Eigen::Index k = 0; k < loads().size(); ++k) add(loads().values.row(k), case_values_.row(k));
     return table;
   }
-  VectorX near = found_.row(min_index(loads().values.col(0)));
+  VectorX initial_values = case_values_.row(min_index(loads().values.col(0)));
   std::vector<double> knots;
   for (int k = 0; k < adapted_table_size; ++k) {
     knots.push_back(lower_[0] + (upper_[0] - lower_[0]) * k / (adapted_table_size - 1));
-    add(VectorX::Constant(1, knots.back()), near);
-    near = table.values.back();
+    add(VectorX::Constant(1, knots.back()), initial_values);
+    initial_values = table.values.back();
   }
-  Samples rows(adapted_table_size, near.size());
+  Samples rows(adapted_table_size, initial_values.size());
   for (int k = 0; k < adapted_table_size; ++k) rows.row(k) = table.values[static_cast<std::size_t>(k)].transpose();
   const CubicSpline spline(knots, rows, SplineEnd::not_a_knot);
-  VectorX value = near, first_slope = near, second = near;
+  VectorX value = initial_values, first_slope = initial_values, second = initial_values;
   for (int k = 0; k + 1 < adapted_table_size; ++k) {
     const double middle = (knots[static_cast<std::size_t>(k)] + knots[static_cast<std::size_t>(k) + 1]) / 2;
     spline.at(middle, value, first_slope, second);
-    const Study there = at_load(space_, VectorX::Constant(1, middle)).study_at(insert_adapted(value));
-    table.midpoint_residual = std::max(table.midpoint_residual, judge_.max_residual(there));
+    const Study study = at_load(space_, VectorX::Constant(1, middle)).study_at(insert_adapted(value));
+    table.midpoint_residual = std::max(table.midpoint_residual, evaluator_.max_residual(study));
   }
   return table;
 }
 
-/// Over a grid of the loads, which has the corners in it: exact for laws without powers of one load.
+/// Evaluates the law on a grid over the loads that includes the corners: exact for laws that are affine in each load.
 void AdaptiveStudy::find_value_ranges(AdaptiveReport& report) const {
   const auto count = static_cast<Eigen::Index>(loads().adapted.size());
   report.min_values = VectorX::Constant(count, std::numeric_limits<double>::infinity());
@@ -198,15 +198,15 @@ void AdaptiveStudy::find_value_ranges(AdaptiveReport& report) const {
   for (int k = 0; k < n; ++k) points *= steps + 1;
   for (long p = 0; law_ && p < points; ++p) {
     VectorX load = lower_;
-    long rest = p;
-    for (int k = 0; k < n; ++k, rest /= steps + 1)
-      load[k] += (upper_[k] - lower_[k]) * static_cast<double>(rest % (steps + 1)) / steps;
+    long remainder = p;
+    for (int k = 0; k < n; ++k, remainder /= steps + 1)
+      load[k] += (upper_[k] - lower_[k]) * static_cast<double>(remainder % (steps + 1)) / steps;
     add(law_->evaluate(load));
   }
   report.is_within_bounds = is_within_bounds(report.min_values) && is_within_bounds(report.max_values);
 }
 
-/// The load stays the spec's own meanwhile: what it gains is not what moving costs.
+/// Keeps the nominal load, so that the work done on the load itself does not count.
 std::optional<double> AdaptiveStudy::adjustment_work() const {
   const Study from = space_.study_at(variable_values(lower_)), to = space_.study_at(variable_values(upper_));
   if (from.trajectories.empty()) return std::nullopt;
@@ -230,7 +230,7 @@ std::optional<double> AdaptiveStudy::adjustment_work() const {
       if (result.potential_energy.rows() == 0) return std::nullopt;
       energy[study == &to] = result.potential_energy(0, 0);
     } catch (const std::invalid_argument&) {
-      return std::nullopt;  // there is no such motion
+      return std::nullopt;  // the motion does not exist
     }
   }
   return energy[1] - energy[0];
@@ -250,33 +250,35 @@ namespace {
 
 Mechanism assembled_mechanism(const Study& study) { return assembled_at(study.mechanism, start_coordinates(study)); }
 
-/// What the weights and springs of a mechanism of this size leave of zero [N m].
+/// Round-off of zero efforts, given the weights and springs of the mechanism [N m].
 double static_effort_round_off(const Mechanism& mechanism) {
   constexpr double static_effort_tolerance = 1e-13;
   const double length = characteristic_length(mechanism);
   double force = total_mass(mechanism) * mechanism.gravity.norm();
   for (const Spring& spring : mechanism.springs) {
-    const bool turns = spring.is_joint_spring() &&
-                       mechanism.coordinates[static_cast<std::size_t>(spring.coordinate)].kind == CoordinateKind::angle;
-    force += turns ? spring.stiffness / length : spring.stiffness * length;
+    const bool is_torsion_spring =
+        spring.is_joint_spring() &&
+        mechanism.coordinates[static_cast<std::size_t>(spring.coordinate)].kind == CoordinateKind::angle;
+    force += is_torsion_spring ? spring.stiffness / length : spring.stiffness * length;
   }
   return static_effort_tolerance * force * length;
 }
 
-/// Efforts of everything that weighs, pulls or pushes, over random poses.
-std::vector<PeakEffort> static_efforts(const Mechanism& mechanism, const ConditionOptions& given) {
-  ConditionOptions options = given;
+/// Efforts of all weights, springs and loads, over random poses.
+std::vector<PeakEffort> static_efforts(const Mechanism& mechanism, const ConditionOptions& base_options) {
+  ConditionOptions options = base_options;
   options.loose_springs.clear();
-  Conditions all;  // no row: nothing takes anything away
-  all.parameters = list_terms(mechanism);
-  all.known_term_values = known_term_values(mechanism);
-  all.matrix.resize(0, static_cast<Eigen::Index>(all.parameters.size()));
-  UnbalanceableElement everything{ParameterOwner::body, 0, "", {}, {}};
-  everything.terms.resize(all.parameters.size());
-  std::iota(everything.terms.begin(), everything.terms.end(), 0);
-  std::vector<PeakEffort> efforts = find_peak_static_efforts(mechanism, all, everything, options);
-  std::erase_if(efforts,
-                [least = static_effort_round_off(mechanism)](const PeakEffort& one) { return one.magnitude <= least; });
+  Conditions no_conditions;  // without rows, so that nothing is balanced
+  no_conditions.parameters = list_terms(mechanism);
+  no_conditions.known_term_values = known_term_values(mechanism);
+  no_conditions.matrix.resize(0, static_cast<Eigen::Index>(no_conditions.parameters.size()));
+  UnbalanceableElement whole_mechanism{ParameterOwner::body, 0, "", {}, {}};
+  whole_mechanism.terms.resize(no_conditions.parameters.size());
+  std::iota(whole_mechanism.terms.begin(), whole_mechanism.terms.end(), 0);
+  std::vector<PeakEffort> efforts = find_peak_static_efforts(mechanism, no_conditions, whole_mechanism, options);
+  std::erase_if(efforts, [round_off = static_effort_round_off(mechanism)](const PeakEffort& one) {
+    return one.magnitude <= round_off;
+  });
   return efforts;
 }
 
@@ -302,19 +304,19 @@ Conditions LoadCaseEvaluator::derive_conditions(const Study& loaded) const {
 }
 
 Conditions LoadCaseEvaluator::derive_conditions(const Mechanism& mechanism) const {
-  if (!problem_.goals.empty()) return problem_.derive_conditions(mechanism, problem_.goals, problem_.options);
-  Conditions undefined_deviation;
-  undefined_deviation.status = ConditionsStatus::done;
-  undefined_deviation.parameters = list_terms(mechanism);
-  undefined_deviation.matrix.resize(0, static_cast<Eigen::Index>(undefined_deviation.parameters.size()));
-  return undefined_deviation;
+  if (!problem_.goals.empty()) return problem_.model->derive_conditions(mechanism, problem_.goals, problem_.options);
+  Conditions no_conditions;
+  no_conditions.status = ConditionsStatus::done;
+  no_conditions.parameters = list_terms(mechanism);
+  no_conditions.matrix.resize(0, static_cast<Eigen::Index>(no_conditions.parameters.size()));
+  return no_conditions;
 }
 
 double LoadCaseEvaluator::max_residual(const Study& loaded) const {
-  const Conditions found = derive_conditions(loaded);
-  if (found.status != ConditionsStatus::done) return std::numeric_limits<double>::quiet_NaN();
-  if (found.matrix.rows() == 0) return 0;
-  return max_abs(scaled_residuals(found, term_values(loaded.mechanism, problem_.options.loose_springs)));
+  const Conditions conditions = derive_conditions(loaded);
+  if (conditions.status != ConditionsStatus::done) return std::numeric_limits<double>::quiet_NaN();
+  if (conditions.matrix.rows() == 0) return 0;
+  return max_abs(scaled_residuals(conditions, term_values(loaded.mechanism, problem_.options.loose_springs)));
 }
 
 LoadCaseReport LoadCaseEvaluator::report(const DesignSpace& space, const VectorX& loads, const VectorX& x) const {
@@ -324,7 +326,7 @@ LoadCaseReport LoadCaseEvaluator::report(const DesignSpace& space, const VectorX
   report.x = x;
   report.residual = max_residual(loaded);
   report.static_efforts = static_efforts(assembled_mechanism(loaded), problem_.options);
-  if (!trajectories_) return report;
+  if (!simulates_trajectories_) return report;
   for (const Trajectory& trajectory : loaded.trajectories)
     report.runs.push_back(run_load_case(loaded.mechanism, trajectory));
   return report;
@@ -334,7 +336,7 @@ namespace {
 
 std::string case_label(const std::string& name, std::size_t k) { return fmt::format("{} (case {})", name, k + 1); }
 
-/// The same with names that proofs can tell apart.
+/// The same mechanism with names that are unique across the cases.
 Mechanism label_elements(Mechanism mechanism, std::size_t k) {
   const auto label = [k](auto& list, std::size_t first) {
     for (std::size_t i = first; i < list.size(); ++i) list[i].name = case_label(list[i].name, k);
@@ -359,47 +361,48 @@ void check_case_problem(const DesignSpace& space, const DesignProblem& problem) 
       throw std::invalid_argument("load cases differ in what a mechanism carries, not in gravity");
 }
 
-/// Goals, conditions and search of a problem, without numbers and figures.
-DesignProblem strip_to_conditions(const DesignProblem& own) {
-  DesignProblem question;
-  question.goals = own.goals;
-  question.options = own.options;
-  question.derive_conditions = own.derive_conditions;
-  question.is_modular = own.is_modular;
-  question.search = own.search;
-  question.on_progress = own.on_progress;
-  question.cardinality_constraints = own.cardinality_constraints;
-  return question;
+/// Keeps goals, conditions and search options of a problem; drops variables and figures.
+DesignProblem strip_to_conditions(const DesignProblem& problem) {
+  DesignProblem stripped;
+  stripped.goals = problem.goals;
+  stripped.options = problem.options;
+  stripped.model = problem.model;
+  stripped.is_modular = problem.is_modular;
+  stripped.search = problem.search;
+  stripped.on_progress = problem.on_progress;
+  stripped.cardinality_constraints = problem.cardinality_constraints;
+  return stripped;
 }
 
-/// Where the spec's free numbers stand among those of all cases.
+/// Indices of free numbers of the spec among the numbers of all cases.
 std::vector<int> map_to_all_cases(const CaseSpace& cases, const std::vector<int>& numbers) {
   std::vector<int> all;
   for (const auto& position : cases.variable_index)
     for (const int i : numbers)
-      if (const int at = position[static_cast<std::size_t>(i)]; std::find(all.begin(), all.end(), at) == all.end())
-        all.push_back(at);
+      if (const int index = position[static_cast<std::size_t>(i)];
+          std::find(all.begin(), all.end(), index) == all.end())
+        all.push_back(index);
   return all;
 }
 
-/// Free numbers of the spec that may still change, for those of all cases.
-void map_solution_set(const CaseSpace& cases, SolutionSet& freedom) {
+/// Maps the free variables of the solution set from the numbers of all cases back to the spec.
+void map_solution_set(const CaseSpace& cases, SolutionSet& solution_set) {
   std::vector<int> numbers;
   for (std::size_t i = 0; i < cases.variable_index.front().size(); ++i)
     for (const auto& position : cases.variable_index)
-      if (std::find(freedom.free_variables.begin(), freedom.free_variables.end(), position[i]) !=
-          freedom.free_variables.end()) {
+      if (std::find(solution_set.free_variables.begin(), solution_set.free_variables.end(), position[i]) !=
+          solution_set.free_variables.end()) {
         numbers.push_back(static_cast<int>(i));
         break;
       }
-  freedom.free_variables = std::move(numbers);
+  solution_set.free_variables = std::move(numbers);
 }
 
-/// Conditions, residuals and open rows at the spec's own load.
-void evaluate_nominal_conditions(const DesignSpace& space, const LoadCaseEvaluator& judge, const FreeSprings& loose,
+/// Conditions, residuals and unmet conditions at the nominal load.
+void evaluate_nominal_conditions(const DesignSpace& space, const LoadCaseEvaluator& evaluator, const FreeSprings& loose,
                                  DesignOutcome& outcome) {
   const Study after = space.study_at(outcome.x);
-  outcome.conditions = judge.derive_conditions(after);
+  outcome.conditions = evaluator.derive_conditions(after);
   outcome.unmet_fixed_conditions.clear();
   outcome.unmet_conditions.clear();
   outcome.condition_variables.clear();
@@ -414,127 +417,147 @@ void evaluate_nominal_conditions(const DesignSpace& space, const LoadCaseEvaluat
   for (int row = 0; row < outcome.residuals_after.size(); ++row)
     if (!(std::abs(outcome.residuals_after[row]) <= condition_tolerance)) outcome.unmet_conditions.push_back(row);
   outcome.condition_variables = probe_condition_variables(
-      space, outcome.conditions, [&](const Mechanism& m) { return judge.derive_conditions(m); }, loose);
+      space, outcome.conditions, [&](const Mechanism& m) { return evaluator.derive_conditions(m); }, loose);
 }
 
-/// Values of the adapted numbers per case.
+/// Values of the adapted numbers in each case.
 MatrixX adapted_values(const CaseSpace& cases, const std::vector<int>& adapted, const VectorX& x) {
-  MatrixX found(static_cast<Eigen::Index>(cases.cases.size()), static_cast<Eigen::Index>(adapted.size()));
+  MatrixX values(static_cast<Eigen::Index>(cases.cases.size()), static_cast<Eigen::Index>(adapted.size()));
   for (std::size_t k = 0; k < cases.cases.size(); ++k)
-    found.row(static_cast<Eigen::Index>(k)) = cases.values(k, x)(adapted).transpose();
-  return found;
+    values.row(static_cast<Eigen::Index>(k)) = cases.values(k, x)(adapted).transpose();
+  return values;
 }
 
-template <class Together>
-DesignProblem make_case_problem(const DesignSpace& space, const DesignStudyOptions& options,
-                                const DesignProblem& question, const std::shared_ptr<const Together>& together) {
-  DesignProblem problem = question;
+}  // namespace
+
+/// The design problem of all cases combined.
+class LoadCaseStudy::CaseDesignModel final : public DesignModel {
+ public:
+  CaseDesignModel(CaseSpace space, std::vector<ObjectiveTerm> terms, const DesignRequest& design)
+      : space_(std::move(space)),
+        terms_(std::move(terms)),
+        limits_(design.subject_to),
+        across_(design.cases.aggregation) {
+    for (const DesignSpace& one : space_.cases) required_motions_.emplace_back(one.start);
+  }
+
+  const CaseSpace& space() const { return space_; }
+
+  /// Builds objective and limits of the problem, whose loose springs must be known.
+  void build_figures(DesignProblem& problem) {
+    const FreeSprings& loose = problem.options.loose_springs;
+    figures_.emplace(space_, loose);
+    problem.limits = build_case_limits(space_, limits_, loose);
+    convex_limits_ = figures_->select_convex_limits(limits_);
+    if (!terms_.empty()) problem.objective = build_case_objective(space_, terms_, across_, loose);
+    capabilities_ = {.has_convex_terms = !terms_.empty() && figures_->are_convex(terms_, across_),
+                     .has_convex_limits = !convex_limits_.empty(),
+                     .are_all_limits_convex = convex_limits_.size() == limits_.size(),
+                     .can_fix_geometry = true};
+  }
+
+  Capabilities capabilities() const override { return capabilities_; }
+  Mechanism build_mechanism(const VectorX& x) const override {
+    std::vector<Mechanism> all;
+    for (std::size_t k = 0; k < required_motions_.size(); ++k)
+      all.push_back(
+          label_elements(assembled_at(instance_at(k, x).mechanism, required_motions_[k].start_coordinates()), k));
+    return disjoint_union(all);
+  }
+  std::string invalidity_reason(const VectorX& x) const override {
+    return first_reason([&](std::size_t k) { return find_validation_issue(instance_at(k, x).mechanism); });
+  }
+  std::string infeasibility_reason(const VectorX& x) const override {
+    return first_reason([&](std::size_t k) { return required_motions_[k].infeasibility_reason(instance_at(k, x)); });
+  }
+  std::optional<std::vector<AffineFigure>> convex_terms(const VectorX& x, FigureSampling sampling) const override {
+    return figures_->terms(terms_, across_, sampling, x);
+  }
+  std::optional<std::vector<ConvexLimit>> convex_limits(const VectorX& x) const override {
+    return figures_->limits(convex_limits_, x);
+  }
+  Objective objective_at_geometry(const VectorX& x, const std::vector<int>& free,
+                                  const FreeSprings& loose) const override {
+    return build_case_objective(space_.fix_others(x, free), terms_, across_, loose);
+  }
+  std::vector<DesignLimit> limits_at_geometry(const VectorX& x, const std::vector<int>& free,
+                                              const FreeSprings& loose) const override {
+    return build_case_limits(space_.fix_others(x, free), limits_, loose);
+  }
+
+ private:
+  DesignInstance instance_at(std::size_t k, const VectorX& x) const {
+    return instantiate_checked(space_.cases[k], space_.values(k, x));
+  }
+  template <class Reason>
+  std::string first_reason(const Reason& reason) const {
+    for (std::size_t k = 0; k < required_motions_.size(); ++k)
+      if (const std::string why = reason(k); !why.empty()) return fmt::format("in case {}, {}", k + 1, why);
+    return "";
+  }
+
+  CaseSpace space_;
+  std::vector<ObjectiveTerm> terms_;
+  std::vector<FigureLimit> limits_, convex_limits_;
+  CaseAggregation across_;
+  std::vector<RequiredMotions> required_motions_;
+  std::optional<CaseFigures> figures_;
+  Capabilities capabilities_;
+};
+
+DesignProblem LoadCaseStudy::make_problem() const {
+  DesignProblem problem = conditions_problem_;
   problem.options.loose_springs.clear();
-  check_case_problem(space, problem);
-  const CaseSpace& cases = together->space();
-  for (const std::string& name : options.excluded)  // sections and friction are called so in all cases
+  check_case_problem(space_, problem);
+  const CaseSpace& cases = case_model_->space();
+  for (const std::string& name : options_.excluded)  // sections and friction have the same names in all cases
     for (std::size_t k = 0; k < cases.cases.size(); ++k) problem.options.excluded.push_back(case_label(name, k));
   for (const FreeNumber& number : cases.numbers)
     problem.variables.push_back({number.key_path, number.lower, number.upper, number.start, number.discrete_values});
   for (CardinalityConstraint& choice : problem.cardinality_constraints)
     for (OptionalElement& element : choice.elements) element.variables = map_to_all_cases(cases, element.variables);
-  problem.build_mechanism = [together](const VectorX& x) { return together->mechanism(x); };
-  problem.invalidity_reason = [together](const VectorX& x) { return together->invalidity_reason(x); };
-  problem.infeasibility_reason = [together](const VectorX& x) { return together->obstacle(x); };
+  problem.model = case_model_;
   problem.options.loose_springs = find_loose_springs(problem);
-  const std::vector<FigureLimit>& limits = space.start.design.subject_to;
-  problem.limits = build_case_limits(cases, limits, problem.options.loose_springs);
-  problem.limits_at_geometry = [together, limits](const VectorX& x, const std::vector<int>& kept,
-                                                  const FreeSprings& loose) {
-    return build_case_limits(together->space().fix_others(x, kept), limits, loose);
-  };
-  problem.convex_limits =
-      build_case_convex_limits(cases, limits, problem.options.loose_springs, problem.convex_limit_count);
-  const auto& terms = options.minimize.empty() ? space.start.design.minimize : options.minimize;
-  if (terms.empty()) return problem;
-  const CaseAggregation across = space.start.design.cases.aggregation;
-  problem.objective = build_case_objective(cases, terms, across, problem.options.loose_springs);
-  problem.convex_terms_at = build_case_convex_terms(cases, terms, across, problem.options.loose_springs);
-  problem.all_convex_terms_at =
-      build_case_convex_terms(cases, terms, across, problem.options.loose_springs, FigureSampling::full);
-  problem.objective_at_geometry = [together, terms, across](const VectorX& x, const std::vector<int>& kept,
-                                                            const FreeSprings& loose) {
-    return build_case_objective(together->space().fix_others(x, kept), terms, across, loose);
-  };
+  case_model_->build_figures(problem);
   return problem;
 }
-
-}  // namespace
-
-/// What all cases ask for at once.
-class LoadCaseStudy::CombinedCases {
- public:
-  explicit CombinedCases(CaseSpace space) : space_(std::move(space)) {
-    for (const DesignSpace& one : space_.cases) duties_.emplace_back(one.start);
-  }
-
-  Mechanism mechanism(const VectorX& x) const {
-    std::vector<Mechanism> all;
-    for (std::size_t k = 0; k < duties_.size(); ++k)
-      all.push_back(label_elements(assembled_at(trial(k, x).mechanism, duties_[k].start_coordinates()), k));
-    return disjoint_union(all);
-  }
-  std::string invalidity_reason(const VectorX& x) const {
-    for (std::size_t k = 0; k < duties_.size(); ++k)
-      if (const std::string why = find_validation_issue(trial(k, x).mechanism); !why.empty())
-        return fmt::format("in case {}, {}", k + 1, why);
-    return "";
-  }
-  std::string obstacle(const VectorX& x) const {
-    for (std::size_t k = 0; k < duties_.size(); ++k)
-      if (const std::string why = duties_[k].infeasibility_reason(trial(k, x)); !why.empty())
-        return fmt::format("in case {}, {}", k + 1, why);
-    return "";
-  }
-  const CaseSpace& space() const { return space_; }
-
- private:
-  DesignInstance trial(std::size_t k, const VectorX& x) const {
-    return instantiate_checked(space_.cases[k], space_.values(k, x));
-  }
-
-  CaseSpace space_;
-  std::vector<RequiredMotions> duties_;
-};
 
 LoadCaseStudy::LoadCaseStudy(const DesignSpace& space, const DesignStudyOptions& options)
     : space_(space),
       options_(options),
-      together_(std::make_shared<const CombinedCases>(make_case_space(space))),
+      case_model_(std::make_shared<CaseDesignModel>(
+          make_case_space(space), options.minimize.empty() ? space.start.design.minimize : options.minimize,
+          space.start.design)),
       conditions_problem_(strip_to_conditions(make_design_problem(space_, options_))),
-      problem_(make_case_problem(space_, options_, conditions_problem_, together_)) {}
+      problem_(make_problem()) {}
 
 LoadCaseStudy::~LoadCaseStudy() = default;
 
-const CaseSpace& LoadCaseStudy::cases() const { return together_->space(); }
+const CaseSpace& LoadCaseStudy::cases() const { return case_model_->space(); }
 
 void LoadCaseStudy::describe(DesignReport& report) const {
   const LoadCases& loads = space_.start.design.cases;
   DesignOutcome& outcome = report.outcome;
   if (outcome.status == DesignStatus::unsolved) return;
 
-  const VectorX whole = outcome.x;
-  const LoadCaseEvaluator judge(conditions_problem_, options_.compare_trajectories);
+  const VectorX all_values = outcome.x;
+  const LoadCaseEvaluator evaluator(conditions_problem_, options_.compare_trajectories);
   map_solution_set(cases(), outcome.solution_set);
-  outcome.x = cases().values(0, whole);
+  outcome.x = cases().values(0, all_values);
   std::optional<AdaptiveStudy> adaptive;
   if (!loads.adapted.empty()) {
-    adaptive.emplace(space_, options_, judge, outcome.x, adapted_values(cases(), loads.adapted, whole));
-    outcome.x = adaptive->variable_values(nominal_load(space_)).array() + 0.0;  // a law may give −0
+    adaptive.emplace(space_, options_, evaluator, outcome.x, adapted_values(cases(), loads.adapted, all_values));
+    outcome.x = adaptive->variable_values(nominal_load(space_)).array() + 0.0;  // a law may yield −0
     report.adaptive = adaptive->report();
   }
   for (Eigen::Index k = 0; k < loads.size(); ++k) {
-    const auto which = static_cast<std::size_t>(k);
+    const auto index = static_cast<std::size_t>(k);
     const VectorX load = loads.values.row(k);
-    report.load_cases.push_back(judge.report(cases().cases[which], load, cases().values(which, whole)));
-    if (adaptive) report.adaptive->fixed_design_cases.push_back(judge.report(cases().cases[which], load, outcome.x));
+    report.load_cases.push_back(evaluator.report(cases().cases[index], load, cases().values(index, all_values)));
+    if (adaptive)
+      report.adaptive->fixed_design_cases.push_back(evaluator.report(cases().cases[index], load, outcome.x));
   }
-  evaluate_nominal_conditions(space_, judge, conditions_problem_.options.loose_springs, outcome);
+  evaluate_nominal_conditions(space_, evaluator, conditions_problem_.options.loose_springs, outcome);
 }
 
 }  // namespace balance

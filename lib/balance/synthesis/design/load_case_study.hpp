@@ -1,5 +1,5 @@
 #pragma once
-/// One design for one load, and one for several.
+/// Designs for a single load and for several load cases.
 
 #include "balance/synthesis/design/case_objective.hpp"
 #include "balance/synthesis/design/design_study.hpp"
@@ -8,57 +8,60 @@
 
 namespace balance {
 
-// What a design comes to with one load.
+// Evaluation of a design under one load.
 
-/// Conditions of the goals as derived for a study, about its first trajectory's point.
+/// Conditions of the goals as derived for a study, with moments about the reference point of its first trajectory.
 class LoadCaseEvaluator {
  public:
-  /// @param problem goals and options; must outlive the judge
-  LoadCaseEvaluator(const DesignProblem& problem, bool trajectories) : problem_(problem), trajectories_(trajectories) {}
+  /// @param problem goals and options; must outlive this object
+  LoadCaseEvaluator(const DesignProblem& problem, bool trajectories)
+      : problem_(problem), simulates_trajectories_(trajectories) {}
 
   Conditions derive_conditions(const Study& loaded) const;
   Conditions derive_conditions(const Mechanism& assembled) const;
-  /// Largest scaled residual of a study's mechanism; NaN where there are no conditions, 0 without a goal.
+  /// Maximum scaled residual of the study's mechanism; NaN if the conditions cannot be derived, 0 without a goal.
   double max_residual(const Study& loaded) const;
   /// @param space at the load @param x values of its free numbers
   LoadCaseReport report(const DesignSpace& space, const VectorX& loads, const VectorX& x) const;
 
  private:
   const DesignProblem& problem_;
-  bool trajectories_;
+  bool simulates_trajectories_;
 };
 
-/// What a spec asks a design for with its own load.
+/// The design problem of a spec at its nominal load.
 /// @param space must outlive the problem, and so must the terms of the options
 /// @throws std::invalid_argument as run_design_study
 DesignProblem make_design_problem(const DesignSpace& space, const DesignStudyOptions& options);
 
-/// Studies, masses and inertias before and after, of the report's numbers.
+/// Sets the studies, masses and inertias before and after in the report.
 void measure_design(const DesignSpace& space, DesignReport& report);
 
-/// Runs every trajectory before and after.
+/// Runs all trajectories before and after.
 void compare_trajectories(DesignReport& report);
 
-/// One design for several loads: what is solved, and what is told of it.
+/// A design for several load cases: its problem and the report on its solution.
 class LoadCaseStudy {
  public:
   /// @param space must outlive the study @throws std::invalid_argument as run_design_study
   LoadCaseStudy(const DesignSpace& space, const DesignStudyOptions& options);
   ~LoadCaseStudy();
 
-  /// Of the numbers of all cases.
+  /// In the numbers of all cases.
   const DesignProblem& problem() const { return problem_; }
   const CaseSpace& cases() const;
-  /// What the design does with one load after the other, by itself and where numbers follow the load.
-  /// @param report with the outcome of problem(); its numbers, conditions and residuals become those at the spec's own load
+  /// Evaluates the design for each load, both with a fixed design and, if there are adapted numbers, with adaptation.
+  /// @param report with the outcome of problem(); its numbers, conditions and residuals are converted to those at the
+  /// nominal load
   void describe(DesignReport& report) const;
 
  private:
-  class CombinedCases;
+  class CaseDesignModel;
+  DesignProblem make_problem() const;
 
   const DesignSpace& space_;
   DesignStudyOptions options_;
-  std::shared_ptr<const CombinedCases> together_;
+  std::shared_ptr<CaseDesignModel> case_model_;
   DesignProblem conditions_problem_, problem_;
 };
 

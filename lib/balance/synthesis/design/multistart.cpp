@@ -12,28 +12,29 @@ namespace balance::design {
 
 namespace {
 
-/// Starts nearer to each other than this are one.
+/// Starts closer together than this count as one.
 constexpr double duplicate_start_tolerance = 1e-3;
 
 class MultistartSearch {
  public:
-  MultistartSearch(const MultistartSettings& task, SearchBudget& budget) : task_(task), budget_(budget) {
+  MultistartSearch(const MultistartSettings& settings, SearchBudget& budget) : settings_(settings), budget_(budget) {
     best_.value = std::numeric_limits<double>::quiet_NaN();
-    best_.u = task.starts.front();
+    best_.u = settings.starts.front();
   }
 
   MultistartResult run() {
-    std::vector<std::pair<double, VectorX>> known;
-    for (const VectorX& start : task_.starts) {
-      if (!known.empty() && budget_.is_spent()) break;
-      if (const double value = evaluate(start); std::isfinite(value)) known.emplace_back(value, start);
+    std::vector<std::pair<double, VectorX>> evaluated;
+    for (const VectorX& start : settings_.starts) {
+      if (!evaluated.empty() && budget_.is_spent()) break;
+      if (const double value = evaluate(start); std::isfinite(value)) evaluated.emplace_back(value, start);
     }
-    if (known.empty() || task_.starts.front().size() == 0) return best_;
-    std::stable_sort(known.begin(), known.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
+    if (evaluated.empty() || settings_.starts.front().size() == 0) return best_;
+    std::stable_sort(evaluated.begin(), evaluated.end(),
+                     [](const auto& a, const auto& b) { return a.first < b.first; });
     std::vector<VectorX> used;
-    for (const auto& one : known) {
+    for (const auto& one : evaluated) {
       const VectorX& start = one.second;
-      if (static_cast<int>(used.size()) >= task_.max_local_searches || budget_.is_spent()) break;
+      if (static_cast<int>(used.size()) >= settings_.max_local_searches || budget_.is_spent()) break;
       if (std::any_of(used.begin(), used.end(),
                       [&](const VectorX& u) { return (u - start).norm() < duplicate_start_tolerance; }))
         continue;
@@ -47,7 +48,7 @@ class MultistartSearch {
  private:
   double evaluate(const VectorX& u) {
     ++budget_.evaluations;
-    const double value = task_.objective(u);
+    const double value = settings_.objective(u);
     if (std::isfinite(value) && !(best_.value <= value)) best_ = {u, value};
     return value;
   }
@@ -55,40 +56,40 @@ class MultistartSearch {
   void search_from(const VectorX& start) {
     NonlinearProgram program;
     program.size = static_cast<int>(start.size());
-    program.bound = task_.bound;
+    program.bound = settings_.bound;
     program.objective = [this](const VectorX& u, VectorX*) { return evaluate(u); };
     StoppingCriteria limits;
-    limits.max_evaluations = task_.max_evaluations;
+    limits.max_evaluations = settings_.max_evaluations;
     limits.max_time = budget_.remaining_time();
     limits.stop = budget_.make_stop_callback();
     limits.relative_tolerance = 1e-7;
-    limits.initial_step = task_.initial_step;
+    limits.initial_step = settings_.initial_step;
     ++budget_.local_searches;
-    if (search_locally(task_.method, program, start, limits).is_budget_exhausted && budget_.is_spent())
+    if (search_locally(settings_.method, program, start, limits).is_budget_exhausted && budget_.is_spent())
       budget_.stopped = true;
   }
 
-  /// One coordinate after the other, with the parabola through three points; shorter steps where none helps.
+  /// Searches one coordinate after the other with a parabola through three points; reduces the step if none improves.
   void refine_by_coordinates() {
     const auto n = best_.u.size();
-    for (double step = task_.initial_step; step > task_.min_step && !budget_.is_spent();) {
+    for (double step = settings_.initial_step; step > settings_.min_step && !budget_.is_spent();) {
       const MultistartResult before = best_;
       for (Eigen::Index i = 0; i < n && !budget_.is_spent(); ++i) search_coordinate(i, step);
-      const double gained = before.value - best_.value;
-      if (!(gained > 1e-12 * std::abs(before.value))) {
+      const double decrease = before.value - best_.value;
+      if (!(decrease > 1e-12 * std::abs(before.value))) {
         step /= 4;
         continue;
       }
       evaluate(clip(best_.u + (best_.u - before.u)));
-      if (!(gained > 1e-5 * std::abs(before.value))) step /= 4;
+      if (!(decrease > 1e-5 * std::abs(before.value))) step /= 4;
     }
   }
 
   void search_coordinate(Eigen::Index i, double step) {
     const MultistartResult middle = best_;
-    const auto moved = [&](double by) {
+    const auto moved = [&](double offset) {
       VectorX u = middle.u;
-      u[i] += by;
+      u[i] += offset;
       return clip(u);
     };
     const VectorX ahead = moved(step), behind = moved(-step);
@@ -100,21 +101,21 @@ class MultistartSearch {
     if (std::abs(vertex) > 1e-3 * step && std::abs(vertex) < step) evaluate(moved(vertex));
   }
 
-  VectorX clip(const VectorX& u) const { return u.cwiseMax(-task_.bound).cwiseMin(task_.bound); }
+  VectorX clip(const VectorX& u) const { return u.cwiseMax(-settings_.bound).cwiseMin(settings_.bound); }
 
-  const MultistartSettings& task_;
+  const MultistartSettings& settings_;
   SearchBudget& budget_;
   MultistartResult best_;
 };
 
 }  // namespace
 
-MultistartResult search_multistart(const MultistartSettings& task, SearchBudget& budget) {
-  return MultistartSearch(task, budget).run();
+MultistartResult search_multistart(const MultistartSettings& settings, SearchBudget& budget) {
+  return MultistartSearch(settings, budget).run();
 }
 
 std::vector<VectorX> low_discrepancy_points(int count, int size, std::uint64_t seed) {
-  // multiples of powers of the root of x^(n+1) = x + 1, which for n = 1 is the golden ratio
+  // Multiples of the powers of 1/root with root^(n+1) = root + 1, for n = 1 the golden ratio.
   double root = 1.5;
   for (int k = 0; k < 40; ++k) root = elementary::pow(1 + root, 1.0 / (size + 1));
   UniformRandom random(seed);

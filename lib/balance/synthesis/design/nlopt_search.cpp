@@ -44,13 +44,13 @@ struct NloptDeleter {
 };
 using NloptHandle = std::unique_ptr<nlopt_opt_s, NloptDeleter>;
 
-/// Carries the program through NLopt's C interface: exceptions are kept and thrown again on the other side, points that are
-/// not finite never reach the program (some methods make them when they run out of digits), the best point of a search
-/// without constraints is remembered whatever status it ends with.
+/// Adapter to the C interface of NLopt. Exceptions are stored and rethrown after the search. Non-finite points, which
+/// some methods produce when they run out of precision, never reach the program. For searches without constraints the
+/// best point is recorded, whatever the status of the search.
 class NloptSearch {
  public:
   NloptSearch(const NonlinearProgram& program, nlopt_algorithm algorithm, const StoppingCriteria& limits)
-      : program_(program), limits_(limits), begin_(thread_cpu_time()), optimiser_(create(program, algorithm)) {
+      : program_(program), limits_(limits), start_time_(thread_cpu_time()), optimiser_(create(program, algorithm)) {
     nlopt_set_min_objective(optimiser_.get(), &NloptSearch::objective, this);
     nlopt_set_maxeval(optimiser_.get(), limits.max_evaluations);
   }
@@ -67,16 +67,16 @@ class NloptSearch {
   nlopt_opt get() const { return optimiser_.get(); }
 
   void add_constraints() {
-    // tolerances of NLopt's own; the caller polishes what is found
-    const std::vector<double> equal(static_cast<std::size_t>(program_.equality_count), 1e-12);
-    const std::vector<double> unequal(static_cast<std::size_t>(program_.inequality_count), 1e-10);
-    constrained_ = !equal.empty() || !unequal.empty();
-    if (!equal.empty())
-      nlopt_add_equality_mconstraint(get(), static_cast<unsigned>(equal.size()), &NloptSearch::equalities, this,
-                                     equal.data());
-    if (!unequal.empty())
-      nlopt_add_inequality_mconstraint(get(), static_cast<unsigned>(unequal.size()), &NloptSearch::inequalities, this,
-                                       unequal.data());
+    // tolerances within NLopt; the caller refines the result
+    const std::vector<double> equality_tolerances(static_cast<std::size_t>(program_.equality_count), 1e-12);
+    const std::vector<double> inequality_tolerances(static_cast<std::size_t>(program_.inequality_count), 1e-10);
+    has_constraints_ = !equality_tolerances.empty() || !inequality_tolerances.empty();
+    if (!equality_tolerances.empty())
+      nlopt_add_equality_mconstraint(get(), static_cast<unsigned>(equality_tolerances.size()), &NloptSearch::equalities,
+                                     this, equality_tolerances.data());
+    if (!inequality_tolerances.empty())
+      nlopt_add_inequality_mconstraint(get(), static_cast<unsigned>(inequality_tolerances.size()),
+                                       &NloptSearch::inequalities, this, inequality_tolerances.data());
   }
 
   void stop_at_changes_below(double relative) {
@@ -85,49 +85,50 @@ class NloptSearch {
   }
 
   NloptResult optimise(const VectorX& start) {
-    NloptResult found{start.cwiseMax(-program_.bound).cwiseMin(program_.bound)};
-    const VectorX from = found.u;
-    const nlopt_result status = nlopt_optimize(get(), found.u.data(), &found.value);
-    if (trouble_) std::rethrow_exception(trouble_);
-    found.is_budget_exhausted = out_of_time_ || status == NLOPT_MAXEVAL_REACHED;
-    // negative codes leave u as it was last, which may be worse than what was met on the way
-    if (!constrained_ && best_.size() > 0) found.u = best_;
-    if (!found.u.allFinite()) found.u = from;
-    found.u = found.u.cwiseMax(-program_.bound).cwiseMin(program_.bound);
-    found.value = !constrained_ && best_.size() > 0 ? least_ : program_.objective(found.u, nullptr);
-    return found;
+    NloptResult result{start.cwiseMax(-program_.bound).cwiseMin(program_.bound)};
+    const VectorX from = result.u;
+    const nlopt_result status = nlopt_optimize(get(), result.u.data(), &result.value);
+    if (exception_) std::rethrow_exception(exception_);
+    result.is_budget_exhausted = is_budget_exhausted_ || status == NLOPT_MAXEVAL_REACHED;
+    // After an error code, u is the last point, which may be worse than the best one.
+    if (!has_constraints_ && best_.size() > 0) result.u = best_;
+    if (!result.u.allFinite()) result.u = from;
+    result.u = result.u.cwiseMax(-program_.bound).cwiseMin(program_.bound);
+    result.value = !has_constraints_ && best_.size() > 0 ? best_value_ : program_.objective(result.u, nullptr);
+    return result;
   }
 
  private:
   template <class Work>
   void run_guarded(const Work& work) noexcept {
     try {
-      const bool late = limits_.max_time > 0 && thread_cpu_time() - begin_ > limits_.max_time;
-      if (late || (limits_.stop && limits_.stop())) {
-        out_of_time_ = true;
+      const bool is_late = limits_.max_time > 0 && thread_cpu_time() - start_time_ > limits_.max_time;
+      if (is_late || (limits_.stop && limits_.stop())) {
+        is_budget_exhausted_ = true;
         nlopt_force_stop(get());
       }
       work();
     } catch (const DeadlineExceeded&) {
-      out_of_time_ = true;
+      is_budget_exhausted_ = true;
       nlopt_force_stop(get());
     } catch (...) {
-      if (!trouble_) trouble_ = std::current_exception();
+      if (!exception_) exception_ = std::current_exception();
       nlopt_force_stop(get());
     }
   }
 
-  /// A number in place of none: worse than all that was met, yet not so large that a method's models drown in it.
-  double undefined_value() const { return highest_ + std::abs(highest_) + 1; }
+  /// Finite substitute for undefined values: worse than all previous values, but not so large that it spoils the models
+  /// of a method.
+  double undefined_value() const { return max_value_ + std::abs(max_value_) + 1; }
 
   double value_at(const VectorX& u, VectorX* slope) {
     if (!u.allFinite()) return undefined_value();
     const double value = program_.objective(u, slope);
     if (!std::isfinite(value)) return undefined_value();
-    highest_ = std::max(highest_, value);
-    if (best_.size() == 0 || value < least_) {
+    max_value_ = std::max(max_value_, value);
+    if (best_.size() == 0 || value < best_value_) {
       best_ = u;
-      least_ = value;
+      best_value_ = value;
     }
     return value;
   }
@@ -146,7 +147,7 @@ class NloptSearch {
   static void constraints(const std::function<void(const VectorX&, VectorX&, MatrixX*)>& f, double sign,
                           NloptSearch& run, unsigned m, double* result, unsigned n, const double* u, double* gradient) {
     run.run_guarded([&] {
-      VectorX values = VectorX::Constant(m, -sign);  // not met
+      VectorX values = VectorX::Constant(m, -sign);  // violated
       MatrixX jacobian = MatrixX::Zero(m, n);
       if (const VectorX at = Eigen::Map<const VectorX>(u, n); at.allFinite())
         f(at, values, gradient != nullptr ? &jacobian : nullptr);
@@ -167,12 +168,12 @@ class NloptSearch {
 
   const NonlinearProgram& program_;
   StoppingCriteria limits_;
-  double begin_;
+  double start_time_;
   NloptHandle optimiser_;
-  bool constrained_ = false, out_of_time_ = false;
+  bool has_constraints_ = false, is_budget_exhausted_ = false;
   VectorX best_;
-  double least_ = 0, highest_ = 0;
-  std::exception_ptr trouble_;
+  double best_value_ = 0, max_value_ = 0;
+  std::exception_ptr exception_;
 };
 
 }  // namespace
@@ -181,10 +182,11 @@ bool is_gradient_based(const std::string& local_method) { return local_method ==
 
 NloptResult search_locally(const std::string& method, const NonlinearProgram& program, const VectorX& start,
                            const StoppingCriteria& limits) {
-  // BOBYQA's quadratic model needs two dimensions
-  const NloptMethod* found = find_method(local_methods, method == "bobyqa" && program.size == 1 ? "sbplx" : method);
-  if (found == nullptr) throw std::invalid_argument("no local search is called " + method);
-  NloptSearch run(program, found->algorithm, limits);
+  // BOBYQA requires at least two dimensions.
+  const NloptMethod* nlopt_method =
+      find_method(local_methods, method == "bobyqa" && program.size == 1 ? "sbplx" : method);
+  if (nlopt_method == nullptr) throw std::invalid_argument("no local search is called " + method);
+  NloptSearch run(program, nlopt_method->algorithm, limits);
   if (method != "bobyqa" && method != "sbplx") run.add_constraints();
   run.stop_at_changes_below(limits.relative_tolerance);
   if (limits.initial_step > 0) nlopt_set_initial_step1(run.get(), limits.initial_step);
@@ -200,10 +202,10 @@ NloptResult search_locally(const std::string& method, const NonlinearProgram& pr
 
 NloptResult search_globally(const std::string& method, const NonlinearProgram& program, const VectorX& start,
                             const StoppingCriteria& limits, std::uint64_t seed, bool gradients) {
-  const NloptMethod* found = find_method(global_methods, method);
-  if (found == nullptr) throw std::invalid_argument("no global search is called " + method);
+  const NloptMethod* nlopt_method = find_method(global_methods, method);
+  if (nlopt_method == nullptr) throw std::invalid_argument("no global search is called " + method);
   nlopt_srand(static_cast<unsigned long>(seed));
-  NloptSearch run(program, found->algorithm, limits);
+  NloptSearch run(program, nlopt_method->algorithm, limits);
   NloptHandle inner;
   if (method == "mlsl") {
     inner = NloptSearch::create(program, gradients ? NLOPT_LD_SLSQP : NLOPT_LN_BOBYQA);

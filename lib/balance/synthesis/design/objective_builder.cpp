@@ -15,6 +15,7 @@
 #include <algorithm>
 #include <cmath>
 #include <deque>
+#include <iterator>
 #include <map>
 #include <memory>
 #include <stdexcept>
@@ -32,7 +33,7 @@ std::vector<DesignLimit> build_design_limits(const DesignSpace& space, const std
 
 namespace {
 
-/// A root of a mean square is as cheap from all samples; of a peak each is an inequality.
+/// All samples cost nothing extra for an rms, whereas every sample of a peak is an inequality.
 FigureSampling samples_for(const FigureLimit& limit) {
   const bool peak = std::any_of(limit.terms.begin(), limit.terms.end(),
                                 [](const ObjectiveTerm& term) { return term.figure == Statistic::peak; });
@@ -41,25 +42,24 @@ FigureSampling samples_for(const FigureLimit& limit) {
 
 }  // namespace
 
-std::function<std::optional<std::vector<ConvexLimit>>(const VectorX& x)> build_convex_limits(
-    const DesignSpace& space, const std::vector<FigureLimit>& limits, const FreeSprings& loose, int& known) {
-  using Figures = std::function<std::optional<std::vector<AffineFigure>>(const VectorX&)>;
-  std::vector<std::pair<Figures, double>> built;
-  for (const FigureLimit& limit : limits)
-    if (!limit.is_lower)
-      if (Figures figures = build_convex_terms(space, limit.terms, loose, samples_for(limit)))
-        built.emplace_back(std::move(figures), limit.bound);
-  known = static_cast<int>(built.size());
-  if (built.empty()) return {};
-  return [built](const VectorX& x) -> std::optional<std::vector<ConvexLimit>> {
-    std::vector<ConvexLimit> all;
-    for (const auto& [figures_at, bound] : built) {
-      auto figures = figures_at(x);
-      if (!figures) return std::nullopt;
-      all.push_back({std::move(*figures), bound});
-    }
-    return all;
-  };
+std::vector<FigureLimit> select_convex_limits(const DesignSpace& space, const std::vector<FigureLimit>& limits) {
+  std::vector<FigureLimit> convex;
+  std::copy_if(limits.begin(), limits.end(), std::back_inserter(convex), [&](const FigureLimit& limit) {
+    return !limit.is_lower && are_convex_in_parameters(space, limit.terms);
+  });
+  return convex;
+}
+
+std::optional<std::vector<ConvexLimit>> compute_convex_limits(const DesignSpace& space,
+                                                              const std::vector<FigureLimit>& limits,
+                                                              const FreeSprings& loose, const VectorX& x) {
+  std::vector<ConvexLimit> all;
+  for (const FigureLimit& limit : limits) {
+    auto figures = compute_convex_terms(space, limit.terms, loose, samples_for(limit), x);
+    if (!figures) return std::nullopt;
+    all.push_back({std::move(*figures), limit.bound});
+  }
+  return all;
 }
 
 namespace {
@@ -67,48 +67,49 @@ namespace {
 /// One term of the sum.
 struct ObjectivePart {
   double weight = 1;
-  CostFunction of_parameters;  ///< empty: by simulation
+  CostFunction of_parameters;  ///< empty: requires a simulation
   ObjectiveTerm term;
   std::shared_ptr<const RunResult> run =
-      {};  ///< null: the free numbers may change the motion, or more than the motion counts
+      {};  ///< nullptr: the free numbers may change the motion, or the figure depends on more than the motion
 };
 
-/// A point in general position: no two numbers at the same part of their bounds.
+/// A point in general position: each number at a different fraction of its range.
 VectorX generic_variables(const std::vector<FreeNumber>& numbers) {
   VectorX x(static_cast<Eigen::Index>(numbers.size()));
-  double part = 0.41;
+  double fraction = 0.41;
   for (std::size_t i = 0; i < numbers.size(); ++i) {
-    x[static_cast<Eigen::Index>(i)] = numbers[i].lower + part * (numbers[i].upper - numbers[i].lower);
-    part = std::fmod(part + 0.382, 0.8) + 0.1;
+    x[static_cast<Eigen::Index>(i)] = numbers[i].lower + fraction * (numbers[i].upper - numbers[i].lower);
+    fraction = std::fmod(fraction + 0.382, 0.8) + 0.1;
   }
   return x;
 }
 
-/// The free numbers change neither the places of joints, discs and springs nor the motion along the trajectory.
+/// Whether the geometry and the motion along the trajectory are the same for both instances.
 bool is_same_motion(const DesignInstance& a, const DesignInstance& b, const ObjectiveTerm& term,
                     const FreeSprings& loose) {
-  const VectorX one = design::collect_geometry(a.mechanism, loose),
-                other = design::collect_geometry(b.mechanism, loose);
-  if (one.size() != other.size() || (one - other).norm() > 1e-12 * one.norm()) return false;
+  const VectorX geometry_a = design::collect_geometry(a.mechanism, loose),
+                geometry_b = design::collect_geometry(b.mechanism, loose);
+  if (geometry_a.size() != geometry_b.size() || (geometry_a - geometry_b).norm() > 1e-12 * geometry_a.norm())
+    return false;
   const RunResult first = simulate(a.mechanism, find_trajectory(a, term));
   const RunResult second = simulate(b.mechanism, find_trajectory(b, term));
   if (first.outcome.status != MotionStatus::done || second.outcome.status != MotionStatus::done) return false;
-  const auto alike = [](const Samples& p, const Samples& q) {
+  const auto is_close = [](const Samples& p, const Samples& q) {
     return p.rows() == q.rows() && (p - q).norm() <= 1e-9 * (1 + p.norm());
   };
-  return first.time.isApprox(second.time) && alike(first.joint_position, second.joint_position) &&
-         alike(first.joint_velocity, second.joint_velocity);
+  return first.time.isApprox(second.time) && is_close(first.joint_position, second.joint_position) &&
+         is_close(first.joint_velocity, second.joint_velocity);
 }
 
-/// Whatever the free numbers are.
+/// Whether the motion is the same for all values of the free numbers.
 bool is_motion_fixed(const DesignSpace& space, const DesignInstance& start, const ObjectiveTerm& term,
                      const FreeSprings& loose) {
   try {
     return is_same_motion(start, instantiate_checked(space, generic_variables(space.start.free_numbers)), term, loose);
   } catch (const SpecError&) {
-    return false;  // with these numbers an expression of the spec has no value
+    return false;  // an expression of the spec has no value at this point
   } catch (const std::invalid_argument&) {
-    return false;  // or there is no motion
+    return false;  // there is no motion
   }
 }
 
@@ -119,7 +120,7 @@ CostFunction make_linear_cost(VectorX coefficients) {
   };
 }
 
-/// Along a motion that stays the same; empty if it does not, or if the quantity is not linear in the parameters.
+/// The figure along a fixed motion; empty if the motion is not fixed or the quantity is not linear in the parameters.
 CostFunction make_fixed_motion_cost(const DesignSpace& space, const DesignInstance& start, const ObjectiveTerm& term,
                                     const FreeSprings& loose) {
   const Trajectory& trajectory = find_trajectory(start, term);
@@ -130,88 +131,115 @@ CostFunction make_fixed_motion_cost(const DesignSpace& space, const DesignInstan
   return cost.figure(term.figure, term.quantity).value_or(CostFunction{});
 }
 
-/// Absolute values and norms of affine functions are convex; how far values lie apart is, too; a minimum is not.
+/// Absolute values and norms of affine functions are convex, and so are ranges; minima are not.
 bool is_convex(const ObjectiveTerm& term) {
   return term.size != ObjectiveTerm::Size::none || term.figure != Statistic::range ||
          effort_array_name(term.quantity).starts_with("torque");
 }
 
-std::function<double(const VectorX&, VectorX*)> sum_of_parameters(std::vector<ObjectivePart> parts) {
-  return [parts = std::move(parts)](const VectorX& parameters, VectorX* gradient) {
-    double sum = 0;
-    if (gradient != nullptr) gradient->setZero(parameters.size());
-    VectorX own;
-    for (const ObjectivePart& part : parts) {
-      sum += part.weight * part.of_parameters(parameters, gradient != nullptr ? &own : nullptr);
-      if (gradient != nullptr) *gradient += part.weight * own;
-    }
-    return sum;
-  };
-}
+/// A weighted sum of figures: of the parameters if all figures are, else by simulation.
+class FigureSum : public DesignFunction {
+ public:
+  FigureSum(const DesignSpace& space, std::vector<ObjectivePart> parts) : space_(space), parts_(std::move(parts)) {}
 
-/// A search asks for a simulated figure at the same numbers again and again: the last few values are kept.
-std::function<double(const VectorX&)> memoize(std::function<double(const VectorX&)> figure) {
-  constexpr std::size_t max_cached_values = 16;
-  using Cache = std::deque<std::pair<VectorX, double>>;
-  return [figure = std::move(figure), known = std::make_shared<Cache>()](const VectorX& x) {
-    for (const auto& [at, value] : *known)
-      if (at == x) return value;
-    const double value = figure(x);
-    known->emplace_front(x, value);
-    if (known->size() > max_cached_values) known->pop_back();
-    return value;
-  };
-}
-
-std::function<double(const VectorX&)> sum_of_variables(const DesignSpace& space, std::vector<ObjectivePart> parts,
-                                                       const FreeSprings& loose) {
-  return memoize([space, parts = std::move(parts), loose](const VectorX& x) {
-    const DesignInstance trial = instantiate_checked(space, x);
-    const VectorX parameters = parameter_values(trial.mechanism, loose);
-    double sum = 0;
-    for (const ObjectivePart& part : parts)
-      sum += part.weight * (part.of_parameters             ? part.of_parameters(parameters, nullptr)
-                            : part.term.deviation_multiple ? compute_robust_figure(space, x, part.term).value
-                            : part.run                     ? compute_run_figure(trial.mechanism, *part.run, part.term)
-                                                           : simulate_figure(trial, part.term));
-    return sum;
-  });
-}
-
-/// The first trajectory of the terms that cannot be followed, and why.
-std::function<std::string(const VectorX&)> make_failure_reason(const DesignSpace& space,
-                                                               std::vector<ObjectiveTerm> terms) {
-  return [space, terms = std::move(terms)](const VectorX& x) -> std::string {
-    const DesignInstance trial = instantiate_checked(space, x);
-    for (const ObjectiveTerm& term : terms) {
-      if (term.size != ObjectiveTerm::Size::none) continue;
-      const RunResult result = simulate(trial.mechanism, find_trajectory(trial, term));
+  /// The first trajectory of the terms that cannot be followed, and why.
+  std::string failure_reason(const VectorX& x) const override {
+    const DesignInstance instance = instantiate_checked(space_, x);
+    for (const ObjectivePart& part : parts_) {
+      if (part.term.size != ObjectiveTerm::Size::none) continue;
+      const RunResult result = simulate(instance.mechanism, find_trajectory(instance, part.term));
       if (result.outcome.status != MotionStatus::done)
-        return fmt::format("'{}' cannot be followed: {}", term.trajectory, result.outcome.reason);
+        return fmt::format("'{}' cannot be followed: {}", part.term.trajectory, result.outcome.reason);
     }
     return "";
-  };
-}
+  }
 
-/// Whether the mechanism has the term's quantity at all, where it can be told.
-void require_quantity(const DesignInstance& trial, const ObjectiveTerm& term) {
+ protected:
+  const DesignSpace space_;
+  const std::vector<ObjectivePart> parts_;
+};
+
+class ParametricSum final : public FigureSum {
+ public:
+  using FigureSum::FigureSum;
+
+  Domain domain() const override { return Domain::parameters; }
+  double evaluate(const VectorX& parameters, VectorX* gradient) const override {
+    double sum = 0;
+    if (gradient != nullptr) gradient->setZero(parameters.size());
+    VectorX part_gradient;
+    for (const ObjectivePart& part : parts_) {
+      sum += part.weight * part.of_parameters(parameters, gradient != nullptr ? &part_gradient : nullptr);
+      if (gradient != nullptr) *gradient += part.weight * part_gradient;
+    }
+    return sum;
+  }
+};
+
+class SimulatedSum final : public FigureSum {
+ public:
+  SimulatedSum(const DesignSpace& space, std::vector<ObjectivePart> parts, const FreeSprings& loose)
+      : FigureSum(space, std::move(parts)), loose_(loose) {
+    for (const ObjectivePart& part : parts_) terms_.push_back(part.term);
+  }
+
+  Domain domain() const override { return Domain::variables; }
+  /// Caches the last few values, because searches evaluate the same points repeatedly.
+  double evaluate(const VectorX& x, VectorX* /*gradient*/) const override {
+    constexpr std::size_t max_cached_values = 16;
+    for (const auto& [at, value] : cache_)
+      if (at == x) return value;
+    const double value = simulate_sum(x);
+    cache_.emplace_front(x, value);
+    if (cache_.size() > max_cached_values) cache_.pop_back();
+    return value;
+  }
+  /// Deviations are computed from differences; their gradients would require second derivatives.
+  bool has_max_terms() const override {
+    return std::none_of(terms_.begin(), terms_.end(),
+                        [](const ObjectiveTerm& term) { return term.deviation_multiple.has_value(); });
+  }
+  std::optional<std::vector<MaxTerm>> max_terms(const VectorX& x) const override {
+    return compute_max_terms(space_, terms_, loose_, x);
+  }
+
+ private:
+  double simulate_sum(const VectorX& x) const {
+    const DesignInstance instance = instantiate_checked(space_, x);
+    const VectorX parameters = parameter_values(instance.mechanism, loose_);
+    double sum = 0;
+    for (const ObjectivePart& part : parts_)
+      sum += part.weight * (part.of_parameters             ? part.of_parameters(parameters, nullptr)
+                            : part.term.deviation_multiple ? compute_robust_figure(space_, x, part.term).value
+                            : part.run ? compute_run_figure(instance.mechanism, *part.run, part.term)
+                                       : simulate_figure(instance, part.term));
+    return sum;
+  }
+
+  FreeSprings loose_;
+  std::vector<ObjectiveTerm> terms_;
+  mutable std::deque<std::pair<VectorX, double>> cache_;
+};
+
+/// Checks that the mechanism has the quantity of the term, if this can be decided.
+void require_quantity(const DesignInstance& instance, const ObjectiveTerm& term) {
   try {
-    simulate_figure(trial, term);
+    simulate_figure(instance, term);
   } catch (const SpecError&) {
-    // there is no motion with these numbers; with others there may be
+    // There is no motion at this point, but there may be one at others.
   }
 }
 
-/// Whether the run has deviations, and few enough of them.
+/// Checks that the run has deviations, and not too many.
 void require_deviations(const DesignSpace& space, const VectorX& start, const ObjectiveTerm& term) {
   try {
     compute_robust_figure(space, start, term);
   } catch (const SpecError&) {
-    // as above
+    // As above.
   }
 }
 
-/// Where places and singularities are all that counts, and the free numbers do not change the motion: the run.
+/// The run, if the figure depends only on positions and singularities and the free numbers do not change the motion.
 std::shared_ptr<const RunResult> find_fixed_run(const DesignSpace& space, const DesignInstance& start,
                                                 const ObjectiveTerm& term, const FreeSprings& loose) {
   const bool of_motion =
@@ -221,15 +249,16 @@ std::shared_ptr<const RunResult> find_fixed_run(const DesignSpace& space, const 
   return std::make_shared<const RunResult>(simulate(start.mechanism, find_trajectory(start, term)));
 }
 
-/// The figure of such a run where the places that it is of do not change either.
+/// The figure of such a run if the positions that it refers to do not change either.
 std::optional<double> constant_value(const DesignSpace& space, const DesignInstance& start, const ObjectivePart& part) {
   std::optional<double> constant;
   if (!part.run) return constant;
-  const auto value = [&](const DesignInstance& trial) {
-    return compute_run_figure(trial.mechanism, *part.run, part.term);
+  const auto value = [&](const DesignInstance& instance) {
+    return compute_run_figure(instance.mechanism, *part.run, part.term);
   };
-  const double here = value(start), elsewhere = value(space.instantiate(generic_variables(space.start.free_numbers)));
-  if (here == elsewhere) constant = here;
+  const double start_value = value(start),
+               generic_value = value(space.instantiate(generic_variables(space.start.free_numbers)));
+  if (start_value == generic_value) constant = start_value;
   return constant;
 }
 
@@ -242,94 +271,95 @@ CostFunction make_constant_cost(double value) {
 
 constexpr long max_coarse_samples = 201;
 
-/// One term; nothing where the trajectory cannot be followed.
-std::optional<AffineFigure> make_convex_term(const DesignInstance& trial, const ObjectiveTerm& term,
+/// One term; std::nullopt if the trajectory cannot be followed.
+std::optional<AffineFigure> make_convex_term(const DesignInstance& instance, const ObjectiveTerm& term,
                                              const FreeSprings& loose, FigureSampling samples) {
   AffineFigure figure{term.weight, {}, term.figure, {}};
   if (term.size != ObjectiveTerm::Size::none) {
-    figure.coefficients = size_coefficients(term.size, trial.mechanism, loose);
+    figure.coefficients = size_coefficients(term.size, instance.mechanism, loose);
     return figure;
   }
-  Trajectory trajectory = find_trajectory(trial, term);
+  Trajectory trajectory = find_trajectory(instance, term);
   if (samples == FigureSampling::coarse) trajectory.samples = std::min(trajectory.samples, max_coarse_samples);
-  auto series = TrajectoryCost(trial.mechanism, trajectory, loose).rows(term.quantity);
+  auto series = TrajectoryCost(instance.mechanism, trajectory, loose).rows(term.quantity);
   if (!series) return std::nullopt;
   figure.series = std::move(*series);
   return figure;
 }
 
-/// A convex function of the parameters, whatever the motion is.
-bool is_convex_in_parameters(const DesignInstance& trial, const ObjectiveTerm& term) {
+/// Whether the term is a convex function of the parameters for any motion.
+bool is_convex_in_parameters(const DesignInstance& instance, const ObjectiveTerm& term) {
   if (term.size != ObjectiveTerm::Size::none) return term.weight >= 0;
   if (term.deviation_multiple) return false;
   return term.run == ObjectiveTerm::RunMeasure::figure && term.weight >= 0 &&
          (term.figure == Statistic::rms || term.figure == Statistic::peak) &&
-         is_linear_quantity(trial.mechanism, term.quantity) && !is_mass_dependent(find_trajectory(trial, term)) &&
-         !is_mechanism_dependent(find_trajectory(trial, term));
+         is_linear_quantity(instance.mechanism, term.quantity) && !is_mass_dependent(find_trajectory(instance, term)) &&
+         !is_mechanism_dependent(find_trajectory(instance, term));
 }
 
 }  // namespace
 
-std::function<std::optional<std::vector<AffineFigure>>(const VectorX& x)> build_convex_terms(
-    const DesignSpace& space, const std::vector<ObjectiveTerm>& terms, const FreeSprings& loose,
-    FigureSampling samples) {
+bool are_convex_in_parameters(const DesignSpace& space, const std::vector<ObjectiveTerm>& terms) {
   const DesignInstance start = space.instantiate(space.start_values());
-  const auto all = [&](const ObjectiveTerm& term) { return is_convex_in_parameters(start, term); };
-  if (!std::all_of(terms.begin(), terms.end(), all)) return {};
-  return [space, terms, loose, samples](const VectorX& x) -> std::optional<std::vector<AffineFigure>> {
-    std::vector<AffineFigure> figures;
-    try {
-      const DesignInstance trial = instantiate_checked(space, x);
-      for (const ObjectiveTerm& term : terms) {
-        std::optional<AffineFigure> figure = make_convex_term(trial, term, loose, samples);
-        if (!figure) return std::nullopt;
-        figures.push_back(std::move(*figure));
-      }
-    } catch (const SpecError&) {
-      return std::nullopt;  // an expression of the spec has no value here
-    } catch (const std::invalid_argument&) {
-      return std::nullopt;  // nor is there a motion
+  return std::all_of(terms.begin(), terms.end(),
+                     [&](const ObjectiveTerm& term) { return is_convex_in_parameters(start, term); });
+}
+
+std::optional<std::vector<AffineFigure>> compute_convex_terms(const DesignSpace& space,
+                                                              const std::vector<ObjectiveTerm>& terms,
+                                                              const FreeSprings& loose, FigureSampling sampling,
+                                                              const VectorX& x) {
+  std::vector<AffineFigure> figures;
+  try {
+    const DesignInstance instance = instantiate_checked(space, x);
+    for (const ObjectiveTerm& term : terms) {
+      std::optional<AffineFigure> figure = make_convex_term(instance, term, loose, sampling);
+      if (!figure) return std::nullopt;
+      figures.push_back(std::move(*figure));
     }
-    return figures;
-  };
+  } catch (const SpecError&) {
+    return std::nullopt;  // an expression of the spec has no value here
+  } catch (const std::invalid_argument&) {
+    return std::nullopt;  // there is no motion
+  }
+  return figures;
 }
 
 Objective build_objective(const DesignSpace& space, const std::vector<ObjectiveTerm>& terms, const VectorX& start,
                           const FreeSprings& loose) {
-  const DesignInstance before = space.instantiate(start);
+  const DesignInstance start_instance = space.instantiate(start);
   std::vector<ObjectivePart> parts;
   Objective objective;
   objective.is_convex = objective.is_secondary = true;
-  // magnitudes, distances and masses
+  // Magnitudes, distances and masses are not negative.
   if (std::all_of(terms.begin(), terms.end(), [](const ObjectiveTerm& term) { return term.weight >= 0; }))
     objective.lower_bound = 0;
   for (const ObjectiveTerm& term : terms) {
-    const bool size = term.size != ObjectiveTerm::Size::none;
+    const bool is_size = term.size != ObjectiveTerm::Size::none;
     ObjectivePart part{term.weight,
-                       size ? make_linear_cost(size_coefficients(term.size, before.mechanism, loose))
-                            : make_fixed_motion_cost(space, before, term, loose),
+                       is_size ? make_linear_cost(size_coefficients(term.size, start_instance.mechanism, loose))
+                               : make_fixed_motion_cost(space, start_instance, term, loose),
                        term};
-    if (!part.of_parameters) require_quantity(before, term);  // says now what does not exist
+    if (!part.of_parameters) require_quantity(start_instance, term);  // reports missing quantities immediately
     if (term.deviation_multiple) require_deviations(space, start, term);
-    if (!size) part.run = find_fixed_run(space, before, term, loose);
-    const std::optional<double> fixed = constant_value(space, before, part);
-    if (fixed) part.of_parameters = make_constant_cost(*fixed);
-    objective.is_constant = fixed && terms.size() == 1;
+    if (!is_size) part.run = find_fixed_run(space, start_instance, term, loose);
+    const std::optional<double> constant = constant_value(space, start_instance, part);
+    if (constant) part.of_parameters = make_constant_cost(*constant);
+    objective.is_constant = constant && terms.size() == 1;
     objective.is_convex = objective.is_convex && part.of_parameters && is_convex(term);
-    objective.is_secondary = objective.is_secondary && size;
+    objective.is_secondary = objective.is_secondary && is_size;
     objective.name += (parts.empty() ? "" : " + ") + (term.weight == 1 ? "" : fmt::format("{:g} ", term.weight)) +
                       objective_term_name(term);
     parts.push_back(std::move(part));
   }
-  const bool cheap =
+  const bool is_parametric =
       std::all_of(parts.begin(), parts.end(), [](const ObjectivePart& p) { return bool(p.of_parameters); });
   if (terms.size() == 1 && terms[0].size != ObjectiveTerm::Size::none)
     objective.unit = terms[0].size == ObjectiveTerm::Size::added_inertia ? "kg m^2" : "kg";
-  if (cheap)
-    objective.of_parameters = sum_of_parameters(std::move(parts));
+  if (is_parametric)
+    objective.function = std::make_shared<const ParametricSum>(space, std::move(parts));
   else
-    objective.of_variables = sum_of_variables(space, std::move(parts), loose);
-  objective.failure_reason = make_failure_reason(space, terms);
+    objective.function = std::make_shared<const SimulatedSum>(space, std::move(parts), loose);
   return objective;
 }
 
@@ -369,7 +399,7 @@ VectorX size_coefficients(ObjectiveTerm::Size size, const Mechanism& mechanism, 
   return coefficients;
 }
 
-// What terms of objectives are called.
+// Names of objective terms.
 std::string objective_term_name(Statistic figure) {
   switch (figure) {
     case Statistic::peak: return "peak";
@@ -402,16 +432,16 @@ std::string objective_term_name(const ObjectiveTerm& term) {
 
 namespace {
 
-/// What parameters change by with every number, one column each: they are smooth, and cheap.
+/// Derivatives of the parameters by the free numbers, one column each. Parameters are smooth and cheap functions.
 MatrixX parameter_jacobian(const DesignSpace& space, const VectorX& x, const FreeSprings& loose) {
-  constexpr double step = 1e-5;  // of a number's range
+  constexpr double step = 1e-5;  // fraction of the range
   const auto at = [&](const VectorX& there) { return parameter_values(space.instantiate(there).mechanism, loose); };
   MatrixX slopes(at(x).size(), x.size());
   for (Eigen::Index i = 0; i < x.size(); ++i) {
     const FreeNumber& free = space.start.free_numbers[static_cast<std::size_t>(i)];
-    const double reach = step * (free.upper - free.lower);
+    const double step_size = step * (free.upper - free.lower);
     VectorX up = x, down = x;
-    up[i] = std::min(x[i] + reach, free.upper), down[i] = std::max(x[i] - reach, free.lower);
+    up[i] = std::min(x[i] + step_size, free.upper), down[i] = std::max(x[i] - step_size, free.lower);
     if (up[i] == down[i])
       slopes.col(i).setZero();
     else
@@ -431,7 +461,7 @@ MaxTerm make_single_term(double weight, const ValueWithGradient& slope) {
   return {weight, VectorX::Constant(1, slope.value), slope.gradient.transpose()};
 }
 
-/// The largest of the slopes and of the negative ones.
+/// The maximum of the values in `up` and of the negated values in `down`.
 MaxTerm make_max_term(double weight, const std::vector<ValueWithGradient>& up,
                       const std::vector<ValueWithGradient>& down, Eigen::Index numbers) {
   const auto above = static_cast<Eigen::Index>(up.size()), below = static_cast<Eigen::Index>(down.size());
@@ -451,17 +481,17 @@ void add_figure(const ObjectiveTerm& term, const SpecFigureGradients& slopes, Ei
   const double weight = term.weight;
   if (term.run == ObjectiveTerm::RunMeasure::duration)
     return pieces.push_back(make_single_term(weight, slopes.duration));
-  const QuantityGradients* found = find_quantity(slopes, term.quantity);
-  if (found == nullptr)
+  const QuantityGradients* quantity = find_quantity(slopes, term.quantity);
+  if (quantity == nullptr)
     throw std::invalid_argument("a run along '" + term.trajectory + "' has no quantity '" + term.quantity + "'");
   switch (term.figure) {
-    case Statistic::rms: return pieces.push_back(make_single_term(weight, found->rms));
-    case Statistic::mean: return pieces.push_back(make_single_term(weight, found->mean));
+    case Statistic::rms: return pieces.push_back(make_single_term(weight, quantity->rms));
+    case Statistic::mean: return pieces.push_back(make_single_term(weight, quantity->mean));
     case Statistic::peak:
-      return pieces.push_back(make_max_term(weight, found->segment_maxima, found->segment_minima, numbers));
+      return pieces.push_back(make_max_term(weight, quantity->segment_maxima, quantity->segment_minima, numbers));
     case Statistic::range:
-      pieces.push_back(make_max_term(weight, found->segment_maxima, {}, numbers));
-      pieces.push_back(make_max_term(weight, {}, found->segment_minima, numbers));
+      pieces.push_back(make_max_term(weight, quantity->segment_maxima, {}, numbers));
+      pieces.push_back(make_max_term(weight, {}, quantity->segment_minima, numbers));
   }
 }
 
@@ -469,25 +499,23 @@ bool has_optimised_motion(const DesignSpace& space, const ObjectiveTerm& term) {
   using Run = ObjectiveTerm::RunMeasure;
   if ((term.run != Run::figure && term.run != Run::duration) || has_velocity_constraints(space.start.mechanism))
     return true;
-  const auto& all = space.start.trajectories;
-  return std::any_of(all.begin(), all.end(), [&](const Trajectory& trajectory) {
-    return trajectory.name == term.trajectory && is_mechanism_dependent(trajectory);
-  });
+  const Trajectory* trajectory = find_by_name(space.start.trajectories, term.trajectory);
+  return trajectory != nullptr && is_mechanism_dependent(*trajectory);
 }
 
-/// Along a law or a course that is found for every mechanism, good to some 1e-7 of the figure: steps of a thousandth of a number's range
-/// leave some 1e-4 of that range's slope.
+/// For a motion or law that is optimised for every mechanism, which makes the figure accurate to about 1e-7. Steps of
+/// 1e-3 of a number's range then leave an error of about 1e-4 in the derivative by that range.
 ValueWithGradient gradient_by_differences(const DesignSpace& space, const ObjectiveTerm& term, const VectorX& x) {
   constexpr double step = 1e-3;
   ValueWithGradient slope{simulate_figure(instantiate_checked(space, x), term), VectorX(x.size())};
   for (Eigen::Index i = 0; i < x.size(); ++i) {
     const FreeNumber& free = space.start.free_numbers[static_cast<std::size_t>(i)];
-    const double reach = step * (free.upper - free.lower);
+    const double step_size = step * (free.upper - free.lower);
     VectorX up = x, down = x;
-    up[i] = std::min(x[i] + reach, free.upper), down[i] = std::max(x[i] - reach, free.lower);
+    up[i] = std::min(x[i] + step_size, free.upper), down[i] = std::max(x[i] - step_size, free.lower);
     const double high = simulate_figure(instantiate_checked(space, up), term);
     const double low = simulate_figure(instantiate_checked(space, down), term);
-    // where only one side has a value the other serves
+    // one-sided if the other side has no value
     slope.gradient[i] = std::isfinite(high - low) ? (high - low) / (up[i] - down[i])
                         : std::isfinite(high)     ? (high - slope.value) / (up[i] - x[i])
                                                   : (slope.value - low) / (x[i] - down[i]);
@@ -499,7 +527,7 @@ ValueWithGradient gradient_by_differences(const DesignSpace& space, const Object
 
 std::optional<std::vector<MaxTerm>> compute_max_terms(const DesignSpace& space, const std::vector<ObjectiveTerm>& terms,
                                                       const FreeSprings& loose, const VectorX& x) {
-  const DesignInstance trial = instantiate_checked(space, x);
+  const DesignInstance instance = instantiate_checked(space, x);
   std::map<std::string, std::vector<std::string>> quantities;
   for (const ObjectiveTerm& term : terms) {
     if (term.size != ObjectiveTerm::Size::none || has_optimised_motion(space, term)) continue;
@@ -515,7 +543,7 @@ std::optional<std::vector<MaxTerm>> compute_max_terms(const DesignSpace& space, 
   std::vector<MaxTerm> pieces;
   for (const ObjectiveTerm& term : terms)
     if (term.size != ObjectiveTerm::Size::none)
-      pieces.push_back(make_single_term(term.weight, size_with_gradient(space, trial.mechanism, term, loose, x)));
+      pieces.push_back(make_single_term(term.weight, size_with_gradient(space, instance.mechanism, term, loose, x)));
     else if (has_optimised_motion(space, term))
       pieces.push_back(make_single_term(term.weight, gradient_by_differences(space, term, x)));
     else

@@ -1,5 +1,5 @@
 #pragma once
-/// What `minimize` asks for, as one function that a search can call.
+/// Builds objectives from the terms of `minimize`.
 
 #include "balance/mechanics/dynamics/dynamic_parameters.hpp"
 #include "balance/motion/study/design_space.hpp"
@@ -10,56 +10,61 @@
 
 namespace balance {
 
-// What `subject_to` asks for, as functions that a search can call.
+// Limits from `subject_to`.
 
 /// @param start, loose as for build_objective
 /// @throws std::invalid_argument as build_objective
 std::vector<DesignLimit> build_design_limits(const DesignSpace& space, const std::vector<FigureLimit>& limits,
                                              const VectorX& start, const FreeSprings& loose);
 
-/// Those among them that are convex functions of the parameters along any motion. @param known how many they are
-std::function<std::optional<std::vector<ConvexLimit>>(const VectorX& x)> build_convex_limits(
-    const DesignSpace& space, const std::vector<FigureLimit>& limits, const FreeSprings& loose, int& known);
+/// The limits that are upper bounds of convex functions of the parameters for any motion.
+std::vector<FigureLimit> select_convex_limits(const DesignSpace& space, const std::vector<FigureLimit>& limits);
 
-/// The weighted sum of the terms. Along motions that do not change with the free numbers it needs no simulation: a function of the
-/// parameters, convex if every term is.
-/// Where the mechanism cannot follow a term's trajectory there is no value, and `trouble` says why.
+/// Such limits for the lengths and motion of x. @return std::nullopt if there is no motion
+std::optional<std::vector<ConvexLimit>> compute_convex_limits(const DesignSpace& space,
+                                                              const std::vector<FigureLimit>& limits,
+                                                              const FreeSprings& loose, const VectorX& x);
+
+/// The weighted sum of the terms. For motions that do not change with the free numbers no simulation is required: the
+/// sum is a function of the parameters, convex if every term is.
+/// It has no value if the mechanism cannot follow the trajectory of a term; DesignFunction::failure_reason says why.
 /// @param start values of the free numbers
-/// @param loose as the conditions are derived with
-/// @throws std::invalid_argument if a term's trajectory or quantity does not exist
+/// @param loose as used for deriving the conditions
+/// @throws std::invalid_argument if the trajectory or quantity of a term does not exist
 Objective build_objective(const DesignSpace& space, const std::vector<ObjectiveTerm>& terms, const VectorX& start,
                           const FreeSprings& loose);
 
-/// As often looked at as a search over lengths needs; as the trajectory says.
-enum class FigureSampling { coarse, full };
+/// Whether every term is a convex function of the parameters alone, for any motion.
+/// @throws std::invalid_argument as build_objective
+bool are_convex_in_parameters(const DesignSpace& space, const std::vector<ObjectiveTerm>& terms);
 
-/// The same terms one by one at the lengths and along the motion of x.
-/// @return null if a term is no convex function of the parameters alone
-std::function<std::optional<std::vector<AffineFigure>>(const VectorX& x)> build_convex_terms(
-    const DesignSpace& space, const std::vector<ObjectiveTerm>& terms, const FreeSprings& loose,
-    FigureSampling samples = FigureSampling::coarse);
+/// The individual terms for the lengths and motion of x. @return std::nullopt if there is no motion
+std::optional<std::vector<AffineFigure>> compute_convex_terms(const DesignSpace& space,
+                                                              const std::vector<ObjectiveTerm>& terms,
+                                                              const FreeSprings& loose, FigureSampling sampling,
+                                                              const VectorX& x);
 
-/// Mass of everything that moves [kg], and the sum of its moments of inertia about the frames' origins (space: half the
+/// Mass of all moving parts [kg], and the sum of their moments of inertia about the frame origins (spatial: half the
 /// trace) [kg m^2], as coefficients of the parameters.
 VectorX mass_coefficients(const std::vector<Parameter>& parameters);
 VectorX inertia_coefficients(const std::vector<Parameter>& parameters);
 
-/// A size as coefficients of the parameters: of everything that moves, or of what was added to balance it.
+/// A mass or inertia as coefficients of the parameters: of all moving parts, or of those added for balancing.
 VectorX size_coefficients(ObjectiveTerm::Size size, const Mechanism& mechanism, const FreeSprings& loose);
 
-/// 1 for parameters of what is added to balance a mechanism, counterweights and discs, else 0.
+/// 1 for parameters of elements added for balancing (counterweights and discs), else 0.
 VectorX added_parameter_mask(const Mechanism& mechanism, const std::vector<Parameter>& parameters);
 
 /// "rms(torque) along cycloid", "added mass"
 std::string objective_term_name(const ObjectiveTerm& term);
 std::string objective_term_name(Statistic figure);
 
-// A weighted sum of figures as a sum of maxima of smooth functions of the free numbers, with slopes.
+// A weighted sum of figures as a sum of maxima of smooth functions of the free numbers, with derivatives.
 
-/// Every figure as what it is a maximum of: a peak of the extremes of short stretches of the run, a range of two such maxima, others of
-/// themselves alone.
-/// @return nothing where a trajectory cannot be followed
-/// @throws SpecError, std::invalid_argument where the numbers make no mechanism or motion
+/// Each figure as a maximum: a peak over the extremes of short segments of the run, a range as two such maxima, other
+/// figures as single functions.
+/// @return std::nullopt if a trajectory cannot be followed
+/// @throws SpecError, std::invalid_argument if there is no mechanism or motion
 std::optional<std::vector<MaxTerm>> compute_max_terms(const DesignSpace& space, const std::vector<ObjectiveTerm>& terms,
                                                       const FreeSprings& loose, const VectorX& x);
 

@@ -1,5 +1,5 @@
 #pragma once
-/// The best of the exact solutions.
+/// Optimises the objective over the exact solutions, or over all admissible designs.
 
 #include "balance/synthesis/design/convex_optimum.hpp"
 #include "balance/synthesis/design/problem_functions.hpp"
@@ -7,36 +7,36 @@
 
 namespace balance::design {
 
-// Least weighted sums of maxima of smooth functions: figures with known slopes, peaks among them.
+// Minimisation of weighted sums of maxima of smooth functions: figures with known gradients, including peaks.
 
-/// Down from a point, within the box and with physical bodies. Every maximum gets a bound of its own, which is made small in its place
-/// while all functions that it is taken over are kept below (epigraph form): at a minimum several peaks are often equal, and the sum has a
-/// kink.
-/// @param merit has pieces
-/// @return the best admissible point that was met; nothing if `from` has no value
-std::optional<VectorX> minimise_max_terms_from(const SolverContext& context, const ScaledObjective& merit,
+/// Descends from a point, within the box and with physical bodies. In epigraph form, each maximum is replaced by a
+/// variable bound on all its functions, because several peaks are often equal at a minimum, where the sum has a kink.
+/// @param objective must have max terms
+/// @return the best admissible point visited; std::nullopt if there is none or `from` has no value
+std::optional<VectorX> minimise_max_terms_from(const SolverContext& context, const ScaledObjective& objective,
                                                const VectorX& from);
 
-/// From the best of some points that fill the box, and from `start`.
-/// @return the ends, the best first; empty if there is no value anywhere
-std::vector<VectorX> minimise_max_terms(const SolverContext& context, const ScaledObjective& merit,
+/// Descends from `start` and from the best of some space-filling points.
+/// @return the results, best first; empty if no point has a value
+std::vector<VectorX> minimise_max_terms(const SolverContext& context, const ScaledObjective& objective,
                                         const VectorX& start);
 
-/// Local searches from exact solutions, with the conditions as equalities or in their tangent space; at the end steps along every
-/// tangent, so that no search ends at a bound from which a step back helps.
-/// @param back brings a point near the conditions onto them
-/// @param solutions at least one at which the figure has a value
-Optimum optimise_exact_solutions(const SolverContext& context, const ScaledObjective& merit,
-                                 const NonlinearSystem& equations, const std::function<VectorX(const VectorX&)>& back,
+/// Local searches from exact solutions, with the conditions as equalities or in their tangent space. Final steps along
+/// all tangents ensure that no search ends at a bound from which a step back would help.
+/// @param restore projects a point near the conditions onto them
+/// @param solutions at least one, at which the figure has a value
+Optimum optimise_exact_solutions(const SolverContext& context, const ScaledObjective& objective,
+                                 const NonlinearSystem& equations,
+                                 const std::function<VectorX(const VectorX&)>& restore,
                                  const std::vector<VectorX>& solutions);
 
-/// Global, then local search of the objective over all physical designs, met conditions or not.
-/// @return value not finite: none was found at which it has a value
-Optimum optimise_compromise(const SolverContext& context, const ScaledObjective& merit, const VectorX& start);
+/// Global, then local search of the objective over all admissible designs, regardless of the conditions.
+/// @return value is not finite if no point with a value was found
+Optimum optimise_compromise(const SolverContext& context, const ScaledObjective& objective, const VectorX& start);
 
-/// Global, then local search of the sum of squared residuals.
-/// @param start the best known
-/// @return physical, if the start values or the best known point are
+/// Global, then local search for the minimum sum of squared residuals.
+/// @param start best known point
+/// @return admissible if the start values or the best known point are
 VectorX minimise_residual(const SolverContext& context, const NonlinearSystem& equations,
                           const LeastSquaresResult& start, int evaluations);
 

@@ -11,7 +11,7 @@ namespace balance {
 
 namespace {
 
-/// Masses, moments of inertia, stiffness and preload of an element: what makes it something.
+/// Masses, moments of inertia, stiffness and preload of an element. If all of them are zero, the element has no effect.
 VectorX element_quantities(const Mechanism& mechanism, const std::string& section, const std::string& name) {
   const auto of_rotor = [](const auto& one) {
     VectorX all(10);
@@ -36,7 +36,7 @@ bool can_be_zero(const FreeNumber& number) {
          std::find(number.discrete_values.begin(), number.discrete_values.end(), 0.0) != number.discrete_values.end();
 }
 
-/// Inside all bounds and not zero.
+/// A point inside all bounds without zeros.
 VectorX generic_design_point(const std::vector<FreeNumber>& numbers) {
   VectorX x(static_cast<Eigen::Index>(numbers.size()));
   for (Eigen::Index i = 0; i < x.size(); ++i) {
@@ -47,27 +47,27 @@ VectorX generic_design_point(const std::vector<FreeNumber>& numbers) {
   return x;
 }
 
-/// Numbers whose zeros make all of them vanish; nothing if something stays.
+/// Variables that make all quantities vanish when set to zero; std::nullopt if some quantity remains.
 std::optional<std::vector<int>> find_vanishing_variables(const DesignSpace& space, const std::string& section,
                                                          const std::string& name) {
   const std::vector<FreeNumber>& free = space.start.free_numbers;
   const VectorX x = generic_design_point(free);
-  VectorX left = element_quantities(space.instantiate(x).mechanism, section, name);
+  VectorX remaining = element_quantities(space.instantiate(x).mechanism, section, name);
   std::vector<int> numbers;
-  for (std::size_t i = 0; i < free.size() && !left.isZero(0); ++i) {
+  for (std::size_t i = 0; i < free.size() && !remaining.isZero(0); ++i) {
     if (!can_be_zero(free[i])) continue;
-    VectorX without = x;
-    without[static_cast<Eigen::Index>(i)] = 0;
-    const VectorX other = element_quantities(space.instantiate(without).mechanism, section, name);
-    bool helps = false;
-    for (Eigen::Index k = 0; k < left.size(); ++k)
-      if (left[k] != 0 && other[k] == 0) {
-        left[k] = 0;
-        helps = true;
+    VectorX zeroed = x;
+    zeroed[static_cast<Eigen::Index>(i)] = 0;
+    const VectorX zeroed_quantities = element_quantities(space.instantiate(zeroed).mechanism, section, name);
+    bool makes_zero = false;
+    for (Eigen::Index k = 0; k < remaining.size(); ++k)
+      if (remaining[k] != 0 && zeroed_quantities[k] == 0) {
+        remaining[k] = 0;
+        makes_zero = true;
       }
-    if (helps) numbers.push_back(static_cast<int>(i));
+    if (makes_zero) numbers.push_back(static_cast<int>(i));
   }
-  if (!left.isZero(0) || numbers.empty()) return std::nullopt;
+  if (!remaining.isZero(0) || numbers.empty()) return std::nullopt;
   return numbers;
 }
 
@@ -75,23 +75,23 @@ std::optional<std::vector<int>> find_vanishing_variables(const DesignSpace& spac
 
 std::vector<CardinalityConstraint> list_optional_elements(const DesignSpace& space) {
   std::vector<CardinalityConstraint> choices;
-  for (const CardinalityRequest& asked : space.start.design.cardinality) {
-    CardinalityConstraint choice{asked.section, {}, asked.max_count};
-    for (const OptionalElementText& element : asked.elements) {
-      const auto numbers = find_vanishing_variables(space, asked.section, element.name);
+  for (const CardinalityRequest& request : space.start.design.cardinality) {
+    CardinalityConstraint choice{request.section, {}, request.max_count};
+    for (const OptionalElementText& element : request.elements) {
+      const auto numbers = find_vanishing_variables(space, request.section, element.name);
       if (numbers)
         choice.elements.push_back({element.name, *numbers});
-      else if (!asked.is_whole_section)
+      else if (!request.is_whole_section)
         throw std::invalid_argument(fmt::format(
             "design.choose.{}: {} cannot be left out: no free number that may be zero is its mass, inertia, "
             "stiffness or preload",
-            asked.section, element.name));
+            request.section, element.name));
     }
     if (choice.elements.empty())
       throw std::invalid_argument(
           fmt::format("design.choose.{}: none of them can be left out: no free number that may be zero is a mass, "
                       "inertia, stiffness or preload",
-                      asked.section));
+                      request.section));
     choices.push_back(std::move(choice));
   }
   return choices;

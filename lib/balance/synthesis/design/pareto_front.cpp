@@ -21,55 +21,55 @@
 
 namespace balance {
 
-// Single designs of a front, out of one budget.
+// Searches for single designs of a front, sharing one budget.
 
-/// min figure `minimized`, the others within `limits`.
+/// Minimise figure `minimized` subject to `limits` on the others.
 struct EpsilonConstraint {
   int minimized = 0;
-  VectorX limits;  ///< per figure; NaN: none
+  VectorX limits;  ///< of each figure; NaN: none
   VectorX start;   ///< free numbers; empty: the spec's
 };
 
 class EpsilonConstraintSearch {
  public:
-  /// @param planned searches that the budget is shared among
-  EpsilonConstraintSearch(const DesignSpace& space, const DesignStudyOptions& options, int planned);
+  /// @param planned_searches number of searches that share the budget
+  EpsilonConstraintSearch(const DesignSpace& space, const DesignStudyOptions& options, int planned_searches);
 
   int figure_count() const { return static_cast<int>(request_.figures.size()); }
-  /// Without limits. @return none was found
-  std::optional<ParetoPoint> solve(const EpsilonConstraint& wish);
-  /// What the last search found, if it was no design.
+  /// Solves one ε-constraint problem. @return std::nullopt if no design was found
+  std::optional<ParetoPoint> solve(const EpsilonConstraint& constraint);
+  /// The outcome of the last search that found no design.
   DesignReport failure() const;
-  /// Completes a point with what its design does with the loads of all cases.
+  /// Completes the report of a point with the results of its design for all load cases.
   void add_load_cases(ParetoPoint& point) const;
-  bool is_budget_exhausted() const { return stopped_; }
+  bool is_budget_exhausted() const { return is_budget_exhausted_; }
   int search_count() const { return searches_; }
   VectorX no_limits() const;
 
  private:
   bool has_cases() const { return base_.start.design.cases.size() > 0; }
-  DesignSpace space_for(const EpsilonConstraint& wish) const;
-  DesignStudyOptions options_for_one();
+  DesignSpace make_constrained_space(const EpsilonConstraint& constraint) const;
+  DesignStudyOptions make_search_options();
   void search(ParetoPoint& point, const DesignStudyOptions& options) const;
   VectorX values_at(const VectorX& x) const;
 
   ParetoRequest request_;
-  DesignSpace base_;  ///< asks for the first figure alone
+  DesignSpace base_;  ///< minimises the first figure only
   DesignStudyOptions options_;
   std::optional<LoadCaseStudy> cases_;
   DesignProblem problem_;
-  std::vector<Objective> merits_;
+  std::vector<Objective> objectives_;
   ParetoPoint failure_;
-  double begin_, before_ = 0;  ///< [s] of computing: at the start, spent in searches that are over
-  int planned_, searches_ = 0;
-  bool stopped_ = false;
+  double start_time_, used_time_ = 0;  ///< CPU time [s]: at the start; used by previous searches
+  int planned_searches_, searches_ = 0;
+  bool is_budget_exhausted_ = false;
 };
 
-// What single points of a front are to each other, and as designs of their own.
+// Relations between the points of a front, and their designs.
 
 namespace {
 
-/// The springs whose ends' products are parameters of the conditions.
+/// The springs whose products with end points are parameters of the conditions.
 FreeSprings springs_with_products(const Conditions& conditions, const DesignReport& report) {
   FreeSprings loose(report.study_before.mechanism.springs.size(), false);
   for (const Parameter& p : conditions.parameters)
@@ -85,15 +85,16 @@ bool dominates(const VectorX& a, const VectorX& b, const VectorX& slack) {
 
 int find_compromise_point(const ParetoFront& front) {
   if (front.points.empty()) throw std::invalid_argument("the front has no points");
-  VectorX least = front.points.front().values, most = least;
+  VectorX min_values = front.points.front().values, max_values = min_values;
   for (const ParetoPoint& point : front.points) {
-    least = least.cwiseMin(point.values);
-    most = most.cwiseMax(point.values);
+    min_values = min_values.cwiseMin(point.values);
+    max_values = max_values.cwiseMax(point.values);
   }
   const auto distance = [&](const ParetoPoint& point) {
     double sum = 0;
-    for (Eigen::Index j = 0; j < least.size(); ++j)
-      if (most[j] > least[j]) sum += elementary::pow((point.values[j] - least[j]) / (most[j] - least[j]), 2);
+    for (Eigen::Index j = 0; j < min_values.size(); ++j)
+      if (max_values[j] > min_values[j])
+        sum += elementary::pow((point.values[j] - min_values[j]) / (max_values[j] - min_values[j]), 2);
     return sum;
   };
   const auto nearest = std::min_element(front.points.begin(), front.points.end(),
@@ -106,9 +107,9 @@ DesignReport make_pareto_design(const DesignSpace& space, const ParetoPoint& poi
   report.free_numbers = space.start.free_numbers;
   report.before = space.start_values();
   report.cardinality_constraints = list_optional_elements(space);
-  DesignSpace own = point.space;
-  own.start.free_numbers = report.free_numbers;
-  measure_design(own, report);
+  DesignSpace point_space = point.space;
+  point_space.start.free_numbers = report.free_numbers;
+  measure_design(point_space, report);
   const Conditions& conditions = report.outcome.conditions;
   if (report.outcome.residuals_before.size() > 0)
     report.outcome.residuals_before = scaled_residuals(
@@ -135,7 +136,7 @@ std::string sum_text(const std::vector<ObjectiveTerm>& terms) {
   return text;
 }
 
-/// Of a single figure; a sum has none.
+/// Unit of a single figure; empty for a sum.
 std::string sum_unit(const std::vector<ObjectiveTerm>& terms, const Mechanism& mechanism) {
   const ObjectiveTerm& term = terms.front();
   if (terms.size() != 1 || term.weight != 1) return "";
@@ -164,68 +165,69 @@ bool is_design(const DesignOutcome& outcome) {
 }  // namespace
 
 EpsilonConstraintSearch::EpsilonConstraintSearch(const DesignSpace& space, const DesignStudyOptions& options,
-                                                 int planned)
+                                                 int planned_searches)
     : request_(space.start.design.front),
       base_(without_front(space)),
       options_(own_terms(options)),
-      begin_(thread_cpu_time()),
-      planned_(planned) {
+      start_time_(thread_cpu_time()),
+      planned_searches_(planned_searches) {
   if (has_cases()) cases_.emplace(base_, options_);
   problem_ = has_cases() ? cases_->problem() : make_design_problem(base_, options_);
   const FreeSprings& loose = problem_.options.loose_springs;
   const CaseAggregation across = base_.start.design.cases.aggregation;
   for (const std::vector<ObjectiveTerm>& terms : request_.figures)
-    merits_.push_back(has_cases() ? build_case_objective(cases_->cases(), terms, across, loose)
-                                  : build_objective(base_, terms, base_.start_values(), loose));
+    objectives_.push_back(has_cases() ? build_case_objective(cases_->cases(), terms, across, loose)
+                                      : build_objective(base_, terms, base_.start_values(), loose));
 }
 
 VectorX EpsilonConstraintSearch::no_limits() const {
   return VectorX::Constant(figure_count(), std::numeric_limits<double>::quiet_NaN());
 }
 
-DesignSpace EpsilonConstraintSearch::space_for(const EpsilonConstraint& wish) const {
-  DesignSpace own = base_;
-  DesignRequest& design = own.start.design;
-  design.minimize = request_.figures[static_cast<std::size_t>(wish.minimized)];
+DesignSpace EpsilonConstraintSearch::make_constrained_space(const EpsilonConstraint& constraint) const {
+  DesignSpace constrained_space = base_;
+  DesignRequest& design = constrained_space.start.design;
+  design.minimize = request_.figures[static_cast<std::size_t>(constraint.minimized)];
   for (int j = 0; j < figure_count(); ++j) {
-    if (std::isnan(wish.limits[j])) continue;
+    if (std::isnan(constraint.limits[j])) continue;
     const auto& terms = request_.figures[static_cast<std::size_t>(j)];
     const std::string unit = sum_unit(terms, base_.start.mechanism);
     design.subject_to.push_back(
-        {fmt::format("{} <= {:g}{}{}", sum_text(terms), wish.limits[j], unit.empty() ? "" : " ", unit), terms, false,
-         wish.limits[j], unit, base_.start.design.cases.aggregation});
+        {fmt::format("{} <= {:g}{}{}", sum_text(terms), constraint.limits[j], unit.empty() ? "" : " ", unit), terms,
+         false, constraint.limits[j], unit, base_.start.design.cases.aggregation});
   }
-  for (Eigen::Index i = 0; i < wish.start.size(); ++i) {
-    FreeNumber& number = own.start.free_numbers[static_cast<std::size_t>(i)];
-    number.start = std::clamp(wish.start[i], number.lower, number.upper);
+  for (Eigen::Index i = 0; i < constraint.start.size(); ++i) {
+    FreeNumber& number = constrained_space.start.free_numbers[static_cast<std::size_t>(i)];
+    number.start = std::clamp(constraint.start[i], number.lower, number.upper);
   }
-  return own;
+  return constrained_space;
 }
 
-/// Its share of what is left; the first ones leave to the others what they do not need.
-DesignStudyOptions EpsilonConstraintSearch::options_for_one() {
-  DesignStudyOptions one = options_;
-  const double left = options_.search.max_time - (thread_cpu_time() - begin_);
-  one.search.max_time = std::max(min_search_time, left / std::max(1, planned_ - searches_));
-  if (!options_.on_progress) return one;
-  one.on_progress = [this](const SearchProgress& progress) {
-    SearchProgress all = progress;
-    all.seconds += before_;
-    all.max_time = options_.search.max_time;
-    stopped_ = stopped_ || !options_.on_progress(all);
-    return !stopped_;
+/// Options with an equal share of the remaining time; unused time is left to later searches.
+DesignStudyOptions EpsilonConstraintSearch::make_search_options() {
+  DesignStudyOptions search_options = options_;
+  const double remaining_time = options_.search.max_time - (thread_cpu_time() - start_time_);
+  search_options.search.max_time =
+      std::max(min_search_time, remaining_time / std::max(1, planned_searches_ - searches_));
+  if (!options_.on_progress) return search_options;
+  search_options.on_progress = [this](const SearchProgress& progress) {
+    SearchProgress total_progress = progress;
+    total_progress.seconds += used_time_;
+    total_progress.max_time = options_.search.max_time;
+    is_budget_exhausted_ = is_budget_exhausted_ || !options_.on_progress(total_progress);
+    return !is_budget_exhausted_;
   };
-  return one;
+  return search_options;
 }
 
 VectorX EpsilonConstraintSearch::values_at(const VectorX& x) const {
   VectorX values(figure_count());
   for (int j = 0; j < figure_count(); ++j)
-    values[j] = design::evaluate_figure(problem_, merits_[static_cast<std::size_t>(j)], x);
+    values[j] = design::evaluate_figure(problem_, objectives_[static_cast<std::size_t>(j)], x);
   return values;
 }
 
-/// With load cases what else is told of a design takes as long as finding it, and waits until the front is known.
+/// With load cases, the full report takes as long as the search itself, so it is postponed until the front is known.
 void EpsilonConstraintSearch::search(ParetoPoint& point, const DesignStudyOptions& options) const {
   if (!has_cases()) {
     point.report = run_design_study(point.space, options);
@@ -244,10 +246,10 @@ void EpsilonConstraintSearch::search(ParetoPoint& point, const DesignStudyOption
 
 void EpsilonConstraintSearch::add_load_cases(ParetoPoint& point) const {
   if (!has_cases() || point.all_cases.size() == 0) return;
-  DesignStudyOptions whole = options_;
-  whole.compare_trajectories = true;
+  DesignStudyOptions full_options = options_;
+  full_options.compare_trajectories = true;
   point.report.outcome.x = point.all_cases;
-  LoadCaseStudy(point.space, whole).describe(point.report);
+  LoadCaseStudy(point.space, full_options).describe(point.report);
   measure_design(point.space, point.report);
 }
 
@@ -257,13 +259,13 @@ DesignReport EpsilonConstraintSearch::failure() const {
   return point.report;
 }
 
-std::optional<ParetoPoint> EpsilonConstraintSearch::solve(const EpsilonConstraint& wish) {
-  before_ = thread_cpu_time() - begin_;
-  stopped_ = stopped_ || (searches_ > 0 && before_ >= options_.search.max_time);
-  if (stopped_) return std::nullopt;
+std::optional<ParetoPoint> EpsilonConstraintSearch::solve(const EpsilonConstraint& constraint) {
+  used_time_ = thread_cpu_time() - start_time_;
+  is_budget_exhausted_ = is_budget_exhausted_ || (searches_ > 0 && used_time_ >= options_.search.max_time);
+  if (is_budget_exhausted_) return std::nullopt;
   ParetoPoint point;
-  point.space = space_for(wish);
-  search(point, options_for_one());
+  point.space = make_constrained_space(constraint);
+  search(point, make_search_options());
   ++searches_;
   const DesignOutcome& outcome = point.report.outcome;
   if (is_design(outcome)) point.values = values_at(has_cases() ? point.all_cases : outcome.x);
@@ -271,31 +273,32 @@ std::optional<ParetoPoint> EpsilonConstraintSearch::solve(const EpsilonConstrain
     failure_ = std::move(point);
     return std::nullopt;
   }
-  point.minimized = wish.minimized;
-  point.limits = wish.limits;
+  point.minimized = constraint.minimized;
+  point.limits = constraint.limits;
   point.lower_bound = outcome.lower_bound;
   return point;
 }
 
 namespace {
 
-/// Parts of the front's extent: by which a figure may be above its least one at an end, and by which designs differ.
+/// Relative to the extent of the front: excess over the minimum of a figure allowed at an anchor, and minimum
+/// separation of points.
 constexpr double anchor_tolerance = 1e-5, min_point_separation = 1e-4;
-/// A gap of this part of the extent is none.
+/// Gap, relative to the extent, below which a point counts as optimal.
 constexpr double front_gap_tolerance = 1e-5;
-/// Searches per point wanted, where some find nothing new.
+/// Number of searches per requested point, since some find nothing new.
 constexpr int max_searches_per_point = 3;
 constexpr int max_anchor_rounds = 4;
 
 class ParetoFrontBuilder {
  public:
   ParetoFrontBuilder(const DesignSpace& space, const DesignStudyOptions& options)
-      : wanted_(space.start.design.front.max_points),
-        figures_(static_cast<int>(space.start.design.front.figures.size())),
-        search_(space, options, wanted_ + figures_ * figures_) {}
+      : max_points_(space.start.design.front.max_points),
+        figure_count_(static_cast<int>(space.start.design.front.figures.size())),
+        search_(space, options, max_points_ + figure_count_ * figure_count_) {}
 
   ParetoFront run() {
-    if (find_anchors()) figures_ == 2 ? fill_curve() : fill_grid();
+    if (find_anchors()) figure_count_ == 2 ? fill_curve() : fill_grid();
     drop_dominated();
     if (!front_.points.empty()) update_extents();
     for (ParetoPoint& point : front_.points) point.optimality = assess_point(point), search_.add_load_cases(point);
@@ -305,20 +308,20 @@ class ParetoFrontBuilder {
   }
 
  private:
-  using Places = std::vector<ParetoPoint>;
+  using Points = std::vector<ParetoPoint>;
 
-  /// Every figure alone, then the others as small as that allows. @return there is something between the ends
+  /// Minimises each figure alone, then the others subject to that. @return whether there is a trade-off
   bool find_anchors() {
-    for (int i = 0; i < figures_; ++i) {
-      auto alone = search_.solve({i, search_.no_limits(), {}});
-      if (!alone && front_.points.empty()) front_.failure = search_.failure();
-      if (!alone) return false;
-      const DesignOutcome& outcome = alone->report.outcome;
-      front_.anchors.push_back({alone->values[i], outcome.lower_bound, outcome.optimality});
-      front_.points.push_back(std::move(*alone));
+    for (int i = 0; i < figure_count_; ++i) {
+      auto anchor = search_.solve({i, search_.no_limits(), {}});
+      if (!anchor && front_.points.empty()) front_.failure = search_.failure();
+      if (!anchor) return false;
+      const DesignOutcome& outcome = anchor->report.outcome;
+      front_.anchors.push_back({anchor->values[i], outcome.lower_bound, outcome.optimality});
+      front_.points.push_back(std::move(*anchor));
     }
     update_extents();
-    for (int i = 0; i < figures_; ++i) improve_anchor(front_.points[static_cast<std::size_t>(i)], i);
+    for (int i = 0; i < figure_count_; ++i) improve_anchor(front_.points[static_cast<std::size_t>(i)], i);
     update_extents();
     if ((extent_.array() > 0).any()) return true;
     front_.notes.emplace_back("the figures are no trade-off: one design is the best in all of them");
@@ -326,17 +329,17 @@ class ParetoFrontBuilder {
     return false;
   }
 
-  /// Least and extent of each figure over all points; an extent within round-off is none.
+  /// Computes minimum and extent of each figure over all points; extents within round-off become zero.
   void update_extents() {
-    least_ = front_.points.front().values;
-    VectorX most = least_;
+    min_values_ = front_.points.front().values;
+    VectorX max_values = min_values_;
     for (const ParetoPoint& point : front_.points) {
-      least_ = least_.cwiseMin(point.values);
-      most = most.cwiseMax(point.values);
+      min_values_ = min_values_.cwiseMin(point.values);
+      max_values = max_values.cwiseMax(point.values);
     }
-    extent_ = most - least_;
+    extent_ = max_values - min_values_;
     for (Eigen::Index j = 0; j < extent_.size(); ++j)
-      if (!(extent_[j] > 1e-7 * std::abs(most[j]))) extent_[j] = 0;
+      if (!(extent_[j] > 1e-7 * std::abs(max_values[j]))) extent_[j] = 0;
   }
 
   Optimality assess_point(const ParetoPoint& point) const {
@@ -348,32 +351,32 @@ class ParetoFrontBuilder {
 
   VectorX separation() const { return min_point_separation * extent_; }
 
-  /// Again, from there and from another end's design, while that helps and nothing is proved.
-  void improve_anchor(ParetoPoint& end, int i) {
-    const double allowed = end.values[i];
+  /// Repeats the search from this design and from that of another anchor while this helps and optimality is not proved.
+  void improve_anchor(ParetoPoint& anchor, int i) {
+    const double max_value = anchor.values[i];
     for (int round = 0; round < max_anchor_rounds; ++round) {
-      const VectorX before = end.values;
-      const ParetoPoint& other = front_.points[static_cast<std::size_t>((i + 1) % figures_)];
-      refine_anchor(end, i, allowed, (round % 2 == 0 ? end : other).report.outcome.x);
-      const bool better = ((before - end.values).array() > separation().array()).any();
-      if (end.report.outcome.optimality == Optimality::proved_global || search_.is_budget_exhausted()) return;
+      const VectorX before = anchor.values;
+      const ParetoPoint& other = front_.points[static_cast<std::size_t>((i + 1) % figure_count_)];
+      refine_anchor(anchor, i, max_value, (round % 2 == 0 ? anchor : other).report.outcome.x);
+      const bool better = ((before - anchor.values).array() > separation().array()).any();
+      if (anchor.report.outcome.optimality == Optimality::proved_global || search_.is_budget_exhausted()) return;
       if (round > 0 && !better) return;
     }
   }
 
-  /// @param allowed of figure i
-  void refine_anchor(ParetoPoint& end, int i, double allowed, const VectorX& start) {
+  /// @param max_value value of figure i
+  void refine_anchor(ParetoPoint& anchor, int i, double max_value, const VectorX& start) {
     VectorX limits = search_.no_limits();
-    limits[i] = allowed + std::max(anchor_tolerance * extent_[i], 1e-9 * std::abs(allowed));
-    for (int k = 1; k < figures_; ++k) {
-      const int j = (i + k) % figures_;
+    limits[i] = max_value + std::max(anchor_tolerance * extent_[i], 1e-9 * std::abs(max_value));
+    for (int k = 1; k < figure_count_; ++k) {
+      const int j = (i + k) % figure_count_;
       if (extent_[i] == 0 && extent_[j] == 0) continue;
-      VectorX others = limits;
-      others[j] = std::numeric_limits<double>::quiet_NaN();
-      auto better = search_.solve({j, others, k == 1 ? start : end.report.outcome.x});
+      VectorX relaxed_limits = limits;
+      relaxed_limits[j] = std::numeric_limits<double>::quiet_NaN();
+      auto better = search_.solve({j, relaxed_limits, k == 1 ? start : anchor.report.outcome.x});
       if (!better) return;
-      if (better->values[j] <= end.values[j]) end = std::move(*better);
-      limits[j] = end.values[j] + std::max(anchor_tolerance * extent_[j], 1e-9 * std::abs(end.values[j]));
+      if (better->values[j] <= anchor.values[j]) anchor = std::move(*better);
+      limits[j] = anchor.values[j] + std::max(anchor_tolerance * extent_[j], 1e-9 * std::abs(anchor.values[j]));
     }
   }
 
@@ -388,25 +391,26 @@ class ParetoFrontBuilder {
     });
   }
 
-  /// Of designs that do not differ the first stays.
+  /// Of designs that do not differ, the first is kept.
   void drop_dominated() {
     if (front_.points.empty()) return;
     update_extents();
     sort();
-    const Places all = std::exchange(front_.points, {});
+    const Points all = std::exchange(front_.points, {});
     for (const ParetoPoint& one : all) {
       const bool worse = std::any_of(all.begin(), all.end(), [&](const ParetoPoint& other) {
-        return dominates(other.values, one.values, VectorX::Zero(figures_));
+        return dominates(other.values, one.values, VectorX::Zero(figure_count_));
       });
       if (!worse && is_new(one)) front_.points.push_back(one);
     }
   }
 
-  /// Halves the longest open stretch between neighbours until there are enough points. What a better design makes dominated goes,
-  /// and its stretch is searched again from the designs beside it.
+  /// Bisects the longest open segment between neighbours until there are enough points. Points dominated by a better
+  /// design are dropped, and their segments are searched again from the neighbouring designs.
   void fill_curve() {
-    const int most = search_.search_count() + max_searches_per_point * wanted_;
-    for (drop_dominated(); static_cast<int>(front_.points.size()) < wanted_ && search_.search_count() < most;) {
+    const int max_searches = search_.search_count() + max_searches_per_point * max_points_;
+    for (drop_dominated();
+         static_cast<int>(front_.points.size()) < max_points_ && search_.search_count() < max_searches;) {
       const int k = find_longest_segment();
       if (k < 0) return;
       bisect_segment(static_cast<std::size_t>(k));
@@ -425,7 +429,8 @@ class ParetoFrontBuilder {
   int find_longest_segment() const {
     int longest = -1;
     for (std::size_t k = 0; k + 1 < front_.points.size(); ++k)
-      if (closed_.count(segment(k)) == 0 && (longest < 0 || length(k) > length(static_cast<std::size_t>(longest))))
+      if (exhausted_segments_.count(segment(k)) == 0 &&
+          (longest < 0 || length(k) > length(static_cast<std::size_t>(longest))))
         longest = static_cast<int>(k);
     return longest;
   }
@@ -435,83 +440,88 @@ class ParetoFrontBuilder {
     const VectorX change = ((b.values - a.values).array() / extent_.array()).abs();
     const int limited = change[1] >= change[0] ? 1 : 0;
     const ParetoPoint& within = limited == 1 ? b : a;
-    EpsilonConstraint wish{1 - limited, search_.no_limits(), within.report.outcome.x};
-    wish.limits[limited] = (a.values[limited] + b.values[limited]) / 2;
-    const VectorX here = within.report.outcome.x, there = (limited == 1 ? a : b).report.outcome.x;
-    auto found = search_.solve(wish);
-    for (const VectorX& start : {VectorX((here + there) / 2), there}) {  // a search may stay where it starts
-      if (found && is_new(*found)) break;
-      wish.start = start;
-      found = search_.solve(wish);
+    EpsilonConstraint constraint{1 - limited, search_.no_limits(), within.report.outcome.x};
+    constraint.limits[limited] = (a.values[limited] + b.values[limited]) / 2;
+    const VectorX within_x = within.report.outcome.x, beyond_x = (limited == 1 ? a : b).report.outcome.x;
+    auto new_point = search_.solve(constraint);
+    for (const VectorX& start :
+         {VectorX((within_x + beyond_x) / 2), beyond_x}) {  // a search may get stuck at its start
+      if (new_point && is_new(*new_point)) break;
+      constraint.start = start;
+      new_point = search_.solve(constraint);
     }
-    if (!found || !is_new(*found)) return void(closed_.insert(segment(k)));
-    front_.points.push_back(std::move(*found));
+    if (!new_point || !is_new(*new_point)) return void(exhausted_segments_.insert(segment(k)));
+    front_.points.push_back(std::move(*new_point));
     drop_dominated();
-    update_extents();  // an end may have been dominated
+    update_extents();  // an anchor may have been dominated
   }
 
-  /// Rows of points: the second figure is limited at places spread over its extent, and each row is spread over what that leaves to the
-  /// third.
+  /// Rows of points: limits the second figure at values spread over its extent, and spreads each row over the remaining
+  /// extent of the third.
   void fill_grid() {
-    const int side = std::max(2, static_cast<int>(std::sqrt(static_cast<double>(wanted_))));
-    for (int row = 0; row < side && !search_.is_budget_exhausted(); ++row) fill_row(row / (side - 1.0), side);
+    const int grid_size = std::max(2, static_cast<int>(std::sqrt(static_cast<double>(max_points_))));
+    for (int row = 0; row < grid_size && !search_.is_budget_exhausted(); ++row)
+      fill_row(row / (grid_size - 1.0), grid_size);
   }
 
-  void fill_row(double part, int side) {
+  void fill_row(double fraction, int grid_size) {
     VectorX limits = search_.no_limits();
-    limits[1] = least_[1] + std::max(std::max(part, anchor_tolerance) * extent_[1], 1e-9 * std::abs(least_[1]));
+    limits[1] =
+        min_values_[1] + std::max(std::max(fraction, anchor_tolerance) * extent_[1], 1e-9 * std::abs(min_values_[1]));
     const auto first = find_point_within(0, limits), last = find_point_within(2, limits);
     if (!first || !last) return;
-    for (int column = 1; column + 1 < side; ++column) {
-      limits[2] = last->values[2] + column / (side - 1.0) * (first->values[2] - last->values[2]);
+    for (int column = 1; column + 1 < grid_size; ++column) {
+      limits[2] = last->values[2] + column / (grid_size - 1.0) * (first->values[2] - last->values[2]);
       if (first->values[2] - last->values[2] > separation()[2]) find_point_within(0, limits);
     }
   }
 
-  /// Kept if it is new. Where a limit is not reached, its figure may still become smaller for nothing; so may one without a limit.
+  /// Adds the point if it is new. Figures whose limit is not active, or that have none, may still be reduced at no
+  /// cost.
   std::optional<ParetoPoint> find_point_within(int i, const VectorX& limits) {
-    auto found = search_.solve({i, limits, min_violation_point(limits)});
-    if (!found || !is_new(*found)) {  // a search may stay where it starts
-      auto other = search_.solve({i, limits, {}});
-      if (other && (!found || other->values[i] < found->values[i] || is_new(*other))) found = std::move(other);
+    auto new_point = search_.solve({i, limits, min_violation_point(limits)});
+    if (!new_point || !is_new(*new_point)) {  // a search may get stuck at its start
+      auto restarted = search_.solve({i, limits, {}});
+      if (restarted && (!new_point || restarted->values[i] < new_point->values[i] || is_new(*restarted)))
+        new_point = std::move(restarted);
     }
-    if (!found) return found;
-    for (int j = 0; j < figures_; ++j)
-      if (j != i && !(found->values[j] >= limits[j] - separation()[j])) refine(*found, j);
-    if (is_new(*found)) front_.points.push_back(*found);
-    return found;
+    if (!new_point) return new_point;
+    for (int j = 0; j < figure_count_; ++j)
+      if (j != i && !(new_point->values[j] >= limits[j] - separation()[j])) refine(*new_point, j);
+    if (is_new(*new_point)) front_.points.push_back(*new_point);
+    return new_point;
   }
 
   void refine(ParetoPoint& point, int j) {
-    EpsilonConstraint wish{j, point.values, point.report.outcome.x};
-    for (int i = 0; i < figures_; ++i)
-      wish.limits[i] += std::max(anchor_tolerance * extent_[i], 1e-9 * std::abs(point.values[i]));
-    wish.limits[j] = std::numeric_limits<double>::quiet_NaN();
-    auto better = search_.solve(wish);
+    EpsilonConstraint constraint{j, point.values, point.report.outcome.x};
+    for (int i = 0; i < figure_count_; ++i)
+      constraint.limits[i] += std::max(anchor_tolerance * extent_[i], 1e-9 * std::abs(point.values[i]));
+    constraint.limits[j] = std::numeric_limits<double>::quiet_NaN();
+    auto better = search_.solve(constraint);
     if (better && better->values[j] <= point.values[j]) point = std::move(*better);
   }
 
-  /// The known design that is least beyond the limits.
+  /// The known design with the minimum violation of the limits.
   VectorX min_violation_point(const VectorX& limits) const {
-    const auto beyond = [&](const ParetoPoint& point) {
+    const auto violation = [&](const ParetoPoint& point) {
       double worst = -std::numeric_limits<double>::infinity();
-      for (int j = 0; j < figures_; ++j)
+      for (int j = 0; j < figure_count_; ++j)
         if (!std::isnan(limits[j]))
           worst = std::max(worst, (point.values[j] - limits[j]) / std::max(extent_[j], 1e-300));
       return worst;
     };
     const auto best =
         std::min_element(front_.points.begin(), front_.points.end(),
-                         [&](const ParetoPoint& a, const ParetoPoint& b) { return beyond(a) < beyond(b); });
+                         [&](const ParetoPoint& a, const ParetoPoint& b) { return violation(a) < violation(b); });
     return best->report.outcome.x;
   }
 
-  int wanted_, figures_;
+  int max_points_, figure_count_;
   EpsilonConstraintSearch search_;
   ParetoFront front_;
-  VectorX least_, extent_;
+  VectorX min_values_, extent_;
   std::set<std::pair<double, double>>
-      closed_;  ///< stretches, by the first figure's values, between which nothing was found
+      exhausted_segments_;  ///< segments, by values of the first figure, without new points
 };
 
 }  // namespace

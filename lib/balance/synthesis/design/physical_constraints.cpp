@@ -9,14 +9,14 @@ namespace balance::design {
 
 namespace {
 
-/// Bodies keep this part of their largest mass or inertia: enough to be told from none, too little to matter.
+/// Margin of bodies, relative to their largest mass or inertia: distinguishable from zero, but too small to matter.
 constexpr double min_relative_inertia = 1e-6;
-/// What an expression may not be below zero by is kept this part of its size above it, more than its round-off.
+/// Margin of quantities that must not be negative, relative to their size; larger than their round-off.
 constexpr double nonnegativity_margin = 1e-12;
-/// Violations below this part of a quantity's size are round-off.
+/// Violations below this are round-off, relative to the size of the quantity.
 constexpr double inertia_tolerance = 1e-13;
 
-/// Σ from Ixx, Iyy, Izz, Ixy, Ixz, Iyz: the second moments ∫ r rᵀ dm about the CoM.
+/// Σ from Ixx, Iyy, Izz, Ixy, Ixz, Iyz: second moments of mass ∫ r rᵀ dm about the CoM.
 Matrix3 second_moments(const double* i) {
   const double half_trace = (i[0] + i[1] + i[2]) / 2;
   Matrix3 s;
@@ -26,7 +26,7 @@ Matrix3 second_moments(const double* i) {
   return s;
 }
 
-/// d(vᵀ Σ v) by the six numbers, for a unit vector.
+/// d(vᵀ Σ v) by the six inertia components, for a unit vector v.
 std::array<double, 6> second_moment_gradient(const Vector3& v) {
   const Vector3 w = v.cwiseAbs2();
   return {0.5 - w[0], 0.5 - w[1], 0.5 - w[2], -2 * v[0] * v[1], -2 * v[0] * v[2], -2 * v[1] * v[2]};
@@ -34,46 +34,48 @@ std::array<double, 6> second_moment_gradient(const Vector3& v) {
 
 }  // namespace
 
-PhysicalConstraints::PhysicalConstraints(const FeatureMap& map, const VariableClassification& survey,
+PhysicalConstraints::PhysicalConstraints(const FeatureMap& map, const VariableClassification& classification,
                                          const VectorX& start) {
-  for (const ElementFeatures& element : list_element_features(survey.base_mechanism, survey.loose_springs)) {
-    const bool body = element.bearer == ParameterOwner::body;
-    add(map, survey, start, element.mass, false, body);
-    const bool as_given =
-        body &&
-        survey.base_mechanism.bodies[static_cast<std::size_t>(element.index)].inertia_as_given;  // whatever it is
-    if (element.inertia >= 0 && !as_given)
-      add(map, survey, start, element.inertia, survey.base_mechanism.space == SpaceKind::spatial, body);
+  for (const ElementFeatures& element :
+       list_element_features(classification.base_mechanism, classification.loose_springs)) {
+    const bool is_body = element.bearer == ParameterOwner::body;
+    add(map, classification, start, element.mass, false, is_body);
+    const bool is_unconstrained =
+        is_body && classification.base_mechanism.bodies[static_cast<std::size_t>(element.index)].inertia_as_given;
+    if (element.inertia >= 0 && !is_unconstrained)
+      add(map, classification, start, element.inertia, classification.base_mechanism.space == SpaceKind::spatial,
+          is_body);
   }
 }
 
-void PhysicalConstraints::add(const FeatureMap& map, const VariableClassification& survey, const VectorX& start,
-                              int feature, bool matrix, bool body) {
-  const int n = static_cast<int>(survey.base.size()), count = matrix ? 6 : 1;
-  bool touched = false, affine = map.polynomial().has_value();
+void PhysicalConstraints::add(const FeatureMap& map, const VariableClassification& classification, const VectorX& start,
+                              int feature, bool matrix, bool is_body) {
+  const int n = static_cast<int>(classification.base.size()), count = matrix ? 6 : 1;
+  bool is_variable = false, affine = map.polynomial().has_value();
   InertialBound item{feature, matrix, 0, 0};
   for (int f = feature; f < feature + count; ++f) {
-    for (int i = 0; i < n; ++i) touched = touched || survey.has_effect(i, f);
+    for (int i = 0; i < n; ++i) is_variable = is_variable || classification.has_effect(i, f);
     affine = affine && map.polynomial()->is_affine(f);
-    for (const VectorX& sample : survey.perturbed_features) item.size = std::max(item.size, std::abs(sample[f]));
-    item.size = std::max({item.size, std::abs(survey.base_features[f]), std::abs(start[f])});
+    for (const VectorX& sample : classification.perturbed_features)
+      item.size = std::max(item.size, std::abs(sample[f]));
+    item.size = std::max({item.size, std::abs(classification.base_features[f]), std::abs(start[f])});
   }
-  if (!touched || item.size == 0) return;
-  if (body) {
+  if (!is_variable || item.size == 0) return;
+  if (is_body) {
     const double at_start =
         matrix ? Eigen::SelfAdjointEigenSolver<Matrix3>(second_moments(&start[feature]), Eigen::EigenvaluesOnly)
                      .eigenvalues()[0]
                : start[feature];
-    // a thin rod's Σ is singular to begin with, and read as such
+    // Σ of a thin rod is singular from the start and accepted as such.
     item.margin = at_start > -min_relative_inertia * item.size && (matrix || at_start > 0)
                       ? std::min(min_relative_inertia, at_start / item.size)
                       : min_relative_inertia;
   } else if (!matrix) {
     item.margin = std::clamp(start[feature] / item.size, 0.0, nonnegativity_margin);
   }
-  const double demanded = (body ? item.margin : 0) - inertia_tolerance;
-  if (!matrix && map.polynomial() && map.polynomial()->lower_bound(feature) >= demanded * item.size &&
-      (!body || map.polynomial()->lower_bound(feature) > 0))
+  const double required_margin = (is_body ? item.margin : 0) - inertia_tolerance;
+  if (!matrix && map.polynomial() && map.polynomial()->lower_bound(feature) >= required_margin * item.size &&
+      (!is_body || map.polynomial()->lower_bound(feature) > 0))
     return;
   convex_ = convex_ && affine;
   items_.push_back(item);
@@ -101,9 +103,9 @@ void PhysicalConstraints::evaluate(const VectorX& features, const MatrixX* slope
     for (int k = 0; k < 3; ++k, ++row) {
       g[row] = solver.eigenvalues()[k] / item.size - item.margin;
       if (jacobian == nullptr) continue;
-      const auto by_number = second_moment_gradient(solver.eigenvectors().col(k));
+      const auto gradient = second_moment_gradient(solver.eigenvectors().col(k));
       for (int c = 0; c < 6; ++c)
-        jacobian->row(row) += by_number[static_cast<std::size_t>(c)] / item.size * slopes->row(item.feature + c);
+        jacobian->row(row) += gradient[static_cast<std::size_t>(c)] / item.size * slopes->row(item.feature + c);
     }
   }
 }
@@ -115,7 +117,7 @@ bool PhysicalConstraints::is_satisfied(const VectorX& features) const {
   int row = 0;
   for (const InertialBound& item : items_)
     for (int k = 0; k < (item.matrix ? 3 : 1); ++k, ++row)
-      // half of a margin may be lost to the search's tolerances; what remains is still positive
+      // Search tolerances may use up half of the margin; the rest keeps the quantity positive.
       if (g[row] < -std::max(inertia_tolerance, item.margin / 2)) return false;
   return true;
 }

@@ -14,13 +14,16 @@ namespace balance::design {
 
 namespace {
 
-/// The caller's parameters among those that include all loose springs' products.
-std::vector<int> find_parameter_indices(const Mechanism& mechanism, const FreeSprings& asked, const FreeSprings& all) {
-  const auto wanted = list_parameters(mechanism, asked), present = list_parameters(mechanism, all);
+/// Indices of the requested parameters among those that include the products of all loose springs.
+std::vector<int> find_parameter_indices(const Mechanism& mechanism, const FreeSprings& requested_springs,
+                                        const FreeSprings& all_springs) {
+  const auto requested_parameters = list_parameters(mechanism, requested_springs),
+             all_parameters = list_parameters(mechanism, all_springs);
   std::vector<int> result;
-  for (const Parameter& w : wanted)
-    for (std::size_t p = 0; p < present.size(); ++p)
-      if (present[p].owner_kind == w.owner_kind && present[p].index == w.index && present[p].slot == w.slot)
+  for (const Parameter& w : requested_parameters)
+    for (std::size_t p = 0; p < all_parameters.size(); ++p)
+      if (all_parameters[p].owner_kind == w.owner_kind && all_parameters[p].index == w.index &&
+          all_parameters[p].slot == w.slot)
         result.push_back(static_cast<int>(p));
   return result;
 }
@@ -29,20 +32,19 @@ std::vector<int> find_parameter_indices(const Mechanism& mechanism, const FreeSp
 
 ScaledObjective::ScaledObjective(const SolverContext& context, const Objective& objective)
     : context_(context), objective_(objective) {
-  if (static_cast<bool>(objective_.of_parameters) == static_cast<bool>(objective_.of_variables))
-    throw std::invalid_argument("an objective is a function of the parameters or of the variables");
+  if (!objective_.function) throw std::invalid_argument("an objective needs a function");
   parameters_ = find_parameter_indices(context.classification.base_mechanism, context.problem.options.loose_springs,
                                        context.classification.loose_springs);
-  convex_ = objective_.of_parameters && objective_.is_convex && is_affine_in_variables();
+  convex_ = objective_.is_of_parameters() && objective_.is_convex && is_affine_in_variables();
 }
 
 double ScaledObjective::evaluate_by_simulation(const VectorX& u) const {
   try {
-    return objective_.of_variables(context_.scaling.to_variables(u));
+    return objective_.function->evaluate(context_.scaling.to_variables(u), nullptr);
   } catch (const SpecError&) {
     return std::numeric_limits<double>::quiet_NaN();  // an expression of the spec has no value here
   } catch (const std::invalid_argument&) {
-    return std::numeric_limits<double>::quiet_NaN();  // nor is there a motion
+    return std::numeric_limits<double>::quiet_NaN();  // there is no motion
   } catch (const DeadlineExceeded&) {
     return std::numeric_limits<double>::quiet_NaN();
   }
@@ -51,7 +53,7 @@ double ScaledObjective::evaluate_by_simulation(const VectorX& u) const {
 std::optional<std::vector<MaxTerm>> ScaledObjective::max_terms(const VectorX& u) const {
   if (context_.budget.is_past_deadline()) return std::nullopt;
   try {
-    auto terms = context_.problem.max_terms(context_.scaling.to_variables(u));
+    auto terms = objective_.function->max_terms(context_.scaling.to_variables(u));
     if (!terms) return std::nullopt;
     for (MaxTerm& term : *terms) {
       if (!term.values.allFinite() || !term.jacobian.allFinite()) return std::nullopt;
@@ -67,7 +69,21 @@ std::optional<std::vector<MaxTerm>> ScaledObjective::max_terms(const VectorX& u)
   }
 }
 
-/// By differences where slopes are not known.
+std::optional<VectorX> ScaledObjective::known_gradient(const VectorX& u) const {
+  try {
+    auto slope = objective_.function->gradient(context_.scaling.to_variables(u));
+    if (slope) slope->array() *= context_.scaling.half_width().array();
+    return slope && slope->allFinite() ? slope : std::nullopt;
+  } catch (const SpecError&) {
+    return std::nullopt;
+  } catch (const std::invalid_argument&) {
+    return std::nullopt;
+  } catch (const DeadlineExceeded&) {
+    return std::nullopt;
+  }
+}
+
+/// Uses differences unless the derivatives are known.
 VectorX ScaledObjective::gradient_by_simulation(const VectorX& u) const {
   if (const auto terms = has_max_terms() ? max_terms(u) : std::nullopt) {
     VectorX slope = VectorX::Zero(u.size());
@@ -76,6 +92,7 @@ VectorX ScaledObjective::gradient_by_simulation(const VectorX& u) const {
     }
     return slope;
   }
+  if (auto slope = has_max_terms() ? std::nullopt : known_gradient(u)) return *slope;
   const auto value = [this](const VectorX& v) { return VectorX::Constant(1, evaluate_by_simulation(v)).eval(); };
   return central_difference_jacobian(value, u, 1).transpose();
 }
@@ -96,7 +113,7 @@ double ScaledObjective::operator()(const VectorX& u, VectorX* gradient) const {
     if (gradient != nullptr) gradient->setZero(u.size());
     return std::numeric_limits<double>::quiet_NaN();
   }
-  const double value = objective_.of_parameters(features(parameters_), gradient != nullptr ? &slope : nullptr);
+  const double value = objective_.function->evaluate(features(parameters_), gradient != nullptr ? &slope : nullptr);
   if (gradient != nullptr) *gradient = slopes(parameters_, Eigen::all).transpose() * slope;
   return value;
 }
@@ -104,8 +121,8 @@ double ScaledObjective::operator()(const VectorX& u, VectorX* gradient) const {
 std::string ScaledObjective::failure_reason(const VectorX& u) const {
   try {
     const VectorX x = context_.scaling.to_variables(u);
-    if (objective_.failure_reason) return objective_.failure_reason(x);
-    if (objective_.of_variables) objective_.of_variables(x);
+    if (std::string reason = objective_.function->failure_reason(x); !reason.empty() || !is_simulated()) return reason;
+    objective_.function->evaluate(x, nullptr);
   } catch (const SpecError& error) {
     return error.what();
   } catch (const std::invalid_argument& error) {
@@ -116,10 +133,10 @@ std::string ScaledObjective::failure_reason(const VectorX& u) const {
 
 double ScaledObjective::round_off() const {
   const Eigen::Index n = context_.scaling.size();
-  std::vector<VectorX> places{context_.scaling.start()};
-  if (!is_simulated()) places.insert(places.end(), {VectorX::Zero(n), VectorX::Ones(n), -VectorX::Ones(n)});
+  std::vector<VectorX> points{context_.scaling.start()};
+  if (!is_simulated()) points.insert(points.end(), {VectorX::Zero(n), VectorX::Ones(n), -VectorX::Ones(n)});
   double largest = 0;
-  for (const VectorX& u : places)
+  for (const VectorX& u : points)
     if (const double value = std::abs((*this)(u, nullptr)); value > largest && std::isfinite(value)) largest = value;
   return relative_figure_round_off * largest;
 }
@@ -132,34 +149,29 @@ bool ScaledObjective::is_affine_in_variables() const {
     VectorX features, slope;
     context_.features.evaluate(random.sample_point(context_.scaling.size()), features, nullptr);
     if (!features.allFinite()) return false;
-    objective_.of_parameters(features(parameters_), &slope);
+    objective_.function->evaluate(features(parameters_), &slope);
     for (std::size_t p = 0; p < parameters_.size(); ++p)
       if (slope[static_cast<Eigen::Index>(p)] != 0 && !polynomial->is_affine(parameters_[p])) return false;
   }
   return true;
 }
 
-namespace {
-
-/// d violation / d value
 double violation_slope(const DesignLimit& limit) {
   const double size = limit.bound != 0 ? std::abs(limit.bound) : 1;
   return limit.is_lower ? -1 / size : 1 / size;
 }
-
-}  // namespace
 
 double relative_violation(const DesignLimit& limit, double value) {
   return violation_slope(limit) * (value - limit.bound);
 }
 
 DesignLimits::DesignLimits(const SolverContext& context) : limits_(context.problem.limits) {
-  for (const DesignLimit& limit : limits_) merits_.emplace_back(context, limit.figure);
+  for (const DesignLimit& limit : limits_) figures_.emplace_back(context, limit.figure);
 }
 
 bool DesignLimits::is_convex() const {
   for (std::size_t k = 0; k < limits_.size(); ++k)
-    if (!limits_[k].figure.is_constant && (limits_[k].is_lower || !merits_[k].is_convex())) return false;
+    if (!limits_[k].figure.is_constant && (limits_[k].is_lower || !figures_[k].is_convex())) return false;
   return true;
 }
 
@@ -169,14 +181,14 @@ void DesignLimits::evaluate(const VectorX& u, VectorX& g, MatrixX* jacobian) con
   VectorX slope;
   for (Eigen::Index k = 0; k < g.size(); ++k) {
     const auto i = static_cast<std::size_t>(k);
-    g[k] = -relative_violation(limits_[i], merits_[i](u, jacobian != nullptr ? &slope : nullptr));
+    g[k] = -relative_violation(limits_[i], figures_[i](u, jacobian != nullptr ? &slope : nullptr));
     if (jacobian != nullptr) jacobian->row(k) = -violation_slope(limits_[i]) * slope.transpose();
   }
 }
 
 bool DesignLimits::is_satisfied(const VectorX& u) const {
   for (std::size_t k = 0; k < limits_.size(); ++k)
-    if (!(relative_violation(limits_[k], merits_[k](u, nullptr)) <= limit_tolerance)) return false;
+    if (!(relative_violation(limits_[k], figures_[k](u, nullptr)) <= limit_tolerance)) return false;
   return true;
 }
 

@@ -5,62 +5,67 @@
 
 namespace balance::design {
 
-/// Of a figure, in parts of the largest of its values at hand.
+/// Round-off of a figure, relative to its largest known value.
 inline constexpr double relative_figure_round_off = 1e-12;
 
 class ScaledObjective {
  public:
-  /// @param objective must outlive it, as the context must
+  /// @param context, objective must outlive this object
   ScaledObjective(const SolverContext& context, const Objective& objective);
 
-  /// @param gradient written if not null (by differences where the objective has none)
-  /// @return not finite where it cannot be computed
+  /// @param gradient set unless null (by differences if the objective has no gradient)
+  /// @return not finite if it cannot be computed
   double operator()(const VectorX& u, VectorX* gradient) const;
   /// Why there is no value at u; may be empty.
   std::string failure_reason(const VectorX& u) const;
-  /// The same as a sum of maxima, with slopes; nothing where it cannot be computed. Only where they are known.
+  /// The objective as a sum of maxima, with derivatives. std::nullopt if these are unknown or cannot be computed.
   std::optional<std::vector<MaxTerm>> max_terms(const VectorX& u) const;
-  bool has_max_terms() const { return is_simulated() && context_.problem.max_terms; }
-  /// Every value takes a simulation.
-  bool is_simulated() const { return static_cast<bool>(objective_.of_variables); }
-  /// Convex in the free numbers: convex in parameters that are affine in the numbers wherever it depends on them.
+  bool has_max_terms() const { return is_simulated() && objective_.function->has_max_terms(); }
+  /// Whether every evaluation requires a simulation.
+  bool is_simulated() const { return !objective_.is_of_parameters(); }
+  /// Whether the objective is convex in the variables: convex in parameters that depend on the variables affinely where
+  /// they matter.
   bool is_convex() const { return convex_; }
-  /// Values no larger are round-off: they are measured by those at the start, in the middle and at the ends of the bounds.
+  /// Values up to this are round-off, judged by the values at the start, the centre and the ends of the bounds.
   double round_off() const;
-  /// No value is below it.
+  /// A lower bound of all values.
   double lower_bound() const { return objective_.lower_bound; }
 
  private:
   bool is_affine_in_variables() const;
   double evaluate_by_simulation(const VectorX& u) const;
+  std::optional<VectorX> known_gradient(const VectorX& u) const;
   VectorX gradient_by_simulation(const VectorX& u) const;
 
   const SolverContext& context_;
   const Objective& objective_;
-  std::vector<int> parameters_;  ///< the features that are its arguments
+  std::vector<int> parameters_;  ///< the features that the objective depends on
   bool convex_ = false;
 };
 
-// Figures that a design must keep to, as inequalities in unit coordinates.
+// Limits on figures as inequalities in unit coordinates.
 
-/// How far a value is beyond a limit, in parts of its bound (of one, if the bound is zero); negative: what is left of it.
+/// Violation of a limit relative to its bound (or to 1, if the bound is zero); negative if the limit is satisfied.
 double relative_violation(const DesignLimit& limit, double value);
+
+/// Its derivative by the value.
+double violation_slope(const DesignLimit& limit);
 
 class DesignLimits {
  public:
   explicit DesignLimits(const SolverContext& context);
 
-  int size() const { return static_cast<int>(merits_.size()); }
-  /// The numbers that keep all limits form a convex set.
+  int size() const { return static_cast<int>(figures_.size()); }
+  /// Whether the limits define a convex set.
   bool is_convex() const;
-  /// g = −violation, and its derivatives unless null. Not finite where a figure has no value.
+  /// g = −violation, and its derivatives unless null. Not finite if a figure has no value.
   void evaluate(const VectorX& u, VectorX& g, MatrixX* jacobian) const;
-  /// All are kept, to round-off.
+  /// Whether all limits are satisfied up to round-off.
   bool is_satisfied(const VectorX& u) const;
 
  private:
   const std::vector<DesignLimit>& limits_;
-  std::vector<ScaledObjective> merits_;
+  std::vector<ScaledObjective> figures_;
 };
 
 }  // namespace balance::design

@@ -13,18 +13,18 @@ namespace balance::design {
 
 namespace {
 
-/// Rounds of tangents before a proof is given up; conditions that are met to this part of their size are met.
+/// Maximum rounds of tangent cuts, and relative tolerances of residuals and certificates.
 constexpr int max_cut_rounds = 40;
 constexpr double product_residual_tolerance = 1e-7, certificate_tolerance = 1e-6;
 
-/// Monomials of all terms, each divided by its largest size: |z| ≤ 1.
+/// Monomials of all terms, each divided by its maximum absolute value: |z| ≤ 1.
 class MonomialBasis {
  public:
   MonomialBasis(const SolverContext& context, const SparsePolynomial& in_numbers) : context_(context) {
     for (const auto& term : in_numbers.terms()) index_of(term.monomial);
     index_of({});
-    // with a square its root
-    const std::vector<Monomial> terms = all_;
+    // For powers ≥ 2, adds the monomials with the power reduced by one and two.
+    const std::vector<Monomial> terms = monomials_;
     for (const Monomial& monomial : terms)
       for (std::size_t k = 0; k < monomial.size(); ++k)
         if (monomial[k].second >= 2) {
@@ -33,32 +33,32 @@ class MonomialBasis {
         }
   }
 
-  std::size_t size() const { return all_.size(); }
+  std::size_t size() const { return monomials_.size(); }
   int index_of(const Monomial& monomial) {
-    const auto [at, fresh] = index_.emplace(monomial, static_cast<int>(all_.size()));
-    if (fresh) {
-      all_.push_back(monomial);
+    const auto [entry, is_new] = index_.emplace(monomial, static_cast<int>(monomials_.size()));
+    if (is_new) {
+      monomials_.push_back(monomial);
       lower_.push_back(0);
       upper_.push_back(0);
       range(monomial, lower_.back(), upper_.back());
       scale_.push_back(std::max({std::abs(lower_.back()), std::abs(upper_.back()), 1e-300}));
     }
-    return at->second;
+    return entry->second;
   }
   int find(const Monomial& monomial) const {
-    const auto at = index_.find(monomial);
-    return at == index_.end() ? -1 : at->second;
+    const auto entry = index_.find(monomial);
+    return entry == index_.end() ? -1 : entry->second;
   }
-  const Monomial& monomial(std::size_t k) const { return all_[k]; }
+  const Monomial& monomial(std::size_t k) const { return monomials_[k]; }
   double lower(std::size_t k) const { return lower_[k] / scale_[k]; }
   double upper(std::size_t k) const { return upper_[k] / scale_[k]; }
   double scale(std::size_t k) const { return scale_[k]; }
   double lower_of(int variable) const { return context_.scaling.lower()[variable]; }
   double upper_of(int variable) const { return context_.scaling.upper()[variable]; }
 
-  /// One variable's power less by so much.
-  static Monomial lower_power(Monomial monomial, std::size_t k, int less) {
-    monomial[k].second -= less;
+  /// The monomial with one variable's power reduced by `decrement`.
+  static Monomial lower_power(Monomial monomial, std::size_t k, int decrement) {
+    monomial[k].second -= decrement;
     if (monomial[k].second == 0) monomial.erase(monomial.begin() + static_cast<std::ptrdiff_t>(k));
     return monomial;
   }
@@ -69,15 +69,16 @@ class MonomialBasis {
     for (const auto& [variable, power] : monomial) {
       const double a = elementary::pow(lower_of(variable), power), b = elementary::pow(upper_of(variable), power);
       const bool through_zero = power % 2 == 0 && lower_of(variable) < 0 && upper_of(variable) > 0;
-      const double least = through_zero ? 0 : std::min(a, b), most = std::max(a, b);
-      const auto [smallest, largest] = std::minmax({low * least, low * most, high * least, high * most});
+      const double low_power = through_zero ? 0 : std::min(a, b), high_power = std::max(a, b);
+      const auto [smallest, largest] =
+          std::minmax({low * low_power, low * high_power, high * low_power, high * high_power});
       low = smallest;
       high = largest;
     }
   }
 
   const SolverContext& context_;
-  std::vector<Monomial> all_;
+  std::vector<Monomial> monomials_;
   std::map<Monomial, int> index_;
   std::vector<double> lower_, upper_, scale_;
 };
@@ -106,7 +107,7 @@ class ProductRelaxation {
       const auto z = minimise_max_residual();
       if (!z) return std::nullopt;
       if (residual_ <= product_residual_tolerance) {
-        if (!add_tangents(*z)) return std::nullopt;  // all products are what they ought to be: nothing is shown
+        if (!add_tangents(*z)) return std::nullopt;  // all products are consistent: nothing is proved
         continue;
       }
       if (auto factors = find_certificate()) return factors;
@@ -116,7 +117,7 @@ class ProductRelaxation {
   }
 
  private:
-  /// first · third = second², and neither first nor third is negative.
+  /// first · third = second², with nonnegative first and third.
   struct SquareRelation {
     Eigen::Index first, second, third;
   };
@@ -143,7 +144,7 @@ class ProductRelaxation {
     }
   }
 
-  /// low · p ≤ p x ≤ high · p where p is not negative.
+  /// low · p ≤ p x ≤ high · p for nonnegative p.
   void add_mccormick_cuts() {
     for (std::size_t k = 0; k < products_.size(); ++k) {
       const Monomial& monomial = products_.monomial(k);
@@ -176,7 +177,7 @@ class ProductRelaxation {
     return values;
   }
 
-  /// Products within all cuts whose conditions are met best.
+  /// The point within all cuts that minimises the maximum residual of the conditions.
   std::optional<VectorX> minimise_max_residual() {
     const auto z = static_cast<Eigen::Index>(products_.size());
     LinearProgram program(z + 1);
@@ -203,9 +204,9 @@ class ProductRelaxation {
     return solution.x.head(z);
   }
 
-  /// third ≥ 2 t second − t² first for every t; it is least where t = second / first.
+  /// third ≥ 2 t second − t² first for all t; the most violated tangent has t = second / first.
   bool add_tangents(const VectorX& z) {
-    bool any = false;
+    bool has_new_cuts = false;
     for (const SquareRelation& s : squares_) {
       const auto size = [&](Eigen::Index k) { return products_.scale(static_cast<std::size_t>(k)); };
       const double first = z[s.first] * size(s.first), second = z[s.second] * size(s.second);
@@ -217,13 +218,13 @@ class ProductRelaxation {
       cut[s.first] += t * t * size(s.first);
       if (cut.dot(z) >= -1e-9 * max_abs(cut)) continue;
       add(cut);
-      any = true;
+      has_new_cuts = true;
     }
-    return any;
+    return has_new_cuts;
   }
 
-  /// Factors of the conditions, and not negative ones of the cuts, for which the combination less the cuts is at least 1 within
-  /// the bounds: λᵀ rows − μᵀ cuts = rise − fall.
+  /// Multipliers λ of the conditions and μ ≥ 0 of the cuts for which the combination minus the cuts is at least 1
+  /// within the bounds: λᵀ rows − μᵀ cuts = rise − fall.
   std::optional<VectorX> find_certificate() const {
     const Eigen::Index n = rows_.rows(), z = rows_.cols(), c = static_cast<Eigen::Index>(cuts_.size());
     const Eigen::Index rise = 2 * n + c, fall = rise + z, total = fall + z;
@@ -231,7 +232,7 @@ class ProductRelaxation {
     LinearProgram program(total);
     program.lower.setZero();
     program.cost.head(2 * n).setOnes();
-    VectorX least = VectorX::Zero(total);
+    VectorX minimum_row = VectorX::Zero(total);
     for (Eigen::Index j = 0; j < z; ++j) {
       VectorX rate = VectorX::Zero(total);
       rate.head(n) = rows_.col(j);
@@ -240,36 +241,36 @@ class ProductRelaxation {
       rate[rise + j] = -1;
       rate[fall + j] = 1;
       program.add_row(0, rate, 0);
-      least[rise + j] = low[j];
-      least[fall + j] = -high[j];
+      minimum_row[rise + j] = low[j];
+      minimum_row[fall + j] = -high[j];
     }
-    program.add_row(1, least, no_bound);
+    program.add_row(1, minimum_row, no_bound);
     const LinearProgramSolution solution = solve_linear_program(program);
     if (solution.status != LinearProgramStatus::optimal) return std::nullopt;
     const VectorX factors = solution.x.head(n) - solution.x.segment(n, n);
     return is_valid_certificate(factors, solution.x.segment(2 * n, c)) ? std::optional<VectorX>(factors) : std::nullopt;
   }
 
-  /// The combination's least value computed once more, without the program.
-  bool is_valid_certificate(const VectorX& factors, const VectorX& of_cuts) const {
+  /// Recomputes the minimum of the combination independently of the linear program.
+  bool is_valid_certificate(const VectorX& factors, const VectorX& cut_multipliers) const {
     VectorX rate = rows_.transpose() * factors;
     double size = max_abs(rate);
     for (std::size_t k = 0; k < cuts_.size(); ++k) {
-      const double factor = std::max(0.0, of_cuts[static_cast<Eigen::Index>(k)]);
+      const double factor = std::max(0.0, cut_multipliers[static_cast<Eigen::Index>(k)]);
       rate -= factor * cuts_[k];
       size = std::max(size, factor);
     }
     const VectorX low = bounds(false), high = bounds(true);
-    double least = 0;
-    for (Eigen::Index j = 0; j < rate.size(); ++j) least += std::min(rate[j] * low[j], rate[j] * high[j]);
-    return least > certificate_tolerance * size;
+    double minimum = 0;
+    for (Eigen::Index j = 0; j < rate.size(); ++j) minimum += std::min(rate[j] * low[j], rate[j] * high[j]);
+    return minimum > certificate_tolerance * size;
   }
 
   const Conditions& conditions_;
   MonomialBasis products_;
-  MatrixX rows_;  ///< scaled conditions by products
+  MatrixX rows_;  ///< scaled conditions × products
   std::vector<SquareRelation> squares_;
-  std::vector<VectorX> cuts_;  ///< · z ≥ 0
+  std::vector<VectorX> cuts_;  ///< cut · z ≥ 0
   double residual_ = 0;
 };
 
@@ -288,7 +289,7 @@ std::optional<InfeasibilityCertificate> certify_by_product_relaxation(const Solv
   if (!(largest > 0)) return std::nullopt;
   proof.combination /= largest;
   proof.coefficients /= largest;
-  // what is left of a coefficient by the program's round-off is none
+  // Drops coefficients that are round-off of the linear program.
   for (double& c : proof.coefficients)
     if (std::abs(c) < 1e-9) c = 0;
   proof.statement =

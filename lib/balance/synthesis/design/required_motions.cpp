@@ -18,7 +18,7 @@ namespace balance {
 
 namespace {
 
-/// As often looked at as a search needs.
+/// Limits the number of samples to what a search needs.
 Trajectory reduce_samples(Trajectory trajectory) {
   constexpr long max_feasibility_samples = 201;
   trajectory.samples = std::min(trajectory.samples, max_feasibility_samples);
@@ -37,28 +37,28 @@ std::string motion_failure_reason(const Mechanism& mechanism, const Trajectory& 
 }  // namespace
 
 RequiredMotions::RequiredMotions(const Study& start) : coordinates_(balance::start_coordinates(start)) {
-  std::vector<Trajectory> all;
+  std::vector<Trajectory> candidates;
   for (const Trajectory& trajectory : start.trajectories) {
     if (is_mass_dependent(trajectory)) continue;
-    all.push_back(reduce_samples(trajectory));
-    if (motion_failure_reason(start.mechanism, all.back()).empty()) motions_.push_back(all.back().name);
+    candidates.push_back(reduce_samples(trajectory));
+    if (motion_failure_reason(start.mechanism, candidates.back()).empty()) motions_.push_back(candidates.back().name);
   }
   if (coordinates_.empty())
-    for (const Trajectory& trajectory : all) motions_.push_back(trajectory.name);
+    for (const Trajectory& trajectory : candidates) motions_.push_back(trajectory.name);
 }
 
-std::string RequiredMotions::infeasibility_reason(const DesignInstance& trial) const {
-  for (const Trajectory& trajectory : trial.trajectories) {
+std::string RequiredMotions::infeasibility_reason(const DesignInstance& instance) const {
+  for (const Trajectory& trajectory : instance.trajectories) {
     if (std::find(motions_.begin(), motions_.end(), trajectory.name) == motions_.end()) continue;
-    const std::string why = motion_failure_reason(trial.mechanism, reduce_samples(trajectory));
+    const std::string why = motion_failure_reason(instance.mechanism, reduce_samples(trajectory));
     if (!why.empty()) return fmt::format("'{}' cannot be followed: {}", trajectory.name, why);
   }
   return "";
 }
 
 DesignInstance instantiate_checked(const DesignSpace& space, const VectorX& x) {
-  DesignInstance trial = space.instantiate(x);
-  const Mechanism& m = trial.mechanism;
+  DesignInstance instance = space.instantiate(x);
+  const Mechanism& m = instance.mechanism;
   const auto fail = [&](const char* message) {
     throw SpecError({.place = {.file = space.start.spec_file}, .message = message});
   };
@@ -71,12 +71,12 @@ DesignInstance instantiate_checked(const DesignSpace& space, const VectorX& x) {
                friction.static_limit(-1) < friction.dry_friction(-1);
       }))
     fail("static friction is less than dry friction with these numbers");
-  return trial;
+  return instance;
 }
 
 std::string find_validation_issue(const Mechanism& mechanism) {
-  const std::vector<ValidationIssue> faults = validate(mechanism);
-  return faults.empty() ? "" : faults.front().message;
+  const std::vector<ValidationIssue> issues = validate(mechanism);
+  return issues.empty() ? "" : issues.front().message;
 }
 
 }  // namespace balance

@@ -1,5 +1,5 @@
 #pragma once
-/// Motions that a design must be able to make.
+/// Motions that a design must be able to perform.
 
 #include "balance/motion/study/design_space.hpp"
 
@@ -8,29 +8,29 @@
 
 namespace balance {
 
-/// Those that do not depend on masses and can be followed to begin with. Where the mechanism cannot be assembled to begin with, all that
-/// do not depend on masses.
+/// The trajectories that do not depend on masses and that the initial mechanism can follow. If it cannot be assembled,
+/// all that do not depend on masses.
 class RequiredMotions {
  public:
   explicit RequiredMotions(const Study& start);
 
-  /// Where the start is assembled; empty if it cannot be.
+  /// Coordinates of the assembled initial mechanism; empty if it cannot be assembled.
   const std::vector<CoordinateValue>& start_coordinates() const { return coordinates_; }
-  /// The first motion that cannot be made, and why; empty: there is none.
-  std::string infeasibility_reason(const DesignInstance& trial) const;
+  /// Why the first infeasible motion cannot be performed; empty if all are feasible.
+  std::string infeasibility_reason(const DesignInstance& instance) const;
 
  private:
   std::vector<CoordinateValue> coordinates_;
   std::vector<std::string> motions_;
 };
 
-// Trials of designs whose expressions all have a value.
+// Trial designs all of whose expressions have values.
 
-/// The first fault (validate) of a mechanism, a sentence; empty: there is none.
+/// The first issue that validate reports, as a sentence; empty if there is none.
 std::string find_validation_issue(const Mechanism& mechanism);
 
-/// The mechanism and its trajectories at values of the free numbers.
-/// @throws SpecError if an expression of the mechanism has no value there
+/// The mechanism and its trajectories for values of the free numbers.
+/// @throws SpecError if an expression of the mechanism has no value
 DesignInstance instantiate_checked(const DesignSpace& space, const VectorX& x);
 
 }  // namespace balance

@@ -10,7 +10,7 @@ namespace balance {
 
 namespace {
 
-/// What round-off makes of a zero, relative to the largest number around.
+/// Round-off of zeros, relative to the largest number involved.
 constexpr double row_space_rank_tolerance = 1e-14;
 
 }  // namespace
@@ -67,7 +67,7 @@ RowSpace::RowSpace(const MatrixX& triangle, const ColumnScales& units) {
   for (Eigen::Index k = 0; k < rank; ++k) pivot_block_.col(k) = coordinates_.col(order[k]);
 }
 
-/// Columns of F at the pivots are G times those of L.
+/// At the pivot columns, F equals G times the pivot block of L.
 MatrixX RowSpace::to_coordinates(const MatrixX& rows) const {
   const MatrixX pivots = rows(Eigen::all, pivots_);
   return pivot_block_.triangularView<Eigen::Upper>().solve<Eigen::OnTheRight>(pivots);

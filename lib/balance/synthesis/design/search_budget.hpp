@@ -1,5 +1,5 @@
 #pragma once
-/// What a design may spend, and what it has done with it.
+/// Time limit of a design computation, and statistics of its effort.
 
 #include "balance/foundation/base/cpu_time.hpp"
 #include "balance/synthesis/design/design_problem.hpp"
@@ -13,62 +13,63 @@ namespace balance::design {
 
 class SearchBudget {
  public:
-  /// @param watch as DesignProblem::watch
-  explicit SearchBudget(double seconds, std::function<bool(const SearchProgress&)> watch = {})
-      : watch_(std::move(watch)), begin_(thread_cpu_time()), end_(begin_ + seconds) {}
+  /// @param on_progress as DesignProblem::on_progress
+  explicit SearchBudget(double seconds, std::function<bool(const SearchProgress&)> on_progress = {})
+      : on_progress_(std::move(on_progress)), start_time_(thread_cpu_time()), end_time_(start_time_ + seconds) {}
 
   /// [s], positive.
   double remaining_time() const {
-    return interrupted_ ? min_remaining_time : std::max(min_remaining_time, end_ - thread_cpu_time());
+    return is_interrupted_ ? min_remaining_time : std::max(min_remaining_time, end_time_ - thread_cpu_time());
   }
-  /// Nothing is left; remembered.
+  /// Whether the time is used up or the search was interrupted; sets `stopped`.
   bool is_spent() {
-    if (is_interrupted() || thread_cpu_time() >= end_) stopped = true;
+    if (is_interrupted() || thread_cpu_time() >= end_time_) stopped = true;
     return stopped;
   }
-  /// Whoever watches wants the end; remembered. Asks a few dozen times a second.
+  /// Whether on_progress has asked to end the search; sets `stopped`. Polls it a few dozen times a second.
   bool is_interrupted() {
     const double now = thread_cpu_time();
-    if (!watch_ || interrupted_ || now < next_) return interrupted_;
-    next_ = now + 0.03;
-    interrupted_ = !watch_({now - begin_, end_ - begin_, starts, local_searches, geometries, evaluations});
-    stopped = stopped || interrupted_;
-    return interrupted_;
+    if (!on_progress_ || is_interrupted_ || now < next_poll_time_) return is_interrupted_;
+    next_poll_time_ = now + 0.03;
+    is_interrupted_ =
+        !on_progress_({now - start_time_, end_time_ - start_time_, starts, local_searches, geometries, evaluations});
+    stopped = stopped || is_interrupted_;
+    return is_interrupted_;
   }
-  /// From here on it is searched, until finish().
+  /// Begins a search, which lasts until finish_search.
   void begin_search() {
-    deadline_.emplace(end_ + grace_period - thread_cpu_time(), [this] { return is_interrupted(); });
+    deadline_.emplace(end_time_ + grace_period - thread_cpu_time(), [this] { return is_interrupted(); });
   }
   void finish_search() { deadline_.reset(); }
-  /// What is searched for now comes too late: evaluations give nothing, so that searches end. Before and after a search
-  /// they take what they take.
+  /// Whether a search has exceeded its time limit and the grace period. Evaluations then yield no value, which ends the
+  /// search. Before and after a search they are not limited.
   bool is_past_deadline() {
-    const bool late = deadline_ && (interrupted_ || thread_cpu_time() >= end_ + grace_period);
-    stopped = stopped || late;
-    return late;
+    const bool is_late = deadline_ && (is_interrupted_ || thread_cpu_time() >= end_time_ + grace_period);
+    stopped = stopped || is_late;
+    return is_late;
   }
-  /// For searches that ask others.
+  /// is_interrupted as a callback for another search.
   std::function<bool()> make_stop_callback() {
     return [this] { return is_interrupted(); };
   }
 
-  bool stopped = false;     ///< a search ended for lack of time or evaluations, or was interrupted
-  int starts = 0;           ///< from which conditions were solved
-  int solutions = 0;        ///< different ones found
-  int local_searches = 0;   ///< local searches
-  int evaluations = 0;      ///< of the objective in searches
-  int repeated_optima = 0;  ///< of the local searches over lengths: ended as well as the best one
-  int geometries = 0;       ///< lengths and ratios at which the other numbers were solved for
+  bool stopped = false;  ///< a search was interrupted or ran out of time or evaluations
+  int starts = 0;        ///< number of starts for solving the conditions
+  int solutions = 0;     ///< number of different solutions found
+  int local_searches = 0;
+  int evaluations = 0;      ///< of the objective
+  int repeated_optima = 0;  ///< local searches over lengths that ended at the best value
+  int geometries = 0;       ///< sets of lengths and ratios at which the other numbers were solved for
 
  private:
   static constexpr double min_remaining_time = 1e-3;
-  /// After the end [s]: where nothing is left to begin with, there is still a first look.
+  /// Time after the end [s] that permits a first evaluation even if no time is left at the beginning.
   static constexpr double grace_period = 0.2;
 
-  std::function<bool(const SearchProgress&)> watch_;
-  double begin_, end_, next_ = 0;
-  bool interrupted_ = false;
-  std::optional<Deadline> deadline_;  ///< while it is searched
+  std::function<bool(const SearchProgress&)> on_progress_;
+  double start_time_, end_time_, next_poll_time_ = 0;
+  bool is_interrupted_ = false;
+  std::optional<Deadline> deadline_;  ///< during a search
 };
 
 }  // namespace balance::design

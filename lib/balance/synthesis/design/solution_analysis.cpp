@@ -18,20 +18,20 @@ namespace balance::design {
 
 namespace {
 
-/// A row that leaves the row space by this part of its size is another condition.
+/// A row with a component outside the row space of more than this fraction of its norm is another condition.
 constexpr double row_space_tolerance = 1e-8;
 
-/// Rows in units of their terms' sizes, so that they can be compared as vectors.
+/// Scales the columns by the units of their terms, so that rows can be compared as vectors.
 MatrixX scale_columns(const Conditions& conditions, const VectorX& unit) {
   return conditions.matrix * unit.asDiagonal();
 }
 
-/// Whether a change of geometry changes condition k.
-std::vector<bool> find_changed_rows(const MatrixX& rows, const MatrixX& others) {
-  std::vector<bool> changed(static_cast<std::size_t>(rows.rows()), others.rows() == 0);
-  if (others.rows() == 0) return changed;
-  const Eigen::HouseholderQR<MatrixX> qr(others.transpose());
-  const MatrixX q = qr.householderQ() * MatrixX::Identity(others.cols(), others.rows());
+/// For each condition, whether a change of geometry changes it.
+std::vector<bool> find_changed_rows(const MatrixX& rows, const MatrixX& other_rows) {
+  std::vector<bool> changed(static_cast<std::size_t>(rows.rows()), other_rows.rows() == 0);
+  if (other_rows.rows() == 0) return changed;
+  const Eigen::HouseholderQR<MatrixX> qr(other_rows.transpose());
+  const MatrixX q = qr.householderQ() * MatrixX::Identity(other_rows.cols(), other_rows.rows());
   for (Eigen::Index k = 0; k < rows.rows(); ++k) {
     const VectorX row = rows.row(k).transpose();
     changed[static_cast<std::size_t>(k)] = (row - q * (q.transpose() * row)).norm() > row_space_tolerance * row.norm();
@@ -39,7 +39,7 @@ std::vector<bool> find_changed_rows(const MatrixX& rows, const MatrixX& others) 
   return changed;
 }
 
-/// Numbers that change conditions through the geometry.
+/// For each variable, the conditions that it changes through the geometry.
 std::vector<std::vector<bool>> find_geometric_dependence(const SolverContext& context, const Conditions& conditions,
                                                          const VectorX& u) {
   const VectorX unit = parameter_scales(context.mechanism(u), context.options.loose_springs);
@@ -51,7 +51,7 @@ std::vector<std::vector<bool>> find_geometric_dependence(const SolverContext& co
       VectorX v = u;
       v[i] += u[i] > 0 ? -0.05 : 0.05;
       const Conditions other = context.conditions_at(v);
-      // where nothing can be derived, nothing is known to stay as it is
+      // If nothing can be derived, all conditions are assumed to change.
       changed = other.status == ConditionsStatus::done ? find_changed_rows(rows, scale_columns(other, unit))
                                                        : std::vector<bool>(changed.size(), true);
     }
@@ -76,9 +76,9 @@ BoundedParameters bound_parameters(const SolverContext& context, const SparsePol
                    b = elementary::pow(context.scaling.upper()[variable], power);
       const bool through_zero =
           power % 2 == 0 && context.scaling.lower()[variable] < 0 && context.scaling.upper()[variable] > 0;
-      const double least = through_zero ? 0 : std::min(a, b), max_listed_conditions = std::max(a, b);
+      const double low_power = through_zero ? 0 : std::min(a, b), high_power = std::max(a, b);
       const auto [smallest, largest] =
-          std::minmax({low * least, low * max_listed_conditions, high * least, high * max_listed_conditions});
+          std::minmax({low * low_power, low * high_power, high * low_power, high * high_power});
       low = smallest;
       high = largest;
     }
@@ -102,7 +102,7 @@ std::string format_conditions(const Conditions& conditions, const std::vector<in
   return text;
 }
 
-/// The known terms that stand in conditions: "R1.viscous, push.m".
+/// The names of the known terms that occur in the conditions: "R1.viscous, push.m".
 std::string list_known_term_names(const Conditions& conditions, const std::vector<int>& rows) {
   std::string names;
   for (Eigen::Index column = conditions.parameter_columns(); column < conditions.matrix.cols(); ++column)
@@ -111,21 +111,21 @@ std::string list_known_term_names(const Conditions& conditions, const std::vecto
   return names;
 }
 
-/// What friction and loads ask for by themselves cannot be met anyway and says nothing about the rest.
+/// Removes the conditions on friction and loads alone: they cannot be met anyway and say nothing about the rest.
 Conditions remove_known_rows(const Conditions& conditions) {
-  Conditions own = conditions;
+  Conditions parameter_conditions = conditions;
   const Eigen::Index rows = conditions.parameter_rows();
-  own.rank = static_cast<int>(rows);
-  own.matrix = conditions.matrix.topRows(rows);
-  own.row_scales = conditions.row_scales.head(rows);
-  own.pivots.resize(static_cast<std::size_t>(rows));
-  return own;
+  parameter_conditions.rank = static_cast<int>(rows);
+  parameter_conditions.matrix = conditions.matrix.topRows(rows);
+  parameter_conditions.row_scales = conditions.row_scales.head(rows);
+  parameter_conditions.pivots.resize(static_cast<std::size_t>(rows));
+  return parameter_conditions;
 }
 
 std::string condition_count_text(std::size_t n) { return n == 1 ? "1 condition" : fmt::format("{} conditions", n); }
 
-/// The least-squares residual itself combines the conditions to something that has a sign within the bounds, if they are
-/// affine and the bounds alone are in the way.
+/// If the conditions are affine and only the bounds rule out a solution, the least-squares residual itself defines a
+/// combination of the conditions whose sign is fixed within the bounds.
 std::optional<InfeasibilityCertificate> certify_by_residual(const Conditions& conditions, const ConditionResidual& rows,
                                                             const VectorX& residual) {
   if (!(rows.lower_bound(residual) > condition_tolerance * max_abs(residual))) return std::nullopt;
@@ -159,17 +159,18 @@ std::optional<InfeasibilityCertificate> find_infeasibility_certificate(const Sol
                                                                        const Conditions& conditions,
                                                                        const ConditionResidual& rows,
                                                                        const VectorX& residual) {
-  const Conditions own = remove_known_rows(conditions);
-  if (auto proof = certify_infeasible(own, context.classification.base_mechanism)) return proof;
+  const Conditions parameter_conditions = remove_known_rows(conditions);
+  if (auto proof = certify_infeasible(parameter_conditions, context.classification.base_mechanism)) return proof;
   if (!context.features.polynomial()) return std::nullopt;
   const auto parameters = static_cast<int>(conditions.matrix.cols());
   const SparsePolynomial in_numbers =
       context.features.polynomial()->substitute(context.scaling.centre(), context.scaling.half_width());
-  if (auto proof = certify_infeasible(own, bound_parameters(context, in_numbers, parameters))) return proof;
-  VectorX left = residual;
-  left.tail(left.size() - own.matrix.rows()).setZero();
-  if (auto proof = certify_by_residual(conditions, rows, left)) return proof;
-  return certify_by_product_relaxation(context, own, in_numbers);
+  if (auto proof = certify_infeasible(parameter_conditions, bound_parameters(context, in_numbers, parameters)))
+    return proof;
+  VectorX adjustable_residual = residual;
+  adjustable_residual.tail(adjustable_residual.size() - parameter_conditions.matrix.rows()).setZero();
+  if (auto proof = certify_by_residual(conditions, rows, adjustable_residual)) return proof;
+  return certify_by_product_relaxation(context, parameter_conditions, in_numbers);
 }
 
 void determine_status(DesignOutcome& outcome) {
@@ -192,22 +193,23 @@ void determine_status(DesignOutcome& outcome) {
             : condition_count_text(total) + (total == 1 ? " is met" : " are met");
     return;
   }
-  // what occurs in a condition at one geometry says nothing of others
+  // The variables that occur in a condition at one geometry may not be those at another.
   const bool impossible =
       outcome.certificate || (!outcome.unmet_fixed_conditions.empty() && outcome.method != DesignMethod::geometric);
   outcome.status = impossible ? DesignStatus::infeasible : DesignStatus::compromise;
-  const Eigen::Index own = outcome.conditions.parameter_rows();
-  if (std::all_of(outcome.unmet_conditions.begin(), outcome.unmet_conditions.end(), [&](int k) { return k >= own; }) &&
+  const Eigen::Index parameter_rows = outcome.conditions.parameter_rows();
+  if (std::all_of(outcome.unmet_conditions.begin(), outcome.unmet_conditions.end(),
+                  [&](int k) { return k >= parameter_rows; }) &&
       std::all_of(outcome.unmet_conditions.begin(), outcome.unmet_conditions.end(), [&](int k) {
         return std::find(outcome.unmet_fixed_conditions.begin(), outcome.unmet_fixed_conditions.end(), k) !=
                outcome.unmet_fixed_conditions.end();
       })) {
-    outcome.reason = fmt::format("no mass and no spring balances {}{}",
-                                 list_known_term_names(outcome.conditions, outcome.unmet_conditions),
-                                 own == 0 ? ""
-                                          : "; " + condition_count_text(static_cast<std::size_t>(own)) +
-                                                (own == 1 ? " on masses is met" : " on masses are met"));
-    outcome.certificate.reset();  // of what the sentence says
+    outcome.reason = fmt::format(
+        "no mass and no spring balances {}{}", list_known_term_names(outcome.conditions, outcome.unmet_conditions),
+        parameter_rows == 0 ? ""
+                            : "; " + condition_count_text(static_cast<std::size_t>(parameter_rows)) +
+                                  (parameter_rows == 1 ? " on masses is met" : " on masses are met"));
+    outcome.certificate.reset();  // the reason already says so
     return;
   }
   if (outcome.certificate)
@@ -225,24 +227,25 @@ void determine_status(DesignOutcome& outcome) {
 
 namespace {
 
-/// Numbers this near to a bound lie on it; physical limits likewise.
+/// Variables this close to a bound count as lying on it; the same holds for physical limits.
 constexpr double active_bound_tolerance = 1e-9;
-/// Directions that move a number less than this part of the whole do not move it.
+/// A direction with a relative component below this does not move the variable.
 constexpr double null_space_tolerance = 1e-6;
 
-/// Orthonormal columns that span what the rows leave free within the span of `basis`.
+/// Orthonormal basis of the null space of `rows` within the span of `basis`.
 MatrixX restrict_to_null_space(const MatrixX& basis, const MatrixX& rows, double tolerance) {
   if (basis.cols() == 0 || rows.rows() == 0) return basis;
-  const MatrixX inside = rows * basis;
+  const MatrixX projected = rows * basis;
   const double size = rows.norm();
   if (!(size > 0)) return basis;
-  const SingularValueDecomposition svd(inside, Eigen::ComputeFullV);
+  const SingularValueDecomposition svd(projected, Eigen::ComputeFullV);
   Eigen::Index rank = 0;
   while (rank < svd.singularValues().size() && svd.singularValues()[rank] > tolerance * size) ++rank;
   return basis * svd.matrixV().rightCols(basis.cols() - rank);
 }
 
-/// Rows that a direction must not make negative: bounds and physical limits that u lies on.
+/// Normals of the constraints active at u: bounds, physical constraints and limits. Feasible directions have no
+/// negative product with them.
 MatrixX active_constraint_normals(const SolverContext& context, const VectorX& u) {
   const auto n = u.size();
   std::vector<VectorX> rows;
@@ -262,35 +265,37 @@ MatrixX active_constraint_normals(const SolverContext& context, const VectorX& u
   return limits;
 }
 
-/// What the cone of directions within the span that keep all limits spans itself: limits that none of them leaves are equalities.
+/// The linear span of the feasible directions within the span of `basis`. Limits that no feasible direction leaves are
+/// equalities.
 MatrixX span_feasible_directions(const MatrixX& basis, const MatrixX& limits) {
   const auto k = basis.cols(), m = limits.rows();
   if (k == 0 || m == 0) return basis;
-  // as many limits as possible are left by 1: what stays at 0 can be left by no direction
+  // Maximises the number of limits that are left by 1; a slack that stays 0 means that no direction leaves the limit.
   LinearProgram program(k + m);
   program.lower.tail(m).setZero();
   program.upper.tail(m).setOnes();
   program.cost.tail(m).setConstant(-1);
-  const MatrixX inside = limits * basis;
+  const MatrixX projected = limits * basis;
   for (Eigen::Index row = 0; row < m; ++row) {
     VectorX coefficients = VectorX::Zero(k + m);
-    const double size = inside.row(row).norm();
-    if (size > null_space_tolerance * limits.row(row).norm()) coefficients.head(k) = inside.row(row).transpose() / size;
+    const double size = projected.row(row).norm();
+    if (size > null_space_tolerance * limits.row(row).norm())
+      coefficients.head(k) = projected.row(row).transpose() / size;
     coefficients[k + row] = -1;
     program.add_row(0, coefficients, no_bound);
   }
   const LinearProgramSolution solution = solve_linear_program(program);
   if (solution.status != LinearProgramStatus::optimal) return basis;
-  std::vector<Eigen::Index> kept;
+  std::vector<Eigen::Index> equality_rows;
   for (Eigen::Index row = 0; row < m; ++row)
-    if (solution.x[k + row] < 0.5) kept.push_back(row);
-  return restrict_to_null_space(basis, limits(kept, Eigen::all), null_space_tolerance);
+    if (solution.x[k + row] < 0.5) equality_rows.push_back(row);
+  return restrict_to_null_space(basis, limits(equality_rows, Eigen::all), null_space_tolerance);
 }
 
-/// Directions in which the objective neither changes nor curves.
-MatrixX find_flat_directions(const ScaledObjective& merit, const MatrixX& basis, const VectorX& u) {
+/// Directions along which the objective has neither slope nor curvature.
+MatrixX find_flat_directions(const ScaledObjective& objective, const MatrixX& basis, const VectorX& u) {
   VectorX slope;
-  const double value = merit(u, &slope);
+  const double value = objective(u, &slope);
   if (!std::isfinite(value) || !slope.allFinite() || basis.cols() == 0) return basis;
   const double size = std::max(std::abs(value), slope.norm());
   MatrixX flat = basis;
@@ -301,16 +306,16 @@ MatrixX find_flat_directions(const ScaledObjective& merit, const MatrixX& basis,
   MatrixX curvature(flat.cols(), flat.cols());
   for (Eigen::Index k = 0; k < flat.cols(); ++k) {
     VectorX ahead, behind;
-    merit(u + curvature_difference_step * flat.col(k), &ahead);
-    merit(u - curvature_difference_step * flat.col(k), &behind);
+    objective(u + curvature_difference_step * flat.col(k), &ahead);
+    objective(u - curvature_difference_step * flat.col(k), &behind);
     curvature.col(k) = flat.transpose() * (ahead - behind) / (2 * curvature_difference_step);
   }
   if (!curvature.allFinite()) return flat;
   const SymmetricEigenSolver solver((curvature + curvature.transpose()) / 2);
-  std::vector<Eigen::Index> straight;
+  std::vector<Eigen::Index> flat_columns;
   for (Eigen::Index k = 0; k < flat.cols(); ++k)
-    if (std::abs(solver.eigenvalues()[k]) <= null_space_tolerance * size) straight.push_back(k);
-  return flat * solver.eigenvectors()(Eigen::all, straight);
+    if (std::abs(solver.eigenvalues()[k]) <= null_space_tolerance * size) flat_columns.push_back(k);
+  return flat * solver.eigenvectors()(Eigen::all, flat_columns);
 }
 
 std::vector<int> list_moving_variables(const MatrixX& basis) {
@@ -323,35 +328,35 @@ std::vector<int> list_moving_variables(const MatrixX& basis) {
 }  // namespace
 
 SolutionSet analyse_solution_set(const SolverContext& context, const NonlinearSystem& equations,
-                                 const ScaledObjective* merit, const VectorX& u, bool precise) {
-  SolutionSet freedom;
+                                 const ScaledObjective* objective, const VectorX& u, bool precise) {
+  SolutionSet solution_set;
   const auto n = u.size();
   VectorX values;
   MatrixX jacobian(0, n);
-  if (equations.primary_rows > 0 && !equations.evaluate(u, values, &jacobian)) return freedom;
+  if (equations.primary_rows > 0 && !equations.evaluate(u, values, &jacobian)) return solution_set;
   const MatrixX rows = jacobian.topRows(equations.primary_rows);
   const MatrixX limits = active_constraint_normals(context, u);
   const MatrixX free = restrict_to_null_space(MatrixX::Identity(n, n), rows, precise ? 1e-9 : null_space_tolerance);
   MatrixX directions = span_feasible_directions(free, limits);
-  freedom.dimension = static_cast<int>(directions.cols());
-  freedom.free_variables = list_moving_variables(directions);
-  if (merit == nullptr) {
-    freedom.optimal_dimension = freedom.dimension;
-    return freedom;
+  solution_set.dimension = static_cast<int>(directions.cols());
+  solution_set.free_variables = list_moving_variables(directions);
+  if (objective == nullptr) {
+    solution_set.optimal_dimension = solution_set.dimension;
+    return solution_set;
   }
-  if (merit->is_simulated() || !precise) return freedom;  // what the figure does along them is not known
-  directions = span_feasible_directions(find_flat_directions(*merit, free, u), limits);
-  freedom.optimal_dimension = static_cast<int>(directions.cols());
-  freedom.free_variables = list_moving_variables(directions);
-  return freedom;
+  if (objective->is_simulated() || !precise) return solution_set;  // the objective along these directions is unknown
+  directions = span_feasible_directions(find_flat_directions(*objective, free, u), limits);
+  solution_set.optimal_dimension = static_cast<int>(directions.cols());
+  solution_set.free_variables = list_moving_variables(directions);
+  return solution_set;
 }
 
 namespace {
 
-std::string summarise_search(const SearchBudget& budget, SearchTarget aim) {
+std::string summarise_search(const SearchBudget& budget, SearchTarget target) {
   std::vector<std::string> parts;
   if (budget.starts > 0) parts.push_back(count_noun(budget.starts, "start", "starts"));
-  if (budget.solutions > 0 && aim == SearchTarget::objective)
+  if (budget.solutions > 0 && target == SearchTarget::objective)
     parts.push_back(count_noun(budget.solutions, "exact design", "exact designs"));
   if (budget.geometries > 0) parts.push_back(count_noun(budget.geometries, "set of lengths", "sets of lengths"));
   if (budget.local_searches > 0)
@@ -364,26 +369,26 @@ std::string summarise_search(const SearchBudget& budget, SearchTarget aim) {
   return text;
 }
 
-SearchEffort make_search_effort(const SearchBudget& budget, SearchTarget aim, bool proved) {
+SearchEffort make_search_effort(const SearchBudget& budget, SearchTarget target, bool proved) {
   using End = SearchEffort::Termination;
   SearchEffort effort{
       budget.starts,     budget.local_searches, budget.repeated_optima > 0 ? budget.repeated_optima : -1,
       budget.geometries, budget.evaluations,    End::starts_exhausted};
-  const bool any = budget.starts + budget.local_searches + budget.geometries + budget.evaluations > 0;
-  effort.termination = proved                         ? End::proved
-                       : budget.stopped               ? End::time_limit
-                       : !any                         ? End::not_searched
-                       : aim == SearchTarget::nothing ? End::goal_met
-                                                      : End::starts_exhausted;
+  const bool has_searched = budget.starts + budget.local_searches + budget.geometries + budget.evaluations > 0;
+  effort.termination = proved                            ? End::proved
+                       : budget.stopped                  ? End::time_limit
+                       : !has_searched                   ? End::not_searched
+                       : target == SearchTarget::nothing ? End::goal_met
+                                                         : End::starts_exhausted;
   return effort;
 }
 
 }  // namespace
 
-void assess_optimality(const SolverContext& context, SearchTarget aim, bool proved, DesignOutcome& outcome) {
-  outcome.search_summary = summarise_search(context.budget, aim);
-  outcome.effort = make_search_effort(context.budget, aim, proved);
-  if (aim == SearchTarget::nothing) {
+void assess_optimality(const SolverContext& context, SearchTarget target, bool proved, DesignOutcome& outcome) {
+  outcome.search_summary = summarise_search(context.budget, target);
+  outcome.effort = make_search_effort(context.budget, target, proved);
+  if (target == SearchTarget::nothing) {
     outcome.optimality = Optimality::not_optimised;
   } else if (proved) {
     outcome.optimality = Optimality::proved_global;
@@ -395,9 +400,9 @@ void assess_optimality(const SolverContext& context, SearchTarget aim, bool prov
 }
 
 std::string undefined_objective_reason(const Objective& objective, const std::string& where,
-                                       const std::string& trouble) {
+                                       const std::string& failure_reason) {
   std::string reason = fmt::format("{} cannot be computed {}", objective.name, where);
-  if (!trouble.empty()) reason += ": " + trouble;
+  if (!failure_reason.empty()) reason += ": " + failure_reason;
   return reason;
 }
 

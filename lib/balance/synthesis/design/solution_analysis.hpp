@@ -1,5 +1,6 @@
 #pragma once
-/// What a design says about its conditions: which numbers occur in them, which stay open, why they cannot be met.
+/// Analysis of a design's conditions: which variables occur in them, which conditions are unmet, and why they cannot be
+/// met.
 
 #include "balance/synthesis/design/condition_equations.hpp"
 #include "balance/synthesis/design/problem_functions.hpp"
@@ -8,45 +9,46 @@
 
 namespace balance::design {
 
-/// Per condition the free numbers that change what it says. @param u where conditions were derived, of any geometry
+/// For each condition, the free variables that change it. @param u point at which the conditions were derived; the
+/// geometry may be free
 std::vector<std::vector<int>> find_condition_variables(const SolverContext& context, const Conditions& conditions,
                                                        const VectorX& u);
 
-/// Proof that the conditions of a fixed geometry cannot be met, for any masses or within the bounds.
-/// @param residual what the best numbers leave
+/// Proof that the conditions at a fixed geometry cannot be met, either for any masses or within the bounds.
+/// @param residual of the best design
 std::optional<InfeasibilityCertificate> find_infeasibility_certificate(const SolverContext& context,
                                                                        const Conditions& conditions,
                                                                        const ConditionResidual& rows,
                                                                        const VectorX& residual);
 
-/// Status, open conditions and reason from residuals, proof and fixed conditions.
+/// Derives status, unmet conditions and reason from the residuals, the proof and the fixed conditions.
 void determine_status(DesignOutcome& outcome);
 
-// How many ways there are to change a design without losing anything.
+// Dimension of the set of equivalent designs.
 
-/// Dimension of the set of solutions near u: the null space of the conditions' Jacobian, less what bounds and physical limits
-/// that u lies on do not allow. With an objective also of the solutions that are as good: directions along which its value
-/// changes, or curves, do not count.
-/// @param merit null: none
-/// @param precise the Jacobian is exact, not made by differences
+/// Dimension of the set of solutions near u: the null space of the conditions' Jacobian, restricted by the bounds and
+/// physical limits active at u. With an objective, also the dimension of the set of optimal solutions, which excludes
+/// directions along which the objective has slope or curvature.
+/// @param objective nullptr: no objective
+/// @param precise whether the Jacobian is exact rather than computed by differences
 SolutionSet analyse_solution_set(const SolverContext& context, const NonlinearSystem& equations,
-                                 const ScaledObjective* merit, const VectorX& u, bool precise);
+                                 const ScaledObjective* objective, const VectorX& u, bool precise);
 
-// What a design may claim.
+// Optimality claims of a design.
 
-/// What the numbers were found by.
+/// What the search optimised.
 enum class SearchTarget {
-  nothing,    ///< any numbers that meet the conditions
-  residual,   ///< the smallest sum of squared residuals
-  objective,  ///< the smallest objective
+  nothing,    ///< any solution of the conditions
+  residual,   ///< the sum of squared residuals
+  objective,  ///< the objective
 };
 
-/// Optimality and what was tried.
-/// @param proved value and bound agree
-void assess_optimality(const SolverContext& context, SearchTarget what, bool proved, DesignOutcome& outcome);
+/// Sets the optimality and the summary of the search.
+/// @param proved whether value and lower bound agree
+void assess_optimality(const SolverContext& context, SearchTarget target, bool proved, DesignOutcome& outcome);
 
-/// Why no numbers have an objective: for `reason`.
+/// Message for `reason` if no design has a value of the objective.
 std::string undefined_objective_reason(const Objective& objective, const std::string& where,
-                                       const std::string& trouble);
+                                       const std::string& failure_reason);
 
 }  // namespace balance::design

@@ -16,13 +16,13 @@
 
 namespace balance::design {
 
-// Proofs for designs whose conditions are products of masses and places.
+// Bounds for designs whose conditions contain products of masses and positions.
 
-/// Where masses and first moments make a convex problem of the numbers: its least figure is a bound of every design's, and what it leaves
-/// of the conditions, if anything, is left by every choice of the numbers.
-/// @param again the search from other start values
+/// In terms of masses and first moments, the problem is a convex relaxation. Its minimum is a lower bound for all
+/// designs. If it cannot meet the conditions, no choice of the free numbers can.
+/// @param search repeats the search from other start values
 void bound_by_relaxation(const DesignProblem& problem, DesignOutcome& outcome,
-                         const std::function<DesignOutcome(const DesignProblem&)>& again);
+                         const std::function<DesignOutcome(const DesignProblem&)>& search);
 
 namespace {
 
@@ -31,32 +31,32 @@ bool is_bound_useful(const DesignProblem& problem, const DesignOutcome& outcome)
   const bool without_goal = outcome.status == DesignStatus::no_goal;
   if (outcome.method != DesignMethod::polynomial && !without_goal) return false;
   if (outcome.status == DesignStatus::compromise) return true;
-  return problem.objective && problem.all_convex_terms_at && outcome.optimality == Optimality::local_optimum &&
-         (without_goal || outcome.status == DesignStatus::balanced);
+  return problem.objective && problem.model->capabilities().has_convex_terms &&
+         outcome.optimality == Optimality::local_optimum && (without_goal || outcome.status == DesignStatus::balanced);
 }
 
 void restart_from(const DesignProblem& problem, const VectorX& from, DesignOutcome& outcome,
-                  const std::function<DesignOutcome(const DesignProblem&)>& again) {
-  DesignProblem other = problem;
-  for (std::size_t i = 0; i < other.variables.size(); ++i)
-    other.variables[i].start =
-        std::clamp(from[static_cast<Eigen::Index>(i)], other.variables[i].lower, other.variables[i].upper);
-  DesignOutcome found = again(other);
-  if (found.status != outcome.status || !(found.objective < outcome.objective)) return;
-  found.residuals_before = outcome.residuals_before;
-  found.start_objective = outcome.start_objective;
-  outcome = std::move(found);
+                  const std::function<DesignOutcome(const DesignProblem&)>& search) {
+  DesignProblem restarted_problem = problem;
+  for (std::size_t i = 0; i < restarted_problem.variables.size(); ++i)
+    restarted_problem.variables[i].start = std::clamp(
+        from[static_cast<Eigen::Index>(i)], restarted_problem.variables[i].lower, restarted_problem.variables[i].upper);
+  DesignOutcome restarted = search(restarted_problem);
+  if (restarted.status != outcome.status || !(restarted.objective < outcome.objective)) return;
+  restarted.residuals_before = outcome.residuals_before;
+  restarted.start_objective = outcome.start_objective;
+  outcome = std::move(restarted);
 }
 
 }  // namespace
 
 void bound_by_relaxation(const DesignProblem& problem, DesignOutcome& outcome,
-                         const std::function<DesignOutcome(const DesignProblem&)>& again) {
+                         const std::function<DesignOutcome(const DesignProblem&)>& search) {
   if (!is_bound_useful(problem, outcome)) return;
-  const BranchingRule all(problem, 0);
-  const BranchNode root = all.root();
+  const BranchingRule branching(problem, 0);
+  const BranchNode root = branching.root();
   NodeBounds bounds(problem);
-  const NodeBounds::Bound bound = bounds(root, all.node_domain(root), BranchObjective::constrained_figure);
+  const NodeBounds::Bound bound = bounds(root, branching.node_domain(root), BranchObjective::constrained_figure);
   if (!bound.has_relaxation) return;
   if (outcome.status == DesignStatus::compromise) {
     if (bound.is_feasible || !outcome.unmet_fixed_conditions.empty()) return;
@@ -69,7 +69,7 @@ void bound_by_relaxation(const DesignProblem& problem, DesignOutcome& outcome,
   const auto close = [&] {
     return outcome.objective - bound.lower_bound <= relative_gap_tolerance * std::abs(outcome.objective);
   };
-  if (!close() && bound.x.size() > 0) restart_from(problem, bound.x, outcome, again);
+  if (!close() && bound.x.size() > 0) restart_from(problem, bound.x, outcome, search);
   outcome.lower_bound = std::min(bound.lower_bound, outcome.objective);
   if (!close()) return;
   outcome.optimality = Optimality::proved_global;
@@ -84,39 +84,39 @@ namespace {
 
 using namespace design;
 
-/// Limits that are missed or kept by less are active.
+/// Limits with a violation above minus this are active.
 constexpr double active_limit_tolerance = 1e-5;
 
 bool is_success(const DesignOutcome& outcome) {
   return outcome.status == DesignStatus::balanced || outcome.status == DesignStatus::no_goal;
 }
 
-/// A design within limits: first as if it lay at hand; where that fails, or ends without the proof that could be had, from the
-/// design that is least beyond the limits, or farthest within them.
+/// Solves a design with limits. First searches from the start values. If this fails, or ends without a possible proof
+/// of optimality, searches again from the design with the minimum violation of the limits (or the maximum margin).
 class LimitedDesignSolver {
  public:
-  explicit LimitedDesignSolver(const DesignProblem& problem) : problem_(problem), begin_(thread_cpu_time()) {}
+  explicit LimitedDesignSolver(const DesignProblem& problem) : problem_(problem), start_time_(thread_cpu_time()) {}
 
   DesignOutcome run() {
     if (problem_.goals.empty() && !problem_.objective) return solve_limits_only();
     SingleSolve first = solve_once(problem_);
     evaluate_limits(first.outcome);
     const DesignStatus status = first.outcome.status;
-    const bool at_hand = is_success(first.outcome) && first.outcome.within_limits;
-    const bool proved = first.outcome.optimality == Optimality::proved_global || !first.is_convex;
-    if ((at_hand && proved) || status == DesignStatus::unsolved || status == DesignStatus::no_feasible_start ||
+    const bool is_solved = is_success(first.outcome) && first.outcome.within_limits;
+    const bool is_proved = first.outcome.optimality == Optimality::proved_global || !first.is_convex;
+    if ((is_solved && is_proved) || status == DesignStatus::unsolved || status == DesignStatus::no_feasible_start ||
         is_budget_exhausted(first))
       return first.outcome;
-    DesignOutcome least = solve_once(make_phase_one_problem(remaining(problem_))).outcome;
-    evaluate_limits(least);
-    if (is_success(least) && least.within_limits)
-      return choose_better(std::move(first.outcome), solve_from(std::move(least)));
-    if (at_hand || (!is_success(least) && first.outcome.within_limits)) return first.outcome;
-    return make_violating_outcome(std::move(least), first.outcome);
+    DesignOutcome phase_one = solve_once(make_phase_one_problem(remaining(problem_))).outcome;
+    evaluate_limits(phase_one);
+    if (is_success(phase_one) && phase_one.within_limits)
+      return choose_better(std::move(first.outcome), solve_from(std::move(phase_one)));
+    if (is_solved || (!is_success(phase_one) && first.outcome.within_limits)) return first.outcome;
+    return make_violating_outcome(std::move(phase_one), first.outcome);
   }
 
  private:
-  /// Neither a goal nor an objective.
+  /// For problems with neither goal nor objective.
   DesignOutcome solve_limits_only() const {
     DesignOutcome outcome = solve_once(make_phase_one_problem(problem_)).outcome;
     evaluate_limits(outcome);
@@ -127,13 +127,13 @@ class LimitedDesignSolver {
     return outcome;
   }
 
-  /// Nothing is left to search with.
+  /// Whether the budget ended the search although the limits are satisfied.
   bool is_budget_exhausted(const SingleSolve& pass) const {
     return pass.outcome.within_limits && pass.outcome.optimality == Optimality::budget_exhausted;
   }
 
   DesignProblem remaining(DesignProblem problem) const {
-    problem.search.max_time = std::max(1e-3, problem.search.max_time - (thread_cpu_time() - begin_));
+    problem.search.max_time = std::max(1e-3, problem.search.max_time - (thread_cpu_time() - start_time_));
     return problem;
   }
 
@@ -141,32 +141,32 @@ class LimitedDesignSolver {
     outcome.limits.clear();
     double worst = -std::numeric_limits<double>::infinity();
     for (const DesignLimit& limit : problem_.limits) {
-      LimitOutcome one;
-      one.value = evaluate_figure(problem_, limit.figure, outcome.x);
-      one.violation = relative_violation(limit, one.value);
-      one.is_active = !(one.violation < -active_limit_tolerance);
-      outcome.limits.push_back(one);
-      if (!(one.violation <= worst)) worst = one.violation;
+      LimitOutcome limit_outcome;
+      limit_outcome.value = evaluate_figure(problem_, limit.figure, outcome.x);
+      limit_outcome.violation = relative_violation(limit, limit_outcome.value);
+      limit_outcome.is_active = !(limit_outcome.violation < -active_limit_tolerance);
+      outcome.limits.push_back(limit_outcome);
+      if (!(limit_outcome.violation <= worst)) worst = limit_outcome.violation;
     }
     outcome.within_limits = worst <= limit_tolerance;
   }
 
-  /// The search once more, from a design within the limits; or that design.
-  DesignOutcome solve_from(DesignOutcome within) const {
+  /// Repeats the search from a design within the limits; returns that design if this fails.
+  DesignOutcome solve_from(DesignOutcome feasible) const {
     DesignProblem problem = remaining(problem_);
     for (std::size_t i = 0; i < problem.variables.size(); ++i)
-      problem.variables[i].start = within.x[static_cast<Eigen::Index>(i)];
-    DesignOutcome again = solve_once(problem).outcome;
-    evaluate_limits(again);
-    if (is_success(again) && again.within_limits) return again;
-    reset_objective(within);
-    within.optimality = !problem_.objective                                ? Optimality::not_optimised
-                        : again.optimality == Optimality::budget_exhausted ? Optimality::budget_exhausted
-                                                                           : Optimality::local_optimum;
-    return within;
+      problem.variables[i].start = feasible.x[static_cast<Eigen::Index>(i)];
+    DesignOutcome second = solve_once(problem).outcome;
+    evaluate_limits(second);
+    if (is_success(second) && second.within_limits) return second;
+    reset_objective(feasible);
+    feasible.optimality = !problem_.objective                                 ? Optimality::not_optimised
+                          : second.optimality == Optimality::budget_exhausted ? Optimality::budget_exhausted
+                                                                              : Optimality::local_optimum;
+    return feasible;
   }
 
-  /// What the least violation's outcome says of itself, said of the objective.
+  /// Replaces the results that refer to the violation by those of the objective.
   void reset_objective(DesignOutcome& outcome) const {
     outcome.lower_bound = outcome.objective = outcome.start_objective = std::numeric_limits<double>::quiet_NaN();
     outcome.solution_set = {};
@@ -178,7 +178,7 @@ class LimitedDesignSolver {
     outcome.start_objective = evaluate_figure(problem_, *problem_.objective, start);
   }
 
-  /// @param first may be none within the limits
+  /// @param first may be unusable or violate the limits
   static DesignOutcome choose_better(DesignOutcome first, DesignOutcome second) {
     second.start_objective = first.start_objective;
     second.residuals_before =
@@ -188,43 +188,45 @@ class LimitedDesignSolver {
     return first;
   }
 
-  /// No design keeps the limits: the one that is least beyond the worst of them.
-  DesignOutcome make_violating_outcome(DesignOutcome least, const DesignOutcome& first) const {
-    const bool otherwise_done = is_success(least);
-    const double bound = least.lower_bound;
+  /// Outcome if no design satisfies the limits: the one with the minimum violation of the worst limit.
+  DesignOutcome make_violating_outcome(DesignOutcome outcome, const DesignOutcome& first) const {
+    const bool otherwise_done = is_success(outcome);
+    const double bound = outcome.lower_bound;
     const bool proved = otherwise_done && bound > limit_tolerance;
-    const bool best = least.optimality == Optimality::proved_global;
-    const std::string reason = least.reason;
-    reset_objective(least);
-    least.start_objective = first.start_objective;
+    const bool best = outcome.optimality == Optimality::proved_global;
+    const std::string reason = outcome.reason;
+    reset_objective(outcome);
+    outcome.start_objective = first.start_objective;
     if (otherwise_done) {
-      least.status = proved ? DesignStatus::infeasible : DesignStatus::compromise;
-      least.is_proved_infeasible = proved;
+      outcome.status = proved ? DesignStatus::infeasible : DesignStatus::compromise;
+      outcome.is_proved_infeasible = proved;
     }
-    if (proved) least.min_violation_bound = bound;
-    least.reason = (otherwise_done || reason.empty() ? "" : reason + "; ") + describe_violation(least, proved, best);
-    return least;
+    if (proved) outcome.min_violation_bound = bound;
+    outcome.reason =
+        (otherwise_done || reason.empty() ? "" : reason + "; ") + describe_violation(outcome, proved, best);
+    return outcome;
   }
 
   std::string describe_violation(const DesignOutcome& outcome, bool proved, bool best) const {
     std::size_t worst = 0;
     for (std::size_t k = 1; k < outcome.limits.size(); ++k)
       if (!(outcome.limits[k].violation <= outcome.limits[worst].violation)) worst = k;
-    const double beyond = outcome.limits[worst].violation;
+    const double violation = outcome.limits[worst].violation;
     const DesignLimit& limit = problem_.limits[worst];
-    const std::string where = limit.bound != 0
-                                  ? fmt::format("{} is missed by {:.3g} % of its bound", limit.text, 100 * beyond)
-                                  : fmt::format("{} is missed by {:.3g}", limit.text, beyond);
-    const char* others = problem_.goals.empty() ? "" : " and meets the conditions";
-    if (!std::isfinite(beyond)) return fmt::format("{} cannot be computed", limit.text);
+    const std::string violation_text =
+        limit.bound != 0 ? fmt::format("{} is missed by {:.3g} % of its bound", limit.text, 100 * violation)
+                         : fmt::format("{} is missed by {:.3g}", limit.text, violation);
+    const char* condition_clause = problem_.goals.empty() ? "" : " and meets the conditions";
+    if (!std::isfinite(violation)) return fmt::format("{} cannot be computed", limit.text);
     if (proved)
-      return fmt::format("no choice of the free numbers keeps all limits{}: {}{}", others, where,
+      return fmt::format("no choice of the free numbers keeps all limits{}: {}{}", condition_clause, violation_text,
                          best ? ", and with no other choice is the worst of them missed by less" : "");
-    return fmt::format("no choice of the free numbers was found that keeps all limits{}: {}", others, where);
+    return fmt::format("no choice of the free numbers was found that keeps all limits{}: {}", condition_clause,
+                       violation_text);
   }
 
   const DesignProblem& problem_;
-  double begin_;
+  double start_time_;
 };
 
 }  // namespace

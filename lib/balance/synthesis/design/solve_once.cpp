@@ -13,7 +13,7 @@ namespace {
 
 using namespace design;
 
-/// Exact solutions from which the objective is improved, where one is not enough.
+/// Maximum numbers of exact solutions from which the objective is optimised, if several are needed.
 constexpr int max_exact_starts = 6, max_simulated_starts = 2, max_subproblem_starts = 2;
 
 class SingleSolver {
@@ -27,107 +27,114 @@ class SingleSolver {
   }
 
   SingleSolve run() {
-    out_.x = context_.scaling.to_variables(start_);
+    outcome_.x = context_.scaling.to_variables(start_);
     if (context_.classification.has_geometric())
       solve_geometry();
     else if (derive_conditions(start_) && !is_inherently_balanced())
       solve_masses();
-    return {std::move(out_), convex_};
+    return {std::move(outcome_), is_convex_};
   }
 
  private:
   bool derive_conditions(const VectorX& u) {
-    out_.conditions = context_.conditions_at(u);
-    if (out_.conditions.status == ConditionsStatus::done) return true;
-    out_.reason = out_.conditions.reason;
+    outcome_.conditions = context_.conditions_at(u);
+    if (outcome_.conditions.status == ConditionsStatus::done) return true;
+    outcome_.reason = outcome_.conditions.reason;
     return false;
   }
 
-  /// No condition, with those of the start derived, and no objective: the start values are the design.
+  /// If there are no conditions at the start and no objective, the start values are the design.
   bool is_inherently_balanced() {
-    const Conditions& all = out_.conditions;
-    if (context_.problem.goals.empty() || objective_ || all.status != ConditionsStatus::done || all.rank > 0)
+    const Conditions& conditions = outcome_.conditions;
+    if (context_.problem.goals.empty() || objective_ || conditions.status != ConditionsStatus::done ||
+        conditions.rank > 0)
       return false;
     if (!context_.is_admissible(start_) || !context_.invalidity_reason(start_).empty()) return false;
-    out_.method = DesignMethod::none;
-    const ConditionResidual none(context_, out_.conditions);
+    outcome_.method = DesignMethod::none;
+    const ConditionResidual none(context_, outcome_.conditions);
     if (finish(start_)) finish_search(make_fixed_geometry_equations(context_, none, {}, VectorX(0)), start_, true);
     return true;
   }
 
   void solve_masses() {
-    const ConditionResidual rows(context_, out_.conditions);
-    out_.condition_variables = find_condition_variables(context_, out_.conditions, start_);
+    const ConditionResidual rows(context_, outcome_.conditions);
+    outcome_.condition_variables = find_condition_variables(context_, outcome_.conditions, start_);
     const VectorX at_start = rows.evaluate_from_mechanism(start_);
     std::vector<int> changeable;
     for (int k = 0; k < rows.size(); ++k) {
-      if (!out_.condition_variables[static_cast<std::size_t>(k)].empty())
+      if (!outcome_.condition_variables[static_cast<std::size_t>(k)].empty())
         changeable.push_back(k);
       else if (!(std::abs(at_start[k]) < condition_tolerance))
-        out_.unmet_fixed_conditions.push_back(k);
+        outcome_.unmet_fixed_conditions.push_back(k);
     }
     const bool affine = rows.is_affine(changeable);
-    out_.method = changeable.empty() ? DesignMethod::none : affine ? DesignMethod::affine : DesignMethod::polynomial;
+    outcome_.method = changeable.empty() ? DesignMethod::none
+                      : affine           ? DesignMethod::affine
+                                         : DesignMethod::polynomial;
     const VectorX zero = VectorX::Zero(static_cast<Eigen::Index>(changeable.size()));
     const NonlinearSystem equations = make_fixed_geometry_equations(context_, rows, changeable, zero);
     const auto exact = [&](const VectorX& u) { return VectorX(rows.evaluate_from_mechanism(u)(changeable)); };
     const auto proved_impossible = [&] {
       if (!context_.problem.is_subproblem)
-        out_.certificate = find_infeasibility_certificate(context_, out_.conditions, rows, at_start);
-      return out_.certificate.has_value();
+        outcome_.certificate = find_infeasibility_certificate(context_, outcome_.conditions, rows, at_start);
+      return outcome_.certificate.has_value();
     };
     const bool convex = affine && context_.is_convex();
-    convex_ = convex && objective_ && objective_->is_convex();
+    is_convex_ = convex && objective_ && objective_->is_convex();
     budget_.begin_search();
     const VectorX u = replace_invalid_by_start(search(equations, exact, convex, proved_impossible));
     budget_.finish_search();
     if (!finish(u)) return;
-    const bool unmet = out_.status == DesignStatus::compromise || out_.status == DesignStatus::infeasible;
-    if (unmet && !out_.certificate && !context_.problem.is_subproblem) {
-      out_.certificate = find_infeasibility_certificate(context_, out_.conditions, rows, out_.residuals_after);
-      determine_status(out_);
+    const bool unmet = outcome_.status == DesignStatus::compromise || outcome_.status == DesignStatus::infeasible;
+    if (unmet && !outcome_.certificate && !context_.problem.is_subproblem) {
+      outcome_.certificate =
+          find_infeasibility_certificate(context_, outcome_.conditions, rows, outcome_.residuals_after);
+      determine_status(outcome_);
     }
-    out_.is_proved_infeasible = out_.status == DesignStatus::infeasible;
+    outcome_.is_proved_infeasible = outcome_.status == DesignStatus::infeasible;
     finish_search(equations, u, true);
   }
 
   void solve_geometry() {
-    out_.method = DesignMethod::geometric;
+    outcome_.method = DesignMethod::geometric;
     std::string reason;
     const auto anchor = find_feasible_start(context_, reason);
     if (!anchor) {
-      if (derive_conditions(start_)) out_.status = DesignStatus::no_feasible_start;
-      return void(out_.reason = reason);
+      if (derive_conditions(start_)) outcome_.status = DesignStatus::no_feasible_start;
+      return void(outcome_.reason = reason);
     }
     derive_conditions(*anchor);
     if (*anchor == start_ && is_inherently_balanced()) return;
-    const ConditionResidual none(context_, out_.conditions);  // without a condition no geometry matters
-    NonlinearSystem equations = out_.conditions.rank > 0
+    const ConditionResidual none(context_, outcome_.conditions);  // without conditions, geometry is irrelevant
+    NonlinearSystem equations = outcome_.conditions.rank > 0
                                     ? make_geometry_equations(context_, *anchor)
                                     : make_fixed_geometry_equations(context_, none, {}, VectorX(0));
-    const Conditions at_start = *anchor == start_ ? out_.conditions : Conditions{};
+    const Conditions at_start = *anchor == start_ ? outcome_.conditions : Conditions{};
     budget_.begin_search();
-    GeometrySearchResult design = search_geometry(context_, *anchor, equations, objective_ ? &*objective_ : nullptr);
+    GeometrySearchResult search_result =
+        search_geometry(context_, *anchor, equations, objective_ ? &*objective_ : nullptr);
     budget_.finish_search();
-    if (design.balanced_without_value)
-      return set_unsolved(*design.balanced_without_value, "for any numbers that were found to meet the conditions");
-    if (!design.is_found && objective_ && !finite_value(*anchor))
+    if (search_result.balanced_without_value)
+      return set_unsolved(*search_result.balanced_without_value,
+                          "for any numbers that were found to meet the conditions");
+    if (!search_result.is_found && objective_ && !finite_value(*anchor))
       return set_unsolved(*anchor, "for any lengths that were tried");
-    if (design.minimises_residual) note_compromise();
-    aim_ = objective_ && !design.minimises_residual ? SearchTarget::objective
-           : design.is_balanced                     ? SearchTarget::nothing
-                                                    : SearchTarget::residual;
-    equations = make_equations_near(context_, design.u, equations);
-    const VectorX u = replace_invalid_by_start(snap(equations, design.u));
-    out_.conditions = context_.conditions_at(u);
-    if (out_.conditions.status != ConditionsStatus::done) return finish_without_conditions(equations, u);
+    if (search_result.minimises_residual) note_compromise();
+    target_ = objective_ && !search_result.minimises_residual ? SearchTarget::objective
+              : search_result.is_balanced                     ? SearchTarget::nothing
+                                                              : SearchTarget::residual;
+    equations = make_equations_near(context_, search_result.u, equations);
+    const VectorX u = replace_invalid_by_start(snap(equations, search_result.u));
+    outcome_.conditions = context_.conditions_at(u);
+    if (outcome_.conditions.status != ConditionsStatus::done) return finish_without_conditions(equations, u);
     if (!finish(u)) return;
-    if (!at_start.pivots.empty() && at_start.pivots == out_.conditions.pivots)
-      out_.residuals_before = scaled_residuals(at_start, parameters(start_));
-    out_.condition_variables = find_condition_variables(context_, out_.conditions, u);
-    for (const int k : out_.unmet_conditions)
-      if (out_.condition_variables[static_cast<std::size_t>(k)].empty()) out_.unmet_fixed_conditions.push_back(k);
-    determine_status(out_);
+    if (!at_start.pivots.empty() && at_start.pivots == outcome_.conditions.pivots)
+      outcome_.residuals_before = scaled_residuals(at_start, parameters(start_));
+    outcome_.condition_variables = find_condition_variables(context_, outcome_.conditions, u);
+    for (const int k : outcome_.unmet_conditions)
+      if (outcome_.condition_variables[static_cast<std::size_t>(k)].empty())
+        outcome_.unmet_fixed_conditions.push_back(k);
+    determine_status(outcome_);
     finish_search(equations, u, false);
   }
 
@@ -135,53 +142,55 @@ class SingleSolver {
     VectorX values;
     const bool solved =
         equations.evaluate(u, values, nullptr) && max_condition_residual(equations, values) < condition_tolerance;
-    out_.status = solved ? DesignStatus::balanced : DesignStatus::compromise;
-    out_.x = context_.scaling.to_variables(u);
-    out_.reason = "the conditions of the final geometry cannot be listed: " + out_.conditions.reason;
+    outcome_.status = solved ? DesignStatus::balanced : DesignStatus::compromise;
+    outcome_.x = context_.scaling.to_variables(u);
+    outcome_.reason = "the conditions of the final geometry cannot be listed: " + outcome_.conditions.reason;
     finish_search(equations, u, false);
   }
 
-  /// Exact solutions, the best of them; or a compromise.
+  /// The best exact solution, or a compromise.
   VectorX search(const NonlinearSystem& equations, const Exact& exact, bool convex,
                  const std::function<bool()>& proved_impossible) {
     if (context_.problem.goals.empty()) return snap(equations, minimise_objective(start_));
-    ExactSolutions found = find_exact_solutions(context_, equations, exact_search_options(convex, proved_impossible));
-    const auto back = [&](const VectorX& u) { return refine_solution(equations, u, exact); };
-    if (found.solutions.empty() && !found.rejected.empty()) {
-      budget_.finish_search();  // it may have been the time that was missing
-      if (finite_value(found.rejected.front())) {
-        aim_ = SearchTarget::objective;
-        return snap(equations, found.rejected.front());
+    ExactSolutions exact_solutions =
+        find_exact_solutions(context_, equations, exact_search_options(convex, proved_impossible));
+    const auto restore = [&](const VectorX& u) { return refine_solution(equations, u, exact); };
+    if (exact_solutions.solutions.empty() && !exact_solutions.rejected.empty()) {
+      budget_.finish_search();  // the objective may only have lacked time
+      if (finite_value(exact_solutions.rejected.front())) {
+        target_ = SearchTarget::objective;
+        return snap(equations, exact_solutions.rejected.front());
       }
-      set_unsolved(found.rejected.front(), "for any numbers that were found to meet the conditions");
+      set_unsolved(exact_solutions.rejected.front(), "for any numbers that were found to meet the conditions");
       return start_;
     }
-    if (found.solutions.empty() ||
+    if (exact_solutions.solutions.empty() ||
         (objective_ && !context_.problem.objective->is_secondary && has_unmet_own_condition()))
-      return snap(equations, find_compromise(equations, found.closest, convex));
-    for (VectorX& u : found.solutions)
-      if (const VectorX better = back(u); is_exact(context_, equations, better) && has_value(better)) u = better;
+      return snap(equations, find_compromise(equations, exact_solutions.closest, convex));
+    for (VectorX& u : exact_solutions.solutions)
+      if (const VectorX better = restore(u); is_exact(context_, equations, better) && has_value(better)) u = better;
     LinearConditions linear;
     if (convex) {
       linear = linear_conditions(equations, context_.scaling.size());
       if (const auto nearest = find_nearest_solution(context_, linear)) {
-        const VectorX u = back(*nearest);
-        if (is_exact(context_, equations, u) && has_value(u)) found.solutions.front() = u;
+        const VectorX u = restore(*nearest);
+        if (is_exact(context_, equations, u) && has_value(u)) exact_solutions.solutions.front() = u;
       }
     }
-    if (!objective_) return snap(equations, found.solutions.front());
-    aim_ = SearchTarget::objective;
-    return snap(equations, record_optimum(optimise_solutions(equations, linear, back, found.solutions, convex)));
+    if (!objective_) return snap(equations, exact_solutions.solutions.front());
+    target_ = SearchTarget::objective;
+    return snap(equations,
+                record_optimum(optimise_solutions(equations, linear, restore, exact_solutions.solutions, convex)));
   }
 
   bool finite_value(const VectorX& u) const { return std::isfinite((*objective_)(u, nullptr)); }
   bool has_value(const VectorX& u) const { return !objective_ || finite_value(u); }
 
-  /// No design: the objective has no value where it is asked for.
+  /// Gives up: the objective has no value where it is needed.
   void set_unsolved(const VectorX& u, const std::string& where) {
-    out_.status = DesignStatus::unsolved;
-    out_.reason = undefined_objective_reason(*context_.problem.objective, where, objective_->failure_reason(u));
-    given_up_ = true;
+    outcome_.status = DesignStatus::unsolved;
+    outcome_.reason = undefined_objective_reason(*context_.problem.objective, where, objective_->failure_reason(u));
+    has_given_up_ = true;
   }
 
   VectorX snap(const NonlinearSystem& equations, const VectorX& u) const {
@@ -190,52 +199,53 @@ class SingleSolver {
         context_, equations, [this](const VectorX& v) { return (*objective_)(v, nullptr); }, u);
   }
 
-  /// Some condition that parameters could meet is not, whatever the free numbers are.
+  /// Whether a condition on parameters is unmet for all values of the free numbers.
   bool has_unmet_own_condition() const {
-    return std::any_of(out_.unmet_fixed_conditions.begin(), out_.unmet_fixed_conditions.end(),
-                       [&](int k) { return k < out_.conditions.parameter_rows(); });
+    return std::any_of(outcome_.unmet_fixed_conditions.begin(), outcome_.unmet_fixed_conditions.end(),
+                       [&](int k) { return k < outcome_.conditions.parameter_rows(); });
   }
 
   ExactSearchOptions exact_search_options(bool convex, const std::function<bool()>& proved_impossible) const {
     const int restarts = context_.problem.search.max_restarts;
-    ExactSearchOptions effort{
+    ExactSearchOptions search_options{
         restarts, context_.problem.is_subproblem ? max_subproblem_starts : max_exact_starts, proved_impossible, {}, {}};
-    if (objective_) effort.is_usable = [this](const VectorX& u) { return finite_value(u); };
+    if (objective_) search_options.is_usable = [this](const VectorX& u) { return finite_value(u); };
     if (!objective_ || (convex && objective_->is_convex()))
-      effort.max_solutions = 1;
+      search_options.max_solutions = 1;
     else if (objective_->is_simulated())
-      effort.max_solutions = max_simulated_starts;
-    // a convex problem without a solution has none anywhere; the inequalities' tangents may mislead a descent
-    if (convex && !objective_) effort.max_restarts = context_.inequality_count() > 0 ? std::min(restarts, 5) : 0;
-    return effort;
+      search_options.max_solutions = max_simulated_starts;
+    // A convex problem needs no restarts, except that linearised inequalities may mislead a descent.
+    if (convex && !objective_)
+      search_options.max_restarts = context_.inequality_count() > 0 ? std::min(restarts, 5) : 0;
+    return search_options;
   }
 
-  Optimum optimise_solutions(const NonlinearSystem& equations, const LinearConditions& linear, const Exact& back,
+  Optimum optimise_solutions(const NonlinearSystem& equations, const LinearConditions& linear, const Exact& restore,
                              const std::vector<VectorX>& solutions, bool convex) const {
-    const bool proving = convex && objective_->is_convex();
+    const bool proves_optimality = convex && objective_->is_convex();
     Optimum best;
     best.u = solutions.front();
     best.value = (*objective_)(best.u, nullptr);
-    // the bound's own search does not need another one before it
-    if (!proving || !context_.problem.is_subproblem)
-      best = optimise_exact_solutions(context_, *objective_, equations, back, solutions);
-    if (convex && linear.a.rows() == linear.a.cols()) {  // there is no other solution
+    // In a subproblem, the convex optimisation below suffices.
+    if (!proves_optimality || !context_.problem.is_subproblem)
+      best = optimise_exact_solutions(context_, *objective_, equations, restore, solutions);
+    if (convex && linear.matrix.rows() == linear.matrix.cols()) {  // the solution is unique
       best.lower_bound = best.value;
       best.is_global = true;
       return best;
     }
-    return proving ? minimise_convex(context_, *objective_, linear, back, best.u) : best;
+    return proves_optimality ? minimise_convex(context_, *objective_, linear, restore, best.u) : best;
   }
 
   VectorX record_optimum(const Optimum& optimum) {
-    if (std::isfinite(optimum.lower_bound)) out_.lower_bound = optimum.lower_bound;
-    proved_best_ = optimum.is_global && std::isfinite(optimum.value);
+    if (std::isfinite(optimum.lower_bound)) outcome_.lower_bound = optimum.lower_bound;
+    is_proved_optimal_ = optimum.is_global && std::isfinite(optimum.value);
     return optimum.u;
   }
 
-  /// The numbers within their bounds for which the objective is least, whatever the conditions.
+  /// Minimises the objective within the bounds, regardless of the conditions.
   VectorX minimise_objective(const VectorX& from) {
-    aim_ = SearchTarget::objective;
+    target_ = SearchTarget::objective;
     const LinearConditions none{MatrixX(0, start_.size()), VectorX(0)};
     if (objective_->is_convex() && context_.is_convex() && context_.is_admissible(from))
       return record_optimum(minimise_convex(
@@ -244,97 +254,98 @@ class SingleSolver {
   }
 
   void note_compromise() {
-    out_.notes.push_back("a compromise: the numbers that leave the smallest sum of squared residuals");
+    outcome_.notes.push_back("a compromise: the numbers that leave the smallest sum of squared residuals");
   }
 
   VectorX find_compromise(const NonlinearSystem& equations, const LeastSquaresResult& best, bool convex) {
     const SearchOptions& options = context_.problem.search;
     if (objective_ && !context_.problem.objective->is_secondary) {
-      out_.notes.push_back("a compromise: the numbers within their bounds for which " +
-                           context_.problem.objective->name + " is smallest, whatever the conditions");
+      outcome_.notes.push_back("a compromise: the numbers within their bounds for which " +
+                               context_.problem.objective->name + " is smallest, whatever the conditions");
       return minimise_objective(context_.is_admissible(best.u) ? best.u : start_);
     }
     note_compromise();
-    aim_ = SearchTarget::residual;
+    target_ = SearchTarget::residual;
     const bool slow = !context_.features.polynomial();
     const int evaluations = convex ? 0 : slow ? std::max(1, options.max_evaluations / 20) : options.max_evaluations;
     const VectorX u = minimise_residual(context_, equations, best, evaluations);
     return objective_ ? minimise_at_fixed_residual(equations, u, convex) : u;
   }
 
-  /// Among the numbers that leave the same residuals as u those with the least objective.
+  /// Minimises the objective among the designs with the same residuals as u.
   VectorX minimise_at_fixed_residual(const NonlinearSystem& equations, const VectorX& u, bool convex) const {
     VectorX target;
     if (!equations.evaluate(u, target, nullptr) || !context_.is_admissible(u)) return u;
     NonlinearSystem shifted = equations;
-    const VectorX left = target.head(equations.primary_rows);
-    shifted.evaluate = [&equations, left](const VectorX& v, VectorX& values, MatrixX* jacobian) {
+    const VectorX residual = target.head(equations.primary_rows);
+    shifted.evaluate = [&equations, residual](const VectorX& v, VectorX& values, MatrixX* jacobian) {
       if (!equations.evaluate(v, values, jacobian)) return false;
-      values.head(left.size()) -= left;
+      values.head(residual.size()) -= residual;
       return true;
     };
-    const auto back = [&](const VectorX& v) { return solve_levenberg_marquardt(shifted, v).u; };
+    const auto restore = [&](const VectorX& v) { return solve_levenberg_marquardt(shifted, v).u; };
     const LinearConditions linear = convex ? linear_conditions(shifted, context_.scaling.size()) : LinearConditions{};
-    return optimise_solutions(shifted, linear, back, {u}, convex).u;
+    return optimise_solutions(shifted, linear, restore, {u}, convex).u;
   }
 
   VectorX parameters(const VectorX& u) const {
     return term_values(context_.mechanism(u), context_.options.loose_springs);
   }
 
-  /// The start values in place of numbers that make no mechanism.
+  /// Replaces an invalid design by the start values.
   VectorX replace_invalid_by_start(const VectorX& u) const {
     return context_.invalidity_reason(u).empty() ? u : start_;
   }
 
-  /// @return false if there is no design, because there is no mechanism or the objective has no value
+  /// @return false if there is no design, because the mechanism is invalid or the objective has no value
   bool finish(const VectorX& u) {
-    if (given_up_) return false;
-    if (const std::string fault = context_.invalidity_reason(u); !fault.empty()) {
-      out_.status = DesignStatus::unsolved;
-      out_.reason = "no numbers were found that make a mechanism: " + fault;
-      given_up_ = true;
+    if (has_given_up_) return false;
+    if (const std::string issue = context_.invalidity_reason(u); !issue.empty()) {
+      outcome_.status = DesignStatus::unsolved;
+      outcome_.reason = "no numbers were found that make a mechanism: " + issue;
+      has_given_up_ = true;
       return false;
     }
-    out_.x = context_.scaling.to_variables(u);
+    outcome_.x = context_.scaling.to_variables(u);
     if (objective_) {
-      out_.start_objective = (*objective_)(start_, nullptr);
-      out_.objective = (*objective_)(u, nullptr);
+      outcome_.start_objective = (*objective_)(start_, nullptr);
+      outcome_.objective = (*objective_)(u, nullptr);
       const double round_off = objective_->round_off();
-      for (double* value : {&out_.start_objective, &out_.objective})
+      for (double* value : {&outcome_.start_objective, &outcome_.objective})
         if (std::abs(*value) <= round_off) *value = 0;
-      if (!std::isfinite(out_.objective)) {
+      if (!std::isfinite(outcome_.objective)) {
         set_unsolved(u, "for any numbers that were tried");
         return false;
       }
     }
-    out_.residuals_before = scaled_residuals(out_.conditions, parameters(start_));
-    out_.residuals_after = scaled_residuals(out_.conditions, parameters(u));
-    determine_status(out_);
+    outcome_.residuals_before = scaled_residuals(outcome_.conditions, parameters(start_));
+    outcome_.residuals_after = scaled_residuals(outcome_.conditions, parameters(u));
+    determine_status(outcome_);
     return true;
   }
 
-  /// What is claimed of the search, and what it leaves free.
+  /// Records the optimality of the result and the dimension of the solution set.
   void finish_search(const NonlinearSystem& equations, const VectorX& u, bool precise) {
-    if (objective_ && aim_ == SearchTarget::nothing) aim_ = SearchTarget::objective;
-    // exact, and nothing is below what no value is below
+    if (objective_ && target_ == SearchTarget::nothing) target_ = SearchTarget::objective;
+    // Global optimum: exact, and the objective reaches its lower bound.
     const bool at_bound =
-        objective_ && out_.objective <= objective_->lower_bound() && out_.status != DesignStatus::compromise;
-    if (at_bound) out_.lower_bound = out_.objective;
-    assess_optimality(context_, aim_, (proved_best_ || at_bound) && aim_ == SearchTarget::objective, out_);
+        objective_ && outcome_.objective <= objective_->lower_bound() && outcome_.status != DesignStatus::compromise;
+    if (at_bound) outcome_.lower_bound = outcome_.objective;
+    assess_optimality(context_, target_, (is_proved_optimal_ || at_bound) && target_ == SearchTarget::objective,
+                      outcome_);
     if (context_.problem.is_subproblem ||
-        (out_.status != DesignStatus::balanced && out_.status != DesignStatus::no_goal))
+        (outcome_.status != DesignStatus::balanced && outcome_.status != DesignStatus::no_goal))
       return;
-    out_.solution_set = analyse_solution_set(context_, equations, objective_ ? &*objective_ : nullptr, u, precise);
+    outcome_.solution_set = analyse_solution_set(context_, equations, objective_ ? &*objective_ : nullptr, u, precise);
   }
 
   SearchBudget budget_;
   SolverContext context_;
   std::optional<ScaledObjective> objective_;
   VectorX start_ = context_.scaling.start();
-  DesignOutcome out_;
-  SearchTarget aim_ = SearchTarget::nothing;
-  bool proved_best_ = false, given_up_ = false, convex_ = false;
+  DesignOutcome outcome_;
+  SearchTarget target_ = SearchTarget::nothing;
+  bool is_proved_optimal_ = false, has_given_up_ = false, is_convex_ = false;
 };
 
 }  // namespace

@@ -1,14 +1,14 @@
 #pragma once
-/// One search for a design, with limits as inequalities.
+/// A single design search, with limits as inequalities.
 
 #include "balance/synthesis/design/solve_design.hpp"
 
 namespace balance::design {
 
 struct SingleSolve {
-  DesignOutcome outcome;  ///< nothing is said of limits
+  DesignOutcome outcome;  ///< without limits
   bool is_convex =
-      false;  ///< the objective over all designs that meet the conditions and keep the limits: a proof can be had
+      false;  ///< whether the objective is convex on a convex set of feasible designs, so that optimality can be proved
 };
 
 SingleSolve solve_once(const DesignProblem& problem);

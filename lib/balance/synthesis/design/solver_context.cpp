@@ -20,12 +20,13 @@ SolverContext::SolverContext(const DesignProblem& p, SearchBudget& b)
       features(scaling, p, classification),
       physical_constraints(features, classification, features.evaluate_from_mechanism(scaling.start())) {
   options.loose_springs = classification.loose_springs;
-  const Eigen::Index own = parameter_values(classification.base_mechanism, classification.loose_springs).size(),
-                     known = known_term_values(classification.base_mechanism).size();
-  options.variable_terms.assign(static_cast<std::size_t>(known), false);
+  const Eigen::Index parameter_count =
+                         parameter_values(classification.base_mechanism, classification.loose_springs).size(),
+                     known_count = known_term_values(classification.base_mechanism).size();
+  options.variable_terms.assign(static_cast<std::size_t>(known_count), false);
   for (int variable = 0; variable < scaling.size(); ++variable)
-    for (Eigen::Index k = 0; k < known; ++k)
-      if (classification.has_effect(variable, static_cast<int>(own + k)))
+    for (Eigen::Index k = 0; k < known_count; ++k)
+      if (classification.has_effect(variable, static_cast<int>(parameter_count + k)))
         options.variable_terms[static_cast<std::size_t>(k)] = true;
   limits = std::make_unique<const DesignLimits>(*this);
 }
@@ -33,9 +34,8 @@ SolverContext::SolverContext(const DesignProblem& p, SearchBudget& b)
 SolverContext::~SolverContext() = default;
 
 std::string SolverContext::invalidity_reason(const VectorX& u) const {
-  if (!problem.invalidity_reason) return "";
   try {
-    return problem.invalidity_reason(scaling.to_variables(u));
+    return problem.model->invalidity_reason(scaling.to_variables(u));
   } catch (const SpecError& error) {
     return error.what();
   }
@@ -66,7 +66,7 @@ void SolverContext::evaluate_inequalities(const VectorX& u, VectorX& g, MatrixX*
 }
 
 Conditions SolverContext::derive_conditions(const Mechanism& mechanism) const {
-  if (!problem.goals.empty()) return problem.derive_conditions(mechanism, problem.goals, options);
+  if (!problem.goals.empty()) return problem.model->derive_conditions(mechanism, problem.goals, options);
   Conditions none;
   none.status = ConditionsStatus::done;
   none.parameters = list_terms(mechanism, options.loose_springs);
@@ -91,10 +91,9 @@ Conditions SolverContext::conditions_at(const VectorX& u) const {
 }
 
 std::string SolverContext::infeasibility_reason(const VectorX& u) const {
-  if (!problem.infeasibility_reason) return "";
   if (budget.is_past_deadline()) return time_limit_message;
   try {
-    return problem.infeasibility_reason(scaling.to_variables(u));
+    return problem.model->infeasibility_reason(scaling.to_variables(u));
   } catch (const SpecError& error) {
     return error.what();
   } catch (const DeadlineExceeded&) {

@@ -1,5 +1,5 @@
 #pragma once
-/// What every step of a design needs to know about its problem.
+/// Data shared by all steps of a design computation.
 
 #include "balance/foundation/numerics/levenberg_marquardt.hpp"
 #include "balance/synthesis/design/physical_constraints.hpp"
@@ -16,31 +16,32 @@ struct SolverContext {
   SolverContext(const SolverContext&) = delete;
   ~SolverContext();
 
-  /// @throws SpecError where an expression of the spec has no value
-  Mechanism mechanism(const VectorX& u) const { return problem.build_mechanism(scaling.to_variables(u)); }
-  /// Conditions there; not done where there is no mechanism.
+  /// @throws SpecError if an expression of the spec has no value
+  Mechanism mechanism(const VectorX& u) const { return problem.model->build_mechanism(scaling.to_variables(u)); }
+  /// Conditions at u. The status is not `done` if there is no mechanism.
   Conditions conditions_at(const VectorX& u) const;
-  /// Why there is no design at u; empty: there may be one.
+  /// Why no design is possible at u; empty if nothing rules it out.
   std::string infeasibility_reason(const VectorX& u) const;
-  /// Why the numbers make no mechanism, as a reader of its spec would say; empty: they make one.
+  /// Why the mechanism at u is invalid, phrased for readers of the spec; empty if it is valid.
   std::string invalidity_reason(const VectorX& u) const;
-  /// All bodies are physical, judged by the mechanism itself.
+  /// Whether the mechanism is valid and all bodies are physical, evaluated from the mechanism instead of the fitted
+  /// polynomials.
   bool is_physical(const VectorX& u) const;
-  /// The same, and all limits are kept.
+  /// Whether the mechanism is physical and satisfies all limits.
   bool is_admissible(const VectorX& u) const;
-  /// What is allowed as inequalities g(u) ≥ 0, and their derivatives unless null.
+  /// Physical constraints and limits as inequalities g(u) ≥ 0, with derivatives unless `jacobian` is null.
   int inequality_count() const;
   void evaluate_inequalities(const VectorX& u, VectorX& g, MatrixX* jacobian) const;
-  /// What is allowed is a convex set.
+  /// Whether the feasible set is convex.
   bool is_convex() const;
-  /// None where there is no goal.
+  /// Without goals: no conditions, with status `done`.
   Conditions derive_conditions(const Mechanism& mechanism) const;
 
   const DesignProblem& problem;
   SearchBudget& budget;
   VariableScaling scaling;
   VariableClassification classification;
-  ConditionOptions options;  ///< with the springs that the free numbers make loose and the loads that they change
+  ConditionOptions options;  ///< including the springs made loose, and the loads changed, by the free numbers
   FeatureMap features;
   PhysicalConstraints physical_constraints;
   std::unique_ptr<const DesignLimits> limits;

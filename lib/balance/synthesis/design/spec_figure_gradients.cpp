@@ -12,15 +12,13 @@ namespace balance {
 namespace {
 
 std::size_t index_of(const DesignSpace& space, const std::string& trajectory) {
-  const auto& all = space.start.trajectories;
-  const auto found = std::find_if(all.begin(), all.end(), [&](const Trajectory& t) { return t.name == trajectory; });
-  if (found == all.end()) throw std::invalid_argument("the spec has no trajectory '" + trajectory + "'");
-  if (is_mechanism_dependent(*found))
+  const std::size_t index = trajectory_index(space.start, trajectory);
+  if (is_mechanism_dependent(space.start.trajectories[index]))
     throw std::invalid_argument("the trajectory '" + trajectory + "' is found anew for every mechanism");
-  return static_cast<std::size_t>(found - all.begin());
+  return index;
 }
 
-/// A figure among a quantity's, and where its derivatives stand in a FigureGradient.
+/// A figure of a quantity and the position of its derivatives in a FigureGradient.
 struct FigureSlot {
   ValueWithGradient QuantityGradients::*slope;
   double FigureGradient::*value;
@@ -44,7 +42,7 @@ class FigureDifferentiation {
   }
 
  private:
-  /// What the spec says, with its derivatives by these numbers.
+  /// The values of the spec, with derivatives by the inputs `first` to `last`.
   RecordedValues<DualNumber> derived_by(Eigen::Index first, Eigen::Index last) const {
     std::vector<DualNumber> inputs(space_.inputs.begin(), space_.inputs.end());
     for (Eigen::Index i = 0; i < x_.size(); ++i) {
@@ -67,35 +65,35 @@ class FigureDifferentiation {
     return true;
   }
 
-  /// What has figures, and of which of the gradient's each is the worst.
+  /// Lists the quantities that have figures; each is the worst of a range of the gradient's figures.
   void name_quantities(const RunResult& run) {
-    const std::vector<MetricSeries> tracks = list_metric_series(run);
+    const std::vector<MetricSeries> series = list_metric_series(run);
     const ValueWithGradient unknown{0, VectorX::Zero(x_.size())};
     const auto add = [&](const std::string& quantity, std::size_t first, std::size_t last) {
       out_.quantities.push_back({quantity, unknown, unknown, unknown, unknown, {}, {}});
       members_.emplace_back(first, last);
     };
-    for (const auto& [first, last] : group_metric_series(tracks)) {
-      if (!tracks[first].worst_group.empty()) add(tracks[first].worst_group, first, last);
-      for (std::size_t i = first; i < last; ++i) add(tracks[i].quantity, i, i + 1);
+    for (const auto& [first, last] : group_metric_series(series)) {
+      if (!series[first].worst_group.empty()) add(series[first].worst_group, first, last);
+      for (std::size_t i = first; i < last; ++i) add(series[i].quantity, i, i + 1);
     }
     out_.energy = out_.duration = unknown;
   }
 
-  void copy_gradients(const FigureGradients& found, Eigen::Index from, Eigen::Index to) {
+  void copy_gradients(const FigureGradients& gradients, Eigen::Index from, Eigen::Index to) {
     const auto copy = [&](const std::array<double, dual_width>& derivatives, ValueWithGradient& slope) {
       for (Eigen::Index i = from; i < to; ++i) slope.gradient[i] = derivatives[static_cast<std::size_t>(i - from)];
     };
     for (std::size_t q = 0; q < members_.size(); ++q) {
-      const auto first = found.figures.begin() + static_cast<std::ptrdiff_t>(members_[q].first);
-      const auto last = found.figures.begin() + static_cast<std::ptrdiff_t>(members_[q].second);
-      for (const FigureSlot& place : figure_slots) {
+      const auto first = gradients.figures.begin() + static_cast<std::ptrdiff_t>(members_[q].first);
+      const auto last = gradients.figures.begin() + static_cast<std::ptrdiff_t>(members_[q].second);
+      for (const FigureSlot& slot : figure_slots) {
         const FigureGradient& worst = *std::max_element(
             first, last,
-            [&](const FigureGradient& a, const FigureGradient& b) { return a.*place.value < b.*place.value; });
-        ValueWithGradient& slope = out_.quantities[q].*place.slope;
-        slope.value = worst.*place.value;
-        copy(worst.*place.derivatives, slope);
+            [&](const FigureGradient& a, const FigureGradient& b) { return a.*slot.value < b.*slot.value; });
+        ValueWithGradient& slope = out_.quantities[q].*slot.slope;
+        slope.value = worst.*slot.value;
+        copy(worst.*slot.derivatives, slope);
       }
       const auto add = [&](const std::vector<Extreme> FigureGradient::*extremes,
                            std::vector<ValueWithGradient>& slopes) {
@@ -110,10 +108,10 @@ class FigureDifferentiation {
       add(&FigureGradient::highest, out_.quantities[q].segment_maxima);
       add(&FigureGradient::lowest, out_.quantities[q].segment_minima);
     }
-    out_.energy.value = found.energy;
-    copy(found.d_energy, out_.energy);
-    out_.duration.value = found.duration;
-    copy(found.d_duration, out_.duration);
+    out_.energy.value = gradients.energy;
+    copy(gradients.d_energy, out_.energy);
+    out_.duration.value = gradients.duration;
+    copy(gradients.d_duration, out_.duration);
   }
 
   const DesignSpace& space_;
@@ -121,10 +119,10 @@ class FigureDifferentiation {
   std::size_t trajectory_;
   const std::vector<std::string>& arrays_;
   SpecFigureGradients out_;
-  std::vector<std::pair<std::size_t, std::size_t>> members_;  ///< per quantity: the gradient's figures
+  std::vector<std::pair<std::size_t, std::size_t>> members_;  ///< per quantity: range of the gradient's figures
 };
 
-/// "torque[A1]" is in the array "torque", and so is "force[S]".
+/// "torque[A1]" belongs to the array "torque", and "force[S]" to "force".
 std::vector<std::string> arrays_of(const std::vector<std::string>& quantities) {
   std::vector<std::string> arrays;
   for (const std::string& quantity : quantities) arrays.push_back(effort_array_name(quantity));

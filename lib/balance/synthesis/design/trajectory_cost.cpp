@@ -21,47 +21,47 @@
 
 namespace balance {
 
-/// One motion as often as it is wanted, place by place in the order of time.
+/// Replays a motion any number of times, sample by sample in the order of time.
 template <class S>
 class MotionReplay {
  public:
-  /// @param tree as compiled; the run works on a copy
-  /// @param plan done
+  /// @param tree as compiled; replays work on a copy
+  /// @param plan compiled successfully
   MotionReplay(const Mechanism& mechanism, const Trajectory& trajectory, const Tree<S>& tree,
                const CompiledTrajectory<S>& plan)
       : mechanism_(mechanism),
         trajectory_(trajectory),
         plan_(plan),
         tree_(tree),
-        observer_(mechanism, tree_, plan.freedoms, to_vector<S>(trajectory.about)),
+        evaluator_(mechanism, tree_, plan.freedoms, to_vector<S>(trajectory.about)),
         stepper_(mechanism, tree_, plan),
         loads_(mechanism, tree, plan.prescribed_motion->duration()) {
-    stepper_.set_regularity_monitor(observer_.regularity_monitor());
+    stepper_.set_regularity_monitor(evaluator_.regularity_monitor());
   }
   MotionReplay(const MotionReplay&) = delete;
   MotionReplay& operator=(const MotionReplay&) = delete;
 
   const Tree<S>& tree() const { return tree_; }
-  /// What is there at the place that was seen last.
+  /// Payloads attached at the last visited sample.
   const TreePayloads<S>& loads() const { return loads_; }
 
-  /// Calls see(stepper) once for every place of the walk and every side of a jump that no other place holds: the places that
-  /// averages are taken over. The stepper's state is that of the place.
-  template <class See>
-  MotionOutcome run(Detail detail, See&& see) {
-    const Actuation<S>& actuation = observer_.actuation();
+  /// Calls visit(stepper) for every sample and for every side of a jump without a coincident sample: the points of the
+  /// time averages. The stepper holds the state at the sample.
+  template <class Visit>
+  MotionOutcome run(Detail detail, Visit&& visit) {
+    const Actuation<S>& actuation = evaluator_.actuation();
     if (!actuation.mismatch().empty()) return {MotionStatus::mismatch, 0, actuation.mismatch(), {}};
-    bool holds = true;
+    bool is_evaluated = true;
     loads_.apply(0, tree_);
     const bool done =
-        visit_time_grid(stepper_, *plan_.prescribed_motion, trajectory_.samples, [&](const TimeGridPoint& stop) {
-          if (stop.kind == TimeGridPoint::Kind::after_jump) loads_.apply(stepper_.time(), tree_);
-          if (stop.kind == TimeGridPoint::Kind::after_jump && stop.has_coincident_next) return true;
-          holds = observer_.evaluate(stepper_, detail);
-          if (holds) see(stepper_);
-          return holds;
+        visit_time_grid(stepper_, *plan_.prescribed_motion, trajectory_.samples, [&](const TimeGridPoint& point) {
+          if (point.kind == TimeGridPoint::Kind::after_jump) loads_.apply(stepper_.time(), tree_);
+          if (point.kind == TimeGridPoint::Kind::after_jump && point.has_coincident_next) return true;
+          is_evaluated = evaluator_.evaluate(stepper_, detail);
+          if (is_evaluated) visit(stepper_);
+          return is_evaluated;
         });
-    if (!holds)
+    if (!is_evaluated)
       return make_actuation_singularity_outcome(stepper_.time(), format_configuration(mechanism_, tree_, stepper_.y()));
     if (!done) return stepper_.outcome();
     return {MotionStatus::done, plan_.prescribed_motion->duration(), "", actuation.notes()};
@@ -72,78 +72,79 @@ class MotionReplay {
   const Trajectory& trajectory_;
   const CompiledTrajectory<S>& plan_;
   Tree<S> tree_;
-  SampleEvaluator<S> observer_;
+  SampleEvaluator<S> evaluator_;
   MotionStepper<S> stepper_;
   TreePayloads<S> loads_;
 };
 
-/// Peak, mean and range of a quantity over the samples, as functions of few coordinates.
+/// Peak, mean and range of a quantity over the samples, as functions of a few coordinates.
 class SampledFigures {
  public:
-  /// @param components of the quantity: 1 for scalars, whose range is that of the signed value
-  SampledFigures(Eigen::Index places, Eigen::Index components, Eigen::Index coordinates);
+  /// @param components of the quantity: 1 for scalars, whose range refers to the signed value
+  SampledFigures(Eigen::Index sample_count, Eigen::Index components, Eigen::Index coordinates);
 
-  /// @param matrix components × coordinates: the quantity at this place per unit of each
-  /// @param weight share of the time average
-  void set_sample(Eigen::Index place, const MatrixX& matrix, double weight);
+  /// @param matrix components × coordinates: the quantity at this sample per unit of each coordinate
+  /// @param weight in the time average
+  void set_sample(Eigen::Index sample, const MatrixX& matrix, double weight);
 
   /// @param z coordinates
-  /// @param gradient with respect to z, if not null; where the figure has a corner, that of one side
+  /// @param gradient with respect to z, if not null; at a kink, a one-sided one
   double peak(const VectorX& z, VectorX* gradient) const;
   double mean(const VectorX& z, VectorX* gradient) const;
   double range(const VectorX& z, VectorX* gradient) const;
 
  private:
   MatrixX values(const VectorX& z) const;
-  void add_gradient(Eigen::Index place, const MatrixX& values, double factor, VectorX& gradient) const;
+  void add_gradient(Eigen::Index sample, const MatrixX& values, double factor, VectorX& gradient) const;
 
-  Eigen::Index places_, components_;
-  MatrixX matrices_;  ///< component by component, the places one after another
+  Eigen::Index sample_count_, components_;
+  MatrixX matrices_;  ///< by component, then by sample
   VectorX weights_;
 };
 
-/// Figures of one scalar or vector along a trajectory, and of the worst of several.
+/// Figures of one scalar or vector along a trajectory.
 struct CostSeries {
-  RowSpace space;                         ///< of the parameters and a one behind them
+  RowSpace space;                         ///< of the parameters followed by a 1
   std::optional<SampledFigures> samples;  ///< needed for figures other than rms
 
-  /// @param gradient with respect to the parameters, if not null; it has their size
+  /// @param gradient with respect to the parameters, if not null; must have their size
   double figure(Statistic figure, const VectorX& parameters, VectorX* gradient) const;
 
  private:
   VectorX coordinates(const VectorX& parameters) const;
 };
 
-/// The largest figure of several series, with the gradient of that one.
+/// The maximum of a figure over several series, with the gradient of the maximal one.
 /// @param series at least one
 CostFunction make_max_cost(Statistic figure, std::vector<CostSeries> series, Eigen::Index parameters);
 
-// Time averages by the trapezoidal rule, of what comes place by place.
+// Time averages by the trapezoidal rule, computed sample by sample.
 
-/// Hands every place's rows on with their weight, the time that they stand for [s], which is known one place later.
+/// Passes on the rows of each sample with their weight: the time that the sample represents [s], known one sample
+/// later.
 template <class Add>
 class TrapezoidalAverage {
  public:
   /// @param add called with rows and weight, in order
   explicit TrapezoidalAverage(Add add) : add_(std::move(add)) {}
 
-  /// @param rows taken over, and given other memory in exchange
+  /// @param rows swapped with the internal storage
   void add_sample(double time, MatrixX& rows) {
-    if (any_) {
+    if (has_sample_) {
       add_(rows_, (step_ + time - time_) / 2);
       step_ = time - time_;
     }
-    any_ = true;
+    has_sample_ = true;
     time_ = time;
     rows_.swap(rows);
   }
 
-  /// The last place's.
+  /// Passes on the last sample.
   void finish() { add_(rows_, step_ / 2); }
 
  private:
   Add add_;
-  bool any_ = false;
+  bool has_sample_ = false;
   double time_ = 0, step_ = 0;
   MatrixX rows_;
 };
@@ -160,36 +161,39 @@ double AffineFigure::operator()(const VectorX& parameters) const {
   return worst;
 }
 
-SampledFigures::SampledFigures(Eigen::Index places, Eigen::Index components, Eigen::Index coordinates)
-    : places_(places), components_(components), matrices_(places * components, coordinates), weights_(places) {}
+SampledFigures::SampledFigures(Eigen::Index sample_count, Eigen::Index components, Eigen::Index coordinates)
+    : sample_count_(sample_count),
+      components_(components),
+      matrices_(sample_count * components, coordinates),
+      weights_(sample_count) {}
 
-void SampledFigures::set_sample(Eigen::Index place, const MatrixX& matrix, double weight) {
-  for (Eigen::Index c = 0; c < components_; ++c) matrices_.row(c * places_ + place) = matrix.row(c);
-  weights_[place] = weight;
+void SampledFigures::set_sample(Eigen::Index sample, const MatrixX& matrix, double weight) {
+  for (Eigen::Index c = 0; c < components_; ++c) matrices_.row(c * sample_count_ + sample) = matrix.row(c);
+  weights_[sample] = weight;
 }
 
-/// places × components.
+/// samples × components.
 MatrixX SampledFigures::values(const VectorX& z) const {
-  MatrixX out(places_, components_);
+  MatrixX out(sample_count_, components_);
   Eigen::Map<VectorX>(out.data(), out.size()).noalias() = matrices_ * z;
   return out;
 }
 
-/// Adds factor times the gradient of the magnitude at a place.
-void SampledFigures::add_gradient(Eigen::Index place, const MatrixX& values, double factor, VectorX& gradient) const {
-  const double magnitude = values.row(place).norm();
+/// Adds factor times the gradient of the magnitude at a sample.
+void SampledFigures::add_gradient(Eigen::Index sample, const MatrixX& values, double factor, VectorX& gradient) const {
+  const double magnitude = values.row(sample).norm();
   if (magnitude == 0) return;
   for (Eigen::Index c = 0; c < components_; ++c)
-    gradient += factor * values(place, c) / magnitude * matrices_.row(c * places_ + place).transpose();
+    gradient += factor * values(sample, c) / magnitude * matrices_.row(c * sample_count_ + sample).transpose();
 }
 
 double SampledFigures::peak(const VectorX& z, VectorX* gradient) const {
   const MatrixX all = values(z);
-  const Eigen::Index place = max_index(all.rowwise().squaredNorm());
-  const double peak = all.row(place).norm();
+  const Eigen::Index sample = max_index(all.rowwise().squaredNorm());
+  const double peak = all.row(sample).norm();
   if (gradient) {
     gradient->setZero(z.size());
-    add_gradient(place, all, 1, *gradient);
+    add_gradient(sample, all, 1, *gradient);
   }
   return peak;
 }
@@ -201,7 +205,7 @@ double SampledFigures::mean(const VectorX& z, VectorX* gradient) const {
     const VectorX factor = (magnitude.array() > 0).select(weights_.array() / magnitude.array().max(1e-300), 0).matrix();
     gradient->setZero(z.size());
     for (Eigen::Index c = 0; c < components_; ++c)
-      *gradient += matrices_.middleRows(c * places_, places_).transpose() * factor.cwiseProduct(all.col(c));
+      *gradient += matrices_.middleRows(c * sample_count_, sample_count_).transpose() * factor.cwiseProduct(all.col(c));
   }
   return weights_.dot(magnitude);
 }
@@ -269,16 +273,16 @@ double CostSeries::figure(Statistic figure, const VectorX& parameters, VectorX* 
 }
 
 CostFunction make_max_cost(Statistic figure, std::vector<CostSeries> series, Eigen::Index count) {
-  const auto shared = std::make_shared<const std::vector<CostSeries>>(std::move(series));
-  return [shared, figure, count](const VectorX& parameters, VectorX* gradient) {
+  const auto shared_series = std::make_shared<const std::vector<CostSeries>>(std::move(series));
+  return [shared_series, figure, count](const VectorX& parameters, VectorX* gradient) {
     if (parameters.size() != count) throw std::invalid_argument("not as many values as there are parameters");
-    double worst = shared->front().figure(figure, parameters, gradient);
-    VectorX other;
-    for (std::size_t s = 1; s < shared->size(); ++s) {
-      const double value = (*shared)[s].figure(figure, parameters, gradient ? &other : nullptr);
+    double worst = shared_series->front().figure(figure, parameters, gradient);
+    VectorX series_gradient;
+    for (std::size_t s = 1; s < shared_series->size(); ++s) {
+      const double value = (*shared_series)[s].figure(figure, parameters, gradient ? &series_gradient : nullptr);
       if (value <= worst) continue;
       worst = value;
-      if (gradient) gradient->swap(other);
+      if (gradient) gradient->swap(series_gradient);
     }
     return worst;
   };
@@ -286,7 +290,7 @@ CostFunction make_max_cost(Statistic figure, std::vector<CostSeries> series, Eig
 
 namespace {
 
-/// Where figures come from, in plane or space.
+/// Interface to figures of planar and spatial mechanisms.
 struct FigureSource {
   MotionOutcome outcome;
 
@@ -306,7 +310,8 @@ class FixedMotion : public FigureSource {
         plan_(compile_trajectory(mechanism_, tree_, trajectory_)) {
     outcome = plan_.outcome;
     if (outcome.status != MotionStatus::done) return;
-    outcome = MotionReplay<S>(mechanism_, trajectory_, tree_, plan_).run(Detail::forces, [&](auto&) { ++places_; });
+    outcome =
+        MotionReplay<S>(mechanism_, trajectory_, tree_, plan_).run(Detail::forces, [&](auto&) { ++sample_count_; });
     if (outcome.status == MotionStatus::done) set_units();
   }
 
@@ -314,8 +319,7 @@ class FixedMotion : public FigureSource {
     const std::optional<CostQuantity> quantity = find_cost_quantity(mechanism_, name);
     if (outcome.status != MotionStatus::done || !quantity) return std::nullopt;
     std::vector<CostSeries> series;
-    for (SequentialQr& triangle : triangles(*quantity))
-      series.push_back({RowSpace(triangle.triangle(), units_), std::nullopt});
+    for (SequentialQr& qr : triangles(*quantity)) series.push_back({RowSpace(qr.triangle(), units_), std::nullopt});
     if (figure != Statistic::rms) store_samples(*quantity, series);
     return make_max_cost(figure, std::move(series), units_.scale.size() - 1);
   }
@@ -324,22 +328,24 @@ class FixedMotion : public FigureSource {
     const std::optional<CostQuantity> quantity = find_cost_quantity(mechanism_, name);
     if (outcome.status != MotionStatus::done || !quantity) return std::nullopt;
     std::vector<AffineSeries> series(series_count(*quantity));
-    Eigen::Index place = 0;
+    Eigen::Index sample = 0;
     collect(*quantity, [&](const MatrixX& rows, double weight) {
-      const Eigen::Index each = rows.rows() / static_cast<Eigen::Index>(series.size());
+      const Eigen::Index rows_per_series = rows.rows() / static_cast<Eigen::Index>(series.size());
       for (std::size_t s = 0; s < series.size(); ++s) {
         AffineSeries& one = series[s];
-        if (place == 0) one = {MatrixX(places_ * each, rows.cols()), each, VectorX(places_)};
-        one.rows.middleRows(place * each, each) = rows.middleRows(static_cast<Eigen::Index>(s) * each, each);
-        one.time_weights[place] = weight;
+        if (sample == 0)
+          one = {MatrixX(sample_count_ * rows_per_series, rows.cols()), rows_per_series, VectorX(sample_count_)};
+        one.rows.middleRows(sample * rows_per_series, rows_per_series) =
+            rows.middleRows(static_cast<Eigen::Index>(s) * rows_per_series, rows_per_series);
+        one.time_weights[sample] = weight;
       }
-      ++place;
+      ++sample;
     });
     return series;
   }
 
  private:
-  /// Inertial parameters in kilograms, those of springs in newtons per metre, the one as it is.
+  /// Units: kilograms for inertial parameters, newtons per metre for springs, 1 for the constant.
   void set_units() {
     const std::vector<Parameter> parameters = list_parameters(mechanism_, loose_);
     const auto count = static_cast<Eigen::Index>(parameters.size());
@@ -351,25 +357,26 @@ class FixedMotion : public FigureSource {
     units_.families = {0, inertial, count};
   }
 
-  /// Along the whole motion.
-  /// @param add called with the quantity's rows and their share of the average, place by place
+  /// Evaluates a quantity along the whole motion.
+  /// @param add called for each sample with the rows of the quantity and their weight in the average
   template <class Add>
   void collect(const CostQuantity& quantity, Add add) const {
-    MotionReplay<S> rerun(mechanism_, trajectory_, tree_, plan_);
-    ForceRegressor<S> forces(mechanism_, rerun.tree(), plan_.freedoms, trajectory_.about, loose_);
+    MotionReplay<S> replay(mechanism_, trajectory_, tree_, plan_);
+    ForceRegressor<S> forces(mechanism_, replay.tree(), plan_.freedoms, trajectory_.about, loose_);
     const double duration = plan_.prescribed_motion->duration();
     TrapezoidalAverage trapezoids([&](const MatrixX& rows, double weight) { add(rows, weight / duration); });
-    const bool moving = quantity.kind == CostQuantity::Kind::kinetic_energy;  // asks for the velocities of all origins
+    const bool needs_velocities =
+        quantity.kind == CostQuantity::Kind::kinetic_energy;  // needs the velocities of all origins
     MatrixX rows;
-    rerun.run(moving ? Detail::all : Detail::forces, [&](MotionStepper<S>& stepper) {
+    replay.run(needs_velocities ? Detail::all : Detail::forces, [&](MotionStepper<S>& stepper) {
       forces.evaluate(stepper, quantity, rows);
-      zero_absent_payloads(rerun.loads(), rows);
+      zero_absent_payloads(replay.loads(), rows);
       trapezoids.add_sample(stepper.time(), rows);
     });
     trapezoids.finish();
   }
 
-  /// Payloads do nothing while they are not there.
+  /// Zeroes the columns of payloads that are not attached.
   void zero_absent_payloads(const TreePayloads<S>& loads, MatrixX& rows) const {
     for (std::size_t e = 0; e < tree_.mass_elements.size(); ++e)
       if (!loads.is_attached(e, loads.current_interval()))
@@ -378,32 +385,34 @@ class FixedMotion : public FigureSource {
   }
 
   std::size_t series_count(const CostQuantity& quantity) const {
-    const bool each = quantity.of_actuators() && !quantity.actuator && !quantity.is_combined;
-    return each ? mechanism_.actuators.size() : 1;
+    const bool is_per_actuator = quantity.of_actuators() && !quantity.actuator && !quantity.is_combined;
+    return is_per_actuator ? mechanism_.actuators.size() : 1;
   }
 
   std::vector<SequentialQr> triangles(const CostQuantity& quantity) const {
-    std::vector<SequentialQr> all(series_count(quantity), SequentialQr(units_.scale.size()));
+    std::vector<SequentialQr> factors(series_count(quantity), SequentialQr(units_.scale.size()));
     collect(quantity, [&](const MatrixX& rows, double weight) {
-      const Eigen::Index each = rows.rows() / static_cast<Eigen::Index>(all.size());
-      for (std::size_t s = 0; s < all.size(); ++s)
-        all[s].add(rows.middleRows(static_cast<Eigen::Index>(s) * each, each), weight);
+      const Eigen::Index rows_per_series = rows.rows() / static_cast<Eigen::Index>(factors.size());
+      for (std::size_t s = 0; s < factors.size(); ++s)
+        factors[s].add(rows.middleRows(static_cast<Eigen::Index>(s) * rows_per_series, rows_per_series), weight);
     });
-    return all;
+    return factors;
   }
 
-  /// A second time along the motion: what all samples would take in all parameters is too much to keep.
+  /// Second pass along the motion, because all samples of all parameters would take too much memory.
   void store_samples(const CostQuantity& quantity, std::vector<CostSeries>& series) const {
-    Eigen::Index place = 0;
+    Eigen::Index sample = 0;
     collect(quantity, [&](const MatrixX& rows, double weight) {
-      const Eigen::Index each = rows.rows() / static_cast<Eigen::Index>(series.size());
+      const Eigen::Index rows_per_series = rows.rows() / static_cast<Eigen::Index>(series.size());
       for (std::size_t s = 0; s < series.size(); ++s) {
         CostSeries& one = series[s];
-        if (!one.samples) one.samples.emplace(places_, each, one.space.rank());
+        if (!one.samples) one.samples.emplace(sample_count_, rows_per_series, one.space.rank());
         one.samples->set_sample(
-            place, one.space.to_coordinates(rows.middleRows(static_cast<Eigen::Index>(s) * each, each)), weight);
+            sample,
+            one.space.to_coordinates(rows.middleRows(static_cast<Eigen::Index>(s) * rows_per_series, rows_per_series)),
+            weight);
       }
-      ++place;
+      ++sample;
     });
   }
 
@@ -412,7 +421,7 @@ class FixedMotion : public FigureSource {
   FreeSprings loose_;
   Tree<S> tree_;
   CompiledTrajectory<S> plan_;
-  Eigen::Index places_ = 0;
+  Eigen::Index sample_count_ = 0;
   ColumnScales units_;
 };
 

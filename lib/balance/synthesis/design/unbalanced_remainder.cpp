@@ -15,10 +15,10 @@ namespace {
 
 constexpr long max_remainder_samples = 1001;
 
-/// The mechanism without what stays of an element; nothing if masses could help with all of it.
+/// The mechanism without the unbalanceable part of an element; std::nullopt if masses can influence all of it.
 std::optional<Mechanism> remove_element(const Mechanism& mechanism, const UnbalanceableElement& remainder,
                                         const Conditions& conditions) {
-  Mechanism other = mechanism;
+  Mechanism reduced_mechanism = mechanism;
   bool changed = false;
   const auto i = static_cast<std::size_t>(remainder.index);
   for (const int t : remainder.terms) {
@@ -26,18 +26,19 @@ std::optional<Mechanism> remove_element(const Mechanism& mechanism, const Unbala
     if (!is_load_change(term) && !conditions.matrix.col(t).head(conditions.parameter_rows()).isZero(0)) continue;
     changed = true;
     if (term.owner_kind == ParameterOwner::friction) {
-      friction_coefficient(other.friction[i], term) = 0;
+      friction_coefficient(reduced_mechanism.friction[i], term) = 0;
     } else if (is_load_change(term)) {
-      other.loads[i].time.clear();
-      other.loads[i].force.resize(1);
-      other.loads[i].moment.resize(1);
+      reduced_mechanism.loads[i].time.clear();
+      reduced_mechanism.loads[i].force.resize(1);
+      reduced_mechanism.loads[i].moment.resize(1);
     } else {
       const bool couple = term.kind == ParameterKind::couple;
       const int axis = term.symbol == "m" ? 2 : term.symbol[1] - 'x';
-      for (Vector3& value : couple ? other.loads[i].moment : other.loads[i].force) value[axis] = 0;
+      for (Vector3& value : couple ? reduced_mechanism.loads[i].moment : reduced_mechanism.loads[i].force)
+        value[axis] = 0;
     }
   }
-  return changed ? std::optional(other) : std::nullopt;
+  return changed ? std::optional(reduced_mechanism) : std::nullopt;
 }
 
 RunResult simulate_samples(const Mechanism& mechanism, const Trajectory& trajectory) {
@@ -50,19 +51,20 @@ RunResult simulate_samples(const Mechanism& mechanism, const Trajectory& traject
   }
 }
 
-void add_efforts(const RunResult& with, const RunResult& less, const std::string& trajectory,
-                 UnbalancedRemainder& staying) {
-  const Samples difference = with.torque - less.torque;
+void add_efforts(const RunResult& complete_run, const RunResult& reduced_run, const std::string& trajectory,
+                 UnbalancedRemainder& entry) {
+  const Samples difference = complete_run.torque - reduced_run.torque;
   for (Eigen::Index a = 0; a < difference.cols(); ++a) {
     const double size = max_abs(difference.col(a));
-    if (!(size > 1e-12 * max_abs(with.torque.col(a)))) continue;
+    if (!(size > 1e-12 * max_abs(complete_run.torque.col(a)))) continue;
     const auto actuator = static_cast<std::size_t>(a);
-    staying.efforts.push_back({trajectory, with.actuator_names[actuator], with.actuator_units[actuator], size});
+    entry.efforts.push_back(
+        {trajectory, complete_run.actuator_names[actuator], complete_run.actuator_units[actuator], size});
   }
 }
 
-/// A spring has no fixed part to take away: its stiffness is a parameter.
-bool is_removable(const UnbalancedRemainder& staying) { return staying.element.bearer != ParameterOwner::spring; }
+/// A spring has no constant part that could be removed: its stiffness is a parameter.
+bool is_removable(const UnbalancedRemainder& entry) { return entry.element.bearer != ParameterOwner::spring; }
 
 }  // namespace
 
@@ -74,33 +76,34 @@ std::vector<UnbalancedRemainder> list_unbalanced_remainders(const Mechanism& mec
   std::vector<UnbalancedRemainder> all;
   for (const UnbalanceableElement& remainder :
        list_unbalanceable_elements(conditions, values, mechanism, condition_tolerance)) {
-    UnbalancedRemainder staying{
-        remainder, unbalanceable_element_text(remainder, conditions, values, mechanism), {}, {}};
+    UnbalancedRemainder entry{remainder, unbalanceable_element_text(remainder, conditions, values, mechanism), {}, {}};
     for (const PeakEffort& effort : find_peak_static_efforts(mechanism, conditions, remainder, options)) {
       const Coordinate& coordinate = mechanism.coordinates[static_cast<std::size_t>(effort.actuator)];
       if (!std::isfinite(effort.magnitude)) {
-        staying.failed_trajectories.push_back(
+        entry.failed_trajectories.push_back(
             {"", "the effort of " + coordinate.name + " grows too large to be computed with"});
         continue;
       }
-      staying.efforts.push_back(
+      entry.efforts.push_back(
           {"", coordinate.name, coordinate.kind == CoordinateKind::length ? "N" : "N m", effort.magnitude});
     }
-    all.push_back(std::move(staying));
+    all.push_back(std::move(entry));
   }
   if (std::none_of(all.begin(), all.end(), is_removable) || mechanism.actuators.empty()) return all;
   for (Trajectory trajectory : trajectories) {
     trajectory.samples = std::min(trajectory.samples, max_remainder_samples);
-    const RunResult with = simulate_samples(mechanism, trajectory);
-    for (UnbalancedRemainder& staying : all) {
-      const auto other =
-          is_removable(staying) ? remove_element(mechanism, staying.element, conditions) : std::optional<Mechanism>();
-      if (!other) continue;
-      const RunResult less = with.outcome.status == MotionStatus::done ? simulate_samples(*other, trajectory) : with;
-      if (less.outcome.status == MotionStatus::done)
-        add_efforts(with, less, trajectory.name, staying);
+    const RunResult complete_run = simulate_samples(mechanism, trajectory);
+    for (UnbalancedRemainder& entry : all) {
+      const auto reduced_mechanism =
+          is_removable(entry) ? remove_element(mechanism, entry.element, conditions) : std::optional<Mechanism>();
+      if (!reduced_mechanism) continue;
+      const RunResult reduced_run = complete_run.outcome.status == MotionStatus::done
+                                        ? simulate_samples(*reduced_mechanism, trajectory)
+                                        : complete_run;
+      if (reduced_run.outcome.status == MotionStatus::done)
+        add_efforts(complete_run, reduced_run, trajectory.name, entry);
       else
-        staying.failed_trajectories.push_back({trajectory.name, less.outcome.reason});
+        entry.failed_trajectories.push_back({trajectory.name, reduced_run.outcome.reason});
     }
   }
   return all;

@@ -1,5 +1,5 @@
 #pragma once
-/// What conditions cannot balance, with the efforts that it leaves to the actuators.
+/// Elements that the conditions cannot balance, and the actuator efforts that they cause.
 
 #include "balance/mechanics/trajectory/trajectory.hpp"
 #include "balance/synthesis/conditions/unbalanceable_terms.hpp"
@@ -9,15 +9,15 @@
 
 namespace balance {
 
-/// The largest effort of one actuator that an element leaves.
+/// The maximum effort of one actuator caused by an element.
 struct RemainderEffort {
   std::string trajectory;  ///< empty: at rest, in random poses
-  std::string actuator;    ///< its coordinate's name
+  std::string actuator;    ///< name of its coordinate
   std::string unit;        ///< "N m" or "N"
   double magnitude = 0;
 };
 
-/// One element that no choice of masses and stiffnesses can balance.
+/// An element that no choice of masses and stiffnesses can balance.
 struct UnbalancedRemainder {
   UnbalanceableElement element;
   std::string text;  ///< "friction in R1 (0.5 N m s/rad viscous)"
@@ -28,8 +28,9 @@ struct UnbalancedRemainder {
   std::vector<Unknown> failed_trajectories;  ///< trajectories that cannot be followed
 };
 
-/// Loads at rest: find_peak_static_efforts. Along a trajectory: by how much every actuator's effort changes when
-/// friction, or what a load changes by, or the components of it that weight cannot help, are taken away; at most 1001 samples.
+/// Computes the efforts of all such elements. At rest: find_peak_static_efforts. Along a trajectory: the change of each
+/// actuator's effort when friction, the variation of a load, or the load components that weight cannot balance are
+/// removed; at most 1001 samples.
 std::vector<UnbalancedRemainder> list_unbalanced_remainders(const Mechanism& mechanism,
                                                             const std::vector<Trajectory>& trajectories,
                                                             const Conditions& conditions,

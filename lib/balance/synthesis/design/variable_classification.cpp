@@ -13,7 +13,7 @@ namespace balance::design {
 
 namespace {
 
-/// Unit coordinates so near to a bound are meant to be at it.
+/// Unit coordinates this close to a bound are snapped to it.
 constexpr double bound_snap_tolerance = 1e-14;
 
 }  // namespace
@@ -52,7 +52,7 @@ VectorX VariableScaling::to_variables(const VectorX& u) const {
 
 namespace {
 
-/// Springs of zero free length whose ends are free.
+/// Marks springs of zero free length whose end points vary.
 FreeSprings springs_with_free_ends(const Mechanism& base, const std::vector<Mechanism>& others, FreeSprings loose) {
   const std::size_t n = base.springs.size();
   loose.resize(n, false);
@@ -84,14 +84,14 @@ bool VariableClassification::has_effect(int variable, int feature) const {
 
 namespace {
 
-/// Tries to find another value of a number, or another point, before they are given up.
+/// Maximum number of attempts to find another value of a variable or another point.
 constexpr int max_sampling_attempts = 60;
 
-/// The mechanism at u, or nothing where an expression of the spec has no value.
-std::optional<Mechanism> try_build_mechanism(const VariableScaling& box, const DesignProblem& problem,
+/// The mechanism at u; std::nullopt if an expression of the spec has no value.
+std::optional<Mechanism> try_build_mechanism(const VariableScaling& scaling, const DesignProblem& problem,
                                              const VectorX& u) {
   try {
-    Mechanism mechanism = problem.build_mechanism(box.to_variables(u));
+    Mechanism mechanism = problem.model->build_mechanism(scaling.to_variables(u));
     if (collect_geometry(mechanism, {}).allFinite() && parameter_values(mechanism, {}).allFinite()) return mechanism;
   } catch (const SpecError&) {
   }
@@ -100,32 +100,33 @@ std::optional<Mechanism> try_build_mechanism(const VariableScaling& box, const D
 
 }  // namespace
 
-VariableClassification classify_variables(const VariableScaling& box, const DesignProblem& problem) {
+VariableClassification classify_variables(const VariableScaling& scaling, const DesignProblem& problem) {
   VariableClassification result;
-  const int n = box.size();
-  // inside the bounds, where masses are positive; not too near the other values, so that differences are clear
+  const int n = scaling.size();
+  // Inside the bounds, where masses are positive; far enough from the other values for clear differences.
   UniformRandom random(problem.search.seed);
   result.base = random.sample_point(n, 0.1, 0.4);
   result.perturbed = random.sample_point(n, -0.8, -0.5);
-  std::optional<Mechanism> at_base = try_build_mechanism(box, problem, result.base);
+  std::optional<Mechanism> at_base = try_build_mechanism(scaling, problem, result.base);
   for (int k = 0; !at_base && k < max_sampling_attempts; ++k) {
-    result.base = k < max_sampling_attempts / 2
-                      ? random.sample_point(n, -0.95, 0.95)
-                      : clip_to_unit_box(box.start() + random.sample_point(n) / (k + 2 - max_sampling_attempts / 2));
-    at_base = try_build_mechanism(box, problem, result.base);
+    result.base =
+        k < max_sampling_attempts / 2
+            ? random.sample_point(n, -0.95, 0.95)
+            : clip_to_unit_box(scaling.start() + random.sample_point(n) / (k + 2 - max_sampling_attempts / 2));
+    at_base = try_build_mechanism(scaling, problem, result.base);
   }
-  if (!at_base) result.base = box.start();
-  result.base_mechanism = at_base ? *at_base : problem.build_mechanism(box.to_variables(result.base));
+  if (!at_base) result.base = scaling.start();
+  result.base_mechanism = at_base ? *at_base : problem.model->build_mechanism(scaling.to_variables(result.base));
   std::vector<Mechanism> others;
   for (int i = 0; i < n; ++i) {
     VectorX u = result.base;
     u[i] = result.perturbed[i];
-    std::optional<Mechanism> other = try_build_mechanism(box, problem, u);
+    std::optional<Mechanism> other = try_build_mechanism(scaling, problem, u);
     for (int k = 0; !other && k < max_sampling_attempts; ++k) {
       const int late = std::max(0, k - max_sampling_attempts / 2);
       const double narrow = elementary::pow(0.7, late);
       u[i] = std::clamp(result.base[i] + narrow * random(-1, 1), -1.0, 1.0);
-      if (std::abs(u[i] - result.base[i]) > 1e-6) other = try_build_mechanism(box, problem, u);
+      if (std::abs(u[i] - result.base[i]) > 1e-6) other = try_build_mechanism(scaling, problem, u);
     }
     result.perturbed[i] = u[i];
     others.push_back(other ? *other : result.base_mechanism);
@@ -145,9 +146,9 @@ VariableClassification classify_variables(const VariableScaling& box, const Desi
 namespace balance {
 
 FreeSprings find_loose_springs(const DesignProblem& problem) {
-  const design::VariableScaling box(problem.variables);
-  if (problem.build_mechanism(box.to_variables(box.start())).springs.empty()) return {};
-  return design::classify_variables(box, problem).loose_springs;
+  const design::VariableScaling scaling(problem.variables);
+  if (problem.model->build_mechanism(scaling.to_variables(scaling.start())).springs.empty()) return {};
+  return design::classify_variables(scaling, problem).loose_springs;
 }
 
 }  // namespace balance

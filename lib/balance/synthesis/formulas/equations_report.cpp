@@ -16,31 +16,31 @@
 
 namespace balance {
 
-// Entries of equations of motion that are nothing but round-off become 0.
+// Sets entries of equations of motion that are only round-off to 0.
 
-/// What entries of a mechanism's equations are measured by.
+/// Reference magnitudes for the entries of a mechanism's equations.
 struct EquationScales {
-  double length;          ///< characteristic [m]
-  double gravity_moment;  ///< of everything that moves times that length [N m]
-  double spring_moment;   ///< that turn by a radian, or stretch by that length [N m]
-  double load_moment;     ///< at that length [N m]
+  double length;          ///< characteristic length [m]
+  double gravity_moment;  ///< weight of everything that moves times that length [N m]
+  double spring_moment;   ///< of springs rotated by a radian or stretched by that length [N m]
+  double load_moment;     ///< of loads at that length [N m]
 };
 
 EquationScales compute_equation_scales(const Mechanism& mechanism);
 
-/// @param lengths per row: whether its coordinate is a length
-void clear_round_off(const EquationScales& sizes, const std::vector<bool>& lengths, IndependentTerms& terms);
-void clear_round_off(const EquationScales& sizes, const std::vector<bool>& lengths, RedundantTerms& terms);
-void clear_round_off(const EquationScales& sizes, SpeedTerms& terms);
-/// @param forces per actuator: whether its effort is a force
-void clear_round_off(const EquationScales& sizes, const std::vector<bool>& forces, EffortBreakdown& split);
+/// @param is_length per row: whether its coordinate is a length
+void clear_round_off(const EquationScales& scales, const std::vector<bool>& is_length, IndependentTerms& terms);
+void clear_round_off(const EquationScales& scales, const std::vector<bool>& is_length, RedundantTerms& terms);
+void clear_round_off(const EquationScales& scales, SpeedTerms& terms);
+/// @param is_force per actuator: whether its effort is a force
+void clear_round_off(const EquationScales& scales, const std::vector<bool>& is_force, EffortBreakdown& breakdown);
 
-/// Entries far below the largest one.
+/// Clears entries far below the largest one.
 void clear_relative_round_off(MatrixX& matrix);
 
 namespace {
 
-/// Of what entries are made of: products of a hundred terms with inverses of the closures.
+/// Relative to the terms of an entry, which are products of a hundred terms with inverses of the closures.
 constexpr double relative_entry_tolerance = 1e-12;
 
 void clear_if_round_off(double& value, double size) {
@@ -51,13 +51,14 @@ void clear_if_round_off(VectorX& values, const VectorX& sizes) {
   for (Eigen::Index i = 0; i < values.size(); ++i) clear_if_round_off(values[i], sizes[i]);
 }
 
-VectorX coordinate_scales(const std::vector<bool>& lengths, double length) {
-  VectorX units(static_cast<Eigen::Index>(lengths.size()));
-  for (Eigen::Index i = 0; i < units.size(); ++i) units[i] = lengths[static_cast<std::size_t>(i)] ? length : 1;
+VectorX coordinate_scales(const std::vector<bool>& is_length, double length) {
+  VectorX units(static_cast<Eigen::Index>(is_length.size()));
+  for (Eigen::Index i = 0; i < units.size(); ++i) units[i] = is_length[static_cast<std::size_t>(i)] ? length : 1;
   return units;
 }
 
-/// Masses are positive definite: no entry is above the geometric mean of its diagonal ones. Rates of a coordinate turn bodies by its unit.
+/// Mass matrices are positive definite: no entry exceeds the geometric mean of its diagonal ones. A coordinate's rate
+/// over its unit is of the order of angular velocities.
 void clear_inertia_round_off(const VectorX& units, MatrixX& mass, std::vector<MatrixX>& velocity) {
   const VectorX root = mass.diagonal().cwiseAbs().cwiseSqrt();
   const double largest = root.size() > 0 ? max_coefficient(root) : 0;
@@ -70,27 +71,27 @@ void clear_inertia_round_off(const VectorX& units, MatrixX& mass, std::vector<Ma
     }
 }
 
-void clear_static_round_off(const VectorX& units, const EquationScales& sizes, StaticTerms& rest) {
-  for (const auto& [part, moment] : {std::pair(&rest.weight, sizes.gravity_moment),
-                                     {&rest.springs, sizes.spring_moment},
-                                     {&rest.loads, sizes.load_moment}})
-    if (part->size() == units.size()) clear_if_round_off(*part, VectorX(moment * units.cwiseInverse()));
+void clear_static_round_off(const VectorX& units, const EquationScales& scales, StaticTerms& static_terms) {
+  for (const auto& [term, moment] : {std::pair(&static_terms.weight, scales.gravity_moment),
+                                     {&static_terms.springs, scales.spring_moment},
+                                     {&static_terms.loads, scales.load_moment}})
+    if (term->size() == units.size()) clear_if_round_off(*term, VectorX(moment * units.cwiseInverse()));
 }
 
 }  // namespace
 
 EquationScales compute_equation_scales(const Mechanism& mechanism) {
   const double length = characteristic_length(mechanism);
-  EquationScales sizes{length, total_mass(mechanism) * mechanism.gravity.norm() * length, 0, 0};
+  EquationScales scales{length, total_mass(mechanism) * mechanism.gravity.norm() * length, 0, 0};
   for (const Spring& spring : mechanism.springs) {
-    const bool turns = spring.is_joint_spring() && !is_length_coordinate(mechanism, spring.coordinate);
-    sizes.spring_moment += std::abs(spring.stiffness) * (turns ? 1 : length * std::max(length, spring.free_length));
-    sizes.spring_moment += std::abs(spring.preload) * (turns ? 1 : length);
+    const bool is_angle = spring.is_joint_spring() && !is_length_coordinate(mechanism, spring.coordinate);
+    scales.spring_moment += std::abs(spring.stiffness) * (is_angle ? 1 : length * std::max(length, spring.free_length));
+    scales.spring_moment += std::abs(spring.preload) * (is_angle ? 1 : length);
   }
   for (const Load& load : mechanism.loads)
     for (std::size_t k = 0; k < load.force.size(); ++k)
-      sizes.load_moment += load.force[k].norm() * length + load.moment[k].norm();
-  return sizes;
+      scales.load_moment += load.force[k].norm() * length + load.moment[k].norm();
+  return scales;
 }
 
 void clear_relative_round_off(MatrixX& matrix) {
@@ -98,18 +99,18 @@ void clear_relative_round_off(MatrixX& matrix) {
   for (double& value : matrix.reshaped()) clear_if_round_off(value, largest);
 }
 
-void clear_round_off(const EquationScales& sizes, const std::vector<bool>& lengths, IndependentTerms& terms) {
-  const VectorX units = coordinate_scales(lengths, sizes.length);
+void clear_round_off(const EquationScales& scales, const std::vector<bool>& is_length, IndependentTerms& terms) {
+  const VectorX units = coordinate_scales(is_length, scales.length);
   clear_inertia_round_off(units, terms.mass, terms.velocity);
   clear_relative_round_off(terms.viscous);
   clear_relative_round_off(terms.input);
-  clear_static_round_off(units, sizes, terms.static_terms);
+  clear_static_round_off(units, scales, terms.static_terms);
 }
 
-void clear_round_off(const EquationScales& sizes, const std::vector<bool>& lengths, RedundantTerms& terms) {
-  const VectorX units = coordinate_scales(lengths, sizes.length);
+void clear_round_off(const EquationScales& scales, const std::vector<bool>& is_length, RedundantTerms& terms) {
+  const VectorX units = coordinate_scales(is_length, scales.length);
   clear_inertia_round_off(units, terms.mass, terms.velocity);
-  clear_static_round_off(units, sizes, terms.rest);
+  clear_static_round_off(units, scales, terms.rest);
   for (MatrixX* matrix : {&terms.viscous, &terms.input, &terms.constraints, &terms.transformation})
     clear_relative_round_off(*matrix);
   const double largest = max_abs(terms.transformation);
@@ -117,39 +118,39 @@ void clear_round_off(const EquationScales& sizes, const std::vector<bool>& lengt
     for (double& value : form.reshaped()) clear_if_round_off(value, largest);
 }
 
-void clear_round_off(const EquationScales& sizes, SpeedTerms& terms) {
+void clear_round_off(const EquationScales& scales, SpeedTerms& terms) {
   clear_relative_round_off(terms.rows);
   clear_relative_round_off(terms.rates);
   const double inertia = std::max(max_abs(terms.speed_equations.mass), max_abs(terms.constraint_equations.mass));
-  for (IndependentTerms* part : {&terms.speed_equations, &terms.constraint_equations}) {
-    for (double& value : part->mass.reshaped()) clear_if_round_off(value, inertia);
-    for (MatrixX& form : part->velocity)
-      for (double& value : form.reshaped()) clear_if_round_off(value, inertia * std::max(1.0, 1 / sizes.length));
-    clear_relative_round_off(part->viscous);
-    clear_relative_round_off(part->input);
-    clear_static_round_off(VectorX::Constant(part->static_terms.weight.size(), std::max(1.0, sizes.length)), sizes,
-                           part->static_terms);
+  for (IndependentTerms* equations : {&terms.speed_equations, &terms.constraint_equations}) {
+    for (double& value : equations->mass.reshaped()) clear_if_round_off(value, inertia);
+    for (MatrixX& form : equations->velocity)
+      for (double& value : form.reshaped()) clear_if_round_off(value, inertia * std::max(1.0, 1 / scales.length));
+    clear_relative_round_off(equations->viscous);
+    clear_relative_round_off(equations->input);
+    clear_static_round_off(VectorX::Constant(equations->static_terms.weight.size(), std::max(1.0, scales.length)),
+                           scales, equations->static_terms);
   }
 }
 
-void clear_round_off(const EquationScales& sizes, const std::vector<bool>& forces, EffortBreakdown& split) {
-  for (Eigen::Index k = 0; k < split.parts.rows(); ++k) {
-    const double unit = forces[static_cast<std::size_t>(k)] ? sizes.length : 1;
-    const double size = std::max(sizes.gravity_moment / unit, max_abs(split.parts.row(k)));
-    for (double& value : split.parts.row(k)) clear_if_round_off(value, size);
-    clear_if_round_off(split.effort[k], size);
+void clear_round_off(const EquationScales& scales, const std::vector<bool>& is_force, EffortBreakdown& breakdown) {
+  for (Eigen::Index k = 0; k < breakdown.parts.rows(); ++k) {
+    const double unit = is_force[static_cast<std::size_t>(k)] ? scales.length : 1;
+    const double size = std::max(scales.gravity_moment / unit, max_abs(breakdown.parts.row(k)));
+    for (double& value : breakdown.parts.row(k)) clear_if_round_off(value, size);
+    clear_if_round_off(breakdown.effort[k], size);
   }
 }
 
 namespace {
 
 std::vector<bool> flag_lengths(const Mechanism& mechanism, const std::vector<CoordinateId>& coordinates) {
-  std::vector<bool> lengths;
-  for (const CoordinateId c : coordinates) lengths.push_back(is_length_coordinate(mechanism, c));
-  return lengths;
+  std::vector<bool> is_length;
+  for (const CoordinateId c : coordinates) is_length.push_back(is_length_coordinate(mechanism, c));
+  return is_length;
 }
 
-constexpr double zero_term_tolerance = 1e-9;  ///< of the largest term of its kind: what counts as zero
+constexpr double zero_term_tolerance = 1e-9;  ///< relative to the largest term of its kind: smaller terms count as zero
 
 class EquationsReporter {
  public:
@@ -162,10 +163,10 @@ class EquationsReporter {
         terms_(mechanism, options_) {}
 
   EquationsReport run() {
-    name();
+    list_names();
     set_configuration();
     if (!add_terms() || !add_speeds()) return std::move(out_);
-    if (is_requested(EquationSection::torques)) add_split();
+    if (is_requested(EquationSection::torques)) add_effort_breakdown();
     if (is_requested(EquationSection::redundant) && !store(terms_.redundant_terms(at_.q, query_.time), at_.loops))
       return std::move(out_);
     if (is_requested(EquationSection::regressor)) add_regressor();
@@ -181,7 +182,7 @@ class EquationsReporter {
 
   const Coordinate& coordinate(int c) const { return mechanism_.coordinates[static_cast<std::size_t>(c)]; }
 
-  void name() {
+  void list_names() {
     for (const int c : terms_.independent()) at_.independent.push_back(coordinate(c).name);
     for (const int c : mechanism_.actuators) at_.actuators.push_back(coordinate(c).name);
     at_.is_length = flag_lengths(mechanism_, terms_.independent());
@@ -194,19 +195,19 @@ class EquationsReporter {
   }
 
   void set_configuration() {
-    const std::vector<CoordinateId>& own = terms_.independent();
-    at_.q = independent_positions(own, query_.configuration);
-    at_.dq = independent_rates(mechanism_, own, query_.rates);
-    at_.ddq = independent_rates(mechanism_, own, query_.accelerations);
+    const std::vector<CoordinateId>& independent = terms_.independent();
+    at_.q = independent_positions(independent, query_.configuration);
+    at_.dq = independent_rates(mechanism_, independent, query_.rates);
+    at_.ddq = independent_rates(mechanism_, independent, query_.accelerations);
   }
 
   template <class T>
-  bool store(Expected<T>&& answer, std::optional<T>& slot) {
-    if (!answer) {
-      out_.outcome = answer.outcome;
+  bool store(Expected<T>&& result, std::optional<T>& target) {
+    if (!result) {
+      out_.outcome = result.outcome;
       return false;
     }
-    slot = std::move(answer.value);
+    target = std::move(result.value);
     return true;
   }
 
@@ -223,7 +224,7 @@ class EquationsReporter {
     }
     at_.configuration = assembled.value;
     if (!store(terms_.independent_terms(at_.q, query_.time), at_.terms)) return false;
-    find_factors();
+    find_diagonal_factors();
     return true;
   }
 
@@ -248,34 +249,34 @@ class EquationsReporter {
     return store(terms_.speed_terms(at_.q, choice, query_.time), at_.in_speeds);
   }
 
-  /// P1 eq. 27: u_k = k q̈_k.
-  void find_factors() {
+  /// u_k = k q̈_k (P1 eq. 27).
+  void find_diagonal_factors() {
     const IndependentTerms& t = *at_.terms;
     const Eigen::Index d = t.mass.rows();
     if (t.input.rows() != t.input.cols() || !t.input.isApprox(MatrixX::Identity(d, d), zero_term_tolerance)) return;
     const VectorX k = t.mass.diagonal();
     const VectorX size = k.cwiseAbs().cwiseSqrt();
-    const auto small = [&](const MatrixX& matrix) {
+    const auto is_negligible = [&](const MatrixX& matrix) {
       for (Eigen::Index r = 0; r < d; ++r)
         for (Eigen::Index s = 0; s < d; ++s)
           if (std::abs(matrix(r, s)) > zero_term_tolerance * size[r] * size[s]) return false;
       return true;
     };
-    MatrixX beside = t.mass;
-    beside.diagonal().setZero();
-    bool decoupled = small(beside) && t.viscous.isZero(0);
-    for (const MatrixX& form : t.velocity) decoupled = decoupled && small(form);
+    MatrixX off_diagonal = t.mass;
+    off_diagonal.diagonal().setZero();
+    bool decoupled = is_negligible(off_diagonal) && t.viscous.isZero(0);
+    for (const MatrixX& form : t.velocity) decoupled = decoupled && is_negligible(form);
     decoupled = decoupled &&
                 max_abs(t.static_terms.sum()) <= zero_term_tolerance * std::max(at_.torque_scale, max_coefficient(k));
     if (decoupled) at_.diagonal_factors = k;
   }
 
-  void add_split() {
-    auto split = terms_.split_efforts(at_.q, at_.dq, at_.ddq, query_.time);
-    if (split)
-      at_.split = std::move(split.value);
+  void add_effort_breakdown() {
+    auto breakdown = terms_.split_efforts(at_.q, at_.dq, at_.ddq, query_.time);
+    if (breakdown)
+      at_.split = std::move(breakdown.value);
     else
-      at_.notes.push_back("no torques: " + split.outcome.reason);
+      at_.notes.push_back("no torques: " + breakdown.outcome.reason);
   }
 
   void add_regressor() {
@@ -283,16 +284,16 @@ class EquationsReporter {
       at_.notes.push_back("no regressor: rates are bound, and it is one of the independent coordinates alone");
       return;
     }
-    InverseDynamics door(mechanism_, options_);
-    std::vector<CoordinateGuess> near;
+    InverseDynamics inverse_dynamics(mechanism_, options_);
+    std::vector<CoordinateGuess> guesses;
     for (const CoordinateValue& value : query_.configuration)
-      near.push_back({coordinate(value.coordinate).name, value.value});
-    door.assemble(at_.q, near);
-    auto found = door.regressor(at_.q, at_.dq, at_.ddq, query_.time);
-    if (found)
-      at_.regressor = std::move(found.value);
+      guesses.push_back({coordinate(value.coordinate).name, value.value});
+    inverse_dynamics.assemble(at_.q, guesses);
+    auto regressor = inverse_dynamics.regressor(at_.q, at_.dq, at_.ddq, query_.time);
+    if (regressor)
+      at_.regressor = std::move(regressor.value);
     else
-      at_.notes.push_back("no regressor: " + found.outcome.reason);
+      at_.notes.push_back("no regressor: " + regressor.outcome.reason);
   }
 
   void add_natural() {
@@ -305,20 +306,20 @@ class EquationsReporter {
   }
 
   void add_parameters() {
-    Mechanism here = mechanism_;
-    here.assembly = query_.configuration;
-    Conditions found = compute_base_parameters(here);
-    if (found.status != ConditionsStatus::done) {
-      at_.notes.push_back("no base parameters: " + found.reason);
+    Mechanism configured = mechanism_;
+    configured.assembly = query_.configuration;
+    Conditions base_parameters = compute_base_parameters(configured);
+    if (base_parameters.status != ConditionsStatus::done) {
+      at_.notes.push_back("no base parameters: " + base_parameters.reason);
       return;
     }
     if (!symbols_.empty())
-      at_.parameter_names = name_coefficients(here, found, symbols_, [&](const Mechanism& other) {
-        Mechanism moved = other;
-        moved.assembly = query_.configuration;
-        return compute_base_parameters(moved);
+      at_.parameter_names = name_coefficients(configured, base_parameters, symbols_, [&](const Mechanism& other) {
+        Mechanism reconfigured = other;
+        reconfigured.assembly = query_.configuration;
+        return compute_base_parameters(reconfigured);
       });
-    at_.parameters = std::move(found);
+    at_.parameters = std::move(base_parameters);
   }
 
   const Mechanism& mechanism_;
@@ -331,14 +332,14 @@ class EquationsReporter {
   EquationsAtConfiguration& at_ = out_.at;
 };
 
-/// A matrix as a row of numbers, row by row.
+/// Writes a matrix into a row of numbers, row by row.
 template <class Row>
 void write_matrix_row(const MatrixX& matrix, Eigen::Index first, Row&& row) {
   const Samples by_rows = matrix;
   row.segment(first, by_rows.size()) = Eigen::Map<const Eigen::RowVectorXd>(by_rows.data(), by_rows.size());
 }
 
-/// Room for N samples; the coordinates have their names.
+/// Allocates N samples; the names of the coordinates must be set.
 void size_arrays(Eigen::Index N, Eigen::Index actuators, EquationsAlongRun& out) {
   const auto d = static_cast<Eigen::Index>(out.independent.size()), n = static_cast<Eigen::Index>(out.redundant.size());
   out.mass.resize(N, d * d), out.viscous.resize(N, d * d), out.velocity.resize(N, d * d * d),
@@ -370,8 +371,8 @@ const std::vector<std::string>& equation_section_names() {
 EquationsReport compute_equations_at(const Mechanism& mechanism, const EquationsQuery& query,
                                      const std::vector<GeometricSymbol>& symbols) {
   if (!has_temporary_payloads(mechanism)) return EquationsReporter(mechanism, query, symbols).run();
-  const Mechanism there = mechanism_at_time(mechanism, query.time);
-  EquationsReport report = EquationsReporter(there, query, symbols).run();
+  const Mechanism current_mechanism = mechanism_at_time(mechanism, query.time);
+  EquationsReport report = EquationsReporter(current_mechanism, query, symbols).run();
   for (std::string& note : list_payload_notes(mechanism, query.time)) report.at.notes.push_back(std::move(note));
   return report;
 }
@@ -410,23 +411,25 @@ EquationsAlongRun compute_equations_along(const Mechanism& mechanism, const RunR
   out.position = states.q;
   size_arrays(N, result.torque.cols(), out);
   out.outcome = assemble_at_row(terms, result);
-  const std::vector<bool> lengths = flag_lengths(mechanism, terms.independent()),
-                          forces = flag_lengths(mechanism, mechanism.actuators), redundant = terms.redundant_lengths();
-  const EquationScales sizes = compute_equation_scales(mechanism);
-  const bool anew = has_velocity_constraints(mechanism);  // the independent coordinates then do not tell the others
+  const std::vector<bool> is_length = flag_lengths(mechanism, terms.independent()),
+                          is_force = flag_lengths(mechanism, mechanism.actuators),
+                          redundant_is_length = terms.redundant_lengths();
+  const EquationScales scales = compute_equation_scales(mechanism);
+  const bool needs_reassembly =
+      has_velocity_constraints(mechanism);  // the independent coordinates do not determine the others
   for (Eigen::Index k = 0; k < N && out.outcome.status == MotionStatus::done; ++k) {
-    if (anew) out.outcome = assemble_at_row(terms, result, k);
+    if (needs_reassembly) out.outcome = assemble_at_row(terms, result, k);
     if (out.outcome.status != MotionStatus::done) break;
-    auto own = terms.independent_terms(states.q.row(k), result.time[k]);
-    auto loops = terms.redundant_terms(states.q.row(k), result.time[k]);
-    auto split = terms.split_efforts(states.q.row(k), states.dq.row(k), states.ddq.row(k), result.time[k]);
-    out.outcome = !own ? own.outcome : !loops ? loops.outcome : split.outcome;
+    auto equations = terms.independent_terms(states.q.row(k), result.time[k]);
+    auto redundant_terms = terms.redundant_terms(states.q.row(k), result.time[k]);
+    auto breakdown = terms.split_efforts(states.q.row(k), states.dq.row(k), states.ddq.row(k), result.time[k]);
+    out.outcome = !equations ? equations.outcome : !redundant_terms ? redundant_terms.outcome : breakdown.outcome;
     if (out.outcome.status != MotionStatus::done) break;
-    clear_round_off(sizes, lengths, own.value);
-    clear_round_off(sizes, redundant, loops.value);
-    clear_round_off(sizes, forces, split.value);
-    write_row(own.value, loops.value, k, out);
-    write_matrix_row(split.value.parts, 0, out.parts.row(k));
+    clear_round_off(scales, is_length, equations.value);
+    clear_round_off(scales, redundant_is_length, redundant_terms.value);
+    clear_round_off(scales, is_force, breakdown.value);
+    write_row(equations.value, redundant_terms.value, k, out);
+    write_matrix_row(breakdown.value.parts, 0, out.parts.row(k));
   }
   return out;
 }

@@ -1,5 +1,5 @@
 #pragma once
-/// The papers' equations of a mechanism as numbers: at one configuration, or along a run.
+/// The papers' equations of a mechanism as numbers, at one configuration or along a run.
 
 #include "balance/mechanics/dynamics/equation_terms.hpp"
 #include "balance/motion/study/study.hpp"
@@ -13,7 +13,7 @@
 
 namespace balance {
 
-/// What can be asked for.
+/// Parts of the report that can be requested.
 enum class EquationSection { inertia, velocity, gravity, torques, redundant, natural, regressor, parameters };
 
 /// "inertia", "velocity", …, in the enum's order.
@@ -22,13 +22,13 @@ const std::vector<std::string>& equation_section_names();
 struct EquationsQuery {
   std::vector<CoordinateValue> configuration;         ///< of all coordinates, with the loops closed
   std::vector<CoordinateValue> rates, accelerations;  ///< of independent coordinates; others are 0
-  double time = 0;                       ///< of loads that change with it, of payloads that come and go [s]
+  double time = 0;                       ///< for loads that change over time and for temporary payloads [s]
   std::vector<std::string> independent;  ///< see InverseOptions
-  SpeedChoice speeds;                    ///< the equation in these, too; without any only as it is
+  SpeedChoice speeds;                    ///< if not empty, the equation is also given in these speeds
   std::set<EquationSection> sections;
 };
 
-/// One configuration; what was not asked for, or has no answer there, is empty.
+/// Results at one configuration; what was not requested, or does not exist there, is empty.
 struct EquationsAtConfiguration {
   std::vector<std::string> independent;  ///< d names
   std::vector<bool> is_length;           ///< per independent coordinate: whether it is a length
@@ -41,18 +41,17 @@ struct EquationsAtConfiguration {
   std::optional<IndependentTerms> terms;
   std::optional<SpeedTerms> in_speeds;
   bool has_rate_constraints =
-      false;  ///< the mechanism itself does: the configuration has more freedoms than `independent`
-  std::vector<std::string> speeds, zero;  ///< their names, and those of what is zero
+      false;  ///< its rates are constrained: the configuration has more freedoms than `independent`
+  std::vector<std::string> speeds, zero;  ///< names of the speeds, and of those that are zero
   std::optional<RedundantTerms> loops;
   std::optional<EffortBreakdown> split;
   std::optional<EffortRegressor> regressor;
   std::optional<natural::NaturalTerms> natural;
-  std::optional<Conditions> parameters;  ///< base_parameters
+  std::optional<Conditions> parameters;  ///< result of compute_base_parameters
   ConditionNames parameter_names;
   double torque_scale =
-      0;  ///< of everything that moves times the mechanism's length [N m]: what round-off of forces is measured by
-  std::optional<VectorX>
-      diagonal_factors;  ///< k of u_k = k q̈_k: if nothing but a diagonal M′ is left there (P1 eq. 27, 28)
+      0;  ///< weight of everything that moves times the mechanism's length [N m]: reference for round-off of forces
+  std::optional<VectorX> diagonal_factors;  ///< k of u_k = k q̈_k, if only a diagonal M′ remains there (P1 eq. 27, 28)
   std::vector<std::string> notes;
 };
 
@@ -61,12 +60,12 @@ struct EquationsReport {
   EquationsAtConfiguration at;
 };
 
-/// @param symbols that base parameters are written in; empty: numbers only
+/// @param symbols in which base parameters are written; empty: numbers only
 /// @throws std::invalid_argument for coordinates that do not exist or do not determine the motion
 EquationsReport compute_equations_at(const Mechanism& mechanism, const EquationsQuery& query,
                                      const std::vector<GeometricSymbol>& symbols);
 
-/// The matrices at every sample of a run; row k belongs to result.time[k], entries row by row.
+/// The matrices at every sample of a run. Row k belongs to result.time[k]; matrices are stored row by row.
 struct EquationsAlongRun {
   MotionOutcome outcome;
   std::vector<std::string> independent, redundant, closures;
@@ -78,13 +77,13 @@ struct EquationsAlongRun {
   Samples static_terms;    ///< N×d
   Samples transformation;  ///< N×(n d)
   Samples constraints;     ///< N×(closure rows n)
-  Samples parts;           ///< N×(actuators parts); empty if the actuators do not fit
+  Samples parts;           ///< N×(actuators parts); empty if there is no breakdown of the efforts
 };
 
-/// @param at with terms and loops
+/// @param at must have terms and loops
 EquationsAlongRun as_one_sample(const EquationsAtConfiguration& at);
 
-/// @param result a run of this mechanism that is done
+/// @param result a successful run of this mechanism
 EquationsAlongRun compute_equations_along(const Mechanism& mechanism, const RunResult& result,
                                           const std::vector<std::string>& independent);
 

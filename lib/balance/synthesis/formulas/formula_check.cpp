@@ -23,39 +23,41 @@
 
 namespace balance::formulas {
 
-// Holds formulas in natural coordinates against the second formulation.
+// Compares formulas in natural coordinates with the second formulation.
 
-/// Mass matrix and C_P by label, as printed, against those of the second formulation; the constraints at its points, where they
-/// must vanish; their Jacobian against differences, which are exact for what is quadratic.
-/// @param names values of all names there; those of points are put in
+/// Compares the printed mass matrix and C_P with those of the second formulation, evaluates the constraints at its
+/// points, where they must vanish, and compares their Jacobian with finite differences, which are exact for quadratic
+/// functions.
+/// @param names values of all names there; those of the points are filled in
 /// @param coordinates of all joints, with the loops closed
-/// @return the largest error, as part of what is of its kind
+/// @return the maximum error, relative to quantities of the same kind
 double max_natural_error(const FormulaSheet& sheet, const std::map<std::string, std::string>& texts,
                          const Mechanism& mechanism, std::map<std::string, double> names, const VectorX& coordinates);
 
-// Holds a printed regressor against the engine's.
+// Compares a printed regressor with the engine's.
 
-/// One state of the tree and of the engine.
+/// One state, of the tree and of the engine.
 struct RegressorState {
-  std::vector<double> y;  ///< per column, at which the loops are closed
+  std::vector<double> y;  ///< per column, with the loops closed
   VectorX dy, ddy;        ///< per column
-  MatrixX B;  ///< rates of the columns by those of the engine's independent coordinates, all of them actuated
+  MatrixX B;  ///< rates of the columns per rate of the engine's independent coordinates, all of which are actuated
   VectorX q, rate, acceleration;  ///< the engine's state
 };
 
-/// @param texts by label, as printed; labels that are missing count as what they stand for
-/// @return the largest difference of BᵀY from the engine's regressor, as a part of what is added up; NaN if the engine has none
+/// @param texts by label, as printed; missing labels stand for the sheet's polynomials
+/// @return the maximum difference between BᵀY and the engine's regressor, relative to the terms; NaN if the engine has
+/// none
 double max_regressor_error(const FormulaSheet& sheet, const std::map<std::string, std::string>& texts,
                            InverseDynamics& engine, const RegressorState& state);
 
 namespace {
 
-/// Round-off of thousands of terms is far below, a wrong term far above.
+/// Round-off of thousands of terms is far below this, a wrong term far above.
 constexpr double check_tolerance = 1e-9;
 constexpr int max_pose_attempts = 60;
-/// Of the states, and of poses that are tried with each draw of other numbers.
+/// Number of states with other numbers, and of poses tried with each draw of these.
 constexpr int perturbed_state_count = 2, max_perturbed_pose_attempts = 6;
-/// Closures that others imply are so at poses that are exact but for round-off.
+/// Redundant closures depend on the others only up to the round-off of the pose.
 constexpr double redundancy_threshold = 1e-7;
 constexpr double min_pose_regularity = 1e-2, closure_consistency_tolerance = 1e-10;
 
@@ -70,50 +72,53 @@ class EngineComparison {
         random_(seed),
         n_(static_cast<Eigen::Index>(sheet.equations.M.size())) {}
 
+  /// Adds the error at one random state to the maximum.
   /// @return false if no pose was found from this random start
   bool compare(double& error) {
     VectorX y(n_);
     VectorX q;
     if (!find_pose(y) || !engine_pose(y, q)) return false;
     const MatrixX A = jacobian(y), S = selection();
-    MatrixX both(A.rows() + S.rows(), n_);
-    both << A, S;
+    MatrixX stacked_jacobian(A.rows() + S.rows(), n_);
+    stacked_jacobian << A, S;
     ColumnPivotingQr solver;
     solver.setThreshold(redundancy_threshold);
-    solver.compute(both);
+    solver.compute(stacked_jacobian);
     if (solver.rank() < n_) return false;
-    // near a singular pose round-off is no measure of formulas
+    // near a singular pose, round-off is too large to judge formulas
     if (n_ > 0 && std::abs(solver.matrixQR()(n_ - 1, n_ - 1)) < min_pose_regularity * solver.maxPivot()) return false;
-    MatrixX right = MatrixX::Zero(both.rows(), S.rows());
-    right.bottomRows(S.rows()).setIdentity();
-    const MatrixX B = solver.solve(right);
+    MatrixX rhs = MatrixX::Zero(stacked_jacobian.rows(), S.rows());
+    rhs.bottomRows(S.rows()).setIdentity();
+    const MatrixX B = solver.solve(rhs);
     const VectorX v = random_vector(S.rows(), 1), a = random_vector(S.rows(), 1), dy = B * v;
-    VectorX bias_right = VectorX::Zero(both.rows());
-    bias_right.head(A.rows()) = -quadratic(y, dy);
-    const VectorX gamma = solver.solve(bias_right);
-    // where the pose is not exact, closures that others imply contradict them
-    if (max_abs(both * B - right) > closure_consistency_tolerance ||
-        max_abs(both * gamma - bias_right) > closure_consistency_tolerance)
+    VectorX bias_rhs = VectorX::Zero(stacked_jacobian.rows());
+    bias_rhs.head(A.rows()) = -quadratic(y, dy);
+    const VectorX gamma = solver.solve(bias_rhs);
+    // at an inexact pose, redundant closures contradict the others
+    if (max_abs(stacked_jacobian * B - rhs) > closure_consistency_tolerance ||
+        max_abs(stacked_jacobian * gamma - bias_rhs) > closure_consistency_tolerance)
       return false;
     const auto M = engine_.mass_matrix(q);
     const auto h = engine_.bias(q, v);
     if (!M || !h) return false;
-    const auto parts = tree_terms(y, B * a + gamma, dy);
-    const VectorX found = B.transpose() * parts.sum, expected = M.value * a + h.value;
-    const double scale = max_coefficient(B.cwiseAbs().transpose() * parts.size);
-    if (!found.allFinite() || !expected.allFinite()) return false;
-    error = std::max(error, max_abs(found - expected) / std::max(scale, 1e-300));
-    double others = max_derived_error(y);
+    const auto terms = tree_terms(y, B * a + gamma, dy);
+    const VectorX tree_effort = B.transpose() * terms.sum, engine_effort = M.value * a + h.value;
+    const double scale = max_coefficient(B.cwiseAbs().transpose() * terms.size);
+    if (!tree_effort.allFinite() || !engine_effort.allFinite()) return false;
+    error = std::max(error, max_abs(tree_effort - engine_effort) / std::max(scale, 1e-300));
+    double other_error = max_derived_error(y);
     if (sheet_.regressor)
-      others = std::max(others, max_regressor_error(sheet_, texts_, engine_, {list(y), dy, B * a + gamma, B, q, v, a}));
-    if (sheet_.natural && std::isfinite(others))
-      others = std::max(others, max_natural_error(sheet_, texts_, mechanism_, values_at(y).names, all_coordinates(y)));
-    error = std::max(error, others);
-    return std::isfinite(others);
+      other_error = std::max(
+          other_error, max_regressor_error(sheet_, texts_, engine_, {to_std_vector(y), dy, B * a + gamma, B, q, v, a}));
+    if (sheet_.natural && std::isfinite(other_error))
+      other_error =
+          std::max(other_error, max_natural_error(sheet_, texts_, mechanism_, values_at(y).names, all_coordinates(y)));
+    error = std::max(error, other_error);
+    return std::isfinite(other_error);
   }
 
  private:
-  /// What formulas of the pose do not know, and what only gets in the engine's way.
+  /// Removes what formulas of the pose do not model, and what would only obstruct the engine.
   static Mechanism remove_unmodelled(Mechanism mechanism) {
     mechanism.friction.clear();
     mechanism.loads.clear();
@@ -127,23 +132,23 @@ class EngineComparison {
     return mechanism;
   }
 
-  VectorX random_vector(Eigen::Index size, double reach) {
-    std::uniform_real_distribution<double> any(-reach, reach);
+  VectorX random_vector(Eigen::Index size, double bound) {
+    std::uniform_real_distribution<double> uniform(-bound, bound);
     VectorX v(size);
-    for (double& x : v) x = any(random_);
+    for (double& x : v) x = uniform(random_);
     return v;
   }
 
-  static std::vector<double> list(const VectorX& y) { return {y.data(), y.data() + y.size()}; }
+  static std::vector<double> to_std_vector(const VectorX& y) { return {y.data(), y.data() + y.size()}; }
 
-  /// The values of all names at a pose; those of the last one are kept.
+  /// The values of all names at a pose; the last ones are cached.
   struct Values {
     std::vector<double> pose, symbols, angles;
     std::map<std::string, double> names;
   };
   const Values& values_at(const VectorX& y) {
-    if (values_.pose == list(y)) return values_;
-    values_ = {list(y), {}, {}, evaluate_names(sheet_, list(y))};
+    if (values_.pose == to_std_vector(y)) return values_;
+    values_ = {to_std_vector(y), {}, {}, evaluate_names(sheet_, to_std_vector(y))};
     for (const Symbol& symbol : sheet_.ring->symbols()) values_.symbols.push_back(values_.names.at(symbol.name));
     for (const Angle& angle : sheet_.ring->angles()) values_.angles.push_back(values_.names.at(angle.name));
     return values_;
@@ -151,8 +156,8 @@ class EngineComparison {
 
   double polynomial_at(const Polynomial& p, const VectorX& y) {
     if (p.is_zero()) return 0;
-    const Values& at = values_at(y);
-    return evaluate_polynomial(p, at.symbols, at.angles);
+    const Values& values = values_at(y);
+    return evaluate_polynomial(p, values.symbols, values.angles);
   }
 
   double printed_at(const std::string& label, const Polynomial& p, const VectorX& y) {
@@ -160,28 +165,29 @@ class EngineComparison {
     return text != texts_.end() ? evaluate_text(text->second, values_at(y).names) : polynomial_at(p, y);
   }
 
-  /// Conditions, closures, what these are solved to and lengths of springs are made of entries that are compared with the engine: what
-  /// is printed must be what they are.
+  /// Conditions, closures, solved closures and lengths of springs consist of entries that are compared with the engine:
+  /// the printed texts must equal their polynomials.
   double max_derived_error(const VectorX& y) {
     std::map<std::string, double> names = values_at(y).names;
-    double worst = 0;
+    double max_error = 0;
     for (std::size_t s = 0; s < sheet_.sections.size(); ++s)
       for (std::size_t k = 0; k < sheet_.sections[s].formulas.size(); ++k) {
         const SheetFormula& formula = sheet_.sections[s].formulas[k];
         const SheetSectionKind section = sheet_.sections[s].section;
-        const bool derived = section == SheetSectionKind::conditions || section == SheetSectionKind::solved ||
-                             section == SheetSectionKind::closures || formula.name.ends_with("^2");
+        const bool is_derived = section == SheetSectionKind::conditions || section == SheetSectionKind::solved ||
+                                section == SheetSectionKind::closures || formula.name.ends_with("^2");
         const auto text = texts_.find(text_key(s, k, formula.label()));
-        if (!derived || text == texts_.end()) continue;
-        const double below = polynomial_at(formula.denominator, y), value = polynomial_at(formula.value, y) / below;
+        if (!is_derived || text == texts_.end()) continue;
+        const double denominator = polynomial_at(formula.denominator, y),
+                     value = polynomial_at(formula.value, y) / denominator;
         if (formula.name == "Delta") names["Delta"] = value;
         double size = 0;
         for (const Term& term : formula.value.terms())
-          size += std::abs(polynomial_at(Polynomial::of_terms(sheet_.ring.get(), {term}), y) / below);
-        const double off = std::abs(evaluate_text(text->second, names) - value);
-        worst = std::max(worst, off / std::max(size, 1e-300));
+          size += std::abs(polynomial_at(Polynomial::of_terms(sheet_.ring.get(), {term}), y) / denominator);
+        const double deviation = std::abs(evaluate_text(text->second, names) - value);
+        max_error = std::max(max_error, deviation / std::max(size, 1e-300));
       }
-    return worst;
+    return max_error;
   }
 
   MatrixX jacobian(const VectorX& y) {
@@ -207,17 +213,17 @@ class EngineComparison {
     return sum;
   }
 
-  /// Rows of the engine's independent coordinates in the tree's columns.
+  /// Rows that select the engine's independent coordinates from the tree's columns.
   MatrixX selection() const {
     const auto& names = engine_.independent();
     MatrixX S = MatrixX::Zero(static_cast<Eigen::Index>(names.size()), n_);
     for (std::size_t i = 0; i < names.size(); ++i)
-      for (const auto& [column, ratio] : follows_of(names[i]))
+      for (const auto& [column, ratio] : leader_terms(names[i]))
         S(static_cast<Eigen::Index>(i), column) = evaluate_polynomial(ratio);
     return S;
   }
 
-  const std::vector<std::pair<int, Polynomial>>& follows_of(const std::string& coordinate) const {
+  const std::vector<std::pair<int, Polynomial>>& leader_terms(const std::string& coordinate) const {
     static const std::vector<std::pair<int, Polynomial>> none;
     const SymbolicTree& tree = sheet_.equations.tree;
     for (std::size_t c = 0; c < mechanism_.coordinates.size(); ++c)
@@ -226,7 +232,7 @@ class EngineComparison {
     return none;
   }
 
-  /// A random pose, from the rough values of the spec where there are loops, moved to where these close.
+  /// Draws a random pose. With loops, it starts near the spec's rough values and moves to where the loops close.
   bool find_pose(VectorX& y) {
     const SymbolicEquations& e = sheet_.equations;
     y = random_vector(n_, e.closure.empty() ? 3 : 0.4);
@@ -237,59 +243,59 @@ class EngineComparison {
       VectorX h(static_cast<Eigen::Index>(e.closure.size()));
       for (std::size_t i = 0; i < e.closure.size(); ++i)
         h[static_cast<Eigen::Index>(i)] = polynomial_at(e.closure[i], y);
-      CompleteOrthogonalDecomposition step_to;
-      step_to.setThreshold(redundancy_threshold);
-      step_to.compute(jacobian(y));
-      const VectorX change = step_to.solve(h);
-      y -= change;
-      if (max_abs(change) < 1e-14) break;
+      CompleteOrthogonalDecomposition solver;
+      solver.setThreshold(redundancy_threshold);
+      solver.compute(jacobian(y));
+      const VectorX newton_step = solver.solve(h);
+      y -= newton_step;
+      if (max_abs(newton_step) < 1e-14) break;
     }
     for (const Polynomial& h : e.closure)
       if (!(std::abs(polynomial_at(h, y)) < 1e-12)) return false;
     return true;
   }
 
-  /// The engine's state there, to its last digits; it must be in the same assembly mode.
+  /// Refines the pose to the engine's assembled state, which must be in the same assembly mode.
   bool engine_pose(VectorX& y, VectorX& q) {
     q = selection() * y;
-    closed_.resize(0);
+    closed_coordinates_.resize(0);
     if (sheet_.equations.closure.empty()) return true;
-    std::vector<CoordinateGuess> near;
+    std::vector<CoordinateGuess> guesses;
     for (Eigen::Index c = 0; c < n_; ++c) {
       const int coordinate = sheet_.equations.tree.coordinates[static_cast<std::size_t>(c)];
-      near.push_back({mechanism_.coordinates[static_cast<std::size_t>(coordinate)].name, y[c]});
+      guesses.push_back({mechanism_.coordinates[static_cast<std::size_t>(coordinate)].name, y[c]});
     }
-    const auto found = engine_.assemble(q, near);
-    if (!found) return false;
+    const auto assembly = engine_.assemble(q, guesses);
+    if (!assembly) return false;
     for (Eigen::Index c = 0; c < n_; ++c) {
-      const double off = found.value[sheet_.equations.tree.coordinates[static_cast<std::size_t>(c)]] - y[c];
-      const double difference = std::remainder(off, 2 * std::numbers::pi);
+      const double deviation = assembly.value[sheet_.equations.tree.coordinates[static_cast<std::size_t>(c)]] - y[c];
+      const double difference = std::remainder(deviation, 2 * std::numbers::pi);
       if (std::abs(difference) > 1e-6) return false;
       y[c] += difference;
     }
-    closed_ = found.value;
+    closed_coordinates_ = assembly.value;
     return true;
   }
 
-  /// Of all joints, those that close loops included.
+  /// Coordinates of all joints, including those that close loops.
   VectorX all_coordinates(const VectorX& y) const {
-    if (closed_.size() > 0) return closed_;
+    if (closed_coordinates_.size() > 0) return closed_coordinates_;
     const SymbolicTree& tree = sheet_.equations.tree;
-    VectorX all = VectorX::Zero(static_cast<Eigen::Index>(mechanism_.coordinates.size()));
+    VectorX coordinates = VectorX::Zero(static_cast<Eigen::Index>(mechanism_.coordinates.size()));
     for (std::size_t c = 0; c < mechanism_.coordinates.size(); ++c) {
       if (tree.coordinate_variable[c] < 0) continue;
       const JointVariable& variable = tree.variables[static_cast<std::size_t>(tree.coordinate_variable[c])];
-      double& x = all[static_cast<Eigen::Index>(c)];
+      double& x = coordinates[static_cast<Eigen::Index>(c)];
       x = evaluate_polynomial(variable.offset);
       for (const auto& [column, ratio] : variable.follows) x += evaluate_polynomial(ratio) * y[column];
     }
-    return all;
+    return coordinates;
   }
 
   struct TreeTerms {
-    VectorX sum, size;  ///< and of the absolute values
+    VectorX sum, size;  ///< and the sum of the absolute values
   };
-  /// M ÿ + D ẏ ẏ + z from what was printed.
+  /// M ÿ + D ẏ ẏ + z from the printed formulas.
   TreeTerms tree_terms(const VectorX& y, const VectorX& ddy, const VectorX& dy) {
     const SymbolicEquations& e = sheet_.equations;
     TreeTerms terms{VectorX::Zero(n_), VectorX::Zero(n_)};
@@ -298,18 +304,18 @@ class EngineComparison {
       terms.sum[static_cast<Eigen::Index>(i)] += x;
       terms.size[static_cast<Eigen::Index>(i)] += std::abs(x);
     };
-    const auto at = [](const VectorX& v, std::size_t i) { return v[static_cast<Eigen::Index>(i)]; };
+    const auto component = [](const VectorX& v, std::size_t i) { return v[static_cast<Eigen::Index>(i)]; };
     for (std::size_t i = 0; i < n; ++i) {
       add(i, printed_at("D" + index_text({i}, n), e.z[i], y));
       for (std::size_t j = i; j < n; ++j) {
         const double M = printed_at("D" + index_text({i, j}, n), e.M[i][j], y);
-        add(i, M * at(ddy, j));
-        if (j > i) add(j, M * at(ddy, i));
+        add(i, M * component(ddy, j));
+        if (j > i) add(j, M * component(ddy, i));
       }
       for (std::size_t j = 0; j < n; ++j)
         for (std::size_t k = j; k < n; ++k) {
           const double D = printed_at("D" + index_text({i, j, k}, n), e.D[i][j][k], y);
-          add(i, (j == k ? 1 : 2) * D * at(dy, j) * at(dy, k));
+          add(i, (j == k ? 1 : 2) * D * component(dy, j) * component(dy, k));
         }
     }
     return terms;
@@ -322,7 +328,7 @@ class EngineComparison {
   std::mt19937_64 random_;
   Eigen::Index n_;
   Values values_;
-  VectorX closed_;  ///< the engine's coordinates where there are loops
+  VectorX closed_coordinates_;  ///< the engine's coordinates; empty without loops
 };
 
 }  // namespace
@@ -355,7 +361,7 @@ std::map<std::string, double> evaluate_names(const FormulaSheet& sheet, const st
 
 namespace {
 
-/// What is made of other symbols than the spec's.
+/// Updates symbols that are not the spec's but depend on its numbers.
 void update_aliases(const FormulaSheet& sheet, const Mechanism& mechanism) {
   if (!sheet.natural) return;
   if (const int unit = sheet.equations.tree.basic_points->length_symbol; unit >= 0)
@@ -363,22 +369,23 @@ void update_aliases(const FormulaSheet& sheet, const Mechanism& mechanism) {
   for (const auto& [symbol, sum] : sheet.natural->aliases) sheet.ring->set_value(symbol, evaluate_polynomial(sum));
 }
 
-/// States at other numbers. Counts what it found in `check`.
+/// Compares states with other numbers, and counts them in `check`.
 void compare_at_perturbed_parameters(const FormulaSheet& sheet, const std::map<std::string, std::string>& texts,
-                                     const ParameterSampler& numbers, const FormulaCheckOptions& options,
+                                     const ParameterSampler& sampler, const FormulaCheckOptions& options,
                                      FormulaCheck& check) {
   const ParametricModel& model = *sheet.equations.tree.model;
   std::mt19937_64 random(options.seed);
   for (int draws = 0; check.perturbed_states < perturbed_state_count && draws < ParameterSampler::max_draws; ++draws) {
-    const std::vector<double> nodes = model.evaluate_nodes(numbers.draw(random, draws));
+    const std::vector<double> nodes = model.evaluate_nodes(sampler.draw(random, draws));
     const Mechanism mechanism = model.build_mechanism(nodes);
     if (!validate(mechanism).empty()) continue;
     const ScopedSymbolValues values(*sheet.ring, nodes);
     update_aliases(sheet, mechanism);
     EngineComparison comparison(sheet, texts, mechanism, random());
-    bool found = false;
-    for (int tries = 0; !found && tries < max_perturbed_pose_attempts; ++tries) found = comparison.compare(check.error);
-    if (found) ++check.perturbed_states;
+    bool is_compared = false;
+    for (int attempts = 0; !is_compared && attempts < max_perturbed_pose_attempts; ++attempts)
+      is_compared = comparison.compare(check.error);
+    if (is_compared) ++check.perturbed_states;
   }
   check.states += check.perturbed_states;
 }
@@ -389,13 +396,13 @@ FormulaCheck check_against_engine(const FormulaSheet& sheet, const std::map<std:
                                   const Mechanism& mechanism, const FormulaCheckOptions& options) {
   FormulaCheck check;
   EngineComparison comparison(sheet, texts, mechanism, options.seed);
-  const ParameterSampler numbers(*sheet.ring, *sheet.equations.tree.model);
-  if (options.with_perturbed_parameters && numbers.has_parameters())
-    compare_at_perturbed_parameters(sheet, texts, numbers, options, check);
-  if (options.with_perturbed_parameters && numbers.has_parameters() && check.perturbed_states == 0)
+  const ParameterSampler sampler(*sheet.ring, *sheet.equations.tree.model);
+  if (options.with_perturbed_parameters && sampler.has_parameters())
+    compare_at_perturbed_parameters(sheet, texts, sampler, options, check);
+  if (options.with_perturbed_parameters && sampler.has_parameters() && check.perturbed_states == 0)
     check.note = "not checked at other numbers: in " + std::to_string(ParameterSampler::max_draws) +
                  " draws of them none was a mechanism that can be assembled";
-  for (int tries = 0; check.states < options.states && tries < max_pose_attempts; ++tries)
+  for (int attempts = 0; check.states < options.states && attempts < max_pose_attempts; ++attempts)
     if (comparison.compare(check.error)) ++check.states;
   check.is_consistent = check.states == options.states && check.error < check_tolerance;
   if (check.states < options.states)
@@ -436,29 +443,31 @@ class NaturalComparison {
 
   double mass_error() const {
     const std::size_t p = natural_.points.size();
-    double worst = 0;
+    double max_error = 0;
     for (std::size_t i = 0; i < p; ++i)
       for (std::size_t j = i; j < p; ++j) {
         const auto row = static_cast<Eigen::Index>(2 * i), column = static_cast<Eigen::Index>(2 * j);
         const std::string indices = index_text({i, j}, p);
-        worst = std::max({worst, std::abs(value("Mre" + indices, natural_.mass[i][j].re) - expected_.mass(row, column)),
-                          std::abs(value("Mim" + indices, natural_.mass[i][j].im) - expected_.mass(row + 1, column))});
+        max_error =
+            std::max({max_error, std::abs(value("Mre" + indices, natural_.mass[i][j].re) - expected_.mass(row, column)),
+                      std::abs(value("Mim" + indices, natural_.mass[i][j].im) - expected_.mass(row + 1, column))});
       }
-    return worst / std::max(max_abs(expected_.mass), 1e-300);
+    return max_error / std::max(max_abs(expected_.mass), 1e-300);
   }
 
   double coefficient_error() const {
     const std::size_t p = natural_.points.size();
-    double worst = 0, scale = 1e-300;
+    double max_error = 0, scale = 1e-300;
     for (std::size_t i = 0; i < p; ++i) {
       const std::complex<double> C = expected_.coefficients[i].coefficient;
       const std::string indices = index_text({i}, p);
-      worst = std::max(worst, std::abs(std::complex<double>(value("Cre" + indices, natural_.coefficients[i].re),
+      max_error =
+          std::max(max_error, std::abs(std::complex<double>(value("Cre" + indices, natural_.coefficients[i].re),
                                                             value("Cim" + indices, natural_.coefficients[i].im)) -
                                        C));
       scale = std::max(scale, std::abs(C));
     }
-    return worst / scale;
+    return max_error / scale;
   }
 
   double constraint(std::size_t r) const {
@@ -467,30 +476,31 @@ class NaturalComparison {
   }
 
   double constraint_error() const {
-    double worst = 0;
-    for (std::size_t r = 0; r < natural_.constraint.size(); ++r) worst = std::max(worst, std::abs(constraint(r)));
-    return worst / elementary::pow(expected_.unit + max_coordinate(), 2);
+    double max_error = 0;
+    for (std::size_t r = 0; r < natural_.constraint.size(); ++r)
+      max_error = std::max(max_error, std::abs(constraint(r)));
+    return max_error / elementary::pow(expected_.unit + max_coordinate(), 2);
   }
 
-  /// Farthest point from the origin [m].
+  /// Maximum coordinate of any point [m].
   double max_coordinate() const { return max_abs(expected_.position); }
 
   double jacobian_error() {
     const double step = expected_.unit + max_coordinate();
     const std::size_t count = std::max(natural_.constraint.size(), natural_.unknowns.size());
-    double worst = 0, scale = 1e-300;
+    double max_error = 0, scale = 1e-300;
     for (std::size_t u = 0; u < natural_.unknowns.size(); ++u)
       for (std::size_t r = 0; r < natural_.constraint.size(); ++r) {
-        const double printed = value("G" + index_text({r, u}, count), natural_.jacobian[r][u]), here = unknown(u);
-        unknown(u) = here + step;
-        const double above = constraint(r);
-        unknown(u) = here - step;
-        const double below = constraint(r);
-        unknown(u) = here;
-        worst = std::max(worst, std::abs((above - below) / (2 * step) - printed));
-        scale = std::max({scale, std::abs(printed), (std::abs(above) + std::abs(below)) / step});
+        const double printed = value("G" + index_text({r, u}, count), natural_.jacobian[r][u]), centre = unknown(u);
+        unknown(u) = centre + step;
+        const double forward_value = constraint(r);
+        unknown(u) = centre - step;
+        const double backward_value = constraint(r);
+        unknown(u) = centre;
+        max_error = std::max(max_error, std::abs((forward_value - backward_value) / (2 * step) - printed));
+        scale = std::max({scale, std::abs(printed), (std::abs(forward_value) + std::abs(backward_value)) / step});
       }
-    return worst / scale;
+    return max_error / scale;
   }
 
   const NaturalEquations& natural_;
@@ -511,7 +521,7 @@ double max_natural_error(const FormulaSheet& sheet, const std::map<std::string, 
 
 namespace {
 
-/// Every name's value, rates and accelerations included.
+/// Values of all names, including rates and accelerations.
 std::map<std::string, double> names_of(const FormulaSheet& sheet, const RegressorState& state) {
   auto names = evaluate_names(sheet, state.y);
   const SymbolicRegressor& regressor = *sheet.regressor;
@@ -546,16 +556,16 @@ double max_regressor_error(const FormulaSheet& sheet, const std::map<std::string
   if (!expected) return std::numeric_limits<double>::quiet_NaN();
   const MatrixX Y = printed_regressor(sheet, texts, names_of(sheet, state));
   if (Y.cols() != expected.value.effort.cols()) return std::numeric_limits<double>::quiet_NaN();
-  const MatrixX found = state.B.transpose() * Y, size = state.B.cwiseAbs().transpose() * Y.cwiseAbs();
+  const MatrixX projected_regressor = state.B.transpose() * Y, size = state.B.cwiseAbs().transpose() * Y.cwiseAbs();
   const auto kind = [&](Eigen::Index p) { return expected.value.parameters[static_cast<std::size_t>(p)].kind; };
-  std::map<ParameterKind, double> scale;  // a column of which nothing is left has the round-off of others of its unit
+  std::map<ParameterKind, double> scale;  // a column that cancels completely has the round-off of others of its unit
   for (Eigen::Index p = 0; p < Y.cols(); ++p) scale[kind(p)] = std::max(scale[kind(p)], max_abs(size.col(p)));
-  double worst = 0;
+  double max_error = 0;
   for (Eigen::Index p = 0; p < Y.cols(); ++p) {
-    const double off = max_abs(found.col(p) - expected.value.effort.col(p));
-    worst = std::max(worst, off / std::max(scale[kind(p)], 1e-300));
+    const double deviation = max_abs(projected_regressor.col(p) - expected.value.effort.col(p));
+    max_error = std::max(max_error, deviation / std::max(scale[kind(p)], 1e-300));
   }
-  return worst;
+  return max_error;
 }
 
 }  // namespace balance::formulas

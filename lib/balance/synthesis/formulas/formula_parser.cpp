@@ -52,12 +52,12 @@ ProgramInterpreter::ProgramInterpreter(const std::string& text, Language languag
       function = &torque_statements_;
     else if (!line.empty() && line[0] != ' ')
       function = nullptr;
-    const std::size_t sign = line.find(" = ");
-    const bool is_list = sign != std::string::npos && line[sign + 3] == '[';
-    if (function == nullptr || sign == std::string::npos || is_list) continue;
+    const std::size_t equals_sign = line.find(" = ");
+    const bool is_list = equals_sign != std::string::npos && line[equals_sign + 3] == '[';
+    if (function == nullptr || equals_sign == std::string::npos || is_list) continue;
     const std::size_t begin = line.find_first_not_of(' ');
-    function->emplace_back(strip_affixes(line.substr(begin, sign - begin), "const double ", ""),
-                           strip_affixes(line.substr(sign + 3), "", ";"));
+    function->emplace_back(strip_affixes(line.substr(begin, equals_sign - begin), "const double ", ""),
+                           strip_affixes(line.substr(equals_sign + 3), "", ";"));
   }
   if (torque_statements_.empty()) throw FormulaError("the program has no statements");
 }
@@ -67,9 +67,9 @@ void ProgramInterpreter::set_parameter(const std::string& name, double value) {
 }
 
 void ProgramInterpreter::execute(const Statements& statements) {
-  StatementEvaluator make{values_};
+  StatementEvaluator factory{values_};
   for (const auto& [target, expression] : statements)
-    values_[target] = FormulaParser<double, StatementEvaluator>(expression, make).read();
+    values_[target] = FormulaParser<double, StatementEvaluator>(expression, factory).read();
 }
 
 void ProgramInterpreter::set_array(const char* list, const std::vector<double>& values) {
@@ -81,9 +81,9 @@ std::vector<double> ProgramInterpreter::compute_torques(const std::vector<double
                                                         const std::vector<double>& ddq) {
   set_array("q", q), set_array("dq", dq), set_array("ddq", ddq);
   execute(torque_statements_);
-  std::vector<double> found;
-  for (std::size_t i = 0; i < columns_; ++i) found.push_back(values_.at("tau[" + std::to_string(i) + "]"));
-  return found;
+  std::vector<double> torques;
+  for (std::size_t i = 0; i < columns_; ++i) torques.push_back(values_.at("tau[" + std::to_string(i) + "]"));
+  return torques;
 }
 
 namespace {
@@ -108,8 +108,8 @@ struct ValueFactory {
 }  // namespace
 
 double evaluate_text(const std::string& text, const std::map<std::string, double>& values) {
-  ValueFactory make{values};
-  return FormulaParser<double, ValueFactory>(text, make).read();
+  ValueFactory factory{values};
+  return FormulaParser<double, ValueFactory>(text, factory).read();
 }
 
 }  // namespace balance::formulas

@@ -29,7 +29,7 @@ Monomial negative_part(const Monomial& m) {
   return m.select([](int, int exponent) { return exponent < 0; });
 }
 
-/// What all terms share: powers of one sign, the wave, and the size of their numbers if that is one.
+/// What all terms have in common: powers of the same sign, the wave, and equal magnitudes of the coefficients.
 Term content_of(const Polynomial& p) {
   Term common = p.terms()[0];
   common.coefficient = abs(common.coefficient);
@@ -50,14 +50,14 @@ Term content_of(const Polynomial& p) {
   return common;
 }
 
-/// The least size of a factor, if that is below one and all others are multiples of it, else zero.
+/// The minimum magnitude of the coefficients, if it is below one and divides all others; otherwise zero.
 Rational smallest_common_factor(const Polynomial& p) {
-  Rational least = abs(p.terms()[0].coefficient);
+  Rational smallest = abs(p.terms()[0].coefficient);
   for (const Term& term : p.terms())
-    if (abs(term.coefficient) < least) least = abs(term.coefficient);
-  bool whole = least < Rational(1);
-  for (const Term& term : p.terms()) whole = whole && (term.coefficient / least).is_integer();
-  return whole ? least : Rational();
+    if (abs(term.coefficient) < smallest) smallest = abs(term.coefficient);
+  bool divides_all = smallest < Rational(1);
+  for (const Term& term : p.terms()) divides_all = divides_all && (term.coefficient / smallest).is_integer();
+  return divides_all ? smallest : Rational();
 }
 
 }  // namespace
@@ -66,7 +66,7 @@ std::string FormulaPrinter::print(const Polynomial& p) {
   const int count = static_cast<int>(ring_->symbols().size());
   std::string text = format(p, 0).text;
   ring_->truncate_symbols(count);
-  scratch_.clear();
+  placeholders_.clear();
   return text;
 }
 
@@ -78,68 +78,69 @@ FormulaPrinter::Printed FormulaPrinter::format(const Polynomial& p, int depth) {
     if (only.coefficient.sign() < 0) printed.text.insert(0, "-"), printed.is_sum = true;
     return printed;
   }
-  if (auto taken = factor_out_number(p, depth)) return *taken;
-  if (auto taken = factor_out_content(p, depth)) return *taken;
+  if (auto factored = factor_out_number(p, depth)) return *factored;
+  if (auto factored = factor_out_content(p, depth)) return *factored;
   return format_sum(p, depth);
 }
 
-/// Half of everything, where that is shorter.
+/// Factors out the smallest coefficient, such as ½, if that is shorter.
 std::optional<FormulaPrinter::Printed> FormulaPrinter::factor_out_number(const Polynomial& p, int depth) {
-  if (number_is_out_) return std::nullopt;
+  if (is_number_factored_out_) return std::nullopt;
   const Term common = content_of(p);
-  Rational least = abs(p.terms()[0].coefficient);
+  Rational smallest = abs(p.terms()[0].coefficient);
   for (const Term& term : p.terms())
-    if (abs(term.coefficient) < least) least = abs(term.coefficient);
-  bool whole = least < Rational(1) && common.monomial.is_one() && common.wave == 0 && common.coefficient == Rational(1);
-  for (const Term& term : p.terms()) whole = whole && (term.coefficient / least).is_integer();
-  if (!whole) return std::nullopt;
+    if (abs(term.coefficient) < smallest) smallest = abs(term.coefficient);
+  bool divides_all =
+      smallest < Rational(1) && common.monomial.is_one() && common.wave == 0 && common.coefficient == Rational(1);
+  for (const Term& term : p.terms()) divides_all = divides_all && (term.coefficient / smallest).is_integer();
+  if (!divides_all) return std::nullopt;
   const bool negative = sorted(p)[0].coefficient.sign() < 0;
-  number_is_out_ = true;
-  const Printed kept = format(p, depth);
-  Printed taken = bracketed(format(Polynomial(Rational(negative ? -1 : 1) / least) * p, depth + 1));
-  number_is_out_ = false;
-  taken.text = (negative ? "-" : "") + number(least) + " " + taken.text;
-  taken.size += 1;
-  taken.is_sum = negative;
-  return taken.size < kept.size ? taken : kept;
+  is_number_factored_out_ = true;
+  const Printed unfactored = format(p, depth);
+  Printed factored = bracketed(format(Polynomial(Rational(negative ? -1 : 1) / smallest) * p, depth + 1));
+  is_number_factored_out_ = false;
+  factored.text = (negative ? "-" : "") + number(smallest) + " " + factored.text;
+  factored.size += 1;
+  factored.is_sum = negative;
+  return factored.size < unfactored.size ? factored : unfactored;
 }
 
 std::optional<FormulaPrinter::Printed> FormulaPrinter::factor_out_content(const Polynomial& p, int depth) {
   Term common = content_of(p);
   if (common.monomial.is_one() && common.wave == 0 && common.coefficient == Rational(1)) return std::nullopt;
-  if (const Rational least = smallest_common_factor(p); least.sign() != 0 && common.coefficient == Rational(1))
-    common.coefficient = least;
+  if (const Rational smallest = smallest_common_factor(p); smallest.sign() != 0 && common.coefficient == Rational(1))
+    common.coefficient = smallest;
   Polynomial rest = divided_by(p, common);
   const bool negative = sorted(p)[0].coefficient.sign() < 0;
   if (negative) rest = -rest;
-  const Monomial above = positive_part(common.monomial), below = negative_part(common.monomial).inverse();
+  const Monomial numerator = positive_part(common.monomial), denominator = negative_part(common.monomial).inverse();
   Printed printed = bracketed(format(rest, depth + 1));
-  if (!above.is_one() || !(common.coefficient == Rational(1))) {
-    const Printed head = term(above, common.coefficient, 0);
-    printed.text = head.text + " " + printed.text;
-    printed.size += head.size;
+  if (!numerator.is_one() || !(common.coefficient == Rational(1))) {
+    const Printed leading = term(numerator, common.coefficient, 0);
+    printed.text = leading.text + " " + printed.text;
+    printed.size += leading.size;
   }
   if (common.wave != 0) {
     printed.text += " " + format_trigonometric(common.wave);
     ++printed.size;
   }
-  if (!below.is_one()) printed = divided(printed, term(below, 1, 0));
+  if (!denominator.is_one()) printed = divided(printed, term(denominator, 1, 0));
   if (negative) printed.text.insert(0, "-"), printed.is_sum = true;
   return printed;
 }
 
-/// What all terms of the root share stands before the brackets, squared itself.
+/// The common factors of the root's terms are squared separately, in front of the brackets.
 FormulaPrinter::Printed FormulaPrinter::square_of(const Polynomial& root, int depth) {
   const Term common = content_of(root);
-  const bool out = common.wave == 0 && negative_part(common.monomial).is_one();
-  Printed printed = format(out ? divided_by(root, common) : root, depth + 1);
-  printed.is_sum = true;  // a product needs brackets as well
+  const bool factors_out = common.wave == 0 && negative_part(common.monomial).is_one();
+  Printed printed = format(factors_out ? divided_by(root, common) : root, depth + 1);
+  printed.is_sum = true;  // a product needs brackets, too
   printed = bracketed(printed);
   printed.text = format_square(printed.text);
-  if (!out || (common.monomial.is_one() && common.coefficient == Rational(1))) return printed;
-  const Printed head = term(common.monomial * common.monomial, common.coefficient * common.coefficient, 0);
-  printed.text = head.text + " " + printed.text;
-  printed.size += head.size;
+  if (!factors_out || (common.monomial.is_one() && common.coefficient == Rational(1))) return printed;
+  const Printed leading = term(common.monomial * common.monomial, common.coefficient * common.coefficient, 0);
+  printed.text = leading.text + " " + printed.text;
+  printed.size += leading.size;
   return printed;
 }
 
@@ -156,7 +157,7 @@ FormulaPrinter::Printed FormulaPrinter::format_sum(const Polynomial& p, int dept
         return Term{{}, term.wave, 1};
       },
       depth);
-  if (!squares_) return printed;
+  if (!recognises_squares_) return printed;
   if (auto squares = format_squares(p); squares && squares->size < printed.size) return *squares;
   return printed;
 }
@@ -169,56 +170,58 @@ FormulaPrinter::Printed FormulaPrinter::format_without_trigonometric(const Polyn
     };
   };
   const auto fraction = [](const Term& term) { return Term{negative_part(term.monomial), 0, 1}; };
-  std::vector<Part> ways;
-  bool fractions = false;
-  for (const Term& term : p.terms()) fractions = fractions || !negative_part(term.monomial).is_one();
-  if (fractions) ways.emplace_back(fraction);
-  ways.emplace_back(kind_is(true));
-  ways.emplace_back(kind_is(false));
-  // Horner: the length that most terms share, to the power that all of those have
-  std::map<int, std::pair<int, int>> shared;  // symbol: terms, least power
+  std::vector<Part> groupings;
+  bool has_fractions = false;
+  for (const Term& term : p.terms()) has_fractions = has_fractions || !negative_part(term.monomial).is_one();
+  if (has_fractions) groupings.emplace_back(fraction);
+  groupings.emplace_back(kind_is(true));
+  groupings.emplace_back(kind_is(false));
+  // Horner: the length that occurs in most terms, to the power that all of these contain
+  std::map<int, std::pair<int, int>> occurrences;  // symbol: number of terms, minimum exponent
   for (const Term& term : p.terms())
     for (int k = 0; k < term.monomial.size(); ++k)
       if (term.monomial.exponent(k) > 0 && !is_inertial(ring_->symbol(term.monomial.symbol(k)).kind)) {
-        auto& [count, least] = shared.try_emplace(term.monomial.symbol(k), 0, 99).first->second;
-        ++count, least = std::min(least, term.monomial.exponent(k));
+        auto& [count, min_exponent] = occurrences.try_emplace(term.monomial.symbol(k), 0, 99).first->second;
+        ++count, min_exponent = std::min(min_exponent, term.monomial.exponent(k));
       }
-  int most = -1;
-  for (const auto& [symbol, found] : shared)
-    if (found.first > 1 && (most < 0 || found.first > shared[most].first)) most = symbol;
-  if (most >= 0)
-    ways.emplace_back([most, least = shared[most].second](const Term& term) {
-      return Term{term.monomial.exponent_of(most) > 0 ? Monomial(most, least) : Monomial(), 0, 1};
+  int horner_symbol = -1;
+  for (const auto& [symbol, occurrence] : occurrences)
+    if (occurrence.first > 1 && (horner_symbol < 0 || occurrence.first > occurrences[horner_symbol].first))
+      horner_symbol = symbol;
+  if (horner_symbol >= 0)
+    groupings.emplace_back([horner_symbol, min_exponent = occurrences[horner_symbol].second](const Term& term) {
+      return Term{term.monomial.exponent_of(horner_symbol) > 0 ? Monomial(horner_symbol, min_exponent) : Monomial(), 0,
+                  1};
     });
   std::optional<Printed> best;
-  for (const Part& way : ways) {
+  for (const Part& grouping : groupings) {
     std::vector<Monomial> keys;
-    for (const Term& term : p.terms()) keys.push_back(way(term).monomial);
+    for (const Term& term : p.terms()) keys.push_back(grouping(term).monomial);
     std::sort(keys.begin(), keys.end());
     const auto count = static_cast<std::size_t>(std::unique(keys.begin(), keys.end()) - keys.begin());
     if (count == 1 || count == p.size()) continue;
-    Printed printed = format_grouped(p, way, depth);
+    Printed printed = format_grouped(p, grouping, depth);
     if (!best || printed.size < best->size) best = std::move(printed);
-    if (fractions && &way == &ways[0]) break;  // fractions are always kept apart
+    if (has_fractions && &grouping == &groupings[0]) break;  // fractions are always kept separate
   }
-  Printed plain = format_grouped(
+  Printed ungrouped = format_grouped(
       p,
       [](const Term& term) {
         return Term{term.monomial, 0, 1};
       },
       depth);
-  return best && best->size <= plain.size ? *best : plain;
+  return best && best->size <= ungrouped.size ? *best : ungrouped;
 }
 
-/// Terms by a part of them; every group prints as part · (rest).
+/// Groups terms by a part of them; every group is printed as part · (rest).
 FormulaPrinter::Printed FormulaPrinter::format_grouped(const Polynomial& p, const Part& part, int depth) {
   std::vector<std::pair<Term, std::vector<Term>>> groups;
   std::map<std::pair<Monomial, TrigonometricId>, std::size_t> index;
   for (const Term& term : sorted(p)) {
     const Term key = part(term);
-    const auto [at, fresh] = index.try_emplace({key.monomial, key.wave}, groups.size());
-    if (fresh) groups.push_back({key, {}});
-    groups[at->second].second.push_back(
+    const auto [entry, is_new] = index.try_emplace({key.monomial, key.wave}, groups.size());
+    if (is_new) groups.push_back({key, {}});
+    groups[entry->second].second.push_back(
         {term.monomial / key.monomial, key.wave != 0 ? 0 : term.wave, term.coefficient});
   }
   std::vector<std::pair<bool, Printed>> parts;
@@ -236,49 +239,51 @@ FormulaPrinter::Printed FormulaPrinter::group(const Term& key, const Polynomial&
     negative = only.coefficient.sign() < 0;
     return term(key.monomial * only.monomial, only.coefficient, key.wave != 0 ? key.wave : only.wave);
   }
-  const bool plain = key.monomial.is_one() && key.wave == 0;
-  negative = !plain && sorted(rest)[0].coefficient.sign() < 0;
+  const bool has_trivial_key = key.monomial.is_one() && key.wave == 0;
+  negative = !has_trivial_key && sorted(rest)[0].coefficient.sign() < 0;
   const Printed inner = format(negative ? -rest : rest, depth + 1);
-  if (plain) return inner;
-  const Monomial above = positive_part(key.monomial), below = negative_part(key.monomial).inverse();
+  if (has_trivial_key) return inner;
+  const Monomial numerator = positive_part(key.monomial), denominator = negative_part(key.monomial).inverse();
   Printed printed = bracketed(inner);
-  if (!above.is_one()) {
-    const Printed head = term(above, 1, 0);
-    printed.text = head.text + " " + printed.text;
-    printed.size += head.size;
+  if (!numerator.is_one()) {
+    const Printed leading = term(numerator, 1, 0);
+    printed.text = leading.text + " " + printed.text;
+    printed.size += leading.size;
   }
   if (key.wave != 0) {
     printed.text += " " + format_trigonometric(key.wave);
     ++printed.size;
   }
-  return below.is_one() ? printed : divided(printed, term(below, 1, 0));
+  return denominator.is_one() ? printed : divided(printed, term(denominator, 1, 0));
 }
 
 std::string FormulaPrinter::print_ratio(const Polynomial& numerator, const Polynomial& denominator) {
-  Polynomial above = numerator, below = denominator;
-  std::string whole;
+  Polynomial reduced_numerator = numerator, reduced_denominator = denominator;
+  std::string integer_part;
   for (const int n : {1, -1, 2, -2}) {
-    const Polynomial rest = above - Polynomial(n) * below;
-    if (rest.size() + below.size() != above.size()) continue;
-    whole = std::to_string(n);
-    above = rest;
+    const Polynomial rest = reduced_numerator - Polynomial(n) * reduced_denominator;
+    if (rest.size() + reduced_denominator.size() != reduced_numerator.size()) continue;
+    integer_part = std::to_string(n);
+    reduced_numerator = rest;
     break;
   }
-  if (above.is_zero()) return whole.empty() ? "0" : whole;
-  const Term a = content_of(above), b = content_of(below);
+  if (reduced_numerator.is_zero()) return integer_part.empty() ? "0" : integer_part;
+  const Term a = content_of(reduced_numerator), b = content_of(reduced_denominator);
   const Monomial shared = a.monomial.select([&](int s, int e) { return e > 0 && b.monomial.exponent_of(s) > 0; });
   Monomial common;
   for (int k = 0; k < shared.size(); ++k)
     common.append(shared.symbol(k), std::min(shared.exponent(k), b.monomial.exponent_of(shared.symbol(k))));
-  above = divided_by(above, {common, 0, 1}), below = divided_by(below, {common, 0, 1});
-  const bool flipped = sorted(below)[0].coefficient.sign() < 0;
-  if (flipped) above = -above, below = -below;
-  const bool negative = sorted(above)[0].coefficient.sign() < 0;
-  const Printed fraction = divided(format(negative ? -above : above, 1), format(below, 1));
-  ring_->truncate_symbols(static_cast<int>(ring_->symbols().size() - scratch_.size()));
-  scratch_.clear();
-  if (whole.empty()) return (negative ? "-" : "") + fraction.text;
-  return whole + (negative ? " - " : " + ") + fraction.text;
+  reduced_numerator = divided_by(reduced_numerator, {common, 0, 1}),
+  reduced_denominator = divided_by(reduced_denominator, {common, 0, 1});
+  const bool is_flipped = sorted(reduced_denominator)[0].coefficient.sign() < 0;
+  if (is_flipped) reduced_numerator = -reduced_numerator, reduced_denominator = -reduced_denominator;
+  const bool negative = sorted(reduced_numerator)[0].coefficient.sign() < 0;
+  const Printed fraction =
+      divided(format(negative ? -reduced_numerator : reduced_numerator, 1), format(reduced_denominator, 1));
+  ring_->truncate_symbols(static_cast<int>(ring_->symbols().size() - placeholders_.size()));
+  placeholders_.clear();
+  if (integer_part.empty()) return (negative ? "-" : "") + fraction.text;
+  return integer_part + (negative ? " - " : " + ") + fraction.text;
 }
 
 // Numbers, symbols, waves and products of them.
@@ -292,20 +297,20 @@ bool is_greek(const std::string& word) {
   return false;
 }
 
-/// A letter of the field's with letters that say of what, as formulas name numbers: `lg`, `Jxy`, the `xB` of a point B.
+/// Whether this is a letter with letters as index, as in names of formulas: `lg`, `Jxy`, the `xB` of a point B.
 bool is_quantity(const std::string& head) {
   if (head.size() < 2) return false;
   if (std::string("xyz").find(head[0]) != std::string::npos && std::isupper(static_cast<unsigned char>(head[1])) != 0)
     return true;
-  const std::string behind = head[0] == 'J'                                           ? "xyzat"
-                             : std::string("Img").find(head[0]) != std::string::npos  ? "xyzt"
-                             : std::string("lxyz").find(head[0]) != std::string::npos ? "g"
-                                                                                      : "";
-  return head.size() <= 3 && head.find_first_not_of(behind, 1) == std::string::npos;
+  const std::string index_letters = head[0] == 'J'                                           ? "xyzat"
+                                    : std::string("Img").find(head[0]) != std::string::npos  ? "xyzt"
+                                    : std::string("lxyz").find(head[0]) != std::string::npos ? "g"
+                                                                                             : "";
+  return head.size() <= 3 && head.find_first_not_of(index_letters, 1) == std::string::npos;
 }
 
-/// Place in a product: g, inertias, lengths, the rest.
-int order_of(SymbolKind kind) {
+/// Rank in a product: g, inertias, lengths, the rest.
+int product_rank(SymbolKind kind) {
   switch (kind) {
     case SymbolKind::gravity: return 0;
     case SymbolKind::inertia:
@@ -324,7 +329,7 @@ int order_of(SymbolKind kind) {
   return 8;
 }
 
-/// As if exponents of all symbols stood in a row: the first that differs, higher ones first.
+/// Compares the exponents symbol by symbol; at the first difference, the larger exponent comes first.
 bool is_printed_before(const Monomial& a, const Monomial& b) {
   for (int i = 0;; ++i) {
     const bool more_a = i < a.size(), more_b = i < b.size();
@@ -347,18 +352,19 @@ std::string latex_name(const std::string& name) {
     head = "\\" + head;
   else if (head.size() > 1)
     head = "\\mathrm{" + head + "}";
-  std::string below;
+  std::string subscript;
   for (const char c : tail)
-    if (c != '_') below += c;
-  if (tail.ends_with("_")) below += '\'';
-  const bool words = std::any_of(below.begin(), below.end(), [](unsigned char c) { return std::isalpha(c) != 0; });
-  if (below.empty()) return head;
-  return head + (words && below.size() > 2 ? "_{\\mathrm{" + below + "}}" : "_{" + below + "}");
+    if (c != '_') subscript += c;
+  if (tail.ends_with("_")) subscript += '\'';
+  const bool has_letters =
+      std::any_of(subscript.begin(), subscript.end(), [](unsigned char c) { return std::isalpha(c) != 0; });
+  if (subscript.empty()) return head;
+  return head + (has_letters && subscript.size() > 2 ? "_{\\mathrm{" + subscript + "}}" : "_{" + subscript + "}");
 }
 
 std::string FormulaPrinter::symbol_text(int symbol) const {
   const std::string& name = ring_->symbol(symbol).name;
-  const bool is_text = scratch_.contains(name);
+  const bool is_text = placeholders_.contains(name);
   return style_ == PrintStyle::latex && !is_text ? latex_name(name) : name;
 }
 
@@ -368,17 +374,18 @@ std::string FormulaPrinter::angle_text(int angle) const {
 }
 
 std::string FormulaPrinter::number(Rational value) const {
-  const std::string above = std::to_string(value.numerator());
-  if (value.is_integer()) return above;
-  const std::string below = std::to_string(value.denominator());
-  return style_ == PrintStyle::latex ? "\\tfrac{" + above + "}{" + below + "}" : above + "/" + below;
+  const std::string numerator = std::to_string(value.numerator());
+  if (value.is_integer()) return numerator;
+  const std::string denominator = std::to_string(value.denominator());
+  return style_ == PrintStyle::latex ? "\\tfrac{" + numerator + "}{" + denominator + "}"
+                                     : numerator + "/" + denominator;
 }
 
 std::string FormulaPrinter::factor(int symbol, int exponent) const {
   const std::string text = symbol_text(symbol);
   if (exponent == 1) return text;
   const std::string power = std::to_string(exponent);
-  // The name of a symbol that stands for a sine holds brackets; LaTeX wants braces around what has an index of its own.
+  // A symbol that stands for a sine has brackets in its name; LaTeX needs braces around a base with an index.
   return style_ == PrintStyle::latex ? "{" + text + "}^{" + power + "}" : text + "^" + power;
 }
 
@@ -386,10 +393,10 @@ std::string FormulaPrinter::format_square(const std::string& text) const {
   return style_ == PrintStyle::latex ? "{" + text + "}^{2}" : text + "^2";
 }
 
-std::string FormulaPrinter::circular(const CircularFunction& function, int divided_by) const {
+std::string FormulaPrinter::circular(const CircularFunction& function, int divisor) const {
   std::string argument;
-  for (const auto& [angle, whole] : function.argument) {
-    const int multiple = whole / divided_by;
+  for (const auto& [angle, undivided] : function.argument) {
+    const int multiple = undivided / divisor;
     argument += argument.empty() ? (multiple < 0 ? "-" : "") : (multiple < 0 ? " - " : " + ");
     if (std::abs(multiple) != 1) argument += std::to_string(std::abs(multiple)) + " ";
     argument += angle_text(angle);
@@ -398,34 +405,34 @@ std::string FormulaPrinter::circular(const CircularFunction& function, int divid
   return (style_ == PrintStyle::latex ? "\\" + name : name) + "(" + argument + ")";
 }
 
-std::string FormulaPrinter::format_trigonometric(TrigonometricId wave) const {
+std::string FormulaPrinter::format_trigonometric(TrigonometricId trig) const {
   std::string text;
-  for (const CircularFunction& function : ring_->wave(wave)) text += (text.empty() ? "" : " ") + circular(function);
+  for (const CircularFunction& function : ring_->wave(trig)) text += (text.empty() ? "" : " ") + circular(function);
   return text;
 }
 
-/// Its size counts symbols, functions and numbers; the sign is left out.
+/// `size` counts symbols, functions and numbers; the sign is left out.
 FormulaPrinter::Printed FormulaPrinter::term(const Monomial& monomial, Rational coefficient,
-                                             TrigonometricId wave) const {
-  Printed above, below;
+                                             TrigonometricId trig) const {
+  Printed numerator, denominator;
   std::vector<std::pair<int, int>> order;
-  for (int k = 0; k < monomial.size(); ++k) order.emplace_back(order_of(ring_->symbol(monomial.symbol(k)).kind), k);
+  for (int k = 0; k < monomial.size(); ++k) order.emplace_back(product_rank(ring_->symbol(monomial.symbol(k)).kind), k);
   std::sort(order.begin(), order.end());
-  const auto put = [](Printed& to, const std::string& text) {
+  const auto append_factor = [](Printed& to, const std::string& text) {
     to.text += (to.text.empty() ? "" : " ") + text;
     ++to.size;
   };
   for (const auto& [rank, k] : order) {
     const int exponent = monomial.exponent(k);
-    put(exponent > 0 ? above : below, factor(monomial.symbol(k), std::abs(exponent)));
+    append_factor(exponent > 0 ? numerator : denominator, factor(monomial.symbol(k), std::abs(exponent)));
   }
-  if (wave != 0) put(above, format_trigonometric(wave));
+  if (trig != 0) append_factor(numerator, format_trigonometric(trig));
   const Rational size = abs(coefficient);
-  if (!(size == Rational(1)) || above.text.empty()) {
-    above.text = number(size) + (above.text.empty() ? "" : " " + above.text);
-    ++above.size;
+  if (!(size == Rational(1)) || numerator.text.empty()) {
+    numerator.text = number(size) + (numerator.text.empty() ? "" : " " + numerator.text);
+    ++numerator.size;
   }
-  return below.text.empty() ? above : divided(above, below);
+  return denominator.text.empty() ? numerator : divided(numerator, denominator);
 }
 
 FormulaPrinter::Printed FormulaPrinter::bracketed(Printed inner) const {
@@ -436,42 +443,44 @@ FormulaPrinter::Printed FormulaPrinter::bracketed(Printed inner) const {
   return inner;
 }
 
-FormulaPrinter::Printed FormulaPrinter::divided(Printed above, const Printed& below) const {
-  const bool many = below.size > 1 || below.is_sum || below.text.find(' ') != std::string::npos;
+FormulaPrinter::Printed FormulaPrinter::divided(Printed numerator, const Printed& denominator) const {
+  const bool needs_brackets =
+      denominator.size > 1 || denominator.is_sum || denominator.text.find(' ') != std::string::npos;
   if (style_ == PrintStyle::latex)
-    above.text = "\\frac{" + above.text + "}{" + below.text + "}";
+    numerator.text = "\\frac{" + numerator.text + "}{" + denominator.text + "}";
   else
-    above.text = bracketed(above).text + (many ? "/(" : "/") + below.text + (many ? ")" : "");
-  above.size += below.size;
-  above.is_sum = false;
-  return above;
+    numerator.text =
+        bracketed(numerator).text + (needs_brackets ? "/(" : "/") + denominator.text + (needs_brackets ? ")" : "");
+  numerator.size += denominator.size;
+  numerator.is_sum = false;
+  return numerator;
 }
 
 FormulaPrinter::Printed FormulaPrinter::join_terms(const std::vector<std::pair<bool, Printed>>& parts) const {
   Printed sum;
-  for (const auto& [negative, part] : parts) {
-    const std::string text = negative ? bracketed(part).text : part.text;
-    const bool minus = negative || text.starts_with('-');  // of a sum only the first term's
+  for (const auto& [negative, printed] : parts) {
+    const std::string text = negative ? bracketed(printed).text : printed.text;
+    const bool minus = negative || text.starts_with('-');  // of a sum, the first term's sign
     sum.text += sum.text.empty() ? (minus ? "-" : "") : (minus ? " - " : " + ");
     sum.text += text.substr(!negative && minus ? 1 : 0);
-    sum.size += part.size;
+    sum.size += printed.size;
   }
   sum.is_sum = parts.size() > 1 || (!parts.empty() && (parts[0].first || parts[0].second.is_sum));
   return sum;
 }
 
-/// Fractions last, inertias before masses, then by number.
+/// Fractions last, inertias before masses, then by index of the symbol.
 std::vector<Term> FormulaPrinter::sorted(const Polynomial& p) const {
   const auto key = [this](const Term& term) {
-    int fractions = 0, rank = 99, lead = 0;
+    int fractions = 0, rank = 99, leading_symbol = 0;
     for (int k = 0; k < term.monomial.size(); ++k) {
       const int symbol = term.monomial.symbol(k);
       if (term.monomial.exponent(k) < 0) ++fractions;
       const auto kind = ring_->symbol(symbol).kind;
       if (rank == 99 && term.monomial.exponent(k) > 0 && is_inertial(kind))
-        rank = static_cast<int>(kind), lead = symbol;
+        rank = static_cast<int>(kind), leading_symbol = symbol;
     }
-    return std::tuple(fractions, rank, lead);
+    return std::tuple(fractions, rank, leading_symbol);
   };
   struct Keyed {
     std::tuple<int, int, int> key;
@@ -494,15 +503,15 @@ std::string FormulaPrinter::print_numbers(const Polynomial& p) const {
   std::map<std::pair<Monomial, TrigonometricId>, double> coefficients;
   for (const Term& term : p.terms()) {
     double value = term.coefficient.value();
-    Monomial kept;
+    Monomial monomial;
     for (int k = 0; k < term.monomial.size(); ++k) {
       const Symbol& symbol = ring_->symbol(term.monomial.symbol(k));
       if (symbol.kind >= SymbolKind::slide)
-        kept.append(term.monomial.symbol(k), term.monomial.exponent(k));
+        monomial.append(term.monomial.symbol(k), term.monomial.exponent(k));
       else
         value *= elementary::pow(symbol.value, term.monomial.exponent(k));
     }
-    coefficients[{kept, term.wave}] += value;
+    coefficients[{monomial, term.wave}] += value;
   }
   std::string text;
   for (const auto& [key, value] : coefficients) {

@@ -1,9 +1,10 @@
 #pragma once
-/// Polynomials as text for people. Every text can be read back (formula_parser.hpp).
+/// Prints polynomials for people. Every text can be parsed again (formula_parser.hpp).
 ///
-/// The rules, in this order: what all terms share is taken out (½ only where that is shorter); squares are recognised; where there
-/// are waves, terms go by wave, or by inertia with powers of sines and cosines where that is shorter; else fractions are kept
-/// apart, and of the forms grouped by inertia, by length and by Horner's rule the shortest is taken.
+/// The rules, in this order: common factors are factored out (½ only if that is shorter); squares are recognised; with
+/// waves (sines and cosines), terms are grouped by wave, or by inertia with powers of sines and cosines if that is
+/// shorter; otherwise fractions are kept separate, and the shortest of the forms grouped by inertia, by length and by
+/// Horner's rule is chosen.
 
 #include "balance/synthesis/formulas/symbolic_polynomial.hpp"
 
@@ -25,21 +26,21 @@ class FormulaPrinter {
   explicit FormulaPrinter(Ring& ring, PrintStyle style = PrintStyle::text) : ring_(&ring), style_(style) {}
 
   std::string print(const Polynomial& p);
-  /// With the ring's values in place of all symbols but coordinates, rates and named expressions.
+  /// With the ring's values instead of all symbols except coordinates, rates and named expressions.
   std::string print_numbers(const Polynomial& p) const;
-  /// numerator / denominator, with what cancels cancelled as far as it is seen.
+  /// numerator / denominator, with common factors cancelled as far as they are recognised.
   std::string print_ratio(const Polynomial& numerator, const Polynomial& denominator);
   std::string symbol_text(int symbol) const;
   std::string angle_text(int angle) const;
 
  private:
-  /// An expression ready to print, how many symbols it shows, and whether it needs brackets in a product.
+  /// An expression ready to print, the number of symbols in it, and whether it needs brackets in a product.
   struct Printed {
     std::string text;
     int size = 0;
     bool is_sum = false;
   };
-  using Part = std::function<Term(const Term&)>;  ///< monomial and wave that a term is grouped by
+  using Part = std::function<Term(const Term&)>;  ///< monomial and wave by which a term is grouped
 
   // formula_printer.cpp
   Printed format(const Polynomial& p, int depth);
@@ -54,11 +55,11 @@ class FormulaPrinter {
   // formula_printer.cpp
   std::string number(Rational value) const;
   std::string factor(int symbol, int exponent) const;
-  std::string circular(const CircularFunction& function, int multiple_divided_by = 1) const;
-  std::string format_trigonometric(TrigonometricId wave) const;
-  Printed term(const Monomial& monomial, Rational factor, TrigonometricId wave) const;
+  std::string circular(const CircularFunction& function, int divisor = 1) const;
+  std::string format_trigonometric(TrigonometricId trig) const;
+  Printed term(const Monomial& monomial, Rational factor, TrigonometricId trig) const;
   Printed bracketed(Printed inner) const;
-  Printed divided(Printed above, const Printed& below) const;
+  Printed divided(Printed numerator, const Printed& denominator) const;
   Printed join_terms(const std::vector<std::pair<bool, Printed>>& parts) const;
   std::vector<Term> sorted(const Polynomial& p) const;
   std::string format_square(const std::string& text) const;
@@ -72,8 +73,8 @@ class FormulaPrinter {
 
   Ring* ring_;
   PrintStyle style_;
-  std::map<std::string, int> scratch_;  ///< symbols that stand for text
-  bool number_is_out_ = false, squares_ = true;
+  std::map<std::string, int> placeholders_;  ///< symbols that stand for text
+  bool is_number_factored_out_ = false, recognises_squares_ = true;
 };
 
 }  // namespace balance::formulas

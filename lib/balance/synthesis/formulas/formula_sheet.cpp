@@ -5,37 +5,37 @@
 
 namespace balance::formulas {
 
-// What must vanish for a mechanism without loops to be balanced, with symbols for its lengths.
+// Conditions for a mechanism without loops to be balanced, with symbols for its lengths.
 
-/// Rows that must vanish for polynomials to vanish at every pose: the coefficients of all waves, without common lengths, each once,
-/// none a combination of shorter ones as far as that is seen.
+/// Rows that must vanish for polynomials to vanish at every pose: the coefficients of all waves, without common lengths
+/// and without duplicates. Combinations of shorter rows are removed as far as they are recognised.
 std::vector<Polynomial> extract_conditions(const std::vector<Polynomial>& entries);
 
-/// One section for each goal: static, force, gyroscopic, decoupled.
+/// One section per goal: static, force, gyroscopic, decoupled.
 std::vector<SheetSection> make_condition_sections(const SymbolicEquations& equations);
 
-// The closures of loops, solved for the rates of some coordinates.
+// Loop closures, solved for the rates of some coordinates.
 
-/// More equations are not solved: the determinant becomes longer than the closures.
+/// Larger systems are not solved: the determinant becomes longer than the closures.
 inline constexpr std::size_t max_solved_closures = 4;
 
-/// q̇ of dependent columns = C · q̇ of independent ones, by Cramer's rule; a formula for the determinant first. Nothing where there
-/// are more than max_solved_closures equations, or not as many as dependent columns.
+/// q̇ of dependent columns = C · q̇ of independent ones, by Cramer's rule; the determinant has the first formula. Empty
+/// if there are more than max_solved_closures equations, or if their number is not that of the dependent columns.
 /// @param independent columns
 std::vector<SheetFormula> solve_closures(const SymbolicEquations& equations, const std::vector<int>& independent);
 
-/// Sums of angles around a loop written with the angle of the joint that closes it, where that is shorter.
+/// Replaces sums of angles around a loop by the angle of the joint that closes it, if that is shorter.
 Polynomial shorten_angle_sums(const SymbolicTree& tree, const Polynomial& p);
 
 namespace {
 
-/// Longer lists are not searched for combinations: it takes the square of their length.
+/// Longer lists are not searched for combinations, since the search takes quadratic time.
 constexpr std::size_t max_compared_rows = 300;
 
-/// Conditions of equations with more terms are no reading for anybody.
+/// Equations with more terms have no readable conditions.
 constexpr std::size_t max_condition_terms = 6000;
 
-/// The powers of lengths and gravity that all terms share, and coordinates along slides as functions of their own.
+/// The powers of lengths and gravity that all terms share. Coordinates of slides are functions of the pose instead.
 Monomial common_lengths(const Polynomial& p) {
   Monomial common = p.terms()[0].monomial.select([&](int s, int) {
     const auto kind = p.ring()->symbol(s).kind;
@@ -50,44 +50,44 @@ Monomial common_lengths(const Polynomial& p) {
   return common;
 }
 
-/// Coefficients of all functions of the pose: waves times powers of slides.
+/// Coefficients of all functions of the pose: waves times powers of slides' coordinates.
 std::vector<Polynomial> coefficients(const Polynomial& p) {
-  std::map<std::pair<TrigonometricId, Monomial>, std::vector<Term>> parts;
+  std::map<std::pair<TrigonometricId, Monomial>, std::vector<Term>> groups;
   for (const Term& term : p.terms()) {
     const auto is_pose = [&](int s) {
       const auto kind = p.ring()->symbol(s).kind;
       return kind == SymbolKind::slide || kind == SymbolKind::alias;
     };
     const Monomial pose = term.monomial.select([&](int s, int) { return is_pose(s); });
-    parts[{term.wave, pose}].push_back({term.monomial / pose, 0, term.coefficient});
+    groups[{term.wave, pose}].push_back({term.monomial / pose, 0, term.coefficient});
   }
-  std::vector<Polynomial> found;
-  for (auto& [key, terms] : parts) found.push_back(Polynomial::of_terms(p.ring(), std::move(terms)));
-  return found;
+  std::vector<Polynomial> list;
+  for (auto& [key, terms] : groups) list.push_back(Polynomial::of_terms(p.ring(), std::move(terms)));
+  return list;
 }
 
-/// The row less a multiple of a known one, if that makes it shorter.
-bool reduce_by_row(Polynomial& row, const Polynomial& known) {
-  const Term& lead = known.terms()[0];
+/// Subtracts a multiple of a known row, if that makes the row shorter.
+bool reduce_by_row(Polynomial& row, const Polynomial& pivot_row) {
+  const Term& leading_term = pivot_row.terms()[0];
   for (const Term& term : row.terms()) {
-    const Monomial ratio = term.monomial / lead.monomial;
-    bool whole = true;
-    for (int k = 0; k < ratio.size(); ++k) whole = whole && ratio.exponent(k) > 0;
-    if (!whole) continue;
-    const Polynomial next =
-        row - Polynomial::of_terms(row.ring(), {{ratio, 0, term.coefficient / lead.coefficient}}) * known;
-    if (next.size() >= row.size()) continue;
-    row = next;
+    const Monomial ratio = term.monomial / leading_term.monomial;
+    bool is_divisible = true;
+    for (int k = 0; k < ratio.size(); ++k) is_divisible = is_divisible && ratio.exponent(k) > 0;
+    if (!is_divisible) continue;
+    const Polynomial reduced =
+        row - Polynomial::of_terms(row.ring(), {{ratio, 0, term.coefficient / leading_term.coefficient}}) * pivot_row;
+    if (reduced.size() >= row.size()) continue;
+    row = reduced;
     return true;
   }
   return false;
 }
 
-bool is_combination_of(Polynomial row, const std::vector<Polynomial>& kept) {
-  for (bool again = true; again && !row.is_zero();) {
-    again = false;
-    for (const Polynomial& known : kept)
-      if (!row.is_zero() && reduce_by_row(row, known)) again = true;
+bool is_combination_of(Polynomial row, const std::vector<Polynomial>& independent_rows) {
+  for (bool has_changed = true; has_changed && !row.is_zero();) {
+    has_changed = false;
+    for (const Polynomial& pivot_row : independent_rows)
+      if (!row.is_zero() && reduce_by_row(row, pivot_row)) has_changed = true;
   }
   return row.is_zero();
 }
@@ -99,30 +99,31 @@ std::vector<Polynomial> extract_conditions(const std::vector<Polynomial>& entrie
   for (const Polynomial& entry : entries)
     for (const Polynomial& p : coefficients(entry)) {
       const Monomial common = common_lengths(p);
-      const Rational lead = p.terms()[0].coefficient;
+      const Rational leading_coefficient = p.terms()[0].coefficient;
       std::vector<Term> terms;
-      for (const Term& term : p.terms()) terms.push_back({term.monomial / common, 0, term.coefficient / lead});
+      for (const Term& term : p.terms())
+        terms.push_back({term.monomial / common, 0, term.coefficient / leading_coefficient});
       Polynomial row = Polynomial::of_terms(p.ring(), std::move(terms));
       if (std::find(rows.begin(), rows.end(), row) == rows.end()) rows.push_back(std::move(row));
     }
   std::stable_sort(rows.begin(), rows.end(), [](auto& a, auto& b) { return a.size() < b.size(); });
   if (rows.size() > max_compared_rows) return rows;
-  std::vector<Polynomial> kept;
+  std::vector<Polynomial> independent_rows;
   for (const Polynomial& row : rows)
-    if (!is_combination_of(row, kept)) kept.push_back(row);
-  return kept;
+    if (!is_combination_of(row, independent_rows)) independent_rows.push_back(row);
+  return independent_rows;
 }
 
 std::vector<SheetSection> make_condition_sections(const SymbolicEquations& e) {
   const std::size_t n = e.M.size();
-  std::vector<Polynomial> force, moving = e.z, apart;
+  std::vector<Polynomial> force, gyroscopic = e.z, decoupled;
   for (const Polynomial& h : e.moment)
     for (std::size_t c = 0; c < n; ++c) force.push_back(column_derivative(e.tree, h, static_cast<int>(c)));
   for (const Matrix& rows : e.D)
-    for (const Row& row : rows) moving.insert(moving.end(), row.begin(), row.end());
-  apart = moving;
+    for (const Row& row : rows) gyroscopic.insert(gyroscopic.end(), row.begin(), row.end());
+  decoupled = gyroscopic;
   for (std::size_t i = 0; i < n; ++i)
-    for (std::size_t j = i + 1; j < n; ++j) apart.push_back(e.M[i][j]);
+    for (std::size_t j = i + 1; j < n; ++j) decoupled.push_back(e.M[i][j]);
   std::vector<SheetSection> sections;
   const auto add = [&](const std::string& goal, const std::vector<Polynomial>& entries) {
     SheetSection section{SheetSectionKind::conditions, "Conditions for the goal " + goal, {}, {}, 0};
@@ -137,8 +138,8 @@ std::vector<SheetSection> make_condition_sections(const SymbolicEquations& e) {
   };
   add("static", e.z);
   add("force", force);
-  add("gyroscopic", moving);
-  add("decoupled", apart);
+  add("gyroscopic", gyroscopic);
+  add("decoupled", decoupled);
   return sections;
 }
 
@@ -146,22 +147,22 @@ namespace {
 
 std::string text_of(const SheetFormula& formula, FormulaPrinter& printer, const PrintOptions& options) {
   if (options.with_values) {
-    const std::string above = printer.print_numbers(formula.value);
-    if (formula.denominator == Polynomial(1)) return above;
-    const std::string below =
+    const std::string numerator = printer.print_numbers(formula.value);
+    if (formula.denominator == Polynomial(1)) return numerator;
+    const std::string denominator =
         formula.denominator_name.empty() ? printer.print_numbers(formula.denominator) : formula.denominator_name;
-    return options.style == PrintStyle::latex ? "\\frac{" + above + "}{" + below + "}"
-                                              : "(" + above + ")/(" + below + ")";
+    return options.style == PrintStyle::latex ? "\\frac{" + numerator + "}{" + denominator + "}"
+                                              : "(" + numerator + ")/(" + denominator + ")";
   }
   if (formula.denominator == Polynomial(1)) return printer.print(formula.value);
   if (formula.denominator_name.empty()) return printer.print_ratio(formula.value, formula.denominator);
   const bool latex = options.style == PrintStyle::latex;
-  const std::string above = printer.print(formula.value);
-  if (latex) return "\\frac{" + above + "}{" + latex_name(formula.denominator_name) + "}";
-  return (formula.value.size() > 1 ? "(" + above + ")" : above) + "/" + formula.denominator_name;
+  const std::string numerator = printer.print(formula.value);
+  if (latex) return "\\frac{" + numerator + "}{" + latex_name(formula.denominator_name) + "}";
+  return (formula.value.size() > 1 ? "(" + numerator + ")" : numerator) + "/" + formula.denominator_name;
 }
 
-/// Blocks of natural coordinates are complex numbers.
+/// Blocks in natural coordinates are complex numbers.
 std::string latex_head(const std::string& name) {
   if (name == "Phi" || name == "Delta") return "\\" + name;
   if (name == "Mre" || name == "Cre") return "\\Re " + name.substr(0, 1);
@@ -174,12 +175,12 @@ std::string latex_head(const std::string& name) {
 std::vector<PrintedSection> print_sheet(const FormulaSheet& sheet, const PrintOptions& options) {
   std::vector<PrintedSection> sections;
   FormulaPrinter printer(*sheet.ring, options.style);
-  for (const SheetSection& from : sheet.sections) {
-    PrintedSection to{from.section, from.heading, {},
-                      from.zero,    from.terms,   from.is_too_long || from.terms > options.max_terms};
-    for (const SheetFormula& formula : from.formulas)
-      if (!to.is_left_out) to.formulas.push_back({formula.label(), text_of(formula, printer, options)});
-    sections.push_back(std::move(to));
+  for (const SheetSection& source : sheet.sections) {
+    PrintedSection printed{source.section, source.heading, {},
+                           source.zero,    source.terms,   source.is_too_long || source.terms > options.max_terms};
+    for (const SheetFormula& formula : source.formulas)
+      if (!printed.is_left_out) printed.formulas.push_back({formula.label(), text_of(formula, printer, options)});
+    sections.push_back(std::move(printed));
   }
   return sections;
 }
@@ -201,10 +202,10 @@ std::string text_key(std::size_t s, std::size_t k, const std::string& label) {
 std::string latex_label(const std::string& label) {
   const std::size_t digit = label.find_first_of("0123456789");
   if (digit == 0 || digit == std::string::npos || label.find('^') != std::string::npos) {
-    const bool square = label.ends_with("^2");
-    const std::string name = square ? label.substr(0, label.size() - 2) : label;
+    const bool is_square = label.ends_with("^2");
+    const std::string name = is_square ? label.substr(0, label.size() - 2) : label;
     const std::string text = name == "Delta" ? "\\Delta" : latex_name(name);
-    return square ? "{" + text + "}^{2}" : text;
+    return is_square ? "{" + text + "}^{2}" : text;
   }
   std::string indices = label.substr(digit);
   for (char& c : indices)
@@ -214,17 +215,17 @@ std::string latex_label(const std::string& label) {
 
 namespace {
 
-bool is_wanted(const SheetOptions& options, SheetSectionKind section) {
+bool is_section_requested(const SheetOptions& options, SheetSectionKind section) {
   const auto& only = options.only;
   return only.empty() || std::find(only.begin(), only.end(), section) != only.end();
 }
 
-void add_formula(SheetSection& to, SheetFormula formula) {
-  to.terms += formula.value.size();
+void add_formula(SheetSection& section, SheetFormula formula) {
+  section.terms += formula.value.size();
   if (formula.value.is_zero() && !formula.name.empty())
-    to.zero.push_back(formula.label());
+    section.zero.push_back(formula.label());
   else
-    to.formulas.push_back(std::move(formula));
+    section.formulas.push_back(std::move(formula));
 }
 
 SheetSection make_inertia_section(const SymbolicEquations& e) {
@@ -277,14 +278,14 @@ SheetSection make_closure_section(const SymbolicEquations& e) {
   return section;
 }
 
-/// The actuated columns if they are as many as is left free, else the first ones.
+/// The actuated columns; if these are fewer than the freedoms, the first of the other columns are added.
 std::vector<int> independent_columns(const Mechanism& mechanism, const SymbolicEquations& e) {
   std::vector<int> columns;
-  const std::size_t free = e.M.size() - std::min(e.A.size(), e.M.size());
+  const std::size_t freedoms = e.M.size() - std::min(e.A.size(), e.M.size());
   for (const int actuator : mechanism.actuators)
     for (std::size_t c = 0; c < e.M.size(); ++c)
       if (e.tree.coordinates[c] == actuator) columns.push_back(static_cast<int>(c));
-  for (std::size_t c = 0; columns.size() < free && c < e.M.size(); ++c)
+  for (std::size_t c = 0; columns.size() < freedoms && c < e.M.size(); ++c)
     if (std::find(columns.begin(), columns.end(), static_cast<int>(c)) == columns.end())
       columns.push_back(static_cast<int>(c));
   std::sort(columns.begin(), columns.end());
@@ -341,7 +342,7 @@ SheetSection make_natural_section(const NaturalEquations& e) {
   for (std::size_t i = 0; i < e.jacobian.size(); ++i)
     for (std::size_t j = 0; j < e.unknowns.size(); ++j)
       add_formula(section, {"G", index_text({i, j}, n), e.jacobian[i][j], 1, ""});
-  section.zero.clear();  // nearly all of them
+  section.zero.clear();  // nearly all entries vanish
   return section;
 }
 
@@ -363,9 +364,10 @@ void add_notes(const Mechanism& mechanism, FormulaSheet& sheet) {
     sheet.notes.push_back("inertial parameters, about the bodies' origins: " +
                           parameter_text(*sheet.ring, *sheet.regressor));
   const SymbolicTree& tree = sheet.equations.tree;
-  std::string left;
-  for (const std::string& kind : tree.excluded_terms) left += (left.empty() ? "" : ", ") + kind;
-  if (!left.empty()) sheet.notes.push_back("left out of these formulas, which are functions of the pose: " + left);
+  std::string excluded;
+  for (const std::string& kind : tree.excluded_terms) excluded += (excluded.empty() ? "" : ", ") + kind;
+  if (!excluded.empty())
+    sheet.notes.push_back("left out of these formulas, which are functions of the pose: " + excluded);
   if (has_velocity_constraints(mechanism))
     sheet.notes.push_back("these are the equations of all coordinates, before rates are bound");
   if (!mechanism.couplings.empty()) sheet.notes.push_back("coordinates that follow others are moved along with these");
@@ -396,18 +398,18 @@ std::string index_text(std::initializer_list<std::size_t> indices, std::size_t c
 FormulaSheet make_sheet(const Mechanism& mechanism, const SpecNumberTexts& texts, const SheetOptions& options) {
   FormulaSheet sheet;
   sheet.ring = std::make_unique<Ring>();
-  const bool linear =
+  const bool has_regressor =
       std::find(options.only.begin(), options.only.end(), SheetSectionKind::regressor) != options.only.end();
-  const bool natural =
+  const bool has_natural =
       std::find(options.only.begin(), options.only.end(), SheetSectionKind::natural) != options.only.end();
-  const TreeOptions tree{linear ? InertialParametrisation::about_origin : InertialParametrisation::about_com,
-                         options.expressions, natural};
+  const TreeOptions tree{has_regressor ? InertialParametrisation::about_origin : InertialParametrisation::about_com,
+                         options.expressions, has_natural};
   sheet.equations = derive_equations(*sheet.ring, build_symbolic_tree(*sheet.ring, mechanism, texts, tree));
   const SymbolicEquations& e = sheet.equations;
-  const auto add = [&](SheetSectionKind section, auto&& make) {
-    if (!is_wanted(options, section)) return;
-    SheetSection made = make();
-    if (!made.formulas.empty() || !made.zero.empty()) sheet.sections.push_back(std::move(made));
+  const auto add = [&](SheetSectionKind section, auto&& build) {
+    if (!is_section_requested(options, section)) return;
+    SheetSection result = build();
+    if (!result.formulas.empty() || !result.zero.empty()) sheet.sections.push_back(std::move(result));
   };
   add(SheetSectionKind::inertia, [&] { return make_inertia_section(e); });
   add(SheetSectionKind::velocity, [&] { return make_velocity_section(e); });
@@ -416,13 +418,14 @@ FormulaSheet make_sheet(const Mechanism& mechanism, const SpecNumberTexts& texts
     add(SheetSectionKind::closures, [&] { return make_closure_section(e); });
     add(SheetSectionKind::solved, [&] { return make_solved_section(mechanism, e); });
   }
-  if (e.closure.empty() && !has_velocity_constraints(mechanism) && is_wanted(options, SheetSectionKind::conditions))
+  if (e.closure.empty() && !has_velocity_constraints(mechanism) &&
+      is_section_requested(options, SheetSectionKind::conditions))
     for (SheetSection& section : make_condition_sections(e)) sheet.sections.push_back(std::move(section));
-  if (linear) {
+  if (has_regressor) {
     sheet.regressor = derive_regressor(*sheet.ring, e);
     add(SheetSectionKind::regressor, [&] { return make_regressor_section(*sheet.regressor); });
   }
-  if (natural) {
+  if (has_natural) {
     sheet.natural = derive_natural_equations(*sheet.ring, *e.tree.basic_points);
     add(SheetSectionKind::natural, [&] { return make_natural_section(*sheet.natural); });
   }
@@ -442,24 +445,24 @@ Polynomial determinant(const Matrix& A) {
       minor.emplace_back(A[i]);
       minor.back().erase(minor.back().begin() + static_cast<std::ptrdiff_t>(j));
     }
-    const Polynomial part = A[0][j] * determinant(minor);
-    sum = j % 2 == 0 ? sum + part : sum - part;
+    const Polynomial product = A[0][j] * determinant(minor);
+    sum = j % 2 == 0 ? sum + product : sum - product;
   }
   return sum;
 }
 
-/// A wave with a multiple of a relation added to an argument.
+/// Adds a multiple of a relation, which is zero, to an argument.
 CircularFunction apply_relation(const CircularFunction& function, const AngleRelation& relation, int times) {
   std::map<int, int> argument(function.argument.begin(), function.argument.end());
   for (const auto& [angle, multiple] : relation.multiples) argument[angle] += times * multiple;
   argument[relation.angle] -= times;
-  CircularFunction other{function.group, function.is_sine, {}};
+  CircularFunction shifted{function.group, function.is_sine, {}};
   for (const auto& [angle, multiple] : argument)
-    if (multiple != 0) other.argument.emplace_back(angle, multiple);
-  return other;
+    if (multiple != 0) shifted.argument.emplace_back(angle, multiple);
+  return shifted;
 }
 
-int length_of(const CircularFunction& function) {
+int argument_length(const CircularFunction& function) {
   int length = 0;
   for (const auto& [angle, multiple] : function.argument) length += std::abs(multiple);
   return length;
@@ -472,15 +475,15 @@ Polynomial shorten_angle_sums(const SymbolicTree& tree, const Polynomial& p) {
   for (const Term& term : p.terms()) {
     Term best = term;
     if (term.wave != 0) {
-      TrigonometricMonomial wave = p.ring()->wave(term.wave);
-      for (CircularFunction& function : wave)
+      TrigonometricMonomial trig = p.ring()->wave(term.wave);
+      for (CircularFunction& function : trig)
         for (const AngleRelation& relation : tree.relations)
           for (const int times : {-2, -1, 1, 2}) {
             if (p.ring()->angle(relation.angle).group != function.group) continue;
-            const CircularFunction other = apply_relation(function, relation, times);
-            if (length_of(other) < length_of(function)) function = other;
+            const CircularFunction shifted = apply_relation(function, relation, times);
+            if (argument_length(shifted) < argument_length(function)) function = shifted;
           }
-      best.wave = p.ring()->canonicalise(std::move(wave), best.coefficient);
+      best.wave = p.ring()->canonicalise(std::move(trig), best.coefficient);
     }
     terms.push_back(best);
   }
@@ -494,24 +497,26 @@ std::vector<SheetFormula> solve_closures(const SymbolicEquations& e, const std::
     if (std::find(independent.begin(), independent.end(), static_cast<int>(c)) == independent.end())
       dependent.push_back(c);
   if (rows == 0 || rows > max_solved_closures || dependent.size() != rows) return {};
-  /// The dependent columns, one of them replaced by −(column of an independent one).
-  const auto square = [&](std::size_t replaced, std::size_t by) {
+  /// The dependent columns, one of which is replaced by −(column of an independent one).
+  const auto replace_column = [&](std::size_t replaced, std::size_t replacement) {
     Matrix B(rows);
     for (std::size_t i = 0; i < rows; ++i)
-      for (std::size_t j = 0; j < rows; ++j) B[i].push_back(j == replaced ? -e.A[i][by] : e.A[i][dependent[j]]);
+      for (std::size_t j = 0; j < rows; ++j)
+        B[i].push_back(j == replaced ? -e.A[i][replacement] : e.A[i][dependent[j]]);
     return B;
   };
-  const Polynomial det = shorten_angle_sums(e.tree, determinant(square(rows, 0)));
+  const Polynomial det = shorten_angle_sums(e.tree, determinant(replace_column(rows, 0)));
   if (det.is_zero()) return {};
   std::vector<SheetFormula> solved{{"Delta", "", det, Polynomial(1), ""}};
   for (const std::size_t d : std::vector<std::size_t>(dependent)) {
-    const auto at = static_cast<std::size_t>(std::find(dependent.begin(), dependent.end(), d) - dependent.begin());
+    const auto replaced_index =
+        static_cast<std::size_t>(std::find(dependent.begin(), dependent.end(), d) - dependent.begin());
     for (std::size_t u = 0; u < independent.size(); ++u) {
-      const auto by = static_cast<std::size_t>(independent[u]);
-      Polynomial numerator = shorten_angle_sums(e.tree, determinant(square(at, by)));
+      const auto replacement = static_cast<std::size_t>(independent[u]);
+      Polynomial numerator = shorten_angle_sums(e.tree, determinant(replace_column(replaced_index, replacement)));
       if (numerator.is_zero()) continue;
-      const bool named = det.size() > 1;
-      solved.push_back({"C", index_text({d, u}, columns), std::move(numerator), det, named ? "Delta" : ""});
+      const bool has_name = det.size() > 1;
+      solved.push_back({"C", index_text({d, u}, columns), std::move(numerator), det, has_name ? "Delta" : ""});
     }
   }
   if (det.size() == 1) solved.erase(solved.begin());

@@ -1,5 +1,5 @@
 #pragma once
-/// All formulas of a mechanism under their names, section by section.
+/// All formulas of a mechanism with their names, by section.
 
 #include "balance/synthesis/formulas/formula_printer.hpp"
 #include "balance/synthesis/formulas/natural_formulas.hpp"
@@ -15,16 +15,16 @@ namespace balance::formulas {
 
 enum class SheetSectionKind { inertia, velocity, gravity, closures, solved, conditions, regressor, natural };
 
-/// "inertia", …, in that order.
+/// "inertia", …, in the enum's order.
 const std::vector<std::string>& sheet_section_names();
 
-/// name = value, or value / denominator, or value = 0 where the name is empty.
+/// name = value, name = value / denominator, or value = 0 if the name is empty.
 struct SheetFormula {
   std::string name;     ///< `D`, `C`, …; empty: a condition
-  std::string indices;  ///< `12`, or `1_10` where there are more than nine
+  std::string indices;  ///< `12`, or `1_10` if there are more than nine
   Polynomial value;
   Polynomial denominator = 1;
-  std::string denominator_name;  ///< of one that has a formula of its own
+  std::string denominator_name;  ///< of a denominator that has a formula of its own
 
   std::string label() const { return name + indices; }
 };
@@ -33,29 +33,29 @@ struct SheetSection {
   SheetSectionKind section = SheetSectionKind::inertia;
   std::string heading;
   std::vector<SheetFormula> formulas;
-  std::vector<std::string> zero;  ///< labels of those that vanish
+  std::vector<std::string> zero;  ///< labels of formulas that vanish
   std::size_t terms = 0;
-  bool is_too_long = false;  ///< it was not even made
+  bool is_too_long = false;  ///< its formulas were not derived
 };
 
-/// Owns the ring that its formulas are in.
+/// Owns the ring of its formulas.
 struct FormulaSheet {
   std::unique_ptr<Ring> ring;
   SymbolicEquations equations;
   std::vector<SheetSection> sections;
-  std::optional<SymbolicRegressor> regressor;  ///< where it is wanted
-  std::optional<NaturalEquations> natural;     ///< where they are wanted
+  std::optional<SymbolicRegressor> regressor;  ///< if requested
+  std::optional<NaturalEquations> natural;     ///< if requested
   std::vector<std::string> notes;
 };
 
 struct SheetOptions {
-  /// Empty: all that the mechanism has but for the regressor and natural coordinates. With the regressor everything is written in inertial
-  /// parameters about the bodies' origins.
+  /// Empty: all sections that the mechanism has, except the regressor and natural coordinates. With the regressor, all
+  /// formulas are written in inertial parameters about the bodies' origins.
   std::vector<SheetSectionKind> only;
   ParameterExpressions expressions = ParameterExpressions::symbols;
 };
 
-/// @throws FormulaError for what has no formula
+/// @throws FormulaError for anything that has no formula
 FormulaSheet make_sheet(const Mechanism& mechanism, const SpecNumberTexts& texts, const SheetOptions& options = {});
 
 /// `12`, `1_10`.
@@ -64,27 +64,27 @@ std::string index_text(std::initializer_list<std::size_t> indices, std::size_t c
 /// The formulas of a sheet as text.
 struct PrintedFormula {
   std::string label;  ///< `D12`; empty: a condition
-  std::string text;   ///< what it is equal to; of a condition what must vanish
+  std::string text;   ///< right-hand side; of a condition, the expression that must vanish
 };
 
 struct PrintedSection {
   SheetSectionKind section = SheetSectionKind::inertia;
   std::string heading;
   std::vector<PrintedFormula> formulas;
-  std::vector<std::string> zero;  ///< labels of those that vanish
+  std::vector<std::string> zero;  ///< labels of formulas that vanish
   std::size_t terms = 0;
   bool is_left_out = false;  ///< it has too many terms
 };
 
 struct PrintOptions {
   PrintStyle style = PrintStyle::text;
-  bool with_values = false;      ///< the spec's numbers in place of symbols
-  std::size_t max_terms = 1000;  ///< of a section; what has more is left out
+  bool with_values = false;      ///< the spec's numbers instead of symbols
+  std::size_t max_terms = 1000;  ///< per section; longer sections are left out
 };
 
 std::vector<PrintedSection> print_sheet(const FormulaSheet& sheet, const PrintOptions& options = {});
 
-/// The k-th formula of the s-th section under its label; a condition, which has none, under its place.
+/// Key of the k-th formula of the s-th section: its label or, for a condition, which has none, its position.
 std::string text_key(std::size_t s, std::size_t k, const std::string& label);
 
 /// Texts by text_key, for check_against_engine.

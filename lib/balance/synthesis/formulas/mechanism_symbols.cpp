@@ -13,7 +13,7 @@ namespace balance::formulas {
 namespace {
 
 constexpr const char* axis_letters[] = {"x", "y", "z"};
-/// Of a symmetric matrix: row, column, what it is called.
+/// Entry of a symmetric matrix: row, column, name.
 struct Entry {
   int row, column;
   const char* name;
@@ -27,18 +27,19 @@ std::string name_suffix(const std::string& name) { return "_" + name; }
 
 MechanismSymbols::MechanismSymbols(Ring& ring, const ParametricModel& model, const SpecNumberTexts& texts,
                                    const TreeOptions& options)
-    : numbers_(ring, model, texts, options.expressions == ParameterExpressions::inlined),
+    : spec_symbols_(ring, model, texts, options.expressions == ParameterExpressions::inlined),
       mechanism_(model.mechanism()),
       model_(model),
       texts_(texts),
       ring_(ring),
-      origin_(options.inertial == InertialParametrisation::about_origin) {}
+      is_about_origin_(options.inertial == InertialParametrisation::about_origin) {}
 
 int MechanismSymbols::count_nonzero(const Vector3E& v) const {
   return static_cast<int>(std::count_if(v.begin(), v.end(), [&](const Expression& x) { return !model_.is_zero(x); }));
 }
 
-/// The point that is named there, unless the place has been moved from it since (what rolls is held at its centre).
+/// The named point to which the spec refers, unless the position was moved since (a rolling body is held at its
+/// centre).
 const NamedPointOf<Expression>* MechanismSymbols::named_point(const std::string& path, int body,
                                                               const Vector3E& position) const {
   const auto text = texts_.numbers.find(path);
@@ -51,25 +52,27 @@ const NamedPointOf<Expression>* MechanismSymbols::named_point(const std::string&
   return nullptr;
 }
 
-/// @param along name of the only coordinate that is not zero @param behind what follows x, y, z in the names of several
-Vector MechanismSymbols::position(const std::string& path, const Vector3E& position, const std::string& along,
-                                  const std::string& behind, SymbolKind kind) {
-  Vector at;
-  const bool alone = count_nonzero(position) == 1 && !along.empty();
+/// @param single_name name of the only nonzero coordinate
+/// @param suffix of x, y, z if several are nonzero
+Vector MechanismSymbols::position(const std::string& path, const Vector3E& position, const std::string& single_name,
+                                  const std::string& suffix, SymbolKind kind) {
+  Vector vector;
+  const bool has_single_coordinate = count_nonzero(position) == 1 && !single_name.empty();
   for (int k = 0; k < 3; ++k)
-    at[static_cast<std::size_t>(k)] =
-        numbers_.polynomial_at(item(path, k), position[k], alone ? along : axis_letters[k] + behind, kind);
-  return at;
+    vector[static_cast<std::size_t>(k)] = spec_symbols_.polynomial_at(
+        item(path, k), position[k], has_single_coordinate ? single_name : axis_letters[k] + suffix, kind);
+  return vector;
 }
 
 Vector MechanismSymbols::unnamed_point(const std::string& path, int body, const Vector3E& position,
                                        const std::string& name) {
-  const auto [at, fresh] = points_.try_emplace(path);
-  if (!fresh) return at->second;
+  const auto [entry, is_new] = points_.try_emplace(path);
+  if (!is_new) return entry->second;
   const std::string number = body == ground ? "" : std::to_string(body);
-  std::string along;
-  if (body != ground && count_nonzero(position) == 1 && has_length_.insert(body).second) along = "l" + number;
-  return at->second = this->position(path, position, along, name + number, SymbolKind::length);
+  std::string single_name;
+  if (body != ground && count_nonzero(position) == 1 && bodies_with_length_.insert(body).second)
+    single_name = "l" + number;
+  return entry->second = this->position(path, position, single_name, name + number, SymbolKind::length);
 }
 
 Vector MechanismSymbols::referenced_point(const std::string& path, int body, const Vector3E& position) {
@@ -98,22 +101,22 @@ RingSymmetric3<Polynomial> MechanismSymbols::inertia(const MassText& text) {
     if (planar() && k != 2) continue;
     const auto [row, column, name] = inertia_entries[k];
     const std::string path = planar() ? text.path + ".inertia" : item(text.path + ".inertia", k);
-    J[static_cast<std::size_t>(k)] = numbers_.polynomial_at(path, text.inertia(row, column),
-                                                            std::string("J") + name + text.name, SymbolKind::inertia);
+    J[static_cast<std::size_t>(k)] = spec_symbols_.polynomial_at(
+        path, text.inertia(row, column), std::string("J") + name + text.name, SymbolKind::inertia);
   }
   return J;
 }
 
 Mass MechanismSymbols::about_com(const Polynomial& mass, const Vector& com, const MassText& text) {
-  Mass part;
-  part.mass = mass;
-  part.inertia = inertia(text);
-  return shift_origin(part, com);
+  Mass mass_properties;
+  mass_properties.mass = mass;
+  mass_properties.inertia = inertia(text);
+  return shift_origin(mass_properties, com);
 }
 
 Mass MechanismSymbols::about_origin(const std::string& name, const Expression& mass, const Vector3E& com,
                                     const Matrix3E& inertia) {
-  Mass part;
+  Mass mass_properties;
   const auto symbol = [&](const std::string& letter, const Expression& value, SymbolKind kind) {
     inertial_.push_back(ring_.add_symbol(identifier_name(letter + name), kind, value));
     return Polynomial::of_symbol(ring_, inertial_.back());
@@ -122,32 +125,32 @@ Mass MechanismSymbols::about_origin(const std::string& name, const Expression& m
   Matrix3E I = inertia;
   for (int i = 0; i < 3; ++i)
     for (int j = 0; j < 3; ++j) I(i, j) += mass * ((i == j ? com.squaredNorm() : Expression(0)) - com[i] * com[j]);
-  part.mass = symbol("m", mass, SymbolKind::mass);
+  mass_properties.mass = symbol("m", mass, SymbolKind::mass);
   for (int k = 0; k < (planar() ? 2 : 3); ++k)
-    part.moment[static_cast<std::size_t>(k)] =
+    mass_properties.moment[static_cast<std::size_t>(k)] =
         symbol(std::string("m") + axis_letters[k], h[k], SymbolKind::first_moment);
   if (planar()) {
-    part.inertia[2] = symbol("J", I(2, 2), SymbolKind::inertia);
-    return part;
+    mass_properties.inertia[2] = symbol("J", I(2, 2), SymbolKind::inertia);
+    return mass_properties;
   }
   for (int k = 0; k < 6; ++k) {
     const auto [row, column, axes] = inertia_entries[k];
-    const std::string both = k < 3 ? std::string(axes) + axes : axes;
-    part.inertia[static_cast<std::size_t>(k)] = symbol("I" + both, I(row, column), SymbolKind::inertia);
+    const std::string axis_pair = k < 3 ? std::string(axes) + axes : axes;
+    mass_properties.inertia[static_cast<std::size_t>(k)] = symbol("I" + axis_pair, I(row, column), SymbolKind::inertia);
   }
-  return part;
+  return mass_properties;
 }
 
 Mass MechanismSymbols::body(int index) {
   const auto& body = mechanism_.bodies[static_cast<std::size_t>(index)];
   const std::string number = std::to_string(index), path = "bodies." + body.name;
-  if (origin_) return about_origin(number, body.mass, body.com, body.inertia);
-  const Polynomial mass = numbers_.polynomial_at(path + ".mass", body.mass, "m" + number, SymbolKind::mass);
+  if (is_about_origin_) return about_origin(number, body.mass, body.com, body.inertia);
+  const Polynomial mass = spec_symbols_.polynomial_at(path + ".mass", body.mass, "m" + number, SymbolKind::mass);
   const Vector com = position(path + ".com", body.com, "lg" + number, "g" + number, SymbolKind::com_coordinate);
   return about_com(mass, com, {path, number, body.inertia});
 }
 
-/// Its own numbers, or a point of the body that carries it.
+/// Its own numbers, or a named point of the body that carries it.
 Vector MechanismSymbols::attachment_position(const std::string& path, int body, const Vector3E& position,
                                              const std::string& name) {
   if (named_point(path + ".at", body, position) != nullptr) return referenced_point(path + ".at", body, position);
@@ -160,25 +163,27 @@ Vector MechanismSymbols::disc_position(int index) {
 }
 
 Mass MechanismSymbols::attachment(int index) {
-  const auto& extra = mechanism_.attachments[static_cast<std::size_t>(index)];
-  const bool payload = extra.kind == AttachmentKind::payload;
-  const std::string path = (payload ? "payloads." : "counterweights.") + extra.name, name = name_suffix(extra.name);
-  if (origin_) return about_origin(name, extra.mass, extra.position, extra.inertia);
-  const Polynomial mass = numbers_.polynomial_at(path + ".mass", extra.mass, "m" + name, SymbolKind::mass);
-  return about_com(mass, attachment_position(path, extra.body, extra.position, name), {path, name, extra.inertia});
+  const auto& element = mechanism_.attachments[static_cast<std::size_t>(index)];
+  const bool is_payload = element.kind == AttachmentKind::payload;
+  const std::string path = (is_payload ? "payloads." : "counterweights.") + element.name,
+                    name = name_suffix(element.name);
+  if (is_about_origin_) return about_origin(name, element.mass, element.position, element.inertia);
+  const Polynomial mass = spec_symbols_.polynomial_at(path + ".mass", element.mass, "m" + name, SymbolKind::mass);
+  return about_com(mass, attachment_position(path, element.body, element.position, name),
+                   {path, name, element.inertia});
 }
 
 Mass MechanismSymbols::disc(int index) {
   const auto& disc = mechanism_.discs[static_cast<std::size_t>(index)];
   const std::string path = "discs." + disc.name, name = name_suffix(disc.name);
-  if (origin_) return about_origin(name, disc.mass, Vector3E::Zero(), disc.inertia);
-  return about_com(numbers_.polynomial_at(path + ".mass", disc.mass, "m" + name, SymbolKind::mass), {},
+  if (is_about_origin_) return about_origin(name, disc.mass, Vector3E::Zero(), disc.inertia);
+  return about_com(spec_symbols_.polynomial_at(path + ".mass", disc.mass, "m" + name, SymbolKind::mass), {},
                    {path, name, disc.inertia});
 }
 
 bool MechanismSymbols::is_rotor(int index) const {
   const auto& disc = mechanism_.discs[static_cast<std::size_t>(index)];
-  return !planar() && !origin_ && texts_.numbers.contains("discs." + disc.name + ".inertia.axial");
+  return !planar() && !is_about_origin_ && texts_.numbers.contains("discs." + disc.name + ".inertia.axial");
 }
 
 Mass MechanismSymbols::rotor(int index, int axis) {
@@ -187,113 +192,115 @@ Mass MechanismSymbols::rotor(int index, int axis) {
   const Vector3E& u = disc.axis;
   const Expression axial = u.dot(disc.inertia * u);
   const Expression transverse = (disc.inertia(0, 0) + disc.inertia(1, 1) + disc.inertia(2, 2) - axial) / 2;
-  Mass part;
-  part.mass = numbers_.polynomial_at(path + ".mass", disc.mass, "m" + name, SymbolKind::mass);
+  Mass mass_properties;
+  mass_properties.mass = spec_symbols_.polynomial_at(path + ".mass", disc.mass, "m" + name, SymbolKind::mass);
   for (int k = 0; k < 3; ++k)
-    part.inertia[static_cast<std::size_t>(k)] =
-        k == axis ? numbers_.polynomial_at(path + ".inertia.axial", axial, "Ja" + name, SymbolKind::inertia)
-                  : numbers_.polynomial_at(path + ".inertia.transverse", transverse, "Jt" + name, SymbolKind::inertia);
-  return part;
+    mass_properties.inertia[static_cast<std::size_t>(k)] =
+        k == axis
+            ? spec_symbols_.polynomial_at(path + ".inertia.axial", axial, "Ja" + name, SymbolKind::inertia)
+            : spec_symbols_.polynomial_at(path + ".inertia.transverse", transverse, "Jt" + name, SymbolKind::inertia);
+  return mass_properties;
 }
 
 Vector MechanismSymbols::gravity() {
   const Vector3E& g = mechanism_.gravity;
-  Vector at;
+  Vector vector;
   for (int k = 0; k < 3; ++k) {
     const std::string name = count_nonzero(g) == 1 ? "g" : std::string("g") + axis_letters[k];
-    const bool down = g[k].is_constant() && g[k].value() < 0;  // g is what weighs
-    const Polynomial value =
-        numbers_.polynomial_at(down ? "" : item("gravity", k), down ? -g[k] : g[k], name, SymbolKind::gravity);
-    at[static_cast<std::size_t>(k)] = down ? -value : value;
+    const bool is_downward = g[k].is_constant() && g[k].value() < 0;  // the symbol g is positive
+    const Polynomial value = spec_symbols_.polynomial_at(is_downward ? "" : item("gravity", k),
+                                                         is_downward ? -g[k] : g[k], name, SymbolKind::gravity);
+    vector[static_cast<std::size_t>(k)] = is_downward ? -value : value;
   }
-  return at;
+  return vector;
 }
 
 Polynomial MechanismSymbols::ratio(int index) {
   const auto& disc = mechanism_.discs[static_cast<std::size_t>(index)];
-  return numbers_.polynomial_at("discs." + disc.name + ".ratio", disc.ratio, "n_" + disc.name, SymbolKind::ratio);
+  return spec_symbols_.polynomial_at("discs." + disc.name + ".ratio", disc.ratio, "n_" + disc.name, SymbolKind::ratio);
 }
 
 Polynomial MechanismSymbols::coupling_ratio(std::size_t c) {
-  return numbers_.polynomial_at("couplings[" + std::to_string(c) + "].ratio", mechanism_.couplings[c].ratio,
-                                "n" + std::to_string(c + 1), SymbolKind::ratio);
+  return spec_symbols_.polynomial_at("couplings[" + std::to_string(c) + "].ratio", mechanism_.couplings[c].ratio,
+                                     "n" + std::to_string(c + 1), SymbolKind::ratio);
 }
 
 Polynomial MechanismSymbols::coupling_offset(std::size_t c) {
-  return numbers_.polynomial_at("couplings[" + std::to_string(c) + "].offset", mechanism_.couplings[c].offset,
-                                "o" + std::to_string(c + 1), SymbolKind::dimensionless);
+  return spec_symbols_.polynomial_at("couplings[" + std::to_string(c) + "].offset", mechanism_.couplings[c].offset,
+                                     "o" + std::to_string(c + 1), SymbolKind::dimensionless);
 }
 
 Polynomial MechanismSymbols::disc_term(int index, std::size_t k) {
   const auto& disc = mechanism_.discs[static_cast<std::size_t>(index)];
   const auto& term = disc.follows.terms[k];
   const std::string& leader = mechanism_.coordinates[static_cast<std::size_t>(term.coordinate)].name;
-  return numbers_.polynomial_at("discs." + disc.name + ".follows." + leader, term.ratio,
-                                "n_" + disc.name + "_" + leader, SymbolKind::ratio);
+  return spec_symbols_.polynomial_at("discs." + disc.name + ".follows." + leader, term.ratio,
+                                     "n_" + disc.name + "_" + leader, SymbolKind::ratio);
 }
 
 Polynomial MechanismSymbols::coupling_term(std::size_t c, std::size_t k) {
   const auto& term = mechanism_.couplings[c].leader.terms[k];
   const std::string& leader = mechanism_.coordinates[static_cast<std::size_t>(term.coordinate)].name;
-  return numbers_.polynomial_at("couplings[" + std::to_string(c) + "].follows." + leader, term.ratio,
-                                "n" + std::to_string(c + 1) + "_" + leader, SymbolKind::ratio);
+  return spec_symbols_.polynomial_at("couplings[" + std::to_string(c) + "].follows." + leader, term.ratio,
+                                     "n" + std::to_string(c + 1) + "_" + leader, SymbolKind::ratio);
 }
 
 Polynomial MechanismSymbols::stiffness(std::size_t s) {
   const auto& spring = mechanism_.springs[s];
-  return numbers_.polynomial_at("springs." + spring.name + ".stiffness", spring.stiffness, "k_" + spring.name,
-                                SymbolKind::stiffness);
+  return spec_symbols_.polynomial_at("springs." + spring.name + ".stiffness", spring.stiffness, "k_" + spring.name,
+                                     SymbolKind::stiffness);
 }
 
 Polynomial MechanismSymbols::free_length(std::size_t s) {
   const auto& spring = mechanism_.springs[s];
-  return numbers_.polynomial_at("springs." + spring.name + ".free_length", spring.free_length, "l0_" + spring.name,
-                                SymbolKind::length);
+  return spec_symbols_.polynomial_at("springs." + spring.name + ".free_length", spring.free_length, "l0_" + spring.name,
+                                     SymbolKind::length);
 }
 
-/// As its spec has it: by itself, or by where the spring rests.
+/// As in the spec: directly, or by the coordinate at which the spring is at rest.
 Polynomial MechanismSymbols::preload(std::size_t s) {
   const auto& spring = mechanism_.springs[s];
   const std::string path = "springs." + spring.name;
   if (!texts_.numbers.contains(path + ".rest"))
-    return numbers_.polynomial_at(path + ".preload", spring.preload, "p_" + spring.name, SymbolKind::stiffness);
+    return spec_symbols_.polynomial_at(path + ".preload", spring.preload, "p_" + spring.name, SymbolKind::stiffness);
   if (model_.is_zero(spring.preload)) return {};
-  // without a stiffness it rests where it would with another
+  // with zero stiffness, take the rest at the perturbed numbers
   const Expression rest = select(equal(spring.stiffness, 0),
                                  model_.perturbed_value(spring.preload) / model_.perturbed_value(spring.stiffness),
                                  spring.preload / spring.stiffness);
-  return stiffness(s) * numbers_.polynomial_at(path + ".rest", rest, "q0_" + spring.name, SymbolKind::com_coordinate);
+  return stiffness(s) *
+         spec_symbols_.polynomial_at(path + ".rest", rest, "q0_" + spring.name, SymbolKind::com_coordinate);
 }
 
 Vector MechanismSymbols::wheel_centre_offset(int index) {
   const auto& joint = mechanism_.joints[static_cast<std::size_t>(index)];
-  const Polynomial r =
-      numbers_.polynomial_at("joints." + joint.name + ".radius", joint.radius, "r_" + joint.name, SymbolKind::length);
-  Vector up;
+  const Polynomial r = spec_symbols_.polynomial_at("joints." + joint.name + ".radius", joint.radius, "r_" + joint.name,
+                                                   SymbolKind::length);
+  Vector offset;
   for (int k = 0; k < 3; ++k) {
     if (model_.is_zero(joint.axis[k])) continue;
-    const double along = joint.axis[k].value();
-    if (!joint.axis[k].is_constant() || std::abs(along) != 1)
+    const double component = joint.axis[k].value();
+    if (!joint.axis[k].is_constant() || std::abs(component) != 1)
       throw FormulaError("joint " + joint.name + " rolls on a plane that is not across an axis of its body");
-    up[static_cast<std::size_t>(k)] = along > 0 ? r : -r;
+    offset[static_cast<std::size_t>(k)] = component > 0 ? r : -r;
   }
-  return up;
+  return offset;
 }
 
 std::string MechanismSymbols::coordinate_name(int index) const {
   const Coordinate& coordinate = mechanism_.coordinates[static_cast<std::size_t>(index)];
   const std::string& name = coordinate.name;
-  const bool numbered = name.size() > 1 && name[0] == 'J' && name.find_first_not_of("0123456789", 1) > name.size();
-  if (!numbered) return identifier_name(name);
+  const bool is_numbered = name.size() > 1 && name[0] == 'J' && name.find_first_not_of("0123456789", 1) > name.size();
+  if (!is_numbered) return identifier_name(name);
   return (coordinate.kind == CoordinateKind::angle ? "theta" : "d") + name.substr(1);
 }
 
-/// Expressions of the spec over its parameters.
+/// Makes polynomials of the spec's expressions over its parameters.
 struct ParameterFactory {
-  SpecSymbols& numbers;
+  SpecSymbols& symbols;
 
   static Polynomial number(const std::string& text) { return {Rational::parse(text)}; }
-  Polynomial name(const std::string& name) const { return numbers.parameter(name); }
+  Polynomial name(const std::string& name) const { return symbols.parameter(name); }
   static bool is_function(const std::string&) { return true; }
   static Polynomial call(const std::string& function, const Polynomial&) {
     throw FormulaError(function + " is no polynomial");
@@ -306,8 +313,8 @@ namespace {
 
 bool is_equal_to_rounding(double a, double b) { return std::abs(a - b) <= 1e-12 * (std::abs(a) + std::abs(b)); }
 
-/// The spec's unit here, if it is a short number.
-bool unit_of(double ratio, Rational& unit) {
+/// The spec's unit for a number, if it is a short decimal.
+bool find_unit(double ratio, Rational& unit) {
   if (!std::isfinite(ratio) || ratio == 0) return false;
   char text[40];
   std::snprintf(text, sizeof text, "%.6g", ratio);
@@ -318,8 +325,9 @@ bool unit_of(double ratio, Rational& unit) {
 
 }  // namespace
 
-SpecSymbols::SpecSymbols(Ring& ring, const ParametricModel& model, const SpecNumberTexts& texts, bool put_in)
-    : ring_(&ring), model_(&model), texts_(&texts), is_inlining_(put_in) {
+SpecSymbols::SpecSymbols(Ring& ring, const ParametricModel& model, const SpecNumberTexts& texts,
+                         bool inline_expressions)
+    : ring_(&ring), model_(&model), texts_(&texts), is_inlining_(inline_expressions) {
   for (const ParameterText& parameter : texts.parameters) definitions_[parameter.name] = parameter.text;
   for (const NamedExpression& parameter : model.parameters())
     symbols_[parameter.name] =
@@ -331,47 +339,49 @@ Polynomial SpecSymbols::parameter(const std::string& name) {
   const auto known = symbols_.find(name);
   if (known == symbols_.end()) throw FormulaError(name + " is no parameter");
   const std::string& text = definitions_[name];
-  const bool expression =
+  const bool is_expression =
       text.find_first_of("+*/^") != std::string::npos ||
       text.find_first_of("abcdfghijklmnopqrstuvwxyzABCDFGHIJKLMNOPQRSTUVWXYZ_") != std::string::npos;
-  Polynomial found;
-  if (is_inlining_ && expression && in_progress_.insert(name).second) {
-    const bool is_read = read(text, Expression(ring_->symbol(known->second).source), SymbolKind::dimensionless, found);
+  Polynomial polynomial;
+  if (is_inlining_ && is_expression && in_progress_.insert(name).second) {
+    const bool is_read =
+        read(text, Expression(ring_->symbol(known->second).source), SymbolKind::dimensionless, polynomial);
     in_progress_.erase(name);
-    if (is_read) return found;
+    if (is_read) return polynomial;
   }
   return Polynomial::of_symbol(*ring_, known->second);
 }
 
-/// Two numbers that agree here and elsewhere are the same one.
-bool SpecSymbols::read(const std::string& text, const Expression& source, SymbolKind kind, Polynomial& found) try {
+/// Numbers are equal if they agree both with the spec's values and with perturbed ones.
+bool SpecSymbols::read(const std::string& text, const Expression& source, SymbolKind kind, Polynomial& polynomial) try {
   ParameterFactory make{*this};
-  found = FormulaParser<Polynomial, ParameterFactory>(text, make).read();
-  if (found.ring() == nullptr) return false;
-  const double elsewhere = model_->perturbed_value(source), written = evaluate_polynomial(found, perturbed_values_, {});
-  if (!is_equal_to_rounding(written, elsewhere)) {
+  polynomial = FormulaParser<Polynomial, ParameterFactory>(text, make).read();
+  if (polynomial.ring() == nullptr) return false;
+  const double perturbed = model_->perturbed_value(source),
+               parsed = evaluate_polynomial(polynomial, perturbed_values_, {});
+  if (!is_equal_to_rounding(parsed, perturbed)) {
     Rational unit = 1;
-    if (!unit_of(elsewhere / written, unit)) return false;
-    found = found * Polynomial(unit);
+    if (!find_unit(perturbed / parsed, unit)) return false;
+    polynomial = polynomial * Polynomial(unit);
   }
-  if (!is_equal_to_rounding(evaluate_polynomial(found), source.value()) ||
-      !is_equal_to_rounding(evaluate_polynomial(found, perturbed_values_, {}), elsewhere))
+  if (!is_equal_to_rounding(evaluate_polynomial(polynomial), source.value()) ||
+      !is_equal_to_rounding(evaluate_polynomial(polynomial, perturbed_values_, {}), perturbed))
     return false;
-  if (found.size() == 1 && found.terms()[0].monomial.size() == 1) {
-    const int symbol = found.terms()[0].monomial.symbol(0);
+  if (polynomial.size() == 1 && polynomial.terms()[0].monomial.size() == 1) {
+    const int symbol = polynomial.terms()[0].monomial.symbol(0);
     if (ring_->symbol(symbol).kind == SymbolKind::dimensionless) ring_->set_kind(symbol, kind);
   }
   return true;
 } catch (const FormulaError&) {
-  return false;  // it is no polynomial: the number gets a symbol
+  return false;  // no polynomial: the number gets its own symbol
 }
 
 Polynomial SpecSymbols::polynomial_at(const std::string& path, const Expression& source, const std::string& name,
                                       SymbolKind kind) {
   if (path.empty()) return find(path, source, name, kind);
-  const auto known = known_.find(path);
-  if (known != known_.end()) return known->second;
-  return known_[path] = find(path, source, name, kind);
+  const auto known = polynomials_.find(path);
+  if (known != polynomials_.end()) return known->second;
+  return polynomials_[path] = find(path, source, name, kind);
 }
 
 Polynomial SpecSymbols::find(const std::string& path, const Expression& source, const std::string& name,
@@ -386,8 +396,8 @@ Polynomial SpecSymbols::find(const std::string& path, const Expression& source, 
       ring_->set_kind(known->second, kind);
       return Polynomial::of_symbol(*ring_, known->second);
     }
-    Polynomial found;
-    if (read(text->second, source, kind, found)) return found;
+    Polynomial polynomial;
+    if (read(text->second, source, kind, polynomial)) return polynomial;
   }
   const double value = source.value();
   if (kind == SymbolKind::ratio && source.is_constant() && std::abs(value) == 1) return {value < 0 ? -1 : 1};
@@ -396,7 +406,7 @@ Polynomial SpecSymbols::find(const std::string& path, const Expression& source, 
 
 namespace {
 
-/// UTF-8 and what formulas and programs write for it.
+/// UTF-8 letters and their names in formulas and programs.
 constexpr std::pair<const char*, const char*> greek_letter_names[] = {
     {"α", "alpha"}, {"β", "beta"},  {"γ", "gamma"}, {"δ", "delta"},  {"ε", "epsilon"}, {"ζ", "zeta"},   {"η", "eta"},
     {"θ", "theta"}, {"ι", "iota"},  {"κ", "kappa"}, {"λ", "lambda"}, {"μ", "mu"},      {"µ", "mu"},     {"ν", "nu"},
@@ -404,10 +414,11 @@ constexpr std::pair<const char*, const char*> greek_letter_names[] = {
     {"ψ", "psi"},   {"ω", "omega"}, {"Γ", "Gamma"}, {"Δ", "Delta"},  {"Θ", "Theta"},   {"Λ", "Lambda"}, {"Ξ", "Xi"},
     {"Π", "Pi"},    {"Σ", "Sigma"}, {"Φ", "Phi"},   {"Ψ", "Psi"},    {"Ω", "Omega"}};
 
-std::string greek_written_out(std::string name) {
+std::string spell_out_greek(std::string name) {
   for (const auto& [letter, word] : greek_letter_names)
-    for (std::size_t at = name.find(letter); at != std::string::npos; at = name.find(letter, at))
-      name.replace(at, std::string(letter).size(), word);
+    for (std::size_t position = name.find(letter); position != std::string::npos;
+         position = name.find(letter, position))
+      name.replace(position, std::string(letter).size(), word);
   return name;
 }
 
@@ -415,12 +426,12 @@ std::string greek_written_out(std::string name) {
 
 std::string identifier_name(const std::string& name) {
   std::string plain;
-  for (const char c : greek_written_out(name)) {
-    const bool good = std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '_';
-    plain += good ? c : '_';
+  for (const char c : spell_out_greek(name)) {
+    const bool is_valid = std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '_';
+    plain += is_valid ? c : '_';
   }
-  for (const char* taken : {"sin", "cos", "sqrt", "pi"})
-    if (plain == taken) plain += '_';
+  for (const char* reserved : {"sin", "cos", "sqrt", "pi"})
+    if (plain == reserved) plain += '_';
   if (plain.empty() || std::isdigit(static_cast<unsigned char>(plain[0])) != 0) plain.insert(plain.begin(), 'x');
   return plain;
 }

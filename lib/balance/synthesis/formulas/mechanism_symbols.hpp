@@ -1,5 +1,5 @@
 #pragma once
-/// The numbers of a mechanism's parts as polynomials, under the names that the field gives them.
+/// The numbers of a mechanism as polynomials, under the names that are usual in the field.
 
 #include "balance/synthesis/formulas/symbolic_polynomial.hpp"
 #include "balance/synthesis/formulas/symbolic_tree.hpp"
@@ -14,43 +14,43 @@ namespace balance::formulas {
 /// The numbers of a mechanism as polynomials of symbols.
 class SpecSymbols {
  public:
-  /// @param texts what the spec says where; parameters become symbols under their names
-  /// @param put_in parameters that are expressions become what these say; but for ratios
-  SpecSymbols(Ring& ring, const ParametricModel& model, const SpecNumberTexts& texts, bool put_in);
+  /// @param texts of the spec's numbers; parameters become symbols under their names
+  /// @param inline_expressions replaces parameters that are expressions by these, except in ratios
+  SpecSymbols(Ring& ring, const ParametricModel& model, const SpecNumberTexts& texts, bool inline_expressions);
 
-  /// A number of the mechanism. What is zero whatever the parameters are is zero; what the spec makes of parameters is that; else it
-  /// gets a symbol of its own.
+  /// A number of the mechanism. It is zero if it is zero for all parameters. If the spec defines it by parameters, it
+  /// is that expression; otherwise it gets its own symbol.
   /// @param path in the spec: "bodies.link1.com[0]"; empty: none
   /// @param source SI
-  /// @param name of the symbol if it needs one, as the field calls it: "lg1"
+  /// @param name of the symbol if it needs one, as usual in the field: "lg1"
   Polynomial polynomial_at(const std::string& path, const Expression& source, const std::string& name, SymbolKind kind);
   Ring& ring() { return *ring_; }
 
  private:
   Polynomial find(const std::string& path, const Expression& source, const std::string& name, SymbolKind kind);
   Polynomial parameter(const std::string& name);
-  bool read(const std::string& text, const Expression& source, SymbolKind kind, Polynomial& found);
+  bool read(const std::string& text, const Expression& source, SymbolKind kind, Polynomial& polynomial);
 
   Ring* ring_;
   const ParametricModel* model_;
   const SpecNumberTexts* texts_;
   bool is_inlining_;
   std::map<std::string, int> symbols_;              ///< of parameters
-  std::map<std::string, std::string> definitions_;  ///< of parameters that are put in: their expressions
-  std::vector<double> perturbed_values_;     ///< values of parameters, by symbol, where all inputs are other numbers
-  std::set<std::string> in_progress_;        ///< being read
-  std::map<std::string, Polynomial> known_;  ///< by path
+  std::map<std::string, std::string> definitions_;  ///< of inlined parameters: their expressions
+  std::vector<double> perturbed_values_;            ///< values of parameters, by symbol, with all inputs perturbed
+  std::set<std::string> in_progress_;               ///< parameters being read
+  std::map<std::string, Polynomial> polynomials_;   ///< by path
   friend struct ParameterFactory;
 };
 
-/// A name that formulas, C and Python can have: letters, digits and `_`; Greek letters are written out.
+/// A valid name in formulas, C and Python: letters, digits and `_`; Greek letters are spelled out.
 std::string identifier_name(const std::string& name);
 
 class MechanismSymbols {
  public:
   MechanismSymbols(Ring& ring, const ParametricModel& model, const SpecNumberTexts& texts, const TreeOptions& options);
 
-  /// Where a joint holds one of its bodies, from that body's origin: the point that it names, or its own numbers.
+  /// Position of a joint on one of its bodies, from that body's origin: a named point, or the joint's own numbers.
   Vector joint_point(int joint, bool first);
   Vector spring_point(std::size_t spring, bool first);
   Mass body(int index);
@@ -58,36 +58,37 @@ class MechanismSymbols {
   Mass disc(int index);
   /// Whether a disc's inertia is stated as an axial and a transverse moment.
   bool is_rotor(int disc) const;
-  /// Of a rotor, in axes of which one is the disc's.
+  /// The inertia of a rotor, in axes one of which is the disc's.
   Mass rotor(int disc, int axis);
-  /// Of its centre, on its carrier.
+  /// Position of a disc's centre on its carrier.
   Vector disc_position(int index);
   Vector gravity();
   Polynomial ratio(int disc);
   Polynomial coupling_ratio(std::size_t coupling);
   Polynomial coupling_offset(std::size_t coupling);
-  /// Of one coordinate in what a disc or a coupling follows.
+  /// Ratio of one coordinate that a disc or a coupling follows.
   Polynomial disc_term(int disc, std::size_t term);
   Polynomial coupling_term(std::size_t coupling, std::size_t term);
   Polynomial stiffness(std::size_t spring);
   Polynomial free_length(std::size_t spring);
   Polynomial preload(std::size_t spring);
-  /// From where something rolls on a plane to its centre, while it stands upright. @throws FormulaError for a plane across no axis
+  /// From the point where a body rolls on a plane to its centre, in the upright pose.
+  /// @throws FormulaError for a plane that is not normal to an axis
   Vector wheel_centre_offset(int joint);
-  /// theta1 of the angle J1, d3 of the slide J3, else the coordinate's own name.
+  /// theta1 for the angle J1, d3 for the slide J3, otherwise the coordinate's own name.
   std::string coordinate_name(int coordinate) const;
-  /// Symbols of first moments, masses, inertias, in the order of list_parameters.
+  /// Symbols of first moments, masses and inertias, in the order of list_parameters.
   const std::vector<int>& inertial() const { return inertial_; }
 
  private:
   struct MassText {
-    std::string path, name;  ///< "discs.d4", "d4" behind letters
+    std::string path, name;  ///< "discs.d4"; "d4", the suffix of symbols
     Matrix3E inertia;
   };
   using NamedPointE = NamedPointOf<Expression>;
-  Vector position(const std::string& path, const Vector3E& position, const std::string& along,
-                  const std::string& behind, SymbolKind kind);
-  /// @param path of what refers to the place: `joints.J1.connects[0]`
+  Vector position(const std::string& path, const Vector3E& position, const std::string& single_name,
+                  const std::string& suffix, SymbolKind kind);
+  /// @param path of the reference to the point: `joints.J1.connects[0]`
   Vector referenced_point(const std::string& path, int body, const Vector3E& position);
   Vector unnamed_point(const std::string& path, int body, const Vector3E& position, const std::string& name);
   Vector attachment_position(const std::string& path, int body, const Vector3E& position, const std::string& name);
@@ -98,15 +99,15 @@ class MechanismSymbols {
   bool planar() const { return mechanism_.space == SpaceKind::planar; }
   int count_nonzero(const Vector3E& v) const;
 
-  SpecSymbols numbers_;
+  SpecSymbols spec_symbols_;
   const MechanismOf<Expression>& mechanism_;
   const ParametricModel& model_;
   const SpecNumberTexts& texts_;
   Ring& ring_;
-  bool origin_;
-  std::set<int> has_length_;  ///< bodies whose first length has its name
+  bool is_about_origin_;
+  std::set<int> bodies_with_length_;  ///< bodies whose first length already has its name
   std::vector<int> inertial_;
-  std::map<std::string, Vector> points_;  ///< by the path that states them
+  std::map<std::string, Vector> points_;  ///< by the path that defines them
 };
 
 }  // namespace balance::formulas

@@ -11,7 +11,7 @@ namespace balance::formulas {
 namespace {
 
 constexpr double max_relative_change = 0.3;
-/// What remains of the change after a draw at which nothing could be compared.
+/// Factor by which the change shrinks from draw to draw.
 constexpr double shrink_factor = 0.8;
 
 }  // namespace
@@ -41,11 +41,11 @@ ParameterSampler::ParameterSampler(const Ring& ring, const ParametricModel& mode
 }
 
 std::vector<double> ParameterSampler::draw(std::mt19937_64& random, int draws_before) const {
-  const double share = elementary::pow(shrink_factor, draws_before);
-  std::uniform_real_distribution<double> any(-1, 1);
+  const double shrinkage = elementary::pow(shrink_factor, draws_before);
+  std::uniform_real_distribution<double> uniform(-1, 1);
   std::vector<double> inputs = model_.inputs();
   for (std::size_t i = 0; i < inputs.size(); ++i) {
-    const double x = share * any(random);
+    const double x = shrinkage * uniform(random);
     inputs[i] = inputs[i] == 0 ? std::abs(x) * max_zero_changes_[i] : inputs[i] * (1 + max_relative_change * x);
   }
   return inputs;

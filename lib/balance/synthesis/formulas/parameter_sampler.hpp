@@ -1,5 +1,5 @@
 #pragma once
-/// Other numbers than the spec's, at which formulas and programs must be true as well.
+/// Numbers that differ from the spec's, with which formulas and programs must hold as well.
 
 #include "balance/synthesis/formulas/symbolic_tree.hpp"
 
@@ -8,26 +8,26 @@
 
 namespace balance::formulas {
 
-/// Draws of all parameters and free numbers.
+/// Draws values of all parameters and free numbers.
 class ParameterSampler {
  public:
   static constexpr int max_draws = 20;
 
   ParameterSampler(const Ring& ring, const ParametricModel& model);
 
-  /// Whether any symbol depends on what can be drawn.
+  /// Whether any symbol depends on a number that can be drawn.
   bool has_parameters() const { return has_parameters_; }
-  /// Inputs of the model: each changed by up to 30 %, a zero to as much as 0.3 of the largest of its kind. Later draws of a series
-  /// change less, since loops close at fewer and fewer numbers the farther away they are.
+  /// Inputs of the model. Each one changes by up to 30 %, a zero to at most 0.3 times the largest symbol of its kind.
+  /// Later draws of a series change less, since loops close more and more rarely the farther away the numbers are.
   std::vector<double> draw(std::mt19937_64& random, int draws_before) const;
 
  private:
   const ParametricModel& model_;
-  std::vector<double> max_zero_changes_;  ///< per input: of one that is zero
+  std::vector<double> max_zero_changes_;  ///< per input that is zero
   bool has_parameters_ = false;
 };
 
-/// Gives the ring's symbols and fixed angles the values that they have at other inputs, for as long as it lives.
+/// Sets the ring's symbols and fixed angles to their values at other inputs; the destructor restores them.
 class ScopedSymbolValues {
  public:
   /// @param nodes of the model at these inputs

@@ -21,27 +21,28 @@
 
 namespace balance::formulas {
 
-// States at which a program tests itself, and is tested before it is printed.
+// States for a program's self-test, and for its check before it is printed.
 
-/// Random states, one a row, and the torques there by another route.
+/// Random states, one per row, and the torques there from another implementation.
 struct SelfTestStates {
   std::vector<std::vector<double>> q, dq, ddq, torque;
-  std::string meaning;  ///< a sentence on the coordinates and where the torques of the test come from
+  std::string meaning;  ///< a sentence about the coordinates and the source of the test's torques
 };
 
 /// @throws FormulaError
 SelfTestStates make_self_test_states(const Mechanism& mechanism, const SymbolicTree& tree);
 
-/// Compares the program with the engine, at these states and, with other parameters and free numbers, at one of them.
-/// @throws FormulaError if they do not agree
+/// Compares the program with the engine at these states, and at single ones of them with other parameters and free
+/// numbers.
+/// @throws FormulaError if they differ
 void check_program(ProgramInterpreter program, Ring& ring, const SymbolicTree& tree, const SelfTestStates& states);
 
-/// A name that ends no comment.
+/// A name that cannot end a comment.
 std::string comment_safe_title(const std::string& name);
 
 namespace {
 
-/// The shortest text that is this number.
+/// The shortest decimal text of a number.
 std::string shortest_decimal(double value) {
   char text[40];
   const auto end = std::to_chars(text, text + sizeof text, value).ptr;
@@ -53,56 +54,57 @@ std::string shortest_decimal(double value) {
 }  // namespace
 
 std::string c_member_name(const std::string& name) {
-  static const std::set<std::string> words{
+  static const std::set<std::string> keywords{
       "auto",     "break",  "case",     "char",   "const",  "continue", "default", "do",     "double",  "else",
       "enum",     "extern", "float",    "for",    "goto",   "if",       "inline",  "int",    "long",    "register",
       "restrict", "return", "short",    "signed", "sizeof", "static",   "struct",  "switch", "typedef", "union",
       "unsigned", "void",   "volatile", "while",  "and",    "as",       "assert",  "class",  "def",     "del",
       "elif",     "except", "from",     "global", "import", "in",       "is",      "lambda", "not",     "or",
       "pass",     "raise",  "try",      "with",   "yield"};
-  return words.contains(name) ? name + "_" : name;
+  return keywords.contains(name) ? name + "_" : name;
 }
 
 namespace {
 
-/// Writes the nodes of a program in their order.
+/// Writes the nodes of a program in order.
 class CodeWriter {
  public:
   CodeWriter(const StraightLineProgram& arena, const std::vector<int>& outputs, Language language)
-      : arena_(arena), c_(language == Language::c), names_(arena.size()), uses_(arena.size(), 0) {
-    std::vector<int> waiting = outputs;
-    std::vector<bool> seen(arena.size(), false);
-    for (const int output : outputs) ++uses_[at(output)];
-    while (!waiting.empty()) {
-      const int node = waiting.back();
-      waiting.pop_back();
-      if (seen[at(node)]) continue;
-      seen[at(node)] = true;
-      used_.push_back(node);
-      for (const int operand : operands(node)) ++uses_[at(operand)], waiting.push_back(operand);
+      : arena_(arena), is_c_(language == Language::c), names_(arena.size()), uses_(arena.size(), 0) {
+    std::vector<int> stack = outputs;
+    std::vector<bool> is_visited(arena.size(), false);
+    for (const int output : outputs) ++uses_[as_index(output)];
+    while (!stack.empty()) {
+      const int node = stack.back();
+      stack.pop_back();
+      if (is_visited[as_index(node)]) continue;
+      is_visited[as_index(node)] = true;
+      reachable_.push_back(node);
+      for (const int operand : operands(node)) ++uses_[as_index(operand)], stack.push_back(operand);
     }
-    std::sort(used_.begin(), used_.end());
-    for (const int node : used_) keep_constants(node);
+    std::sort(reachable_.begin(), reachable_.end());
+    for (const int node : reachable_) store_constant_operands(node);
     for (const int output : outputs)
       if (!arena_[output].is_state_dependent) store_constant(output);
-    for (const int node : used_) arena_[node].is_state_dependent ? write_moving(node) : write_constant(node);
+    for (const int node : reachable_)
+      arena_[node].is_state_dependent ? write_state_dependent(node) : write_constant(node);
   }
 
   std::string reference(int node) const {
     const ProgramNode& self = arena_[node];
-    return self.operation == ProgramOperation::constant ? number(self.value) : names_[at(node)];
+    return self.operation == ProgramOperation::constant ? number(self.value) : names_[as_index(node)];
   }
   const std::string& prepare() const { return prepare_; }
   const std::string& body() const { return body_; }
-  std::size_t constants() const { return kept_.size(); }
+  std::size_t constants() const { return constant_slots_.size(); }
   CodeSize size() const { return size_; }
-  std::string kept_reference(int node) const {
-    const auto slot = kept_.find(node);
-    return slot == kept_.end() ? reference(node) : "k[" + std::to_string(slot->second) + "]";
+  std::string stored_reference(int node) const {
+    const auto slot = constant_slots_.find(node);
+    return slot == constant_slots_.end() ? reference(node) : "k[" + std::to_string(slot->second) + "]";
   }
 
  private:
-  static std::size_t at(int node) { return static_cast<std::size_t>(node); }
+  static std::size_t as_index(int node) { return static_cast<std::size_t>(node); }
   std::vector<int> operands(int node) const {
     const ProgramNode& self = arena_[node];
     if (self.operation == ProgramOperation::constant || self.operation == ProgramOperation::input) return {};
@@ -114,19 +116,20 @@ class CodeWriter {
   }
 
   void store_constant(int node) {
-    if (arena_[node].operation != ProgramOperation::constant) kept_.try_emplace(node, static_cast<int>(kept_.size()));
+    if (arena_[node].operation != ProgramOperation::constant)
+      constant_slots_.try_emplace(node, static_cast<int>(constant_slots_.size()));
   }
-  /// What moving nodes need of those that do not.
-  void keep_constants(int node) {
+  /// Stores the constant operands of a state-dependent node.
+  void store_constant_operands(int node) {
     if (!arena_[node].is_state_dependent) return;
     for (const int operand : operands(node))
       if (!arena_[operand].is_state_dependent) store_constant(operand);
   }
 
-  std::string expression(int node, bool moving) const {
+  std::string expression(int node, bool is_state_dependent) const {
     const ProgramNode& self = arena_[node];
-    const auto name = [&](int operand) { return moving ? kept_reference(operand) : reference(operand); };
-    const std::string math = c_ ? "" : "math.";
+    const auto name = [&](int operand) { return is_state_dependent ? stored_reference(operand) : reference(operand); };
+    const std::string math = is_c_ ? "" : "math.";
     switch (self.operation) {
       case ProgramOperation::sum: return name(self.a) + " + " + name(self.b);
       case ProgramOperation::difference: return name(self.a) + " - " + name(self.b);
@@ -143,45 +146,45 @@ class CodeWriter {
   }
 
   std::string line(const std::string& name, const std::string& value) const {
-    return (c_ ? "  const double " : "    ") + name + " = " + value + (c_ ? ";\n" : "\n");
+    return (is_c_ ? "  const double " : "    ") + name + " = " + value + (is_c_ ? ";\n" : "\n");
   }
 
   void write_constant(int node) {
     const ProgramNode& self = arena_[node];
     if (self.operation == ProgramOperation::constant) return;
     if (self.operation == ProgramOperation::input) {
-      names_[at(node)] = c_ ? "p->" + c_member_name(self.name) : "p[\"" + self.name + "\"]";
+      names_[as_index(node)] = is_c_ ? "p->" + c_member_name(self.name) : "p[\"" + self.name + "\"]";
     } else {
-      names_[at(node)] = "n" + std::to_string(node);
-      prepare_ += line(names_[at(node)], expression(node, false));
+      names_[as_index(node)] = "n" + std::to_string(node);
+      prepare_ += line(names_[as_index(node)], expression(node, false));
       ++size_.operations_once;
     }
-    if (const auto slot = kept_.find(node); slot != kept_.end())
-      prepare_ +=
-          (c_ ? "  k[" : "    k[") + std::to_string(slot->second) + "] = " + names_[at(node)] + (c_ ? ";\n" : "\n");
+    if (const auto slot = constant_slots_.find(node); slot != constant_slots_.end())
+      prepare_ += (is_c_ ? "  k[" : "    k[") + std::to_string(slot->second) + "] = " + names_[as_index(node)] +
+                  (is_c_ ? ";\n" : "\n");
   }
 
-  void write_moving(int node) {
+  void write_state_dependent(int node) {
     const ProgramNode& self = arena_[node];
     if (self.operation == ProgramOperation::input) {
-      names_[at(node)] = self.name;
+      names_[as_index(node)] = self.name;
       return;
     }
     const std::string text = expression(node, true);
     if (self.operation < ProgramOperation::cosine) ++size_.operations_per_state;
-    if (uses_[at(node)] == 1 && text.size() < 60) {
-      names_[at(node)] = "(" + text + ")";
+    if (uses_[as_index(node)] == 1 && text.size() < 60) {
+      names_[as_index(node)] = "(" + text + ")";
       return;
     }
-    names_[at(node)] = "t" + std::to_string(node);
-    body_ += line(names_[at(node)], text);
+    names_[as_index(node)] = "t" + std::to_string(node);
+    body_ += line(names_[as_index(node)], text);
   }
 
   const StraightLineProgram& arena_;
-  bool c_;
+  bool is_c_;
   std::vector<std::string> names_;
-  std::vector<int> uses_, used_;
-  std::map<int, int> kept_;
+  std::vector<int> uses_, reachable_;
+  std::map<int, int> constant_slots_;
   std::string prepare_, body_;
   CodeSize size_;
 };
@@ -202,7 +205,7 @@ std::vector<std::pair<std::string, double>> parameters(const StraightLineProgram
   return list;
 }
 
-std::string joined(const std::vector<std::string>& parts) {
+std::string join_text(const std::vector<std::string>& parts) {
   std::string text;
   for (const std::string& part : parts) text += (text.empty() ? "" : ", ") + part;
   return text;
@@ -212,7 +215,7 @@ struct ProgramParts {
   std::string title;
   std::vector<std::string> columns;
   std::vector<std::pair<std::string, double>> numbers;
-  std::string prepare, body;  ///< torques included
+  std::string prepare, body;  ///< with the assignments of the torques
   std::size_t constants = 0;
   SelfTestStates states;
 };
@@ -222,7 +225,7 @@ std::string rows_text(const std::vector<std::vector<double>>& rows, const char* 
   for (const auto& row : rows) {
     std::vector<std::string> numbers;
     for (const double x : row) numbers.push_back(shortest_decimal(x));
-    text += std::string("    ") + open + joined(numbers) + close + ",\n";
+    text += std::string("    ") + open + join_text(numbers) + close + ",\n";
   }
   return text;
 }
@@ -236,7 +239,7 @@ std::string c_program(const ProgramParts& p) {
   const std::string n = std::to_string(p.columns.size()), k = std::to_string(std::max<std::size_t>(p.constants, 1));
   std::string text =
       "/* Torques of " + p.title +
-      ": M(q) ddq + velocity terms + weight and springs [N m or N].\n   Coordinates: " + joined(p.columns) +
+      ": M(q) ddq + velocity terms + weight and springs [N m or N].\n   Coordinates: " + join_text(p.columns) +
       " [rad or m]. " + p.states.meaning + " */\n";
   text += "#include <math.h>\n#include <stdio.h>\n\nenum { coordinates = " + n + ", constants = " + k + " };\n\n";
   text += "/* The mechanism's numbers [SI]. */\ntypedef struct {\n" + members + "} Parameters;\n\n";
@@ -271,7 +274,7 @@ std::string python_program(const ProgramParts& p) {
   for (const auto& [name, value] : p.numbers) values += "    \"" + name + "\": " + shortest_decimal(value) + ",\n";
   std::string text =
       "\"\"\"Torques of " + p.title +
-      ": M(q) ddq + velocity terms + weight and springs [N m or N].\n\nCoordinates: " + joined(p.columns) +
+      ": M(q) ddq + velocity terms + weight and springs [N m or N].\n\nCoordinates: " + join_text(p.columns) +
       " [rad or m]. " + p.states.meaning + "\"\"\"\n\nimport math\n\n";
   text += "# The mechanism's numbers [SI].\nGIVEN = {\n" + values + "}\n\n\n";
   text += "def prepare(p):\n    \"\"\"What depends on the mechanism alone: call it once.\"\"\"\n    k = [0.0] * " +
@@ -311,7 +314,7 @@ std::string generate_program(const Mechanism& mechanism, const SpecNumberTexts& 
                        writer.constants(),
                        make_self_test_states(mechanism, tree)};
   for (std::size_t i = 0; i < outputs.size(); ++i)
-    program.body += (c ? "  tau[" : "    tau[") + std::to_string(i) + "] = " + writer.kept_reference(outputs[i]) +
+    program.body += (c ? "  tau[" : "    tau[") + std::to_string(i) + "] = " + writer.stored_reference(outputs[i]) +
                     (c ? ";\n" : "\n");
   if (size != nullptr) *size = writer.size();
   std::string text = c ? c_program(program) : python_program(program);
@@ -324,10 +327,10 @@ namespace {
 constexpr int self_test_state_count = 5;
 constexpr std::size_t perturbed_self_test_count = 2;
 
-/// Round-off of a program is far below, a wrong term far above.
+/// Round-off of a program is far below this, a wrong term far above.
 constexpr double program_tolerance = 1e-9;
 
-/// A tree's joint that closes a loop carries a massless copy of its body.
+/// Opens a loop at a joint of the tree: the joint then carries a massless copy of its body.
 void split_body(Mechanism& mechanism, const TreeEdge& edge) {
   Joint& joint = mechanism.joints[static_cast<std::size_t>(edge.joint)];
   BodyId& end = edge.forward ? joint.second : joint.first;
@@ -336,7 +339,7 @@ void split_body(Mechanism& mechanism, const TreeEdge& edge) {
   mechanism.bodies.push_back(std::move(copy));
 }
 
-/// The mechanism without its loops, friction and loads: what the program calculates, with a motor at every column.
+/// The mechanism without loops, friction and loads, as the program models it, with an actuator at every column.
 Mechanism remove_loops(Mechanism mechanism, const SymbolicTree& tree) {
   const SpanningTree edges = build_spanning_tree(mechanism, {});
   for (const TreeEdge& edge : edges.edges)
@@ -353,23 +356,24 @@ Mechanism remove_loops(Mechanism mechanism, const SymbolicTree& tree) {
     if (!std::binary_search(edges.cut.begin(), edges.cut.end(), static_cast<int>(j)))
       mechanism.joints.push_back(joints[j]);
   mechanism.coordinates = list_coordinates(mechanism.space, mechanism.joints);
-  std::map<std::string, int> places;
+  std::map<std::string, int> coordinate_ids;
   for (std::size_t c = 0; c < mechanism.coordinates.size(); ++c)
-    places.emplace(mechanism.coordinates[c].name, static_cast<int>(c));
-  const auto place = [&](int c) { return places.at(coordinates[static_cast<std::size_t>(c)].name); };
-  const auto move = [&](CoordinateCombination& followed) {
-    for (CoordinateTerm& term : followed.terms) term.coordinate = place(term.coordinate);
+    coordinate_ids.emplace(mechanism.coordinates[c].name, static_cast<int>(c));
+  const auto coordinate_id = [&](int c) { return coordinate_ids.at(coordinates[static_cast<std::size_t>(c)].name); };
+  const auto renumber = [&](CoordinateCombination& followed) {
+    for (CoordinateTerm& term : followed.terms) term.coordinate = coordinate_id(term.coordinate);
   };
-  for (Coupling& coupling : mechanism.couplings) coupling.follower = place(coupling.follower), move(coupling.leader);
-  for (Disc& disc : mechanism.discs) move(disc.follows);
+  for (Coupling& coupling : mechanism.couplings)
+    coupling.follower = coordinate_id(coupling.follower), renumber(coupling.leader);
+  for (Disc& disc : mechanism.discs) renumber(disc.follows);
   for (Spring& spring : mechanism.springs)
-    if (spring.is_joint_spring()) spring.coordinate = place(spring.coordinate);
+    if (spring.is_joint_spring()) spring.coordinate = coordinate_id(spring.coordinate);
   mechanism.actuators.clear();
-  for (const int c : tree.coordinates) mechanism.actuators.push_back(place(c));
+  for (const int c : tree.coordinates) mechanism.actuators.push_back(coordinate_id(c));
   return mechanism;
 }
 
-/// The engine's torques of a mechanism's spanning tree.
+/// The engine's torques for a mechanism's spanning tree.
 class TreeInverseDynamics {
  public:
   TreeInverseDynamics(const Mechanism& mechanism, const SymbolicTree& tree)
@@ -396,13 +400,13 @@ class TreeInverseDynamics {
   InverseDynamics engine_;
 };
 
-/// The largest difference at one state, and the largest torque.
+/// Maximum difference between torques, and maximum torque.
 struct TorqueDifference {
   double max_error = 0, max_torque = 0;
 
-  void add(const std::vector<double>& found, const std::vector<double>& expected) {
-    for (std::size_t i = 0; i < found.size(); ++i) {
-      const double d = std::abs(found[i] - expected[i]);
+  void add(const std::vector<double>& computed, const std::vector<double>& expected) {
+    for (std::size_t i = 0; i < computed.size(); ++i) {
+      const double d = std::abs(computed[i] - expected[i]);
       max_error = std::isfinite(d) ? std::max(max_error, d) : std::numeric_limits<double>::infinity();
       max_torque = std::max(max_torque, std::abs(expected[i]));
     }
@@ -410,7 +414,7 @@ struct TorqueDifference {
   bool is_within_tolerance() const { return max_error <= program_tolerance * max_torque; }
 };
 
-/// @param numbers whose values the ring has at present
+/// @param numbers the ring with its current values
 void assign_values(ProgramInterpreter& program, const Ring& numbers) {
   for (const Symbol& symbol : numbers.symbols()) program.set_parameter(symbol.name, symbol.value);
   for (const Angle& angle : numbers.angles()) program.set_parameter(angle.name, angle.value);
@@ -422,17 +426,17 @@ void assign_values(ProgramInterpreter& program, const Ring& numbers) {
 SelfTestStates make_self_test_states(const Mechanism& mechanism, const SymbolicTree& tree) {
   SelfTestStates states;
   std::mt19937_64 random(1);
-  std::uniform_real_distribution<double> any(-1, 1);
+  std::uniform_real_distribution<double> uniform(-1, 1);
   if (!tree.closures.empty()) states.meaning = "Loops are not closed: these are the torques of the spanning tree. ";
   states.meaning += "The test's torques are those of the program balance.";
   TreeInverseDynamics engine(mechanism, tree);
   for (int s = 0; s < self_test_state_count; ++s) {
-    const auto row = [&] {
+    const auto random_row = [&] {
       std::vector<double> values;
-      for (std::size_t i = 0; i < tree.columns.size(); ++i) values.push_back(any(random));
+      for (std::size_t i = 0; i < tree.columns.size(); ++i) values.push_back(uniform(random));
       return values;
     };
-    const std::vector<double> q = row(), dq = row(), ddq = row();
+    const std::vector<double> q = random_row(), dq = random_row(), ddq = random_row();
     states.q.push_back(q), states.dq.push_back(dq), states.ddq.push_back(ddq);
     states.torque.push_back(engine.compute_torques(q, dq, ddq));
   }
@@ -441,26 +445,27 @@ SelfTestStates make_self_test_states(const Mechanism& mechanism, const SymbolicT
 
 void check_program(ProgramInterpreter program, Ring& ring, const SymbolicTree& tree, const SelfTestStates& states) {
   assign_values(program, ring);
-  TorqueDifference here;
+  TorqueDifference nominal_difference;
   for (std::size_t s = 0; s < states.q.size(); ++s)
-    here.add(program.compute_torques(states.q[s], states.dq[s], states.ddq[s]), states.torque[s]);
-  if (!here.is_within_tolerance()) throw FormulaError("the program differs from the engine");
-  const ParameterSampler numbers(ring, *tree.model);
-  if (!numbers.has_parameters()) return;
+    nominal_difference.add(program.compute_torques(states.q[s], states.dq[s], states.ddq[s]), states.torque[s]);
+  if (!nominal_difference.is_within_tolerance()) throw FormulaError("the program differs from the engine");
+  const ParameterSampler sampler(ring, *tree.model);
+  if (!sampler.has_parameters()) return;
   std::mt19937_64 random(1);
   std::size_t s = 0;
   for (int draws = 0; s < perturbed_self_test_count && draws < ParameterSampler::max_draws; ++draws) {
-    const std::vector<double> nodes = tree.model->evaluate_nodes(numbers.draw(random, draws));
+    const std::vector<double> nodes = tree.model->evaluate_nodes(sampler.draw(random, draws));
     const Mechanism mechanism = tree.model->build_mechanism(nodes);
     if (!validate(mechanism).empty()) continue;
     const ScopedSymbolValues values(ring, nodes);
     assign_values(program, ring);
     TreeInverseDynamics engine(mechanism, tree);
-    TorqueDifference elsewhere;
-    elsewhere.add(program.compute_torques(states.q[s], states.dq[s], states.ddq[s]),
-                  engine.compute_torques(states.q[s], states.dq[s], states.ddq[s]));
+    TorqueDifference perturbed_difference;
+    perturbed_difference.add(program.compute_torques(states.q[s], states.dq[s], states.ddq[s]),
+                             engine.compute_torques(states.q[s], states.dq[s], states.ddq[s]));
     ++s;
-    if (!elsewhere.is_within_tolerance()) throw FormulaError("the program differs from the engine at other numbers");
+    if (!perturbed_difference.is_within_tolerance())
+      throw FormulaError("the program differs from the engine at other numbers");
   }
 }
 

@@ -1,5 +1,5 @@
 #pragma once
-/// The torques of a mechanism as a program without loops or calls but sines and cosines.
+/// The torques of a mechanism as a program without loops that calls only sine, cosine and square root.
 
 #include "balance/synthesis/formulas/symbolic_tree.hpp"
 
@@ -10,18 +10,18 @@ namespace balance::formulas {
 enum class Language { c, python };
 
 struct CodeSize {
-  int operations_per_state = 0;  ///< operations, sines and cosines left out
-  int operations_once = 0;       ///< of the mechanism's numbers alone
+  int operations_per_state = 0;  ///< without functions and divisions
+  int operations_once = 0;       ///< on the mechanism's numbers alone
 };
 
-/// What a program in C calls a number: its symbol's name unless that is one of the language's words.
+/// A number's name in a C program: its symbol's name unless that is a keyword.
 std::string c_member_name(const std::string& name);
 
-/// A program in C99 or Python 3 with
-///   parameters: the mechanism's numbers, SI; the spec's to begin with,
-///   prepare: what depends on these alone,
-///   torques: M q̈ + D q̇ q̇ + z of the spanning tree's coordinates,
-/// and, where it is run, a test: it prints torques at states that the program holds, with those that the engine has.
+/// A C99 or Python 3 program with
+///   parameters: the mechanism's numbers [SI], initially the spec's,
+///   prepare: computes what depends on these alone,
+///   torques: M q̈ + D q̇ q̇ + z in the spanning tree's coordinates,
+/// and a test when it is run: it compares torques at states stored in the program with those of the engine.
 /// @throws FormulaError
 std::string generate_program(const Mechanism& mechanism, const SpecNumberTexts& texts, Language language,
                              CodeSize* size = nullptr);

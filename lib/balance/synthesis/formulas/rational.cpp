@@ -14,14 +14,14 @@ __extension__ using Int128 = __int128;
 Int128 common_divisor(Int128 a, Int128 b) {
   if (a < 0) a = -a;
   while (b != 0) {
-    const Int128 rest = a % b;
+    const Int128 remainder = a % b;
     a = b;
-    b = rest;
+    b = remainder;
   }
   return a;
 }
 
-/// The largest whole number is left out, so that every fraction can change its sign.
+/// The smallest integer is excluded, so that every fraction can change its sign.
 std::int64_t narrow_to_int64(Int128 number) {
   constexpr Int128 max_int64 = std::numeric_limits<std::int64_t>::max();
   if (number > max_int64 || number < -max_int64) throw FormulaError("a coefficient is too long to be exact");
@@ -37,8 +37,8 @@ Rational reduce_fraction(Int128 numerator, Int128 denominator) {
 }
 
 std::int64_t integer_square_root(std::int64_t square) {
-  const auto near = static_cast<std::int64_t>(std::llround(std::sqrt(static_cast<double>(square))));
-  for (const std::int64_t root : {near - 1, near, near + 1})
+  const auto estimate = static_cast<std::int64_t>(std::llround(std::sqrt(static_cast<double>(square))));
+  for (const std::int64_t root : {estimate - 1, estimate, estimate + 1})
     if (static_cast<Int128>(root) * root == square) return root;
   return -1;
 }
@@ -48,8 +48,9 @@ std::int64_t integer_square_root(std::int64_t square) {
 Rational::Rational(std::int64_t numerator, std::int64_t denominator) : numerator_(numerator), denominator_(1) {
   if (denominator == 1) return;
   if (denominator == 0) throw FormulaError("a division by zero");
-  const auto found = static_cast<std::int64_t>(common_divisor(numerator, denominator));
-  const std::int64_t divisor = found < 0 ? -found : found;  // never 0: the denominator is not
+  const auto signed_divisor = static_cast<std::int64_t>(common_divisor(numerator, denominator));
+  const std::int64_t divisor =
+      signed_divisor < 0 ? -signed_divisor : signed_divisor;  // never 0, since the denominator is not
   const Int128 sign = denominator < 0 ? -1 : 1;
   numerator_ = narrow_to_int64(sign * (numerator / divisor));
   denominator_ = narrow_to_int64(sign * (denominator / divisor));
@@ -71,38 +72,40 @@ bool operator<(Rational a, Rational b) {
 }
 
 Rational Rational::parse(const std::string& text) {
-  std::size_t at = 0;
+  std::size_t position = 0;
   const bool negative = !text.empty() && text[0] == '-';
-  if (negative || (!text.empty() && text[0] == '+')) ++at;
+  if (negative || (!text.empty() && text[0] == '+')) ++position;
   Rational value;
-  int point = 0;
-  bool digits = false, behind = false;
-  for (; at < text.size() && (std::isdigit(static_cast<unsigned char>(text[at])) != 0 || (text[at] == '.' && !behind));
-       ++at) {
-    if (text[at] == '.') {
-      behind = true;
+  int decimal_places = 0;
+  bool has_digits = false, is_fraction = false;
+  for (; position < text.size() &&
+         (std::isdigit(static_cast<unsigned char>(text[position])) != 0 || (text[position] == '.' && !is_fraction));
+       ++position) {
+    if (text[position] == '.') {
+      is_fraction = true;
       continue;
     }
-    digits = true;
-    value = value * Rational(10) + Rational(text[at] - '0');
-    if (behind) ++point;
+    has_digits = true;
+    value = value * Rational(10) + Rational(text[position] - '0');
+    if (is_fraction) ++decimal_places;
   }
   long exponent = 0;
-  if (digits && at < text.size() && (text[at] == 'e' || text[at] == 'E')) {
+  if (has_digits && position < text.size() && (text[position] == 'e' || text[position] == 'E')) {
     char* end = nullptr;
-    exponent = std::strtol(text.c_str() + at + 1, &end, 10);
-    at = static_cast<std::size_t>(end - text.c_str());
+    exponent = std::strtol(text.c_str() + position + 1, &end, 10);
+    position = static_cast<std::size_t>(end - text.c_str());
   }
-  if (!digits || at != text.size()) throw FormulaError("'" + text + "' is no number");
+  if (!has_digits || position != text.size()) throw FormulaError("'" + text + "' is no number");
   if (std::labs(exponent) > 100) throw FormulaError("a coefficient is too long to be exact");
-  for (long k = exponent - point; k > 0; --k) value = value * Rational(10);
-  for (long k = exponent - point; k < 0; ++k) value = value / Rational(10);
+  for (long k = exponent - decimal_places; k > 0; --k) value = value * Rational(10);
+  for (long k = exponent - decimal_places; k < 0; ++k) value = value / Rational(10);
   return negative ? -value : value;
 }
 
 Rational rational_square_root(Rational square) {
-  const std::int64_t above = integer_square_root(square.numerator()), below = integer_square_root(square.denominator());
-  return above < 0 || below < 0 ? Rational() : Rational(above, below);
+  const std::int64_t numerator_root = integer_square_root(square.numerator()),
+                     denominator_root = integer_square_root(square.denominator());
+  return numerator_root < 0 || denominator_root < 0 ? Rational() : Rational(numerator_root, denominator_root);
 }
 
 }  // namespace balance::formulas

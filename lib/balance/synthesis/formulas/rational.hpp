@@ -1,5 +1,5 @@
 #pragma once
-/// Exact fractions. What does not fit is told, never rounded.
+/// Exact fractions. Overflow is an error; values are never rounded.
 
 #include <cstdint>
 #include <stdexcept>
@@ -7,7 +7,7 @@
 
 namespace balance::formulas {
 
-/// A formula cannot be made; the message says why, as part of a sentence.
+/// A formula cannot be derived; the message says why, as part of a sentence.
 struct FormulaError : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
@@ -17,9 +17,10 @@ class Rational {
  public:
   constexpr Rational() = default;
   constexpr Rational(int whole) : numerator_(whole) {}  // NOLINT(google-explicit-constructor)
-  /// @throws FormulaError if the denominator is zero or the fraction does not fit
+  /// @throws FormulaError if the denominator is zero or the fraction overflows
   Rational(std::int64_t numerator, std::int64_t denominator);
-  /// "12", "-0.35", "1.5e-3" exactly. @throws FormulaError for what is no such number or does not fit
+  /// "12", "-0.35", "1.5e-3", exactly.
+  /// @throws FormulaError if the text is no such number or overflows
   static Rational parse(const std::string& text);
 
   std::int64_t numerator() const { return numerator_; }
@@ -43,7 +44,8 @@ class Rational {
 inline Rational abs(Rational a) { return a.sign() < 0 ? -a : a; }
 bool operator<(Rational a, Rational b);
 
-/// Its root, if that is a fraction, else zero. @param square not negative
+/// The square root if it is a fraction, otherwise zero.
+/// @param square nonnegative
 Rational rational_square_root(Rational square);
 
 }  // namespace balance::formulas

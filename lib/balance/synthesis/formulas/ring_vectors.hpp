@@ -8,7 +8,7 @@ namespace balance::formulas {
 
 template <class R>
 using RingVector3 = std::array<R, 3>;
-/// xx, yy, zz, xy, xz, yz.
+/// Entries xx, yy, zz, xy, xz, yz.
 template <class R>
 using RingSymmetric3 = std::array<R, 6>;
 
@@ -43,10 +43,10 @@ RingVector3<R> unit_vector(int axis, const R& length) {
   e[static_cast<std::size_t>(axis)] = length;
   return e;
 }
-/// Where the entry (i, j), i ≠ j, of a symmetric matrix stands.
+/// Index of the entry (i, j), i ≠ j, of a symmetric matrix.
 constexpr std::size_t off_diagonal_index(std::size_t i, std::size_t j) { return i + j == 1 ? 3 : i + j == 2 ? 4 : 5; }
 
-/// Mass, first moment and inertia about the origin of the frame that they are given in.
+/// Mass, first moment and inertia about the origin of the frame in which they are given.
 template <class R>
 struct RigidBodyInertia {
   R mass = R(0);
@@ -61,22 +61,22 @@ struct RigidBodyInertia {
   }
 };
 
-/// The same about an origin at −d, that is seen from a frame in which the old origin is at d.
+/// The same about a new origin at −d: in the new frame, the old origin is at d.
 template <class R>
-RigidBodyInertia<R> shift_origin(const RigidBodyInertia<R>& part, const RingVector3<R>& d) {
-  const auto& [m, h, I] = part;
-  RigidBodyInertia<R> moved = part;
+RigidBodyInertia<R> shift_origin(const RigidBodyInertia<R>& body, const RingVector3<R>& d) {
+  const auto& [m, h, I] = body;
+  RigidBodyInertia<R> shifted = body;
   const R hd = R(2) * dot(h, d), dd = dot(d, d);
   for (std::size_t k = 0; k < 3; ++k) {
-    moved.moment[k] = h[k] + m * d[k];
-    moved.inertia[k] = I[k] + hd - R(2) * (h[k] * d[k]) + m * (dd - d[k] * d[k]);
+    shifted.moment[k] = h[k] + m * d[k];
+    shifted.inertia[k] = I[k] + hd - R(2) * (h[k] * d[k]) + m * (dd - d[k] * d[k]);
   }
   for (std::size_t i = 0; i < 3; ++i)
     for (std::size_t j = i + 1; j < 3; ++j) {
-      R& entry = moved.inertia[off_diagonal_index(i, j)];
+      R& entry = shifted.inertia[off_diagonal_index(i, j)];
       entry = entry - (h[i] * d[j] + d[i] * h[j] + m * (d[i] * d[j]));
     }
-  return moved;
+  return shifted;
 }
 
 }  // namespace balance::formulas

@@ -14,29 +14,29 @@ int StraightLineProgram::add(ProgramNode node) {
 }
 
 int StraightLineProgram::add_constant(double value) {
-  const auto [at, fresh] = constants_.try_emplace(value, 0);
-  if (fresh) at->second = add({ProgramOperation::constant, 0, 0, value, "", false});
-  return at->second;
+  const auto [entry, is_new] = constants_.try_emplace(value, 0);
+  if (is_new) entry->second = add({ProgramOperation::constant, 0, 0, value, "", false});
+  return entry->second;
 }
 
-int StraightLineProgram::add_input(const std::string& name, bool moves) {
-  const auto [at, fresh] = leaves_.try_emplace(name, 0);
-  if (fresh) at->second = add({ProgramOperation::input, 0, 0, 0, name, moves});
-  return at->second;
+int StraightLineProgram::add_input(const std::string& name, bool is_state_dependent) {
+  const auto [entry, is_new] = inputs_.try_emplace(name, 0);
+  if (is_new) entry->second = add({ProgramOperation::input, 0, 0, 0, name, is_state_dependent});
+  return entry->second;
 }
 
 int StraightLineProgram::add_operation(ProgramOperation operation, int a, int b) {
   if ((operation == ProgramOperation::sum || operation == ProgramOperation::product) && a > b) std::swap(a, b);
-  // nodes are fewer than 2^20
+  // there are fewer than 2^20 nodes
   const auto key =
       static_cast<std::uint64_t>(operation) << 60 | static_cast<std::uint64_t>(a) << 30 | static_cast<std::uint64_t>(b);
-  const auto [at, fresh] = known_.try_emplace(key, 0);
-  if (fresh) {
-    const bool moves = nodes_[static_cast<std::size_t>(a)].is_state_dependent ||
-                       nodes_[static_cast<std::size_t>(b)].is_state_dependent;
-    at->second = add({operation, a, b, 0, "", moves});
+  const auto [entry, is_new] = operations_.try_emplace(key, 0);
+  if (is_new) {
+    const bool is_state_dependent = nodes_[static_cast<std::size_t>(a)].is_state_dependent ||
+                                    nodes_[static_cast<std::size_t>(b)].is_state_dependent;
+    entry->second = add({operation, a, b, 0, "", is_state_dependent});
   }
-  return at->second;
+  return entry->second;
 }
 
 ProgramValue::ProgramValue(StraightLineProgram& arena, int node) : arena_(&arena), node_(node) {}
@@ -89,7 +89,7 @@ ProgramValue operator*(const ProgramValue& a, const ProgramValue& b) {
   return {arena, arena.add_operation(ProgramOperation::product, a.node(arena), b.node(arena))};
 }
 
-ProgramValue ProgramFactory::wave(const CircularFunction& function) {
+ProgramValue ProgramFactory::circular_value(const CircularFunction& function) {
   ProgramValue argument(0);
   for (const auto& [angle, multiple] : function.argument)
     argument = argument + ProgramValue(multiple) * angle_of(angle);
@@ -107,7 +107,7 @@ ProgramValue ProgramFactory::convert(const Polynomial& p) {
       for (int n = 0; n < std::abs(exponent); ++n) product = product * factor;
     }
     if (term.wave != 0)
-      for (const CircularFunction& function : ring_.wave(term.wave)) product = product * wave(function);
+      for (const CircularFunction& function : ring_.wave(term.wave)) product = product * circular_value(function);
     sum = sum + product;
   }
   return sum;
@@ -120,28 +120,28 @@ std::string item(const char* list, int index) { return std::string(list) + "[" +
 }  // namespace
 
 std::vector<ProgramValue> build_torque_program(StraightLineProgram& arena, Ring& ring, const SymbolicTree& tree) {
-  ProgramFactory make(arena, ring);
+  ProgramFactory factory(arena, ring);
   VariableRates<ProgramValue> rates;
-  std::vector<ProgramValue> value;
+  std::vector<ProgramValue> values;
   for (const JointVariable& variable : tree.variables) {
-    ProgramValue x = make.convert(variable.offset), v(0), a(0);
+    ProgramValue x = factory.convert(variable.offset), v(0), a(0);
     for (const auto& [column, ratio] : variable.follows) {
-      const ProgramValue n = make.convert(ratio);
-      x = x + n * make.leaf(item("q", column), true);
-      v = v + n * make.leaf(item("dq", column), true);
-      a = a + n * make.leaf(item("ddq", column), true);
+      const ProgramValue n = factory.convert(ratio);
+      x = x + n * factory.leaf(item("q", column), true);
+      v = v + n * factory.leaf(item("dq", column), true);
+      a = a + n * factory.leaf(item("ddq", column), true);
     }
     if (variable.is_angle)
-      make.bind_angle(variable.index, x);
+      factory.bind_angle(variable.index, x);
     else
-      make.bind_symbol(variable.index, x);
-    value.push_back(x);
+      factory.bind_symbol(variable.index, x);
+    values.push_back(x);
     rates.rate.push_back(v);
     rates.acceleration.push_back(a);
   }
   for (const JointSpring& spring : tree.joint_springs)
-    make.bind_symbol(spring.symbol, value[static_cast<std::size_t>(spring.variable)]);
-  return newton_euler_torques<ProgramValue>(tree, make, rates);
+    factory.bind_symbol(spring.symbol, values[static_cast<std::size_t>(spring.variable)]);
+  return newton_euler_torques<ProgramValue>(tree, factory, rates);
 }
 
 }  // namespace balance::formulas

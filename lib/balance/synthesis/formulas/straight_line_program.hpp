@@ -1,5 +1,5 @@
 #pragma once
-/// Straight-line programs: expressions in which what is alike is calculated once. A second ring for the recursions.
+/// Straight-line programs: common subexpressions are computed once. A second ring for the recursions.
 
 #include "balance/synthesis/formulas/symbolic_recursion.hpp"
 
@@ -13,24 +13,24 @@ namespace balance::formulas {
 
 enum class ProgramOperation { constant, input, sum, difference, product, negative, cosine, sine, root, inverse };
 
-/// Operations of one number.
+/// Operations with one operand.
 constexpr bool is_unary(ProgramOperation operation) { return operation >= ProgramOperation::negative; }
 
 struct ProgramNode {
   ProgramOperation operation = ProgramOperation::constant;
   int a = 0, b = 0;
   double value = 0;                 ///< of a constant
-  std::string name;                 ///< of a leaf
-  bool is_state_dependent = false;  ///< it depends on the state: else it is calculated once per mechanism
+  std::string name;                 ///< of an input
+  bool is_state_dependent = false;  ///< otherwise it is computed once per mechanism
 };
 
-/// Operations in the order in which they can be done, each once.
+/// Operations in an order of execution, each of them once.
 class StraightLineProgram {
  public:
   static constexpr std::size_t max_nodes = 500'000;
 
   int add_constant(double value);
-  int add_input(const std::string& name, bool moves);
+  int add_input(const std::string& name, bool is_state_dependent);
   int add_operation(ProgramOperation operation, int a, int b);
   const ProgramNode& operator[](int index) const { return nodes_[static_cast<std::size_t>(index)]; }
   std::size_t size() const { return nodes_.size(); }
@@ -39,11 +39,11 @@ class StraightLineProgram {
   int add(ProgramNode node);
   std::vector<ProgramNode> nodes_;
   std::map<double, int> constants_;
-  std::map<std::string, int> leaves_;
-  std::unordered_map<std::uint64_t, int> known_;
+  std::map<std::string, int> inputs_;
+  std::unordered_map<std::uint64_t, int> operations_;
 };
 
-/// A node as a number that calculates. Plain numbers know no arena until they meet one that does.
+/// A node with arithmetic operators. Plain numbers have no arena until they are combined with a node.
 class ProgramValue {
  public:
   ProgramValue() = default;
@@ -54,7 +54,7 @@ class ProgramValue {
   bool is(double value) const { return arena_ == nullptr && value_ == value; }
   bool is_number() const { return arena_ == nullptr; }
   double value() const { return value_; }
-  /// The node, made in an arena if it is a plain number.
+  /// The node; a plain number becomes a constant in the arena.
   int node(StraightLineProgram& arena) const { return arena_ == nullptr ? arena.add_constant(value_) : node_; }
 
   ProgramValue operator-() const;
@@ -75,39 +75,41 @@ class ProgramFactory {
  public:
   ProgramFactory(StraightLineProgram& arena, const Ring& ring) : arena_(arena), ring_(ring) {}
 
-  /// What stands for an angle or a symbol that moves; others are leaves.
+  /// The value of an angle or a symbol that moves; all others are inputs.
   void bind_angle(int angle, const ProgramValue& value) { angles_[angle] = value; }
   void bind_symbol(int symbol, const ProgramValue& value) { symbols_[symbol] = value; }
 
   ProgramValue symbol(int index) {
-    const auto moving = symbols_.find(index);
-    return moving != symbols_.end() ? moving->second : leaf(ring_.symbol(index).name, false);
+    const auto bound = symbols_.find(index);
+    return bound != symbols_.end() ? bound->second : leaf(ring_.symbol(index).name, false);
   }
   ProgramValue circular(int angle, bool sine) {
     return unary(sine ? ProgramOperation::sine : ProgramOperation::cosine, angle_of(angle));
   }
   ProgramValue convert(const Polynomial& p);
-  ProgramValue unary(ProgramOperation operation, const ProgramValue& of) {
-    const int node = of.node(arena_);
+  ProgramValue unary(ProgramOperation operation, const ProgramValue& operand) {
+    const int node = operand.node(arena_);
     return {arena_, arena_.add_operation(operation, node, node)};
   }
-  ProgramValue root(const ProgramValue& of) { return unary(ProgramOperation::root, of); }
-  ProgramValue inverse(const ProgramValue& of) { return unary(ProgramOperation::inverse, of); }
-  ProgramValue leaf(const std::string& name, bool moves) { return {arena_, arena_.add_input(name, moves)}; }
+  ProgramValue root(const ProgramValue& operand) { return unary(ProgramOperation::root, operand); }
+  ProgramValue inverse(const ProgramValue& operand) { return unary(ProgramOperation::inverse, operand); }
+  ProgramValue leaf(const std::string& name, bool is_state_dependent) {
+    return {arena_, arena_.add_input(name, is_state_dependent)};
+  }
 
  private:
   ProgramValue angle_of(int angle) {
-    const auto moving = angles_.find(angle);
-    return moving != angles_.end() ? moving->second : leaf(ring_.angle(angle).name, false);
+    const auto bound = angles_.find(angle);
+    return bound != angles_.end() ? bound->second : leaf(ring_.angle(angle).name, false);
   }
-  ProgramValue wave(const CircularFunction& function);
+  ProgramValue circular_value(const CircularFunction& function);
 
   StraightLineProgram& arena_;
   const Ring& ring_;
   std::map<int, ProgramValue> angles_, symbols_;
 };
 
-/// Torques of the tree's columns for the states `q[i]`, `dq[i]`, `ddq[i]`; springs included.
+/// Torques of the tree's columns at the states `q[i]`, `dq[i]`, `ddq[i]`, including springs.
 std::vector<ProgramValue> build_torque_program(StraightLineProgram& arena, Ring& ring, const SymbolicTree& tree);
 
 }  // namespace balance::formulas

@@ -21,31 +21,35 @@ std::vector<Matrix> christoffel_symbols(const SymbolicTree& tree, const Matrix& 
   return D;
 }
 
-/// Equations of one closure, in the order of the engine's. Source: docs/theory.md, loops.
+/// Equations of one closure, in the engine's order. Source: docs/theory.md, loops.
 void add_closure(const SymbolicTree& tree, PolynomialFactory& make, const LoopClosure& joint, Row& rows) {
   using enum JointType;
   const Vector d = world_position<Polynomial>(tree, make, joint.b) - world_position<Polynomial>(tree, make, joint.a);
-  const auto axis = [&](const FramePoint& of, int k) { return world_direction<Polynomial>(tree, make, of.frame, k); };
-  const auto along = [&](int k) { rows.push_back(dot(axis(joint.a, k), d)); };
-  const auto square = [&](int i, int j) { rows.push_back(dot(axis(joint.a, i), axis(joint.b, j))); };
-  const auto meet = [&] {
+  const auto axis = [&](const FramePoint& point, int k) {
+    return world_direction<Polynomial>(tree, make, point.frame, k);
+  };
+  const auto add_axial_row = [&](int k) { rows.push_back(dot(axis(joint.a, k), d)); };
+  const auto add_perpendicular_row = [&](int i, int j) { rows.push_back(dot(axis(joint.a, i), axis(joint.b, j))); };
+  const auto add_coincidence_rows = [&] {
     for (std::size_t k = 0; k < (tree.is_planar ? 2U : 3U); ++k) rows.push_back(d[k]);
   };
   const JointType type = joint.type;
-  if (type == revolute || type == fixed || type == spherical || type == universal) meet();
+  if (type == revolute || type == fixed || type == spherical || type == universal) add_coincidence_rows();
   if (tree.is_planar) {
-    if (type == prismatic || type == pin_slot) along(1);
-    if (type == prismatic || type == fixed) square(1, 0);
+    if (type == prismatic || type == pin_slot) add_axial_row(1);
+    if (type == prismatic || type == fixed) add_perpendicular_row(1, 0);
     return;
   }
-  if (type == cylindrical || type == prismatic) along(0), along(1);
-  if (type == JointType::planar) along(2);
-  if (type == revolute || type == cylindrical || type == JointType::planar) square(0, 2), square(1, 2);
-  if (type == prismatic || type == fixed) square(1, 2), square(2, 0), square(0, 1);
-  if (type == universal) square(2, 0);
+  if (type == cylindrical || type == prismatic) add_axial_row(0), add_axial_row(1);
+  if (type == JointType::planar) add_axial_row(2);
+  if (type == revolute || type == cylindrical || type == JointType::planar)
+    add_perpendicular_row(0, 2), add_perpendicular_row(1, 2);
+  if (type == prismatic || type == fixed)
+    add_perpendicular_row(1, 2), add_perpendicular_row(2, 0), add_perpendicular_row(0, 1);
+  if (type == universal) add_perpendicular_row(2, 0);
 }
 
-/// Generalised force of a spring: k Δ·∂Δ for zero free length, (1 − l₀/L) times that for others.
+/// Generalised force of a spring: k Δ·∂Δ for zero free length, otherwise (1 − l₀/L) times that.
 void add_spring(const LinearSpring& spring, PolynomialFactory& make, SymbolicEquations& e) {
   const Vector d =
       world_position<Polynomial>(e.tree, make, spring.b) - world_position<Polynomial>(e.tree, make, spring.a);
@@ -59,7 +63,7 @@ void add_spring(const LinearSpring& spring, PolynomialFactory& make, SymbolicEqu
     e.z[i] += factor * column_derivative(e.tree, square, static_cast<int>(i));
 }
 
-/// Generalised force of a spring in a joint: k q − preload.
+/// Generalised force of a joint spring: k q − preload.
 void add_joint_spring(const JointSpring& spring, PolynomialFactory& make, SymbolicEquations& e) {
   const Polynomial force = spring.stiffness * Polynomial::of_symbol(make.ring, spring.symbol) - spring.preload;
   for (const auto& [column, ratio] : e.tree.variables[static_cast<std::size_t>(spring.variable)].follows)
@@ -86,16 +90,16 @@ Polynomial column_derivative(const SymbolicTree& tree, const Polynomial& p, int 
   return sum;
 }
 
-SymbolicEquations derive_equations(Ring& ring, SymbolicTree tree, const EquationSelection& wanted) {
+SymbolicEquations derive_equations(Ring& ring, SymbolicTree tree, const EquationSelection& selection) {
   SymbolicEquations e;
   e.tree = std::move(tree);
   PolynomialFactory make{ring};
-  Mass whole;
-  e.M = composite_body_mass_matrix<Polynomial>(e.tree, make, whole);
-  e.mass = whole.mass, e.moment = whole.moment;
-  if (wanted.velocity) e.D = christoffel_symbols(e.tree, e.M);
-  if (wanted.gravity) add_weight_and_springs(make, e);
-  if (!wanted.closures) return e;
+  Mass total;
+  e.M = composite_body_mass_matrix<Polynomial>(e.tree, make, total);
+  e.mass = total.mass, e.moment = total.moment;
+  if (selection.velocity) e.D = christoffel_symbols(e.tree, e.M);
+  if (selection.gravity) add_weight_and_springs(make, e);
+  if (!selection.closures) return e;
   for (const LoopClosure& joint : e.tree.closures) add_closure(e.tree, make, joint, e.closure);
   for (const Polynomial& h : e.closure) {
     e.A.emplace_back();

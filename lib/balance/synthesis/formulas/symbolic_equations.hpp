@@ -1,5 +1,5 @@
 #pragma once
-/// The equations of motion of a mechanism as formulas: M q̈ + D(q, q̇) + z = τ of the spanning tree, and the closures of its loops.
+/// The equations of motion as formulas: M q̈ + D(q, q̇) + z = τ of the spanning tree, and the loop closures.
 
 #include "balance/synthesis/formulas/symbolic_tree.hpp"
 
@@ -12,31 +12,31 @@ namespace balance::formulas {
 using Row = std::vector<Polynomial>;
 using Matrix = std::vector<Row>;
 
-/// What is to be derived.
+/// What to derive.
 struct EquationSelection {
   bool inertia = true, velocity = true, gravity = true, closures = true;
 };
 
-/// In the columns of the tree; n of them. τ are the efforts that the tree without its closures would need.
+/// In the n columns of the tree. τ are the efforts that the tree would need without its closures.
 struct SymbolicEquations {
   SymbolicTree tree;
   Matrix M;               ///< n×n
-  std::vector<Matrix> D;  ///< D[i][j][k], symmetric in j and k: Christoffel symbols; τᵢ has D[i][j][k] q̇ⱼ q̇ₖ
+  std::vector<Matrix> D;  ///< D[i][j][k], symmetric in j and k: Christoffel symbols; τᵢ contains D[i][j][k] q̇ⱼ q̇ₖ
   Row z;                  ///< weight and springs
   Row closure;            ///< h = 0
   Matrix A;               ///< its Jacobian
   Polynomial mass;        ///< of everything that moves
-  Vector moment;          ///< first moment of everything, world axes
-  std::vector<std::pair<int, Polynomial>> lengths;  ///< symbol, square: of springs that have a free length
+  Vector moment;          ///< first moment of everything, in world axes
+  std::vector<std::pair<int, Polynomial>> lengths;  ///< symbol, square: of springs with a free length
 };
 
-/// @throws FormulaError for what has no formula or one that is too long
-SymbolicEquations derive_equations(Ring& ring, SymbolicTree tree, const EquationSelection& wanted = {});
+/// @throws FormulaError for anything that has no formula or too long a one
+SymbolicEquations derive_equations(Ring& ring, SymbolicTree tree, const EquationSelection& selection = {});
 
-/// Derivative by a column.
+/// Derivative with respect to a column.
 Polynomial column_derivative(const SymbolicTree& tree, const Polynomial& p, int column);
 
-/// Terms of M (upper triangle), D (j ≤ k), z, A.
+/// Number of terms in M (upper triangle), D (j ≤ k), z, A.
 struct TermCount {
   std::size_t M = 0, D = 0, z = 0, A = 0;
 };
@@ -51,9 +51,9 @@ struct PolynomialFactory {
   Polynomial symbol(int index) const { return Polynomial::of_symbol(ring, index); }
 };
 
-// What the torques of a mechanism's tree are as matrix times inertial parameters.
+// The torques of a mechanism's tree as a matrix times inertial parameters.
 
-/// τ = Y π + springs. Y has the accelerations and rates of the columns as symbols.
+/// τ = Y π + springs. Y contains the accelerations and rates of the columns as symbols.
 struct SymbolicRegressor {
   std::vector<int> rates, accelerations;  ///< symbols, per column
   std::vector<int> parameters;            ///< symbols of π, in the order of list_parameters
@@ -63,7 +63,7 @@ struct SymbolicRegressor {
 /// @param equations of a tree with inertial parameters about the bodies' origins, in which they are linear
 SymbolicRegressor derive_regressor(Ring& ring, const SymbolicEquations& equations);
 
-/// `1 m1, 2 mx1, …`: what the columns of Y belong to.
+/// `1 m1, 2 mx1, …`: the parameters of Y's columns.
 std::string parameter_text(const Ring& ring, const SymbolicRegressor& regressor);
 
 }  // namespace balance::formulas

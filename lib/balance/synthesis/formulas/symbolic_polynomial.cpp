@@ -22,9 +22,9 @@ void Monomial::append(int symbol, int exponent) {
 }
 
 Monomial Monomial::inverse() const {
-  Monomial below;
-  for (int k = 0; k < size_; ++k) below.append(symbol(k), -exponent(k));
-  return below;
+  Monomial result;
+  for (int k = 0; k < size_; ++k) result.append(symbol(k), -exponent(k));
+  return result;
 }
 
 Monomial operator*(const Monomial& a, const Monomial& b) {
@@ -47,7 +47,7 @@ namespace {
 bool is_before(const Term& a, const Term& b) { return std::tie(a.monomial, a.wave) < std::tie(b.monomial, b.wave); }
 bool is_like_term(const Term& a, const Term& b) { return a.wave == b.wave && a.monomial == b.monomial; }
 
-/// Adds up what is alike in a sorted list.
+/// Combines like terms in a sorted list.
 void combine_like_terms(std::vector<Term>& terms) {
   std::size_t last = 0;
   for (std::size_t k = 0; k < terms.size();) {
@@ -73,8 +73,8 @@ Polynomial Polynomial::of_symbol(Ring& ring, int symbol, int exponent) {
 
 Polynomial Polynomial::of_angle(Ring& ring, int angle, bool sine) {
   Rational factor = 1;
-  const TrigonometricId wave = ring.canonicalise({{ring.angle(angle).group, sine, {{angle, 1}}}}, factor);
-  return of_terms(&ring, {{{}, wave, factor}});
+  const TrigonometricId trig = ring.canonicalise({{ring.angle(angle).group, sine, {{angle, 1}}}}, factor);
+  return of_terms(&ring, {{{}, trig, factor}});
 }
 
 Polynomial Polynomial::of_terms(Ring* ring, std::vector<Term> terms) {
@@ -175,20 +175,20 @@ Polynomial substitute(const Polynomial& p, int symbol, const Polynomial& value) 
 
 double evaluate_polynomial(const Polynomial& p, const std::vector<double>& symbols, const std::vector<double>& angles) {
   double sum = 0;
-  std::map<TrigonometricId, double> waves;
+  std::map<TrigonometricId, double> trig_values;
   for (const Term& term : p.terms()) {
     double product = term.coefficient.value();
     for (int k = 0; k < term.monomial.size(); ++k)
       product *= elementary::pow(symbols[static_cast<std::size_t>(term.monomial.symbol(k))], term.monomial.exponent(k));
-    const auto [at, fresh] = waves.try_emplace(term.wave, 1.0);
-    if (fresh && term.wave != 0)
+    const auto [entry, is_new] = trig_values.try_emplace(term.wave, 1.0);
+    if (is_new && term.wave != 0)
       for (const CircularFunction& function : p.ring()->wave(term.wave)) {
         double argument = 0;
         for (const auto& [angle, multiple] : function.argument)
           argument += multiple * angles[static_cast<std::size_t>(angle)];
-        at->second *= function.is_sine ? elementary::sin(argument) : elementary::cos(argument);
+        entry->second *= function.is_sine ? elementary::sin(argument) : elementary::cos(argument);
       }
-    sum += product * at->second;
+    sum += product * entry->second;
   }
   return sum;
 }
@@ -205,9 +205,9 @@ double evaluate_polynomial(const Polynomial& p) {
 std::map<TrigonometricId, Polynomial> group_by_trigonometric(const Polynomial& p) {
   std::map<TrigonometricId, std::vector<Term>> terms;
   for (const Term& term : p.terms()) terms[term.wave].push_back({term.monomial, 0, term.coefficient});
-  std::map<TrigonometricId, Polynomial> parts;
-  for (auto& [wave, list] : terms) parts[wave] = Polynomial::of_terms(p.ring(), std::move(list));
-  return parts;
+  std::map<TrigonometricId, Polynomial> groups;
+  for (auto& [trig, list] : terms) groups[trig] = Polynomial::of_terms(p.ring(), std::move(list));
+  return groups;
 }
 
 std::map<Monomial, Polynomial> group_by_part(const Polynomial& p, const std::function<Monomial(const Term&)>& part) {
@@ -216,9 +216,9 @@ std::map<Monomial, Polynomial> group_by_part(const Polynomial& p, const std::fun
     const Monomial key = part(term);
     terms[key].push_back({term.monomial / key, term.wave, term.coefficient});
   }
-  std::map<Monomial, Polynomial> parts;
-  for (auto& [key, list] : terms) parts[key] = Polynomial::of_terms(p.ring(), std::move(list));
-  return parts;
+  std::map<Monomial, Polynomial> groups;
+  for (auto& [key, list] : terms) groups[key] = Polynomial::of_terms(p.ring(), std::move(list));
+  return groups;
 }
 
 namespace {
@@ -240,7 +240,7 @@ std::vector<std::pair<int, int>> sum_of(const std::vector<std::pair<int, int>>& 
   return sum;
 }
 
-/// A product of two circular functions of one run, as a sum of two.
+/// One of the two terms into which a product of two circular functions of a group is expanded.
 struct ProductToSumTerm {
   CircularFunction function;
   Rational factor;
@@ -255,31 +255,32 @@ ProductToSumTerm product_to_sum(const CircularFunction& a, const CircularFunctio
 
 }  // namespace
 
-Ring::Ring() : waves_(1), numbers_{{TrigonometricMonomial{}, 0}} {}
+Ring::Ring() : trigonometric_monomials_(1), trigonometric_ids_{{TrigonometricMonomial{}, 0}} {}
 
 bool Ring::has_name(const std::string& name) const {
-  const auto same = [&](const auto& other) { return other.name == name; };
-  return std::any_of(symbols_.begin(), symbols_.end(), same) || std::any_of(angles_.begin(), angles_.end(), same);
+  const auto is_same_name = [&](const auto& other) { return other.name == name; };
+  return std::any_of(symbols_.begin(), symbols_.end(), is_same_name) ||
+         std::any_of(angles_.begin(), angles_.end(), is_same_name);
 }
 
 int Ring::add_symbol(const std::string& name, SymbolKind kind, const Expression& source) {
   if (static_cast<int>(symbols_.size()) >= max_symbols)
     throw FormulaError("there are more than " + std::to_string(max_symbols) + " symbols");
-  std::string free = name;
-  while (has_name(free)) free += '_';
-  symbols_.push_back({free, kind, source.value(), source});
+  std::string unique_name = name;
+  while (has_name(unique_name)) unique_name += '_';
+  symbols_.push_back({unique_name, kind, source.value(), source});
   return static_cast<int>(symbols_.size()) - 1;
 }
 
-int Ring::add_angle(const std::string& name, int run) {
-  std::string free = name;
-  while (has_name(free)) free += '_';
-  angles_.push_back({free, run, false, 0, {}});
+int Ring::add_angle(const std::string& name, int group) {
+  std::string unique_name = name;
+  while (has_name(unique_name)) unique_name += '_';
+  angles_.push_back({unique_name, group, false, 0, {}});
   return static_cast<int>(angles_.size()) - 1;
 }
 
-int Ring::add_fixed_angle(const std::string& name, int run, const Expression& source) {
-  const int angle = add_angle(name, run);
+int Ring::add_fixed_angle(const std::string& name, int group, const Expression& source) {
+  const int angle = add_angle(name, group);
   Angle& fixed = angles_.back();
   fixed.is_fixed = true, fixed.value = source.value(), fixed.source = source;
   return angle;
@@ -294,9 +295,9 @@ int Ring::symbol_of_angle(int angle) {
   return static_cast<int>(symbols_.size()) - 1;
 }
 
-TrigonometricId Ring::canonicalise(TrigonometricMonomial wave, Rational& factor) {
-  TrigonometricMonomial tidy;
-  for (CircularFunction& function : wave) {
+TrigonometricId Ring::canonicalise(TrigonometricMonomial trig, Rational& factor) {
+  TrigonometricMonomial canonical;
+  for (CircularFunction& function : trig) {
     if (function.argument.empty()) {
       if (function.is_sine) factor = Rational(0);
       continue;
@@ -305,67 +306,68 @@ TrigonometricId Ring::canonicalise(TrigonometricMonomial wave, Rational& factor)
       for (auto& [angle, multiple] : function.argument) multiple = -multiple;
       if (function.is_sine) factor = -factor;
     }
-    tidy.push_back(std::move(function));
+    canonical.push_back(std::move(function));
   }
-  std::sort(tidy.begin(), tidy.end());
-  const auto [at, fresh] = numbers_.try_emplace(tidy, static_cast<TrigonometricId>(waves_.size()));
-  if (fresh) {
-    if (static_cast<int>(waves_.size()) >= max_trigonometric_monomials)
+  std::sort(canonical.begin(), canonical.end());
+  const auto [entry, is_new] =
+      trigonometric_ids_.try_emplace(canonical, static_cast<TrigonometricId>(trigonometric_monomials_.size()));
+  if (is_new) {
+    if (static_cast<int>(trigonometric_monomials_.size()) >= max_trigonometric_monomials)
       throw FormulaError("they are too long; a program (--code) is not");
-    waves_.push_back(std::move(tidy));
+    trigonometric_monomials_.push_back(std::move(canonical));
   }
-  return at->second;
+  return entry->second;
 }
 
 const std::vector<TrigonometricTerm>& Ring::product(TrigonometricId a, TrigonometricId b) {
   if (a > b) std::swap(a, b);
-  const auto [at, fresh] = products_.try_emplace({a, b});
-  if (!fresh) return at->second;
+  const auto [entry, is_new] = products_.try_emplace({a, b});
+  if (!is_new) return entry->second;
   struct Partial {
-    TrigonometricMonomial wave;
+    TrigonometricMonomial trig;
     Rational factor = 1;
   };
-  std::vector<Partial> parts(1), next;
-  const TrigonometricMonomial left = waves_[a], right = waves_[b];
+  std::vector<Partial> partial_products(1), expanded;
+  const TrigonometricMonomial left = trigonometric_monomials_[a], right = trigonometric_monomials_[b];
   std::size_t i = 0, j = 0;
   while (i < left.size() || j < right.size()) {
     const bool from_left = j == right.size() || (i < left.size() && left[i].group <= right[j].group);
     const bool from_right = i == left.size() || (j < right.size() && right[j].group <= left[i].group);
-    next.clear();
-    for (Partial& part : parts) {
+    expanded.clear();
+    for (Partial& partial : partial_products) {
       if (!(from_left && from_right)) {
-        part.wave.push_back(from_left ? left[i] : right[j]);
-        next.push_back(part);
+        partial.trig.push_back(from_left ? left[i] : right[j]);
+        expanded.push_back(partial);
         continue;
       }
       for (const int sign : {1, -1}) {
         const ProductToSumTerm half = product_to_sum(left[i], right[j], sign);
-        next.push_back(part);
-        next.back().wave.push_back(half.function);
-        next.back().factor = part.factor * half.factor;
+        expanded.push_back(partial);
+        expanded.back().trig.push_back(half.function);
+        expanded.back().factor = partial.factor * half.factor;
       }
     }
-    parts.swap(next);
+    partial_products.swap(expanded);
     i += from_left ? 1 : 0;
     j += from_right ? 1 : 0;
   }
-  for (Partial& part : parts) {
-    TrigonometricTerm found{0, part.factor};
-    found.wave = canonicalise(std::move(part.wave), found.factor);
-    if (found.factor.sign() != 0) at->second.push_back(found);
+  for (Partial& partial : partial_products) {
+    TrigonometricTerm term{0, partial.factor};
+    term.wave = canonicalise(std::move(partial.trig), term.factor);
+    if (term.factor.sign() != 0) entry->second.push_back(term);
   }
-  return at->second;
+  return entry->second;
 }
 
-TrigonometricTerm Ring::derivative(TrigonometricId wave, int angle) {
-  TrigonometricMonomial turned = waves_[wave];
-  for (CircularFunction& function : turned)
+TrigonometricTerm Ring::derivative(TrigonometricId trig, int angle) {
+  TrigonometricMonomial differentiated = trigonometric_monomials_[trig];
+  for (CircularFunction& function : differentiated)
     for (const auto& [variable, multiple] : function.argument)
       if (variable == angle) {
-        TrigonometricTerm found{0, function.is_sine ? Rational(multiple) : Rational(-multiple)};
+        TrigonometricTerm result{0, function.is_sine ? Rational(multiple) : Rational(-multiple)};
         function.is_sine = !function.is_sine;
-        found.wave = canonicalise(std::move(turned), found.factor);
-        return found;
+        result.wave = canonicalise(std::move(differentiated), result.factor);
+        return result;
       }
   return {0, 0};
 }

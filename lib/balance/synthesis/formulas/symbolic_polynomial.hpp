@@ -1,12 +1,12 @@
 #pragma once
-/// What polynomials are made of: symbols, angles, and products of cosines and sines ("waves").
+/// Components of polynomials: symbols, angles, and products of cosines and sines ("waves").
 ///
-/// Angles belong to runs: those of joints with parallel axes. In a run a wave has at most one cosine or sine, of an integer
-/// combination of the run's angles, since products within a run are turned into sums at once:
+/// Angles belong to groups: those of joints with parallel axes. A wave has at most one cosine or sine per group, of an
+/// integer combination of the group's angles, since products within a group are turned into sums immediately:
 ///
 ///     cos a cos b = (cos(a − b) + cos(a + b)) / 2,  …
 ///
-/// So every polynomial has one form, sin² + cos² = 1 and cos(a + b) need no rule of their own, and what is zero is seen to be.
+/// So every polynomial has a unique form: zero is recognised, and sin² + cos² = 1 and cos(a + b) need no rules.
 
 #include "balance/foundation/expression/expression.hpp"
 #include "balance/synthesis/formulas/rational.hpp"
@@ -25,25 +25,27 @@ namespace balance::formulas {
 
 // A product of powers of symbols.
 
-/// Symbols ascend; exponents from −15 to 15, never 0. Small, since there are thousands of them.
+/// Symbols are in ascending order; exponents from −15 to 15, never 0. Small, since there are thousands of monomials.
 class Monomial {
  public:
   static constexpr int max_factors = 14;
 
   Monomial() = default;
-  /// symbol^exponent. @throws FormulaError if the exponent is too large
+  /// symbol^exponent.
+  /// @throws FormulaError if the exponent is too large
   explicit Monomial(int symbol, int exponent = 1) { append(symbol, exponent); }
 
   int size() const { return size_; }
   bool is_one() const { return size_ == 0; }
   int symbol(int k) const { return factors_[static_cast<std::size_t>(k)] >> 5; }
   int exponent(int k) const { return (factors_[static_cast<std::size_t>(k)] & 31) - 16; }
-  /// Of any symbol, 0 for one that does not occur.
+  /// Exponent of any symbol; 0 if it does not occur.
   int exponent_of(int symbol) const;
 
-  /// Puts another symbol behind the others. @param exponent 0: nothing happens
+  /// Appends a symbol, which must come after the others.
+  /// @param exponent 0: nothing happens
   void append(int symbol, int exponent);
-  /// The factors whose symbols, or exponents, are chosen.
+  /// The factors selected by symbol or exponent.
   template <class Choose>
   Monomial select(Choose&& choose) const {
     Monomial chosen;
@@ -63,14 +65,14 @@ class Monomial {
   std::uint16_t size_ = 0;
 };
 
-/// What a symbol stands for: it decides about its place in a product and about what sums are grouped by.
+/// Meaning of a symbol. It determines the symbol's position in a product and the grouping of sums.
 enum class SymbolKind {
   inertia,       ///< moment or product of inertia
-  first_moment,  ///< mass times a place
+  first_moment,  ///< mass times a coordinate
   mass,
   stiffness,
   gravity,
-  length,          ///< may be divided by
+  length,          ///< may be a divisor
   com_coordinate,  ///< of a mass; may be zero
   ratio,           ///< of discs and couplings
   dimensionless,   ///< of no known dimension
@@ -80,14 +82,14 @@ enum class SymbolKind {
   alias,  ///< stands for a whole expression
 };
 
-/// Masses, first moments, moments of inertia, stiffnesses: what forces are linear in.
+/// Masses, first moments, moments of inertia, stiffnesses: forces are linear in these.
 constexpr bool is_inertial(SymbolKind kind) { return kind <= SymbolKind::stiffness; }
 
 struct Symbol {
   std::string name;
   SymbolKind kind = SymbolKind::dimensionless;
   double value = 0;   ///< SI
-  Expression source;  ///< of its value, over the spec's inputs
+  Expression source;  ///< of its value, as a function of the spec's inputs
 };
 
 struct Angle {
@@ -98,7 +100,7 @@ struct Angle {
   Expression source;  ///< of a fixed angle's value
 };
 
-/// A cosine or sine of Σ multiple · angle; the first multiple is positive, the angles ascend.
+/// A cosine or sine of Σ multiple · angle; the first multiple is positive, the angles are in ascending order.
 struct CircularFunction {
   int group = 0;
   bool is_sine = false;
@@ -108,9 +110,9 @@ struct CircularFunction {
                           const CircularFunction&) = default;  // NOLINT(modernize-use-nullptr): of its own making
 };
 
-/// Runs ascend, each occurs once.
+/// Groups in ascending order, each at most once.
 using TrigonometricMonomial = std::vector<CircularFunction>;
-/// A wave by its number in the ring; 0 is the empty product.
+/// A wave by its index in the ring; 0 is the empty product.
 using TrigonometricId = std::uint32_t;
 
 /// A multiple of a wave.
@@ -119,23 +121,23 @@ struct TrigonometricTerm {
   Rational factor = 1;
 };
 
-/// The names that polynomials share. They hold its address: neither copied nor moved.
+/// The names that polynomials share. Polynomials hold the ring's address, so it can be neither copied nor moved.
 class Ring {
  public:
   Ring();
   Ring(const Ring&) = delete;
   Ring& operator=(const Ring&) = delete;
 
-  /// More are refused.
+  /// More are refused with a FormulaError.
   static constexpr int max_symbols = 2000, max_trigonometric_monomials = 20'000;
 
-  /// @return the symbol's number; a name that is there already gets one that is not, by a `_` behind it
+  /// @return the symbol's index; a name that exists already is extended by `_`
   int add_symbol(const std::string& name, SymbolKind kind, const Expression& source);
-  int add_angle(const std::string& name, int run);
-  int add_fixed_angle(const std::string& name, int run, const Expression& source);
-  /// An angle where it stands by itself, as a coordinate of a torsion spring: a symbol with the angle's own name.
+  int add_angle(const std::string& name, int group);
+  int add_fixed_angle(const std::string& name, int group, const Expression& source);
+  /// An angle by itself, as the coordinate of a torsion spring: a symbol with the angle's own name.
   int symbol_of_angle(int angle);
-  /// Forgets the symbols from there on, in which no polynomial must be left.
+  /// Removes the symbols from this index on; no polynomial may contain them any more.
   void truncate_symbols(int count) { symbols_.resize(static_cast<std::size_t>(count)); }
   bool has_name(const std::string& name) const;
 
@@ -146,33 +148,35 @@ class Ring {
   void set_value(int symbol, double value) { symbols_[static_cast<std::size_t>(symbol)].value = value; }
   void set_angle(int angle, double value) { angles_[static_cast<std::size_t>(angle)].value = value; }
   void set_kind(int symbol, SymbolKind kind) { symbols_[static_cast<std::size_t>(symbol)].kind = kind; }
-  const TrigonometricMonomial& wave(TrigonometricId id) const { return waves_[id]; }
+  const TrigonometricMonomial& wave(TrigonometricId id) const { return trigonometric_monomials_[id]; }
 
-  /// The number of a wave, which is brought into its one form. @param factor takes its sign
-  TrigonometricId canonicalise(TrigonometricMonomial wave, Rational& factor);
-  /// The product of two waves as a sum of waves, one for each pair of signs.
+  /// Brings a wave into its unique form and returns its index.
+  /// @param factor is multiplied by the sign
+  TrigonometricId canonicalise(TrigonometricMonomial trig, Rational& factor);
+  /// The product of two waves as a sum of waves, one per combination of signs.
   const std::vector<TrigonometricTerm>& product(TrigonometricId a, TrigonometricId b);
-  /// Derivative by an angle: at most one wave.
-  TrigonometricTerm derivative(TrigonometricId wave, int angle);
+  /// Derivative with respect to an angle: at most one wave.
+  TrigonometricTerm derivative(TrigonometricId trig, int angle);
 
-  /// Products of terms that formulas may take altogether: seconds, and some hundred megabytes.
+  /// Maximum number of products of terms for all formulas: seconds, and some hundred megabytes.
   static constexpr std::size_t max_products = 6'000'000;
-  /// Counts work. @throws FormulaError where it is too much
+  /// Counts work.
+  /// @throws FormulaError if there is too much of it
   void count_products(std::size_t products) {
-    work_ += products;
-    if (work_ > max_products) throw FormulaError("they are too long; a program (--code) is not");
+    product_count_ += products;
+    if (product_count_ > max_products) throw FormulaError("they are too long; a program (--code) is not");
   }
 
  private:
   std::vector<Symbol> symbols_;
   std::vector<Angle> angles_;
-  std::vector<TrigonometricMonomial> waves_;
-  std::map<TrigonometricMonomial, TrigonometricId> numbers_;
+  std::vector<TrigonometricMonomial> trigonometric_monomials_;
+  std::map<TrigonometricMonomial, TrigonometricId> trigonometric_ids_;
   std::map<std::pair<TrigonometricId, TrigonometricId>, std::vector<TrigonometricTerm>> products_;
-  std::size_t work_ = 0;
+  std::size_t product_count_ = 0;
 };
 
-/// Sums of: fraction · product of powers of symbols · wave. One form for every function, see symbolic_polynomial.hpp.
+/// One term of a polynomial: fraction · product of powers of symbols · wave.
 struct Term {
   Monomial monomial;
   TrigonometricId wave = 0;
@@ -181,7 +185,7 @@ struct Term {
 
 class Polynomial {
  public:
-  /// More are refused, so that no mechanism takes all memory.
+  /// More are refused, so that no mechanism exhausts the memory.
   static constexpr std::size_t max_terms = 400'000;
 
   Polynomial() = default;
@@ -191,7 +195,7 @@ class Polynomial {
   static Polynomial of_symbol(Ring& ring, int symbol, int exponent = 1);
   /// cos or sin of an angle.
   static Polynomial of_angle(Ring& ring, int angle, bool sine);
-  /// Terms in any order, some perhaps alike.
+  /// Terms in any order; like terms are combined.
   static Polynomial of_terms(Ring* ring, std::vector<Term> terms);
 
   const std::vector<Term>& terms() const { return terms_; }
@@ -210,24 +214,26 @@ class Polynomial {
 
  private:
   Ring* ring_ = nullptr;
-  std::vector<Term> terms_;  ///< ascending, none alike, no factor zero
+  std::vector<Term> terms_;  ///< ascending, no like terms, no zero coefficients
 };
 
 Polynomial derivative_by_angle(const Polynomial& p, int angle);
 Polynomial derivative_by_symbol(const Polynomial& p, int symbol);
-/// Powers from 0 on; negative ones of a single term without a wave. @throws FormulaError for others
+/// Nonnegative powers; negative ones of a single term without a wave only.
+/// @throws FormulaError otherwise
 Polynomial power(const Polynomial& base, int exponent);
-/// The symbol's place taken by a value. @throws FormulaError if it is divided by a value of several terms
+/// Replaces a symbol by a value.
+/// @throws FormulaError if that divides by a value of several terms
 Polynomial substitute(const Polynomial& p, int symbol, const Polynomial& value);
 
-/// Its value where symbols and angles have these values.
+/// The value for given values of symbols and angles.
 double evaluate_polynomial(const Polynomial& p, const std::vector<double>& symbols, const std::vector<double>& angles);
-/// With the values that the ring's symbols and angles have.
+/// The value for the values stored in the ring.
 double evaluate_polynomial(const Polynomial& p);
 
-/// Every wave and the polynomial of symbols before it, by the wave's number.
+/// The polynomial in symbols that multiplies each wave, by the wave's index.
 std::map<TrigonometricId, Polynomial> group_by_trigonometric(const Polynomial& p);
-/// Terms by a part of their monomial, divided by it.
+/// Groups terms by a part of their monomial, which is divided out.
 std::map<Monomial, Polynomial> group_by_part(const Polynomial& p, const std::function<Monomial(const Term&)>& part);
 
 }  // namespace balance::formulas

@@ -12,52 +12,52 @@
 
 namespace balance::formulas {
 
-// Puts frames behind each other.
+// Construction of chains of frames.
 
-/// A turn about a coordinate axis that does not depend on the pose [rad].
+/// A rotation about a coordinate axis by an angle that does not depend on the pose [rad].
 struct FixedRotation {
   int axis = 0;
   Expression angle;
-  int sign = 1;  ///< −1: backwards
+  int sign = 1;  ///< −1: in the opposite direction
 };
 
-/// A coordinate axis k of a frame that the turns lead to, so that it points along a unit vector.
+/// Rotations to a frame in which coordinate axis `axis`, times `sign`, points along a unit vector.
 struct Alignment {
-  std::vector<FixedRotation> turns;
+  std::vector<FixedRotation> rotations;
   int axis = 0;
   int sign = 1;
 };
-/// Where the spec lets the direction change, the turns are those of any direction.
+/// If the spec lets the direction change, the rotations are those for a general direction.
 Alignment find_alignment(const Vector3E& direction);
-/// Turns one after another that make a rotation.
+/// Successive rotations that compose a rotation matrix.
 std::vector<FixedRotation> decompose_rotation(const Matrix3E& rotation);
-std::vector<FixedRotation> reverse_rotations(std::vector<FixedRotation> turns);
+std::vector<FixedRotation> reverse_rotations(std::vector<FixedRotation> rotations);
 
 class FrameBuilder {
  public:
   FrameBuilder(Ring& ring, SymbolicTree& tree);
 
-  /// The run of an angle that turns about an axis there: new, or that of the last joint with a parallel axis.
+  /// The group of an angle about an axis there: a new one, or that of the last joint with a parallel axis.
   int group_of(const FramePoint& from, int axis);
-  FramePoint rotate(const FramePoint& from, const std::vector<FixedRotation>& turns);
-  /// @param sign −1: backwards
+  FramePoint rotate(const FramePoint& from, const std::vector<FixedRotation>& rotations);
+  /// @param sign −1: in the opposite direction
   FramePoint apply_joint(const FramePoint& from, const Vector3E& direction, int variable, int sign);
-  /// The same, left in axes of which `along` has one.
-  FramePoint apply_aligned_joint(const FramePoint& from, const Alignment& along, int variable, int sign);
-  /// The number of a new variable; its angle gets its run when it is first turned by.
+  /// The same, but without rotating back: one axis of the resulting frame is the joint's.
+  FramePoint apply_aligned_joint(const FramePoint& from, const Alignment& alignment, int variable, int sign);
+  /// The index of a new variable; its angle gets a group when it is first used in a rotation.
   int add_variable(const std::string& name, bool is_angle);
 
  private:
-  FramePoint rotate_once(const FramePoint& from, const FixedRotation& turn);
-  int fixed_angle(int run, const Expression& value);
+  FramePoint rotate_once(const FramePoint& from, const FixedRotation& rotation);
+  int fixed_angle(int group, const Expression& value);
   int add_frame(SymbolicFrame frame);
 
   Ring& ring_;
   SymbolicTree& tree_;
   std::vector<std::string> names_;          ///< of variables
   std::vector<std::array<int, 3>> groups_;  ///< per frame and axis; −1: none yet
-  std::vector<int> fixed_;                  ///< angles of the ring that do not change
-  int run_count_ = 0;
+  std::vector<int> fixed_;                  ///< fixed angles of the ring
+  int group_count_ = 0;
 };
 
 bool is_constant(const Vector3E& v) {
@@ -88,11 +88,11 @@ ParametricModel::ParametricModel(const Mechanism& mechanism, const SpecNumberTex
   mechanism_ = recorded.mechanism();
   for (const NamedExpression& parameter : texts.recording->parameters)
     parameters_.push_back({parameter.name, recorded(parameter.value), parameter.is_plain});
-  // factors between 1.1 and 1.3 that nothing else has
-  double turn = 0;
+  // factors between 1.1 and 1.3, all of them different
+  double fraction = 0;
   for (const double value : inputs_) {
-    turn = std::fmod(turn + 0.6180339887498949, 1.0);
-    perturbed_inputs_.push_back(value == 0 ? 0.1 + 0.2 * turn : value * (1.1 + 0.2 * turn));
+    fraction = std::fmod(fraction + 0.6180339887498949, 1.0);
+    perturbed_inputs_.push_back(value == 0 ? 0.1 + 0.2 * fraction : value * (1.1 + 0.2 * fraction));
   }
 }
 
@@ -120,7 +120,7 @@ namespace {
 
 constexpr double rotation_epsilon = 1e-12;
 
-/// Whole right angles in a turn, or none.
+/// Whether an angle is a whole number of right angles; `count` is this number modulo 4.
 bool has_quarter_turns(double angle, int& count) {
   const double quarters = angle / (std::numbers::pi / 2);
   count = static_cast<int>(std::lround(quarters)) & 3;
@@ -141,22 +141,24 @@ Alignment find_fixed_alignment(const Vector3& u) {
 }
 
 std::vector<FixedRotation> decompose_fixed_rotation(const Matrix3& R) {
-  std::vector<FixedRotation> turns;
+  std::vector<FixedRotation> rotations;
   const double pitch = elementary::atan2(-R(2, 0), std::hypot(R(0, 0), R(1, 0)));
-  const bool locked = std::hypot(R(0, 0), R(1, 0)) < rotation_epsilon;
-  const double yaw = locked ? elementary::atan2(-R(0, 1), R(1, 1)) : elementary::atan2(R(1, 0), R(0, 0));
-  const double roll = locked ? 0 : elementary::atan2(R(2, 1), R(2, 2));
+  const bool is_gimbal_locked = std::hypot(R(0, 0), R(1, 0)) < rotation_epsilon;
+  const double yaw = is_gimbal_locked ? elementary::atan2(-R(0, 1), R(1, 1)) : elementary::atan2(R(1, 0), R(0, 0));
+  const double roll = is_gimbal_locked ? 0 : elementary::atan2(R(2, 1), R(2, 2));
   for (const auto& [axis, angle] : {std::pair{2, yaw}, {1, pitch}, {0, roll}})
-    if (std::abs(angle) > rotation_epsilon) turns.push_back({axis, angle});
-  return turns;
+    if (std::abs(angle) > rotation_epsilon) rotations.push_back({axis, angle});
+  return rotations;
 }
 
 Expression hypotenuse(const Expression& a, const Expression& b) { return sqrt(a * a + b * b); }
 
-/// Turns that are none whatever the numbers are, left out.
-std::vector<FixedRotation> remove_identity_rotations(std::vector<FixedRotation> turns) {
-  std::erase_if(turns, [](const FixedRotation& turn) { return turn.angle.is_constant() && turn.angle.value() == 0; });
-  return turns;
+/// Removes rotations that are the identity for all numbers.
+std::vector<FixedRotation> remove_identity_rotations(std::vector<FixedRotation> rotations) {
+  std::erase_if(rotations, [](const FixedRotation& rotation) {
+    return rotation.angle.is_constant() && rotation.angle.value() == 0;
+  });
+  return rotations;
 }
 
 }  // namespace
@@ -173,10 +175,10 @@ std::vector<FixedRotation> decompose_rotation(const Matrix3E& R) {
                                     {0, atan2(R(2, 1), R(2, 2))}});
 }
 
-std::vector<FixedRotation> reverse_rotations(std::vector<FixedRotation> turns) {
-  std::reverse(turns.begin(), turns.end());
-  for (FixedRotation& turn : turns) turn.sign = -turn.sign;
-  return turns;
+std::vector<FixedRotation> reverse_rotations(std::vector<FixedRotation> rotations) {
+  std::reverse(rotations.begin(), rotations.end());
+  for (FixedRotation& rotation : rotations) rotation.sign = -rotation.sign;
+  return rotations;
 }
 
 FrameBuilder::FrameBuilder(Ring& ring, SymbolicTree& tree) : ring_(ring), tree_(tree) {
@@ -185,9 +187,9 @@ FrameBuilder::FrameBuilder(Ring& ring, SymbolicTree& tree) : ring_(ring), tree_(
 }
 
 int FrameBuilder::group_of(const FramePoint& from, int axis) {
-  int& run = groups_[static_cast<std::size_t>(from.frame)][static_cast<std::size_t>(axis)];
-  if (run < 0) run = run_count_++;
-  return run;
+  int& group = groups_[static_cast<std::size_t>(from.frame)][static_cast<std::size_t>(axis)];
+  if (group < 0) group = group_count_++;
+  return group;
 }
 
 int FrameBuilder::add_frame(SymbolicFrame frame) {
@@ -196,74 +198,76 @@ int FrameBuilder::add_frame(SymbolicFrame frame) {
   return static_cast<int>(tree_.frames.size()) - 1;
 }
 
-int FrameBuilder::fixed_angle(int run, const Expression& value) {
+int FrameBuilder::fixed_angle(int group, const Expression& value) {
   for (const int angle : fixed_) {
     const Angle& known = ring_.angle(angle);
-    const bool same = value.is_constant() && known.source.is_constant()
-                          ? std::abs(known.value - value.value()) < rotation_epsilon
-                          : known.source.node() == value.node();
-    if (known.group == run && same) return angle;
+    const bool is_same = value.is_constant() && known.source.is_constant()
+                             ? std::abs(known.value - value.value()) < rotation_epsilon
+                             : known.source.node() == value.node();
+    if (known.group == group && is_same) return angle;
   }
-  fixed_.push_back(ring_.add_fixed_angle("alpha" + std::to_string(fixed_.size() + 1), run, value));
+  fixed_.push_back(ring_.add_fixed_angle("alpha" + std::to_string(fixed_.size() + 1), group, value));
   return fixed_.back();
 }
 
-FramePoint FrameBuilder::rotate(const FramePoint& from, const std::vector<FixedRotation>& turns) {
-  FramePoint at = from;
-  for (const FixedRotation& turn : turns) at = rotate_once(at, turn);
-  return at;
+FramePoint FrameBuilder::rotate(const FramePoint& from, const std::vector<FixedRotation>& rotations) {
+  FramePoint point = from;
+  for (const FixedRotation& rotation : rotations) point = rotate_once(point, rotation);
+  return point;
 }
 
-FramePoint FrameBuilder::rotate_once(const FramePoint& from, const FixedRotation& turn) {
+FramePoint FrameBuilder::rotate_once(const FramePoint& from, const FixedRotation& rotation) {
   SymbolicFrame frame;
-  frame.parent = from.frame, frame.offset = from.at, frame.axis = turn.axis;
-  const auto k = static_cast<std::size_t>(turn.axis), i = (k + 1) % 3, j = (k + 2) % 3;
+  frame.parent = from.frame, frame.offset = from.at, frame.axis = rotation.axis;
+  const auto k = static_cast<std::size_t>(rotation.axis), i = (k + 1) % 3, j = (k + 2) % 3;
   int quarters = 0;
-  const double value = turn.angle.value();
-  if (!turn.angle.is_constant() || !has_quarter_turns(turn.sign * value, quarters)) {
-    const int run = group_of(from, turn.axis);
-    const bool negative = turn.angle.is_constant() && value < 0;
-    frame.sign = negative ? -turn.sign : turn.sign;
-    frame.angle = fixed_angle(run, negative ? Expression(-value) : turn.angle);
-    const int turned = add_frame(frame);
-    groups_.back()[k] = run;
-    return {turned, {}};
+  const double value = rotation.angle.value();
+  if (!rotation.angle.is_constant() || !has_quarter_turns(rotation.sign * value, quarters)) {
+    const int group = group_of(from, rotation.axis);
+    const bool negative = rotation.angle.is_constant() && value < 0;
+    frame.sign = negative ? -rotation.sign : rotation.sign;
+    frame.angle = fixed_angle(group, negative ? Expression(-value) : rotation.angle);
+    const int frame_id = add_frame(frame);
+    groups_.back()[k] = group;
+    return {frame_id, {}};
   }
-  // axis i comes to lie along j after one quarter
+  // each quarter turn moves axis i to j
   for (int q = 0; q < quarters; ++q) {
     const int axis = frame.axes[i], sign = frame.signs[i];
     frame.axes[i] = frame.axes[j], frame.signs[i] = frame.signs[j];
     frame.axes[j] = axis, frame.signs[j] = -sign;
   }
-  const int turned = add_frame(frame);
+  const int frame_id = add_frame(frame);
   const auto& axes = tree_.frames.back().axes;
   for (std::size_t a = 0; a < 3; ++a) groups_.back()[a] = group_of(from, axes[a]);
-  return {turned, {}};
+  return {frame_id, {}};
 }
 
 FramePoint FrameBuilder::apply_joint(const FramePoint& from, const Vector3E& direction, int variable, int sign) {
-  const Alignment along = find_alignment(direction);
-  return rotate(apply_aligned_joint(from, along, variable, sign), reverse_rotations(along.turns));
+  const Alignment alignment = find_alignment(direction);
+  return rotate(apply_aligned_joint(from, alignment, variable, sign), reverse_rotations(alignment.rotations));
 }
 
-FramePoint FrameBuilder::apply_aligned_joint(const FramePoint& from, const Alignment& along, int variable, int sign) {
-  const FramePoint base = rotate(from, along.turns);
+FramePoint FrameBuilder::apply_aligned_joint(const FramePoint& from, const Alignment& alignment, int variable,
+                                             int sign) {
+  const FramePoint base = rotate(from, alignment.rotations);
   SymbolicFrame frame;
   frame.parent = base.frame, frame.offset = base.at, frame.variable = variable;
-  frame.axis = along.axis, frame.sign = sign * along.sign;
-  JointVariable& moving = tree_.variables[static_cast<std::size_t>(variable)];
-  if (moving.is_angle) {
-    const int run = group_of(base, along.axis);
-    if (moving.index < 0) moving.index = ring_.add_angle(names_[static_cast<std::size_t>(variable)], run);
-    frame.angle = moving.index;
-    const int turned_to = add_frame(frame);
-    groups_.back()[static_cast<std::size_t>(along.axis)] = run;
-    return {turned_to, {}};
+  frame.axis = alignment.axis, frame.sign = sign * alignment.sign;
+  JointVariable& joint_variable = tree_.variables[static_cast<std::size_t>(variable)];
+  if (joint_variable.is_angle) {
+    const int group = group_of(base, alignment.axis);
+    if (joint_variable.index < 0)
+      joint_variable.index = ring_.add_angle(names_[static_cast<std::size_t>(variable)], group);
+    frame.angle = joint_variable.index;
+    const int frame_id = add_frame(frame);
+    groups_.back()[static_cast<std::size_t>(alignment.axis)] = group;
+    return {frame_id, {}};
   }
-  frame.slide = moving.index;
-  const int slid = add_frame(frame);
+  frame.slide = joint_variable.index;
+  const int frame_id = add_frame(frame);
   for (int axis = 0; axis < 3; ++axis) groups_.back()[static_cast<std::size_t>(axis)] = group_of(base, axis);
-  return {slid, {}};
+  return {frame_id, {}};
 }
 
 int FrameBuilder::add_variable(const std::string& name, bool is_angle) {
@@ -278,13 +282,13 @@ int FrameBuilder::add_variable(const std::string& name, bool is_angle) {
 namespace {
 
 struct JointStep {
-  bool turns;
+  bool is_rotation;
   Vector3E direction;
-  int coordinate;      ///< within the joint
-  bool rises = false;  ///< then up by the radius of what rolls
+  int coordinate;                  ///< within the joint
+  bool offsets_by_radius = false;  ///< then offset by the rolling radius along the normal
 };
 
-std::vector<JointStep> steps_of(const JointOf<Expression>& joint) {
+std::vector<JointStep> list_joint_steps(const JointOf<Expression>& joint) {
   const Vector3E &u = joint.axis, &v = joint.axis2;
   const Vector3E x = Vector3E::UnitX(), y = Vector3E::UnitY(), z = Vector3E::UnitZ();
   switch (joint.type) {
@@ -310,10 +314,10 @@ class SymbolicTreeBuilder {
       : ring_(ring),
         mechanism_(mechanism),
         model_(std::make_shared<ParametricModel>(mechanism, texts)),
-        numbers_(ring, *model_, texts, options),
+        symbols_(ring, *model_, texts, options),
         frames_(ring, tree_),
-        edges_(build_spanning_tree(mechanism, {})),
-        natural_(options.natural) {
+        spanning_tree_(build_spanning_tree(mechanism, {})),
+        has_natural_(options.natural) {
     tree_.model = model_;
     tree_.is_planar = mechanism.space == SpaceKind::planar;
     bodies_.resize(mechanism.bodies.size());
@@ -322,15 +326,15 @@ class SymbolicTreeBuilder {
 
   SymbolicTree build() {
     add_variables();
-    for (const TreeEdge& edge : edges_.edges) add_edge(edge);
-    for (const int joint : edges_.cut) add_closure(joint);
+    for (const TreeEdge& edge : spanning_tree_.edges) add_edge(edge);
+    for (const int joint : spanning_tree_.cut) add_closure(joint);
     add_masses();
     for (std::size_t d = 0; d < mechanism_.discs.size(); ++d) add_disc(static_cast<int>(d));
     for (std::size_t s = 0; s < mechanism_.springs.size(); ++s)
       mechanism_.springs[s].is_joint_spring() ? add_joint_spring(s) : add_spring(s);
-    tree_.gravity = numbers_.gravity();
-    tree_.inertial = numbers_.inertial();
-    if (natural_) tree_.basic_points = build_basic_point_model(ring_, mechanism_, *model_, numbers_);
+    tree_.gravity = symbols_.gravity();
+    tree_.inertial = symbols_.inertial();
+    if (has_natural_) tree_.basic_points = build_basic_point_model(ring_, mechanism_, *model_, symbols_);
     if (!mechanism_.friction.empty()) tree_.excluded_terms.emplace_back("friction");
     if (!mechanism_.loads.empty()) tree_.excluded_terms.emplace_back("loads");
     return std::move(tree_);
@@ -338,28 +342,29 @@ class SymbolicTreeBuilder {
 
  private:
   std::size_t first_coordinate(int joint) const {
-    const auto& all = mechanism_.coordinates;
-    const auto at = std::find_if(all.begin(), all.end(), [&](const Coordinate& c) { return c.joint == joint; });
-    return static_cast<std::size_t>(at - all.begin());
+    const auto& coordinates = mechanism_.coordinates;
+    const auto first =
+        std::find_if(coordinates.begin(), coordinates.end(), [&](const Coordinate& c) { return c.joint == joint; });
+    return static_cast<std::size_t>(first - coordinates.begin());
   }
   const JointOf<Expression>& joint(int index) const {
     return model_->mechanism().joints[static_cast<std::size_t>(index)];
   }
   FramePoint& body(int index) { return bodies_[static_cast<std::size_t>(index)]; }
-  static FramePoint offset_point(FramePoint place, const Vector& d, int sign) {
-    place.at = sign > 0 ? place.at + d : place.at - d;
-    return place;
+  static FramePoint offset_point(FramePoint point, const Vector& d, int sign) {
+    point.at = sign > 0 ? point.at + d : point.at - d;
+    return point;
   }
 
-  /// Coordinates that follow no other become columns.
+  /// Coordinates that do not follow others become columns.
   void add_variables() {
     variable_.assign(mechanism_.coordinates.size(), -1);
     std::vector<bool> is_cut(mechanism_.joints.size(), false);
-    for (const int joint : edges_.cut) is_cut[static_cast<std::size_t>(joint)] = true;
+    for (const int joint : spanning_tree_.cut) is_cut[static_cast<std::size_t>(joint)] = true;
     for (std::size_t c = 0; c < variable_.size(); ++c) {
       const Coordinate& coordinate = mechanism_.coordinates[c];
       if (is_cut[static_cast<std::size_t>(coordinate.joint)]) continue;
-      const std::string name = numbers_.coordinate_name(static_cast<int>(c));
+      const std::string name = symbols_.coordinate_name(static_cast<int>(c));
       variable_[c] = frames_.add_variable(name, coordinate.kind == CoordinateKind::angle);
       const bool follows = std::any_of(mechanism_.couplings.begin(), mechanism_.couplings.end(),
                                        [&](const Coupling& p) { return p.follower == static_cast<int>(c); });
@@ -370,184 +375,189 @@ class SymbolicTreeBuilder {
     tree_.coordinate_variable = variable_;
     for (std::size_t c = 0; c < variable_.size(); ++c)
       if (variable_[c] >= 0)
-        follow(tree_.variables[static_cast<std::size_t>(variable_[c])], roots(static_cast<int>(c), 0));
+        set_dependence(tree_.variables[static_cast<std::size_t>(variable_[c])],
+                       independent_sum(static_cast<int>(c), 0));
   }
 
   struct IndependentSum {
     std::vector<std::pair<int, Polynomial>> columns;
     Polynomial offset;
   };
-  /// What a coordinate is made of; each is made out once, since sums of sums meet again and again.
-  const IndependentSum& roots(int coordinate, std::size_t depth) {
-    const auto known = roots_.find(coordinate);
-    if (known != roots_.end()) return known->second;
-    return roots_[coordinate] = find_roots(coordinate, depth);
+  /// A coordinate as a sum of columns; cached, since sums of sums recur many times.
+  const IndependentSum& independent_sum(int coordinate, std::size_t depth) {
+    const auto known = independent_sums_.find(coordinate);
+    if (known != independent_sums_.end()) return known->second;
+    return independent_sums_[coordinate] = compute_independent_sum(coordinate, depth);
   }
-  IndependentSum find_roots(int coordinate, std::size_t depth) {
+  IndependentSum compute_independent_sum(int coordinate, std::size_t depth) {
     if (depth > mechanism_.couplings.size()) throw FormulaError("couplings follow each other in a circle");
     for (std::size_t k = 0; k < mechanism_.couplings.size(); ++k) {
       const Coupling& coupling = mechanism_.couplings[k];
       if (coupling.follower != coordinate) continue;
       IndependentSum sum;
       for (std::size_t t = 0; t < coupling.leader.terms.size(); ++t)
-        add(sum, roots(coupling.leader.terms[t].coordinate, depth + 1),
-            numbers_.coupling_ratio(k) * numbers_.coupling_term(k, t));
-      sum.offset += numbers_.coupling_offset(k);
+        add(sum, independent_sum(coupling.leader.terms[t].coordinate, depth + 1),
+            symbols_.coupling_ratio(k) * symbols_.coupling_term(k, t));
+      sum.offset += symbols_.coupling_offset(k);
       return sum;
     }
     const auto column = std::find(tree_.coordinates.begin(), tree_.coordinates.end(), coordinate);
     return {{{static_cast<int>(column - tree_.coordinates.begin()), Polynomial(1)}}, {}};
   }
-  /// Adds a multiple of what one of several leaders is made of.
+  /// Adds a multiple of the sum of one of several leaders.
   static void add(IndependentSum& sum, const IndependentSum& leader, const Polynomial& ratio) {
     sum.offset += leader.offset * ratio;
     for (const auto& [column, factor] : leader.columns) {
-      const auto same = std::find_if(sum.columns.begin(), sum.columns.end(),
-                                     [&, wanted = column](const auto& entry) { return entry.first == wanted; });
-      if (same == sum.columns.end())
+      const auto entry_of_column =
+          std::find_if(sum.columns.begin(), sum.columns.end(),
+                       [&, target = column](const auto& entry) { return entry.first == target; });
+      if (entry_of_column == sum.columns.end())
         sum.columns.emplace_back(column, factor * ratio);
       else
-        same->second += factor * ratio;
+        entry_of_column->second += factor * ratio;
     }
   }
-  static void follow(JointVariable& variable, IndependentSum root) {
-    variable.follows = std::move(root.columns);
-    variable.offset = std::move(root.offset);
+  static void set_dependence(JointVariable& variable, IndependentSum sum) {
+    variable.follows = std::move(sum.columns);
+    variable.offset = std::move(sum.offset);
   }
 
   /// From one end of a joint to the other.
   FramePoint cross_joint(const JointOf<Expression>& joint, int index, const FramePoint& from, bool forward) {
-    std::vector<JointStep> steps = steps_of(joint);
-    FramePoint at = forward ? from : frames_.rotate(from, reverse_rotations(decompose_rotation(joint.rotation)));
+    std::vector<JointStep> steps = list_joint_steps(joint);
+    FramePoint point = forward ? from : frames_.rotate(from, reverse_rotations(decompose_rotation(joint.rotation)));
     if (!forward) std::reverse(steps.begin(), steps.end());
     for (const JointStep& step : steps) {
       const int variable = variable_[first_coordinate(index) + static_cast<std::size_t>(step.coordinate)];
-      if (step.rises && !forward) at = offset_point(at, numbers_.wheel_centre_offset(index), -1);
-      at = frames_.apply_joint(at, step.direction, variable, forward ? 1 : -1);
-      if (step.rises && forward) at = offset_point(at, numbers_.wheel_centre_offset(index), 1);
+      if (step.offsets_by_radius && !forward) point = offset_point(point, symbols_.wheel_centre_offset(index), -1);
+      point = frames_.apply_joint(point, step.direction, variable, forward ? 1 : -1);
+      if (step.offsets_by_radius && forward) point = offset_point(point, symbols_.wheel_centre_offset(index), 1);
     }
-    return forward ? frames_.rotate(at, decompose_rotation(joint.rotation)) : at;
+    return forward ? frames_.rotate(point, decompose_rotation(joint.rotation)) : point;
   }
 
   void add_edge(const TreeEdge& edge) {
-    const JointOf<Expression>& at = joint(edge.joint);
-    const Vector p = numbers_.joint_point(edge.joint, true), q = numbers_.joint_point(edge.joint, false);
+    const JointOf<Expression>& edge_joint = joint(edge.joint);
+    const Vector p = symbols_.joint_point(edge.joint, true), q = symbols_.joint_point(edge.joint, false);
     const FramePoint start = offset_point(body(edge.parent), edge.forward ? p : q, 1);
-    const FramePoint end = offset_point(cross_joint(at, edge.joint, start, edge.forward), edge.forward ? q : p, -1);
+    const FramePoint end =
+        offset_point(cross_joint(edge_joint, edge.joint, start, edge.forward), edge.forward ? q : p, -1);
     if (edge.split)
-      tree_.closures.push_back({at.name, JointType::fixed, end, body(edge.forward ? at.second : at.first)});
+      tree_.closures.push_back(
+          {edge_joint.name, JointType::fixed, end, body(edge.forward ? edge_joint.second : edge_joint.first)});
     else
       body(edge.child) = end;
   }
 
-  /// Axes of both frames as the closure's equations want them: planar slides along x, in space the axis is z.
-  std::vector<FixedRotation> closure_rotations(const JointOf<Expression>& at) const {
-    const bool slides = at.type == JointType::prismatic || at.type == JointType::pin_slot;
-    if (tree_.is_planar && !slides) return {};
+  /// Axes of both frames as the closure's equations expect them: planar slides are along x, spatial joint axes along z.
+  std::vector<FixedRotation> closure_rotations(const JointOf<Expression>& joint) const {
+    const bool has_slide = joint.type == JointType::prismatic || joint.type == JointType::pin_slot;
+    if (tree_.is_planar && !has_slide) return {};
     Matrix3E axes = Matrix3E::Identity();
     if (tree_.is_planar) {
-      axes(0, 0) = axes(1, 1) = at.axis.x();
-      axes(1, 0) = at.axis.y(), axes(0, 1) = -at.axis.y();
+      axes(0, 0) = axes(1, 1) = joint.axis.x();
+      axes(1, 0) = joint.axis.y(), axes(0, 1) = -joint.axis.y();
       return decompose_rotation(axes);
     }
-    if (at.type == JointType::spherical || at.type == JointType::fixed) return {};
-    if (at.type == JointType::universal || at.type == JointType::planar) {
-      axes << at.axis2, at.axis.cross(at.axis2), at.axis;
+    if (joint.type == JointType::spherical || joint.type == JointType::fixed) return {};
+    if (joint.type == JointType::universal || joint.type == JointType::planar) {
+      axes << joint.axis2, joint.axis.cross(joint.axis2), joint.axis;
       return decompose_rotation(axes);
     }
-    if (!is_constant(at.axis))
-      return {{2, atan2(at.axis.y(), at.axis.x())},
-              {1, atan2(sqrt(at.axis.x() * at.axis.x() + at.axis.y() * at.axis.y()), at.axis.z())}};
-    const Matrix3 R = Eigen::Quaterniond::FromTwoVectors(Vector3::UnitZ(), to_values(at.axis)).toRotationMatrix();
+    if (!is_constant(joint.axis))
+      return {{2, atan2(joint.axis.y(), joint.axis.x())},
+              {1, atan2(sqrt(joint.axis.x() * joint.axis.x() + joint.axis.y() * joint.axis.y()), joint.axis.z())}};
+    const Matrix3 R = Eigen::Quaterniond::FromTwoVectors(Vector3::UnitZ(), to_values(joint.axis)).toRotationMatrix();
     return decompose_rotation(Matrix3E(R.cast<Expression>()));
   }
 
   void add_closure(int index) {
-    const JointOf<Expression>& at = joint(index);
-    FramePoint a = offset_point(body(at.first), numbers_.joint_point(index, true), 1);
-    FramePoint b = offset_point(body(at.second), numbers_.joint_point(index, false), 1);
-    b = frames_.rotate(b, reverse_rotations(decompose_rotation(at.rotation)));
-    const std::vector<FixedRotation> turns = closure_rotations(at);
-    a = frames_.rotate(a, turns), b = frames_.rotate(b, turns);
-    tree_.closures.push_back({at.name, at.type, a, b});
-    const bool straight = is_constant(at.rotation) && to_values(at.rotation).isIdentity(0);
-    if (tree_.is_planar && at.type == JointType::revolute && straight) add_angle_relation(index, a.frame, b.frame);
+    const JointOf<Expression>& cut_joint = joint(index);
+    FramePoint a = offset_point(body(cut_joint.first), symbols_.joint_point(index, true), 1);
+    FramePoint b = offset_point(body(cut_joint.second), symbols_.joint_point(index, false), 1);
+    b = frames_.rotate(b, reverse_rotations(decompose_rotation(cut_joint.rotation)));
+    const std::vector<FixedRotation> rotations = closure_rotations(cut_joint);
+    a = frames_.rotate(a, rotations), b = frames_.rotate(b, rotations);
+    tree_.closures.push_back({cut_joint.name, cut_joint.type, a, b});
+    const bool is_unrotated = is_constant(cut_joint.rotation) && to_values(cut_joint.rotation).isIdentity(0);
+    if (tree_.is_planar && cut_joint.type == JointType::revolute && is_unrotated)
+      add_angle_relation(index, a.frame, b.frame);
   }
 
-  /// The angle of a loop's joint is the sum of the angles around the loop.
+  /// The angle of a joint that closes a loop is the sum of the angles around the loop.
   void add_angle_relation(int index, int a, int b) {
     AngleRelation relation;
     for (const auto& [end, sign] : {std::pair{b, 1}, std::pair{a, -1}})
-      for (int at = end; at > 0; at = tree_.frames[static_cast<std::size_t>(at)].parent) {
-        const SymbolicFrame& frame = tree_.frames[static_cast<std::size_t>(at)];
+      for (int frame_id = end; frame_id > 0; frame_id = tree_.frames[static_cast<std::size_t>(frame_id)].parent) {
+        const SymbolicFrame& frame = tree_.frames[static_cast<std::size_t>(frame_id)];
         if (frame.axes != std::array<int, 3>{0, 1, 2}) return;
         if (frame.angle >= 0) relation.multiples[frame.angle] += sign * frame.sign;
       }
     std::erase_if(relation.multiples, [](const auto& entry) { return entry.second == 0; });
     if (relation.multiples.empty()) return;
-    const int run = ring_.angle(relation.multiples.begin()->first).group;
-    relation.angle = ring_.add_angle(numbers_.coordinate_name(static_cast<int>(first_coordinate(index))), run);
+    const int group = ring_.angle(relation.multiples.begin()->first).group;
+    relation.angle = ring_.add_angle(symbols_.coordinate_name(static_cast<int>(first_coordinate(index))), group);
     tree_.relations.push_back(relation);
   }
 
-  void add_mass(const FramePoint& place, const Mass& mass) {
-    tree_.frames[static_cast<std::size_t>(place.frame)].mass += shift_origin(mass, place.at);
+  void add_mass(const FramePoint& point, const Mass& mass) {
+    tree_.frames[static_cast<std::size_t>(point.frame)].mass += shift_origin(mass, point.at);
   }
 
   void add_masses() {
-    for (std::size_t b = 1; b < bodies_.size(); ++b) add_mass(bodies_[b], numbers_.body(static_cast<int>(b)));
+    for (std::size_t b = 1; b < bodies_.size(); ++b) add_mass(bodies_[b], symbols_.body(static_cast<int>(b)));
     for (std::size_t k = 0; k < mechanism_.attachments.size(); ++k)
-      add_mass(body(mechanism_.attachments[k].body), numbers_.attachment(static_cast<int>(k)));
+      add_mass(body(mechanism_.attachments[k].body), symbols_.attachment(static_cast<int>(k)));
   }
 
   void add_disc(int index) {
     const Disc& disc = mechanism_.discs[static_cast<std::size_t>(index)];
-    const FramePoint centre = offset_point(body(disc.body), numbers_.disc_position(index), 1);
+    const FramePoint centre = offset_point(body(disc.body), symbols_.disc_position(index), 1);
     const int variable = frames_.add_variable("phi_" + identifier_name(disc.name), true);
-    const Polynomial ratio = numbers_.ratio(index);
+    const Polynomial ratio = symbols_.ratio(index);
     IndependentSum sum;
     for (std::size_t t = 0; t < disc.follows.terms.size(); ++t)
-      add(sum, roots(disc.follows.terms[t].coordinate, 0), ratio * numbers_.disc_term(index, t));
-    follow(tree_.variables.back(), std::move(sum));
+      add(sum, independent_sum(disc.follows.terms[t].coordinate, 0), ratio * symbols_.disc_term(index, t));
+    set_dependence(tree_.variables.back(), std::move(sum));
     const Vector3E& axis = model_->mechanism().discs[static_cast<std::size_t>(index)].axis;
-    if (!numbers_.is_rotor(index))
-      return add_mass(frames_.apply_joint(centre, axis, variable, 1), numbers_.disc(index));
-    // its moments of inertia are those along and across its axis, which may be oblique to its carrier
-    const Alignment along = find_alignment(axis);
-    add_mass(frames_.apply_aligned_joint(centre, along, variable, 1), numbers_.rotor(index, along.axis));
+    if (!symbols_.is_rotor(index))
+      return add_mass(frames_.apply_joint(centre, axis, variable, 1), symbols_.disc(index));
+    // its moments of inertia are about its axis and across it, which may be oblique to its carrier's axes
+    const Alignment alignment = find_alignment(axis);
+    add_mass(frames_.apply_aligned_joint(centre, alignment, variable, 1), symbols_.rotor(index, alignment.axis));
   }
 
   void add_spring(std::size_t s) {
     const Spring& spring = mechanism_.springs[s];
-    LinearSpring found;
-    found.a = offset_point(body(spring.first), numbers_.spring_point(s, true), 1);
-    found.b = offset_point(body(spring.second), numbers_.spring_point(s, false), 1);
-    found.stiffness = numbers_.stiffness(s), found.free_length = numbers_.free_length(s);
-    if (!found.free_length.is_zero())
-      found.length = ring_.add_symbol("L_" + identifier_name(spring.name), SymbolKind::alias, 1);
-    tree_.springs.push_back(found);
+    LinearSpring linear_spring;
+    linear_spring.a = offset_point(body(spring.first), symbols_.spring_point(s, true), 1);
+    linear_spring.b = offset_point(body(spring.second), symbols_.spring_point(s, false), 1);
+    linear_spring.stiffness = symbols_.stiffness(s), linear_spring.free_length = symbols_.free_length(s);
+    if (!linear_spring.free_length.is_zero())
+      linear_spring.length = ring_.add_symbol("L_" + identifier_name(spring.name), SymbolKind::alias, 1);
+    tree_.springs.push_back(linear_spring);
   }
 
   void add_joint_spring(std::size_t s) {
     const Spring& spring = mechanism_.springs[s];
     const int variable = variable_[static_cast<std::size_t>(spring.coordinate)];
     if (variable < 0) throw FormulaError("spring " + spring.name + " is in a joint that closes a loop");
-    const JointVariable& moving = tree_.variables[static_cast<std::size_t>(variable)];
-    const int symbol = moving.is_angle ? ring_.symbol_of_angle(moving.index) : moving.index;
-    tree_.joint_springs.push_back({variable, symbol, numbers_.stiffness(s), numbers_.preload(s)});
+    const JointVariable& joint_variable = tree_.variables[static_cast<std::size_t>(variable)];
+    const int symbol = joint_variable.is_angle ? ring_.symbol_of_angle(joint_variable.index) : joint_variable.index;
+    tree_.joint_springs.push_back({variable, symbol, symbols_.stiffness(s), symbols_.preload(s)});
   }
 
   Ring& ring_;
   const Mechanism& mechanism_;
   std::shared_ptr<const ParametricModel> model_;
   SymbolicTree tree_;
-  MechanismSymbols numbers_;
+  MechanismSymbols symbols_;
   FrameBuilder frames_;
-  SpanningTree edges_;
+  SpanningTree spanning_tree_;
   std::vector<FramePoint> bodies_;
-  std::map<int, IndependentSum> roots_;
-  std::vector<int> variable_;  ///< per coordinate; −1: of a joint that closes a loop
-  bool natural_;
+  std::map<int, IndependentSum> independent_sums_;
+  std::vector<int> variable_;  ///< per coordinate; −1 if its joint closes a loop
+  bool has_natural_;
 };
 
 }  // namespace

@@ -1,6 +1,6 @@
 #pragma once
-/// A mechanism for the recursions over any ring: a tree of frames that each turn about or slide along a coordinate axis, its
-/// numbers polynomials of symbols, and the closures of its loops.
+/// A mechanism for the recursions over any ring: a tree of frames, each of which rotates about or slides along a
+/// coordinate axis, numbers as polynomials of symbols, and the loop closures.
 
 #include "balance/foundation/expression/expression_evaluation.hpp"
 #include "balance/mechanics/model/mechanism.hpp"
@@ -20,7 +20,7 @@
 
 namespace balance::formulas {
 
-// A mechanism's numbers as expressions over what its spec lets one change: parameters and free numbers.
+// A mechanism's numbers as expressions over the numbers that can be changed in its spec: parameters and free numbers.
 
 using Vector3E = Vector3Of<Expression>;
 using Matrix3E = Matrix3Of<Expression>;
@@ -30,7 +30,7 @@ bool is_constant(const Matrix3E& m);
 Vector3 to_values(const Vector3E& v);
 Matrix3 to_values(const Matrix3E& m);
 
-/// Symbols hold expressions over its graph: neither copied nor moved.
+/// Symbols hold expressions over its graph, so it can be neither copied nor moved.
 class ParametricModel {
  public:
   ParametricModel(const Mechanism& mechanism, const SpecNumberTexts& texts);
@@ -39,17 +39,17 @@ class ParametricModel {
 
   const MechanismOf<Expression>& mechanism() const { return mechanism_; }
   const std::vector<NamedExpression>& parameters() const { return parameters_; }
-  /// As the spec has them, in its units: parameters that are no expressions, and free numbers.
+  /// The spec's values in the spec's units: parameters that are not expressions, and free numbers.
   const std::vector<double>& inputs() const { return inputs_; }
 
-  /// The value of every node where the inputs have other values.
+  /// The value of every node at other inputs.
   std::vector<double> evaluate_nodes(const std::vector<double>& inputs) const;
   static double node_value(const Expression& x, const std::vector<double>& nodes) {
     return x.is_constant() ? x.value() : nodes[static_cast<std::size_t>(x.node())];
   }
   Mechanism build_mechanism(const std::vector<double>& nodes) const;
 
-  /// Its value where every input is another number. What is equal here and at the spec's numbers is so for a reason.
+  /// The value with every input perturbed. Numbers that agree both here and at the spec's values are identical.
   double perturbed_value(const Expression& x) const;
   bool is_zero(const Expression& x) const { return x.value() == 0 && perturbed_value(x) == 0; }
   bool are_equal(const Vector3E& a, const Vector3E& b) const;
@@ -59,13 +59,13 @@ class ParametricModel {
   MechanismOf<Expression> mechanism_;
   std::vector<NamedExpression> parameters_;
   std::vector<double> inputs_, perturbed_inputs_;
-  mutable std::vector<double> perturbed_nodes_;  ///< per node so far
+  mutable std::vector<double> perturbed_nodes_;  ///< of the nodes so far
 };
 
 using Vector = RingVector3<Polynomial>;
 using Mass = RigidBodyInertia<Polynomial>;
 
-/// An angle or a slide between two frames, and the independent coordinates that it follows: x = Σ ratio · y[column] + constant.
+/// An angle or a slide between two frames as a function of independent coordinates: x = Σ ratio · y[column] + constant.
 struct JointVariable {
   bool is_angle = true;
   int index = 0;  ///< of the ring's angle or symbol
@@ -73,21 +73,21 @@ struct JointVariable {
   Polynomial offset;  ///< the constant [rad or m]
 };
 
-/// A frame on its parent. At `offset` in the parent's axes; from there it slides along or turns about one axis.
+/// A frame on its parent: at `offset` in the parent's axes, it slides along or rotates about one axis.
 struct SymbolicFrame {
   int parent = -1;
   Vector offset;
   int axis = 0;
   int sign = 1;       ///< −1: against the axis
-  int angle = -1;     ///< of the ring; −1: it does not turn by an angle
-  int slide = -1;     ///< symbol of the ring; −1: it does not slide
+  int angle = -1;     ///< in the ring; −1: it does not rotate by an angle
+  int slide = -1;     ///< symbol in the ring; −1: it does not slide
   int variable = -1;  ///< −1: it does not move
-  /// A turn by right angles: axis k of the frame is axis `axes[k]` of the parent, times `signs[k]`.
+  /// A rotation by right angles: axis k of the frame is axis `axes[k]` of the parent, times `signs[k]`.
   std::array<int, 3> axes{0, 1, 2}, signs{1, 1, 1};
   Mass mass;  ///< of everything fixed to it, about its origin, in its axes
 };
 
-/// A place on a frame, with axes parallel to it.
+/// A point on a frame, with axes parallel to the frame's.
 struct FramePoint {
   int frame = 0;
   Vector at;
@@ -97,19 +97,19 @@ struct FramePoint {
 struct LoopClosure {
   std::string joint;
   JointType type = JointType::revolute;
-  FramePoint a, b;  ///< first and second body's
+  FramePoint a, b;  ///< on the first and the second body
 };
 
 struct LinearSpring {
   FramePoint a, b;
   Polynomial stiffness, free_length;
-  int length = -1;  ///< symbol of its length; −1 where the free length is zero: then nothing needs it
+  int length = -1;  ///< symbol of its length; −1 for zero free length, which does not need it
 };
 
-/// A spring in a joint: it drives the variable with preload − stiffness · symbol.
+/// A joint spring: it drives the variable with preload − stiffness · symbol.
 struct JointSpring {
   int variable = 0;
-  int symbol = 0;  ///< of the ring, for the coordinate
+  int symbol = 0;  ///< in the ring, of the coordinate
   Polynomial stiffness, preload;
 };
 
@@ -120,21 +120,21 @@ struct AngleRelation {
 };
 
 struct SymbolicTree {
-  std::shared_ptr<const ParametricModel> model;  ///< what its symbols are made of
+  std::shared_ptr<const ParametricModel> model;  ///< source of its symbols' values
   bool is_planar = true;
-  std::vector<SymbolicFrame> frames;  ///< frame 0 is the world; parents first
+  std::vector<SymbolicFrame> frames;  ///< frame 0 is the world; parents come first
   std::vector<JointVariable> variables;
-  std::vector<std::string> columns;      ///< names of the independent coordinates of the tree, as formulas write them
-  std::vector<int> coordinates;          ///< per column: of the mechanism
-  std::vector<int> coordinate_variable;  ///< per coordinate of the mechanism; −1: of a joint that closes a loop
+  std::vector<std::string> columns;      ///< names of the tree's independent coordinates in formulas
+  std::vector<int> coordinates;          ///< per column: coordinate of the mechanism
+  std::vector<int> coordinate_variable;  ///< per coordinate of the mechanism; −1 if its joint closes a loop
   std::vector<LoopClosure> closures;
   std::vector<LinearSpring> springs;
   std::vector<JointSpring> joint_springs;
   Vector gravity;
-  std::vector<int> inertial;  ///< symbols of inertial parameters, where the tree has them for each element
-  std::vector<std::string> excluded_terms;  ///< what z does not contain: "friction", "loads"
+  std::vector<int> inertial;                ///< symbols of inertial parameters; empty unless they are about_origin
+  std::vector<std::string> excluded_terms;  ///< not contained in z: "friction", "loads"
   std::vector<AngleRelation> relations;
-  std::optional<BasicPointModel> basic_points;  ///< where natural coordinates are wanted
+  std::optional<BasicPointModel> basic_points;  ///< if natural coordinates are requested
 
   bool has_springs() const { return !springs.empty() || !joint_springs.empty(); }
 };
@@ -144,18 +144,18 @@ enum class InertialParametrisation {
   about_origin,  ///< m, mx, my, J about the body's origin: torques are linear in them
 };
 
-/// What becomes of parameters that are expressions of others: a symbol, or what the expression says. Ratios stay symbols.
+/// How parameters that are expressions of others appear: as symbols, or as their expressions. Ratios stay symbols.
 enum class ParameterExpressions { symbols, inlined };
 
 struct TreeOptions {
   InertialParametrisation inertial = InertialParametrisation::about_com;
   ParameterExpressions expressions = ParameterExpressions::symbols;
-  bool natural = false;  ///< points and bodies for natural coordinates, too
+  bool natural = false;  ///< also build points and bodies for natural coordinates
 };
 
-/// @param mechanism without faults
-/// @param texts what its spec says: parameters become symbols under their names
-/// @throws FormulaError for what has no formula
+/// @param mechanism must be valid
+/// @param texts of the spec's numbers: parameters become symbols under their names
+/// @throws FormulaError for anything that has no formula
 SymbolicTree build_symbolic_tree(Ring& ring, const Mechanism& mechanism, const SpecNumberTexts& texts,
                                  const TreeOptions& options = {});
 

@@ -11,92 +11,95 @@ namespace balance {
 
 namespace {
 
-/// A moment that is smaller by so many deviations of the difference is never the largest.
+/// An instant whose value is smaller by this number of deviations of the difference is never the maximum.
 constexpr double max_candidate_deviations = 4;
-/// Moments whose slopes differ by no more than this part of theirs are one.
+/// Instants whose gradients differ by at most this fraction of their norm count as one.
 constexpr double gradient_merge_tolerance = 0.03;
-/// A deviation's standard error is then some half of a hundredth.
+/// The standard error of a deviation is then about half a hundredth.
 constexpr int draw_count = 16384;
 constexpr std::uint64_t draw_seed = 1961;
-/// Parts of the draws and of the duration.
+/// Fractions of the draws and of the duration.
 constexpr double min_extremum_fraction = 0.02, time_merge_fraction = 0.02;
 
 }  // namespace
 
-ExtremeFigure::ExtremeFigure(const std::vector<LinearizedSample>& moments, Kind kind) : kind_(kind) {
-  if (moments.empty()) return;
-  duration_ = moments.back().time - moments.front().time;
-  maximum_candidates_ = find_candidates(moments, 1);
-  if (kind_ == Kind::range) minimum_candidates_ = find_candidates(moments, -1);
+ExtremeFigure::ExtremeFigure(const std::vector<LinearizedSample>& samples, Kind kind) : kind_(kind) {
+  if (samples.empty()) return;
+  duration_ = samples.back().time - samples.front().time;
+  maximum_candidates_ = find_candidates(samples, 1);
+  if (kind_ == Kind::range) minimum_candidates_ = find_candidates(samples, -1);
 }
 
 double ExtremeFigure::magnitude(const VectorX& value) const {
   return kind_ == Kind::range && value.size() == 1 ? value[0] : value.norm();
 }
 
-ExtremeFigure::ValueWithGradient ExtremeFigure::magnitude_with_gradient(const LinearizedSample& moment,
+ExtremeFigure::ValueWithGradient ExtremeFigure::magnitude_with_gradient(const LinearizedSample& sample,
                                                                         double sign) const {
-  const double size = moment.value.norm();
-  if (kind_ == Kind::range && moment.value.size() == 1)
-    return {sign * moment.value[0], sign * moment.sensitivity.col(0)};
-  if (size == 0) return {0, VectorX::Zero(moment.sensitivity.rows())};
-  return {sign * size, sign / size * moment.sensitivity * moment.value};
+  const double size = sample.value.norm();
+  if (kind_ == Kind::range && sample.value.size() == 1)
+    return {sign * sample.value[0], sign * sample.sensitivity.col(0)};
+  if (size == 0) return {0, VectorX::Zero(sample.sensitivity.rows())};
+  return {sign * size, sign / size * sample.sensitivity * sample.value};
 }
 
-std::vector<ExtremeFigure::Candidate> ExtremeFigure::find_candidates(const std::vector<LinearizedSample>& moments,
+std::vector<ExtremeFigure::Candidate> ExtremeFigure::find_candidates(const std::vector<LinearizedSample>& samples,
                                                                      double sign) {
-  std::vector<ValueWithGradient> heights;
-  for (const LinearizedSample& moment : moments) heights.push_back(magnitude_with_gradient(moment, sign));
-  std::vector<std::size_t> order(moments.size()), kept;
+  std::vector<ValueWithGradient> signed_values;
+  for (const LinearizedSample& sample : samples) signed_values.push_back(magnitude_with_gradient(sample, sign));
+  std::vector<std::size_t> order(samples.size()), selected;
   std::iota(order.begin(), order.end(), std::size_t{0});
-  std::stable_sort(order.begin(), order.end(), [&](auto a, auto b) { return heights[a].value > heights[b].value; });
-  const ValueWithGradient& leader = heights[order.front()];
-  near_zero_ = sign < 0 && moments.front().value.size() > 1 &&
-               -leader.value < max_candidate_deviations * moments[order.front()].sensitivity.norm();
+  std::stable_sort(order.begin(), order.end(),
+                   [&](auto a, auto b) { return signed_values[a].value > signed_values[b].value; });
+  const ValueWithGradient& best = signed_values[order.front()];
+  near_zero_ = sign < 0 && samples.front().value.size() > 1 &&
+               -best.value < max_candidate_deviations * samples[order.front()].sensitivity.norm();
   for (const std::size_t i : order) {
-    const ValueWithGradient& one = heights[i];
-    if (near_zero_) {  // a magnitude has no slope there
-      if (-one.value < max_candidate_deviations * moments[i].sensitivity.norm()) kept.push_back(i);
+    const ValueWithGradient& current = signed_values[i];
+    if (near_zero_) {  // a magnitude has no gradient there
+      if (-current.value < max_candidate_deviations * samples[i].sensitivity.norm()) selected.push_back(i);
       continue;
     }
-    if (leader.value - one.value > max_candidate_deviations * (one.gradient - leader.gradient).norm()) continue;
-    const double resolution = gradient_merge_tolerance * std::max(one.gradient.norm(), leader.gradient.norm());
-    const auto alike = [&](std::size_t k) { return (one.gradient - heights[k].gradient).norm() <= resolution; };
-    if (std::none_of(kept.begin(), kept.end(), alike)) kept.push_back(i);
+    if (best.value - current.value > max_candidate_deviations * (current.gradient - best.gradient).norm()) continue;
+    const double resolution = gradient_merge_tolerance * std::max(current.gradient.norm(), best.gradient.norm());
+    const auto is_similar = [&](std::size_t k) {
+      return (current.gradient - signed_values[k].gradient).norm() <= resolution;
+    };
+    if (std::none_of(selected.begin(), selected.end(), is_similar)) selected.push_back(i);
   }
-  std::vector<Candidate> rivals;
-  for (const std::size_t i : kept) rivals.push_back({moments[i], 0, VectorX::Zero(moments[i].value.size())});
-  return rivals;
+  std::vector<Candidate> candidates;
+  for (const std::size_t i : selected) candidates.push_back({samples[i], 0, VectorX::Zero(samples[i].value.size())});
+  return candidates;
 }
 
 bool ExtremeFigure::has_several_candidates() const {
   return maximum_candidates_.size() > 1 || minimum_candidates_.size() > 1 || near_zero_;
 }
 
-/// @return the largest height of that sign there
-double ExtremeFigure::update_extremum(std::vector<Candidate>& rivals, double sign, const VectorX& z) const {
-  Candidate* winner = nullptr;
-  double best = 0;
-  VectorX there, winning;
-  for (Candidate& rival : rivals) {
-    there = rival.sample.value + rival.sample.sensitivity.transpose() * z;
-    const double now = sign * magnitude(there);
-    if (winner != nullptr && now <= best) continue;
-    winner = &rival, best = now, winning = there;
+/// @return the maximum of sign · magnitude in this draw
+double ExtremeFigure::update_extremum(std::vector<Candidate>& candidates, double sign, const VectorX& z) const {
+  Candidate* extremum = nullptr;
+  double max_magnitude = 0;
+  VectorX value, extremum_value;
+  for (Candidate& candidate : candidates) {
+    value = candidate.sample.value + candidate.sample.sensitivity.transpose() * z;
+    const double signed_magnitude = sign * magnitude(value);
+    if (extremum != nullptr && signed_magnitude <= max_magnitude) continue;
+    extremum = &candidate, max_magnitude = signed_magnitude, extremum_value = value;
   }
-  ++winner->extremum_count;
-  const double size = winning.norm();
-  if (kind_ == Kind::range && winning.size() == 1)
-    winner->gradient_sum[0] += sign;
+  ++extremum->extremum_count;
+  const double size = extremum_value.norm();
+  if (kind_ == Kind::range && extremum_value.size() == 1)
+    extremum->gradient_sum[0] += sign;
   else if (size > 0)
-    winner->gradient_sum += sign / size * winning;
-  return best;
+    extremum->gradient_sum += sign / size * extremum_value;
+  return max_magnitude;
 }
 
 void ExtremeFigure::add_draw(const VectorX& z) {
   double figure = update_extremum(maximum_candidates_, 1, z);
   if (kind_ == Kind::range) figure += update_extremum(minimum_candidates_, -1, z);
-  if (draws_++ == 0) reference_value_ = figure;  // sums of differences lose no digits
+  if (draws_++ == 0) reference_value_ = figure;  // sums of differences do not lose digits
   sum_ += figure - reference_value_;
   sum_of_squares_ += (figure - reference_value_) * (figure - reference_value_);
 }
@@ -107,25 +110,27 @@ double ExtremeFigure::deviation() const {
 }
 
 VectorX ExtremeFigure::contributions() const {
-  VectorX out = VectorX::Zero(maximum_candidates_.front().sample.sensitivity.rows());
-  for (const std::vector<Candidate>* rivals : {&maximum_candidates_, &minimum_candidates_})
-    for (const Candidate& rival : *rivals)
-      out += rival.sample.sensitivity * rival.gradient_sum / static_cast<double>(draws_);
-  return out;
+  VectorX result = VectorX::Zero(maximum_candidates_.front().sample.sensitivity.rows());
+  for (const std::vector<Candidate>* candidates : {&maximum_candidates_, &minimum_candidates_})
+    for (const Candidate& candidate : *candidates)
+      result += candidate.sample.sensitivity * candidate.gradient_sum / static_cast<double>(draws_);
+  return result;
 }
 
 std::vector<double> ExtremeFigure::extremum_times() const {
-  std::vector<std::pair<long, double>> by_wins;
-  for (const std::vector<Candidate>* rivals : {&maximum_candidates_, &minimum_candidates_})
-    for (const Candidate& rival : *rivals)
-      if (static_cast<double>(rival.extremum_count) >= min_extremum_fraction * static_cast<double>(draws_))
-        by_wins.emplace_back(-rival.extremum_count, rival.sample.time);
-  std::sort(by_wins.begin(), by_wins.end());
+  std::vector<std::pair<long, double>> by_count;
+  for (const std::vector<Candidate>* candidates : {&maximum_candidates_, &minimum_candidates_})
+    for (const Candidate& candidate : *candidates)
+      if (static_cast<double>(candidate.extremum_count) >= min_extremum_fraction * static_cast<double>(draws_))
+        by_count.emplace_back(-candidate.extremum_count, candidate.sample.time);
+  std::sort(by_count.begin(), by_count.end());
   std::vector<double> times;
-  for (const auto& [wins, time] : by_wins) {
-    const double here = time;
-    const auto near = [&](double other) { return std::abs(other - here) <= time_merge_fraction * duration_; };
-    if (std::none_of(times.begin(), times.end(), near)) times.push_back(time);
+  for (const auto& [count, time] : by_count) {
+    const double candidate_time = time;
+    const auto is_near = [&](double other) {
+      return std::abs(other - candidate_time) <= time_merge_fraction * duration_;
+    };
+    if (std::none_of(times.begin(), times.end(), is_near)) times.push_back(time);
   }
   std::sort(times.begin(), times.end());
   return times;

@@ -18,20 +18,22 @@ namespace {
 
 constexpr double undefined_figure = std::numeric_limits<double>::quiet_NaN();
 
-/// What is there at one moment of a run.
-struct RunMoment {
-  double weight = 0;  ///< part of the duration
-  VectorX value;      ///< of the track's components
+/// Values at one instant of a run.
+struct RunSample {
+  double weight = 0;  ///< fraction of the duration
+  VectorX value;      ///< components of the series
   MatrixX change;     ///< numbers × components
   double variance() const { return change.squaredNorm(); }
   double expected_square() const { return value.squaredNorm() + variance(); }
 };
 
-class RobustTrack {
+class RobustSeriesEvaluator {
  public:
-  RobustTrack(const TolerancedRun& off, const Tolerances& numbers, const MetricSeries& track) : numbers_(numbers) {
-    for (const ToleranceSample& place : off.samples())
-      moments_.push_back({place.weight, off.value(track, place), off.contributions(track, place)});
+  RobustSeriesEvaluator(const TolerancedRun& toleranced_run, const Tolerances& numbers, const MetricSeries& series)
+      : numbers_(numbers) {
+    for (const ToleranceSample& tolerance_sample : toleranced_run.samples())
+      samples_.push_back({tolerance_sample.weight, toleranced_run.value(series, tolerance_sample),
+                          toleranced_run.contributions(series, tolerance_sample)});
   }
 
   RobustFigure compute(Statistic figure, double k) const {
@@ -46,51 +48,52 @@ class RobustTrack {
 
  private:
   RobustFigure peak(double k) const {
-    RobustFigure out;
-    out.value = -1;
-    for (const RunMoment& moment : moments_) {
-      const double size = moment.value.norm(), deviation = std::sqrt(moment.variance());
-      out.nominal = std::max(out.nominal, size);
-      if (size + k * deviation > out.value) {
-        out.mean = size;
-        out.deviation = deviation;
-        out.value = size + k * deviation;
+    RobustFigure result;
+    result.value = -1;
+    for (const RunSample& sample : samples_) {
+      const double magnitude = sample.value.norm(), deviation = std::sqrt(sample.variance());
+      result.nominal = std::max(result.nominal, magnitude);
+      if (magnitude + k * deviation > result.value) {
+        result.mean = magnitude;
+        result.deviation = deviation;
+        result.value = magnitude + k * deviation;
       }
     }
-    return out;
+    return result;
   }
 
   RobustFigure rms(double k) const {
-    double own = 0, expected = 0;
-    for (const RunMoment& moment : moments_) {
-      own += moment.weight * moment.value.squaredNorm();
-      expected += moment.weight * moment.expected_square();
+    double nominal_square = 0, expected_square = 0;
+    for (const RunSample& sample : samples_) {
+      nominal_square += sample.weight * sample.value.squaredNorm();
+      expected_square += sample.weight * sample.expected_square();
     }
-    const double root = std::sqrt(expected);
-    return root_figure(std::sqrt(own), root, k, [&](const RunMoment&) { return root; });
+    const double root = std::sqrt(expected_square);
+    return root_figure(std::sqrt(nominal_square), root, k, [&](const RunSample&) { return root; });
   }
 
   RobustFigure mean(double k) const {
-    double own = 0, expected = 0;
-    for (const RunMoment& moment : moments_) {
-      own += moment.weight * moment.value.norm();
-      expected += moment.weight * std::sqrt(moment.expected_square());
+    double nominal = 0, expected_mean = 0;
+    for (const RunSample& sample : samples_) {
+      nominal += sample.weight * sample.value.norm();
+      expected_mean += sample.weight * std::sqrt(sample.expected_square());
     }
-    return root_figure(own, expected, k, [](const RunMoment& moment) { return std::sqrt(moment.expected_square()); });
+    return root_figure(nominal, expected_mean, k,
+                       [](const RunSample& sample) { return std::sqrt(sample.expected_square()); });
   }
 
-  /// Of Σ w √E with E the expected squares at the moments or over all of them: squares q are off by q − E = 2 bᵀ z + zᵀ G z − tr G, and
-  /// their roots by (q − E) / (2 √E).
+  /// For Σ w √E with E the expected squares at each instant or over all of them. Squares q differ from their
+  /// expectation by q − E = 2 bᵀ z + zᵀ G z − tr G, and their roots by (q − E) / (2 √E).
   template <class Root>
   RobustFigure root_figure(double nominal, double mean, double k, Root&& root) const {
     const auto size = static_cast<Eigen::Index>(numbers_.size());
     VectorX cross = VectorX::Zero(size);
     MatrixX squares = MatrixX::Zero(size, size);
-    for (const RunMoment& moment : moments_) {
-      const double there = root(moment);
-      if (!(there > 0)) continue;
-      cross += moment.weight / there * moment.change * moment.value;
-      squares += moment.weight / there * moment.change * moment.change.transpose();
+    for (const RunSample& sample : samples_) {
+      const double expected_root = root(sample);
+      if (!(expected_root > 0)) continue;
+      cross += sample.weight / expected_root * sample.change * sample.value;
+      squares += sample.weight / expected_root * sample.change * sample.change.transpose();
     }
     double variance = cross.squaredNorm() + squares.squaredNorm() / 2;
     for (Eigen::Index i = 0; i < size; ++i)
@@ -100,59 +103,61 @@ class RobustTrack {
     return {nominal, mean, deviation, mean + k * deviation};
   }
 
-  /// A scalar or a magnitude, and its derivatives times the deviations. A magnitude of zero has none.
+  /// A scalar or a magnitude, and its derivatives times the deviations; zero derivatives if the magnitude is zero.
   struct ValueWithGradient {
     double value = 0;
     VectorX change;
   };
 
-  static ValueWithGradient magnitude_with_gradient(const RunMoment& moment) {
-    if (moment.value.size() == 1) return {moment.value[0], moment.change.col(0)};
-    const double size = moment.value.norm();
-    if (size > 0) return {size, moment.change * moment.value / size};
-    return {0, VectorX::Zero(moment.change.rows())};
+  static ValueWithGradient magnitude_with_gradient(const RunSample& sample) {
+    if (sample.value.size() == 1) return {sample.value[0], sample.change.col(0)};
+    const double magnitude = sample.value.norm();
+    if (magnitude > 0) return {magnitude, sample.change * sample.value / magnitude};
+    return {0, VectorX::Zero(sample.change.rows())};
   }
 
-  /// The largest of all pairs. Those that even deviations against each other would not make larger need no look.
+  /// The maximum over all pairs of instants. Pairs that even opposite deviations could not make larger are skipped.
   RobustFigure range(double k) const {
-    std::vector<ValueWithGradient> heights;
-    for (const RunMoment& moment : moments_) heights.push_back(magnitude_with_gradient(moment));
-    const auto ordered = [&](double sign) {
+    std::vector<ValueWithGradient> signed_values;
+    for (const RunSample& sample : samples_) signed_values.push_back(magnitude_with_gradient(sample));
+    const auto sort_bounds = [&](double sign) {
       std::vector<std::pair<double, std::size_t>> bounds;
-      for (std::size_t i = 0; i < heights.size(); ++i)
-        bounds.emplace_back(sign * heights[i].value + k * heights[i].change.norm(), i);
+      for (std::size_t i = 0; i < signed_values.size(); ++i)
+        bounds.emplace_back(sign * signed_values[i].value + k * signed_values[i].change.norm(), i);
       std::sort(bounds.begin(), bounds.end(), std::greater<>());
       return bounds;
     };
-    const auto tops = ordered(1), bottoms = ordered(-1);
-    const auto compare = [](const ValueWithGradient& a, const ValueWithGradient& b) { return a.value < b.value; };
-    const auto [least, most] = std::minmax_element(heights.begin(), heights.end(), compare);
-    RobustFigure out{most->value - least->value, 0, 0, -1};
-    for (const auto& [top, s] : tops) {
-      if (top + bottoms.front().first <= out.value) break;
-      for (const auto& [bottom, t] : bottoms) {
-        if (top + bottom <= out.value) break;
-        const double mean = heights[s].value - heights[t].value;
-        const double deviation = (heights[s].change - heights[t].change).norm();
-        if (mean + k * deviation > out.value) out = {out.nominal, mean, deviation, mean + k * deviation};
+    const auto upper_bounds = sort_bounds(1), lower_bounds = sort_bounds(-1);
+    const auto is_lower = [](const ValueWithGradient& a, const ValueWithGradient& b) { return a.value < b.value; };
+    const auto [lowest, highest] = std::minmax_element(signed_values.begin(), signed_values.end(), is_lower);
+    RobustFigure result{highest->value - lowest->value, 0, 0, -1};
+    for (const auto& [upper, s] : upper_bounds) {
+      if (upper + lower_bounds.front().first <= result.value) break;
+      for (const auto& [lower, t] : lower_bounds) {
+        if (upper + lower <= result.value) break;
+        const double mean = signed_values[s].value - signed_values[t].value;
+        const double deviation = (signed_values[s].change - signed_values[t].change).norm();
+        if (mean + k * deviation > result.value) result = {result.nominal, mean, deviation, mean + k * deviation};
       }
     }
-    return out;
+    return result;
   }
 
   const Tolerances& numbers_;
-  std::vector<RunMoment> moments_;
+  std::vector<RunSample> samples_;
 };
 
-/// The worst of the tracks that the quantity is of.
-RobustFigure max_robust_figure(const TolerancedRun& off, const Tolerances& numbers, const ObjectiveTerm& term) {
+/// The worst of the series to which the quantity refers.
+RobustFigure max_robust_figure(const TolerancedRun& toleranced_run, const Tolerances& numbers,
+                               const ObjectiveTerm& term) {
   std::optional<RobustFigure> worst;
   double nominal = 0;
-  for (const MetricSeries& track : list_metric_series(off.run())) {
-    if (!is_quantity_name(term.quantity, track.quantity) && track.worst_group != term.quantity) continue;
-    const RobustFigure found = RobustTrack(off, numbers, track).compute(term.figure, *term.deviation_multiple);
-    nominal = std::max(nominal, found.nominal);
-    if (!worst || found.value > worst->value) worst = found;
+  for (const MetricSeries& series : list_metric_series(toleranced_run.run())) {
+    if (!is_quantity_name(term.quantity, series.quantity) && series.worst_group != term.quantity) continue;
+    const RobustFigure figure =
+        RobustSeriesEvaluator(toleranced_run, numbers, series).compute(term.figure, *term.deviation_multiple);
+    nominal = std::max(nominal, figure.nominal);
+    if (!worst || figure.value > worst->value) worst = figure;
   }
   if (!worst)
     throw std::invalid_argument("a run along '" + term.trajectory + "' has no quantity '" + term.quantity + "'");
@@ -165,32 +170,32 @@ RobustFigure max_robust_figure(const TolerancedRun& off, const Tolerances& numbe
 Tolerances evaluate_tolerances(const DesignSpace& space) {
   const RecordedValues<double> values(*space.recording, space.inputs);
   Tolerances numbers = space.start.tolerances;
-  for (TolerancedParameter& one : numbers) {
-    const double now = values(space.recording->toleranced.at(static_cast<std::size_t>(one.recording_index)));
-    if (one.relative_width > 0) one.width = one.relative_width * std::abs(now);
-    one.value = now;
+  for (TolerancedParameter& number : numbers) {
+    const double value = values(space.recording->toleranced.at(static_cast<std::size_t>(number.recording_index)));
+    if (number.relative_width > 0) number.width = number.relative_width * std::abs(value);
+    number.value = value;
   }
   return numbers;
 }
 
 RobustFigure compute_robust_figure(const DesignSpace& space, const VectorX& x, const ObjectiveTerm& term) {
-  const DesignSpace here = space.fix_others(x, {});
-  const Tolerances numbers = evaluate_tolerances(here);
-  const DesignInstance trial{here.start.mechanism, here.start.trajectories};
-  const TolerancedRun off(here, numbers, find_trajectory(trial, term), {term.quantity});
-  if (off.outcome().status != MotionStatus::done)
+  const DesignSpace fixed_space = space.fix_others(x, {});
+  const Tolerances numbers = evaluate_tolerances(fixed_space);
+  const DesignInstance instance{fixed_space.start.mechanism, fixed_space.start.trajectories};
+  const TolerancedRun toleranced_run(fixed_space, numbers, find_trajectory(instance, term), {term.quantity});
+  if (toleranced_run.outcome().status != MotionStatus::done)
     return {undefined_figure, undefined_figure, undefined_figure, undefined_figure};
-  RobustFigure found = max_robust_figure(off, numbers, term);
-  found.incompatible_parameters = off.incompatible_parameters();
-  return found;
+  RobustFigure figure = max_robust_figure(toleranced_run, numbers, term);
+  figure.incompatible_parameters = toleranced_run.incompatible_parameters();
+  return figure;
 }
 
 std::vector<RobustTerm> robust_terms(const DesignSpace& space, const VectorX& x,
                                      const std::vector<ObjectiveTerm>& terms) {
-  std::vector<RobustTerm> found;
+  std::vector<RobustTerm> result;
   for (const ObjectiveTerm& term : terms)
-    if (term.deviation_multiple) found.push_back({term, compute_robust_figure(space, x, term)});
-  return found;
+    if (term.deviation_multiple) result.push_back({term, compute_robust_figure(space, x, term)});
+  return result;
 }
 
 }  // namespace balance

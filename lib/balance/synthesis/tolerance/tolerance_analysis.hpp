@@ -1,7 +1,7 @@
 #pragma once
-/// How far a run and its figures are off when the numbers of a mechanism are: to first order, by exact derivatives, the numbers being
-/// independent of each other. What vanishes at the numbers as the spec says them (a balanced force) has no slope but squares that are
-/// known. docs/theory.md, section 11.
+/// Deviations of a run and its figures if the numbers of a mechanism deviate: to first order, with exact derivatives
+/// and independent numbers. Quantities that vanish at the nominal numbers (a balanced force) have no gradient, but
+/// their expected squares are known. docs/theory.md, section 11.
 
 #include "balance/mechanics/derivatives/mechanism_variables.hpp"
 #include "balance/mechanics/model/mechanism.hpp"
@@ -15,106 +15,107 @@
 
 namespace balance {
 
-// Numbers that no mechanism has off by themselves.
+// Numbers that cannot deviate by themselves.
 
-/// A number whose change over-constrained loops cannot follow. It has no part in any deviation.
+/// A number whose change over-constrained loops cannot follow. It is left out of all deviations.
 struct IncompatibleParameter {
   std::size_t index = 0;  ///< among the tolerances
-  std::string key_path;   ///< the number's
+  std::string key_path;   ///< of the number
   std::string joint, unit;
-  double gap =
-      0;  ///< what the number's deviation opens the joint by where that is most, the rest being moved so that it is least [m or rad]
+  double gap = 0;  ///< maximum gap of the joint due to the deviation, minimised by moving all else [m or rad]
 };
 
-/// Adds what a number opens.
+/// Appends the joints that a number opens.
 /// @param number index among the tolerances
-void add_incompatible_parameters(const ClosureGaps& found, std::size_t number, const std::string& path,
-                                 double deviation, const Mechanism& mechanism,
-                                 std::vector<IncompatibleParameter>& openings);
+void add_incompatible_parameters(const ClosureGaps& gaps, std::size_t number, const std::string& path, double deviation,
+                                 const Mechanism& mechanism,
+                                 std::vector<IncompatibleParameter>& incompatible_parameters);
 
-/// The numbers that open nothing, of which mechanisms can be drawn.
+/// The numbers that open no joint, with which mechanisms can be drawn.
 /// @throws std::invalid_argument if every number opens a joint
 Tolerances remove_incompatible_parameters(const Tolerances& numbers,
-                                          const std::vector<IncompatibleParameter>& openings);
+                                          const std::vector<IncompatibleParameter>& incompatible_parameters);
 
 /// "… cannot follow ground.points.A[2] by itself: its deviation would open D by 0.0001 m".
-std::string format_incompatibility_note(const IncompatibleParameter& opening);
+std::string format_incompatibility_note(const IncompatibleParameter& parameter);
 
-/// A figure as the spec has it, and how far it is off.
+/// A figure with nominal numbers, and its deviation.
 struct FigureDeviation {
   double value = 0;
-  /// Standard deviation to first order. NaN where there is none: a magnitude that is not three times its own deviations has a kink
-  /// within their reach.
+  /// Standard deviation to first order. NaN if there is none: a magnitude below three times its own deviations has a
+  /// kink within their reach.
   double deviation = 0;
-  /// Per number its derivative times the number's deviation, whose squares add up to that of the deviation; NaN of those that open a joint.
+  /// Per number, its derivative times the number's deviation; their squares add up to the squared deviation. NaN for
+  /// numbers that open a joint.
   VectorX contributions;
-  /// Times of the moments of which any may become the largest (or the least), if there are several and that matters: the deviation is then
-  /// that of the largest of them, good to a hundredth, and by_number has averages. Empty where the figure has a slope.
+  /// Instants any of which may become the maximum (or minimum), if there are several and that matters: the deviation is
+  /// then that of the largest of them, accurate to a hundredth, and `contributions` are averages. Empty otherwise.
   std::vector<double> extremum_times;
 };
 
-/// The sample that is off most.
+/// The sample with the largest deviation.
 struct WorstSample {
   long row = 0;
   double time = 0;       ///< [s]
-  double value = 0;      ///< as the spec has it; of a vector its magnitude
-  double deviation = 0;  ///< of a vector the root of the sum of its components' squares
-  VectorX shares;        ///< per number its part of the squared deviation; they add up to 1
+  double value = 0;      ///< with nominal numbers; for a vector, its magnitude
+  double deviation = 0;  ///< for a vector, the root of the sum of its components' squares
+  VectorX shares;        ///< per number, its fraction of the squared deviation; they add up to 1
 };
 
 struct QuantityTolerance {
-  std::string quantity;  ///< as in Metric, but for the worst of several
+  std::string quantity;  ///< as in Metric, except for the worst of several
   std::string unit;
   FigureDeviation peak, rms, mean, range;
-  /// Root of the expected mean square over the run, mean of f² + Σ (∂f/∂x σ)²: exact where f is linear in the numbers, as it is in masses,
-  /// and to second order where it vanishes.
+  /// Root of the expected mean square over the run, the mean of f² + Σ (∂f/∂x σ)²: exact if f is linear in the numbers,
+  /// as it is in masses, and accurate to second order where f vanishes.
   double expected_rms = 0;
-  double square_deviation = 0;  ///< of the mean square, in the same sense
+  double square_deviation = 0;  ///< standard deviation of the mean square, with the same accuracy
   WorstSample worst;
 };
 
 struct ToleranceReport {
-  MotionOutcome outcome;  ///< of the run; what follows is there if it is done
+  MotionOutcome outcome;  ///< of the run; the rest is valid if it is done
   Tolerances numbers;
-  std::vector<IncompatibleParameter> incompatible_parameters;  ///< numbers that are left out of all deviations
-  RunResult run;                                               ///< as the spec has it
-  RunResult deviation;  ///< of every entry of the run's arrays: its standard deviation; orientations in space have none
+  std::vector<IncompatibleParameter> incompatible_parameters;  ///< left out of all deviations
+  RunResult run;                                               ///< with nominal numbers
+  RunResult deviation;  ///< standard deviation of every entry of the run's arrays; spatial orientations have none
   std::vector<QuantityTolerance> quantities;
   FigureDeviation energy;
 };
 
-/// So many samples times numbers are kept at most.
+/// Maximum number of samples times numbers.
 inline constexpr long max_tolerance_samples = 400'000;
 
-/// @param space its start values are taken for the free numbers @param quantities "torque", "shaking_force[…]"; empty: all
-/// @throws std::invalid_argument if there are no numbers or too many samples, or a trajectory whose law is searched for
+/// @param space its start values stand for the free numbers
+/// @param quantities "torque", "shaking_force[…]"; empty: all
+/// @throws std::invalid_argument without numbers, with too many samples, or if the trajectory's law is to be optimised
 ToleranceReport analyse_tolerance(const DesignSpace& space, const Tolerances& numbers, const Trajectory& trajectory,
                                   const std::vector<std::string>& quantities = {});
 
-// How far the efforts that hold a mechanism at rest are off, over its whole workspace.
+// Deviations of the efforts that hold a mechanism at rest, over its whole workspace.
 
-/// The pose where one actuator's effort at rest is off most; the first one if no number has any influence.
+/// The pose with the largest deviation of one actuator's effort at rest; the first pose if no number has any influence.
 struct StaticDeviation {
   std::string actuator, unit;
-  double deviation = 0;  ///< standard deviation to first order [N m or N]; of masses exact
-  double effort = 0;     ///< as the spec has it, there [N m or N]
+  double deviation = 0;  ///< standard deviation to first order [N m or N]; exact for masses
+  double effort = 0;     ///< there, with nominal numbers [N m or N]
   VectorX pose;          ///< of the independent coordinates [rad]
-  VectorX shares;        ///< per number its part of the squared deviation
+  VectorX shares;        ///< per number, its fraction of the squared deviation
 };
 
 struct StaticTolerance {
-  MotionOutcome outcome;                 ///< not done if no pose could be reached and held: why the first one could not
-  std::vector<std::string> coordinates;  ///< the independent ones
+  MotionOutcome outcome;                 ///< not done if no pose could be reached and held: why the first one failed
+  std::vector<std::string> coordinates;  ///< the independent coordinates
   std::vector<StaticDeviation> actuators;
-  std::vector<IncompatibleParameter> incompatible_parameters;  ///< numbers that are left out of all deviations
-  long pose_count = 0, unreachable_count = 0;  ///< of the grid; those that the mechanism cannot take are left out
+  std::vector<IncompatibleParameter> incompatible_parameters;  ///< left out of all deviations
+  long pose_count = 0, unreachable_count = 0;  ///< of the grid; poses that the mechanism cannot take are left out
 };
 
-/// Over whole turns of the independent coordinates: a grid, refined about the worst of its poses. A maximum as narrow as the grid's step
-/// may be missed.
-/// @param steps per turn; chosen by the number of coordinates if 0
-/// @throws std::invalid_argument if there are no numbers, no actuators, an independent coordinate is a slide or the poses would be more
-/// than 1e5
+/// Covers whole turns of the independent coordinates by a grid, refined around the worst of its poses. A maximum as
+/// narrow as the grid's step may be missed.
+/// @param steps per turn; 0: chosen by the number of coordinates
+/// @throws std::invalid_argument if there are no numbers or no actuators, if an independent coordinate is a slide, or
+/// if there would be more than 1e5 poses
 StaticTolerance analyse_static_tolerance(const DesignSpace& space, const Tolerances& numbers, long steps = 0);
 
 }  // namespace balance

@@ -21,35 +21,35 @@ struct FigureDraws {
   std::vector<double> values[all_figures.size()];
 };
 
-/// Between the two neighbours in order.
-double quantile(const std::vector<double>& sorted, double part) {
-  const double place = part * static_cast<double>(sorted.size() - 1);
-  const auto low = static_cast<std::size_t>(place);
+/// Interpolates between the two neighbours in order.
+double quantile(const std::vector<double>& sorted, double probability) {
+  const double position = probability * static_cast<double>(sorted.size() - 1);
+  const auto low = static_cast<std::size_t>(position);
   const std::size_t high = std::min(low + 1, sorted.size() - 1);
-  return sorted[low] + (place - static_cast<double>(low)) * (sorted[high] - sorted[low]);
+  return sorted[low] + (position - static_cast<double>(low)) * (sorted[high] - sorted[low]);
 }
 
 SampledFigure summarise_draws(const FigureDraws& column, std::size_t f) {
   std::vector<double> values = column.values[f];
   const auto count = static_cast<double>(values.size());
-  SampledFigure out{.quantity = column.quantity, .unit = column.unit, .figure = all_figures[f]};
-  for (const double value : values) out.mean += value / count;
+  SampledFigure result{.quantity = column.quantity, .unit = column.unit, .figure = all_figures[f]};
+  for (const double value : values) result.mean += value / count;
   double squares = 0, fourths = 0;
   for (const double value : values) {
-    const double square = (value - out.mean) * (value - out.mean);
-    squares += square;
-    fourths += square * square;
+    const double squared_deviation = (value - result.mean) * (value - result.mean);
+    squares += squared_deviation;
+    fourths += squared_deviation * squared_deviation;
   }
   const double variance = squares / (count - 1);
-  out.deviation = std::sqrt(variance);
-  out.mean_error = out.deviation / std::sqrt(count);
+  result.deviation = std::sqrt(variance);
+  result.mean_error = result.deviation / std::sqrt(count);
   if (variance > 0) {
-    const double of_variance = std::max(0.0, fourths / count - variance * variance) / count;
-    out.deviation_error = std::sqrt(of_variance) / (2 * out.deviation);
+    const double variance_of_variance = std::max(0.0, fourths / count - variance * variance) / count;
+    result.deviation_error = std::sqrt(variance_of_variance) / (2 * result.deviation);
   }
   std::sort(values.begin(), values.end());
-  out.quantiles = {quantile(values, 0.05), quantile(values, 0.5), quantile(values, 0.95)};
-  return out;
+  result.quantiles = {quantile(values, 0.05), quantile(values, 0.5), quantile(values, 0.95)};
+  return result;
 }
 
 class MonteCarloRun {
@@ -57,38 +57,36 @@ class MonteCarloRun {
   MonteCarloRun(const DesignSpace& space, const Tolerances& numbers, const Trajectory& trajectory,
                 const std::vector<std::string>& quantities, std::uint64_t seed)
       : space_(space), numbers_(numbers), quantities_(quantities), samples_(trajectory.samples), random_(seed) {
-    const auto& all = space.start.trajectories;
-    const auto same = [&](const Trajectory& one) { return one.name == trajectory.name; };
-    which_ = static_cast<std::size_t>(std::find_if(all.begin(), all.end(), same) - all.begin());
+    trajectory_index_ = trajectory_index(space.start, trajectory.name);
   }
 
   void draw() {
-    DesignSpace drawn = space_;
-    std::string why;
+    DesignSpace perturbed = space_;
+    std::string rejection;
     for (const TolerancedParameter& number : numbers_) {
-      const double off = random_.draw(number);
-      drawn.inputs[static_cast<std::size_t>(number.input)] += off;
-      if (number.is_positive && number.value + off < 0) why = number.path + " below zero";
+      const double deviation = random_.draw(number);
+      perturbed.inputs[static_cast<std::size_t>(number.input)] += deviation;
+      if (number.is_positive && number.value + deviation < 0) rejection = number.path + " below zero";
     }
-    if (why.empty()) why = run(drawn);
-    why.empty() ? ++out_.run_count : ++out_.rejections[why];
+    if (rejection.empty()) rejection = run(perturbed);
+    rejection.empty() ? ++report_.run_count : ++report_.rejections[rejection];
   }
 
   MonteCarloReport result() {
-    if (out_.run_count >= 2)
+    if (report_.run_count >= 2)
       for (const FigureDraws& column : columns_)
-        for (std::size_t f = 0; f < all_figures.size(); ++f) out_.figures.push_back(summarise_draws(column, f));
-    return std::move(out_);
+        for (std::size_t f = 0; f < all_figures.size(); ++f) report_.figures.push_back(summarise_draws(column, f));
+    return std::move(report_);
   }
 
  private:
-  /// @return why there are no figures
-  std::string run(const DesignSpace& drawn) {
-    const RecordedValues<double> values(*drawn.recording, drawn.inputs);
+  /// @return why there are no figures; empty if there are
+  std::string run(const DesignSpace& perturbed) {
+    const RecordedValues<double> values(*perturbed.recording, perturbed.inputs);
     const Mechanism mechanism = values.mechanism();
-    if (const std::vector<ValidationIssue> faults = validate(mechanism); !faults.empty())
-      return faults.front().message.substr(0, faults.front().message.find(", is "));
-    Trajectory trajectory = cast_scalar<double>(drawn.recording->trajectories.at(which_), values);
+    if (const std::vector<ValidationIssue> issues = validate(mechanism); !issues.empty())
+      return issues.front().message.substr(0, issues.front().message.find(", is "));
+    Trajectory trajectory = cast_scalar<double>(perturbed.recording->trajectories.at(trajectory_index_), values);
     trajectory.samples = samples_;
     try {
       const RunResult result = simulate(mechanism, trajectory);
@@ -103,7 +101,7 @@ class MonteCarloRun {
   void record(const RunResult& result) {
     std::size_t c = 0;
     for (const Metric& metric : result.metrics) {
-      if (!wanted(metric.quantity)) continue;
+      if (!is_requested(metric.quantity)) continue;
       if (c == columns_.size()) columns_.push_back({metric.quantity, metric.unit, {}});
       for (std::size_t f = 0; f < all_figures.size(); ++f)
         columns_[c].values[f].push_back(statistic_of(metric, all_figures[f]));
@@ -111,9 +109,9 @@ class MonteCarloRun {
     }
   }
 
-  bool wanted(const std::string& quantity) const {
-    return quantities_.empty() || std::any_of(quantities_.begin(), quantities_.end(), [&](const std::string& one) {
-             return is_quantity_or_array_name(one, quantity);
+  bool is_requested(const std::string& quantity) const {
+    return quantities_.empty() || std::any_of(quantities_.begin(), quantities_.end(), [&](const std::string& name) {
+             return is_quantity_or_array_name(name, quantity);
            });
   }
 
@@ -121,24 +119,24 @@ class MonteCarloRun {
   const Tolerances& numbers_;
   const std::vector<std::string>& quantities_;
   long samples_;
-  std::size_t which_ = 0;
+  std::size_t trajectory_index_ = 0;
   ToleranceSampler random_;
   std::vector<FigureDraws> columns_;
-  MonteCarloReport out_;
+  MonteCarloReport report_;
 };
 
 }  // namespace
 
 MonteCarloReport sample_tolerance(const DesignSpace& space, const Tolerances& numbers, const Trajectory& trajectory,
-                                  const std::vector<std::string>& quantities, const MonteCarloOptions& draws,
-                                  const std::function<void(double part)>& progress) {
-  if (draws.count < 2) throw std::invalid_argument("at least two draws are needed");
-  MonteCarloRun all(space, numbers, trajectory, quantities, draws.seed);
-  for (long k = 0; k < draws.count; ++k) {
-    if (progress) progress(static_cast<double>(k) / static_cast<double>(draws.count));
-    all.draw();
+                                  const std::vector<std::string>& quantities, const MonteCarloOptions& options,
+                                  const std::function<void(double fraction)>& progress) {
+  if (options.count < 2) throw std::invalid_argument("at least two draws are needed");
+  MonteCarloRun run(space, numbers, trajectory, quantities, options.seed);
+  for (long k = 0; k < options.count; ++k) {
+    if (progress) progress(static_cast<double>(k) / static_cast<double>(options.count));
+    run.draw();
   }
-  return all.result();
+  return run.result();
 }
 
 }  // namespace balance

@@ -10,29 +10,29 @@ namespace balance {
 
 namespace {
 
-std::vector<ToleranceSample> instants_of(const RunGradient& gradient) {
-  std::vector<ToleranceSample> places;
+std::vector<ToleranceSample> list_samples(const RunGradient& gradient) {
+  std::vector<ToleranceSample> samples;
   std::size_t j = 0;
   const std::vector<long>& next = gradient.intermediate.next_sample;
   for (long k = 0; k < gradient.run.time.size(); ++k) {
     for (; j < next.size() && next[j] == k; ++j)
-      places.push_back({true, static_cast<long>(j), gradient.intermediate.rows.time[static_cast<long>(j)]});
-    places.push_back({false, k, gradient.run.time[k]});
+      samples.push_back({true, static_cast<long>(j), gradient.intermediate.rows.time[static_cast<long>(j)]});
+    samples.push_back({false, k, gradient.run.time[k]});
   }
-  const double duration = places.back().time - places.front().time;
-  for (std::size_t i = 1; i < places.size(); ++i) {
-    const double half = (places[i].time - places[i - 1].time) / (2 * duration);
-    places[i - 1].weight += half;
-    places[i].weight += half;
+  const double duration = samples.back().time - samples.front().time;
+  for (std::size_t i = 1; i < samples.size(); ++i) {
+    const double half_weight = (samples[i].time - samples[i - 1].time) / (2 * duration);
+    samples[i - 1].weight += half_weight;
+    samples[i].weight += half_weight;
   }
-  return places;
+  return samples;
 }
 
-std::vector<std::string> arrays_named(const std::vector<std::string>& quantities) {
+std::vector<std::string> list_array_names(const std::vector<std::string>& quantities) {
   std::vector<std::string> arrays;
   for (const std::string& quantity : quantities) arrays.push_back(effort_array_name(quantity));
-  const bool total = std::find(arrays.begin(), arrays.end(), "total_torque") != arrays.end();
-  if (total) arrays.push_back("torque");  // what it is the root of
+  const bool needs_total_torque = std::find(arrays.begin(), arrays.end(), "total_torque") != arrays.end();
+  if (needs_total_torque) arrays.push_back("torque");  // from which total_torque is computed
   if (!arrays.empty()) arrays.push_back("power");
   return arrays;
 }
@@ -48,14 +48,14 @@ void require_run(const Tolerances& numbers, const Trajectory& trajectory) {
 
 }  // namespace
 
-double excess_kurtosis(Distribution spread) { return spread == Distribution::normal ? 0 : -1.2; }
+double excess_kurtosis(Distribution distribution) { return distribution == Distribution::normal ? 0 : -1.2; }
 
 TolerancedRun::TolerancedRun(const DesignSpace& space, const Tolerances& numbers, const Trajectory& trajectory,
                              const std::vector<std::string>& quantities)
-    : sigma_(static_cast<Eigen::Index>(numbers.size())) {
+    : deviations_(static_cast<Eigen::Index>(numbers.size())) {
   require_run(numbers, trajectory);
-  for (std::size_t i = 0; i < numbers.size(); ++i) sigma_[static_cast<Eigen::Index>(i)] = numbers[i].deviation();
-  const std::vector<std::string> arrays = arrays_named(quantities);
+  for (std::size_t i = 0; i < numbers.size(); ++i) deviations_[static_cast<Eigen::Index>(i)] = numbers[i].deviation();
+  const std::vector<std::string> arrays = list_array_names(quantities);
   for (std::size_t first = 0; first < numbers.size(); first += dual_width) {
     const TolerancedDuals duals(space, numbers, first);
     gradients_.push_back(differentiate_run(duals.mechanism(), duals.trajectory(trajectory), arrays));
@@ -65,28 +65,30 @@ TolerancedRun::TolerancedRun(const DesignSpace& space, const Tolerances& numbers
       add_incompatible_parameters(gradients_.back().closure_gaps[i - first], i, numbers[i].path, numbers[i].deviation(),
                                   space.start.mechanism, incompatible_parameters_);
   }
-  for (const IncompatibleParameter& one : incompatible_parameters_) sigma_[static_cast<Eigen::Index>(one.index)] = 0;
-  places_ = instants_of(gradients_.front());
+  for (const IncompatibleParameter& parameter : incompatible_parameters_)
+    deviations_[static_cast<Eigen::Index>(parameter.index)] = 0;
+  samples_ = list_samples(gradients_.front());
 }
 
-const RunResult& TolerancedRun::derivative(Eigen::Index number, bool between) const {
+const RunResult& TolerancedRun::derivative(Eigen::Index number, bool is_intermediate) const {
   const RunGradient& gradient = gradients_[static_cast<std::size_t>(number) / dual_width];
   const std::size_t k = static_cast<std::size_t>(number) % dual_width;
-  if (between) return gradient.derivatives_between[k].rows;
+  if (is_intermediate) return gradient.derivatives_between[k].rows;
   return gradient.derivatives[k];
 }
 
-VectorX TolerancedRun::value(const MetricSeries& track, const ToleranceSample& place) const {
-  const RunResult& rows = place.is_intermediate ? gradients_.front().intermediate.rows : run();
-  return (rows.*track.array).row(place.row).segment(track.first, track.count).transpose();
+VectorX TolerancedRun::value(const MetricSeries& series, const ToleranceSample& sample) const {
+  const RunResult& rows = sample.is_intermediate ? gradients_.front().intermediate.rows : run();
+  return (rows.*series.array).row(sample.row).segment(series.first, series.count).transpose();
 }
 
-MatrixX TolerancedRun::contributions(const MetricSeries& track, const ToleranceSample& place) const {
-  MatrixX out(sigma_.size(), track.count);
-  for (Eigen::Index i = 0; i < sigma_.size(); ++i)
-    out.row(i) = sigma_[i] *
-                 (derivative(i, place.is_intermediate).*track.array).row(place.row).segment(track.first, track.count);
-  return out;
+MatrixX TolerancedRun::contributions(const MetricSeries& series, const ToleranceSample& sample) const {
+  MatrixX result(deviations_.size(), series.count);
+  for (Eigen::Index i = 0; i < deviations_.size(); ++i)
+    result.row(i) =
+        deviations_[i] *
+        (derivative(i, sample.is_intermediate).*series.array).row(sample.row).segment(series.first, series.count);
+  return result;
 }
 
 }  // namespace balance

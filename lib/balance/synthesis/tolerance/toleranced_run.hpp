@@ -1,5 +1,5 @@
 #pragma once
-/// A run with what every number that may be off changes it by.
+/// A run with its derivatives with respect to the toleranced numbers.
 
 #include "balance/mechanics/derivatives/dual_evaluator.hpp"
 #include "balance/mechanics/derivatives/run_gradient.hpp"
@@ -14,37 +14,36 @@
 
 namespace balance {
 
-/// A spec's mechanism and trajectories with derivatives by the numbers that may be off.
+/// A spec's mechanism and trajectories with derivatives with respect to the toleranced numbers.
 class TolerancedDuals {
  public:
-  /// By numbers [first, first + dual_width), or as many as there are. @param space, numbers must outlive this
+  /// Differentiates with respect to the numbers [first, first + dual_width), or fewer at the end.
+  /// @param space, numbers must outlive this object
   TolerancedDuals(const DesignSpace& space, const Tolerances& numbers, std::size_t first)
       : space_(space), values_(*space.recording, inputs(space, numbers, first)) {}
 
   MechanismOf<DualNumber> mechanism() const { return values_.mechanism(); }
-  /// @param trajectory one of the spec's, perhaps with samples of its own
+  /// @param trajectory one of the spec's, but possibly with another number of samples
   TrajectoryOf<DualNumber> trajectory(const Trajectory& trajectory) const {
-    const auto& all = space_.start.trajectories;
-    const auto same = [&](const Trajectory& one) { return one.name == trajectory.name; };
-    const auto which = std::find_if(all.begin(), all.end(), same) - all.begin();
-    auto duals = cast_scalar<DualNumber>(space_.recording->trajectories.at(static_cast<std::size_t>(which)), values_);
+    const std::size_t index = trajectory_index(space_.start, trajectory.name);
+    auto duals = cast_scalar<DualNumber>(space_.recording->trajectories.at(index), values_);
     duals.samples = trajectory.samples;
     return duals;
   }
 
  private:
   static std::vector<DualNumber> inputs(const DesignSpace& space, const Tolerances& numbers, std::size_t first) {
-    std::vector<DualNumber> all(space.inputs.begin(), space.inputs.end());
+    std::vector<DualNumber> dual_inputs(space.inputs.begin(), space.inputs.end());
     for (std::size_t i = first; i < std::min(numbers.size(), first + dual_width); ++i)
-      all[static_cast<std::size_t>(numbers[i].input)].d[i - first] = 1;
-    return all;
+      dual_inputs[static_cast<std::size_t>(numbers[i].input)].d[i - first] = 1;
+    return dual_inputs;
   }
 
   const DesignSpace& space_;
   RecordedValues<DualNumber> values_;
 };
 
-/// One row of the run or of what lies between its samples, and its part of the duration.
+/// One row of the run or of the rows between its samples, and its fraction of the duration.
 struct ToleranceSample {
   bool is_intermediate = false;
   long row = 0;
@@ -54,36 +53,38 @@ struct ToleranceSample {
 
 class TolerancedRun {
  public:
-  /// @param space its inputs are taken as they are @param numbers off by as much as they say
-  /// @param quantities as in tolerance()
-  /// @throws std::invalid_argument if there are no numbers or too many samples, or a trajectory whose law is searched for
+  /// @param space with its current inputs
+  /// @param numbers with their deviations
+  /// @param quantities as in analyse_tolerance
+  /// @throws std::invalid_argument without numbers, with too many samples, or if the trajectory's law is to be
+  /// optimised
   TolerancedRun(const DesignSpace& space, const Tolerances& numbers, const Trajectory& trajectory,
                 const std::vector<std::string>& quantities);
 
   const MotionOutcome& outcome() const { return run().outcome; }
-  // What follows is there if the run is done.
+  // Valid only if the run is done.
   const RunResult& run() const { return gradients_.back().run; }
-  const std::vector<ToleranceSample>& samples() const { return places_; }
-  /// dual_width numbers each.
+  const std::vector<ToleranceSample>& samples() const { return samples_; }
+  /// One entry per dual_width numbers.
   const std::vector<FigureGradients>& figures() const { return figures_; }
-  /// Those of numbers that open a joint are 0.
-  const VectorX& deviations() const { return sigma_; }
+  /// Standard deviations; 0 for numbers that open a joint.
+  const VectorX& deviations() const { return deviations_; }
   const std::vector<IncompatibleParameter>& incompatible_parameters() const { return incompatible_parameters_; }
 
-  const RunResult& derivative(Eigen::Index number, bool between) const;
-  VectorX value(const MetricSeries& track, const ToleranceSample& place) const;
-  /// A row per number: what its deviation changes the track's components by.
-  MatrixX contributions(const MetricSeries& track, const ToleranceSample& place) const;
+  const RunResult& derivative(Eigen::Index number, bool is_intermediate) const;
+  VectorX value(const MetricSeries& series, const ToleranceSample& sample) const;
+  /// One row per number: the change of the series' components by its deviation.
+  MatrixX contributions(const MetricSeries& series, const ToleranceSample& sample) const;
 
  private:
-  VectorX sigma_;
-  std::vector<RunGradient> gradients_;  ///< dual_width numbers each
+  VectorX deviations_;
+  std::vector<RunGradient> gradients_;  ///< one entry per dual_width numbers
   std::vector<FigureGradients> figures_;
   std::vector<IncompatibleParameter> incompatible_parameters_;
-  std::vector<ToleranceSample> places_;
+  std::vector<ToleranceSample> samples_;
 };
 
-/// Fourth moment over the squared second one, less that of a normal distribution.
-double excess_kurtosis(Distribution spread);
+/// Fourth moment over the squared second one, minus that of a normal distribution.
+double excess_kurtosis(Distribution distribution);
 
 }  // namespace balance

@@ -20,14 +20,14 @@ namespace balance {
 
 namespace {
 
-/// A force that is zero, or nearly so, is measured by what it is the small sum of: by this part of energy / length.
+/// Minimum scale of efforts relative to the energy: a force near zero is compared with the terms that cancel in it.
 constexpr double min_relative_force_scale = 1e-3;
 
-/// With a mobility below this, what round-off leaves in positions is magnified: by its inverse in them, by its square in rates.
+/// Below this mobility, round-off is amplified: by the inverse mobility in positions, by its square in rates.
 constexpr double mobility_threshold = 0.02;
 
-/// Sizes that the run as a whole suggests. Positions are measured by the characteristic length, rates and accelerations by the
-/// largest of any joint: what does not move in all the motion is no less accurate than that.
+/// Scales of the run as a whole. Positions are compared with the characteristic length, rates and accelerations with
+/// the largest of any joint: coordinates that never move are no less accurate than that.
 struct QuantityScales {
   double length = 1, duration = 1, energy = 0, rate = 0, acceleration = 0;
 
@@ -48,8 +48,8 @@ struct QuantityScales {
                         max_abs(r.torque.col(a)) * (r.actuator_units[static_cast<std::size_t>(a)] == "N" ? length : 1));
   }
 
-  /// Of a unit such as "m/s^2".
-  double of(const std::string& unit) const {
+  /// Scale of a unit such as "m/s^2".
+  double scale_of(const std::string& unit) const {
     if (unit == "rad") return 1;
     if (unit == "m") return length;
     if (unit == "rad/s") return rate;
@@ -62,23 +62,26 @@ struct QuantityScales {
   }
 };
 
-/// Samples at which friction's sign is anybody's guess: the velocity of a coordinate with dry friction is round-off.
+/// Samples at which the sign of friction is undetermined: the velocity of a coordinate with dry friction is round-off.
 std::vector<bool> find_friction_reversals(const Mechanism& mechanism, const RunResult& r) {
-  std::vector<bool> dead(static_cast<std::size_t>(r.time.size()), false);
+  std::vector<bool> at_reversal(static_cast<std::size_t>(r.time.size()), false);
   for (const Friction& friction : mechanism.friction) {
     if (friction.dry_friction(1) == 0 && friction.dry_friction(-1) == 0) continue;
     const auto rate = r.joint_velocity.col(friction.coordinate);
-    const double least = 1e-9 * max_abs(rate);
+    const double rest_rate = 1e-9 * max_abs(rate);
     for (Eigen::Index k = 0; k < rate.size(); ++k)
-      if (std::abs(rate[k]) <= least) dead[static_cast<std::size_t>(k)] = true;
+      if (std::abs(rate[k]) <= rest_rate) at_reversal[static_cast<std::size_t>(k)] = true;
   }
-  return dead;
+  return at_reversal;
 }
 
 class FormulationComparison {
  public:
   FormulationComparison(const Mechanism& mechanism, const RunResult& tree, const RunResult& natural)
-      : tree_(tree), natural_(natural), scales_(mechanism, tree), dead_(find_friction_reversals(mechanism, tree)) {}
+      : tree_(tree),
+        natural_(natural),
+        scales_(mechanism, tree),
+        at_friction_reversal_(find_friction_reversals(mechanism, tree)) {}
 
   std::vector<QuantityDifference> run() {
     for (const Quantity& quantity : list_sampled_quantities(tree_)) {
@@ -92,7 +95,7 @@ class FormulationComparison {
       compare(quantity, quantity.name + (efforts ? " (motors that turn)" : " (angles)"), quantity.units, true);
       compare(quantity, quantity.name + (efforts ? " (motors that push)" : " (slides)"), quantity.units, false);
     }
-    return std::move(all_);
+    return std::move(differences_);
   }
 
  private:
@@ -116,30 +119,30 @@ class FormulationComparison {
   void compare(const Quantity& quantity, const std::string& name, const std::string& unit,
                const std::vector<Eigen::Index>& columns) {
     const Samples &a = tree_.*quantity.member, &b = natural_.*quantity.member;
-    QuantityDifference worst{name, unit, 0, tree_.time[0], scales_.of(unit)};
+    QuantityDifference worst{name, unit, 0, tree_.time[0], scales_.scale_of(unit)};
     const bool friction = quantity.name == "torque" || quantity.name == "power";
     for (const Eigen::Index c : columns) {
-      // What cancels is measured by what it is the sum of, anywhere along the motion.
+      // A sum whose terms cancel is compared with these terms, anywhere along the motion.
       worst.scale = std::max(worst.scale, column_term_magnitude(tree_, tree_.term_magnitudes, quantity.member, c));
-      double turns = 0;  // a tool's whole turns at the start are a matter of counting
+      double full_turns = 0;  // whole turns of a tool at the start depend on the counting
       if (quantity.name == "tool_orientation")
-        turns = 2 * std::numbers::pi * std::round((a(0, c) - b(0, c)) / (2 * std::numbers::pi));
+        full_turns = 2 * std::numbers::pi * std::round((a(0, c) - b(0, c)) / (2 * std::numbers::pi));
       for (Eigen::Index k = 0; k < a.rows(); ++k) {
-        if (friction && dead_[static_cast<std::size_t>(k)]) continue;
-        const double off = std::abs(a(k, c) - b(k, c) - turns);
+        if (friction && at_friction_reversal_[static_cast<std::size_t>(k)]) continue;
+        const double difference = std::abs(a(k, c) - b(k, c) - full_turns);
         if (unit != "rad" && unit != "m") worst.scale = std::max(worst.scale, std::abs(a(k, c)));
-        if (off <= worst.difference) continue;
-        worst.difference = off == off ? off : INFINITY;
+        if (difference <= worst.difference) continue;
+        worst.difference = difference == difference ? difference : INFINITY;
         worst.time = tree_.time[k];
       }
     }
-    all_.push_back(worst);
+    differences_.push_back(worst);
   }
 
   const RunResult &tree_, &natural_;
   QuantityScales scales_;
-  std::vector<bool> dead_;
-  std::vector<QuantityDifference> all_;
+  std::vector<bool> at_friction_reversal_;
+  std::vector<QuantityDifference> differences_;
 };
 
 /// Orthonormal basis of the row space, in comparable units.
@@ -151,54 +154,55 @@ MatrixX row_space(const MatrixX& rows, const VectorX& unit) {
 }  // namespace
 
 TrajectoryVerification verify_trajectory(const Mechanism& mechanism, const Trajectory& trajectory) {
-  TrajectoryVerification found;
-  found.trajectory = trajectory.name;
+  TrajectoryVerification result;
+  result.trajectory = trajectory.name;
   const RunResult tree = simulate(mechanism, trajectory), natural = simulate_natural(mechanism, trajectory);
-  found.tree = tree.outcome;
-  found.natural = natural.outcome;
-  const bool moved = tree.outcome.status == MotionStatus::done;
-  found.is_consistent = moved == (natural.outcome.status == MotionStatus::done);
-  if (!found.is_consistent || !moved) return found;
-  found.samples = static_cast<long>(tree.time.size());
-  found.differences = FormulationComparison(mechanism, tree, natural).run();
-  const double hard = mobility_threshold / std::max(1e-6, min_coefficient(tree.mobility));
-  found.tolerance = verify_tolerance * std::max(1.0, hard * hard);
-  for (const QuantityDifference& difference : found.differences)
-    found.is_consistent = found.is_consistent && difference.relative() <= found.tolerance;
-  return found;
+  result.tree = tree.outcome;
+  result.natural = natural.outcome;
+  const bool is_done = tree.outcome.status == MotionStatus::done;
+  result.is_consistent = is_done == (natural.outcome.status == MotionStatus::done);
+  if (!result.is_consistent || !is_done) return result;
+  result.samples = static_cast<long>(tree.time.size());
+  result.differences = FormulationComparison(mechanism, tree, natural).run();
+  const double amplification = mobility_threshold / std::max(1e-6, min_coefficient(tree.mobility));
+  result.tolerance = verify_tolerance * std::max(1.0, amplification * amplification);
+  for (const QuantityDifference& difference : result.differences)
+    result.is_consistent = result.is_consistent && difference.relative() <= result.tolerance;
+  return result;
 }
 
 ConditionsVerification verify_conditions(const Study& study) {
-  ConditionsVerification found;
-  const auto nothing = [&](std::string reason) {
-    found.reason = std::move(reason);
-    found.is_consistent = true;
-    return found;
+  ConditionsVerification result;
+  const auto skip = [&](std::string reason) {
+    result.reason = std::move(reason);
+    result.is_consistent = true;
+    return result;
   };
-  if (!study.temporary_payloads.empty()) return nothing("payloads come and go");
+  if (!study.temporary_payloads.empty()) return skip("payloads come and go");
   const Mechanism mechanism = assembled_at(study.mechanism, start_coordinates(study));
   NaturalStart start;
   if (!study.trajectories.empty()) start = find_natural_start(mechanism, study.trajectories.front());
   if (start.outcome.status != MotionStatus::done) start = find_natural_start(mechanism);  // conditions need no drive
-  if (start.outcome.status != MotionStatus::done) return nothing(start.outcome.reason);
+  if (start.outcome.status != MotionStatus::done) return skip(start.outcome.reason);
   const Conditions sampled = derive_conditions(mechanism, {{GoalKind::force}});
-  if (sampled.status != ConditionsStatus::done) return nothing(sampled.reason);
-  const natural::ForceConditions read_off = natural::force_conditions(mechanism, start.start);
-  if (!read_off.is_valid) return nothing(read_off.reason);
-  found.sampled = sampled.rank;
-  found.coefficients = static_cast<int>(read_off.matrix.rows());
-  const Eigen::Index inertial = read_off.matrix.cols();
-  VectorX unit(inertial);
-  for (Eigen::Index p = 0; p < inertial; ++p)
+  if (sampled.status != ConditionsStatus::done) return skip(sampled.reason);
+  const natural::ForceConditions from_coefficients = natural::force_conditions(mechanism, start.start);
+  if (!from_coefficients.is_valid) return skip(from_coefficients.reason);
+  result.sampled = sampled.rank;
+  result.coefficients = static_cast<int>(from_coefficients.matrix.rows());
+  const Eigen::Index parameter_count = from_coefficients.matrix.cols();
+  VectorX unit(parameter_count);
+  for (Eigen::Index p = 0; p < parameter_count; ++p)
     unit[p] =
         elementary::pow(characteristic_length(mechanism), sampled.parameters[static_cast<std::size_t>(p)].length_power);
-  found.subspace_angle_sine = found.sampled == found.coefficients ? 0 : 1;
-  if (found.sampled > 0 && found.sampled == found.coefficients) {
-    const MatrixX a = row_space(sampled.matrix.leftCols(inertial), unit), b = row_space(read_off.matrix, unit);
-    found.subspace_angle_sine = (b - a * (a.transpose() * b)).norm();
+  result.subspace_angle_sine = result.sampled == result.coefficients ? 0 : 1;
+  if (result.sampled > 0 && result.sampled == result.coefficients) {
+    const MatrixX a = row_space(sampled.matrix.leftCols(parameter_count), unit),
+                  b = row_space(from_coefficients.matrix, unit);
+    result.subspace_angle_sine = (b - a * (a.transpose() * b)).norm();
   }
-  found.is_consistent = found.subspace_angle_sine <= verify_tolerance;
-  return found;
+  result.is_consistent = result.subspace_angle_sine <= verify_tolerance;
+  return result;
 }
 
 VerifyReport verify_formulations(const Study& study) {

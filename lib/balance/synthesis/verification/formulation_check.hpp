@@ -1,5 +1,5 @@
 #pragma once
-/// Both formulations on everything that one spec asks for, and where they differ most.
+/// Compares both formulations for everything in a spec, and reports where they differ most.
 
 #include "balance/motion/study/study.hpp"
 
@@ -10,18 +10,16 @@
 
 namespace balance {
 
-/// Differences up to this part of a quantity's scale are round-off: both formulations solve linear systems of a few dozen
-/// unknowns to some 1e-13, and a path may come near a singularity.
+/// Differences up to this fraction of a quantity's scale are round-off: both formulations solve linear systems of a few
+/// dozen unknowns to about 1e-13, and a path may come near a singularity.
 inline constexpr double verify_tolerance = 1e-9;
 
 struct QuantityDifference {
-  std::string
-      quantity;      ///< as in the result file; rotating and sliding joint coordinates apart: "joint_position (slides)"
-  std::string unit;  ///< of difference and scale
-  double difference = 0;  ///< the largest, over samples and columns
-  double time = 0;        ///< where [s]
-  double scale =
-      0;  ///< largest magnitude of the quantity, but at least what it is made of allows (formulation_check.cpp)
+  std::string quantity;   ///< as in the result file; angles and slides separately: "joint_position (slides)"
+  std::string unit;       ///< of difference and scale
+  double difference = 0;  ///< maximum over samples and columns
+  double time = 0;        ///< of the maximum [s]
+  double scale = 0;  ///< largest magnitude of the quantity, but at least what its terms suggest (formulation_check.cpp)
   double relative() const { return scale > 0 ? difference / scale : difference; }
 };
 
@@ -30,15 +28,15 @@ struct TrajectoryVerification {
   MotionOutcome tree, natural;
   std::vector<QuantityDifference> differences;  ///< empty unless both are done
   long samples = 0;
-  double tolerance = verify_tolerance;  ///< larger where the path comes near a singularity (mobility below 0.02)
-  bool is_consistent = false;           ///< within the tolerance, or both stop for a reason
+  double tolerance = verify_tolerance;  ///< larger if the path comes near a singularity (mobility below 0.02)
+  bool is_consistent = false;           ///< within the tolerance, or both formulations fail
 };
 
-/// The force-balancing conditions by sampling and from the coefficient matrices C_P.
+/// The force-balancing conditions, derived by sampling and from the coefficient matrices C_P.
 struct ConditionsVerification {
   std::string reason;                 ///< why there is nothing to compare; empty if there is
   int sampled = 0, coefficients = 0;  ///< numbers of conditions
-  double subspace_angle_sine = 0;  ///< sine of the largest angle between the spaces they span; 1 if the numbers differ
+  double subspace_angle_sine = 0;  ///< sine of the largest angle between the spanned subspaces; 1 if the numbers differ
   bool is_consistent = false;
 };
 
@@ -46,7 +44,7 @@ struct VerifyReport {
   std::vector<TrajectoryVerification> trajectories;
   ConditionsVerification conditions;
   bool is_consistent = false;
-  /// The first trajectory that both formulations refuse; done if there is none.
+  /// Outcome of the first trajectory that both formulations refuse; done if there is none.
   MotionOutcome failed_outcome{MotionStatus::done, 0, "", {}};
 };
 

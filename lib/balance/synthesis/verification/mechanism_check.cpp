@@ -15,7 +15,8 @@ namespace balance {
 
 namespace {
 
-/// Coordinates times steps that the search for assembly modes may take: a second or two. Mechanisms of a thousand coordinates need less.
+/// Maximum number of coordinates times steps in the search for assembly modes: a second or two. Mechanisms of a
+/// thousand coordinates need less.
 constexpr long max_assembly_search_work = 1'500'000;
 
 template <class S>
@@ -26,12 +27,12 @@ class MechanismChecker {
         progress_(progress),
         mechanism_(study.mechanism),
         tree_(compile_tree<S>(mechanism_, list_required_coordinates(study))),
-        from_(make_pose_equations(mechanism_, tree_, start_pose())),
-        system_(tree_, from_.drive) {}
+        start_equations_(make_pose_equations(mechanism_, tree_, start_pose())),
+        system_(tree_, start_equations_.drive) {}
 
   CheckReport run() {
     count_elements();
-    const AssemblySolution start = solve_pose(mechanism_, tree_, system_, from_.target);
+    const AssemblySolution start = solve_pose(mechanism_, tree_, system_, start_equations_.target);
     if (!start.found) {
       report_.outcome = explain_assembly_failure(mechanism_, tree_, start, start_pose());
       return report_;
@@ -50,14 +51,14 @@ class MechanismChecker {
                                       : prescribed_coordinates(study.trajectories.front());
   }
 
-  /// The first trajectory's start pose, else the actuators at their rough values.
+  /// The first trajectory's start pose; without trajectories, the actuators at their rough values.
   PoseTarget start_pose() const {
     if (!study_.trajectories.empty()) return study_.trajectories.front().from;
     PoseTarget pose;
     for (const int actuator : mechanism_.actuators) {
       double value = 0;
-      for (const CoordinateValue& rough : mechanism_.assembly)
-        if (rough.coordinate == actuator) value = rough.value;
+      for (const CoordinateValue& assembled : mechanism_.assembly)
+        if (assembled.coordinate == actuator) value = assembled.value;
       pose.joints.push_back({actuator, value});
     }
     return pose;
@@ -91,33 +92,33 @@ class MechanismChecker {
     report_.rate_rank = rank - report_.closure_rank;
     report_.configuration_freedoms = tree_.columns - report_.closure_rank;
     report_.degrees_of_freedom = tree_.columns - rank;
-    if (tree_.closure_rows > rank) name_redundant(y, rank);
+    if (tree_.closure_rows > rank) find_redundant_rows(y, rank);
     find_passive_freedoms();
   }
 
-  /// Rows of the closures that depend on the others; which of a dependent set is called redundant is a choice: the last ones.
-  void name_redundant(const VectorX& y, int rank) {
+  /// Finds closure rows that depend on the others. Which rows of a dependent set these are is a choice: the last ones.
+  void find_redundant_rows(const VectorX& y, int rank) {
     ConstraintSystem<S> closures(tree_, Drive<S>{});
     MatrixX jacobian;
     closures.velocity_jacobian(y, {}, jacobian);
-    MatrixX kept(0, tree_.columns);
+    MatrixX independent_rows(0, tree_.columns);
     int r = 0;
     auto constraint = mechanism_.constraints.begin();
     for (const Closure<S>& closure : tree_.closures) {
       const std::string name =
           closure.joint < 0 ? "constraint " + (constraint++)->name : mechanism_.joints[closure.joint].name;
       for (const ClosureRow& row : closure.rows) {
-        MatrixX more(kept.rows() + 1, tree_.columns);
-        more << kept, jacobian.row(r++);
-        if (kept.rows() < rank && decompose_rank(more).rank == more.rows())
-          kept = more;
+        MatrixX extended_rows(independent_rows.rows() + 1, tree_.columns);
+        extended_rows << independent_rows, jacobian.row(r++);
+        if (independent_rows.rows() < rank && decompose_rank(extended_rows).rank == extended_rows.rows())
+          independent_rows = extended_rows;
         else
-          report_.redundant.push_back(name + ": " + meaning(row));
+          report_.redundant.push_back(name + ": " + describe_row(row));
       }
     }
   }
 
-  static std::string meaning(const ClosureRow& row) {
+  static std::string describe_row(const ClosureRow& row) {
     static const char* const names[] = {"x", "y", "z"};
     if (row.kind == ClosureRow::Kind::sum) return "its speed is zero anyway";
     if (row.kind == ClosureRow::Kind::slip) return std::string("friction along ") + names[row.i] + " of the plane";
@@ -142,47 +143,48 @@ class MechanismChecker {
     MassDistribution<S> masses(tree_);
     masses.update(tree_, state);
     report_.com = to_3d(masses.com());
-    for (double& place : report_.com)
-      if (std::abs(place) < pose_round_off * tree_.characteristic_length) place = 0;
+    for (double& component : report_.com)
+      if (std::abs(component) < pose_round_off * tree_.characteristic_length) component = 0;
   }
 
   /// Other ways to close the loops at the same start pose.
   void find_modes(const VectorX& selected) {
-    if (tree_.closures.empty() && from_.drive.linear.size() == static_cast<std::size_t>(tree_.columns)) return;
-    AssemblyModes<S> modes(mechanism_, tree_, system_, from_.target, selected);
+    if (tree_.closures.empty() && start_equations_.drive.linear.size() == static_cast<std::size_t>(tree_.columns))
+      return;
+    AssemblyModes<S> modes(mechanism_, tree_, system_, start_equations_.target, selected);
     const int restarts = tree_.columns > 100 ? 24 : std::clamp(6000 / (tree_.columns * tree_.columns + 1), 24, 400);
-    long spent = 0;
+    long work = 0;
     for (int start = 1; start <= restarts; ++start) {
-      if (spent > max_assembly_search_work) {
+      if (work > max_assembly_search_work) {
         report_.notes.push_back("the search for assembly modes stopped after " + std::to_string(start - 1) + " of " +
                                 std::to_string(restarts) + " random starts: the mechanism is large");
         break;
       }
       if (progress_) progress_(static_cast<double>(start - 1) / restarts);
-      spent += modes.search_from(static_cast<std::uint64_t>(start));
+      work += modes.search_from(static_cast<std::uint64_t>(start));
     }
     // a pose that leaves freedoms open has a continuum of solutions, not modes
-    const bool distinct = from_.drive.row_count() >= report_.configuration_freedoms;
+    const bool is_isolated = start_equations_.drive.row_count() >= report_.configuration_freedoms;
     for (const std::vector<double>& mode : modes.modes()) {
-      if (!distinct && !report_.modes.empty()) break;
+      if (!is_isolated && !report_.modes.empty()) break;
       report_.modes.push_back({.coordinates = mode, .is_selected = report_.modes.empty()});
       clear_pose_round_off(mechanism_, tree_.characteristic_length, report_.modes.back().coordinates);
     }
     std::sort(report_.modes.begin() + 1, report_.modes.end(),
               [](const AssemblyMode& a, const AssemblyMode& b) { return a.coordinates < b.coordinates; });
     for (AssemblyMode& mode : report_.modes)
-      mode.assembly_line = format_assembly_line(mechanism_, tree_, from_.drive, mode.coordinates);
+      mode.assembly_line = format_assembly_line(mechanism_, tree_, start_equations_.drive, mode.coordinates);
   }
 
   void check_actuators() {
     const Actuation<S> actuation(mechanism_, tree_, report_.degrees_of_freedom);
     if (!actuation.mismatch().empty()) report_.notes.push_back(actuation.mismatch());
     report_.notes.insert(report_.notes.end(), actuation.notes().begin(), actuation.notes().end());
-    if (from_.drive.row_count() < report_.degrees_of_freedom)
-      report_.notes.push_back("the start pose states " + std::to_string(from_.drive.row_count()) + " values for " +
-                              std::to_string(report_.degrees_of_freedom) + " degrees of freedom");
-    else if (from_.drive.row_count() < report_.configuration_freedoms)
-      report_.notes.push_back("the start pose states " + std::to_string(from_.drive.row_count()) + " of " +
+    if (start_equations_.drive.row_count() < report_.degrees_of_freedom)
+      report_.notes.push_back("the start pose states " + std::to_string(start_equations_.drive.row_count()) +
+                              " values for " + std::to_string(report_.degrees_of_freedom) + " degrees of freedom");
+    else if (start_equations_.drive.row_count() < report_.configuration_freedoms)
+      report_.notes.push_back("the start pose states " + std::to_string(start_equations_.drive.row_count()) + " of " +
                               std::to_string(report_.configuration_freedoms) +
                               " values; the others are those of 'assembly', or the nearest to them");
   }
@@ -191,7 +193,7 @@ class MechanismChecker {
   const std::function<void(double)>& progress_;
   const Mechanism& mechanism_;
   Tree<S> tree_;
-  PoseEquations<S> from_;
+  PoseEquations<S> start_equations_;
   ConstraintSystem<S> system_;
   CheckReport report_;
 };

@@ -1,5 +1,5 @@
 #pragma once
-/// What a mechanism is, before anything moves.
+/// Structure and mobility of a mechanism, before anything moves.
 
 #include "balance/mechanics/model/mechanism.hpp"
 #include "balance/mechanics/trajectory/motion_outcome.hpp"
@@ -13,9 +13,9 @@ namespace balance {
 
 /// One way to assemble the mechanism at its start pose.
 struct AssemblyMode {
-  std::vector<double> coordinates;  ///< of all joints, in Mechanism::coordinates' order, angles in (−π, π]
-  std::string assembly_line;        ///< `assembly: {B1: -1.6, B2: -2.8}`: pasted into the spec it selects this mode
-  bool is_selected = false;         ///< the one that the spec picks now
+  std::vector<double> coordinates;  ///< of all joints, in the order of Mechanism::coordinates; angles in (−π, π]
+  std::string assembly_line;        ///< `assembly: {B1: -1.6, B2: -2.8}`: selects this mode if pasted into the spec
+  bool is_selected = false;         ///< the mode that the spec currently selects
 };
 
 struct Loop {
@@ -25,33 +25,33 @@ struct Loop {
 };
 
 struct CheckReport {
-  MotionOutcome outcome;  ///< done, or why it cannot be assembled
-  int bodies = 0;         ///< moving ones
+  MotionOutcome outcome;  ///< done, or why the mechanism cannot be assembled
+  int bodies = 0;         ///< moving bodies
   int joints = 0;
-  std::vector<std::string> tree_joints;  ///< whose coordinates are used
+  std::vector<std::string> tree_joints;  ///< joints whose coordinates are used
   std::vector<Loop> loops;
   int tree_coordinates = 0;  ///< after couplings
   int closure_equations = 0;
   int closure_rank = 0;
-  int rate_equations = 0;               ///< that bind rates alone: of what rolls on a plane, and the spec's constraints
-  int rate_rank = 0;                    ///< how many of these are independent of each other and of the closures
-  int configuration_freedoms = 0;       ///< by rank: coordinates less independent closure equations
-  int degrees_of_freedom = 0;           ///< by rank, of the velocity: those less independent equations of rates
+  int rate_equations = 0;               ///< equations of rates alone: rolling on a plane, and the spec's constraints
+  int rate_rank = 0;                    ///< number of these that are independent of each other and of the closures
+  int configuration_freedoms = 0;       ///< by rank: coordinates minus independent closure equations
+  int degrees_of_freedom = 0;           ///< by rank: configuration_freedoms minus independent rate equations
   int gruebler_degrees_of_freedom = 0;  ///< Grübler–Kutzbach
   std::vector<std::string> redundant;   ///< one line per redundant constraint: "D1: moment about x of the loop …"
   std::vector<std::string>
-      passive_freedoms;  ///< spins that nothing else notices, held and not counted: "rod1 could spin about the line …"
+      passive_freedoms;  ///< spins that affect nothing else, held and not counted: "rod1 could spin about the line …"
   double total_mass = 0;          ///< [kg]
   Vector3 com = Vector3::Zero();  ///< at the start pose [m]
   std::vector<double> start;      ///< coordinates at the start pose
   std::vector<AssemblyMode>
-      modes;  ///< found at the start pose, those of large mechanisms by fewer starts (a note says how many)
+      modes;  ///< found at the start pose; large mechanisms have fewer random starts (a note says how many)
   std::vector<std::string> notes;
 };
 
 /// @param study its first trajectory's `from` is the start pose; without trajectories the actuated coordinates are held
-///        at their assembly values (or zero)
-/// @param progress told now and then which part of the search for assembly modes is done, 0 to 1
-CheckReport check_mechanism(const Study& study, const std::function<void(double part)>& progress = {});
+/// at their assembly values (or zero)
+/// @param progress called from time to time with the completed fraction of the search for assembly modes, 0 to 1
+CheckReport check_mechanism(const Study& study, const std::function<void(double fraction)>& progress = {});
 
 }  // namespace balance

@@ -7,7 +7,7 @@
 
 namespace balance::natural {
 
-/// A force with its moment about the world's origin, internal units.
+/// A force and its moment about the world's origin, in internal units.
 struct NaturalWrench {
   Complex force;
   double moment = 0;
@@ -17,14 +17,14 @@ class AppliedForces {
  public:
   AppliedForces(const Mechanism& mechanism, const NaturalModel& model);
 
-  /// Adds to one complex force per point: power Σ Re(conj(force) ż). Springs in joint coordinates are in add_joint_springs().
-  /// @return what the loads do in all
+  /// Adds to one complex force per point; power is Σ Re(conj(force) ż). For joint springs, see add_joint_springs().
+  /// @return the resultant of the loads
   NaturalWrench add_forces(const NaturalCoordinates& position, double time, std::vector<Complex>& forces) const;
-  /// Adds what springs in joint coordinates do to the scalars [kg length²/s²].
+  /// Adds the generalised forces of joint springs to the scalars [kg length²/s²].
   void add_joint_springs(const NaturalCoordinates& position, double* scalars) const;
-  /// Of weight and springs [kg length²/s²], zero where the weight's centre is at the world's origin.
+  /// Potential energy of weight and springs [kg length²/s²]; that of weight is zero with the CoM at the world's origin.
   double energy(const NaturalCoordinates& position) const;
-  /// Weight in all, at the centre of mass.
+  /// Total weight, at the CoM.
   NaturalWrench weight(const NaturalCoordinates& position) const;
 
  private:
@@ -39,7 +39,7 @@ class AppliedForces {
 
   struct JointSpring {
     ScalarAffineForm coordinate;  ///< [rad or m]
-    double stiffness, preload;    ///< of an energy in kg length²/s²
+    double stiffness, preload;    ///< in units of an energy in kg length²/s²
   };
 
   const NaturalModel& model_;
@@ -49,44 +49,44 @@ class AppliedForces {
   std::vector<JointSpring> joint_springs_;
 };
 
-/// M applied to rates or accelerations of the points: a momentum or a force per point, P3 eq. 22–23 before the sum.
+/// M applied to rates or accelerations of the points: one momentum or force per point, P3 eq. 22–23 before summation.
 std::vector<Complex> multiply_by_mass(const NaturalModel& model, const std::vector<Complex>& rates);
 
-/// Finds what natural coordinates know of a moving mechanism at one moment.
+/// Evaluates the quantities of a moving mechanism at one instant from natural coordinates.
 class NaturalSampleEvaluator {
  public:
-  /// @param model must outlive the observer
+  /// @param model must outlive this object
   NaturalSampleEvaluator(const Mechanism& mechanism, const NaturalModel& model, int freedoms, const Vector3& about);
 
-  /// Why the actuators do not fit the freedoms; empty if they do.
+  /// Why the actuators do not match the freedoms; empty if they do.
   const std::string& mismatch() const { return mismatch_; }
   const std::vector<std::string>& notes() const { return notes_; }
 
   /// @return false if the actuators do not hold the mechanism there
   bool observe(const NaturalStepper& stepper);
-  const Sample& last() const { return seen_; }
-  /// Constraints and actuated coordinates together: has full rank where the actuators hold the mechanism.
+  const Sample& last() const { return sample_; }
+  /// Constraints and actuated coordinates together: has full rank if the actuators hold the mechanism.
   MatrixX actuation_matrix(const NaturalKinematicEquations& equations, const NaturalCoordinates& position) const;
 
  private:
-  void read_coordinates(const NaturalStepper& stepper);
-  void read_momentum(const NaturalState& state);
+  void update_coordinates(const NaturalStepper& stepper);
+  void update_momentum(const NaturalState& state);
   bool solve_efforts(const NaturalStepper& stepper);
-  VectorX needed_forces(const NaturalStepper& stepper);
+  VectorX required_forces(const NaturalStepper& stepper);
 
   const Mechanism& mechanism_;
   const NaturalModel& model_;
-  AppliedForces applied_;
+  AppliedForces applied_forces_;
   int freedoms_;
   Complex about_;
   AffineForm com_, tool_;
   std::string mismatch_;
   std::vector<std::string> notes_;
-  std::vector<Complex> inertia_;  ///< M q̈ per point
-  NaturalWrench loads_;
-  Complex shaking_;  ///< Σ M q̈
-  Vector3 point_;    ///< that moments are about
-  Sample seen_;
+  std::vector<Complex> inertial_forces_;  ///< M q̈ per point
+  NaturalWrench load_wrench_;
+  Complex shaking_;           ///< Σ M q̈
+  Vector3 moment_reference_;  ///< reference point of moments
+  Sample sample_;
 };
 
 }  // namespace balance::natural

@@ -1,5 +1,5 @@
 #pragma once
-/// Follows prescribed values through time: Taylor's prediction, Newton on all equations, then velocities and accelerations.
+/// Follows prescribed values over time: Taylor prediction, Newton on all equations, then velocities and accelerations.
 
 #include "balance/foundation/numerics/eigen_instantiations.hpp"
 #include "balance/foundation/numerics/overdetermined_system.hpp"
@@ -17,7 +17,7 @@ namespace balance::natural {
 
 // Prescribed quantities as rows in natural coordinates.
 
-/// Rows whose value is the quantity in internal units; `unit` turns those into SI.
+/// Rows whose values are the quantities in internal units; `unit` converts them to SI.
 struct DriveRows {
   std::vector<ConstraintRow> rows;
   std::vector<double> unit;
@@ -26,7 +26,7 @@ struct DriveRows {
 /// In the order of DriveValue::value. The angles and coordinates must be scalars of the model.
 DriveRows make_drive_rows(const Mechanism& mechanism, const NaturalModel& model, const DriveQuantities& quantities);
 
-/// m · (centre of mass) = B M q as a form (P3 eq. 21), divided by m.
+/// The CoM as a form: m · CoM = B M q (P3 eq. 21), divided by m.
 AffineForm make_com_form(const NaturalModel& model);
 
 AffineForm make_tool_form(const Mechanism& mechanism, const NaturalModel& model);
@@ -41,32 +41,32 @@ class NaturalKinematicEquations {
   int drive_row_count() const { return static_cast<int>(drive_.rows.size()); }
   int rows() const { return constraint_count() + drive_row_count(); }
 
-  /// Left-hand sides less prescribed values [SI, one per driven row].
+  /// Left-hand sides minus prescribed values [SI, one per driven row].
   VectorX residual(const NaturalCoordinates& position, const VectorX& prescribed) const;
   MatrixX jacobian(const NaturalCoordinates& position) const;
   MatrixX constraint_jacobian(const NaturalCoordinates& position) const;
-  /// What the driven rows measure [SI].
+  /// Values of the driven rows [SI].
   VectorX measure(const NaturalCoordinates& position) const;
   VectorX measure_rate(const NaturalState& state) const;
 
-  /// Newton with as many rows as unknowns (LU) or more, consistent ones (least squares). The last correction follows a residual
-  /// that is small already.
+  /// Newton's method with as many rows as unknowns (LU), or with more, consistent rows (least squares). The last
+  /// correction follows a residual that is already small.
   /// @return false if it does not converge
   bool newton(NaturalCoordinates& position, const VectorX& prescribed);
-  /// The same with corrections of least norm and any number of rows: for starts.
+  /// The same with minimum-norm corrections and any number of rows: for start configurations.
   bool solve_least_norm(NaturalCoordinates& position, const VectorX& prescribed) const;
-  /// Velocities and accelerations from the matrix at the state's position, which this factorises.
+  /// Computes velocities and accelerations; factorises the matrix at the state's position.
   bool differentiate(NaturalState& state, const DriveSample& sample);
-  /// Accelerations anew, with the factorisation at hand.
+  /// Recomputes accelerations with the current factorisation.
   void accelerate(NaturalState& state, const DriveSample& sample) const;
 
-  /// Velocities per unit rate of the driven rows: spans what the constraints allow. Of the matrix last factorised.
+  /// Velocities per unit rate of the driven rows: they span what the constraints allow. Uses the last factorisation.
   MatrixX allowed_velocities() const;
   int iterations() const { return iterations_; }
 
  private:
   bool factorise(const NaturalCoordinates& position);
-  VectorX solve(const VectorX& right) const;
+  VectorX solve(const VectorX& right_hand_side) const;
 
   const NaturalModel& model_;
   DriveRows drive_;
@@ -74,10 +74,10 @@ class NaturalKinematicEquations {
   Eigen::PartialPivLU<MatrixX> lu_;
   ColumnPivotingQr qr_;
   int iterations_ = 0;
-  double round_off_;
+  double residual_tolerance_;
 };
 
-/// Constraints that are independent, at the most generic of a few configurations around one that meets them.
+/// Number of independent constraints: the maximum at a few configurations around one that meets them.
 int find_generic_constraint_rank(const NaturalModel& model, const NaturalCoordinates& position);
 
 class NaturalStepper {
@@ -85,21 +85,22 @@ class NaturalStepper {
   /// @param model, schedule must outlive the stepper
   NaturalStepper(const NaturalModel& model, DriveRows drive, const PrescribedMotion& schedule, int freedoms);
 
-  /// Another matrix that must keep full column rank, from begin() on.
-  void set_actuation_matrix(std::function<MatrixX(const NaturalCoordinates&)> held) {
-    actuation_matrix_ = std::move(held);
+  /// Sets another matrix that must keep full column rank from begin() on.
+  void set_actuation_matrix(std::function<MatrixX(const NaturalCoordinates&)> matrix) {
+    actuation_matrix_ = std::move(matrix);
   }
-  /// Time 0, from a configuration near it. Also true of advance: on false outcome() says why, and the last good state stays.
-  bool begin(const NaturalCoordinates& near);
-  /// On to a later time, in as many steps as it takes to stay on the same assembly mode.
+  /// Starts at time 0, from a configuration near the start. As for advance(): if it returns false, outcome() says why,
+  /// and the last good state remains.
+  bool begin(const NaturalCoordinates& initial_position);
+  /// Advances to a later time, in as many steps as necessary to stay in the same assembly mode.
   bool advance(double time);
-  /// Accelerations on one side of the present time (advance() leaves those of the side `after`).
+  /// Computes accelerations on one side of the current time (advance() leaves those of the side `after`).
   void accelerate(Side side);
 
-  double time() const { return now_.time; }
+  double time() const { return state_.time; }
   double duration() const { return schedule_.duration(); }  ///< of the whole motion [s]
-  const NaturalState& state() const { return now_; }
-  /// Angle of every body, running on past ±π [rad], with its rates; from the scalars or read off the directions.
+  const NaturalState& state() const { return state_; }
+  /// Angle of every body, continuous beyond ±π [rad], and its rates; from the scalars or the directions.
   const std::vector<double>& angles() const { return angles_; }
   double angular_velocity(BodyId body) const;
   double angular_acceleration(BodyId body) const;
@@ -108,25 +109,25 @@ class NaturalStepper {
   const MotionOutcome& outcome() const { return outcome_; }
 
  private:
-  enum class StepResult { done, no_convergence, far_from_prediction, natural_pivot_threshold, actuation_singular };
+  enum class StepResult { done, no_convergence, far_from_prediction, possible_rank_loss, actuation_singular };
 
   StepResult step(double time);
   StepResult check_step(const NaturalState& next);
   double curvature(const NaturalState& next) const;
-  bool is_far_from_prediction(const NaturalCoordinates& predicted, const NaturalCoordinates& found) const;
-  void read_angles(const std::vector<double>& expected);
+  bool is_far_from_prediction(const NaturalCoordinates& predicted, const NaturalCoordinates& corrected) const;
+  void update_angles(const std::vector<double>& expected);
   void stop(StepResult attempt);
 
   const NaturalModel& model_;
   const PrescribedMotion& schedule_;
   int freedoms_;
   NaturalKinematicEquations equations_;
-  NaturalState now_;
+  NaturalState state_;
   std::vector<double> angles_;
   DriveSample sample_;
   int iterations_ = 0;
-  RankMonitor constraint_monitor_, actuation_;
-  PivotExtrapolation approach_, actuation_approach_;
+  RankMonitor constraint_monitor_, actuation_monitor_;
+  PivotExtrapolation pivot_extrapolation_, actuation_extrapolation_;
   std::function<MatrixX(const NaturalCoordinates&)> actuation_matrix_;
   MotionOutcome outcome_;
 };

@@ -17,15 +17,15 @@ NaturalInertia& NaturalInertia::operator+=(const NaturalInertia& other) {
 }
 
 Eigen::Matrix2cd two_point_mass(const NaturalInertia& inertia, Complex a, Complex b) {
-  const Complex way = b - a;
-  const Complex first = (inertia.first_moment - inertia.mass * a) / way;  // ∫ κ dm
-  const double square =                                                   // ∫ |κ|² dm
-      (inertia.second_moment - 2 * dot(a, inertia.first_moment) + inertia.mass * std::norm(a)) / std::norm(way);
+  const Complex base = b - a;
+  const Complex first = (inertia.first_moment - inertia.mass * a) / base;  // ∫ κ dm
+  const double second =                                                    // ∫ |κ|² dm
+      (inertia.second_moment - 2 * dot(a, inertia.first_moment) + inertia.mass * std::norm(a)) / std::norm(base);
   Eigen::Matrix2cd M;
-  M(0, 0) = inertia.mass - 2 * first.real() + square;
-  M(0, 1) = first - square;  // ∫ conj(1 − κ) κ dm
+  M(0, 0) = inertia.mass - 2 * first.real() + second;
+  M(0, 1) = first - second;  // ∫ conj(1 − κ) κ dm
   M(1, 0) = std::conj(M(0, 1));
-  M(1, 1) = square;
+  M(1, 1) = second;
   return M;
 }
 
@@ -49,17 +49,17 @@ Matrix3 three_point_mass(const Matrix3& moments, Complex a, Complex b, Complex c
 
 namespace {
 
-NaturalInertia inertia_at(double mass, const Vector3& place, double about_com, double length) {
-  const Complex r = to_complex(place, length);
+NaturalInertia inertia_at(double mass, const Vector3& position, double about_com, double length) {
+  const Complex r = to_complex(position, length);
   return {mass, mass * r, about_com / (length * length) + mass * std::norm(r)};
 }
 
-/// What is rigidly fixed to a body, itself included. A disc's centre of mass does not move in its carrier.
+/// Inertia of a body and everything rigidly fixed to it. A disc's CoM does not move on its carrier.
 NaturalInertia sum_carried_inertia(const Mechanism& mechanism, int b, double length) {
   const Body& body = mechanism.bodies[static_cast<std::size_t>(b)];
   NaturalInertia sum = inertia_at(body.mass, body.com, body.inertia(2, 2), length);
-  for (const Attachment& extra : mechanism.attachments)
-    if (extra.body == b) sum += inertia_at(extra.mass, extra.position, extra.inertia(2, 2), length);
+  for (const Attachment& attachment : mechanism.attachments)
+    if (attachment.body == b) sum += inertia_at(attachment.mass, attachment.position, attachment.inertia(2, 2), length);
   for (const Disc& disc : mechanism.discs)
     if (disc.body == b) sum += inertia_at(disc.mass, disc.position, 0, length);
   return sum;
@@ -120,98 +120,99 @@ double compute_zero_angle(const Joint& joint) { return elementary::atan2(joint.r
 
 std::vector<BodyPose> compute_body_poses(const Mechanism& mechanism, const std::vector<double>& coordinates,
                                          double length) {
-  std::vector<BodyPose> places(mechanism.bodies.size());
-  std::vector<bool> placed(mechanism.bodies.size(), false);
-  std::queue<int> open({ground});
-  placed[ground] = true;
-  while (!open.empty()) {
-    const BodyId body = open.front();
-    open.pop();
+  std::vector<BodyPose> poses(mechanism.bodies.size());
+  std::vector<bool> is_placed(mechanism.bodies.size(), false);
+  std::queue<int> pending({ground});
+  is_placed[ground] = true;
+  while (!pending.empty()) {
+    const BodyId body = pending.front();
+    pending.pop();
     for (std::size_t j = 0; j < mechanism.joints.size(); ++j) {
       const Joint& joint = mechanism.joints[j];
       if (joint.first != body && joint.second != body) continue;
       const int other = joint.first == body ? joint.second : joint.first;
-      if (placed[static_cast<std::size_t>(other)]) continue;
-      double turn = compute_zero_angle(joint), slide = 0;
+      if (is_placed[static_cast<std::size_t>(other)]) continue;
+      double angle = compute_zero_angle(joint), slide = 0;
       for (std::size_t c = 0; c < mechanism.coordinates.size(); ++c) {
         const Coordinate& coordinate = mechanism.coordinates[c];
         if (coordinate.joint != static_cast<int>(j)) continue;
-        (coordinate.kind == CoordinateKind::angle ? turn : slide) += coordinates[c];
+        (coordinate.kind == CoordinateKind::angle ? angle : slide) += coordinates[c];
       }
       const Complex P = to_complex(joint.point_first, length), Q = to_complex(joint.point_second, length);
-      const Complex way = P + slide / length * to_complex(joint.axis, 1);
-      const BodyPose& here = places[static_cast<std::size_t>(body)];
-      BodyPose& there = places[static_cast<std::size_t>(other)];
+      const Complex slide_point = P + slide / length * to_complex(joint.axis, 1);
+      const BodyPose& known_pose = poses[static_cast<std::size_t>(body)];
+      BodyPose& other_pose = poses[static_cast<std::size_t>(other)];
       if (joint.first == body) {
-        there.angle = here.angle + turn;
-        there.origin = here.origin + make_unit_complex(here.angle) * way - make_unit_complex(there.angle) * Q;
+        other_pose.angle = known_pose.angle + angle;
+        other_pose.origin = known_pose.origin + make_unit_complex(known_pose.angle) * slide_point -
+                            make_unit_complex(other_pose.angle) * Q;
       } else {
-        there.angle = here.angle - turn;
-        there.origin = here.origin + make_unit_complex(here.angle) * Q - make_unit_complex(there.angle) * way;
+        other_pose.angle = known_pose.angle - angle;
+        other_pose.origin = known_pose.origin + make_unit_complex(known_pose.angle) * Q -
+                            make_unit_complex(other_pose.angle) * slide_point;
       }
-      placed[static_cast<std::size_t>(other)] = true;
-      open.push(other);
+      is_placed[static_cast<std::size_t>(other)] = true;
+      pending.push(other);
     }
   }
-  return places;
+  return poses;
 }
 
 namespace {
 
-constexpr double turn = 2 * std::numbers::pi;
+constexpr double full_turn = 2 * std::numbers::pi;
 
-double round_to_turns(double angle) { return turn * std::round(angle / turn); }
+double round_to_turns(double angle) { return full_turn * std::round(angle / full_turn); }
 
 class ModelBuilder {
  public:
   ModelBuilder(const Mechanism& mechanism, const InitialCoordinates& start) : mechanism_(mechanism), start_(start) {
     if (start.coordinates.size() != mechanism.coordinates.size())
       throw std::invalid_argument("the start needs a value for every joint coordinate");
-    m_.basic = choose_basic_points(mechanism);
+    model_.basic = choose_basic_points(mechanism);
   }
 
   NaturalModel build(const std::vector<CoordinateId>& needed, bool tool_angle) {
-    place_points();
+    compute_start_points();
     for (std::size_t b = 0; b < mechanism_.bodies.size(); ++b) add_body(b);
     for (std::size_t c = 0; c < mechanism_.coordinates.size(); ++c) add_coordinate(static_cast<int>(c));
-    const auto count_all = [&](const CoordinateCombination& followed) {
-      for (const CoordinateTerm& term : followed.terms) add_counted_coordinate(term.coordinate);
+    const auto make_scalars = [&](const CoordinateCombination& followed) {
+      for (const CoordinateTerm& term : followed.terms) make_scalar(term.coordinate);
     };
-    for (const int c : needed) add_counted_coordinate(c);
-    for (const int c : mechanism_.actuators) add_counted_coordinate(c);
-    for (const Coupling& coupling : mechanism_.couplings)
-      add_counted_coordinate(coupling.follower), count_all(coupling.leader);
-    for (const Friction& friction : mechanism_.friction) add_counted_coordinate(friction.coordinate);
+    for (const int c : needed) make_scalar(c);
+    for (const int c : mechanism_.actuators) make_scalar(c);
+    for (const Coupling& coupling : mechanism_.couplings) make_scalar(coupling.follower), make_scalars(coupling.leader);
+    for (const Friction& friction : mechanism_.friction) make_scalar(friction.coordinate);
     for (const Spring& spring : mechanism_.springs)
-      if (spring.is_joint_spring()) add_counted_coordinate(spring.coordinate);
-    for (const Disc& disc : mechanism_.discs) count_all(disc.follows), body_angle(disc.body);
+      if (spring.is_joint_spring()) make_scalar(spring.coordinate);
+    for (const Disc& disc : mechanism_.discs) make_scalars(disc.follows), body_angle(disc.body);
     if (mechanism_.tool) {
       const BodyId body = mechanism_.tool->body;
       if (tool_angle) body_angle(body);
-      m_.tool_angle_offset = round_to_turns(m_.body_angles[static_cast<std::size_t>(body)] - start_.tool_angle);
+      model_.tool_angle_offset = round_to_turns(model_.body_angles[static_cast<std::size_t>(body)] - start_.tool_angle);
     }
     for (const Joint& joint : mechanism_.joints) add_joint(joint);
     for (const Coupling& coupling : mechanism_.couplings) add_coupling(coupling);
-    add_masses(mechanism_, m_);
-    return std::move(m_);
+    add_masses(mechanism_, model_);
+    return std::move(model_);
   }
 
  private:
-  void place_points() {
-    places_ = compute_body_poses(mechanism_, start_.coordinates, m_.length());
-    for (const BodyPose& place : places_) m_.body_angles.push_back(place.angle);
-    m_.start.points.resize(static_cast<std::size_t>(m_.basic.count()));
+  void compute_start_points() {
+    body_poses_ = compute_body_poses(mechanism_, start_.coordinates, model_.length());
+    for (const BodyPose& pose : body_poses_) model_.body_angles.push_back(pose.angle);
+    model_.start.points.resize(static_cast<std::size_t>(model_.basic.count()));
     for (std::size_t b = mechanism_.bodies.size(); b-- > 1;)
-      for (const BodyPoint& p : m_.basic.bodies[b].points)
-        m_.start.points[static_cast<std::size_t>(p.point)] =
-            places_[b].origin + make_unit_complex(places_[b].angle) * p.position;
-    for (std::size_t k = 0; k < m_.basic.fixed.size(); ++k)
-      m_.start.points[static_cast<std::size_t>(m_.basic.moving) + k] = m_.basic.fixed[k];
+      for (const BodyPoint& p : model_.basic.bodies[b].points)
+        model_.start.points[static_cast<std::size_t>(p.point)] =
+            body_poses_[b].origin + make_unit_complex(body_poses_[b].angle) * p.position;
+    for (std::size_t k = 0; k < model_.basic.fixed.size(); ++k)
+      model_.start.points[static_cast<std::size_t>(model_.basic.moving) + k] = model_.basic.fixed[k];
   }
 
   void add_distance(const BodyPoint& p, const BodyPoint& q) {
-    const AffineForm way = Complex(1 / std::abs(q.position - p.position)) * (point(q) - point(p));
-    m_.constraints.push_back({.left = way, .right = way, .constant = 1});
+    const AffineForm direction = Complex(1 / std::abs(q.position - p.position)) * (point(q) - point(p));
+    model_.constraints.push_back({.left = direction, .right = direction, .constant = 1});
   }
 
   static AffineForm point(const BodyPoint& p) { return {{}, {{p.point, 1}}}; }
@@ -220,43 +221,43 @@ class ModelBuilder {
     BodyModel body;
     if (b == ground) {
       body.direction = make_constant_form(1);
-      m_.bodies.push_back(body);
+      model_.bodies.push_back(body);
       return;
     }
-    const BodyPoints& own = m_.basic.bodies[b];
-    const BodyPoint &A = own.points[0], &B = own.points[1];
+    const BodyPoints& body_points = model_.basic.bodies[b];
+    const BodyPoint &A = body_points.points[0], &B = body_points.points[1];
     body.direction = 1.0 / (B.position - A.position) * (point(B) - point(A));
     body.origin = point(A) - A.position * body.direction;
-    m_.bodies.push_back(body);
+    model_.bodies.push_back(body);
     add_distance(A, B);
-    for (std::size_t k = 2; k < own.points.size(); ++k) {
-      const BodyPoint& C = own.points[k];
-      if (k == 2 && own.has_mass_triangle) {
+    for (std::size_t k = 2; k < body_points.points.size(); ++k) {
+      const BodyPoint& C = body_points.points[k];
+      if (k == 2 && body_points.has_mass_triangle) {
         add_distance(A, C);
         add_distance(B, C);
         continue;
       }
       const AffineForm gap = body.place(C.position) - point(C);
-      m_.constraints.push_back({.left = make_constant_form(1), .right = gap});
-      m_.constraints.push_back({.left = make_constant_form(imaginary), .right = gap});
+      model_.constraints.push_back({.left = make_constant_form(1), .right = gap});
+      model_.constraints.push_back({.left = make_constant_form(imaginary), .right = gap});
     }
   }
 
   int add_scalar(double value) {
-    m_.start.scalars.push_back(value);
-    return m_.scalars++;
+    model_.start.scalars.push_back(value);
+    return model_.scalars++;
   }
 
   int body_angle(int b) {
-    BodyModel& body = m_.bodies[static_cast<std::size_t>(b)];
+    BodyModel& body = model_.bodies[static_cast<std::size_t>(b)];
     if (body.angle < 0 && b != ground) {
-      body.angle = add_scalar(m_.body_angles[static_cast<std::size_t>(b)]);
-      m_.constraints.push_back({.right = body.direction, .angle = body.angle});
+      body.angle = add_scalar(model_.body_angles[static_cast<std::size_t>(b)]);
+      model_.constraints.push_back({.right = body.direction, .angle = body.angle});
     }
     return body.angle;
   }
 
-  /// A coordinate that nobody counts yet.
+  /// Adds a coordinate that is not counted yet.
   void add_coordinate(int c) {
     const Joint& joint =
         mechanism_.joints[static_cast<std::size_t>(mechanism_.coordinates[static_cast<std::size_t>(c)].joint)];
@@ -264,19 +265,20 @@ class ModelBuilder {
     coordinate.angle = mechanism_.coordinates[static_cast<std::size_t>(c)].kind == CoordinateKind::angle;
     coordinate.first = joint.first;
     coordinate.second = joint.second;
-    const double given = start_.coordinates[static_cast<std::size_t>(c)];
+    const double start_value = start_.coordinates[static_cast<std::size_t>(c)];
     if (coordinate.angle) {
-      const double apart = m_.body_angles[static_cast<std::size_t>(joint.second)] -
-                           m_.body_angles[static_cast<std::size_t>(joint.first)] - compute_zero_angle(joint);
-      coordinate.offset = compute_zero_angle(joint) + round_to_turns(apart - given);
+      const double relative_angle = model_.body_angles[static_cast<std::size_t>(joint.second)] -
+                                    model_.body_angles[static_cast<std::size_t>(joint.first)] -
+                                    compute_zero_angle(joint);
+      coordinate.offset = compute_zero_angle(joint) + round_to_turns(relative_angle - start_value);
     } else {
       coordinate.slide = {.left = axis(joint), .right = gap(joint)};
     }
-    m_.coordinates.push_back(coordinate);
+    model_.coordinates.push_back(coordinate);
   }
 
-  void add_counted_coordinate(int c) {
-    JointCoordinate& coordinate = m_.coordinates[static_cast<std::size_t>(c)];
+  void make_scalar(int c) {
+    JointCoordinate& coordinate = model_.coordinates[static_cast<std::size_t>(c)];
     if (coordinate.linear) return;
     coordinate.linear = true;
     if (coordinate.angle) {
@@ -286,34 +288,35 @@ class ModelBuilder {
       coordinate.form.constant = -coordinate.offset;
       return;
     }
-    const int scalar = add_scalar(start_.coordinates[static_cast<std::size_t>(c)] / m_.length());
+    const int scalar = add_scalar(start_.coordinates[static_cast<std::size_t>(c)] / model_.length());
     ConstraintRow row = coordinate.slide;
     row.scalars.push_back({scalar, -1});
-    m_.constraints.push_back(row);
-    coordinate.form.terms.push_back({scalar, m_.length()});
+    model_.constraints.push_back(row);
+    coordinate.form.terms.push_back({scalar, model_.length()});
   }
 
   AffineForm axis(const Joint& joint) const {
-    return to_complex(joint.axis, 1) * m_.bodies[static_cast<std::size_t>(joint.first)].direction;
+    return to_complex(joint.axis, 1) * model_.bodies[static_cast<std::size_t>(joint.first)].direction;
   }
 
   AffineForm gap(const Joint& joint) const {
-    return m_.bodies[static_cast<std::size_t>(joint.second)].place(to_complex(joint.point_second, m_.length())) -
-           m_.bodies[static_cast<std::size_t>(joint.first)].place(to_complex(joint.point_first, m_.length()));
+    return model_.bodies[static_cast<std::size_t>(joint.second)].place(
+               to_complex(joint.point_second, model_.length())) -
+           model_.bodies[static_cast<std::size_t>(joint.first)].place(to_complex(joint.point_first, model_.length()));
   }
 
   void add_joint(const Joint& joint) {
-    if (joint.type == JointType::prismatic || joint.type == JointType::pin_slot)  // nothing across the slide
-      m_.constraints.push_back({.left = imaginary * axis(joint), .right = gap(joint)});
+    if (joint.type == JointType::prismatic || joint.type == JointType::pin_slot)  // no motion across the slide
+      model_.constraints.push_back({.left = imaginary * axis(joint), .right = gap(joint)});
     if (joint.type == JointType::prismatic || joint.type == JointType::fixed)  // no rotation
-      m_.constraints.push_back({.left = imaginary * make_unit_complex(compute_zero_angle(joint)) *
-                                        m_.bodies[static_cast<std::size_t>(joint.first)].direction,
-                                .right = m_.bodies[static_cast<std::size_t>(joint.second)].direction});
+      model_.constraints.push_back({.left = imaginary * make_unit_complex(compute_zero_angle(joint)) *
+                                            model_.bodies[static_cast<std::size_t>(joint.first)].direction,
+                                    .right = model_.bodies[static_cast<std::size_t>(joint.second)].direction});
   }
 
   void add_coupling(const Coupling& coupling) {
-    const JointCoordinate& follower = m_.coordinates[static_cast<std::size_t>(coupling.follower)];
-    const double unit = follower.angle ? 1 : m_.length();
+    const JointCoordinate& follower = model_.coordinates[static_cast<std::size_t>(coupling.follower)];
+    const double unit = follower.angle ? 1 : model_.length();
     ConstraintRow row;
     const auto add = [&](const ScalarAffineForm& form, double factor) {
       for (const ScalarTerm& term : form.terms) row.scalars.push_back({term.scalar, factor * term.coefficient / unit});
@@ -321,15 +324,15 @@ class ModelBuilder {
     };
     add(follower.form, 1);
     for (const CoordinateTerm& term : coupling.leader.terms)
-      add(m_.coordinates[static_cast<std::size_t>(term.coordinate)].form, -coupling.ratio * term.ratio);
+      add(model_.coordinates[static_cast<std::size_t>(term.coordinate)].form, -coupling.ratio * term.ratio);
     row.constant += coupling.offset / unit;
-    m_.constraints.push_back(row);
+    model_.constraints.push_back(row);
   }
 
   const Mechanism& mechanism_;
   const InitialCoordinates& start_;
-  NaturalModel m_;
-  std::vector<BodyPose> places_;
+  NaturalModel model_;
+  std::vector<BodyPose> body_poses_;
 };
 
 }  // namespace

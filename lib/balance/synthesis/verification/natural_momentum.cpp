@@ -2,28 +2,28 @@
 
 #include "balance/foundation/numerics/eigen_instantiations.hpp"
 #include "balance/foundation/numerics/extrema.hpp"
+#include "balance/foundation/numerics/random.hpp"
 #include "balance/synthesis/verification/natural_equations.hpp"
 
 #include <cmath>
 #include <numeric>
-#include <random>
 #include <stdexcept>
 
 namespace balance::natural {
 
-/// Configurations that the constraints allow, connected to a first one without passing a singular one.
+/// Random walk through the configurations that are connected to the first one without passing a singular one.
 class RandomWalk {
  public:
   /// @param model must outlive the walk
   explicit RandomWalk(const NaturalModel& model);
 
-  /// Into a configuration that meets the constraints, near the model's start.
+  /// Finds a configuration that meets the constraints, near the model's start.
   bool begin();
-  /// On to another one, far enough from the last.
+  /// Moves on to another one, sufficiently far away.
   bool next();
 
   const NaturalCoordinates& position() const { return position_; }
-  /// Velocities that the constraints allow there: unknowns × freedoms, orthonormal.
+  /// Admissible velocities there: unknowns × freedoms, orthonormal.
   const MatrixX& motions() const { return motions_; }
 
  private:
@@ -34,7 +34,7 @@ class RandomWalk {
 
   const NaturalModel& model_;
   NaturalKinematicEquations constraints_;
-  std::mt19937_64 random_{1};
+  UniformRandom random_{1};
   int rank_ = 0;
   NaturalCoordinates position_;
   MatrixX motions_;
@@ -51,63 +51,64 @@ MatrixX to_real_matrix(const Eigen::MatrixXcd& A) {
   return out;
 }
 
-/// Per body and place the weights of the points that carry its mass: those of the mass matrix.
+/// A place of a body as a form of the points that carry its mass, with the weights of the mass matrix.
 AffineForm make_carried_point_form(const NaturalModel& model, std::size_t b, Complex r) {
-  const BodyPoints& own = model.basic.bodies[b];
-  if (!own.has_mass_triangle) return model.bodies[b].place(r);
-  const Complex a = own.points[0].position, u = own.points[1].position - a, v = own.points[2].position - a;
+  const BodyPoints& body = model.basic.bodies[b];
+  if (!body.has_mass_triangle) return model.bodies[b].place(r);
+  const Complex a = body.points[0].position, u = body.points[1].position - a, v = body.points[2].position - a;
   const double area = cross(u, v), second = cross(r - a, v) / area, third = cross(u, r - a) / area;
-  return {{}, {{own.points[0].point, 1 - second - third}, {own.points[1].point, second}, {own.points[2].point, third}}};
+  return {{},
+          {{body.points[0].point, 1 - second - third}, {body.points[1].point, second}, {body.points[2].point, third}}};
 }
 
 /// p = Σ over functions and parameters of coefficient · π · ġ. Functions: moving points, rims of discs.
 class MomentumCoefficients {
  public:
-  MomentumCoefficients(const Mechanism& mechanism, const NaturalModel& model) : m_(mechanism), model_(model) {
-    const auto functions = static_cast<Eigen::Index>(m_.discs.size()) + model.basic.moving;
-    const auto owners = m_.bodies.size() - 1 + m_.attachments.size() + m_.discs.size();
-    matrix_.setZero(functions, 4 * static_cast<Eigen::Index>(owners));
+  MomentumCoefficients(const Mechanism& mechanism, const NaturalModel& model) : mechanism_(mechanism), model_(model) {
+    const auto functions = static_cast<Eigen::Index>(mechanism_.discs.size()) + model.basic.moving;
+    const auto carrier_count = mechanism_.bodies.size() - 1 + mechanism_.attachments.size() + mechanism_.discs.size();
+    matrix_.setZero(functions, 4 * static_cast<Eigen::Index>(carrier_count));
     Eigen::Index column = 0;
-    for (std::size_t b = 1; b < m_.bodies.size(); ++b, column += 4) fixed_to(b, column);
-    for (const Attachment& extra : m_.attachments) {
-      fixed_to(static_cast<std::size_t>(extra.body), column);
+    for (std::size_t b = 1; b < mechanism_.bodies.size(); ++b, column += 4) add_body(b, column);
+    for (const Attachment& attachment : mechanism_.attachments) {
+      add_body(static_cast<std::size_t>(attachment.body), column);
       column += 4;
     }
-    for (std::size_t d = 0; d < m_.discs.size(); ++d, column += 4) disc(d, column);
+    for (std::size_t d = 0; d < mechanism_.discs.size(); ++d, column += 4) add_disc(d, column);
   }
 
   const Eigen::MatrixXcd& matrix() const { return matrix_; }
 
  private:
-  void put(const AffineForm& form, Eigen::Index column) {
+  void add_terms(const AffineForm& form, Eigen::Index column) {
     for (const PointTerm& term : form.terms)
       if (term.point < model_.basic.moving) matrix_(term.point, column) += term.weight;
   }
 
   /// m ȯ + mx ė + my i ė, in units of length.
-  void fixed_to(std::size_t b, Eigen::Index column) {
+  void add_body(std::size_t b, Eigen::Index column) {
     const AffineForm origin = make_carried_point_form(model_, b, 0);
-    put(origin, column);
-    put(make_carried_point_form(model_, b, 1) - origin, column + 1);
-    put(make_carried_point_form(model_, b, imaginary) - origin, column + 2);
+    add_terms(origin, column);
+    add_terms(make_carried_point_form(model_, b, 1) - origin, column + 1);
+    add_terms(make_carried_point_form(model_, b, imaginary) - origin, column + 2);
   }
 
-  void disc(std::size_t d, Eigen::Index column) {
-    const Disc& disc = m_.discs[d];
-    put(make_carried_point_form(model_, static_cast<std::size_t>(disc.body),
-                                to_complex(disc.position, model_.length())),
-        column);
+  void add_disc(std::size_t d, Eigen::Index column) {
+    const Disc& disc = mechanism_.discs[d];
+    add_terms(make_carried_point_form(model_, static_cast<std::size_t>(disc.body),
+                                      to_complex(disc.position, model_.length())),
+              column);
     const Eigen::Index rim = model_.basic.moving + static_cast<Eigen::Index>(d);
     matrix_(rim, column + 1) = 1;
     matrix_(rim, column + 2) = imaginary;
   }
 
-  const Mechanism& m_;
+  const Mechanism& mechanism_;
   const NaturalModel& model_;
   Eigen::MatrixXcd matrix_;
 };
 
-/// Velocities of points and rims in the motions that one configuration allows.
+/// Velocities of points and rims in the admissible motions of one configuration.
 Eigen::MatrixXcd sample_velocities(const NaturalModel& model, const RandomWalk& walk) {
   const MatrixX& motions = walk.motions();
   const int moving = model.basic.moving;
@@ -136,7 +137,7 @@ MatrixX compute_null_space(const MatrixX& A, Eigen::Index columns) {
 }
 
 constexpr double dependence_tolerance =
-    1e-10;  // singular value, against the largest, below which functions are dependent
+    1e-10;  // singular value relative to the largest, below which functions are dependent
 
 }  // namespace
 
@@ -154,61 +155,61 @@ std::vector<PointCoefficient> point_coefficients(const Mechanism& mechanism) {
 ForceConditions force_conditions(const Mechanism& mechanism, const InitialCoordinates& start) {
   if (mechanism.space != SpaceKind::planar)
     throw std::invalid_argument("natural coordinates are for planar mechanisms, this one is spatial");
-  ForceConditions found;
+  ForceConditions result;
   const NaturalModel model = build_model(mechanism, {}, false, start);
   RandomWalk walk(model);
   if (!walk.begin()) {
-    found.reason = "the mechanism cannot be assembled or cannot move";
-    return found;
+    result.reason = "the mechanism cannot be assembled or cannot move";
+    return result;
   }
   const Eigen::MatrixXcd coefficients = MomentumCoefficients(mechanism, model).matrix();
   const Eigen::Index functions = coefficients.rows();
-  // what the joints let the points' velocities be, if lengths are not special
+  // relations between the points' velocities that the joints impose for generic lengths
   MatrixX basis = compute_null_space(to_real_matrix(velocity_relations(mechanism, model)), 2 * functions);
-  found.points = static_cast<int>(functions);
-  found.relations = static_cast<int>(functions - basis.cols() / 2);
-  // and what they are
-  MatrixX seen(basis.cols(), 0);
-  while (seen.cols() < 3 * basis.cols() + 8) {
-    const MatrixX more = basis.transpose() * to_real_matrix(sample_velocities(model, walk));
-    MatrixX all(seen.rows(), seen.cols() + more.cols());
-    all << seen, more;
-    seen = all;
+  result.points = static_cast<int>(functions);
+  result.relations = static_cast<int>(functions - basis.cols() / 2);
+  // and those of the given lengths
+  MatrixX samples(basis.cols(), 0);
+  while (samples.cols() < 3 * basis.cols() + 8) {
+    const MatrixX new_samples = basis.transpose() * to_real_matrix(sample_velocities(model, walk));
+    MatrixX extended(samples.rows(), samples.cols() + new_samples.cols());
+    extended << samples, new_samples;
+    samples = extended;
     if (!walk.next()) {
-      found.reason = "the mechanism has too little room to move";
-      return found;
+      result.reason = "the mechanism has too little room to move";
+      return result;
     }
   }
-  const SingularValueDecomposition svd(seen, Eigen::ComputeFullU);
+  const SingularValueDecomposition svd(samples, Eigen::ComputeFullU);
   const VectorX& values = svd.singularValues();
   Eigen::Index rank = 0;
   while (rank < values.size() && values[rank] > dependence_tolerance * values[0]) ++rank;
-  found.singular_value_ratio =
+  result.singular_value_ratio =
       rank > 0 ? values[rank - 1] / std::max(rank < values.size() ? values[rank] : 0, 1e-16 * values[0]) : 0;
-  found.special_relations = static_cast<int>((basis.cols() - rank) / 2);
+  result.special_relations = static_cast<int>((basis.cols() - rank) / 2);
   basis = MatrixX(basis * svd.matrixU().leftCols(rank));
-  // Re(v C) π = 0 for each of these velocities; the span holds i v with every v, which gives the imaginary part
+  // Re(v C) π = 0 for each of these velocities; with every v the span contains i v, which gives the imaginary part
   const MatrixX rows = basis.transpose() * to_real_matrix(coefficients.conjugate());
   MatrixX conditions = rows.leftCols(coefficients.cols());
   const SingularValueDecomposition reduced(conditions, Eigen::ComputeThinV);
   Eigen::Index count = 0;
-  const VectorX& sizes = reduced.singularValues();
-  while (count < sizes.size() && sizes[count] > dependence_tolerance * sizes[0]) ++count;
-  found.matrix = reduced.matrixV().leftCols(count).transpose();
-  for (Eigen::Index c = 0; c < found.matrix.cols(); ++c)  // m in kg, mx and my in kg m
-    if (c % 4 == 1 || c % 4 == 2) found.matrix.col(c) /= model.length();
-  found.is_valid = true;
-  return found;
+  const VectorX& reduced_values = reduced.singularValues();
+  while (count < reduced_values.size() && reduced_values[count] > dependence_tolerance * reduced_values[0]) ++count;
+  result.matrix = reduced.matrixV().leftCols(count).transpose();
+  for (Eigen::Index c = 0; c < result.matrix.cols(); ++c)  // m in kg, mx and my in kg m
+    if (c % 4 == 1 || c % 4 == 2) result.matrix.col(c) /= model.length();
+  result.is_valid = true;
+  return result;
 }
 
 namespace {
 
 constexpr double max_step = 0.2;
-constexpr double min_configuration_distance = 0.5;  // way between configurations that are used
+constexpr double min_configuration_distance = 0.5;  // path length between sampled configurations
 constexpr double step_per_singular_value =
-    0.5;  // step per smallest singular value: none can leap over a singular configuration
-constexpr double min_margin_ratio = 0.1;  // to a singular one: smallest singular value against the largest such seen
-constexpr double max_point_distance = 6;  // points stay within so many characteristic lengths of where they were
+    0.5;  // maximum step per smallest singular value, so that no step jumps across a singular configuration
+constexpr double min_margin_ratio = 0.1;  // minimum of the smallest singular value relative to its maximum so far
+constexpr double max_point_distance = 6;  // of points from their start, in characteristic lengths
 
 VectorX subtract_coordinates(const NaturalCoordinates& a, const NaturalCoordinates& b, int moving) {
   VectorX out(2 * moving + static_cast<Eigen::Index>(a.scalars.size()));
@@ -245,49 +246,44 @@ bool RandomWalk::compute_motions(const NaturalCoordinates& position, MatrixX& mo
   return true;
 }
 
-VectorX RandomWalk::random_direction() {
-  VectorX amounts(motions_.cols());
-  // written out: the standard's distributions differ between libraries
-  for (double& amount : amounts) amount = static_cast<double>(random_() >> 11) * 0x1.0p-52 - 1;
-  return (motions_ * amounts).normalized();
-}
+VectorX RandomWalk::random_direction() { return (motions_ * random_.sample_point(motions_.cols())).normalized(); }
 
 bool RandomWalk::next() {
-  double way = 0;
-  for (int tries = 0; tries < 2000 && way < min_configuration_distance; ++tries) way += step();
-  return way >= min_configuration_distance;
+  double distance = 0;
+  for (int tries = 0; tries < 2000 && distance < min_configuration_distance; ++tries) distance += step();
+  return distance >= min_configuration_distance;
 }
 
 double RandomWalk::step() {
-  const double stride = std::min(max_step, step_per_singular_value * margin_);
-  NaturalCoordinates there = position_;
-  there.add(stride, direction_);
-  bool good = constraints_.solve_least_norm(there, VectorX());
-  VectorX went;
-  if (good) {
-    went = subtract_coordinates(there, position_, model_.basic.moving);
-    good =
-        (went - stride * direction_).norm() < 0.7 * stride &&
-        subtract_coordinates(there, model_.start, model_.basic.moving).lpNorm<Eigen::Infinity>() < max_point_distance;
+  const double step_length = std::min(max_step, step_per_singular_value * margin_);
+  NaturalCoordinates candidate = position_;
+  candidate.add(step_length, direction_);
+  bool is_accepted = constraints_.solve_least_norm(candidate, VectorX());
+  VectorX displacement;
+  if (is_accepted) {
+    displacement = subtract_coordinates(candidate, position_, model_.basic.moving);
+    is_accepted = (displacement - step_length * direction_).norm() < 0.7 * step_length &&
+                  subtract_coordinates(candidate, model_.start, model_.basic.moving).lpNorm<Eigen::Infinity>() <
+                      max_point_distance;
   }
   MatrixX motions;
   double margin = 0;
-  good =
-      good && compute_motions(there, motions, margin) && (margin > min_margin_ratio * max_margin_ || margin > margin_);
-  if (!good) {
+  is_accepted = is_accepted && compute_motions(candidate, motions, margin) &&
+                (margin > min_margin_ratio * max_margin_ || margin > margin_);
+  if (!is_accepted) {
     perturb_direction(1);
     return 0;
   }
-  position_ = there;
+  position_ = candidate;
   motions_ = motions;
   margin_ = margin;
   max_margin_ = std::max(max_margin_, margin);
   direction_ = (motions_ * (motions_.transpose() * direction_)).normalized();
   if (motions_.cols() > 1) perturb_direction(0.3);
-  return went.norm();
+  return displacement.norm();
 }
 
-/// Amount 1 forgets the old direction, and with one freedom goes back.
+/// Amount 1 discards the old direction. With one freedom, reverses it.
 void RandomWalk::perturb_direction(double amount) {
   if (motions_.cols() == 1)
     direction_ = -direction_;
@@ -297,23 +293,23 @@ void RandomWalk::perturb_direction(double amount) {
 
 namespace {
 
-/// Angles of bodies, angles of discs and slides, and which of them stay together: everything linear that joints, couplings and
-/// discs say about them.
+/// Angles of bodies and discs, and slides: finds which of them stay together, by all linear equations of joints,
+/// couplings and discs.
 class LinearDependencies {
  public:
   explicit LinearDependencies(const Mechanism& mechanism)
-      : m_(mechanism), bodies_(static_cast<int>(mechanism.bodies.size())) {
-    discs_ = static_cast<int>(m_.discs.size());
-    const int count = bodies_ + discs_ + static_cast<int>(m_.coordinates.size());
+      : mechanism_(mechanism), bodies_(static_cast<int>(mechanism.bodies.size())) {
+    discs_ = static_cast<int>(mechanism_.discs.size());
+    const int count = bodies_ + discs_ + static_cast<int>(mechanism_.coordinates.size());
     std::vector<Eigen::RowVectorXd> rows;
     const auto unit = [&](int k) { return Eigen::RowVectorXd(Eigen::RowVectorXd::Unit(count, k)); };
     rows.push_back(unit(ground));
-    for (const Joint& joint : m_.joints)
+    for (const Joint& joint : mechanism_.joints)
       if (joint.type == JointType::prismatic || joint.type == JointType::fixed)
         rows.push_back(unit(joint.second) - unit(joint.first));
-    for (std::size_t c = 0; c < m_.coordinates.size(); ++c) {
-      const Joint& joint = m_.joints[static_cast<std::size_t>(m_.coordinates[c].joint)];
-      if (m_.coordinates[c].kind == CoordinateKind::angle)
+    for (std::size_t c = 0; c < mechanism_.coordinates.size(); ++c) {
+      const Joint& joint = mechanism_.joints[static_cast<std::size_t>(mechanism_.coordinates[c].joint)];
+      if (mechanism_.coordinates[c].kind == CoordinateKind::angle)
         rows.push_back(unit(coordinate(static_cast<int>(c))) - unit(joint.second) + unit(joint.first));
     }
     const auto sum = [&](const CoordinateCombination& followed) {
@@ -321,48 +317,52 @@ class LinearDependencies {
       for (const CoordinateTerm& term : followed.terms) row += term.ratio * unit(coordinate(term.coordinate));
       return row;
     };
-    for (const Coupling& coupling : m_.couplings)
+    for (const Coupling& coupling : mechanism_.couplings)
       rows.push_back(unit(coordinate(coupling.follower)) - coupling.ratio * sum(coupling.leader));
     for (int d = 0; d < discs_; ++d) {
-      const Disc& disc = m_.discs[static_cast<std::size_t>(d)];
+      const Disc& disc = mechanism_.discs[static_cast<std::size_t>(d)];
       rows.push_back(unit(bodies_ + d) - unit(disc.body) - disc.ratio * sum(disc.follows));
     }
     MatrixX matrix(static_cast<Eigen::Index>(rows.size()), count);
     for (std::size_t r = 0; r < rows.size(); ++r) matrix.row(static_cast<Eigen::Index>(r)) = rows[r];
     const Eigen::FullPivLU<MatrixX> lu(matrix);
-    free_ = lu.kernel();
-    if (lu.dimensionOfKernel() == 0) free_ = MatrixX::Zero(count, 1);
+    null_space_ = lu.kernel();
+    if (lu.dimensionOfKernel() == 0) null_space_ = MatrixX::Zero(count, 1);
   }
 
   int disc(int d) const { return bodies_ + d; }
   int coordinate(int c) const { return bodies_ + discs_ + c; }
-  bool is_fixed(int k) const { return small(free_.row(k)); }
-  bool is_moving_with(int a, int b) const { return small(free_.row(a) - free_.row(b)); }
-  /// Whether a moves ratio times as b.
+  bool is_fixed(int k) const { return is_zero(null_space_.row(k)); }
+  bool is_moving_with(int a, int b) const { return is_zero(null_space_.row(a) - null_space_.row(b)); }
+  /// Whether a moves `ratio` times as far as b.
   bool is_proportional(int a, int b, double& ratio) const {
-    const double size = free_.row(b).squaredNorm();
+    const double squared_norm = null_space_.row(b).squaredNorm();
     if (is_fixed(b)) return false;
-    ratio = free_.row(a).dot(free_.row(b)) / size;
-    return small(free_.row(a) - ratio * free_.row(b));
+    ratio = null_space_.row(a).dot(null_space_.row(b)) / squared_norm;
+    return is_zero(null_space_.row(a) - ratio * null_space_.row(b));
   }
 
  private:
-  static bool small(const Eigen::RowVectorXd& row) { return row.lpNorm<Eigen::Infinity>() < 1e-9; }
+  static bool is_zero(const Eigen::RowVectorXd& row) { return row.lpNorm<Eigen::Infinity>() < 1e-9; }
 
-  const Mechanism& m_;
+  const Mechanism& mechanism_;
   int bodies_, discs_;
-  MatrixX free_;  ///< all that the linear equations leave free
+  MatrixX null_space_;  ///< motions that the linear equations leave free
 };
 
 class VelocityRelationBuilder {
  public:
   VelocityRelationBuilder(const Mechanism& mechanism, const NaturalModel& model)
-      : m_(mechanism), model_(model), together_(mechanism), moving_(model.basic.moving), places_(model.start) {}
+      : mechanism_(mechanism),
+        model_(model),
+        dependencies_(mechanism),
+        moving_(model.basic.moving),
+        position_(model.start) {}
 
   Eigen::MatrixXcd run() {
-    for (std::size_t b = 1; b < m_.bodies.size(); ++b) extra_points(b);
-    directions();
-    slides();
+    for (std::size_t b = 1; b < mechanism_.bodies.size(); ++b) add_extra_point_relations(b);
+    add_direction_relations();
+    add_slide_relations();
     Eigen::MatrixXcd out(static_cast<Eigen::Index>(rows_.size()), width());
     for (std::size_t r = 0; r < rows_.size(); ++r) out.row(static_cast<Eigen::Index>(r)) = rows_[r];
     return out;
@@ -371,9 +371,9 @@ class VelocityRelationBuilder {
  private:
   using RowC = Eigen::RowVectorXcd;
 
-  Eigen::Index width() const { return moving_ + static_cast<Eigen::Index>(m_.discs.size()); }
+  Eigen::Index width() const { return moving_ + static_cast<Eigen::Index>(mechanism_.discs.size()); }
 
-  /// A form's velocity in terms of the points'.
+  /// Velocity of a form as a function of the points' velocities.
   RowC velocity(const AffineForm& form) const {
     RowC row = RowC::Zero(width());
     for (const PointTerm& term : form.terms)
@@ -385,85 +385,85 @@ class VelocityRelationBuilder {
     if (max_abs(row) > 1e-12) rows_.push_back(row);
   }
 
-  void extra_points(std::size_t b) {
+  void add_extra_point_relations(std::size_t b) {
     const std::vector<BodyPoint>& points = model_.basic.bodies[b].points;
     for (std::size_t k = 2; k < points.size(); ++k)
       add(velocity(model_.bodies[b].place(points[k].position) - AffineForm{{}, {{points[k].point, 1}}}));
   }
 
-  /// Directions of bodies and of discs; each is tied to the first that it stays together with.
-  void directions() {
+  /// Directions of bodies and discs; each one is tied to the first one with which it stays together.
+  void add_direction_relations() {
     struct Direction {
       int index;
       RowC velocity;
-      Complex now;
+      Complex value;
     };
-    std::vector<Direction> all;
-    for (std::size_t b = 1; b < m_.bodies.size(); ++b)
-      all.push_back(
-          {static_cast<int>(b), velocity(model_.bodies[b].direction), model_.bodies[b].direction.at(places_)});
-    for (std::size_t d = 0; d < m_.discs.size(); ++d) {
+    std::vector<Direction> directions;
+    for (std::size_t b = 1; b < mechanism_.bodies.size(); ++b)
+      directions.push_back(
+          {static_cast<int>(b), velocity(model_.bodies[b].direction), model_.bodies[b].direction.at(position_)});
+    for (std::size_t d = 0; d < mechanism_.discs.size(); ++d) {
       RowC rim = RowC::Zero(width());
       rim[moving_ + static_cast<Eigen::Index>(d)] = 1;
-      all.push_back(
-          {together_.disc(static_cast<int>(d)), rim, make_unit_complex(model_.rotors[d].angle.at(places_.scalars))});
+      directions.push_back({dependencies_.disc(static_cast<int>(d)), rim,
+                            make_unit_complex(model_.rotors[d].angle.at(position_.scalars))});
     }
-    for (std::size_t k = 0; k < all.size(); ++k) {
-      if (together_.is_fixed(all[k].index)) {
-        add(all[k].velocity);
+    for (std::size_t k = 0; k < directions.size(); ++k) {
+      if (dependencies_.is_fixed(directions[k].index)) {
+        add(directions[k].velocity);
         continue;
       }
       for (std::size_t j = 0; j < k; ++j) {
-        if (!together_.is_moving_with(all[k].index, all[j].index)) continue;
-        add(all[k].velocity - all[k].now / all[j].now * all[j].velocity);
+        if (!dependencies_.is_moving_with(directions[k].index, directions[j].index)) continue;
+        add(directions[k].velocity - directions[k].value / directions[j].value * directions[j].velocity);
         break;
       }
     }
   }
 
-  /// Gaps s u along directions that stay together, of slides that move in proportion: s = r s₀ + c.
-  void slides() {
+  /// Gaps s u along directions that stay together, for slides that move in proportion: s = r s₀ + c.
+  void add_slide_relations() {
     struct Slide {
       int index, body;
       AffineForm gap;
-      Complex axis;  ///< in the world, now
+      Complex axis;  ///< in the world, at the start
       double length;
     };
-    std::vector<Slide> all;
-    for (std::size_t c = 0; c < m_.coordinates.size(); ++c) {
-      if (m_.coordinates[c].kind == CoordinateKind::angle) continue;
+    std::vector<Slide> slides;
+    for (std::size_t c = 0; c < mechanism_.coordinates.size(); ++c) {
+      if (mechanism_.coordinates[c].kind == CoordinateKind::angle) continue;
       const ConstraintRow& row = model_.coordinates[c].slide;
-      all.push_back({together_.coordinate(static_cast<int>(c)),
-                     m_.joints[static_cast<std::size_t>(m_.coordinates[c].joint)].first, row.right,
-                     row.left.at(places_), row.value(places_)});
+      slides.push_back({dependencies_.coordinate(static_cast<int>(c)),
+                        mechanism_.joints[static_cast<std::size_t>(mechanism_.coordinates[c].joint)].first, row.right,
+                        row.left.at(position_), row.value(position_)});
     }
-    for (std::size_t k = 0; k < all.size(); ++k) {
-      const Slide& slide = all[k];
+    for (std::size_t k = 0; k < slides.size(); ++k) {
+      const Slide& slide = slides[k];
       const AffineForm direction = model_.bodies[static_cast<std::size_t>(slide.body)].direction;
-      const Complex along = slide.axis / direction.at(places_);
-      if (together_.is_fixed(slide.index)) {
-        add(velocity(slide.gap) - slide.length * along * velocity(direction));
+      const Complex relative_axis = slide.axis / direction.at(position_);
+      if (dependencies_.is_fixed(slide.index)) {
+        add(velocity(slide.gap) - slide.length * relative_axis * velocity(direction));
         continue;
       }
       for (std::size_t j = 0; j < k; ++j) {
         double ratio = 0;
-        const Slide& other = all[j];
-        if (!together_.is_moving_with(slide.body, other.body) ||
-            !together_.is_proportional(slide.index, other.index, ratio))
+        const Slide& other = slides[j];
+        if (!dependencies_.is_moving_with(slide.body, other.body) ||
+            !dependencies_.is_proportional(slide.index, other.index, ratio))
           continue;
-        const double rest = slide.length - ratio * other.length;
+        const double offset = slide.length - ratio * other.length;
         add(velocity(slide.gap) - ratio * slide.axis / other.axis * velocity(other.gap) -
-            rest * along * velocity(direction));
+            offset * relative_axis * velocity(direction));
         break;
       }
     }
   }
 
-  const Mechanism& m_;
+  const Mechanism& mechanism_;
   const NaturalModel& model_;
-  LinearDependencies together_;
+  LinearDependencies dependencies_;
   int moving_;
-  NaturalCoordinates places_;
+  NaturalCoordinates position_;
   std::vector<RowC> rows_;
 };
 

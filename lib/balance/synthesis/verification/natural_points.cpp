@@ -30,10 +30,10 @@ Complex AffineForm::rate(const NaturalCoordinates& rates) const {
 AffineForm operator+(AffineForm a, const AffineForm& b) {
   a.constant += b.constant;
   for (const PointTerm& term : b.terms) {
-    bool known = false;
-    for (PointTerm& mine : a.terms)
-      if (mine.point == term.point) mine.weight += term.weight, known = true;
-    if (!known) a.terms.push_back(term);
+    bool is_merged = false;
+    for (PointTerm& existing : a.terms)
+      if (existing.point == term.point) existing.weight += term.weight, is_merged = true;
+    if (!is_merged) a.terms.push_back(term);
   }
   return a;
 }
@@ -110,48 +110,50 @@ namespace {
 
 constexpr double point_tolerance = 1e-12;  // in characteristic lengths
 constexpr double min_base_length = 0.1;
-constexpr double min_triangle_height_ratio = 0.2;  // height against base
+constexpr double min_triangle_height_ratio = 0.2;  // relative to the base
 
-/// Places of joints on bodies, those of one joint and those at one place of a body grouped together.
+/// Places of joints on bodies; those of one joint, and those at one place of a body, form a group.
 class JointPointGroups {
  public:
   explicit JointPointGroups(const Mechanism& mechanism) : length_(characteristic_length(mechanism)) {
     for (const Joint& joint : mechanism.joints) {
       if (joint.type != JointType::revolute && joint.type != JointType::fixed) continue;
       const int first = add(joint.first, joint.point_first);
-      join(first, add(joint.second, joint.point_second));
+      merge(first, add(joint.second, joint.point_second));
     }
   }
 
-  struct Place {
+  struct JointPoint {
     BodyId body;
-    Complex at;
+    Complex position;
   };
-  const std::vector<Place>& all() const { return places_; }
-  int group(int place) const {
-    while (parent_[static_cast<std::size_t>(place)] != place) place = parent_[static_cast<std::size_t>(place)];
-    return place;
+  const std::vector<JointPoint>& points() const { return points_; }
+  int group(int point_index) const {
+    while (parent_[static_cast<std::size_t>(point_index)] != point_index)
+      point_index = parent_[static_cast<std::size_t>(point_index)];
+    return point_index;
   }
 
  private:
   int add(BodyId body, const Vector3& point) {
-    const Complex at = to_complex(point, length_);
-    for (std::size_t k = 0; k < places_.size(); ++k)
-      if (places_[k].body == body && std::abs(places_[k].at - at) <= point_tolerance) return static_cast<int>(k);
-    places_.push_back({body, at});
+    const Complex position = to_complex(point, length_);
+    for (std::size_t k = 0; k < points_.size(); ++k)
+      if (points_[k].body == body && std::abs(points_[k].position - position) <= point_tolerance)
+        return static_cast<int>(k);
+    points_.push_back({body, position});
     parent_.push_back(static_cast<int>(parent_.size()));
     return parent_.back();
   }
-  void join(int a, int b) {
+  void merge(int a, int b) {
     parent_[static_cast<std::size_t>(std::max(group(a), group(b)))] = std::min(group(a), group(b));
   }
 
   double length_;
-  std::vector<Place> places_;
+  std::vector<JointPoint> points_;
   std::vector<int> parent_;
 };
 
-/// The pair that is farthest apart comes first, then the corner that is highest above it.
+/// The two points with the maximum distance come first, then the one with the maximum height above them.
 void choose_base(BodyPoints& body) {
   std::vector<BodyPoint>& points = body.points;
   std::size_t a = 0, b = 1;
@@ -167,24 +169,25 @@ void choose_base(BodyPoints& body) {
   const auto height = [&](const BodyPoint& p) {
     return std::abs(cross(base, p.position - points[0].position)) / std::abs(base);
   };
-  const auto top = std::max_element(points.begin() + 2, points.end(),
-                                    [&](const auto& p, const auto& q) { return height(p) < height(q) * (1 - 1e-9); });
-  std::iter_swap(points.begin() + 2, top);
+  const auto highest = std::max_element(points.begin() + 2, points.end(), [&](const auto& p, const auto& q) {
+    return height(p) < height(q) * (1 - 1e-9);
+  });
+  std::iter_swap(points.begin() + 2, highest);
   body.has_mass_triangle = height(points[2]) > min_triangle_height_ratio * std::abs(base);
 }
 
-/// Points in their order: moving joints' points, auxiliary ones, those of the ground.
+/// Numbers the points: moving joints' points, auxiliary ones, those of the ground.
 class BasicPointBuilder {
  public:
   explicit BasicPointBuilder(const Mechanism& mechanism)
       : mechanism_(mechanism),
-        places_(mechanism),
-        index_(places_.all().size(), -1),
-        fixed_(places_.all().size(), false) {
+        groups_(mechanism),
+        index_(groups_.points().size(), -1),
+        fixed_(groups_.points().size(), false) {
     basic_.length = characteristic_length(mechanism);
     basic_.bodies.resize(mechanism.bodies.size());
     for (int k = 0; k < count(); ++k)
-      if (place(k).body == ground) fixed_[group(k)] = true;
+      if (joint_point(k).body == ground) fixed_[group(k)] = true;
   }
 
   BasicPoints choose() {
@@ -192,26 +195,27 @@ class BasicPointBuilder {
     for (std::size_t b = 1; b < mechanism_.bodies.size(); ++b) add_auxiliary(b);
     for (int k = 0; k < count(); ++k) number_fixed(k);
     for (int k = 0; k < count(); ++k)
-      if (place(k).body != ground)
-        basic_.bodies[static_cast<std::size_t>(place(k).body)].points.push_back({index_[group(k)], place(k).at});
+      if (joint_point(k).body != ground)
+        basic_.bodies[static_cast<std::size_t>(joint_point(k).body)].points.push_back(
+            {index_[group(k)], joint_point(k).position});
     for (std::size_t b = 1; b < mechanism_.bodies.size(); ++b) choose_base(basic_.bodies[b]);
     return std::move(basic_);
   }
 
  private:
-  int count() const { return static_cast<int>(places_.all().size()); }
-  const JointPointGroups::Place& place(int k) const { return places_.all()[static_cast<std::size_t>(k)]; }
-  std::size_t group(int k) const { return static_cast<std::size_t>(places_.group(k)); }
+  int count() const { return static_cast<int>(groups_.points().size()); }
+  const JointPointGroups::JointPoint& joint_point(int k) const { return groups_.points()[static_cast<std::size_t>(k)]; }
+  std::size_t group(int k) const { return static_cast<std::size_t>(groups_.group(k)); }
 
   std::string name(BodyId body, const std::string& point) const {
     return mechanism_.bodies[static_cast<std::size_t>(body)].name + "." + point;
   }
 
   std::string label(int k) const {
-    for (const NamedPoint& named : mechanism_.bodies[static_cast<std::size_t>(place(k).body)].points)
-      if (std::abs(to_complex(named.position, basic_.length) - place(k).at) <= point_tolerance)
-        return name(place(k).body, named.name);
-    return name(place(k).body, "origin");
+    for (const NamedPoint& named : mechanism_.bodies[static_cast<std::size_t>(joint_point(k).body)].points)
+      if (std::abs(to_complex(named.position, basic_.length) - joint_point(k).position) <= point_tolerance)
+        return name(joint_point(k).body, named.name);
+    return name(joint_point(k).body, "origin");
   }
 
   void number_moving(int k) {
@@ -221,32 +225,32 @@ class BasicPointBuilder {
   }
 
   void add_auxiliary(std::size_t b) {
-    std::vector<Complex> seen;
-    for (const JointPointGroups::Place& place : places_.all())
-      if (place.body == static_cast<int>(b)) seen.push_back(place.at);
+    std::vector<Complex> body_points;
+    for (const JointPointGroups::JointPoint& candidate : groups_.points())
+      if (candidate.body == static_cast<int>(b)) body_points.push_back(candidate.position);
     double spread = 0;
-    for (const Complex p : seen)
-      for (const Complex q : seen) spread = std::max(spread, std::abs(p - q));
-    const auto add = [&](Complex at, const char* suffix) {
+    for (const Complex p : body_points)
+      for (const Complex q : body_points) spread = std::max(spread, std::abs(p - q));
+    const auto add = [&](Complex position, const char* suffix) {
       basic_.names.push_back(name(static_cast<int>(b), suffix));
-      basic_.bodies[b].points.push_back({basic_.moving++, at});
+      basic_.bodies[b].points.push_back({basic_.moving++, position});
     };
-    if (seen.empty()) add(0, "(1)");
-    if (spread < min_base_length) add((seen.empty() ? Complex() : seen.front()) + 1.0, "(2)");
+    if (body_points.empty()) add(0, "(1)");
+    if (spread < min_base_length) add((body_points.empty() ? Complex() : body_points.front()) + 1.0, "(2)");
   }
 
-  /// The ground's own place says where the point is.
+  /// The position of a fixed point is that on the ground.
   void number_fixed(int k) {
-    if (place(k).body != ground || index_[group(k)] >= 0) return;
+    if (joint_point(k).body != ground || index_[group(k)] >= 0) return;
     index_[group(k)] = basic_.count();
     basic_.names.push_back(label(k));
-    basic_.fixed.push_back(place(k).at);
+    basic_.fixed.push_back(joint_point(k).position);
   }
 
   const Mechanism& mechanism_;
-  JointPointGroups places_;
+  JointPointGroups groups_;
   std::vector<int> index_;   ///< per group: its point
-  std::vector<bool> fixed_;  ///< per group: the ground has it
+  std::vector<bool> fixed_;  ///< per group: whether it belongs to the ground
   BasicPoints basic_;
 };
 

@@ -21,7 +21,8 @@ class NaturalTrajectoryCompiler {
       : mechanism_(mechanism), model_(model), trajectory_(trajectory) {}
 
   NaturalCompiledTrajectory run() {
-    if (start_pose() && pick_drive() && end_values() && make_schedule()) plan_.outcome.status = MotionStatus::done;
+    if (solve_start_pose() && choose_drive() && compute_end_values() && make_schedule())
+      plan_.outcome.status = MotionStatus::done;
     return std::move(plan_);
   }
 
@@ -36,37 +37,37 @@ class NaturalTrajectoryCompiler {
   }
 
   static VectorX values(const DriveQuantities& quantities, const PoseTarget& pose) {
-    DriveValue none;
-    none.value.setZero(quantities.value_count());
-    return read_pose_values(quantities, pose, none).value;
+    DriveValue zero;
+    zero.value.setZero(quantities.value_count());
+    return read_pose_values(quantities, pose, zero).value;
   }
 
-  /// The caller's start, made to meet the constraints and what `from` states. A table has its own start.
-  bool start_pose() {
-    const bool table = std::holds_alternative<TablePath>(trajectory_.path);
-    const PoseTarget from = table ? PoseTarget{} : trajectory_.from;
-    const DriveQuantities stated = list_pose_quantities(mechanism_, from);
+  /// Moves the caller's start to meet the constraints and the values stated in `from`. A table has its own start.
+  bool solve_start_pose() {
+    const bool is_table = std::holds_alternative<TablePath>(trajectory_.path);
+    const PoseTarget from = is_table ? PoseTarget{} : trajectory_.from;
+    const DriveQuantities quantities = list_pose_quantities(mechanism_, from);
     plan_.start = model_.start;
-    if (!equations(stated).solve_least_norm(plan_.start, values(stated, from)))
+    if (!equations(quantities).solve_least_norm(plan_.start, values(quantities, from)))
       return fail(MotionStatus::not_assembled, "the mechanism cannot be assembled near the start that was given");
     plan_.freedoms = model_.unknowns() - find_generic_constraint_rank(model_, plan_.start);
     return true;
   }
 
-  bool pick_drive() {
+  bool choose_drive() {
     plan_.quantities = choose_drive_quantities(mechanism_, trajectory_, plan_.freedoms);
     if (!plan_.quantities.mismatch.empty()) return fail(MotionStatus::mismatch, plan_.quantities.mismatch);
     return true;
   }
 
-  DriveValue measured(const NaturalCoordinates& position) const {
+  DriveValue measure_drive(const NaturalCoordinates& position) const {
     DriveValue value;
     value.value = equations(plan_.quantities).measure(position);
     return value;
   }
 
-  bool end_values() {
-    request_.from = read_pose_values(plan_.quantities, trajectory_.from, measured(plan_.start));
+  bool compute_end_values() {
+    request_.from = read_pose_values(plan_.quantities, trajectory_.from, measure_drive(plan_.start));
     request_.to = request_.from;
     if (is_end_prescribed(plan_.quantities, trajectory_)) {
       request_.to = read_pose_values(plan_.quantities, trajectory_.to, request_.from);
@@ -75,23 +76,24 @@ class NaturalTrajectoryCompiler {
     return track_to_end_pose();
   }
 
-  /// `to` is stated in other quantities than the drive's: go there straight in those and look.
+  /// `to` is stated in other quantities than the drive's: moves there straight in these, and measures the drive's.
   bool track_to_end_pose() {
-    const DriveQuantities stated = list_pose_quantities(mechanism_, trajectory_.to);
-    PrescribedMotion::Request way;
-    way.law.kind = MotionLawKind::uniform;
-    way.from.value = equations(stated).measure(plan_.start);
-    way.to.value = values(stated, trajectory_.to);
-    const PrescribedMotion schedule(way);
-    NaturalStepper stepper(model_, make_drive_rows(mechanism_, model_, stated), schedule, plan_.freedoms);
+    const DriveQuantities quantities = list_pose_quantities(mechanism_, trajectory_.to);
+    PrescribedMotion::Request request;
+    request.law.kind = MotionLawKind::uniform;
+    request.from.value = equations(quantities).measure(plan_.start);
+    request.to.value = values(quantities, trajectory_.to);
+    const PrescribedMotion schedule(request);
+    NaturalStepper stepper(model_, make_drive_rows(mechanism_, model_, quantities), schedule, plan_.freedoms);
     constexpr int end_pose_steps = 32;
-    bool there = stated.value_count() == plan_.freedoms && stepper.begin(plan_.start);
-    for (int k = 1; k <= end_pose_steps && there; ++k) there = stepper.advance(static_cast<double>(k) / end_pose_steps);
-    if (!there)
+    bool is_reached = quantities.value_count() == plan_.freedoms && stepper.begin(plan_.start);
+    for (int k = 1; k <= end_pose_steps && is_reached; ++k)
+      is_reached = stepper.advance(static_cast<double>(k) / end_pose_steps);
+    if (!is_reached)
       return fail(MotionStatus::unreachable,
                   "the end pose (to) cannot be reached from the start pose without leaving the assembly mode",
                   trajectory_.duration);
-    request_.to = measured(stepper.state().position);
+    request_.to = measure_drive(stepper.state().position);
     return true;
   }
 
@@ -99,10 +101,10 @@ class NaturalTrajectoryCompiler {
     request_.law = trajectory_.law;
     request_.path = trajectory_.path;
     request_.duration = trajectory_.duration;
-    const std::vector<int>& place = plan_.quantities.point.empty() ? plan_.quantities.com : plan_.quantities.point;
-    request_.position_components = place.size() == 2 ? 2 : 0;
-    if (const auto* way = std::get_if<WaypointPath>(&trajectory_.path))
-      for (const PoseTarget& point : way->points)
+    const std::vector<int>& components = plan_.quantities.point.empty() ? plan_.quantities.com : plan_.quantities.point;
+    request_.position_components = components.size() == 2 ? 2 : 0;
+    if (const auto* waypoints = std::get_if<WaypointPath>(&trajectory_.path))
+      for (const PoseTarget& point : waypoints->points)
         request_.via.push_back(
             read_pose_values(plan_.quantities, point, request_.via.empty() ? request_.from : request_.via.back()));
     add_secondary_tasks(trajectory_, plan_.quantities, request_);
@@ -126,7 +128,7 @@ NaturalCompiledTrajectory compile_natural_trajectory(const Mechanism& mechanism,
 }
 
 struct NaturalSimulation::Parts {
-  Mechanism mechanism, carrying;  ///< as stated; as it is in the present stretch
+  Mechanism mechanism, current_mechanism;  ///< as stated; with the payloads of the current interval
   NaturalModel model;
   NaturalCompiledTrajectory plan;
   std::optional<NaturalStepper> stepper;
@@ -185,21 +187,21 @@ double NaturalSimulation::time() const { return parts_->stepper.value().time(); 
 
 void NaturalSimulation::update_accelerations(Side side) { parts_->stepper.value().accelerate(side); }
 
-/// The mass matrix is constant within a stretch.
-void NaturalSimulation::apply_payloads(const PayloadIntervals& stretches, int stretch) {
+/// The mass matrix is constant within an interval.
+void NaturalSimulation::apply_payloads(const PayloadIntervals& intervals, int interval) {
   Parts& p = *parts_;
   if (!has_temporary_payloads(p.mechanism)) return;
-  p.carrying = mechanism_in_interval(p.mechanism, stretches, stretch);
+  p.current_mechanism = mechanism_in_interval(p.mechanism, intervals, interval);
   p.model.mass.clear();
   p.model.rotors.clear();
   p.model.ground_disc_moment = 0;
-  add_masses(p.carrying, p.model);
-  p.observer.emplace(p.carrying, p.model, p.plan.freedoms, p.about);
+  add_masses(p.current_mechanism, p.model);
+  p.observer.emplace(p.current_mechanism, p.model, p.plan.freedoms, p.about);
 }
 
-double NaturalSimulation::speed_of(BodyId body, const Vector3& place) const {
+double NaturalSimulation::speed_of(BodyId body, const Vector3& point) const {
   const NaturalModel& model = parts_->model;
-  const AffineForm form = model.bodies[static_cast<std::size_t>(body)].place(to_complex(place, model.length()));
+  const AffineForm form = model.bodies[static_cast<std::size_t>(body)].place(to_complex(point, model.length()));
   return model.length() * std::abs(form.rate(parts_->stepper.value().state().velocity));
 }
 

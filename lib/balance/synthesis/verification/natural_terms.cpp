@@ -55,13 +55,13 @@ std::string row_text(const ConstraintRow& row, const std::vector<std::string>& p
   if (row.angle >= 0) {
     text = "Im(exp(-i " + scalars[static_cast<std::size_t>(row.angle)] + ") (" + form_text(row.right, points) + "))";
   } else {
-    const bool any = !row.right.terms.empty() || row.right.constant != Complex(0);
-    const bool unit = row.left.terms.empty() && row.left.constant == Complex(1);
-    if (any && is_same_form(row.left, row.right))
+    const bool has_product = !row.right.terms.empty() || row.right.constant != Complex(0);
+    const bool is_unit = row.left.terms.empty() && row.left.constant == Complex(1);
+    if (has_product && is_same_form(row.left, row.right))
       text = "|" + form_text(row.right, points) + "|^2";
-    else if (any && unit)
+    else if (has_product && is_unit)
       text = "Re(" + form_text(row.right, points) + ")";
-    else if (any)
+    else if (has_product)
       text = "(" + form_text(row.left, points) + ")·(" + form_text(row.right, points) + ")";
     for (const ScalarTerm& term : row.scalars)
       append_term(text, term.coefficient, scalars[static_cast<std::size_t>(term.scalar)]);
@@ -70,10 +70,11 @@ std::string row_text(const ConstraintRow& row, const std::vector<std::string>& p
 }
 
 std::string rotor_text(const Rotor& rotor, double length, const std::vector<std::string>& scalars) {
-  std::string turn;
+  std::string angle_text;
   for (const ScalarTerm& term : rotor.angle.terms)
-    append_term(turn, term.coefficient, scalars[static_cast<std::size_t>(term.scalar)]);
-  return format_number(rotor.inertia * length * length) + " kg m^2 turning by " + (turn.empty() ? "0" : turn);
+    append_term(angle_text, term.coefficient, scalars[static_cast<std::size_t>(term.scalar)]);
+  return format_number(rotor.inertia * length * length) + " kg m^2 turning by " +
+         (angle_text.empty() ? "0" : angle_text);
 }
 
 MatrixX mass_matrix(const NaturalModel& model) {
@@ -95,40 +96,41 @@ NaturalTerms compute_natural_terms(const Mechanism& mechanism, const VectorX& co
     throw std::invalid_argument("coordinates: expected as many values as the mechanism has coordinates");
   const NaturalModel model =
       build_model(mechanism, {}, false, {std::vector<double>(coordinates.begin(), coordinates.end()), 0});
-  NaturalTerms out;
-  out.points = model.basic.names;
-  out.moving = model.basic.moving;
-  out.unit = model.length();
-  out.total_mass = model.total_mass;
-  out.mass = mass_matrix(model);
+  NaturalTerms result;
+  result.points = model.basic.names;
+  result.moving = model.basic.moving;
+  result.unit = model.length();
+  result.total_mass = model.total_mass;
+  result.mass = mass_matrix(model);
   std::vector<std::string> scalars;
   for (int s = 0; s < model.scalars; ++s) scalars.push_back("s" + std::to_string(s + 1));
   for (std::size_t b = 0; b < model.bodies.size(); ++b)
     if (model.bodies[b].angle >= 0)
       scalars[static_cast<std::size_t>(model.bodies[b].angle)] = "angle(" + mechanism.bodies[b].name + ")";
-  for (Eigen::Index m = 0; m < out.moving; ++m)
-    for (const char* axis : {".x", ".y"}) out.coordinates.push_back(out.points[static_cast<std::size_t>(m)] + axis);
-  out.coordinates.insert(out.coordinates.end(), scalars.begin(), scalars.end());
-  out.position.resize(model.basic.count(), 2);
+  for (Eigen::Index m = 0; m < result.moving; ++m)
+    for (const char* axis : {".x", ".y"})
+      result.coordinates.push_back(result.points[static_cast<std::size_t>(m)] + axis);
+  result.coordinates.insert(result.coordinates.end(), scalars.begin(), scalars.end());
+  result.position.resize(model.basic.count(), 2);
   for (int m = 0; m < model.basic.count(); ++m) {
     const Complex z = model.start.points[static_cast<std::size_t>(m)] * model.length();
-    out.position.row(m) << z.real(), z.imag();
+    result.position.row(m) << z.real(), z.imag();
   }
-  for (const Rotor& rotor : model.rotors) out.rotors.push_back(rotor_text(rotor, model.length(), scalars));
+  for (const Rotor& rotor : model.rotors) result.rotors.push_back(rotor_text(rotor, model.length(), scalars));
   const auto rows = static_cast<Eigen::Index>(model.constraints.size());
-  out.residual.resize(rows);
-  out.jacobian.resize(rows, model.unknowns());
+  result.residual.resize(rows);
+  result.jacobian.resize(rows, model.unknowns());
   for (Eigen::Index r = 0; r < rows; ++r) {
     const ConstraintRow& row = model.constraints[static_cast<std::size_t>(r)];
-    out.constraints.push_back(row_text(row, out.points, scalars));
-    out.residual[r] = row.value(model.start);
+    result.constraints.push_back(row_text(row, result.points, scalars));
+    result.residual[r] = row.value(model.start);
     Eigen::RowVectorXd gradient(model.unknowns());
     row.gradient(model.start, model.basic.moving, gradient);
-    out.jacobian.row(r) = gradient;
+    result.jacobian.row(r) = gradient;
   }
-  for (const PointCoefficient& one : point_coefficients(mechanism))
-    out.coefficients.push_back({one.point, one.fixed, one.coefficient});
-  return out;
+  for (const PointCoefficient& coefficient : point_coefficients(mechanism))
+    result.coefficients.push_back({coefficient.point, coefficient.fixed, coefficient.coefficient});
+  return result;
 }
 
 }  // namespace balance::natural

@@ -22,39 +22,39 @@ namespace balance {
 NaturalStart find_natural_start(const Mechanism& mechanism, const Trajectory& trajectory) {
   Tree<Planar> tree = compile_tree<Planar>(mechanism, prescribed_coordinates(trajectory));
   const CompiledTrajectory<Planar> plan = compile_trajectory(mechanism, tree, trajectory);
-  NaturalStart found{plan.outcome, {}};
-  if (plan.outcome.status != MotionStatus::done) return found;
-  SampleEvaluator<Planar> observer(mechanism, tree, plan.freedoms, Vector2::Zero());
-  if (!observer.actuation().mismatch().empty()) {
-    found.outcome = {MotionStatus::mismatch, 0, observer.actuation().mismatch(), {}};
-    return found;
+  NaturalStart result{plan.outcome, {}};
+  if (plan.outcome.status != MotionStatus::done) return result;
+  SampleEvaluator<Planar> evaluator(mechanism, tree, plan.freedoms, Vector2::Zero());
+  if (!evaluator.actuation().mismatch().empty()) {
+    result.outcome = {MotionStatus::mismatch, 0, evaluator.actuation().mismatch(), {}};
+    return result;
   }
   MotionStepper<Planar> stepper(mechanism, tree, plan);
   if (!stepper.begin()) {
-    found.outcome = stepper.outcome();
-    return found;
+    result.outcome = stepper.outcome();
+    return result;
   }
-  observer.evaluate(stepper, Detail::forces);
-  const VectorX& position = observer.sample().position;
-  found.start = {{position.begin(), position.end()}, observer.sample().tool_angle};
-  return found;
+  evaluator.evaluate(stepper, Detail::forces);
+  const VectorX& position = evaluator.sample().position;
+  result.start = {{position.begin(), position.end()}, evaluator.sample().tool_angle};
+  return result;
 }
 
 NaturalStart find_natural_start(const Mechanism& mechanism) {
   const Tree<Planar> tree = compile_tree<Planar>(mechanism, {});
   ConstraintSystem<Planar> closures(tree, Drive<Planar>{});
-  const AssemblySolution found = solve_pose(mechanism, tree, closures, {});
+  const AssemblySolution assembly = solve_pose(mechanism, tree, closures, {});
   NaturalStart result;
-  if (!found.found) {
+  if (!assembly.found) {
     result.outcome = {MotionStatus::not_assembled, 0, "the loops cannot be closed", {}};
     return result;
   }
   result.outcome.status = MotionStatus::done;
-  result.start.coordinates = compute_coordinates(mechanism, tree, found.y);
+  result.start.coordinates = compute_coordinates(mechanism, tree, assembly.y);
   for (std::size_t c = 0; c < mechanism.coordinates.size(); ++c) {
-    const LinearQuantity& source = tree.coordinate_expressions[c];
-    if (source.has_terms())  // with its whole turns
-      result.start.coordinates[c] = source.value(found.y.data());
+    const LinearQuantity& expression = tree.coordinate_expressions[c];
+    if (expression.has_terms())  // with its whole turns
+      result.start.coordinates[c] = expression.value(assembly.y.data());
   }
   return result;
 }
@@ -76,29 +76,30 @@ class NaturalRun {
     if (result.outcome.status != MotionStatus::done) return result;
     name_columns(mechanism_, result);
     result.moment_reference = trajectory_.about;
-    IntermediateSamples between;
-    name_columns(mechanism_, between.rows);
+    IntermediateSamples intermediate_samples;
+    name_columns(mechanism_, intermediate_samples.rows);
     const PrescribedMotion& schedule = simulation_.schedule();
     constexpr RecordedContents contents{.reactions = false};
     resize_arrays(mechanism_, trajectory_.samples, contents, result);
-    resize_arrays(mechanism_, max_intermediate_rows(schedule, trajectory_.samples), contents, between.rows);
+    resize_arrays(mechanism_, max_intermediate_rows(schedule, trajectory_.samples), contents,
+                  intermediate_samples.rows);
     ResultRecorder recorder(result);
     const auto record = [&](RunResult& rows, long row) {
       if (!simulation_.observe()) return false;
       recorder.write(simulation_.last(), row, rows);
       return true;
     };
-    const PayloadIntervals stretches(mechanism_, schedule.duration());
-    int stretch = 0;
-    simulation_.apply_payloads(stretches, stretch);
-    const auto change_loads = [&] {
-      const int before = std::exchange(stretch, stretches.index_at(simulation_.time()));
-      if (stretch == before) return;
+    const PayloadIntervals intervals(mechanism_, schedule.duration());
+    int interval = 0;
+    simulation_.apply_payloads(intervals, interval);
+    const auto update_payloads = [&] {
+      const int before = std::exchange(interval, intervals.index_at(simulation_.time()));
+      if (interval == before) return;
       const VectorX effort = simulation_.last().effort;
-      simulation_.apply_payloads(stretches, stretch);
-      if (!simulation_.observe()) return;  // who records the moment finds the same
+      simulation_.apply_payloads(intervals, interval);
+      if (!simulation_.observe()) return;  // recording at this time fails in the same way
       add_payload_changes(
-          mechanism_, stretches, {simulation_.time(), before, stretch, effort, simulation_.last().effort},
+          mechanism_, intervals, {simulation_.time(), before, interval, effort, simulation_.last().effort},
           [&](std::size_t a) {
             return PayloadMotion{
                 simulation_.speed_of(mechanism_.attachments[a].body, mechanism_.attachments[a].position),
@@ -106,14 +107,14 @@ class NaturalRun {
           },
           result);
     };
-    const bool done = visit_time_grid(simulation_, schedule, trajectory_.samples, [&](const TimeGridPoint& stop) {
-      if (stop.kind == TimeGridPoint::Kind::after_jump) change_loads();
-      constexpr long between_reports = 1 << 8;
-      if (progress_ && stop.index % between_reports == between_reports - 1)
-        progress_(static_cast<double>(stop.index) / static_cast<double>(trajectory_.samples));
-      if (stop.kind == TimeGridPoint::Kind::sample) return record(result, stop.index);
-      if (stop.has_coincident_next && stop.kind == TimeGridPoint::Kind::after_jump) return true;
-      return record(between.rows, between.add(stop.next_sample));
+    const bool done = visit_time_grid(simulation_, schedule, trajectory_.samples, [&](const TimeGridPoint& grid_point) {
+      if (grid_point.kind == TimeGridPoint::Kind::after_jump) update_payloads();
+      constexpr long samples_per_report = 1 << 8;
+      if (progress_ && grid_point.index % samples_per_report == samples_per_report - 1)
+        progress_(static_cast<double>(grid_point.index) / static_cast<double>(trajectory_.samples));
+      if (grid_point.kind == TimeGridPoint::Kind::sample) return record(result, grid_point.index);
+      if (grid_point.has_coincident_next && grid_point.kind == TimeGridPoint::Kind::after_jump) return true;
+      return record(intermediate_samples.rows, intermediate_samples.add(grid_point.next_sample));
     });
     if (!done) {
       RunResult stopped;
@@ -121,8 +122,8 @@ class NaturalRun {
       return stopped;
     }
     measure_terms(result);
-    add_metrics(result, between);
-    if (const auto overflow = find_overflow(result, between, mechanism_)) {
+    add_metrics(result, intermediate_samples);
+    if (const auto overflow = find_overflow(result, intermediate_samples, mechanism_)) {
       RunResult stopped;
       stopped.outcome = *overflow;
       return stopped;
@@ -130,18 +131,18 @@ class NaturalRun {
     clear_round_off(result);
     sample_phase_plane(schedule, result.phase_plane);
     result.outcome = {MotionStatus::done, schedule.duration(), "", simulation_.notes()};
-    if (const std::string note = check_sampling_density(result, between); !note.empty())
+    if (const std::string note = check_sampling_density(result, intermediate_samples); !note.empty())
       result.outcome.notes.push_back(note);
     add_payload_notes(mechanism_, schedule.duration(), result);
     return result;
   }
 
  private:
-  /// The terms are the mechanism's, not the formulation's: the first one measures them, at a few places.
+  /// Magnitudes of terms depend on the mechanism, not on the formulation: the first one measures them at a few samples.
   void measure_terms(RunResult& result) const {
-    Trajectory few = trajectory_;
-    few.samples = std::min(few.samples, 101L);
-    const RunResult measured = simulate(mechanism_, few);
+    Trajectory coarse = trajectory_;
+    coarse.samples = std::min(coarse.samples, 101L);
+    const RunResult measured = simulate(mechanism_, coarse);
     result.term_magnitudes = measured.term_magnitudes;
     result.round_off = measured.round_off;
   }
@@ -160,18 +161,18 @@ RunResult simulate_natural(const Mechanism& mechanism, const Trajectory& traject
   if (has_velocity_constraints(mechanism))
     throw std::invalid_argument("natural coordinates know no constraints on speeds");
   check_timing(trajectory);
-  const ResolvedTrajectory timed = resolve_trajectory(mechanism, trajectory);
+  const ResolvedTrajectory resolved = resolve_trajectory(mechanism, trajectory);
   RunResult result;
-  result.outcome = timed.outcome;
-  if (timed.outcome.status != MotionStatus::done) return result;
-  const NaturalStart found = find_natural_start(mechanism, timed.trajectory);
-  result.outcome = found.outcome;
-  if (found.outcome.status != MotionStatus::done) return result;
-  result = NaturalRun(mechanism, timed.trajectory, found.start, progress).run();
-  result.optimised_law = timed.optimised_law;
-  result.corridor_result = timed.corridor;
-  result.phase_plane.mvc_path_parameter = timed.phase_plane.mvc_path_parameter;
-  result.phase_plane.mvc_path_rate = timed.phase_plane.mvc_path_rate;
+  result.outcome = resolved.outcome;
+  if (resolved.outcome.status != MotionStatus::done) return result;
+  const NaturalStart start = find_natural_start(mechanism, resolved.trajectory);
+  result.outcome = start.outcome;
+  if (start.outcome.status != MotionStatus::done) return result;
+  result = NaturalRun(mechanism, resolved.trajectory, start.start, progress).run();
+  result.optimised_law = resolved.optimised_law;
+  result.corridor_result = resolved.corridor;
+  result.phase_plane.mvc_path_parameter = resolved.phase_plane.mvc_path_parameter;
+  result.phase_plane.mvc_path_rate = resolved.phase_plane.mvc_path_rate;
   return result;
 }
 

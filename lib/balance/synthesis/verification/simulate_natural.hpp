@@ -1,5 +1,5 @@
 #pragma once
-/// The same run by the second formulation.
+/// The same run with the second formulation.
 
 #include "balance/mechanics/model/mechanism.hpp"
 #include "balance/mechanics/trajectory/trajectory.hpp"
@@ -8,22 +8,22 @@
 
 namespace balance {
 
-/// A start for the second formulation.
+/// A start configuration for the second formulation.
 struct NaturalStart {
   MotionOutcome outcome;  ///< done, or why there is none
   natural::InitialCoordinates start;
 };
 
-/// Where the first formulation finds the trajectory's start: the assembly mode and the whole turns of all coordinates, nothing
-/// that the second would not correct.
+/// The trajectory's start according to the first formulation: the assembly mode and the whole turns of all coordinates.
+/// The second formulation corrects everything else.
 /// @throws std::invalid_argument as simulate
 NaturalStart find_natural_start(const Mechanism& mechanism, const Trajectory& trajectory);
 
-/// A configuration where the first formulation can close the loops, near the `assembly` values.
+/// A configuration near the `assembly` values at which the first formulation can close the loops.
 NaturalStart find_natural_start(const Mechanism& mechanism);
 
-/// Moves a planar mechanism along the trajectory in natural coordinates. Of RunResult it leaves joint_force, joint_moment and
-/// mobility empty.
+/// Moves a planar mechanism along the trajectory in natural coordinates. RunResult lacks joint_force, joint_moment,
+/// mobility.
 /// @throws std::invalid_argument as simulate, and if the mechanism is spatial
 RunResult simulate_natural(const Mechanism& mechanism, const Trajectory& trajectory, const Progress& progress = {});
 
