@@ -50,16 +50,15 @@ const std::vector<std::string> excludable_sections = {"friction", "loads",      
 
 void add_goal_options(CLI::App& parser, GoalOptions& o) {
   CLI::Option* goal = parser.add_option("-g,--goal", o.goals,
-                                        fmt::format("{}; may be repeated: all of them", fmt::join(goal_names(), ", ")));
+                                        fmt::format("{}; repeat to require several", fmt::join(goal_names(), ", ")));
   suggest_words(goal->type_name("GOAL")->allow_extra_args(false), goal_names());
   CLI::Option* strategy =
-      parser.add_option("--strategy", o.strategy, "complete: necessary and sufficient; modular: each chain by itself");
+      parser.add_option("--strategy", o.strategy, "complete: necessary and sufficient; modular: each chain separately");
   suggest_words(strategy->type_name("NAME")->capture_default_str(), strategies);
-  CLI::Option* without =
-      parser.add_option("--without", o.without,
-                        "what the goal leaves out: friction, loads, springs, payloads, ... or names of single ones");
+  CLI::Option* without = parser.add_option(
+      "--without", o.without, "what the goal ignores: friction, loads, springs, payloads, ... or names of elements");
   suggest_words(without->type_name("NAMES")->allow_extra_args(false), excludable_sections);
-  parser.add_option("--seed", o.seed, "of random configurations and searches")
+  parser.add_option("--seed", o.seed, "seed of random configurations and searches")
       ->type_name("N")
       ->check(integer_range_validator(0, max_seed));
 }

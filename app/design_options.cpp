@@ -70,33 +70,32 @@ std::string command_line(const DesignCommandOptions& o, const Study& study) {
 }  // namespace
 
 void add_seconds_option(CLI::App& parser, double& seconds) {
-  parser.add_option("--seconds", seconds, "of computing that the search may take, if not as in the spec")
+  parser.add_option("--seconds", seconds, "limit of the search in CPU seconds (default: as in the spec)")
       ->type_name("S")
       ->check(number_range_validator(1e-3, 1e9));
 }
 
 void add_design_options(CLI::App& parser, DesignCommandOptions& o) {
   add_spec_options(parser, o.spec);
-  parser.add_option("-o,--output", o.output, "write the spec with numbers in place of its free ones")
-      ->type_name("FILE");
+  parser.add_option("-o,--output", o.output, "write the spec with its free numbers filled in")->type_name("FILE");
   parser.add_option("--h5", o.h5, "write numbers, conditions and all runs to this HDF5 file")->type_name("FILE");
-  parser.add_option("--csv", o.csv, "write the points of a front to this table")->type_name("FILE");
-  parser.add_option("--point", o.point, "of a front: show this design, and write it with -o; a number or middle")
+  parser.add_option("--csv", o.csv, "write the points of the front to this CSV file")->type_name("FILE");
+  parser.add_option("--point", o.point, "design of the front to show and, with -o, to write: a number or middle")
       ->type_name("K");
   add_goal_options(parser, o.goal);
-  parser.add_option("--minimize", o.minimize, "what to prefer among exact solutions, as in the spec's design section")
+  parser.add_option("--minimize", o.minimize, "objective among exact solutions, as in the spec's design section")
       ->type_name("YAML");
   CLI::Option* algorithm =
       parser.add_option("--algorithm", o.algorithm,
-                        fmt::format("of the search; global: {}; local: {}", fmt::join(global_algorithms, ", "),
+                        fmt::format("search algorithm; global: {}; local: {}", fmt::join(global_algorithms, ", "),
                                     fmt::join(local_algorithms, ", ")));
   suggest_words(algorithm->type_name("NAME"), algorithms());
   add_seconds_option(parser, o.seconds);
-  parser.add_option("--starts", o.starts, "from how many points conditions are solved, if not as in the spec")
+  parser.add_option("--starts", o.starts, "start points for solving the conditions (default: as in the spec)")
       ->type_name("N")
       ->check(integer_range_validator(1, 10'000));
-  parser.add_flag("--force", o.force, "replace files that exist");
-  parser.add_flag("-q,--quiet", o.quiet, "print nothing but errors (and JSON if asked for)");
+  parser.add_flag("--force", o.force, "overwrite existing files");
+  parser.add_flag("-q,--quiet", o.quiet, "print only errors (and JSON with --json)");
 }
 
 DesignStudyOptions make_study_options(const DesignCommandOptions& options, const Study& study) {

@@ -25,7 +25,7 @@ namespace {
 
 constexpr const char* footer =
     "balance COMMAND --help shows a command's options and examples. A spec named - is read from "
-    "standard input, a file named - goes to standard output.\n\n"
+    "standard input, an output file named - is written to standard output.\n\n"
     "Examples:\n"
     "  balance new 3rrr > 3rrr.yaml\n"
     "  balance design 5r.yaml -o balanced.yaml\n"
@@ -80,9 +80,9 @@ std::vector<std::string> list_arguments(int argc, char** argv) {
   if (const std::string suggestion = suggest_option(word); !suggestion.empty())
     throw SyntaxUsageError(word + ": " + suggestion);
   if (word.starts_with('-'))
-    throw SyntaxUsageError("options stand behind a command, such as balance check; balance has no option " +
+    throw SyntaxUsageError("options come after a command, such as balance check; balance has no option " +
                            quote_for_message(word) + append_nearest_name(word, {"--help", "--version"}));
-  throw SyntaxUsageError(quote_for_message(word) + " is no command: " + join_alternatives(names) +
+  throw SyntaxUsageError(quote_for_message(word) + " is not a command: expected " + join_alternatives(names) +
                          append_nearest_name(word, names));
 }
 

@@ -27,10 +27,10 @@ StoredRun simulate_spec_run(const SpecTrajectoryName& name, const std::string& o
   check_overwrites_no_input(output, what, list_input_files(study));
   for (const std::string& warning : study.warnings) print_message("warning: " + warning);
   if (name.trajectory.empty() && study.trajectories.size() > 1)
-    print_message(
-        fmt::format("note: {}: {} is the first of its {} trajectories; {}", study.spec_file,
-                    quote_for_message(trajectory.name), study.trajectories.size(),
-                    name.spec == "-" ? "save the spec as a file to take another" : name.spec + ":NAME takes another"));
+    print_message(fmt::format(
+        "note: {}: using {}, the first of its {} trajectories; {}", study.spec_file, quote_for_message(trajectory.name),
+        study.trajectories.size(),
+        name.spec == "-" ? "save the spec to a file to select another" : name.spec + ":NAME selects another"));
   StoredRun run{.path = study.spec_file,
                 .group = name.trajectory,
                 .title = study.mechanism.name,
@@ -63,14 +63,14 @@ void check_standard_input_once(const std::vector<std::string>& names) {
     return spec && spec->spec == "-";
   };
   if (std::count_if(names.begin(), names.end(), is_input) > 1)
-    throw UsageError("standard input, -, can be read once only: save the spec as a file");
+    throw UsageError("standard input, -, can be read only once: save the spec to a file");
 }
 
 StoredRun load_or_simulate_run(const std::string& name, const std::string& output, const std::string& what) {
   const std::optional<SpecTrajectoryName> spec = parse_spec_trajectory_name(name);
-  check_overwrites_no_input(output, what, {{spec ? spec->spec : name, "what it is made from"}});
+  check_overwrites_no_input(output, what, {{spec ? spec->spec : name, "its input"}});
   StoredRun file = spec ? simulate_spec_run(*spec, output, what) : read_motion_file(name);
-  check_overwrites_no_input(output, what, {{file.path, "what it is made from"}});
+  check_overwrites_no_input(output, what, {{file.path, "its input"}});
   if (!file.ended_early.empty()) print_message("note: " + name + " ended early: " + file.ended_early);
   return file;
 }

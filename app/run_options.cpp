@@ -27,7 +27,7 @@ void print_run_header(const SimulateOptions& options, const Study& study, const 
   if (options.quiet) return;
   for (const std::string& warning : study.warnings) print_message("warning: " + warning);
   if (options.trajectory.empty() && study.trajectories.size() > 1)
-    print_message("note: no --trajectory given: '" + trajectory.name + "' is the first in the spec");
+    print_message("note: no --trajectory given: using '" + trajectory.name + "', the first in the spec");
 }
 
 void print_notes(const SimulateOptions& options, const RunResult& result) {
@@ -108,31 +108,30 @@ void change_timing(Trajectory& trajectory, const SimulateOptions& options) {
 
 void add_run_options(CLI::App& parser, SimulateOptions& o) {
   add_spec_options(parser, o.spec);
-  parser.add_option("-t,--trajectory", o.trajectory, "which trajectory of the spec; the first if not given")
-      ->type_name("NAME");
+  parser.add_option("-t,--trajectory", o.trajectory, "trajectory of the spec (default: the first)")->type_name("NAME");
   CLI::Option* output = parser.add_option("-o,--output", o.output, "write the samples to this HDF5 file");
   output->type_name("FILE");
   parser.add_option("--csv", o.csv, "write the samples to this CSV file")->type_name("FILE");
-  parser.add_flag("--force", o.force, "replace files that exist");
-  parser.add_flag("--compress", o.compress, "compress the HDF5 file; slow")->needs(output);
-  parser.add_flag("--poses", o.poses, "write where every body is, too");
+  parser.add_flag("--force", o.force, "overwrite existing files");
+  parser.add_flag("--compress", o.compress, "compress the HDF5 file (slow)")->needs(output);
+  parser.add_flag("--poses", o.poses, "also write the poses of all bodies");
   parser.add_option("--samples", o.samples, "number of samples, both ends included")
       ->type_name("N")
       ->check(integer_range_validator(min_samples, max_samples));
   parser.add_option("--duration", o.duration, "duration in seconds")
       ->type_name("T")
       ->check(number_range_validator(min_duration, max_duration));
-  parser.add_option("--about", o.about, "point that moments are about, in metres")->type_name("X,Y[,Z]");
-  parser.add_flag("-q,--quiet", o.quiet, "print nothing but errors (and JSON if asked for)");
+  parser.add_option("--about", o.about, "reference point of moments, in metres")->type_name("X,Y[,Z]");
+  parser.add_flag("-q,--quiet", o.quiet, "print only errors (and JSON with --json)");
 }
 
 void add_simulate_options(CLI::App& parser, SimulateOptions& o) {
   add_run_options(parser, o);
-  suggest_words(parser.add_option("--formulation", o.formulation, "tree, or natural: the second, independent one")
+  suggest_words(parser.add_option("--formulation", o.formulation, "tree, or natural (a second, independent one)")
                     ->type_name("NAME")
                     ->capture_default_str(),
                 formulations());
-  CLI::Option* split = parser.add_flag("--split", o.split, "write what every torque adds up from, too");
+  CLI::Option* split = parser.add_flag("--split", o.split, "also write the contributions to every torque");
   add_state_options(parser, o.state, "a single state: a pose (A1=0.3,A2=0.5 or tool: [0.1, 0.2]), start or end");
   CLI::Option* at = parser.get_option("--at");
   for (const char* name : {"--samples", "--duration", "--formulation"}) at->excludes(parser.get_option(name));
@@ -171,7 +170,7 @@ void check_outputs(const SimulateOptions& options, const Study& study) {
   if (options.poses && options.output.empty() && options.csv.empty())
     throw UsageError("--poses needs a file to write them to: --output or --csv");
   if (options.split && options.output.empty() && options.csv.empty())
-    throw UsageError("--split needs a file to write the parts to: --output or --csv");
+    throw UsageError("--split needs a file to write the contributions to: --output or --csv");
   check_standard_output({options.output, options.csv}, options.spec.json, options.output == standard_output_path);
   const std::vector<InputFile> inputs = list_input_files(study);
   for (const std::string& file : {options.output, options.csv}) check_output(file, "the result", inputs, options.force);

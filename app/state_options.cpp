@@ -21,7 +21,7 @@ namespace {
 /// The trajectory that `start` and `end` refer to.
 const Trajectory& choose_state_trajectory(const StateOptions& options, const Study& study) {
   if (study.trajectories.empty())
-    throw UsageError(fmt::format("{} has no motion: --at {} needs one", study.spec_file, options.at));
+    throw UsageError(fmt::format("{} has no motion, but --at {} needs one", study.spec_file, options.at));
   return choose_trajectory(study, options.trajectory);
 }
 
@@ -41,15 +41,19 @@ void add_state_options(CLI::App& parser, StateOptions& o, const std::string& at_
   CLI::Option* at = parser.add_option("--at", o.at, at_help)->type_name("POSE")->check([](const std::string& text) {
     return text.find_first_not_of(" \t\r\n") == std::string::npos ? "expected a pose, found an empty text" : "";
   });
-  parser.add_option("--rates", o.rates, "rates of the independent coordinates there; those not named are 0")
+  parser.add_option("--rates", o.rates, "rates of the independent coordinates (default: 0)")
       ->type_name("NAME=V,...")
       ->needs(at);
-  parser.add_option("--accelerations", o.accelerations, "their accelerations")->type_name("NAME=V,...")->needs(at);
-  parser.add_option("--time", o.time, "seconds at which loads that change are taken, and payloads that come and go")
+  parser.add_option("--accelerations", o.accelerations, "accelerations of the independent coordinates")
+      ->type_name("NAME=V,...")
+      ->needs(at);
+  parser.add_option("--time", o.time, "time in seconds, for loads and payloads that depend on it")
       ->type_name("T")
       ->check(number_range_validator(-max_duration, max_duration))
       ->needs(at);
-  parser.add_option("--independent", o.independent, "independent coordinates, between commas; else the actuated ones")
+  parser
+      .add_option("--independent", o.independent,
+                  "independent coordinates, comma-separated (default: the actuated ones)")
       ->type_name("NAMES")
       ->delimiter(',')
       ->allow_extra_args(false)

@@ -43,9 +43,9 @@ void check_standard_output(const std::vector<std::string>& files, bool json, boo
   const auto stdout_count = std::count(files.begin(), files.end(), standard_output_path);
   if (stdout_count == 0) return;
   if (stdout_count > 1) throw UsageError("two files cannot both go to standard output");
-  if (json) throw UsageError("--json goes to standard output, where a file named - cannot go, too");
+  if (json) throw UsageError("--json uses standard output, so no file can be written to -");
   if (binary && ::isatty(STDOUT_FILENO) == 1)
-    throw UsageError("standard output is a terminal, which has no use for HDF5; send it to a file or a program");
+    throw UsageError("standard output is a terminal, which cannot show HDF5; redirect it to a file or a program");
 }
 
 std::vector<InputFile> list_input_files(const Study& study) {

@@ -40,7 +40,7 @@ std::string describe_extra_argument(CLI::App& command, const std::vector<std::st
     return fmt::format("{} has no option {}{}", name, quote_for_message(option),
                        append_nearest_name(option, list_option_names(command)));
   }
-  return fmt::format("{} is one too many: {} takes {}", quote_for_message(words.front()), name,
+  return fmt::format("unexpected argument {}: {} takes {}", quote_for_message(words.front()), name,
                      format_operands(command));
 }
 
@@ -85,8 +85,8 @@ std::string describe_missing_argument(CLI::App& command, CLI::Option& option) {
   std::transform(what.begin(), what.end(), what.begin(), [](unsigned char c) { return std::tolower(c); });
   const std::vector<std::string> files = list_candidate_files(option);
   const std::string needed = fmt::format("{} needs {}", qualified_command_name(command), option.get_description());
-  if (files.empty()) return fmt::format("which {}? {}", what, needed);
-  return fmt::format("which {}? here {}: {}", what, files.size() == 1 ? "is" : "are",
+  if (files.empty()) return fmt::format("no {} given: {}", what, needed);
+  return fmt::format("no {} given; this folder contains {}", what,
                      escape_for_terminal(fmt::format("{}", fmt::join(files, ", "))));
 }
 
@@ -96,7 +96,7 @@ std::string describe_option_conflict(CLI::App& command) {
   for (CLI::Option* option : command.get_options()) {
     if (option->count() == 0) continue;
     for (const CLI::Option* other : option->get_excludes())
-      if (other->count() > 0) return fmt::format("{} and {} do not go together", option->get_name(), other->get_name());
+      if (other->count() > 0) return fmt::format("{} and {} cannot be combined", option->get_name(), other->get_name());
     for (const CLI::Option* other : option->get_needs())
       if (other->count() == 0) return fmt::format("{} needs {}", option->get_name(), other->get_name());
   }
@@ -135,8 +135,7 @@ std::string qualified_command_name(const CLI::App& command) {
 }
 
 std::string suggest_option(const std::string& word) {
-  if (word == "--verbose" || word == "-v")
-    return "there is none; what matters is always said, --quiet (-q) says less and --json more";
+  if (word == "--verbose" || word == "-v") return "no such option; --quiet (-q) prints less, --json prints more";
   return "";
 }
 

@@ -58,7 +58,7 @@ namespace {
 
 std::string format_progress(const BatchProgress& progress) {
   std::string text = fmt::format("{} of {} cases", progress.finished, progress.total);
-  if (progress.reused > 0) text += fmt::format(", {} found finished", progress.reused);
+  if (progress.reused > 0) text += fmt::format(", {} finished before", progress.reused);
   if (progress.failed > 0) text += fmt::format(", {} failed", progress.failed);
   return text;
 }
@@ -139,13 +139,13 @@ ExitCode report(const BatchPlan& plan, BatchOutcome outcome, const BatchCommandO
 
 ExitCode run(const BatchCommandOptions& options) {
   const std::optional<Shard> shard = parse_shard(options.shard);
-  if (options.merge && shard) throw UsageError("--merge is about all cases and does not go with --shard");
+  if (options.merge && shard) throw UsageError("--merge covers all cases and cannot be combined with --shard");
   const BatchPlan plan = make_batch_plan(read_suite_file(options.suite));
   if (options.list) return print_case_list(plan, options, shard);
   if (const std::string conflict = find_overwritten_input(plan, choose_output_folder(options)); !conflict.empty())
     throw UsageError(conflict);
   if (options.merge) return report(plan, collect_batch(plan, choose_output_folder(options)), options);
-  set_interrupt_message("interrupted; cases that are finished are kept, and the same command goes on behind them");
+  set_interrupt_message("interrupted; finished cases are kept, and the same command continues after them");
   BatchOutcome outcome;
   {
     ProgressLine line(options.quiet);
@@ -160,15 +160,15 @@ ExitCode run(const BatchCommandOptions& options) {
 }  // namespace
 
 Command setup_batch(CLI::App& program) {
-  CLI::App* parser = program.add_subcommand("batch", "Run many cases, compare them, judge requirements");
+  CLI::App* parser = program.add_subcommand("batch", "Run many cases, compare them, check requirements");
   const auto options = std::make_shared<BatchCommandOptions>();
   add_batch_options(*parser, *options);
   parser->footer(
       "Runs the cases of a suite, which docs/suite.md describes, and writes into a folder: one HDF5 file\n"
       "per case, summary.json, summary.csv, summary.md and junit.xml. Every case runs in a process of its\n"
-      "own: one that fails, crashes or goes beyond --case-timeout or --case-memory does not stop the\n"
-      "others. A batch that was interrupted goes on where it stopped and does nothing twice; a case that\n"
-      "failed is tried again when something that it depends on has changed, or with --retry-failed.\n\n"
+      "own: one that fails, crashes or exceeds --case-timeout or --case-memory does not stop the others.\n"
+      "An interrupted batch continues where it stopped and repeats nothing; a failed case is retried if\n"
+      "something it depends on has changed, or with --retry-failed.\n\n"
       "Exit code 0: all cases are done and the requirements hold; 1: a requirement is missed or a design\n"
       "is only a compromise; else the largest code (3, 4 or 5) among the cases that failed.\n\n"
       "Examples:\n"
@@ -223,7 +223,7 @@ std::uintmax_t parse_bytes(const std::string& text) {
     if (unit != name) continue;
     if (number * bytes > 1e18) throw UsageError(error_message);
     if (number > 0 && number * bytes < min_case_memory * mebibyte)
-      throw UsageError(fmt::format("--case-memory {}: expected at least {:g} MiB, without which no case can begin",
+      throw UsageError(fmt::format("--case-memory {}: expected at least {:g} MiB, which every case needs to start",
                                    quote_for_message(text), min_case_memory));
     return static_cast<std::uintmax_t>(number * bytes);
   }
@@ -235,26 +235,26 @@ std::uintmax_t parse_bytes(const std::string& text) {
 void add_batch_options(CLI::App& parser, BatchCommandOptions& o) {
   suggest_files(parser.add_option("suite", o.suite, "the suite, a YAML file")->required()->type_name("SUITE"),
                 {"yaml", "yml"});
-  parser.add_option("-o,--output", o.output, "folder for results; SUITE's name with -results if not given")
+  parser.add_option("-o,--output", o.output, "folder for results (default: SUITE's name with -results)")
       ->type_name("FOLDER");
-  parser.add_option("-j,--jobs", o.jobs, "cases computed at once; all cores if not given")
+  parser.add_option("-j,--jobs", o.jobs, "cases run at once (default: one per core)")
       ->type_name("N")
       ->check(integer_range_validator(1, 4096));
-  parser.add_option("--shard", o.shard, "compute only the i-th of n parts of the cases")->type_name("I/N");
-  parser.add_option("--case-timeout", o.case_timeout, "longest time of a case in seconds; 3600 if not given, 0: none")
+  parser.add_option("--shard", o.shard, "run only the i-th of n parts of the cases")->type_name("I/N");
+  parser.add_option("--case-timeout", o.case_timeout, "time limit per case in seconds (default: 3600; 0: none)")
       ->type_name("SECONDS");
   parser
       .add_option("--case-memory", o.case_memory,
-                  "most memory of a case in MiB, or as 2GiB; the machine's, divided by the cases at once, if not "
-                  "given, 0: no limit")
+                  "memory limit per case in MiB, or such as 2GiB (default: the machine's memory divided by --jobs; "
+                  "0: none)")
       ->type_name("SIZE");
-  parser.add_flag("--metrics-only", o.metrics_only, "keep no samples: no HDF5 files, only metrics and summaries");
-  parser.add_flag("--retry-failed", o.retry_failed, "compute cases again that failed, although nothing has changed");
-  parser.add_flag("--merge", o.merge, "compute nothing; summarise what shards have computed");
-  parser.add_flag("--list", o.list, "compute nothing; print the cases' names, with --json the files too");
-  parser.add_flag("--force", o.force, "use a folder that holds other things; files of the same names are replaced");
+  parser.add_flag("--metrics-only", o.metrics_only, "write only metrics and summaries, no HDF5 files");
+  parser.add_flag("--retry-failed", o.retry_failed, "run failed cases again even if nothing has changed");
+  parser.add_flag("--merge", o.merge, "run nothing; summarise the results of the shards");
+  parser.add_flag("--list", o.list, "run nothing; print the names of the cases (--json: also files)");
+  parser.add_flag("--force", o.force, "use a folder with other contents; overwrite files of the same names");
   parser.add_flag("--json", o.json, "print JSON, errors included");
-  parser.add_flag("-q,--quiet", o.quiet, "print nothing but errors (and JSON if asked for)");
+  parser.add_flag("-q,--quiet", o.quiet, "print only errors (and JSON with --json)");
 }
 
 std::optional<Shard> parse_shard(const std::string& text) {

@@ -38,7 +38,7 @@ ExitCode run(const CheckOptions& check_options) {
   const Study study = read_study(options);
   if (check_options.verify && study.mechanism.space == SpaceKind::spatial)
     throw UsageError(study.spec_file +
-                     " is spatial: --verify compares two formulations, and spatial mechanisms have one");
+                     " is spatial: --verify compares two formulations, but spatial mechanisms have only one");
   for (const std::string& warning : study.warnings) print_message("warning: " + warning);
   const CheckReport report = check_with_progress(study);
   const bool done = report.outcome.status == MotionStatus::done;
@@ -61,17 +61,17 @@ ExitCode run(const CheckOptions& check_options) {
 }  // namespace
 
 Command setup_check(CLI::App& program) {
-  CLI::App* parser = program.add_subcommand("check", "Validate a spec and say what the mechanism is");
+  CLI::App* parser = program.add_subcommand("check", "Validate a spec and describe its mechanism");
   const auto options = std::make_shared<CheckOptions>();
   add_spec_options(*parser, options->spec);
   parser->add_flag("--verify", options->verify,
-                   "run all trajectories by both formulations; exit code 1 if they differ");
+                   "run all trajectories with both formulations; exit code 1 if they differ");
   parser->footer(
       "Prints degrees of freedom, loops, redundant constraints, passive freedoms, mass, centre of\n"
-      "mass and the assembly modes found at the start pose, each with the line that picks it.\n\n"
-      "--verify computes planar mechanisms a second time, in natural coordinates, which share nothing\n"
-      "with the first way: every trajectory and the conditions for a force balance. Relative\n"
-      "differences up to 1e-9 are round-off.\n\n"
+      "mass and the assembly modes found at the start pose, each with the line that selects it.\n\n"
+      "--verify computes every trajectory and the force-balance conditions of a planar mechanism a second\n"
+      "time, by an independent method in natural coordinates. Relative differences up to 1e-9 are\n"
+      "round-off.\n\n"
       "Examples:\n"
       "  balance check 3rrr.yaml\n"
       "  balance check 3rrr.yaml --verify\n"

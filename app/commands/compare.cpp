@@ -85,7 +85,7 @@ ExitCode run(const CompareOptions& options) {
   const ComparisonFormat format = choose_format(options);
   check_standard_input_once(options.files);
   std::vector<InputFile> inputs;
-  for (const std::string& file : options.files) inputs.push_back({file, "what it is made from"});
+  for (const std::string& file : options.files) inputs.push_back({file, "its input"});
   check_output(options.output, "the comparison", inputs, options.force);
   const std::vector<NamedRun> runs = read_runs(options);
   const std::vector<RequirementVerdict> verdicts = judge(options.requirements, runs);
@@ -113,10 +113,10 @@ Command setup_compare(CLI::App& program) {
   const auto options = std::make_shared<CompareOptions>();
   add_compare_options(*parser, *options);
   parser->footer(
-      "The first run is the base; a spec, with a trajectory behind a colon, is run first. Requirements compare peak, "
-      "rms, mean and range of a quantity, and\n"
-      "energy(), of each other file with numbers and with other files, which are called by their names\n"
-      "without folder and ending; docs/compare.md describes them.\n\n"
+      "The first run is the base; a spec, optionally followed by a colon and a trajectory, is simulated\n"
+      "first. Requirements compare the peak, rms, mean or range of a quantity, or energy(), of each other\n"
+      "file with numbers or with other files, named without folder and suffix; docs/compare.md describes\n"
+      "them.\n\n"
       "Examples:\n"
       "  balance compare original.h5 balanced.h5\n"
       "  balance compare 3rrr.yaml:cycloid 3rrr.yaml:bang-bang\n"
@@ -156,26 +156,25 @@ void add_compare_options(CLI::App& parser, CompareOptions& o) {
   add_run_operands(parser, o.files)
       ->description(
           "result files, runs of design files (design.h5:after/cycloid) or specs (arm.yaml:cycloid), the base first");
-  parser.add_option("--require", o.requirements, "what must hold; may be repeated")
+  parser.add_option("--require", o.requirements, "requirement to check; may be repeated")
       ->type_name("EXPR")
       ->allow_extra_args(false);
   CLI::Option* format =
-      parser.add_option("--format", o.format, "how to write it; else by the output's ending, else text");
+      parser.add_option("--format", o.format, "output format (default: by the output's suffix, else text)");
   add_choice_validator(format->type_name("FORMAT"), names);
-  parser.add_flag("--json", o.json, "the same as --format json; errors too")->excludes(format);
+  parser.add_flag("--json", o.json, "same as --format json, errors included")->excludes(format);
   parser.add_option("-o,--output", o.output, "write to this file instead of the terminal")->type_name("FILE");
-  parser.add_flag("--all", o.all, "show all quantities, every joint's reactions too (csv and json always do)");
-  parser.add_flag("--force", o.force, "replace a file that exists");
-  parser.add_flag("-q,--quiet", o.quiet, "with --output: print nothing but errors");
+  parser.add_flag("--all", o.all, "show all quantities, including joint reactions (csv and json always do)");
+  parser.add_flag("--force", o.force, "overwrite an existing file");
+  parser.add_flag("-q,--quiet", o.quiet, "with --output: print only errors");
 }
 
 ComparisonFormat choose_format(const CompareOptions& options) {
   if (options.files.size() < 2)
-    throw UsageError(
-        "two runs at least are needed to compare, the base first: result files or specs (arm.yaml:cycloid)");
+    throw UsageError("expected at least two runs to compare, the base first: result files or specs (arm.yaml:cycloid)");
   const ComparisonFormat format = options.json ? ComparisonFormat::json : find_format(options);
   if (format == ComparisonFormat::junit && options.requirements.empty()) {
-    throw UsageError("JUnit reports are on requirements: give at least one --require");
+    throw UsageError("a JUnit report lists requirements: give at least one --require");
   }
   return format;
 }

@@ -20,9 +20,9 @@ struct ConditionsOptions {
 void add_options(CLI::App& parser, ConditionsOptions& o) {
   add_spec_options(parser, o.spec);
   add_goal_options(parser, o.goal);
-  CLI::Option* latex = parser.add_flag("--latex", o.latex, "print LaTeX (amsmath) and nothing else");
+  CLI::Option* latex = parser.add_flag("--latex", o.latex, "print only LaTeX (amsmath)");
   latex->excludes(parser.get_option("--json"));
-  parser.add_flag("--numbers", o.numbers, "print coefficients as numbers, without the lengths that they are made of");
+  parser.add_flag("--numbers", o.numbers, "print coefficients as numbers instead of in terms of lengths");
 }
 
 ExitCode run(const ConditionsOptions& options) {
@@ -45,13 +45,13 @@ Command setup_conditions(CLI::App& program) {
   parser->footer(
       "Prints the linear conditions on masses, centres of mass, inertias and stiffnesses that are\n"
       "necessary and sufficient for the goal, which of them are met and which free numbers of the\n"
-      "spec each of them depends on. Without --goal it is the spec's `design: goal`.\n"
+      "spec each of them depends on. The default goal is the spec's `design: goal`.\n"
       "Inertial parameters are about the origin of the body's frame, those of discs about their\n"
       "centre of mass. Loads are known terms on the right-hand side. What masses and springs cannot\n"
-      "balance (friction, loads that change or that act otherwise than weight) is named with the\n"
-      "largest effort that it leaves to the actuators, and the exit code is 1, unless --without\n"
-      "leaves it out. Exit code 4: the loops cannot be closed, the number of conditions is not\n"
-      "clear, or the goal needs actuators or a tool that the mechanism does not have.\n\n"
+      "balance (friction, loads that vary or do not act like weight) is listed with the largest\n"
+      "effort that it leaves to the actuators, and the exit code is 1 unless --without excludes it.\n"
+      "Exit code 4: the loops cannot be closed, the number of conditions cannot be determined, or\n"
+      "the goal needs actuators or a tool that the mechanism does not have.\n\n"
       "Examples:\n"
       "  balance conditions 5r.yaml --goal static\n"
       "  balance conditions 3rrr.yaml --goal force --goal gyroscopic --json\n"

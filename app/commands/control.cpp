@@ -45,7 +45,7 @@ ExitCode run(const ControlCommandOptions& options) {
   check_outputs(run_options, study);
   print_run_header(run_options, study, trajectory);
   if (options.controller.empty() && !run_options.quiet)
-    print_message("note: no --controller given: '" + controller.name + "' is taken");
+    print_message("note: no --controller given: using '" + controller.name + "'");
   RunResult result = control_or_throw(study, trajectory, controller, options);
   if (run_options.poses && result.time.size() > 0) add_body_poses(study.mechanism, result);
   print_notes(run_options, result);
@@ -65,16 +65,16 @@ ExitCode run(const ControlCommandOptions& options) {
 }  // namespace
 
 Command setup_control(CLI::App& program) {
-  CLI::App* parser = program.add_subcommand("control", "Let a controller lead a mechanism along a trajectory");
+  CLI::App* parser = program.add_subcommand("control", "Simulate a controller moving a mechanism along a trajectory");
   const auto options = std::make_shared<ControlCommandOptions>();
   add_control_options(*parser, *options);
   parser->footer(
       "The mechanism moves by its own dynamics under the efforts of a controller that samples it at its\n"
-      "own rate: one of the spec's 'controllers', or, without being listed there, computed-torque, pd,\n"
-      "sliding-mode, extended-sliding-mode, open-loop, none.\n\n"
-      "Prints tracking errors, torques, how much they change, shaking forces; the samples go to the files\n"
-      "asked for, which docs/file-format.md describes. A singular configuration on the way ends the run\n"
-      "with code 4; the files then hold what was computed until there.\n\n"
+      "own rate: one of the spec's 'controllers', or a built-in one: computed-torque, pd, sliding-mode,\n"
+      "extended-sliding-mode, open-loop, none.\n\n"
+      "Prints tracking errors, torques and their variation, and shaking forces; --output and --csv write\n"
+      "the samples (docs/file-format.md). A singular configuration on the way ends the run with exit\n"
+      "code 4; the files then contain the run up to that point.\n\n"
       "Examples:\n"
       "  balance control 5r.yaml --trajectory cycloid --controller computed-torque\n"
       "  balance control 5r.yaml -t circle -c sliding-mode -o out.h5 --force\n"
@@ -89,12 +89,12 @@ Command setup_control(CLI::App& program) {
 void add_control_options(CLI::App& parser, ControlCommandOptions& o) {
   add_run_options(parser, o.run);
   CLI::Option* controller =
-      parser.add_option("-c,--controller", o.controller, "which controller; the first of the spec if not given");
+      parser.add_option("-c,--controller", o.controller, "controller (default: the first of the spec)");
   controller->type_name("NAME");
-  parser.add_option("--settle", o.settle, "hold the last pose so much longer, in seconds")
+  parser.add_option("--settle", o.settle, "time to hold the last pose, in seconds")
       ->type_name("T")
       ->check(number_range_validator(0, max_duration));
-  parser.add_option("--steps", o.steps, "how many steps the integration may take before the run is given up")
+  parser.add_option("--steps", o.steps, "limit of integration steps")
       ->type_name("N")
       ->check(integer_range_validator(1));
 }

@@ -81,7 +81,7 @@ ExitCode run(const DesignCommandOptions& options) {
   if (is_front_requested(options, space.start)) return run_front(options, space);
   std::optional<double> interrupted;
   DesignReport report = run_interruptible_search(
-      options, study_options, "searching, Ctrl-C ends it with the best so far", interrupted,
+      options, study_options, "searching (Ctrl-C stops with the best so far)", interrupted,
       [&](const DesignStudyOptions& interruptible_options) { return design_or_throw(space, interruptible_options); });
   const DesignStatus status = report.outcome.status;
   const bool done = status == DesignStatus::balanced || status == DesignStatus::no_goal;
@@ -109,15 +109,15 @@ Command setup_design(CLI::App& program) {
   const auto options = std::make_shared<DesignCommandOptions>();
   add_design_options(*parser, *options);
   parser->footer(
-      "Finds values for the spec's free numbers that meet all conditions of its goal, the best of them\n"
-      "if something is to be minimized; otherwise the best compromise and the reason why there is no\n"
-      "solution. Says what was shown: proved-best, local-best or stopped. Prints the numbers, the\n"
-      "conditions, what they cost and what every trajectory gains. Without a goal the numbers are\n"
-      "chosen for what is to be minimized alone. Ctrl-C ends the search with the best so far.\n"
-      "Where the spec has a front, a trade-off between two or three figures, designs all along it are\n"
-      "listed, numbered from 1; --point K shows one, and writes it with -o.\n"
-      "Exit code 0: balanced (or no goal) and within all limits; 1: a compromise, or it is impossible;\n"
-      "files are written all the same.\n\n"
+      "Finds values for the spec's free numbers that meet all conditions of its goal, the best ones if\n"
+      "there is an objective; if there are none, the best compromise and the reason. States what is known\n"
+      "about optimality: proved-best, local-best or stopped. Prints the numbers, the conditions, their\n"
+      "cost and the gain along every trajectory. Without a goal, the objective alone determines the\n"
+      "numbers. Ctrl-C stops the search with the best result so far.\n"
+      "If the spec has a front, a trade-off between two or three figures, designs along it are listed,\n"
+      "numbered from 1; --point K shows one and, with -o, writes it.\n"
+      "Exit code 0: balanced (or no goal) and within all limits; 1: a compromise, or impossible; files\n"
+      "are written in both cases.\n\n"
       "Examples:\n"
       "  balance design 5r.yaml -o balanced.yaml\n"
       "  balance design 5r.yaml --goal static --minimize added-mass --h5 design.h5\n"
@@ -195,12 +195,12 @@ void check_front_options(const DesignCommandOptions& options, const Study& study
   if (!is_front_requested(options, study)) {
     for (const auto& [name, value] : {std::pair("--point", options.point), std::pair("--csv", options.csv)})
       if (!value.empty())
-        throw UsageError(
-            fmt::format("{} is for specs that ask for a front (design: front), and without --minimize", name));
+        throw UsageError(fmt::format("{} needs a spec with a front (design: front), and no --minimize", name));
     return;
   }
   if (!options.output.empty() && options.point.empty())
-    throw UsageError("--output writes one design, and a front has several: choose one by --point K or --point middle");
+    throw UsageError(
+        "--output writes one design, but a front has several: choose one with --point K or --point middle");
 }
 
 ParetoFront find_front_or_throw(const DesignSpace& space, const DesignStudyOptions& options) {
@@ -219,7 +219,7 @@ ExitCode run_front(const DesignCommandOptions& options, const DesignSpace& space
   const DesignStudyOptions study_options = make_study_options(options, space.start);
   std::optional<double> interrupted;
   ParetoFront front =
-      run_interruptible_search(options, study_options, "searching the front, Ctrl-C ends it with the points so far",
+      run_interruptible_search(options, study_options, "searching the front (Ctrl-C stops with the points so far)",
                                interrupted, [&](const DesignStudyOptions& interruptible_options) {
                                  return find_front_or_throw(space, interruptible_options);
                                });

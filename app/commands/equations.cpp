@@ -175,17 +175,17 @@ Command setup_equations(CLI::App& program) {
   add_equations_options(*parser, *options);
   parser->footer(
       "Without --at, prints the equations of motion as formulas: --only inertia,velocity,gravity,\n"
-      "closures,solved,conditions,regressor,natural picks some, --code c makes a program of\n"
-      "them. What is printed has been read back and compared with the engine.\n\n"
-      "With --at, prints the equation where the mechanism has a pose, as matrices in its independent\n"
-      "coordinates: inertia M', velocity terms D'_krs and B', weight, springs and loads z'; what\n"
-      "every torque adds up from; and the base parameters: the combinations of inertial parameters\n"
-      "that the equation depends on.\n"
-      "--speeds prints the equation in speeds of your choice, and --constraints what keeps it from\n"
-      "slipping: sums of rates that are zero. A coordinate's name stands for its rate; the tool has\n"
-      "x y z along the world's and u v w along its body's axes, and turns by angle in the plane, by\n"
-      "rx ry rz or p q r in space. Factors are in SI units.\n"
-      "Files hold the matrices at a pose or, where --at names a trajectory, at all its samples.\n\n"
+      "closures,solved,conditions,regressor,natural selects sections, --code c prints a program.\n"
+      "Everything printed has been read back and compared with numerical results.\n\n"
+      "With --at, prints the equation at a pose, as matrices in the independent coordinates: inertia\n"
+      "M', velocity terms D'_krs and B', weight, springs and loads z'; the contributions to every\n"
+      "torque; and the base parameters: the combinations of inertial parameters that the equation\n"
+      "depends on.\n"
+      "--speeds prints the equation in speeds of your choice; --constraints adds sums of rates that\n"
+      "are zero, such as the slip of a wheel. A coordinate's name stands for its rate. The tool's\n"
+      "velocity is x y z along the world's axes and u v w along its body's axes; its angular velocity\n"
+      "is angle in the plane, and rx ry rz or p q r in space. Factors are in SI units.\n"
+      "Files contain the matrices at the pose or, if --at names a trajectory, at all its samples.\n\n"
       "Examples:\n"
       "  balance equations spatial-rrr.yaml --only inertia,conditions\n"
       "  balance equations 5r.yaml --code c\n"
@@ -216,9 +216,9 @@ void add_formula_options(CLI::App& parser, EquationsOptions& o) {
                            ->excludes(parser.get_option("--json"))
                            ->excludes(parser.get_option("--latex")),
                        {"c", "python"});
-  parser.add_flag("--expand", o.expand, "put in what parameters are that are expressions of others")->excludes(at);
+  parser.add_flag("--expand", o.expand, "substitute parameters that are expressions of others")->excludes(at);
   parser.add_flag("--numbers", o.numbers, "print numbers in place of symbols")->excludes(at);
-  parser.add_flag("--all", o.all, "print formulas however long they are")->excludes(at);
+  parser.add_flag("--all", o.all, "print formulas of any length")->excludes(at);
   for (const char* name : {"--speeds", "--trajectory", "--output"}) parser.get_option(name)->needs(at);
 }
 
@@ -235,11 +235,11 @@ void add_speed_options(CLI::App& parser, EquationsOptions& o) {
   CLI::Option* speeds =
       parser
           .add_option("--speeds", o.speeds,
-                      "the equation in these speeds, too: sums of rates of coordinates and of the tool's, as\n"
+                      "also print the equation in these speeds: sums of rates of coordinates and of the tool, such as\n"
                       "\"v: tool.u, w: {A: 0.5, B: -0.5}\"")
           ->type_name("NAME: TERMS,...")
           ->check(not_blank);
-  parser.add_option("--constraints", o.constraints, "speeds that are zero, as of wheels that roll: \"slip: tool.v\"")
+  parser.add_option("--constraints", o.constraints, "speeds that are zero, as for rolling wheels: \"slip: tool.v\"")
       ->type_name("NAME: TERMS,...")
       ->check(not_blank)
       ->needs(speeds);
@@ -252,19 +252,19 @@ void add_equations_options(CLI::App& parser, EquationsOptions& o) {
   add_spec_options(parser, o.spec);
   add_state_options(parser, o,
                     "a pose (A1=0.3,A2=0.5 or tool: [0.1, 0.2], in the spec's units), start, end or a trajectory");
-  parser.add_option("-t,--trajectory", o.trajectory, "whose start or end is meant; the first if not given")
+  parser.add_option("-t,--trajectory", o.trajectory, "trajectory of start and end (default: the first)")
       ->type_name("NAME");
-  suggest_words(parser.add_option("--only", o.only, "what is wanted, between commas")
+  suggest_words(parser.add_option("--only", o.only, "sections to print, comma-separated")
                     ->type_name("NAMES")
                     ->delimiter(',')
                     ->allow_extra_args(false),
                 all_section_names());
-  CLI::Option* latex = parser.add_flag("--latex", o.latex, "print LaTeX (amsmath) and nothing else");
+  CLI::Option* latex = parser.add_flag("--latex", o.latex, "print only LaTeX (amsmath)");
   latex->excludes(parser.get_option("--json"));
   CLI::Option* output = parser.add_option("-o,--output", o.output, "write the matrices to this HDF5 file");
   output->type_name("FILE");
-  parser.add_flag("--force", o.force, "replace a file that exists");
-  parser.add_flag("--compress", o.compress, "compress the HDF5 file; slow")->needs(output);
+  parser.add_flag("--force", o.force, "overwrite an existing file");
+  parser.add_flag("--compress", o.compress, "compress the HDF5 file (slow)")->needs(output);
   add_speed_options(parser, o);
   add_formula_options(parser, o);
 }
@@ -301,7 +301,7 @@ SpeedChoice read_choice(const EquationsOptions& options, const Study& study) {
     for (const GeneralisedSpeed& zero : choice.constrained)
       if (speed.name == zero.name)
         throw UsageError(
-            fmt::format("--constraints has the name {}, too, which is one of --speeds", quote_for_message(zero.name)));
+            fmt::format("--constraints: the name {} is already used by --speeds", quote_for_message(zero.name)));
   return choice;
 }
 

@@ -30,10 +30,9 @@ struct ExportOptions {
 void check_call(const ExportOptions& call) {
   if (call.urdf.empty() == call.mjcf.empty()) throw UsageError("expected --urdf FILE or --mjcf FILE");
   check_standard_output({call.output, call.parts}, call.spec.json, false);
-  const std::vector<InputFile> inputs = {{call.spec.spec, "the spec"},
-                                         {call.robot(), "what it is made from"},
-                                         {call.options.loops, "what it is made from"}};
-  for (const std::string& output : {call.output, call.parts}) check_output(output, "it", inputs, call.force);
+  const std::vector<InputFile> inputs = {
+      {call.spec.spec, "the spec"}, {call.robot(), "its input"}, {call.options.loops, "its input"}};
+  for (const std::string& output : {call.output, call.parts}) check_output(output, "the output", inputs, call.force);
   if (!call.parts.empty() && is_same_file(call.output, call.parts))
     throw UsageError("--output and --parts name the same file: " + call.output);
 }
@@ -41,8 +40,8 @@ void check_call(const ExportOptions& call) {
 void check_overwrites_no_source(const ExportOptions& call, const Study& study, const std::string& robot) {
   std::vector<InputFile> inputs = list_input_files(study);
   for (std::string& file : list_referenced_robot_files(robot, display_name(call.robot())))
-    inputs.push_back({std::move(file), "a file that the mechanism names"});
-  for (const std::string& output : {call.output, call.parts}) check_overwrites_no_input(output, "it", inputs);
+    inputs.push_back({std::move(file), "a file that the mechanism refers to"});
+  for (const std::string& output : {call.output, call.parts}) check_overwrites_no_input(output, "the output", inputs);
 }
 
 void write_file(const std::string& path, const std::string& text, bool force) {
@@ -85,17 +84,17 @@ Command setup_export(CLI::App& program) {
   const auto call = std::make_shared<ExportOptions>();
   add_spec_options(*parser, call->spec);
   parser->add_option("--urdf", call->urdf, "the URDF that the spec was imported from")->type_name("FILE");
-  parser->add_option("--mjcf", call->mjcf, "the MJCF that it was imported from")->type_name("FILE");
-  parser->add_option("--loops", call->options.loops, "its closures, as they were imported")->type_name("FILE");
-  add_choice_validator(parser->add_option("--base", call->base, "fixed: as it was imported")->type_name("WORD"),
-                       {"fixed"});
+  parser->add_option("--mjcf", call->mjcf, "the MJCF that the spec was imported from")->type_name("FILE");
+  parser->add_option("--loops", call->options.loops, "loop closures, as in the import")->type_name("FILE");
+  add_choice_validator(
+      parser->add_option("--base", call->base, "fixed, if the import had --base fixed")->type_name("WORD"), {"fixed"});
   parser->add_option("-o,--output", call->output, "the file to write")->required()->type_name("FILE");
-  parser->add_option("--parts", call->parts, "a CSV file of counterweights and discs")->type_name("FILE");
-  parser->add_flag("--force", call->force, "replace files that exist");
+  parser->add_option("--parts", call->parts, "write counterweights and discs to this CSV file")->type_name("FILE");
+  parser->add_flag("--force", call->force, "overwrite existing files");
   parser->footer(
       "Masses, centres of mass and inertias of the spec's bodies, with their counterweights, are written\n"
-      "into the links or bodies that they are from, and nothing else of the file changes. Of those that are\n"
-      "fixed to each other the first with an inertial takes what changed.\n\n"
+      "into the links or bodies that they come from; nothing else in the file changes. If several are\n"
+      "fixed to each other, the first with an inertial takes the change.\n\n"
       "Examples:\n"
       "  balance export balanced.yaml --urdf robot.urdf -o new.urdf\n"
       "  balance export balanced.yaml --urdf robot.urdf -o new.urdf --parts parts.csv\n"

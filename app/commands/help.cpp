@@ -26,7 +26,7 @@ const CommandHelp& find(const ProgramHelp& help, const std::string& name) {
     if (command.name == name) return command;
     names.push_back(command.name);
   }
-  throw UsageError(fmt::format("{} is no command: {}{}", quote_for_message(name), join_alternatives(names),
+  throw UsageError(fmt::format("{} is not a command: expected {}{}", quote_for_message(name), join_alternatives(names),
                                append_nearest_name(name, names)));
 }
 
@@ -79,7 +79,7 @@ Command setup_man(CLI::App& program) {
   CLI::App* parser = program.add_subcommand("man", "Print a manual page");
   parser->group("");
   const auto options = std::make_shared<ManOptions>();
-  CLI::Option* command = parser->add_option("command", options->command, "whose page; without it the program's");
+  CLI::Option* command = parser->add_option("command", options->command, "command to document (default: the program)");
   command->type_name("COMMAND");
   parser->add_option("--all", options->folder, "write all pages into this folder")
       ->type_name("FOLDER")

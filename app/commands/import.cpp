@@ -66,33 +66,33 @@ std::string report_text(const ImportResult& imported) {
   for (const auto& [what, count] : imported.ignored)
     ignored += (ignored.empty() ? "" : ", ") + what + (count == 1 ? "" : fmt::format(" ({})", count));
   for (const auto& [before, after] : imported.renamed)
-    renamed += fmt::format("{}{} is {}", renamed.empty() ? "" : ", ", before, after);
+    renamed += fmt::format("{}{} to {}", renamed.empty() ? "" : ", ", before, after);
   for (const auto& [name, value] : imported.assembly)
     assembly += fmt::format("{}{}: {:.6g}", assembly.empty() ? "" : ", ", name, value);
   if (!ignored.empty()) text += "left out: " + ignored + "\n";
   if (!renamed.empty()) text += "renamed: " + renamed + "\n";
-  text += fmt::format(
-      "{}: {}, {}, {}; {:.9g} kg move\n", imported.format, count_noun(imported.bodies, "moving body", "moving bodies"),
-      count_noun(imported.joints, "joint", "joints"), count_noun(imported.loops, "loop", "loops"), imported.total_mass);
+  text += fmt::format("{}: {}, {}, {}; moving mass {:.9g} kg\n", imported.format,
+                      count_noun(imported.bodies, "moving body", "moving bodies"),
+                      count_noun(imported.joints, "joint", "joints"), count_noun(imported.loops, "loop", "loops"),
+                      imported.total_mass);
   if (imported.degrees_of_freedom)
     text += fmt::format("{}, {}\n", count_noun(*imported.degrees_of_freedom, "degree of freedom", "degrees of freedom"),
                         count_noun(static_cast<int>(imported.actuators.size()), "actuator", "actuators"));
   if (!assembly.empty()) text += "assembled near the file's zero pose: {" + assembly + "}\n";
   if (!imported.assembly_failure_reason.empty())
-    text += "warning: it could not be assembled: " + imported.assembly_failure_reason + "\n";
+    text += "warning: the mechanism could not be assembled: " + imported.assembly_failure_reason + "\n";
   return text;
 }
 
 void check_call(const ImportCommandOptions& call) {
   check_standard_output({call.output}, call.json, false);
-  check_output(call.output, "the spec",
-               {{call.file, "what it is made from"}, {call.options.loops, "what it is made from"}}, call.force);
+  check_output(call.output, "the spec", {{call.file, "its input"}, {call.options.loops, "its input"}}, call.force);
 }
 
 void check_overwrites_no_robot_file(const ImportCommandOptions& call, const std::string& text) {
   std::vector<InputFile> inputs;
   for (std::string& file : list_referenced_robot_files(text, display_name(call.file)))
-    inputs.push_back({std::move(file), "a file that the mechanism names"});
+    inputs.push_back({std::move(file), "a file that the mechanism refers to"});
   check_overwrites_no_input(call.output, "the spec", inputs);
 }
 
@@ -132,27 +132,25 @@ Command setup_import(CLI::App& program) {
   parser->add_option("file", call->file, "the mechanism: URDF or MJCF (XML), MBSE or Chrono (YAML)")
       ->required()
       ->type_name("FILE");
-  parser->add_option("--loops", call->options.loops, "closures of a URDF, a YAML file with closed_loop and type")
+  parser->add_option("--loops", call->options.loops, "loop closures of a URDF: a YAML file with closed_loop and type")
       ->type_name("FILE");
-  CLI::Option* base = parser->add_option("--base", call->base, "fixed: what floats in the file is held where it is");
+  CLI::Option* base = parser->add_option("--base", call->base, "fixed: hold a floating base where it is");
   add_choice_validator(base->type_name("WORD"), {"fixed"});
   parser
-      ->add_option("--actuate", call->options.actuate,
-                   "joints that have motors, by the file's names, separated by commas")
+      ->add_option("--actuate", call->options.actuate, "joints that have motors, named as in the file, comma-separated")
       ->delimiter(',')
       ->type_name("NAMES")
       ->allow_extra_args(false);
-  parser->add_option("-o,--output", call->output, "the spec to write; without it, to standard output")
-      ->type_name("FILE");
-  parser->add_flag("--strict", call->strict, "exit code 1 if there is anything to warn of");
-  parser->add_flag("--force", call->force, "replace a file that exists");
+  parser->add_option("-o,--output", call->output, "the spec to write (default: standard output)")->type_name("FILE");
+  parser->add_flag("--strict", call->strict, "exit code 1 if there are warnings");
+  parser->add_flag("--force", call->force, "overwrite an existing file");
   parser->add_flag("--json", call->json, "print JSON, errors included");
   parser->footer(
       "Links that are fixed to each other become one body, closures become joints, names that a spec\n"
-      "cannot have are changed and told. Nothing is repaired: an inertia that no body can have is kept\n"
-      "with as_given, and what is odd about masses is told with its line. Meshes, collisions and\n"
+      "does not allow are changed and reported. Nothing is repaired: a physically impossible inertia is\n"
+      "kept with as_given, and suspicious masses are reported with their line. Meshes, collisions and\n"
       "sensors are counted and left out.\n\n"
-      "Loops are closed near the file's zero pose, and the values found stand in assembly.\n\n"
+      "Loops are closed near the file's zero pose, and the resulting values are written to assembly.\n\n"
       "Examples:\n"
       "  balance import arm.urdf -o arm.yaml\n"
       "  balance import leg.urdf --loops leg.yaml --actuate hip,knee -o spec.yaml\n"

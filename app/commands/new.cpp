@@ -73,10 +73,10 @@ ExitCode run(const NewOptions& options) {
 Command setup_new(CLI::App& program) {
   CLI::App* parser = program.add_subcommand("new", "Write a commented spec to start from");
   const auto options = std::make_shared<NewOptions>();
-  CLI::Option* kind = parser->add_option("kind", options->kind, "which mechanism; without it the kinds are listed");
+  CLI::Option* kind = parser->add_option("kind", options->kind, "kind of mechanism; lists the kinds if omitted");
   suggest_words(kind->type_name("KIND"), kinds());
-  parser->add_option("-o,--output", options->output, "write it to this file")->type_name("FILE");
-  parser->add_flag("--force", options->force, "replace a file that exists");
+  parser->add_option("-o,--output", options->output, "write the spec to this file")->type_name("FILE");
+  parser->add_flag("--force", options->force, "overwrite an existing file");
   parser->add_flag("--json", options->json, "print JSON, errors included");
   parser->footer(
       "The spec is complete: it can be checked, simulated and, where numbers are free, designed, and\n"

@@ -108,11 +108,11 @@ Command setup_plot(CLI::App& program) {
   const auto options = std::make_shared<PlotOptions>();
   add_plot_options(*parser, *options);
   parser->footer(
-      "A quantity is named as in the result file: shaking_force is a vector's magnitude, shaking_force.x\n"
-      "its component; torque is every actuator's, torque[A1] one; joint_force[B1].y goes further still.\n"
-      "Without --quantity it is torque, shaking_force and shaking_moment. Several results are laid over\n"
-      "each other. A spec, with a trajectory behind a colon, is run first. A phase plane shows the rate\n"
-      "along the path over the place, below what limits leave. gnuplot must be installed.\n\n"
+      "Quantities are named as in the result file: shaking_force is a vector's magnitude, shaking_force.x\n"
+      "one component; torque is that of every actuator, torque[A1] of one; joint_force[B1].y combines both.\n"
+      "The default is torque, shaking_force and shaking_moment. Several results share one picture. A spec,\n"
+      "optionally followed by a colon and a trajectory, is simulated first. A phase plane shows the rate\n"
+      "along the path over the position, with the largest allowed rate. gnuplot must be installed.\n\n"
       "Examples:\n"
       "  balance plot run.h5 -o run.pdf\n"
       "  balance plot a.h5 b.h5 --quantity shaking_force --x normalised -o force.svg\n"
@@ -187,7 +187,7 @@ std::string default_label(const StoredRun& file) {
 
 std::vector<PlotRun> label_runs(const PlotOptions& options, const std::vector<StoredRun>& files) {
   if (!options.labels.empty() && options.labels.size() != files.size())
-    throw UsageError(fmt::format("--label is given {} times for {} results: one for each, in their order",
+    throw UsageError(fmt::format("--label is given {} times for {} results: expected one per result, in order",
                                  options.labels.size(), files.size()));
   std::vector<PlotRun> runs;
   std::set<std::string> used;
@@ -230,21 +230,21 @@ void check_names(const std::vector<std::string>& names, const std::vector<Stored
 
 void add_plot_options(CLI::App& parser, PlotOptions& o) {
   add_run_operands(parser, o.results);
-  CLI::Option* quantity = parser.add_option(
-      "--quantity", o.quantities, "what to draw over time; may be repeated: one panel each, below each other");
+  CLI::Option* quantity =
+      parser.add_option("--quantity", o.quantities, "quantity to draw over time; may be repeated, one panel each");
   quantity->type_name("NAME")->allow_extra_args(false);
   suggest_words(quantity,
                 {"torque",           "power",          "shaking_force",    "shaking_moment",     "ground_force",
                  "ground_moment",    "com_position",   "com_velocity",     "com_acceleration",   "tool_position",
                  "tool_orientation", "joint_position", "joint_velocity",   "joint_acceleration", "joint_force",
                  "joint_moment",     "kinetic_energy", "potential_energy", "mobility",           "newton_iterations"});
-  CLI::Option* path = parser.add_flag("--path", o.path, "draw the ways of tool and centre of mass instead");
+  CLI::Option* path = parser.add_flag("--path", o.path, "draw the paths of tool and centre of mass instead");
   path->excludes(quantity);
-  CLI::Option* phase = parser.add_flag("--phase", o.phase,
-                                       "draw the rate along the path over the place, and what limits leave, instead");
+  CLI::Option* phase =
+      parser.add_flag("--phase", o.phase, "draw the rate along the path over the position, and its limit, instead");
   phase->excludes(quantity)->excludes(path);
   suggest_files(
-      parser.add_option("-o,--output", o.output, "the picture; .svg, .pdf or .png says its format, - is SVG on stdout")
+      parser.add_option("-o,--output", o.output, "the picture: .svg, .pdf or .png; - is SVG on standard output")
           ->type_name("FILE"),
       suffixes);
   const auto choice = [&](const char* name, std::string& value, const char* text,
@@ -253,22 +253,22 @@ void add_plot_options(CLI::App& parser, PlotOptions& o) {
     suggest_words(option->type_name("NAME")->capture_default_str(), words);
     return option;
   };
-  choice("--vectors", o.vectors, "what to draw of vectors: magnitude, components or both", views)
+  choice("--vectors", o.vectors, "draw vectors as magnitude, components or both", views)
       ->excludes(path)
       ->excludes(phase);
   choice("--x", o.x, "time in seconds, or normalised by the duration", abscissas)->excludes(path)->excludes(phase);
-  choice("--plane", o.plane, "of a path: xy, xz or yz", planes)->needs(path);
-  parser.add_option("--label", o.labels, "name of a result in the legend; once for each, in their order")
+  choice("--plane", o.plane, "plane of paths: xy, xz or yz", planes)->needs(path);
+  parser.add_option("--label", o.labels, "name of a result in the legend; once per result, in order")
       ->type_name("TEXT")
       ->allow_extra_args(false);
   parser.add_option("--title", o.title, "text above the picture")->type_name("TEXT");
-  parser.add_option("--size", o.size, "width and height in mm; as high as it needs if not given")->type_name("WxH");
+  parser.add_option("--size", o.size, "width and height in mm (default: height as needed)")->type_name("WxH");
   parser.add_option("--font", o.font, "font and its size in points")->type_name("NAME[,SIZE]");
-  parser.add_flag("--script", o.script, "print the gnuplot script, to be changed by hand, and draw nothing");
-  parser.add_flag("--force", o.force, "replace a file that exists");
+  parser.add_flag("--script", o.script, "print the gnuplot script for editing, and draw nothing");
+  parser.add_flag("--force", o.force, "overwrite an existing file");
   CLI::Option* json = parser.add_flag("--json", o.json, "print JSON, errors included");
   json->excludes(parser.get_option("--script"));
-  parser.add_flag("-q,--quiet", o.quiet, "print nothing but errors (and JSON if asked for)");
+  parser.add_flag("-q,--quiet", o.quiet, "print only errors (and JSON with --json)");
 }
 
 PlotPage choose_page(const PlotOptions& options) {
@@ -301,9 +301,9 @@ Plot choose_picture(const PlotOptions& options, const std::vector<StoredRun>& fi
 
 void check_outputs(const PlotOptions& options) {
   if (options.script) return;
-  if (options.output.empty()) throw UsageError("--output is needed: the picture's file, .svg, .pdf or .png");
+  if (options.output.empty()) throw UsageError("--output is needed: the name of a .svg, .pdf or .png file");
   std::vector<InputFile> inputs;
-  for (const std::string& result : options.results) inputs.push_back({result, "what it is made from"});
+  for (const std::string& result : options.results) inputs.push_back({result, "its input"});
   check_output(options.output, "the picture", inputs, options.force);
 }
 

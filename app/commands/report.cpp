@@ -128,9 +128,9 @@ std::optional<RunResult> deviation_of(const DesignSpace& space, const RunResult&
           page.notes.push_back(name + ": " + format_incompatibility_note(one));
         return std::move(tolerance.deviation);
       }
-      page.notes.push_back("no band of tolerances along " + name + ": the run was made with options of its own");
+      page.notes.push_back("no tolerance band along " + name + ": the run was made with different options");
     } catch (const std::invalid_argument& error) {
-      page.notes.push_back("no band of tolerances along " + name + ": " + error.what());
+      page.notes.push_back("no tolerance band along " + name + ": " + error.what());
     }
   }
   return {};
@@ -180,7 +180,7 @@ void check_run_matches_spec(const StoredRun& run, const Study& study) {
   const bool planar = study.mechanism.space == SpaceKind::planar;
   if (r.coordinate_names != coordinates || (!r.joint_names.empty() && r.joint_names != joints) ||
       r.axes != (planar ? 2 : 3))
-    throw SystemError(run.path + ": is damaged: its run belongs to another mechanism than its spec");
+    throw SystemError(run.path + ": is damaged: its run does not belong to the mechanism of its spec");
 }
 
 /// The page of a run stored in a result file, together with its spec.
@@ -321,9 +321,9 @@ Command setup_report(CLI::App& program) {
   const auto options = std::make_shared<ReportOptions>();
   add_report_options(*parser, *options);
   parser->footer(
-      "The page needs no network: what the mechanism is, the conditions of its goal, its design if it\n"
-      "has free numbers, figures of every run before and after, charts, and the mechanism moving.\n"
-      "Without --goal it is the spec's `design: goal`; without either there are runs only.\n"
+      "The page works offline and shows the mechanism, the conditions of its goal, its design if it has\n"
+      "free numbers, figures of every run before and after, charts, and an animation. The default goal is\n"
+      "the spec's `design: goal`; without any goal, there are only runs.\n"
       "docs/report.md describes the page.\n\n"
       "Examples:\n"
       "  balance report 3rrr.yaml\n"
@@ -347,19 +347,18 @@ constexpr long max_report_samples = 20'000;  // pages with more open slowly, and
 
 void add_report_options(CLI::App& parser, ReportOptions& o) {
   add_spec_options(parser, o.spec);
-  parser.add_option("-o,--output", o.output, "the page; the spec's name with .html if not given")->type_name("FILE");
-  parser
-      .add_option("-t,--trajectory", o.trajectories, "a trajectory to show; may be repeated; all of them if not given")
+  parser.add_option("-o,--output", o.output, "the page (default: the spec's name with .html)")->type_name("FILE");
+  parser.add_option("-t,--trajectory", o.trajectories, "trajectory to show; may be repeated (default: all)")
       ->type_name("NAME")
       ->allow_extra_args(false);
-  parser.add_option("-c,--controller", o.controller, "run every trajectory under this controller")->type_name("NAME");
+  parser.add_option("-c,--controller", o.controller, "run every trajectory with this controller")->type_name("NAME");
   add_goal_options(parser, o.goal);
   parser.add_option("--samples", o.samples, "samples of every trajectory, both ends included")
       ->type_name("N")
       ->check(integer_range_validator(2, max_report_samples));
   add_seconds_option(parser, o.seconds);
-  parser.add_flag("--force", o.force, "replace a file that exists");
-  parser.add_flag("-q,--quiet", o.quiet, "print nothing but errors (and JSON if asked for)");
+  parser.add_flag("--force", o.force, "overwrite an existing file");
+  parser.add_flag("-q,--quiet", o.quiet, "print only errors (and JSON with --json)");
 }
 
 std::vector<std::string> choose_trajectories(const ReportOptions& options, const Study& study) {

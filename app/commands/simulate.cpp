@@ -87,8 +87,8 @@ Command setup_simulate(CLI::App& program) {
   const auto options = std::make_shared<SimulateOptions>();
   add_simulate_options(*parser, *options);
   parser->footer(
-      "Prints peak, rms and mean of every quantity; the samples go to the files asked for, which\n"
-      "docs/file-format.md describes.\n\n"
+      "Prints peak, rms and mean of every quantity; --output and --csv write the samples\n"
+      "(docs/file-format.md).\n\n"
       "With --at, prints every quantity at a single state instead: a pose with the --rates and\n"
       "--accelerations of the independent coordinates.\n\n"
       "Examples:\n"

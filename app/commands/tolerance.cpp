@@ -36,7 +36,7 @@ struct ToleranceOptions {
 
 Trajectory choose_trajectory(const ToleranceOptions& options, const Study& study) {
   if (study.trajectories.empty())
-    throw SpecError({.place = {.file = study.spec_file}, .message = "there is no motion: --at-rest needs none"});
+    throw SpecError({.place = {.file = study.spec_file}, .message = "there is no motion; only --at-rest needs none"});
   Trajectory trajectory = balance::choose_trajectory(study, options.trajectory);
   if (options.samples) trajectory.samples = *options.samples;
   return trajectory;
@@ -97,7 +97,7 @@ ExitCode run(const ToleranceOptions& options) {
   for (const std::string& warning : study.warnings) print_message("warning: " + warning);
   if (spec.tolerances.empty())
     throw SpecError({.place = {.file = study.spec_file, .key = "tolerances"},
-                     .message = "missing: it says which numbers may be off"});
+                     .message = "missing: expected the numbers that may deviate"});
   check_quantities(options, study.mechanism);
   check_deviations_output(options, study);
   if (!options.at_rest) choose_trajectory(options, study);
@@ -120,18 +120,16 @@ ExitCode run(const ToleranceOptions& options) {
 void add_tolerance_options(CLI::App& parser, ToleranceOptions& o) {
   add_spec_options(parser, o.spec);
   CLI::Option* trajectory =
-      parser.add_option("-t,--trajectory", o.trajectory, "which trajectory of the spec; the first if not given")
+      parser.add_option("-t,--trajectory", o.trajectory, "trajectory of the spec (default: the first)")
           ->type_name("NAME");
-  parser.add_option("--of", o.of, "which quantities: torque, torque[A1], shaking_force; all if not given")
-      ->type_name("NAME");
+  parser.add_option("--of", o.of, "quantity, such as torque[A1] or shaking_force (default: all)")->type_name("NAME");
   parser.add_option("--samples", o.samples, "number of samples, both ends included")
       ->type_name("N")
       ->check(integer_range_validator(min_samples, max_samples));
-  CLI::Option* draws =
-      parser.add_option("--monte-carlo", o.draws, "run so many mechanisms with numbers drawn at random, too")
-          ->type_name("N")
-          ->check(integer_range_validator(2, max_tolerance_draws));
-  parser.add_option("--seed", o.seed, "of the draws")
+  CLI::Option* draws = parser.add_option("--monte-carlo", o.draws, "also run N mechanisms with randomly drawn numbers")
+                           ->type_name("N")
+                           ->check(integer_range_validator(2, max_tolerance_draws));
+  parser.add_option("--seed", o.seed, "seed of the draws")
       ->type_name("S")
       ->check(integer_range_validator(0, max_seed))
       ->needs(draws)
@@ -139,7 +137,7 @@ void add_tolerance_options(CLI::App& parser, ToleranceOptions& o) {
   CLI::Option* output =
       parser.add_option("-o,--output", o.output, "write the run and the deviation of every sample to this HDF5 file")
           ->type_name("FILE");
-  parser.add_flag("--force", o.force, "replace a file that exists")->needs(output);
+  parser.add_flag("--force", o.force, "overwrite an existing file")->needs(output);
   parser.add_flag("--at-rest", o.at_rest, "efforts at rest in all poses instead of a trajectory")
       ->excludes(trajectory)
       ->excludes(draws)
@@ -149,16 +147,16 @@ void add_tolerance_options(CLI::App& parser, ToleranceOptions& o) {
 }  // namespace
 
 Command setup_tolerance(CLI::App& program) {
-  CLI::App* parser = program.add_subcommand("tolerance", "How far torques and shaking are off when numbers are");
+  CLI::App* parser = program.add_subcommand("tolerance", "Deviation of torques and shaking forces due to tolerances");
   const auto options = std::make_shared<ToleranceOptions>();
   add_tolerance_options(*parser, *options);
   parser->footer(
-      "The spec's `tolerances` say which numbers may be off, and how far. Prints the standard\n"
-      "deviation of every figure to first order, by exact derivatives; the sample that is off most, and\n"
-      "which numbers make it so; and for what vanishes (a balanced force) the root of its expected mean\n"
-      "square. Numbers are independent of each other.\n\n"
-      "--monte-carlo runs mechanisms with numbers drawn at random and tells mean, deviation and\n"
-      "quantiles with standard errors. Draws that are no mechanism or cannot move are counted.\n\n"
+      "The spec's `tolerances` say which numbers may deviate, and how far. Prints the standard deviation\n"
+      "of every figure to first order, by exact derivatives; the sample with the largest deviation, and\n"
+      "the numbers that cause it; and for figures that vanish (a balanced force) the root of the expected\n"
+      "mean square. Numbers are independent of each other.\n\n"
+      "--monte-carlo runs mechanisms with randomly drawn numbers and prints mean, deviation and quantiles\n"
+      "with standard errors. Draws that are not valid mechanisms or cannot move are counted.\n\n"
       "Examples:\n"
       "  balance tolerance rr.yaml --trajectory cycloid\n"
       "  balance tolerance rr.yaml --of shaking_force --monte-carlo 1000 --seed 7\n"

@@ -1,4 +1,4 @@
-"""What goes wrong, as exceptions: a wrong spec, and what a mechanism cannot do."""
+"""Exceptions: errors of a spec, and requests that a mechanism cannot satisfy."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ if TYPE_CHECKING:
 
 
 class SpecError(ValueError):
-    """A spec, a suite or a foreign file is wrong; the text has a line for each mistake.
+    """A spec, a suite or a foreign file is invalid; the message has one line per mistake.
 
-    `file`, `line`, `column` (from 1; 0: no place of its own) and `key` are those of the first mistake; `mistakes` has all, each with
+    `file`, `line`, `column` (from 1; 0: no position) and `key` are those of the first mistake; `mistakes` lists all of them, each with
     file, line, column, key, message, expected, found and hint.
     """
 
@@ -29,7 +29,7 @@ class SpecError(ValueError):
 
 
 class MechanismError(RuntimeError):
-    """The mechanism cannot have what was asked: no conditions, no design, no assembly. `status` is one word, `reason` a sentence."""
+    """The mechanism does not allow what was requested: no conditions, no design, no assembly. `status` is one word, `reason` a sentence."""
 
     def __init__(self, reason: str, status: str) -> None:
         super().__init__(reason)
@@ -41,7 +41,7 @@ class MechanismError(RuntimeError):
 
 
 class MotionError(MechanismError):
-    """The mechanism cannot make a motion. `time` is where it stopped [s]; `run` is what was computed until there, or None."""
+    """The mechanism cannot perform a motion. `time` is when it stopped [s]; `run` is the run up to that time, or None."""
 
     def __init__(self, reason: str, status: str, time: float, run: Run | None = None) -> None:
         super().__init__(reason, status)

@@ -17,7 +17,7 @@ Runs = Union[Mapping[str, Union[Run, Path]], Sequence[Union[Run, Path]]]
 def read(path: Path) -> Run:
     """Reads a result file; `design.h5:after/cycloid` is one run of a design file.
 
-    :raises OSError: if it is none of this program's, or damaged
+    :raises OSError: if it was not written by this program, or is damaged
     """
     return Run(_native.read_result(os.fspath(path)))
 
@@ -37,10 +37,10 @@ def _named(runs: Runs) -> List[Tuple[str, Run]]:
 
 
 def compare(runs: Runs, require: Union[str, Sequence[str]] = ()) -> Comparison:
-    """Compares runs with the first of them, the base (docs/compare.md).
+    """Compares runs with the first one, the base (docs/compare.md).
 
-    :param runs: runs or paths of result files; in a dict by the names that requirements call them
-    :param require: what must hold: `peak(shaking_force) <= 0.9 * base`
+    :param runs: runs or paths of result files; in a dict, by the names used in requirements
+    :param require: requirements such as `peak(shaking_force) <= 0.9 * base`
     """
     texts = [require] if isinstance(require, str) else list(require)
     return Comparison(_native.compare([(name, run._native) for name, run in _named(runs)], texts))
@@ -49,14 +49,14 @@ def compare(runs: Runs, require: Union[str, Sequence[str]] = ()) -> Comparison:
 def batch(suite: Path, *, jobs: int = 1, folder: Path | None = None, shard: Tuple[int, int] | None = None,
           force: bool = False, metrics_only: bool = False, retry_failed: bool = False, case_timeout: float = 3600,
           progress: Progress | None = None) -> Batch:
-    """Runs the cases of a suite (docs/suite.md), each in a process of its own; goes on where it was interrupted.
+    """Runs the cases of a suite (docs/suite.md), each in a process of its own; continues an interrupted batch.
 
-    :param jobs: cases at once
-    :param folder: where results go; as of the program `<suite>-results` beside the working folder
-    :param shard: (index, count): only a part of the cases
-    :param force: use a folder that holds other things
-    :param metrics_only: keep figures, no samples
-    :param case_timeout: [s]; 0: none
+    :param jobs: number of cases run at once
+    :param folder: for the results; default: `<suite>-results` in the working folder
+    :param shard: (index, count): run only this part of the cases
+    :param force: use a folder with other contents
+    :param metrics_only: write only metrics, no samples
+    :param case_timeout: time limit per case [s]; 0: none
     """
     name = os.fspath(suite)
     place = os.fspath(folder) if folder is not None else os.path.splitext(os.path.basename(name))[0] + "-results"
@@ -66,9 +66,9 @@ def batch(suite: Path, *, jobs: int = 1, folder: Path | None = None, shard: Tupl
 def import_(path: Path, *, loops: Path | None = None, base: str = "", actuate: Sequence[str] = ()) -> Imported:
     """Makes a spec from a file of another program: URDF, MJCF, MBSE, Chrono (docs/import.md).
 
-    :param loops: a file with closures of a URDF
-    :param base: `fixed`: what floats in the file is held where it is
-    :param actuate: joints with motors, by the file's names
+    :param loops: file with the loop closures of a URDF
+    :param base: `fixed`: hold a floating base where it is
+    :param actuate: joints that have motors, named as in the file
     """
     found = _native.import_robot(os.fspath(path), "" if loops is None else os.fspath(loops), _is_fixed(base),
                                  list(actuate))
@@ -76,7 +76,7 @@ def import_(path: Path, *, loops: Path | None = None, base: str = "", actuate: S
 
 
 class Exported(NamedTuple):
-    """A foreign file with other masses: its text, what changed, and what it cannot say."""
+    """A foreign file with new masses: its text, what changed, and notes on what its format cannot express."""
 
     text: str
     changed: List[str]
@@ -87,7 +87,7 @@ def export(spec: Spec, path: Path, *, loops: Path | None = None, base: str = "",
            actuate: Sequence[str] = ()) -> Exported:
     """The file that the spec was imported from, with the masses of the spec; nothing else of its text changes.
 
-    :param path: of that file; `loops`, `base` and `actuate` as it was imported
+    :param path: of that file; `loops`, `base` and `actuate` as in the import
     """
     name = os.fspath(path)
     return Exported(*_native.export_robot(spec._native, _native.read_text(name), name,
@@ -106,7 +106,7 @@ def _is_fixed(base: str) -> bool:
 
 
 def kinds() -> Dict[str, str]:
-    """The specs to start from, with what each is."""
+    """The specs to start from, with a description of each."""
     return {kind: text.split("\n", 1)[0].lstrip("# ") for kind, text in _native.starters}
 
 

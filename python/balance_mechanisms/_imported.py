@@ -1,4 +1,4 @@
-"""What an import comes to."""
+"""The result of an import."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ if TYPE_CHECKING:
 
 
 class Imported:
-    """A spec made from a foreign file, and what is to be said of that file."""
+    """A spec made from a foreign file, with findings about that file."""
 
     def __init__(self, found: Mapping[str, Any], file: str) -> None:
         self._found = dict(found)
@@ -26,12 +26,12 @@ class Imported:
 
     @property
     def spec_text(self) -> str:
-        """The spec, with comments that name the lines it is from."""
+        """The spec, with comments that name the lines it was made from."""
         return str(self._found["spec_text"])
 
     @property
     def spec(self) -> Spec:
-        """That spec, read."""
+        """The spec, loaded."""
         from balance_mechanisms._spec import load
 
         return load(self.spec_text, file=os.path.splitext(self._file)[0] + ".yaml")
@@ -43,7 +43,7 @@ class Imported:
 
     @property
     def warnings(self) -> List[str]:
-        """The warnings in words, one that the loops could not be closed among them."""
+        """The warnings as text, including one if the loops could not be closed."""
         texts = [f"{one['file']}:{one['line']}: {one['subject']}: {one['message']}" for one in self.findings
                  if one["level"] == "warning"]
         return texts + ([self._found["not_assembled"]] if self._found["not_assembled"] else [])

@@ -48,7 +48,7 @@ def _states(names: Sequence[str], time: Numbers | None,
         lead = numpy.broadcast_shapes(*(one.shape[:-1] for one in stacked))
     except ValueError:
         shapes = ", ".join(f"{what} {one.shape}" for what, one in zip(given, stacked))
-        raise ValueError(f"the states' shapes do not go together: {shapes}") from None
+        raise ValueError(f"the states' shapes do not match: {shapes}") from None
     rows = [numpy.broadcast_to(one, (*lead, len(names))).reshape(-1, len(names)) for one in stacked]
     if time is None:
         times = numpy.empty(0)
@@ -61,9 +61,9 @@ def _states(names: Sequence[str], time: Numbers | None,
 
 
 class Mechanism:
-    """A mechanism: bodies, joints, motors. Immutable; two threads may use one. It pickles as the text of its spec.
+    """A mechanism: bodies, joints, motors. Immutable and thread-safe. Pickled as the text of its spec.
 
-    Made by `load(...).mechanism`.
+    Obtained from `load(...).mechanism`.
     """
 
     def __init__(self, native: _native.Mechanism, spec: Spec) -> None:
@@ -87,22 +87,22 @@ class Mechanism:
 
     @property
     def name(self) -> str:
-        """Its title."""
+        """The mechanism's title."""
         return self._native.name
 
     @property
     def spec(self) -> Spec:
-        """The spec that it stands in."""
+        """The spec that describes it."""
         return self._spec
 
     @property
     def planar(self) -> bool:
-        """Whether it lives in the plane."""
+        """Whether it is planar."""
         return self._native.planar
 
     @property
     def gravity(self) -> numpy.ndarray:
-        """World axes [m/s^2]."""
+        """Gravitational acceleration in world axes [m/s^2]."""
         return self._native.gravity
 
     @property
@@ -117,7 +117,7 @@ class Mechanism:
 
     @property
     def actuators(self) -> List[str]:
-        """Names of the coordinates that motors drive."""
+        """Names of the actuated coordinates."""
         return self._native.actuators
 
     @property
@@ -127,12 +127,12 @@ class Mechanism:
 
     @property
     def independent(self) -> List[str]:
-        """The coordinates that a state is given in: the actuated ones, if they are as many as the degrees of freedom."""
+        """The coordinates that states are given in: the actuated ones, if their number equals the degrees of freedom."""
         return list(self._known(())[0])
 
     @property
     def notes(self) -> List[str]:
-        """What somebody should know: which coordinates were chosen, efforts of least norm, spins that are held."""
+        """Notes for users: which coordinates were chosen, efforts of least norm, spins that are held."""
         return list(self._known(())[1])
 
     @property
@@ -158,24 +158,24 @@ class Mechanism:
 
     @property
     def total_mass(self) -> float:
-        """Of everything that moves [kg]."""
+        """Total mass of everything that moves [kg]."""
         return self._native.total_mass
 
     @property
     def characteristic_length(self) -> float:
-        """A length that is typical of it [m]."""
+        """A typical length of the mechanism [m]."""
         return self._native.characteristic_length
 
     def inverse_dynamics(self, q: State, dq: State, ddq: State, *, time: Numbers | None = None,
                          independent: Sequence[str] = (), threads: int = 1, failures: str = "warn") -> Any:
-        """What the actuators must do at these coordinates, rates and accelerations.
+        """The actuator efforts required at these coordinates, rates and accelerations.
 
         :param q: array (…, n), the columns as in `independent`, or a dict of arrays by name; likewise `dq`, `ddq` [rad or m, …/s, …/s^2]
-        :param time: of loads that change with it [s]
+        :param time: for time-dependent loads [s]
         :param independent: other coordinates than `Mechanism.independent`
-        :param threads: processors at work; the answers are the same
-        :param failures: what becomes of states without an answer, which are NaN: `warn`, `raise` (MotionError) or `ignore`
-        :returns: efforts [N m or N], array (…, actuators), or a dict by the actuators' names where `q` is one
+        :param threads: number of threads; does not affect the results
+        :param failures: how to treat states without a solution, whose efforts are NaN: `warn`, `raise` (MotionError) or `ignore`
+        :returns: efforts [N m or N], array (…, actuators), or a dict by the actuators' names if `q` is a dict
         """
         if failures not in ("warn", "raise", "ignore"):
             raise ValueError(f"failures: must be warn, raise or ignore, is {failures!r}")
@@ -188,7 +188,7 @@ class Mechanism:
             row, (status, when, reason) = failed[0]
             if failures == "raise":
                 raise MotionError(f"state {row}: {reason}", status, when)
-            warnings.warn(f"{len(failed)} of {len(rows[0])} states have no answer; the first, {row}: {reason}",
+            warnings.warn(f"{len(failed)} of {len(rows[0])} states have no solution; the first, {row}: {reason}",
                           RuntimeWarning, stacklevel=2)
         efforts = efforts.reshape(*lead, len(self.actuators))
         if isinstance(q, Mapping):
@@ -201,10 +201,10 @@ def _mechanism_of(spec: Spec) -> Mechanism:
 
 
 class InverseDynamics:
-    """Inverse dynamics that goes from state to state: loops stay in their assembly mode. One thread works with it at a time.
+    """Inverse dynamics that continues from state to state: loops stay in their assembly mode. Threads use it one at a time.
 
     :param independent: coordinates that states are given in; empty: as `Mechanism.independent`
-    :param about: point that moments are about [m]
+    :param about: reference point of moments [m]
     """
 
     def __init__(self, mechanism: Mechanism, *, independent: Sequence[str] = (), about: Sequence[float] = ()) -> None:
@@ -213,7 +213,7 @@ class InverseDynamics:
 
     @property
     def mechanism(self) -> Mechanism:
-        """What it is of."""
+        """The mechanism that it analyses."""
         return self._mechanism
 
     @property
@@ -228,28 +228,28 @@ class InverseDynamics:
 
     @property
     def actuators(self) -> List[str]:
-        """Names of the coordinates that motors drive."""
+        """Names of the actuated coordinates."""
         return self._native.actuators
 
     @property
     def notes(self) -> List[str]:
-        """What somebody should know."""
+        """Notes for users."""
         return self._native.notes
 
     def _one(self, **given: State) -> List[numpy.ndarray]:
         rows, _, lead = _states(self.independent, None, **given)
         if lead not in ((), (1,)):
-            raise ValueError(f"one state is expected, not {lead}; `rows` takes many")
+            raise ValueError(f"expected one state, got shape {lead}; `rows` accepts several")
         return rows
 
     def assemble(self, q: State, near: Mapping[str, float] | None = None) -> Dict[str, float]:
-        """All coordinates that close the loops at `q`, in the assembly mode nearest to `near`; states go on from there."""
+        """All coordinates that close the loops at `q`, in the assembly mode nearest to `near`; later states continue from there."""
         outcome, values = self._native.assemble(self._one(q=q)[0], list((near or {}).items()))
         _raise(outcome)
         return dict(zip(self._mechanism.coordinates, values.tolist()))
 
     def at(self, q: State, dq: State, ddq: State, *, time: float = 0) -> Dict[str, numpy.ndarray]:
-        """Everything about one state, by the names of a run's quantities: efforts are `torque`."""
+        """All quantities of one state, named as in a run: efforts are `torque`."""
         failed: List[Tuple[int, Tuple[str, float, str]]] = []
         one = self._one(q=q, dq=dq, ddq=ddq)
         run = Run(self._native.rows(one[0], one[1], one[2], numpy.array([time]), failed))
@@ -258,17 +258,17 @@ class InverseDynamics:
         return {name: values[0] for name, values in run.items() if name != "time"}
 
     def rows(self, q: State, dq: State, ddq: State, *, time: Numbers | None = None) -> Run:
-        """Everything about many states, a row each, as a run without metrics. Rows without an answer are NaN, with a warning."""
+        """All quantities of several states, one row each, as a run without metrics. Rows without a solution are NaN, with a warning."""
         rows, times, _ = _states(self.independent, time, q=q, dq=dq, ddq=ddq)
         failed: List[Tuple[int, Tuple[str, float, str]]] = []
         run = Run(self._native.rows(rows[0], rows[1], rows[2], times, failed))
         if failed:
-            warnings.warn(f"{len(failed)} of {len(rows[0])} states have no answer; the first, {failed[0][0]}: "
+            warnings.warn(f"{len(failed)} of {len(rows[0])} states have no solution; the first, {failed[0][0]}: "
                           f"{failed[0][1][2]}", RuntimeWarning, stacklevel=2)
         return run
 
     def mass_matrix(self, q: State) -> numpy.ndarray:
-        """M of M ddq + h = what the actuators do, in the independent coordinates."""
+        """M in M ddq + h = actuator efforts, in the independent coordinates."""
         outcome, matrix = self._native.mass_matrix(self._one(q=q)[0])
         _raise(outcome)
         return matrix
@@ -281,7 +281,7 @@ class InverseDynamics:
         return vector
 
     def regressor(self, q: State, dq: State, ddq: State, *, time: float = 0) -> Dict[str, Any]:
-        """Efforts and shaking as matrices times the inertial parameters: effort @ values + other.
+        """Efforts, shaking force and moment as matrices times the inertial parameters: effort @ values + other.
 
         Keys: parameters (names), values, effort, shaking_force, shaking_moment, other.
         """

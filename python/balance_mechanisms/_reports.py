@@ -1,4 +1,4 @@
-"""What conditions, designs, checks, comparisons, batches and imports come to."""
+"""Results of checks, conditions, designs, tolerances, comparisons and batches."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 
 class Answer:
-    """What the program would print, taken apart: `to_dict()` is its JSON, `str()` its text."""
+    """The output of a command: `to_dict()` is its JSON, `str()` its text."""
 
     def __init__(self, document: str, text: str) -> None:
         self._json = document
@@ -34,13 +34,13 @@ class Answer:
         return self._json
 
     def to_dict(self) -> Dict[str, Any]:
-        """The same as Python's values; what is not known is None."""
+        """The JSON as Python values; unknown values are None."""
         found: Dict[str, Any] = json.loads(self._json)
         return found
 
 
 class Check(Answer):
-    """What a mechanism is before anything moves."""
+    """The structure of a mechanism: degrees of freedom, loops, assembly modes."""
 
     @property
     def dof(self) -> int:
@@ -77,34 +77,34 @@ class Conditions(Answer):
 
     @property
     def conditions(self) -> List[Condition]:
-        """One by one. `terms` are coefficients by parameter, `residual` is scaled, `free` are free numbers that it depends on."""
+        """The conditions. `terms` are coefficients by parameter, `residual` is scaled, `free` lists the free numbers involved."""
         return [Condition(one["text"], one["latex"], {term["parameter"]: term["coefficient"] for term in one["terms"]},
                           one["residual"], one["met"], tuple(one["free"])) for one in self.to_dict()["conditions"]]
 
     @property
     def rank(self) -> int:
-        """How many there are."""
+        """Number of conditions."""
         return int(self.to_dict()["rank"])
 
     @property
     def parameters(self) -> List[str]:
-        """What the columns of `matrix` are, but for known terms behind them."""
+        """The parameters of the columns of `matrix`; columns of known terms follow them."""
         names: List[str] = self.to_dict()["parameters"]
         return names
 
     @property
     def matrix(self) -> numpy.ndarray:
-        """R of R p = 0, reduced; a row per condition [SI]."""
+        """R in R p = 0, reduced; one row per condition [SI]."""
         return self._matrix
 
     @property
     def impossible(self) -> str | None:
-        """Why no masses whatever can meet them, where that is proved; else None."""
+        """Why no masses can meet the conditions, if that is proved; else None."""
         return self._impossible
 
     @property
     def staying(self) -> List[Dict[str, Any]]:
-        """What no masses and springs can balance (friction, loads), with the efforts that it leaves."""
+        """What masses and springs cannot balance (friction, loads), with the remaining efforts."""
         left: List[Dict[str, Any]] = self.to_dict()["staying"]
         return left
 
@@ -121,7 +121,7 @@ class Conditions(Answer):
 
 
 class Design(Answer):
-    """Numbers that balance a mechanism, or the best compromise and the reason why there is nothing better."""
+    """Values that balance a mechanism, or the best compromise and the reason why there is no better one."""
 
     def __init__(self, native: _native.Design, spec: Spec) -> None:
         super().__init__(native.json(), native.text())
@@ -143,7 +143,7 @@ class Design(Answer):
 
     @property
     def reason(self) -> str:
-        """Why it is no better, in a sentence or two."""
+        """Why there is no better design, in a sentence or two."""
         return self._native.reason
 
     @property
@@ -153,29 +153,29 @@ class Design(Answer):
 
     @property
     def load_cases(self) -> List[Dict[str, Any]]:
-        """Per load of `design: for` what is left of the conditions, efforts at rest and torques; empty without load cases."""
+        """For each load of `design: for`, the residual conditions, efforts at rest and torques; empty without load cases."""
         cases: List[Dict[str, Any]] = self.to_dict()["load_cases"]
         return cases
 
     @property
     def adaptive(self) -> Dict[str, Any] | None:
-        """How the numbers of `design: adapt` follow the load: laws or a table, ranges, work; None without any."""
+        """How the numbers of `design: adapt` follow the load: laws or a table, ranges, work; None if there are none."""
         law: Dict[str, Any] | None = self.to_dict()["adaptive"]
         return law
 
     @property
     def spec_text(self) -> str:
-        """The spec with these numbers in place of its free ones."""
+        """The spec with its free numbers replaced by these values."""
         return self._native.spec_text
 
     @property
     def spec(self) -> Spec:
-        """That spec, read."""
+        """The spec with these values, loaded."""
         return self._spec._again(self.spec_text)
 
     @property
     def before(self) -> Dict[str, Run]:
-        """Runs of the mechanism before, by trajectory."""
+        """Runs of the original mechanism, by trajectory."""
         return {name: Run(run) for name, run in self._native.runs(False).items()}
 
     @property
@@ -210,18 +210,18 @@ class Front(Answer):
 
     @property
     def figures(self) -> List[str]:
-        """What is traded, in the order of a point's values."""
+        """Names of the figures, in the order of a point's values."""
         return [one["name"] for one in self.to_dict()["front"]["figures"]]
 
     @property
     def points(self) -> List[Dict[str, Any]]:
-        """One by one: `values`, `free_numbers`, `optimality`, `lower_bound`, … as in the program's JSON."""
+        """The points: `values`, `free_numbers`, `optimality`, `lower_bound`, … as in the program's JSON."""
         found: List[Dict[str, Any]] = self.to_dict()["front"]["points"]
         return found
 
     @property
     def middle(self) -> int:
-        """Index of the point that is nearest to the least of all figures."""
+        """Index of the point nearest to the minimum of all figures."""
         return int(self.to_dict()["front"]["middle"]) - 1
 
     def design(self, index: int) -> Design:
@@ -236,7 +236,7 @@ class Front(Answer):
 
 
 class Tolerance(Answer):
-    """How far torques, forces and moments are off when the numbers of a mechanism are."""
+    """Deviations of torques, forces and moments due to the tolerances of a mechanism."""
 
     def __init__(self, native: _native.Tolerance) -> None:
         super().__init__(native.json(), native.text())
@@ -253,19 +253,19 @@ class Tolerance(Answer):
 
     @property
     def actuators(self) -> Dict[str, Dict[str, Any]]:
-        """The pose at rest where an actuator's effort is off most, by actuator; empty along a trajectory."""
+        """The pose at rest with the largest deviation of an actuator's effort, by actuator; empty along a trajectory."""
         rest: Dict[str, Any] = self.to_dict()["at_rest"] or {"actuators": []}
         return {one["actuator"]: one for one in rest["actuators"]}
 
     @property
     def openings(self) -> List[Dict[str, Any]]:
-        """Numbers that over-constrained loops cannot follow, which have no part in any deviation: `number`, the `joint` that it opens, the
+        """Numbers that over-constrained loops cannot follow, which contribute to no deviation: `number`, the `joint` that it opens, the
         `gap` and its `unit`."""
         openings: List[Dict[str, Any]] = self.to_dict()["openings"]
         return openings
 
     def write(self, path: str | os.PathLike[str], *, force: bool = False) -> None:
-        """Writes the run and the deviation of every sample (docs/file-format.md); not of efforts at rest."""
+        """Writes the run and the deviation of every sample (docs/file-format.md); not available for efforts at rest."""
         self._native.write(os.fspath(path), force)
 
     def to_dataframe(self) -> pandas.DataFrame:
@@ -294,17 +294,17 @@ class Comparison(Answer):
 
     @property
     def holds(self) -> bool:
-        """Whether all requirements do."""
+        """Whether all requirements hold."""
         return self._holds
 
     @property
     def requirements(self) -> List[Dict[str, Any]]:
-        """What became of each requirement."""
+        """The verdict on each requirement."""
         judged: List[Dict[str, Any]] = self.to_dict()["requirements"]
         return judged
 
     def to_markdown(self) -> str:
-        """Tables for a page."""
+        """The comparison as Markdown tables."""
         return self._markdown
 
     def to_dataframe(self) -> pandas.DataFrame:
@@ -316,7 +316,7 @@ class Comparison(Answer):
 
 
 class Batch(Answer):
-    """What a suite came to."""
+    """The results of a suite."""
 
     def __init__(self, found: Mapping[str, Any], folder: str) -> None:
         super().__init__(found["json"], found["text"])
@@ -343,12 +343,12 @@ class Batch(Answer):
 
     @property
     def cases(self) -> Dict[str, str]:
-        """How every case ended, by its name."""
+        """Status of every case, by name."""
         return {name: status for name, status, _ in self._found["cases"]}
 
     @property
     def messages(self) -> Dict[str, str]:
-        """What is to be said of cases that did not end well, by their names."""
+        """Messages of the cases that have one, by name."""
         return {name: message for name, _, message in self._found["cases"] if message}
 
     def run(self, case: str) -> Run:
@@ -358,7 +358,7 @@ class Batch(Answer):
         return Run(_native.read_result(os.path.join(self._folder, case + ".h5")))
 
     def to_dataframe(self) -> pandas.DataFrame:
-        """The table summary.csv: a row per case and quantity. Of a whole suite, not of a shard."""
+        """The table summary.csv: a row per case and quantity. Available for a whole suite, not for a shard."""
         import pandas
 
         return pandas.read_csv(os.path.join(self._folder, "summary.csv"), float_precision="round_trip")

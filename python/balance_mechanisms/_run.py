@@ -1,4 +1,4 @@
-"""Runs: samples as read-only arrays on the memory of the library, figures, files."""
+"""Runs: samples as read-only views of the library's memory, metrics, files."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 class Metric(NamedTuple):
-    """The figures of one quantity's magnitude. What is no larger than `round_off` is 0."""
+    """The metrics of one quantity's magnitude. Values up to `round_off` count as 0."""
 
     quantity: str
     unit: str
@@ -28,8 +28,8 @@ class Metric(NamedTuple):
 
 
 class PayloadChange(NamedTuple):
-    """A payload `taken up` or `set down` on the way, at `time` [s]; its place moves with `speed` [m/s] and its body turns with
-    `turning` [rad/s] then, an impact that no figure knows. Efforts of the actuators on both sides [N m or N]."""
+    """A payload `taken up` or `set down` during the run, at `time` [s]. Its position then moves at `speed` [m/s] and its body turns
+    at `turning` [rad/s], an impact that no metric includes. Actuator efforts before and after [N m or N]."""
 
     payload: str
     change: str
@@ -41,7 +41,7 @@ class PayloadChange(NamedTuple):
 
 
 class Quantity(NamedTuple):
-    """What a sampled quantity is: its name, its unit (`mixed`: see `units`, one per column), its dimensions behind `time`."""
+    """Description of a sampled quantity: its name, its unit (`mixed`: see `units`, one per column), its dimensions after `time`."""
 
     name: str
     long_name: str
@@ -55,7 +55,7 @@ class Quantity(NamedTuple):
 FIGURES = {"peak": "largest magnitude", "peak_time": "time of the largest magnitude",
            "rms": "root of the time average of the squared magnitude", "mean": "time average of the magnitude",
            "range": "largest minus smallest value (vectors: magnitude)",
-           "round_off": "what is no larger counts as 0 in the figures"}
+           "round_off": "values up to this count as 0 in the figures"}
 
 DIMENSIONS = {"coordinate": "joint coordinate", "joint": "joint", "actuator": "actuated joint coordinate",
               "axis": "axis of the world", "quaternion": "component of the quaternion",
@@ -73,14 +73,14 @@ def common_unit(units: List[str]) -> str:
 class Run(Mapping[str, numpy.ndarray]):
     """One run along one trajectory: `run.torque` or `run["torque"]`, rows at `run.time`, names and units as in the result file.
 
-    Arrays are read-only views of the library's memory, which lives as long as one of them does. World axes, SI units.
+    Arrays are read-only views of the library's memory, which is freed with the last of them. World axes, SI units.
     """
 
     def __init__(self, native: _native.Run) -> None:
         self._native = native
 
     def __getitem__(self, name: str) -> numpy.ndarray:
-        """The samples of a quantity, of one of its columns as `to_dataframe` calls it (`torque[A1]`), or `time`."""
+        """The samples of a quantity, of one of its columns, named as in `to_dataframe` (`torque[A1]`), or `time`."""
         values = self._native.values(name) if isinstance(name, str) else None
         if values is None and isinstance(name, str):
             values = self._column(name)
@@ -130,44 +130,44 @@ class Run(Mapping[str, numpy.ndarray]):
 
     @property
     def status(self) -> str:
-        """`done`, or the word for why it ended early."""
+        """`done`, or a word for why the run ended early."""
         return self._native.status
 
     @property
     def notes(self) -> List[str]:
-        """What somebody should know who uses the numbers."""
+        """Notes for users of the numbers."""
         return self._native.notes
 
     @property
     def description(self) -> Dict[str, str]:
-        """Where it comes from: title, trajectory, law, drive, spec, and the command of the program that computes the same."""
+        """Origin of the run: title, trajectory, law, drive, spec, and the command that reproduces it."""
         return self._native.description
 
     @property
     def labels(self) -> Dict[str, List[str]]:
-        """Names along every dimension but `time`."""
+        """Names along every dimension except `time`."""
         return self._native.labels
 
     @property
     def quantities(self) -> Dict[str, Quantity]:
-        """What every sampled quantity is."""
+        """Descriptions of the sampled quantities."""
         return {name: Quantity(name, one["long_name"], one["unit"], tuple(one["units"]), tuple(one["dimensions"]),
                                tuple(one["round_off"]), tuple(one["about"]) if "about" in one else None)
                 for name, one in self._native.quantities.items()}
 
     @property
     def metrics(self) -> Dict[str, Metric]:
-        """Peak, rms, mean and range of every quantity, by its name: `run.metrics["torque[A1]"].peak`, of a slide `force[S]`."""
+        """Peak, rms, mean and range of every quantity, by its name: `run.metrics["torque[A1]"].peak`, for a slide `force[S]`."""
         return _Metrics((one[0], Metric(*one)) for one in self._native.metrics)
 
     @property
     def payload_changes(self) -> List[PayloadChange]:
-        """What is taken up and set down on the way; of a run that was read from a file nothing."""
+        """Payloads taken up and set down during the run; empty for a run read from a file."""
         return [PayloadChange(*one) for one in self._native.payload_changes]
 
     @property
     def energy(self) -> float:
-        """What the actuators move back and forth, the integral of the sum of |power| [J]."""
+        """Energy moved by the actuators, the integral of the sum of |power| [J]."""
         return self._native.energy
 
     def text(self) -> str:
@@ -179,16 +179,16 @@ class Run(Mapping[str, numpy.ndarray]):
         return self._native.json()
 
     def write(self, path: str | os.PathLike[str], *, force: bool = False, compress: bool = False) -> None:
-        """Writes the result file (docs/file-format.md), or a table where the name ends in `.csv`; complete or not at all.
+        """Writes the result file (docs/file-format.md), or a table if the name ends in `.csv`; complete or not at all.
 
-        :param force: replace a file that exists
-        :param compress: compress an HDF5 file; slow
+        :param force: overwrite an existing file
+        :param compress: compress the HDF5 file (slow)
         :raises OSError: if it cannot be written, or exists
         """
         name = os.fspath(path)
         if name.endswith(".csv"):
             if compress:
-                raise ValueError("compress: a table is not compressed")
+                raise ValueError("compress: applies only to HDF5 files")
             self._native.write_csv(name, force)
         else:
             self._native.write_hdf5(name, force, compress)
@@ -243,7 +243,7 @@ class Run(Mapping[str, numpy.ndarray]):
         return xarray.Dataset(variables, {"quantity": ("quantity", names, {"units": "1", "long_name": "quantity"})})
 
     def to_dataframe(self) -> pandas.DataFrame:
-        """The samples as a table: a row per time, columns such as `torque[A1]`, `joint_force[B1].x`, `shaking_force.y`."""
+        """The samples as a table: one row per sample, columns such as `torque[A1]`, `joint_force[B1].x`, `shaking_force.y`."""
         import pandas
 
         columns = {column: self[name].reshape(len(self["time"]), -1)[:, k] for column, name, k in self._columns()}

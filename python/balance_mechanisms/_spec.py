@@ -1,4 +1,4 @@
-"""Specs: what is read, and what can be asked of it."""
+"""Specs: reading them, and the analyses they offer."""
 
 from __future__ import annotations
 
@@ -23,9 +23,9 @@ def _words(names: Goals) -> List[str]:
 
 
 class Spec:
-    """A spec that was read: docs/spec.md. Immutable; several threads may use one. It pickles as its text, overrides and place.
+    """A loaded spec (docs/spec.md). Immutable and thread-safe. Pickled as its text, overrides and path.
 
-    Made by `load`.
+    Created by `load`.
     """
 
     def __init__(self, native: _native.Spec) -> None:
@@ -50,17 +50,17 @@ class Spec:
 
     @property
     def file(self) -> str:
-        """What messages call it."""
+        """The name of the spec in messages."""
         return self._native.file
 
     @property
     def text(self) -> str:
-        """As read."""
+        """The text as read."""
         return self._native.text
 
     @property
     def set(self) -> Dict[str, str]:
-        """Parameters that were overridden."""
+        """Overridden parameters."""
         return dict(self._native.set)
 
     @property
@@ -70,7 +70,7 @@ class Spec:
 
     @property
     def mechanism(self) -> Mechanism:
-        """With the start values of free numbers."""
+        """The mechanism, with the start values of free numbers."""
         return self._mechanism
 
     @property
@@ -85,18 +85,18 @@ class Spec:
 
     @property
     def free_numbers(self) -> List[Dict[str, Any]]:
-        """Path, lower, upper and start (SI; parameters as written) of each number that is left open."""
+        """Path, lower, upper and start (SI; parameters as written) of each free number."""
         return self._native.free_numbers
 
     @property
     def goals(self) -> List[str]:
-        """What `design: goal` says."""
+        """The goals of `design: goal`."""
         return self._native.goals
 
     def check(self, *, verify: bool = False, progress: Progress | None = None) -> Check:
-        """What the mechanism is: degrees of freedom, loops, redundant constraints, assembly modes.
+        """Checks the mechanism: degrees of freedom, loops, redundant constraints, assembly modes.
 
-        :param verify: run all trajectories by both formulations, too (planar mechanisms)
+        :param verify: also run all trajectories with both formulations (planar mechanisms)
         :raises MotionError: if the loops cannot be closed
         """
         status, reason, document, text = self._native.check(verify, progress)
@@ -108,25 +108,25 @@ class Spec:
                    seed: int | None = None, named: bool = True) -> Conditions:
         """The complete balancing conditions.
 
-        :param goal: one of `GOALS`, or several that must hold together; None: the spec's
-        :param strategy: `complete`, or `modular`: each chain by itself
-        :param without: what the goals leave out: friction, loads, springs, payloads, … or names of single ones
-        :param seed: of random configurations
-        :param named: write coefficients with the names of the lengths that they are made of
+        :param goal: one of `GOALS`, or several that must hold together; None: those of the spec
+        :param strategy: `complete`, or `modular`: each chain separately
+        :param without: what the goals ignore: friction, loads, springs, payloads, … or names of elements
+        :param seed: for random configurations
+        :param named: write coefficients in terms of named lengths
         :raises MechanismError: if there are none (the loops cannot be closed, the goal needs actuators, …)
         """
         return Conditions(_native.conditions(self._native, _words(goal), _words(without), strategy, seed, named))
 
     def design(self, goal: Goals = None, *, minimize: Any = None, seed: int | None = None, strategy: str = "complete",
                without: Goals = None, algorithm: str = "", trajectories: bool = True) -> Design:
-        """Numbers in place of the free ones that meet all conditions of the goal, the best of them if something is to be small.
+        """Values for the free numbers that meet all conditions of the goal, the best ones if there is an objective.
 
         :param goal: as for `conditions`
-        :param minimize: as in the spec: `added-mass`, `{"rms": "torque", "along": "cycloid"}`, a list of such; None: the spec's
-        :param seed: of random configurations and searches
-        :param algorithm: of the search; "": the spec's
-        :param trajectories: run every trajectory before and after
-        :raises MechanismError: if nothing can be said at all; a compromise is an answer, with its status
+        :param minimize: as in the spec: `added-mass`, `{"rms": "torque", "along": "cycloid"}`, a list of these; None: as in the spec
+        :param seed: for random configurations and searches
+        :param algorithm: of the search; "": as in the spec
+        :param trajectories: run every trajectory with the given and the designed mechanism
+        :raises MechanismError: if there is no result at all; a compromise is a result, with its status
         """
         wish = "" if minimize is None else minimize if isinstance(minimize, str) else json.dumps(minimize)
         words = ["balance", "design", os.path.basename(self.file)]
@@ -144,8 +144,8 @@ class Spec:
               algorithm: str = "") -> Front:
         """The trade-off between the figures of the spec's `design: front`; arguments as for `design`.
 
-        :raises ValueError: if the spec asks for no front
-        :raises MechanismError: if nothing can be said at all; a front without points is an answer, with its reason
+        :raises ValueError: if the spec has no front
+        :raises MechanismError: if there is no result at all; a front without points is a result, with its reason
         """
         words = ["balance", "design", os.path.basename(self.file)]
         for option, values in (("--goal", _words(goal)), ("--strategy", [strategy] if strategy != "complete" else []),
@@ -159,17 +159,17 @@ class Spec:
     def tolerance(self, trajectory: str | None = None, *, of: Goals = None, samples: int | None = None,
                   monte_carlo: int = 0, seed: int | None = None, at_rest: bool = False,
                   progress: Progress | None = None) -> Tolerance:
-        """How far a run is off when the numbers of the spec's `tolerances` are: to first order, by exact derivatives.
+        """Deviation of a run due to the spec's `tolerances`: to first order, by exact derivatives.
 
-        :param trajectory: of the spec; None: its first
+        :param trajectory: name in the spec; None: the first one
         :param of: quantities: `torque`, `torque[A1]`, `shaking_force`; None: all
         :param samples: both ends included
-        :param monte_carlo: run so many mechanisms with numbers drawn at random, too
-        :param seed: of the draws, 1 if not given; only with monte_carlo
+        :param monte_carlo: also run this many mechanisms with randomly drawn numbers
+        :param seed: of the draws (default: 1); only with monte_carlo
         :param at_rest: efforts at rest in all poses instead of a trajectory
-        :param progress: called now and then with the part of the draws that is done, 0 to 1
-        :raises SpecError: if the spec has no `tolerances`, or they do not go with the trajectory
-        :raises MotionError: if the mechanism cannot make the motion
+        :param progress: called from time to time with the completed fraction of the draws, 0 to 1
+        :raises SpecError: if the spec has no `tolerances`, or they do not suit the trajectory
+        :raises MotionError: if the mechanism cannot perform the motion
         :raises MechanismError: if no pose at rest can be reached and held
         """
         native = _native.tolerance(self._native, trajectory or "", _words(of), samples, monte_carlo, seed, at_rest,
@@ -185,13 +185,13 @@ class Spec:
                  progress: Progress | None = None) -> Run:
         """Moves the mechanism along a trajectory: torques, reactions, shaking forces.
 
-        :param trajectory: of the spec; "": its first
+        :param trajectory: name in the spec; "": the first one
         :param samples: both ends included
         :param duration: [s]
-        :param about: point that moments are about [m]
+        :param about: reference point of moments [m]
         :param formulation: `tree`, or `natural`: the second, independent one (planar mechanisms)
-        :param poses: where every body is, too
-        :param progress: called now and then with the part that is done, 0 to 1
+        :param poses: include the poses of all bodies
+        :param progress: called from time to time with the completed fraction, 0 to 1
         :raises MotionError: unreachable, singular, …
         """
         return _moved(_native.simulate(self._native, trajectory, samples, duration, _point(about), formulation, poses,
@@ -200,17 +200,17 @@ class Spec:
     def state(self, at: str | Mapping[str, float], *, rates: Mapping[str, float] | None = None,
               accelerations: Mapping[str, float] | None = None, time: float = 0, independent: Sequence[str] = (),
               about: Sequence[float] | None = None, trajectory: str = "", poses: bool = False) -> Run:
-        """Everything at a single state: torques, reactions, shaking forces; a run of one sample without figures.
+        """Everything at a single state: torques, reactions, shaking forces; a run of one sample without metrics.
 
-        :param at: joint coordinates that determine the pose [rad or m]; or, as the program's `--at`, `start`, `end` or the text
-            of a pose in the spec's units: `tool: [0.1, 0.2]`
+        :param at: joint coordinates that determine the pose [rad or m]; or, as for the option `--at`, `start`, `end` or a pose as
+            text in the spec's units: `tool: [0.1, 0.2]`
         :param rates: of the independent coordinates [rad/s or m/s]; those not named are 0; likewise `accelerations`
-        :param time: of loads that change, of payloads that come and go [s]
+        :param time: for time-dependent loads and payloads [s]
         :param independent: other coordinates than `Mechanism.independent`
-        :param about: point that moments are about [m]; None: the trajectory's
-        :param trajectory: whose start, end and point are meant; "": the spec's first
-        :param poses: where every body is, too
-        :raises MotionError: unreachable, singular, …; where only the actuators do not do, `torque` is missing and `notes` say why
+        :param about: reference point of moments [m]; None: the trajectory's
+        :param trajectory: that start, end and reference point refer to; "": the spec's first
+        :param poses: include the poses of all bodies
+        :raises MotionError: unreachable, singular, …; if only the torques cannot be determined, `torque` is missing and `notes` says why
         """
         joints = [] if isinstance(at, str) else _numbers(at)
         if not isinstance(at, str) and not joints:
@@ -222,12 +222,12 @@ class Spec:
     def control(self, controller: str = "", trajectory: str = "", *, samples: int | None = None,
                 duration: float | None = None, about: Sequence[float] | None = None, settle: float = 0, steps: int = 0,
                 poses: bool = False, progress: Progress | None = None) -> Run:
-        """Lets a controller lead the mechanism, which moves by its own dynamics, along a trajectory.
+        """Simulates the mechanism, moving by its own dynamics, under a controller that follows a trajectory.
 
         :param controller: of the spec, or a built-in one; "": the spec's first, else computed-torque
-        :param settle: hold the last pose so much longer [s]
-        :param steps: that the integration may take; 0: the default
-        :raises MotionError: if it ends early; `run` is then what was computed until there
+        :param settle: time to hold the last pose [s]
+        :param steps: limit of integration steps; 0: the default
+        :raises MotionError: if the run ends early; its `run` then contains the samples up to that time
         """
         return _moved(_native.control(self._native, controller, trajectory, samples, duration, _point(about), settle,
                                       steps, poses, progress))
@@ -255,10 +255,10 @@ def _read(text: str, file: str, overrides: Sequence[Tuple[str, str]]) -> Spec:
 def load(source: Path, set: Mapping[str, Any] | None = None, *, file: str | None = None) -> Spec:
     """Reads a spec.
 
-    :param source: its path; or its text, if it has more than one line
+    :param source: path of the spec; or its text, if it has more than one line
     :param set: parameters to override: numbers, or expressions over the other parameters
-    :param file: what messages call a text; files that it names are looked for in this name's folder
-    :raises SpecError: with everything that is wrong
+    :param file: name of a text in messages; relative paths in the text refer to the folder of this name
+    :raises SpecError: with all mistakes in the spec
     :raises OSError: if the file cannot be read
     """
     overrides = [(name, value if isinstance(value, str) else repr(float(value)) if isinstance(value, float)
@@ -266,6 +266,6 @@ def load(source: Path, set: Mapping[str, Any] | None = None, *, file: str | None
     if isinstance(source, str) and "\n" in source:
         return _read(source, file or "spec.yaml", overrides)
     if file is not None:
-        raise ValueError("file: is for a text; a path has its own name")
+        raise ValueError("file: applies only to a spec given as text")
     name = os.fspath(source)
     return _read(_native.read_text(name), name, overrides)

@@ -171,7 +171,7 @@ void run_in_background(std::function<void(BackgroundTask&)> work, const py::obje
 }
 
 void bind_background_tasks(py::module_& m) {
-  m.def("_join_left_behind", &join_detached_threads, "Waits for work whose callers were interrupted.");
+  m.def("_join_left_behind", &join_detached_threads, "Waits for background work whose callers were interrupted.");
   py::module_::import("atexit").attr("register")(m.attr("_join_left_behind"));
 }
 

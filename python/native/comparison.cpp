@@ -33,7 +33,7 @@ struct Compared {
 };
 
 py::dict compare(const std::vector<NamedPythonRun>& given, const std::vector<std::string>& require) {
-  if (given.size() < 2) throw std::invalid_argument("two runs at least are needed to compare, the base first");
+  if (given.size() < 2) throw std::invalid_argument("expected at least two runs to compare, the base first");
   for (const auto& [name, run] : given)
     if (!run->description.pose.empty())
       throw std::invalid_argument(quote_for_message(name) +

@@ -3,7 +3,7 @@
 #include "balance/foundation/base/version.hpp"
 
 PYBIND11_MODULE(_native, m) {
-  m.doc() = "What balance_mechanisms is made of. Use that.";
+  m.doc() = "Implementation of balance_mechanisms; use that module.";
   m.attr("version") = balance::version();
   balance::python::bind_errors(m);
   balance::python::bind_background_tasks(m);

@@ -152,7 +152,7 @@ void check_overwrites_no_source(const std::string& path, const std::string& spec
   std::vector<InputFile> inputs = {{source, ""}};
   for (std::string& file : list_spec_files(spec_text, source)) inputs.push_back({std::move(file), ""});
   if (const InputFile* replaced = find_replaced_input(path, inputs))
-    throw SystemError("cannot write " + path + ": it would replace what it is made from: " + replaced->path);
+    throw SystemError("cannot write " + path + ": it would replace its input: " + replaced->path);
 }
 
 void bind_run(py::module_& m) {

@@ -71,7 +71,7 @@ std::shared_ptr<ToleranceAnswer> compute_tolerance_data(const Spec& spec, const 
   const TolerancedDesignSpace toleranced = read_toleranced_space(spec.text, spec.file, spec.read);
   const SourceLocation location{.file = spec.file, .key = "tolerances"};
   if (toleranced.tolerances.empty())
-    throw SpecError({.place = location, .message = "missing: it says which numbers may be off"});
+    throw SpecError({.place = location, .message = "missing: expected the numbers that may deviate"});
   auto result = std::make_shared<ToleranceAnswer>();
   result->source = spec.file;
   result->view.mechanism = spec.study().mechanism.name;
@@ -91,8 +91,8 @@ std::shared_ptr<ToleranceAnswer> find_tolerance(const std::shared_ptr<Spec>& spe
                                                 long draws, std::optional<std::uint64_t> seed, bool at_rest,
                                                 const py::object& progress) {
   if (at_rest && (!trajectory.empty() || draws != 0))
-    throw std::invalid_argument("at_rest: goes neither with a trajectory nor with monte_carlo");
-  if (seed && draws == 0) throw std::invalid_argument("seed: is of the draws, and goes with monte_carlo");
+    throw std::invalid_argument("at_rest: cannot be combined with a trajectory or monte_carlo");
+  if (seed && draws == 0) throw std::invalid_argument("seed: applies only with monte_carlo");
   if (draws != 0 && (draws < 2 || draws > max_tolerance_draws))
     throw std::invalid_argument(
         fmt::format("monte_carlo: must be 0 or from 2 to {}, is {}", max_tolerance_draws, draws));

@@ -43,13 +43,13 @@ TEST_CASE("the beginning of a name suggests it") {
 }
 
 TEST_CASE("a decimal comma is reported from commas between numbers") {
-  CHECK(format_decimal_point_hint("0,4") == "; decimals stand behind a point: 0.4");
-  CHECK(format_decimal_point_hint("-12,50 * l") == "; decimals stand behind a point: 12.50");
-  CHECK(format_decimal_point_hint("1.234,5") == "; decimals stand behind a point: 1234.5");
-  CHECK(format_decimal_point_hint("1,000.5") == "; decimals stand behind a point: 1000.5");
-  CHECK(format_decimal_point_hint("12,345,678") == "; decimals stand behind a point: 12345678");
-  CHECK(format_decimal_point_hint("1.5,2.5") == "; decimals stand behind a point, and nothing between thousands");
-  CHECK(format_decimal_point_hint("A1=0,3,A2=0.5") == "; decimals stand behind a point: 0.3");
+  CHECK(format_decimal_point_hint("0,4") == "; use a decimal point: 0.4");
+  CHECK(format_decimal_point_hint("-12,50 * l") == "; use a decimal point: 12.50");
+  CHECK(format_decimal_point_hint("1.234,5") == "; use a decimal point: 1234.5");
+  CHECK(format_decimal_point_hint("1,000.5") == "; use a decimal point: 1000.5");
+  CHECK(format_decimal_point_hint("12,345,678") == "; use a decimal point: 12345678");
+  CHECK(format_decimal_point_hint("1.5,2.5") == "; use a decimal point and no thousands separators");
+  CHECK(format_decimal_point_hint("A1=0,3,A2=0.5") == "; use a decimal point: 0.3");
   for (const char* text : {"0.4", "max(1,2)", "A1,2", "a,1", "1, 2", ",5", "1,", "1,x", ""})
     CHECK_MESSAGE(format_decimal_point_hint(text).empty(), text);
 }

@@ -122,7 +122,7 @@ await test("the legend reads the values under the pointer", "3rrr", async (page)
 
 await test("what friction asks for stands beside the conditions", "rubbing", async (page) => {
   const text = await page.locator("#conditions .staying").innerText();
-  assert.match(text, /Cannot be balanced by masses or springs, and stays:/);
+  assert.match(text, /Cannot be balanced by masses or springs and remains:/);
   assert.match(text, /friction.*J.*up to 0\.5\sN\sm\sat J along go/s);
 }, {spec: `space: planar
 gravity: [0, -9.81]

@@ -39,7 +39,7 @@ FORMS = {
 }
 
 # A mistake has a place; what is not there, or follows from several numbers, has none.
-PLACE = re.compile(r"^\S*\.(yaml|csv|txt):\d+:\d+: |^\S*\.yaml: (tolerances: missing|there is nothing to design|there is no motion|an expression of the spec has no value|trajectories\.)|^--set \w+: ", re.MULTILINE)
+PLACE = re.compile(r"^\S*\.(yaml|csv|txt):\d+:\d+: |^\S*\.yaml: (tolerances: missing|there is nothing to design|there is no motion|an expression in the spec has no value|trajectories\.)|^--set \w+: ", re.MULTILINE)
 
 Trial = collections.namedtuple("Trial", "config text command options")
 Outcome = collections.namedtuple("Outcome", "code out err left")

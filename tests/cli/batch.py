@@ -176,9 +176,9 @@ require: peak(shaking_force) <= base
             ("case: {}\n", "suite.yaml:1:1: case: unknown key"),
             ("cases: {}\n", "expected at least one case"),
             ("cases: {a: {}}\n", "suite.yaml:1:9: cases.a: missing key: expected 'spec'"),
-            ("cases: {../a: {spec: SPEC}}\n", "expected a name fit for a file"),
-            ("cases: {.a: {spec: SPEC}}\n", "expected a name fit for a file"),
-            ("cases: [{spec: SPEC, name: a}, {name: a, spec: SPEC}]\n", "a name of its own for every case"),
+            ("cases: {../a: {spec: SPEC}}\n", "expected a name usable as a file name"),
+            ("cases: {.a: {spec: SPEC}}\n", "expected a name usable as a file name"),
+            ("cases: [{spec: SPEC, name: a}, {name: a, spec: SPEC}]\n", "a unique name for each case"),
             ("cases: {a: {spec: SPEC, samples: 1}}\n", "a whole number from 2"),
             ("cases: {a: {spec: SPEC, sett: {}}}\n", "nearest is 'set'"),
             ("cases: {a: {spec: SPEC}}\nbaseline: b\n", "suite.yaml:2:11: baseline: expected the name of a case"),
@@ -276,8 +276,8 @@ trajectories: {recorded: {drive: joints, path: {file: joints.csv}}}
         self.assert_quiet_success(self.batch(SUITE))
         with open(self.path("out/.batch.lock"), "rb") as lock:
             fcntl.flock(lock, fcntl.LOCK_EX)
-            self.assert_failure(self.batch(SUITE), 5, "another batch is at work in")
-            self.assert_failure(self.batch(SUITE, "--shard", "1/2"), 5, "another batch is at work in")
+            self.assert_failure(self.batch(SUITE), 5, "another batch is running in")
+            self.assert_failure(self.batch(SUITE, "--shard", "1/2"), 5, "another batch is running in")
 
 
 class Shards(Batch):

@@ -367,7 +367,7 @@ trajectories: {recorded: {drive: joints, path: {file: joints.csv}}}
     def test_names_are_no_formulas(self):
         """(C8)"""
         for name in ("=1+1", "+a", "'@a'", "'=a'", "a b", "a/b", "\"a\\e[0mb\"", "\"a\\u202Eb\"", "',a'", "-a", ".a", "\"\\ta\""):
-            self.assert_failure(self.batch(self.suite(f"cases: {{{name}: {SHORT}}}\n")), 3, "expected a name fit for a file")
+            self.assert_failure(self.batch(self.suite(f"cases: {{{name}: {SHORT}}}\n")), 3, "expected a name usable as a file name")
         self.assert_quiet_success(self.batch(self.suite(f"cases: {{a: {SHORT}, 2-b.c_d: {SHORT}, e=1: {SHORT}, größe: {SHORT}}}\n")))
         self.assertTrue(os.path.exists(self.path("out/größe.h5")))
         # Made of files' names that begin in other ways

@@ -147,7 +147,7 @@ class Fronts(Case):
     def test_what_makes_no_sense_is_refused_at_once(self):
         for options, message in ((["-o", "x.yaml"], "--output writes one design"), (["--point", "0"], "expected the number"),
                                  (["--point", "nine"], "expected the number"),
-                                 (["--minimize", "added-mass", "--point", "1"], "specs that ask for a front")):
+                                 (["--minimize", "added-mass", "--point", "1"], "--point needs a spec with a front")):
             done = run("design", FOUR_BAR, *options)
             self.assertEqual(done.returncode, 2, done.stderr)
             self.assertIn(message, done.stderr)

@@ -142,7 +142,7 @@ class Written(Case):
         text = arm("{m: {free: [0, 50]}}", place="-0.2 - m / 1000", mass="m")
         self.assertEqual(self.before(text)["parameters.m"], (25, "middle"))
         told = run("design", self.write("spec.yaml", text)).stdout
-        self.assertIn("before: in the middle of the bounds, for want of a 'start': parameters.m\n", told)
+        self.assertIn("before: in the middle of the bounds, without a 'start': parameters.m\n", told)
         # at 0 the other expression has no value
         text = arm("{m: {free: [0, 50]}}", mass="m + 0 / m")
         self.assertEqual(self.before(text)["parameters.m"], (25, "middle"))

@@ -79,7 +79,7 @@ class Mistakes(Case):
         self.assertNotEqual(old, text)
         self.assert_quiet_success(run("check", self.write("old.yaml", old)))
         broken = self.write("broken.yaml", yaml.safe_dump(yaml.safe_load(old), sort_keys=False, allow_unicode=True))
-        self.assert_failure(run("check", broken), 3, "found 'true'", "say 'body'")
+        self.assert_failure(run("check", broken), 3, "found 'true'", "use 'body'")
 
 
 if __name__ == "__main__":

@@ -113,7 +113,7 @@ class Equations(Case):
         self.refused(2, "needs -o FILE", ARM, "--at", "cycloid")
         self.refused(2, "nearest is 'torques'", ARM, "--at", "start", "--only", "torqes")
         self.refused(2, "has no trajectory", ARM, "--at", "end", "-t", "nowhere")
-        self.refused(2, "B1 is none of them", FIVE_BAR, "--at", "start", "--rates", "B1=1")
+        self.refused(2, "B1 is not one of them", FIVE_BAR, "--at", "start", "--rates", "B1=1")
         self.refused(2, "for 2 degrees of freedom", FIVE_BAR, "--at", "start", "--independent", "A1")
         self.refused(4, "states 1 of the 3 numbers", THREE_RRR, "--at", "A1=0.3")
         self.refused(4, "", ARM, "--at", "{tool: [100, 0], angle: 0}")

@@ -110,7 +110,7 @@ class HostileResults(Case):
                 done = run(*command)
                 self.assert_failure(done, 5, f"error: {self.bad}: ", "'torque'")
             if change != soft_way:
-                self.assertIn("'torque': lies in another file, which is not followed", done.stderr)
+                self.assertIn("'torque': is stored in another file, which is not read", done.stderr)
 
     def test_tables_in_other_files_are_not_followed(self):  # (C9)
         with open(os.path.join(CONFIGS, "rr.yaml"), encoding="utf-8") as spec:
@@ -127,7 +127,7 @@ class HostileResults(Case):
                     file[name] = numpy.linspace(0, 0.1, 9)
             done = run("simulate", spec, "-t", "table")
             if follow:
-                self.assert_failure(done, 3, "'time': lies in another file, which is not followed")
+                self.assert_failure(done, 3, "'time': is stored in another file, which is not read")
             else:
                 self.assertEqual(done.returncode, 0, done.stderr)
 
@@ -156,7 +156,7 @@ class HostileResults(Case):
 
         self.changed(grow)
         self.assertEqual(self.assert_harmless("samples"), [5, 5, 5, 5])
-        self.assert_failure(run("report", self.bad, "-o", self.path("p.html")), 5, "more numbers than a file of this size is read for")
+        self.assert_failure(run("report", self.bad, "-o", self.path("p.html")), 5, "too many numbers for a file of this size")
 
     def test_more_curves_than_a_picture_holds_are_refused(self):  # (C10)
         class Most(random.Random):

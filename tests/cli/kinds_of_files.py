@@ -40,22 +40,22 @@ class KindsOfFiles(Case):
             self.assert_failure(run(*command), 5, "eq.h5: holds equations of motion", "not a run")
 
     def test_standard_input_is_a_spec(self):
-        for command, text in ((["compare", "-", SPEC], "ratios and differences are to stdin"), (["plot", "-", "-o", self.path("p.svg")], "written"),
+        for command, text in ((["compare", "-", SPEC], "ratios and differences are relative to stdin"), (["plot", "-", "-o", self.path("p.svg")], "written"),
                               (["report", "-", "-o", self.path("p.html"), "--samples", "11"], "written")):
             with open(SPEC, encoding="utf-8") as given:
                 done = run(*command, stdin=given)
             self.assertEqual(done.returncode, 0, done.stderr)
             self.assertIn(text, done.stdout)
-        self.assert_failure(run("compare", "-", "-"), 2, "can be read once only")
+        self.assert_failure(run("compare", "-", "-"), 2, "can be read only once")
 
     def test_a_note_on_the_trajectory_names_the_spec_and_the_cure(self):
         several = os.path.join(CONFIGS, "3rrr.yaml")
         done = run("compare", several, several + ":bang-bang")
         self.assertEqual(done.returncode, 0, done.stderr)
-        self.assertIn(f"note: {several}: '", done.stderr)
-        self.assertIn(f"; {several}:NAME takes another", done.stderr)
+        self.assertIn(f"note: {several}: using '", done.stderr)
+        self.assertIn(f"; {several}:NAME selects another", done.stderr)
         self.assertNotIn("--trajectory", done.stderr)
-        self.assert_failure(run("compare", several), 2, "two runs at least are needed to compare", "specs (arm.yaml:cycloid)")
+        self.assert_failure(run("compare", several), 2, "expected at least two runs to compare", "specs (arm.yaml:cycloid)")
 
     def test_control_characters_of_names_are_spelled_out(self):
         odd = self.write("ne\nw\x1b.yaml", self.spec())
@@ -75,7 +75,7 @@ class KindsOfFiles(Case):
         done = run("import", robot)
         self.assertEqual(done.returncode, 0, done.stderr)
         self.assertIn("left out: gazebo (2), transmission\n", done.stderr)
-        for leader, what in (("j1", "which is fixed"), ("j2", "which is this joint itself"), ("none", "which is no joint here")):
+        for leader, what in (("j1", "which is fixed"), ("j2", "which is this joint itself"), ("none", "which is not a joint here")):
             wrong = self.write("m.urdf", ROBOT.replace("MIMIC", f'<mimic joint="{leader}"/>'))
             self.assert_failure(run("import", wrong), 3, f"found '{leader}', {what}")
         loops = self.write("loops.yaml", "closed_loop: []\ntype: []\n")
@@ -93,8 +93,8 @@ class KindsOfFiles(Case):
         self.assertNotIn("x.yaml", run("batch", cwd=self.folder).stderr)
         self.assertIn("x.yaml", run("check", cwd=self.folder).stderr)
         self.write("s.yaml", "cases: {a: {spec: x.yaml}}\n")
-        self.assertIn("here is: s.yaml", run("batch", cwd=self.folder).stderr)
-        self.assertIn("here is: x.yaml", run("check", cwd=self.folder).stderr)
+        self.assertIn("this folder contains s.yaml", run("batch", cwd=self.folder).stderr)
+        self.assertIn("this folder contains x.yaml", run("check", cwd=self.folder).stderr)
 
     def test_commas_and_slips(self):
         arm = """space: planar
@@ -103,14 +103,14 @@ bodies: {link: {mass: m, com: [0.5, 0], inertia: 0.1, points: {A: [0, 0]}}}
 ground: {points: {O: [0, 0]}}
 joints: {J1: {type: revolute, connects: [ground.O, link.A]}}
 """
-        for wrong, right, hint in (("com: [0.5, 0]", "com: [0,25, 0]", "decimals stand behind a point: 0.25"),
-                                   ("{m: 1}", "{m: 1,5}", "decimals stand behind a point: 1.5"),
-                                   ("mass: m", "mass: 1,000.5", "decimals stand behind a point: 1000.5"),
-                                   ("mass: m", "mass: '1.234,5'", "decimals stand behind a point: 1234.5"),
+        for wrong, right, hint in (("com: [0.5, 0]", "com: [0,25, 0]", "use a decimal point: 0.25"),
+                                   ("{m: 1}", "{m: 1,5}", "use a decimal point: 1.5"),
+                                   ("mass: m", "mass: 1,000.5", "use a decimal point: 1000.5"),
+                                   ("mass: m", "mass: '1.234,5'", "use a decimal point: 1234.5"),
                                    ("bodies:", "body:", "nearest is 'bodies'")):
             self.assert_failure(run("check", self.write("arm.yaml", arm.replace(wrong, right))), 3, hint)
         spec = self.write("arm.yaml", arm + "actuators: [J1]\n")
-        self.assert_failure(run("simulate", spec, "--at", "J1=0,3"), 2, "decimals stand behind a point: 0.3")
+        self.assert_failure(run("simulate", spec, "--at", "J1=0,3"), 2, "use a decimal point: 0.3")
         self.assertNotIn("nearest", run("simulate", spec, "--foo").stderr)
 
 

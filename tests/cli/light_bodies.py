@@ -83,7 +83,7 @@ class Light(Case):
         text = arm("mass: 1, com: [0, 0], inertia: 1").replace("mass: 1, com: [0.2, 0.02], inertia: 0.02", "mass: 0")
         done = run("check", self.write("e.yaml", text))
         self.assertEqual(done.returncode, 0, done.stderr)
-        self.assertIn("e.yaml:6:17: bodies.lower.mass: the body has no mass, and it carries nothing", done.stderr)
+        self.assertIn("e.yaml:6:17: bodies.lower.mass: the body has no mass and carries nothing", done.stderr)
         self.assert_quiet_success(run("check", self.write("f.yaml", text + "payloads: {cargo: {body: lower, at: origin, mass: 2}}\n")))
 
     def test_inertia_without_mass_is_a_mistake(self):

@@ -164,7 +164,7 @@ class PassingPayloads(Case):
         for i, k in enumerate((150, 350)):
             speed = numpy.linalg.norm(tool[k])
             self.assertAlmostEqual(changes["speed"][i], speed, delta=1e-3 * speed)  # differences of samples
-        notes = [note for note in told["notes"] if "the impact is not in the figures" in note]
+        notes = [note for note in told["notes"] if "the figures do not include the impact" in note]
         self.assertEqual(len(notes), 2)
         self.assertRegex(notes[0], r"^payload 'extra' is taken up at 0\.3 s while it moves at [\d.]+ m/s: ")
 

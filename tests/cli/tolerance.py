@@ -237,7 +237,7 @@ class Tolerance(Case):
             ("{link.com: 1%}", "a percentage of bodies.link.com[1], which is zero"),
             ("{cw.mass: {uniform: 1%, normal: 2}}", "normal"),
             ("{cw.mass: [1, 2]}", "tolerances.cw.mass: expected"),
-            ("{cw.mass: 1%, counterweights.cw.mass: 2%}", "every number once"),
+            ("{cw.mass: 1%, counterweights.cw.mass: 2%}", "each number only once"),
             ("3", "tolerances: expected numbers"),
         ):
             spec = self.write("s.yaml", pendulum(tolerances))

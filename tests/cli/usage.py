@@ -42,26 +42,26 @@ class Usage(Case):
     def test_wrong_usage_ends_with_2_and_says_what_is_wrong(self):
         for arguments, part in (
             (["simulat", SPEC], "nearest is 'simulate'"),
-            (["foo", SPEC], "'foo' is no command: new, check, "),
+            (["foo", SPEC], "'foo' is not a command: expected new, check, "),
             (["--quiet"], "balance has no option '--quiet'"),
             (["--force", "check", SPEC], "balance has no option '--force'"),
             (["--hlep"], "balance has no option '--hlep'; nearest is '--help'"),
-            (["check"], "which spec? "),
+            (["check"], "no spec given"),
             (["check", SPEC, "--nosuch"], "balance check has no option '--nosuch'\n"),
             (["check", "--jsno", SPEC], "balance check has no option '--jsno'; nearest is '--json'"),
             (["simulate", SPEC, "--trajektory", "cycloid"], "balance simulate has no option '--trajektory'; nearest is '--trajectory'"),
             (["simulate", SPEC, "--traj=cycloid"], "balance simulate has no option '--traj'; nearest is '--trajectory'"),
-            (["check", SPEC, SPEC], f"'{SPEC}' is one too many: balance check takes SPEC\n"),
-            (["check", SPEC, "simulate", SPEC], "'simulate' is one too many"),
+            (["check", SPEC, SPEC], f"unexpected argument '{SPEC}': balance check takes SPEC\n"),
+            (["check", SPEC, "simulate", SPEC], "unexpected argument 'simulate'"),
             (["simulate", SPEC, "-o"], "--output needs a value: FILE"),
             (["simulate", SPEC, "-o", "a.h5", "-o", "b.h5"], "--output is given more than once"),
             (["simulate", SPEC, "--json=perhaps"], "--json takes no value"),
-            (["plot", SPEC, "--path", "--phase", "-o", "a.svg"], "--path and --phase do not go together"),
+            (["plot", SPEC, "--path", "--phase", "-o", "a.svg"], "--path and --phase cannot be combined"),
             (["export", SPEC], "balance export needs --output FILE: the file to write"),
             (["tolerance", SPEC, "--seed", "3"], "--seed needs --monte-carlo"),
             (["tolerance", SPEC, "--seed", "-3"], "--seed: expected a whole number from 0 to 9007199254740991, found '-3'"),
             (["compare", "a.h5", "b.h5", "--format", "markdwon"], "--format: expected text, markdown, csv, json or junit, found 'markdwon'; nearest is 'markdown'"),
-            (["design", SPEC, "--seconds", "0,5"], "--seconds: expected a number from 0.001 to 1000000000, found '0,5'; decimals stand behind a point: 0.5"),
+            (["design", SPEC, "--seconds", "0,5"], "--seconds: expected a number from 0.001 to 1000000000, found '0,5'; use a decimal point: 0.5"),
             (["simulate", SPEC, "--samples", "2.5"], "--samples: expected a whole number from 2 to "),
             (["check", SPEC, "--set", "length=1"], "--set length: "),
             (["check", SPEC, "--set", "l=1+"], "--set l: "),
@@ -104,17 +104,17 @@ class Usage(Case):
                 self.assertNotRegex(done.stderr, theirs, call)
 
     def test_a_missing_operand_is_looked_for_in_the_folder(self):
-        said = "error: which spec? here is: spec.yaml\nbalance simulate --help shows the usage\n"
+        said = "error: no spec given; this folder contains spec.yaml\nbalance simulate --help shows the usage\n"
         self.write("spec.yaml", "")
         done = run("simulate", "--trajectory", "cycloid", cwd=self.folder)
         self.assertEqual((done.returncode, done.stdout, done.stderr), (2, "", said))
         self.write("other.yml", "")
-        self.assert_failure(run("check", cwd=self.folder), 2, "which spec? here are: other.yml, spec.yaml\n")
+        self.assert_failure(run("check", cwd=self.folder), 2, "no spec given; this folder contains other.yml, spec.yaml\n")
         self.write("run.h5", "")
-        self.assert_failure(run("plot", cwd=self.folder), 2, "which run? here are: other.yml, run.h5, spec.yaml\n")
+        self.assert_failure(run("plot", cwd=self.folder), 2, "no run given; this folder contains other.yml, run.h5, spec.yaml\n")
         for i in range(9):
             self.write(f"{i}.yaml", "")
-        self.assert_failure(run("batch", cwd=self.folder), 2, "which suite? balance batch needs the suite, a YAML file\n")
+        self.assert_failure(run("batch", cwd=self.folder), 2, "no suite given: balance batch needs the suite, a YAML file\n")
 
     def test_ctrl_c_says_that_nothing_is_written(self):
         out = self.path("out.h5")
@@ -204,7 +204,7 @@ class Usage(Case):
     def test_without_a_trajectory_the_first_one_is_taken_and_said(self):
         done = run("simulate", SPEC, "--samples", "11")
         self.assertEqual(done.returncode, 0)
-        self.assertRegex(done.stderr, r"^note: no --trajectory given: '.*' is the first in the spec\n$")
+        self.assertRegex(done.stderr, r"^note: no --trajectory given: using '.*', the first in the spec\n$")
         self.assertEqual(run("simulate", SPEC, "--samples", "11", "--quiet").stderr, "")
 
     def test_a_parameter_can_be_overridden(self):

@@ -85,7 +85,7 @@ trajectories:
         self.assertIn("actuators: []", text)
         done = run("check", self.write("loose.yaml", text), "--verify")
         self.assertEqual(done.returncode, 4, done.stderr)
-        self.assertIn("both formulations refuse it", done.stdout)
+        self.assertIn("both formulations reject it", done.stdout)
         self.assertIn("under-actuated", done.stderr)
 
 

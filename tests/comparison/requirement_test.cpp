@@ -167,7 +167,7 @@ TEST_CASE("a comparison has a unit where both sides are numbers of it") {
 }
 
 TEST_CASE("mistakes are found with their place and the nearest name") {
-  CHECK(says("peak(shaking_force) <= 0,9 * base", "decimals stand behind a point: 0.9"));
+  CHECK(says("peak(shaking_force) <= 0,9 * base", "use a decimal point: 0.9"));
   CHECK(
       says("peak(shakin_force) <= base", "column 6: no run has a quantity 'shakin_force'; nearest is 'shaking_force'"));
   CHECK(says("peak(torque[A3]) <= base", "column 6: no run has a quantity 'torque[A3]'; nearest is 'torque[A"));
@@ -175,27 +175,27 @@ TEST_CASE("mistakes are found with their place and the nearest name") {
              "column 24: no run is called 'bas': original, bang, rail-2 or base; nearest is 'base'"));
   CHECK(says("peak(shaking_force, bong) <= 1", "column 21: no run is called 'bong'"));
   CHECK(says("peek(shaking_force) <= 1",
-             "column 1: 'peek' is no function: peak, rms, mean, range or energy, or arithmetic; nearest is 'peak'"));
+             "column 1: 'peek' is not a function: peak, rms, mean, range or energy, or arithmetic; nearest is 'peak'"));
   CHECK(
       says("peak(shaking_force)", "column 1: expected a comparison (<, <=, >, >= or ==), found 'peak(shaking_force)'"));
   CHECK(says("", "column 1: expected a comparison"));
-  CHECK(says("1 < 2 < 3", "column 7: one comparison has two sides"));
+  CHECK(says("1 < 2 < 3", "column 7: a comparison has two sides"));
   CHECK(says("1 < ", "column 5: expected a number or a figure, found the end"));
   CHECK(says("< 1", "column 1: expected a number or a figure, found '<'"));
   CHECK(says("1 2 < 3", "column 3: expected an operator, found '2'"));
   CHECK(says("2 * / 3 < 3", "column 5: expected a number or a figure, found '/'"));
   CHECK(says("(1 < 2", "column 1: the parenthesis is not closed"));
-  CHECK(says("1) < 2", "column 2: there is no parenthesis"));
+  CHECK(says("1) < 2", "column 2: this parenthesis closes nothing"));
   CHECK(says("1 + (1 < 2) < 3", "column 8: a comparison cannot be part of arithmetic"));
-  CHECK(says("1 = 1", "column 3: '=' is no comparison"));
-  CHECK(says("1 != 1", "column 3: '!=' is no comparison"));
+  CHECK(says("1 = 1", "column 3: '=' is not a comparison"));
+  CHECK(says("1 != 1", "column 3: '!=' is not a comparison"));
   CHECK(says("1 < 2 ? 1 : 0", "column 7: '?' does not belong in a requirement"));
   CHECK(says("peak(shaking_force < 1", "expected ')'"));
   CHECK(says("peak() < 1", "column 6: expected a quantity"));
   CHECK(says("peak(torque[A1) < 1", "column 12: the bracket is not closed"));
   CHECK(says("peak(shaking_force, ) < 1", "column 21: expected the name of a run"));
-  CHECK(says("1 < base", "column 5: 'base' alone stands for the same figure"));
-  CHECK(says("1 < 'bang", "column 5: the quote has no end"));
+  CHECK(says("1 < base", "column 5: 'base' alone stands for the comparison's figure"));
+  CHECK(says("1 < 'bang", "column 5: the quote is not closed"));
   CHECK(says("torque[A1] < 1", "column 1: torque is a quantity: peak(torque[…])"));
   CHECK(says("atan2(1) < 1", "column 1: 'atan2(1)': "));
   CHECK(says("1 < 2 &&", "column 9: expected a comparison, found the end"));

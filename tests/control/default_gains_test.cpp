@@ -108,13 +108,13 @@ TEST_CASE("default gains lead a leg whose inertia changes much through its whole
   REQUIRE_MESSAGE(result.outcome.status == MotionStatus::done, result.outcome.reason);
   CHECK(worst_error(study.mechanism, result) < 0.2);
   CHECK(result.torque.cwiseAbs().maxCoeff() < 10 * wanted.torque.cwiseAbs().maxCoeff());
-  CHECK_FALSE(mentions(result, "does not lead"));
+  CHECK_FALSE(mentions(result, "does not track"));
 }
 
 TEST_CASE("a controller that loses track is said to (D3)") {
   const Study study = read_spec(leg, "leg.yaml");
   const RunResult result = simulate_closed_loop(study.mechanism, study.trajectories.at(0), study.controllers.at(0));
-  CHECK((result.outcome.status != MotionStatus::done || mentions(result, "the controller does not lead O")));
+  CHECK((result.outcome.status != MotionStatus::done || mentions(result, "the controller does not track O")));
 }
 
 TEST_CASE("default gains are stable along every trajectory of every config (D3)") {
@@ -131,6 +131,6 @@ TEST_CASE("default gains are stable along every trajectory of every config (D3)"
     if (result.outcome.status == MotionStatus::mismatch) continue;
     REQUIRE_MESSAGE(result.outcome.status == MotionStatus::done, result.outcome.reason);
     CHECK(worst_error(study.mechanism, result) < 1);
-    CHECK_FALSE(mentions(result, "does not lead"));
+    CHECK_FALSE(mentions(result, "does not track"));
   }
 }

@@ -106,7 +106,7 @@ TEST_CASE("lengths too short for a solution end in a compromise that names what 
   CHECK(outcome.status == DesignStatus::compromise);
   CHECK_FALSE(outcome.unmet_conditions.empty());
   CHECK(within_bounds(design, outcome.x));
-  CHECK(outcome.reason.find("stay open") != std::string::npos);
+  CHECK(outcome.reason.find("are not met") != std::string::npos);
 }
 
 TEST_CASE("the smallest disc that decouples turns as fast as it may") {

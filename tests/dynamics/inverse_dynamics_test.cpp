@@ -114,7 +114,7 @@ TEST_CASE("where the way meets a singularity the answer says so, and the state b
   REQUIRE_MESSAGE(good, good.outcome.reason);
   const auto end = door.at(numbers({0.4}), zero, zero);
   CHECK(end.outcome.status == MotionStatus::drive_singularity);
-  CHECK(end.outcome.reason.rfind("on the straight way from the state before: drive singularity", 0) == 0);
+  CHECK(end.outcome.reason.rfind("on the straight path from the previous state: drive singularity", 0) == 0);
   const auto beyond = door.at(numbers({0.45}), zero, zero);
   CHECK(beyond.outcome.status == MotionStatus::drive_singularity);
   const auto again = door.at(numbers({0.35}), numbers({1}), zero);
@@ -154,7 +154,7 @@ TEST_CASE("a state beyond reach of the one before is reported at once") {
   REQUIRE(door.assemble(numbers({1.0})));
   const auto far = door.at(numbers({1e9}), zero, zero);
   CHECK(far.outcome.status == MotionStatus::unreachable);
-  CHECK(far.outcome.reason == "A is too far from the state before to be followed there");
+  CHECK(far.outcome.reason == "A is too far from the previous state to be tracked");
   CHECK(door.assemble(numbers({1e9})));
   CHECK(door.at(numbers({1e9}), zero, zero));
 }

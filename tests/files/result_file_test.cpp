@@ -128,11 +128,10 @@ TEST_CASE("a file of ours that was damaged anywhere is refused") {
   std::string bytes = whole;
   bytes[bytes.size() / 2] ^= 1;
   std::ofstream(folder("bad.h5"), std::ios::binary) << bytes;
-  CHECK(message_of(folder("bad.h5")) ==
-        folder("bad.h5") + ": is damaged: its bytes do not have the checksum that they were written with");
+  CHECK(message_of(folder("bad.h5")) == folder("bad.h5") + ": is damaged: its contents do not match its checksum");
   std::ofstream(folder("bad.h5"), std::ios::binary) << whole.substr(0, whole.size() - 1000);
   CHECK(message_of(folder("bad.h5")) ==
-        folder("bad.h5") + ": expected a whole HDF5 file, found one that is damaged or cut off");
+        folder("bad.h5") + ": expected an intact HDF5 file, found one that is damaged or truncated");
 }
 
 TEST_CASE("a file that lost its checksum is read with care: refused or a run, and never anything worse") {

@@ -104,7 +104,7 @@ class Export(ImportCase):
     def test_other_specs_are_refused(self):
         self.imported(case("panda.urdf"))
         done = run("export", self.path("imported.yaml"), "--urdf", case("lint.urdf"), "-o", self.path("no.urdf"))
-        self.assert_failure(done, 3, "panda_link1", "has no link that becomes it")
+        self.assert_failure(done, 3, "panda_link1", "has no link for it")
         done = run("export", self.path("imported.yaml"), "--urdf", self.write("no.sdf", "<sdf/>"), "-o", self.path("no.urdf"))
         self.assert_failure(done, 3, "only a URDF or an MJCF")
         done = run("export", self.path("imported.yaml"), "-o", self.path("no.urdf"))

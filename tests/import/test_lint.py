@@ -111,7 +111,7 @@ class Mistakes(ImportCase):
         self.refused(link.replace('value="2"', 'value="-2"'), "r.urdf:3:", "expected a mass ≥ 0")
         self.refused(link.replace('value="2"', 'value="nan"'), "r.urdf:3:", "'nan'")
         self.refused(link.replace("continuous", "hinge"), "r.urdf:5:", "found 'hinge'")
-        self.refused(link.replace('"0 1 0"', '"0 0 0"'), "r.urdf:5:", "a vector without length")
+        self.refused(link.replace('"0 1 0"', '"0 0 0"'), "r.urdf:5:", "a zero vector")
         self.refused(link.replace("</robot>", '<link name="lost"/></robot>'), "expected one root link, found 2: 'base' and 'lost'")
         self.refused(link.replace("</robot>", ""), "r.urdf:", "expected XML")
         self.refused(link.replace("</robot>", "<xacro:macro/></robot>"), "expand it with xacro first")
@@ -136,7 +136,7 @@ class Mistakes(ImportCase):
         self.refused(arm(), "--actuate", "expected a joint that moves (J), found 'K'", arguments=("--actuate", "K"), code=2)
         self.refused(arm(), "--base", arguments=("--base", "loose"), code=2)
         path = self.write("r.urdf", arm())
-        self.assert_failure(run("import", path, "-o", path, "--force"), 2, "would replace what it is made from")
+        self.assert_failure(run("import", path, "-o", path, "--force"), 2, "would replace its input")
         self.write("there.yaml", "")
         self.assert_failure(run("import", path, "-o", self.path("there.yaml")), 5, "there.yaml")
 

@@ -26,7 +26,7 @@ std::pair<double, double> near_pass(const std::vector<std::string>& notes) {
   };
   for (const std::string& note : notes)
     if (note.find("comes near a singularity of actuation") == 0)
-      return {after(note, "goes down to "), after(note, "at t = ")};
+      return {after(note, "drops to "), after(note, "at t = ")};
   REQUIRE_MESSAGE(false, "no note of a near pass");
   return {};
 }

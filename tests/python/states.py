@@ -71,7 +71,7 @@ class States(Case):
             mechanism.inverse_dynamics(good, good, 0)
         with self.assertRaisesRegex(ValueError, "dq: expected A1, A2, A3; A3 is missing"):
             mechanism.inverse_dynamics(good, {"A1": 0, "A2": 0}, good)
-        with self.assertRaisesRegex(ValueError, "do not go together"):
+        with self.assertRaisesRegex(ValueError, "do not match"):
             mechanism.inverse_dynamics(good, good[:4], good)
         with self.assertRaises(ValueError):
             mechanism.inverse_dynamics(good + numpy.nan, good, good)
@@ -86,7 +86,7 @@ class States(Case):
             warnings.simplefilter("always")
             efforts = mechanism.inverse_dynamics(q, zero, zero)
         self.assertEqual(numpy.isnan(efforts).any(axis=1).tolist(), [False, True, False])
-        self.assertIn("1 of 3 states have no answer; the first, 1:", str(said[0].message))
+        self.assertIn("1 of 3 states have no solution; the first, 1:", str(said[0].message))
         with self.assertRaises(bm.MotionError) as caught:
             mechanism.inverse_dynamics(q, zero, zero, failures="raise")
         self.assertNotEqual(caught.exception.status, "done")
@@ -99,7 +99,7 @@ class States(Case):
         with warnings.catch_warnings(record=True) as said:
             warnings.simplefilter("always")
             run = door.rows(numpy.array([far, near]), zero, zero)
-        self.assertIn("1 of 2 states have no answer; the first, 0:", str(said[0].message))
+        self.assertIn("1 of 2 states have no solution; the first, 0:", str(said[0].message))
         self.assertEqual(numpy.isnan(run.torque).all(axis=1).tolist(), [True, False])
 
     def test_the_ways_to_the_efforts_agree(self):

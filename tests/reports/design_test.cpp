@@ -12,11 +12,11 @@ using sample::Reader;
 
 TEST_CASE("a design says what was reached, the numbers, the conditions, the cost and the gain") {
   CHECK(design_text(sample::design()) ==
-        "made up: balanced exactly for static, with the least added mass there is\n"
+        "made up: balanced exactly for static, with the least possible added mass\n"
         "3 conditions are met\n"
         "added mass: 10.0000 kg\n"
         "optimality: proved-best: nothing is below 10.0000, a gap of 0\n"
-        "freedom: none is left: no other solution as good is near\n"
+        "freedom: none: no other solution as good is near\n"
         "\n"
         "free number [SI]       lower  upper  before (start)      value\n"
         "bodies.a.com[0]           -1      1        0.500000  -0.250000\n"
@@ -80,8 +80,8 @@ TEST_CASE("the least there is stands only where it is proved (B6)") {
     CHECK(design_text(view).find("there is") == std::string::npos);
     CHECK(nlohmann::json::parse(design_json(view, {}))["objective"]["global"] == false);
   }
-  CHECK(design_text(view).find("optimality: stopped: after the 60 s that a search may take, not shown to be the best; "
-                               "search: {seconds: 240} gives it more\n") != std::string::npos);
+  CHECK(design_text(view).find("optimality: stopped: after the time limit of 60 s, not shown to be the best; "
+                               "search: {seconds: 240} allows more\n") != std::string::npos);
 }
 
 TEST_CASE("what a search leaves free is counted and named (B11)") {
@@ -90,16 +90,16 @@ TEST_CASE("what a search leaves free is counted and named (B11)") {
   CHECK(design_text(view).find("freedom: 1 is left, with the same added mass: one of many solutions; what may still "
                                "change: bodies.a.com[0], counterweights.b.mass\n") != std::string::npos);
   view.report.outcome.solution_set = {2, -1, {0, 1}};
-  CHECK(design_text(view).find("freedom: the conditions leave 2, spent on a small added mass: bodies.a.com[0], "
+  CHECK(design_text(view).find("freedom: the conditions leave 2, used for a small added mass: bodies.a.com[0], "
                                "counterweights.b.mass\n") != std::string::npos);
 }
 
 TEST_CASE("without a goal nothing is called balanced (B12)") {
   DesignReportData view = sample::design();
   view.report.outcome.status = DesignStatus::no_goal;
-  CHECK(design_text(view).find("made up: the least added mass there is; no goal was asked for\n") == 0);
+  CHECK(design_text(view).find("made up: the least possible added mass; no goal was set\n") == 0);
   view.report.outcome.optimality = Optimality::local_optimum;
-  CHECK(design_text(view).find("made up: a small added mass; no goal was asked for\n") == 0);
+  CHECK(design_text(view).find("made up: a small added mass; no goal was set\n") == 0);
   view.report.outcome.status = DesignStatus::no_feasible_start;
   CHECK(nlohmann::json::parse(design_json(view, {}))["status"] == "not-found");
 }

@@ -88,7 +88,7 @@ trajectories: {turn: {law: cycloidal, drive: joints}}
     const RunResult result = run(read_spec(text, "crank.yaml"), "turn", 1001);
     REQUIRE(result.outcome.status == MotionStatus::done);
     for (const std::string& note : result.outcome.notes)
-      if (note.find("ask for more samples") != std::string::npos) return true;
+      if (note.find("use more samples") != std::string::npos) return true;
     return false;
   };
   CHECK_FALSE(noted("1", "cycloidal"));

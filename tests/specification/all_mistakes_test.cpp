@@ -184,7 +184,7 @@ TEST_CASE("'body' and 'on' are the same, but not both at once (D8)") {
         "s.yaml:26:8: counterweights.cw.on: expected 'body' or 'on', found both");
   for (const char* key : {"true", "True", "\"true\""})
     CHECK(specs::complaint(replaced(specs::planar, {{"{on: upper, at: [", std::string("{") + key + ": upper, at: ["}}))
-              .find("say 'body'") != std::string::npos);
+              .find("use 'body'") != std::string::npos);
 }
 
 TEST_CASE("names are letters, digits, '_' and '-' after a letter, in every section (C8)") {
@@ -225,17 +225,17 @@ TEST_CASE("types of joints in other vocabularies get a hint at their name here (
     return specs::complaint(replaced(specs::planar, {{"J2: {type: revolute", "J2: {type: " + type}}));
   };
   for (const char* type : {"hinge", "pin", "Hinge", "pin joint", "rotational", "revolute_joint"})
-    CHECK(complaint(type).ends_with("; that is 'revolute' here"));
+    CHECK(complaint(type).ends_with("; its name here is 'revolute'"));
   for (const char* type : {"slider", "sliding", "linear"})
-    CHECK(complaint(type).ends_with("; that is 'prismatic' here"));
-  CHECK(complaint("weld").ends_with("; that is 'fixed' here"));
+    CHECK(complaint(type).ends_with("; its name here is 'prismatic'"));
+  CHECK(complaint("weld").ends_with("; its name here is 'fixed'"));
   const auto in_space = [](const std::string& type) {
     return specs::complaint(replaced(specs::spatial, {{"type: revolute", "type: " + type}}));
   };
   for (const char* type : {"ball", "ball-and-socket"})
-    CHECK(in_space(type).find("; that is 'spherical' here") != std::string::npos);
+    CHECK(in_space(type).find("; its name here is 'spherical'") != std::string::npos);
   for (const char* type : {"cardan", "hooke", "u-joint"})
-    CHECK(in_space(type).find("; that is 'universal' here") != std::string::npos);
+    CHECK(in_space(type).find("; its name here is 'universal'") != std::string::npos);
 }
 
 TEST_CASE("a number with a unit behind it is reported where units are stated (D6)") {
@@ -243,7 +243,7 @@ TEST_CASE("a number with a unit behind it is reported where units are stated (D6
     CAPTURE(number);
     const std::string found =
         specs::complaint(replaced(specs::planar, {{"com: [0, 0]", std::string("com: [0, \"") + number + "\"]"}}));
-    CHECK(found.find("'units:' states the units of all of them") != std::string::npos);
+    CHECK(found.find("'units:' sets the units of all numbers") != std::string::npos);
     CHECK(found.find("nearest is") == std::string::npos);
   }
   CHECK(specs::complaint(replaced(specs::planar, {{"com: [0, 0]", "com: [0, 2e3]"}})).empty());
@@ -251,13 +251,13 @@ TEST_CASE("a number with a unit behind it is reported where units are stated (D6
 
 TEST_CASE("a decimal comma is explained, in a block and between braces") {
   const std::string block = specs::complaint(replaced(specs::planar, {{"com: [0, 0]", "com: [\"0,4\", 0]"}}));
-  CHECK(block.find("found '0,4': decimals stand behind a point: 0.4") != std::string::npos);
+  CHECK(block.find("found '0,4': use a decimal point: 0.4") != std::string::npos);
   const std::string flow = specs::complaint(replaced(specs::planar, {{"com: [0, 0]", "mass: 0,4, com: [0, 0]"}}));
-  CHECK(flow.find("decimals stand behind a point: 0.4") != std::string::npos);
+  CHECK(flow.find("use a decimal point: 0.4") != std::string::npos);
 }
 
 TEST_CASE("a tab where YAML wants blanks is shown (D6)") {
-  const std::string expected = ": expected YAML, found a tab where it wants blanks; indent with blanks";
+  const std::string expected = ": expected YAML, found a tab in the indentation; indent with spaces";
   CHECK(specs::complaint("space: planar\nbodies:\n\ta: {mass: 1}\n") == "s.yaml:3:1" + expected);
   CHECK(specs::complaint("space: planar\nbodies:\n  a:\n  \tmass: 1\n  \tcom: [0, 0]\njoints: {}\n") ==
         "s.yaml:4:3" + expected);

@@ -125,11 +125,11 @@ TEST_CASE("mistakes in controllers are reported with their place and the nearest
        "s.yaml:42:95: controllers.d.model.set.bodies.lowr.com[0]: expected a parameter or a "
        "number of this spec, found 'bodies.lowr.com[0]': there is no 'lowr' in 'bodies'"},
       {"{m: 3, ", "{m: -3, ",
-       "s.yaml:42:88: controllers.d.model.set: expected numbers that a mechanism may have, but with these: "},
+       "s.yaml:42:88: controllers.d.model.set: expected numbers that give a valid mechanism, but these lead to: "},
       {"[1, 4, 5, 6]]", "[1, 4, 5]]", "s.yaml:43:46: controllers.e.table[1]"},
       {"{joints: {J1: 0.1}}", "{joints: {D.angle: 0.1}}",
        "s.yaml:43:86: controllers.e.initial_error.joints.D.angle: expected an actuated coordinate"},
-      {"{joints: {J1: 0.1}}", "{}", "s.yaml:43:76: controllers.e.initial_error: expected an initial error of either"},
+      {"{joints: {J1: 0.1}}", "{}", "s.yaml:43:76: controllers.e.initial_error: expected an initial error with either"},
       {"velocity: difference", "velocity: difference, velocity_noise: 1",
        "s.yaml:44:121: controllers.f.measurement.velocity_noise: expected no 'velocity_noise'"},
       {"type: none, ", "type: none, rate: 5, ",

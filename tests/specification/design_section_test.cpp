@@ -92,7 +92,7 @@ TEST_CASE("mistakes in what to design for are named") {
        "s.yaml:37:16: design.goal: expected a goal (static, gyroscopic, gyroscopic-independent, decoupled, force,"},
       {"{goal: static,", "{goal: [],", "s.yaml:37:16: design.goal: expected at least one goal, found an empty list"},
       {"{goal: static,", "{goal: [static, force, static],",
-       "s.yaml:37:32: design.goal[2]: expected every goal once, found 'static' again"},
+       "s.yaml:37:32: design.goal[2]: expected each goal only once, found 'static' again"},
       {"{goal: static,", "{gaol: static,",
        "s.yaml:37:10: design.gaol: unknown key: expected goal, minimize, front, subject_to, choose, search, for, "
        "across "
@@ -180,8 +180,8 @@ TEST_CASE("mistakes in --minimize are named") {
   CHECK(objective_complaint("{rms: powr}").find("--minimize: rms: expected a quantity (torque[J1]") == 0);
   CHECK(objective_complaint("[{rms: power, along: lin}]").find("--minimize: [0].along: expected a trajectory (line,") ==
         0);
-  CHECK(objective_complaint("{rms: power, rms: power}").find("--minimize: rms: expected every key once") == 0);
-  CHECK(objective_complaint("{rms: power").find("--minimize: expected YAML, found an error of syntax") == 0);
+  CHECK(objective_complaint("{rms: power, rms: power}").find("--minimize: rms: expected each key only once") == 0);
+  CHECK(objective_complaint("{rms: power").find("--minimize: expected YAML, found a syntax error") == 0);
   CHECK(objective_complaint("{rms: power, weight: l}").find("--minimize: weight: expected a number") == 0);
 }
 

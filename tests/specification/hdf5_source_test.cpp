@@ -56,7 +56,7 @@ TEST_CASE("the child's answers are the library's (C2)") {
   CHECK(answer.is_at_end());
   Message complaint = answer_of(table, make_read_request(Hdf5Request::texts, "time", "", 10));
   CHECK(complaint.read_number() == 0);
-  CHECK(complaint.read_text() == "'time': expected texts, found something else");
+  CHECK(complaint.read_text() == "'time': expected strings, found something else");
   for (const Hdf5Request kind : {Hdf5Request::text_attribute, Hdf5Request::numbers_attribute}) {
     Message none = answer_of(table, make_read_request(kind, "", "none", 10));
     CHECK(none.read_number() == 1);

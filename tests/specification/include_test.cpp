@@ -194,17 +194,18 @@ TEST_CASE("what is wrong with parts is reported with the file, the place and wha
   CHECK(message_for("{file: leg.yaml, as: a b}") ==
         "s.yaml:4:31: include.as: expected a name of letters, digits, '_' and '-', found 'a b'");
   CHECK(message_for("{file: leg.yaml, as: [a, a]}") ==
-        "s.yaml:4:35: include.as[1]: expected a name of its own, found 'a', another copy's");
+        "s.yaml:4:35: include.as[1]: expected an unused name, found 'a', another copy's");
   CHECK(message_for("{file: leg.yaml, as: ground}") ==
-        "s.yaml:4:31: include.as: expected a name of its own, found 'ground', a body's");
+        "s.yaml:4:31: include.as: expected an unused name, found 'ground', a body's");
   CHECK(message_for("{file: leg.yaml, as: a, on: b}") ==
-        "s.yaml:4:38: include.on: expected a body that stands above the part (ground), found 'b'");
+        "s.yaml:4:38: include.on: expected a body defined above the part (ground), found 'b'");
   CHECK(message_for("{file: leg.yaml, as: a, set: {q: 1}}") ==
         "s.yaml:4:40: include.set.q: expected a parameter of the part (l or r), found 'q'");
   CHECK(message_for("{file: leg.yaml, as: [a, b], at: {c: [0, 0]}}") ==
         "s.yaml:4:44: include.at.c: expected one of the copies (a or b), found 'c'");
   CHECK(message_for("{file: leg.yaml, as: a, without: springs.t}") ==
-        "s.yaml:4:43: include.without: expected something that the part has (springs.s), found 'springs.t'; nearest is "
+        "s.yaml:4:43: include.without: expected the name of something in the part (springs.s), found 'springs.t'; "
+        "nearest is "
         "'springs.s'");
   CHECK(message_for("{file: self.yaml, as: a}") ==
         "self.yaml:2:17: include.file: expected a file that does not include itself, found s.yaml → self.yaml → "
@@ -212,10 +213,12 @@ TEST_CASE("what is wrong with parts is reported with the file, the place and wha
   CHECK(
       message_for("{file: ring.yaml, as: a}") ==
       "ring.yaml:2:17: include.file: expected a file that does not include itself, found s.yaml → ring.yaml → s.yaml");
-  CHECK(message_for("{file: flat.yaml, as: a}") ==
-        "s.yaml:4:17: include.file: expected a part whose space is 'planar' like the whole's, found 'spatial'");
+  CHECK(
+      message_for("{file: flat.yaml, as: a}") ==
+      "s.yaml:4:17: include.file: expected a part whose space is 'planar', as in the including spec, found 'spatial'");
   CHECK(message_for("{file: mm.yaml, as: a}") ==
-        "s.yaml:4:17: include.file: expected a part in the whole's units, found other units in 'mm.yaml'");
+        "s.yaml:4:17: include.file: expected a part in the units of the including spec, found different units in "
+        "'mm.yaml'");
   CHECK(message_for("{file: odd.yaml, as: a}").starts_with("odd.yaml:2:1: bodeis: unknown key: expected"));
   CHECK(message_for("{file: none.yaml, as: a}") == "none.yaml:2:1: bodies: expected a mapping, found nothing");
   CHECK(message_for("{file: secret, as: a}") ==
@@ -240,15 +243,16 @@ TEST_CASE("parts that grow without end are refused before they grow") {
         "space: planar\ninclude: {file: p" + std::to_string(i - 1) + ".yaml, as: [a, b, c, d, e, f, g, h, i, j]}\n";
   CHECK(complaint(head + "include: {file: p6.yaml, as: x}\n", files).find("at most 200000 values in a spec") !=
         std::string::npos);
-  CHECK(complaint(head + "include: {file: p20.yaml, as: x}\n", files).find("parts in parts at most 8 deep") !=
+  CHECK(complaint(head + "include: {file: p20.yaml, as: x}\n", files).find("parts nested at most 8 deep") !=
         std::string::npos);
 }
 
 TEST_CASE("names with points are a body's or a point's, a joint's or a coordinate's, never both") {
   const std::string body =
       specs::with(specs::planar, "  wheel: {", "  upper.arm: {mass: 1, com: [0, 0], inertia: 1}\n  wheel: {");
-  CHECK(specs::complaint(body).find("a name that does not begin with another body's and a point, found 'upper.arm' and "
-                                    "'upper'") != std::string::npos);
+  CHECK(
+      specs::complaint(body).find("a name that does not start with another body's name and '.', found 'upper.arm' and "
+                                  "'upper'") != std::string::npos);
   const std::string joint =
       specs::with(specs::planar, "  D: {type", "  D.slide: {type: fixed, connects: [lower.H, upper.A]}\n  D: {type");
   CHECK(specs::complaint(joint).find("found 'D.slide' and 'D'") != std::string::npos);

@@ -28,8 +28,8 @@ TEST_CASE("a body must be one that can exist and is connected") {
       {"H: [l, 0]", "H..x: [l, 0]",
        "s.yaml:10:68: bodies.lower.points.H..x: expected a name of letters, digits, '_' and '-', found 'H..x'"},
       {"  wheel:", "  ground:",
-       "s.yaml:11:3: bodies.ground: expected a name other than 'ground', which is the body that does not move; its "
-       "points go into 'ground:'"},
+       "s.yaml:11:3: bodies.ground: expected a name other than 'ground', which is the body that does not move; "
+       "define its points under 'ground:'"},
       {"  wheel: {", "  spare: {mass: 1, com: [0, 0], inertia: 1}\n  wheel: {",
        "s.yaml:11:3: bodies.spare: unused body: expected a joint that connects it, found none"},
       {"joints:\n",
@@ -79,9 +79,9 @@ TEST_CASE("a joint must be of its space and connect two points") {
   specs::check(specs::planar, in_planar);
   const specs::Mistake in_spatial[] = {
       {"axis2: [0, 1, 0], rpy", "axis2: [1, 1, 0], rpy",
-       "s.yaml:10:70: joints.U.axis2: expected a direction at a right angle to 'axis', found the angle 45 degrees"},
+       "s.yaml:10:70: joints.U.axis2: expected a direction perpendicular to 'axis', found an angle of 45 degrees"},
       {", axis2: [0, 1, 0], rpy", ", rpy",
-       "s.yaml:10:52: joints.U.axis: expected 'axis' and 'axis2' of a universal joint together, found only one of "
+       "s.yaml:10:52: joints.U.axis: expected both 'axis' and 'axis2' of a universal joint, found only one of "
        "them"},
       {"rpy: [0.1, 0, 0]", "rpy: [0.1, 0, 0], quaternion: [1, 0, 0, 0]",
        "s.yaml:10:111: joints.U.quaternion: expected 'rpy' or 'quaternion', found both"},

@@ -11,16 +11,16 @@ TEST_CASE("couplings, actuators and the tool must refer to what is there") {
        "s.yaml:16:50: couplings[0].ratio: expected a ratio other than 0 (a joint that does not move is 'fixed'), found "
        "0"},
       {"follows: J2, ratio: -1}", "follows: D.angle, ratio: -1}",
-       "s.yaml:16:21: couplings[0].joint: circular coupling: expected a chain of couplings with an end, found that "
+       "s.yaml:16:21: couplings[0].joint: circular coupling: expected couplings without a cycle, found that "
        "'D.angle' follows itself"},
       {"ratio: -1}]", "ratio: -1}, {joint: J2, follows: D.angle, ratio: 2}]",
-       "s.yaml:16:63: couplings[1].joint: circular coupling: expected a chain of couplings with an end, found that "
+       "s.yaml:16:63: couplings[1].joint: circular coupling: expected couplings without a cycle, found that "
        "'J2' follows itself"},
       {"ratio: -1}]", "ratio: -1}, {joint: D.angle, follows: J1, ratio: 2}]",
-       "s.yaml:16:63: couplings[1].joint: expected a coordinate that follows one other, found 'D.angle', which is "
+       "s.yaml:16:63: couplings[1].joint: expected a coordinate that follows only one other, found 'D.angle', which is "
        "coupled twice"},
       {"actuators: [J1, J2, D.slide]", "actuators: [J1, J2, J1]",
-       "s.yaml:17:21: actuators[2]: expected every actuator once, found 'J1' again"},
+       "s.yaml:17:21: actuators[2]: expected each actuator only once, found 'J1' again"},
       {"actuators: [J1, J2, D.slide]", "actuators: [J1, j2]",
        "s.yaml:17:17: actuators[1]: expected a joint coordinate (J1, J2, D.slide or D.angle), found 'j2'; nearest is "
        "'J2'"},
@@ -55,8 +55,8 @@ TEST_CASE("a motion must say how long, from where and to where") {
       {"to: {tool: [0.1, 0.6], angle: 2}", "to: {tool: [0.1, 0.6], rpy: [0, 0, 2]}",
        "s.yaml:20:96: motion.to.rpy: unknown key: expected tool, joints, com or angle, found 'rpy'"},
       {"tool: lower.H\n", "",
-       "s.yaml:19:50: motion.from.tool: expected a spec with a tool ('tool: body.point'), found none; this key is "
-       "about the tool's pose"},
+       "s.yaml:19:50: motion.from.tool: expected a spec with a tool ('tool: body.point'), found none; this key "
+       "refers to the tool's pose"},
   };
   specs::check(specs::planar, in_planar);
 }
@@ -81,7 +81,7 @@ TEST_CASE("a trajectory must give what its law, drive and path need") {
       {"times: [0.4]", "times: [0.4, 0.5]",
        "s.yaml:24:108: trajectories.via.path.times: expected a list of 1, one time for each waypoint, found 2"},
       {"blend: spline", "blend: smooth",
-       "s.yaml:24:93: trajectories.via.path.blend: expected how to pass the waypoints (rest or spline), found "
+       "s.yaml:24:93: trajectories.via.path.blend: expected a way to pass the waypoints (rest or spline), found "
        "'smooth'"},
       {"tool: [0.4, 0.4], angle: 1.5", "tool: [0.4, 0.4]",
        "s.yaml:24:53: trajectories.via.path.waypoints[0]: expected the same quantities in all poses of a trajectory, "
@@ -92,7 +92,7 @@ TEST_CASE("a trajectory must give what its law, drive and path need") {
        "line: {drive: tool, path: {table: [[0, 0, 0], [2, 1, 1], [1, 1, 1], [3, 1, 1]]}}",
        "s.yaml:22:37: trajectories.line.path.table: expected increasing times, found 1 s after 2 s in row 3"},
       {"line: {law: cubic, drive: tool}", "line: {drive: tool, path: {file: nowhere.csv}}",
-       "s.yaml:22:36: trajectories.line.path.file: expected a file beside the spec, found none at 'nowhere.csv'"},
+       "s.yaml:22:36: trajectories.line.path.file: expected a file next to the spec, found none at 'nowhere.csv'"},
       {"line: {law: cubic, drive: tool}", "line: {law: cubic, drive: tool, components: [x, z]}",
        "s.yaml:22:51: trajectories.line.components[1]: expected a component (x, y or angle), found 'z'"},
       {"line: {law: cubic, drive: tool}", "line: {law: cubic, drive: com, remaining: [J9]}",

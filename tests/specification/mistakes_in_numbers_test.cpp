@@ -2,13 +2,13 @@
 
 TEST_CASE("the first mistake in a document is reported with its place") {
   const specs::Mistake in_planar[] = {
-      {"name: test arm", "name: [test", "s.yaml:1:7: expected YAML, found an error of syntax: '[' is not closed"},
+      {"name: test arm", "name: [test", "s.yaml:1:7: expected YAML, found a syntax error: '[' is not closed"},
       {"name: test arm", "nam: test arm",
        "s.yaml:1:1: nam: unknown key: expected name, space, gravity, parameters, units, include, ground, bodies,"},
       {"gravity: [0, -9.81]", "gravity: [0, -9.81]\ngravity: [0, 0]",
-       "s.yaml:4:1: gravity: expected every key once, found 'gravity' again"},
+       "s.yaml:4:1: gravity: expected each key only once, found 'gravity' again"},
       {"mass: 1, com", "mass: 1, mass: 2, com",
-       "s.yaml:10:20: bodies.lower.mass: expected every key once, found 'mass' again"},
+       "s.yaml:10:20: bodies.lower.mass: expected each key only once, found 'mass' again"},
       {"space: planar\n", "",
        "s.yaml:1:1: missing key: expected 'space', found only name, gravity, parameters, units, ground,"},
       {"space: planar", "space: flat",
@@ -63,7 +63,7 @@ TEST_CASE("expressions, free numbers, parameters and units that make no sense ar
       {"k: \"l / 2\"", "k: \"k\"",
        "s.yaml:4:31: parameters.k: expected a parameter that does not depend on itself, found the cycle k → k"},
       {"k: \"l / 2\"", "pi: 3, k: 1",
-       "s.yaml:4:28: parameters.pi: expected a name of its own, found 'pi', which has a meaning in expressions"},
+       "s.yaml:4:28: parameters.pi: expected an unused name, found 'pi', which has a meaning in expressions"},
       {"k: \"l / 2\"", "l2..x: 3, k: 1",
        "s.yaml:4:28: parameters.l2..x: expected a name of letters, digits and '_', found 'l2..x'"},
       {"length: m", "length: inch",

@@ -26,31 +26,31 @@ KeyPaths key_paths_of(const std::string& text) {
 
 }  // namespace
 
-TEST_CASE("an error of syntax is reported at its place (D7)") {
+TEST_CASE("a syntax error is reported at its place (D7)") {
   const std::pair<const char*, const char*> cases[] = {
       {"space: planar\nbodies: {a: {mass: 1}\njoints: {}\n", "2:9: '{' is not closed"},
-      {"space: planar\nbodies: {a: [1, 2}}\n", "2:18: '}' where the '[' of line 2, column 13 wants a ']'"},
-      {"space: planar\nbodies: {a: 3}}\n", "2:15: '}' closes nothing"},
+      {"space: planar\nbodies: {a: [1, 2}}\n", "2:18: '}' where the '[' of line 2, column 13 needs a ']'"},
+      {"space: planar\nbodies: {a: 3}}\n", "2:15: '}' without an opening bracket"},
       {"name: 'a\nspace: planar\n", "1:7: the quote ' is not closed"},
       {"name: &n 'it''s\nspace: planar\n", "1:10: the quote ' is not closed"},
-      {"name: \"a\nspace: \"planar\"\n", "1:7: the quote \" is closed no sooner than in line 2"},
-      {"name: \"a\" b\nspace: planar\n", "1:11: text behind a closing quote"},
+      {"name: \"a\nspace: \"planar\"\n", "1:7: the quote \" is not closed before line 2"},
+      {"name: \"a\" b\nspace: planar\n", "1:11: text after a closing quote"},
       {"name: a\n# no: key\nspace:planar\ngravity: [0, 0]\n",
-       "3:1: a line that is no 'key: value'; a blank belongs behind the colon"},
-      {"name: a\nbodies\n  b: {mass: 1}\n", "2:1: a line that is no 'key: value'; a colon belongs behind the key"},
-      {"name: a: b\n", "1:8: illegal map value; text that has ': ' in it stands in quotes"},
-      {"name: @a\n", "1:7: unknown token; text that begins with '@' stands in quotes"},
+       "3:1: a line that is not 'key: value'; put a space after the colon"},
+      {"name: a\nbodies\n  b: {mass: 1}\n", "2:1: a line that is not 'key: value'; put a colon after the key"},
+      {"name: a: b\n", "1:8: illegal map value; put text that contains ': ' in quotes"},
+      {"name: @a\n", "1:7: unknown token; put text that begins with '@' in quotes"},
       {"name: a\n  space: planar\n",
-       "2:8: illegal map value; this line or the one above is not indented as its neighbours are"},
+       "2:8: illegal map value; this line or the one above is not indented like its neighbours"},
   };
   for (const auto& [text, wrong] : cases) {
     INFO(text);
     std::string expected = std::string("s.yaml:") + wrong;
-    expected.insert(expected.find(": ") + 2, "expected YAML, found an error of syntax: ");
+    expected.insert(expected.find(": ") + 2, "expected YAML, found a syntax error: ");
     CHECK(specs::complaint(text) == expected);
   }
   CHECK(specs::complaint("name: a\rspace: planar\r") ==
-        "s.yaml:1:8: expected lines that end with a line feed, found carriage returns alone");
+        "s.yaml:1:8: expected lines that end with a line feed, found carriage returns only");
 }
 
 TEST_CASE("quotes and brackets inside of texts are none (D7)") {
@@ -59,7 +59,7 @@ TEST_CASE("quotes and brackets inside of texts are none (D7)") {
     INFO(name);
     const std::string named = changed(specs::planar, {{"name: test arm", std::string("name: ") + name}});
     CHECK(key_paths_of(named).empty());
-    CHECK(specs::complaint(changed(named, {{"tool: lower.H", "tool: a: b"}})).find("text that has ': ' in it") !=
+    CHECK(specs::complaint(changed(named, {{"tool: lower.H", "tool: a: b"}})).find("text that contains ': '") !=
           std::string::npos);
   }
 }

@@ -203,7 +203,7 @@ TEST_CASE("a table file that does not fit is named with what is wrong in it") {
             .find("motion.csv: expected the columns time, J1, J2, D.slide or D.angle, found 'y'") != std::string::npos);
   CHECK(complaint("drive: joints, " + file("uneven.h5"))
             .find("uneven.h5: 'J1': expected 5 values as in 'time', found 4") != std::string::npos);
-  CHECK(complaint("drive: tool, " + file("joints.h5")).find("joints.h5: expected columns beside 'time'") !=
+  CHECK(complaint("drive: tool, " + file("joints.h5")).find("joints.h5: expected columns besides 'time'") !=
         std::string::npos);
   CHECK(complaint("drive: tool, " + file("specs.hpp")).find("specs.hpp: line") != std::string::npos);
   CHECK(complaint("drive: tool, " + file("forces.csv"))

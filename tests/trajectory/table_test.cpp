@@ -163,8 +163,8 @@ TEST_CASE("tables that state no motion are refused with their reason") {
   CHECK(says(changed([](TablePath& t) { t.values[2][1] = std::nan(""); }), "row 3"));
   PrescribedMotion::Request request = request_of(smooth_table(5));
   request.from.value = values({1, 2, 3});
-  CHECK(says(refusal(request), "2 values in a row, but the drive has 3"));
-  CHECK(says(refusal(request_of(smooth_table(5), true)), "2 values in a row"));  // no room for a rotation vector
+  CHECK(says(refusal(request), "2 values per row, but the drive has 3"));
+  CHECK(says(refusal(request_of(smooth_table(5), true)), "2 values per row"));  // no room for a rotation vector
 }
 
 }  // namespace table_test

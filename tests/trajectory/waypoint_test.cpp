@@ -262,7 +262,7 @@ TEST_CASE("chord lengths come from all scalars where there is no point, from rot
 TEST_CASE("a rest at a waypoint needs stated fractions and is one then") {
   PrescribedMotion::Request request = triangle(MotionLawKind::cycloidal, false);
   request.via[1].value = values({3, 0, 5});
-  CHECK(says(refusal(request), "waypoint 1 and waypoint 2 are at the same place"));
+  CHECK(says(refusal(request), "waypoint 1 and waypoint 2 coincide"));
   request.path = WaypointPath{.points = {}, .spline = false, .fractions = {0.25, 0.5}};
   const PrescribedMotion schedule(request);
   CHECK(sample_at(schedule, 0.4).value == request.via[0].value);

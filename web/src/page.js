@@ -56,7 +56,7 @@ function motionSection(data, clock, Stage, onTrajectory) {
     about.textContent = data.controller ? `${path}, followed by controller ${data.controller.name} (${data.controller.type})` : path;
     const {run} = variants[0];
     thinned.textContent = run.samples > run.time.length
-      ? `${run.samples.toLocaleString("en")} samples were computed; ${run.time.length.toLocaleString("en")} of them are shown, every extreme among them.` : "";
+      ? `${run.samples.toLocaleString("en")} samples were computed; ${run.time.length.toLocaleString("en")} of them are shown, including every extreme.` : "";
     clock.setTimes(run.time);
     player.trajectory = name;
     player.setRuns(variants);

@@ -6,7 +6,7 @@ import {onTheme} from "../theme.js";
 import {transport} from "./transport.js";
 import {View} from "./view.js";
 
-const keys = "Space: play or pause. Arrow keys: step (with Shift ten samples). Home, End: start, end. + and −: zoom the charts, 0: all of them.";
+const keys = "Space: play or pause. Arrow keys: step (with Shift: ten samples). Home, End: start, end. + and −: zoom the charts, 0: reset the zoom.";
 
 export class Player {
   constructor(data, clock, Stage) {

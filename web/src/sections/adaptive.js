@@ -12,7 +12,7 @@ function casesTable(caption, cases) {
   const motors = Object.keys(cases[0].at_rest);
   const runs = cases[0].trajectories.map((t) => t.trajectory);
   const peak = (run) => run.metrics.find((m) => m.quantity === "torque");
-  const head = ["Load", "Conditions", ...motors.map((m) => `${m}, most at rest`), ...runs.map((r) => `${r}, peak torque`)];
+  const head = ["Load", "Conditions", ...motors.map((m) => `${m}, largest at rest`), ...runs.map((r) => `${r}, peak torque`)];
   const rows = cases.map((one) => h("tr", {}, h("th", {scope: "row"}, loadText(one.loads)),
     h("td", {}, one.met ? "met" : `off by ${format(one.largest_residual, 2)}`),
     motors.map((m) => h("td", {class: "number"}, format(one.at_rest[m], 6))),
@@ -82,6 +82,6 @@ export function loadsSection(data) {
     adaptive ? [lawTable(adaptive), names.length === 1 ? chart(adaptive, names[0], [Math.min(...loads), Math.max(...loads)]) : null,
       adaptive.within_bounds ? null : h("p", {class: "note"}, "The law leaves the bounds of the free numbers."),
       adaptive.work === null ? null : h("p", {class: "note"},
-        `From the least to the largest loads the move takes ${withUnit(adaptive.work, "J", 4)} against gravity and springs, at the start pose.`),
-      casesTable(`Not adapted, as it suits ${loadText(adaptive.own_load)}`, adaptive.not_adapted)] : null);
+        `Moving from the least to the largest loads takes ${withUnit(adaptive.work, "J", 4)} against gravity and springs, at the start pose.`),
+      casesTable(`Not adapted, as for ${loadText(adaptive.own_load)}`, adaptive.not_adapted)] : null);
 }

@@ -64,7 +64,7 @@ function stays(list) {
   if (!list.length) return null;
   const most = (e) => `up to ${withUnit(e.peak, e.unit, 6)} at ${e.actuator} ${e.along ? `along ${e.along}` : "at rest"}`;
   const unknown = (u) => `not known along ${u.along}: ${u.reason}`;
-  return h("div", {class: "staying"}, h("p", {}, "Cannot be balanced by masses or springs, and stays:"),
+  return h("div", {class: "staying"}, h("p", {}, "Cannot be balanced by masses or springs and remains:"),
     h("ul", {}, list.map((one) => h("li", {}, [one.text, ...one.efforts.map(most), ...one.unknown.map(unknown)].join("; ")))));
 }
 
@@ -108,7 +108,7 @@ export function designSection(data) {
     ["Moving mass", `${format(design.mass.before)} → ${withUnit(design.mass.after, "kg")}`],
     ["Moments of inertia", `${format(design.inertia.before)} → ${withUnit(design.inertia.after, "kg m^2")}`],
   ];
-  if (objective.name) facts.push([`${objective.global ? "Least" : "Minimized:"} ${objective.name}`, `${withUnit(objective.value, objective.unit, 6)}, ${objective.global ? "proved to be the best there is" : "not shown to be the best"}`]);
+  if (objective.name) facts.push([`${objective.global ? "Least" : "Minimized:"} ${objective.name}`, `${withUnit(objective.value, objective.unit, 6)}, ${objective.global ? "proved to be the best" : "not shown to be the best"}`]);
   return h("section", {class: "card", id: "design"}, h("h2", {}, "Design"),
     h("p", {class: `verdict ${design.status}`}, h("strong", {}, verdicts[design.status] ?? design.status), ` — ${design.reason}.`.replace("..", ".")),
     design.proof && !design.reason.includes(design.proof.sentence) ? h("p", {class: "note"}, design.proof.sentence) : null,
@@ -122,6 +122,6 @@ export function designSection(data) {
 /** What "before" is where nobody has said it. */
 function unstated(numbers) {
   const paths = numbers.filter((n) => n.before_from === "middle").map((n) => n.path);
-  return paths.length ? h("p", {class: "note"}, `Before: in the middle of the bounds, for want of a start: ${paths.join(", ")}.`) : null;
+  return paths.length ? h("p", {class: "note"}, `Before: in the middle of the bounds, without a start: ${paths.join(", ")}.`) : null;
 }
 

@@ -52,7 +52,7 @@ function table(front, choosers) {
     return h("tr", {}, h("th", {scope: "row"}, button), p.values.map((v) => h("td", {class: "number"}, format(v, 6))),
       h("td", {}, p.optimality), h("td", {class: "number"}, bound));
   });
-  return h("div", {class: "table-box"}, h("table", {}, h("caption", {}, "Designs of which none is better in all figures"),
+  return h("div", {class: "table-box"}, h("table", {}, h("caption", {}, "Designs, none better than another in all figures"),
     h("thead", {}, h("tr", {}, head.map((t, i) => h("th", {scope: "col", class: i && i !== head.length - 2 ? "number" : ""}, t)))),
     h("tbody", {}, rows)));
 }
@@ -101,7 +101,7 @@ export function frontSection(data) {
     });
   choose(front.middle - 1);
   return h("section", {class: "card", id: "front"}, h("h2", {}, "Trade-off"),
-    h("p", {class: "lead"}, `${front.points.length} designs; the one chosen at first is nearest to the least of all figures, and is the design of this page.`,
-      front.stopped ? " The search was ended before all were found." : ""),
+    h("p", {class: "lead"}, `${front.points.length} designs; the one shown at first is nearest to the minima of all figures and is the design on this page.`,
+      front.stopped ? " The search ended before all were found." : ""),
     h("div", {class: "front-charts"}, charts), shown, list);
 }

@@ -34,9 +34,9 @@ const steadyNote = (law, key) => h("p", {class: "note"},
   `Law of steady momentum${key ? `, ${key}` : ""}: ${withUnit(law.momentum, "N m s", 6)} in ${withUnit(law.duration, "s", 6)}`);
 
 const corridorNote = (c, key) => h("p", {class: "note"},
-  `Corridor${key ? `, ${key}` : ""}: the path is left by up to ${withUnit(c.used, c.unit, 6)} of ${withUnit(c.width, c.unit, 6)}; `
+  `Corridor${key ? `, ${key}` : ""}: the motion leaves the path by up to ${withUnit(c.used, c.unit, 6)} of ${withUnit(c.width, c.unit, 6)}; `
   + `${c.of === "duration" ? "duration" : `peak of ${titleOf(c.of).toLowerCase()}`} ${withUnit(c.value, c.value_unit, 6)} instead of `
-  + `${withUnit(c.on_path, c.value_unit, 6)}; ${c.agreeing} of ${plural(c.starts, "start", "starts")} ended there`);
+  + `${withUnit(c.on_path, c.value_unit, 6)}; ${c.agreeing} of ${plural(c.starts, "start", "starts")} converged to it`);
 
 /** For each run of the trajectory its way within a corridor, a table of the law that was found and, with limits, its phase plane; nothing of what is prescribed. */
 export function lawTables({before, after}) {

@@ -44,7 +44,7 @@ function frame(x, y, top) {
   return [
     tics(top).map((v) => [s("line", {class: "grid", x1: x(0), x2: x(1), y1: y(v), y2: y(v)}), number([x(0) - 6, y(v) + 4], null, "end", v)]),
     places.map((v) => number([x(v), y(0) + 16], null, "middle", v)),
-    number([x(0.5), size.height - 6], "part of the path that is behind", "middle"),
+    number([x(0.5), size.height - 6], "fraction of the path covered", "middle"),
     s("text", {transform: `translate(13 ${(y(0) + y(top)) / 2}) rotate(-90)`, "text-anchor": "middle"}, "its rate [1/s]"),
   ].flat(2);
 }
@@ -89,7 +89,7 @@ function table(run) {
   });
   return h("details", {class: "more"}, h("summary", {}, "The same in numbers"),
     h("div", {class: "table-box"}, h("table", {}, h("caption", {}, "Rate along the path"),
-      h("thead", {}, h("tr", {}, ["Path [%]", "Time [s]", "Rate [1/s]", "Most within limits [1/s]"].map((text) => h("th", {scope: "col", class: "number"}, text)))),
+      h("thead", {}, h("tr", {}, ["Path [%]", "Time [s]", "Rate [1/s]", "Largest within limits [1/s]"].map((text) => h("th", {scope: "col", class: "number"}, text)))),
       h("tbody", {}, rows))));
 }
 
@@ -97,7 +97,7 @@ function table(run) {
 export function phasePlane(run, key) {
   if (!run.phase_plane) return null;
   const switches = run.found_law?.switches.length ?? 0;
-  const label = `Phase plane${key ? `, ${key}` : ""}: the law's rate over the place, below the largest rate that the limits leave`;
+  const label = `Phase plane${key ? `, ${key}` : ""}: the law's rate along the path, below the largest rate within the limits`;
   return h("figure", {class: "law"}, picture(run, label),
     h("figcaption", {class: "note"}, `${label} (dashed)${switches ? "; rings are switches, colours those of the limits above" : ""}.`), table(run));
 }

@@ -39,7 +39,7 @@ class Deadline {
     const double now = thread_cpu_time();
     for (Deadline* deadline = innermost_; deadline != nullptr; deadline = deadline->outer_)
       if (now >= deadline->end_time_ || deadline->is_stopped(now))
-        throw DeadlineExceeded("the time ran out while a motion was followed");
+        throw DeadlineExceeded("the time ran out while a motion was computed");
   }
 
  private:

@@ -151,7 +151,7 @@ std::string suggest_decimal_point(std::string_view text) {
     at = end - 1;
     if (in_name || number.find(',') == std::string_view::npos) continue;
     const std::string corrected = replace_decimal_comma(number);
-    return "decimals stand behind a point" + (corrected.empty() ? ", and nothing between thousands" : ": " + corrected);
+    return "use a decimal point" + (corrected.empty() ? " and no thousands separators" : ": " + corrected);
   }
   return "";
 }

@@ -22,10 +22,10 @@ std::string format_nearest_name(std::string_view word, const std::vector<std::st
 /// The same as a suffix of a sentence: "; nearest is 'crank1'".
 std::string append_nearest_name(std::string_view word, const std::vector<std::string>& names);
 
-/// "decimals stand behind a point: 0.4" if the text has a number with a decimal comma outside parentheses, else empty.
+/// "use a decimal point: 0.4" if the text has a number with a decimal comma outside parentheses, else empty.
 std::string suggest_decimal_point(std::string_view text);
 
-/// The same as a suffix of a sentence: "; decimals stand behind a point: 0.4".
+/// The same as a suffix of a sentence: "; use a decimal point: 0.4".
 std::string format_decimal_point_hint(std::string_view text);
 
 /// "a, b <last> c"; long lists are truncated.

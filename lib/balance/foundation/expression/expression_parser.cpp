@@ -136,7 +136,7 @@ class ExpressionParser {
     const auto token_begin = text_.begin() + static_cast<std::ptrdiff_t>(token_.offset);
     const auto column = std::count_if(text_.begin(), token_begin, [](char c) { return (c & 0xC0) != 0x80; }) + 1;
     throw ExpressionError("expected " + expectation + ", found '" + std::string(token_.text) + "' in column " +
-                          std::to_string(column) + (token_.text == "=" ? "; equal is '=='" : ""));
+                          std::to_string(column) + (token_.text == "=" ? "; use '==' to compare" : ""));
   }
   void expect(std::string_view sign) {
     if (!accept(sign)) throw_expected("'" + std::string(sign) + "'");

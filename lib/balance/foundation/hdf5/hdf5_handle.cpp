@@ -21,7 +21,7 @@ std::string pop_error_message() {
   std::string reason;
   H5Ewalk2(H5E_DEFAULT, H5E_WALK_UPWARD, record_reason, &reason);
   H5Eclear2(H5E_DEFAULT);
-  return reason.empty() ? "HDF5 failed without a reason" : reason;
+  return reason.empty() ? "HDF5 failed without giving a reason" : reason;
 }
 
 hid_t check_id(hid_t id) {

@@ -81,7 +81,7 @@ const char* name_in_file(const std::string& path) { return path.empty() ? "/" : 
 }
 
 [[noreturn]] void throw_external_storage(const std::string& path) {
-  throw Hdf5Error(fmt::format("{}: lies in another file, which is not followed", quote_for_message(path)));
+  throw Hdf5Error(fmt::format("{}: is stored in another file, which is not read", quote_for_message(path)));
 }
 
 std::vector<std::uint64_t> sizes_in(hid_t space, const std::string& path) {
@@ -259,7 +259,7 @@ std::vector<std::string> Hdf5DirectReader::texts(const std::string& path, std::s
   if (!has(path)) throw Hdf5Error(fmt::format("expected a dataset {}, found none", quote_for_message(path)));
   const Dataset::Open open(file_, path);
   if (!is_variable_length_string(open.type.get()))
-    throw Hdf5Error(fmt::format("{}: expected texts, found something else", quote_for_message(path)));
+    throw Hdf5Error(fmt::format("{}: expected strings, found something else", quote_for_message(path)));
   std::vector<char*> pointers(length_in(open.space.get(), path, max_count), nullptr);
   if (H5Dread(open.dataset.get(), open.type.get(), H5S_ALL, H5S_ALL, H5P_DEFAULT, static_cast<void*>(pointers.data())) <
       0)
@@ -274,7 +274,7 @@ std::optional<std::string> Hdf5DirectReader::text_attribute(const std::string& p
   const Attribute open(file_, path, name);
   if (!open.type.is_valid() || !is_variable_length_string(open.type.get()) ||
       H5Sget_simple_extent_npoints(open.space.get()) != 1)
-    throw Hdf5Error(fmt::format("attribute {}: expected a text, found something else", quote_for_message(name)));
+    throw Hdf5Error(fmt::format("attribute {}: expected a string, found something else", quote_for_message(name)));
   std::vector<char*> pointers(1, nullptr);
   if (H5Aread(open.attribute.get(), open.type.get(), static_cast<void*>(pointers.data())) < 0) throw_unreadable(name);
   std::string text = take_texts(pointers, open.type.get(), open.space.get()).front();
@@ -302,7 +302,7 @@ std::vector<std::string> Hdf5DirectReader::texts_attribute(const std::string& pa
   if (H5Aexists_by_name(file_, name_in_file(path), name.c_str(), H5P_DEFAULT) <= 0) return {};
   const Attribute open(file_, path, name);
   if (!open.type.is_valid() || !is_variable_length_string(open.type.get()))
-    throw Hdf5Error(fmt::format("attribute {}: expected texts, found something else", quote_for_message(name)));
+    throw Hdf5Error(fmt::format("attribute {}: expected strings, found something else", quote_for_message(name)));
   std::vector<char*> pointers(length_in(open.space.get(), name, max_count), nullptr);
   if (H5Aread(open.attribute.get(), open.type.get(), static_cast<void*>(pointers.data())) < 0) throw_unreadable(name);
   return take_texts(pointers, open.type.get(), open.space.get());

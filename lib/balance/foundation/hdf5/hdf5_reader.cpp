@@ -31,7 +31,7 @@ bool has_hdf5_signature(const std::string& path) {
   return std::string(begin, sizeof begin) == "\x89HDF\r\n\x1a\n";
 }
 
-[[noreturn]] void throw_damaged() { throw Hdf5Error("expected a whole HDF5 file, found one that is damaged"); }
+[[noreturn]] void throw_damaged() { throw Hdf5Error("expected an intact HDF5 file, found one that is damaged"); }
 
 /// The child may also sleep forever, which no CPU limit ends.
 void set_socket_timeout(int socket, std::uintmax_t seconds) {
@@ -44,7 +44,7 @@ void set_socket_timeout(int socket, std::uintmax_t seconds) {
 
 Hdf5Reader::Hdf5Reader(const std::string& file, const Hdf5ReadLimits& limits) : limits_(limits) {
   if (verify_checksum(file) == ChecksumStatus::mismatch)
-    throw Hdf5Error("is damaged: its bytes do not have the checksum that they were written with");
+    throw Hdf5Error("is damaged: its contents do not match its checksum");
   std::error_code error;
   const auto file_bytes = std::filesystem::file_size(file, error);
   const std::uintmax_t bytes = error ? 0 : file_bytes;
@@ -56,7 +56,7 @@ Hdf5Reader::Hdf5Reader(const std::string& file, const Hdf5ReadLimits& limits) : 
                    SandboxLimits{.cpu_seconds = seconds, .memory_bytes = std::uintmax_t{256} << 20});
   } catch (const std::system_error& failure) {
     throw Hdf5Error(
-        fmt::format("cannot be read: there is no process left to read it in ({})", failure.code().message()));
+        fmt::format("cannot be read: no process could be started to read it ({})", failure.code().message()));
   }
   set_socket_timeout(child_->socket(), 60 + 10 * seconds);
   Message answer;
@@ -66,7 +66,7 @@ Hdf5Reader::Hdf5Reader(const std::string& file, const Hdf5ReadLimits& limits) : 
   } catch (const ChannelError&) {
     throw_damaged();
   }
-  if (has_hdf5_signature(file)) throw Hdf5Error("expected a whole HDF5 file, found one that is damaged or cut off");
+  if (has_hdf5_signature(file)) throw Hdf5Error("expected an intact HDF5 file, found one that is damaged or truncated");
   throw Hdf5Error("expected an HDF5 file, found one that cannot be opened as such");
 }
 
@@ -109,7 +109,7 @@ std::vector<std::size_t> Hdf5Reader::checked_sizes(Message& answer, const std::s
     if (size > allowed_values || total * size > allowed_values)
       throw Hdf5Error(
           allowed_values < max_values
-              ? fmt::format("{}: holds more numbers than a file of this size is read for, which are {} in all",
+              ? fmt::format("{}: holds too many numbers for a file of this size; the limit is {} in all",
                             quote_for_message(path), value_limit_)
               : fmt::format("{}: expected at most {} values, found more", quote_for_message(path), max_values));
     total *= size;

@@ -42,7 +42,7 @@ void make_folder(const std::string& path, bool force) {
   if (force || fs::exists(fs::path(path) / lock_file_name, error) || fs::is_empty(path, error)) return;
   // Another shard may have created it a moment ago.
   if (fs::exists(fs::path(path) / lock_file_name, error)) return;
-  throw SystemError(fmt::format("{} is neither empty nor the folder of a batch; --force uses it all the same", path));
+  throw SystemError(fmt::format("{} is neither empty nor the folder of a batch; --force uses it anyway", path));
 }
 
 }  // namespace
@@ -78,7 +78,7 @@ void BatchFolder::lock(const std::string& name, int operation, const std::string
   for (int attempt = 0; ::flock(descriptor, operation | LOCK_NB) != 0; ++attempt) {
     if (errno == EINTR) continue;
     if (errno != EWOULDBLOCK) throw SystemError(fmt::format("cannot lock {}: {}", file, std::strerror(errno)));
-    if (attempt >= max_lock_attempts) throw SystemError(fmt::format("{} is at work in {}", holder, path_));
+    if (attempt >= max_lock_attempts) throw SystemError(fmt::format("{} is running in {}", holder, path_));
     std::this_thread::sleep_for(std::chrono::milliseconds(10));
   }
 }

@@ -41,7 +41,7 @@ std::string hash_build() {
   LoadedObjectSearch search{reinterpret_cast<std::uintptr_t>(&hash_build), ""};
   dl_iterate_phdr(find_object_containing, &search);
   std::string digits = sha256_of_file(search.file);
-  if (digits.empty()) throw SystemError("cannot read the program itself, to tell which build it is: " + search.file);
+  if (digits.empty()) throw SystemError("cannot read the program itself to identify its build: " + search.file);
   return digits;
 }
 

@@ -222,11 +222,11 @@ class WorkerPool {
       record.message = "exceeded --case-timeout " + format_seconds(options_.limits.wall_seconds);
     } else if (state == WorkerState::out_of_memory) {
       record.failure = {"memory", static_cast<double>(memory_bytes_)};
-      record.message = memory_bytes_ == 0 ? "the system had no memory left"
-                                          : "exceeded --case-memory " + format_bytes(memory_bytes_);
+      record.message =
+          memory_bytes_ == 0 ? "the system ran out of memory" : "exceeded --case-memory " + format_bytes(memory_bytes_);
     } else {
       record.failure = {"crashed", 0};
-      record.message = "crashed: " + (worker.reason().empty() ? "its record is not whole" : worker.reason());
+      record.message = "crashed: " + (worker.reason().empty() ? "its record is incomplete" : worker.reason());
     }
     return record;
   }
@@ -282,7 +282,7 @@ BatchOutcome run_batch(const BatchPlan& plan, const BatchOptions& options) {
 }
 
 BatchOutcome collect_batch(const BatchPlan& plan, const std::string& folder) {
-  if (!std::filesystem::is_directory(folder)) throw SystemError(folder + ": there is no such folder to merge in");
+  if (!std::filesystem::is_directory(folder)) throw SystemError(folder + ": no such folder to merge");
   BatchOutcome outcome;
   outcome.progress.total = plan.cases.size();
   const BatchFolder locked_folder(folder, std::nullopt, {}, false);
@@ -293,7 +293,7 @@ BatchOutcome collect_batch(const BatchPlan& plan, const std::string& folder) {
       record.emplace();
       record->name = name;
       record->status = "missing";
-      record->message = fmt::format("{} has no finished result of this case as the suite asks for it", folder);
+      record->message = fmt::format("{} has no finished result of this case as defined by the suite", folder);
     } else {
       ++outcome.progress.finished;
       ++outcome.progress.reused;

@@ -128,7 +128,7 @@ int open_pidfd(pid_t child) {
 SandboxedWorker::SandboxedWorker(const Work& work, const WorkerLimits& limits) : limits_(limits) {
   int sockets[2];
   if (::socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, sockets) != 0)
-    throw SystemError(fmt::format("cannot talk to a process: {}", std::strerror(errno)));
+    throw SystemError(fmt::format("cannot communicate with a process: {}", std::strerror(errno)));
   const pid_t parent = ::getpid();
   {
     const Hdf5Lock lock;  // HDF5 is idle in the copy, too

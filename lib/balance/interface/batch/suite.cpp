@@ -98,7 +98,7 @@ void read_cases(const SpecCursor& section, SuiteBuilder& builder) {
       builder.problems.collect([&] { read_case(item, item, "", builder); });
     return;
   }
-  for (const Member& member : list_members(section, "cases: a mapping from their names, or a list"))
+  for (const Member& member : list_members(section, "a list of cases, or a mapping from their names"))
     builder.problems.collect([&] { read_case(member.value, member.key, member.name, builder); });
 }
 
@@ -136,7 +136,7 @@ void read_sections(const SpecCursor& root, Suite& suite, SuiteBuilder& builder, 
                 [&](const SpecCursor& c) { suite.name = escape_for_terminal(c.read_word("a name")); }},
                {"defaults", Presence::optional,
                 [&](const SpecCursor& c) {
-                  read_fields(c, "what all cases share {spec, set, trajectory, samples, design}",
+                  read_fields(c, "defaults of all cases {spec, set, trajectory, samples, design}",
                               make_case_fields(builder, builder.defaults));
                 }},
                {"cases", Presence::optional, store_in(deferred.cases)},
@@ -238,7 +238,7 @@ std::optional<CaseDesignOptions> read_case_design(const SpecCursor& at) {
   CaseDesignOptions design;
   if (!at.is_map()) {
     const std::size_t choice =
-        at.read_choice("whether to design first, or how {goal, strategy, minimize, seed}", {"true", "false"});
+        at.read_choice("a truth value or a design {goal, strategy, minimize, seed}", {"true", "false"});
     return choice == 0 ? std::optional(design) : std::nullopt;
   }
   read_fields(at, "a design {goal, strategy, minimize, seed}",
@@ -323,12 +323,12 @@ std::vector<Field> make_case_fields(SuiteBuilder& builder, SuiteCase& suite_case
 void add_case(SuiteBuilder& builder, SuiteCase suite_case, const SpecCursor& named) {
   if (!is_case_name(suite_case.name))
     named.fail({.expected = fmt::format(
-                    "a name fit for a file (letters, digits and _ - . + = , at most {} of them, a letter, a "
+                    "a name usable as a file name (letters, digits and _ - . + = , at most {} of them, a letter, a "
                     "digit or '_' first)",
                     max_case_name_length),
                 .found = quote_for_message(suite_case.name)});
   if (builder.names.count(suite_case.name) > 0)
-    named.fail({.expected = "a name of its own for every case",
+    named.fail({.expected = "a unique name for each case",
                 .found = fmt::format("{} again", quote_for_message(suite_case.name))});
   if (suite_case.spec.empty())
     named.fail({.kind = "missing key",
@@ -507,7 +507,7 @@ void read_matrix(const SpecCursor& at, SuiteBuilder& builder) {
   MatrixAxes axes;
   std::vector<Field> fields = {
       {"name", Presence::optional,
-       [&](const SpecCursor& c) { axes.prefix = c.read_word("how the cases' names begin"); }},
+       [&](const SpecCursor& c) { axes.prefix = c.read_word("a prefix of the cases' names"); }},
       {"spec", Presence::optional, [&](const SpecCursor& c) { axes.specs = read_specs(c, builder); }},
       {"trajectory", Presence::optional,
        [&](const SpecCursor& c) { axes.trajectories = read_names(c, "trajectory", &SuiteCase::trajectory, builder); }},

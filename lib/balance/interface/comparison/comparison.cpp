@@ -86,10 +86,10 @@ void add_notes(ComparedRuns& compared, const std::vector<NamedRun>& runs) {
       note(fmt::format("{} and {}: differences are taken at equal fractions of the durations", sampling_of(base.result),
                        sampling_of(other.result)));
     } else if (base.result.time.size() != other.result.time.size()) {
-      note(fmt::format("{} and {}: differences are taken at the samples of the coarser, the finer is interpolated",
+      note(fmt::format("{} and {}: differences are taken at the samples of the coarser, and the finer is interpolated",
                        base.result.time.size(), other.result.time.size()));
     }
-    if (base.result.axes != other.result.axes) note("one is planar, one spatial: vectors have no differences");
+    if (base.result.axes != other.result.axes) note("one is planar, one spatial: vectors are not compared");
     if (base.result.moment_reference != other.result.moment_reference) note("their moments are about different points");
   }
 }

@@ -21,7 +21,7 @@ using Values = std::map<std::string, double>;
 double evaluate_figure_expression(const std::string& expression, const Values& values) {
   const auto value = [&](const std::string& name) -> Expression {
     const auto found = values.find(name);
-    if (found == values.end()) throw ExpressionError("there is nothing called " + quote_for_message(name));
+    if (found == values.end()) throw ExpressionError("unknown name " + quote_for_message(name));
     return found->second;
   };
   return parse_expression(expression, value).value();

@@ -58,7 +58,7 @@ class RequirementParser {
     for (std::size_t i = 0; i < tokens_.size(); ++i) {
       if (is_sign(i, '(')) open.push_back(i);
       if (!is_sign(i, ')')) continue;
-      if (open.empty()) fail(column(i), "there is no parenthesis that this one could close");
+      if (open.empty()) fail(column(i), "this parenthesis closes nothing");
       closing_index_[open.back()] = i;
       open.pop_back();
     }
@@ -108,7 +108,7 @@ class RequirementParser {
            fmt::format("expected a comparison (<, <=, >, >= or ==), found {}", quote_for_message(source(span))));
     }
     if (find_last({span.begin, relation_index}, Kind::relation) != relation_index)
-      fail(column(relation_index), "one comparison has two sides: join several by && or ||");
+      fail(column(relation_index), "a comparison has two sides: join several with && or ||");
     RequirementComparison comparison;
     comparison.column = column(span.begin);
     comparison.relation = relation(tokens_[relation_index].text);
@@ -143,7 +143,8 @@ class RequirementParser {
       const bool is_run_name = token.kind == Kind::run;
       if (is_run_name && default_figure == nullptr)
         fail(token.column(),
-             quote_for_message(token.text) + " alone stands for the same figure of that run: the comparison has none");
+             quote_for_message(token.text) +
+                 " alone stands for the comparison's figure in that run, but the comparison has no figure");
       if (is_run_name || token.kind == Kind::figure) {
         FigureReference figure = is_run_name ? *default_figure : token.figure;
         if (is_run_name) figure.run = token.text == "base" && !runs_.base.empty() ? runs_.base : token.text;
@@ -254,7 +255,7 @@ class RequirementLexer {
       if (starts_with(relation)) return make_token(Kind::relation, std::string_view(relation).size());
     }
     if (starts_with("=") || starts_with("!="))
-      fail(position_, quote_for_message(starts_with("=") ? "=" : "!=") + " is no comparison: <, <=, >, >= or ==");
+      fail(position_, quote_for_message(starts_with("=") ? "=" : "!=") + " is not a comparison: <, <=, >, >= or ==");
     if (std::string_view("+-*/^(),").find(c) != std::string_view::npos) return make_token(Kind::symbol, 1);
     fail(position_, quote_for_message(text_.substr(position_, 1)) + " does not belong in a requirement");
   }
@@ -269,7 +270,7 @@ class RequirementLexer {
   /// The text between two equal quotation marks.
   std::string take_quoted() {
     const std::size_t close = text_.find(text_[position_], position_ + 1);
-    if (close == std::string::npos) fail(position_, "the quote has no end");
+    if (close == std::string::npos) fail(position_, "the quote is not closed");
     std::string content = text_.substr(position_ + 1, close - position_ - 1);
     position_ = close + 1;
     return content;
@@ -348,8 +349,8 @@ class RequirementLexer {
     for (const FigureFunction& function : figure_functions) names.emplace_back(function.name);
     const std::string figure_names = join_alternatives(names);
     names.insert(names.end(), functions.begin(), functions.end());
-    fail(position_, fmt::format("{} is no function: {}, or arithmetic{}", quote_for_message(identifier), figure_names,
-                                append_nearest_name(identifier, names)));
+    fail(position_, fmt::format("{} is not a function: {}, or arithmetic{}", quote_for_message(identifier),
+                                figure_names, append_nearest_name(identifier, names)));
   }
 
   /// `peak(torque[A1], base)`, starting at its name; a quantity may contain anything in its brackets.
@@ -375,7 +376,7 @@ class RequirementLexer {
     skip_space();
     if (position_ == text_.size()) fail(parenthesis, "the parenthesis is not closed");
     if (!starts_with(")"))
-      fail(position_, fmt::format("expected ')' behind what {} is of, found {}", function.name, describe_rest()));
+      fail(position_, fmt::format("expected ')' after the argument of {}, found {}", function.name, describe_rest()));
     token.end = ++position_;
     token.text = text_.substr(begin, token.end - begin);
     return token;
@@ -423,7 +424,8 @@ class RequirementLexer {
   void check_run(const std::string& name, std::size_t offset) const {
     if (std::find(names_.begin(), names_.end(), name) != names_.end()) return;
     if (names_.empty())
-      fail(offset, fmt::format("{} is no number and no figure: there are no other runs", quote_for_message(name)));
+      fail(offset,
+           fmt::format("{} is neither a number nor a figure: there are no other runs", quote_for_message(name)));
     fail(offset, fmt::format("no run is called {}: {}{}", quote_for_message(name), join_alternatives(names_),
                              append_nearest_name(name, names_)));
   }

@@ -90,7 +90,8 @@ std::string describe_verdict(const RequirementVerdict& verdict) {
   };
   const std::string left = format_value(judged->left), right = format_value(judged->right);
   const double percent = judged->margin_percent(), margin = judged->margin();
-  if (std::isnan(margin)) return fmt::format("{} {} {} has no number", left, relation_symbol(judged->relation), right);
+  if (std::isnan(margin))
+    return fmt::format("{} {} {} cannot be decided", left, relation_symbol(judged->relation), right);
   constexpr double max_percent = 1e6;  // beyond it the limit is practically zero
   const std::string amount =
       std::abs(percent) < max_percent ? format_percent(std::abs(percent)) : format_value(std::abs(margin));

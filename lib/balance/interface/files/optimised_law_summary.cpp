@@ -51,8 +51,8 @@ Json optimised_law_json(const OptimisedLaw& law) {
 
 std::string format_corridor_result(const CorridorResult& c) {
   return fmt::format(
-      "corridor: the path is left by up to {0:.6g} of {1:.6g} {2}: {3} {4:.9g} {6} instead of {5:.9g} {6}; {7} of {8} "
-      "starts ended there\n",
+      "corridor: the motion leaves the path by up to {0:.6g} of {1:.6g} {2}: {3} {4:.9g} {6} instead of {5:.9g} {6}; "
+      "{7} of {8} starts converged to it\n",
       c.max_offset, c.width, c.width_unit, c.objective == "duration" ? c.objective : "peak of " + c.objective,
       c.objective_value, c.centreline_value, c.unit, c.agreeing_starts, c.starts);
 }

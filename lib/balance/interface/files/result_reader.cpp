@@ -74,7 +74,7 @@ class LawReader {
 
   void expect(bool is_valid, const char* name) const {
     if (!is_valid)
-      throw Hdf5Error(quote_for_message(group_ + "/" + name) + " is not as a law has it: the file is damaged");
+      throw Hdf5Error(quote_for_message(group_ + "/" + name) + " is invalid in a law: the file is damaged");
   }
 
   template <class Predicate>
@@ -259,7 +259,7 @@ class ResultReader {
   }
 
   static void expect(bool is_valid, const std::string& name) {
-    if (!is_valid) throw Hdf5Error(quote_for_message(name) + " is not as a result has it: the file is damaged");
+    if (!is_valid) throw Hdf5Error(quote_for_message(name) + " is invalid in a result: the file is damaged");
   }
 
   const Hdf5Reader& file_;
@@ -279,14 +279,14 @@ void check_group(const Hdf5Reader& file, const std::string& group) {
   if (!group.empty() && file.has(group + "/numbers/deviation"))
     throw Hdf5Error(
         quote_for_message(group) +
-        " holds how far the file's run is off (balance tolerance), not a run: the run is the file without it");
+        " holds the deviations of the file's run (balance tolerance), not a run: the file without it is the run");
   if (group.empty() && file.has("second_rate") && !file.has("shaking_force"))
     throw Hdf5Error("holds equations of motion (balance equations), not a run: balance simulate writes runs");
   if (group.empty() ? file.has("time") : file.has(group + "/time")) return;
   const auto runs = runs_in(file);
   if (runs.empty()) throw Hdf5Error(group.empty() ? "has no run" : "has no group " + quote_for_message(group));
   if (group.empty())
-    throw Hdf5Error(fmt::format("is a design with several runs: put one of them behind it, such as :{}", runs.back()));
+    throw Hdf5Error(fmt::format("is a design with several runs: append one of them, such as :{}", runs.back()));
   throw Hdf5Error(fmt::format("has no run {}, only {}{}", quote_for_message(group), fmt::join(runs, ", "),
                               append_nearest_name(group, runs)));
 }
@@ -329,7 +329,7 @@ std::vector<std::pair<std::string, std::string>> read_overrides(const Hdf5Reader
 
 StoredRun read_run(const Hdf5Reader& file, const RunLocationInFile& location) {
   if (file.text_attribute("", "Conventions") != file_convention)
-    throw Hdf5Error("is no result of balance: its attribute 'Conventions' is not " + std::string(file_convention));
+    throw Hdf5Error("is not a result of balance: its attribute 'Conventions' is not " + std::string(file_convention));
   check_group(file, location.group);
   const auto read_text = [&](const char* attribute) { return file.text_attribute("", attribute).value_or(""); };
   const auto read_line = [&](const std::string& group, const char* attribute) {
@@ -379,8 +379,8 @@ StoredRun read_result_file(const std::string& name) {
 StoredRun read_motion_file(const std::string& name) {
   StoredRun file = read_result_file(name);
   if (!file.at.empty())
-    throw SystemError(
-        name + " holds a single state, not a run: simulate without --at, along a trajectory, and take that file");
+    throw SystemError(name +
+                      " holds a single state, not a run: simulate without --at, along a trajectory, and use that file");
   return file;
 }
 

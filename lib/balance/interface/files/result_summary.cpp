@@ -229,9 +229,9 @@ void write_payload_events(Hdf5Writer& file, Hdf5Writer::Group parent, const RunR
     for (const Change& change : events) values.push_back(change.*number);
     file.add_variable(group, {name, long_name, unit, {change_dimension}, {}}, values);
   };
-  add("switch_time", "when it changes", "s", &Change::time);
-  add("speed", "speed of the payload's place then", "m/s", &Change::speed);
-  add("turning", "angular velocity of its body then, where it has a moment of inertia", "rad/s",
+  add("switch_time", "time of the change", "s", &Change::time);
+  add("speed", "speed of the payload's place at that time", "m/s", &Change::speed);
+  add("turning", "angular velocity of its body at that time, if it has a moment of inertia", "rad/s",
       &Change::angular_speed);
   if (result.actuator_names.empty()) return;
   const Hdf5Writer::Dimension actuator =

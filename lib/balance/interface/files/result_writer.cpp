@@ -33,14 +33,14 @@ std::span<const double> law_column(const VectorX& values) {
 void add_plane(Hdf5Writer& file, Hdf5Writer::Group group, const PhasePlane& plane) {
   if (plane.time.size() > 0) {
     const Dimension time = file.add_dimension(group, {"time", "time", "s", {}, {}}, law_column(plane.time));
-    file.add_variable(group, {"place", "part of the path that is behind", "1", {time}, {}},
+    file.add_variable(group, {"place", "fraction of the path covered", "1", {time}, {}},
                       law_column(plane.path_parameter));
     file.add_variable(group, {"rate", "rate of the place", "1/s", {time}, {}}, law_column(plane.path_rate));
   }
   if (plane.mvc_path_parameter.size() == 0) return;
   const Dimension path_parameter = file.add_dimension(
-      group, {"ceiling_place", "part of the path that is behind", "1", {}, {}}, law_column(plane.mvc_path_parameter));
-  file.add_variable(group, {"ceiling", "largest rate of the place that the limits leave", "1/s", {path_parameter}, {}},
+      group, {"ceiling_place", "fraction of the path covered", "1", {}, {}}, law_column(plane.mvc_path_parameter));
+  file.add_variable(group, {"ceiling", "largest rate of the place within the limits", "1/s", {path_parameter}, {}},
                     law_column(plane.mvc_path_rate));
 }
 
@@ -49,16 +49,16 @@ void add_active_limits(Hdf5Writer& file, Hdf5Writer::Group group, const std::vec
   std::vector<std::string> limits;
   for (const ActiveLimitInterval& interval : intervals)
     limits.push_back(interval.limit.empty() ? "none" : interval.limit);
-  const Dimension limit = file.add_dimension(group, {"limit", "what is at its limit", "1", {}, {}}, limits);
+  const Dimension limit = file.add_dimension(group, {"limit", "quantity at its limit", "1", {}, {}}, limits);
   const auto add = [&](const char* name, const char* long_name, const char* unit, double ActiveLimitInterval::*member) {
     std::vector<double> values;
     for (const ActiveLimitInterval& interval : intervals) values.push_back(interval.*member);
     file.add_variable(group, {name, long_name, unit, {limit}, {}}, values);
   };
-  add("begin", "when it comes to its limit", "s", &ActiveLimitInterval::begin);
-  add("end", "when it leaves its limit", "s", &ActiveLimitInterval::end);
-  add("from", "where it comes to its limit", "1", &ActiveLimitInterval::path_begin);
-  add("to", "where it leaves its limit", "1", &ActiveLimitInterval::path_end);
+  add("begin", "time at which it reaches its limit", "s", &ActiveLimitInterval::begin);
+  add("end", "time at which it leaves its limit", "s", &ActiveLimitInterval::end);
+  add("from", "place at which it reaches its limit", "1", &ActiveLimitInterval::path_begin);
+  add("to", "place at which it leaves its limit", "1", &ActiveLimitInterval::path_end);
 }
 
 void add_optimised_law(Hdf5Writer& file, Hdf5Writer::Group group, const OptimisedLaw& law) {
@@ -72,7 +72,7 @@ void add_optimised_law(Hdf5Writer& file, Hdf5Writer::Group group, const Optimise
     file.set_attribute(group, "of", law.objective);
   }
   if (!law.switch_times.empty())
-    file.add_dimension(group, {"switch", "when the acceleration along the path jumps", "s", {}, {}},
+    file.add_dimension(group, {"switch", "time of a jump in the acceleration along the path", "s", {}, {}},
                        std::span(law.switch_times));
   add_active_limits(file, group, law.active_limits);
 }
@@ -170,7 +170,7 @@ Dimensions add_columns(Hdf5Writer& file, Hdf5Writer::Group group, const RunResul
     add_effort_names(file, group, *dimensions.actuator, r);
   }
   if (dimensions.constraint)
-    add_units(file, group, "constraint_unit", "unit of what keeps the constraint", *dimensions.constraint,
+    add_units(file, group, "constraint_unit", "unit of the constraint's force or moment", *dimensions.constraint,
               r.constraint_units);
   if (dimensions.sliding)
     add_units(file, group, "sliding_unit", "unit of the sliding variable", *dimensions.sliding, r.sliding_units);
@@ -225,7 +225,7 @@ void add_metrics(Hdf5Writer& file, Hdf5Writer::Group parent, const RunResult& r)
   add("rms", "root of the time average of the squared magnitude", unit, &Metric::rms);
   add("mean", "time average of the magnitude", unit, &Metric::mean);
   add("range", "largest minus smallest value (vectors: magnitude)", unit, &Metric::range);
-  add("round_off", "what is no larger counts as 0 in the figures", unit, &Metric::round_off);
+  add("round_off", "values up to this count as 0 in the figures", unit, &Metric::round_off);
 }
 
 }  // namespace

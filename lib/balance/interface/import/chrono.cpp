@@ -62,7 +62,7 @@ class ChronoReader {
       if (const SpecCursor* list = find_value(model, key)) read_items(*list, std::string("a list of ") + key, read);
     report_unsupported_sections(model);
     root.problems().throw_if_any();
-    add_finding(Severity::note, root, "gravity", "gravity", "is no part of the model: (0, 0, -9.81) is taken");
+    add_finding(Severity::note, root, "gravity", "gravity", "is not part of the model: (0, 0, -9.81) is used");
     return std::move(robot_);
   }
 
@@ -230,7 +230,7 @@ class ChronoReader {
       foreign_joint.joint.axis = axis("axis1");
       foreign_joint.joint.axis2 = axis("axis2");
       if (std::abs(foreign_joint.joint.axis.dot(foreign_joint.joint.axis2)) > 1e-9)
-        require_value(map, at, "axis2").fail_expected("a direction at a right angle to 'axis1'");
+        require_value(map, at, "axis2").fail_expected("a direction perpendicular to 'axis1'");
       foreign_joint.joint.axis2 = (foreign_joint.joint.axis2 -
                                    foreign_joint.joint.axis.dot(foreign_joint.joint.axis2) * foreign_joint.joint.axis)
                                       .normalized();

@@ -67,7 +67,7 @@ Study read_generated_spec(const std::string& spec, const std::string& file) {
     const Diagnostic& diagnostic = error.diagnostics().front();
     const std::string location = diagnostic.place.key.empty() ? "" : diagnostic.place.key + ": ";
     throw SpecError(
-        {.place = {file, 1, 1, ""}, .message = "no spec can be made of it: " + location + diagnostic.message});
+        {.place = {file, 1, 1, ""}, .message = "it cannot be converted to a spec: " + location + diagnostic.message});
   }
 }
 

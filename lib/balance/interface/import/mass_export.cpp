@@ -122,7 +122,7 @@ class MassExporter {
 
   MassExport run() {
     for (std::size_t b = 1; b < mechanism_.bodies.size(); ++b) write(static_cast<int>(b));
-    const std::string reason = fmt::format("have no place in this {}: they are left out", writer_->name());
+    const std::string reason = fmt::format("cannot be expressed in this {}: they are left out", writer_->name());
     if (!mechanism_.discs.empty()) export_.notes.push_back("discs " + reason);
     if (!mechanism_.springs.empty()) export_.notes.push_back("springs " + reason);
     export_.text = edits_.apply(document_->text);
@@ -135,8 +135,8 @@ class MassExporter {
     for (std::size_t b = 1; b < names_.bodies.size(); ++b)
       if (simplified_model_.bodies[b].is_active && names_.bodies[b] == name) return static_cast<int>(b);
     throw SpecError({.place = {.file = spec_file_},
-                     .message = fmt::format("body {}: {} has no {} that becomes it", quote_for_message(name),
-                                            document_->file, writer_->body_term())});
+                     .message = fmt::format("body {}: {} has no {} for it", quote_for_message(name), document_->file,
+                                            writer_->body_term())});
   }
 
   MassMoments target_moments(int body) const {
@@ -175,10 +175,9 @@ class MassExporter {
       receiving_link = std::find_if(links.begin(), links.end(),
                                     [&](const MergedBody& one) { return writer_->can_set_mass(source_body(one)); });
     if (receiving_link == links.end())
-      throw SpecError(
-          {.place = simplified_model_.bodies[static_cast<std::size_t>(merged)].place,
-           .message = fmt::format("{} {}: has no <inertial> that could take a mass of {:.6g} kg", writer_->body_term(),
-                                  quote_for_message(link(merged).name), remaining_moments.mass)});
+      throw SpecError({.place = simplified_model_.bodies[static_cast<std::size_t>(merged)].place,
+                       .message = fmt::format("{} {}: has no <inertial> for a mass of {:.6g} kg", writer_->body_term(),
+                                              quote_for_message(link(merged).name), remaining_moments.mass)});
     for (const MergedBody& one : links)
       if (one.body != receiving_link->body) {
         const Body& source = link(one.body);
@@ -202,7 +201,7 @@ class MassExporter {
   void write_link(const ForeignBody& link, const Pose& pose, const MassMoments& moments) {
     if (!(moments.mass > 0))
       throw SpecError({.place = link.place,
-                       .message = fmt::format("{} {}: {:.6g} kg would be left for it", writer_->body_term(),
+                       .message = fmt::format("{} {}: its mass would be {:.6g} kg", writer_->body_term(),
                                               quote_for_message(link.body.name), moments.mass)});
     const Vector3 com = moments.first_moment / moments.mass;
     const Matrix3 central = moments.second_moment + moments.mass * skew(com) * skew(com);
@@ -270,7 +269,7 @@ class MjcfMasses : public MassPropertyWriter {
     const XmlElement& element = *find_body(tree_.root, body.place);
     if (element.document != &document_)
       throw SpecError({.place = body.place,
-                       .message = fmt::format("body {}: stands in an included file, which is not written",
+                       .message = fmt::format("body {}: is in an included file, which is not written",
                                               quote_for_message(body.body.name))});
     if (uses_geom_masses())
       throw SpecError({.place = body.place,

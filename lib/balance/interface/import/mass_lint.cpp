@@ -67,7 +67,7 @@ class MassLinter {
                                  {.file = robot_.file},
                                  "no-mass",
                                  "",
-                                 "no body that moves has mass: there are motions, but no forces or efforts to find"});
+                                 "no moving body has mass: motions can be computed, but not forces or efforts"});
   }
 
   /// Finds the bodies fixed to the ground: their mass has no effect.
@@ -92,7 +92,7 @@ class MassLinter {
     robot_.findings.push_back(
         {is_grounded ? Severity::note : level, one.place, code,
          fmt::format("{} {}", robot_.format == "URDF" ? "link" : "body", quote_for_message(one.body.name)),
-         message + (is_grounded ? "; it stands still, so its mass does not matter" : "")});
+         message + (is_grounded ? "; it does not move, so its mass does not matter" : "")});
   }
 
   /// Returns the joint that carries the body if it is movable, else nullptr.
@@ -136,7 +136,7 @@ class MassLinter {
       return false;
     }
     const Vector3 moments = principal_moments(body.inertia);
-    const std::string nearest = "nearest that one can have: " + moments_text(nearest_physical_moments(moments));
+    const std::string nearest = "nearest possible: " + moments_text(nearest_physical_moments(moments));
     if (moments[0] < 0)
       add_finding(
           b, Severity::warning, "indefinite",
@@ -224,7 +224,7 @@ class MassLinter {
     add_finding(
         b, Severity::warning, "about-joint",
         fmt::format(
-            "its inertia looks as if about its joint: {} = {:.6g} exceeds m c² = {:.6g}; about its centre of mass it "
+            "its inertia seems to be about its joint: {} = {:.6g} exceeds m c² = {:.6g}; about its centre of mass it "
             "would be {:.6g}",
             names[largest], diagonal[largest], offset_moment, central_inertia(largest, largest)));
   }

@@ -77,7 +77,7 @@ class MjcfReader {
       if (at.attribute(attribute) != nullptr && !has_value(attribute, "false") && !has_value(attribute, "-1") &&
           !has_value(attribute, "0"))
         add_finding(Severity::warning, at, "compiler", "compiler",
-                    fmt::format("{} changes masses when MuJoCo loads the file; here it does not", attribute));
+                    fmt::format("{} changes masses when MuJoCo loads the file; this import ignores it", attribute));
   }
 
   /// Reads bodies, and frames, which only rotate and translate their content.
@@ -114,7 +114,7 @@ class MjcfReader {
     body.body.name = name_attribute != nullptr ? *name_attribute : fmt::format("body{}", robot_.bodies.size());
     body.place = place_of(element);
     if (robot_.find_body(body.body.name) >= 0)
-      reader_.report(element, "name", "expected another name: there is a body of this one already");
+      reader_.report(element, "name", "expected a unique name: another body has this one");
     BodyContext child_context = context;
     child_context.pose = {};
     if (const std::string* name = element.attribute("childclass")) child_context.child_class = *name;
@@ -219,7 +219,7 @@ class MjcfReader {
                                                : fmt::format("{}_joint{}", body, k + 1);
     foreign_joint.place = place_of(element);
     if (robot_.find_joint(foreign_joint.joint.name) >= 0)
-      reader_.report(element, "name", "expected another name: there is a joint of this one already");
+      reader_.report(element, "name", "expected a unique name: another joint has this one");
     const std::string kind = element.name == "freejoint" ? "free" : type == nullptr ? "hinge" : *type;
     if (kind == "hinge")
       foreign_joint.joint.type = JointType::revolute;
@@ -235,7 +235,7 @@ class MjcfReader {
                      fmt::format("expected hinge, slide, ball or free, found {}", quote_for_message(kind)));
     const Vector3 axis = reader_.vector(resolved, "axis", Vector3::UnitZ());
     if (!(axis.norm() > 1e-100 && axis.norm() < 1e100))
-      reader_.report(element, "axis", "expected a direction, found a vector without length");
+      reader_.report(element, "axis", "expected a direction, found a zero vector");
     foreign_joint.joint.axis = pose.R * axis.normalized();
     read_dynamics(resolved, kind == "slide" ? 1 : angles_.unit(), foreign_joint);
     connect_bodies(foreign_joint, first, second, pose, reader_.vector(resolved, "pos", Vector3::Zero()));
@@ -243,7 +243,7 @@ class MjcfReader {
 
   void read_dynamics(const XmlElement& resolved, double unit, ForeignJoint& foreign_joint) {
     const double ref = reader_.number(resolved, "ref", 0) * unit;
-    if (ref != 0) foreign_joint.note = fmt::format("the file's coordinate less its ref of {}", ref);
+    if (ref != 0) foreign_joint.note = fmt::format("the file's coordinate minus its ref of {}", ref);
     if (const auto range = reader_.numbers(resolved, "range", {2}); !range.empty())
       foreign_joint.limits = {range[0] * unit - ref, range[1] * unit - ref, {}, {}};
     if (foreign_joint.joint.type == JointType::fixed || foreign_joint.joint.type == JointType::spherical) return;
@@ -419,7 +419,7 @@ class MjcfRelationReader {
     c.resize(5);
     if (follower < 0) return;
     if (at.attribute("joint2") == nullptr)
-      return reader_.report(at, "joint2", "expected a second joint: a joint that stands still is a body without one");
+      return reader_.report(at, "joint2", "expected a second joint: a body without a joint is fixed");
     const int leader = find_joint(at, "joint2");
     if (leader < 0) return;
     if (c[2] != 0 || c[3] != 0 || c[4] != 0 || c[1] == 0 || leader == follower)

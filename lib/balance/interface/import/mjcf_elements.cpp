@@ -138,7 +138,7 @@ void MjcfGeomInertia::add(const XmlElement& geom, const Pose& frame, Sum& sum) c
   std::size_t required_sizes = static_cast<std::size_t>(count_sizes(type));
   if (const auto ends = reader_.numbers(geom, "fromto", {6}); !ends.empty() && type != "sphere") {
     const Vector3 from(ends[0], ends[1], ends[2]), segment = Vector3(ends[3], ends[4], ends[5]) - from;
-    if (!(segment.norm() > 1e-14)) return reader_.report(geom, "fromto", "expected two places that differ");
+    if (!(segment.norm() > 1e-14)) return reader_.report(geom, "fromto", "expected two different places");
     pose = {frame_with_z_along(Vector3(segment.normalized())), from + segment / 2};
     s = required_sizes == 2 ? Vector3(s.x(), segment.norm() / 2, 0) : Vector3(s.x(), s.x(), segment.norm() / 2);
     required_sizes = 1;
@@ -193,7 +193,7 @@ class IncludeExpander {
     if (documents_.size() >= max_included_files)
       fail(include, fmt::format("expected at most {} included files", max_included_files));
     const std::filesystem::path path(*name);
-    if (path.is_absolute()) fail(include, "expected a file beside this one, found an absolute path");
+    if (path.is_absolute()) fail(include, "expected a file next to this one, found an absolute path");
     const std::string file = (std::filesystem::path(include.document->file).parent_path() / path).string();
     if (path.extension() != ".xml") fail(include, "expected a file that ends in .xml");
     std::error_code error;

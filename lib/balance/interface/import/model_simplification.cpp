@@ -78,7 +78,7 @@ void choose_actuators(ForeignModel& robot, const std::vector<std::string>& actua
                               {.file = robot.file},
                               "no-motors",
                               "",
-                              "there are loops, and nothing says which joints have motors: --actuate NAME,NAME does"});
+                              "there are loops, and no motors are specified: use --actuate NAME,NAME"});
     return;
   }
   std::set<int> followers;
@@ -163,7 +163,7 @@ class MasslessBodyMerger {
                                                                : "spherical";
     robot_.findings.push_back({Severity::note, joint(kept_joint).place, "collapsed",
                                fmt::format("joint {}", quote_for_message(joint(kept_joint).joint.name)),
-                               fmt::format("with {} one {} joint: between them is no mass",
+                               fmt::format("with {} a single {} joint: there is no mass between them",
                                            quote_for_message(joint(removed_joint).joint.name), type)});
   }
 
@@ -473,7 +473,7 @@ void fix_floating_joints(ForeignModel& robot, bool is_base_fixed) {
     const std::string subject = fmt::format("joint {}", quote_for_message(one.joint.name));
     if (!is_base_fixed || one.joint.first != 0)
       throw SpecError({.place = one.place,
-                       .message = fmt::format("{}: a body that floats has no joint in a spec{}", subject,
+                       .message = fmt::format("{}: specs have no joint for a floating body{}", subject,
                                               one.joint.first == 0 ? "; --base fixed holds it where it is" : "")});
     robot.findings.push_back({Severity::note, one.place, "held", subject, "floats in the file and is held still"});
   }
@@ -513,7 +513,7 @@ void orient_couplings(ForeignModel& robot) {
     if (leaders[at(one.follower)] >= 0 || is_leader_of(one.follower, one.leader))
       throw SpecError(
           {.place = one.place,
-           .message = fmt::format("expected a joint that follows one other, found {}, which is coupled twice",
+           .message = fmt::format("expected a joint that follows only one other, found {}, which is coupled twice",
                                   quote_for_message(robot.joints[at(one.follower)].joint.name))});
     leaders[at(one.follower)] = one.leader;
   }
@@ -535,7 +535,7 @@ void check_bodies_connected(const ForeignModel& robot) {
     if (robot.bodies[b].is_active && !reached[b])
       throw SpecError(
           {.place = robot.bodies[b].place,
-           .message = fmt::format("body {}: no chain of joints holds it: a body that floats has no joint in a spec",
+           .message = fmt::format("body {}: no chain of joints holds it: specs have no joint for a floating body",
                                   quote_for_message(robot.bodies[b].body.name))});
 }
 

@@ -197,7 +197,7 @@ class OptionalSectionWriter {
         continue;
       if (first) {
         page_.line(0, "");
-        page_.line(0, "payloads:", "of bodies without mass at the ends of chains: nothing, so far");
+        page_.line(0, "payloads:", "of massless bodies at the ends of chains: none so far");
       }
       first = false;
       page_.line(2, fmt::format("{}: {{body: {}, at: origin, mass: 0}}", page_.names.bodies[b], page_.names.bodies[b]));
@@ -290,7 +290,7 @@ class OptionalSectionWriter {
     }
     if (from_values.empty()) return;
     page_.line(0, "");
-    page_.line(0, "", "To simulate it, say from where to where, for example:");
+    page_.line(0, "", "To simulate it, give its start and end, for example:");
     page_.line(0, "",
                fmt::format("motion: {{duration: 1, from: {{joints: {{{}}}}}, to: {{joints: {{{}}}}}}}", from_values,
                            to_values));
@@ -371,7 +371,7 @@ class SpecWriter : private SpecWriterPage {
                                       : body.mass == 0 || violates_triangle_inequality(body.inertia, robot.space);
     const std::string value = format_inertia(body.inertia);
     if (is_kept_as_given)
-      line(4, "inertia: {as_given: " + value + "}", "no body can have it: kept as the file says it");
+      line(4, "inertia: {as_given: " + value + "}", "no body can have it: kept as in the file");
     else
       line(4, "inertia: " + value);
   }
@@ -454,8 +454,7 @@ class SpecWriter : private SpecWriterPage {
     }
     line(0, "");
     if (actuators.empty())
-      line(0, "",
-           "actuators: []   which coordinates have motors is not said: import with --actuate, or name them here");
+      line(0, "", "actuators: []   motors are not specified: import with --actuate, or list them here");
     else
       line(0, "actuators: [" + actuators + "]");
     std::string values;

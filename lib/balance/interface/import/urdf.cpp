@@ -93,7 +93,7 @@ class UrdfReader {
     body.body.name = reader_.required_text(link, "name");
     body.place = place_of(link);
     if (!body.body.name.empty() && robot_.find_body(body.body.name) >= 0)
-      reader_.report(link, "name", "expected another name: there is a link of this one already");
+      reader_.report(link, "name", "expected a unique name: another link has this one");
     for (const XmlElement& child : link.children) {
       if (child.name == "inertial" && !body.has_inertial)
         read_inertial(link, child, body);
@@ -118,7 +118,7 @@ class UrdfReader {
     world.place = place_of(**first);
     robot_.bodies.push_back(std::move(world));
     add_finding(Severity::note, **first, "world",
-                "hangs on 'world', which is no link of the file: taken as the ground");
+                "is attached to 'world', which is not a link of the file: taken as the ground");
   }
 
   Pose read_origin(const XmlElement& parent) {
@@ -201,12 +201,12 @@ class UrdfReader {
     if (joint.joint.type == JointType::fixed || joint.joint.type == JointType::spherical) return;
     const XmlElement* axis_element = element.child("axis");
     if (axis_element == nullptr || axis_element->attribute("xyz") == nullptr)
-      add_finding(Severity::note, element, "no-axis", "has no axis: (1, 0, 0) is meant");
+      add_finding(Severity::note, element, "no-axis", "has no axis: (1, 0, 0) is assumed");
     const Vector3 axis =
         axis_element == nullptr ? Vector3::UnitX() : reader_.vector(*axis_element, "xyz", Vector3::UnitX());
     const double length = axis.norm();
     if (!(length > 1e-100 && length < 1e100))
-      return reader_.report(*axis_element, "xyz", "expected a direction, found a vector without length");
+      return reader_.report(*axis_element, "xyz", "expected a direction, found a zero vector");
     if (std::abs(length - 1) > 1e-6)
       add_finding(Severity::warning, element, "axis",
                   fmt::format("its axis ({:.6g}, {:.6g}, {:.6g}) has the length {:.6g}, not 1: normalised", axis.x(),
@@ -246,7 +246,7 @@ class UrdfReader {
     joint.place = place_of(element);
     if (joint.joint.name.empty()) return;
     if (robot_.find_joint(joint.joint.name) >= 0)
-      reader_.report(element, "name", "expected another name: there is a joint of this one already");
+      reader_.report(element, "name", "expected a unique name: another joint has this one");
     joint.joint.first = read_end(element, "parent");
     joint.joint.second = read_end(element, "child");
     if (joint.joint.first >= 0 && joint.joint.first == joint.joint.second)
@@ -366,7 +366,7 @@ class UrdfLoopReader {
   Vector3 normalize_axis(const XmlElement& at, const Vector3& axis) {
     const double length = axis.norm();
     if (length > 1e-100 && length < 1e100) return axis / length;
-    reader_.report(at, "", "expected an axis, found a vector without length");
+    reader_.report(at, "", "expected an axis, found a zero vector");
     return Vector3::UnitX();
   }
 
@@ -449,7 +449,7 @@ void lock_joint(ForeignJoint& foreign_joint, double offset) {
 }
 
 std::string format_leader_error(const ForeignModel& robot, const ForeignCoupling& coupling) {
-  if (coupling.leader < 0) return ", which is no joint here";
+  if (coupling.leader < 0) return ", which is not a joint here";
   if (coupling.leader == coupling.follower) return ", which is this joint itself";
   const int count = joint_degrees_of_freedom(robot.joints[static_cast<std::size_t>(coupling.leader)].joint.type);
   return count == 0 ? ", which is fixed" : fmt::format(", which has {} coordinates", count);
@@ -468,9 +468,8 @@ void read_mimic(const XmlElement& element, const XmlElement& mimic, const XmlAtt
   const std::string subject = fmt::format("joint {}", quote_for_message(*element.attribute("name")));
   if (coupling.follower >= 0 &&
       joint_degrees_of_freedom(robot.joints[static_cast<std::size_t>(coupling.follower)].joint.type) == 0) {
-    robot.findings.push_back(
-        {Severity::note, place_of(element), "mimic", subject,
-         fmt::format("is fixed and mimics {}: nothing follows from that", quote_for_message(leader))});
+    robot.findings.push_back({Severity::note, place_of(element), "mimic", subject,
+                              fmt::format("is fixed and mimics {}: this has no effect", quote_for_message(leader))});
     return;
   }
   if (!has_one_coordinate(robot, coupling.leader) || coupling.leader == coupling.follower)

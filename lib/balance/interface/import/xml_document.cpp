@@ -134,12 +134,12 @@ SourceLocation place_at(const XmlDocument& document, std::size_t offset) {
 
 std::string describe_status(pugi::xml_parse_status status) {
   switch (status) {
-    case pugi::status_end_element_mismatch: return "an element that is not closed, or closed by another's name";
-    case pugi::status_bad_attribute: return "an attribute that is no name=\"value\"";
+    case pugi::status_end_element_mismatch: return "an element without a matching end tag";
+    case pugi::status_bad_attribute: return "an attribute that is not name=\"value\"";
     case pugi::status_bad_comment: return "a comment that is not closed";
     case pugi::status_bad_doctype: return "a document type that is not closed";
     case pugi::status_no_document_element: return "no element at all";
-    default: return "an error of syntax";
+    default: return "a syntax error";
   }
 }
 

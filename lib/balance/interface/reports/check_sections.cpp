@@ -144,7 +144,7 @@ std::string modes_text(const CheckReport& report) {
   for (const AssemblyMode& mode : report.modes) {
     if (mode.assembly_line.empty()) continue;  // nothing to choose
     text += fmt::format("  {} {}{}\n", mode.is_selected ? "*" : " ", mode.assembly_line,
-                        mode.is_selected ? "   # the one that the spec picks" : "");
+                        mode.is_selected ? "   # selected by the spec" : "");
   }
   return text;
 }
@@ -181,7 +181,7 @@ std::string trajectory_text(const TrajectoryVerification& run) {
   if (run.differences.empty())
     return fmt::format(
         "trajectory {}: {}\n  tree:    {}\n  natural: {}\n", run.trajectory,
-        run.is_consistent ? "both formulations refuse it" : "one formulation refuses what the other runs",
+        run.is_consistent ? "both formulations reject it" : "one formulation rejects what the other runs",
         describe_outcome(run.tree), describe_outcome(run.natural));
   TextTable table;
   table.heading = {"quantity", "unit", "largest difference", "at time [s]", "relative"};

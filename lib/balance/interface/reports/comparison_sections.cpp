@@ -147,7 +147,7 @@ TitledTextTable runs_table(const ComparedRuns& compared) {
                           fmt::format("{} ({}, drive {})", run.trajectory, run.law, run.drive),
                           fmt::format("{:.6g}", run.duration), std::to_string(run.samples)});
   }
-  return {"runs; ratios and differences are to " + compared.runs.front().name, table};
+  return {"runs; ratios and differences are relative to " + compared.runs.front().name, table};
 }
 
 TitledTextTable figure_table(const ComparedRuns& compared, Statistic figure, const char* title,

@@ -203,11 +203,11 @@ std::string closing_text(const ConditionsReportData& view) {
     text += fmt::format("{} {} for every disc that is symmetrical about its axis\n", format_ranges(symmetric_rows),
                         symmetric_rows.size() == 1 ? "holds" : "hold");
   if (view.parameter_rows() == 0 && !view.unbalanced_remainder.empty()) return text;
-  if (view.parameter_rows() == 0) return text + "nothing is asked for: the mechanism is balanced as it is\n";
+  if (view.parameter_rows() == 0) return text + "no conditions: the mechanism is balanced as it is\n";
   if (unmet_count == 0)
     return text + (view.unbalanced_remainder.empty() ? "all are met\n" : "all that masses can meet are met\n");
-  return text + fmt::format("{} of {} not met: now is what is missing, relative to the size of the terms\n",
-                            unmet_count, view.parameter_rows());
+  return text + fmt::format("{} of {} not met: 'now' is the residual, relative to the size of the terms\n", unmet_count,
+                            view.parameter_rows());
 }
 
 std::string effort_text(const RemainderEffort& effort) {
@@ -271,7 +271,7 @@ std::string symbols_text(const ConditionsReportData& view) {
 
 std::string format_remainder(const ConditionsReportData& view) {
   if (view.unbalanced_remainder.empty()) return "";
-  std::string text = "cannot be balanced by masses or springs, and stays:\n";
+  std::string text = "cannot be balanced by masses or springs and remains:\n";
   for (const UnbalancedRemainder& remainder : view.unbalanced_remainder) {
     text += "  " + remainder.text + "\n";
     for (const RemainderEffort& effort : remainder.efforts) text += "      up to " + effort_text(effort) + "\n";
@@ -286,7 +286,7 @@ std::string format_remainder(const ConditionsReportData& view) {
         failed_trajectories.push_back(failure.trajectory);
   if (!failed_trajectories.empty())
     text += fmt::format("not known along {}, which cannot be followed\n", fmt::join(failed_trajectories, ", "));
-  return text + "--without leaves it out\n";
+  return text + "--without excludes it\n";
 }
 
 std::string conditions_text(const ConditionsReportData& view) {

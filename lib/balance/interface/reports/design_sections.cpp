@@ -53,8 +53,8 @@ std::string format_optional_elements(const DesignReport& report) {
                         sentence(names_of(report, c, true), "kept"), sentence(names_of(report, c, false), "left out"));
   if (report.outcome.selection->min_count >= 0)
     text += fmt::format("fewest: {} of them are enough, {}\n", report.outcome.selection->min_count,
-                        report.outcome.selection->is_min_count_proved ? "and it is proved that fewer are not"
-                                                                      : "but it is not shown that fewer are not");
+                        report.outcome.selection->is_min_count_proved ? "and fewer are proved not to be"
+                                                                      : "but fewer are not ruled out");
   return text;
 }
 
@@ -126,7 +126,7 @@ void add_numbers(Hdf5Writer& file, const DesignReport& report) {
   };
   add("lower", "lower bound, SI; free parameters as written", lower);
   add("upper", "upper bound", upper);
-  add("start", "value in the mechanism before, the spec's start values", report.before);
+  add("start", "value before the design: the spec's start values", report.before);
   add("value", "value in the designed mechanism", report.outcome.x);
 }
 
@@ -168,9 +168,9 @@ void add_sizes(Hdf5Writer& file, const DesignReportData& view) {
              report.added_inertia);
   if (view.objective.empty()) return;
   const std::string unit = view.objective_unit.empty() ? "mixed" : view.objective_unit;
-  add_scalar(file, "objective_start", "what is minimized, at the start values", unit, report.outcome.start_objective);
-  add_scalar(file, "objective_value", "what is minimized, designed", unit, report.outcome.objective);
-  add_scalar(file, "objective_bound", "what no design is below, if known", unit, report.outcome.lower_bound);
+  add_scalar(file, "objective_start", "objective at the start values", unit, report.outcome.start_objective);
+  add_scalar(file, "objective_value", "objective of the design", unit, report.outcome.objective);
+  add_scalar(file, "objective_bound", "lower bound of the objective, if known", unit, report.outcome.lower_bound);
 }
 
 Provenance description_of(const Study& study, const std::string& name) {
@@ -448,7 +448,7 @@ std::string headline(const DesignReportData& view) {
     case DesignStatus::unsolved: return "no design for " + goals;
     case DesignStatus::balanced:
       if (is_proved_best(view))
-        return fmt::format("balanced exactly for {}, with the least {} there is", goals, view.objective);
+        return fmt::format("balanced exactly for {}, with the least possible {}", goals, view.objective);
       return "balanced exactly for " + goals;
     case DesignStatus::compromise: return fmt::format("a compromise: not balanced for {}", goals);
     case DesignStatus::infeasible:
@@ -456,9 +456,9 @@ std::string headline(const DesignReportData& view) {
     case DesignStatus::no_feasible_start:
       return goals.empty() ? "no design was found" : fmt::format("no design for {} was found", goals);
     case DesignStatus::no_goal:
-      if (is_proved_best(view)) return fmt::format("the least {} there is; no goal was asked for", view.objective);
-      if (view.objective.empty()) return "all limits are kept; no goal was asked for";
-      return fmt::format("a small {}; no goal was asked for", view.objective);
+      if (is_proved_best(view)) return fmt::format("the least possible {}; no goal was set", view.objective);
+      if (view.objective.empty()) return "all limits are kept; no goal was set";
+      return fmt::format("a small {}; no goal was set", view.objective);
   }
   return "";
 }
@@ -473,7 +473,7 @@ std::string objective_line(const DesignReportData& view) {
   text += "\n";
   for (const RobustTerm& one : view.report.robust)
     text +=
-        fmt::format("  {} of {} along {}: mean {} ({} where no number is off), deviation {}\n",
+        fmt::format("  {} of {} along {}: mean {} ({} without deviations), deviation {}\n",
                     objective_term_name(one.term.figure), one.term.quantity, one.term.trajectory,
                     number_text(one.figure.mean), number_text(one.figure.nominal), number_text(one.figure.deviation));
   return text;
@@ -500,17 +500,17 @@ std::string limits_text(const DesignReportData& view) {
 std::string optimality_line(const DesignReportData& view) {
   const DesignOutcome& outcome = view.report.outcome;
   const std::string search_summary = outcome.search_summary.empty() ? "" : " (" + outcome.search_summary + ")";
-  const char* optimum = !outcome.within_limits ? "the least that limits are missed by"
+  const char* optimum = !outcome.within_limits ? "the smallest violation of the limits"
                         : view.objective.empty() || std::isnan(outcome.objective)
-                            ? "the least that is left of the conditions"
+                            ? "the smallest residual of the conditions"
                             : "the best";
   switch (outcome.optimality) {
-    case Optimality::not_optimised: return "optimality: not-asked: nothing was to be minimized\n";
+    case Optimality::not_optimised: return "optimality: not-asked: there was nothing to minimize\n";
     case Optimality::proved_global:
       if (!outcome.within_limits)
-        return "optimality: proved-best: no other choice misses the worst of its limits by less\n";
+        return "optimality: proved-best: no other choice has a smaller worst limit violation\n";
       if (std::isnan(outcome.lower_bound))
-        return "optimality: proved-best: no other choice leaves less of the conditions\n";
+        return "optimality: proved-best: no other choice has a smaller residual of the conditions\n";
       return fmt::format("optimality: proved-best: nothing is below {}, a gap of {:.2g}\n",
                          number_text(outcome.lower_bound),
                          outcome.gap() > gap_tolerance * std::abs(outcome.objective) ? outcome.gap() : 0.0);
@@ -522,9 +522,8 @@ std::string optimality_line(const DesignReportData& view) {
         return fmt::format("optimality: stopped: interrupted after {:.2g} s{}, not shown to be {}\n", *view.interrupted,
                            search_summary, optimum);
       return fmt::format(
-          "optimality: stopped: after the {:g} s that a search may take{}, not shown to be {}; search: {{seconds: "
-          "{:g}}} "
-          "gives it more\n",
+          "optimality: stopped: after the time limit of {:g} s{}, not shown to be {}; search: {{seconds: {:g}}} allows "
+          "more\n",
           view.seconds, search_summary, optimum, 4 * view.seconds);
   }
   return "";
@@ -536,13 +535,12 @@ std::string freedom_line(const DesignReportData& view) {
   const int count = freedom.optimal_dimension >= 0 ? freedom.optimal_dimension : freedom.dimension;
   if (count < 0) return "";
   if (count == 0)
-    return fmt::format("freedom: none is left: no other solution {}is near\n",
-                       view.objective.empty() ? "" : "as good ");
+    return fmt::format("freedom: none: no other solution {}is near\n", view.objective.empty() ? "" : "as good ");
   std::string numbers;
   for (const int i : freedom.free_variables)
     numbers += (numbers.empty() ? "" : ", ") + view.report.free_numbers[static_cast<std::size_t>(i)].key_path;
   if (freedom.optimal_dimension < 0)
-    return fmt::format("freedom: the conditions leave {}, spent on a small {}: {}\n", count, view.objective, numbers);
+    return fmt::format("freedom: the conditions leave {}, used for a small {}: {}\n", count, view.objective, numbers);
   const bool has_objective = !view.objective.empty();
   return fmt::format("freedom: {} {} left{}: one of many solutions; what may still change: {}\n", count,
                      count == 1 ? "is" : "are", has_objective ? fmt::format(", with the same {}", view.objective) : "",
@@ -584,7 +582,7 @@ std::string format_start_note(const std::vector<FreeNumber>& numbers) {
       midpoint_paths += (midpoint_paths.empty() ? "" : ", ") + number.key_path;
   return midpoint_paths.empty()
              ? ""
-             : fmt::format("before: in the middle of the bounds, for want of a 'start': {}\n", midpoint_paths);
+             : fmt::format("before: in the middle of the bounds, without a 'start': {}\n", midpoint_paths);
 }
 
 std::string numbers_text(const DesignReportData& view) {
@@ -679,7 +677,7 @@ std::string comparison_text(const TrajectoryComparison& comparison) {
   for (std::size_t i = 0; i + 1 < changes.size(); i += 2) {
     const bool is_worst = changes[i].quantity == "torque";
     if (is_worst && actuators == 1) continue;  // it has a row of its own
-    std::vector<std::string> row = {is_worst ? "torque, the worst" : changes[i].quantity, changes[i].unit};
+    std::vector<std::string> row = {is_worst ? "worst torque" : changes[i].quantity, changes[i].unit};
     for (const MetricChange& change : {changes[i], changes[i + 1]}) {
       row.push_back(number_text(change.before));
       row.push_back(number_text(change.after));

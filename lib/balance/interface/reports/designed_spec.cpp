@@ -52,9 +52,9 @@ DesignedSpec format_designed_spec(const DesignSpace& space, const DesignReport& 
   try {
     if (const std::string difference = find_difference(read_spec(spec.text, space.start.spec_file), report.study_after);
         !difference.empty())
-      spec.refusal = {"not-reproduced", "the spec of the design does not give it back: " + difference};
+      spec.refusal = {"not-reproduced", "the spec of the design does not reproduce it: " + difference};
   } catch (const SpecError& error) {
-    spec.refusal = {"not-readable", "the design is no spec that could be read: " + error.summary()};
+    spec.refusal = {"not-readable", "the spec of the design cannot be read: " + error.summary()};
   }
   if (spec.refusal || omitted_elements.empty()) return spec;
   const std::string reduced_text = format_balanced_spec(space.start, report.outcome.x, laws, omitted_elements);

@@ -370,7 +370,7 @@ std::string sections_text(const EquationsReportData& view, const IndependentTerm
     text += "z'\n" + matrix_text(static_terms, rows, {"weight", "springs", "loads", "z'"});
   }
   if (view.shows(torques) && terms.input.cols() > 0)
-    text += "what efforts do: generalised force per effort\n" + matrix_text(terms.input, rows, at.actuators);
+    text += "input matrix: generalised force per effort\n" + matrix_text(terms.input, rows, at.actuators);
   return text;
 }
 
@@ -505,7 +505,7 @@ std::string regressor_text(const EquationsAtConfiguration& at) {
 std::string parameters_text(const EquationsAtConfiguration& at) {
   const Conditions& c = *at.parameters;
   std::string text =
-      fmt::format("base parameters: {} of {} inertial parameters' combinations occur", c.rank, c.parameters.size());
+      fmt::format("base parameters: {} combinations of {} inertial parameters occur", c.rank, c.parameters.size());
   if (c.rank > 0 && c.singular_value_gap > 0)
     text += fmt::format(" (gap {:.1f} decades)", elementary::log10(c.singular_value_gap));
   text += "\n";
@@ -547,7 +547,7 @@ std::string equations_text(const EquationsReportData& view) {
     text +=
         numbers_line("decoupled there: u = k q'' (P1 eq. 27) with k  ", at.independent, *at.diagonal_factors) + "\n";
   if (at.split && view.shows(torques)) {
-    text += "torques and what they add up from\n" + numbers_line("  rates  ", at.independent, at.dq) +
+    text += "torques and their parts\n" + numbers_line("  rates  ", at.independent, at.dq) +
             numbers_line("  accelerations  ", at.independent, at.ddq) + split_text(at) + "\n";
   }
   if (at.loops && view.shows(redundant)) text += redundant_text(at);

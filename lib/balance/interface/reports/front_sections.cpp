@@ -48,7 +48,8 @@ void add_points(Hdf5Writer& file, const FrontReportData& view) {
   std::vector<std::string> paths;
   for (const FreeNumber& number : view.numbers) paths.push_back(number.key_path);
   const Dimension point = file.add_dimension(root_group, {"point", "of the front", "1", {}, {}}, point_names(front));
-  const Dimension figure = file.add_dimension(root_group, {"figure", "what is traded", "1", {}, {}}, view.figures);
+  const Dimension figure =
+      file.add_dimension(root_group, {"figure", "figure of the trade-off", "1", {}, {}}, view.figures);
   const Dimension number = file.add_dimension(root_group, {"free_number", "key path in the spec", "1", {}, {}}, paths);
   const auto figures = static_cast<Eigen::Index>(view.figures.size()),
              numbers = static_cast<Eigen::Index>(paths.size());
@@ -58,11 +59,11 @@ void add_points(Hdf5Writer& file, const FrontReportData& view) {
   };
   add("value", "figures of the points, SI", {point, figure},
       rows_of(front, figures, [](const ParetoPoint& p) { return p.values; }));
-  add("limit", "what the other figures were limited to; NaN: not limited", {point, figure},
+  add("limit", "limits of the other figures; NaN: not limited", {point, figure},
       rows_of(front, figures, [](const ParetoPoint& p) { return p.limits; }));
   add("minimized", "index of the figure that was minimized", {point},
       rows_of(front, 1, [](const ParetoPoint& p) { return VectorX::Constant(1, p.minimized).eval(); }));
-  add("lower_bound", "what no design within the limits has less of; NaN: not proved", {point},
+  add("lower_bound", "proved lower bound within the limits; NaN: not proved", {point},
       rows_of(front, 1, [](const ParetoPoint& p) { return VectorX::Constant(1, p.lower_bound).eval(); }));
   add("free_numbers", "values of the free numbers, SI; free parameters as written", {point, number},
       rows_of(front, numbers, [](const ParetoPoint& p) { return p.report.outcome.x; }));
@@ -71,7 +72,7 @@ void add_points(Hdf5Writer& file, const FrontReportData& view) {
   std::vector<std::string> names;
   for (Eigen::Index k = 0; k < cases; ++k) names.push_back(std::to_string(k + 1));
   const Dimension load_case = file.add_dimension(root_group, {"load_case", "of design: for", "1", {}, {}}, names);
-  add("free_numbers_in_case", "values of the free numbers with the loads of every case, SI; free parameters as written",
+  add("free_numbers_in_case", "values of the free numbers in every case, SI; free parameters as written",
       {point, load_case, number}, rows_of(front, cases * numbers, [](const ParetoPoint& p) {
         VectorX values(static_cast<Eigen::Index>(p.report.load_cases.size()) * p.report.outcome.x.size());
         Eigen::Index offset = 0;
@@ -191,7 +192,7 @@ std::string legend(const FrontReportData& view) {
                         view.units[j].empty() ? "" : fmt::format(" [{}]", view.units[j]));
     const ParetoAnchor anchor = j < view.front.anchors.size() ? view.front.anchors[j] : ParetoAnchor{};
     if (anchor.optimality == Optimality::proved_global)
-      text += fmt::format("; {:.6g} is proved the least", anchor.min_value);
+      text += fmt::format("; proved minimum {:.6g}", anchor.min_value);
     text += "\n";
   }
   return text;
@@ -251,7 +252,7 @@ std::string optimality_text(const FrontReportData& view) {
       if (view.interrupted)
         return fmt::format("optimality: stopped: the points found until it was interrupted, after {:.2g} s\n",
                            *view.interrupted);
-      return fmt::format("optimality: stopped: the points found so far, within the {:g} s that all searches may take\n",
+      return fmt::format("optimality: stopped: the points found within the time limit of {:g} s for all searches\n",
                          view.seconds);
     case Optimality::not_optimised: break;
   }
@@ -270,9 +271,9 @@ std::string front_text(const FrontReportData& view) {
                                  front.points.size() == 1 ? "" : "s",
                                  view.goals.empty() ? "" : ", all balanced for " + join_goal_names(view.goals));
   text += optimality_text(view) + "\n" + legend(view) + "\n" + points_table(view) + "\n" + numbers_table(view);
-  text +=
-      fmt::format("\npoint {} is nearest to the least of all figures; --point K shows a point, and writes it with -o\n",
-                  find_compromise_point(front) + 1);
+  text += fmt::format(
+      "\npoint {} is nearest to the minima of all figures; --point K shows a point and, with -o, writes it\n",
+      find_compromise_point(front) + 1);
   for (const std::string& note : front.notes) text += "note: " + note + "\n";
   return text;
 }

@@ -135,7 +135,7 @@ std::string format_html_report(const HtmlReport& page) {
       escape_html(page.version) + "\">\n<link rel=\"icon\" href=\"data:,\">\n<title>" +
       escape_html(page.before.name.empty() ? page.spec_file : page.before.name) + "</title>\n<style>";
   html += assets.style;
-  html += "</style>\n</head>\n<body>\n<noscript>This page needs JavaScript, which it brings with it.</noscript>\n";
+  html += "</style>\n</head>\n<body>\n<noscript>This page needs JavaScript; its scripts are included.</noscript>\n";
   html += script(" type=\"application/json\" id=\"balance-data\"", escape_script_json(format_report_data(page)));
   html += script("", code);
   return html + "</body>\n</html>\n";

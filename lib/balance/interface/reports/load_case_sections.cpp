@@ -238,7 +238,7 @@ std::string costs_text(const DesignReport& report) {
   VectorX nominal_loads(static_cast<Eigen::Index>(cases_of(report).numbers.size()));
   for (Eigen::Index k = 0; k < nominal_loads.size(); ++k)
     nominal_loads[k] = cases_of(report).numbers[static_cast<std::size_t>(k)].nominal;
-  text += fmt::format("\nnot adapted: as it suits {}\n", load_text(cases_of(report).numbers, nominal_loads));
+  text += fmt::format("\nnot adapted: as for {}\n", load_text(cases_of(report).numbers, nominal_loads));
   return text + cases_table(report.adaptive->fixed_design_cases, report);
 }
 

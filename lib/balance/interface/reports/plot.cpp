@@ -125,7 +125,7 @@ const PhasePlane& plane_of(const PlotRun& run) {
   const PhasePlane& plane = run.result->phase_plane;
   if (plane.time.size() > 1) return plane;
   throw std::invalid_argument(fmt::format(
-      "{} has no phase plane: result files have it of laws that were found and of trajectories with limits; "
+      "{} has no phase plane: result files have one for laws that were found and for trajectories with limits; "
       "draw the spec itself, such as spec.yaml:trajectory",
       run.label));
 }
@@ -212,7 +212,7 @@ void add_switches(const std::vector<PlotRun>& runs, PlotPanel& panel) {
 
 Plot plot_phase_plane(const std::vector<PlotRun>& runs) {
   Plot picture;
-  picture.x_label = "part of the path that is behind";
+  picture.x_label = "fraction of the path covered";
   picture.panel_height = phase_height;
   PlotPanel panel{.name = "phase plane", .y_label = "its rate [1/s]", .from_zero = true};
   double max_rate = 0;

@@ -43,7 +43,7 @@ ConditionsOutcome derive_conditions_data(const BalanceRequest& request, const De
   if (!view.residuals.allFinite())
     outcome.refusal = {"overflow",
                        has_mass(study.mechanism)
-                           ? "numbers overflow: what the conditions leave is larger than can be computed with"
+                           ? "numbers overflow: the residuals of the conditions are too large to compute with"
                            : no_mass_message};
   return outcome;
 }

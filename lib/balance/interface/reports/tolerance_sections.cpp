@@ -48,10 +48,10 @@ void add_incompatible_parameter_table(Hdf5Writer& file, Group parent,
     gaps.push_back(one.gap);
   }
   const Dimension opening = file.add_dimension(
-      group, {"opening", "number that over-constrained loops cannot follow by itself", "1", {}, {}}, paths);
+      group, {"opening", "number that over-constrained loops cannot follow on its own", "1", {}, {}}, paths);
   file.add_variable(group, {"joint", "joint that it opens", "1", {opening}, {}}, joints);
   file.add_variable(group, {"unit", "of the gap", "1", {opening}, {}}, units);
-  file.add_variable(group, {"gap", "what its deviation opens the joint by at least", "mixed", {opening}, {}}, gaps);
+  file.add_variable(group, {"gap", "smallest opening of the joint by its deviation", "mixed", {opening}, {}}, gaps);
 }
 
 void add_tolerances(Hdf5Writer& file, Group parent, const Tolerances& numbers) {
@@ -65,7 +65,7 @@ void add_tolerances(Hdf5Writer& file, Group parent, const Tolerances& numbers) {
     deviation.push_back(one.deviation());
     distribution.emplace_back(one.distribution == Distribution::normal ? "normal" : "uniform");
   }
-  file.add_variable(group, {"value", "as the spec has it, SI; parameters as written", "mixed", {number}, {}}, value);
+  file.add_variable(group, {"value", "value in the spec, SI; parameters as written", "mixed", {number}, {}}, value);
   file.add_variable(group, {"width", "standard deviation; of uniform ones half of the interval", "mixed", {number}, {}},
                     width);
   file.add_variable(group, {"deviation", "standard deviation", "mixed", {number}, {}}, deviation);
@@ -91,9 +91,9 @@ class DeviationWriter {
   void add_figure(const std::string& name, FigureDeviation QuantityTolerance::*figure) const {
     add(name, "standard deviation of the " + name + " to first order", unit_,
         [&](const QuantityTolerance& one) { return (one.*figure).deviation; });
-    add(name + "_rivals", "moments that the " + name + " may come to be at; 0: it stays where it is", "1",
+    add(name + "_rivals", "moments to which the " + name + " may move; 0: it stays where it is", "1",
         [&](const QuantityTolerance& one) { return static_cast<double>((one.*figure).extremum_times.size()); });
-    add_shares(name + "_by_number", "what a number's deviation changes the " + name + " by", unit_,
+    add_shares(name + "_by_number", "change of the " + name + " by a number's deviation", unit_,
                [&](const QuantityTolerance& one) { return (one.*figure).contributions; });
   }
 
@@ -104,11 +104,12 @@ class DeviationWriter {
   }
 
   void add_worst() const {
-    add("worst_time", "time of the sample that is off most", "s", [](const auto& one) { return one.worst.time; });
-    add("worst_value", "that sample as the spec has it", unit_, [](const auto& one) { return one.worst.value; });
+    add("worst_time", "time of the sample with the largest deviation", "s",
+        [](const auto& one) { return one.worst.time; });
+    add("worst_value", "value of that sample in the spec", unit_, [](const auto& one) { return one.worst.value; });
     add("worst_deviation", "standard deviation of that sample", unit_,
         [](const auto& one) { return one.worst.deviation; });
-    add_shares("worst_share", "part of a number in that sample's variance", "1",
+    add_shares("worst_share", "share of a number in that sample's variance", "1",
                [](const auto& one) { return one.worst.shares; });
   }
 
@@ -343,8 +344,8 @@ std::string format_incompatible_parameters(const ToleranceReportData& view) {
   const std::vector<IncompatibleParameter>& openings = incompatible_parameters_of(view);
   if (openings.empty()) return "";
   std::string text =
-      "\nover-constrained loops cannot follow these numbers by themselves: their deviations would open joints, the\n"
-      "rest being moved so that it is least. They have no part in what is behind ±, and are not drawn\n";
+      "\nover-constrained loops cannot follow these numbers on their own: their deviations would open joints, at\n"
+      "least by the amounts listed. They are not included in ± and are not sampled\n";
   TextTable table{{"number", "joint", "opens by", "unit"}, {Align::left, Align::left, Align::right, Align::left}, {}};
   for (const IncompatibleParameter& one : openings)
     table.rows.push_back({one.key_path, one.joint, tolerance_number(one.gap), one.unit});
@@ -362,7 +363,7 @@ std::string format_extremum_times(const ToleranceReport& report) {
       text += fmt::format("  {} of {}: at {} s\n", word, one.quantity, fmt::join(times, ", "));
     }
   if (text.empty()) return "";
-  return "*: which moment is the largest depends on the numbers; ± is that of the largest of them, good to a "
+  return "*: which moment is the largest depends on the numbers; ± is that of the largest of them, accurate to a "
          "hundredth\n" +
          text;
 }
@@ -390,7 +391,7 @@ std::string pose_text(const ToleranceReport& report, long row) {
 }
 
 std::string worst_table(const ToleranceReport& report) {
-  TextTable table{{"worst sample of", "time [s]", "value", "±", "pose", "what makes it so"},
+  TextTable table{{"worst sample of", "time [s]", "value", "±", "pose", "main causes"},
                   {Align::left, Align::right, Align::right, Align::right, Align::left, Align::left},
                   {}};
   for (const QuantityTolerance& one : report.quantities)
@@ -403,12 +404,12 @@ std::string worst_table(const ToleranceReport& report) {
 
 std::string report_text(const ToleranceReportData& view) {
   const ToleranceReport& report = *view.report;
-  std::string text = fmt::format("\nalong {}, to first order: standard deviations behind ±\n{}", view.trajectory,
+  std::string text = fmt::format("\nalong {}, to first order: ± is the standard deviation\n{}", view.trajectory,
                                  figures_table(report));
   text += fmt::format("energy {} J ± {}\n", tolerance_number(report.energy.value), deviation_text(report.energy));
   text +=
-      "kink: the figure is not three times its own deviations, so it has no slope there; the expected rms has\n"
-      "their squares, and --monte-carlo its distribution\n";
+      "kink: the figure is less than three times its deviation, so it has no slope there; the expected rms\n"
+      "includes its square, and --monte-carlo gives its distribution\n";
   text += format_extremum_times(report);
   for (const std::string& note : report.run.outcome.notes) text += "note: " + note + "\n";
   return text + "\n" + worst_table(report);
@@ -440,9 +441,9 @@ std::string poses_at_rest_text(const ToleranceReportData& view) {
   const StaticTolerance& static_tolerance = *view.at_rest;
   std::string text = fmt::format("\nat rest, in all poses (whole turns, {} of a grid", static_tolerance.pose_count);
   text += static_tolerance.unreachable_count > 0
-              ? fmt::format(", {} cannot be taken)\n", static_tolerance.unreachable_count)
+              ? fmt::format(", {} cannot be reached)\n", static_tolerance.unreachable_count)
               : ")\n";
-  TextTable table{{"actuator", "unit", "largest ±", "effort there", "pose", "what makes it so"},
+  TextTable table{{"actuator", "unit", "largest ±", "effort there", "pose", "main causes"},
                   {Align::left, Align::left, Align::right, Align::right, Align::left, Align::left},
                   {}};
   for (const StaticDeviation& one : static_tolerance.actuators) {
@@ -459,8 +460,8 @@ std::string poses_at_rest_text(const ToleranceReportData& view) {
 }  // namespace
 
 std::string tolerance_text(const ToleranceReportData& view) {
-  std::string text = fmt::format("{}\nnumbers that may be off, independently of each other\n{}", view.mechanism,
-                                 numbers_table(view.numbers));
+  std::string text =
+      fmt::format("{}\nnumbers with independent deviations\n{}", view.mechanism, numbers_table(view.numbers));
   text += format_incompatible_parameters(view);
   if (view.report) text += report_text(view);
   if (view.sampling) text += sampling_text(view);

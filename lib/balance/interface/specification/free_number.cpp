@@ -132,7 +132,7 @@ void read_discrete_values(const SpecCursor& at, const NumberReader& evaluate, Fr
   read_each(at.items("sizes [a, b, …]"), [&](const SpecCursor& item) {
     const double value = evaluate(item);
     if (std::find(free.discrete_values.begin(), free.discrete_values.end(), value) != free.discrete_values.end())
-      item.fail({.expected = "every size once", .found = item.describe_found() + " again"});
+      item.fail({.expected = "each size only once", .found = item.describe_found() + " again"});
     if (free.discrete_values.size() == max_discrete_values)
       at.fail({.expected = fmt::format("at most {} sizes", max_discrete_values)});
     free.discrete_values.push_back(value);
@@ -156,7 +156,7 @@ void read_step(const SpecCursor& at, const NumberReader& evaluate, FreeValue& fr
   if (!(step > 0)) at.fail({.kind = "must be positive", .expected = "a number > 0", .found = fmt::format("{}", step)});
   const double count = std::floor((free.upper - free.lower) / step + step_count_tolerance);
   if (!(count >= 1))
-    at.fail({.expected = fmt::format("a step of at most {}, what lies between the bounds", free.upper - free.lower),
+    at.fail({.expected = fmt::format("a step of at most {}, the distance between the bounds", free.upper - free.lower),
              .found = fmt::format("{}", step)});
   if (!(count < static_cast<double>(max_discrete_values)))
     at.fail({.expected = fmt::format("a step that makes at most {} sizes", max_discrete_values),
@@ -206,7 +206,7 @@ FreeValue read_free_value(const SpecCursor& map, const NumberReader& evaluate, c
   fields.insert(fields.end(), others.begin(), others.end());
   if (!read_fields(map, free_value_form, fields)) throw CascadingError();
   if (step && !free.discrete_values.empty())
-    step->fail({.expected = "no step beside values, which are the sizes themselves", .found = step->describe_found()});
+    step->fail({.expected = "no 'step' with 'values', which list the sizes already", .found = step->describe_found()});
   if (step) read_step(*step, evaluate, free);
   if (!free.discrete_values.empty()) {
     free.lower = free.discrete_values.front();

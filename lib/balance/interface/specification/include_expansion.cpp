@@ -115,7 +115,7 @@ class IncludeExpansion {
       remaining_nodes_ -= size;
       if (remaining_nodes_ < 0)
         entry.names[i].fail(
-            {.expected = fmt::format("at most {} values in a spec, its parts included", DocumentLimits{}.max_nodes)});
+            {.expected = fmt::format("at most {} values in a spec, including its parts", DocumentLimits{}.max_nodes)});
       problems_.collect([&] { insert_part(entry, part, i, document); });
     }
   }
@@ -126,7 +126,7 @@ class IncludeExpansion {
       at.fail({.expected = "a file that does not include itself",
                .found = fmt::format("{} → {}", fmt::join(chain_, " → "), file)});
     if (chain_.size() > max_include_depth)
-      at.fail({.expected = fmt::format("parts in parts at most {} deep", max_include_depth),
+      at.fail({.expected = fmt::format("parts nested at most {} deep", max_include_depth),
                .found = fmt::format("{} → {}", fmt::join(chain_, " → "), file)});
     const YamlNode& root = files_.load(file, at);
     if (!problems_.collect([&] { check_part(root, at, document); })) throw CascadingError();
@@ -157,15 +157,16 @@ class IncludeExpansion {
   void check_space_and_units(const YamlNode& root, const SpecCursor& at, const YamlNode& document) {
     const YamlNode *space = find_entry(root, "space"), *own_space = find_entry(document, "space");
     if (own_space != nullptr && own_space->text != space->text)
-      at.fail({.expected = fmt::format("a part whose space is {} like the whole's", quote_for_message(own_space->text)),
+      at.fail({.expected = fmt::format("a part whose space is {}, as in the including spec",
+                                       quote_for_message(own_space->text)),
                .found = quote_for_message(space->text)});
     const auto units = [&](const YamlNode& node) {
       const YamlNode* section = find_entry(node, "units");
       return section == nullptr ? Units() : read_units(SpecCursor(*section, "units", problems_));
     };
     if (!is_same_units(units(root), units(document)))
-      at.fail({.expected = "a part in the whole's units",
-               .found = "other units in " + quote_for_message(problems_.file_of(root.place))});
+      at.fail({.expected = "a part in the units of the including spec",
+               .found = "different units in " + quote_for_message(problems_.file_of(root.place))});
   }
 
   SpecErrorCollector& problems_;
@@ -179,7 +180,7 @@ class IncludeExpansion {
 std::string text_of(const YamlNode& root, const std::string& file, const std::vector<std::string>& parts) {
   std::vector<std::string> names;
   for (const std::string& part : parts) names.push_back(std::filesystem::path(part).filename().string());
-  std::string text = fmt::format("# {} and its parts in one: {}\n",
+  std::string text = fmt::format("# {} combined with its parts: {}\n",
                                  escape_for_terminal(std::filesystem::path(file).filename().string()),
                                  escape_for_terminal(fmt::format("{}", fmt::join(names, ", "))));
   for (std::size_t i = 0; i < root.items.size(); ++i) {
@@ -354,7 +355,7 @@ std::string read_part_text(const std::string& path) {
 const YamlNode& PartFiles::load(const std::string& path, const SpecCursor& at) {
   if (const auto match = documents_.find(path); match != documents_.end()) return match->second;
   if (documents_.size() >= max_part_files)
-    at.fail({.expected = fmt::format("at most {} files that a spec is made of", max_part_files)});
+    at.fail({.expected = fmt::format("at most {} files in a spec", max_part_files)});
   std::string text;
   try {
     text = text_(path);

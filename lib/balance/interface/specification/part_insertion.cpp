@@ -94,7 +94,7 @@ class PartInserter {
     const std::string& text = element.read_word("a section of the part, or section.name");
     const std::string section = text.substr(0, text.find('.'));
     const auto fail = [&](const std::vector<std::string>& names) {
-      element.fail({.expected = fmt::format("something that the part has ({})",
+      element.fail({.expected = fmt::format("the name of something in the part ({})",
                                             names.empty() ? "nothing" : join_alternatives(names)),
                     .found = quote_for_message(text),
                     .hint = format_nearest_name(text, names)});
@@ -161,7 +161,7 @@ class PartInserter {
     std::vector<std::string> names = names_of_entries(bodies);
     names.insert(names.begin(), "ground");
     (value_for_copy(entry_.on) ? *value_for_copy(entry_.on) : at_)
-        .fail({.expected = fmt::format("a body that stands above the part ({})", join_alternatives(names)),
+        .fail({.expected = fmt::format("a body defined above the part ({})", join_alternatives(names)),
                .found = quote_for_message(placement_.carrier),
                .hint = format_nearest_name(placement_.carrier, names)});
   }
@@ -199,8 +199,7 @@ class PartInserter {
     if (existing == nullptr) return add_entry(document_, key, std::move(section));
     if (existing->kind != section.kind) {
       const SpecCursor at(*existing, key.text, at_.problems());
-      at.fail_expected(section.kind == YamlNode::Kind::list ? "a list, as the part has it"
-                                                            : "a mapping, as the part has it");
+      at.fail_expected(section.kind == YamlNode::Kind::list ? "a list, as in the part" : "a mapping, as in the part");
     }
     if (section.kind == YamlNode::Kind::list)
       existing->items.insert(existing->items.end(), section.items.begin(), section.items.end());
@@ -215,7 +214,7 @@ class PartInserter {
       if (find_entry(target, source.keys[i].text) == nullptr)
         add_entry(target, std::move(source.keys[i]), std::move(source.items[i]));
       else if (!keep_existing)
-        at_.fail({.expected = "a name that makes all names of the part new",
+        at_.fail({.expected = "a name that makes all names of the part unique",
                   .found = fmt::format("{}, and {} twice", quote_for_message(placement_.name),
                                        quote_for_message(source.keys[i].text))});
     }
@@ -242,10 +241,10 @@ void read_copy_names(IncludeEntry& entry, const YamlNode& document, std::vector<
     const bool is_duplicate = std::find(used_names.begin(), used_names.end(), name) != used_names.end();
     const bool is_body = name == "ground" || std::find(bodies.begin(), bodies.end(), name) != bodies.end();
     if (is_duplicate || is_body || name == "free")
-      one.fail({.expected = "a name of its own",
+      one.fail({.expected = "an unused name",
                 .found = quote_for_message(name) + (is_duplicate ? ", another copy's"
                                                     : is_body    ? ", a body's"
-                                                                 : ", which has a meaning")});
+                                                                 : ", which is reserved")});
     used_names.push_back(name);
   }
 }

@@ -100,7 +100,7 @@ Vector3E followed_axis(const SpecCursor& at, const StudyBuilder& draft, const Di
   if ((!on_first && !on_second) || !has_fixed_axis)
     at.fail({.kind = "missing key",
              .expected = fmt::format("'axis', the direction about which the disc turns in {}, because the axis of {} "
-                                     "does not stand still there",
+                                     "is not fixed there",
                                      quote_for_message(mechanism.bodies[static_cast<std::size_t>(disc.body)].name),
                                      quote_for_message(coordinate.name))});
   const Vector3E axis = universal && coordinate.index == 1 ? joint.axis2 : joint.axis;
@@ -283,7 +283,7 @@ void check_positive_mass(const BodyKeys& keys, const BodyOf<Expression>& body) {
 void warn_of_zero_mass(const SpecCursor& mass, StudyBuilder& draft) {
   const NodeLocation place = mass.node().place;
   const SourceLocation location{draft.problems.file_of(place), place.line, place.column, mass.path()};
-  draft.study.warnings.push_back(location.text() + ": the body has no mass, and it carries nothing");
+  draft.study.warnings.push_back(location.text() + ": the body has no mass and carries nothing");
 }
 
 /// `arm.hand` must be either a body or a point of one.
@@ -292,7 +292,7 @@ void check_name_prefix(const Member& body, const std::vector<Member>& bodies) {
     const std::string prefix = body.name.substr(0, dot);
     if (prefix == "ground" ||
         std::any_of(bodies.begin(), bodies.end(), [&](const Member& m) { return m.name == prefix; }))
-      body.key.fail({.expected = "a name that does not begin with another body's and a point",
+      body.key.fail({.expected = "a name that does not start with another body's name and '.'",
                      .found = fmt::format("{} and {}", quote_for_message(body.name), quote_for_message(prefix))});
   }
 }
@@ -316,7 +316,7 @@ void read_bodies(const SpecCursor& section, StudyBuilder& draft) {
       draft.problems.collect([&] {
         if (member.name == "ground")
           member.key.fail({.expected = "a name other than 'ground', which is the body that does not move",
-                           .hint = "its points go into 'ground:'"});
+                           .hint = "define its points under 'ground:'"});
         check_name_prefix(member, members);
         read_body_fields(member.value, draft, body);
       });
@@ -331,7 +331,7 @@ void check_massless_bodies(StudyBuilder& draft) {
   const bool is_massless =
       !has_mass(convert_mechanism<double>(mechanism, [](const Expression& number) { return number.value(); }));
   if (is_massless && draft.problems.is_empty())
-    draft.study.warnings.push_back("bodies: no body has mass, so nothing can be said of forces, efforts and balance");
+    draft.study.warnings.push_back("bodies: no body has mass, so forces, efforts and balance cannot be determined");
   for (const auto& [index, keys] : draft.body_texts) {
     const auto& body = mechanism.bodies[index];
     if (draft.problems.is_invalid("bodies." + body.name) || draft.problems.is_section_invalid("joints.another"))

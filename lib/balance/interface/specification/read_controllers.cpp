@@ -87,7 +87,7 @@ VectorX read_per_actuator(const SpecCursor& at, StudyBuilder& draft, const Dimen
     return values;
   }
   if (at.is_list()) {
-    std::string expected = "a number: the spec names no 'actuators'";
+    std::string expected = "a number: the spec has no 'actuators'";
     if (count > 0)
       expected =
           fmt::format("a number, or {} numbers, one for each of the actuators {}", count, names_of(actuators, draft));
@@ -120,7 +120,7 @@ void read_measurement(const SpecCursor& at, StudyBuilder& draft, Measurement& me
     };
   };
   std::optional<SpecCursor> noise;
-  read_fields(at, "what is measured {position_step, position_noise, velocity_noise, velocity, seed}",
+  read_fields(at, "a measurement {position_step, position_noise, velocity_noise, velocity, seed}",
               {{"position_step", Presence::optional, values(measurement.position_step, position)},
                {"position_noise", Presence::optional, values(measurement.position_noise, position)},
                {"velocity_noise", Presence::optional,
@@ -130,7 +130,7 @@ void read_measurement(const SpecCursor& at, StudyBuilder& draft, Measurement& me
                 }},
                {"velocity", Presence::optional,
                 [&](const SpecCursor& c) {
-                  measurement.velocity = c.read_choice("where velocities come from", {"measured", "difference"}) == 0
+                  measurement.velocity = c.read_choice("a source of velocities", {"measured", "difference"}) == 0
                                              ? VelocitySource::measured
                                              : VelocitySource::difference;
                 }},
@@ -139,7 +139,7 @@ void read_measurement(const SpecCursor& at, StudyBuilder& draft, Measurement& me
                 }}});
   if (noise && measurement.velocity == VelocitySource::difference)
     noise->fail(
-        {.expected = "no 'velocity_noise' with 'velocity: difference', which has its noise from the positions"});
+        {.expected = "no 'velocity_noise' with 'velocity: difference', which takes its noise from the positions"});
 }
 
 void read_efforts(const std::optional<SpecCursor>& torque, const std::optional<SpecCursor>& table,
@@ -217,7 +217,7 @@ class ControllerReader {
                    controller_.efforts);
     controller_.efforts.is_held = entries_.count("rate") + entries_.count("period") > 0;
     read_key("interpolation", [&](const SpecCursor& c) {
-      const bool is_spline = c.read_choice("how torques go on between rows", {"linear", "spline"}) == 1;
+      const bool is_spline = c.read_choice("an interpolation between rows", {"linear", "spline"}) == 1;
       if (entries_.count("table") + entries_.count("file") == 0)
         c.fail({.expected = "no 'interpolation' without 'table' or 'file'"});
       if (!is_spline) return;
@@ -292,14 +292,14 @@ class ControllerReader {
     read_key("lambda", [&](const SpecCursor& c) { sliding(c, inverse, controller_.lambda); });
     read_key("k", [&](const SpecCursor& c) { sliding(c, acceleration, controller_.switching_gain); });
     read_key("switching", [&](const SpecCursor& c) {
-      const std::string what = "how to switch, 'sign' or {boundary_layer: …}";
+      const std::string what = "a switching function, 'sign' or {boundary_layer: …}";
       if (!c.is_map() && c.read_word(what) == "sign") return;
       read_fields(c, what, {{"boundary_layer", Presence::required, [&](const SpecCursor& layer) {
                                sliding(layer, rate, controller_.boundary_layer);
                              }}});
     });
     read_key("gravity", [&](const SpecCursor& c) {
-      controller_.gravity = c.read_choice("whether weight is compensated", {"compensated", "ignored"}) == 0
+      controller_.gravity = c.read_choice("a treatment of gravity", {"compensated", "ignored"}) == 0
                                 ? GravityCompensation::compensated
                                 : GravityCompensation::ignored;
     });
@@ -341,13 +341,13 @@ void read_initial_error(const SpecCursor& at, StudyBuilder& draft, InitialError&
   if (draft.planar()) fields.push_back({"angle", Presence::optional, store_in(angle_entry)});
   if (!read_fields(at, "an initial error {joints: …} or {tool: …}", fields)) return;
   if (joints_entry.has_value() == tool_entry.has_value())
-    at.fail_expected("an initial error of either 'joints' or the 'tool'");
+    at.fail_expected("an initial error with either 'joints' or 'tool'");
   if (angle_entry && !tool_entry)
-    angle_entry->fail({.expected = "'angle' only with 'tool'", .found = "it with 'joints'"});
+    angle_entry->fail({.expected = "'angle' only with 'tool'", .found = "'angle' with 'joints'"});
   if (tool_entry && !draft.mechanism().tool)
     tool_entry->fail_unless_uncertain("tool", {.expected = "a spec with a tool ('tool: body.point')",
                                                .found = "none",
-                                               .hint = "this key is about the tool's pose"});
+                                               .hint = "this key refers to the tool's pose"});
   if (tool_entry) error.tool = values_of(read_vector(*tool_entry, draft, dimension::length));
   if (angle_entry && angle_entry->is_map()) angle_entry->fail_expected("a number or an expression");
   if (angle_entry) error.angle = read_number(*angle_entry, draft, dimension::angle).value();
@@ -467,8 +467,8 @@ Mechanism read_overridden_mechanism(const SpecCursor& at, const YamlNode& root,
     return read_mechanism_alone(changed_root, draft.study.spec_file, draft.problems, changed_overrides);
   } catch (const SpecError& error) {
     const Diagnostic& first = error.diagnostics().front();
-    at.fail({.message = "expected numbers that a mechanism may have, but with these: " + first.text(),
-             .expected = "numbers that a mechanism may have",
+    at.fail({.message = "expected numbers that give a valid mechanism, but these lead to: " + first.text(),
+             .expected = "numbers that give a valid mechanism",
              .found = first.text()});
   }
 }
@@ -477,7 +477,7 @@ Mechanism read_overridden_mechanism(const SpecCursor& at, const YamlNode& root,
 void remove_mechanism_elements(const SpecCursor& at, Mechanism& mechanism, bool is_mechanism_valid) {
   std::vector<std::string> names;
   bool is_known = false;
-  const std::string& name = at.read_word("the name of something that the controller does not know");
+  const std::string& name = at.read_word("the name of something unknown to the controller");
   const auto erase = [&](auto& list) {
     for (const auto& one : list) names.push_back(one.name);
     is_known = std::erase_if(list, [&](const auto& one) { return one.name == name; }) > 0 || is_known;
@@ -556,7 +556,7 @@ Mechanism read_controller_model(const SpecCursor& at, const YamlNode& root, cons
   std::optional<SpecCursor> without_entry, mass_scale_entry, set_entry;
   const auto store_in = [](std::optional<SpecCursor>& slot) { return [&slot](const SpecCursor& c) { slot = c; }; };
   Mechanism model = draft.study.mechanism;
-  read_fields(at, "what the controller believes {without, mass_scale, set}",
+  read_fields(at, "a controller model {without, mass_scale, set}",
               {{"without", Presence::optional, store_in(without_entry)},
                {"mass_scale", Presence::optional, store_in(mass_scale_entry)},
                {"set", Presence::optional, store_in(set_entry)}});

@@ -38,7 +38,7 @@ bool has_free_numbers(const StudyBuilder& draft) {
 
 int read_max_count(const SpecCursor& at, StudyBuilder& draft, long element_count) {
   if (at.is_scalar() && at.node().text == "least") return -1;
-  const std::string what = fmt::format("how many are kept at most, 0 to {}, or least", element_count);
+  const std::string what = fmt::format("the number to keep at most, 0 to {}, or least", element_count);
   if (!at.is_scalar()) at.fail_expected(what);
   const double value = draft.parameters.evaluate(at).value();
   const long maximum = has_free_numbers(draft) ? element_count : static_cast<long>(max_members);
@@ -59,7 +59,7 @@ void read_element_names(const SpecCursor& at, const StudyBuilder& draft, Cardina
       fail_expected_one_of(item, "one of the " + request.section, names);
     }
     for (const OptionalElementText& other : request.elements)
-      if (other.name == name) item.fail({.expected = "every name once", .found = item.describe_found() + " again"});
+      if (other.name == name) item.fail({.expected = "each name only once", .found = item.describe_found() + " again"});
     request.elements.push_back({name});
   });
   if (at.node().items.empty()) at.fail_expected("at least one name");
@@ -69,7 +69,7 @@ CardinalityRequest read_cardinality_request(const std::string& section, const Sp
   CardinalityRequest request{section, {}, true, -1};
   for (const std::string& name : names_in_section(section, draft)) request.elements.push_back({name});
   if (has_free_numbers(draft) && draft.is_mechanism_valid && request.elements.empty())
-    at.fail({.expected = section + " to choose among", .found = "none in the spec"});
+    at.fail({.expected = section + " to choose from", .found = "none in the spec"});
   if (!at.is_map()) {
     request.max_count = read_max_count(at, draft, static_cast<long>(request.elements.size()));
     return request;
@@ -132,7 +132,7 @@ std::vector<CardinalityRequest> read_cardinality_requests(const SpecCursor& at, 
     fields.push_back({section, Presence::optional, [&requests, &draft, section](const SpecCursor& c) {
                         requests.push_back(read_cardinality_request(section, c, draft));
                       }});
-  if (!read_fields(at, "what to choose among {counterweights, discs, springs}", fields)) throw CascadingError();
+  if (!read_fields(at, "elements to choose from {counterweights, discs, springs}", fields)) throw CascadingError();
   if (requests.empty()) at.fail_missing(optional_sections);
   return requests;
 }
@@ -164,7 +164,7 @@ std::string read_search_method(const SpecCursor& at, const std::string& what, co
 
 void read_search(const SpecCursor& at, StudyBuilder& draft, SearchOptions& search) {
   read_fields(
-      at, "how to search {global, local, seed, restarts, evaluations, seconds}",
+      at, "search settings {global, local, seed, restarts, evaluations, seconds}",
       {{"global", Presence::optional,
         [&](const SpecCursor& c) { search.global = read_search_method(c, "a global method", global_methods()); }},
        {"local", Presence::optional,
@@ -195,7 +195,7 @@ void read_design(const SpecCursor& section, StudyBuilder& draft) {
   std::optional<SpecCursor> front_entry, cases_entry, across_entry, adapt_entry;
   const auto store_in = [](std::optional<SpecCursor>& slot) { return [&slot](const SpecCursor& c) { slot = c; }; };
   read_fields(
-      section, "what to design for {goal, minimize, front, subject_to, choose, search, for, across, adapt}",
+      section, "design settings {goal, minimize, front, subject_to, choose, search, for, across, adapt}",
       {{"goal", Presence::optional, [&](const SpecCursor& c) { request.goals = read_goals(c); }},
        {"minimize", Presence::optional,
         [&](const SpecCursor& c) { request.minimize = read_objective_terms(c, draft.parameters, draft.study); }},
@@ -210,11 +210,11 @@ void read_design(const SpecCursor& section, StudyBuilder& draft) {
        {"adapt", Presence::optional, store_in(adapt_entry)}});
   if (front_entry) draft.problems.collect([&] { request.front = read_pareto_request(*front_entry, draft); });
   if (front_entry && !request.minimize.empty())
-    draft.problems.collect([&] { front_entry->fail({.expected = "no 'minimize' beside a front", .found = "both"}); });
+    draft.problems.collect([&] { front_entry->fail({.expected = "no 'minimize' with a front", .found = "both"}); });
   if (cases_entry) draft.problems.collect([&] { read_load_cases(*cases_entry, draft, request.cases); });
   for (const auto* slot : {&across_entry, &adapt_entry})
     if (*slot && !cases_entry)
-      draft.problems.collect([&] { (*slot)->fail({.expected = "'for', the load cases, beside it", .found = "none"}); });
+      draft.problems.collect([&] { (*slot)->fail({.expected = "'for' (the load cases) as well", .found = "none"}); });
   if (across_entry) draft.problems.collect([&] { request.cases.aggregation = read_case_aggregation(*across_entry); });
   if (adapt_entry) draft.problems.collect([&] { draft.adapted = read_adapted(*adapt_entry, draft); });
 }
@@ -262,7 +262,7 @@ std::vector<Goal> read_goals(const SpecCursor& at) {
   const auto read_one = [&](const SpecCursor& c) {
     const Goal goal = *find_goal(goal_names()[c.read_choice("a goal", goal_names())]);
     if (std::find(goals.begin(), goals.end(), goal) != goals.end())
-      c.fail({.expected = "every goal once", .found = fmt::format("{} again", c.describe_found())});
+      c.fail({.expected = "each goal only once", .found = fmt::format("{} again", c.describe_found())});
     goals.push_back(goal);
   };
   if (!at.is_list()) {

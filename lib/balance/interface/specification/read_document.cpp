@@ -42,9 +42,9 @@ constexpr double max_plausible_gravity = 5 * earth_gravity;
 void check_plausible_size(const Study& study, const Units& units, std::vector<std::string>& warnings) {
   const double size = characteristic_length(study.mechanism), mass = total_mass(study.mechanism);
   if (size > max_plausible_size)
-    warnings.push_back(fmt::format("the mechanism's largest dimension is {:.4g} m: are its lengths in {}?", size,
-                                   units.length == 1 ? "millimetres, which `units: {length: mm}` would say"
-                                                     : "the unit of length that `units` names"));
+    warnings.push_back(fmt::format(
+        "the mechanism's largest dimension is {:.4g} m: are its lengths in {}?", size,
+        units.length == 1 ? "millimetres (`units: {length: mm}`)" : "the unit of length that `units` names"));
   // A mechanism fits into a box of four times its largest dimension.
   if (const double edge = 4 * size; mass > max_plausible_density * edge * edge * edge)
     warnings.push_back(
@@ -82,10 +82,10 @@ void check_plausible_angles(const Study& study, const Units& units, std::vector<
     for (const CoordinateValue& value : values) {
       const Coordinate& coordinate = study.mechanism.coordinates[value.coordinate];
       if (coordinate.kind != CoordinateKind::angle || std::abs(value.value) <= max_angle) continue;
-      warnings.push_back(fmt::format("{}: {} is {:.4g} rad, {:.3g} turns: {}", path, coordinate.name, value.value,
-                                     value.value / (2 * std::numbers::pi),
-                                     units.angle == 1 ? "is it in degrees, which `units: {angle: deg}` would say?"
-                                                      : "is the unit of angles right?"));
+      warnings.push_back(
+          fmt::format("{}: {} is {:.4g} rad, {:.3g} turns: {}", path, coordinate.name, value.value,
+                      value.value / (2 * std::numbers::pi),
+                      units.angle == 1 ? "is it in degrees (`units: {angle: deg}`)?" : "is the unit of angles right?"));
       return;
     }
   };

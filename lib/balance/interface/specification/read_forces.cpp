@@ -170,8 +170,8 @@ void check_spring_form(const SpecCursor& at, const SpringKeys& keys) {
   if (keys.between.has_value() == keys.joint.has_value())
     fail_exclusive("one of: 'between' (two points), 'joint' (a coordinate)", keys.between.has_value());
   if (keys.rest && keys.preload) fail_exclusive("one of: 'rest' (a coordinate), 'preload' (at zero)", true);
-  const std::string length = "'free_length', which is a spring's between points";
-  const std::string rest = "'rest' or 'preload', which are a spring's in a joint";
+  const std::string length = "'free_length' for a spring between points";
+  const std::string rest = "'rest' or 'preload' for a spring in a joint";
   if (keys.joint && keys.free_length) keys.free_length->fail({.expected = rest, .found = "'free_length'"});
   for (const auto& [entry, name] : {std::pair(&keys.rest, "'rest'"), std::pair(&keys.preload, "'preload'")})
     if (keys.between && *entry) (*entry)->fail({.expected = length, .found = name});

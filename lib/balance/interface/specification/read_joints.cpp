@@ -108,7 +108,7 @@ NamedJointType read_joint_type(const SpecCursor& at, bool planar) {
     return possible[at.read_choice(what, names)];
   at.fail({.expected = fmt::format("{} ({})", what, join_alternatives(names)),
            .found = at.describe_found(),
-           .hint = fmt::format("that is '{}' here", synonym_type)});
+           .hint = fmt::format("its name here is '{}'", synonym_type)});
 }
 
 namespace {
@@ -145,7 +145,7 @@ Vector3E perpendicular(const Vector3E& axis) {
 void read_second_axis(const JointKeys& keys, StudyBuilder& draft, JointOf<Expression>& joint, bool first_read) {
   if (joint.type == JointType::universal && keys.axis.has_value() != keys.axis2.has_value())
     (keys.axis ? *keys.axis : *keys.axis2)
-        .fail({.expected = "'axis' and 'axis2' of a universal joint together", .found = "only one of them"});
+        .fail({.expected = "both 'axis' and 'axis2' of a universal joint", .found = "only one of them"});
   if (!keys.axis2) {
     const bool default_axes = joint.type == JointType::universal;
     joint.axis2 = default_axes ? Vector3E(Vector3E::UnitY()) : perpendicular(joint.axis);
@@ -157,8 +157,8 @@ void read_second_axis(const JointKeys& keys, StudyBuilder& draft, JointOf<Expres
   // directions typed with ten digits pass; anything less perpendicular is a different joint
   if (std::abs(cosine.value()) > 1e-9)
     keys.axis2->fail(
-        {.expected = "a direction at a right angle to 'axis'",
-         .found = fmt::format("the angle {:.9g} degrees",
+        {.expected = "a direction perpendicular to 'axis'",
+         .found = fmt::format("an angle of {:.9g} degrees",
                               elementary::acos(std::clamp(cosine.value(), -1.0, 1.0)) * 180 / std::numbers::pi)});
   // the remaining deviation is removed, so that later steps may rely on perpendicular axes
   const Vector3E orthogonal = joint.axis2 - cosine * joint.axis;
@@ -272,7 +272,7 @@ void check_coordinates(const std::vector<Member>& joints, StudyBuilder& draft) {
     const std::string prefix = joint.name.substr(0, dot);
     if (std::any_of(joints.begin(), joints.end(), [&](const Member& m) { return m.name == prefix; }))
       draft.problems.collect([&] {
-        joint.key.fail({.expected = "a name that does not begin with another joint's and a point",
+        joint.key.fail({.expected = "a name that does not start with another joint's name and '.'",
                         .found = fmt::format("{} and {}", quote_for_message(joint.name), quote_for_message(prefix))});
       });
   }
@@ -396,13 +396,13 @@ void read_coupling(const SpecCursor& at, StudyBuilder& draft, CouplingGraph& lea
   const std::string name = mechanism.coordinates[static_cast<std::size_t>(coupling.follower)].name;
   std::vector<CoordinateId>& follower_leaders = leaders[static_cast<std::size_t>(coupling.follower)];
   if (!follower_leaders.empty())
-    keys.joint->fail({.expected = "a coordinate that follows one other",
+    keys.joint->fail({.expected = "a coordinate that follows only one other",
                       .found = fmt::format(
                           "{}, which {}", quote_for_message(name),
                           is_rolling(draft, coupling.follower) ? "follows the wheel that rolls" : "is coupled twice")});
   if (creates_coupling_cycle(leaders, coupling.follower, coordinates_of(coupling.leader)))
     keys.joint->fail({.kind = "circular coupling",
-                      .expected = "a chain of couplings with an end",
+                      .expected = "couplings without a cycle",
                       .found = fmt::format("that {} follows itself", quote_for_message(name))});
   follower_leaders = coordinates_of(coupling.leader);
   mechanism.couplings.push_back(coupling);
@@ -426,7 +426,7 @@ void read_actuators(const SpecCursor& section, StudyBuilder& draft) {
       const bool read = draft.problems.collect([&] {
         const CoordinateId coordinate = read_coordinate(item, draft);
         if (!actuated.insert(coordinate).second)
-          item.fail({.expected = "every actuator once", .found = fmt::format("{} again", item.describe_found())});
+          item.fail({.expected = "each actuator only once", .found = fmt::format("{} again", item.describe_found())});
         actuators.push_back(coordinate);
       });
       if (!read) draft.problems.mark_invalid(item.path());

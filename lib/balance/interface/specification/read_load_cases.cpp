@@ -53,7 +53,7 @@ std::optional<NamedLoad> find_parameter(const Member& member, const StudyBuilder
   const auto& free = draft.parameters.free_numbers();
   if (std::any_of(free.begin(), free.end(), [&](const FreeNumberEntry& one) { return one.number.key_path == path; }))
     fail_at(member.key, quote_for_message(member.name) + ", which is free");
-  if (!parameter->is_plain) fail_at(member.key, quote_for_message(member.name) + ", which other parameters make up");
+  if (!parameter->is_plain) fail_at(member.key, quote_for_message(member.name) + ", which depends on other parameters");
   return NamedLoad{{member.name, path, parameter->value.value(), 1, draft.recording->input_index(parameter->value)},
                    SignConstraint::none};
 }
@@ -111,7 +111,7 @@ VectorX read_values(const SpecCursor& at, StudyBuilder& draft, const NamedLoad& 
   read_each(at.items("values [a, b, …] or {range: [from, to], samples: n}"), [&](const SpecCursor& item) {
     const double value = read_value(item, draft, load);
     if (std::find(values.begin(), values.end(), value) != values.end())
-      item.fail({.expected = "every value once", .found = item.describe_found() + " again"});
+      item.fail({.expected = "each value only once", .found = item.describe_found() + " again"});
     values.push_back(value);
   });
   if (values.empty()) at.fail_expected("at least one value");
@@ -120,7 +120,7 @@ VectorX read_values(const SpecCursor& at, StudyBuilder& draft, const NamedLoad& 
 
 void require_new(const Member& member, const NamedLoad& load, const std::vector<LoadParameter>& existing) {
   for (const LoadParameter& one : existing)
-    if (one.path == load.number.path) fail_at(member.key, quote_for_message(member.name) + ", which is there already");
+    if (one.path == load.number.path) fail_at(member.key, quote_for_message(member.name) + ", which is already listed");
 }
 
 /// All combinations; the last number changes first.
@@ -140,7 +140,7 @@ void read_product(const SpecCursor& at, StudyBuilder& draft, LoadCases& cases) {
   if (!is_valid) throw CascadingError();
   if (count < 2 || count > max_load_cases)
     at.fail({.expected = fmt::format("2 to {} cases", max_load_cases),
-             .found = count > max_load_cases ? "more of them" : fmt::format("{}", lists.empty() ? 0 : count)});
+             .found = count > max_load_cases ? "more" : fmt::format("{}", lists.empty() ? 0 : count)});
   cases.values.resize(count, static_cast<Eigen::Index>(lists.size()));
   for (Eigen::Index row = 0; row < count; ++row) {
     Eigen::Index quotient = row;
@@ -221,8 +221,8 @@ void read_load_cases(const SpecCursor& at, StudyBuilder& draft, LoadCases& cases
 }
 
 CaseAggregation read_case_aggregation(const SpecCursor& at) {
-  return at.read_choice("what counts of all cases", {"worst", "mean"}) == 0 ? CaseAggregation::worst
-                                                                            : CaseAggregation::mean;
+  return at.read_choice("a way to combine the cases", {"worst", "mean"}) == 0 ? CaseAggregation::worst
+                                                                              : CaseAggregation::mean;
 }
 
 std::set<std::string> read_adapted(const SpecCursor& at, const StudyBuilder& draft) {
@@ -232,7 +232,7 @@ std::set<std::string> read_adapted(const SpecCursor& at, const StudyBuilder& dra
   std::set<std::string> paths;
   if (free.empty()) return paths;  // a designed spec: its free numbers have become plain numbers
   const auto read_name = [&](const SpecCursor& item) {
-    const std::string& name = item.read_word("the name of a free number, or of what holds some");
+    const std::string& name = item.read_word("the name of a free number, or of something that contains some");
     bool is_known = false;
     for (const std::string& path : free) {
       if (!is_name_of_container(name, path)) continue;
@@ -241,7 +241,7 @@ std::set<std::string> read_adapted(const SpecCursor& at, const StudyBuilder& dra
     }
     if (is_known) return;
     if (!draft.is_mechanism_valid) throw CascadingError();
-    fail_expected_one_of(item, "a free number, or what holds some", free);
+    fail_expected_one_of(item, "a free number, or something that contains some", free);
   };
   if (!at.is_list()) {
     read_name(at);

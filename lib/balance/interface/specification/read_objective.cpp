@@ -122,7 +122,7 @@ std::string default_trajectory_name(const SpecCursor& at, const Study& study) {
   if (study.trajectories.empty()) at.fail({.expected = "a spec with a trajectory", .found = "a figure but no motion"});
   if (is_mechanism_dependent(study.trajectories.front()))
     at.fail({.expected = "'along' a trajectory that does not depend on the mechanism",
-             .found = "none, and the spec's first one is found for the mechanism"});
+             .found = "none, and the spec's first one depends on the mechanism"});
   return study.trajectories.front().name;
 }
 
@@ -135,14 +135,14 @@ double read_weight(const SpecCursor& at, SpecParameters& parameters) {
 }
 
 double read_deviation_multiple(const SpecCursor& at, SpecParameters& parameters, const Study& study) {
-  if (!at.is_scalar()) at.fail_expected("how many deviations, a number or an expression");
+  if (!at.is_scalar()) at.fail_expected("a number of deviations or an expression");
   const double count = parameters.evaluate(at).value();
   if (!(count >= 0))
     at.fail(
         {.kind = "must not be negative", .expected = "a number of deviations ≥ 0", .found = fmt::format("{}", count)});
   if (study.tolerances.empty()) {
     if (at.problems().is_uncertain("tolerances")) throw CascadingError();
-    at.fail({.expected = "a spec with 'tolerances', which say how far its numbers may be off", .found = "none"});
+    at.fail({.expected = "a spec with 'tolerances', which state the deviations of its numbers", .found = "none"});
   }
   return count;
 }
@@ -158,7 +158,7 @@ namespace {
 
 /// `over: workspace`; the spec must have one.
 void read_over(const SpecCursor& at, const Study& study) {
-  at.read_choice("what to go over", {workspace_name});
+  at.read_choice("a set of poses", {workspace_name});
   if (at.problems().is_uncertain(workspace_name)) throw CascadingError();
   const auto& trajectories = study.trajectories;
   if (std::none_of(trajectories.begin(), trajectories.end(),
@@ -439,7 +439,7 @@ class LimitReader {
     if (match == names.end() || name == robust_function_name)
       part.cursor().fail({.expected = fmt::format("a figure ({})", join_alternatives(names)),
                           .found = fmt::format("{}{}", quote_for_message(text),
-                                               name == robust_function_name ? "; mean_plus(3, peak(torque)) is one"
+                                               name == robust_function_name ? "; for example mean_plus(3, peak(torque))"
                                                                             : append_nearest_name(name, names))});
     ObjectiveTerm term = terms_by_name()[static_cast<std::size_t>(match - names.begin())].term;
     const bool is_size = term.size != ObjectiveTerm::Size::none;
@@ -487,7 +487,8 @@ class LimitReader {
       const bool is_minimum =
           term.size == ObjectiveTerm::Size::none && (term.run == Run::mobility || term.run == Run::clearance);
       if (is_minimum && (limit.terms.size() > 1 || term.weight != 1))
-        at.fail({.expected = "mobility and clearance alone, not in a sum", .found = quote_for_message(at.node().text)});
+        at.fail({.expected = "mobility and clearance on their own, not in a sum",
+                 .found = quote_for_message(at.node().text)});
     }
   }
 

@@ -71,7 +71,7 @@ using namespace specification;
 /// An option must not have free numbers.
 void require_numbers(const Member& member) {
   if (member.value.is_scalar()) return;
-  for (const Member& one : list_members(member.value, "a joint coordinate, or a mapping of such to factors"))
+  for (const Member& one : list_members(member.value, "a joint coordinate, or a mapping of these to factors"))
     if (!one.value.is_scalar()) one.value.fail_expected("a number");
 }
 

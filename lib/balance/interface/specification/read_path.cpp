@@ -31,7 +31,8 @@ Dimension width_dimension(const SpecCursor& at, const TrajectoryOf<Expression>& 
     (draft.mechanism().coordinates[c].kind == CoordinateKind::angle ? has_angle : has_length) = true;
   }
   if (has_angle && has_length)
-    at.fail({.expected = "no corridor with a drive of turning and sliding joints, which have no distance in common"});
+    at.fail({.expected =
+                 "no corridor with a drive of both turning and sliding joints, which share no measure of distance"});
   if (trajectory.from.joints.size() == 1)
     at.fail({.expected = "a drive of at least two joints: one alone leaves no room beside its path"});
   return has_length ? dimension::length : dimension::angle;
@@ -54,13 +55,13 @@ void check_corridor_trajectory(const SpecCursor& at, const TrajectoryOf<Expressi
     at.fail(
         {.expected = "at least two coordinates of a point among the components: one leaves no room beside its path"});
   if (trajectory.law.kind == MotionLawKind::constant_momentum)
-    at.fail({.expected = "no corridor with the law 'steady-momentum', which leaves nothing to be made least"});
+    at.fail({.expected = "no corridor with the law 'steady-momentum', which leaves nothing to minimize"});
   if (trajectory.start_speed.value() != 0 || trajectory.end_speed.value() != 0)
-    at.fail({.expected = "no corridor beside 'speeds': the motion starts and ends at rest"});
+    at.fail({.expected = "no corridor with 'speeds': the motion starts and ends at rest"});
   for (const auto& task : trajectory.secondary_tasks) {
     const auto* spline = std::get_if<SplineTaskOf<Expression>>(&task.kind);
     if (spline == nullptr || spline->over_time)
-      at.fail({.expected = "no corridor beside a spline over time or a kept momentum"});
+      at.fail({.expected = "no corridor with a spline over time or a kept momentum"});
   }
 }
 
@@ -138,7 +139,7 @@ CirclePathOf<Expression> read_circle(const SpecCursor& at, StudyBuilder& draft,
   CirclePathOf<Expression> circle;
   std::optional<SpecCursor> centre_entry, angle_entry;
   const auto read_centre = [&](const SpecCursor& c) {
-    if (centre_entry) c.fail({.expected = "'centre' once", .found = "it again in another spelling"});
+    if (centre_entry) c.fail({.expected = "'centre' only once", .found = "it again in another spelling"});
     centre_entry = c;
     circle.centre = read_vector(c, draft, dimension::length);
   };
@@ -190,7 +191,7 @@ ArcPathOf<Expression> read_arc(const SpecCursor& at, StudyBuilder& draft, const 
 void read_times(const SpecCursor& at, StudyBuilder& draft, const TrajectoryOf<Expression>& trajectory,
                 WaypointPathOf<Expression>& path) {
   if (is_mechanism_dependent(trajectory.law.kind))
-    at.fail({.expected = "no 'times' with a law that is searched for: it decides when waypoints are passed"});
+    at.fail({.expected = "no 'times' with a law that is searched for: it determines when waypoints are passed"});
   const auto times = at.items("a list of times");
   if (times.size() != path.points.size())
     at.fail({.expected = fmt::format("a list of {}, one time for each waypoint", path.points.size()),
@@ -227,7 +228,7 @@ WaypointPathOf<Expression> read_waypoints(const SpecCursor& at, StudyBuilder& dr
                                   }},
                                  {"blend", Presence::optional,
                                   [&](const SpecCursor& c) {
-                                    path.spline = c.read_choice("how to pass the waypoints", {"rest", "spline"}) == 1;
+                                    path.spline = c.read_choice("a way to pass the waypoints", {"rest", "spline"}) == 1;
                                   }},
                                  {"times", Presence::optional, [&](const SpecCursor& c) { times_entry = c; }}});
   if (read && times_entry) read_times(*times_entry, draft, trajectory, path);
@@ -395,7 +396,7 @@ std::vector<int> read_columns(const SpecCursor& at, const std::vector<TableColum
   read_each(at.items("a list of the columns after the time"), [&](const SpecCursor& item) {
     const int column = static_cast<int>(item.read_choice("a column", names));
     if (std::find(columns.begin(), columns.end(), column) != columns.end())
-      item.fail({.expected = "every column once", .found = fmt::format("{} again", item.describe_found())});
+      item.fail({.expected = "each column only once", .found = fmt::format("{} again", item.describe_found())});
     columns.push_back(column);
   });
   if (columns.empty()) at.fail_expected("at least one column");

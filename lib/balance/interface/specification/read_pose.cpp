@@ -15,7 +15,7 @@ void require_tool(const SpecCursor& at, const StudyBuilder& draft) {
   if (!draft.mechanism().tool)
     at.fail_unless_uncertain("tool", {.expected = "a spec with a tool ('tool: body.point')",
                                       .found = "none",
-                                      .hint = "this key is about the tool's pose"});
+                                      .hint = "this key refers to the tool's pose"});
 }
 
 }  // namespace
@@ -79,7 +79,7 @@ void check_pose(const SpecCursor& at, const PoseTargetOf<Expression>& pose, cons
       return;
     case DriveKind::com:
       if (!pose.com && !pose.tool && pose.joints.empty())
-        at.fail({.expected = "'com', 'tool' or 'joints', which tell 'drive: com' where the centre of mass is",
+        at.fail({.expected = "'com', 'tool' or 'joints', which give 'drive: com' its centre of mass",
                  .found = "none of them"});
       return;
   }

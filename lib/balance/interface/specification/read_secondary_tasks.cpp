@@ -81,17 +81,17 @@ void assign_momentum_components(const SpecCursor& at, const StudyBuilder& draft,
   for (const KeptMomentumE* momentum : momenta) {
     if (momentum->axis < 0)
       at.fail(
-          {.expected = "'axis: x', y or z beside every 'momentum' in space, but for three that keep all of it at zero",
+          {.expected = "'axis: x', y or z with every 'momentum' in space, except for three that keep all of it at zero",
            .found = "none"});
     if (std::find(axes.begin(), axes.end(), momentum->axis) != axes.end())
-      at.fail({.expected = "a component of its own for every quantity that keeps the angular momentum",
+      at.fail({.expected = "a different component for each quantity that keeps the angular momentum",
                .found = fmt::format("{} again", "xyz"[momentum->axis])});
     axes.push_back(momentum->axis);
   }
   if (is_mechanism_dependent(trajectory.law.kind) && !std::all_of(momenta.begin(), momenta.end(), is_zero))
-    at.fail(
-        {.expected = "'momentum: zero' with a law that is searched for: it decides when the momentum has which value",
-         .found = "another one"});
+    at.fail({.expected =
+                 "'momentum: zero' with a law that is searched for: it determines when the momentum takes each value",
+             .found = "another one"});
 }
 
 namespace {
@@ -108,9 +108,7 @@ struct SecondaryTaskKeys {
   std::optional<SpecCursor> spline, over, jump, momentum, axis;
 };
 
-bool read_jump(const SpecCursor& at) {
-  return at.read_choice("whether the acceleration may jump", {"false", "true"}) == 1;
-}
+bool read_jump(const SpecCursor& at) { return at.read_choice("a truth value", {"false", "true"}) == 1; }
 
 /// Number of coefficients of a spline. With a jump, its middle knot counts twice.
 long coefficients_for(const SpecCursor& at, long knots, bool jump) {
@@ -123,9 +121,9 @@ long coefficients_for(const SpecCursor& at, long knots, bool jump) {
 SplineTaskE read_spline(const SecondaryTaskKeys& keys, Dimension dimension, StudyBuilder& draft) {
   SplineTaskE spline;
   if (keys.jump) spline.has_middle_jump = read_jump(*keys.jump);
-  if (keys.over) spline.over_time = keys.over->read_choice("what a spline is over", {"time", "way"}) == 0;
+  if (keys.over) spline.over_time = keys.over->read_choice("a variable of the spline", {"time", "way"}) == 0;
   if (spline.has_middle_jump && !spline.over_time)
-    keys.jump->fail({.expected = "no 'jump' with 'over: way': where on the way the law jumps is not known before"});
+    keys.jump->fail({.expected = "no 'jump' with 'over: way': where on the way the law jumps is not known in advance"});
   const SpecCursor& at = *keys.spline;
   if (at.is_map()) {
     spline.coefficients = read_free_list(at, draft, dimension, "knots", [&](const SpecCursor& knots, long n) {
@@ -159,14 +157,14 @@ void read_secondary_task(const SpecCursor& at, SecondaryTaskE task, StudyBuilder
   if (keys.spline.has_value() == keys.momentum.has_value())
     at.fail({.expected = "'spline' or 'momentum'", .found = keys.spline ? "both" : "neither"});
   if (keys.spline) {
-    if (keys.axis) keys.axis->fail({.expected = "no such key beside 'spline': only a momentum has it"});
+    if (keys.axis) keys.axis->fail({.expected = "no such key with 'spline': only a momentum has it"});
     task.kind = read_spline(keys, task_dimension(task, draft), draft);
     const auto& spline = std::get<SplineTaskE>(task.kind);
     if (is_mechanism_dependent(trajectory.law.kind) && spline.over_time)
-      keys.spline->fail({.expected = "'over: way' with a law that is searched for: it decides when things happen"});
+      keys.spline->fail({.expected = "'over: way' with a law that is searched for: it determines when things happen"});
   } else {
     for (const auto& entry : {keys.over, keys.jump})
-      if (entry) entry->fail({.expected = "no such key beside 'momentum': only a spline has it"});
+      if (entry) entry->fail({.expected = "no such key with 'momentum': only a spline has it"});
     task.kind = read_momentum_task(*keys.momentum, keys.axis, draft);
   }
   trajectory.secondary_tasks.push_back(std::move(task));
@@ -189,7 +187,7 @@ int add_quantity(const SpecCursor& at, const std::string& name, StudyBuilder& dr
                              ? trajectory.remaining_angle
                              : std::find(coordinates.begin(), coordinates.end(), quantity) != coordinates.end();
   if (is_listed)
-    at.fail({.expected = "every coordinate once", .found = fmt::format("{} again", quote_for_message(name))});
+    at.fail({.expected = "each coordinate only once", .found = fmt::format("{} again", quote_for_message(name))});
   if (quantity < 0)
     trajectory.remaining_angle = true;
   else
@@ -203,7 +201,7 @@ void read_secondary_tasks(const SpecCursor& at, StudyBuilder& draft, TrajectoryO
   if (trajectory.drive == DriveKind::joints)
     at.fail({.expected = "no 'remaining' with 'drive: joints', which names its coordinates itself"});
   if (at.is_map()) {
-    for (const Member& member : list_members(at, "a mapping of coordinates to how they go"))
+    for (const Member& member : list_members(at, "a mapping of coordinates to their motions"))
       at.problems().collect([&] {
         const int quantity = add_quantity(member.key, member.name, draft, trajectory);
         read_secondary_task(member.value, {quantity, {}}, draft, trajectory);
@@ -211,9 +209,10 @@ void read_secondary_tasks(const SpecCursor& at, StudyBuilder& draft, TrajectoryO
     assign_momentum_components(at, draft, trajectory);
     return;
   }
-  read_each(at.items("a list of joint coordinates, or a mapping of them to how they go"), [&](const SpecCursor& item) {
-    add_quantity(item, item.read_word("a joint coordinate's name"), draft, trajectory);
-  });
+  read_each(at.items("a list of joint coordinates, or a mapping of them to their motions"),
+            [&](const SpecCursor& item) {
+              add_quantity(item, item.read_word("a joint coordinate's name"), draft, trajectory);
+            });
 }
 
 bool has_momentum_task(const TrajectoryOf<Expression>& trajectory) {

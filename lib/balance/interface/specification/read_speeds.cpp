@@ -121,11 +121,12 @@ bool is_length(const GeneralisedSpeedTermOf<Expression>& term, const StudyBuilde
 GeneralisedSpeedOf<Expression> read_speed(const Member& member, StudyBuilder& draft) {
   GeneralisedSpeedOf<Expression> speed{member.name, {}};
   if (member.value.is_scalar()) {
-    speed.terms.push_back(term_of(member.value, member.value.read_word("what the speed is"), draft));
+    speed.terms.push_back(
+        term_of(member.value, member.value.read_word("a joint coordinate or a component of a motion"), draft));
     return speed;
   }
   const std::vector<Member> members =
-      list_members(member.value, "a joint coordinate, a component of a motion, or a mapping of such to factors");
+      list_members(member.value, "a joint coordinate, a component of a motion, or a mapping of these to factors");
   for (const Member& one : members) speed.terms.push_back(term_of(one.key, one.name, draft));
   if (members.empty()) member.value.fail({.expected = "at least one term", .found = member.value.describe_found()});
   const bool velocity =
@@ -138,7 +139,7 @@ GeneralisedSpeedOf<Expression> read_speed(const Member& member, StudyBuilder& dr
         read_number(value, draft, angle ? dimension::length / dimension::angle : dimension::dimensionless);
     if (!std::isfinite(speed.terms[k].factor.value())) value.fail_expected("a finite number");
     if (value.is_scalar() && speed.terms[k].factor.value() == 0)
-      value.fail({.expected = "a factor other than 0 (what does not count is left out)", .found = "0"});
+      value.fail({.expected = "a factor other than 0 (leave out terms that do not count)", .found = "0"});
   }
   return speed;
 }

@@ -120,7 +120,8 @@ void check_temporary_payloads(const MotionKeys& keys, const StudyBuilder& draft,
   if (is_variable_number(trajectory.duration, draft))
     require_permanent_payloads(keys.at, "a 'duration' that no free number, load case or tolerance changes", draft);
   if (keys.limits) require_permanent_payloads(*keys.limits, "no 'limits'", draft);
-  if (is_mechanism_dependent(trajectory)) require_permanent_payloads(keys.at, "a motion that no mass decides", draft);
+  if (is_mechanism_dependent(trajectory))
+    require_permanent_payloads(keys.at, "a motion that does not depend on masses", draft);
   for (const auto& [pose, place] : {std::pair{&trajectory.from, &keys.from}, std::pair{&trajectory.to, &keys.to}})
     if (pose->com) require_permanent_payloads(*place, "a pose by 'joints' or 'tool'", draft);
 }

@@ -120,8 +120,8 @@ class ToleranceReader {
       // a number's own name takes precedence over a pattern
       if (selected_by_[i] && has_wildcards(member.name) && !has_wildcards(*selected_by_[i])) continue;
       if (selected_by_[i] && has_wildcards(member.name) == has_wildcards(*selected_by_[i]))
-        member.key.fail({.expected = "every number once",
-                         .found = fmt::format("{}, which {} calls already", quote_for_message(numbers_[i].path),
+        member.key.fail({.expected = "each number only once",
+                         .found = fmt::format("{}, which {} already names", quote_for_message(numbers_[i].path),
                                               quote_for_message(*selected_by_[i]))});
       selected_by_[i] = member.name;
       set(member.value, width, numbers_[i]);

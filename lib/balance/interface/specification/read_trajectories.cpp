@@ -121,7 +121,7 @@ MotionLimitOf<Expression> read_interval(const SpecCursor& at, const std::string&
   MotionLimitOf<Expression> limit{name, read_bound(bounds[1], draft, dimension, SignConstraint::none),
                                   read_bound(bounds[0], draft, dimension, SignConstraint::none)};
   if (!(limit.lower_bound->value() < limit.upper_bound.value()))
-    at.fail({.expected = "a least value below the largest one",
+    at.fail({.expected = "a lower limit below the upper limit",
              .found = fmt::format("{} and {}", bounds[0].node().text, bounds[1].node().text)});
   return limit;
 }
@@ -150,7 +150,7 @@ Dimension speed_dimension(const SpecCursor& at, const TrajectoryOf<Expression>& 
     (draft.study.mechanism.coordinates[c].kind == CoordinateKind::angle ? turns : slides) = true;
   }
   if (turns && slides)
-    at.fail({.expected = "no 'speeds' with a drive of turning and sliding joints, whose rates add up to nothing"});
+    at.fail({.expected = "no 'speeds' with a drive of both turning and sliding joints, whose rates cannot be added"});
   return (slides ? dimension::length : dimension::angle) / dimension::time;
 }
 
@@ -240,7 +240,7 @@ std::vector<Component> read_components(const SpecCursor& at, const StudyBuilder&
   read_each(at.items("a list of components"), [&](const SpecCursor& item) {
     const Component component = values[item.read_choice("a component", names)];
     if (std::find(components.begin(), components.end(), component) != components.end())
-      item.fail({.expected = "every component once", .found = fmt::format("{} again", item.describe_found())});
+      item.fail({.expected = "each component only once", .found = fmt::format("{} again", item.describe_found())});
     components.push_back(component);
   });
   if (components.empty()) at.fail_expected("at least one component");
@@ -287,7 +287,7 @@ void read_turns(const TrajectoryAssembly& assembly) {
   auto& trajectory = assembly.trajectory;
   const SpecCursor& at = *assembly.keys.turns;
   if (trajectory.drive != DriveKind::joints || assembly.keys.path)
-    at.fail({.expected = "'turns' with 'drive: joints' and no 'path'; a circle has turns of its own"});
+    at.fail({.expected = "'turns' only with 'drive: joints' and without 'path'; a circle has its own turns"});
   const auto& joints = trajectory.from.joints;
   const auto& coordinates = assembly.draft.mechanism().coordinates;
   if (joints.size() != 1 ||
@@ -356,7 +356,7 @@ void read_trajectory_law(const TrajectoryAssembly& assembly) {
 void read_timing(const TrajectoryAssembly& assembly) {
   const MotionLawKind law = assembly.trajectory.law.kind;
   if (law == MotionLawKind::time_optimal && assembly.timing.duration_given)
-    assembly.at.fail({.expected = "no 'duration' with the law 'fastest', which finds it"});
+    assembly.at.fail({.expected = "no 'duration' with the law 'fastest', which determines it"});
   const auto duration = assembly.timing.duration ? assembly.timing.duration : assembly.defaults.duration;
   const bool is_duration_unread =
       assembly.is_unread("duration", assembly.timing.duration_given, assembly.defaults.duration_given);
@@ -444,7 +444,7 @@ void add_built_in(const SpecCursor& motion, const MotionDefaults& timing, const 
   const bool has_joint_poses = !from.joints.empty() && !to.joints.empty();
   if (!has_tool_poses && !has_joint_poses && !(from.com && to.com))
     timing.to_at->fail(
-        {.expected = "the same of 'tool', 'joints' or 'com' in 'from' and 'to'", .found = "different ones"});
+        {.expected = "the same key ('tool', 'joints' or 'com') in 'from' and 'to'", .found = "different ones"});
   const DriveKind drive_kind = has_tool_poses ? DriveKind::tool : has_joint_poses ? DriveKind::joints : DriveKind::com;
   trajectory.drive = law == MotionLawKind::bang_bang && has_tool_poses ? DriveKind::com : drive_kind;
   if (drive_kind == DriveKind::com) require_permanent_payloads(*timing.from_at, "a pose by 'joints' or 'tool'", draft);

@@ -53,14 +53,13 @@ PoseInterval read_side(const SpecCursor& at, StudyBuilder& draft, Dimension dime
 void read_tool_box(const SpecCursor& at, StudyBuilder& draft, PoseBox& box) {
   box.tool = true;
   const std::size_t count = draft.planar() ? 2 : 3;
-  for (const SpecCursor& item :
-       at.items(draft.planar() ? "two stretches [[x0, x1], [y0, y1]]" : "three stretches", count))
+  for (const SpecCursor& item : at.items(draft.planar() ? "two ranges [[x0, x1], [y0, y1]]" : "three ranges", count))
     box.sides.push_back(read_side(item, draft, dimension::length));
 }
 
 void read_joints_box(const SpecCursor& at, StudyBuilder& draft, PoseBox& box) {
   bool is_valid = true;
-  for (const Member& member : list_members(at, "a mapping of joint coordinates to stretches {J1: [0, 1]}")) {
+  for (const Member& member : list_members(at, "a mapping of joint coordinates to ranges {J1: [0, 1]}")) {
     const auto read = [&] {
       const CoordinateId coordinate = find_coordinate(member.key, member.name, draft);
       const CoordinateKind kind = draft.mechanism().coordinates[static_cast<std::size_t>(coordinate)].kind;
@@ -70,7 +69,7 @@ void read_joints_box(const SpecCursor& at, StudyBuilder& draft, PoseBox& box) {
     is_valid = at.problems().collect(read) && is_valid;
   }
   if (!is_valid) throw CascadingError();
-  if (at.node().items.empty()) at.fail_expected("stretches of at least one joint coordinate");
+  if (at.node().items.empty()) at.fail_expected("a range of at least one joint coordinate");
 }
 
 void read_samples(StudyBuilder& draft, const SpecCursor& at, PoseBox& box) {
@@ -78,10 +77,10 @@ void read_samples(StudyBuilder& draft, const SpecCursor& at, PoseBox& box) {
   std::vector<PoseInterval*> intervals;
   for (PoseInterval& side : box.sides)
     if (side.is_interval) intervals.push_back(&side);
-  if (intervals.empty()) at.fail({.expected = "a stretch [from, to] of something", .found = "one pose"});
+  if (intervals.empty()) at.fail({.expected = "at least one range [from, to]", .found = "a single pose"});
   for (PoseInterval* side : intervals) side->samples = default_workspace_poses;
   if (box.samples && c.is_list()) {
-    const auto items = c.items("one number of samples a stretch", intervals.size());
+    const auto items = c.items("a number of samples for each range", intervals.size());
     for (std::size_t i = 0; i < items.size(); ++i)
       intervals[i]->samples = read_integer(items[i], draft, 2, max_workspace_poses);
   } else if (box.samples) {
@@ -179,8 +178,7 @@ PoseBox read_box(const SpecCursor& at, StudyBuilder& draft) {
     throw CascadingError();
   if (tool_entry && joints_entry) joints_entry->fail({.expected = "'tool' or 'joints'", .found = "both"});
   if (!tool_entry && !joints_entry) at.fail_missing({"tool", "joints"});
-  if (joints_entry && (angle_entry || box.orientation))
-    at.fail({.expected = "no direction of the tool beside 'joints'"});
+  if (joints_entry && (angle_entry || box.orientation)) at.fail({.expected = "no direction of the tool with 'joints'"});
   if (tool_entry && !draft.mechanism().tool)
     tool_entry->fail_unless_uncertain("tool", {.expected = "a spec with a tool ('tool: body.point')", .found = "none"});
   if (tool_entry) read_tool_box(*tool_entry, draft, box);
@@ -196,7 +194,7 @@ PoseBox read_box(const SpecCursor& at, StudyBuilder& draft) {
 void read_workspace(const SpecCursor& at, StudyBuilder& draft) {
   for (const auto& trajectory : draft.trajectories())
     if (trajectory.name == workspace_name)
-      at.fail({.expected = "another name of the trajectory 'workspace'", .found = "a workspace beside it"});
+      at.fail({.expected = "another name for the trajectory 'workspace'", .found = "a workspace as well"});
   require_permanent_payloads(at, "no workspace, whose poses have no time", draft);
   const PoseBox box = read_box(at, draft);
   draft.trajectories().push_back(make_stop_trajectory(list_stops(box), box.tool ? DriveKind::tool : DriveKind::joints));

@@ -31,7 +31,7 @@ std::string find_decimal_comma_between(const YamlNode& first, const YamlNode& se
 std::string find_decimal_comma_in(const YamlNode& list) {
   for (std::size_t i = 0; i + 1 < list.items.size(); ++i)
     if (std::string hint = find_decimal_comma_between(list.items[i], list.items[i + 1]); !hint.empty())
-      return "if a comma is meant to begin decimals: " + hint;
+      return "if the comma is a decimal sign: " + hint;
   return "";
 }
 
@@ -176,10 +176,10 @@ std::string unknown_key_hint(const YamlNode& map, const std::string& key, const 
   if (std::string comma = find_decimal_comma_before(map, key); !comma.empty()) return comma;
   const bool has_body_key = std::find(names.begin(), names.end(), "body") != names.end();
   if (has_body_key && (key == "true" || key == "True"))
-    return "'on' is a truth value in YAML 1.1, so that a tool such as PyYAML writes 'true' for it: say 'body'";
+    return "'on' is a truth value in YAML 1.1, and tools such as PyYAML write 'true' for it: use 'body'";
   const auto is_digit = [](char c) { return c >= '0' && c <= '9'; };
   if (!key.empty() && std::all_of(key.begin(), key.end(), is_digit))
-    return "decimals stand behind a point; a comma separates entries";
+    return "use a decimal point; a comma separates entries";
   return format_nearest_name(key, names);
 }
 

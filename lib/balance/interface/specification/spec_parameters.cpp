@@ -165,8 +165,7 @@ SpecParameters::SpecParameters(const std::optional<SpecCursor>& section, const O
         throw ReadError(std::move(error));
       };
       if (!is_identifier(member.name)) fail("a name of letters, digits and '_'", quote_for_message(member.name));
-      if (is_reserved)
-        fail("a name of its own", quote_for_message(member.name) + ", which has a meaning in expressions");
+      if (is_reserved) fail("an unused name", quote_for_message(member.name) + ", which has a meaning in expressions");
     });
   });
 
@@ -259,8 +258,7 @@ Expression SpecParameters::evaluate_expression(const SpecCursor& scalar, const s
   if (const std::string comma = suggest_decimal_point(text); !comma.empty()) fail(comma);
   const std::string unit = trailing_unit(text);
   if (!unit.empty() && name_set_.count(unit) == 0)
-    fail(fmt::format("there is no place for {} behind a number: 'units:' states the units of all of them",
-                     quote_for_message(unit)));
+    fail(fmt::format("{} cannot follow a number: 'units:' sets the units of all numbers", quote_for_message(unit)));
   const auto fail_unknown = [&](const char* what, const std::string& name, const std::vector<std::string>& candidates) {
     fail(fmt::format("there is no {} {}{}", what, quote_for_message(name), append_nearest_name(name, candidates)));
   };

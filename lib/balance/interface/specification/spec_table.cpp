@@ -47,7 +47,7 @@ void read_line(std::string_view line, long number_of_line, RawTable& table) {
     return;
   }
   if (fields.size() != table.columns.size())
-    throw TableError(fmt::format("line {}: expected {} numbers as in the line of names, found {}", number_of_line,
+    throw TableError(fmt::format("line {}: expected {} numbers as in the header line, found {}", number_of_line,
                                  table.columns.size(), fields.size()));
   std::vector<double> row;
   row.reserve(fields.size());
@@ -67,7 +67,7 @@ RawTable parse_csv(const std::string& text) {
     if (!content.empty()) read_line(content, line, table);
     remaining_text.remove_prefix(end == std::string_view::npos ? remaining_text.size() : end + 1);
   }
-  if (table.columns.empty()) throw TableError("expected a line of column names, found an empty file");
+  if (table.columns.empty()) throw TableError("expected a header line of column names, found an empty file");
   return table;
 }
 
@@ -125,7 +125,7 @@ std::filesystem::path find_file(const SpecCursor& at, const StudyBuilder& draft)
   std::error_code error;
   if (!std::filesystem::exists(path, error))
     at.fail(
-        {.expected = "a file beside the spec", .found = fmt::format("none at {}", quote_for_message(path.string()))});
+        {.expected = "a file next to the spec", .found = fmt::format("none at {}", quote_for_message(path.string()))});
   if (const std::string kind = describe_non_file(path.string()); !kind.empty())
     at.fail({.expected = "a file", .found = fmt::format("{} at {}", kind, quote_for_message(path.string()))});
   if (std::filesystem::file_size(path, error) > max_table_bytes)
@@ -152,17 +152,17 @@ std::vector<int> find_column_indices(const RawTable& raw, const std::vector<std:
     if (match == names.end())
       throw TableError(
           fmt::format("expected the columns {}, found {}{}", join_alternatives(names), quote_for_message(column),
-                      column.find(';') != std::string::npos ? "; commas stand between columns, points before decimals"
+                      column.find(';') != std::string::npos ? "; use commas between columns and points before decimals"
                                                             : append_nearest_name(column, names)));
     const int index = static_cast<int>(match - names.begin()) - 1;
     if (std::find(indices.begin(), indices.end(), index) != indices.end())
-      throw TableError(fmt::format("expected every column once, found {} again", quote_for_message(column)));
+      throw TableError(fmt::format("expected each column only once, found {} again", quote_for_message(column)));
     indices.push_back(index);
   }
   if (std::find(indices.begin(), indices.end(), -1) == indices.end())
     throw TableError("expected a column 'time', found none");
   if (indices.size() < 2)
-    throw TableError(fmt::format("expected columns beside 'time' ({}), found none", join_alternatives(names)));
+    throw TableError(fmt::format("expected columns besides 'time' ({}), found none", join_alternatives(names)));
   return indices;
 }
 

@@ -74,7 +74,7 @@ CoordinateCombinationOf<Expression> read_followed(const SpecCursor& at, StudyBui
       const CoordinateKind kind = draft.mechanism().coordinates[static_cast<std::size_t>(coordinate)].kind;
       const Expression ratio = read_number(member.value, draft, follower / dimension_of(kind));
       if (is_fixed_zero(member.value, ratio, draft))
-        member.value.fail({.expected = "a ratio other than 0 (what does not count is not followed)", .found = "0"});
+        member.value.fail({.expected = "a ratio other than 0 (leave out what is not followed)", .found = "0"});
       if (followed.insert(coordinate).second) terms.push_back({coordinate, ratio});
     };
     is_valid = draft.problems.collect(read) && is_valid;

@@ -49,7 +49,7 @@ void wait_for_writer(int pipe, const std::string& path, const std::string& what)
     if (ready > 0) return;
     if (ready < 0 && errno != EINTR) fail(path, what, std::strerror(errno));
   }
-  fail(path, what, "it is a pipe that nobody writes into");
+  fail(path, what, "it is a pipe without a writer");
 }
 
 struct FileDescriptor {

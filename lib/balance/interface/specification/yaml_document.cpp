@@ -92,7 +92,7 @@ std::string format_flow(const YamlNode& node) {
 namespace {
 
 ReadError make_syntax_error(NodeLocation place, const std::string& what, const std::string& hint = "") {
-  return {place, "", {.expected = "YAML", .found = "an error of syntax: " + what, .hint = hint}};
+  return {place, "", {.expected = "YAML", .found = "a syntax error: " + what, .hint = hint}};
 }
 
 /// Byte behind the quote that closes the one at `begin`; npos if there is none.
@@ -174,9 +174,9 @@ class SyntaxScanner {
     if (next_character != std::string::npos && std::strchr(":,]}#\n", text_[next_character]) == nullptr) {
       const NodeLocation from = place(begin), to = place(end - 1);
       const bool spans_lines = from.line != to.line;
-      error_ = spans_lines ? make_syntax_error(from, fmt::format("the quote {} is closed no sooner than in line {}",
-                                                                 text_[begin], to.line))
-                           : make_syntax_error(place(next_character), "text behind a closing quote");
+      error_ = spans_lines ? make_syntax_error(
+                                 from, fmt::format("the quote {} is not closed before line {}", text_[begin], to.line))
+                           : make_syntax_error(place(next_character), "text after a closing quote");
       return;
     }
     at_ = end;
@@ -186,14 +186,14 @@ class SyntaxScanner {
 
   void close_bracket(char c) {
     if (open_.empty()) {
-      error_ = make_syntax_error(place(at_), fmt::format("'{}' closes nothing", c));
+      error_ = make_syntax_error(place(at_), fmt::format("'{}' without an opening bracket", c));
       return;
     }
     const char opening_bracket = text_[open_.back()];
     if ((opening_bracket == '[') != (c == ']')) {
       const NodeLocation from = place(open_.back());
       error_ = make_syntax_error(
-          place(at_), fmt::format("'{}' where the '{}' of line {}, column {} wants a '{}'", c, opening_bracket,
+          place(at_), fmt::format("'{}' where the '{}' of line {}, column {} needs a '{}'", c, opening_bracket,
                                   from.line, from.column, opening_bracket == '[' ? ']' : '}'));
       return;
     }
@@ -252,8 +252,8 @@ std::optional<ReadError> find_missing_colon(const std::string& text, NodeLocatio
     if (!is_word || has_colon || begin > indentation || content.find_first_of("[]{}\"'#,") != std::string_view::npos)
       return std::nullopt;
     const bool lacks_blank = content.find(':') != std::string_view::npos;
-    return make_syntax_error({static_cast<int>(i) + 1, static_cast<int>(begin) + 1}, "a line that is no 'key: value'",
-                             lacks_blank ? "a blank belongs behind the colon" : "a colon belongs behind the key");
+    return make_syntax_error({static_cast<int>(i) + 1, static_cast<int>(begin) + 1}, "a line that is not 'key: value'",
+                             lacks_blank ? "put a space after the colon" : "put a colon after the key");
   }
   return std::nullopt;
 }
@@ -265,13 +265,13 @@ std::string find_syntax_hint(const std::string& text, NodeLocation stop_location
   const std::string_view line = is_in_text ? lines.back() : std::string_view();
   const auto column = static_cast<std::size_t>(std::max(stop_location.column, 1)) - 1;
   if (reason == "illegal map value" && line.substr(0, column).find(": ") != std::string_view::npos)
-    return "text that has ': ' in it stands in quotes";
+    return "put text that contains ': ' in quotes";
   if (reason == "illegal map value" || reason == "end of map not found" || reason == "end of sequence not found")
-    return "this line or the one above is not indented as its neighbours are";
+    return "this line or the one above is not indented like its neighbours";
   if (reason == "end of map flow not found" || reason == "end of sequence flow not found")
-    return "a ',' is missing before";
+    return "a ',' is missing before this";
   if (reason == "unknown token" && column < line.size())
-    return fmt::format("text that begins with '{}' stands in quotes", line[column]);
+    return fmt::format("put text that begins with '{}' in quotes", line[column]);
   return "";
 }
 
@@ -448,13 +448,12 @@ class YamlNodeBuilder : public YAML::EventHandler {
     if (key.kind != YamlNode::Kind::scalar)
       throw ReadError(key.place, path(), {.expected = "a name as a key", .found = "a list or a mapping"});
     if (key.text == "<<" && !key.is_quoted)
-      throw ReadError(key.place, path(),
-                      {.expected = "a name as a key",
-                       .found = "'<<'",
-                       .hint = "merging is not part of the language, parameters are"});
+      throw ReadError(
+          key.place, path(),
+          {.expected = "a name as a key", .found = "'<<'", .hint = "merging is not supported; use parameters"});
     if (!parent.key_names.insert(key.text).second) {
       ReadError error(key.place, path() + (path().empty() ? "" : ".") + key.text,
-                      {.expected = "every key once", .found = quote_for_message(key.text) + " again"});
+                      {.expected = "each key only once", .found = quote_for_message(key.text) + " again"});
       error.unknown_key_in = path();
       problems_.add(std::move(error));
     }
@@ -523,7 +522,7 @@ void check_text(const std::string& text, const DocumentLimits& limits) {
       place = text[i] == '\n' ? NodeLocation{place.line + 1, 1} : NodeLocation{place.line, place.column + 1};
     throw ReadError(place, "",
                     {.expected = "text (UTF-8)",
-                     .found = fmt::format("the byte 0x{:02x}: this is a binary file or in another encoding",
+                     .found = fmt::format("the byte 0x{:02x}: this is a binary file or uses another encoding",
                                           static_cast<unsigned>(static_cast<unsigned char>(text[*invalid_byte])))});
   }
   if (text.find_first_not_of(" \t\r\n") == std::string::npos)
@@ -531,7 +530,7 @@ void check_text(const std::string& text, const DocumentLimits& limits) {
   if (const std::size_t carriage_return = text.find('\r');
       carriage_return != std::string::npos && text.find('\n') == std::string::npos)
     throw ReadError({1, static_cast<int>(carriage_return) + 1}, "",
-                    {.expected = "lines that end with a line feed", .found = "carriage returns alone"});
+                    {.expected = "lines that end with a line feed", .found = "carriage returns only"});
   // yaml-cpp stores all tokens of a bracket before it reports the first
   const auto marks = std::count_if(text.begin(), text.end(), [](char c) { return std::strchr("[]{},", c) != nullptr; });
   if (marks > 3 * limits.max_nodes)
@@ -560,7 +559,7 @@ YamlNode parse_yaml(const std::string& text, SpecErrorCollector& problems, const
   } catch (const YAML::Exception& error) {
     if (const auto tab = find_indentation_tab(text, place_of(error.mark)))
       throw ReadError(*tab, "",
-                      {.expected = "YAML", .found = "a tab where it wants blanks", .hint = "indent with blanks"});
+                      {.expected = "YAML", .found = "a tab in the indentation", .hint = "indent with spaces"});
     throw diagnose_syntax_error(text, place_of(error.mark), error.msg);
   }
 }

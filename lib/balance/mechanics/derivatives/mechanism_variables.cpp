@@ -71,12 +71,12 @@ void require_variable(const Mechanism& mechanism, const MechanismVariable& varia
     return value >= 0 && static_cast<std::size_t>(value) < count;
   };
   const auto throw_missing = [](const std::string& what, int value) {
-    throw std::invalid_argument("a number of the mechanism: there is no " + what + " " + std::to_string(value));
+    throw std::invalid_argument("mechanism variable: there is no " + what + " " + std::to_string(value));
   };
   if (!is_in_range(variable.index, count_elements(mechanism, variable.kind))) throw_missing("element", variable.index);
   if (variable.kind == Kind::friction_coulomb_backward &&
       !mechanism.friction[static_cast<std::size_t>(variable.index)].coulomb_backward)
-    throw std::invalid_argument("a mechanism's number: that friction tells no directions apart");
+    throw std::invalid_argument("mechanism variable: that friction is the same in both directions");
   if (!is_in_range(variable.row, 3)) throw_missing("row", variable.row);
   if (!is_in_range(variable.column, count_variable_columns(mechanism, variable)))
     throw_missing("column", variable.column);

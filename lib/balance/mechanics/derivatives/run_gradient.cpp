@@ -302,8 +302,7 @@ RunGradient differentiate_run(const MechanismOf<DualNumber>& mechanism, const Tr
                               const std::vector<std::string>& quantities) {
   if (trajectory.samples < 2) throw std::invalid_argument("a trajectory needs at least two samples");
   if (has_velocity_constraints(values_of(mechanism)))
-    throw std::invalid_argument(
-        "there are no derivatives of a motion whose rates are bound, which all of the way decides");
+    throw std::invalid_argument("a motion with constraints on speeds has no derivatives: it depends on the whole path");
   return dispatch_space(mechanism.space,
                         [&]<class S>(S) { return DualRun<S>(mechanism, trajectory, quantities).run(); });
 }

@@ -36,7 +36,7 @@ void require_variables(const InverseDynamics& inverse_dynamics, const std::vecto
       require_variable(inverse_dynamics.mechanism(), *number);
     } else if (const int index = std::get<StateVariable>(variable).index;
                index < 0 || index >= inverse_dynamics.degrees_of_freedom()) {
-      throw std::invalid_argument("a number of the state: there is no coordinate " + std::to_string(index) + " of " +
+      throw std::invalid_argument("state variable: there is no coordinate " + std::to_string(index) + " of " +
                                   std::to_string(inverse_dynamics.degrees_of_freedom()));
     }
   }

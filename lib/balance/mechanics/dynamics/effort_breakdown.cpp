@@ -66,7 +66,7 @@ MotionOutcome add_effort_breakdown(const Mechanism& mechanism, RunResult& result
 
 StateTable extract_independent_states(const EquationTerms& terms, const RunResult& result) {
   if (result.joint_position.cols() != static_cast<Eigen::Index>(terms.mechanism().coordinates.size()))
-    throw std::invalid_argument("the run has other coordinates than the mechanism");
+    throw std::invalid_argument("the run's coordinates are not those of the mechanism");
   StateTable states;
   const auto d = static_cast<Eigen::Index>(terms.independent().size());
   for (Samples* all : {&states.q, &states.dq, &states.ddq}) all->resize(result.joint_position.rows(), d);

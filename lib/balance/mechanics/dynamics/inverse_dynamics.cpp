@@ -314,7 +314,7 @@ void check_table(const char* what, const Eigen::Ref<const Samples>& values, Eige
   for (Eigen::Index k = 0; k < values.rows(); ++k)
     if (!values.row(k).allFinite())
       throw std::invalid_argument(std::string(what) + ": expected finite numbers; row " + std::to_string(k) +
-                                  " has others");
+                                  " has non-finite ones");
 }
 
 void check_time(const VectorX& time, Eigen::Index rows) {
@@ -335,8 +335,8 @@ std::unique_ptr<InverseDynamics::Implementation> make_inverse_dynamics(const Mec
     throw std::invalid_argument("single states need payloads that are always there");
   if (has_velocity_constraints(mechanism))
     throw std::invalid_argument(
-        "rates are bound (constraints, or something that rolls on a plane): independent coordinates do not tell the "
-        "configuration; see EquationTerms, which is told all coordinates");
+        "constraints on speeds (also rolling joints): independent coordinates do not determine the configuration; use "
+        "EquationTerms, which takes all coordinates");
   if (!options.about.allFinite()) throw std::invalid_argument("about: expected finite numbers");
   if (!(options.time_scale > 0) || !std::isfinite(options.time_scale))
     throw std::invalid_argument("time_scale: expected a positive number");

@@ -502,7 +502,7 @@ MotionOutcome LoopDynamics<S>::assemble(const VectorX& q, const VectorX& dq, Vec
   ConstraintSystem<S> closures(full_tree_, Drive<S>{});
   const AssemblySolution nearest = solve_assembly(closures, y, {});
   if (!nearest.found)
-    return make_outcome(MotionStatus::not_assembled, 0, "the loops do not close near the joint coordinates given");
+    return make_outcome(MotionStatus::not_assembled, 0, "the loops do not close near the given joint coordinates");
   if (freedoms_ < 0) freedoms_ = columns() - find_generic_closure_rank(full_tree_, nearest.y);
   const auto make_singular_outcome = [&] {
     return make_outcome(
@@ -519,7 +519,7 @@ MotionOutcome LoopDynamics<S>::assemble(const VectorX& q, const VectorX& dq, Vec
   const AssemblySolution exact = solve_assembly(driven_system, nearest.y, target);
   if (!exact.found)
     return make_outcome(MotionStatus::not_assembled, 0,
-                        "the loops do not close with the independent joint coordinates as given");
+                        "the loops do not close with the given independent joint coordinates");
   y = exact.y;
   reset_spherical_references(1, y.data(), dy.data());
   if (!choose_independent_columns(y.data(), true) || !solve_dependent(y.data(), dy.data()))

@@ -92,9 +92,9 @@ VectorX independent_rates(const Mechanism& mechanism, const std::vector<Coordina
   for (const CoordinateValue& value : values) {
     const auto entry = std::find(independent.begin(), independent.end(), value.coordinate);
     if (entry == independent.end())
-      throw std::invalid_argument("rates are those of the independent coordinates; " +
+      throw std::invalid_argument("rates must be those of independent coordinates; " +
                                   mechanism.coordinates[static_cast<std::size_t>(value.coordinate)].name +
-                                  " is none of them");
+                                  " is not one of them");
     rates[entry - independent.begin()] = value.value;
   }
   return rates;

@@ -45,14 +45,14 @@ void check_speeds(const Mechanism& mechanism, const Tree<S>& tree, const std::ve
     for (const GeneralisedSpeedTerm& term : speed.terms) {
       if (term.kind != GeneralisedSpeedTerm::Kind::coordinate) {
         if (term.body < 0 || term.body >= static_cast<int>(tree.bodies.size()) || term.index < 0 || term.index > 2)
-          throw std::invalid_argument("the speed " + speed.name + " is one of a body or an axis that does not exist");
+          throw std::invalid_argument("the speed " + speed.name + " refers to a body or an axis that does not exist");
         continue;
       }
       const auto c = static_cast<std::size_t>(term.index);
       const Coordinate& coordinate = mechanism.coordinates.at(c);
       if (!tree.coordinate_expressions[c].has_terms() || tree.is_floating[c])
-        throw std::invalid_argument("the speed " + speed.name + " cannot be made of " + coordinate.name +
-                                    ", whose joint closes a loop or floats; make it independent, or take others");
+        throw std::invalid_argument("the speed " + speed.name + " cannot contain " + coordinate.name +
+                                    ", whose joint closes a loop or floats; make it independent or use others");
     }
 }
 
@@ -164,7 +164,7 @@ Expected<SpeedTerms> EquationTerms::speed_terms(const VectorX& q, const SpeedCho
   const auto s = static_cast<Eigen::Index>(choice.speeds.size()),
              p = static_cast<Eigen::Index>(choice.constrained.size());
   if (s == 0 || s + p != d)
-    throw std::invalid_argument("speeds, and what is zero, must be as many as the degrees of freedom, " +
+    throw std::invalid_argument("speeds, free and held at zero, must be as many as the degrees of freedom, " +
                                 std::to_string(d) + "; they are " + std::to_string(s) + " and " + std::to_string(p));
   const Expected<IndependentTerms> terms = independent_terms(q, time);
   Expected<SpeedTerms> result;
@@ -179,7 +179,7 @@ Expected<SpeedTerms> EquationTerms::speed_terms(const VectorX& q, const SpeedCho
     result.outcome = {MotionStatus::drive_singularity,
                       time,
                       p == 0 ? "the speeds do not determine the mechanism's motion there"
-                             : "the speeds, with what is zero, do not determine the mechanism's motion there",
+                             : "the speeds and those held at zero do not determine the mechanism's motion there",
                       {}};
     return result;
   }

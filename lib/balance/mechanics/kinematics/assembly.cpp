@@ -30,12 +30,12 @@ MotionOutcome check_pose_determinacy(int free_count, int stated_count, int freed
   if (free_count == 0) return outcome;
   if (stated_count < freedoms) {
     outcome.status = MotionStatus::mismatch;
-    outcome.reason = "the pose says too little: it states " + std::to_string(stated_count) + " of the " +
+    outcome.reason = "the pose is incomplete: it states " + std::to_string(stated_count) + " of the " +
                      std::to_string(freedoms) + " numbers that determine the mechanism's configuration";
   } else {
     outcome.status = MotionStatus::drive_singularity;
-    outcome.reason = "the pose does not determine the configuration: what it states leaves " +
-                     std::to_string(free_count) + " of " + std::to_string(freedoms) + " degrees of freedom open there";
+    outcome.reason = "the pose does not determine the configuration: it leaves " + std::to_string(free_count) + " of " +
+                     std::to_string(freedoms) + " degrees of freedom open there";
   }
   return outcome;
 }

@@ -294,13 +294,13 @@ MotionOutcome AssemblyBranch<S>::move_closed_to(const double* q) {
     if (std::abs(q[k] - q_[static_cast<std::size_t>(k)]) <= max_tracking_distance * unit) continue;
     outcome.status = MotionStatus::unreachable;
     outcome.reason = mechanism_.coordinates[independent_[static_cast<std::size_t>(k)]].name +
-                     " is too far from the state before to be followed there";
+                     " is too far from the previous state to be tracked";
     return outcome;
   }
   const Snapshot saved_state = snapshot();
   if (step_repeatedly(q)) return outcome;
   has_current_equations_ = false;
-  outcome = track_with_stepper(q, "on the straight way from the state before: ");
+  outcome = track_with_stepper(q, "on the straight path from the previous state: ");
   if (outcome.status != MotionStatus::done) restore(saved_state);
   return outcome;
 }

@@ -169,7 +169,7 @@ MotionOutcome explain_open_loops(const Mechanism& mechanism, const Tree<S>& tree
   if (scaled_error < singular_closure_tolerance)
     return {MotionStatus::not_assembled,
             0,
-            "the loops close in a singular configuration only, to within round-off (" + open_text +
+            "the loops close only in a singular configuration, to within round-off (" + open_text +
                 "): the lengths barely suffice, and nothing can move" + links_text,
             {}};
   return {MotionStatus::not_assembled, 0, "the loops cannot be closed: " + open_text + links_text, {}};
@@ -244,7 +244,7 @@ std::string format_missed_values(const Mechanism& mechanism, const Drive<S>& dri
     const double angle_error = Eigen::AngleAxisd(nearest.rotation * target.rotation.transpose()).angle();
     if (angle_error > min_listed_miss)
       text += (text.empty() ? "" : ", ") +
-              ("an orientation that stays off by " + format_angle(angle_error, mechanism.units));
+              ("an orientation that is missed by " + format_angle(angle_error, mechanism.units));
   }
   return text;
 }

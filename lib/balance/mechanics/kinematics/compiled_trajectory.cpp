@@ -170,7 +170,7 @@ std::string check_com_mobility(const Tree<S>& tree, const VectorX& y, const std:
   if (has_independent_rates) return "";
   if (has_full_row_rank(select_components(rates)))
     return std::string(
-               "the centre of mass moves in fewer directions at once than are prescribed of it and cannot drive the "
+               "the centre of mass moves in fewer independent directions than are prescribed and cannot drive the "
                "mechanism") +
            drive_hint;
   const SingularValueDecomposition directions(select_components(rates), Eigen::ComputeFullU);
@@ -399,10 +399,9 @@ class TrajectoryCompiler {
       return true;
     }
     if (configuration_freedoms_ > plan_.freedoms)
-      return fail(
-          make_failure(MotionStatus::mismatch,
-                       "the end pose (to) must state what is driven: rates are bound, so that the way there decides "
-                       "about everything else"));
+      return fail(make_failure(MotionStatus::mismatch,
+                               "the end pose (to) must state the driven quantities: with constraints on speeds, all "
+                               "others depend on the path"));
     // `to` is stated in quantities other than the driven ones: track to it and measure them there
     const PoseEquations<S> to = make_pose_equations(mechanism_, tree_, trajectory_.to);
     ConstraintSystem<S> system(tree_, to.drive);

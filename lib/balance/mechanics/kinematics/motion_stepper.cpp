@@ -474,8 +474,8 @@ std::pair<MotionStatus, const char*> MotionStepper<S>::diagnose(StepResult attem
     return {MotionStatus::unreachable, "the prescribed values cannot be reached"};
   if (attempt == StepResult::evaluations_exhausted)
     return {MotionStatus::unreachable,
-            "the way cannot be followed further: rates change so fast that steps become shorter without end"};
-  return {MotionStatus::assembly_jump, "the motion could only go on by a jump to another assembly mode"};
+            "the motion cannot be followed further: rates change so fast that steps shrink without end"};
+  return {MotionStatus::assembly_jump, "the motion could only continue by jumping to another assembly mode"};
 }
 
 #define BALANCE_INSTANTIATE(S)                                                              \

@@ -19,7 +19,7 @@ extern const LaneKernels balance_lanes_avx512;
 const LaneKernels& lane_kernels(InstructionSet set) {
   const std::vector<InstructionSet> sets = list_instruction_sets();
   if (std::find(sets.begin(), sets.end(), set) == sets.end())
-    throw std::invalid_argument(std::string("no calculation here with the instruction set ") +
+    throw std::invalid_argument(std::string("this machine does not support the instruction set ") +
                                 instruction_set_name(set));
 #ifdef BALANCE_LANES_avx2
   if (set == InstructionSet::avx2) return balance_lanes_avx2;

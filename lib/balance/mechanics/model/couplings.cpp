@@ -37,8 +37,7 @@ class CouplingResolver {
       if (state_[c] == State::unknown && coupling != nullptr) {
         state_[c] = State::open;
         for (const CoordinateTermOf<T>& term : coupling->leader.terms) {
-          if (state_[term.coordinate] == State::open)
-            throw std::invalid_argument("couplings follow each other in a circle");
+          if (state_[term.coordinate] == State::open) throw std::invalid_argument("couplings form a cycle");
           if (state_[term.coordinate] == State::unknown) pending.push_back(term.coordinate);
         }
         continue;

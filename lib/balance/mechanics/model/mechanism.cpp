@@ -187,7 +187,7 @@ class MechanismUnion {
 
   void add(const Mechanism& next) {
     if (next.space != union_.space || next.gravity != union_.gravity)
-      throw std::invalid_argument("mechanisms side by side are in one space with one gravity");
+      throw std::invalid_argument("mechanisms side by side must share space and gravity");
     body_offset_ = static_cast<int>(union_.bodies.size()) - 1;
     coordinate_offset_ = static_cast<int>(union_.coordinates.size());
     union_.bodies.insert(union_.bodies.end(), next.bodies.begin() + 1, next.bodies.end());
@@ -245,7 +245,7 @@ class MechanismUnion {
 }  // namespace
 
 Mechanism disjoint_union(const std::vector<Mechanism>& mechanisms) {
-  if (mechanisms.empty()) throw std::invalid_argument("no mechanism to be put side by side");
+  if (mechanisms.empty()) throw std::invalid_argument("no mechanisms to put side by side");
   MechanismUnion combined(mechanisms.front());
   for (std::size_t i = 1; i < mechanisms.size(); ++i) combined.add(mechanisms[i]);
   return combined.finish();

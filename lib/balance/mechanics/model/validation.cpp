@@ -179,7 +179,7 @@ void check_inertia(const Matrix3& inertia, bool planar, InertiaOwner owner, Elem
   Matrix3 off_plane = inertia;
   off_plane(2, 2) = 0;
   if (planar && !off_plane.isZero(0))
-    faults.add(ValidationIssueKind::out_of_plane, "the inertia of a planar mechanism must have its zz entry alone");
+    faults.add(ValidationIssueKind::out_of_plane, "the inertia of a planar mechanism must have only a zz entry");
   else if (!(max_abs((inertia - inertia.transpose()) / 2) <= inertia_symmetry_tolerance * size))
     return faults.add(ValidationIssueKind::inertia_not_symmetric, "the inertia must be a symmetric matrix");
   const InertiaCheck check = find_inertia_issue(inertia, planar, owner);
@@ -194,7 +194,7 @@ void check_inertia(const Matrix3& inertia, bool planar, InertiaOwner owner, Elem
     faults.add(ValidationIssueKind::inertia_not_positive, positive + actual_text);
   if (check.issue == InertiaIssue::triangle_violated)
     faults.add(ValidationIssueKind::inertia_triangle_violated,
-               "no principal moment of inertia can be above the sum of the other two" + actual_text);
+               "no principal moment of inertia may exceed the sum of the other two" + actual_text);
 }
 
 namespace {
@@ -247,7 +247,7 @@ void check_connected(const Mechanism& mechanism, std::vector<ValidationIssue>& i
   for (std::size_t b = 1; b < mechanism.bodies.size(); ++b)
     if (!is_reached[b])
       ElementValidator(ElementKind::body, b, mechanism.bodies[b].name, issues)
-          .add(ValidationIssueKind::not_connected, "no chain of joints leads from the ground to it");
+          .add(ValidationIssueKind::not_connected, "no chain of joints connects it to the ground");
 }
 
 void check_couplings(const Mechanism& mechanism, std::vector<ValidationIssue>& issues) {
@@ -265,9 +265,9 @@ void check_couplings(const Mechanism& mechanism, std::vector<ValidationIssue>& i
     const std::string name = mechanism.coordinates[static_cast<std::size_t>(coupling.follower)].name;
     std::vector<CoordinateId>& own_leaders = leaders[static_cast<std::size_t>(coupling.follower)];
     if (!own_leaders.empty())
-      faults.add(ValidationIssueKind::duplicate_follower, "'" + name + "' follows another coordinate already");
+      faults.add(ValidationIssueKind::duplicate_follower, "'" + name + "' already follows another coordinate");
     else if (creates_coupling_cycle(leaders, coupling.follower, coordinates_of(coupling.leader)))
-      faults.add(ValidationIssueKind::coupling_cycle, "'" + name + "' follows itself in a circle");
+      faults.add(ValidationIssueKind::coupling_cycle, "'" + name + "' follows itself in a cycle");
     else
       own_leaders = coordinates_of(coupling.leader);
   }
@@ -335,11 +335,11 @@ void check_constraints(const Mechanism& mechanism, std::vector<ValidationIssue>&
     ElementValidator faults(ElementKind::constraint, k, constraint.name, issues);
     if (!constraint.name.empty() && !names.insert(constraint.name).second)
       faults.add(ValidationIssueKind::duplicate_name, "another constraint has the same name");
-    if (constraint.terms.empty()) faults.add(ValidationIssueKind::index_out_of_range, "what must be zero is missing");
+    if (constraint.terms.empty()) faults.add(ValidationIssueKind::index_out_of_range, "it has no terms");
     for (const GeneralisedSpeedTerm& term : constraint.terms) {
       using enum GeneralisedSpeedTerm::Kind;
       if (faults.check_finite(term.factor, "a factor") && term.factor == 0)
-        faults.add(ValidationIssueKind::ratio_zero, "no factor must be zero: what does not count is left out");
+        faults.add(ValidationIssueKind::ratio_zero, "no factor may be zero: leave its term out");
       if (term.kind == coordinate) {
         faults.check_index(term.index, mechanism.coordinates.size(), "a coordinate");
         continue;
@@ -397,7 +397,7 @@ void check_axes(const Joint& joint, bool planar, ElementValidator& faults) {
   faults.check_unit_vector(joint.axis2, "its axis2");
   if (std::abs(joint.axis.dot(joint.axis2)) > perpendicularity_tolerance)
     faults.add(ValidationIssueKind::axes_not_perpendicular,
-               "its axes must be at a right angle, their cosine is " + format_element(joint.axis.dot(joint.axis2)));
+               "its axes must be perpendicular, their cosine is " + format_element(joint.axis.dot(joint.axis2)));
 }
 
 void check_rotation(const Matrix3& R, bool planar, ElementValidator& faults) {
@@ -425,7 +425,7 @@ bool check_followed(const CoordinateCombination& followed, std::size_t coordinat
     if (!visited.insert(term.coordinate).second)
       faults.add(ValidationIssueKind::duplicate_reference, std::string(what) + " is named twice");
     if (faults.check_finite(term.ratio, "the ratio") && term.ratio == 0)
-      faults.add(ValidationIssueKind::ratio_zero, "no ratio must be zero: what does not count is not followed");
+      faults.add(ValidationIssueKind::ratio_zero, "no ratio may be zero: leave its coordinate out");
   }
   return is_valid;
 }
@@ -469,7 +469,7 @@ void check_joints(const Mechanism& mechanism, std::vector<ValidationIssue>& issu
     const bool first = faults.check_index(joint.first, mechanism.bodies.size(), "its first body");
     const bool second = faults.check_index(joint.second, mechanism.bodies.size(), "its second body");
     if (first && second && joint.first == joint.second)
-      faults.add(ValidationIssueKind::same_body, "it must connect two bodies, not one with itself");
+      faults.add(ValidationIssueKind::same_body, "it must connect two different bodies");
     faults.check_position(joint.point_first, planar, "its point on the first body");
     faults.check_position(joint.point_second, planar, "its point on the second body");
     if (!exists_in(joint.type, planar))
@@ -480,7 +480,7 @@ void check_joints(const Mechanism& mechanism, std::vector<ValidationIssue>& issu
     check_rotation(joint.rotation, planar, faults);
     if (is_rolling(joint.type) && faults.check_finite(joint.radius, "the radius") && !(joint.radius > 0))
       faults.add(ValidationIssueKind::negative_number,
-                 "the radius of what rolls must be positive, is " + format_element(joint.radius));
+                 "the rolling radius must be positive, is " + format_element(joint.radius));
   }
 }
 
@@ -583,7 +583,7 @@ void check_springs(const Mechanism& mechanism, std::vector<ValidationIssue>& iss
     const bool first = faults.check_index(spring.first, mechanism.bodies.size(), "its first body");
     const bool second = faults.check_index(spring.second, mechanism.bodies.size(), "its second body");
     if (first && second && spring.first == spring.second)
-      faults.add(ValidationIssueKind::same_body, "it must act between two bodies, not within one");
+      faults.add(ValidationIssueKind::same_body, "it must act between two different bodies");
     faults.check_position(spring.point_first, planar, "its point on the first body");
     faults.check_position(spring.point_second, planar, "its point on the second body");
     faults.check_not_negative(spring.free_length, "the free length");
@@ -597,17 +597,17 @@ void check_friction(const Mechanism& mechanism, std::vector<ValidationIssue>& is
     ElementValidator faults(ElementKind::friction, k, "", issues);
     if (faults.check_index(friction.coordinate, mechanism.coordinates.size(), "its coordinate") &&
         !coordinates_with_friction.insert(friction.coordinate).second)
-      faults.add(ValidationIssueKind::duplicate_reference, "its coordinate has friction already");
-    faults.check_not_negative(friction.viscous, "the viscous part");
-    faults.check_not_negative(friction.coulomb, "the dry part");
-    if (friction.coulomb_backward) faults.check_not_negative(*friction.coulomb_backward, "the dry part backwards");
+      faults.add(ValidationIssueKind::duplicate_reference, "its coordinate already has friction");
+    faults.check_not_negative(friction.viscous, "the viscous friction");
+    faults.check_not_negative(friction.coulomb, "the dry friction");
+    if (friction.coulomb_backward) faults.check_not_negative(*friction.coulomb_backward, "the backward dry friction");
     bool finite = true;
     for (const std::optional<double>& limit : {friction.breakaway, friction.at_rest_backward})
-      if (limit) finite = faults.check_finite(*limit, "the part at rest") && finite;
+      if (limit) finite = faults.check_finite(*limit, "the static friction") && finite;
     if (finite &&
         (friction.static_limit(1) < friction.dry_friction(1) || friction.static_limit(-1) < friction.dry_friction(-1)))
       faults.add(ValidationIssueKind::breakaway_below_coulomb,
-                 "the part at rest must not be less than that of sliding");
+                 "the static friction must not be less than the dry friction");
   }
 }
 

@@ -99,7 +99,7 @@ bool has_mass(const Mechanism& mechanism);
 
 /// Reason why quantities divided by a mass cannot be computed.
 inline constexpr const char* no_mass_message =
-    "no body has mass: there is no centre of mass, and no force or effort to find";
+    "no body has mass: there is no centre of mass, and no force or effort to compute";
 
 /// @throws std::invalid_argument if there are faults; what() holds all messages, one per line
 void require_valid(const Mechanism& mechanism);

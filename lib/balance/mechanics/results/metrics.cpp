@@ -168,8 +168,8 @@ std::string check_sampling_density(const RunResult& result, const IntermediateSa
   if (const auto [joint, angle] = find_largest_joint_step(result, samples); angle > max_joint_step) {
     char degrees[32];
     std::snprintf(degrees, sizeof degrees, "%.3g", angle * 180 / std::numbers::pi);
-    return "figures rest on places that are far apart: " + joint + " turns by " + degrees +
-           " degrees from one to the next; ask for more samples";
+    return "figures rest on samples that are far apart: " + joint + " turns by " + degrees +
+           " degrees from one to the next; use more samples";
   }
   if (coarse_samples.size() < 3) return "";
   for (const MetricSeries& series : list_metric_series(result)) {
@@ -184,9 +184,9 @@ std::string check_sampling_density(const RunResult& result, const IntermediateSa
         std::max(std::abs(full_metric->peak - coarse_metric.peak), std::abs(full_metric->rms - coarse_metric.rms));
     if (change > max_relative_change * full_metric->peak)
       return std::to_string(samples.size()) +
-             " places along the motion are few for its figures: without every second one " + full_metric->quantity +
+             " samples are too few for the figures of this motion: without every second one, " + full_metric->quantity +
              " would change by " + std::to_string(static_cast<int>(std::lround(100 * change / full_metric->peak))) +
-             " %; ask for more samples";
+             " %; use more samples";
   }
   return "";
 }

@@ -73,7 +73,7 @@ CircularCurve make_circle(const StraightCurve& straight, int dimensions, const C
   const Vector3 normal = path.normal / length;
   if (dimensions == 2 && normal.head<2>().norm() > relative_length_epsilon) {
     throw std::invalid_argument(
-        "a circular path of two coordinates must lie in their plane: its normal is at right angles to both");
+        "a circular path of two coordinates must lie in their plane: its normal must be perpendicular to both");
   }
   const Vector3 start = leading_point(straight.start, dimensions), centre = leading_point(path.centre, dimensions);
   const Vector3 axial = (start - centre).dot(normal) * normal;
@@ -96,7 +96,7 @@ CircularCurve make_circular_arc(const StraightCurve& straight, int dimensions, c
   const Vector3 start = leading_point(straight.start, dimensions);
   const Vector3 a = leading_point(path.via, dimensions) - start;  // start → via
   const Vector3 b = leading_point(straight.delta, dimensions);    // start → end
-  if (!a.allFinite()) throw std::invalid_argument("the point that an arc goes through must be finite numbers");
+  if (!a.allFinite()) throw std::invalid_argument("the via point of an arc must have finite coordinates");
   const Vector3 n = a.cross(b);
   const double size = std::max({a.norm(), b.norm(), (b - a).norm()});
   if (!(n.norm() > relative_length_epsilon * size * size)) {
@@ -129,7 +129,8 @@ void require_values(const Request& request, const DriveValue& drive_value, const
     throw std::invalid_argument("the motion starts with " + format_value_count(request.from.value.size()) + ", but " +
                                 name + " has " + format_value_count(drive_value.value.size()));
   }
-  if (!drive_value.value.allFinite()) throw std::invalid_argument(name + " of the motion must be finite numbers");
+  if (!drive_value.value.allFinite())
+    throw std::invalid_argument(name + " of the motion must consist of finite numbers");
   if (!request.has_rotation) return;
   const Matrix3 error = drive_value.rotation * drive_value.rotation.transpose() - Matrix3::Identity();
   // NaN fails as well; the tolerance admits rotations typed with about six digits
@@ -150,7 +151,7 @@ void validate_request(const Request& request) {
   if (request.position_components < 0 ||
       request.position_components > std::min<Eigen::Index>(3, request.from.value.size())) {
     throw std::invalid_argument("a motion of " + format_value_count(request.from.value.size()) +
-                                " cannot lead with the " + std::to_string(request.position_components) +
+                                " cannot start with the " + std::to_string(request.position_components) +
                                 " coordinates of a point");
   }
 }
@@ -286,7 +287,7 @@ Samples table_values(const TablePath& path) {
     const bool finite = std::all_of(row.begin(), row.end(), [](double x) { return std::isfinite(x); });
     if (row.size() != columns || !finite) {
       throw std::invalid_argument("row " + std::to_string(i + 1) + " of the motion's table must have " +
-                                  format_value_count(static_cast<Eigen::Index>(columns)) + ", finite numbers; it has " +
+                                  format_value_count(static_cast<Eigen::Index>(columns)) + ", all finite; it has " +
                                   format_value_count(static_cast<Eigen::Index>(row.size())));
     }
     for (std::size_t c = 0; c < columns; ++c)
@@ -302,7 +303,7 @@ SegmentedPath make_path(const Request& request, const TablePath& path) {
   const Eigen::Index expected_size = request.from.value.size();
   if (size < 0 || rows.cols() == 0 || (expected_size != 0 && expected_size != size)) {
     throw std::invalid_argument("the motion's table has " + format_value_count(rows.cols()) +
-                                " in a row, but the drive has " +
+                                " per row, but the drive has " +
                                 format_value_count(expected_size + (request.has_rotation ? 3 : 0)));
   }
   SegmentedPath result{
@@ -393,8 +394,8 @@ std::vector<double> compute_waypoint_fractions(const std::vector<DriveValue>& po
   for (std::size_t i = 0; i < lengths.size(); ++i) {
     if (!(lengths[i] > min_fraction_gap * total)) {
       throw std::invalid_argument(name_waypoint(i, points.size()) + " and " + name_waypoint(i + 1, points.size()) +
-                                  " are at the same place, so the lengths between the points do not say when they are "
-                                  "passed: state the waypoints' fractions of the duration");
+                                  " coincide, so the distances between the points do not determine their times: state "
+                                  "the waypoints' fractions of the duration");
     }
     travelled += lengths[i];
     fractions_of_duration.push_back(travelled / total);

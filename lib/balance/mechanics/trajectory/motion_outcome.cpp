@@ -46,12 +46,11 @@ MotionOutcome make_actuation_singularity_outcome(double time, const std::string&
 
 std::string describe_near_singularity(SingularityKind what, double mobility, double time) {
   char text[240];
-  std::snprintf(
-      text, sizeof text,
-      "comes near a singularity of %s at t = %.6g s, where the mobility%s goes down to %.3g: rates and forces "
-      "are large there and good to about %.0e of their size",
-      what == SingularityKind::motion ? "the motion" : "actuation", time,
-      what == SingularityKind::motion ? "" : " under the actuators", mobility, 1e-16 / (mobility * mobility));
+  std::snprintf(text, sizeof text,
+                "comes near a singularity of %s at t = %.6g s, where the mobility%s drops to %.3g: rates and forces "
+                "are large there and accurate to about %.0e of their size",
+                what == SingularityKind::motion ? "the motion" : "actuation", time,
+                what == SingularityKind::motion ? "" : " under the actuators", mobility, 1e-16 / (mobility * mobility));
   return text;
 }
 
@@ -68,7 +67,7 @@ std::string describe_redundant_actuator(const std::string& actuator, const std::
 MotionOutcome make_overflow_outcome(double time, const std::string& what) {
   char text[64];
   std::snprintf(text, sizeof text, "numbers overflow at t = %.9g s: ", time);
-  return {MotionStatus::overflow, time, text + what + " is larger than can be computed with", {}};
+  return {MotionStatus::overflow, time, text + what + " is too large to represent", {}};
 }
 
 MotionOutcome make_overflow_outcome(double time, const std::string& what, const Mechanism& mechanism) {

@@ -70,7 +70,7 @@ std::size_t find_component(const DriveQuantities& quantities, CoordinateId coord
   const auto& coordinates = quantities.coordinates;
   const auto entry = std::find(coordinates.begin(), coordinates.end(), coordinate);
   if (entry == coordinates.end())
-    throw std::invalid_argument("the drive does not prescribe what has a course of its own");
+    throw std::invalid_argument("the drive does not prescribe the coordinate that has a course of its own");
   return first + (quantities.tool_angle ? 1 : 0) + static_cast<std::size_t>(entry - coordinates.begin());
 }
 
@@ -120,7 +120,7 @@ PiecewiseChebyshevSeries make_clamped_bspline(const std::vector<double>& coeffic
 void add_secondary_tasks(const Trajectory& trajectory, const DriveQuantities& quantities,
                          PrescribedMotion::Request& request) {
   if (!trajectory.secondary_tasks.empty() && std::holds_alternative<TablePath>(trajectory.path))
-    throw std::invalid_argument("a table says how every quantity goes; none has a course of its own beside it");
+    throw std::invalid_argument("a table prescribes every quantity; none can have a course of its own");
   for (const SecondaryTask& task : trajectory.secondary_tasks) {
     const auto component = static_cast<Eigen::Index>(find_component(quantities, task.coordinate));
     if (const auto* spline = std::get_if<SplineTask>(&task.kind)) {
@@ -223,7 +223,7 @@ PathNormals::PathNormals(const PrescribedMotion::Request& request, int component
   }
   const VectorX displacement = straight.delta.head(components);
   if (!(displacement.norm() > path_length_epsilon * straight.start.head(components).norm()))
-    throw std::invalid_argument("the path of a corridor goes nowhere: it has no direction to leave it by");
+    throw std::invalid_argument("the path of a corridor has no length: no direction is across it");
   straight_ = complete_orthonormal_basis(displacement.normalized());
 }
 
@@ -241,7 +241,7 @@ MatrixX PathNormals::at(double s) const {
 PiecewiseChebyshevSeries make_corridor_splines(const std::vector<double>& controls, int knots) {
   const auto controls_per_spline = static_cast<std::size_t>(knots) + 2;
   if (knots < 1 || controls.empty() || controls.size() % controls_per_spline != 0)
-    throw std::invalid_argument("the splines of a corridor have two controls more than knots");
+    throw std::invalid_argument("the splines of a corridor must have two more controls than knots");
   std::vector<Panel> panels;
   for (std::size_t first = 0; first < controls.size(); first += controls_per_spline) {
     std::vector<double> padded_controls(1, 0.0);
@@ -265,11 +265,11 @@ void add_corridor_offset(const std::optional<Corridor>& corridor, const DriveQua
                          PrescribedMotion::Request& request) {
   if (!corridor) return;
   if (corridor->control_points.empty())
-    throw std::invalid_argument("the way within the corridor has not been found yet");
+    throw std::invalid_argument("the path within the corridor has not been found yet");
   const PathNormals normals(request, count_corridor_components(quantities), corridor->width);
   const PiecewiseChebyshevSeries splines = make_corridor_splines(corridor->control_points, corridor->inner_knots);
   if (splines.function_count() != normals.count())
-    throw std::invalid_argument("the way within the corridor was found for another drive");
+    throw std::invalid_argument("the path within the corridor was found for another drive");
   const PiecewiseChebyshevSeries offset_series = make_offset_series(splines, normals);
   for (Eigen::Index i = 0; i <= normals.count(); ++i) {
     std::vector<Panel> component_panels = offset_series.panels();

@@ -36,9 +36,9 @@ void check_timing(const Trajectory& trajectory) {
 void change_duration(Trajectory& trajectory, double duration) {
   check_duration(duration);
   if (trajectory.law.kind == MotionLawKind::time_optimal)
-    throw std::invalid_argument("does not go with '" + trajectory.name + "', whose law finds it");
+    throw std::invalid_argument("cannot be set for '" + trajectory.name + "', whose law determines it");
   if (std::holds_alternative<TablePath>(trajectory.path) && !is_mechanism_dependent(trajectory.law.kind))
-    throw std::invalid_argument("does not go with '" + trajectory.name + "': its table has its own times");
+    throw std::invalid_argument("cannot be set for '" + trajectory.name + "': its table has its own times");
   trajectory.duration = duration;
 }
 

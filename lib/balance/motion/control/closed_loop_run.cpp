@@ -152,7 +152,7 @@ constexpr double state_overflow_limit = 1e100;  // of rates and positions: beyon
 std::string tracking_loss_text(const std::string& name, const std::string& error, const std::string& range,
                                double time) {
   return fmt::format(
-      "the controller does not lead {}: the error grows to {} (at t = {:.6g} s), where the motion's range is {}", name,
+      "the controller does not track {}: the error grows to {} (at t = {:.6g} s), while the motion's range is {}", name,
       error, time, range);
 }
 

@@ -200,7 +200,7 @@ ControlLaw::ControlLaw(const Mechanism& truth, const Controller& controller)
   const auto actuators = static_cast<Eigen::Index>(truth.actuators.size());
   const bool extended = controller.type == ControllerType::extended_sliding_mode;
   if (model_mechanism_.coordinates.size() != truth.coordinates.size() || model_mechanism_.actuators != truth.actuators)
-    throw std::invalid_argument("a controller's model has the coordinates and actuators of the mechanism");
+    throw std::invalid_argument("a controller's model must have the coordinates and actuators of the mechanism");
   check_size(controller.kp, actuators, "kp");
   check_size(controller.kd, actuators, "kd");
   check_size(controller.lambda, extended ? 1 : actuators, "lambda");
@@ -315,8 +315,8 @@ MotionOutcome ControlLaw::update_model(double time, const VectorX& position, con
     return outcome;
   }
   outcome.time = time;
-  outcome.reason = format_time_prefix(time) +
-                   "what the controller believes of the mechanism does not fit its motors: " + outcome.reason;
+  outcome.reason =
+      format_time_prefix(time) + "the controller's model does not fit the mechanism's actuators: " + outcome.reason;
   return outcome;
 }
 

@@ -171,8 +171,8 @@ double compute_closed_loop_spectral_radius(const OperatingPoint& point, const Co
 std::string other_bandwidth(const Controller& controller, double frequency) {
   char text[200];
   std::snprintf(text, sizeof text,
-                ": the default gains are those of a bandwidth of %.3g Hz, since those of %.3g Hz would not be stable "
-                "all along the motion at this sample rate",
+                ": the default gains are for a bandwidth of %.3g Hz, since those for %.3g Hz would not be stable "
+                "throughout the motion at this sample rate",
                 frequency / (2 * std::numbers::pi), controller.natural_frequency() / (2 * std::numbers::pi));
   return controller.name + text;
 }
@@ -220,9 +220,8 @@ PdGains default_pd_gains(const Mechanism& believed, const Controller& controller
     if (max_spectral_radius < 1) break;
   }
   if (!(min_spectral_radius < 1))
-    best.notes.push_back(
-        controller.name +
-        ": no default gains are stable at every single moment of the motion; those that come nearest are taken");
+    best.notes.push_back(controller.name +
+                         ": no default gains are stable throughout the motion; the most nearly stable ones are used");
   else if (best_frequency != nominal)
     best.notes.push_back(other_bandwidth(controller, best_frequency));
   return best;

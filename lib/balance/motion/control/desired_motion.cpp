@@ -113,8 +113,7 @@ MotionOutcome displace_tool_in(const Mechanism& mechanism, const Trajectory& tra
   for (int i = 0; i < S::dimension; ++i) to.value[i] += displacement[i];
   if (pose.angle) to.value[S::dimension] += angle;
   const AssemblySolution solution = track_to(system, plan.start, from, to);
-  if (!solution.found)
-    return {MotionStatus::unreachable, 0, "the initial error puts the tool where it cannot be reached", {}};
+  if (!solution.found) return {MotionStatus::unreachable, 0, "the initial error puts the tool out of reach", {}};
   for (std::size_t c = 0; c < mechanism.coordinates.size(); ++c) {
     const LinearQuantity& expression = tree.coordinate_expressions[c];
     if (expression.has_terms()) position[static_cast<Eigen::Index>(c)] = expression.value(solution.y.data());

@@ -440,15 +440,14 @@ MotionOutcome PlantOf<S>::stop(MotionStatus status) {
   if (status != MotionStatus::constraint_singularity &&
       (!choose_independent_columns() || loops_.closure_regularity() < singular_closure_threshold))
     status = MotionStatus::constraint_singularity;
-  std::string reason = "the integration needs steps that are too short to go on";
+  std::string reason = "the integration cannot continue: its steps became too short";
   const std::string flat_disc = describe_flat_disc(mechanism_, {position_.begin(), position_.end()});
   if (status == MotionStatus::constraint_singularity) {
     reason = "constraint singularity: the loop closures lose rank, the mechanism gains a freedom";
   } else if (cost_.steps + cost_.rejected >= options_.max_steps) {
-    reason =
-        "the integration has taken the " + std::to_string(options_.max_steps) +
-        " steps that it may take: the motion is faster than the run is long (stiff springs, hard control), or more "
-        "steps must be allowed";
+    reason = "the integration has reached its limit of " + std::to_string(options_.max_steps) +
+             " steps: the motion is too fast for the length of the run (stiff springs, hard control); slow it down or "
+             "allow more steps";
   }
   if (!flat_disc.empty()) reason += ": " + flat_disc;
   return {status,

@@ -40,8 +40,7 @@ bool PlantOf<S>::update_friction(const VectorX& efforts) {
   if (loops_.has_shared_stiction() && !has_noted_shared_stiction_) {
     has_noted_shared_stiction_ = true;
     notes_.push_back(
-        "dry friction: joints at rest share what holds the mechanism; their friction is one of many that would hold "
-        "it");
+        "dry friction: joints at rest share the load; their friction is one of many solutions that hold the mechanism");
   }
   return is_regular;
 }
@@ -179,8 +178,8 @@ bool PlantOf<S>::handle_event() {
     is_ignoring_events_ = true;
     stalled_events_ = 0;
     step_ = std::max(step_, 1e-6 * options_.max_step);
-    const std::string note = "dry friction: sticking and slipping follow each other without end somewhere; steps of " +
-                             std::to_string(1e6 * step_) + " us go through it";
+    const std::string note = "dry friction: sticking and slipping alternate endlessly somewhere; steps of " +
+                             std::to_string(1e6 * step_) + " us pass through it";
     if (std::find(notes_.begin(), notes_.end(), note) == notes_.end() && notes_.size() < 20) notes_.push_back(note);
   }
   update_efforts(time_);

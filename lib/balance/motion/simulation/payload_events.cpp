@@ -42,7 +42,7 @@ void add_payload_notes(const Mechanism& mechanism, double duration, RunResult& r
                                    format_short(event.time) + " s while it " +
                                    (is_translating ? "moves at " + format_short(event.speed) + " m/s"
                                                    : "turns at " + format_short(event.angular_speed) + " rad/s") +
-                                   ": the impact is not in the figures");
+                                   ": the figures do not include the impact");
   }
   for (const Attachment& payload : mechanism.attachments)
     if (payload.from >= duration)

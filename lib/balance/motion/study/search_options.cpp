@@ -15,7 +15,7 @@ void require_among(const std::vector<std::string>& names, const std::string& nam
   std::string list;
   for (const std::string& candidate : names) list += (list.empty() ? "" : ", ") + candidate;
   require(std::find(names.begin(), names.end(), name) != names.end(),
-          std::string("the ") + search + " search is one of " + list);
+          std::string("the ") + search + " search must be one of " + list);
 }
 
 }  // namespace
@@ -33,8 +33,8 @@ const std::vector<std::string>& local_methods() {
 void SearchOptions::validate() const {
   require_among(global_methods(), global, "global");
   require_among(local_methods(), local, "local");
-  require(max_restarts >= 1 && max_restarts <= 10000, "the number of restarts lies between 1 and 10000");
-  require(max_evaluations >= 1 && max_evaluations <= 100000000, "the number of evaluations lies between 1 and 1e8");
+  require(max_restarts >= 1 && max_restarts <= 10000, "the number of restarts must lie between 1 and 10000");
+  require(max_evaluations >= 1 && max_evaluations <= 100000000, "the number of evaluations must lie between 1 and 1e8");
   require(max_time > 0 && std::isfinite(max_time), "the search's time must be positive");
 }
 

@@ -51,17 +51,17 @@ void validate_corridor(const Mechanism& mechanism, const Trajectory& trajectory)
   require(corridor.inner_knots >= 1, "a corridor needs at least one knot");
   require(corridor.starts >= 1, "the search within a corridor needs at least one start");
   require(trajectory.law.kind != MotionLawKind::constant_momentum,
-          "the law 'steady-momentum' leaves nothing to be made least in a corridor");
+          "the law 'steady-momentum' leaves nothing to minimize in a corridor");
   require(trajectory.start_speed == 0 && trajectory.end_speed == 0,
           "a motion within a corridor starts and ends at rest");
   require(trajectory.drive != DriveKind::joints || has_one_unit(mechanism, trajectory.from.joints),
-          "turning and sliding joints have no distance in common that a corridor could limit");
+          "a corridor cannot limit turning and sliding joints together: their distances have different units");
   require(trajectory.law.kind == MotionLawKind::time_optimal || !trajectory.min_peak_quantity.empty(),
-          "a corridor needs a quantity whose peak is to be least");
+          "a corridor needs a quantity whose peak is minimized");
   for (const SecondaryTask& task : trajectory.secondary_tasks) {
     const auto* spline = std::get_if<SplineTask>(&task.kind);
     require(spline != nullptr && !spline->over_time,
-            "no spline over time and no kept momentum go beside the way within a corridor");
+            "a corridor cannot be combined with a spline over time or a kept momentum");
   }
 }
 
@@ -166,7 +166,7 @@ MotionOutcome make_limits_infeasible_outcome(const std::string& reason) {
 /// For a given law, only the quantity whose peak is minimised, without limits.
 PathLimits make_corridor_limits(const Mechanism& mechanism, const Trajectory& trajectory) {
   if (is_mechanism_dependent(trajectory.law.kind)) return make_law_limits(mechanism, trajectory);
-  require_constant_loads(mechanism, "the way within a corridor");
+  require_constant_loads(mechanism, "the path within a corridor");
   validate(trajectory.law);
   return {require_limited_quantities(mechanism, trajectory.min_peak_quantity), {}, {}};
 }

@@ -305,12 +305,12 @@ class MomentumTaskSolver {
       std::snprintf(where, sizeof where, "at t = %.6g s, %.4g %% of the path,", s * duration_, percent);
     else
       std::snprintf(where, sizeof where, "at %.4g %% of the path", percent);
-    std::snprintf(
-        text, sizeof text,
-        "%s the angular momentum can no longer be kept at %s: what the remaining rate%s to it loses its %s there "
-        "(%.6g %s at the start)",
-        where, prescribed_momentum_.is_time_dependent() ? "what is stated" : "zero", count() == 1 ? " adds" : "s add",
-        count() == 1 ? "sign" : "rank", start_determinant_, unit());
+    std::snprintf(text, sizeof text,
+                  "%s the angular momentum can no longer be kept at %s: the contribution of the remaining rate%s to it "
+                  "loses its %s there "
+                  "(%.6g %s at the start)",
+                  where, prescribed_momentum_.is_time_dependent() ? "the stated value" : "zero",
+                  count() == 1 ? "" : "s", count() == 1 ? "sign" : "rank", start_determinant_, unit());
     return {MotionStatus::drive_singularity, prescribed_momentum_.is_time_dependent() ? s * duration_ : 0, text, {}};
   }
 
@@ -369,8 +369,7 @@ PrescribedMomentum::PrescribedMomentum(SpaceKind space, const Trajectory& trajec
   over_time_ = over_time_ || has_timed_splines;
   if (over_time_ && is_mechanism_dependent(trajectory.law.kind))
     throw std::invalid_argument(
-        "beside a law that is searched for the angular momentum can be kept at zero alone: otherwise it is the law "
-        "that decides "
+        "with a law that is searched for, the angular momentum can only be kept at zero: otherwise the law decides "
         "when it has which value");
 }
 
@@ -391,11 +390,11 @@ void PrescribedMomentum::add(const MomentumTask& task) {
 void PrescribedMomentum::check(SpaceKind space) const {
   if (space == SpaceKind::planar && axes_.size() != 1)
     throw std::invalid_argument(
-        "one quantity keeps the angular momentum of a planar mechanism, which has one component");
+        "only one quantity can keep the angular momentum of a planar mechanism: it has one component");
   std::vector<int> sorted = axes_;
   std::sort(sorted.begin(), sorted.end());
   if (std::adjacent_find(sorted.begin(), sorted.end()) != sorted.end())
-    throw std::invalid_argument("every quantity that keeps the angular momentum takes care of a component of its own");
+    throw std::invalid_argument("each quantity that keeps the angular momentum must keep a different component");
 }
 
 VectorX PrescribedMomentum::at(double time) const {

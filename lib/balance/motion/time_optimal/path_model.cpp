@@ -509,9 +509,9 @@ void check_limits(const Mechanism& mechanism, const Trajectory& trajectory) {
     if (!(lower_bound < limit.upper_bound) || !std::isfinite(lower_bound) || !std::isfinite(limit.upper_bound))
       throw std::invalid_argument(
           "the limit of " + limit.quantity +
-          (limit.lower_bound ? " must have a least value below the largest one" : " must be positive"));
+          (limit.lower_bound ? " must have a lower bound below its upper bound" : " must be positive"));
   }
-  if (!trajectory.limits.empty()) require_constant_loads(mechanism, "what limits leave");
+  if (!trajectory.limits.empty()) require_constant_loads(mechanism, "a motion within limits");
 }
 
 }  // namespace
@@ -536,7 +536,7 @@ PathLimits collect_limits(const Mechanism& mechanism, const Trajectory& trajecto
   for (const MotionLimit& limit : trajectory.limits)
     for (const LimitableQuantity& quantity : require_limited_quantities(mechanism, limit.quantity)) {
       if (limit.lower_bound && quantity.count > 1)
-        throw std::invalid_argument("the magnitude of " + quantity.name + " has no least value: limit a component");
+        throw std::invalid_argument("the magnitude of " + quantity.name + " has no lower bound: limit a component");
       const double lower_bound = limit.lower_bound.value_or(-limit.upper_bound);
       limits.quantities.push_back(quantity);
       limits.half_widths.push_back((limit.upper_bound - lower_bound) / 2);

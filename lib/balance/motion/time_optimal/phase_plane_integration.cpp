@@ -34,7 +34,7 @@ class ControllableSetBuilder {
     SwitchPoint from{leg_.end, end_rate * end_rate, leg_.smooth_intervals.size() - 1, -1, {}};
     for (std::size_t count = 0;; ++count) {
       if (count == max_profiles || limits_.has_reached_evaluation_limit())
-        controllable_set_.refusal = format_path_parameter(from.s) + " the search for the law lost its way";
+        controllable_set_.refusal = format_path_parameter(from.s) + " the search for the law failed";
       const VelocityProfile profile = decelerate_into(from);
       if (!controllable_set_.refusal.empty()) return std::move(controllable_set_);
       if (profile.size() > 1) add_profile(profile, from);
@@ -83,7 +83,7 @@ class ControllableSetBuilder {
       }
       integrate_backwards(from.interval_index, profile);
       if (from.s == leg_.end && profile.size() == 1 && controllable_set_.refusal.empty())
-        controllable_set_.refusal = format_path_parameter(leg_.end) + " the limits leave nothing to stop with";
+        controllable_set_.refusal = format_path_parameter(leg_.end) + " the limits leave no way to brake";
       if (!controllable_set_.refusal.empty() || from.s == leg_.end) return profile;
       if (from.s - profile.back().s > min_profile_length * length_) return profile;
     }
@@ -101,7 +101,7 @@ class ControllableSetBuilder {
       if (end == IntegrationEnd::unbounded) {
         controllable_set_.refusal =
             format_path_parameter(profile.back().s) +
-            " no limit bounds the acceleration: limit an effort, a force or an acceleration, too";
+            " no limit bounds the acceleration: also limit an effort, a force or an acceleration";
         return;
       }
       if (end != IntegrationEnd::reached_target || k == 0 || !is_velocity_feasible(k, profile.back())) return;
@@ -256,8 +256,7 @@ class PhasePlaneSolver {
     start_ = nodes.empty() ? 0 : nodes.back().t;
     if (const DecelerationProfile* first = controllable_set_.profile_at(leg_.begin); first != nullptr) {
       const double max_start_rate = first->points.front().v;
-      if (rates_.start > max_start_rate * (1 + 1e-9))
-        return "the motion starts faster than it could brake within its limits";
+      if (rates_.start > max_start_rate * (1 + 1e-9)) return "the motion starts too fast to brake within its limits";
     }
     VelocityProfile profile{{0, leg_.begin, rates_.start, 0, -1}};
     int zero_inertia_row = -1;
@@ -265,7 +264,7 @@ class PhasePlaneSolver {
       const DecelerationProfile* deceleration_profile = accelerate_to_profile(profile, zero_inertia_row);
       append(profile);
       if (!refusal_.empty()) return refusal_;
-      if (deceleration_profile == nullptr) return "the end's speed cannot be reached from the start within the limits";
+      if (deceleration_profile == nullptr) return "the end speed cannot be reached from the start within the limits";
       VelocityProfile remainder = profile_from(*deceleration_profile, profile.back().s);
       zero_inertia_row = deceleration_profile->zero_inertia_row;
       passed_profiles_ = static_cast<std::size_t>(deceleration_profile - controllable_set_.profiles.data()) + 1;
@@ -281,9 +280,7 @@ class PhasePlaneSolver {
   }
 
  private:
-  std::string search_failed(double s) const {
-    return format_path_parameter(s) + " the search for the law lost its way";
-  }
+  std::string search_failed(double s) const { return format_path_parameter(s) + " the search for the law failed"; }
 
   std::size_t interval_from(double s) const {
     std::size_t k = 0;
@@ -314,12 +311,12 @@ class PhasePlaneSolver {
           integrate_profile(limits_, interval, kind, target, detect_crossing, profile, velocity_margin);
       if (crossed_profile != nullptr) return crossed_profile;
       if (end == IntegrationEnd::infeasible_start) {
-        refusal_ = format_path_parameter(s) + " the limits leave nothing to move off with";
+        refusal_ = format_path_parameter(s) + " the limits leave no way to move off";
         return nullptr;
       }
       if (end == IntegrationEnd::unbounded) {
         refusal_ = format_path_parameter(profile.back().s) +
-                   " no limit bounds the acceleration: limit an effort, a force or an acceleration, too";
+                   " no limit bounds the acceleration: also limit an effort, a force or an acceleration";
         return nullptr;
       }
       if (end == IntegrationEnd::reached_target && next_profile != nullptr) return next_profile;

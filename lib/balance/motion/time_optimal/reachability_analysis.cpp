@@ -123,7 +123,7 @@ class ReachabilitySolver {
  private:
   static TimeOptimalLaw search_failed() {
     TimeOptimalLaw law;
-    law.infeasibility_reason = "the search for the law lost its way";
+    law.infeasibility_reason = "the search for the law failed";
     return law;
   }
 
@@ -160,7 +160,7 @@ class ReachabilitySolver {
     if (!backward_pass(limits)) return search_failed();
     TimeOptimalLaw law;
     if (rates_.start * rates_.start > controllable_bound_.front() * (1 + 1e-9)) {
-      law.infeasibility_reason = "the motion starts faster than it could brake within its limits";
+      law.infeasibility_reason = "the motion starts too fast to brake within its limits";
       return law;
     }
     law.nodes.push_back({0, leg_.begin, std::min(rates_.start, std::sqrt(controllable_bound_.front())), 0, 0, -1});

@@ -80,8 +80,7 @@ std::string explain_sign_change(double s, const ConstantMomentumLaw& law, double
   char text[320];
   std::snprintf(text, sizeof text,
                 "at %.6g %% of the path the angular momentum cannot be kept: per unit of the drive's rate it goes "
-                "through zero (it is "
-                "from %.8g to %.8g in SI units)",
+                "through zero (it ranges from %.8g to %.8g in SI units)",
                 100 * s, law.min_momentum_per_rate / unit, law.max_momentum_per_rate / unit);
   return text;
 }
@@ -205,7 +204,7 @@ bool has_momentum_task(const Trajectory& trajectory) {
 /// Finds the law along a path with constant angular momentum.
 void apply_constant_momentum_law(const Mechanism& mechanism, ResolvedTrajectory& resolved) {
   if (mechanism.space != SpaceKind::planar)
-    throw std::invalid_argument("the law 'steady-momentum' is one for planar mechanisms");
+    throw std::invalid_argument("the law 'steady-momentum' is only for planar mechanisms");
   Trajectory& trajectory = resolved.trajectory;
   const PathModel model =
       build_path_model(mechanism, trajectory, require_limited_quantities(mechanism, "shaking_moment"));
@@ -254,7 +253,7 @@ void apply_optimised_law(const Mechanism& mechanism, ResolvedTrajectory& resolve
 ResolvedTrajectory resolve_trajectory(const Mechanism& mechanism, const Trajectory& trajectory) {
   ResolvedTrajectory resolved{{MotionStatus::done, 0, "", {}}, trajectory, std::nullopt, std::nullopt, {}};
   if (has_velocity_constraints(mechanism) && (trajectory.corridor || has_momentum_task(trajectory)))
-    throw std::invalid_argument("where rates are bound, no way can be found in a corridor or for a kept momentum");
+    throw std::invalid_argument("constraints on speeds cannot be combined with a corridor or a kept momentum");
   resolved.outcome = optimise_corridor_path(mechanism, resolved.trajectory, resolved.corridor);
   if (resolved.outcome.status != MotionStatus::done) return resolved;
   resolved.outcome = solve_momentum_tasks(mechanism, resolved.trajectory);

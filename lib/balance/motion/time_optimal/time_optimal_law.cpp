@@ -117,7 +117,7 @@ class MinPeakSearch {
 
   MinPeakLaw run() {
     if (!(std::max(dynamic_magnitude_, friction_magnitude_) > 0))
-      return make_infeasible("it is zero along this path by whatever law");
+      return make_infeasible("it is zero along this path with any law");
     // only a s'' + b s'²: all peaks scale with 1/T²
     const double rate = 1 / duration_;
     const double size = dynamic_magnitude_ * rate * rate;
@@ -243,7 +243,7 @@ void validate_law_request(const Mechanism& mechanism, const Trajectory& trajecto
   const bool fastest = trajectory.law.kind == MotionLawKind::time_optimal;
   if (fastest && trajectory.limits.empty()) throw std::invalid_argument("the law 'fastest' needs limits");
   if (!fastest && trajectory.min_peak_quantity.empty())
-    throw std::invalid_argument("the law 'gentlest' needs a quantity whose peak is to be least");
+    throw std::invalid_argument("the law 'gentlest' needs a quantity whose peak is minimized");
   require_constant_loads(mechanism, fastest ? "the law 'fastest'" : "the law 'gentlest'");
 }
 
@@ -279,7 +279,7 @@ MinPeakLaw find_motion_law(const PathModel& model, const PathLimits& law_limits,
   }
   if (result.law.infeasibility_reason.empty() &&
       !(find_max_limit_ratio(model, result.bounds, result.law) < 1 + limit_violation_tolerance))
-    result.law.infeasibility_reason = "the search for the law lost its way: its limits would not be kept";
+    result.law.infeasibility_reason = "the search for the law failed: its limits would be exceeded";
   return result;
 }
 

@@ -306,8 +306,7 @@ class ChainSplitter {
       if (std::abs(entry) < 1e-14 * std::max(1.0, max_abs(joint_positions))) entry = 0;
     if (solver.rank() < dimension_)
       split_.notes.push_back(
-          fmt::format("the joints of {} lie on one {}: point masses there reproduce its CoM only as far as it "
-                      "lies on it too",
+          fmt::format("the joints of {} lie on one {}: point masses there reproduce its CoM only along it",
                       name(platform.body), solver.rank() == 2 ? "plane" : "line"));
   }
 
@@ -334,7 +333,7 @@ class ChainSplitter {
     if (transferred_mass.isZero(0)) return;
     add_tip(j, opened.second, -transferred_mass);
     add_tip(j, opened.first, transferred_mass);
-    split_.notes.push_back(fmt::format("at {}, {} goes over from {} to {}", opened.name,
+    split_.notes.push_back(fmt::format("at {}, {} is transferred from {} to {}", opened.name,
                                        linear_combination_text(parameters_, transferred_mass), name(opened.first),
                                        name(opened.second)));
   }
@@ -374,7 +373,7 @@ class ChainSplitter {
     if (whole_.space == SpaceKind::planar)
       for (const Platform& platform : partition_.platforms)
         split_.notes.push_back(fmt::format(
-            "the point masses have another moment of inertia than {}: {} is left over", name(platform.body),
+            "the point masses and {} differ in moment of inertia: {} is left over", name(platform.body),
             linear_combination_text(
                 parameters_,
                 split_.unassigned.row(columns_.first(ParameterOwner::body, platform.body) + 3).transpose())));

@@ -195,7 +195,7 @@ ConditionNames name_coefficients(const Mechanism& mechanism, const Conditions& c
   if (matrix.rows() == 0 || symbols.empty()) return names;
   if (matrix.cols() > options.max_parameters || static_cast<int>(symbols.size()) > options.max_symbols) {
     if (!has_only_ones(matrix))
-      names.notes.push_back("coefficients stay numbers: the mechanism is too large to see what they are made of");
+      names.notes.push_back("coefficients are numbers: the mechanism is too large to show them as formulas");
     return names;
   }
   std::vector<PerturbedMatrices> probes;

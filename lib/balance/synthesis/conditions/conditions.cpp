@@ -52,9 +52,8 @@ class ConditionDerivation {
                       "too few configurations were found in which the actuators hold the mechanism");
       if (!is_representable(stacked_rows) || !units.parameter.allFinite())
         return refuse(ConditionsStatus::rank_unclear,
-                      has_mass(mechanism_)
-                          ? "numbers overflow: terms of the conditions are larger than can be computed with"
-                          : no_mass_message);
+                      has_mass(mechanism_) ? "numbers overflow: terms of the conditions are too large to represent"
+                                           : no_mass_message);
       if (!reduce_conditions(eliminate_extra_unknowns(stacked_rows, rows.parameters()), units.parameter, units.mass,
                              order, out_))
         continue;
@@ -126,7 +125,7 @@ class ConditionDerivation {
       out_.notes.push_back("left out: " + names);
     }
     if (has_effort_goal && mechanism_.gravity.norm() == 0)
-      out_.notes.push_back("there is no gravity in this spec: weight asks for nothing");
+      out_.notes.push_back("there is no gravity in this spec: weight imposes no condition");
     for (const Parameter& p : out_.parameters)
       if (has_effort_goal && p.kind == ParameterKind::stiffness_moment &&
           !mechanism_.springs[static_cast<std::size_t>(p.index)].is_joint_spring()) {

@@ -175,7 +175,7 @@ template <class S>
 std::string ConfigurationSampler<S>::infeasibility_reason() {
   const AssemblySolution start = solve_pose(mechanism_, tree_, closures_, {});
   if (!start.found) return explain_assembly_failure(mechanism_, tree_, start, {}).reason;
-  return started_ ? "too few configurations are connected to the one it is assembled in" : "the mechanism cannot move";
+  return started_ ? "too few configurations can be reached from the assembled one" : "the mechanism cannot move";
 }
 
 template class ConfigurationSampler<Planar>;

@@ -164,7 +164,7 @@ void GoalRows<S>::check_goals(int freedoms) {
   if (extra_count_ > 0) {
     if (!mechanism_.tool) {
       mismatch_ = std::string("the goal ") + (has_goal(GoalKind::affine) ? "affine" : "proportional") +
-                  " compares the centre of mass with the tool, and the mechanism has none";
+                  " compares the centre of mass with the tool, but the mechanism has none";
       return;
     }
     const FixedFrame<S>& body = tree_.bodies[static_cast<std::size_t>(mechanism_.tool->body)];
@@ -173,9 +173,8 @@ void GoalRows<S>::check_goals(int freedoms) {
   if (!needs_actuators_) return;
   const auto count = static_cast<int>(mechanism_.actuators.size());
   if (count != freedoms) {
-    mismatch_ =
-        "the goal speaks of the actuators' accelerations and asks for one actuator per degree of freedom: there are " +
-        std::to_string(count) + " actuators and " + std::to_string(freedoms) + " degrees of freedom";
+    mismatch_ = "the goal uses the actuators' accelerations and needs one actuator per degree of freedom: there are " +
+                std::to_string(count) + " actuators and " + std::to_string(freedoms) + " degrees of freedom";
     return;
   }
   selection_ = MatrixX::Zero(count, tree_.columns);

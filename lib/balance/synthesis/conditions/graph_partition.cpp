@@ -93,8 +93,8 @@ class GraphPartitioner {
         add_chain(component);
       else if (!split_at_platform(component) && !open_loop(component))
         partition_.failure_reason =
-            "no body with three or more joints has several chains on it that all reach the ground, and the "
-            "mechanism is not a single loop: it cannot be split into chains";
+            "the mechanism cannot be split into chains: it is not a single loop, and no body with three or more joints "
+            "has several chains that all reach the ground";
     }
     return std::move(partition_);
   }

@@ -51,8 +51,8 @@ std::string mismatch_reason(const std::vector<Goal>& goals, bool serial) {
       return "the modular strategy is for the goals static, gyroscopic and gyroscopic-independent, not for " +
              goal_name(goal);
     if (independent && !serial)
-      return "balanced chains keep no velocity terms in their own joints' accelerations, but written in the actuators' "
-             "accelerations the loops bring them back: the modular strategy cannot promise gyroscopic-independent";
+      return "balanced chains have no velocity terms in their own joints' accelerations, but the loops bring them back "
+             "in the actuators' accelerations: the modular strategy cannot guarantee gyroscopic-independent";
   }
   return "";
 }
@@ -76,7 +76,7 @@ class ModularDerivation {
       return refuse(ConditionsStatus::mismatch, reason);
     if (split.is_serial) return derive_complete();
     if (has_velocity_constraints(mechanism_))
-      return refuse(ConditionsStatus::mismatch, "the modular strategy knows no constraints on speeds");
+      return refuse(ConditionsStatus::mismatch, "the modular strategy does not support constraints on speeds");
     if (!complete_assembly(mechanism_)) return refuse(ConditionsStatus::not_assembled, "the loops cannot be closed");
     split = split_into_chains(mechanism_, options_.loose_springs);
     out_.notes = split.notes;
@@ -151,7 +151,7 @@ class ModularDerivation {
     const Eigen::Index row_count = rows_.rows();
     append(conditions, mechanism_, remainder_map, units);
     if (rows_.rows() == row_count || rows_.bottomRows(rows_.rows() - row_count).isZero(0)) return true;
-    out_.notes.push_back("what is left over is balanced by itself, with the whole mechanism moving");
+    out_.notes.push_back("the remainder is balanced separately, with the whole mechanism moving");
     add_notes(conditions.notes);
     return true;
   }
@@ -181,8 +181,7 @@ class ModularDerivation {
       out_.notes.push_back(fmt::format("left out: {}", fmt::join(options_.excluded, ", ")));
     const std::vector<int> order = order_pivots(mechanism_, out_.parameters);
     if (!reduce_conditions(rows_, units.parameter, units.mass, order, out_))
-      return refuse(ConditionsStatus::rank_unclear,
-                    "the chains' conditions are too close to depending on each other to count them");
+      return refuse(ConditionsStatus::rank_unclear, "the chains' conditions are too nearly dependent to be counted");
     out_.status = ConditionsStatus::done;
     return std::move(out_);
   }

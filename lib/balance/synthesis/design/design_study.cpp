@@ -105,7 +105,7 @@ DesignProblem build_design_problem(const DesignSpace& space, const DesignStudyOp
   problem.goals = options.goals.empty() ? space.start.design.goals : options.goals;
   if (!problem.goals.empty()) reject_temporary_payloads(space.start, "the goals of a design", &options.excluded);
   if (!space.start.design.cases.adapted.empty()) reject_temporary_payloads(space.start, "numbers that follow the load");
-  if (problem.variables.empty()) throw std::invalid_argument("a design needs free numbers, and the spec has none");
+  if (problem.variables.empty()) throw std::invalid_argument("a design needs free numbers, but the spec has none");
   problem.cardinality_constraints = list_optional_elements(space);
   if (problem.goals.empty() && terms.empty() && space.start.design.subject_to.empty())
     throw std::invalid_argument("a design needs a goal, something to minimize or limits");
@@ -129,8 +129,8 @@ DesignProblem make_design_problem(const DesignSpace& space, const DesignStudyOpt
     return build_design_problem(space, options);
   } catch (const DeadlineExceeded&) {
     throw DeadlineExceeded(
-        fmt::format("the motions of the spec could not be tried with its start values within {:g} s: give the "
-                    "search more (--seconds, or seconds: of search:), or leave out trajectories that do not matter",
+        fmt::format("the motions of the spec could not be tried with its start values within {:g} s: allow more time "
+                    "(--seconds, or seconds: in search:), or leave out trajectories that do not matter",
                     seconds));
   }
 }
@@ -179,7 +179,7 @@ std::string com_tool_map_note(const Mechanism& mechanism, GoalKind kind) {
   std::string text = fmt::format("the centre of mass moves by {} times the tool's displacement",
                                  is_uniform ? fmt::format("{:.6g}", factor) : rows_text(A));
   if (law.B.norm() > 1e-9 * characteristic_length(mechanism))
-    text += fmt::format(", and by {} m times what the axes of the tool's body change by", rows_text(law.B));
+    text += fmt::format(", and by {} m times the change of the axes of the tool's body", rows_text(law.B));
   return text;
 }
 
@@ -231,7 +231,7 @@ class InterruptMonitor {
 DesignReport compute_design_report(const DesignSpace& space, const DesignStudyOptions& options) {
   if (space.start.design.front && options.minimize.empty())
     throw std::invalid_argument(
-        "front: a trade-off has many designs, not one; say which figure to minimize to get one design");
+        "front: a trade-off has many designs, not one; choose a figure to minimize to get one design");
   DesignReport report;
   report.free_numbers = space.start.free_numbers;
   report.before = space.start_values();

@@ -111,11 +111,11 @@ class DiscreteDesign {
       if (!result.incumbent || result.incumbent->rank != Rank::exact) continue;
       selection_.min_count = count;
       selection_.is_min_count_proved = proved;
-      return fmt::format("no choice of {} {}; {} of them do{}", describe_kinds(requested_count), requirement_phrase(),
-                         count, proved ? ", and no fewer" : "");
+      return fmt::format("no set of {} {}; a set of {} does{}", describe_kinds(requested_count), requirement_phrase(),
+                         count, proved ? ", and none smaller" : "");
     }
     return proved && !budget_.stopped
-               ? fmt::format("no choice of {} {}, nor do all {} that are offered", describe_kinds(requested_count),
+               ? fmt::format("no set of {} {}, nor does the set of all {}", describe_kinds(requested_count),
                              requirement_phrase(), element_count)
                : "";
   }
@@ -265,10 +265,10 @@ class DiscreteDesign {
     }
     outcome.certificate.reset();
     if (!explanation.empty()) return explanation;
-    if (!is_proved_infeasible) return "no choice was found that meets the conditions";
+    if (!is_proved_infeasible) return "no design was found that meets the conditions";
     return problem_.cardinality_constraints.empty()
-               ? "no choice of the sizes meets the conditions; sizes between them would"
-               : "no choice of sizes and elements meets the conditions";
+               ? "no combination of sizes meets the conditions; sizes between them would"
+               : "no combination of sizes and elements meets the conditions";
   }
 
   DesignOutcome make_failed_outcome() {
@@ -277,7 +277,7 @@ class DiscreteDesign {
     if (outcome.status == DesignStatus::unsolved) return outcome;
     outcome.status = DesignStatus::unsolved;
     outcome.reason =
-        budget_.stopped ? "the time ran out before a design was found" : "no choice of the sizes is a design";
+        budget_.stopped ? "the time ran out before a design was found" : "no combination of sizes gives a design";
     return outcome;
   }
 

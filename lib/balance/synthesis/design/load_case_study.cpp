@@ -352,13 +352,13 @@ Mechanism label_elements(Mechanism mechanism, std::size_t k) {
 void check_case_problem(const DesignSpace& space, const DesignProblem& problem) {
   for (const Goal& goal : problem.goals)
     if (goal.kind == GoalKind::proportional || goal.kind == GoalKind::affine)
-      throw std::invalid_argument(
-          fmt::format("the goal {} knows no load cases: every load has its own centre of mass", goal_name(goal)));
-  if (problem.is_modular) throw std::invalid_argument("the modular strategy knows no load cases");
+      throw std::invalid_argument(fmt::format(
+          "the goal {} does not support load cases: every load has its own centre of mass", goal_name(goal)));
+  if (problem.is_modular) throw std::invalid_argument("the modular strategy does not support load cases");
   const Vector3 gravity = space.start.mechanism.gravity;
   for (Eigen::Index k = 0; k < space.start.design.cases.size(); ++k)
     if (at_load(space, space.start.design.cases.values.row(k)).start.mechanism.gravity != gravity)
-      throw std::invalid_argument("load cases differ in what a mechanism carries, not in gravity");
+      throw std::invalid_argument("load cases may differ in what the mechanism carries, not in gravity");
 }
 
 /// Keeps goals, conditions and search options of a problem; drops variables and figures.

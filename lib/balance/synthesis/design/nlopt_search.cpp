@@ -185,7 +185,7 @@ NloptResult search_locally(const std::string& method, const NonlinearProgram& pr
   // BOBYQA requires at least two dimensions.
   const NloptMethod* nlopt_method =
       find_method(local_methods, method == "bobyqa" && program.size == 1 ? "sbplx" : method);
-  if (nlopt_method == nullptr) throw std::invalid_argument("no local search is called " + method);
+  if (nlopt_method == nullptr) throw std::invalid_argument("there is no local search " + method);
   NloptSearch run(program, nlopt_method->algorithm, limits);
   if (method != "bobyqa" && method != "sbplx") run.add_constraints();
   run.stop_at_changes_below(limits.relative_tolerance);
@@ -203,7 +203,7 @@ NloptResult search_locally(const std::string& method, const NonlinearProgram& pr
 NloptResult search_globally(const std::string& method, const NonlinearProgram& program, const VectorX& start,
                             const StoppingCriteria& limits, std::uint64_t seed, bool gradients) {
   const NloptMethod* nlopt_method = find_method(global_methods, method);
-  if (nlopt_method == nullptr) throw std::invalid_argument("no global search is called " + method);
+  if (nlopt_method == nullptr) throw std::invalid_argument("there is no global search " + method);
   nlopt_srand(static_cast<unsigned long>(seed));
   NloptSearch run(program, nlopt_method->algorithm, limits);
   NloptHandle inner;

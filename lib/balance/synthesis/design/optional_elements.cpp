@@ -82,15 +82,15 @@ std::vector<CardinalityConstraint> list_optional_elements(const DesignSpace& spa
       if (numbers)
         choice.elements.push_back({element.name, *numbers});
       else if (!request.is_whole_section)
-        throw std::invalid_argument(fmt::format(
-            "design.choose.{}: {} cannot be left out: no free number that may be zero is its mass, inertia, "
-            "stiffness or preload",
-            request.section, element.name));
+        throw std::invalid_argument(
+            fmt::format("design.choose.{}: {} cannot be left out: its mass, inertia, stiffness or preload must be a "
+                        "free number that may be zero",
+                        request.section, element.name));
     }
     if (choice.elements.empty())
       throw std::invalid_argument(
-          fmt::format("design.choose.{}: none of them can be left out: no free number that may be zero is a mass, "
-                      "inertia, stiffness or preload",
+          fmt::format("design.choose.{}: none of them can be left out: a mass, inertia, stiffness or preload must be a "
+                      "free number that may be zero",
                       request.section));
     choices.push_back(std::move(choice));
   }

@@ -146,7 +146,7 @@ std::string sum_unit(const std::vector<ObjectiveTerm>& terms, const Mechanism& m
 }
 
 DesignSpace without_front(DesignSpace space) {
-  if (!space.start.design.front) throw std::invalid_argument("the spec asks for no front");
+  if (!space.start.design.front) throw std::invalid_argument("the spec has no front");
   space.start.design.minimize = space.start.design.front.figures.front();
   space.start.design.front = {};
   return space;
@@ -324,7 +324,7 @@ class ParetoFrontBuilder {
     for (int i = 0; i < figure_count_; ++i) improve_anchor(front_.points[static_cast<std::size_t>(i)], i);
     update_extents();
     if ((extent_.array() > 0).any()) return true;
-    front_.notes.emplace_back("the figures are no trade-off: one design is the best in all of them");
+    front_.notes.emplace_back("there is no trade-off: one design is the best in all figures");
     front_.points.erase(front_.points.begin() + 1, front_.points.end());
     return false;
   }
@@ -527,7 +527,7 @@ class ParetoFrontBuilder {
 }  // namespace
 
 ParetoFront compute_pareto_front(const DesignSpace& space, const DesignStudyOptions& options) {
-  if (!space.start.design.front) throw std::invalid_argument("the spec asks for no front");
+  if (!space.start.design.front) throw std::invalid_argument("the spec has no front");
   return ParetoFrontBuilder(space, options).run();
 }
 

@@ -292,10 +292,9 @@ std::optional<InfeasibilityCertificate> certify_by_product_relaxation(const Solv
   // Drops coefficients that are round-off of the linear program.
   for (double& c : proof.coefficients)
     if (std::abs(c) < 1e-9) c = 0;
-  proof.statement =
-      linear_combination_text(conditions.parameters, proof.coefficients) +
-      " = 0 cannot hold: with the numbers that are fixed it is positive for all values within the bounds, "
-      "as no square is negative";
+  proof.statement = linear_combination_text(conditions.parameters, proof.coefficients) +
+                    " = 0 cannot hold: with the fixed numbers it is positive for all values within the bounds, as no "
+                    "square is negative";
   return proof;
 }
 

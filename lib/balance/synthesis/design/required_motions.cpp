@@ -65,7 +65,7 @@ DesignInstance instantiate_checked(const DesignSpace& space, const VectorX& x) {
   const bool finite = design::compute_features(m, {}).allFinite() && design::collect_geometry(m, {}).allFinite() &&
                       std::all_of(m.assembly.begin(), m.assembly.end(),
                                   [](const CoordinateValue& given) { return std::isfinite(given.value); });
-  if (!finite) fail("an expression of the spec has no value with these numbers");
+  if (!finite) fail("an expression in the spec has no value for these numbers");
   if (std::any_of(m.friction.begin(), m.friction.end(), [](const Friction& friction) {
         return friction.static_limit(1) < friction.dry_friction(1) ||
                friction.static_limit(-1) < friction.dry_friction(-1);

@@ -181,7 +181,7 @@ void determine_status(DesignOutcome& outcome) {
       outcome.unmet_conditions.push_back(static_cast<int>(k));
   if (outcome.conditions.goals.empty() && total == 0) {
     outcome.status = DesignStatus::no_goal;
-    outcome.reason = "there is no goal: nothing is to be balanced";
+    outcome.reason = "there is no goal: nothing to balance";
     return;
   }
   if (outcome.unmet_conditions.empty()) {
@@ -205,7 +205,7 @@ void determine_status(DesignOutcome& outcome) {
                outcome.unmet_fixed_conditions.end();
       })) {
     outcome.reason = fmt::format(
-        "no mass and no spring balances {}{}", list_known_term_names(outcome.conditions, outcome.unmet_conditions),
+        "no mass or spring balances {}{}", list_known_term_names(outcome.conditions, outcome.unmet_conditions),
         parameter_rows == 0 ? ""
                             : "; " + condition_count_text(static_cast<std::size_t>(parameter_rows)) +
                                   (parameter_rows == 1 ? " on masses is met" : " on masses are met"));
@@ -220,8 +220,8 @@ void determine_status(DesignOutcome& outcome) {
                                  outcome.unmet_fixed_conditions.size() == 1 ? "is" : "are");
   else
     outcome.reason = fmt::format(
-        "no numbers within the bounds were found that meet all conditions (not proved impossible); {} of {} "
-        "stay open: {}",
+        "no numbers within the bounds were found that meet all conditions (not proved impossible); {} of {} are not "
+        "met: {}",
         outcome.unmet_conditions.size(), total, format_conditions(outcome.conditions, outcome.unmet_conditions));
 }
 

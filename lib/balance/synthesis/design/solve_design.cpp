@@ -216,12 +216,12 @@ class LimitedDesignSolver {
     const std::string violation_text =
         limit.bound != 0 ? fmt::format("{} is missed by {:.3g} % of its bound", limit.text, 100 * violation)
                          : fmt::format("{} is missed by {:.3g}", limit.text, violation);
-    const char* condition_clause = problem_.goals.empty() ? "" : " and meets the conditions";
+    const char* condition_clause = problem_.goals.empty() ? "" : " and meet the conditions";
     if (!std::isfinite(violation)) return fmt::format("{} cannot be computed", limit.text);
     if (proved)
-      return fmt::format("no choice of the free numbers keeps all limits{}: {}{}", condition_clause, violation_text,
-                         best ? ", and with no other choice is the worst of them missed by less" : "");
-    return fmt::format("no choice of the free numbers was found that keeps all limits{}: {}", condition_clause,
+      return fmt::format("no values of the free numbers keep all limits{}: {}{}", condition_clause, violation_text,
+                         best ? ", the least possible for the worst limit" : "");
+    return fmt::format("no values of the free numbers were found that keep all limits{}: {}", condition_clause,
                        violation_text);
   }
 

@@ -261,7 +261,7 @@ class SingleSolver {
     const SearchOptions& options = context_.problem.search;
     if (objective_ && !context_.problem.objective->is_secondary) {
       outcome_.notes.push_back("a compromise: the numbers within their bounds for which " +
-                               context_.problem.objective->name + " is smallest, whatever the conditions");
+                               context_.problem.objective->name + " is smallest, regardless of the conditions");
       return minimise_objective(context_.is_admissible(best.u) ? best.u : start_);
     }
     note_compromise();
@@ -302,7 +302,7 @@ class SingleSolver {
     if (has_given_up_) return false;
     if (const std::string issue = context_.invalidity_reason(u); !issue.empty()) {
       outcome_.status = DesignStatus::unsolved;
-      outcome_.reason = "no numbers were found that make a mechanism: " + issue;
+      outcome_.reason = "no numbers were found that give a valid mechanism: " + issue;
       has_given_up_ = true;
       return false;
     }

@@ -14,7 +14,7 @@ namespace {
 std::size_t index_of(const DesignSpace& space, const std::string& trajectory) {
   const std::size_t index = trajectory_index(space.start, trajectory);
   if (is_mechanism_dependent(space.start.trajectories[index]))
-    throw std::invalid_argument("the trajectory '" + trajectory + "' is found anew for every mechanism");
+    throw std::invalid_argument("the trajectory '" + trajectory + "' is recomputed for every mechanism");
   return index;
 }
 

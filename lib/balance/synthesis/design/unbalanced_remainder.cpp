@@ -81,7 +81,7 @@ std::vector<UnbalancedRemainder> list_unbalanced_remainders(const Mechanism& mec
       const Coordinate& coordinate = mechanism.coordinates[static_cast<std::size_t>(effort.actuator)];
       if (!std::isfinite(effort.magnitude)) {
         entry.failed_trajectories.push_back(
-            {"", "the effort of " + coordinate.name + " grows too large to be computed with"});
+            {"", "the effort of " + coordinate.name + " becomes too large to represent"});
         continue;
       }
       entry.efforts.push_back(

@@ -95,7 +95,7 @@ class BasicPointModelBuilder {
   void add_joint(int index) {
     const JointOf<Expression>& joint = model_.mechanism().joints[static_cast<std::size_t>(index)];
     if (joint.type != JointType::fixed && joint.type != JointType::prismatic && joint.type != JointType::pin_slot)
-      throw FormulaError("joint " + joint.name + " says nothing about points alone");
+      throw FormulaError("joint " + joint.name + " does not constrain points alone");
     BasicJoint basic_joint{joint.type, joint.first, joint.second, {}, {}, {}, {}};
     basic_joint.p = symbols_.joint_point(index, true), basic_joint.q = symbols_.joint_point(index, false);
     if (joint.type != JointType::fixed) basic_joint.axis = direction(joint.name, "u", joint.axis.x(), joint.axis.y());

@@ -281,7 +281,7 @@ class EquationsReporter {
 
   void add_regressor() {
     if (has_velocity_constraints(mechanism_)) {
-      at_.notes.push_back("no regressor: rates are bound, and it is one of the independent coordinates alone");
+      at_.notes.push_back("no regressor: it does not support constraints on speeds");
       return;
     }
     InverseDynamics inverse_dynamics(mechanism_, options_);
@@ -300,7 +300,7 @@ class EquationsReporter {
     if (mechanism_.space == SpaceKind::spatial)
       at_.notes.push_back("no natural coordinates: they are for planar mechanisms");
     else if (has_velocity_constraints(mechanism_))
-      at_.notes.push_back("no natural coordinates: they know no constraints on speeds");
+      at_.notes.push_back("no natural coordinates: they do not support constraints on speeds");
     else
       at_.natural = natural::compute_natural_terms(mechanism_, at_.configuration);
   }

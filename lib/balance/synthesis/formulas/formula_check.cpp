@@ -400,8 +400,8 @@ FormulaCheck check_against_engine(const FormulaSheet& sheet, const std::map<std:
   if (options.with_perturbed_parameters && sampler.has_parameters())
     compare_at_perturbed_parameters(sheet, texts, sampler, options, check);
   if (options.with_perturbed_parameters && sampler.has_parameters() && check.perturbed_states == 0)
-    check.note = "not checked at other numbers: in " + std::to_string(ParameterSampler::max_draws) +
-                 " draws of them none was a mechanism that can be assembled";
+    check.note = "not checked at other numbers: none of " + std::to_string(ParameterSampler::max_draws) +
+                 " draws gave a mechanism that can be assembled";
   for (int attempts = 0; check.states < options.states && attempts < max_pose_attempts; ++attempts)
     if (comparison.compare(check.error)) ++check.states;
   check.is_consistent = check.states == options.states && check.error < check_tolerance;

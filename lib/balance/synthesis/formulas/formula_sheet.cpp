@@ -352,7 +352,7 @@ void add_natural_notes(const Mechanism& mechanism, FormulaSheet& sheet) {
     list += (k > 0 ? ", " : "") + std::to_string(k + 1) + " " + sheet.natural->points[k];
   sheet.notes.push_back("points: " + list + "; x and y of the first " +
                         std::to_string(sheet.natural->unknowns.size() / 2) +
-                        " are the unknowns; blocks and derivatives that are not there vanish");
+                        " are the unknowns; blocks and derivatives not listed are zero");
   if (!mechanism.discs.empty()) sheet.notes.push_back("discs turn beside the points: their inertia is not in Mre");
   if (!mechanism.couplings.empty())
     sheet.notes.push_back("couplings relate angles, which points do not have: they are not among Phi");
@@ -369,8 +369,8 @@ void add_notes(const Mechanism& mechanism, FormulaSheet& sheet) {
   if (!excluded.empty())
     sheet.notes.push_back("left out of these formulas, which are functions of the pose: " + excluded);
   if (has_velocity_constraints(mechanism))
-    sheet.notes.push_back("these are the equations of all coordinates, before rates are bound");
-  if (!mechanism.couplings.empty()) sheet.notes.push_back("coordinates that follow others are moved along with these");
+    sheet.notes.push_back("these are the equations of all coordinates, without the constraints on speeds");
+  if (!mechanism.couplings.empty()) sheet.notes.push_back("coordinates that follow others move along with them");
   for (const AngleRelation& relation : tree.relations) {
     std::string sum;
     for (const auto& [angle, multiple] : relation.multiples) {

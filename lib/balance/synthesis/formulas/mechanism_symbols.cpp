@@ -281,7 +281,7 @@ Vector MechanismSymbols::wheel_centre_offset(int index) {
     if (model_.is_zero(joint.axis[k])) continue;
     const double component = joint.axis[k].value();
     if (!joint.axis[k].is_constant() || std::abs(component) != 1)
-      throw FormulaError("joint " + joint.name + " rolls on a plane that is not across an axis of its body");
+      throw FormulaError("joint " + joint.name + " rolls on a plane that is not perpendicular to an axis of its body");
     offset[static_cast<std::size_t>(k)] = component > 0 ? r : -r;
   }
   return offset;
@@ -303,7 +303,7 @@ struct ParameterFactory {
   Polynomial name(const std::string& name) const { return symbols.parameter(name); }
   static bool is_function(const std::string&) { return true; }
   static Polynomial call(const std::string& function, const Polynomial&) {
-    throw FormulaError(function + " is no polynomial");
+    throw FormulaError(function + " is not a polynomial");
   }
   static Polynomial power(const Polynomial& base, int exponent) { return formulas::power(base, exponent); }
   static Polynomial quotient(const Polynomial& a, const Polynomial& b) { return a * formulas::power(b, -1); }
@@ -337,7 +337,7 @@ SpecSymbols::SpecSymbols(Ring& ring, const ParametricModel& model, const SpecNum
 
 Polynomial SpecSymbols::parameter(const std::string& name) {
   const auto known = symbols_.find(name);
-  if (known == symbols_.end()) throw FormulaError(name + " is no parameter");
+  if (known == symbols_.end()) throw FormulaError(name + " is not a parameter");
   const std::string& text = definitions_[name];
   const bool is_expression =
       text.find_first_of("+*/^") != std::string::npos ||

@@ -73,7 +73,7 @@ class NaturalBuilder {
 
   /// 1/p; a sum gets a name of its own.
   Polynomial inverse(const Polynomial& p, const std::string& name) {
-    if (p.is_zero()) throw FormulaError(name + ", which is divided by, vanishes");
+    if (p.is_zero()) throw FormulaError(name + ", a divisor, is zero");
     if (p.size() == 1 && p.terms()[0].wave == 0) return power(p, -1);
     const int symbol = ring_.add_symbol(name, SymbolKind::alias, evaluate_polynomial(p));
     out_.aliases.emplace_back(symbol, p);

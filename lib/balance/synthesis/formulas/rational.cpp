@@ -95,7 +95,7 @@ Rational Rational::parse(const std::string& text) {
     exponent = std::strtol(text.c_str() + position + 1, &end, 10);
     position = static_cast<std::size_t>(end - text.c_str());
   }
-  if (!has_digits || position != text.size()) throw FormulaError("'" + text + "' is no number");
+  if (!has_digits || position != text.size()) throw FormulaError("'" + text + "' is not a number");
   if (std::labs(exponent) > 100) throw FormulaError("a coefficient is too long to be exact");
   for (long k = exponent - decimal_places; k > 0; --k) value = value * Rational(10);
   for (long k = exponent - decimal_places; k < 0; ++k) value = value / Rational(10);

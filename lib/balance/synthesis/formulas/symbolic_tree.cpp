@@ -390,7 +390,7 @@ class SymbolicTreeBuilder {
     return independent_sums_[coordinate] = compute_independent_sum(coordinate, depth);
   }
   IndependentSum compute_independent_sum(int coordinate, std::size_t depth) {
-    if (depth > mechanism_.couplings.size()) throw FormulaError("couplings follow each other in a circle");
+    if (depth > mechanism_.couplings.size()) throw FormulaError("couplings form a cycle");
     for (std::size_t k = 0; k < mechanism_.couplings.size(); ++k) {
       const Coupling& coupling = mechanism_.couplings[k];
       if (coupling.follower != coordinate) continue;

@@ -40,7 +40,7 @@ class StaticToleranceSearch {
     for (const std::string& name : inverse_dynamics_.independent())
       for (const Coordinate& coordinate : mechanism.coordinates)
         if (coordinate.name == name && coordinate.kind != CoordinateKind::angle)
-          throw std::invalid_argument("the workspace is whole turns, and " + name + " is a slide");
+          throw std::invalid_argument("the workspace consists of whole turns, but " + name + " slides");
     choose_steps();
     for (const int actuator : mechanism.actuators)
       result_.actuators.push_back(
@@ -195,9 +195,9 @@ class StaticToleranceSearch {
 
 StaticTolerance analyse_static_tolerance(const DesignSpace& space, const Tolerances& numbers, long steps) {
   reject_temporary_payloads(space.start, "tolerances");
-  if (numbers.empty()) throw std::invalid_argument("there are no numbers that may be off");
+  if (numbers.empty()) throw std::invalid_argument("there are no numbers with tolerances");
   if (space.start.mechanism.actuators.empty())
-    throw std::invalid_argument("there are no actuators, whose efforts at rest could be off");
+    throw std::invalid_argument("there are no actuators whose efforts at rest could deviate");
   return StaticToleranceSearch(space, numbers, steps).run();
 }
 

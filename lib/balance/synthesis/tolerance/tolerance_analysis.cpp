@@ -33,14 +33,14 @@ Tolerances remove_incompatible_parameters(const Tolerances& numbers,
     if (std::none_of(incompatible_parameters.begin(), incompatible_parameters.end(),
                      [i](const IncompatibleParameter& parameter) { return parameter.index == i; }))
       compatible.push_back(numbers[i]);
-  if (compatible.empty()) throw std::invalid_argument("every number opens a joint, so that there is nothing to draw");
+  if (compatible.empty()) throw std::invalid_argument("every number opens a joint, so there is nothing to draw");
   return compatible;
 }
 
 std::string format_incompatibility_note(const IncompatibleParameter& parameter) {
   return fmt::format(
-      "over-constrained loops cannot follow {} by itself: its deviation would open {} by {:.3g} {}, and has no part in "
-      "what is said of deviations",
+      "over-constrained loops cannot follow {} by itself: its deviation would open {} by {:.3g} {} and is not included "
+      "in the results",
       parameter.key_path, parameter.joint, parameter.gap, parameter.unit);
 }
 

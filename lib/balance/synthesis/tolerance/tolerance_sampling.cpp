@@ -90,10 +90,10 @@ class MonteCarloRun {
     trajectory.samples = samples_;
     try {
       const RunResult result = simulate(mechanism, trajectory);
-      if (result.outcome.status != MotionStatus::done) return "a motion that cannot be made";
+      if (result.outcome.status != MotionStatus::done) return "an impossible motion";
       record(result);
     } catch (const std::invalid_argument&) {
-      return "a motion that cannot be stated";
+      return "an invalid motion";
     }
     return "";
   }

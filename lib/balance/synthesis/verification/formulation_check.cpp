@@ -178,7 +178,7 @@ ConditionsVerification verify_conditions(const Study& study) {
     result.is_consistent = true;
     return result;
   };
-  if (!study.temporary_payloads.empty()) return skip("payloads come and go");
+  if (!study.temporary_payloads.empty()) return skip("payloads are picked up or set down");
   const Mechanism mechanism = assembled_at(study.mechanism, start_coordinates(study));
   NaturalStart start;
   if (!study.trajectories.empty()) start = find_natural_start(mechanism, study.trajectories.front());

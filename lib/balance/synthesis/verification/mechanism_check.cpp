@@ -206,8 +206,7 @@ CheckReport check_mechanism(const Study& study, const std::function<void(double)
   if (report.outcome.status == MotionStatus::done && !(report.com.allFinite() && std::isfinite(report.total_mass)))
     report.outcome = make_overflow_outcome(0, "the centre of mass", study.mechanism);
   for (const TemporaryPayload& payload : study.temporary_payloads)
-    report.notes.push_back("payload '" + payload.name +
-                           "' is not always there; mass and centre of mass are those with it");
+    report.notes.push_back("payload '" + payload.name + "' is not always there; mass and centre of mass include it");
   return report;
 }
 

@@ -198,7 +198,7 @@ void NaturalStepper::stop(StepResult attempt) {
     reason = "the prescribed values cannot be reached";
   } else {
     outcome_.status = MotionStatus::assembly_jump;
-    reason = "the motion could only go on by a jump to another assembly mode";
+    reason = "the motion could only continue by jumping to another assembly mode";
   }
   outcome_.time = time;
   outcome_.reason = format_time_prefix(time) + reason;

@@ -49,7 +49,7 @@ class NaturalTrajectoryCompiler {
     const DriveQuantities quantities = list_pose_quantities(mechanism_, from);
     plan_.start = model_.start;
     if (!equations(quantities).solve_least_norm(plan_.start, values(quantities, from)))
-      return fail(MotionStatus::not_assembled, "the mechanism cannot be assembled near the start that was given");
+      return fail(MotionStatus::not_assembled, "the mechanism cannot be assembled near the given start");
     plan_.freedoms = model_.unknowns() - find_generic_constraint_rank(model_, plan_.start);
     return true;
   }
@@ -142,7 +142,7 @@ NaturalSimulation::NaturalSimulation(const Mechanism& mechanism, const Trajector
   if (mechanism.space != SpaceKind::planar)
     throw std::invalid_argument("natural coordinates are for planar mechanisms, this one is spatial");
   if (has_velocity_constraints(mechanism))
-    throw std::invalid_argument("natural coordinates know no constraints on speeds");
+    throw std::invalid_argument("natural coordinates do not support constraints on speeds");
   Parts& p = *parts_;
   p.mechanism = mechanism;
   p.model = build_model(p.mechanism, prescribed_coordinates(trajectory), has_tool_angle(mechanism, trajectory), start);

@@ -159,7 +159,7 @@ RunResult simulate_natural(const Mechanism& mechanism, const Trajectory& traject
   if (mechanism.space != SpaceKind::planar)
     throw std::invalid_argument("natural coordinates are for planar mechanisms, this one is spatial");
   if (has_velocity_constraints(mechanism))
-    throw std::invalid_argument("natural coordinates know no constraints on speeds");
+    throw std::invalid_argument("natural coordinates do not support constraints on speeds");
   check_timing(trajectory);
   const ResolvedTrajectory resolved = resolve_trajectory(mechanism, trajectory);
   RunResult result;
