@@ -73,7 +73,7 @@ class ExpressionGraph {
 };
 
 /// A constant, or a node of a graph with its current value. The graph must outlive arithmetic on it. Operations on
-/// constants only, multiplications by zero and neutral elements create no node.
+/// constants alone, multiplication by zero and operations with a neutral element create no node.
 class Expression {
  public:
   Expression() = default;

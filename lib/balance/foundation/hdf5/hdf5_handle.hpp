@@ -28,7 +28,7 @@ class ErrorSilencer {
 /// Returns the innermost reason on HDF5's error stack and clears the stack.
 std::string pop_error_message();
 
-/// Throw SystemError("<reason>") if HDF5 reports a failure by a negative number.
+/// Returns its argument. @throws SystemError with HDF5's reason if it is negative
 hid_t check_id(hid_t id);
 void check_status(herr_t status);
 

@@ -26,23 +26,23 @@ struct PendingPanel {
   int halvings;
 };
 
-std::vector<PendingPanel> make_initial_panels(const std::vector<double>& stations) {
+std::vector<PendingPanel> make_initial_panels(const std::vector<double>& breakpoints) {
   std::vector<PendingPanel> panels;
-  for (std::size_t i = 0; i + 1 < stations.size(); ++i) {
-    const double width = stations[i + 1] - stations[i];
+  for (std::size_t i = 0; i + 1 < breakpoints.size(); ++i) {
+    const double width = breakpoints[i + 1] - breakpoints[i];
     const int panel_count = std::max(1, static_cast<int>(std::ceil(min_series_panels * width - 1e-9)));
     for (int k = 0; k < panel_count; ++k)
-      panels.push_back({stations[i] + width * k / panel_count,
-                        k + 1 == panel_count ? stations[i + 1] : stations[i] + width * (k + 1) / panel_count, 0});
+      panels.push_back({breakpoints[i] + width * k / panel_count,
+                        k + 1 == panel_count ? breakpoints[i + 1] : breakpoints[i] + width * (k + 1) / panel_count, 0});
   }
   return panels;
 }
 
 }  // namespace
 
-FitStatus fit_chebyshev_series(const std::vector<double>& stations, const VectorX& floor, const FunctionSampler& sample,
-                               PiecewiseChebyshevSeries& series) {
-  std::vector<PendingPanel> pending = make_initial_panels(stations);
+FitStatus fit_chebyshev_series(const std::vector<double>& breakpoints, const VectorX& floor,
+                               const FunctionSampler& sample, PiecewiseChebyshevSeries& series) {
+  std::vector<PendingPanel> pending = make_initial_panels(breakpoints);
   std::vector<Panel> panels;
   Samples rows;
   while (!pending.empty()) {

@@ -8,7 +8,7 @@
 
 namespace balance {
 
-/// Samples all functions at increasing parameters, one row each. @return false if that fails
+/// Samples all functions at increasing parameters: one row per parameter, one column per function. @return false if that fails
 using FunctionSampler = std::function<bool(const std::vector<double>& parameters, Samples& rows)>;
 
 /// A series has converged if its last terms are below this fraction of the sum of its |coefficients|.
@@ -16,10 +16,10 @@ inline constexpr double series_tolerance = 1e-10;
 
 enum class FitStatus { done, not_sampled, not_resolved };
 
-/// Fits functions that are smooth between stations, bisecting panels until their series converge.
-/// @param stations increasing, at least two: the ends and where functions may jump
-/// @param floor per function: smaller values are noise
-FitStatus fit_chebyshev_series(const std::vector<double>& stations, const VectorX& floor, const FunctionSampler& sample,
-                               PiecewiseChebyshevSeries& series);
+/// Fits functions that are smooth between breakpoints, bisecting panels until their series converge.
+/// @param breakpoints increasing, at least two: the ends and where functions may jump
+/// @param floor per function: smaller values count as zero
+FitStatus fit_chebyshev_series(const std::vector<double>& breakpoints, const VectorX& floor,
+                               const FunctionSampler& sample, PiecewiseChebyshevSeries& series);
 
 }  // namespace balance

@@ -22,7 +22,8 @@ class EquationTerms::Implementation {
   virtual MotionOutcome assemble(const double* q, const std::vector<CoordinateValue>& near, VectorX& coordinates) = 0;
   virtual MotionOutcome independent_terms(const double* q, double time, IndependentTerms& out) = 0;
   virtual MotionOutcome redundant_terms(const double* q, double time, RedundantTerms& out) = 0;
-  /// Speeds per rate of the independent coordinates, and per speed the quadratic form of the rates in its derivative.
+  /// Jacobian of the generalised speeds by the independent rates and, per speed, the quadratic form in these rates that
+  /// its time derivative contains.
   virtual MotionOutcome speed_rows(const double* q, const std::vector<GeneralisedSpeed>& speeds, MatrixX& rows,
                                    std::vector<MatrixX>& forms) = 0;
   virtual MotionOutcome split(const double* q, const double* dq, const double* ddq, double time,
@@ -32,7 +33,7 @@ class EquationTerms::Implementation {
   const InverseOptions options;
   std::vector<CoordinateId> independent;
   std::vector<std::string> redundant, closures, notes;
-  std::vector<bool> redundant_lengths;
+  std::vector<bool> redundant_lengths;  ///< per redundant coordinate: whether it is a length
 };
 
 template <class S>
@@ -69,7 +70,7 @@ class EquationTermsOf final : public EquationTerms::Implementation {
   typename S::Vector gravity_;
   std::vector<Wrench<S>> wrenches_;
   int columns_, freedoms_;
-  MatrixX C_;
+  MatrixX C_;  ///< Φ C = 0, columns × independent coordinates
 };
 
 extern template class EquationTermsOf<Planar>;
@@ -77,8 +78,8 @@ extern template class EquationTermsOf<Spatial>;
 
 // Quadratic forms of rates.
 
-/// Quadratic forms from their values evaluate unit vectors and evaluate sums of two of these, exact to round-off.
-/// @param evaluate values of all forms evaluate given rates
+/// Quadratic forms from their values at unit vectors and at sums of two of these, exact to round-off.
+/// @param evaluate returns the values of all forms at given rates
 template <class Values>
 std::vector<MatrixX> polarise_quadratic_form(int size, const Values& evaluate) {
   std::vector<VectorX> unit_values;

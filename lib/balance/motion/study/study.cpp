@@ -39,17 +39,16 @@ std::size_t trajectory_index(const Study& study, const std::string& name) {
 const Trajectory& choose_trajectory(const Study& study, const std::string& name) {
   if (study.trajectories.empty())
     throw SpecError({.place = {.file = study.spec_file}, .message = "there is no motion to simulate"});
-  return name.empty() ? study.trajectories.front() : require_name(study, study.trajectories, "trajectory", name);
+  if (name.empty()) return study.trajectories.front();
+  return require_name(study, study.trajectories, "trajectory", name);
 }
 
 const Controller& choose_controller(const Study& study, const std::string& name) {
   if (!name.empty()) return require_name(study, study.controllers, "controller", name);
   const std::vector<Controller> built_in = built_in_controllers();  // they follow those of the spec
   const Controller& first = study.controllers.front();
-  const bool is_declared = study.controllers.size() > built_in.size() || first.name != built_in.front().name;
-  return is_declared ? first
-                     : require_name(study, study.controllers, "controller",
-                                    controller_type_name(ControllerType::computed_torque));
+  if (study.controllers.size() > built_in.size() || first.name != built_in.front().name) return first;
+  return require_name(study, study.controllers, "controller", controller_type_name(ControllerType::computed_torque));
 }
 
 void reject_temporary_payloads(const Study& study, const std::string& what, const std::vector<std::string>* without) {

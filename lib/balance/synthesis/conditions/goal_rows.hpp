@@ -78,7 +78,7 @@ class GoalRows {
   /// [kg].
   int extra_unknowns() const { return extra_count_; }
 
-  /// @param rows rows × (parameters + extra). Rows of fully- goals are differences from the first configuration
+  /// @param rows rows × (parameters + extra). Rows of goals named `fully-…` are differences from the first configuration
   /// evaluated, where they are zero.
   /// @return false, without rows, if the actuators do not hold the mechanism well there
   bool evaluate(const SampledConfiguration& configuration, const VelocityProbe& probe, MatrixX& rows);

@@ -28,12 +28,12 @@ struct CheckReport {
   MotionOutcome outcome;  ///< done, or why the mechanism cannot be assembled
   int bodies = 0;         ///< moving bodies
   int joints = 0;
-  std::vector<std::string> tree_joints;  ///< joints whose coordinates are used
+  std::vector<std::string> tree_joints;  ///< joints of the spanning tree, whose coordinates are the generalised ones
   std::vector<Loop> loops;
-  int tree_coordinates = 0;  ///< after couplings
+  int tree_coordinates = 0;  ///< that remain after couplings are substituted
   int closure_equations = 0;
   int closure_rank = 0;
-  int rate_equations = 0;               ///< equations of rates alone: rolling on a plane, and the spec's constraints
+  int rate_equations = 0;               ///< velocity constraints: rolling on a plane, and the spec's
   int rate_rank = 0;                    ///< number of these that are independent of each other and of the closures
   int configuration_freedoms = 0;       ///< by rank: coordinates minus independent closure equations
   int degrees_of_freedom = 0;           ///< by rank: configuration_freedoms minus independent rate equations
