@@ -9,7 +9,12 @@ import {draw} from "./_sampling.mjs";
 
 const require = createRequire(join(process.env.PAGE_PACKAGES, "package.json"));
 const axe = readFileSync(require.resolve("axe-core/axe.min.js"), "utf8");
-const unfold = (page) => page.evaluate(() => document.querySelectorAll("details").forEach((d) => (d.open = true)));
+
+/** Opens everything, and waits until the page has looked at the new sizes: it does a frame after they are known, which is one after this. */
+const unfold = (page) => page.evaluate(async () => {
+  document.querySelectorAll("details").forEach((d) => (d.open = true));
+  for (let frame = 0; frame < 3; ++frame) await new Promise(requestAnimationFrame);
+});
 
 /** What axe finds: rule, element and reason. */
 async function violations(page) {
