@@ -230,11 +230,7 @@ bool is_declared_massless(const SpecCursor& body_at) {
   return false;
 }
 
-bool has_as_given_inertia(const BodyKeys& body) {
-  if (!body.inertia || !body.inertia->is_map()) return false;
-  const auto& keys = body.inertia->node().keys;
-  return std::any_of(keys.begin(), keys.end(), [](const YamlNode& key) { return key.text == "as_given"; });
-}
+bool has_as_given_inertia(const BodyKeys& body) { return body.inertia && body.inertia->has_entry("as_given"); }
 
 void read_body_fields(const SpecCursor& at, StudyBuilder& draft, BodyOf<Expression>& body) {
   BodyKeys keys;
@@ -394,8 +390,7 @@ InertiaKeys read_inertia_text(const SpecCursor& at, StudyBuilder& draft) {
     inertia.value = read_inertia_value(at, draft);
     return inertia;
   }
-  const auto& keys = at.node().keys;
-  inertia.as_given = std::any_of(keys.begin(), keys.end(), [](const YamlNode& key) { return key.text == "as_given"; });
+  inertia.as_given = at.has_entry("as_given");
   const char* name = inertia.as_given ? "as_given" : "value";
   const bool read = read_fields(
       at, "an inertia",

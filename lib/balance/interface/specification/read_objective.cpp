@@ -148,10 +148,10 @@ double read_deviation_multiple(const SpecCursor& at, SpecParameters& parameters,
 }
 
 void require_prescribed_motion(const SpecCursor& at, const ObjectiveTerm& term, const Study& study) {
-  for (const Trajectory& trajectory : study.trajectories)
-    if (trajectory.name == term.trajectory && is_mechanism_dependent(trajectory))
-      at.fail({.expected = "a trajectory that does not depend on the mechanism, which has deviations",
-               .found = quote_for_message(term.trajectory)});
+  const Trajectory* trajectory = find_by_name(study.trajectories, term.trajectory);
+  if (trajectory != nullptr && is_mechanism_dependent(*trajectory))
+    at.fail({.expected = "a trajectory that does not depend on the mechanism, which has deviations",
+             .found = quote_for_message(term.trajectory)});
 }
 
 namespace {
@@ -160,18 +160,11 @@ namespace {
 void read_over(const SpecCursor& at, const Study& study) {
   at.read_choice("a set of poses", {workspace_name});
   if (at.problems().is_uncertain(workspace_name)) throw CascadingError();
-  const auto& trajectories = study.trajectories;
-  if (std::none_of(trajectories.begin(), trajectories.end(),
-                   [](const Trajectory& t) { return t.name == workspace_name; }))
+  if (find_by_name(study.trajectories, workspace_name) == nullptr)
     at.fail({.expected = "a spec with a 'workspace'", .found = "none"});
 }
 
 ObjectiveTerm read_weighted_term(const SpecCursor& at, SpecParameters& parameters, const Study& study);
-
-bool states_key(const SpecCursor& at, const char* key) {
-  const auto& keys = at.node().keys;
-  return at.is_map() && std::any_of(keys.begin(), keys.end(), [&](const YamlNode& one) { return one.text == key; });
-}
 
 /// `{mean_plus: 3, of: {peak: torque, along: cycloid}, weight: 2}`.
 ObjectiveTerm read_robust_term(const SpecCursor& at, SpecParameters& parameters, const Study& study) {
@@ -179,12 +172,12 @@ ObjectiveTerm read_robust_term(const SpecCursor& at, SpecParameters& parameters,
   double weight = 1;
   std::optional<double> multiple;
   const auto read_figure = [&](const SpecCursor& c) {
-    if (!c.is_map() || states_key(c, "of") || states_key(c, "weight") || states_key(c, "mean_plus"))
+    if (!c.is_map() || c.has_entry("of") || c.has_entry("weight") || c.has_entry("mean_plus"))
       c.fail(
           {.expected = "a figure along a trajectory such as {rms: torque, along: cycloid}, without a weight of its own",
-           .found = !c.is_map()               ? c.describe_found()
-                    : states_key(c, "weight") ? "a weight"
-                                              : "another term"});
+           .found = !c.is_map()             ? c.describe_found()
+                    : c.has_entry("weight") ? "a weight"
+                                            : "another term"});
     term = read_weighted_term(c, parameters, study);
   };
   if (!read_fields(at, "a term {mean_plus: 3, of: {rms: torque, along: cycloid}}",
@@ -201,7 +194,7 @@ ObjectiveTerm read_robust_term(const SpecCursor& at, SpecParameters& parameters,
 
 /// `{of: added-mass, weight: 0.5}` or `{rms: torque, along: cycloid, weight: 2}`.
 ObjectiveTerm read_weighted_term(const SpecCursor& at, SpecParameters& parameters, const Study& study) {
-  if (states_key(at, "mean_plus")) return read_robust_term(at, parameters, study);
+  if (at.has_entry("mean_plus")) return read_robust_term(at, parameters, study);
   ObjectiveTerm term;
   std::optional<SpecCursor> figure_entry, along_entry, over_entry;
   const auto require_single = [&](const SpecCursor& c) {

@@ -114,13 +114,6 @@ void read_corridor(const SpecCursor& at, StudyBuilder& draft, TrajectoryOf<Expre
 
 namespace {
 
-bool has_key(const SpecCursor& at, const char* name) {
-  if (!at.is_map()) return false;
-  for (const YamlNode& key : at.node().keys)
-    if (key.text == name) return true;
-  return false;
-}
-
 /// The point that the drive moves, if the spec gives it: the centre of mass of a pose given by
 /// joints is known only later.
 std::optional<Vector3E> moved_point(const PoseTargetOf<Expression>& pose, DriveKind drive) {
@@ -237,11 +230,11 @@ WaypointPathOf<Expression> read_waypoints(const SpecCursor& at, StudyBuilder& dr
 
 }  // namespace
 
-bool is_corridor(const SpecCursor& path) { return has_key(path, "corridor"); }
+bool is_corridor(const SpecCursor& path) { return path.has_entry("corridor"); }
 
-bool is_table(const SpecCursor& path) { return has_key(path, "table") || has_key(path, "file"); }
+bool is_table(const SpecCursor& path) { return path.has_entry("table") || path.has_entry("file"); }
 
-bool is_circle(const SpecCursor& path) { return has_key(corridor_centreline(path), "circle"); }
+bool is_circle(const SpecCursor& path) { return corridor_centreline(path).has_entry("circle"); }
 
 bool has_end_pose(const SpecCursor* path) { return path == nullptr || !is_circle(*path); }
 
@@ -250,7 +243,7 @@ void read_path(const SpecCursor& at, StudyBuilder& draft, TrajectoryOf<Expressio
       "a path: line, {circle: …}, {arc: …}, {waypoints: …}, {table: …}, {file: …} or {corridor: …}";
   if (at.is_scalar() && at.node().text == "line") return;
   if (!at.is_map()) at.fail_expected(what);
-  if (has_key(at, "waypoints")) {
+  if (at.has_entry("waypoints")) {
     trajectory.path = read_waypoints(at, draft, trajectory);
     return;
   }

@@ -12,11 +12,6 @@ namespace balance::specification {
 
 namespace {
 
-bool has_entry(const SpecCursor& map, const std::string& name) {
-  return std::any_of(map.node().keys.begin(), map.node().keys.end(),
-                     [&](const YamlNode& key) { return key.text == name; });
-}
-
 SourceLocation place_of(const SpecCursor& at) {
   const NodeLocation& place = at.node().place;
   return {at.problems().file_of(place), place.line, place.column, at.path()};
@@ -71,7 +66,7 @@ std::vector<Field> presence_fields(const SpecCursor& at, AttachmentKind kind, Pr
   for (auto& [name, slot] : {std::pair{"from", &keys.from}, std::pair{"until", &keys.until}}) {
     if (kind == AttachmentKind::payload)
       fields.push_back({name, Presence::optional, [slot = slot](const SpecCursor& c) { *slot = c; }});
-    else if (has_entry(at, name))
+    else if (at.has_entry(name))
       fields.push_back({name, Presence::optional, [name = name](const SpecCursor& c) {
                           c.fail({.expected = fmt::format("no '{}': counterweights are always there, payloads may come "
                                                           "and go",

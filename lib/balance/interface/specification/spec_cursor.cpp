@@ -42,6 +42,11 @@ std::string find_decimal_comma_before(const YamlNode& map, const std::string& ke
   return "";
 }
 
+bool SpecCursor::has_entry(const std::string& key) const {
+  const std::vector<YamlNode>& keys = node_->keys;
+  return std::any_of(keys.begin(), keys.end(), [&](const YamlNode& one) { return one.text == key; });
+}
+
 void SpecCursor::fail_expected(const std::string& what) const { fail({.expected = what, .found = describe_found()}); }
 
 void SpecCursor::fail(ErrorMessage error_message) const {

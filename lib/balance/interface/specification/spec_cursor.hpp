@@ -31,6 +31,8 @@ class SpecCursor {
   bool is_scalar() const { return kind() == YamlNode::Kind::scalar; }
   bool is_list() const { return kind() == YamlNode::Kind::list; }
   bool is_map() const { return kind() == YamlNode::Kind::map; }
+  /// Whether it is a map with this key.
+  bool has_entry(const std::string& key) const;
 
   /// Throws the ReadError "expected <what>, found <this value>".
   [[noreturn]] void fail_expected(const std::string& what) const;
