@@ -25,11 +25,11 @@ double pseudo_inverse_regularity(const ColumnPivotingQr& factors) {
   if (!(pivot_ratio(factors) > 0)) return 0;
   const auto R = factors.matrixR().topLeftCorner(n, n).triangularView<Eigen::Upper>();
   const MatrixX inverse = R.solve(MatrixX::Identity(n, n));
-  Eigen::Index longest_row = 0;
+  Eigen::Index max_norm_row = 0;
   for (Eigen::Index row = 1; row < n; ++row)
-    if (inverse.row(row).squaredNorm() > inverse.row(longest_row).squaredNorm()) longest_row = row;
+    if (inverse.row(row).squaredNorm() > inverse.row(max_norm_row).squaredNorm()) max_norm_row = row;
   VectorX entries = VectorX::Zero(factors.rows());
-  entries.head(n) = inverse.row(longest_row).transpose();
+  entries.head(n) = inverse.row(max_norm_row).transpose();
   entries.applyOnTheLeft(factors.householderQ());
   const double regularity = 1 / max_abs(entries);
   return std::isfinite(regularity) ? std::min(1.0, regularity) : 0;

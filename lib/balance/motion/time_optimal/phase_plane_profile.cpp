@@ -61,11 +61,11 @@ class PhasePlaneIntegrator {
     if (kind_ != ProfileKind::slide && profile_.back().v == 0 && !(sign_ * profile_.back().u > 0))
       return IntegrationEnd::infeasible_start;
     double h = first_step();
-    longest_step_ = h;
+    max_step_ = h;
     for (int step = 0; step < max_steps; ++step) {
       ProfilePoint next;
       end_ = IntegrationEnd::reached_target;
-      if (h < min_profile_step_fraction * longest_step_ || limits_.has_reached_evaluation_limit())
+      if (h < min_profile_step_fraction * max_step_ || limits_.has_reached_evaluation_limit())
         return IntegrationEnd::infeasible;
       h = std::min(h, time_to_target());
       bool is_last = false;
@@ -74,18 +74,18 @@ class PhasePlaneIntegrator {
         is_last = accepted = adjust_to_target(h, next);
       if (!accepted) {
         h /= 4;
-        if (h < min_profile_step_fraction * longest_step_)
+        if (h < min_profile_step_fraction * max_step_)
           return end_ == IntegrationEnd::reached_target ? IntegrationEnd::infeasible : end_;
         continue;
       }
-      if (error_ > 1 && h > kink_step_fraction * longest_step_) {
+      if (error_ > 1 && h > kink_step_fraction * max_step_) {
         h *= std::clamp(0.9 * elementary::pow(error_, -0.2), 0.15, 0.9);
         continue;
       }
       const bool exceeds_bound = kind_ != ProfileKind::slide && velocity_bound_excess(next) > velocity_bound_tolerance;
       if (exceeds_bound && !shorten_to_velocity_bound(h, next)) {
         h /= 4;
-        if (h < min_profile_step_fraction * longest_step_) return IntegrationEnd::infeasible;
+        if (h < min_profile_step_fraction * max_step_) return IntegrationEnd::infeasible;
         continue;
       }
       profile_.push_back(next);
@@ -93,7 +93,7 @@ class PhasePlaneIntegrator {
         return IntegrationEnd::stopped_by_callback;
       if (exceeds_bound) return IntegrationEnd::hit_velocity_bound;
       if (is_last) return IntegrationEnd::reached_target;
-      longest_step_ = std::max(longest_step_, h);
+      max_step_ = std::max(max_step_, h);
       h *= std::clamp(0.9 * elementary::pow(std::max(error_, 1e-12), -0.2), 0.3, 4.0);
     }
     return IntegrationEnd::infeasible;
@@ -278,7 +278,7 @@ class PhasePlaneIntegrator {
   double max_velocity_guess_ = 0;  ///< of x
   VelocityProfile& profile_;
   IntegrationEnd end_ = IntegrationEnd::reached_target;
-  double error_ = 0, acceleration_scale_ = 0, longest_step_ = 0;
+  double error_ = 0, acceleration_scale_ = 0, max_step_ = 0;
 };
 
 }  // namespace

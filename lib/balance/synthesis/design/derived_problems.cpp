@@ -14,6 +14,18 @@ namespace {
 /// Margin, relative to a limit's bound, at which the search for a feasible design may stop.
 constexpr double phase_one_margin = 1e-3;
 
+/// Inserts values of the free variables into those of all variables.
+struct FixedVariables {
+  VectorX x;
+  std::vector<int> free;
+
+  VectorX all(const VectorX& u) const {
+    VectorX numbers = x;
+    numbers(free) = u;
+    return numbers;
+  }
+};
+
 /// Maximum violation of several limits, but at least −phase_one_margin.
 class ViolationFunction final : public DesignFunction {
  public:
@@ -96,15 +108,11 @@ class PhaseOneModel final : public DesignModelDecorator {
     return {.has_convex_limits = base_capabilities.has_convex_limits && base_capabilities.are_all_limits_convex,
             .can_fix_geometry = base_capabilities.can_fix_geometry};
   }
-  std::optional<std::vector<ConvexLimit>> convex_limits(const VectorX& x) const override {
-    return model().convex_limits(x);
-  }
   Objective objective_at_geometry(const VectorX& x, const std::vector<int>& free,
                                   const FreeSprings& loose) const override {
-    return make_violation_objective(model().limits_at_geometry(x, free, loose), [this, x, free, loose](const auto& u) {
-      VectorX all = x;
-      all(free) = u;
-      return parameter_values(build_mechanism(all), loose);
+    const FixedVariables fixed{x, free};
+    return make_violation_objective(model().limits_at_geometry(x, free, loose), [this, fixed, loose](const VectorX& u) {
+      return parameter_values(build_mechanism(fixed.all(u)), loose);
     });
   }
   std::vector<DesignLimit> limits_at_geometry(const VectorX& /*x*/, const std::vector<int>& /*free*/,
@@ -152,18 +160,6 @@ std::vector<int> list_variables(const SolverContext& context, bool geometric) {
   return numbers;
 }
 
-/// Inserts values of the free variables into those of all variables.
-struct FixedVariables {
-  VectorX x;
-  std::vector<int> free;
-
-  VectorX all(const VectorX& u) const {
-    VectorX numbers = x;
-    numbers(free) = u;
-    return numbers;
-  }
-};
-
 /// Restricts a function of all variables to some of them.
 class RestrictedFunction final : public DesignFunction {
  public:
@@ -204,6 +200,7 @@ class FixedGeometryModel final : public DesignModelDecorator {
   FixedGeometryModel(std::shared_ptr<const DesignModel> base_model, FixedVariables fixed)
       : DesignModelDecorator(std::move(base_model)), fixed_(std::move(fixed)) {}
 
+  Capabilities capabilities() const override { return {}; }
   Mechanism build_mechanism(const VectorX& u) const override { return model().build_mechanism(fixed_.all(u)); }
   std::string invalidity_reason(const VectorX& u) const override { return model().invalidity_reason(fixed_.all(u)); }
   std::string infeasibility_reason(const VectorX& /*u*/) const override { return ""; }

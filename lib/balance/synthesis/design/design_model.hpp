@@ -116,17 +116,32 @@ class DesignModel {
                                                       const FreeSprings& loose) const;
 };
 
-/// Forwards to another model everything that a derived class does not override, except figures.
+/// Forwards to another model everything that a derived class does not override.
 class DesignModelDecorator : public DesignModel {
  public:
   explicit DesignModelDecorator(std::shared_ptr<const DesignModel> model) : model_(std::move(model)) {}
 
+  Capabilities capabilities() const override { return model_->capabilities(); }
   Mechanism build_mechanism(const VectorX& x) const override { return model_->build_mechanism(x); }
   std::string invalidity_reason(const VectorX& x) const override { return model_->invalidity_reason(x); }
   std::string infeasibility_reason(const VectorX& x) const override { return model_->infeasibility_reason(x); }
   Conditions derive_conditions(const Mechanism& mechanism, const std::vector<Goal>& goals,
                                const ConditionOptions& options) const override {
     return model_->derive_conditions(mechanism, goals, options);
+  }
+  std::optional<std::vector<AffineFigure>> convex_terms(const VectorX& x, FigureSampling sampling) const override {
+    return model_->convex_terms(x, sampling);
+  }
+  std::optional<std::vector<ConvexLimit>> convex_limits(const VectorX& x) const override {
+    return model_->convex_limits(x);
+  }
+  Objective objective_at_geometry(const VectorX& x, const std::vector<int>& free,
+                                  const FreeSprings& loose) const override {
+    return model_->objective_at_geometry(x, free, loose);
+  }
+  std::vector<DesignLimit> limits_at_geometry(const VectorX& x, const std::vector<int>& free,
+                                              const FreeSprings& loose) const override {
+    return model_->limits_at_geometry(x, free, loose);
   }
 
  protected:

@@ -29,13 +29,6 @@ struct MassSummary {
   double mass = 0, inertia = 0, added_mass = 0, added_inertia = 0;
 };
 
-std::vector<DesignVariable> list_variables(const std::vector<FreeNumber>& numbers) {
-  std::vector<DesignVariable> variables;
-  for (const FreeNumber& number : numbers)
-    variables.push_back({number.key_path, number.lower, number.upper, number.start, number.discrete_values});
-  return variables;
-}
-
 /// The design problem of a spec at its nominal load.
 class SpecDesignModel final : public DesignModel {
  public:
@@ -98,7 +91,7 @@ class SpecDesignModel final : public DesignModel {
 
 DesignProblem build_design_problem(const DesignSpace& space, const DesignStudyOptions& options) {
   DesignProblem problem;
-  problem.variables = list_variables(space.start.free_numbers);
+  problem.variables = list_design_variables(space.start.free_numbers);
   const auto& terms = options.minimize.empty() ? space.start.design.minimize : options.minimize;
   const auto model = std::make_shared<SpecDesignModel>(space, terms, options.is_modular);
   problem.model = model;
@@ -120,6 +113,13 @@ DesignProblem build_design_problem(const DesignSpace& space, const DesignStudyOp
 }
 
 }  // namespace
+
+std::vector<DesignVariable> list_design_variables(const std::vector<FreeNumber>& numbers) {
+  std::vector<DesignVariable> variables;
+  for (const FreeNumber& number : numbers)
+    variables.push_back({number.key_path, number.lower, number.upper, number.start, number.discrete_values});
+  return variables;
+}
 
 DesignProblem make_design_problem(const DesignSpace& space, const DesignStudyOptions& options) {
   constexpr double min_seconds = 5;  // for the first run of each motion, even if the time for the search is shorter

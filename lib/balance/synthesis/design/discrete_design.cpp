@@ -25,24 +25,9 @@ class SharedConditionsModel final : public DesignModelDecorator {
   SharedConditionsModel(std::shared_ptr<const DesignModel> model, Conditions conditions)
       : DesignModelDecorator(std::move(model)), conditions_(std::move(conditions)) {}
 
-  Capabilities capabilities() const override { return model().capabilities(); }
   Conditions derive_conditions(const Mechanism& /*mechanism*/, const std::vector<Goal>& /*goals*/,
                                const ConditionOptions& /*options*/) const override {
     return conditions_;
-  }
-  std::optional<std::vector<AffineFigure>> convex_terms(const VectorX& x, FigureSampling sampling) const override {
-    return model().convex_terms(x, sampling);
-  }
-  std::optional<std::vector<ConvexLimit>> convex_limits(const VectorX& x) const override {
-    return model().convex_limits(x);
-  }
-  Objective objective_at_geometry(const VectorX& x, const std::vector<int>& free,
-                                  const FreeSprings& loose) const override {
-    return model().objective_at_geometry(x, free, loose);
-  }
-  std::vector<DesignLimit> limits_at_geometry(const VectorX& x, const std::vector<int>& free,
-                                              const FreeSprings& loose) const override {
-    return model().limits_at_geometry(x, free, loose);
   }
 
  private:

@@ -512,8 +512,7 @@ DesignProblem LoadCaseStudy::make_problem() const {
   const CaseSpace& cases = case_model_->space();
   for (const std::string& name : options_.excluded)  // sections and friction have the same names in all cases
     for (std::size_t k = 0; k < cases.cases.size(); ++k) problem.options.excluded.push_back(case_label(name, k));
-  for (const FreeNumber& number : cases.numbers)
-    problem.variables.push_back({number.key_path, number.lower, number.upper, number.start, number.discrete_values});
+  problem.variables = list_design_variables(cases.numbers);
   for (CardinalityConstraint& choice : problem.cardinality_constraints)
     for (OptionalElement& element : choice.elements) element.variables = map_to_all_cases(cases, element.variables);
   problem.model = case_model_;

@@ -34,6 +34,8 @@ class LoadCaseEvaluator {
 /// @throws std::invalid_argument as run_design_study
 DesignProblem make_design_problem(const DesignSpace& space, const DesignStudyOptions& options);
 
+std::vector<DesignVariable> list_design_variables(const std::vector<FreeNumber>& numbers);
+
 /// Sets the studies, masses and inertias before and after in the report.
 void measure_design(const DesignSpace& space, DesignReport& report);
 

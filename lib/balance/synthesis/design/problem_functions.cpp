@@ -28,6 +28,20 @@ std::vector<int> find_parameter_indices(const Mechanism& mechanism, const FreeSp
   return result;
 }
 
+/// The value of a simulation, or `fallback` where an expression of the spec has no value, there is no motion, or the time is over.
+template <class Value, class Simulation>
+Value evaluate_or(Value fallback, const Simulation& simulation) {
+  try {
+    return simulation();
+  } catch (const SpecError&) {
+    return fallback;
+  } catch (const std::invalid_argument&) {
+    return fallback;
+  } catch (const DeadlineExceeded&) {
+    return fallback;
+  }
+}
+
 }  // namespace
 
 ScaledObjective::ScaledObjective(const SolverContext& context, const Objective& objective)
@@ -39,60 +53,36 @@ ScaledObjective::ScaledObjective(const SolverContext& context, const Objective& 
 }
 
 double ScaledObjective::evaluate_by_simulation(const VectorX& u) const {
-  try {
-    return objective_.function->evaluate(context_.scaling.to_variables(u), nullptr);
-  } catch (const SpecError&) {
-    return std::numeric_limits<double>::quiet_NaN();  // an expression of the spec has no value here
-  } catch (const std::invalid_argument&) {
-    return std::numeric_limits<double>::quiet_NaN();  // there is no motion
-  } catch (const DeadlineExceeded&) {
-    return std::numeric_limits<double>::quiet_NaN();
-  }
+  return evaluate_or(std::numeric_limits<double>::quiet_NaN(),
+                     [&] { return objective_.function->evaluate(context_.scaling.to_variables(u), nullptr); });
 }
 
 std::optional<std::vector<MaxTerm>> ScaledObjective::max_terms(const VectorX& u) const {
+  using Terms = std::optional<std::vector<MaxTerm>>;
   if (context_.budget.is_past_deadline()) return std::nullopt;
-  try {
-    auto terms = objective_.function->max_terms(context_.scaling.to_variables(u));
+  return evaluate_or(Terms(), [&]() -> Terms {
+    Terms terms = objective_.function->max_terms(context_.scaling.to_variables(u));
     if (!terms) return std::nullopt;
     for (MaxTerm& term : *terms) {
       if (!term.values.allFinite() || !term.jacobian.allFinite()) return std::nullopt;
       term.jacobian = term.jacobian * context_.scaling.half_width().asDiagonal();
     }
     return terms;
-  } catch (const SpecError&) {
-    return std::nullopt;
-  } catch (const std::invalid_argument&) {
-    return std::nullopt;
-  } catch (const DeadlineExceeded&) {
-    return std::nullopt;
-  }
+  });
 }
 
 std::optional<VectorX> ScaledObjective::known_gradient(const VectorX& u) const {
-  try {
+  if (has_max_terms()) return max_term_gradient(max_terms(u), u.size());
+  return evaluate_or(std::optional<VectorX>(), [&] {
     auto slope = objective_.function->gradient(context_.scaling.to_variables(u));
     if (slope) slope->array() *= context_.scaling.half_width().array();
     return slope && slope->allFinite() ? slope : std::nullopt;
-  } catch (const SpecError&) {
-    return std::nullopt;
-  } catch (const std::invalid_argument&) {
-    return std::nullopt;
-  } catch (const DeadlineExceeded&) {
-    return std::nullopt;
-  }
+  });
 }
 
 /// Uses differences unless the derivatives are known.
 VectorX ScaledObjective::gradient_by_simulation(const VectorX& u) const {
-  if (const auto terms = has_max_terms() ? max_terms(u) : std::nullopt) {
-    VectorX slope = VectorX::Zero(u.size());
-    for (const MaxTerm& term : *terms) {
-      slope += term.weight * term.jacobian.row(max_index(term.values)).transpose();
-    }
-    return slope;
-  }
-  if (auto slope = has_max_terms() ? std::nullopt : known_gradient(u)) return *slope;
+  if (const auto slope = known_gradient(u)) return *slope;
   const auto value = [this](const VectorX& v) { return VectorX::Constant(1, evaluate_by_simulation(v)).eval(); };
   return central_difference_jacobian(value, u, 1).transpose();
 }
