@@ -29,6 +29,18 @@ def sessions(block):
     yield command, expected
 
 
+def file_named_by(block):
+    """The name of the file that a block is, if it is one."""
+    name = FILE.match(block.split("\n", 1)[0])
+    return name.group(1) if name else None
+
+
+def execute(command, folder, environment):
+    """(exit code, printed lines, standard error) of a command."""
+    done = subprocess.run(["bash", "-c", command], cwd=folder, env=environment, capture_output=True, text=True, check=False)
+    return done.returncode, [line.rstrip() for line in done.stdout.splitlines()], done.stderr
+
+
 def agrees(expected, printed):
     parts = [".*" if line == "..." else re.escape(line) for line in expected]
     return re.fullmatch("\n".join(parts), "\n".join(printed), re.DOTALL) is not None
@@ -51,13 +63,12 @@ def run_page(text, folder, environment):
     """What differs, the number of commands, and what the last one printed."""
     differing, count, printed = [], 0, []
     for language, block in blocks(text):
-        name = FILE.match(block.split("\n", 1)[0])
+        name = file_named_by(block)
         if name:
-            (folder / name.group(1)).write_text(block, encoding="utf-8")
+            (folder / name).write_text(block, encoding="utf-8")
         for command, expected in sessions(block) if language == "console" else ():
             count += 1
-            done = subprocess.run(["bash", "-c", command], cwd=folder, env=environment, capture_output=True, text=True, check=False)
-            printed = [line.rstrip() for line in done.stdout.splitlines()]
-            if done.returncode != 0 or not agrees(expected, printed):
-                differing.append(f"$ {command}\nexit code {done.returncode}\n" + "\n".join(printed) + done.stderr)
+            code, printed, errors = execute(command, folder, environment)
+            if code != 0 or not agrees(expected, printed):
+                differing.append(f"$ {command}\nexit code {code}\n" + "\n".join(printed) + errors)
     return differing, count, printed
