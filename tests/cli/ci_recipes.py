@@ -54,6 +54,15 @@ class Recipes(Case):
             with open(summary, encoding="utf-8") as file:
                 self.assertIn("| design | done |", file.read())
 
+    def test_the_github_job_with_limits_for_cases(self):
+        command = re.search(r"`(balance batch suite\.yaml [^`]*--case-timeout[^`]*)`", PAGE.read_text(encoding="utf-8")).group(1)
+        os.mkdir(self.path("work"))
+        self.write("work/suite.yaml", blocks()["suite.yaml"])
+        for name in ("reference", "design"):
+            self.write(f"work/{name}.yaml", self.good)
+        done = self.shell(command, self.path("work"))
+        self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+
     def test_the_gitlab_job(self):
         script = "\n".join(yaml.safe_load(blocks()[".gitlab-ci.yml"])["shaking-force"]["script"])
         os.mkdir(self.path("origin"))

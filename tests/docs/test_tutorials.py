@@ -21,10 +21,10 @@ def number_of(text):
 
 
 class Tutorials(unittest.TestCase):
-    def test_there_are_six_and_the_list_names_them(self):
+    def test_there_are_nine_and_the_list_names_them(self):
         listed = re.findall(r"\]\((\d[^)]*\.md)\)", (ROOT / "docs/tutorials/README.md").read_text(encoding="utf-8"))
         self.assertEqual([page.name for page in PAGES], listed)
-        self.assertEqual(len(PAGES), 6)
+        self.assertEqual(len(PAGES), 9)
 
     def test_every_command_prints_what_the_page_says(self):
         for page in [*PAGES, ROOT / "docs/how-to.md"]:
