@@ -1,5 +1,5 @@
-"""Runs what a page of documentation shows. A block ```console holds sessions: a line `$ command` runs, the lines below it are its output, and
-`...` stands for any number of lines. A block whose first line is `# NAME` with a suffix is a file of that name."""
+"""Runs what a page of documentation shows. A block ```console holds sessions: a line `$ command` runs (with the next line, where it ends in a
+backslash), the lines below it are its output, and `...` stands for any number of lines. A block whose first line is `# NAME` with a suffix is a file of that name."""
 
 import os
 import pathlib
@@ -20,7 +20,9 @@ def sessions(block):
     """(command, expected lines) of a console block."""
     command, expected = None, []
     for line in block.splitlines():
-        if line.startswith("$ "):
+        if command and command.endswith("\\"):
+            command += f"\n{line}"
+        elif line.startswith("$ "):
             if command:
                 yield command, expected
             command, expected = line[2:], []
