@@ -10,6 +10,7 @@ import unittest
 from _console import ROOT, blocks, run_page, workplace
 
 PAGES = sorted((ROOT / "docs/tutorials").glob("[0-9]*.md"))
+NUMBER = re.compile(r"(?<![\w.])\d+(?:\.\d+)?(?![\w.])")
 # Numbers that the second formulation gives, too: page, quantity, command.
 PLANAR = [(0, "shaking_moment", "shaking.yaml -t steady --set behind_crank=0.9 --set behind_rocker=3"), (4, "shaking_force", "laws.yaml -t gentle")]
 
@@ -50,7 +51,20 @@ class Tutorials(unittest.TestCase):
             with self.subTest(page=page.name):
                 text = page.read_text(encoding="utf-8")
                 shown = "".join(block for language, block in blocks(text) if language == "console")
-                self.assertIn(number_of(text), [float(x) for x in re.findall(r"(?<![\w.])\d+(?:\.\d+)?(?![\w.])", shown)])
+                self.assertIn(number_of(text), [float(x) for x in NUMBER.findall(shown)])
+
+    def test_numbers_of_tables_are_roundings_of_printed_ones(self):
+        count = 0
+        for page in PAGES:
+            text = page.read_text(encoding="utf-8")
+            printed = [float(x) for block in (b for language, b in blocks(text) if language == "console") for x in NUMBER.findall(block)]
+            for row in re.findall(r"^\| (?!---)(.*) \|$", re.sub(r"^```.*?^```$", "", text, flags=re.MULTILINE | re.DOTALL), re.MULTILINE):
+                for number in (x for cell in row.split(" | ")[1:] for x in NUMBER.findall(cell) if len(x.replace(".", "")) >= 3):
+                    count += 1
+                    with self.subTest(page=page.name, row=row, number=number):
+                        digits = len(number.partition(".")[2])
+                        self.assertIn(float(number), [round(x, digits) for x in printed])
+        self.assertGreater(count, 8)
 
 
 if __name__ == "__main__":
