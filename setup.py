@@ -39,8 +39,14 @@ class BuildWithCMake(build_ext):
                 sys.exit(f"error: {shlex.join(map(str, command))} failed; scripts/setup python installs what it needs on Debian")
         target = pathlib.Path(self.get_ext_fullpath(extension.name))
         target.parent.mkdir(parents=True, exist_ok=True)
-        (compiled,) = (place / "module/balance_mechanisms").glob("_native*")
+        (compiled,) = (place / "module/balance_mechanisms").glob("_native*.so")
         shutil.copy2(compiled, target)
 
 
-setup(version=version(), ext_modules=[Extension("balance_mechanisms._native", sources=[])], cmdclass={"build_ext": BuildWithCMake})
+# setuptools keeps nothing beside the sources, and no module of an earlier version.
+PACKAGE = BUILD / "package"
+shutil.rmtree(PACKAGE, ignore_errors=True)
+PACKAGE.mkdir(parents=True)
+
+setup(version=version(), ext_modules=[Extension("balance_mechanisms._native", sources=[])], cmdclass={"build_ext": BuildWithCMake},
+      options={"build": {"build_base": str(PACKAGE)}, "egg_info": {"egg_base": str(PACKAGE)}, "bdist_wheel": {"bdist_dir": str(PACKAGE / "wheel")}})
