@@ -89,7 +89,7 @@ class Conditions(Shown, Answer):
     def _summary(self) -> Tuple[List[Table], List[str]]:
         found = self.to_dict()
         names = [f"{one['name']} = {one['value']:.6g} {pretty_unit(one['unit'])}" for one in found["symbols"]]
-        table = Table(f"{found['mechanism']}: {found['goal']} conditions, {found['meaning']}", ["", "condition", "met", "residual (relative)", "depends on"],
+        table = Table(f"{found['mechanism']}: {found['goal']} conditions: {'; '.join(found['meaning'])}", ["", "condition", "met", "residual (relative)", "depends on"],
                       [[k + 1, one.text, one.met, one.residual, list(one.free)] for k, one in enumerate(self.conditions)])
         impossible = [self.impossible] if self.impossible else []
         return [table], [*(["where " + ", ".join(names)] if names else []), *impossible, *found["notes"]]
@@ -161,14 +161,19 @@ class Design(Shown, Answer):
         tables = [Table(str(self).split("\n", 1)[0], ["free number", "unit", "lower", "upper", "before", "value"],
                         [[one["path"], pretty_unit(units.get(one["path"], "")), one["lower"], one["upper"], one["before"], one["value"]]
                          for one in found["free_numbers"]])]
+        notes: List[str] = []
         for along in found["trajectories"]:
             rows = [[one["quantity"], one["figure"], pretty_unit(one["unit"]), one["before"], one["after"], one["ratio"]] for one in along["changes"]
                     if one["quantity"] in _SHOWN_FIGURES]
-            if rows:
+            ended = [side["outcome"]["reason"] for side in (along["before"], along["after"]) if side and side["outcome"]["status"] != "done"]
+            if ended:
+                notes.append(f"{along['trajectory']}: {ended[0]}")
+            elif rows:
                 tables.append(Table(f"along {along['trajectory']}", ["quantity", "figure", "unit", "before", "after", "ratio"], rows))
         goal = found["objective"]
         reached = [f"{goal['name']}: {goal['value']:.6g} {pretty_unit(goal['unit'])}"] if goal["name"] and goal["value"] is not None else []
-        return tables, [f"status: {self.status}; optimality: {self.optimality}", *reached, *([self.reason] if self.reason else [])]
+        return tables, [f"status: {self.status}; optimality: {self.optimality}", *reached, *([self.reason] if self.reason else []),
+                        *notes]
 
     @property
     def status(self) -> str:

@@ -281,7 +281,7 @@ class Run(Shown, Mapping[str, numpy.ndarray]):
         """The samples as a table, indexed by `time` [s].
 
         Columns are `torque[A1]` (of a slide `force[S]`), `joint_force[B1].x`, `shaking_force.y`, …; `attrs["units"]` has the unit of each,
-        the other attributes are those of `description`.
+        the other attributes are those of `description`, without the spec's text.
 
         :raises ModuleNotFoundError: without pandas
         """
@@ -289,7 +289,7 @@ class Run(Shown, Mapping[str, numpy.ndarray]):
 
         columns = {column: self[name].reshape(len(self["time"]), -1)[:, k] for column, name, k in self._columns()}
         table = pandas.DataFrame(columns, index=pandas.Index(self["time"], name="time"))
-        table.attrs.update({**self.description, "units": self._column_units()})
+        table.attrs.update({name: value for name, value in self.description.items() if name != "spec"}, units=self._column_units())
         return table
 
     to_dataframe = to_pandas  # its older name
