@@ -95,7 +95,7 @@ class Conditions(Shown, Answer):
         return [table], [*(["where " + ", ".join(names)] if names else []), *impossible, *found["notes"]]
 
     def _repr_latex_(self) -> str:
-        return self.latex()
+        return self.latex() if len(self) > 0 else super()._repr_latex_()  # TeX takes no empty align*
 
     @property
     def conditions(self) -> List[Condition]:

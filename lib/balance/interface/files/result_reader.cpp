@@ -7,6 +7,7 @@
 #include "balance/mechanics/results/result.hpp"
 #include "balance/mechanics/results/round_off.hpp"
 
+#include <fcntl.h>
 #include <unistd.h>
 
 #include <fmt/format.h>
@@ -373,7 +374,7 @@ StoredRun read_result_file(const std::string& name) {
   if (!std::filesystem::exists(status)) throw FileError(location.path + ": no such file", ENOENT);
   if (std::filesystem::is_directory(status)) throw FileError(location.path + ": is a folder, not a result file", EISDIR);
   if (!std::filesystem::is_regular_file(status)) throw SystemError(location.path + ": is not a regular file");
-  if (::access(location.path.c_str(), R_OK) != 0)
+  if (::faccessat(AT_FDCWD, location.path.c_str(), R_OK, AT_EACCESS) != 0)
     throw FileError(fmt::format("{}: cannot be read: {}", location.path, std::strerror(errno)), errno);
   try {
     return read_run(Hdf5Reader(location.path), location);
