@@ -2,6 +2,7 @@
 # make the umbrella <balance/balance.hpp>. All others are the library's own.
 set(balance_public_core
     foundation/base/error.hpp
+    foundation/base/file_error.hpp
     foundation/base/rotation.hpp
     foundation/base/types.hpp
     foundation/base/version.hpp

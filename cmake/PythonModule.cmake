@@ -1,5 +1,5 @@
-# The Python module (python/): where pybind11 and Python's headers are missing everything else is built.
-option(BALANCE_PYTHON_MODULE "Build the Python module balance_mechanisms (needs pybind11 and Python's headers)" ON)
+# The Python module (python/): where pybind11 and Python's headers are missing everything else is built, unless it is REQUIRED.
+set(BALANCE_PYTHON_MODULE ON CACHE STRING "Build the Python module balance_mechanisms (needs pybind11 and Python's headers): ON, OFF or REQUIRED")
 if(BALANCE_PYTHON_MODULE AND (BALANCE_SANITIZE OR BALANCE_COVERAGE))
   set(BALANCE_PYTHON_MODULE OFF) # an interpreter cannot load what is sanitized
 endif()
@@ -12,8 +12,12 @@ if(BALANCE_PYTHON_MODULE)
     find_package(pybind11 2.10 QUIET CONFIG)
   endif()
   if(NOT Python_FOUND OR NOT pybind11_FOUND)
+    set(python_missing STATUS)
+    if(BALANCE_PYTHON_MODULE STREQUAL REQUIRED)
+      set(python_missing FATAL_ERROR)
+    endif()
     set(BALANCE_PYTHON_MODULE OFF)
-    message(STATUS "the Python module is left out: it needs pybind11-dev and python3-dev (and BALANCE_PYTHON_MODULE=ON)")
+    message(${python_missing} "the Python module is left out: it needs pybind11-dev and python3-dev (and BALANCE_PYTHON_MODULE=ON)")
   endif()
 endif()
 if(BALANCE_PYTHON_MODULE)

@@ -26,14 +26,17 @@ def execute(path, folder, environment):
 def outputs(cell, stem, folder, number):
     for k, output in enumerate(cell.get("outputs", [])):
         data = output.get("data", {})
-        if "image/png" in data:
-            name = f"{stem}-{number}-{k}.png"
-            (folder / name).write_bytes(base64.b64decode(data["image/png"]))
+        binary = next((kind for kind in ("png", "gif") if f"image/{kind}" in data), None)
+        if binary:
+            name = f"{stem}-{number}-{k}.{binary}"
+            (folder / name).write_bytes(base64.b64decode(data[f"image/{binary}"]))
             yield f"![Figure]({name})\n"
         elif "image/svg+xml" in data:
             name = f"{stem}-{number}-{k}.svg"
             (folder / name).write_text(data["image/svg+xml"], encoding="utf-8")
             yield f"![Figure]({name})\n"
+        elif "text/html" in data:
+            yield f"```{{raw}} html\n{data['text/html'].strip()}\n```\n"
         elif text := output.get("text") or data.get("text/plain"):
             yield f"```\n{text.rstrip()}\n```\n"
 

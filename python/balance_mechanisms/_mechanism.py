@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, Dict, List, Mapping, Sequence, Tuple, Uni
 import numpy
 
 from balance_mechanisms import _native
+from balance_mechanisms._display import Shown, Table
 from balance_mechanisms._errors import MotionError
 from balance_mechanisms._run import Run
 
@@ -60,7 +61,7 @@ def _states(names: Sequence[str], time: Numbers | None,
     return rows, times, lead
 
 
-class Mechanism:
+class Mechanism(Shown):
     """A mechanism: bodies, joints, motors. Immutable and thread-safe. Pickled as the text of its spec.
 
     Obtained from `load(...).mechanism`.
@@ -76,6 +77,19 @@ class Mechanism:
 
     def __repr__(self) -> str:
         return f"<balance_mechanisms.Mechanism {self.name!r}: {', '.join(self.coordinates)}>"
+
+    def _summary(self) -> Tuple[List[Table], List[str]]:
+        planar = self.planar
+        axes = 2 if planar else 3
+        bodies = [[one["name"], one["mass"], [*one["com"][:axes]], one["inertia"][2, 2] if planar else [*numpy.diagonal(one["inertia"])]]
+                  for one in self.bodies[1:]]
+        tables = [Table(f"{self.name}: {'planar' if planar else 'spatial'}, {len(bodies)} bodies, {len(self.joints)} joints, "
+                        f"{self.total_mass:.6g} kg; moved by {', '.join(self.actuators) or 'nothing'}",
+                        ["body", "mass [kg]", "centre of mass [m]", "inertia [kg m²]" if planar else "inertia xx, yy, zz [kg m²]"], bodies)]
+        if self.attachments:
+            tables.append(Table("attached", ["name", "kind", "body", "at [m]", "mass [kg]"],
+                                [[one["name"], one["kind"], one["body"], [*one["position"][:axes]], one["mass"]] for one in self.attachments]))
+        return tables, []
 
     def _known(self, independent: Sequence[str]) -> Tuple[List[str], List[str], int]:
         """Names of the independent coordinates, notes and degrees of freedom."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import html
 import io
 import json
 import os
@@ -11,6 +12,7 @@ from typing import TYPE_CHECKING, Any, Dict, List, Mapping, NamedTuple, Tuple
 import numpy
 
 from balance_mechanisms import _native
+from balance_mechanisms._display import Shown, Table, pretty_unit, unit_head
 from balance_mechanisms._run import Run
 
 if TYPE_CHECKING:
@@ -20,7 +22,7 @@ if TYPE_CHECKING:
 
 
 class Answer:
-    """The output of a command: `to_dict()` is its JSON, `str()` its text."""
+    """The output of a command: `to_dict()` is its JSON, `str()` its text, which a notebook shows if there is no table."""
 
     def __init__(self, document: str, text: str) -> None:
         self._json = document
@@ -28,6 +30,9 @@ class Answer:
 
     def __str__(self) -> str:
         return self._text
+
+    def _repr_html_(self) -> str:
+        return f"<pre>{html.escape(self._text)}</pre>"
 
     def to_json(self) -> str:
         """What the program prints with `--json`."""
@@ -37,6 +42,9 @@ class Answer:
         """The JSON as Python values; unknown values are None."""
         found: Dict[str, Any] = json.loads(self._json)
         return found
+
+
+_SHOWN_FIGURES = ("torque", "shaking_force", "shaking_moment")
 
 
 class Check(Answer):
@@ -58,8 +66,11 @@ class Condition(NamedTuple):
     met: bool
     free: Tuple[str, ...]
 
+    def _repr_latex_(self) -> str:
+        return f"$\\displaystyle {self.latex}$"
 
-class Conditions(Answer):
+
+class Conditions(Shown, Answer):
     """Necessary and sufficient conditions on masses, centres of mass, inertias and stiffnesses."""
 
     def __init__(self, found: Mapping[str, Any]) -> None:
@@ -74,6 +85,17 @@ class Conditions(Answer):
 
     def __repr__(self) -> str:
         return f"<balance_mechanisms.Conditions: {len(self)}>"
+
+    def _summary(self) -> Tuple[List[Table], List[str]]:
+        found = self.to_dict()
+        names = [f"{one['name']} = {one['value']:.6g} {pretty_unit(one['unit'])}" for one in found["symbols"]]
+        table = Table(f"{found['mechanism']}: {found['goal']} conditions: {'; '.join(found['meaning'])}", ["", "condition", "met", "residual (relative)", "depends on"],
+                      [[k + 1, one.text, one.met, one.residual, list(one.free)] for k, one in enumerate(self.conditions)])
+        impossible = [self.impossible] if self.impossible else []
+        return [table], [*(["where " + ", ".join(names)] if names else []), *impossible, *found["notes"]]
+
+    def _repr_latex_(self) -> str:
+        return self.latex() if len(self) > 0 else super()._repr_latex_()  # TeX takes no empty align*
 
     @property
     def conditions(self) -> List[Condition]:
@@ -112,15 +134,17 @@ class Conditions(Answer):
         """An align* environment; needs amsmath."""
         return self._latex
 
-    def to_dataframe(self) -> pandas.DataFrame:
+    def to_pandas(self) -> pandas.DataFrame:
         """A row per condition: its text, residual, whether it is met, free numbers."""
         import pandas
 
         columns = ["text", "residual", "met", "free"]
         return pandas.DataFrame([[getattr(one, name) for name in columns] for one in self.conditions], columns=columns)
 
+    to_dataframe = to_pandas  # its older name
 
-class Design(Answer):
+
+class Design(Shown, Answer):
     """Values that balance a mechanism, or the best compromise and the reason why there is no better one."""
 
     def __init__(self, native: _native.Design, spec: Spec) -> None:
@@ -130,6 +154,26 @@ class Design(Answer):
 
     def __repr__(self) -> str:
         return f"<balance_mechanisms.Design: {self.status}>"
+
+    def _summary(self) -> Tuple[List[Table], List[str]]:
+        found = self.to_dict()
+        units = self._spec._units()
+        tables = [Table(str(self).split("\n", 1)[0], ["free number", "unit", "lower", "upper", "before", "value"],
+                        [[one["path"], pretty_unit(units.get(one["path"], "")), one["lower"], one["upper"], one["before"], one["value"]]
+                         for one in found["free_numbers"]])]
+        notes: List[str] = []
+        for along in found["trajectories"]:
+            rows = [[one["quantity"], one["figure"], pretty_unit(one["unit"]), one["before"], one["after"], one["ratio"]] for one in along["changes"]
+                    if one["quantity"] in _SHOWN_FIGURES]
+            ended = [side["outcome"]["reason"] for side in (along["before"], along["after"]) if side and side["outcome"]["status"] != "done"]
+            if ended:
+                notes.append(f"{along['trajectory']}: {ended[0]}")
+            elif rows:
+                tables.append(Table(f"along {along['trajectory']}", ["quantity", "figure", "unit", "before", "after", "ratio"], rows))
+        goal = found["objective"]
+        reached = [f"{goal['name']}: {goal['value']:.6g} {pretty_unit(goal['unit'])}"] if goal["name"] and goal["value"] is not None else []
+        return tables, [f"status: {self.status}; optimality: {self.optimality}", *reached, *([self.reason] if self.reason else []),
+                        *notes]
 
     @property
     def status(self) -> str:
@@ -187,14 +231,23 @@ class Design(Answer):
         """Writes the design file: numbers, conditions, all runs (docs/file-format.md)."""
         self._native.write(os.fspath(path), force)
 
-    def to_dataframe(self) -> pandas.DataFrame:
-        """A row per free number: bounds, value before, value."""
+    def to_pandas(self) -> pandas.DataFrame:
+        """A row per free number, by its path: unit (none: a parameter as written), bounds, value before and after [SI], …
+
+        :raises ModuleNotFoundError: without pandas
+        """
         import pandas
 
-        return pandas.DataFrame(self.to_dict()["free_numbers"]).set_index("path")
+        rows = self.to_dict()["free_numbers"]
+        table = pandas.DataFrame(rows, columns=list(rows[0]) if rows else ["path", "lower", "upper", "before", "value"]).set_index("path")
+        units = self._spec._units()
+        table.insert(0, "unit", [units.get(path, "") for path in table.index])
+        return table
+
+    to_dataframe = to_pandas  # its older name
 
 
-class Front(Answer):
+class Front(Shown, Answer):
     """A trade-off between two or three figures: designs of which none is better in all of them."""
 
     def __init__(self, native: _native.Front, spec: Spec) -> None:
@@ -204,6 +257,17 @@ class Front(Answer):
 
     def __repr__(self) -> str:
         return f"<balance_mechanisms.Front: {len(self)}>"
+
+    def _summary(self) -> Tuple[List[Table], List[str]]:
+        figures = self.to_dict()["front"]["figures"]
+        units = self._spec._units()
+        paths = [one["path"] for one in self.points[0]["free_numbers"]] if self.points else []
+        table = Table(str(self).split("\n", 1)[0],
+                      ["index", *(unit_head(one["name"], one["unit"]) for one in figures), *(unit_head(path, units.get(path, "")) for path in paths),
+                       "optimality"],
+                      [[k, *one["values"], *(number["value"] for number in one["free_numbers"]), one["optimality"]]
+                       for k, one in enumerate(self.points)])
+        return [table], [f"index {self.middle} is nearest to the minima of all figures; design(index) is one of them"] if self.points else []
 
     def __len__(self) -> int:
         return len(self.points)
@@ -228,11 +292,20 @@ class Front(Answer):
         """One of the points as a design of its own; the first is 0."""
         return Design(self._native.design(range(len(self))[index]), self._spec)
 
-    def to_dataframe(self) -> pandas.DataFrame:
-        """A row per point: figures, bound and free numbers."""
+    def to_pandas(self) -> pandas.DataFrame:
+        """A row per point, counted from 1: figures, bound and free numbers [SI]; `attrs["units"]` has the unit of each column.
+
+        :raises ModuleNotFoundError: without pandas
+        """
         import pandas
 
-        return pandas.read_csv(io.StringIO(self._native.csv())).set_index("point")
+        table = pandas.read_csv(io.StringIO(self._native.csv()), float_precision="round_trip").set_index("point")
+        units = self._spec._units()
+        figures = {f"{one['name']} [{one['unit']}]": one["unit"] for one in self.to_dict()["front"]["figures"]}
+        table.attrs["units"] = {name: figures.get(name, units.get(name, "")) for name in table.columns}
+        return table
+
+    to_dataframe = to_pandas  # its older name
 
 
 class Tolerance(Answer):
@@ -268,7 +341,7 @@ class Tolerance(Answer):
         """Writes the run and the deviation of every sample (docs/file-format.md); not available for efforts at rest."""
         self._native.write(os.fspath(path), force)
 
-    def to_dataframe(self) -> pandas.DataFrame:
+    def to_pandas(self) -> pandas.DataFrame:
         """A row per quantity: unit, the figures' deviations, the expected rms; at rest a row per actuator."""
         import pandas
 
@@ -278,6 +351,8 @@ class Tolerance(Answer):
         rows = [{"quantity": name, "unit": one["unit"], **{figure: one[figure]["deviation"] for figure in figures},
                  "expected_rms": one["expected_rms"]} for name, one in self.quantities.items()]
         return pandas.DataFrame(rows).set_index("quantity")
+
+    to_dataframe = to_pandas  # its older name
 
 
 class Comparison(Answer):
@@ -307,12 +382,14 @@ class Comparison(Answer):
         """The comparison as Markdown tables."""
         return self._markdown
 
-    def to_dataframe(self) -> pandas.DataFrame:
+    def to_pandas(self) -> pandas.DataFrame:
         """A row per quantity, figure and run: unit, value, ratio to the base."""
         import pandas
 
         rows = pandas.DataFrame(list(csv.DictReader(io.StringIO(self._csv))))
         return rows.assign(**{name: [float(text or "nan") for text in rows[name]] for name in ("value", "ratio")})
+
+    to_dataframe = to_pandas  # its older name
 
 
 class Batch(Answer):
@@ -357,8 +434,10 @@ class Batch(Answer):
             raise KeyError(f"{case!r}: the suite has {', '.join(self.cases)}")
         return Run(_native.read_result(os.path.join(self._folder, case + ".h5")))
 
-    def to_dataframe(self) -> pandas.DataFrame:
+    def to_pandas(self) -> pandas.DataFrame:
         """The table summary.csv: a row per case and quantity. Available for a whole suite, not for a shard."""
         import pandas
 
         return pandas.read_csv(os.path.join(self._folder, "summary.csv"), float_precision="round_trip")
+
+    to_dataframe = to_pandas  # its older name

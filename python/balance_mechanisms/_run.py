@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, Dict, Iterator, List, Mapping, NamedTuple
 import numpy
 
 from balance_mechanisms import _native
+from balance_mechanisms._display import Shown, Table, pretty_unit
 
 if TYPE_CHECKING:
     import pandas
@@ -70,7 +71,7 @@ def common_unit(units: List[str]) -> str:
     return "1" if not units else units[0] if len(set(units)) == 1 else "mixed"
 
 
-class Run(Mapping[str, numpy.ndarray]):
+class Run(Shown, Mapping[str, numpy.ndarray]):
     """One run along one trajectory: `run.torque` or `run["torque"]`, rows at `run.time`, names and units as in the result file.
 
     Arrays are read-only views of the library's memory, which is freed with the last of them. World axes, SI units.
@@ -127,6 +128,26 @@ class Run(Mapping[str, numpy.ndarray]):
         about = self._native.description
         name = f"{about['title']!r}" + (f" along {about['trajectory']!r}" if about["trajectory"] else "")
         return f"<balance_mechanisms.Run of {name}: {self._native.rows} samples>"
+
+    def _summary(self) -> Tuple[List[Table], List[str]]:
+        about, rows = self.description, len(self["time"])
+        title = about["title"] + (f" along {about['trajectory']}" if about["trajectory"] else "")
+        if self.metrics:
+            def shown(one: Metric, value: float) -> float:
+                return value if abs(value) > one.round_off else 0.0
+
+            table = Table(f"{title}: {rows} samples in {self['time'][-1] - self['time'][0]:.6g} s, {self.energy:.6g} J moved by the actuators",
+                          ["quantity", "unit", "peak", "at [s]", "rms", "mean", "range"],
+                          [[one.quantity, pretty_unit(one.unit), shown(one, one.peak), one.peak_time, shown(one, one.rms), shown(one, one.mean),
+                            shown(one, one.range)] for one in self.metrics.values()])
+        elif rows == 1:
+            units = self._column_units()
+            table = Table(f"{title}: the state at {self['time'][0]:.6g} s", ["quantity", "unit", "value"],
+                          [[column, pretty_unit(units[column]), self[name].reshape(-1)[k]] for column, name, k in self._columns()])
+        else:
+            table = Table(f"{title}: {rows} samples", ["quantity", "unit", "for each"],
+                          [[one.long_name, pretty_unit(one.unit), ", ".join(one.dimensions)] for one in self.quantities.values()])
+        return [table], list(self.notes)
 
     @property
     def status(self) -> str:
@@ -242,18 +263,47 @@ class Run(Mapping[str, numpy.ndarray]):
         names = numpy.array([one.quantity for one in rows], dtype=object)
         return xarray.Dataset(variables, {"quantity": ("quantity", names, {"units": "1", "long_name": "quantity"})})
 
-    def to_dataframe(self) -> pandas.DataFrame:
-        """The samples as a table: one row per sample, columns such as `torque[A1]`, `joint_force[B1].x`, `shaking_force.y`."""
+    def _column_units(self) -> Dict[str, str]:
+        """The unit of every column of `to_pandas`, and of its index."""
+        columns = list(self._columns())
+        counts: Dict[str, int] = {}
+        for _, name, _ in columns:
+            counts[name] = counts.get(name, 0) + 1
+        quantities = self.quantities
+        units = {"time": "s"}
+        for column, name, k in columns:
+            # one unit for all, or one per joint, actuator, …, which may have several columns
+            own = quantities[name].units
+            units[column] = own[k * len(own) // counts[name]] if own else quantities[name].unit
+        return units
+
+    def to_pandas(self) -> pandas.DataFrame:
+        """The samples as a table, indexed by `time` [s].
+
+        Columns are `torque[A1]` (of a slide `force[S]`), `joint_force[B1].x`, `shaking_force.y`, …; `attrs["units"]` has the unit of each,
+        the other attributes are those of `description`, without the spec's text.
+
+        :raises ModuleNotFoundError: without pandas
+        """
         import pandas
 
         columns = {column: self[name].reshape(len(self["time"]), -1)[:, k] for column, name, k in self._columns()}
-        return pandas.DataFrame(columns, index=pandas.Index(self["time"], name="time"))
+        table = pandas.DataFrame(columns, index=pandas.Index(self["time"], name="time"))
+        table.attrs.update({name: value for name, value in self.description.items() if name != "spec"}, units=self._column_units())
+        return table
 
-    def metrics_to_dataframe(self) -> pandas.DataFrame:
-        """The figures as a table, a row per quantity."""
+    to_dataframe = to_pandas  # its older name
+
+    def metrics_to_pandas(self) -> pandas.DataFrame:
+        """The figures as a table: a row per quantity, the columns of `Metric`.
+
+        :raises ModuleNotFoundError: without pandas
+        """
         import pandas
 
         return pandas.DataFrame(list(self.metrics.values()), columns=Metric._fields).set_index("quantity")
+
+    metrics_to_dataframe = metrics_to_pandas  # its older name
 
 
 def _force_name(name: str) -> str:

@@ -8,6 +8,7 @@ import shlex
 from typing import Any, Callable, Dict, List, Mapping, Sequence, Tuple, Union
 
 from balance_mechanisms import _native
+from balance_mechanisms._display import Shown, Table, pretty_unit
 from balance_mechanisms._reports import Check, Conditions, Design, Front, Tolerance
 from balance_mechanisms._errors import MechanismError, MotionError
 from balance_mechanisms._mechanism import Mechanism
@@ -22,7 +23,7 @@ def _words(names: Goals) -> List[str]:
     return [] if names is None else [names] if isinstance(names, str) else list(names)
 
 
-class Spec:
+class Spec(Shown):
     """A loaded spec (docs/spec.md). Immutable and thread-safe. Pickled as its text, overrides and path.
 
     Created by `load`.
@@ -38,6 +39,22 @@ class Spec:
 
     def __repr__(self) -> str:
         return f"<balance_mechanisms.Spec {self.file!r}: {self.name!r}>"
+
+    def _summary(self) -> Tuple[List[Table], List[str]]:
+        tables, _ = self.mechanism._summary()
+        if self.trajectories:
+            tables.append(Table("trajectories", ["name", "law", "moves", "duration [s]", "samples"],
+                                [[one["name"], one["law"], one["drive"], one["duration"], one["samples"]] for one in self.trajectories]))
+        if self.free_numbers:
+            goal = f" for {', '.join(self.goals)}" if self.goals else ""
+            tables.append(Table(f"free numbers of the design{goal}", ["path", "unit", "lower", "upper", "start"],
+                                [[one["path"], pretty_unit(one.get("si_unit", "")), one["lower"], one["upper"], one["start"]] for one in self.free_numbers]))
+        changed = [f"set: {', '.join(f'{name} = {value}' for name, value in self.set.items())}"] if self.set else []
+        return tables, [f"file: {self.file}", *changed, *(f"warning: {warning}" for warning in self.warnings)]
+
+    def _units(self) -> Dict[str, str]:
+        """The SI unit of every free number by its path; "" for parameters, which are as written."""
+        return {one["path"]: one.get("si_unit", "") for one in self.free_numbers}
 
     def _again(self, text: str) -> Spec:
         """Another text in the place of this one, with nothing overridden."""
@@ -85,7 +102,7 @@ class Spec:
 
     @property
     def free_numbers(self) -> List[Dict[str, Any]]:
-        """Path, lower, upper and start (SI; parameters as written) of each free number."""
+        """Path, lower, upper, start (SI; parameters as written) and `si_unit` ("" for parameters) of each free number."""
         return self._native.free_numbers
 
     @property

@@ -1,7 +1,7 @@
 #include "bindings.hpp"
 
 #include "balance/foundation/base/cpu_time.hpp"
-#include "balance/foundation/base/error.hpp"
+#include "balance/foundation/base/file_error.hpp"
 #include "balance/foundation/base/unicode_text.hpp"
 #include "balance/interface/files/atomic_file.hpp"
 
@@ -36,6 +36,24 @@ void raise(const SpecError& error) {
   PyErr_SetObject(type.ptr(), type(text_of(error), diagnostics).ptr());
 }
 
+/// The message in a form for Python, where options are called arguments.
+std::string text_of(const SystemError& error) {
+  std::string text = escape_for_terminal(error.what());
+  const std::string option = "; --force ";
+  if (const std::size_t place = text.rfind(option); place != std::string::npos)
+    text.replace(place, option.size(), "; force=True ");
+  return text;
+}
+
+/// The class that Python has for the error's number, such as FileNotFoundError, with our sentence as its text.
+void raise(const FileError& error) {
+  const py::object system = py::reinterpret_borrow<py::object>(PyExc_OSError);
+  const py::object type = py::type::of(system(error.error_number(), ""));
+  const py::object raised = type(text_of(error));
+  raised.attr("errno") = error.error_number();
+  PyErr_SetObject(type.ptr(), raised.ptr());
+}
+
 void translate(std::exception_ptr pointer) {
   try {
     if (pointer) std::rethrow_exception(pointer);
@@ -43,8 +61,10 @@ void translate(std::exception_ptr pointer) {
     raise(error);
   } catch (const DeadlineExceeded& error) {
     PyErr_SetString(PyExc_TimeoutError, error.what());
+  } catch (const FileError& error) {
+    raise(error);
   } catch (const SystemError& error) {
-    PyErr_SetString(PyExc_OSError, escape_for_terminal(error.what()).c_str());
+    PyErr_SetString(PyExc_OSError, text_of(error).c_str());
   } catch (const Cancelled& error) {
     if (PyErr_Occurred() == nullptr) PyErr_SetString(PyExc_KeyboardInterrupt, error.what());
   }

@@ -6,8 +6,14 @@ build=$1
 cmake=$2
 here=$(cd "$(dirname "$0")" && pwd)
 folder=$(mktemp -d)
-trap 'rm -rf "$folder"' EXIT
+mkdir "$folder/records" # of what is really installed from this build
+cp "$build"/install_manifest*.txt "$build"/installed_beside_*.txt "$folder/records" 2>/dev/null || true
+trap 'cp "$folder"/records/*.txt "$build" 2>/dev/null; rm -rf "$folder"' EXIT
 
+# What somebody else has put below the prefix stays when the build is uninstalled, and nothing else.
+mkdir -p "$folder/prefix/share/balance" "$folder/prefix/bin"
+touch "$folder/prefix/share/balance/.theirs"
+before=$(find "$folder/prefix" | sort)
 "$cmake" --install "$build" --prefix "$folder/prefix" >/dev/null
 version=$("$folder/prefix/bin/balance" --version)
 echo "installed program says: $version"
@@ -21,6 +27,16 @@ for file in man/man1/balance-simulate.1* bash-completion/completions/balance zsh
   [[ -s $(echo "$share/"$file) ]] || { echo "not installed: $file" >&2; exit 1; }
 done
 
+# The Python module is where the interpreter looks below this prefix.
+if compgen -G "$build/python/balance_mechanisms/_native*.so" >/dev/null; then
+  python=${PYTHON:-/usr/bin/python3}
+  modules=$("$python" -c "import sysconfig; print(sysconfig.get_path('platlib', 'posix_prefix', {'platbase': '$folder/prefix'}))")
+  PYTHONPATH=$modules "$python" -c "
+import balance_mechanisms as bm
+assert bm.__file__.startswith('$modules'), bm.__file__
+bm.load('$spec').check()"
+fi
+
 # Only headers that are meant for users, or that those include.
 include=$folder/prefix/include/balance
 if find "$include" -path "*/kinematics/*" -o -path "*/lanes/*" | grep .; then
@@ -30,6 +46,8 @@ fi
 
 page=$folder/page
 mkdir -p "$page/core" "$page/derivatives" "$page/synthesis"
+release=${version##* }
+grep -q "find_package(balance ${release%.*} " "$(find "$share/doc" -name library.md)" || { echo "library.md names another version" >&2; exit 1; }
 awk -v folder="$page" -f "$here/page_programs.awk" "$(find "$share/doc" -name library.md)"
 
 # Of the programs for the core one is drawn, with the seed SEED, or 1; all are compiled with BALANCE_WHOLE=1.
@@ -50,7 +68,7 @@ run_page() { # <part> <build folder>
 }
 
 # Without a build type: with assertions, and without information for a debugger, which takes time and nobody reads.
-"$cmake" -G Ninja -S "$here" -B "$folder/guest" -DPAGE="$page" -DCMAKE_PREFIX_PATH="$folder/prefix" -DCMAKE_BUILD_TYPE= >/dev/null
+"$cmake" -G Ninja -S "$here" -B "$folder/guest" -DPAGE="$page" -DWANTED="$release" -DCMAKE_PREFIX_PATH="$folder/prefix" -DCMAKE_BUILD_TYPE= >/dev/null
 "$cmake" --build "$folder/guest"
 said=$("$folder/guest/guest" "$spec")
 echo "guest says: $said"
@@ -59,7 +77,7 @@ echo "guest says: $said"
 run_page derivatives "$folder/guest"
 run_page synthesis "$folder/guest"
 
-"$cmake" -G Ninja -S "$here" -B "$folder/core" -DPAGE="$page" -DCORE_ALONE=ON -DCMAKE_PREFIX_PATH="$folder/prefix" -DCMAKE_BUILD_TYPE= >/dev/null
+"$cmake" -G Ninja -S "$here" -B "$folder/core" -DPAGE="$page" -DWANTED="$release" -DCORE_ALONE=ON -DCMAKE_PREFIX_PATH="$folder/prefix" -DCMAKE_BUILD_TYPE= >/dev/null
 "$cmake" --build "$folder/core"
 "$folder/core/guest"
 if grep "BALANCE_" "$folder/core/macros.txt"; then
@@ -67,3 +85,7 @@ if grep "BALANCE_" "$folder/core/macros.txt"; then
   exit 1
 fi
 run_page core "$folder/core"
+
+# What the target `uninstall` runs, without asking Ninja whether the build is up to date.
+"$cmake" -D BUILD_FOLDER="$build" -P "$here/../../cmake/RemoveInstalled.cmake" >/dev/null
+diff <(echo "$before") <(find "$folder/prefix" | sort) || { echo "not as before the installation" >&2; exit 1; }

@@ -97,6 +97,25 @@ class Batches(Case):
             bm.batch(config("3rrr.yaml"), folder=self.path("none"))
 
 
+class Written(Case):
+    def test_a_file_that_cannot_be_written_is_python_s_own_error(self):
+        run = bm.load(config("rr.yaml")).simulate(samples=5)
+        run.write(self.path("run.h5"))
+        for name, error in (("run.h5", FileExistsError), ("run.h5/run.h5", NotADirectoryError), (".", IsADirectoryError)):
+            with self.assertRaises(error):
+                run.write(self.path(name))
+        with self.assertRaisesRegex(FileExistsError, "force=True replaces it$"):
+            run.write(self.path("run.h5"))
+        run.write(self.path("run.h5"), force=True)
+
+    def test_a_result_that_is_damaged_is_no_missing_file(self):
+        with open(self.path("run.h5"), "wb") as file:
+            file.write(b"no result")
+        with self.assertRaises(OSError) as caught:
+            bm.read(self.path("run.h5"))
+        self.assertIs(type(caught.exception), OSError)
+
+
 class Robots(Case):
     def test_import_and_export_are_the_program_s(self):
         with open(self.path("arm.urdf"), "w", encoding="utf-8") as file:

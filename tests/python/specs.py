@@ -1,5 +1,6 @@
 """Specs: reading, mistakes, overrides, pickling, what a mechanism is."""
 
+import errno
 import json
 import os
 import pickle
@@ -45,9 +46,36 @@ class Reading(Case):
         with self.assertRaises(bm.SpecError):
             bm.load(ARM, set={"no_such": 1})
 
-    def test_a_file_that_is_not_there(self):
-        with self.assertRaises(OSError):
-            bm.load(self.path("none.yaml"))
+    def test_a_file_that_cannot_be_read_is_python_s_own_error(self):
+        """Of the class that `open` raises, with its number; the sentence names the file."""
+        for ask, name in ((bm.load, "none.yaml"), (bm.batch, "none.yaml"), (bm.import_, "none.urdf"), (bm.read, "none.h5")):
+            with self.assertRaises(FileNotFoundError) as caught:
+                ask(self.path(name))
+            self.assertEqual(caught.exception.errno, errno.ENOENT)
+            self.assertIn(self.path(name), str(caught.exception))
+            with self.assertRaises(IsADirectoryError):
+                ask(self.folder)
+        with self.assertRaises(NotADirectoryError):
+            bm.load(config("rr.yaml") + "/rr.yaml")
+        self.assertIsInstance(pickle.loads(pickle.dumps(caught.exception)), FileNotFoundError)
+
+    def test_a_file_that_may_not_be_read_is_a_permission_error(self):
+        spec, result = self.path("arm.yaml"), self.path("arm.h5")
+        with open(spec, "w", encoding="utf-8") as out:
+            out.write(ARM)
+        bm.load(spec).state({"A": 0}).write(result)
+        user = os.geteuid()
+        for name in (spec, result):
+            os.chmod(name, 0)
+        if user == 0:  # who may read everything
+            os.chmod(self.folder, 0o755)
+            os.seteuid(65534)
+            self.addCleanup(os.seteuid, user)
+        for ask, name in ((bm.load, spec), (bm.read, result)):
+            with self.assertRaises(PermissionError) as caught:
+                ask(name)
+            self.assertEqual(caught.exception.errno, errno.EACCES)
+        os.seteuid(user)
 
     def test_kinds_of_specs_to_start_from_are_those_of_the_program(self):
         listed = [one["kind"] for one in json.loads(self.program("new", "--json"))["kinds"]]

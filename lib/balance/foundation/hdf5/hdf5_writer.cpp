@@ -1,6 +1,6 @@
 #include "balance/foundation/hdf5/hdf5_writer.hpp"
 
-#include "balance/foundation/base/error.hpp"
+#include "balance/foundation/base/file_error.hpp"
 #include "balance/foundation/hdf5/file_checksum.hpp"
 #include "balance/foundation/hdf5/hdf5_handle.hpp"
 #include "balance/foundation/hdf5/hdf5_lock.hpp"
@@ -251,7 +251,8 @@ struct Hdf5Writer::Implementation {
     } catch (const SystemError& error) {
       reason = error.what();
     }
-    if (system_error != 0) fail(std::strerror(system_error));
+    if (system_error != 0)
+      throw FileError(fmt::format("cannot write {}: {}", shown_name, std::strerror(system_error)), system_error);
     if (!reason.empty()) fail(reason);
   }
 

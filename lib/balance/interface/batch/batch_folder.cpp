@@ -1,6 +1,6 @@
 #include "balance/interface/batch/batch_folder.hpp"
 
-#include "balance/foundation/base/error.hpp"
+#include "balance/foundation/base/file_error.hpp"
 #include "balance/interface/batch/batch_summary.hpp"
 #include "balance/interface/batch/case_record.hpp"
 #include "balance/interface/files/atomic_file.hpp"
@@ -38,11 +38,11 @@ void remove_link(const fs::path& path) {
 void make_folder(const std::string& path, bool force) {
   std::error_code error;
   fs::create_directories(path, error);
-  if (error) throw SystemError(fmt::format("cannot make the folder {}: {}", path, error.message()));
+  if (error) throw FileError(fmt::format("cannot make the folder {}: {}", path, error.message()), error.value());
   if (force || fs::exists(fs::path(path) / lock_file_name, error) || fs::is_empty(path, error)) return;
   // Another shard may have created it a moment ago.
   if (fs::exists(fs::path(path) / lock_file_name, error)) return;
-  throw SystemError(fmt::format("{} is neither empty nor the folder of a batch; --force uses it anyway", path));
+  throw FileError(fmt::format("{} is neither empty nor the folder of a batch; --force uses it anyway", path), ENOTEMPTY);
 }
 
 }  // namespace
@@ -71,7 +71,7 @@ void BatchFolder::lock(const std::string& name, int operation, const std::string
   const std::string file = (fs::path(path_) / name).string();
   const int descriptor = ::open(file.c_str(), O_RDWR | O_CREAT | O_NOFOLLOW | O_CLOEXEC, 0666);
   if (descriptor < 0 && errno == ELOOP) throw SystemError(fmt::format("cannot write {}: it is a symbolic link", file));
-  if (descriptor < 0) throw SystemError(fmt::format("cannot write {}: {}", file, std::strerror(errno)));
+  if (descriptor < 0) throw FileError(fmt::format("cannot write {}: {}", file, std::strerror(errno)), errno);
   locks_.push_back(descriptor);
   // The children of a killed batch end a moment later and hold the lock until then.
   constexpr int max_lock_attempts = 100;

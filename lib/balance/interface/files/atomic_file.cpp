@@ -1,6 +1,6 @@
 #include "balance/interface/files/atomic_file.hpp"
 
-#include "balance/foundation/base/error.hpp"
+#include "balance/foundation/base/file_error.hpp"
 
 #include <fcntl.h>
 #include <fmt/format.h>
@@ -73,9 +73,13 @@ namespace fs = std::filesystem;
   throw SystemError(fmt::format("cannot write {}: {}", path, reason));
 }
 
-[[noreturn]] void fail(const std::string& path, int error) { fail(path, std::strerror(error)); }
+[[noreturn]] void fail(const std::string& path, int error, const std::string& reason) {
+  throw FileError(fmt::format("cannot write {}: {}", path, reason), error);
+}
 
-[[noreturn]] void fail_existing(const std::string& path) { fail(path, "it exists already; --force replaces it"); }
+[[noreturn]] void fail(const std::string& path, int error) { fail(path, error, std::strerror(error)); }
+
+[[noreturn]] void fail_existing(const std::string& path) { fail(path, EEXIST, "it exists already; --force replaces it"); }
 
 std::string folder_of(const std::string& path) {
   const fs::path folder = fs::path(path).parent_path();
@@ -87,7 +91,7 @@ std::string find_existing_parent_folder(const std::string& path) {
   for (fs::path folder = folder_of(resolve_path(path));; folder = folder.parent_path()) {
     struct stat status {};
     if (::stat(folder.c_str(), &status) == 0) {
-      if (!S_ISDIR(status.st_mode)) fail(path, folder.string() + " is a file, not a folder");
+      if (!S_ISDIR(status.st_mode)) fail(path, ENOTDIR, folder.string() + " is a file, not a folder");
       return folder.string();
     }
     if (errno == ENOTDIR && folder.has_relative_path()) continue;  // the file is further up
@@ -101,11 +105,11 @@ void check_target(const std::string& path, OverwritePolicy existing) {
   if (::lstat(resolve_path(path).c_str(), &status) != 0) {
     if (errno != ENOENT && errno != ENOTDIR) fail(path, errno);
     find_existing_parent_folder(path);
-    if (fs::path(path).filename().empty()) fail(path, "it is a folder's name, not a file's");
+    if (fs::path(path).filename().empty()) fail(path, EISDIR, "it is a folder's name, not a file's");
     return;
   }
   if (S_ISLNK(status.st_mode)) fail(path, "it is a symbolic link, which is not followed; name the file itself");
-  if (S_ISDIR(status.st_mode)) fail(path, "it is a folder");
+  if (S_ISDIR(status.st_mode)) fail(path, EISDIR, "it is a folder");
   if (!S_ISREG(status.st_mode)) fail(path, "it is not a regular file");
   if (existing == OverwritePolicy::forbid) fail_existing(path);
 }
@@ -114,7 +118,7 @@ void check_target(const std::string& path, OverwritePolicy existing) {
 void create_parent_folder(const std::string& target, const std::string& path) {
   std::error_code error;
   fs::create_directories(folder_of(target), error);
-  if (error) fail(path, "cannot make its folder: " + error.message());
+  if (error) fail(path, error.value(), "cannot make its folder: " + error.message());
 }
 
 /// A hidden file in the target's folder whose name nobody else uses.

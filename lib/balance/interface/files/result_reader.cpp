@@ -1,4 +1,4 @@
-#include "balance/foundation/base/error.hpp"
+#include "balance/foundation/base/file_error.hpp"
 #include "balance/foundation/base/spelling.hpp"
 #include "balance/foundation/base/unicode_text.hpp"
 #include "balance/foundation/hdf5/hdf5_reader.hpp"
@@ -7,11 +7,16 @@
 #include "balance/mechanics/results/result.hpp"
 #include "balance/mechanics/results/round_off.hpp"
 
+#include <fcntl.h>
+#include <unistd.h>
+
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <cmath>
+#include <cstring>
 #include <filesystem>
 #include <string>
 #include <vector>
@@ -366,9 +371,11 @@ StoredRun read_result_file(const std::string& name) {
   const RunLocationInFile location = parse_location(name);
   std::error_code error;
   const auto status = std::filesystem::status(location.path, error);
-  if (!std::filesystem::exists(status)) throw SystemError(location.path + ": no such file");
-  if (std::filesystem::is_directory(status)) throw SystemError(location.path + ": is a folder, not a result file");
+  if (!std::filesystem::exists(status)) throw FileError(location.path + ": no such file", ENOENT);
+  if (std::filesystem::is_directory(status)) throw FileError(location.path + ": is a folder, not a result file", EISDIR);
   if (!std::filesystem::is_regular_file(status)) throw SystemError(location.path + ": is not a regular file");
+  if (::faccessat(AT_FDCWD, location.path.c_str(), R_OK, AT_EACCESS) != 0)
+    throw FileError(fmt::format("{}: cannot be read: {}", location.path, std::strerror(errno)), errno);
   try {
     return read_run(Hdf5Reader(location.path), location);
   } catch (const Hdf5Error& failure) {

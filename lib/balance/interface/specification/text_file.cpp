@@ -1,6 +1,6 @@
 #include "balance/interface/specification/text_file.hpp"
 
-#include "balance/foundation/base/error.hpp"
+#include "balance/foundation/base/file_error.hpp"
 #include "balance/interface/specification/yaml_document.hpp"
 
 #include <fcntl.h>
@@ -26,13 +26,17 @@ constexpr int max_writer_wait = 2;  // without a writer [s]
   throw SystemError(fmt::format("{}: cannot read the {}: {}", path, what, reason));
 }
 
+[[noreturn]] void fail(const std::string& path, const std::string& what, int error) {
+  throw FileError(fmt::format("{}: cannot read the {}: {}", path, what, std::strerror(error)), error);
+}
+
 std::string read_all(int descriptor, const std::string& path, const std::string& what) {
   std::string text(max_text_bytes, '\0');
   std::size_t read = 0;
   while (read < text.size()) {
     const ssize_t count = ::read(descriptor, text.data() + read, text.size() - read);
     if (count < 0 && errno == EINTR) continue;
-    if (count < 0) fail(path, what, std::strerror(errno));
+    if (count < 0) fail(path, what, errno);
     if (count == 0) break;
     read += static_cast<std::size_t>(count);
   }
@@ -47,7 +51,7 @@ void wait_for_writer(int pipe, const std::string& path, const std::string& what)
     // poll() reports nothing on a pipe that never had a writer; one whose writer is gone hangs up
     const int ready = ::poll(&event, 1, 100);
     if (ready > 0) return;
-    if (ready < 0 && errno != EINTR) fail(path, what, std::strerror(errno));
+    if (ready < 0 && errno != EINTR) fail(path, what, errno);
   }
   fail(path, what, "it is a pipe without a writer");
 }
@@ -73,9 +77,9 @@ std::string read_text_file(const std::string& path, const std::string& what) {
   if (path == "-" || path == standard_input) return read_all(STDIN_FILENO, standard_input, what);
   std::error_code ignored;
   if (std::filesystem::is_directory(path, ignored))
-    throw SystemError(fmt::format("{}: expected a {} file, found a directory", path, what));
+    throw FileError(fmt::format("{}: expected a {} file, found a directory", path, what), EISDIR);
   const int descriptor = ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
-  if (descriptor < 0) fail(path, what, std::strerror(errno));
+  if (descriptor < 0) fail(path, what, errno);
   const FileDescriptor file(descriptor);
   struct stat status {};
   if (::fstat(file.number, &status) == 0 && S_ISFIFO(status.st_mode)) wait_for_writer(file.number, path, what);
