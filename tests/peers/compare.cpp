@@ -18,7 +18,7 @@ namespace {
 
 /// All formulations are exact. Balance closes loops to 1e-12 of the mechanism's size, and a state near a singularity
 /// makes more of that; round-off alone is a thousand times smaller.
-constexpr double agreement_tolerance = 1e-9;
+constexpr double agreement_tolerance = 1e-10;
 
 struct Count {
   int agree = 0, differ = 0, not_compared = 0;
@@ -45,7 +45,7 @@ void print_agreement(const PeerLibrary& library, const Agreement& found, bool ag
 }
 
 void compare(const PeerCase& subject, const std::vector<PeerLibrary>& libraries, Count& count) {
-  fmt::print("{}, {}: {} states, {} motions, {} cut joints\n", subject.name, subject.trajectory, subject.x.rows(),
+  fmt::print("{}, {}: {} states, {} motions, {} cut joints\n", subject.name, subject.motion.name, subject.x.rows(),
              subject.tree.motion_count(), subject.tree.cut_joints.size());
   for (const PeerLibrary& library : libraries) {
     if (!library.has_loops && !subject.tree.cut_joints.empty()) {

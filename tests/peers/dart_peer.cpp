@@ -64,21 +64,19 @@ class DartPeer : public JacobianPeer {
   }
 
  private:
-  /// A body behind a chain of massless ones, one for each of its motions but the last.
+  /// A body behind a chain of nearly massless ones, one for each of its motions but the last.
   void add(const TreeBody& body) {
     dd::BodyNode* node = body.parent == tree_ground ? nullptr : nodes_[body.parent];
     Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
     pose.translation() = body.position;
-    dd::Inertia inertia(body.mass);
-    inertia.setLocalCOM(body.com);
-    inertia.setMoment(body.inertia);
+    const dd::Inertia inertia(body.mass, body.com, body.inertia);
+    const dd::Inertia massless(negligible_mass, Vector3::Zero(), negligible_mass * Matrix3::Identity());
     const std::size_t count = body.motions.size();
     if (count == 0) node = add_joint<dd::WeldJoint>(node, {}, pose, inertia);
     for (std::size_t k = 0; k < count; ++k) {
-      const dd::Inertia carried = k + 1 == count ? inertia : dd::Inertia(0, Vector3::Zero(), Matrix3::Zero());
-      node = body.motions[k].is_rotation
-                 ? add_axis<dd::RevoluteJoint>(node, body.motions[k].axis, pose, carried)
-                 : add_axis<dd::PrismaticJoint>(node, body.motions[k].axis, pose, carried);
+      const dd::Inertia& carried = k + 1 == count ? inertia : massless;
+      node = body.motions[k].is_rotation ? add_axis<dd::RevoluteJoint>(node, body.motions[k].axis, pose, carried)
+                                         : add_axis<dd::PrismaticJoint>(node, body.motions[k].axis, pose, carried);
       pose.setIdentity();
     }
     nodes_.push_back(node);

@@ -41,8 +41,8 @@ const MatrixX& JacobianPeer::compute_closure_jacobian() {
         jacobian_.row(row) = a.transpose() * (b_.point_jacobian - a_.point_jacobian) +
                              a.cross(b_.point - a_.point).transpose() * a_.rotation_jacobian;
       else  // d/dt (a · b) = (ω_b − ω_a) · (b × a)
-        jacobian_.row(row) = Vector3(b_.axes.col(equation.j)).cross(a).transpose() *
-                             (b_.rotation_jacobian - a_.rotation_jacobian);
+        jacobian_.row(row) =
+            Vector3(b_.axes.col(equation.j)).cross(a).transpose() * (b_.rotation_jacobian - a_.rotation_jacobian);
       ++row;
     }
   }

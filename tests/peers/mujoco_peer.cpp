@@ -4,6 +4,7 @@
 #include "jacobian_peer.hpp"
 
 #include <mujoco/mujoco.h>
+#include <Eigen/Eigenvalues>
 
 #include <fmt/format.h>
 
@@ -14,15 +15,16 @@
 namespace balance::peers {
 namespace {
 
-/// MuJoCo takes no moving body without mass; this much is far below round-off.
-constexpr double min_mass = 2e-15;
-
 std::string numbers(const Vector3& v) { return fmt::format("{:.17g} {:.17g} {:.17g}", v.x(), v.y(), v.z()); }
 
+/// MuJoCo's own decomposition of an inertia takes none with a very small moment, hence principal axes and moments.
 std::string format_inertial(const TreeBody& body) {
-  const Matrix3& inertia = body.inertia;
-  return fmt::format("<inertial pos='{}' mass='{:.17g}' fullinertia='{} {}'/>\n", numbers(body.com), body.mass,
-                     numbers(inertia.diagonal()), numbers({inertia(0, 1), inertia(0, 2), inertia(1, 2)}));
+  const Eigen::SelfAdjointEigenSolver<Matrix3> principal(body.inertia);
+  Matrix3 axes = principal.eigenvectors();
+  axes.col(2) = axes.col(0).cross(axes.col(1));
+  const Eigen::Quaterniond q(axes);
+  return fmt::format("<inertial pos='{}' quat='{:.17g} {}' mass='{:.17g}' diaginertia='{}'/>\n", numbers(body.com),
+                     q.w(), numbers(q.vec()), body.mass, numbers(principal.eigenvalues().cwiseMax(negligible_mass)));
 }
 
 std::string format_children(const RigidTree& tree, int parent) {
@@ -32,18 +34,16 @@ std::string format_children(const RigidTree& tree, int parent) {
     if (body.parent != parent) continue;
     text += fmt::format("<body pos='{}'>\n", numbers(body.position));
     for (const ElementaryMotion& motion : body.motions)
-      text += fmt::format("<joint type='{}' axis='{}'/>\n", motion.is_rotation ? "hinge" : "slide",
-                          numbers(motion.axis));
+      text +=
+          fmt::format("<joint type='{}' axis='{}'/>\n", motion.is_rotation ? "hinge" : "slide", numbers(motion.axis));
     text += format_inertial(body) + format_children(tree, b) + "</body>\n";
   }
   return text;
 }
 
 std::string format_mjcf(const RigidTree& tree) {
-  return fmt::format(
-      "<mujoco><compiler angle='radian' boundmass='{0}' boundinertia='{0}'/><option gravity='{1}'/>\n"
-      "<worldbody>\n{2}</worldbody></mujoco>\n",
-      min_mass, numbers(tree.gravity), format_children(tree, tree_ground));
+  return fmt::format("<mujoco><compiler angle='radian'/><option gravity='{}'/>\n<worldbody>\n{}</worldbody></mujoco>\n",
+                     numbers(tree.gravity), format_children(tree, tree_ground));
 }
 
 struct Deleter {

@@ -13,11 +13,11 @@ PeerCase read_peer_case(const std::string& path) {
   if (!study.temporary_payloads.empty()) throw NotComparable("has payloads that come and go");
   PeerCase out;
   out.name = std::filesystem::path(path).stem().string();
-  out.trajectory = study.trajectories.front().name;
+  out.motion = study.trajectories.front();
   out.mechanism = study.mechanism;
   out.tree = read_rigid_tree(study.mechanism);
   if (out.tree.motion_count() == 0) throw NotComparable("has nothing that moves");
-  out.run = simulate(study.mechanism, study.trajectories.front());
+  out.run = simulate(out.mechanism, out.motion);
   if (out.run.outcome.status != MotionStatus::done) throw NotComparable(out.run.outcome.reason);
   const MatrixX motions = out.tree.motions_of_coordinates.transpose();
   out.x = out.run.joint_position * motions;

@@ -12,8 +12,8 @@ namespace balance::peers {
 
 struct PeerCase {
   std::string name;  ///< the file's, without folder and ending
-  std::string trajectory;
   Mechanism mechanism;
+  Trajectory motion;
   RigidTree tree;
   RunResult run;
   Samples x, dx, ddx;  ///< samples × motions of the tree

@@ -2,7 +2,6 @@
 
 #include <Eigen/QR>
 
-
 namespace balance::peers {
 
 /// Pivots of the equations, relative to the largest, below which they depend on others: far above round-off, far below

@@ -4,8 +4,11 @@
 #include "balance/mechanics/model/couplings.hpp"
 #include "balance/mechanics/model/topology.hpp"
 
+#include <Eigen/Eigenvalues>
+
+#include <algorithm>
 #include <cmath>
-#include <functional>
+#include <utility>
 
 namespace balance::peers {
 namespace {
@@ -25,6 +28,13 @@ struct MassSum {
     mass += m;
   }
 };
+
+/// An inertia with a moment of zero, of a point or a thin rod, becomes one that every library accepts.
+Matrix3 make_positive(const Matrix3& inertia) {
+  const Matrix3 symmetric = 0.5 * (inertia + inertia.transpose());
+  const double least = Eigen::SelfAdjointEigenSolver<Matrix3>(symmetric, Eigen::EigenvaluesOnly).eigenvalues()[0];
+  return least >= negligible_mass ? symmetric : symmetric + (negligible_mass - least) * Matrix3::Identity();
+}
 
 struct JointMotions {
   std::vector<ElementaryMotion> motions;  ///< axes of the first body
@@ -154,11 +164,11 @@ class TreeReader {
     TreeBody body;
     body.parent = parent;
     body.position = origin - parent_origin;
-    body.mass = mass.mass / share;
+    body.mass = std::max(mass.mass / share, negligible_mass);
     body.com = pose.origin + pose.rotation * mass.com - origin;
     Matrix3 inertia = mass.inertia;
     if (tree_.is_planar) inertia = inertia(2, 2) * Matrix3::Identity();  // only zz matters: a sphere's is one of a body
-    body.inertia = pose.rotation * inertia * pose.rotation.transpose() / share;
+    body.inertia = make_positive(pose.rotation * inertia * pose.rotation.transpose() / share);
     tree_.bodies.push_back(body);
     return static_cast<int>(tree_.bodies.size()) - 1;
   }

@@ -15,6 +15,9 @@ struct NotComparable : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
+/// Masses [kg] and inertias [kg m^2] are no smaller, because some libraries refuse bodies without: far below round-off.
+inline constexpr double negligible_mass = 2e-15;
+
 /// A rotation about an axis, or a slide along it. Of a body's motions, the later ones are carried along by the earlier.
 struct ElementaryMotion {
   bool is_rotation = true;
@@ -26,18 +29,18 @@ inline constexpr int tree_ground = -1;
 
 /// At zero coordinates the axes of all bodies are those of the world.
 struct TreeBody {
-  int parent = tree_ground;              ///< index of an earlier body
-  Vector3 position = Vector3::Zero();    ///< of its origin in the parent's axes at zero coordinates [m]
+  int parent = tree_ground;               ///< index of an earlier body
+  Vector3 position = Vector3::Zero();     ///< of its origin in the parent's axes at zero coordinates [m]
   std::vector<ElementaryMotion> motions;  ///< in the order in which they move it; none: welded to its parent
-  double mass = 0;                       ///< [kg]
-  Vector3 com = Vector3::Zero();         ///< [m]
-  Matrix3 inertia = Matrix3::Zero();     ///< about the centre of mass [kg m^2]
+  double mass = negligible_mass;          ///< [kg]
+  Vector3 com = Vector3::Zero();          ///< [m]
+  Matrix3 inertia = negligible_mass * Matrix3::Identity();  ///< about the centre of mass [kg m^2]
 };
 
 /// A point of a body and three axes fixed to it, in the body's axes.
 struct BodyFrame {
   int body = tree_ground;
-  Vector3 point = Vector3::Zero();    ///< [m]
+  Vector3 point = Vector3::Zero();     ///< [m]
   Matrix3 axes = Matrix3::Identity();  ///< columns
 };
 

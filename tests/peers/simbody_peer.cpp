@@ -17,15 +17,14 @@ Vector3 from_simbody(const SimTK::Vec3& v) { return {v[0], v[1], v[2]}; }
 
 SimTK::Transform frame_with_axis(const ElementaryMotion& motion, const Vector3& position) {
   // pins turn about z, sliders move along x
-  const SimTK::CoordinateAxis along = motion.is_rotation ? SimTK::CoordinateAxis(SimTK::ZAxis)
-                                                         : SimTK::CoordinateAxis(SimTK::XAxis);
+  const SimTK::CoordinateAxis along =
+      motion.is_rotation ? SimTK::CoordinateAxis(SimTK::ZAxis) : SimTK::CoordinateAxis(SimTK::XAxis);
   return {SimTK::Rotation(to_direction(motion.axis), along), to_simbody(position)};
 }
 
 SimTK::MassProperties mass_properties(const TreeBody& body) {
   const Vector3& c = body.com;
-  const Matrix3 about_origin =
-      body.inertia + body.mass * (c.squaredNorm() * Matrix3::Identity() - c * c.transpose());
+  const Matrix3 about_origin = body.inertia + body.mass * (c.squaredNorm() * Matrix3::Identity() - c * c.transpose());
   const Matrix3& i = about_origin;
   return {body.mass, to_simbody(c), SimTK::Inertia(i(0, 0), i(1, 1), i(2, 2), i(0, 1), i(0, 2), i(1, 2))};
 }
@@ -38,6 +37,7 @@ class SimbodyPeer : public Peer {
     for (const CutJoint& cut : tree.cut_joints) add(cut);
     state_ = system_.realizeTopology();
     system_.realizeModel(state_);
+    system_.realize(state_, SimTK::Stage::Instance);
     for (const SimTK::MobilizedBody& body : moved_) index_.push_back(body.getFirstUIndex(state_));
     accelerations_.resize(state_.getNU());
     tree_forces_.resize(tree.motion_count());

@@ -4,6 +4,7 @@
 
 #include "balance/foundation/base/instruction_set.hpp"
 #include "balance/mechanics/dynamics/inverse_dynamics.hpp"
+#include "balance/motion/simulation/simulate.hpp"
 
 #include <fmt/format.h>
 
@@ -82,15 +83,11 @@ Contender balance_one_by_one(const PeerCase& subject) {
           }};
 }
 
-Contender balance_arrays(const PeerCase& subject) {
-  const auto engine = std::make_shared<InverseDynamics>(subject.mechanism);
-  const States states(subject.run, engine->independent());
-  const Samples q = states.q.colwise().reverse(), dq = states.dq.colwise().reverse(),
-                ddq = states.ddq.colwise().reverse();
-  return {"balance, all states at once", [=](bool backwards) {
-            const EffortBatch batch =
-                backwards ? engine->effort_rows(q, dq, ddq) : engine->effort_rows(states.q, states.dq, states.ddq);
-            if (!batch.failures.empty()) throw std::runtime_error("balance finds no efforts");
+/// Along the trajectory, the positions found and every quantity of the result file computed.
+Contender balance_simulate(const PeerCase& subject) {
+  return {"balance simulate", [&subject](bool) {
+            if (simulate(subject.mechanism, subject.motion).outcome.status != MotionStatus::done)
+              throw std::runtime_error("balance finds no motion");
           }};
 }
 
@@ -98,8 +95,8 @@ Contender peer_contender(const PeerCase& subject, const PeerLibrary& library) {
   const std::string name = library.name + " " + library.version;
   if (!library.has_loops && !subject.tree.cut_joints.empty()) return {name, nullptr, "no loops"};
   const std::shared_ptr<Peer> peer = library.make(subject.tree);
-  const auto efforts = std::make_shared<PeerEfforts>(subject.tree, *peer, subject.x.row(0), subject.dx.row(0),
-                                                     subject.ddx.row(0));
+  const auto efforts =
+      std::make_shared<PeerEfforts>(subject.tree, *peer, subject.x.row(0), subject.dx.row(0), subject.ddx.row(0));
   return {name, [=, &subject, x = VectorX(), dx = VectorX(), ddx = VectorX()](bool backwards) mutable {
             (void)peer;  // kept alive
             const Eigen::Index rows = subject.x.rows();
@@ -124,8 +121,8 @@ void print_machine() {
   std::string sets;
   for (const InstructionSet set : list_instruction_sets())
     sets += (sets.empty() ? "" : ", ") + std::string(instruction_set_name(set));
-  fmt::print("{}, {} hardware threads ({}); g++ {}, {}\n\n", processor_name(), std::thread::hardware_concurrency(), sets,
-             __VERSION__, BALANCE_BUILD_TYPE);
+  fmt::print("{}, {} hardware threads ({}); g++ {}, {}\n\n", processor_name(), std::thread::hardware_concurrency(),
+             sets, __VERSION__, BALANCE_BUILD_TYPE);
 }
 
 void print_row(const PeerCase& subject, const std::vector<Contender>& contenders) {
@@ -149,7 +146,7 @@ void print_times(const std::vector<PeerCase>& subjects, const std::vector<PeerLi
   print_machine();
   bool has_head = false;
   for (const PeerCase& subject : subjects) {
-    std::vector<Contender> contenders = {balance_one_by_one(subject), balance_arrays(subject)};
+    std::vector<Contender> contenders = {balance_one_by_one(subject), balance_simulate(subject)};
     for (const PeerLibrary& library : libraries) contenders.push_back(peer_contender(subject, library));
     for (Contender& contender : contenders)
       if (contender.pass) set_passes(contender);
