@@ -21,4 +21,10 @@ done
 for package in $program chromium snakemake lintian; do
   [[ $everything == *" $package "* ]] || { echo "$package is missing in the whole" >&2; exit 1; }
 done
+for package in $program libmujoco-dev libdart-dev libsimbody-dev liborocos-kdl-dev; do
+  [[ " $(wanted peers) " == *" $package "* ]] || { echo "the comparison with other libraries needs $package" >&2; exit 1; }
+done
+for package in libmujoco-dev libdart-dev libsimbody-dev liborocos-kdl-dev; do
+  [[ $everything != *" $package "* ]] || { echo "$package is asked for by everybody" >&2; exit 1; }
+done
 grep -q '^scripts/setup program$' "$root/scripts/demo" || { echo "the demo installs more than it needs" >&2; exit 1; }

@@ -26,6 +26,7 @@ RUN_BY = {
     "scripts/gates": ".ci/run",
     "scripts/setup": "tests/cli/setup_packages.sh",
     "scripts/package": "scripts/gates",
+    "scripts/peers": "scripts/gates",
     "apt install ./build/": "scripts/gates",
     "apt-get update && apt-get install --yes ./": "scripts/gates",
     "python3 -m venv": "scripts/gates",

@@ -4,12 +4,14 @@
 #include "peer.hpp"
 #include "peer_case.hpp"
 
+#include <optional>
+
 namespace balance::peers {
 
 /// Largest differences over all samples of a run, relative to the largest magnitude of the same quantity in it.
 struct Agreement {
   double efforts = 0;
-  double ground_force = 0, ground_moment = 0;  ///< NaN if the peer does not give them
+  std::optional<double> ground_force, ground_moment;  ///< none if the peer does not give them
   double closure = 0;       ///< violation of the cut joints' equations by balance's coordinates [rad or m]
   double closure_rate = 0;  ///< the same of rates, relative to the largest rate
 };

@@ -6,7 +6,8 @@
 
 #include <fmt/format.h>
 
-#include <cmath>
+#include <Eigen/Eigenvalues>
+#include <algorithm>
 #include <cstdio>
 #include <exception>
 #include <optional>
@@ -18,8 +19,8 @@ namespace balance::peers {
 namespace {
 
 /// All formulations are exact. Balance closes loops to 1e-12 of the mechanism's size, and a state near a singularity
-/// makes some ten times that of it; round-off alone is a thousand times smaller.
-constexpr double agreement_tolerance = 1e-10;
+/// makes up to a hundred times that of it; round-off alone is a thousand times smaller.
+constexpr double agreement_tolerance = 1e-9;
 
 struct Count {
   int agree = 0, differ = 0, not_compared = 0;
@@ -36,19 +37,27 @@ std::optional<PeerCase> read_case(const std::string& path) {
   }
 }
 
-bool is_within(double difference) { return std::isnan(difference) || difference <= agreement_tolerance; }
-
 bool is_agreement(const Agreement& found) {
-  return !std::isnan(found.efforts) && is_within(found.efforts) && is_within(found.ground_force) &&
-         is_within(found.ground_moment) && is_within(found.closure) && is_within(found.closure_rate);
+  for (const double difference : {found.efforts, found.ground_force.value_or(0), found.ground_moment.value_or(0),
+                                  found.closure, found.closure_rate})
+    if (!(difference <= agreement_tolerance)) return false;
+  return true;
 }
 
 void print_agreement(const PeerLibrary& library, const Agreement& found) {
   fmt::print("  {:8} efforts {:.1e}", library.name, found.efforts);
-  if (!std::isnan(found.ground_force))
-    fmt::print(", ground force {:.1e}, moment {:.1e}", found.ground_force, found.ground_moment);
+  if (found.ground_force) fmt::print(", ground force {:.1e}, moment {:.1e}", *found.ground_force, *found.ground_moment);
   fmt::print(", closure {:.1e}, its rate {:.1e}{}\n", found.closure, found.closure_rate,
              is_agreement(found) ? "" : fmt::format("  FAILED: more than {:.0e}", agreement_tolerance));
+}
+
+/// Whether a spec took an inertia as given although no body can have it: some libraries refuse it, rightly.
+bool has_impossible_inertia(const RigidTree& tree) {
+  for (const TreeBody& body : tree.bodies) {
+    const Vector3 moments = Eigen::SelfAdjointEigenSolver<Matrix3>(body.inertia, Eigen::EigenvaluesOnly).eigenvalues();
+    if (moments[0] + moments[1] < moments[2] * (1 - agreement_tolerance)) return true;
+  }
+  return false;
 }
 
 void compare(const PeerCase& subject, const PeerLibrary& library, Count& count) {
@@ -57,14 +66,16 @@ void compare(const PeerCase& subject, const PeerLibrary& library, Count& count) 
     const Agreement found = compare_with_peer(subject, *library.make(subject.tree));
     print_agreement(library, found);
     ++(is_agreement(found) ? count.agree : count.differ);
-    count.largest = std::fmax(count.largest, found.efforts);
-    count.largest = std::fmax(count.largest, std::fmax(found.ground_force, found.ground_moment));
+    count.largest =
+        std::max({count.largest, found.efforts, found.ground_force.value_or(0), found.ground_moment.value_or(0)});
   } catch (const NotComparable& reason) {
     fmt::print("  {:8} not compared: the mechanism {}\n", library.name, reason.what());
     ++count.not_compared;
   } catch (const std::exception& refusal) {
-    fmt::print("  {:8} FAILED: {}\n", library.name, refusal.what());
-    ++count.differ;
+    const bool is_right = has_impossible_inertia(subject.tree);
+    fmt::print("  {:8} {}: {}\n", library.name, is_right ? "not compared: no body has such an inertia" : "FAILED",
+               refusal.what());
+    ++(is_right ? count.not_compared : count.differ);
   }
 }
 

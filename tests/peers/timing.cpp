@@ -12,7 +12,7 @@
 #include <ctime>
 #include <fstream>
 #include <functional>
-#include <optional>
+#include <memory>
 #include <stdexcept>
 #include <string>
 #include <thread>
@@ -94,9 +94,17 @@ Contender balance_simulate(const PeerCase& subject) {
 Contender peer_contender(const PeerCase& subject, const PeerLibrary& library) {
   const std::string name = library.name + " " + library.version;
   if (!library.has_loops && !subject.tree.cut_joints.empty()) return {name, nullptr, "no loops"};
-  const std::shared_ptr<Peer> peer = library.make(subject.tree);
-  const auto efforts =
-      std::make_shared<PeerEfforts>(subject.tree, *peer, subject.x.row(0), subject.dx.row(0), subject.ddx.row(0));
+  std::shared_ptr<Peer> peer;
+  std::shared_ptr<PeerEfforts> efforts;
+  try {
+    peer = library.make(subject.tree);
+    efforts =
+        std::make_shared<PeerEfforts>(subject.tree, *peer, subject.x.row(0), subject.dx.row(0), subject.ddx.row(0));
+  } catch (const NotComparable&) {
+    return {name, nullptr, "efforts not unique"};
+  } catch (const std::exception&) {
+    return {name, nullptr, "refuses it"};
+  }
   return {name, [=, &subject, x = VectorX(), dx = VectorX(), ddx = VectorX()](bool backwards) mutable {
             (void)peer;  // kept alive
             const Eigen::Index rows = subject.x.rows();
