@@ -144,7 +144,7 @@ class TreeReader {
     Vector3 origin = Vector3::Zero(), tree_origin = Vector3::Zero();
   };
 
-  /// A second copy of a body, which carries half of its mass: no library takes a massless one.
+  /// A further copy of a body, which carries its share of the mass: some libraries refuse a massless one.
   struct Copy {
     JointId joint = 0;
     int tree_body = tree_ground;
