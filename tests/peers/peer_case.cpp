@@ -3,19 +3,41 @@
 #include "balance/interface/specification/read_spec.hpp"
 #include "balance/motion/simulation/simulate.hpp"
 
+#include <cmath>
 #include <filesystem>
+#include <vector>
 
 namespace balance::peers {
+
+namespace {
+
+/// Takes away what other libraries are not asked about, and says what that was: " without springs".
+std::string remove_forces(Mechanism& mechanism) {
+  std::string removed;
+  const auto note = [&](bool is_removed, const char* what) {
+    if (is_removed) removed += (removed.empty() ? " without " : ", ") + std::string(what);
+  };
+  note(!mechanism.springs.empty(), "springs");
+  note(!mechanism.loads.empty(), "loads");
+  note(!mechanism.friction.empty(), "friction");
+  mechanism.springs.clear();
+  mechanism.loads.clear();
+  mechanism.friction.clear();
+  const auto is_temporary = [](const Attachment& a) { return std::isfinite(a.from) || std::isfinite(a.until); };
+  note(std::erase_if(mechanism.attachments, is_temporary) > 0, "payloads that come and go");
+  return removed;
+}
+
+}  // namespace
 
 PeerCase read_peer_case(const std::string& path) {
   const Study study = read_spec_file(path);
   if (study.trajectories.empty()) throw NotComparable("has no motion");
-  if (!study.temporary_payloads.empty()) throw NotComparable("has payloads that come and go");
   PeerCase out;
-  out.name = std::filesystem::path(path).stem().string();
   out.motion = study.trajectories.front();
   out.mechanism = study.mechanism;
-  out.tree = read_rigid_tree(study.mechanism);
+  out.name = std::filesystem::path(path).stem().string() + remove_forces(out.mechanism);
+  out.tree = read_rigid_tree(out.mechanism);
   if (out.tree.motion_count() == 0) throw NotComparable("has nothing that moves");
   out.run = simulate(out.mechanism, out.motion);
   if (out.run.outcome.status != MotionStatus::done) throw NotComparable(out.run.outcome.reason);

@@ -11,8 +11,8 @@
 namespace balance::peers {
 
 struct PeerCase {
-  std::string name;  ///< the file's, without folder and ending
-  Mechanism mechanism;
+  std::string name;     ///< the file's, without folder and ending, and what was removed
+  Mechanism mechanism;  ///< without springs, loads, friction and temporary payloads
   Trajectory motion;
   RigidTree tree;
   RunResult run;
