@@ -3,6 +3,7 @@
 
 #include "balance/interface/files/json.hpp"
 #include "balance/interface/files/result_file.hpp"
+#include "balance/interface/files/text_options.hpp"
 #include "balance/interface/reports/conditions_sections.hpp"
 #include "balance/synthesis/design/design_study.hpp"
 
@@ -27,6 +28,13 @@ struct DesignReportData {
 std::string objective_text(const std::vector<ObjectiveTerm>& terms);
 /// Unit of the objective; empty for several terms.
 std::string objective_unit(const std::vector<ObjectiveTerm>& terms, const Mechanism& mechanism);
+
+/// Unit in which a number of the spec is displayed; none for parameters, which are as written.
+/// @param number FreeNumber, LoadParameter or TolerancedParameter
+template <class Number>
+DisplayUnit unit_of_number(const Number& number, const DisplayUnits& units) {
+  return find_display_unit(number.si_unit, units);
+}
 
 /// Whether the value of a free number is at a bound: −1 lower, 1 upper, 0 neither.
 int active_bound(const FreeNumber& number, double value);
@@ -70,6 +78,6 @@ std::string design_json(const DesignReportData& view, const std::vector<std::str
 
 /// What the design achieves and what limits it, the free numbers, the conditions, the cost of the design and its gain
 /// along every trajectory. Ends with a line feed.
-std::string design_text(const DesignReportData& view);
+std::string design_text(const DesignReportData& view, const TextOptions& options = {});
 
 }  // namespace balance

@@ -103,7 +103,8 @@ std::vector<TolerancedParameter> list_numbers(StudyBuilder& draft) {
          .value = one.value,
          .unit = one.unit,
          .input = recording.input_index(one.input),
-         .is_positive = one.sign != SignConstraint::none},
+         .is_positive = one.sign != SignConstraint::none,
+         .si_unit = unit_of_dimension(one.dimension)},
         one.perturbed);
   return toleranced;
 }
@@ -185,7 +186,7 @@ std::set<std::string> list_tolerance_names(const SpecCursor* section) {
 }
 
 Expression register_toleranced_parameter(const SpecCursor& at, StudyBuilder& draft, const Expression& number,
-                                         double unit, SignConstraint sign) {
+                                         Dimension dimension, SignConstraint sign) {
   const std::string& path = at.path();
   const auto is_named = [&](const std::string& name) { return is_name_of_number(name, path); };
   if (!is_manufactured(path) || std::none_of(draft.tolerance_names.begin(), draft.tolerance_names.end(), is_named))
@@ -195,7 +196,7 @@ Expression register_toleranced_parameter(const SpecCursor& at, StudyBuilder& dra
   const auto load = std::find_if(draft.load_numbers.begin(), draft.load_numbers.end(),
                                  [&](const LoadParameterEntry& one) { return one.path == path && one.input; });
   const auto free = draft.inputs.find(path);
-  ToleranceEntry entry{path, number.value(), unit, sign, number, number};
+  ToleranceEntry entry{path, number.value(), draft.units.factor(dimension), sign, number, number, dimension};
   if (load != draft.load_numbers.end()) {
     entry.input = *load->input;
   } else if (free != draft.inputs.end()) {

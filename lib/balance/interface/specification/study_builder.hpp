@@ -73,6 +73,7 @@ struct LoadParameterEntry {
   double unit = 1;  ///< SI value of the spec's unit there
   SignConstraint sign = SignConstraint::none;
   std::optional<Expression> input;  ///< none if it is free
+  Dimension dimension = {};
 };
 
 /// A number that `tolerances` names.
@@ -83,6 +84,7 @@ struct ToleranceEntry {
   SignConstraint sign = SignConstraint::none;
   Expression input;      ///< changes it
   Expression perturbed;  ///< the number itself, including the change
+  Dimension dimension = {};
 };
 
 /// A spec is read and checked at the start values. With other values of the free numbers a mass may be zero, or two

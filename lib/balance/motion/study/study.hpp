@@ -73,6 +73,7 @@ struct LoadParameter {
   double nominal = 0;  ///< as in the spec [SI, parameters as written]
   double unit = 1;     ///< SI value of the spec's unit here; 1 for parameters
   int input = -1;      ///< in the study's recording
+  std::string si_unit = {};  ///< "kg", "N/m"; empty for parameters, which have no unit of their own
 };
 
 /// How the values of a figure in all cases are combined.
@@ -103,6 +104,7 @@ struct TolerancedParameter {
   bool is_positive = false;   ///< negative values are meaningless
   double relative_width = 0;  ///< as a fraction of the value's magnitude, which the width follows; 0: constant width
   int recording_index = -1;   ///< index into the recording's toleranced numbers
+  std::string si_unit = {};   ///< "kg", "N/m"; empty for parameters, which have no unit of their own
 
   double deviation() const { return distribution == Distribution::normal ? width : width / std::sqrt(3.0); }
 };
@@ -124,6 +126,7 @@ struct FreeNumber {
   std::size_t begin = 0, end = 0;  ///< bytes of spec_text for `{free: …}`, or for the alias in its place
   std::vector<double> discrete_values =
       {};  ///< the only admissible values, increasing [as the bounds]; empty: any between the bounds
+  std::string si_unit = {};  ///< "kg", "N/m"; empty for parameters, which have no unit of their own
 };
 
 /// Change of a spec's text that inserts values of free numbers and of `--set`: bytes [begin, end) are replaced by

@@ -1,0 +1,58 @@
+#include "balance/interface/files/text_options.hpp"
+
+#include "balance/foundation/base/elementary.hpp"
+
+#include <algorithm>
+#include <cstdlib>
+
+namespace balance {
+namespace {
+
+bool has_newtons(const DisplayUnits& units) { return units.force_name.ends_with('N'); }
+
+/// A factor of a unit without its power.
+DisplayUnit replace_factor(const std::string& factor, const DisplayUnits& units) {
+  if (factor == "m") return {units.length_name, units.length};
+  if (factor == "kg") return {units.mass_name, units.mass};
+  if (factor == "s") return {units.time_name, units.time};
+  if (factor == "rad") return {units.angle_name, units.angle};
+  if (factor == "N") return {units.force_name, units.force};
+  if (has_newtons(units)) return {factor, 1};
+  const DisplayUnit energy{units.force_name + " " + units.length_name, units.force * units.length};
+  if (factor == "J") return energy;
+  if (factor == "W") return {energy.name + "/" + units.time_name, energy.si_value / units.time};
+  return {factor, 1};
+}
+
+}  // namespace
+
+DisplayUnit find_display_unit(const std::string& si_unit, const DisplayUnits& units) {
+  DisplayUnit unit{"", 1};
+  if (si_unit == "1") return unit;
+  bool is_divisor = false;
+  for (std::size_t at = 0; at < si_unit.size();) {
+    const std::size_t end = std::min(si_unit.find_first_of(" /", at), si_unit.size());
+    const std::string word = si_unit.substr(at, end - at);
+    const std::size_t power = std::min(word.find('^'), word.size());
+    const int exponent = power < word.size() ? std::atoi(word.c_str() + power + 1) : 1;
+    const DisplayUnit factor = replace_factor(word.substr(0, power), units);
+    unit.name += factor.name + word.substr(power);
+    unit.si_value *= elementary::pow(factor.si_value, is_divisor ? -exponent : exponent);
+    if (end < si_unit.size()) unit.name += si_unit[end];
+    if (end < si_unit.size() && si_unit[end] == '/') is_divisor = true;
+    at = end + 1;
+  }
+  return unit;
+}
+
+bool has_other_units(const DisplayUnits& units) {
+  for (const double si_value : {units.length, units.angle, units.mass, units.time, units.force})
+    if (si_value != 1) return true;
+  return false;
+}
+
+std::string bracket_unit(const DisplayUnit& unit) { return unit.name.empty() ? "" : " [" + unit.name + "]"; }
+
+std::string append_unit(const DisplayUnit& unit) { return unit.name.empty() ? "" : " " + unit.name; }
+
+}  // namespace balance
