@@ -24,7 +24,7 @@ void add_spec_options(CLI::App& parser, SpecOptions& options) {
 }
 
 void add_units_option(CLI::App& parser, std::string& value) {
-  add_choice_validator(parser.add_option("--units", value, "units of text: spec, those of the spec, or si")
+  add_choice_validator(parser.add_option("--units", value, "units of numbers: spec, those of the spec, or si")
                            ->type_name("NAME")
                            ->capture_default_str(),
                        {"spec", "si"});

@@ -31,7 +31,7 @@ namespace balance::app {
 /// Options of `balance plot`.
 struct PlotOptions {
   std::vector<std::string> results, quantities, labels;
-  std::string output, vectors = "magnitude", x = "time", plane = "xy", size, font, title;
+  std::string output, vectors = "magnitude", x = "time", plane = "xy", size, font, title, units = "spec";
   bool path = false, phase = false, script = false, force = false, json = false, quiet = false;
 };
 
@@ -204,6 +204,21 @@ std::vector<PlotRun> label_runs(const PlotOptions& options, const std::vector<St
   return runs;
 }
 
+/// Units that all specs have in common; SI if they differ.
+DisplayUnits choose_units(const PlotOptions& options, const std::vector<StoredRun>& files) {
+  if (!has_spec_units(options.units)) return {};
+  const auto is_same = [](const DisplayUnits& a, const DisplayUnits& b) {
+    return a.length == b.length && a.mass == b.mass && a.time == b.time && a.angle == b.angle && a.force == b.force;
+  };
+  DisplayUnits common;
+  for (std::size_t i = 0; i < files.size(); ++i) {
+    const DisplayUnits units = read_display_units(files[i].spec_text);
+    if (i == 0) common = units;
+    if (!is_same(common, units)) return {};
+  }
+  return common;
+}
+
 /// The most important quantities for designers that all runs have.
 std::vector<std::string> default_quantities(const std::vector<StoredRun>& files) {
   std::vector<std::string> names = {"torque", "shaking_force", "shaking_moment"};
@@ -261,6 +276,7 @@ void add_plot_options(CLI::App& parser, PlotOptions& o) {
   parser.add_option("--label", o.labels, "name of a result in the legend; once per result, in order")
       ->type_name("TEXT")
       ->allow_extra_args(false);
+  add_units_option(parser, o.units);
   parser.add_option("--title", o.title, "text above the picture")->type_name("TEXT");
   parser.add_option("--size", o.size, "width and height in mm (default: height as needed)")->type_name("WxH");
   parser.add_option("--font", o.font, "font and its size in points")->type_name("NAME[,SIZE]");
@@ -285,13 +301,14 @@ Plot choose_picture(const PlotOptions& options, const std::vector<StoredRun>& fi
   const auto axis = static_cast<TimeAxis>(position("--x", options.x, abscissas));
   position("--plane", options.plane, planes);
   check_names(options.quantities, files);
+  const DisplayUnits units = choose_units(options, files);
   try {
     Plot picture =
         options.phase ? plot_phase_plane(runs)
         : options.path
-            ? plot_paths(runs, options.plane)
+            ? plot_paths(runs, options.plane, units)
             : plot_over_time(runs, options.quantities.empty() ? default_quantities(files) : options.quantities, view,
-                             axis);
+                             axis, units);
     picture.title = options.title;
     return picture;
   } catch (const std::invalid_argument& error) {

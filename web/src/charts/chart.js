@@ -1,7 +1,7 @@
 // One chart: lines over time with a playhead, a legend of buttons and the values under the pointer.
 import uPlot from "uplot";
 import {colour, h} from "../dom.js";
-import {format, unitText, withUnit} from "../data/numbers.js";
+import {format, inShownUnit, unitText, withShownUnit} from "../data/numbers.js";
 import {csv, fileName, saveCanvas, saveText} from "../data/save.js";
 import {bandName, bandTitle, drawBands, widest, withBands} from "./band.js";
 import {linesOf} from "./quantities.js";
@@ -18,7 +18,7 @@ export class Chart {
     this.clock = clock;
     this.group = group;
     this.lines = variants.flatMap(({key, label, run}) =>
-      linesOf(run, chart).map((line, i) => ({...line, variant: key, label: nameOf(line, label, chart), colour: i % palette})));
+      linesOf(run, chart).map((line, i) => ({...converted(line, chart.unit), si: line, variant: key, label: nameOf(line, label, chart), colour: i % palette})));
     this.time = variants[0].run.time;
     this.compares = variants.length > 1;
     this.roundOff = this.compares ? vanished * Math.max(...this.lines.map((l) => peak(l.values)), 0) : 0;
@@ -49,8 +49,8 @@ export class Chart {
   /** What a picture of these lines says, in words. */
   description() {
     const {unit, title} = this.chart;
-    const off = (l) => (l.deviation ? `, within ${withUnit(widest(l), unit)} (3σ of tolerances)` : "");
-    const most = this.lines.slice(0, palette).map((l) => `${l.label} up to ${withUnit(peak(l.values), unit)}${off(l)}`);
+    const off = (l) => (l.deviation ? `, within ${withShownUnit(widest(l), unit)} (3σ of tolerances)` : "");
+    const most = this.lines.slice(0, palette).map((l) => `${l.label} up to ${withShownUnit(peak(l.values), unit)}${off(l)}`);
     const rest = this.lines.length - most.length;
     return `${title} over ${format(this.time.at(-1))} s: ${most.join(", ")}${rest > 0 ? ` and ${rest} more` : ""}`;
   }
@@ -79,9 +79,9 @@ export class Chart {
   }
 
   saveTable() {
-    const columns = this.lines.map((l) => ({name: l.label, unit: this.chart.unit, values: l.values}));
+    const columns = this.lines.map((l) => ({name: l.label, unit: this.chart.unit, values: l.si.values}));
     for (const l of this.lines)
-      if (l.deviation) columns.push({name: `${l.label}, standard deviation`, unit: this.chart.unit, values: l.deviation});
+      if (l.deviation) columns.push({name: `${l.label}, standard deviation`, unit: this.chart.unit, values: l.si.deviation});
     saveText(csv(this.time, columns), "text/csv", `${this.name()}.csv`);
   }
 
@@ -229,7 +229,7 @@ export class Chart {
   read() {
     const index = this.hovered ?? this.clock.sample;
     this.lines.forEach((line, i) => {
-      const text = withUnit(this.clean(line.values[index]), this.chart.unit);
+      const text = withShownUnit(this.clean(line.values[index]), this.chart.unit);
       if (this.readings[i].textContent !== text) this.readings[i].textContent = text;
     });
   }
@@ -244,6 +244,13 @@ export class Chart {
       this.move();
     }
   }
+}
+
+/** A line in the unit that is shown. */
+function converted(line, unit) {
+  if (inShownUnit(1, unit) === 1) return line;
+  const convert = (values) => values?.map((v) => inShownUnit(v, unit));
+  return {...line, values: convert(line.values), deviation: convert(line.deviation)};
 }
 
 function nameOf(line, variant, chart) {

@@ -1,9 +1,9 @@
 // The trade-off between figures: its points as a chart and as a table, of which one is chosen and shown with its numbers.
 import {h} from "../dom.js";
-import {format, unitText, withUnit} from "../data/numbers.js";
+import {formatIn, inBrackets, withUnit} from "../data/numbers.js";
 
 const size = {width: 640, height: 360, left: 76, right: 20, top: 16, bottom: 52};
-const label = (figure) => (unitText(figure.unit) ? `${figure.name} [${unitText(figure.unit)}]` : figure.name);
+const label = (figure) => figure.name + inBrackets(figure.unit);
 
 function svg(tag, attributes, ...children) {
   const element = document.createElementNS("http://www.w3.org/2000/svg", tag);
@@ -33,8 +33,8 @@ function chart(front, [across, up], marks) {
   const places = points.map((p) => [x(p.values[across]), y(p.values[up])]);
   if (figures.length === 2) picture.append(svg("polyline", {class: "front-line", points: places.map((p) => p.join(",")).join(" ")}));
   picture.append(
-    text("end", size.left - 8, y(y.high) + 4, format(y.high)), text("end", size.left - 8, y(y.low) + 4, format(y.low)),
-    text("middle", x(x.low), size.height - size.bottom + 18, format(x.low)), text("middle", x(x.high), size.height - size.bottom + 18, format(x.high)),
+    text("end", size.left - 8, y(y.high) + 4, formatIn(y.high, figures[up].unit)), text("end", size.left - 8, y(y.low) + 4, formatIn(y.low, figures[up].unit)),
+    text("middle", x(x.low), size.height - size.bottom + 18, formatIn(x.low, figures[across].unit)), text("middle", x(x.high), size.height - size.bottom + 18, formatIn(x.high, figures[across].unit)),
     text("middle", (size.left + size.width) / 2, size.height - 8, label(figures[across])),
     svg("text", {transform: `translate(14 ${(size.top + size.height - size.bottom) / 2}) rotate(-90)`, "text-anchor": "middle"}, label(figures[up])));
   marks.push(places.map(([px, py], k) => svg("g", {class: "front-point", role: "button", "data-point": k, transform: `translate(${px} ${py})`,
@@ -49,7 +49,7 @@ function table(front, choosers) {
     const button = h("button", {type: "button", class: "chip", "data-point": String(k)}, `Point ${p.point}`);
     choosers.push(button);
     const bound = p.lower_bound === null ? "–" : withUnit(p.lower_bound, front.figures[p.minimized].unit, 6);
-    return h("tr", {}, h("th", {scope: "row"}, button), p.values.map((v) => h("td", {class: "number"}, format(v, 6))),
+    return h("tr", {}, h("th", {scope: "row"}, button), p.values.map((v, j) => h("td", {class: "number"}, formatIn(v, front.figures[j].unit, 6))),
       h("td", {}, p.optimality), h("td", {class: "number"}, bound));
   });
   return h("div", {class: "table-box"}, h("table", {}, h("caption", {}, "Designs, none better than another in all figures"),
@@ -59,7 +59,7 @@ function table(front, choosers) {
 
 /** The chosen point's numbers. */
 function details(front, point) {
-  const rows = point.free_numbers.map((n) => h("tr", {}, h("th", {scope: "row"}, n.path), h("td", {class: "number strong"}, format(n.value, 6))));
+  const rows = point.free_numbers.map((n) => h("tr", {}, h("th", {scope: "row"}, n.path), h("td", {class: "number strong"}, withUnit(n.value, n.unit, 6))));
   return [h("p", {}, h("strong", {}, `Point ${point.point}`), `: ${told(front, point)}. `,
     "Written by ", h("code", {}, `balance design … --point ${point.point} -o FILE`), "."),
   h("div", {class: "table-box"}, h("table", {}, h("caption", {}, `Free numbers of point ${point.point}`),

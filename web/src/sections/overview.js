@@ -1,7 +1,7 @@
 // What the mechanism is, in a line and a few figures.
 import {h} from "../dom.js";
 import {isDone} from "../data/decode.js";
-import {format, ratio, ratioText, withUnit} from "../data/numbers.js";
+import {formatIn, ratio, ratioText, withUnit} from "../data/numbers.js";
 
 export const plural = (n, one, many = `${one}s`) => `${n} ${n === 1 ? one : many}`;
 
@@ -27,7 +27,7 @@ function change(before, value, unit) {
   const times = ratio(before, after);
   if (Math.abs(times - 1) < 5e-4) return withUnit(after, unit);
   return [
-    h("span", {class: "was"}, format(before)), " → ", withUnit(after, unit),
+    h("span", {class: "was"}, formatIn(before, unit)), " → ", withUnit(after, unit),
     times === null ? null : h("span", {class: "times"}, `× ${ratioText(times)}`),
   ];
 }

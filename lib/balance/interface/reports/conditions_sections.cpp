@@ -272,6 +272,8 @@ ConditionsReportData convert_coefficients(ConditionsReportData view, const Displ
     si_values[p] =
         find_display_unit(parameter_unit(view.conditions.parameters[static_cast<std::size_t>(p)]), units).si_value;
   if ((si_values.array() == 1).all()) return view;
+  VectorX& known = view.conditions.known_term_values;
+  if (known.size() > 0) known.array() /= si_values.tail(known.size()).array();
   for (Eigen::Index row = 0; row < matrix.rows(); ++row) {
     const double largest = max_abs(matrix.row(row));
     Eigen::Index unit_column = 0;  // the parameter whose coefficient is 1 keeps it

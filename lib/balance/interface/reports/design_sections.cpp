@@ -243,6 +243,7 @@ Json numbers_list(const DesignReport& report) {
     const double value = report.outcome.x[k];
     const int bound = active_bound(number, value);
     list.push_back({{"path", number.key_path},
+                    {"unit", number.si_unit},
                     {"lower", number.lower},
                     {"upper", number.upper},
                     {"before", report.before[k]},

@@ -122,7 +122,9 @@ Json figures_json(const FrontReportData& view) {
 Json numbers_list(const FrontReportData& view, const VectorX& x) {
   Json list = Json::array();
   for (std::size_t i = 0; i < view.numbers.size(); ++i)
-    list.push_back({{"path", view.numbers[i].key_path}, {"value", x[static_cast<Eigen::Index>(i)]}});
+    list.push_back({{"path", view.numbers[i].key_path},
+                    {"unit", view.numbers[i].si_unit},
+                    {"value", x[static_cast<Eigen::Index>(i)]}});
   return list;
 }
 

@@ -33,6 +33,7 @@ struct HtmlReport {
   std::vector<std::string> goal_descriptions;  ///< the goals in words
   std::string controller, controller_type;     ///< of all runs; empty: they follow their trajectories exactly
   std::vector<ReportedTrajectory> trajectories;
+  DisplayUnits units;              ///< in which the page shows its numbers; its data are SI
   std::vector<std::string> notes;  ///< warnings and notes for the reader
 };
 

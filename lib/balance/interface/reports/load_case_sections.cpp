@@ -117,6 +117,9 @@ Json adaptive_json(const DesignReport& report) {
 
 void add_load_cases(Json& json, const DesignReport& report) {
   json["load_cases"] = cases_json(report.load_cases, report);
+  json["load_units"] = Json::object();
+  for (const LoadParameter& number : report.study_after.design.cases.numbers)
+    json["load_units"][number.name] = number.si_unit;
   json["adaptive"] = adaptive_json(report);
 }
 

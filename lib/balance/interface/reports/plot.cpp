@@ -264,17 +264,26 @@ PlotQuantity quantity_of(const PlotRun& run, const std::string& name, VectorView
   return *std::move(quantity);
 }
 
-VectorX abscissa(const RunResult& result, TimeAxis axis) {
+PlotQuantity convert(PlotQuantity quantity, const DisplayUnits& units) {
+  const DisplayUnit unit = find_display_unit(quantity.unit, units);
+  if (unit.si_value == 1) return quantity;
+  quantity.unit = unit.name;
+  for (PlotCurve& curve : quantity.curves) curve.values /= unit.si_value;
+  return quantity;
+}
+
+VectorX abscissa(const RunResult& result, TimeAxis axis, const DisplayUnits& units) {
   const double duration = result.time.size() > 0 ? result.time[result.time.size() - 1] : 0;
-  if (axis == TimeAxis::seconds || duration <= 0) return result.time;
+  if (axis == TimeAxis::seconds || duration <= 0) return result.time / units.time;
   return result.time / duration;
 }
 
-PlotPanel panel_over_time(const std::vector<PlotRun>& runs, const std::string& name, VectorView view, TimeAxis axis) {
+PlotPanel panel_over_time(const std::vector<PlotRun>& runs, const std::string& name, VectorView view, TimeAxis axis,
+                          const DisplayUnits& units) {
   PlotPanel panel;
   panel.name = name;
   for (std::size_t i = 0; i < runs.size(); ++i) {
-    const PlotQuantity quantity = quantity_of(runs[i], name, view);
+    const PlotQuantity quantity = convert(quantity_of(runs[i], name, view), units);
     const std::string label = axis_label(quantity.title, quantity.unit);
     if (i == 0) {
       panel.y_label = label;
@@ -294,9 +303,9 @@ PlotPanel panel_over_time(const std::vector<PlotRun>& runs, const std::string& n
       const LineStyle pen =
           make_line_style(style_index, runs.size() == 1 || quantity.curves.size() == 1 ? style_index : i);
       const PlotCurve& curve = quantity.curves[j];
-      panel.lines.push_back(
-          {legend_label(runs[i].label, curve.label, runs.size() > 1), pen,
-           decimate_series(trace_values(abscissa(*runs[i].result, axis), curve.values, jumps), max_points_per_line)});
+      panel.lines.push_back({legend_label(runs[i].label, curve.label, runs.size() > 1), pen,
+                             decimate_series(trace_values(abscissa(*runs[i].result, axis, units), curve.values, jumps),
+                                             max_points_per_line)});
     }
   }
   return panel;
@@ -316,10 +325,11 @@ std::pair<Eigen::Index, Eigen::Index> axes_of(const std::string& plane, const Pl
   return {static_cast<Eigen::Index>(axes.find(plane[0])), static_cast<Eigen::Index>(axes.find(plane[1]))};
 }
 
-std::vector<PlotPoint> path_points(const Samples& position, std::pair<Eigen::Index, Eigen::Index> axes) {
+std::vector<PlotPoint> path_points(const Samples& position, std::pair<Eigen::Index, Eigen::Index> axes,
+                                   const DisplayUnit& length) {
   std::vector<PlotPoint> points;
   for (Eigen::Index k = 0; k < position.rows(); ++k)
-    points.push_back({position(k, axes.first), position(k, axes.second)});
+    points.push_back({length.convert(position(k, axes.first)), length.convert(position(k, axes.second))});
   return decimate_path(points, max_points_per_line);
 }
 
@@ -328,11 +338,12 @@ constexpr const char* mark_colour = "#30363d";
 }  // namespace
 
 Plot plot_over_time(const std::vector<PlotRun>& runs, const std::vector<std::string>& quantities, VectorView view,
-                    TimeAxis axis) {
+                    TimeAxis axis, const DisplayUnits& units) {
   Plot picture;
-  picture.x_label = axis == TimeAxis::seconds ? "time [s]" : "time / duration";
+  picture.x_label =
+      axis == TimeAxis::seconds ? "time" + bracket_unit(find_display_unit("s", units)) : "time / duration";
   for (const std::string& name : quantities) {
-    picture.panels.push_back(panel_over_time(runs, name, view, axis));
+    picture.panels.push_back(panel_over_time(runs, name, view, axis, units));
     PlotPanel& panel = picture.panels.back();
     // the panel above may have the same legend
     if (picture.panels.size() > 1) panel.legend = legend_of(panel) != legend_of(*(picture.panels.end() - 2));
@@ -340,11 +351,12 @@ Plot plot_over_time(const std::vector<PlotRun>& runs, const std::vector<std::str
   return picture;
 }
 
-Plot plot_paths(const std::vector<PlotRun>& runs, const std::string& plane) {
+Plot plot_paths(const std::vector<PlotRun>& runs, const std::string& plane, const DisplayUnits& units) {
+  const DisplayUnit length = find_display_unit("m", units);
   Plot picture;
   picture.equal_axes = true;
-  picture.x_label = fmt::format("{} [m]", plane.substr(0, 1));
-  PlotPanel panel{.name = "path", .y_label = fmt::format("{} [m]", plane.substr(1))};
+  picture.x_label = plane.substr(0, 1) + bracket_unit(length);
+  PlotPanel panel{.name = "path", .y_label = plane.substr(1) + bracket_unit(length)};
   PlotMarker start{"start", MarkerShape::circle, mark_colour, {}},
       end{"end", MarkerShape::filled_circle, mark_colour, {}};
   for (std::size_t i = 0; i < runs.size(); ++i) {
@@ -352,7 +364,8 @@ Plot plot_paths(const std::vector<PlotRun>& runs, const std::string& plane) {
     const auto add = [&](const char* what, const Samples& position, std::size_t style_index) {
       if (position.rows() == 0) return;
       const LineStyle pen = make_line_style(runs.size() == 1 ? style_index : i, style_index);
-      panel.lines.push_back({legend_label(runs[i].label, what, runs.size() > 1), pen, path_points(position, axes)});
+      panel.lines.push_back(
+          {legend_label(runs[i].label, what, runs.size() > 1), pen, path_points(position, axes, length)});
       start.points.push_back(panel.lines.back().points.front());
       end.points.push_back(panel.lines.back().points.back());
     };

@@ -1,6 +1,7 @@
 #pragma once
 /// A picture as values: panels of lines and marks. gnuplot_script.hpp translates it into a gnuplot script.
 
+#include "balance/interface/files/text_options.hpp"
 #include "balance/interface/reports/plot_quantities.hpp"
 #include "balance/mechanics/results/result.hpp"
 
@@ -84,15 +85,16 @@ struct PlotRun {
 enum class TimeAxis { seconds, normalised };
 
 /// Quantities over time, one panel each, with all runs in it.
+/// @param units of the axes; SI by default
 /// @throws std::invalid_argument if a run lacks a quantity or if a quantity's curves differ
 /// in unit; the message names it
 Plot plot_over_time(const std::vector<PlotRun>& runs, const std::vector<std::string>& quantities, VectorView view,
-                    TimeAxis axis);
+                    TimeAxis axis, const DisplayUnits& units = {});
 
 /// Paths of tool and centre of mass, with start and end marked.
 /// @param plane "xy", "xz" or "yz"
 /// @throws std::invalid_argument if a run does not have that plane
-Plot plot_paths(const std::vector<PlotRun>& runs, const std::string& plane);
+Plot plot_paths(const std::vector<PlotRun>& runs, const std::string& plane, const DisplayUnits& units = {});
 
 // Phase plane of a path: laws of motion and their limits.
 
