@@ -54,11 +54,11 @@ std::vector<std::string> write_files(const SimulateOptions& options, const RunRe
   return files;
 }
 
-void print_result(const SimulateOptions& options, const Mechanism& mechanism, const RunResult& result,
+void print_result(const SimulateOptions& options, const Study& study, const RunResult& result,
                   const Provenance& description, const std::vector<std::string>& files) {
   if (options.spec.json) return print(format_result_json(result, description, files));
   if (options.quiet) return;
-  std::string text = format_result_summary(result, description, choose_text_options(options.spec, mechanism));
+  std::string text = format_result_summary(result, description, choose_text_options(options.spec, study));
   for (const std::string& file : files) text += format_written_message(file);
   print_status(files, text);
 }

@@ -36,9 +36,9 @@ void add_verbose_flag(CLI::App& parser, bool& value) {
 
 bool has_spec_units(const std::string& value) { return value == "spec"; }
 
-TextOptions choose_text_options(const SpecOptions& options, const Mechanism& mechanism) {
+TextOptions choose_text_options(const SpecOptions& options, const Study& study) {
   TextOptions text;
-  if (has_spec_units(options.units)) text.units = mechanism.units;
+  if (has_spec_units(options.units)) text.units = study.units;
   text.width = text_width();
   text.verbose = options.verbose;
   return text;

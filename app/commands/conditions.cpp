@@ -34,7 +34,7 @@ ExitCode run(const ConditionsOptions& options) {
     print(conditions_json(view, space.start.warnings));
   else
     print_text(options.latex ? conditions_latex(view.conditions, view.names)
-                             : conditions_text(view, choose_text_options(options.spec, space.start.mechanism)));
+                             : conditions_text(view, choose_text_options(options.spec, space.start)));
   return view.unbalanced_remainder.empty() ? ExitCode::done : ExitCode::not_met;
 }
 

@@ -172,8 +172,7 @@ ExitCode run(const EquationsOptions& options) {
   else if (options.latex)
     print_text(equations_latex(view));
   if (!options.output.empty()) write(options, study, as_one_sample(view.at));
-  if (!options.spec.json && !options.latex)
-    print_text(equations_text(view, choose_text_options(options.spec, study.mechanism)));
+  if (!options.spec.json && !options.latex) print_text(equations_text(view, choose_text_options(options.spec, study)));
   return ExitCode::done;
 }
 

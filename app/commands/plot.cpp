@@ -205,14 +205,14 @@ std::vector<PlotRun> label_runs(const PlotOptions& options, const std::vector<St
 }
 
 /// Units that all specs have in common; SI if they differ.
-DisplayUnits choose_units(const PlotOptions& options, const std::vector<StoredRun>& files) {
+SpecUnits choose_units(const PlotOptions& options, const std::vector<StoredRun>& files) {
   if (!has_spec_units(options.units)) return {};
-  const auto is_same = [](const DisplayUnits& a, const DisplayUnits& b) {
+  const auto is_same = [](const SpecUnits& a, const SpecUnits& b) {
     return a.length == b.length && a.mass == b.mass && a.time == b.time && a.angle == b.angle && a.force == b.force;
   };
-  DisplayUnits common;
+  SpecUnits common;
   for (std::size_t i = 0; i < files.size(); ++i) {
-    const DisplayUnits units = read_display_units(files[i].spec_text);
+    const SpecUnits units = read_display_units(files[i].spec_text);
     if (i == 0) common = units;
     if (!is_same(common, units)) return {};
   }
@@ -301,7 +301,7 @@ Plot choose_picture(const PlotOptions& options, const std::vector<StoredRun>& fi
   const auto axis = static_cast<TimeAxis>(position("--x", options.x, abscissas));
   position("--plane", options.plane, planes);
   check_names(options.quantities, files);
-  const DisplayUnits units = choose_units(options, files);
+  const SpecUnits units = choose_units(options, files);
   try {
     Plot picture =
         options.phase ? plot_phase_plane(runs)

@@ -165,7 +165,7 @@ HtmlReport begin_page(const ReportOptions& options, const Study& study) {
   page.before = study.mechanism;
   page.check = check_json(check_mechanism(study), study.mechanism, study.warnings);
   page.notes = study.warnings;
-  if (has_spec_units(options.spec.units)) page.units = study.mechanism.units;
+  if (has_spec_units(options.spec.units)) page.units = study.units;
   page.controller = options.controller;
   if (!options.controller.empty())
     page.controller_type = controller_type_name(choose_controller(study, options.controller).type);

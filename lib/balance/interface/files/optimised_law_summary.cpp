@@ -54,7 +54,7 @@ Json optimised_law_json(const OptimisedLaw& law) {
   return json;
 }
 
-std::string format_corridor_result(const CorridorResult& c, const DisplayUnits& units) {
+std::string format_corridor_result(const CorridorResult& c, const SpecUnits& units) {
   const DisplayUnit width = find_display_unit(c.width_unit, units), unit = find_display_unit(c.unit, units);
   return fmt::format(
       "corridor: the motion leaves the path by up to {0:.6g} of {1:.6g} {2}: {3} {4:.9g} {6} instead of {5:.9g} {6}; "

@@ -16,7 +16,7 @@ std::string format_optimised_law(const OptimisedLaw& law, const TextOptions& opt
 Json optimised_law_json(const OptimisedLaw& law);
 
 /// Maximum offset from the path, the objective reached, and the number of starts that agree; ends with a newline.
-std::string format_corridor_result(const CorridorResult& corridor, const DisplayUnits& units = {});
+std::string format_corridor_result(const CorridorResult& corridor, const SpecUnits& units = {});
 
 /// {width, used, unit, of, value, on_path, value_unit, starts, agreeing}.
 Json corridor_result_json(const CorridorResult& corridor);

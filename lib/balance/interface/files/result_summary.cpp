@@ -192,7 +192,7 @@ std::string effort_text(const RunResult& result, const VectorX& efforts, std::si
 
 }  // namespace
 
-std::string format_payload_events(const RunResult& result, const DisplayUnits& units) {
+std::string format_payload_events(const RunResult& result, const SpecUnits& units) {
   const DisplayUnit time = find_display_unit("s", units);
   std::string text;
   for (const Change& change : result.payload_events) {

@@ -8,10 +8,10 @@
 namespace balance {
 namespace {
 
-bool has_newtons(const DisplayUnits& units) { return units.force_name.ends_with('N'); }
+bool has_newtons(const SpecUnits& units) { return units.force_name.ends_with('N'); }
 
 /// A factor of a unit without its power.
-DisplayUnit replace_factor(const std::string& factor, const DisplayUnits& units) {
+DisplayUnit replace_factor(const std::string& factor, const SpecUnits& units) {
   if (factor == "m") return {units.length_name, units.length};
   if (factor == "kg") return {units.mass_name, units.mass};
   if (factor == "s") return {units.time_name, units.time};
@@ -26,7 +26,7 @@ DisplayUnit replace_factor(const std::string& factor, const DisplayUnits& units)
 
 }  // namespace
 
-DisplayUnit find_display_unit(const std::string& si_unit, const DisplayUnits& units) {
+DisplayUnit find_display_unit(const std::string& si_unit, const SpecUnits& units) {
   DisplayUnit unit{"", 1};
   if (si_unit == "1") return unit;
   bool is_divisor = false;
@@ -45,7 +45,7 @@ DisplayUnit find_display_unit(const std::string& si_unit, const DisplayUnits& un
   return unit;
 }
 
-bool has_other_units(const DisplayUnits& units) {
+bool has_other_units(const SpecUnits& units) {
   for (const double si_value : {units.length, units.angle, units.mass, units.time, units.force})
     if (si_value != 1) return true;
   return false;

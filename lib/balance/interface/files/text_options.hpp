@@ -2,7 +2,7 @@
 /// How text for people is written: units, width, detail.
 
 #include "balance/interface/files/text_table.hpp"
-#include "balance/mechanics/model/mechanism.hpp"
+#include "balance/motion/study/study.hpp"
 
 #include <cstddef>
 #include <string>
@@ -11,7 +11,7 @@ namespace balance {
 
 /// Text and tables of one spec. Files for programs (JSON, HDF5, CSV) are always SI.
 struct TextOptions {
-  DisplayUnits units;                      ///< SI unless those of the spec are wanted: Mechanism::units
+  SpecUnits units;                         ///< SI unless those of the spec are wanted: Study::units
   std::size_t width = default_text_width;  ///< columns that no line exceeds, unless a word is longer
   bool verbose = false;                    ///< also lines that say that there is nothing
 };
@@ -29,10 +29,10 @@ struct DisplayUnit {
 /// the preferred unit of its dimension: "lbf in", "deg/s", "g mm^2". J and W remain where forces are in newtons (N, mN,
 /// kN) and become force · length, per time, elsewhere. Other words remain.
 /// @param si_unit of a quantity, as in results; "1" and "" are the same
-DisplayUnit find_display_unit(const std::string& si_unit, const DisplayUnits& units);
+DisplayUnit find_display_unit(const std::string& si_unit, const SpecUnits& units);
 
 /// Whether a unit differs from SI.
-bool has_other_units(const DisplayUnits& units);
+bool has_other_units(const SpecUnits& units);
 
 /// " [mm]" for a heading or a label; "" for a number without unit.
 std::string bracket_unit(const DisplayUnit& unit);

@@ -220,7 +220,7 @@ std::string closing_text(const ConditionsReportData& view) {
                             view.parameter_rows());
 }
 
-std::string effort_text(const RemainderEffort& effort, const DisplayUnits& units) {
+std::string effort_text(const RemainderEffort& effort, const SpecUnits& units) {
   const DisplayUnit unit = find_display_unit(effort.unit, units);
   return fmt::format("{:.4g} {} at {} {}", unit.convert(effort.magnitude), unit.name, effort.actuator,
                      effort.trajectory.empty() ? "at rest" : "along " + effort.trajectory);
@@ -265,7 +265,7 @@ bool is_plain_number(const CoefficientFormula& formula) {
 
 }  // namespace
 
-ConditionsReportData convert_coefficients(ConditionsReportData view, const DisplayUnits& units) {
+ConditionsReportData convert_coefficients(ConditionsReportData view, const SpecUnits& units) {
   MatrixX& matrix = view.conditions.matrix;
   VectorX si_values(matrix.cols());
   for (Eigen::Index p = 0; p < matrix.cols(); ++p)
@@ -319,7 +319,7 @@ std::vector<std::string> wrap_condition(const ConditionsReportData& view, int ro
   return lines;
 }
 
-std::string symbols_text(const ConditionsReportData& view, const DisplayUnits& units) {
+std::string symbols_text(const ConditionsReportData& view, const SpecUnits& units) {
   std::string text;
   for (const auto* symbols : {&view.names.symbols, &view.known_terms}) {
     for (const GeometricSymbol& symbol : *symbols) {
@@ -331,7 +331,7 @@ std::string symbols_text(const ConditionsReportData& view, const DisplayUnits& u
   return text;
 }
 
-std::string format_remainder(const ConditionsReportData& view, const DisplayUnits& units) {
+std::string format_remainder(const ConditionsReportData& view, const SpecUnits& units) {
   if (view.unbalanced_remainder.empty()) return "";
   std::string text = "cannot be balanced by masses or springs and remains:\n";
   for (const UnbalancedRemainder& remainder : view.unbalanced_remainder) {

@@ -68,13 +68,13 @@ std::vector<std::string> wrap_condition(const ConditionsReportData& view, int ro
 
 /// The view for text in these units: coefficients without a formula are for parameters in them ("m" in g, "mx" in
 /// g mm).
-ConditionsReportData convert_coefficients(ConditionsReportData view, const DisplayUnits& units);
+ConditionsReportData convert_coefficients(ConditionsReportData view, const SpecUnits& units);
 
 /// "l1 = 0.5 m, push.fy = -5 N": values of the symbols and known terms; "" if there are none.
-std::string symbols_text(const ConditionsReportData& view, const DisplayUnits& units = {});
+std::string symbols_text(const ConditionsReportData& view, const SpecUnits& units = {});
 
 /// What cannot be balanced, one element per line with its remaining efforts; "" if there is none.
-std::string format_remainder(const ConditionsReportData& view, const DisplayUnits& units = {});
+std::string format_remainder(const ConditionsReportData& view, const SpecUnits& units = {});
 
 /// "1-4, 7" for row numbers counted from one.
 std::string format_ranges(const std::vector<int>& rows);

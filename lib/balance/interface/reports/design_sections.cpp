@@ -464,7 +464,7 @@ std::string headline(const DesignReportData& view) {
   return "";
 }
 
-std::string objective_line(const DesignReportData& view, const DisplayUnits& units) {
+std::string objective_line(const DesignReportData& view, const SpecUnits& units) {
   const DesignOutcome& outcome = view.report.outcome;
   if (view.objective.empty() || std::isnan(outcome.objective)) return "";
   const DisplayUnit unit = find_display_unit(view.objective_unit, units);
@@ -485,7 +485,7 @@ std::string objective_line(const DesignReportData& view, const DisplayUnits& uni
   return text;
 }
 
-std::string limits_text(const DesignReportData& view, const DisplayUnits& units) {
+std::string limits_text(const DesignReportData& view, const SpecUnits& units) {
   const auto& limits = view.report.study_before.design.subject_to;
   const auto& outcomes = view.report.outcome.limits;
   std::string text;
@@ -504,7 +504,7 @@ std::string limits_text(const DesignReportData& view, const DisplayUnits& units)
 }
 
 /// What is known of its optimality.
-std::string optimality_line(const DesignReportData& view, const DisplayUnits& units) {
+std::string optimality_line(const DesignReportData& view, const SpecUnits& units) {
   const DesignOutcome& outcome = view.report.outcome;
   const std::string search_summary = outcome.search_summary.empty() ? "" : " (" + outcome.search_summary + ")";
   const DisplayUnit unit = find_display_unit(view.objective_unit, units);
@@ -568,7 +568,7 @@ class UniqueSentences {
   std::string text_;
 };
 
-std::string reasons(const DesignReportData& view, const DisplayUnits& units) {
+std::string reasons(const DesignReportData& view, const SpecUnits& units) {
   UniqueSentences sentences;
   sentences.add(view.report.outcome.reason);
   if (view.report.outcome.certificate) sentences.add(view.report.outcome.certificate->statement);
@@ -647,7 +647,7 @@ std::string conditions_table(const DesignReportData& view, const TextOptions& op
   return text.empty() ? "" : text + "\n";
 }
 
-std::string cost_text(const DesignReport& report, const DisplayUnits& units) {
+std::string cost_text(const DesignReport& report, const SpecUnits& units) {
   const DisplayUnit mass = find_display_unit("kg", units), inertia = find_display_unit("kg m^2", units);
   const auto format_amount = [](double value, double scale, const DisplayUnit& unit) {
     return std::abs(value) <= 1e-12 * scale ? "0" : fmt::format("{:.6g}", unit.convert(value));

@@ -32,7 +32,7 @@ std::string objective_unit(const std::vector<ObjectiveTerm>& terms, const Mechan
 /// Unit in which a number of the spec is displayed; none for parameters, which are as written.
 /// @param number FreeNumber, LoadParameter or TolerancedParameter
 template <class Number>
-DisplayUnit unit_of_number(const Number& number, const DisplayUnits& units) {
+DisplayUnit unit_of_number(const Number& number, const SpecUnits& units) {
   return find_display_unit(number.si_unit, units);
 }
 

@@ -354,7 +354,7 @@ std::string equations_latex(const EquationsReportData& view) {
 namespace {
 
 /// For sections whose units differ from row to row, and which therefore remain SI.
-std::string si_note(const DisplayUnits& units) { return has_other_units(units) ? ", SI" : ""; }
+std::string si_note(const SpecUnits& units) { return has_other_units(units) ? ", SI" : ""; }
 
 std::string sections_text(const EquationsReportData& view, const IndependentTerms& terms,
                           const std::vector<std::string>& rows, std::size_t width) {
@@ -402,7 +402,7 @@ namespace {
 /// @param si_units one per value
 /// @param with_units whether to name the units
 std::string numbers_line(const char* label, const std::vector<std::string>& names, const VectorX& values,
-                         const std::vector<std::string>& si_units, const DisplayUnits& units, bool with_units) {
+                         const std::vector<std::string>& si_units, const SpecUnits& units, bool with_units) {
   std::vector<std::string> parts;
   for (std::size_t k = 0; k < names.size(); ++k) {
     const DisplayUnit unit = find_display_unit(si_units[k], units);
@@ -420,8 +420,7 @@ std::vector<std::string> list_units(const std::vector<bool>& is_length, const ch
 }
 
 /// M', D', B' in display units; angles in radians. z' is converted where it is printed.
-IndependentTerms convert_matrices(IndependentTerms terms, const std::vector<bool>& is_length,
-                                  const DisplayUnits& units) {
+IndependentTerms convert_matrices(IndependentTerms terms, const std::vector<bool>& is_length, const SpecUnits& units) {
   const auto count = static_cast<Eigen::Index>(is_length.size());
   const auto lengths = [&](std::initializer_list<Eigen::Index> coordinates) {
     int sum = 0;
@@ -441,7 +440,7 @@ IndependentTerms convert_matrices(IndependentTerms terms, const std::vector<bool
 
 /// " [g mm^2]" if all coordinates are of one kind.
 std::string uniform_unit(const std::vector<bool>& is_length, const char* of_angles, const char* of_lengths,
-                         const DisplayUnits& units) {
+                         const SpecUnits& units) {
   if (!has_other_units(units) || is_length.empty()) return "";
   for (const bool length : is_length)
     if (length != is_length.front()) return "";
@@ -519,13 +518,12 @@ std::string natural_text(const natural::NaturalTerms& n, const TextOptions& opti
   for (std::size_t p = 0; p < n.points.size(); ++p) {
     const auto& c = n.coefficients[p].coefficient;
     const double max_entry = n.total_mass;
-    table.rows.push_back({"  " + n.points[p],
-                          fmt::format("{:.6g}", length.convert(n.position(static_cast<Eigen::Index>(p), 0))),
-                          fmt::format("{:.6g}", length.convert(n.position(static_cast<Eigen::Index>(p), 1))),
-                          fmt::format("[{} {}; {} {}]", entry_text(c.real(), max_entry, mass),
-                                      entry_text(-c.imag(), max_entry, mass), entry_text(c.imag(), max_entry, mass),
-                                      entry_text(c.real(), max_entry, mass)),
-                          n.coefficients[p].fixed ? "fixed" : ""});
+    table.rows.push_back(
+        {"  " + n.points[p], fmt::format("{:.6g}", length.convert(n.position(static_cast<Eigen::Index>(p), 0))),
+         fmt::format("{:.6g}", length.convert(n.position(static_cast<Eigen::Index>(p), 1))),
+         fmt::format("[{} {}; {} {}]", entry_text(c.real(), max_entry, mass), entry_text(-c.imag(), max_entry, mass),
+                     entry_text(c.imag(), max_entry, mass), entry_text(c.real(), max_entry, mass)),
+         n.coefficients[p].fixed ? "fixed" : ""});
   }
   text += format_table(table, options.width);
   std::vector<std::string> entries;
@@ -560,7 +558,7 @@ std::string regressor_text(const EquationsAtConfiguration& at, const TextOptions
   }() + "\n";
 }
 
-std::string parameters_text(const EquationsAtConfiguration& at, const DisplayUnits& units) {
+std::string parameters_text(const EquationsAtConfiguration& at, const SpecUnits& units) {
   ConditionsReportData shown;
   shown.conditions = *at.parameters;
   shown.names = at.parameter_names;
@@ -592,7 +590,7 @@ std::string base_parameter_text(const Conditions& parameters, int row, const Con
 namespace {
 
 /// "SI units", or which others.
-std::string units_text(const DisplayUnits& units) {
+std::string units_text(const SpecUnits& units) {
   if (!has_other_units(units)) return "SI units";
   return fmt::format("in {}, {}, {}, {}, {} and {}; matrices are for angles in rad", units.length_name, units.mass_name,
                      units.time_name, units.angle_name, find_display_unit("N", units).name,
@@ -604,7 +602,7 @@ std::string units_text(const DisplayUnits& units) {
 std::string equations_text(const EquationsReportData& view, const TextOptions& options) {
   using enum EquationSection;
   const EquationsAtConfiguration& at = view.at;
-  const DisplayUnits& units = options.units;
+  const SpecUnits& units = options.units;
   const bool with_units = has_other_units(units);
   std::string text =
       view.title + "\n" +

@@ -187,11 +187,11 @@ VectorX max_abs_values(const ParetoFront& front) {
 /// Names of the figures: a, b, c.
 std::string letter(std::size_t j) { return std::string(1, static_cast<char>('a' + j)); }
 
-DisplayUnit figure_unit(const FrontReportData& view, std::size_t j, const DisplayUnits& units) {
+DisplayUnit figure_unit(const FrontReportData& view, std::size_t j, const SpecUnits& units) {
   return find_display_unit(view.units[j], units);
 }
 
-std::string legend(const FrontReportData& view, const DisplayUnits& units) {
+std::string legend(const FrontReportData& view, const SpecUnits& units) {
   std::string text;
   for (std::size_t j = 0; j < view.figures.size(); ++j) {
     const DisplayUnit unit = figure_unit(view, j, units);
@@ -207,7 +207,7 @@ std::string legend(const FrontReportData& view, const DisplayUnits& units) {
 
 /// "a >= 3.2": lower bound for all designs within the point's limits.
 std::string bound_text(const FrontReportData& view, const ParetoPoint& point, const VectorX& largest,
-                       const DisplayUnits& units) {
+                       const SpecUnits& units) {
   if (std::isnan(point.lower_bound)) return "-";
   const auto j = static_cast<std::size_t>(point.minimized);
   return fmt::format("{} >= {}", letter(j),

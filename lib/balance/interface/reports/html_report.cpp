@@ -46,7 +46,7 @@ Json trajectories_json(const HtmlReport& page) {
 }
 
 /// What takes the place of each factor of an SI unit. Times stay in seconds, in which the page's clock runs.
-Json units_json(DisplayUnits units) {
+Json units_json(SpecUnits units) {
   units.time = 1, units.time_name = "s";
   Json json = Json::object();
   for (const char* factor : {"m", "kg", "rad", "N", "J", "W"}) {

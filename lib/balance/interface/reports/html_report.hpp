@@ -1,8 +1,8 @@
 #pragma once
 /// Self-contained HTML page with the whole report. docs/report.md describes its data.
 
-#include "balance/mechanics/model/mechanism.hpp"
 #include "balance/mechanics/results/result.hpp"
+#include "balance/motion/study/study.hpp"
 
 #include <optional>
 #include <string>
@@ -33,7 +33,7 @@ struct HtmlReport {
   std::vector<std::string> goal_descriptions;  ///< the goals in words
   std::string controller, controller_type;     ///< of all runs; empty: they follow their trajectories exactly
   std::vector<ReportedTrajectory> trajectories;
-  DisplayUnits units;              ///< in which the page shows its numbers; its data are SI
+  SpecUnits units;                 ///< in which the page shows its numbers; its data are SI
   std::vector<std::string> notes;  ///< warnings and notes for the reader
 };
 

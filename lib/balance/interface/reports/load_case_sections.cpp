@@ -137,7 +137,7 @@ std::vector<std::string> load_names(const LoadCases& loads) {
 }
 
 /// "cargo.mass = 2 kg"
-std::string describe_load(const LoadCases& cases, const VectorX& loads, const DisplayUnits& units) {
+std::string describe_load(const LoadCases& cases, const VectorX& loads, const SpecUnits& units) {
   std::string text;
   for (std::size_t k = 0; k < cases.numbers.size(); ++k) {
     const DisplayUnit unit = find_display_unit(cases.numbers[k].si_unit, units);
@@ -154,12 +154,12 @@ std::string residual_word(double residual) {
   return residual <= condition_tolerance ? "met" : fmt::format("{:.2g}", residual);
 }
 
-DisplayUnit effort_unit(const Mechanism& mechanism, int actuator, const DisplayUnits& units) {
+DisplayUnit effort_unit(const Mechanism& mechanism, int actuator, const SpecUnits& units) {
   return find_display_unit(is_length_coordinate(mechanism, actuator) ? "N" : "N m", units);
 }
 
 /// Unit of all efforts; std::nullopt if forces and torques are among them.
-std::optional<DisplayUnit> common_effort_unit(const Mechanism& mechanism, const DisplayUnits& units) {
+std::optional<DisplayUnit> common_effort_unit(const Mechanism& mechanism, const SpecUnits& units) {
   std::optional<DisplayUnit> common;
   for (const int actuator : mechanism.actuators) {
     const DisplayUnit unit = effort_unit(mechanism, actuator, units);
@@ -170,8 +170,7 @@ std::optional<DisplayUnit> common_effort_unit(const Mechanism& mechanism, const 
 }
 
 /// Maximum static effort of every actuator: "4.4145, 1.962"; with units if these differ.
-std::string static_efforts_text(const LoadCaseReport& load_case, const Mechanism& mechanism,
-                                const DisplayUnits& units) {
+std::string static_efforts_text(const LoadCaseReport& load_case, const Mechanism& mechanism, const SpecUnits& units) {
   const bool is_mixed = !common_effort_unit(mechanism, units);
   std::string text;
   for (const int actuator : mechanism.actuators) {
@@ -186,7 +185,7 @@ std::string static_efforts_text(const LoadCaseReport& load_case, const Mechanism
 }
 
 /// Peak and mean of the worst actuator's torque.
-std::string torque_text(const LoadCaseRun& run, const DisplayUnits& units) {
+std::string torque_text(const LoadCaseRun& run, const SpecUnits& units) {
   for (const Metric& metric : run.metrics) {
     if (metric.quantity != "torque") continue;
     const DisplayUnit unit = find_display_unit(metric.unit, units);
@@ -222,13 +221,13 @@ std::string path_of(const DesignReport& report, std::size_t index) {
   return report.free_numbers[static_cast<std::size_t>(report.adaptive->numbers[index])].key_path;
 }
 
-DisplayUnit adapted_unit(const DesignReport& report, std::size_t index, const DisplayUnits& units) {
+DisplayUnit adapted_unit(const DesignReport& report, std::size_t index, const SpecUnits& units) {
   return find_display_unit(report.free_numbers[static_cast<std::size_t>(report.adaptive->numbers[index])].si_unit,
                            units);
 }
 
 std::string slopes_text(const AdaptiveLaw& law, Eigen::Index i, const LoadCases& loads, const DisplayUnit& unit,
-                        const DisplayUnits& units) {
+                        const SpecUnits& units) {
   VectorX nominal_loads(static_cast<Eigen::Index>(loads.numbers.size()));
   for (Eigen::Index k = 0; k < nominal_loads.size(); ++k)
     nominal_loads[k] = loads.numbers[static_cast<std::size_t>(k)].nominal;
@@ -243,14 +242,14 @@ std::string slopes_text(const AdaptiveLaw& law, Eigen::Index i, const LoadCases&
 }
 
 /// The law with the loads in their display units; its values are SI.
-AdaptiveLaw convert_loads(AdaptiveLaw law, const LoadCases& loads, const DisplayUnits& units) {
+AdaptiveLaw convert_loads(AdaptiveLaw law, const LoadCases& loads, const SpecUnits& units) {
   for (AdaptiveLaw::Term& term : law.terms)
     for (std::size_t k = 0; k < term.powers.size(); ++k)
       term.coefficients *= elementary::pow(find_display_unit(loads.numbers[k].si_unit, units).si_value, term.powers[k]);
   return law;
 }
 
-std::string law_lines(const DesignReport& report, const DisplayUnits& units) {
+std::string law_lines(const DesignReport& report, const SpecUnits& units) {
   const AdaptiveReport& adaptive = *report.adaptive;
   const LoadCases& loads = cases_of(report);
   std::string text = fmt::format("adapted to the load [{}]\n", has_other_units(units) ? "the spec's units" : "SI");

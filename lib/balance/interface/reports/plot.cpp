@@ -264,7 +264,7 @@ PlotQuantity quantity_of(const PlotRun& run, const std::string& name, VectorView
   return *std::move(quantity);
 }
 
-PlotQuantity convert(PlotQuantity quantity, const DisplayUnits& units) {
+PlotQuantity convert(PlotQuantity quantity, const SpecUnits& units) {
   const DisplayUnit unit = find_display_unit(quantity.unit, units);
   if (unit.si_value == 1) return quantity;
   quantity.unit = unit.name;
@@ -272,14 +272,14 @@ PlotQuantity convert(PlotQuantity quantity, const DisplayUnits& units) {
   return quantity;
 }
 
-VectorX abscissa(const RunResult& result, TimeAxis axis, const DisplayUnits& units) {
+VectorX abscissa(const RunResult& result, TimeAxis axis, const SpecUnits& units) {
   const double duration = result.time.size() > 0 ? result.time[result.time.size() - 1] : 0;
   if (axis == TimeAxis::seconds || duration <= 0) return result.time / units.time;
   return result.time / duration;
 }
 
 PlotPanel panel_over_time(const std::vector<PlotRun>& runs, const std::string& name, VectorView view, TimeAxis axis,
-                          const DisplayUnits& units) {
+                          const SpecUnits& units) {
   PlotPanel panel;
   panel.name = name;
   for (std::size_t i = 0; i < runs.size(); ++i) {
@@ -338,7 +338,7 @@ constexpr const char* mark_colour = "#30363d";
 }  // namespace
 
 Plot plot_over_time(const std::vector<PlotRun>& runs, const std::vector<std::string>& quantities, VectorView view,
-                    TimeAxis axis, const DisplayUnits& units) {
+                    TimeAxis axis, const SpecUnits& units) {
   Plot picture;
   picture.x_label =
       axis == TimeAxis::seconds ? "time" + bracket_unit(find_display_unit("s", units)) : "time / duration";
@@ -351,7 +351,7 @@ Plot plot_over_time(const std::vector<PlotRun>& runs, const std::vector<std::str
   return picture;
 }
 
-Plot plot_paths(const std::vector<PlotRun>& runs, const std::string& plane, const DisplayUnits& units) {
+Plot plot_paths(const std::vector<PlotRun>& runs, const std::string& plane, const SpecUnits& units) {
   const DisplayUnit length = find_display_unit("m", units);
   Plot picture;
   picture.equal_axes = true;

@@ -89,12 +89,12 @@ enum class TimeAxis { seconds, normalised };
 /// @throws std::invalid_argument if a run lacks a quantity or if a quantity's curves differ
 /// in unit; the message names it
 Plot plot_over_time(const std::vector<PlotRun>& runs, const std::vector<std::string>& quantities, VectorView view,
-                    TimeAxis axis, const DisplayUnits& units = {});
+                    TimeAxis axis, const SpecUnits& units = {});
 
 /// Paths of tool and centre of mass, with start and end marked.
 /// @param plane "xy", "xz" or "yz"
 /// @throws std::invalid_argument if a run does not have that plane
-Plot plot_paths(const std::vector<PlotRun>& runs, const std::string& plane, const DisplayUnits& units = {});
+Plot plot_paths(const std::vector<PlotRun>& runs, const std::string& plane, const SpecUnits& units = {});
 
 // Phase plane of a path: laws of motion and their limits.
 

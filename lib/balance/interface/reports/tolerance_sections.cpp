@@ -361,7 +361,7 @@ std::string format_incompatible_parameters(const ToleranceReportData& view, cons
 }
 
 /// Peaks and ranges that may move to other moments, with these moments.
-std::string format_extremum_times(const ToleranceReport& report, const DisplayUnits& units) {
+std::string format_extremum_times(const ToleranceReport& report, const SpecUnits& units) {
   const DisplayUnit unit = find_display_unit("s", units);
   std::string text;
   for (const QuantityTolerance& one : report.quantities)
@@ -401,7 +401,7 @@ std::string figures_table(const ToleranceReport& report, const TextOptions& opti
   return format_table(table, options.width);
 }
 
-std::string pose_text(const ToleranceReport& report, long row, const DisplayUnits& units) {
+std::string pose_text(const ToleranceReport& report, long row, const SpecUnits& units) {
   constexpr std::size_t max_listed_pose_coordinates = 4;
   std::string text;
   for (std::size_t c = 0; c < std::min(max_listed_pose_coordinates, report.run.coordinate_names.size()); ++c)

@@ -160,6 +160,7 @@ void read_global_settings(const YamlNode& root, const SectionIndex& sections,
   });
   if (const SpecCursor* units = sections["units"]) draft.units = read_units(*units);
   draft.mechanism().units = static_cast<const DisplayUnits&>(draft.units);
+  draft.study.units = static_cast<const SpecUnits&>(draft.units);
   const SpecCursor* parameters = sections["parameters"];
   draft.parameters = SpecParameters(parameters != nullptr ? std::optional(*parameters) : std::nullopt, overrides,
                                     list_added_element_parameters(root), *draft.recording, draft.problems);

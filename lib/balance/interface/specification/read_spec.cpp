@@ -97,7 +97,7 @@ SpecNumberTexts read_spec_number_texts(const DesignSpace& space, const ReadOptio
   return texts;
 }
 
-DisplayUnits read_display_units(const std::string& text) {
+SpecUnits read_display_units(const std::string& text) {
   const SpecDocument document(text);
   const YamlNode* units = document.root() == nullptr ? nullptr : find_entry(*document.root(), "units");
   if (units == nullptr) return {};

@@ -2,7 +2,7 @@
 /// Units of the numbers in a spec. Internally all numbers are SI.
 
 #include "balance/interface/specification/spec_cursor.hpp"
-#include "balance/mechanics/model/mechanism.hpp"
+#include "balance/motion/study/study.hpp"
 
 #include <optional>
 #include <string>
@@ -50,7 +50,7 @@ Dimension dimension_of_unit(const std::string& unit);
 std::string unit_of_dimension(Dimension dimension);
 
 /// SI values of the spec's units. A force that is displayed may have another unit than one that is read.
-struct Units : DisplayUnits {
+struct Units : SpecUnits {
   std::optional<double> stated_force;  ///< unit of forces in the spec; if not given: mass · length / time²
 
   /// SI value of the number one in this dimension.

@@ -25,14 +25,11 @@ using BodyId = TypedIndex<struct BodyList>;              ///< into Mechanism::bo
 using JointId = TypedIndex<struct JointList>;            ///< into Mechanism::joints
 using CoordinateId = TypedIndex<struct CoordinateList>;  ///< into Mechanism::coordinates
 
-/// Units for messages and reports, as preferred by the designer: SI values and names. All numbers are stored in SI.
+/// Units for messages and reports, as preferred by the designer. All numbers are stored in SI.
 struct DisplayUnits {
   double length = 1;  ///< [m]
   double angle = 1;   ///< [rad]
-  double mass = 1;    ///< [kg]
-  double time = 1;    ///< [s]
-  double force = 1;   ///< [N]
-  std::string length_name = "m", angle_name = "rad", mass_name = "kg", time_name = "s", force_name = "N";
+  std::string length_name = "m", angle_name = "rad";
 };
 
 /// Coordinates of a pose are computed to this accuracy, in radians or characteristic lengths.
