@@ -38,9 +38,15 @@ bool has_spec_units(const std::string& value) { return value == "spec"; }
 
 TextOptions choose_text_options(const SpecOptions& options, const Study& study) {
   TextOptions text;
-  if (has_spec_units(options.units)) text.units = study.units;
+  if (has_spec_units(options.units)) text.units = read_display_units(study.spec_text);
   text.width = text_width();
   text.verbose = options.verbose;
+  return text;
+}
+
+TextOptions choose_design_text_options(const SpecOptions& options, const Study& study) {
+  TextOptions text = choose_text_options(options, study);
+  text.number_units = list_number_units(study);
   return text;
 }
 

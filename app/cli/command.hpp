@@ -44,6 +44,9 @@ bool has_spec_units(const std::string& value);
 /// Units of the spec unless `--units si`; as wide as the terminal, at least and otherwise 80 columns.
 TextOptions choose_text_options(const SpecOptions& options, const Study& study);
 
+/// The same, with the units of the spec's numbers. Reads the text of the spec again.
+TextOptions choose_design_text_options(const SpecOptions& options, const Study& study);
+
 /// Reads the spec and applies the overrides. @throws UsageError for an override that is not of the form `name=value` or
 /// does not match the spec; otherwise as read_spec_file
 Study read_study(const SpecOptions& options);

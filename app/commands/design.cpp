@@ -92,7 +92,7 @@ ExitCode run(const DesignCommandOptions& options) {
   if (options.spec.json) {
     print(design_json(view, files));
   } else if (!options.quiet) {
-    std::string text = design_text(view, choose_text_options(options.spec, space.start));
+    std::string text = design_text(view, choose_design_text_options(options.spec, space.start));
     std::string lines;
     for (const std::string& file : files)
       lines += format_written_message(file, done ? "written" : "written, not balanced");
@@ -227,7 +227,7 @@ ExitCode run_front(const DesignCommandOptions& options, const DesignSpace& space
   view.interrupted = interrupted;
   const int k = choose_point(options.point, view.front);
   FrontDesign chosen;
-  const TextOptions text_options = choose_text_options(options.spec, space.start);
+  const TextOptions text_options = choose_design_text_options(options.spec, space.start);
   if (k >= 0)
     chosen = make_front_design(study_options, space, view.front.points[static_cast<std::size_t>(k)], text_options);
   const std::vector<std::string> files = write_files(options, space, chosen.spec, view);

@@ -165,7 +165,10 @@ HtmlReport begin_page(const ReportOptions& options, const Study& study) {
   page.before = study.mechanism;
   page.check = check_json(check_mechanism(study), study.mechanism, study.warnings);
   page.notes = study.warnings;
-  if (has_spec_units(options.spec.units)) page.units = study.units;
+  if (has_spec_units(options.spec.units)) page.units = read_display_units(study.spec_text);
+  page.number_units = list_number_units(study);
+  for (const LoadParameter& load : study.design.cases.numbers)
+    if (page.number_units.contains(load.path)) page.number_units[load.name] = page.number_units[load.path];
   page.controller = options.controller;
   if (!options.controller.empty())
     page.controller_type = controller_type_name(choose_controller(study, options.controller).type);

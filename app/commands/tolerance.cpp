@@ -107,7 +107,7 @@ ExitCode run(const ToleranceOptions& options) {
     if (options.spec.json) {
       print(tolerance_json(view));
     } else {
-      std::string text = tolerance_text(view, choose_text_options(options.spec, study));
+      std::string text = tolerance_text(view, choose_design_text_options(options.spec, study));
       for (const std::string& file : files) text += "\n" + format_written_message(file);
       print_status(files, text);
     }

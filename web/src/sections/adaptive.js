@@ -80,9 +80,8 @@ export function loadsSection(data) {
   if (!cases.length) return null;
   const {adaptive} = data.design;
   const names = Object.keys(cases[0].loads);
-  const units = {...data.design.load_units};
+  const units = {...data.number_units};
   for (const c of data.mechanism.before.coordinates) units[c.name] = c.unit === "rad" ? "N m" : "N";
-  for (const n of data.design.free_numbers) units[n.path] = n.unit;
   const loads = cases.map((one) => one.loads[names[0]]);
   return h("section", {class: "card", id: "loads"}, h("h2", {}, "Load cases"), casesTable("With each load", cases, units),
     adaptive ? [lawTable(adaptive, units), names.length === 1 ? chart(adaptive, names[0], [Math.min(...loads), Math.max(...loads)], units) : null,

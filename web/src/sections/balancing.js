@@ -100,9 +100,9 @@ function bounds(number) {
 export function designSection(data) {
   const design = data.design;
   if (!design) return null;
-  const rows = design.free_numbers.map((n) => h("tr", {}, h("th", {scope: "row"}, n.path), h("td", {class: "unit"}, unitText(n.unit)),
-    h("td", {class: "number"}, formatIn(n.before, n.unit)), h("td", {class: "number strong"}, formatIn(n.value, n.unit, 6)), h("td", {class: "number"}, formatIn(n.lower, n.unit)), h("td", {class: "range-cell"}, bounds(n)),
-    h("td", {class: "number"}, formatIn(n.upper, n.unit)), h("td", {}, n.at_bound ? `at its ${n.at_bound} bound` : "")));
+  const rows = design.free_numbers.map((n) => h("tr", {}, h("th", {scope: "row"}, n.path), h("td", {class: "unit"}, unitText(data.number_units[n.path])),
+    h("td", {class: "number"}, formatIn(n.before, data.number_units[n.path])), h("td", {class: "number strong"}, formatIn(n.value, data.number_units[n.path], 6)), h("td", {class: "number"}, formatIn(n.lower, data.number_units[n.path])), h("td", {class: "range-cell"}, bounds(n)),
+    h("td", {class: "number"}, formatIn(n.upper, data.number_units[n.path])), h("td", {}, n.at_bound ? `at its ${n.at_bound} bound` : "")));
   const objective = design.objective;
   const facts = [
     ["Moving mass", `${formatIn(design.mass.before, "kg")} → ${withUnit(design.mass.after, "kg")}`],

@@ -58,8 +58,8 @@ function table(front, choosers) {
 }
 
 /** The chosen point's numbers. */
-function details(front, point) {
-  const rows = point.free_numbers.map((n) => h("tr", {}, h("th", {scope: "row"}, n.path), h("td", {class: "number strong"}, withUnit(n.value, n.unit, 6))));
+function details(front, point, units) {
+  const rows = point.free_numbers.map((n) => h("tr", {}, h("th", {scope: "row"}, n.path), h("td", {class: "number strong"}, withUnit(n.value, units[n.path], 6))));
   return [h("p", {}, h("strong", {}, `Point ${point.point}`), `: ${told(front, point)}. `,
     "Written by ", h("code", {}, `balance design … --point ${point.point} -o FILE`), "."),
   h("div", {class: "table-box"}, h("table", {}, h("caption", {}, `Free numbers of point ${point.point}`),
@@ -77,7 +77,7 @@ export function frontSection(data) {
   const list = table(front, choosers);
   const shown = h("div", {class: "front-details", role: "status"});
   const choose = (k) => {
-    shown.replaceChildren(...details(front, front.points[k]));
+    shown.replaceChildren(...details(front, front.points[k], data.number_units));
     choosers.forEach((button, i) => button.setAttribute("aria-pressed", String(i === k)));
     for (const mark of marks.flat()) {
       const chosen = Number(mark.dataset.point) === k;

@@ -45,6 +45,11 @@ DisplayUnit find_display_unit(const std::string& si_unit, const SpecUnits& units
   return unit;
 }
 
+DisplayUnit find_number_unit(const std::string& path, const TextOptions& options) {
+  const auto found = options.number_units.find(path);
+  return found == options.number_units.end() ? DisplayUnit{} : find_display_unit(found->second, options.units);
+}
+
 bool has_other_units(const SpecUnits& units) {
   for (const double si_value : {units.length, units.angle, units.mass, units.time, units.force})
     if (si_value != 1) return true;

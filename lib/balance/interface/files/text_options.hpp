@@ -2,7 +2,7 @@
 /// How text for people is written: units, width, detail.
 
 #include "balance/interface/files/text_table.hpp"
-#include "balance/motion/study/study.hpp"
+#include "balance/interface/specification/display_units.hpp"
 
 #include <cstddef>
 #include <string>
@@ -11,8 +11,9 @@ namespace balance {
 
 /// Text and tables of one spec. Files for programs (JSON, HDF5, CSV) are always SI.
 struct TextOptions {
-  SpecUnits units;                         ///< SI unless those of the spec are wanted: Study::units
+  SpecUnits units;                         ///< SI unless those of the spec are wanted
   std::size_t width = default_text_width;  ///< columns that no line exceeds, unless a word is longer
+  NumberUnits number_units = {};           ///< of numbers of the spec, for designs and tolerances
   bool verbose = false;                    ///< also lines that say that there is nothing
 };
 
@@ -30,6 +31,10 @@ struct DisplayUnit {
 /// kN) and become force · length, per time, elsewhere. Other words remain.
 /// @param si_unit of a quantity, as in results; "1" and "" are the same
 DisplayUnit find_display_unit(const std::string& si_unit, const SpecUnits& units);
+
+/// The unit in which a number of the spec is displayed; none for parameters, which are as written.
+/// @param path of the number in the spec
+DisplayUnit find_number_unit(const std::string& path, const TextOptions& options);
 
 /// Whether a unit differs from SI.
 bool has_other_units(const SpecUnits& units);

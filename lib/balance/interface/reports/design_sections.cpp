@@ -243,7 +243,6 @@ Json numbers_list(const DesignReport& report) {
     const double value = report.outcome.x[k];
     const int bound = active_bound(number, value);
     list.push_back({{"path", number.key_path},
-                    {"unit", number.si_unit},
                     {"lower", number.lower},
                     {"upper", number.upper},
                     {"before", report.before[k]},
@@ -607,7 +606,7 @@ std::string numbers_text(const DesignReportData& view, const TextOptions& option
     const int bound = active_bound(number, value);
     // round-off of zero is meaningless
     const bool is_zero = std::abs(value) < 1e-12 * (number.upper - number.lower);
-    const DisplayUnit unit = unit_of_number(number, options.units);
+    const DisplayUnit unit = find_number_unit(number.key_path, options);
     table.rows.push_back({number.key_path, unit.name, fmt::format("{:g}", unit.convert(number.lower)),
                           fmt::format("{:g}", unit.convert(number.upper)), number_text(unit.convert(report.before[k])),
                           number_text(is_zero ? 0 : unit.convert(value)), bound_remark(number, bound)});

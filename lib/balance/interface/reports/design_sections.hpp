@@ -29,13 +29,6 @@ std::string objective_text(const std::vector<ObjectiveTerm>& terms);
 /// Unit of the objective; empty for several terms.
 std::string objective_unit(const std::vector<ObjectiveTerm>& terms, const Mechanism& mechanism);
 
-/// Unit in which a number of the spec is displayed; none for parameters, which are as written.
-/// @param number FreeNumber, LoadParameter or TolerancedParameter
-template <class Number>
-DisplayUnit unit_of_number(const Number& number, const SpecUnits& units) {
-  return find_display_unit(number.si_unit, units);
-}
-
 /// Whether the value of a free number is at a bound: −1 lower, 1 upper, 0 neither.
 int active_bound(const FreeNumber& number, double value);
 

@@ -122,9 +122,7 @@ Json figures_json(const FrontReportData& view) {
 Json numbers_list(const FrontReportData& view, const VectorX& x) {
   Json list = Json::array();
   for (std::size_t i = 0; i < view.numbers.size(); ++i)
-    list.push_back({{"path", view.numbers[i].key_path},
-                    {"unit", view.numbers[i].si_unit},
-                    {"value", x[static_cast<Eigen::Index>(i)]}});
+    list.push_back({{"path", view.numbers[i].key_path}, {"value", x[static_cast<Eigen::Index>(i)]}});
   return list;
 }
 
@@ -245,7 +243,7 @@ std::string numbers_table(const FrontReportData& view, const TextOptions& option
   }
   for (std::size_t i = 0; i < view.numbers.size(); ++i) {
     const FreeNumber& number = view.numbers[i];
-    const DisplayUnit unit = unit_of_number(number, options.units);
+    const DisplayUnit unit = find_number_unit(number.key_path, options);
     std::vector<std::string> row{number.key_path, unit.name};
     for (const ParetoPoint& point : view.front.points)
       row.push_back(value_text(point.report.outcome.x[static_cast<Eigen::Index>(i)],

@@ -103,6 +103,7 @@ std::string format_report_data(const HtmlReport& page) {
   if (!page.controller.empty()) json["controller"] = {{"name", page.controller}, {"type", page.controller_type}};
   json["trajectories"] = trajectories_json(page);
   json["units"] = units_json(page.units);
+  json["number_units"] = page.number_units;
   json["notes"] = page.notes;
   return json.dump(-1, ' ', false, Json::error_handler_t::replace);
 }

@@ -1,8 +1,8 @@
 #pragma once
 /// Self-contained HTML page with the whole report. docs/report.md describes its data.
 
+#include "balance/interface/specification/display_units.hpp"
 #include "balance/mechanics/results/result.hpp"
-#include "balance/motion/study/study.hpp"
 
 #include <optional>
 #include <string>
@@ -34,6 +34,7 @@ struct HtmlReport {
   std::string controller, controller_type;     ///< of all runs; empty: they follow their trajectories exactly
   std::vector<ReportedTrajectory> trajectories;
   SpecUnits units;                 ///< in which the page shows its numbers; its data are SI
+  NumberUnits number_units;        ///< of free numbers and, by their names in `design: for`, of loads
   std::vector<std::string> notes;  ///< warnings and notes for the reader
 };
 

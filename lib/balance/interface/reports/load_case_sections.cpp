@@ -117,9 +117,6 @@ Json adaptive_json(const DesignReport& report) {
 
 void add_load_cases(Json& json, const DesignReport& report) {
   json["load_cases"] = cases_json(report.load_cases, report);
-  json["load_units"] = Json::object();
-  for (const LoadParameter& number : report.study_after.design.cases.numbers)
-    json["load_units"][number.name] = number.si_unit;
   json["adaptive"] = adaptive_json(report);
 }
 
@@ -137,10 +134,10 @@ std::vector<std::string> load_names(const LoadCases& loads) {
 }
 
 /// "cargo.mass = 2 kg"
-std::string describe_load(const LoadCases& cases, const VectorX& loads, const SpecUnits& units) {
+std::string describe_load(const LoadCases& cases, const VectorX& loads, const TextOptions& options) {
   std::string text;
   for (std::size_t k = 0; k < cases.numbers.size(); ++k) {
-    const DisplayUnit unit = find_display_unit(cases.numbers[k].si_unit, units);
+    const DisplayUnit unit = find_number_unit(cases.numbers[k].path, options);
     text += fmt::format("{}{} = {:.6g}{}", k == 0 ? "" : ", ", cases.numbers[k].name,
                         unit.convert(loads[static_cast<Eigen::Index>(k)]), append_unit(unit));
   }
@@ -209,7 +206,7 @@ std::string cases_table(const std::vector<LoadCaseReport>& cases, const DesignRe
     table.align.push_back(Align::right);
   }
   for (const LoadCaseReport& one : cases) {
-    std::vector<std::string> row{describe_load(cases_of(report), one.loads, options.units), residual_word(one.residual),
+    std::vector<std::string> row{describe_load(cases_of(report), one.loads, options), residual_word(one.residual),
                                  static_efforts_text(one, mechanism, options.units)};
     for (const LoadCaseRun& run : one.runs) row.push_back(torque_text(run, options.units));
     table.rows.push_back(std::move(row));
@@ -221,48 +218,48 @@ std::string path_of(const DesignReport& report, std::size_t index) {
   return report.free_numbers[static_cast<std::size_t>(report.adaptive->numbers[index])].key_path;
 }
 
-DisplayUnit adapted_unit(const DesignReport& report, std::size_t index, const SpecUnits& units) {
-  return find_display_unit(report.free_numbers[static_cast<std::size_t>(report.adaptive->numbers[index])].si_unit,
-                           units);
+DisplayUnit adapted_unit(const DesignReport& report, std::size_t index, const TextOptions& options) {
+  return find_number_unit(path_of(report, index), options);
 }
 
 std::string slopes_text(const AdaptiveLaw& law, Eigen::Index i, const LoadCases& loads, const DisplayUnit& unit,
-                        const SpecUnits& units) {
+                        const TextOptions& options) {
   VectorX nominal_loads(static_cast<Eigen::Index>(loads.numbers.size()));
   for (Eigen::Index k = 0; k < nominal_loads.size(); ++k)
     nominal_loads[k] = loads.numbers[static_cast<std::size_t>(k)].nominal;
   const MatrixX slope = law.jacobian(nominal_loads);
   std::string text;
   for (Eigen::Index k = 0; k < nominal_loads.size(); ++k)
-    text += fmt::format("{}{:.6g} per {}", k == 0 ? "" : ", ",
-                        unit.convert(slope(i, k)) *
-                            find_display_unit(loads.numbers[static_cast<std::size_t>(k)].si_unit, units).si_value,
-                        loads.numbers[static_cast<std::size_t>(k)].name);
+    text += fmt::format(
+        "{}{:.6g} per {}", k == 0 ? "" : ", ",
+        unit.convert(slope(i, k)) * find_number_unit(loads.numbers[static_cast<std::size_t>(k)].path, options).si_value,
+        loads.numbers[static_cast<std::size_t>(k)].name);
   return text;
 }
 
 /// The law with the loads in their display units; its values are SI.
-AdaptiveLaw convert_loads(AdaptiveLaw law, const LoadCases& loads, const SpecUnits& units) {
+AdaptiveLaw convert_loads(AdaptiveLaw law, const LoadCases& loads, const TextOptions& options) {
   for (AdaptiveLaw::Term& term : law.terms)
     for (std::size_t k = 0; k < term.powers.size(); ++k)
-      term.coefficients *= elementary::pow(find_display_unit(loads.numbers[k].si_unit, units).si_value, term.powers[k]);
+      term.coefficients *= elementary::pow(find_number_unit(loads.numbers[k].path, options).si_value, term.powers[k]);
   return law;
 }
 
-std::string law_lines(const DesignReport& report, const SpecUnits& units) {
+std::string law_lines(const DesignReport& report, const TextOptions& options) {
   const AdaptiveReport& adaptive = *report.adaptive;
   const LoadCases& loads = cases_of(report);
-  std::string text = fmt::format("adapted to the load [{}]\n", has_other_units(units) ? "the spec's units" : "SI");
+  std::string text =
+      fmt::format("adapted to the load [{}]\n", has_other_units(options.units) ? "the spec's units" : "SI");
   for (std::size_t i = 0; i < adaptive.numbers.size(); ++i) {
     const auto k = static_cast<Eigen::Index>(i);
-    const DisplayUnit unit = adapted_unit(report, i, units);
-    text += fmt::format("  {} = {}", path_of(report, i),
-                        adaptive.law
-                            ? law_text(convert_loads(*adaptive.law, loads, units), k, load_names(loads), unit.si_value)
-                            : "by the table below");
+    const DisplayUnit unit = adapted_unit(report, i, options);
+    text += fmt::format(
+        "  {} = {}", path_of(report, i),
+        adaptive.law ? law_text(convert_loads(*adaptive.law, loads, options), k, load_names(loads), unit.si_value)
+                     : "by the table below");
     text += fmt::format("; from {:.6g} to {:.6g}{}", unit.convert(adaptive.min_values[k]),
                         unit.convert(adaptive.max_values[k]), append_unit(unit));
-    if (adaptive.law) text += "; " + slopes_text(*adaptive.law, k, loads, unit, units);
+    if (adaptive.law) text += "; " + slopes_text(*adaptive.law, k, loads, unit, options);
     text += "\n";
   }
   if (!adaptive.is_within_bounds)
@@ -275,15 +272,15 @@ std::string table_text(const DesignReport& report, const TextOptions& options) {
   if (adapted_table.loads.empty()) return "";
   TextTable table{{"load", "conditions"}, {Align::left, Align::right}, {}};
   for (std::size_t i = 0; i < report.adaptive->numbers.size(); ++i) {
-    table.heading.push_back(path_of(report, i) + bracket_unit(adapted_unit(report, i, options.units)));
+    table.heading.push_back(path_of(report, i) + bracket_unit(adapted_unit(report, i, options)));
     table.align.push_back(Align::right);
   }
   for (std::size_t row = 0; row < adapted_table.loads.size(); ++row) {
-    std::vector<std::string> cells{describe_load(cases_of(report), adapted_table.loads[row], options.units),
+    std::vector<std::string> cells{describe_load(cases_of(report), adapted_table.loads[row], options),
                                    residual_word(adapted_table.residuals[row])};
     for (std::size_t i = 0; i < report.adaptive->numbers.size(); ++i)
       cells.push_back(figure_text(
-          adapted_unit(report, i, options.units).convert(adapted_table.values[row][static_cast<Eigen::Index>(i)])));
+          adapted_unit(report, i, options).convert(adapted_table.values[row][static_cast<Eigen::Index>(i)])));
     table.rows.push_back(std::move(cells));
   }
   std::string text = format_table(table, options.width);
@@ -304,7 +301,7 @@ std::string costs_text(const DesignReport& report, const TextOptions& options) {
   VectorX nominal_loads(static_cast<Eigen::Index>(cases_of(report).numbers.size()));
   for (Eigen::Index k = 0; k < nominal_loads.size(); ++k)
     nominal_loads[k] = cases_of(report).numbers[static_cast<std::size_t>(k)].nominal;
-  text += fmt::format("\nnot adapted: as for {}\n", describe_load(cases_of(report), nominal_loads, options.units));
+  text += fmt::format("\nnot adapted: as for {}\n", describe_load(cases_of(report), nominal_loads, options));
   return text + cases_table(report.adaptive->fixed_design_cases, report, options);
 }
 
@@ -348,7 +345,7 @@ std::string load_cases_text(const DesignReport& report, const TextOptions& optio
   if (report.load_cases.empty()) return "";
   std::string text = fmt::format("\nload cases\n{}", cases_table(report.load_cases, report, options));
   if (report.adaptive)
-    text += "\n" + law_lines(report, options.units) + table_text(report, options) + costs_text(report, options);
+    text += "\n" + law_lines(report, options) + table_text(report, options) + costs_text(report, options);
   return text;
 }
 

@@ -9,7 +9,7 @@ namespace balance {
 
 // Load cases and laws of adapted numbers as JSON.
 
-/// Adds `load_cases` and `load_units` (empty if there are none) and `adaptive` (null if no number follows the load).
+/// Adds `load_cases` (empty if there are none) and `adaptive` (null if no number follows the load).
 void add_load_cases(Json& json, const DesignReport& report);
 
 /// Table of the cases, the law with its range, the work of adjustment, and the cases without adaptation; empty without

@@ -335,7 +335,7 @@ std::string numbers_table(const Tolerances& numbers, const TextOptions& options)
                   {},
                   2};
   for (const TolerancedParameter& one : numbers) {
-    const DisplayUnit unit = find_display_unit(one.si_unit, options.units);
+    const DisplayUnit unit = find_number_unit(one.path, options);
     table.rows.push_back({one.path, unit.name, tolerance_number(unit.convert(one.value)),
                           tolerance_number(unit.convert(one.deviation())),
                           one.distribution == Distribution::normal

@@ -160,7 +160,6 @@ void read_global_settings(const YamlNode& root, const SectionIndex& sections,
   });
   if (const SpecCursor* units = sections["units"]) draft.units = read_units(*units);
   draft.mechanism().units = static_cast<const DisplayUnits&>(draft.units);
-  draft.study.units = static_cast<const SpecUnits&>(draft.units);
   const SpecCursor* parameters = sections["parameters"];
   draft.parameters = SpecParameters(parameters != nullptr ? std::optional(*parameters) : std::nullopt, overrides,
                                     list_added_element_parameters(root), *draft.recording, draft.problems);
@@ -273,6 +272,13 @@ ReadResult read_study(const std::string& text, const std::string& file_name,
   StudyBuilder draft(file_name);
   read_document(text, nullptr, overrides, draft);
   return {std::move(draft.study), std::move(draft.recording)};
+}
+
+std::map<std::string, Dimension> read_number_dimensions(const std::string& text, const std::string& file_name,
+                                                        const SpecParameters::Overrides& overrides) {
+  StudyBuilder draft(file_name);
+  read_document(text, nullptr, overrides, draft);
+  return std::move(draft.number_dimensions);
 }
 
 Mechanism read_mechanism_alone(const YamlNode& root, const std::string& file_name,

@@ -71,8 +71,7 @@ NamedLoad find_named_load(const Member& member, const StudyBuilder& draft) {
                             quote_for_message(matches[1]->path));
   if (!matches[0]->input) fail_at(member.key, quote_for_message(member.name) + ", which is free");
   const LoadParameterEntry& load = *matches.front();
-  return {{member.name, load.path, load.input->value(), load.unit, draft.recording->input_index(*load.input),
-           unit_of_dimension(load.dimension)},
+  return {{member.name, load.path, load.input->value(), load.unit, draft.recording->input_index(*load.input)},
           load.sign};
 }
 
@@ -199,19 +198,20 @@ std::set<std::string> list_load_names(const SpecCursor* design) {
   return names;
 }
 
-Expression register_load_parameter(const SpecCursor& at, StudyBuilder& draft, const Expression& number, Dimension dimension,
-                                   SignConstraint sign) {
+Expression register_load_parameter(const SpecCursor& at, StudyBuilder& draft, const Expression& number,
+                                   Dimension dimension, SignConstraint sign) {
   const auto is_named = [&](const std::string& name) { return is_name_of(name, at.path()); };
   if (std::none_of(draft.load_names.begin(), draft.load_names.end(), is_named)) return number;
   for (const LoadParameterEntry& entry : draft.load_numbers)
     if (entry.path == at.path() && entry.input) return *entry.input;
   const Expression input = draft.add_input(number.value());
-  draft.load_numbers.push_back({at.path(), draft.units.factor(dimension), sign, input, dimension});
+  draft.load_numbers.push_back({at.path(), draft.units.factor(dimension), sign, input});
+  draft.number_dimensions[at.path()] = dimension;
   return input;
 }
 
 void register_free_load_name(const std::string& path, StudyBuilder& draft) {
-  if (!draft.load_names.empty()) draft.load_numbers.push_back({path, 1, SignConstraint::none, std::nullopt, {}});
+  if (!draft.load_names.empty()) draft.load_numbers.push_back({path, 1, SignConstraint::none, std::nullopt});
 }
 
 void read_load_cases(const SpecCursor& at, StudyBuilder& draft, LoadCases& cases) {

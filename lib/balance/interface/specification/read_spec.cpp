@@ -97,8 +97,8 @@ SpecNumberTexts read_spec_number_texts(const DesignSpace& space, const ReadOptio
   return texts;
 }
 
-SpecUnits read_display_units(const std::string& text) {
-  const SpecDocument document(text);
+SpecUnits read_display_units(const std::string& spec_text) {
+  const SpecDocument document(spec_text);
   const YamlNode* units = document.root() == nullptr ? nullptr : find_entry(*document.root(), "units");
   if (units == nullptr) return {};
   specification::SpecErrorCollector problems("");
@@ -107,6 +107,14 @@ SpecUnits read_display_units(const std::string& text) {
   } catch (const specification::ReadError&) {
     return {};
   }
+}
+
+NumberUnits list_number_units(const Study& study) {
+  NumberUnits units;
+  for (const auto& [path, dimension] :
+       specification::read_number_dimensions(study.spec_text, study.spec_file, study.overrides))
+    units[path] = specification::unit_of_dimension(dimension);
+  return units;
 }
 
 }  // namespace balance

@@ -85,7 +85,4 @@ TolerancedDesignSpace read_toleranced_space_file(const std::string& path, const 
 /// @param options those with which the space was read
 SpecNumberTexts read_spec_number_texts(const DesignSpace& space, const ReadOptions& options = {});
 
-/// Units of the spec, for displaying a stored run; SI if the text has none or cannot be read.
-SpecUnits read_display_units(const std::string& text);
-
 }  // namespace balance

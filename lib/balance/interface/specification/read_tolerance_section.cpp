@@ -103,8 +103,7 @@ std::vector<TolerancedParameter> list_numbers(StudyBuilder& draft) {
          .value = one.value,
          .unit = one.unit,
          .input = recording.input_index(one.input),
-         .is_positive = one.sign != SignConstraint::none,
-         .si_unit = unit_of_dimension(one.dimension)},
+         .is_positive = one.sign != SignConstraint::none},
         one.perturbed);
   return toleranced;
 }
@@ -196,7 +195,8 @@ Expression register_toleranced_parameter(const SpecCursor& at, StudyBuilder& dra
   const auto load = std::find_if(draft.load_numbers.begin(), draft.load_numbers.end(),
                                  [&](const LoadParameterEntry& one) { return one.path == path && one.input; });
   const auto free = draft.inputs.find(path);
-  ToleranceEntry entry{path, number.value(), draft.units.factor(dimension), sign, number, number, dimension};
+  ToleranceEntry entry{path, number.value(), draft.units.factor(dimension), sign, number, number};
+  draft.number_dimensions[path] = dimension;
   if (load != draft.load_numbers.end()) {
     entry.input = *load->input;
   } else if (free != draft.inputs.end()) {

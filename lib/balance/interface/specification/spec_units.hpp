@@ -1,8 +1,8 @@
 #pragma once
 /// Units of the numbers in a spec. Internally all numbers are SI.
 
+#include "balance/interface/specification/display_units.hpp"
 #include "balance/interface/specification/spec_cursor.hpp"
-#include "balance/motion/study/study.hpp"
 
 #include <optional>
 #include <string>

@@ -232,16 +232,16 @@ double require_finite(const SpecCursor& at, double value) {
 
 std::string vector_form(std::size_t count) { return count == 2 ? "[x, y]" : "[x, y, z]"; }
 
-Expression add_free_number(const SpecCursor& at, const std::string& path, const FreeValue& free,
-                           Dimension dimension, StudyBuilder& draft) {
+Expression add_free_number(const SpecCursor& at, const std::string& path, const FreeValue& free, Dimension dimension,
+                           StudyBuilder& draft) {
   const double unit = draft.units.factor(dimension);
   FreeNumber number{.key_path = path,
                     .lower = require_finite(at, free.lower * unit),
                     .upper = require_finite(at, free.upper * unit),
                     .start = require_finite(at, free.start * unit),
                     .start_source = free.start_source,
-                    .unit = unit,
-                    .si_unit = unit_of_dimension(dimension)};
+                    .unit = unit};
+  draft.number_dimensions[path] = dimension;
   for (const double size : free.discrete_values) number.discrete_values.push_back(size * unit);
   const Expression input = draft.add_input(number.start);
   draft.free_numbers.push_back({&at.node(), number, input});
@@ -281,9 +281,7 @@ Expression read_exact(const SpecCursor& at, StudyBuilder& draft, Dimension dimen
 
 Expression read_number(const SpecCursor& at, StudyBuilder& draft, Dimension dimension, SignConstraint sign) {
   const Expression number = read_exact(at, draft, dimension, sign);
-  return draft.tolerance_names.empty()
-             ? number
-             : register_toleranced_parameter(at, draft, number, dimension, sign);
+  return draft.tolerance_names.empty() ? number : register_toleranced_parameter(at, draft, number, dimension, sign);
 }
 
 namespace {

@@ -73,7 +73,6 @@ struct LoadParameterEntry {
   double unit = 1;  ///< SI value of the spec's unit there
   SignConstraint sign = SignConstraint::none;
   std::optional<Expression> input;  ///< none if it is free
-  Dimension dimension = {};
 };
 
 /// A number that `tolerances` names.
@@ -84,7 +83,6 @@ struct ToleranceEntry {
   SignConstraint sign = SignConstraint::none;
   Expression input;      ///< changes it
   Expression perturbed;  ///< the number itself, including the change
-  Dimension dimension = {};
 };
 
 /// A spec is read and checked at the start values. With other values of the free numbers a mass may be zero, or two
@@ -95,6 +93,7 @@ struct StudyBuilder {
   Study study;
   SpecErrorCollector problems;
   Units units;
+  std::map<std::string, Dimension> number_dimensions;  ///< of free numbers and of those that loads or tolerances name
   SpecParameters parameters;
   std::vector<FreeNumberEntry> free_numbers;   ///< without parameters
   bool is_mechanism_valid = false;             ///< no mistakes in the sections of the mechanism

@@ -64,25 +64,15 @@ struct CardinalityRequest {
   int max_count = -1;             ///< maximum number kept; −1: as few as possible
 };
 
-/// Units of a spec for displaying results: SI values and names of those that the mechanism has for messages, and of the
-/// others. A force has a unit of its own, which need not be that of forces in the spec.
-struct SpecUnits : DisplayUnits {
-  double mass = 1;   ///< [kg]
-  double time = 1;   ///< [s]
-  double force = 1;  ///< [N]
-  std::string mass_name = "kg", time_name = "s", force_name = "N";
-};
-
 // Load cases of a design: numbers of the spec that differ from case to case.
 
 /// A number that differs between load cases: a parameter or any number of the mechanism.
 struct LoadParameter {
-  std::string name;          ///< as in `design: for`: "cargo.mass"
-  std::string path;          ///< "payloads.cargo.mass", "parameters.mp"
-  double nominal = 0;        ///< as in the spec [SI, parameters as written]
-  double unit = 1;           ///< SI value of the spec's unit here; 1 for parameters
-  int input = -1;            ///< in the study's recording
-  std::string si_unit = {};  ///< "kg", "N/m"; empty for parameters, which have no unit of their own
+  std::string name;    ///< as in `design: for`: "cargo.mass"
+  std::string path;    ///< "payloads.cargo.mass", "parameters.mp"
+  double nominal = 0;  ///< as in the spec [SI, parameters as written]
+  double unit = 1;     ///< SI value of the spec's unit here; 1 for parameters
+  int input = -1;      ///< in the study's recording
 };
 
 /// How the values of a figure in all cases are combined.
@@ -113,7 +103,6 @@ struct TolerancedParameter {
   bool is_positive = false;   ///< negative values are meaningless
   double relative_width = 0;  ///< as a fraction of the value's magnitude, which the width follows; 0: constant width
   int recording_index = -1;   ///< index into the recording's toleranced numbers
-  std::string si_unit = {};   ///< "kg", "N/m"; empty for parameters, which have no unit of their own
 
   double deviation() const { return distribution == Distribution::normal ? width : width / std::sqrt(3.0); }
 };
@@ -134,8 +123,7 @@ struct FreeNumber {
   double unit = 1;                 ///< SI value of the spec's unit here; 1 for parameters
   std::size_t begin = 0, end = 0;  ///< bytes of spec_text for `{free: …}`, or for the alias in its place
   std::vector<double> discrete_values =
-      {};                    ///< the only admissible values, increasing [as the bounds]; empty: any between the bounds
-  std::string si_unit = {};  ///< "kg", "N/m"; empty for parameters, which have no unit of their own
+      {};  ///< the only admissible values, increasing [as the bounds]; empty: any between the bounds
 };
 
 /// Change of a spec's text that inserts values of free numbers and of `--set`: bytes [begin, end) are replaced by
@@ -207,7 +195,6 @@ struct TemporaryPayload {
 
 struct Study {
   Mechanism mechanism;
-  SpecUnits units;  ///< for displaying its numbers
   std::vector<Trajectory>
       trajectories;  ///< declared ones and the built-in `cycloid` and `bang-bang`; empty without `motion`
   std::vector<Controller> controllers;    ///< declared ones, then the built-in ones that are not redeclared
