@@ -46,8 +46,9 @@ DisplayUnit find_display_unit(const std::string& si_unit, const SpecUnits& units
 }
 
 DisplayUnit find_number_unit(const std::string& path, const TextOptions& options) {
-  const auto found = options.number_units.find(path);
-  return found == options.number_units.end() ? DisplayUnit{} : find_display_unit(found->second, options.units);
+  if (!options.number_units) return {};
+  const auto found = options.number_units->find(path);
+  return found == options.number_units->end() ? DisplayUnit{} : find_display_unit(found->second, options.units);
 }
 
 bool has_other_units(const SpecUnits& units) {

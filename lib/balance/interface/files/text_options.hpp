@@ -5,16 +5,17 @@
 #include "balance/interface/specification/display_units.hpp"
 
 #include <cstddef>
+#include <optional>
 #include <string>
 
 namespace balance {
 
 /// Text and tables of one spec. Files for programs (JSON, HDF5, CSV) are always SI.
 struct TextOptions {
-  SpecUnits units;                         ///< SI unless those of the spec are wanted
-  std::size_t width = default_text_width;  ///< columns that no line exceeds, unless a word is longer
-  NumberUnits number_units = {};           ///< of numbers of the spec, for designs and tolerances
-  bool verbose = false;                    ///< also lines that say that there is nothing
+  SpecUnits units;                               ///< SI unless those of the spec are wanted
+  std::size_t width = default_text_width;        ///< columns that no line exceeds, unless a word is longer
+  std::optional<NumberUnits> number_units = {};  ///< of the spec's numbers; none: tables of these are SI
+  bool verbose = false;                          ///< also lines that say that there is nothing
 };
 
 /// The unit in which a quantity is displayed.

@@ -283,6 +283,16 @@ std::string wrap_lines(const std::string& text, std::size_t width) {
   return wrapped;
 }
 
+void remove_empty_units(TextTable& table) {
+  for (const auto& row : table.rows)
+    if (!row[1].empty()) return;
+  table.heading.erase(table.heading.begin() + 1);
+  table.align.erase(table.align.begin() + 1);
+  for (auto& row : table.rows) row.erase(row.begin() + 1);
+  table.key_columns = 1;
+  for (std::size_t& column : table.blocks) --column;
+}
+
 std::string format_table(const TextTable& raw_table, std::size_t width) {
   TextTable table = raw_table;
   for (std::string& cell : table.heading) cell = escape_for_terminal(cell);

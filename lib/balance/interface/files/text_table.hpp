@@ -27,6 +27,9 @@ struct TextTable {
 /// @throws std::invalid_argument if a row and the heading differ in their number of cells
 std::string format_table(const TextTable& table, std::size_t width = default_text_width);
 
+/// Removes the second of two key columns, that of units, if no row has one.
+void remove_empty_units(TextTable& table);
+
 /// Text in lines of at most `width` columns: longer ones are broken at blanks, rather after a comma, semicolon or colon,
 /// and continued with two more blanks than they begin with. Words are not broken.
 std::string wrap_lines(const std::string& text, std::size_t width = default_text_width);

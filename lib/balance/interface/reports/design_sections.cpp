@@ -595,10 +595,11 @@ std::string format_start_note(const std::vector<FreeNumber>& numbers) {
 
 std::string numbers_text(const DesignReportData& view, const TextOptions& options) {
   const DesignReport& report = view.report;
-  TextTable table{{"free number", "unit", "lower", "upper", "before", "value", ""},
-                  {Align::left, Align::left, Align::right, Align::right, Align::right, Align::right, Align::left},
-                  {},
-                  2};
+  TextTable table{
+      {options.number_units ? "free number" : "free number [SI]", "unit", "lower", "upper", "before", "value", ""},
+      {Align::left, Align::left, Align::right, Align::right, Align::right, Align::right, Align::left},
+      {},
+      2};
   for (std::size_t i = 0; i < report.free_numbers.size(); ++i) {
     const FreeNumber& number = report.free_numbers[i];
     const auto k = static_cast<Eigen::Index>(i);
@@ -611,6 +612,7 @@ std::string numbers_text(const DesignReportData& view, const TextOptions& option
                           fmt::format("{:g}", unit.convert(number.upper)), number_text(unit.convert(report.before[k])),
                           number_text(is_zero ? 0 : unit.convert(value)), bound_remark(number, bound)});
   }
+  remove_empty_units(table);
   return format_table(table, options.width) + format_start_note(report.free_numbers) + "\n";
 }
 

@@ -250,6 +250,7 @@ std::string numbers_table(const FrontReportData& view, const TextOptions& option
                                std::max(std::abs(number.lower), std::abs(number.upper)), unit));
     table.rows.push_back(std::move(row));
   }
+  remove_empty_units(table);
   return format_table(table, options.width);
 }
 

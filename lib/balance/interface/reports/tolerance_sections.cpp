@@ -342,6 +342,7 @@ std::string numbers_table(const Tolerances& numbers, const TextOptions& options)
                               ? "normal"
                               : fmt::format("uniform, ± {:.6g}", unit.convert(one.width))});
   }
+  remove_empty_units(table);
   return format_table(table, options.width);
 }
 
