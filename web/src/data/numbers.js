@@ -69,6 +69,16 @@ export function withShownUnit(value, unit, digits = 4) {
 /** An SI value with the unit that is shown. */
 export const withUnit = (value, unit, digits = 4) => withShownUnit(inShownUnit(value, unit), unit, digits);
 
+/** A length in the unit that is shown; small ones of SI in millimetres. */
+export const lengthText = (length) => (unitText("m") === "m" && length < 1 ? `${format(1000 * length)} mm` : withUnit(length, "m"));
+
+/** The largest 1, 2 or 5 times a power of ten of the unit that is shown that is not above a length [m]. */
+export function roundLength(most) {
+  const unit = shownUnit("m").value;
+  const power = 10 ** Math.floor(Math.log10(most / unit));
+  return unit * [5, 2, 1].map((f) => f * power).find((l) => l <= most / unit);
+}
+
 /** after / before as a reader's ratio; a quantity that vanished is 0. */
 export function ratio(before, after) {
   if (!Number.isFinite(before) || !Number.isFinite(after) || before === 0) return null;
