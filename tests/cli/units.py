@@ -114,10 +114,10 @@ class Units(Case):
             for quantity, unit, *_ in table:
                 expected = names.get(unit) or unit.replace("m/", names["m"] + "/")
                 self.assertEqual(found[quantity][1], expected, quantity)
-                self.assertAlmostEqual(float(found[quantity][2]), si[quantity]["peak"] / self.si_value(system, unit),
+                self.assertAlmostEqual(float(found[quantity][2]), si[quantity]["peak"] / self.factor(system, unit),
                                        delta=1e-5 * abs(float(found[quantity][2])) + 1e-9, msg=quantity)
 
-    def si_value(self, system, unit):
+    def factor(self, system, unit):
         """Of the unit that text shows in place of an SI unit."""
         si = SYSTEMS[system][1]
         value = {"N": si["N"], "N m": si["N"] * si["m"], "m/s": si["m"], "m/s^2": si["m"], "1": 1, "rad": si["rad"], "kg": si["kg"]}

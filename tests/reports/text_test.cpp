@@ -78,10 +78,10 @@ TEST_CASE("long lines are broken at blanks, rather after a comma, and words are 
 TEST_CASE("an SI unit is displayed factor by factor in the units of a spec") {
   const SpecUnits mm = read_display_units("units: {length: mm, mass: g, angle: deg}\n"),
                   inch = read_display_units("units: {length: in, mass: lb, angle: deg}\n");
-  const auto check = [](const char* si, const SpecUnits& units, const char* name, double si_value) {
+  const auto check = [](const char* si, const SpecUnits& units, const char* name, double factor) {
     const DisplayUnit unit = find_display_unit(si, units);
     CHECK(unit.name == name);
-    CHECK(unit.si_value == doctest::Approx(si_value).epsilon(1e-14));
+    CHECK(unit.factor == doctest::Approx(factor).epsilon(1e-14));
   };
   const double degree = std::numbers::pi / 180, inches = 0.0254, pounds = 0.45359237, pound_force = 4.4482216152605;
   check("N m", mm, "N mm", 1e-3);

@@ -11,17 +11,17 @@ namespace {
 bool has_newtons(const SpecUnits& units) { return units.force_name.ends_with('N'); }
 
 /// A factor of a unit without its power.
-DisplayUnit replace_factor(const std::string& factor, const SpecUnits& units) {
-  if (factor == "m") return {units.length_name, units.length};
-  if (factor == "kg") return {units.mass_name, units.mass};
-  if (factor == "s") return {units.time_name, units.time};
-  if (factor == "rad") return {units.angle_name, units.angle};
-  if (factor == "N") return {units.force_name, units.force};
-  if (has_newtons(units)) return {factor, 1};
+DisplayUnit replace_word(const std::string& word, const SpecUnits& units) {
+  if (word == "m") return {units.length_name, units.length};
+  if (word == "kg") return {units.mass_name, units.mass};
+  if (word == "s") return {units.time_name, units.time};
+  if (word == "rad") return {units.angle_name, units.angle};
+  if (word == "N") return {units.force_name, units.force};
+  if (has_newtons(units)) return {word, 1};
   const DisplayUnit energy{units.force_name + " " + units.length_name, units.force * units.length};
-  if (factor == "J") return energy;
-  if (factor == "W") return {energy.name + "/" + units.time_name, energy.si_value / units.time};
-  return {factor, 1};
+  if (word == "J") return energy;
+  if (word == "W") return {energy.name + "/" + units.time_name, energy.factor / units.time};
+  return {word, 1};
 }
 
 }  // namespace
@@ -35,9 +35,9 @@ DisplayUnit find_display_unit(const std::string& si_unit, const SpecUnits& units
     const std::string word = si_unit.substr(at, end - at);
     const std::size_t power = std::min(word.find('^'), word.size());
     const int exponent = power < word.size() ? std::atoi(word.c_str() + power + 1) : 1;
-    const DisplayUnit factor = replace_factor(word.substr(0, power), units);
-    unit.name += factor.name + word.substr(power);
-    unit.si_value *= elementary::pow(factor.si_value, is_divisor ? -exponent : exponent);
+    const DisplayUnit replaced = replace_word(word.substr(0, power), units);
+    unit.name += replaced.name + word.substr(power);
+    unit.factor *= elementary::pow(replaced.factor, is_divisor ? -exponent : exponent);
     if (end < si_unit.size()) unit.name += si_unit[end];
     if (end < si_unit.size() && si_unit[end] == '/') is_divisor = true;
     at = end + 1;
@@ -52,8 +52,8 @@ DisplayUnit find_number_unit(const std::string& path, const TextOptions& options
 }
 
 bool has_other_units(const SpecUnits& units) {
-  for (const double si_value : {units.length, units.angle, units.mass, units.time, units.force})
-    if (si_value != 1) return true;
+  for (const double factor : {units.length, units.angle, units.mass, units.time, units.force})
+    if (factor != 1) return true;
   return false;
 }
 

@@ -21,10 +21,10 @@ struct TextOptions {
 /// The unit in which a quantity is displayed.
 struct DisplayUnit {
   std::string name;     ///< "N mm"; "" without a unit
-  double si_value = 1;  ///< of the number one in this unit
+  double factor = 1;  ///< SI value of the number one in this unit
 
   /// @param value [SI]
-  double convert(double value) const { return value / si_value; }
+  double convert(double value) const { return value / factor; }
 };
 
 /// The unit that takes the place of an SI unit: each factor of "N m", "rad/s", "kg m^2" or "N m s/rad" is replaced by

@@ -530,7 +530,7 @@ std::string natural_text(const natural::NaturalTerms& n, const TextOptions& opti
   for (const std::string& point : n.points)
     for (const char* axis : {".x", ".y"}) entries.push_back(point + axis);
   text += "\nM" + bracket_unit(mass) + " (P3 eq. 35)\n" +
-          matrix_text(n.mass / mass.si_value, entries, entries, options.width);
+          matrix_text(n.mass / mass.factor, entries, entries, options.width);
   for (const std::string& rotor : n.rotors) text += "  disc: " + rotor + "\n";
   text += fmt::format("\nconstraints, points divided by {:.9g} {} (P3 eq. 30)\n", length.convert(n.unit), length.name);
   for (const std::string& row : n.constraints) text += "  " + row + "\n";

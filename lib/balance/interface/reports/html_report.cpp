@@ -51,7 +51,7 @@ Json units_json(SpecUnits units) {
   Json json = Json::object();
   for (const char* factor : {"m", "kg", "rad", "N", "J", "W"}) {
     const DisplayUnit unit = find_display_unit(factor, units);
-    if (unit.name != factor) json[factor] = {{"name", unit.name}, {"value", unit.si_value}};
+    if (unit.name != factor) json[factor] = {{"name", unit.name}, {"value", unit.factor}};
   }
   return json;
 }

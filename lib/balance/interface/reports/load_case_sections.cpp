@@ -232,7 +232,7 @@ std::string slopes_text(const AdaptiveLaw& law, Eigen::Index i, const LoadCases&
   for (Eigen::Index k = 0; k < nominal_loads.size(); ++k)
     text += fmt::format(
         "{}{:.6g} per {}", k == 0 ? "" : ", ",
-        unit.convert(slope(i, k)) * find_number_unit(loads.numbers[static_cast<std::size_t>(k)].path, options).si_value,
+        unit.convert(slope(i, k)) * find_number_unit(loads.numbers[static_cast<std::size_t>(k)].path, options).factor,
         loads.numbers[static_cast<std::size_t>(k)].name);
   return text;
 }
@@ -241,7 +241,7 @@ std::string slopes_text(const AdaptiveLaw& law, Eigen::Index i, const LoadCases&
 AdaptiveLaw convert_loads(AdaptiveLaw law, const LoadCases& loads, const TextOptions& options) {
   for (AdaptiveLaw::Term& term : law.terms)
     for (std::size_t k = 0; k < term.powers.size(); ++k)
-      term.coefficients *= elementary::pow(find_number_unit(loads.numbers[k].path, options).si_value, term.powers[k]);
+      term.coefficients *= elementary::pow(find_number_unit(loads.numbers[k].path, options).factor, term.powers[k]);
   return law;
 }
 
@@ -255,7 +255,7 @@ std::string law_lines(const DesignReport& report, const TextOptions& options) {
     const DisplayUnit unit = adapted_unit(report, i, options);
     text += fmt::format(
         "  {} = {}", path_of(report, i),
-        adaptive.law ? law_text(convert_loads(*adaptive.law, loads, options), k, load_names(loads), unit.si_value)
+        adaptive.law ? law_text(convert_loads(*adaptive.law, loads, options), k, load_names(loads), unit.factor)
                      : "by the table below");
     text += fmt::format("; from {:.6g} to {:.6g}{}", unit.convert(adaptive.min_values[k]),
                         unit.convert(adaptive.max_values[k]), append_unit(unit));

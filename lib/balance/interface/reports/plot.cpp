@@ -266,9 +266,9 @@ PlotQuantity quantity_of(const PlotRun& run, const std::string& name, VectorView
 
 PlotQuantity convert(PlotQuantity quantity, const SpecUnits& units) {
   const DisplayUnit unit = find_display_unit(quantity.unit, units);
-  if (unit.si_value == 1) return quantity;
+  if (unit.factor == 1) return quantity;
   quantity.unit = unit.name;
-  for (PlotCurve& curve : quantity.curves) curve.values /= unit.si_value;
+  for (PlotCurve& curve : quantity.curves) curve.values /= unit.factor;
   return quantity;
 }
 
