@@ -1,6 +1,7 @@
 #include "run_operands.hpp"
 #include "balance/foundation/base/error.hpp"
 #include "balance/foundation/base/spelling.hpp"
+#include "balance/interface/specification/read_spec.hpp"
 #include "balance/mechanics/trajectory/trajectory.hpp"
 #include "balance/motion/simulation/simulate.hpp"
 #include "cli/console.hpp"
@@ -73,6 +74,31 @@ StoredRun load_or_simulate_run(const std::string& name, const std::string& outpu
   check_overwrites_no_input(output, what, {{file.path, "its input"}});
   if (!file.ended_early.empty()) print_message("note: " + name + " ended early: " + file.ended_early);
   return file;
+}
+
+void check_run_matches_mechanism(const StoredRun& run, const Mechanism& mechanism) {
+  std::vector<std::string> coordinates, joints;
+  for (const Coordinate& coordinate : mechanism.coordinates) coordinates.push_back(coordinate.name);
+  for (const Joint& joint : mechanism.joints) joints.push_back(joint.name);
+  const RunResult& r = run.result;
+  if (r.coordinate_names != coordinates || (!r.joint_names.empty() && r.joint_names != joints) ||
+      r.axes != (mechanism.space == SpaceKind::planar ? 2 : 3))
+    throw SystemError(run.path + ": is damaged: its run does not belong to the mechanism of its spec");
+}
+
+Mechanism read_run_mechanism(const StoredRun& run) {
+  const ReadOptions options{.set = run.overrides};
+  Mechanism mechanism;
+  if (run.free_values.size() == 0) {
+    mechanism = read_spec(run.spec_text, run.path, options).mechanism;
+  } else {
+    const DesignSpace space = read_design_space(run.spec_text, run.path, options);
+    if (static_cast<std::size_t>(run.free_values.size()) != space.start.free_numbers.size())
+      throw SystemError(run.path + ": is damaged: its free numbers are not those of its spec");
+    mechanism = space.instantiate(run.free_values).mechanism;
+  }
+  check_run_matches_mechanism(run, mechanism);
+  return mechanism;
 }
 
 std::optional<SpecTrajectoryName> parse_spec_trajectory_name(const std::string& name) {

@@ -2,6 +2,7 @@
 /// The runs that `balance plot` draws and `balance compare` compares.
 
 #include "balance/interface/files/result_file.hpp"
+#include "balance/mechanics/model/mechanism.hpp"
 
 #include <CLI/CLI.hpp>
 
@@ -24,6 +25,14 @@ void check_standard_input_once(const std::vector<std::string>& names);
 /// @throws SystemError for a file that cannot be read; SpecError; UsageError for an unknown trajectory or an output
 /// that would replace an input; MotionFailure
 StoredRun load_or_simulate_run(const std::string& name, const std::string& output, const std::string& what);
+
+/// The mechanism of a run, from the spec in its file; of a run in a design file, with its free numbers.
+/// @throws SpecError for a spec that cannot be read here, such as one whose tables are missing; SystemError if the run
+/// does not belong to it
+Mechanism read_run_mechanism(const StoredRun& run);
+
+/// @throws SystemError if the run does not belong to the mechanism
+void check_run_matches_mechanism(const StoredRun& run, const Mechanism& mechanism);
 
 /// A spec together with one of its trajectories: `arm.yaml:cycloid`.
 struct SpecTrajectoryName {

@@ -175,22 +175,10 @@ HtmlReport begin_page(const ReportOptions& options, const Study& study) {
   return page;
 }
 
-/// @throws SystemError if the run does not belong to the mechanism of its spec
-void check_run_matches_spec(const StoredRun& run, const Study& study) {
-  std::vector<std::string> coordinates, joints;
-  for (const Coordinate& coordinate : study.mechanism.coordinates) coordinates.push_back(coordinate.name);
-  for (const Joint& joint : study.mechanism.joints) joints.push_back(joint.name);
-  const RunResult& r = run.result;
-  const bool planar = study.mechanism.space == SpaceKind::planar;
-  if (r.coordinate_names != coordinates || (!r.joint_names.empty() && r.joint_names != joints) ||
-      r.axes != (planar ? 2 : 3))
-    throw SystemError(run.path + ": is damaged: its run does not belong to the mechanism of its spec");
-}
-
 /// The page of a run stored in a result file, together with its spec.
 HtmlReport file_page(const ReportOptions& options, const StoredRun& run, const DesignSpace& space) {
   const Study& study = space.start;
-  check_run_matches_spec(run, study);
+  check_run_matches_mechanism(run, study.mechanism);
   HtmlReport page = begin_page(options, study);
   page.controller = run.controller;
   page.controller_type = run.controller_type;

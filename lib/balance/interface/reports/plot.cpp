@@ -317,24 +317,6 @@ std::vector<std::string> legend_of(const PlotPanel& panel) {
   return labels;
 }
 
-/// Columns of a plane's axes. @throws std::invalid_argument if the run lacks one
-std::pair<Eigen::Index, Eigen::Index> axes_of(const std::string& plane, const PlotRun& run) {
-  const std::string axes = std::string("xyz").substr(0, static_cast<std::size_t>(run.result->axes));
-  if (plane.size() != 2 || axes.find(plane[0]) == std::string::npos || axes.find(plane[1]) == std::string::npos)
-    throw std::invalid_argument(fmt::format("{} is planar: it has no plane {}", run.label, plane));
-  return {static_cast<Eigen::Index>(axes.find(plane[0])), static_cast<Eigen::Index>(axes.find(plane[1]))};
-}
-
-std::vector<PlotPoint> path_points(const Samples& position, std::pair<Eigen::Index, Eigen::Index> axes,
-                                   const DisplayUnit& length) {
-  std::vector<PlotPoint> points;
-  for (Eigen::Index k = 0; k < position.rows(); ++k)
-    points.push_back({length.convert(position(k, axes.first)), length.convert(position(k, axes.second))});
-  return decimate_path(points, max_points_per_line);
-}
-
-constexpr const char* mark_colour = "#30363d";
-
 }  // namespace
 
 Plot plot_over_time(const std::vector<PlotRun>& runs, const std::vector<std::string>& quantities, VectorView view,
@@ -348,32 +330,6 @@ Plot plot_over_time(const std::vector<PlotRun>& runs, const std::vector<std::str
     // the panel above may have the same legend
     if (picture.panels.size() > 1) panel.legend = legend_of(panel) != legend_of(*(picture.panels.end() - 2));
   }
-  return picture;
-}
-
-Plot plot_paths(const std::vector<PlotRun>& runs, const std::string& plane, const SpecUnits& units) {
-  const DisplayUnit length = find_display_unit("m", units);
-  Plot picture;
-  picture.equal_axes = true;
-  picture.x_label = plane.substr(0, 1) + bracket_unit(length);
-  PlotPanel panel{.name = "path", .y_label = plane.substr(1) + bracket_unit(length)};
-  PlotMarker start{"start", MarkerShape::circle, mark_colour, {}},
-      end{"end", MarkerShape::filled_circle, mark_colour, {}};
-  for (std::size_t i = 0; i < runs.size(); ++i) {
-    const auto axes = axes_of(plane, runs[i]);
-    const auto add = [&](const char* what, const Samples& position, std::size_t style_index) {
-      if (position.rows() == 0) return;
-      const LineStyle pen = make_line_style(runs.size() == 1 ? style_index : i, style_index);
-      panel.lines.push_back(
-          {legend_label(runs[i].label, what, runs.size() > 1), pen, path_points(position, axes, length)});
-      start.points.push_back(panel.lines.back().points.front());
-      end.points.push_back(panel.lines.back().points.back());
-    };
-    add("tool", runs[i].result->tool_position, 0);
-    add("centre of mass", runs[i].result->com_position, 1);
-  }
-  panel.marks = {start, end};
-  picture.panels.push_back(panel);
   return picture;
 }
 
