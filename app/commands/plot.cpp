@@ -84,7 +84,9 @@ ExitCode run(PlotOptions options) {
   check_standard_input_once(options.results);
   std::vector<StoredRun> files;
   for (const std::string& name : options.results) {
-    files.push_back(load_or_simulate_run(name, options.script ? "" : options.output, "the picture"));
+    files.push_back(
+        load_or_simulate_run(name, options.script ? "" : options.output, "the picture",
+                             options.poses.empty() ? AcceptedRuns::motions : AcceptedRuns::motions_and_states));
   }
   const Plot picture = choose_picture(options, files);
   try {
@@ -123,7 +125,8 @@ Command setup_plot(CLI::App& program) {
       "optionally followed by a colon and a trajectory, is simulated first. A phase plane shows the rate\n"
       "along the path over the position, with the largest allowed rate. gnuplot must be installed.\n\n"
       "With --poses, paths are drawn with the mechanism: at the start, in the middle and at the end, or at N\n"
-      "evenly spaced times. Mechanisms in space are projected; --plane isometric shows all three axes.\n\n"
+      "evenly spaced times, and of a spec without a motion as it is assembled. Mechanisms in space are projected; "
+      "--plane isometric shows all three axes.\n\n"
       "Examples:\n"
       "  balance plot run.h5 -o run.pdf\n"
       "  balance plot a.h5 b.h5 --quantity shaking_force --x normalised -o force.svg\n"

@@ -140,6 +140,25 @@ std::vector<Vector3> outline_points(const Mechanism& mechanism, BodyId body) {
   return points;
 }
 
+/// A body whose points are all one is a rotor: a solid disc of its mass and inertia about the axis through them.
+struct Rotor {
+  Vector3 centre, axis;  ///< in the body's axes
+  double radius = 0;     ///< [m]; 0: it is none
+};
+
+Rotor rotor_of(const Mechanism& mechanism, BodyId body) {
+  const Body& own = mechanism.bodies[static_cast<std::size_t>(body)];
+  const std::vector<Vector3> points = outline_points(mechanism, body);
+  const double near = coincidence_tolerance * characteristic_length(mechanism);
+  const bool is_one =
+      std::all_of(points.begin(), points.end(), [&](const Vector3& p) { return (p - points[0]).norm() < near; });
+  if (points.empty() || !is_one || own.mass <= 0) return {};
+  Vector3 axis = Vector3::UnitZ();
+  for (const Joint& joint : mechanism.joints)
+    if (joint.type == JointType::revolute && joint.second == body) axis = joint.rotation.transpose() * joint.axis;
+  return {points[0], axis, std::sqrt(std::max(2 * axis.dot(own.inertia * axis) / own.mass, 0.0))};
+}
+
 /// Convex hull, counter-clockwise (Andrew's monotone chain); both ends of a line if all points are on one.
 std::vector<PlotPoint> convex_hull(std::vector<PlotPoint> points, double near) {
   std::sort(points.begin(), points.end(),
@@ -213,6 +232,12 @@ class PoseDrawer {
   }
 
   void draw_link(BodyId body) {
+    if (const Rotor rotor = rotor_of(mechanism_, body); rotor.radius > 0) {
+      const Vector3 spoke = frame_with_z_along(rotor.axis) * (rotor.radius * Vector3::UnitX());
+      add_rim(DrawingPart::disc, frames_.point(body, rotor.centre), frames_.direction(body, rotor.axis), rotor.radius);
+      add(DrawingPart::disc, false, {at(body, rotor.centre), at(body, rotor.centre + spoke)});
+      return;
+    }
     std::vector<PlotPoint> points;
     for (const Vector3& point : outline_points(mechanism_, body)) points.push_back(at(body, point));
     if (points.empty()) return;
@@ -474,9 +499,14 @@ void add_points(const Mechanism& mechanism, const RunResult& result, const Proje
   for (Eigen::Index i = 0; i < count; ++i) rows.push_back(count > 1 ? i * last / (count - 1) : 0);
   for (const Eigen::Index row : rows) {
     const BodyFrames frames(mechanism, result, row);
-    for (std::size_t body = 0; body < mechanism.bodies.size(); ++body)
-      for (const Vector3& point : outline_points(mechanism, static_cast<int>(body)))
-        box.add(projection.apply(frames.point(static_cast<int>(body), point)));
+    for (int body = 0; body < static_cast<int>(mechanism.bodies.size()); ++body) {
+      for (const Vector3& point : outline_points(mechanism, body)) box.add(projection.apply(frames.point(body, point)));
+      if (body == ground) continue;
+      const Rotor rotor = rotor_of(mechanism, body);
+      for (const Vector3& rim : circle(rotor.radius))
+        if (rotor.radius > 0)
+          box.add(projection.apply(frames.point(body, rotor.centre + frame_with_z_along(rotor.axis) * rim)));
+    }
   }
 }
 

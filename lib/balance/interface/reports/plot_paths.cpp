@@ -87,6 +87,7 @@ std::vector<Pose> list_poses(const PlotRun& run, int count, const std::string& c
   const VectorX& time = run.result->time;
   const std::vector<Eigen::Index> rows = pose_rows(time, count);
   std::vector<Pose> poses;
+  if (time.size() == 1) return {{0, {{colour, {}, 1.8}, 0.18}, prefix + "pose"}};
   for (std::size_t i = 1; i + 1 < rows.size(); ++i) {
     const LineStyle thin{lighten(colour, 0.5), {}, 0.6};
     poses.push_back({rows[i], {thin, 0}, i == 1 ? prefix + times_between(time, rows) : ""});
@@ -188,13 +189,19 @@ class PathPanelBuilder {
       throw std::invalid_argument(fmt::format("{} is planar: it has no {} {}", run.label,
                                               view_.projection == "isometric" ? "view" : "plane", view_.projection));
     if (view_.poses > 0) add_poses(index, panel);
+    if (run.result->com_position.rows() == 1)
+      state_centres_.points.push_back(path_points(run.result->com_position, projection_).front());
     add_path("tool", run.result->tool_position, index, 0, panel);
     add_path("centre of mass", run.result->com_position, index, 1, panel);
   }
 
-  /// Marks of the paths' ends, unless poses show them.
-  void add_ends(PlotPanel& panel) const {
-    if (view_.poses > 0) return;
+  /// Marks of the paths' ends, unless poses show them; of a single state its centre of mass.
+  void add_ends(PlotPanel& panel) {
+    if (view_.poses > 0) {
+      if (!state_centres_.points.empty()) panel.marks = {state_centres_};
+      state_centres_.points.clear();
+      return;
+    }
     PlotMarker start{"start", MarkerShape::circle, mark_colour, {}},
         end{"end", MarkerShape::filled_circle, mark_colour, {}};
     for (const PlotLine& line : panel.lines)
@@ -215,7 +222,7 @@ class PathPanelBuilder {
   }
 
   void add_path(const char* what, const Samples& position, std::size_t run, std::size_t style_index, PlotPanel& panel) {
-    if (position.rows() == 0) return;
+    if (position.rows() < 2) return;
     const LineStyle pen = make_line_style(is_overlaid() ? run : style_index, style_index);
     const std::string label = is_overlaid() ? fmt::format("{}, {}", runs_[run].label, what) : what;
     panel.lines.push_back({label, pen, path_points(position, projection_)});
@@ -225,6 +232,8 @@ class PathPanelBuilder {
   const PathView& view_;
   Projection projection_;
   DrawingScale scale_;
+  PlotMarker state_centres_{
+      "centre of mass", MarkerShape::circle, make_line_style(1, 0).colour, {}};  ///< of this panel
 };
 
 bool has_same_legend(const PlotPanel& a, const PlotPanel& b) {
