@@ -6,7 +6,8 @@ import {csv, fileName, saveCanvas, saveText} from "../data/save.js";
 import {bandName, bandTitle, drawBands, widest, withBands} from "./band.js";
 import {linesOf} from "./quantities.js";
 
-const height = 190;
+const height = 206;
+const increments = Array.from({length: 40}, (_, k) => [1, 2, 5].map((factor) => Number(`${factor}e${k - 20}`))).flat();
 const palette = 8;
 const many = 10; // lines more than a legend can name at a glance
 const vanished = 1e-9; // of what a design started from: nothing is left
@@ -28,7 +29,7 @@ export class Chart {
     this.legend = h("div", {class: "legend", role: "group", "aria-label": `Lines of ${chart.title}`});
     this.readings = this.lines.map(() => h("span", {class: "value"}));
     this.element = h("figure", {class: "chart", "data-chart": chart.id, "aria-label": chart.title},
-      h("figcaption", {}, h("span", {class: "chart-title"}, chart.title),
+      h("figcaption", {}, h("span", {class: "chart-title"}, chart.heading),
         h("span", {class: "chart-unit"}, unitText(chart.unit)),
         h("span", {class: "chart-tools screen-only"}, this.tool("PNG", "Save the chart as a picture", () => this.savePicture()),
           this.tool("CSV", "Save the chart's values as a table", () => this.saveTable()))),
@@ -120,8 +121,8 @@ export class Chart {
       },
       focus: {alpha: 0.35},
       axes: [
-        {...axis, size: 30, values: (_, ticks) => ticks.map((t) => `${format(t)}`)},
-        {...axis, size: 58, values: (_, ticks) => ticks.map((t) => format(t))},
+        {...axis, size: 28, incrs: increments, values: tickTexts, label: "time [s]", labelSize: 16, labelGap: 2, labelFont: axis.font},
+        {...axis, size: 58, space: 24, incrs: increments, values: tickTexts},
       ],
       series: [{}, ...this.lines.map((l, i) => ({
         show: shown[i],
@@ -251,6 +252,13 @@ function converted(line, unit) {
   if (inShownUnit(1, unit) === 1) return line;
   const convert = (values) => values?.map((v) => inShownUnit(v, unit));
   return {...line, values: convert(line.values), deviation: convert(line.deviation)};
+}
+
+/** Numbers of an axis, with as many digits as tell one from the next. */
+function tickTexts(_, values, axis, space, increment) {
+  const largest = Math.max(...values.map(Math.abs));
+  const digits = largest > 0 ? Math.min(15, Math.max(4, Math.ceil(Math.log10(largest / increment)) + 1)) : 4;
+  return values.map((value) => format(Math.abs(value) < 1e-9 * increment ? 0 : value, digits));
 }
 
 function nameOf(line, variant, chart) {

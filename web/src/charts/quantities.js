@@ -56,6 +56,7 @@ export function listCharts(run, controlled = false) {
         id: units.length > 1 ? `${series.quantity}:${unit}` : series.quantity,
         quantity: series.quantity,
         unit,
+        heading: titleOf(effortName(series.quantity, unit)),
         title: titleOf(effortName(series.quantity, unit)) + (units.length > 1 ? inBrackets(unit) : ""),
       });
   }

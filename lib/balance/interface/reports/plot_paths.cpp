@@ -19,8 +19,6 @@ constexpr const char* mark_colour = "#30363d";
 constexpr const char* ground_colour = "#6b7280";
 constexpr std::size_t max_columns = 3;
 
-std::string length_label(const std::string& what) { return what + " [m]"; }
-
 std::vector<PlotPoint> path_points(const Samples& position, const Projection& projection) {
   std::vector<PlotPoint> points;
   for (Eigen::Index k = 0; k < position.rows(); ++k) {
@@ -68,33 +66,37 @@ std::vector<Eigen::Index> pose_rows(const VectorX& time, int count) {
   return rows;
 }
 
-std::string seconds(double time) { return fmt::format("{:.4g} s", time); }
+/// "0.05 s".
+std::string time_text(double time, const DisplayUnit& unit) {
+  return fmt::format("{:.4g} {}", unit.convert(time), unit.name);
+}
 
 /// "t = 0.05 s", "t = 0.02, 0.04 s", or the spacing of many.
-std::string times_between(const VectorX& time, const std::vector<Eigen::Index>& rows) {
+std::string times_between(const VectorX& time, const std::vector<Eigen::Index>& rows, const DisplayUnit& unit) {
   const std::size_t count = rows.size() - 2;
-  if (count > max_listed_times) {
-    const double spacing = (time[rows.back()] - time[rows.front()]) / static_cast<double>(rows.size() - 1);
-    return "every " + seconds(spacing);
-  }
+  if (count > max_listed_times)
+    return "every " + time_text((time[rows.back()] - time[rows.front()]) / static_cast<double>(rows.size() - 1), unit);
   std::string list;
-  for (std::size_t i = 1; i <= count; ++i) list += fmt::format("{}{:.4g}", i > 1 ? ", " : "", time[rows[i]]);
-  return "t = " + list + " s";
+  for (std::size_t i = 1; i <= count; ++i)
+    list += fmt::format("{}{:.4g}", i > 1 ? ", " : "", unit.convert(time[rows[i]]));
+  return fmt::format("t = {} {}", list, unit.name);
 }
 
 /// Start and end in lines of their own weight, the poses between them thin. One entry of the legend for each kind.
-std::vector<Pose> list_poses(const PlotRun& run, int count, const std::string& colour, const std::string& prefix) {
+std::vector<Pose> list_poses(const PlotRun& run, int count, const std::string& colour, const std::string& prefix,
+                             const DisplayUnit& unit) {
   const VectorX& time = run.result->time;
   const std::vector<Eigen::Index> rows = pose_rows(time, count);
   std::vector<Pose> poses;
   if (time.size() == 1) return {{0, {{colour, {}, 1.8}, 0.18}, prefix + "pose"}};
   for (std::size_t i = 1; i + 1 < rows.size(); ++i) {
     const LineStyle thin{lighten(colour, 0.5), {}, 0.6};
-    poses.push_back({rows[i], {thin, 0}, i == 1 ? prefix + times_between(time, rows) : ""});
+    poses.push_back({rows[i], {thin, 0}, i == 1 ? prefix + times_between(time, rows, unit) : ""});
   }
-  const Pose start{
-      rows.front(), {{lighten(colour, 0.4), {}, 1.6}, 0.12}, prefix + "start, t = " + seconds(time[rows.front()])};
-  const Pose end{rows.back(), {{colour, {}, 1.8}, 0.18}, prefix + "end, t = " + seconds(time[rows.back()])};
+  const Pose start{rows.front(),
+                   {{lighten(colour, 0.4), {}, 1.6}, 0.12},
+                   prefix + "start, t = " + time_text(time[rows.front()], unit)};
+  const Pose end{rows.back(), {{colour, {}, 1.8}, 0.18}, prefix + "end, t = " + time_text(time[rows.back()], unit)};
   poses.insert(poses.begin(), start);
   if (rows.size() > 1) poses.push_back(end);
   return poses;
@@ -167,8 +169,12 @@ void add_ground(const PlotRun& run, const Projection& projection, const DrawingS
 /// Draws one run into a panel.
 class PathPanelBuilder {
  public:
-  PathPanelBuilder(const std::vector<PlotRun>& runs, const PathView& view)
-      : runs_(runs), view_(view), projection_(projection_by_name(view.projection)) {
+  PathPanelBuilder(const std::vector<PlotRun>& runs, const PathView& view, const SpecUnits& units)
+      : runs_(runs),
+        view_(view),
+        projection_(projection_by_name(view.projection)),
+        length_(find_display_unit("m", units)),
+        time_(find_display_unit("s", units)) {
     if (view_.poses == 0) return;
     std::vector<const Mechanism*> mechanisms;
     std::vector<const RunResult*> results;
@@ -179,9 +185,9 @@ class PathPanelBuilder {
     scale_ = drawing_scale(mechanisms, results, projection_);
   }
 
-  PlotPanel empty_panel() const { return {.name = "path", .y_label = length_label(projection_.y_label)}; }
+  PlotPanel empty_panel() const { return {.name = "path", .y_label = projection_.y_label + bracket_unit(length_)}; }
 
-  std::string x_label() const { return length_label(projection_.x_label); }
+  std::string x_label() const { return projection_.x_label + bracket_unit(length_); }
 
   void add_run(std::size_t index, PlotPanel& panel) {
     const PlotRun& run = runs_[index];
@@ -193,6 +199,17 @@ class PathPanelBuilder {
       state_centres_.points.push_back(path_points(run.result->com_position, projection_).front());
     add_path("tool", run.result->tool_position, index, 0, panel);
     add_path("centre of mass", run.result->com_position, index, 1, panel);
+  }
+
+  /// Converts everything in the panel from metres to the unit of its axes.
+  void convert_lengths(PlotPanel& panel) const {
+    const auto convert = [&](std::vector<PlotPoint>& points) {
+      for (PlotPoint& point : points) point = {length_.convert(point.x), length_.convert(point.y)};
+    };
+    for (PlotLine& line : panel.lines) convert(line.points);
+    for (PlotMarker& mark : panel.marks) convert(mark.points);
+    for (PlotShape& shape : panel.shapes)
+      for (std::vector<PlotPoint>& piece : shape.pieces) convert(piece);
   }
 
   /// Marks of the paths' ends, unless poses show them; of a single state its centre of mass.
@@ -216,7 +233,7 @@ class PathPanelBuilder {
     const PlotRun& run = runs_[index];
     add_ground(run, projection_, scale_, panel);
     const std::string colour = is_overlaid() ? make_line_style(index, index).colour : mark_colour;
-    for (const Pose& pose : list_poses(run, view_.poses, colour, is_overlaid() ? run.label + ", " : ""))
+    for (const Pose& pose : list_poses(run, view_.poses, colour, is_overlaid() ? run.label + ", " : "", time_))
       add_outlines(draw_pose(*run.mechanism, *run.result, pose.row, projection_, scale_), pose.style, pose.label,
                    panel);
   }
@@ -231,6 +248,7 @@ class PathPanelBuilder {
   const std::vector<PlotRun>& runs_;
   const PathView& view_;
   Projection projection_;
+  DisplayUnit length_, time_;
   DrawingScale scale_;
   PlotMarker state_centres_{
       "centre of mass", MarkerShape::circle, make_line_style(1, 0).colour, {}};  ///< of this panel
@@ -254,8 +272,8 @@ std::size_t column_count(std::size_t panels) {
 
 }  // namespace
 
-Plot plot_paths(const std::vector<PlotRun>& runs, const PathView& view) {
-  PathPanelBuilder builder(runs, view);
+Plot plot_paths(const std::vector<PlotRun>& runs, const PathView& view, const SpecUnits& units) {
+  PathPanelBuilder builder(runs, view, units);
   Plot picture;
   picture.equal_axes = true;
   picture.x_label = builder.x_label();
@@ -267,6 +285,7 @@ Plot plot_paths(const std::vector<PlotRun>& runs, const PathView& view) {
     builder.add_run(i, panel);
     if (view.is_side_by_side || i + 1 == runs.size()) builder.add_ends(panel);
   }
+  for (PlotPanel& panel : picture.panels) builder.convert_lengths(panel);
   const bool is_shared = std::all_of(picture.panels.begin() + 1, picture.panels.end(), [&](const PlotPanel& panel) {
     return has_same_legend(panel, picture.panels.front());
   });
