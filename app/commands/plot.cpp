@@ -133,7 +133,7 @@ Command setup_plot(CLI::App& program) {
       "  balance plot run.h5 --quantity 'torque[A1]' -o a1.png --size 160x90\n"
       "  balance plot run.h5 --path -o path.svg --font Times,10\n"
       "  balance plot run.h5 --path --poses -o poses.svg\n"
-      "  balance plot d.h5:before/fast d.h5:after/fast --path --poses 5 --side-by-side -o poses.pdf\n"
+      "  balance plot a.h5 b.h5 --path --poses 5 --side-by-side -o poses.pdf\n"
       "  balance plot 3rrr.yaml:fast --phase -o phase.svg");
   return {parser, [options] { return run(*options); }};
 }

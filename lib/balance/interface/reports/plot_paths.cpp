@@ -1,5 +1,6 @@
 // Paths of tool and centre of mass, and the mechanism that moves along them.
 
+#include "balance/foundation/numerics/extrema.hpp"
 #include "balance/interface/reports/mechanism_drawing.hpp"
 #include "balance/interface/reports/plot.hpp"
 
@@ -59,8 +60,7 @@ std::vector<Eigen::Index> pose_rows(const VectorX& time, int count) {
   const double begin = time[0], end = time[time.size() - 1];
   for (int i = 0; i < count; ++i) {
     const double wanted = count > 1 ? begin + (end - begin) * i / (count - 1) : begin;
-    Eigen::Index nearest = 0;
-    (time.array() - wanted).abs().minCoeff(&nearest);
+    const Eigen::Index nearest = min_index((time.array() - wanted).abs().matrix());
     if (rows.empty() || rows.back() != nearest) rows.push_back(nearest);
   }
   return rows;
