@@ -22,6 +22,8 @@ constexpr double joint_radius = 0.85, tool_radius = 0.45, spring_end_radius = 0.
 constexpr double bearing_height = 3, bearing_half_width = 1.9, hatch_depth = 1.1;
 constexpr double block_half_length = 2.2, block_half_width = 1.3, guide_overhang = 4;
 constexpr double axis_half_length = 2.2, spring_half_width = 1;
+constexpr double max_rotor_radius =
+    0.15;  // in characteristic lengths: a link of an arm may have the inertia of a large disc
 constexpr int circle_points = 36, spring_turns = 8;
 constexpr double units_across = 100;  // of the larger side of a picture
 
@@ -156,7 +158,8 @@ Rotor rotor_of(const Mechanism& mechanism, BodyId body) {
   Vector3 axis = Vector3::UnitZ();
   for (const Joint& joint : mechanism.joints)
     if (joint.type == JointType::revolute && joint.second == body) axis = joint.rotation.transpose() * joint.axis;
-  return {points[0], axis, std::sqrt(std::max(2 * axis.dot(own.inertia * axis) / own.mass, 0.0))};
+  const double solid = std::sqrt(std::max(2 * axis.dot(own.inertia * axis) / own.mass, 0.0));
+  return {points[0], axis, std::min(solid, max_rotor_radius * characteristic_length(mechanism))};
 }
 
 /// Convex hull, counter-clockwise (Andrew's monotone chain); both ends of a line if all points are on one.
