@@ -55,7 +55,8 @@ def before_and_after(program, spec, check, folder, draws):
         design = ask(program, "design", str(spec), "--seconds", SECONDS, "--h5", str(file))
         if not design or "trajectories" not in design:
             return ""
-        parts = ["## Before and after\n", f"`balance design {spec.name}`: {design['status']}, {design['optimality'].replace('-', ' ')}.\n",
+        reached = ", ".join(word.replace("-", " ") for word in (design["status"], design["optimality"]) if word != "not-asked")
+        parts = ["## Before and after\n", f"`balance design {spec.name}`: {reached}.\n",
                  "| | before | after | |\n| --- | ---: | ---: | --- |\n"
                  + "".join(f"| {escape_cell(name)} | {number(before)} | {number(after)} | {unit or ''} |\n"
                            for name, unit, before, after in changes(design))]
