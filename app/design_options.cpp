@@ -77,6 +77,7 @@ void add_seconds_option(CLI::App& parser, double& seconds) {
 
 void add_design_options(CLI::App& parser, DesignCommandOptions& o) {
   add_spec_options(parser, o.spec);
+  add_units_option(parser, o.spec.units);
   parser.add_option("-o,--output", o.output, "write the spec with its free numbers filled in")->type_name("FILE");
   parser.add_option("--h5", o.h5, "write numbers, conditions and all runs to this HDF5 file")->type_name("FILE");
   parser.add_option("--csv", o.csv, "write the points of the front to this CSV file")->type_name("FILE");

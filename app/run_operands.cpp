@@ -1,12 +1,16 @@
 #include "run_operands.hpp"
 #include "balance/foundation/base/error.hpp"
 #include "balance/foundation/base/spelling.hpp"
+#include "balance/interface/specification/read_spec.hpp"
+#include "balance/mechanics/dynamics/single_state.hpp"
+#include "balance/mechanics/kinematics/assembly.hpp"
 #include "balance/mechanics/trajectory/trajectory.hpp"
 #include "balance/motion/simulation/simulate.hpp"
 #include "cli/console.hpp"
 #include "cli/failures.hpp"
 #include "cli/help.hpp"
 #include "run_options.hpp"
+#include "state_options.hpp"
 
 #include <fmt/format.h>
 
@@ -14,15 +18,39 @@
 #include <filesystem>
 #include <optional>
 #include <stdexcept>
+#include <utility>
 
 namespace balance::app {
 namespace {
 
-StoredRun simulate_spec_run(const SpecTrajectoryName& name, const std::string& output, const std::string& what) {
+/// The mechanism at rest with its actuated coordinates at their assembly values, or zero.
+RunResult assembled_state(const Study& study) {
+  const Mechanism& mechanism = study.mechanism;
+  PoseTarget pose;
+  for (const CoordinateId actuator : mechanism.actuators) {
+    double value = 0;
+    for (const CoordinateValue& assembled : mechanism.assembly)
+      if (assembled.coordinate == actuator) value = assembled.value;
+    pose.joints.push_back({actuator, value});
+  }
+  ConfigurationResult assembled = solve_configuration(mechanism, pose);
+  if (assembled.outcome.status != MotionStatus::done) throw MotionFailure(assembled.outcome);
+  return evaluate_single_state(mechanism, {.configuration = std::move(assembled.coordinates)});
+}
+
+StoredRun simulate_spec_run(const SpecTrajectoryName& name, const std::string& output, const std::string& what,
+                            AcceptedRuns accepted) {
   SimulateOptions options;
   options.spec.spec = name.spec;
   options.trajectory = name.trajectory;
   const Study study = read_study(options.spec);
+  if (accepted == AcceptedRuns::motions_and_states && study.trajectories.empty() && name.trajectory.empty()) {
+    check_overwrites_no_input(output, what, list_input_files(study));
+    StoredRun state{.path = study.spec_file, .title = study.mechanism.name, .spec_text = study.spec_text};
+    state.result = call_library(false, study, [&] { return assembled_state(study); });
+    if (state.result.time.size() == 0) throw MotionFailure(state.result.outcome);
+    return state;
+  }
   const Trajectory trajectory = choose_trajectory(options, study);
   check_overwrites_no_input(output, what, list_input_files(study));
   for (const std::string& warning : study.warnings) print_message("warning: " + warning);
@@ -66,13 +94,41 @@ void check_standard_input_once(const std::vector<std::string>& names) {
     throw UsageError("standard input, -, can be read only once: save the spec to a file");
 }
 
-StoredRun load_or_simulate_run(const std::string& name, const std::string& output, const std::string& what) {
+StoredRun load_or_simulate_run(const std::string& name, const std::string& output, const std::string& what,
+                               AcceptedRuns accepted) {
   const std::optional<SpecTrajectoryName> spec = parse_spec_trajectory_name(name);
   check_overwrites_no_input(output, what, {{spec ? spec->spec : name, "its input"}});
-  StoredRun file = spec ? simulate_spec_run(*spec, output, what) : read_motion_file(name);
+  StoredRun file = spec                                ? simulate_spec_run(*spec, output, what, accepted)
+                   : accepted == AcceptedRuns::motions ? read_motion_file(name)
+                                                       : read_result_file(name);
   check_overwrites_no_input(output, what, {{file.path, "its input"}});
   if (!file.ended_early.empty()) print_message("note: " + name + " ended early: " + file.ended_early);
   return file;
+}
+
+void check_run_matches_mechanism(const StoredRun& run, const Mechanism& mechanism) {
+  std::vector<std::string> coordinates, joints;
+  for (const Coordinate& coordinate : mechanism.coordinates) coordinates.push_back(coordinate.name);
+  for (const Joint& joint : mechanism.joints) joints.push_back(joint.name);
+  const RunResult& r = run.result;
+  if (r.coordinate_names != coordinates || (!r.joint_names.empty() && r.joint_names != joints) ||
+      r.axes != (mechanism.space == SpaceKind::planar ? 2 : 3))
+    throw SystemError(run.path + ": is damaged: its run does not belong to the mechanism of its spec");
+}
+
+Mechanism read_run_mechanism(const StoredRun& run) {
+  const ReadOptions options{.set = run.overrides};
+  Mechanism mechanism;
+  if (run.free_values.size() == 0) {
+    mechanism = read_spec(run.spec_text, run.path, options).mechanism;
+  } else {
+    const DesignSpace space = read_design_space(run.spec_text, run.path, options);
+    if (static_cast<std::size_t>(run.free_values.size()) != space.start.free_numbers.size())
+      throw SystemError(run.path + ": is damaged: its free numbers are not those of its spec");
+    mechanism = space.instantiate(run.free_values).mechanism;
+  }
+  check_run_matches_mechanism(run, mechanism);
+  return mechanism;
 }
 
 std::optional<SpecTrajectoryName> parse_spec_trajectory_name(const std::string& name) {

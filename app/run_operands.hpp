@@ -2,6 +2,7 @@
 /// The runs that `balance plot` draws and `balance compare` compares.
 
 #include "balance/interface/files/result_file.hpp"
+#include "balance/mechanics/model/mechanism.hpp"
 
 #include <CLI/CLI.hpp>
 
@@ -17,13 +18,26 @@ CLI::Option* add_run_operands(CLI::App& parser, std::vector<std::string>& runs);
 /// @throws UsageError if more than one name refers to standard input
 void check_standard_input_once(const std::vector<std::string>& names);
 
+/// What a command can do with: motions, or also a single state, such as that of a spec without a motion.
+enum class AcceptedRuns { motions, motions_and_states };
+
 /// Reads a result file, or simulates a spec (`arm.yaml`, `arm.yaml:trajectory`) along the named trajectory or its first
 /// one. The group of a simulated run is the trajectory given in `name`.
 /// @param output file that will be written and must not be one of the inputs
 /// @param what description of the output: "the picture"
+/// @param accepted with states, a spec without a motion gives the state in which it is assembled, at rest
 /// @throws SystemError for a file that cannot be read; SpecError; UsageError for an unknown trajectory or an output
 /// that would replace an input; MotionFailure
-StoredRun load_or_simulate_run(const std::string& name, const std::string& output, const std::string& what);
+StoredRun load_or_simulate_run(const std::string& name, const std::string& output, const std::string& what,
+                               AcceptedRuns accepted = AcceptedRuns::motions);
+
+/// The mechanism of a run, from the spec in its file; of a run in a design file, with its free numbers.
+/// @throws SpecError for a spec that cannot be read here, such as one whose tables are missing; SystemError if the run
+/// does not belong to it
+Mechanism read_run_mechanism(const StoredRun& run);
+
+/// @throws SystemError if the run does not belong to the mechanism
+void check_run_matches_mechanism(const StoredRun& run, const Mechanism& mechanism);
 
 /// A spec together with one of its trajectories: `arm.yaml:cycloid`.
 struct SpecTrajectoryName {

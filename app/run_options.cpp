@@ -54,11 +54,11 @@ std::vector<std::string> write_files(const SimulateOptions& options, const RunRe
   return files;
 }
 
-void print_result(const SimulateOptions& options, const RunResult& result, const Provenance& description,
-                  const std::vector<std::string>& files) {
+void print_result(const SimulateOptions& options, const Study& study, const RunResult& result,
+                  const Provenance& description, const std::vector<std::string>& files) {
   if (options.spec.json) return print(format_result_json(result, description, files));
   if (options.quiet) return;
-  std::string text = format_result_summary(result, description);
+  std::string text = format_result_summary(result, description, choose_text_options(options.spec, study));
   for (const std::string& file : files) text += format_written_message(file);
   print_status(files, text);
 }
@@ -123,6 +123,8 @@ void add_run_options(CLI::App& parser, SimulateOptions& o) {
       ->check(number_range_validator(min_duration, max_duration));
   parser.add_option("--about", o.about, "reference point of moments, in metres")->type_name("X,Y[,Z]");
   parser.add_flag("-q,--quiet", o.quiet, "print only errors (and JSON with --json)");
+  add_units_option(parser, o.spec.units);
+  add_verbose_flag(parser, o.spec.verbose);
 }
 
 void add_simulate_options(CLI::App& parser, SimulateOptions& o) {

@@ -78,7 +78,7 @@ std::vector<std::string> write_files(const SimulateOptions& options, const RunRe
                                      const Provenance& description);
 
 /// Prints the metrics to stdout: as JSON if requested, else as text unless --quiet. @param files that were written
-void print_result(const SimulateOptions& options, const RunResult& result, const Provenance& description,
-                  const std::vector<std::string>& files);
+void print_result(const SimulateOptions& options, const Study& study, const RunResult& result,
+                  const Provenance& description, const std::vector<std::string>& files);
 
 }  // namespace balance::app

@@ -1,6 +1,8 @@
 #include "cli/command.hpp"
 
+#include "cli/console.hpp"
 #include "cli/failures.hpp"
+#include "cli/validators.hpp"
 
 #include "balance/interface/files/atomic_file.hpp"
 #include "balance/interface/specification/include_expansion.hpp"
@@ -19,6 +21,33 @@ void add_spec_options(CLI::App& parser, SpecOptions& options) {
       ->type_name("NAME=VALUE")
       ->allow_extra_args(false);  // otherwise it would consume the name of the spec
   parser.add_flag("--json", options.json, "print JSON, errors included");
+}
+
+void add_units_option(CLI::App& parser, std::string& value) {
+  add_choice_validator(parser.add_option("--units", value, "units of numbers: spec, those of the spec, or si")
+                           ->type_name("NAME")
+                           ->capture_default_str(),
+                       {"spec", "si"});
+}
+
+void add_verbose_flag(CLI::App& parser, bool& value) {
+  parser.add_flag("--verbose", value, "also print what is zero, or what there is none of");
+}
+
+bool has_spec_units(const std::string& value) { return value == "spec"; }
+
+TextOptions choose_text_options(const SpecOptions& options, const Study& study) {
+  TextOptions text;
+  if (has_spec_units(options.units)) text.units = read_display_units(study.spec_text);
+  text.width = text_width();
+  text.verbose = options.verbose;
+  return text;
+}
+
+TextOptions choose_design_text_options(const SpecOptions& options, const Study& study) {
+  TextOptions text = choose_text_options(options, study);
+  text.number_units = list_number_units(study);
+  return text;
 }
 
 ReadOptions read_options(const SpecOptions& options) {

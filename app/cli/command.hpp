@@ -5,6 +5,7 @@
 #include "cli/failures.hpp"
 
 #include "balance/interface/files/atomic_file.hpp"
+#include "balance/interface/files/text_options.hpp"
 #include "balance/interface/specification/read_spec.hpp"
 
 #include <CLI/CLI.hpp>
@@ -25,9 +26,26 @@ struct SpecOptions {
   std::string spec;
   std::vector<std::string> overrides;  ///< `name=value`
   bool json = false;
+  std::string units = "spec";  ///< of text: `spec` or `si`
+  bool verbose = false;        ///< text also has lines that say that there is nothing
 };
 
 void add_spec_options(CLI::App& parser, SpecOptions& options);
+
+/// `--units`, of commands that print numbers of one spec. @param value "spec" or "si"
+void add_units_option(CLI::App& parser, std::string& value);
+
+/// `--verbose`, of commands whose text leaves out what says nothing.
+void add_verbose_flag(CLI::App& parser, bool& value);
+
+/// Whether `--units` asks for the units of the spec.
+bool has_spec_units(const std::string& value);
+
+/// Units of the spec unless `--units si`; as wide as the terminal, at least and otherwise 80 columns.
+TextOptions choose_text_options(const SpecOptions& options, const Study& study);
+
+/// The same, with the units of the spec's numbers. Reads the text of the spec again.
+TextOptions choose_design_text_options(const SpecOptions& options, const Study& study);
 
 /// Reads the spec and applies the overrides. @throws UsageError for an override that is not of the form `name=value` or
 /// does not match the spec; otherwise as read_spec_file

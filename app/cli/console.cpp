@@ -2,8 +2,10 @@
 #include "balance/foundation/base/error.hpp"
 #include "balance/foundation/base/unicode_text.hpp"
 #include "balance/interface/files/atomic_file.hpp"
+#include "balance/interface/files/text_table.hpp"
 
 #include <fcntl.h>
+#include <sys/ioctl.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -43,6 +45,12 @@ void print_message(const std::string& text) { print_message_lines(escape_for_ter
 
 void print_message_lines(const std::string& text) {
   std::fprintf(stderr, "%s\n", escape_lines_for_terminal(text).c_str());
+}
+
+std::size_t text_width() {
+  winsize size{};
+  if (::isatty(STDOUT_FILENO) != 1 || ::ioctl(STDOUT_FILENO, TIOCGWINSZ, &size) != 0) return default_text_width;
+  return std::max<std::size_t>(size.ws_col, default_text_width);
 }
 
 ProgressLine::ProgressLine(bool quiet) : is_shown_(!quiet && ::isatty(STDERR_FILENO) == 1) {}

@@ -2,6 +2,7 @@
 /// Results go to stdout, messages to stderr.
 
 #include <chrono>
+#include <cstddef>
 #include <string>
 #include <vector>
 
@@ -28,6 +29,9 @@ void print_message(const std::string& text);
 
 /// The same for a text of several lines; keeps line feeds.
 void print_message_lines(const std::string& text);
+
+/// Columns for text on stdout: those of the terminal if it is wider than 80; otherwise 80.
+std::size_t text_width();
 
 /// Progress on stderr during long computations: one line that is overwritten. Only on a terminal.
 class ProgressLine {

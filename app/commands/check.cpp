@@ -46,8 +46,9 @@ ExitCode run(const CheckOptions& check_options) {
   std::optional<VerifyReport> verified;
   if (check_options.verify && done) verified = verify_or_throw(study);
   if (options.json && done) print(check_json(report, study.mechanism, study.warnings, verified ? &*verified : nullptr));
-  if (!options.json) print_text(check_text(report, study.mechanism));
-  if (!options.json && verified) print_text("\n" + verify_text(*verified));
+  const TextOptions text = choose_text_options(options, study);
+  if (!options.json) print_text(check_text(report, study.mechanism, text));
+  if (!options.json && verified) print_text("\n" + verify_text(*verified, text));
   if (!done) throw MotionFailure(report.outcome);
   if (!verified) return ExitCode::done;
   if (!verified->is_consistent) return ExitCode::not_met;
@@ -66,6 +67,8 @@ Command setup_check(CLI::App& program) {
   add_spec_options(*parser, options->spec);
   parser->add_flag("--verify", options->verify,
                    "run all trajectories with both formulations; exit code 1 if they differ");
+  add_units_option(*parser, options->spec.units);
+  add_verbose_flag(*parser, options->spec.verbose);
   parser->footer(
       "Prints degrees of freedom, loops, redundant constraints, passive freedoms, mass, centre of\n"
       "mass and the assembly modes found at the start pose, each with the line that selects it.\n\n"

@@ -1,6 +1,7 @@
 #include "balance/interface/comparison/comparison.hpp"
 #include "balance/interface/comparison/requirement.hpp"
 #include "balance/interface/files/atomic_file.hpp"
+#include "balance/interface/files/text_options.hpp"
 #include "balance/interface/reports/comparison_sections.hpp"
 #include "balance/interface/specification/text_file.hpp"
 #include "cli/command.hpp"
@@ -40,11 +41,13 @@ ComparisonFormat choose_format(const CompareOptions& options);
 
 namespace {
 
-std::vector<NamedRun> read_runs(const CompareOptions& options) {
+/// @param specs_are_si set to false if a spec is in other units
+std::vector<NamedRun> read_runs(const CompareOptions& options, bool& specs_are_si) {
   std::vector<NamedRun> runs;
   std::vector<RunLocation> locations;
   for (const std::string& file : options.files) {
     StoredRun run = load_or_simulate_run(file, options.output, "the comparison");
+    if (has_other_units(read_display_units(run.spec_text))) specs_are_si = false;
     locations.push_back({run.path == standard_input ? "stdin" : run.path, run.group});
     runs.push_back({"", file, run.title, run.trajectory, run.law, run.drive, std::move(run.result)});
   }
@@ -62,9 +65,10 @@ std::vector<RequirementVerdict> judge(const std::vector<std::string>& texts, con
 }
 
 std::string format_comparison(ComparisonFormat format, const ComparedRuns& compared,
-                              const std::vector<RequirementVerdict>& verdicts, QuantitySelection selection) {
+                              const std::vector<RequirementVerdict>& verdicts, QuantitySelection selection,
+                              std::size_t width) {
   switch (format) {
-    case ComparisonFormat::text: return comparison_text(compared, verdicts, selection);
+    case ComparisonFormat::text: return comparison_text(compared, verdicts, selection, width);
     case ComparisonFormat::markdown: return comparison_markdown(compared, verdicts, selection);
     case ComparisonFormat::csv: return comparison_csv(compared);
     case ComparisonFormat::json: return comparison_json(compared, verdicts);
@@ -87,10 +91,14 @@ ExitCode run(const CompareOptions& options) {
   std::vector<InputFile> inputs;
   for (const std::string& file : options.files) inputs.push_back({file, "its input"});
   check_output(options.output, "the comparison", inputs, options.force);
-  const std::vector<NamedRun> runs = read_runs(options);
+  bool specs_are_si = true;
+  const std::vector<NamedRun> runs = read_runs(options, specs_are_si);
   const std::vector<RequirementVerdict> verdicts = judge(options.requirements, runs);
-  const std::string content = format_comparison(format, compare_runs(runs), verdicts,
-                                                options.all ? QuantitySelection::all : QuantitySelection::main);
+  ComparedRuns compared = compare_runs(runs);
+  if (!specs_are_si) compared.notes.emplace_back("all figures are SI, although the specs are in other units");
+  const std::string content =
+      format_comparison(format, compared, verdicts, options.all ? QuantitySelection::all : QuantitySelection::main,
+                        options.output.empty() ? text_width() : default_text_width);
   if (options.output.empty()) {
     print_text(content);
   } else {

@@ -22,6 +22,7 @@ void add_options(CLI::App& parser, ConditionsOptions& o) {
   add_goal_options(parser, o.goal);
   CLI::Option* latex = parser.add_flag("--latex", o.latex, "print only LaTeX (amsmath)");
   latex->excludes(parser.get_option("--json"));
+  add_units_option(parser, o.spec.units);
   parser.add_flag("--numbers", o.numbers, "print coefficients as numbers instead of in terms of lengths");
 }
 
@@ -32,7 +33,8 @@ ExitCode run(const ConditionsOptions& options) {
   if (options.spec.json)
     print(conditions_json(view, space.start.warnings));
   else
-    print_text(options.latex ? conditions_latex(view.conditions, view.names) : conditions_text(view));
+    print_text(options.latex ? conditions_latex(view.conditions, view.names)
+                             : conditions_text(view, choose_text_options(options.spec, space.start)));
   return view.unbalanced_remainder.empty() ? ExitCode::done : ExitCode::not_met;
 }
 

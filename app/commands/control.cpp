@@ -58,7 +58,7 @@ ExitCode run(const ControlCommandOptions& options) {
     for (const std::string& file : files) print_message("written up to where the run ended: " + file);
     throw MotionFailure(result.outcome);
   }
-  print_result(run_options, result, description, files);
+  print_result(run_options, study, result, description, files);
   return ExitCode::done;
 }
 

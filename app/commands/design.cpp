@@ -92,7 +92,7 @@ ExitCode run(const DesignCommandOptions& options) {
   if (options.spec.json) {
     print(design_json(view, files));
   } else if (!options.quiet) {
-    std::string text = design_text(view);
+    std::string text = design_text(view, choose_design_text_options(options.spec, space.start));
     std::string lines;
     for (const std::string& file : files)
       lines += format_written_message(file, done ? "written" : "written, not balanced");
@@ -146,12 +146,12 @@ struct FrontDesign {
 };
 
 FrontDesign make_front_design(const DesignStudyOptions& study_options, const DesignSpace& space,
-                              const ParetoPoint& point) {
+                              const ParetoPoint& point, const TextOptions& text) {
   FrontDesign chosen;
   DesignReport report = make_pareto_design(space, point, study_options.compare_trajectories);
   chosen.spec = designed_spec_or_throw(space, report);
   const DesignReportData view = make_design_data(study_options, point.space, chosen.spec, std::move(report));
-  chosen.text = design_text(view);
+  chosen.text = design_text(view, text);
   chosen.json = design_json(view, {});
   return chosen;
 }
@@ -227,12 +227,14 @@ ExitCode run_front(const DesignCommandOptions& options, const DesignSpace& space
   view.interrupted = interrupted;
   const int k = choose_point(options.point, view.front);
   FrontDesign chosen;
-  if (k >= 0) chosen = make_front_design(study_options, space, view.front.points[static_cast<std::size_t>(k)]);
+  const TextOptions text_options = choose_design_text_options(options.spec, space.start);
+  if (k >= 0)
+    chosen = make_front_design(study_options, space, view.front.points[static_cast<std::size_t>(k)], text_options);
   const std::vector<std::string> files = write_files(options, space, chosen.spec, view);
   if (options.spec.json) {
     print(front_json(view, files, chosen.json));
   } else if (!options.quiet) {
-    std::string text = front_text(view);
+    std::string text = front_text(view, text_options);
     if (k >= 0) text += fmt::format("\npoint {}\n", k + 1) + chosen.text;
     std::string lines;
     for (const std::string& file : files) lines += format_written_message(file);

@@ -85,6 +85,14 @@ std::vector<std::string> coordinate_names(const Mechanism& mechanism) {
   return names;
 }
 
+/// Per coordinate: whether it is a length.
+std::vector<bool> coordinate_lengths(const Mechanism& mechanism) {
+  std::vector<bool> lengths;
+  for (const Coordinate& coordinate : mechanism.coordinates)
+    lengths.push_back(coordinate.kind != CoordinateKind::angle);
+  return lengths;
+}
+
 std::vector<std::string> actuator_names(const Mechanism& mechanism) {
   std::vector<std::string> names;
   for (const int a : mechanism.actuators) names.push_back(mechanism.coordinates[static_cast<std::size_t>(a)].name);
@@ -144,7 +152,8 @@ EquationsReportData make_equations_data(const EquationsOptions& options, const D
   EquationsReport report =
       call_or_throw_usage_error(options, study, [&] { return compute_equations_at(study.mechanism, query, symbols); });
   if (report.outcome.status != MotionStatus::done) throw MotionFailure(report.outcome);
-  return {study.mechanism.name, coordinate_names(study.mechanism), std::move(report.at), choose_sections(options)};
+  return {study.mechanism.name, coordinate_names(study.mechanism), std::move(report.at), choose_sections(options),
+          coordinate_lengths(study.mechanism)};
 }
 
 ExitCode run(const EquationsOptions& options) {
@@ -163,7 +172,7 @@ ExitCode run(const EquationsOptions& options) {
   else if (options.latex)
     print_text(equations_latex(view));
   if (!options.output.empty()) write(options, study, as_one_sample(view.at));
-  if (!options.spec.json && !options.latex) print_text(equations_text(view));
+  if (!options.spec.json && !options.latex) print_text(equations_text(view, choose_text_options(options.spec, study)));
   return ExitCode::done;
 }
 
@@ -250,6 +259,7 @@ void add_speed_options(CLI::App& parser, EquationsOptions& o) {
 
 void add_equations_options(CLI::App& parser, EquationsOptions& o) {
   add_spec_options(parser, o.spec);
+  add_units_option(parser, o.spec.units);
   add_state_options(parser, o,
                     "a pose (A1=0.3,A2=0.5 or tool: [0.1, 0.2], in the spec's units), start, end or a trajectory");
   parser.add_option("-t,--trajectory", o.trajectory, "trajectory of start and end (default: the first)")
@@ -366,7 +376,7 @@ void print_view(const FormulaOptions& options, const Study& study, const SpecNum
   if (options.spec.json)
     print(formulas_json(view));
   else
-    print_text(options.latex ? formulas_latex(view) : formulas_text(view));
+    print_text(options.latex ? formulas_latex(view) : formulas_text(view, text_width()));
 }
 
 }  // namespace

@@ -20,7 +20,9 @@
 
 #include <algorithm>
 #include <charconv>
+#include <cmath>
 #include <filesystem>
+#include <limits>
 #include <memory>
 #include <set>
 #include <string>
@@ -31,8 +33,9 @@ namespace balance::app {
 /// Options of `balance plot`.
 struct PlotOptions {
   std::vector<std::string> results, quantities, labels;
-  std::string output, vectors = "magnitude", x = "time", plane = "xy", size, font, title;
-  bool path = false, phase = false, script = false, force = false, json = false, quiet = false;
+  std::string output, vectors = "magnitude", x = "time", plane = "xy", size, font, title, units = "spec";
+  std::string poses;  ///< their number; empty: none are drawn
+  bool side_by_side = false, path = false, phase = false, script = false, force = false, json = false, quiet = false;
 };
 
 void add_plot_options(CLI::App& parser, PlotOptions& options);
@@ -40,7 +43,12 @@ void add_plot_options(CLI::App& parser, PlotOptions& options);
 /// @throws UsageError for invalid values
 PlotPage choose_page(const PlotOptions& options);
 
-/// The plot of the runs. @throws UsageError for a quantity or plane that the runs do not have
+/// `--poses 5` is a flag followed by an operand, since the number may be left out: moves such an operand to the flag.
+/// @throws UsageError if there is no other operand, or if the number is not a number of poses
+void take_pose_count(PlotOptions& options);
+
+/// The plot of the runs. @throws UsageError for a quantity or plane that the runs do not have; SpecError, SystemError
+/// if poses are drawn and a run's mechanism cannot be read
 Plot choose_picture(const PlotOptions& options, const std::vector<StoredRun>& files);
 
 /// Checks before the computation that the outputs can be written. @throws UsageError, SystemError
@@ -69,13 +77,16 @@ std::string draw(const Plot& picture, const PlotPage& page) {
   }
 }
 
-ExitCode run(const PlotOptions& options) {
+ExitCode run(PlotOptions options) {
+  take_pose_count(options);
   PlotPage page = choose_page(options);
   check_outputs(options);
   check_standard_input_once(options.results);
   std::vector<StoredRun> files;
   for (const std::string& name : options.results) {
-    files.push_back(load_or_simulate_run(name, options.script ? "" : options.output, "the picture"));
+    files.push_back(
+        load_or_simulate_run(name, options.script ? "" : options.output, "the picture",
+                             options.poses.empty() ? AcceptedRuns::motions : AcceptedRuns::motions_and_states));
   }
   const Plot picture = choose_picture(options, files);
   try {
@@ -113,11 +124,16 @@ Command setup_plot(CLI::App& program) {
       "The default is torque, shaking_force and shaking_moment. Several results share one picture. A spec,\n"
       "optionally followed by a colon and a trajectory, is simulated first. A phase plane shows the rate\n"
       "along the path over the position, with the largest allowed rate. gnuplot must be installed.\n\n"
+      "With --poses, paths are drawn with the mechanism: at the start, in the middle and at the end, or at N\n"
+      "evenly spaced times, and of a spec without a motion as it is assembled. Mechanisms in space are projected; "
+      "--plane isometric shows all three axes.\n\n"
       "Examples:\n"
       "  balance plot run.h5 -o run.pdf\n"
       "  balance plot a.h5 b.h5 --quantity shaking_force --x normalised -o force.svg\n"
       "  balance plot run.h5 --quantity 'torque[A1]' -o a1.png --size 160x90\n"
       "  balance plot run.h5 --path -o path.svg --font Times,10\n"
+      "  balance plot run.h5 --path --poses -o poses.svg\n"
+      "  balance plot a.h5 b.h5 --path --poses 5 --side-by-side -o poses.pdf\n"
       "  balance plot 3rrr.yaml:fast --phase -o phase.svg");
   return {parser, [options] { return run(*options); }};
 }
@@ -126,10 +142,10 @@ namespace {
 
 const std::vector<std::string> views = {"magnitude", "components", "both"};
 const std::vector<std::string> abscissas = {"time", "normalised"};
-const std::vector<std::string> planes = {"xy", "xz", "yz"};
 const std::vector<std::string> suffixes = {"svg", "pdf", "png"};
 constexpr double min_page_side = 30, max_page_side = 1000;  // mm
-constexpr double min_font_size = 4, max_font_size = 72;     // pt
+constexpr int default_pose_count = 3;
+constexpr double min_font_size = 4, max_font_size = 72;  // pt
 
 std::size_t position(const char* option, const std::string& word, const std::vector<std::string>& words) {
   const auto entry = std::find(words.begin(), words.end(), word);
@@ -204,6 +220,21 @@ std::vector<PlotRun> label_runs(const PlotOptions& options, const std::vector<St
   return runs;
 }
 
+/// Units that all specs have in common; SI if they differ.
+SpecUnits choose_units(const PlotOptions& options, const std::vector<StoredRun>& files) {
+  if (!has_spec_units(options.units)) return {};
+  const auto is_same = [](const SpecUnits& a, const SpecUnits& b) {
+    return a.length == b.length && a.mass == b.mass && a.time == b.time && a.angle == b.angle && a.force == b.force;
+  };
+  SpecUnits common;
+  for (std::size_t i = 0; i < files.size(); ++i) {
+    const SpecUnits units = read_display_units(files[i].spec_text);
+    if (i == 0) common = units;
+    if (!is_same(common, units)) return {};
+  }
+  return common;
+}
+
 /// The most important quantities for designers that all runs have.
 std::vector<std::string> default_quantities(const std::vector<StoredRun>& files) {
   std::vector<std::string> names = {"torque", "shaking_force", "shaking_moment"};
@@ -226,7 +257,37 @@ void check_names(const std::vector<std::string>& names, const std::vector<Stored
   }
 }
 
+/// Whether a text begins with a number, so that it cannot be meant as a file.
+bool is_numeric(const std::string& text) {
+  double number = 0;
+  return parse(text, -std::numeric_limits<double>::infinity(), std::numeric_limits<double>::infinity(), number);
+}
+
+/// @throws UsageError unless it is empty or a number of poses
+int count_poses(const std::string& text) {
+  double count = 0;
+  if (text.empty()) return 0;
+  if (!parse(text, 1, max_poses, count) || count != std::floor(count))
+    throw UsageError(
+        fmt::format("--poses {}: expected a whole number from 1 to {}", quote_for_message(text), max_poses));
+  return static_cast<int>(count);
+}
+
 }  // namespace
+
+void take_pose_count(PlotOptions& options) {
+  std::vector<std::string>& runs = options.results;
+  const auto number = std::find_if(runs.begin(), runs.end(), [](const std::string& name) {
+    std::error_code ignored;
+    return is_numeric(name) && !std::filesystem::exists(name, ignored);
+  });
+  if (!options.poses.empty() && number != runs.end()) {
+    options.poses = *number;
+    runs.erase(number);
+    if (runs.empty()) throw UsageError("no run given: balance plot needs a result file or a spec");
+  }
+  count_poses(options.poses);
+}
 
 void add_plot_options(CLI::App& parser, PlotOptions& o) {
   add_run_operands(parser, o.results);
@@ -257,10 +318,16 @@ void add_plot_options(CLI::App& parser, PlotOptions& o) {
       ->excludes(path)
       ->excludes(phase);
   choice("--x", o.x, "time in seconds, or normalised by the duration", abscissas)->excludes(path)->excludes(phase);
-  choice("--plane", o.plane, "plane of paths: xy, xz or yz", planes)->needs(path);
+  choice("--plane", o.plane, "view of paths: plane xy, xz or yz, or isometric", list_projections())->needs(path);
+  parser
+      .add_flag(fmt::format("--poses{{{}}}", default_pose_count), o.poses,
+                "draw the mechanism along the path, --poses N at N times (start, middle and end by default)")
+      ->needs(path);
+  parser.add_flag("--side-by-side", o.side_by_side, "one frame per run for paths, at the same scale")->needs(path);
   parser.add_option("--label", o.labels, "name of a result in the legend; once per result, in order")
       ->type_name("TEXT")
       ->allow_extra_args(false);
+  add_units_option(parser, o.units);
   parser.add_option("--title", o.title, "text above the picture")->type_name("TEXT");
   parser.add_option("--size", o.size, "width and height in mm (default: height as needed)")->type_name("WxH");
   parser.add_option("--font", o.font, "font and its size in points")->type_name("NAME[,SIZE]");
@@ -280,18 +347,24 @@ PlotPage choose_page(const PlotOptions& options) {
 }
 
 Plot choose_picture(const PlotOptions& options, const std::vector<StoredRun>& files) {
-  const std::vector<PlotRun> runs = label_runs(options, files);
+  std::vector<PlotRun> runs = label_runs(options, files);
   const auto view = static_cast<VectorView>(position("--vectors", options.vectors, views));
   const auto axis = static_cast<TimeAxis>(position("--x", options.x, abscissas));
-  position("--plane", options.plane, planes);
+  position("--plane", options.plane, list_projections());
   check_names(options.quantities, files);
+  const SpecUnits units = choose_units(options, files);
+  const PathView paths{options.plane, count_poses(options.poses), options.side_by_side};
+  std::vector<Mechanism> mechanisms;
+  if (paths.poses > 0)
+    for (const StoredRun& file : files) mechanisms.push_back(read_run_mechanism(file));
+  for (std::size_t i = 0; i < mechanisms.size(); ++i) runs[i].mechanism = &mechanisms[i];
   try {
     Plot picture =
         options.phase ? plot_phase_plane(runs)
         : options.path
-            ? plot_paths(runs, options.plane)
+            ? plot_paths(runs, paths, units)
             : plot_over_time(runs, options.quantities.empty() ? default_quantities(files) : options.quantities, view,
-                             axis);
+                             axis, units);
     picture.title = options.title;
     return picture;
   } catch (const std::invalid_argument& error) {

@@ -165,28 +165,20 @@ HtmlReport begin_page(const ReportOptions& options, const Study& study) {
   page.before = study.mechanism;
   page.check = check_json(check_mechanism(study), study.mechanism, study.warnings);
   page.notes = study.warnings;
+  if (has_spec_units(options.spec.units)) page.units = read_display_units(study.spec_text);
+  page.number_units = list_number_units(study);
+  for (const LoadParameter& load : study.design.cases.numbers)
+    if (page.number_units.contains(load.path)) page.number_units[load.name] = page.number_units[load.path];
   page.controller = options.controller;
   if (!options.controller.empty())
     page.controller_type = controller_type_name(choose_controller(study, options.controller).type);
   return page;
 }
 
-/// @throws SystemError if the run does not belong to the mechanism of its spec
-void check_run_matches_spec(const StoredRun& run, const Study& study) {
-  std::vector<std::string> coordinates, joints;
-  for (const Coordinate& coordinate : study.mechanism.coordinates) coordinates.push_back(coordinate.name);
-  for (const Joint& joint : study.mechanism.joints) joints.push_back(joint.name);
-  const RunResult& r = run.result;
-  const bool planar = study.mechanism.space == SpaceKind::planar;
-  if (r.coordinate_names != coordinates || (!r.joint_names.empty() && r.joint_names != joints) ||
-      r.axes != (planar ? 2 : 3))
-    throw SystemError(run.path + ": is damaged: its run does not belong to the mechanism of its spec");
-}
-
 /// The page of a run stored in a result file, together with its spec.
 HtmlReport file_page(const ReportOptions& options, const StoredRun& run, const DesignSpace& space) {
   const Study& study = space.start;
-  check_run_matches_spec(run, study);
+  check_run_matches_mechanism(run, study.mechanism);
   HtmlReport page = begin_page(options, study);
   page.controller = run.controller;
   page.controller_type = run.controller_type;
@@ -229,9 +221,11 @@ void add_design(const ReportOptions& options, const DesignSpace& space, HtmlRepo
   const DesignStudyOptions study_options = design_options(options, space.start);
   const DesignReportData view = space.start.design.front ? make_middle_design_data(study_options, space, page)
                                                          : only_design(study_options, space);
+  DesignReportData shown = view;
+  shown.conditions = convert_coefficients(view.conditions, page.units);
   page.before = view.report.study_before.mechanism;
   page.after = view.report.study_after.mechanism;
-  page.design = design_json(view, {});
+  page.design = design_json(shown, {});
   DesignSpace before = space.fix_others(view.report.before, {}), after = space.fix_others(view.report.outcome.x, {});
   before.start = view.report.study_before;
   after.start = view.report.study_after;
@@ -250,7 +244,9 @@ HtmlReport make_page(const ReportOptions& options, const DesignSpace& space) {
     add_design(options, space, page);
     return page;
   }
-  if (has_goal) page.conditions = conditions_json(derive_conditions_or_throw(options.goal, space), {});
+  if (has_goal)
+    page.conditions =
+        conditions_json(convert_coefficients(derive_conditions_or_throw(options.goal, space), page.units), {});
   run_trajectories(options, space, nullptr, page);
   return page;
 }
@@ -347,6 +343,7 @@ constexpr long max_report_samples = 20'000;  // pages with more open slowly, and
 
 void add_report_options(CLI::App& parser, ReportOptions& o) {
   add_spec_options(parser, o.spec);
+  add_units_option(parser, o.spec.units);
   parser.add_option("-o,--output", o.output, "the page (default: the spec's name with .html)")->type_name("FILE");
   parser.add_option("-t,--trajectory", o.trajectories, "trajectory to show; may be repeated (default: all)")
       ->type_name("NAME")
@@ -391,6 +388,7 @@ std::string command_line(const ReportOptions& o) {
   if (o.goal.seed) words.insert(words.end(), {"--seed", std::to_string(*o.goal.seed)});
   if (o.samples) words.insert(words.end(), {"--samples", std::to_string(*o.samples)});
   if (o.seconds > 0) words.insert(words.end(), {"--seconds", fmt::format("{}", o.seconds)});
+  if (!has_spec_units(o.spec.units)) words.insert(words.end(), {"--units", o.spec.units});
   for (const std::string& set : o.spec.overrides) words.insert(words.end(), {"--set", set});
   return join_command(std::move(words));
 }

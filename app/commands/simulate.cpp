@@ -60,7 +60,7 @@ ExitCode run_single_state(const SimulateOptions& options, const Study& study) {
   if (options.poses) add_body_poses(study.mechanism, result);
   print_notes(options, result);
   const Provenance description = describe_state(options, study);
-  print_result(options, result, description, write_files(options, result, description));
+  print_result(options, study, result, description, write_files(options, result, description));
   return ExitCode::done;
 }
 
@@ -76,7 +76,7 @@ ExitCode run(const SimulateOptions& options) {
   if (options.split) add_parts(study, trajectory, result);
   print_notes(options, result);
   const Provenance description = describe(options, study, trajectory);
-  print_result(options, result, description, write_files(options, result, description));
+  print_result(options, study, result, description, write_files(options, result, description));
   return ExitCode::done;
 }
 

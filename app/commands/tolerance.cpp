@@ -107,7 +107,7 @@ ExitCode run(const ToleranceOptions& options) {
     if (options.spec.json) {
       print(tolerance_json(view));
     } else {
-      std::string text = tolerance_text(view);
+      std::string text = tolerance_text(view, choose_design_text_options(options.spec, study));
       for (const std::string& file : files) text += "\n" + format_written_message(file);
       print_status(files, text);
     }
@@ -119,6 +119,7 @@ ExitCode run(const ToleranceOptions& options) {
 
 void add_tolerance_options(CLI::App& parser, ToleranceOptions& o) {
   add_spec_options(parser, o.spec);
+  add_units_option(parser, o.spec.units);
   CLI::Option* trajectory =
       parser.add_option("-t,--trajectory", o.trajectory, "trajectory of the spec (default: the first)")
           ->type_name("NAME");

@@ -1,34 +1,15 @@
 """The gallery: a page for every mechanism of configs, with its picture and its page, both made by the program."""
 
-import json
 import os
 import pathlib
-import re
 import shutil
 import subprocess
 import tempfile
 
-ROOT = pathlib.Path(__file__).resolve().parents[2]
+import published_cases
+from program_answers import ROOT, ask, story
+
 FIGURES = {"torque": "Peak torque", "shaking_force": "Peak shaking force", "shaking_moment": "Peak shaking moment"}
-
-
-def ask(program, *words):
-    """What a command prints with --json; nothing if the mechanism cannot do it."""
-    done = subprocess.run([program, *words, "--json"], capture_output=True, text=True, check=False)
-    return json.loads(done.stdout) if done.returncode == 0 else None
-
-
-def story(text):
-    """(name, comment at its head as Markdown) of a spec."""
-    name = re.search(r"^name: *(.*?) *$", text, re.MULTILINE)
-    lines = []
-    for line in text.splitlines():
-        if not line.startswith("#"):
-            break
-        lines.append(line[1:].removeprefix(" "))
-    # Formulas are indented and must not become Markdown's quotes or emphasis.
-    escaped = [re.sub(r"([*_<>\[\]`])", r"\\\1", line.strip()) + ("  " if line.startswith("    ") else "") for line in lines]
-    return name.group(1).strip("\"'") if name else "", "\n".join(escaped)
 
 
 def facts(program, spec):
@@ -83,8 +64,9 @@ def draw(program, specs, folder, pages):
         subprocess.run(["node", str(ROOT / "docs/site/pictures.mjs"), str(pages), str(folder)], check=True, env={**environment, "HOME": home})
 
 
-def write(program, specs, folder, built, draw_them):
-    """Markdown and pictures into `folder`; pages of `balance report` where the built site will find them."""
+def write(program, specs, published, folder, built, draw_them):
+    """Markdown and pictures into `folder`; pages of `balance report` where the built site will find them.
+    @param published specs of configs/published, which have a gallery of their own below"""
     folder.mkdir(parents=True)
     if draw_them:
         draw(program, specs, folder, built / "pages")
@@ -92,6 +74,11 @@ def write(program, specs, folder, built, draw_them):
     cards = "".join(f'<figure><a href="{stem}.html">' + (f'<img src="../_images/{stem}.png" alt="">' if draw_them else "")
                     + f"<figcaption>{name}</figcaption></a></figure>\n" for stem, name in names.items())
     contents = "\n".join(names)
+    lead = "Every mechanism in `configs`, drawn by the program."
+    if published:
+        published_cases.write(program, published, folder / "published", draw_them)
+        contents = "published/index\n" + contents
+        lead += " Mechanisms of papers, textbooks and other programs are among the [published cases](published/index.md)."
     (folder / "index.md").write_text(
-        "# Gallery\n\nEvery mechanism in `configs`, drawn by the program.\n\n"
+        f"# Gallery\n\n{lead}\n\n"
         f'<div class="gallery">\n{cards}</div>\n\n```{{toctree}}\n:hidden:\n\n{contents}\n```\n', encoding="utf-8")

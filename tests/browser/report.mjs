@@ -171,7 +171,7 @@ await test("a design of the trade-off can be chosen in its chart, in its table a
   assert.equal(await chosen(), "Point 7");
   const {points} = await page.evaluate(() => window.balanceReport.data.front.front);
   const shown = await page.locator(".front-details tbody td").first().textContent();
-  assert.ok(Math.abs(Number(shown.replace("\u2212", "-")) - points[6].free_numbers[0].value) < 1e-4);
+  assert.ok(Math.abs(parseFloat(shown.replace("\u2212", "-")) - points[6].free_numbers[0].value) < 1e-4);
   await shot(page, "four-bar-front-light.png");
 });
 
@@ -264,6 +264,89 @@ await test("paper is light, with charts and without controls", "5r-design", asyn
 }, {colorScheme: "dark"});
 
 await import("./_press.mjs");
+/** Numbers of all axes: of charts over time as they are drawn, of others as their texts say. */
+const axisNumbers = (page) => page.evaluate(() => {
+  const powers = "⁰¹²³⁴⁵⁶⁷⁸⁹";
+  const value = (text) => {
+    const [mantissa, power] = text.replaceAll("−", "-").split(" × 10");
+    return Number(mantissa) * 10 ** (power ? Number([...power].map((c) => (c === "⁻" ? "-" : powers.indexOf(c))).join("")) : 0);
+  };
+  const axes = window.balanceReport.board.charts.flatMap(({chart, plot}) =>
+    plot.axes.map((axis, i) => ({of: `${chart.id} ${"xy"[i]}`, texts: axis._values.filter((t) => t !== null)})));
+  document.querySelectorAll(".drawing svg").forEach((svg, k) => {
+    const ticks = [...svg.querySelectorAll(".tick")];
+    for (const anchor of ["end", "middle"])
+      axes.push({of: `drawing ${k} ${anchor}`, texts: ticks.filter((t) => t.getAttribute("text-anchor") === anchor).map((t) => t.textContent)});
+  });
+  return axes.map(({of, texts}) => ({of, texts, values: texts.map(value)}));
+});
+
+/** Steps of 1, 2 or 5 times a power of ten from multiple to multiple, at least two numbers, no two alike. */
+function assertRound({of, texts, values}) {
+  const told = `${of}: ${texts.join(" ")}`;
+  assert.ok(values.length >= 2, told);
+  assert.equal(new Set(texts).size, texts.length, told);
+  const sorted = [...values].sort((a, b) => a - b);
+  const step = (sorted.at(-1) - sorted[0]) / (sorted.length - 1);
+  const mantissa = Number((step / 10 ** Math.floor(Math.log10(step) + 1e-9)).toPrecision(6));
+  assert.ok([1, 2, 5].includes(mantissa), told);
+  for (const one of sorted) assert.ok(Math.abs(one / step - Math.round(one / step)) < 1e-4, told);
+}
+
+/** Pairs of texts that lie upon one another, and texts cut off by the edge of their drawing or element. */
+const spoiltTexts = (page) => page.evaluate(() => {
+  const texts = [];
+  for (const element of document.querySelectorAll("main *, header *")) {
+    const own = [...element.childNodes].filter((node) => node.nodeType === Node.TEXT_NODE && node.data.trim());
+    if (!own.length || element.closest(".unseen, .skip, .stage, select, pre") || !element.checkVisibility()) continue;
+    const cut = element.closest(".table-box, .legend.crowded")?.getBoundingClientRect();
+    for (const node of own) {
+      const range = document.createRange();
+      range.selectNodeContents(node);
+      for (const {left, right, top, bottom} of range.getClientRects()) {
+        const box = cut ? {left: Math.max(left, cut.left), right: Math.min(right, cut.right), top: Math.max(top, cut.top), bottom: Math.min(bottom, cut.bottom)}
+          : {left, right, top, bottom};
+        if (box.right - box.left > 1 && box.bottom - box.top > 1) texts.push({...box, element, text: node.data.trim().slice(0, 30)});
+      }
+    }
+  }
+  const spoilt = [];
+  texts.sort((a, b) => a.top - b.top);
+  for (let i = 0; i < texts.length; ++i)
+    for (let j = i + 1; j < texts.length && texts[j].top < texts[i].bottom - 2; ++j) {
+      const [a, b] = [texts[i], texts[j]];
+      if (Math.min(a.right, b.right) - Math.max(a.left, b.left) > 1.5) spoilt.push(`"${a.text}" and "${b.text}" overlap`);
+    }
+  for (const {element, text, left, right} of texts) {
+    const svg = element.closest(".drawing svg")?.getBoundingClientRect();
+    if (svg && (left < svg.left - 1 || right > svg.right + 1)) spoilt.push(`"${text}" leaves its drawing`);
+    if (!svg && !element.closest(".table-box") && (left < -1 || right > innerWidth + 1)) spoilt.push(`"${text}" leaves the window`);
+  }
+  return spoilt;
+});
+
+const drawings = ["four-bar-front", "rr-adaptive", "slider-crank", "scara-design", "rr-tolerance", "stewart", "control-5r"];
+for (const name of draw("pages with axes", drawings, 0.4, (page) => (page === "four-bar-front" ? ["front"] : page === "rr-adaptive" ? ["loads"] : [])))
+  for (const width of [1280, 390])
+    await test(`numbers of the axes of ${name} are round and no texts overlap, ${width} px wide`, name, async (page) => {
+      await page.waitForTimeout(100); // drawings follow the width one frame later
+      (await axisNumbers(page)).forEach(assertRound);
+      assert.deepEqual(await spoiltTexts(page), []);
+      await page.evaluate(() => window.balanceReport.board.zoomBy(1 / 16));
+      (await axisNumbers(page)).filter(({of}) => of.endsWith(" x")).forEach(assertRound);
+    }, {viewport: {width, height: 900}});
+
+await test("a wide motion leaves no empty room above and below it", "slider-crank", async (page) => {
+  const {height, needed, wide} = await page.evaluate(() => {
+    const {view, stageBox} = window.balanceReport.player;
+    const {low, high} = view.bounds();
+    const margins = 88, {clientWidth: width, clientHeight: height} = stageBox;
+    return {height, wide: (high[0] - low[0]) / (high[1] - low[1]), needed: margins + ((width - margins) * (high[1] - low[1])) / (high[0] - low[0])};
+  });
+  assert.ok(wide > 1.5);
+  assert.ok(height <= Math.max(needed, 300) + 1, `${height} of ${needed}`);
+});
+
 await browser.close();
 console.log(failures() ? `${failures()} failed` : "all passed");
 process.exit(failures() ? 1 : 0);

@@ -56,7 +56,7 @@ class Design(Case):
         done = run("design", RR)
         self.assert_quiet_success(done)
         for part in ("planar RR arm: balanced exactly for gyroscopic, with the least possible added mass\n",
-                     "free number [SI]", "counterweights.cw1.mass", "where a1 = 0.5 m\n", "added mass     ",
+                     "free number ", "counterweights.cw1.mass", "where a1 = 0.5 m\n", "added mass     ",
                      "optimality: proved-best: ", "freedom: none: no other solution",
                      "trajectory cycloid\n", "worst torque", "\ntrajectory bang-bang\ncannot be followed after: "):
             self.assertIn(part, done.stdout)

@@ -1,6 +1,7 @@
 """Pictures: what is in them, their sizes, and what is said when they cannot be drawn."""
 
 import json
+import math
 import os
 import pathlib
 import re
@@ -12,9 +13,23 @@ import unittest
 import xml.etree.ElementTree as ElementTree
 
 from _program import CONFIGS, SPEC, Case, run
+from _sampling import draw, traits_of
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 SVG = "{http://www.w3.org/2000/svg}"
+
+
+ARM_WITH_A_FREE_LENGTH = """\
+name: arm
+space: planar
+bodies: {arm: {mass: 1, com: [0.1, 0], inertia: 0.01, points: {O: [0, 0], T: [{free: [0.4, 0.6], start: 0.5}, 0]}}}
+joints: {J: {type: revolute, connects: [ground.origin, arm.O]}}
+actuators: [J]
+tool: arm.T
+counterweights: {cw: {on: arm, at: T, mass: 1}}
+trajectories: {swing: {law: cycloidal, drive: joints, duration: 1, samples: 21, from: {joints: {J: 0}}, to: {joints: {J: 1}}}}
+design: {minimize: {peak: torque, along: swing}}
+"""
 
 
 def setUpModule():
@@ -105,6 +120,55 @@ class Pictures(Case):
             self.assertEqual(found.count(text), 1, found)
         self.assertIn("z [m]", texts(self.plot("b.svg", ARM, "--path", "--plane", "yz")))
 
+    def test_poses_are_drawn_along_the_path(self):
+        found = texts(self.plot("a.svg", CYCLOID, "--path", "--poses"))
+        for text in ("tool", "centre of mass", "start, t = 0 s", "t = 0.05 s", "end, t = 0.1 s", "x [m]", "y [m]"):
+            self.assertEqual(found.count(text), 1, found)
+        found = texts(self.plot("b.svg", CYCLOID, BANG, "--path", "--poses", "2"))
+        for text in ("cycloid, start, t = 0 s", "bang, end, t = 0.1 s"):
+            self.assertIn(text, found)
+        found = texts(self.plot("c.svg", ARM, "--path", "--poses", "--plane", "isometric"))
+        self.assertIn("isometric view, (y \N{MINUS SIGN} x)/\N{SQUARE ROOT}2 [m]", found)
+        for suffix in ("png", "pdf"):
+            self.assertGreater(os.path.getsize(self.plot("d." + suffix, CYCLOID, "--path", "--poses")), 5000)
+
+    def test_the_number_of_poses_may_stand_anywhere(self):
+        scripts = {run("plot", *words, "--path", "--script").stdout for words in (
+            (CYCLOID, "--poses", "4"), ("--poses", "4", CYCLOID), ("--poses=4", CYCLOID), (CYCLOID, "--poses=4"))}
+        self.assertEqual(len(scripts), 1)
+        self.assertIn("t = 0.033, 0.067 s", scripts.pop())
+        default = run("plot", "--path", "--poses", CYCLOID, "--script").stdout
+        self.assertEqual(default, run("plot", CYCLOID, "--path", "--poses", "3", "--script").stdout)
+
+    def test_runs_side_by_side(self):
+        found = texts(self.plot("a.svg", CYCLOID, BANG, "--path", "--poses", "--side-by-side", "--label", "left", "--label", "right"))
+        for text, times in (("left", 1), ("right", 1), ("start, t = 0 s", 1), ("x [m]", 2), ("y [m]", 1)):
+            self.assertEqual(found.count(text), times, found)
+
+    def test_poses_of_a_design_have_the_designed_mechanism(self):
+        """The arm of 0.5 m becomes as short as its bounds allow."""
+        spec = self.write("arm.yaml", ARM_WITH_A_FREE_LENGTH)
+        self.assert_quiet_success(run("design", spec, "--h5", self.path("d.h5"), "-q"))
+        lengths = []
+        for when in ("before", "after"):
+            done = run("plot", self.path(f"d.h5:{when}/swing"), "--path", "--poses", "1", "--script")
+            self.assert_quiet_success(done)
+            link = re.search(r"end_of_data\n(\S+) (\S+)\n(\S+) (\S+)\n\nend_of_data", done.stdout)
+            x, y, u, v = map(float, link.groups())
+            lengths.append(math.hypot(u - x, v - y))
+        self.assertAlmostEqual(lengths[0], 0.5, places=6)
+        self.assertAlmostEqual(lengths[1], 0.4, delta=0.011)
+
+    def test_every_kind_of_mechanism_has_poses(self):
+        specs = sorted(name for name in os.listdir(CONFIGS) if name.endswith(".yaml"))
+        specs = [name for name in specs if "trajectories" in traits_of(os.path.join(CONFIGS, name))]
+        for name in draw("mechanisms with poses", specs, 0.2, lambda name: traits_of(os.path.join(CONFIGS, name))):
+            with self.subTest(name):
+                done = run("plot", os.path.join(CONFIGS, name), "--path", "--poses", "2", "--script")
+                self.assertEqual(done.returncode, 0, done.stderr)
+                self.assertNotIn("nan", done.stdout)
+                self.assertRegex(done.stdout, r"'end, t = [\d.]+ s'")
+
     def test_vectors_and_normalised_time(self):
         found = texts(self.plot("a.svg", ARM, "--quantity", "shaking_force", "--vectors", "both", "--x", "normalised"))
         for text in ("magnitude", "x", "y", "z", "time / duration"):
@@ -169,6 +233,14 @@ class Mistakes(Case):
             ([CYCLOID, "-o", svg, "--vectors", "magnitud"], "nearest is 'magnitude'"),
             ([CYCLOID, "-o", svg, "--path", "--plane", "xz"], "it has no plane xz"),
             ([CYCLOID, "-o", svg, "--plane", "xz"], "--path"),
+            ([CYCLOID, "-o", svg, "--path", "--plane", "isometric"], "it has no view isometric"),
+            ([CYCLOID, "-o", svg, "--path", "--plane", "iso"], "expected xy, xz, yz or isometric"),
+            ([CYCLOID, "-o", svg, "--poses"], "--path"),
+            ([CYCLOID, "-o", svg, "--side-by-side"], "--path"),
+            ([CYCLOID, "-o", svg, "--path", "--poses", "0"], "--poses '0': expected a whole number from 1 to 50"),
+            ([CYCLOID, "-o", svg, "--path", "--poses=2.5"], "--poses '2.5': expected a whole number from 1 to 50"),
+            ([CYCLOID, "-o", svg, "--path", "--poses=many"], "--poses 'many': expected a whole number from 1 to 50"),
+            (["-o", svg, "--path", "--poses", "4"], "no run given"),
             ([CYCLOID, "-o", svg, "--path", "--quantity", "torque"], "--path"),
             ([CYCLOID, "-o", svg, "--size", "12"], "--size '12': expected WIDTHxHEIGHT"),
             ([CYCLOID, "-o", svg, "--size", "1x1"], "from 30 to 1000"),

@@ -194,11 +194,11 @@ TEST_CASE("curves of different units do not share an axis") {
                        std::invalid_argument);
   const Plot slider = plot_over_time(runs, {"joint_position[S]"}, VectorView::magnitude, TimeAxis::seconds);
   CHECK(slider.panels.front().y_label == "joint position S [m]");
-  CHECK_THROWS_AS(plot_paths(runs, "xz"), std::invalid_argument);
+  CHECK_THROWS_AS(plot_paths(runs, {.projection = "xz"}), std::invalid_argument);
 }
 
 TEST_CASE("on a path a metre is as long upwards as to the right") {
-  const Plot picture = plot_paths({{"run", &bang_bang()}}, "xy");
+  const Plot picture = plot_paths({{"run", &bang_bang()}}, {});
   for (const double height : {60.0, 150.0}) {
     const PlotPage page{.width = 120, .height = height};
     const std::string script = gnuplot_script(picture, page);

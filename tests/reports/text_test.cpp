@@ -3,12 +3,15 @@
 #include "../files/sample.hpp"
 #include "balance/interface/files/json.hpp"
 #include "balance/interface/files/sha256.hpp"
+#include "balance/interface/files/text_options.hpp"
 #include "balance/interface/files/text_table.hpp"
 #include "balance/interface/reports/check_sections.hpp"
 
 #include <nlohmann/json.hpp>
 
 #include <doctest/doctest.h>
+
+#include <numbers>
 
 using namespace balance;
 
@@ -49,6 +52,54 @@ TEST_CASE("columns are as wide as their widest cell, counted in characters") {
   CHECK_THROWS_AS(format_table({{"a"}, {Align::left}, {{"1", "2"}}}), std::invalid_argument);
 }
 
+TEST_CASE("a table that is too wide has its texts wrapped and then its columns in blocks; numbers are whole") {
+  TextTable table{{"quantity", "unit", "peak", "rms"}, {Align::left, Align::left, Align::right, Align::right}, {}, 2};
+  table.rows = {{"joint_force[the_long_name_of_a_joint]", "N", "1.23456e-10", "123456"}};
+  CHECK(format_table(table, 50) ==
+        "quantity                 unit         peak     rms\n"
+        "joint_force[the_long_    N     1.23456e-10  123456\n"
+        "name_of_a_joint]\n");
+  table.rows[0][0] = "torque";
+  CHECK(format_table(table, 30) ==
+        "quantity  unit         peak\n"
+        "torque    N     1.23456e-10\n"
+        "\n"
+        "quantity  unit     rms\n"
+        "torque    N     123456\n");
+}
+
+TEST_CASE("long lines are broken at blanks, rather after a comma, and words are whole") {
+  CHECK(wrap_lines("short\n", 20) == "short\n");
+  CHECK(wrap_lines("  one two, three four five\n", 20) == "  one two, three\n    four five\n");
+  CHECK(wrap_lines("where a = 1 mm, b = 2 mm", 18) == "where a = 1 mm,\n  b = 2 mm");
+  CHECK(wrap_lines("/a/very/long/path/without/blanks and more", 20) == "/a/very/long/path/without/blanks\n  and more");
+}
+
+TEST_CASE("an SI unit is displayed factor by factor in the units of a spec") {
+  const SpecUnits mm = read_display_units("units: {length: mm, mass: g, angle: deg}\n"),
+                  inch = read_display_units("units: {length: in, mass: lb, angle: deg}\n");
+  const auto check = [](const char* si, const SpecUnits& units, const char* name, double factor) {
+    const DisplayUnit unit = find_display_unit(si, units);
+    CHECK(unit.name == name);
+    CHECK(unit.factor == doctest::Approx(factor).epsilon(1e-14));
+  };
+  const double degree = std::numbers::pi / 180, inches = 0.0254, pounds = 0.45359237, pound_force = 4.4482216152605;
+  check("N m", mm, "N mm", 1e-3);
+  check("kg m^2", mm, "g mm^2", 1e-9);
+  check("rad/s^2", mm, "deg/s^2", degree);
+  check("N m s/rad", mm, "N mm s/deg", 1e-3 / degree);
+  check("J", mm, "J", 1);
+  check("N m", inch, "lbf in", pound_force * inches);
+  check("W", inch, "lbf in/s", pound_force * inches);
+  check("kg m^2", inch, "lb in^2", pounds * inches * inches);
+  check("1", inch, "", 1);
+  check("", inch, "", 1);
+  for (const char* si : {"N m", "kg m^2", "rad/s", "J", "W", "N m/rad", "m/s^2", "N m s"}) check(si, {}, si, 1);
+  // a force that the spec names, also with lengths in inches
+  check("N m", read_display_units("units: {length: in, force: N}\n"), "N in", inches);
+  CHECK(!has_other_units(read_display_units("name: no units here\n")));
+}
+
 TEST_CASE("numbers for people have six significant digits") {
   CHECK(format_number(869.7458473278) == "869.746");
   CHECK(format_number(-0.07505) == "-0.0750500");
@@ -72,8 +123,8 @@ TEST_CASE("the check names degrees of freedom, redundant constraints and the lin
   const std::string text = check_text(report(), mechanism());
   for (const std::string part :
        {"degrees of freedom  2 (4 coordinates - 2 independent of 3 closure equations); by counting 1",
-        "redundant           weld: moment about x", "passive freedoms    none", "total mass          2.5 kg",
-        "(0.25, -0.5) m", "A = 0.5 rad, S = 0.125 m", "  * assembly: {A: 0.5}", "    assembly: {A: -0.5}"}) {
+        "redundant           weld: moment about x", "total mass          2.5 kg", "(0.25, -0.5) m",
+        "A = 0.5 rad, S = 0.125 m", "  * assembly: {A: 0.5}", "    assembly: {A: -0.5}"}) {
     CHECK_MESSAGE(text.find(part) != std::string::npos, part, "\n", text);
   }
 }

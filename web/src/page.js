@@ -1,6 +1,7 @@
 // The whole page: sections, the player and the charts, all at one time.
 import {choice, h} from "./dom.js";
 import {isDone, readData} from "./data/decode.js";
+import {preferUnits} from "./data/numbers.js";
 import {Board} from "./charts/board.js";
 import {Clock} from "./motion/clock.js";
 import {Player} from "./motion/player.js";
@@ -79,6 +80,7 @@ function source(data) {
 
 export function buildPage(Stage) {
   const data = readData(document);
+  preferUnits(data.units);
   startTheme();
   const clock = new Clock();
   const metrics = metricsSection(Boolean(data.controller));

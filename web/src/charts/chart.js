@@ -1,12 +1,13 @@
 // One chart: lines over time with a playhead, a legend of buttons and the values under the pointer.
 import uPlot from "uplot";
 import {colour, h} from "../dom.js";
-import {format, unitText, withUnit} from "../data/numbers.js";
+import {format, inShownUnit, unitText, withShownUnit} from "../data/numbers.js";
 import {csv, fileName, saveCanvas, saveText} from "../data/save.js";
 import {bandName, bandTitle, drawBands, widest, withBands} from "./band.js";
 import {linesOf} from "./quantities.js";
 
-const height = 190;
+const height = 206;
+const increments = Array.from({length: 40}, (_, k) => [1, 2, 5].map((factor) => Number(`${factor}e${k - 20}`))).flat();
 const palette = 8;
 const many = 10; // lines more than a legend can name at a glance
 const vanished = 1e-9; // of what a design started from: nothing is left
@@ -18,7 +19,7 @@ export class Chart {
     this.clock = clock;
     this.group = group;
     this.lines = variants.flatMap(({key, label, run}) =>
-      linesOf(run, chart).map((line, i) => ({...line, variant: key, label: nameOf(line, label, chart), colour: i % palette})));
+      linesOf(run, chart).map((line, i) => ({...converted(line, chart.unit), si: line, variant: key, label: nameOf(line, label, chart), colour: i % palette})));
     this.time = variants[0].run.time;
     this.compares = variants.length > 1;
     this.roundOff = this.compares ? vanished * Math.max(...this.lines.map((l) => peak(l.values)), 0) : 0;
@@ -28,7 +29,7 @@ export class Chart {
     this.legend = h("div", {class: "legend", role: "group", "aria-label": `Lines of ${chart.title}`});
     this.readings = this.lines.map(() => h("span", {class: "value"}));
     this.element = h("figure", {class: "chart", "data-chart": chart.id, "aria-label": chart.title},
-      h("figcaption", {}, h("span", {class: "chart-title"}, chart.title),
+      h("figcaption", {}, h("span", {class: "chart-title"}, chart.heading),
         h("span", {class: "chart-unit"}, unitText(chart.unit)),
         h("span", {class: "chart-tools screen-only"}, this.tool("PNG", "Save the chart as a picture", () => this.savePicture()),
           this.tool("CSV", "Save the chart's values as a table", () => this.saveTable()))),
@@ -49,8 +50,8 @@ export class Chart {
   /** What a picture of these lines says, in words. */
   description() {
     const {unit, title} = this.chart;
-    const off = (l) => (l.deviation ? `, within ${withUnit(widest(l), unit)} (3σ of tolerances)` : "");
-    const most = this.lines.slice(0, palette).map((l) => `${l.label} up to ${withUnit(peak(l.values), unit)}${off(l)}`);
+    const off = (l) => (l.deviation ? `, within ${withShownUnit(widest(l), unit)} (3σ of tolerances)` : "");
+    const most = this.lines.slice(0, palette).map((l) => `${l.label} up to ${withShownUnit(peak(l.values), unit)}${off(l)}`);
     const rest = this.lines.length - most.length;
     return `${title} over ${format(this.time.at(-1))} s: ${most.join(", ")}${rest > 0 ? ` and ${rest} more` : ""}`;
   }
@@ -79,9 +80,9 @@ export class Chart {
   }
 
   saveTable() {
-    const columns = this.lines.map((l) => ({name: l.label, unit: this.chart.unit, values: l.values}));
+    const columns = this.lines.map((l) => ({name: l.label, unit: this.chart.unit, values: l.si.values}));
     for (const l of this.lines)
-      if (l.deviation) columns.push({name: `${l.label}, standard deviation`, unit: this.chart.unit, values: l.deviation});
+      if (l.deviation) columns.push({name: `${l.label}, standard deviation`, unit: this.chart.unit, values: l.si.deviation});
     saveText(csv(this.time, columns), "text/csv", `${this.name()}.csv`);
   }
 
@@ -120,8 +121,8 @@ export class Chart {
       },
       focus: {alpha: 0.35},
       axes: [
-        {...axis, size: 30, values: (_, ticks) => ticks.map((t) => `${format(t)}`)},
-        {...axis, size: 58, values: (_, ticks) => ticks.map((t) => format(t))},
+        {...axis, size: 28, incrs: increments, values: tickTexts, label: "time [s]", labelSize: 16, labelGap: 2, labelFont: axis.font},
+        {...axis, size: 58, space: 24, incrs: increments, values: tickTexts},
       ],
       series: [{}, ...this.lines.map((l, i) => ({
         show: shown[i],
@@ -229,7 +230,7 @@ export class Chart {
   read() {
     const index = this.hovered ?? this.clock.sample;
     this.lines.forEach((line, i) => {
-      const text = withUnit(this.clean(line.values[index]), this.chart.unit);
+      const text = withShownUnit(this.clean(line.values[index]), this.chart.unit);
       if (this.readings[i].textContent !== text) this.readings[i].textContent = text;
     });
   }
@@ -244,6 +245,20 @@ export class Chart {
       this.move();
     }
   }
+}
+
+/** A line in the unit that is shown. */
+function converted(line, unit) {
+  if (inShownUnit(1, unit) === 1) return line;
+  const convert = (values) => values?.map((v) => inShownUnit(v, unit));
+  return {...line, values: convert(line.values), deviation: convert(line.deviation)};
+}
+
+/** Numbers of an axis, with as many digits as tell one from the next. */
+function tickTexts(_, values, axis, space, increment) {
+  const largest = Math.max(...values.map(Math.abs));
+  const digits = largest > 0 ? Math.min(15, Math.max(4, Math.ceil(Math.log10(largest / increment)) + 1)) : 4;
+  return values.map((value) => format(Math.abs(value) < 1e-9 * increment ? 0 : value, digits));
 }
 
 function nameOf(line, variant, chart) {

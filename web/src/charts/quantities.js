@@ -1,6 +1,6 @@
 // Which charts a run can have, and their lines.
 
-import {effortName} from "../data/numbers.js";
+import {effortName, inBrackets} from "../data/numbers.js";
 
 const titles = {
   torque: "Actuator torque",
@@ -56,7 +56,8 @@ export function listCharts(run, controlled = false) {
         id: units.length > 1 ? `${series.quantity}:${unit}` : series.quantity,
         quantity: series.quantity,
         unit,
-        title: titleOf(effortName(series.quantity, unit)) + (units.length > 1 ? ` [${unit}]` : ""),
+        heading: titleOf(effortName(series.quantity, unit)),
+        title: titleOf(effortName(series.quantity, unit)) + (units.length > 1 ? inBrackets(unit) : ""),
       });
   }
   return charts;

@@ -1,5 +1,5 @@
 // What is not the mechanism itself: traces, force, names, scale.
-import {format} from "../data/numbers.js";
+import {lengthText, roundLength} from "../data/numbers.js";
 
 export function drawTraces(stage) {
   const {view, palette} = stage;
@@ -118,9 +118,7 @@ export function drawAxes(stage) {
 /** A round length in the corner. */
 export function scaleBar(stage) {
   const {pen, palette, scale, size} = stage;
-  const wanted = 90 / scale;
-  const power = 10 ** Math.floor(Math.log10(wanted));
-  const length = [5, 2, 1].map((f) => f * power).find((l) => l <= wanted);
+  const length = roundLength(90 / scale);
   const [x, y] = [16, size[1] - 16];
   stage.ink(palette.faint, 1.25);
   stage.path([[x, y - 4], [x, y], [x + length * scale, y], [x + length * scale, y - 4]]);
@@ -128,5 +126,5 @@ export function scaleBar(stage) {
   pen.font = "11px system-ui, sans-serif";
   pen.fillStyle = palette.faint;
   pen.textBaseline = "alphabetic";
-  pen.fillText(length >= 1 ? `${format(length)} m` : `${format(1000 * length)} mm`, x + 4, y - 7);
+  pen.fillText(lengthText(length), x + 4, y - 7);
 }

@@ -10,6 +10,8 @@ import {saveCanvas, saveText} from "../data/save.js";
 const colours = ["ink", "faint", "rule", "paper", "panel", "accent", "link", "link-edge", "weight", "disc", "com", "tool",
   "force", "payload", "gear", "load"];
 
+const margin = 44, leastHeight = 300; // [px]
+
 export class PlanarStage {
   formats = ["png", "svg"];
 
@@ -40,13 +42,13 @@ export class PlanarStage {
 
   /** The whole motion fits into the canvas, with room for the force. */
   fit() {
+    this.limitHeight();
     const {clientWidth: width, clientHeight: height} = this.element;
     if (!this.view || width === 0 || height === 0) return;
     const ratio = Math.max(devicePixelRatio || 1, 2);
     this.canvas.width = Math.round(width * ratio);
     this.canvas.height = Math.round(height * ratio);
     const {low, high} = this.view.bounds();
-    const margin = 44;
     const spanX = Math.max(high[0] - low[0], 1e-9);
     const spanY = Math.max(high[1] - low[1], 1e-9);
     this.scale = Math.min((width - 2 * margin) / spanX, (height - 2 * margin) / spanY);
@@ -56,6 +58,15 @@ export class PlanarStage {
     this.ratio = ratio;
     this.palette = Object.fromEntries(colours.map((name) => [name, colour(name)]));
     this.draw();
+  }
+
+  /** A wide motion leaves nothing empty above and below it. */
+  limitHeight() {
+    const {clientWidth: width} = this.element;
+    if (!this.view || width === 0) return;
+    const {low, high} = this.view.bounds();
+    const needed = 2 * margin + ((width - 2 * margin) * (high[1] - low[1])) / Math.max(high[0] - low[0], 1e-9);
+    this.element.style.maxHeight = `${Math.ceil(Math.max(needed, leastHeight))}px`;
   }
 
   draw(sample = this.sample) {

@@ -6,7 +6,7 @@ import {OrbitControls} from "three/addons/controls/OrbitControls.js";
 import {choice, colour, h, sizeObserver} from "../dom.js";
 import {makeBodies} from "./spatial_bodies.js";
 import {floorCell, makeOverlay} from "./spatial_overlay.js";
-import {format} from "../data/numbers.js";
+import {lengthText} from "../data/numbers.js";
 import {saveCanvas} from "../data/save.js";
 
 const colours = ["ink", "faint", "rule", "paper", "panel", "accent", "link", "link-edge", "weight", "disc", "com", "tool",
@@ -64,7 +64,7 @@ export class SpatialStage {
     const {low, high} = this.view.bounds();
     this.box = new Box3(new Vector3(...low), new Vector3(...high));
     const cell = floorCell(this.view.length);
-    this.scaleNote.textContent = `floor in squares of ${cell >= 1 ? `${format(cell)} m` : `${format(1000 * cell)} mm`}`;
+    this.scaleNote.textContent = `floor in squares of ${lengthText(cell)}`;
     this.bodies = makeBodies(this.view, this.palette);
     this.overlay = makeOverlay(this.view, this.palette, this.box);
     this.scene.add(new Group().add(...this.bodies.objects), ...this.overlay.objects);

@@ -1,6 +1,6 @@
 // Conditions and the design that meets them.
 import {h, unseen} from "../dom.js";
-import {format, withUnit} from "../data/numbers.js";
+import {format, formatIn, unitText, withUnit} from "../data/numbers.js";
 
 /** "crank1.mx" as m with what it belongs to: mx of crank1. */
 function parameter(name) {
@@ -100,13 +100,13 @@ function bounds(number) {
 export function designSection(data) {
   const design = data.design;
   if (!design) return null;
-  const rows = design.free_numbers.map((n) => h("tr", {}, h("th", {scope: "row"}, n.path), h("td", {class: "number"}, format(n.before)),
-    h("td", {class: "number strong"}, format(n.value, 6)), h("td", {class: "number"}, format(n.lower)), h("td", {class: "range-cell"}, bounds(n)),
-    h("td", {class: "number"}, format(n.upper)), h("td", {}, n.at_bound ? `at its ${n.at_bound} bound` : "")));
+  const rows = design.free_numbers.map((n) => h("tr", {}, h("th", {scope: "row"}, n.path), h("td", {class: "unit"}, unitText(data.number_units[n.path])),
+    h("td", {class: "number"}, formatIn(n.before, data.number_units[n.path])), h("td", {class: "number strong"}, formatIn(n.value, data.number_units[n.path], 6)), h("td", {class: "number"}, formatIn(n.lower, data.number_units[n.path])), h("td", {class: "range-cell"}, bounds(n)),
+    h("td", {class: "number"}, formatIn(n.upper, data.number_units[n.path])), h("td", {}, n.at_bound ? `at its ${n.at_bound} bound` : "")));
   const objective = design.objective;
   const facts = [
-    ["Moving mass", `${format(design.mass.before)} → ${withUnit(design.mass.after, "kg")}`],
-    ["Moments of inertia", `${format(design.inertia.before)} → ${withUnit(design.inertia.after, "kg m^2")}`],
+    ["Moving mass", `${formatIn(design.mass.before, "kg")} → ${withUnit(design.mass.after, "kg")}`],
+    ["Moments of inertia", `${formatIn(design.inertia.before, "kg m^2")} → ${withUnit(design.inertia.after, "kg m^2")}`],
   ];
   if (objective.name) facts.push([`${objective.global ? "Least" : "Minimized:"} ${objective.name}`, `${withUnit(objective.value, objective.unit, 6)}, ${objective.global ? "proved to be the best" : "not shown to be the best"}`]);
   return h("section", {class: "card", id: "design"}, h("h2", {}, "Design"),
@@ -114,8 +114,8 @@ export function designSection(data) {
     design.proof && !design.reason.includes(design.proof.sentence) ? h("p", {class: "note"}, design.proof.sentence) : null,
     h("dl", {class: "facts"}, facts.map(([n, t]) => [h("dt", {}, n), h("dd", {}, t)]).flat()),
     h("div", {class: "table-box"}, h("table", {}, h("caption", {}, "Free numbers"),
-      h("thead", {}, h("tr", {}, ["Number", "Before", "Designed", "From", unseen("Between the bounds"), "To", unseen("At a bound")].map((t, i) =>
-        h("th", {scope: "col", class: [1, 2, 3, 5].includes(i) ? "number" : ""}, t)))), h("tbody", {}, rows))),
+      h("thead", {}, h("tr", {}, ["Number", "Unit", "Before", "Designed", "From", unseen("Between the bounds"), "To", unseen("At a bound")].map((t, i) =>
+        h("th", {scope: "col", class: [2, 3, 4, 6].includes(i) ? "number" : ""}, t)))), h("tbody", {}, rows))),
     unstated(design.free_numbers));
 }
 

@@ -1,6 +1,6 @@
 // What the mechanism is made of, as tables.
 import {h} from "../dom.js";
-import {format, unitText, withUnit} from "../data/numbers.js";
+import {format, formatIn, inBrackets, unitText, withUnit} from "../data/numbers.js";
 import {largestForce, largestMoment} from "../data/loads.js";
 import {plural} from "./overview.js";
 
@@ -11,7 +11,7 @@ function table(caption, head, rows) {
     h("thead", {}, h("tr", {}, head.map((c) => h("th", {scope: "col"}, c)))), h("tbody", {}, rows)));
 }
 
-const place = (p, planar) => p.slice(0, planar ? 2 : 3).map((x) => format(x)).join(", ");
+const place = (p, planar) => p.slice(0, planar ? 2 : 3).map((x) => formatIn(x, "m")).join(", ");
 
 function kinematics(check) {
   if (check.degrees_of_freedom === undefined) return null;
@@ -33,28 +33,29 @@ export function mechanismSection(data) {
   const changed = (was, is, text) => (data.mechanism.after && text(was) !== text(is)
     ? [h("span", {class: "was"}, text(was)), " → ", text(is)] : text(is));
   const vector = (p) => place(p, planar);
-  const inertia = (b) => b.inertia.map((x) => format(x)).join(", ");
+  const mass = (m) => formatIn(m, "kg");
+  const inertia = (b) => b.inertia.map((x) => formatIn(x, "kg m^2")).join(", ");
   const bodies = geometry.bodies.slice(1).map((body, i) => {
     const old = before.bodies[i + 1];
-    return row(body.name, changed(old.mass, body.mass, format), changed(old.com, body.com, vector), changed(old, body, inertia));
+    return row(body.name, changed(old.mass, body.mass, mass), changed(old.com, body.com, vector), changed(old, body, inertia));
   });
   const joints = geometry.joints.map((joint, j) =>
     row(joint.name, joint.type, `${geometry.bodies[joint.first].name} – ${geometry.bodies[joint.second].name}`,
       geometry.actuated.includes(j) ? "motor" : ""));
   const lumps = [
     ...geometry.attachments.map((a, i) => row(a.name, a.kind, geometry.bodies[a.body].name,
-      changed(before.attachments[i].mass, a.mass, format), changed(before.attachments[i].position, a.position, vector))),
+      changed(before.attachments[i].mass, a.mass, mass), changed(before.attachments[i].position, a.position, vector))),
     ...geometry.discs.map((d, i) => row(d.name, ["disc, ratio ", changed(before.discs[i].ratio, d.ratio, format)],
-      geometry.bodies[d.body].name, changed(before.discs[i].mass, d.mass, format),
+      geometry.bodies[d.body].name, changed(before.discs[i].mass, d.mass, mass),
       changed(before.discs[i].position, d.position, vector))),
   ];
   const axes = planar ? "x, y" : "x, y, z";
   const on = (body) => geometry.bodies[body].name;
   return h("section", {class: "card", id: "mechanism"}, h("h2", {}, "Mechanism"), kinematics(data.check),
     h("div", {class: "tables"},
-      table("Bodies", ["Body", "Mass [kg]", `Centre of mass ${axes} [m]`, `Inertia about it [${unitText("kg m^2")}]`], bodies),
+      table("Bodies", ["Body", `Mass${inBrackets("kg")}`, `Centre of mass ${axes}${inBrackets("m")}`, `Inertia about it${inBrackets("kg m^2")}`], bodies),
       table("Joints", ["Joint", "Type", "Connects", "Driven by"], joints),
-      lumps.length ? table("Counterweights, payloads and discs", ["Name", "Kind", "On", "Mass [kg]", `At ${axes} [m]`], lumps) : null,
+      lumps.length ? table("Counterweights, payloads and discs", ["Name", "Kind", "On", `Mass${inBrackets("kg")}`, `At ${axes}${inBrackets("m")}`], lumps) : null,
       others(geometry, before, changed, vector, on)));
 }
 
@@ -76,10 +77,10 @@ function others(geometry, before, changed, vector, on) {
     f.coulomb === f.coulomb_backward ? withUnit(f.coulomb, turns(f.coordinate) ? "N m" : "N")
       : `${withUnit(f.coulomb, turns(f.coordinate) ? "N m" : "N")} forwards, ${withUnit(f.coulomb_backward, turns(f.coordinate) ? "N m" : "N")} backwards`));
   return [
-    springs.length ? table("Springs", ["Spring", "Between", "Stiffness", "Free length", "From [m]", "To [m]"], springs) : null,
+    springs.length ? table("Springs", ["Spring", "Between", "Stiffness", "Free length", `From${inBrackets("m")}`, `To${inBrackets("m")}`], springs) : null,
     inJoints.length ? table("Springs in joints", ["Spring", "In", "Stiffness", "At zero"], inJoints) : null,
     couplings.length ? table("Gears and belts", ["Follower", "Leader", "Ratio", "Offset"], couplings) : null,
-    loads.length ? table("Loads", ["Load", "On", "At [m]", "Force", "Moment", "In the axes of", "When"], loads) : null,
+    loads.length ? table("Loads", ["Load", "On", `At${inBrackets("m")}`, "Force", "Moment", "In the axes of", "When"], loads) : null,
     friction.length ? table("Friction", ["In", "Viscous", "Dry"], friction) : null,
   ];
 }
@@ -88,7 +89,7 @@ function others(geometry, before, changed, vector, on) {
 function largest(list, size, unit) {
   if (size === 0) return "–";
   if (list.length > 1) return `up to ${withUnit(size, unit)}`;
-  const used = list[0].map((x, i) => (x === 0 ? null : `${"xyz"[i]} ${format(x)}`)).filter(Boolean);
+  const used = list[0].map((x, i) => (x === 0 ? null : `${"xyz"[i]} ${formatIn(x, unit)}`)).filter(Boolean);
   return `${used.join(", ")}\u202f${unitText(unit)}`;
 }
 

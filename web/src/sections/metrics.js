@@ -1,16 +1,16 @@
 // Figures of every run as tables.
 import {h} from "../dom.js";
 import {isDone} from "../data/decode.js";
-import {format, ratio, ratioText, unitText} from "../data/numbers.js";
+import {effortName, format, formatIn, inBrackets, ratio, ratioText, unitText} from "../data/numbers.js";
 import {titleOf} from "../charts/quantities.js";
 import {lawTables} from "./law.js";
 
 const main = ["torque", "force", "power", "shaking_force", "shaking_moment", "ground_force", "ground_moment", "kinetic_energy"];
 const tracking = ["tracking_error", "tool_error", "tool_angle_error", "sliding_variable", "torque_variation", "force_variation", "saturation"];
 
-function label(quantity) {
+function label({quantity, unit}) {
   const [name, of] = quantity.replace("]", "").split("[");
-  const title = titleOf(name).replace(/, magnitude|, desired minus actual/, "");
+  const title = titleOf(effortName(name, unit)).replace(/, magnitude|, desired minus actual/, "");
   return of ? `${title}, ${of}` : title;
 }
 
@@ -31,14 +31,14 @@ function comparisonRow(before, after) {
   const cells = ["peak", "rms"].flatMap((figure) => {
     const was = clean(before[figure], after[figure]);
     const is = clean(after[figure], before[figure]);
-    return [cell(format(was)), cell(format(is)), ratioCell(was, is)];
+    return [cell(formatIn(was, before.unit)), cell(formatIn(is, before.unit)), ratioCell(was, is)];
   });
-  return h("tr", {}, h("th", {scope: "row"}, label(before.quantity)), h("td", {class: "unit"}, unitText(before.unit)), cells);
+  return h("tr", {}, h("th", {scope: "row"}, label(before)), h("td", {class: "unit"}, unitText(before.unit)), cells);
 }
 
 function plainRow(m) {
-  return h("tr", {}, h("th", {scope: "row"}, label(m.quantity)), h("td", {class: "unit"}, unitText(m.unit)),
-    [m.peak, m.peak_time, m.rms, m.mean, m.range].map((x) => cell(format(x))));
+  return h("tr", {}, h("th", {scope: "row"}, label(m)), h("td", {class: "unit"}, unitText(m.unit)),
+    cell(formatIn(m.peak, m.unit)), cell(format(m.peak_time)), [m.rms, m.mean, m.range].map((x) => cell(formatIn(x, m.unit))));
 }
 
 const heads = {
@@ -97,9 +97,9 @@ export function trajectoriesTable(data) {
   const rows = runs.map(({name, key, run}) => h("tr", {}, h("th", {scope: "row"}, [name, key].filter(Boolean).join(", ")),
     quantities.map((q, i) => {
       const m = find(run, q);
-      return units[i] ? cell(m ? format(m.peak) : "–") : null;
-    }), cell(format(run.energy))));
-  const head = ["Trajectory", ...quantities.map((q, i) => units[i] && `${titleOf(q)} [${unitText(units[i])}]`), "Energy moved [J]"];
+      return units[i] ? cell(m ? formatIn(m.peak, units[i]) : "–") : null;
+    }), cell(formatIn(run.energy, "J"))));
+  const head = ["Trajectory", ...quantities.map((q, i) => units[i] && `${titleOf(effortName(q, units[i]))} [${unitText(units[i])}]`), `Energy moved${inBrackets("J")}`];
   return h("section", {class: "card", id: "trajectories"}, h("h2", {"data-short": "Trajectories"}, "Peaks of all trajectories"),
     h("div", {class: "table-box"}, h("table", {class: "metrics"}, h("caption", {}, "Largest magnitudes"),
       h("thead", {}, h("tr", {}, head.filter(Boolean).map((t, i) => h("th", {scope: "col", class: i ? "number" : ""}, t)))),

@@ -1,7 +1,7 @@
 // What the mechanism is, in a line and a few figures.
 import {h} from "../dom.js";
 import {isDone} from "../data/decode.js";
-import {format, ratio, ratioText, withUnit} from "../data/numbers.js";
+import {formatIn, ratio, ratioText, withUnit} from "../data/numbers.js";
 
 export const plural = (n, one, many = `${one}s`) => `${n} ${n === 1 ? one : many}`;
 
@@ -17,17 +17,12 @@ export function subtitle(data) {
 const figure = (name, value, note) =>
   h("div", {class: "figure"}, h("dt", {}, name), h("dd", {}, value), note ? h("dd", {class: "figure-note"}, note) : null);
 
-/** Peak of a quantity in the first trajectory that has one. */
-function peak(trajectory, key, quantity) {
-  return trajectory?.[key]?.metrics?.find((m) => m.quantity === quantity);
-}
-
 function change(before, value, unit) {
   const after = Math.abs(value) <= 1e-9 * Math.abs(before) ? 0 : value; // what rounding leaves
   const times = ratio(before, after);
   if (Math.abs(times - 1) < 5e-4) return withUnit(after, unit);
   return [
-    h("span", {class: "was"}, format(before)), " → ", withUnit(after, unit),
+    h("span", {class: "was"}, formatIn(before, unit)), " → ", withUnit(after, unit),
     times === null ? null : h("span", {class: "times"}, `× ${ratioText(times)}`),
   ];
 }
@@ -59,14 +54,16 @@ export function figures(data) {
   const trajectory = data.trajectories.find((t) => isDone(t.before) && (!t.after || isDone(t.after)))
     ?? data.trajectories.find((t) => isDone(t.before) || isDone(t.after));
   if (data.controller) shown.unshift(figure("Controller", data.controller.name, data.controller.type), ...trackingFigures(trajectory));
-  for (const [quantity, name] of [["torque", "Peak torque"], ["shaking_force", "Peak shaking force"],
+  for (const [quantity, name] of [["torque", "Peak torque"], ["force", "Peak actuator force"], ["shaking_force", "Peak shaking force"],
     ["shaking_moment", "Peak shaking moment"]]) {
-    const before = peak(trajectory, "before", quantity);
-    const after = peak(trajectory, "after", quantity);
-    const any = after ?? before;
-    if (!any) continue;
-    const value = before && after ? change(before.peak, after.peak, any.unit) : withUnit(any.peak, any.unit);
-    shown.push(figure(name, value, `along ${trajectory.name}`));
+    const [before, after] = ["before", "after"].map((key) => worst(trajectory?.[key], quantity));
+    const any = after.size ? after : before;
+    for (const m of any.values()) {
+      // The worst effort of all motors is called a torque, also where all of them push.
+      if (quantity === "torque" && m.unit === "N") continue;
+      const was = after.size && before.get(m.unit);
+      shown.push(figure(name, was ? change(was.peak, m.peak, m.unit) : withUnit(m.peak, m.unit), `along ${trajectory.name}`));
+    }
   }
   return h("dl", {class: "figures"}, shown);
 }

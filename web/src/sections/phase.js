@@ -1,24 +1,18 @@
 // The phase plane of a path: the rate over the place, the law, and the largest rate that limits leave; the same as a table.
 import {h} from "../dom.js";
+import {frame, responsiveChart, s} from "../charts/axes.js";
 import {numbers} from "../data/decode.js";
 import {format} from "../data/numbers.js";
 
-const size = {width: 460, height: 250, left: 58, right: 12, top: 12, bottom: 42};
+const width = 560;
 const headroom = 1.4; // over the law; the ceiling goes on beyond it
 const tableRows = 10;
+const roundOff = 1e-9; // of the largest value: a law at rest
 const lines = 8; // colours
 
 /** Class of a limit's colour, among those of a law. */
 export function limitClass(law, limit) {
   return `limit-${[...new Set(law.stretches.map((one) => one.limit))].indexOf(limit) % lines}`;
-}
-
-/** h() for SVG. */
-function s(tag, attributes, ...children) {
-  const element = document.createElementNS("http://www.w3.org/2000/svg", tag);
-  for (const [name, value] of Object.entries(attributes)) element.setAttribute(name, value);
-  element.append(...children.flat());
-  return element;
 }
 
 /** The value over a rising list of places. */
@@ -29,24 +23,6 @@ function at(places, values, place) {
   const part = width > 0 ? Math.min(Math.max((place - places[k - 1]) / width, 0), 1) : 1;
   const value = (1 - part) * values[k - 1] + part * values[k];
   return Number.isFinite(value) ? value : Infinity;
-}
-
-/** Four to eight round numbers from 0 on. */
-function tics(most) {
-  const power = 10 ** Math.floor(Math.log10(most));
-  const step = [0.1, 0.2, 0.5, 1, 2].map((f) => f * power).find((one) => most / one <= 6);
-  return Array.from({length: Math.floor(most / step + 1e-9) + 1}, (_, i) => i * step);
-}
-
-function frame(x, y, top) {
-  const number = (place, text, anchor, value) => s("text", {x: place[0], y: place[1], "text-anchor": anchor}, text ?? format(value, 3));
-  const places = [0, 0.2, 0.4, 0.6, 0.8, 1];
-  return [
-    tics(top).map((v) => [s("line", {class: "grid", x1: x(0), x2: x(1), y1: y(v), y2: y(v)}), number([x(0) - 6, y(v) + 4], null, "end", v)]),
-    places.map((v) => number([x(v), y(0) + 16], null, "middle", v)),
-    number([x(0.5), size.height - 6], "fraction of the path covered", "middle"),
-    s("text", {transform: `translate(13 ${(y(0) + y(top)) / 2}) rotate(-90)`, "text-anchor": "middle"}, "its rate [1/s]"),
-  ].flat(2);
 }
 
 /** Runs of points below the top. */
@@ -65,29 +41,31 @@ function pieces(places, values, top) {
 function picture(run, label) {
   const {phase_plane: plane, found_law: law} = run;
   const [place, rate, ceilingPlace, ceiling, time] = ["place", "rate", "ceiling_place", "ceiling", "time"].map((k) => numbers(plane[k]));
-  const top = headroom * Math.max(...rate);
-  const x = (v) => size.left + v * (size.width - size.left - size.right);
-  const y = (v) => size.height - size.bottom - (v / top) * (size.height - size.top - size.bottom);
-  const path = (points, attributes) => s("path", {d: points.map(([a, b], i) => `${i ? "L" : "M"}${x(a).toFixed(1)} ${y(b).toFixed(1)}`).join(""), ...attributes});
+  const top = headroom * rate.reduce((most, r) => Math.max(most, r), 0);
   const between = (from, to) => [[from, at(time, rate, from)]].concat([...time].flatMap((t, k) => (t > from && t < to ? [[t, rate[k]]] : [])), [[to, at(time, rate, to)]])
     .map(([t, v]) => [at(time, place, t), v]);
-  const curves = law?.stretches.length ? law.stretches.map((one) => path(between(one.begin, one.end), {class: `law-line ${limitClass(law, one.limit)}`}))
-    : [path([...place].map((p, k) => [p, rate[k]]), {class: "law-line limit-0"})];
-  const switches = (law?.switches ?? []).map((t) => s("circle", {class: "switch", cx: x(at(time, place, t)), cy: y(at(time, rate, t)), r: 3.5}));
-  return s("svg", {viewBox: `0 0 ${size.width} ${size.height}`, role: "img", "aria-label": label, class: "phase"},
-    frame(x, y, top), pieces([...ceilingPlace], [...ceiling], top).map((points) => path(points, {class: "ceiling"})), curves, switches);
+  return responsiveChart({xLabel: "fraction of the path covered", yLabel: "its rate [1/s]", most: width, ratio: 0.5, draw: (wide, high) => {
+    const {grid, x, y} = frame({width: wide, height: high, range: {x: [0, 1], y: [0, top]}});
+    const path = (points, attributes) => s("path", {d: points.map(([a, b], i) => `${i ? "L" : "M"}${x(a).toFixed(1)} ${y(b).toFixed(1)}`).join(""), ...attributes});
+    const curves = law?.stretches.length ? law.stretches.map((one) => path(between(one.begin, one.end), {class: `law-line ${limitClass(law, one.limit)}`}))
+      : [path([...place].map((p, k) => [p, rate[k]]), {class: "law-line limit-0"})];
+    const switches = (law?.switches ?? []).map((t) => s("circle", {class: "switch", cx: x(at(time, place, t)), cy: y(at(time, rate, t)), r: 3.5}));
+    return s("svg", {viewBox: `0 0 ${wide} ${high}`, role: "img", "aria-label": label, class: "phase"},
+      grid, pieces([...ceilingPlace], [...ceiling], top).map((points) => path(points, {class: "ceiling"})), curves, switches);
+  }});
 }
 
 function table(run) {
   const {phase_plane: plane} = run;
   const [place, rate, ceilingPlace, ceiling, time] = ["place", "rate", "ceiling_place", "ceiling", "time"].map((k) => numbers(plane[k]));
+  const smallest = [time, rate].map((values) => roundOff * values.reduce((most, v) => Math.max(most, v), 0));
   const rows = Array.from({length: tableRows + 1}, (_, i) => i / tableRows).map((p) => {
     const most = ceiling.length ? at(ceilingPlace, ceiling, p) : NaN;
     return h("tr", {}, h("th", {scope: "row", class: "number"}, format(100 * p, 3)),
-      [at(place, time, p), at(place, rate, p)].map((v) => h("td", {class: "number"}, format(v, 4))),
+      [at(place, time, p), at(place, rate, p)].map((v, j) => h("td", {class: "number"}, format(Math.abs(v) < smallest[j] ? 0 : v, 4))),
       h("td", {class: "number"}, most === Infinity ? "any" : format(most, 4)));
   });
-  return h("details", {class: "more"}, h("summary", {}, "The same in numbers"),
+  return h("details", {class: "more", open: true}, h("summary", {}, "The same in numbers"),
     h("div", {class: "table-box"}, h("table", {}, h("caption", {}, "Rate along the path"),
       h("thead", {}, h("tr", {}, ["Path [%]", "Time [s]", "Rate [1/s]", "Largest within limits [1/s]"].map((text) => h("th", {scope: "col", class: "number"}, text)))),
       h("tbody", {}, rows))));
@@ -98,6 +76,6 @@ export function phasePlane(run, key) {
   if (!run.phase_plane) return null;
   const switches = run.found_law?.switches.length ?? 0;
   const label = `Phase plane${key ? `, ${key}` : ""}: the law's rate along the path, below the largest rate within the limits`;
-  return h("figure", {class: "law"}, picture(run, label),
-    h("figcaption", {class: "note"}, `${label} (dashed)${switches ? "; rings are switches, colours those of the limits above" : ""}.`), table(run));
+  return h("figure", {class: "law"}, h("div", {}, picture(run, label),
+    h("figcaption", {class: "note"}, `${label} (dashed)${switches ? "; rings are switches, colours those of the limits above" : ""}.`)), table(run));
 }

@@ -302,17 +302,21 @@ void add_quantity(const CaseRecord& record, const std::string& quantity, const C
 TextTable case_table(const BatchSummary& summary) {
   const SummaryColumns columns = choose_columns(summary);
   const CaseRecord* base = summary.baseline_record();
-  TextTable table{{"case", "status"}, {Align::left, Align::left}, {}};
+  TextTable table{{"case", "status"}, {Align::left, Align::left}, {}, 2};
   const auto add_column = [&](const std::string& heading) {
     table.heading.push_back(heading);
     table.align.push_back(Align::right);
   };
   for (const auto& [quantity, unit] : columns.quantities) {
+    table.blocks.push_back(table.heading.size());
     add_column("peak " + quantity + unit);
     add_column("rms" + unit);
     if (base != nullptr) add_column("peak/base");
   }
-  if (columns.has_designs) add_column("added mass [kg]");
+  if (columns.has_designs) {
+    table.blocks.push_back(table.heading.size());
+    add_column("added mass [kg]");
+  }
   for (const CaseRecord& record : summary.cases) {
     std::vector<std::string> row = {record.name, record.status};
     for (const auto& [quantity, unit] : columns.quantities) add_quantity(record, quantity, base, row);
@@ -384,9 +388,27 @@ std::string format_failures(const BatchSummary& summary) {
   return text;
 }
 
+namespace {
+
+/// Cases without a result, compromises, and requirements that are missed or wrong: what a reviewer reads first.
+std::string list_markdown_failures(const BatchSummary& summary) {
+  std::string text;
+  for (const CaseRecord& record : summary.cases)
+    if (!record.message.empty())
+      text +=
+          fmt::format("- {} ({}): {}\n", escape_markdown(record.name), record.status, escape_markdown(record.message));
+  for (const RequirementOutcome& outcome : summary.requirements)
+    if (outcome.status == RequirementOutcome::Status::violated || outcome.status == RequirementOutcome::Status::invalid)
+      text += fmt::format("- {} ({}): {}\n", escape_markdown(requirement_title(outcome)),
+                          requirement_status_name(outcome.status), escape_markdown(outcome.message));
+  return text.empty() ? "" : "## What went wrong\n\n" + text + "\n";
+}
+
+}  // namespace
+
 std::string summary_markdown(const BatchSummary& summary) {
-  std::string text =
-      fmt::format("# {}\n\n{}.\n\n## Cases\n\n", escape_markdown(summary.name), format_summary_line(summary));
+  std::string text = fmt::format("# {}\n\n{}.\n\n", escape_markdown(summary.name), format_summary_line(summary)) +
+                     list_markdown_failures(summary) + "## Cases\n\n";
   text += format_markdown_table(case_table(summary));
   if (!summary.baseline.empty()) text += fmt::format("\nThe baseline is {}.\n", escape_markdown(summary.baseline));
   if (!summary.requirements.empty()) {
@@ -396,12 +418,7 @@ std::string summary_markdown(const BatchSummary& summary) {
       table.rows.push_back({outcome.text, outcome.run, requirement_status_name(outcome.status), outcome.message});
     text += "\n## Requirements\n\n" + format_markdown_table(table, {0});
   }
-  std::string failures;
-  for (const CaseRecord& record : summary.cases)
-    if (!record.message.empty())
-      failures +=
-          fmt::format("- {} ({}): {}\n", escape_markdown(record.name), record.status, escape_markdown(record.message));
-  return failures.empty() ? text : text + "\n## What went wrong\n\n" + failures;
+  return text;
 }
 
 }  // namespace balance

@@ -11,23 +11,28 @@ constexpr std::size_t max_listed_intervals = 40;
 
 }  // namespace
 
-std::string format_optimised_law(const OptimisedLaw& law) {
+std::string format_optimised_law(const OptimisedLaw& law, const TextOptions& options) {
+  const DisplayUnit time = find_display_unit("s", options.units), momentum = find_display_unit("N m s", options.units),
+                    peak = find_display_unit(law.unit, options.units);
+  const std::string duration = fmt::format("{:.9g} {}", time.convert(law.duration), time.name);
   if (law.momentum != 0)
-    return fmt::format("law of steady momentum: {:.9g} N m s in {:.9g} s\n", law.momentum, law.duration);
-  std::string text = law.objective.empty() ? fmt::format("fastest law within the limits: {:.9g} s", law.duration)
-                                           : fmt::format("gentlest law: peak of {} {:.9g} {} in {:.9g} s",
-                                                         law.objective, law.objective_value, law.unit, law.duration);
+    return fmt::format("law of steady momentum: {:.9g} {} in {}\n", momentum.convert(law.momentum), momentum.name,
+                       duration);
+  std::string text = law.objective.empty()
+                         ? fmt::format("fastest law within the limits: {}", duration)
+                         : fmt::format("gentlest law: peak of {} {:.9g}{} in {}", law.objective,
+                                       peak.convert(law.objective_value), append_unit(peak), duration);
   text += fmt::format(", {} switch{}\n", law.switch_times.size(), law.switch_times.size() == 1 ? "" : "es");
   TextTable table;
-  table.heading = {"from [s]", "to [s]", "path from [%]", "to [%]", "at its limit"};
+  table.heading = {"from" + bracket_unit(time), "to" + bracket_unit(time), "path from [%]", "to [%]", "at its limit"};
   table.align = {Align::right, Align::right, Align::right, Align::right, Align::left};
   for (const ActiveLimitInterval& interval : law.active_limits) {
     if (table.rows.size() == max_listed_intervals) break;
-    table.rows.push_back({format_number(interval.begin), format_number(interval.end),
+    table.rows.push_back({format_number(time.convert(interval.begin)), format_number(time.convert(interval.end)),
                           format_number(100 * interval.path_begin), format_number(100 * interval.path_end),
                           interval.limit.empty() ? "-" : interval.limit});
   }
-  text += format_table(table);
+  text += format_table(table, options.width);
   if (law.active_limits.size() > max_listed_intervals)
     text += fmt::format("and {} more\n", law.active_limits.size() - max_listed_intervals);
   return text;
@@ -49,12 +54,14 @@ Json optimised_law_json(const OptimisedLaw& law) {
   return json;
 }
 
-std::string format_corridor_result(const CorridorResult& c) {
+std::string format_corridor_result(const CorridorResult& c, const SpecUnits& units) {
+  const DisplayUnit width = find_display_unit(c.width_unit, units), unit = find_display_unit(c.unit, units);
   return fmt::format(
       "corridor: the motion leaves the path by up to {0:.6g} of {1:.6g} {2}: {3} {4:.9g} {6} instead of {5:.9g} {6}; "
       "{7} of {8} starts converged to it\n",
-      c.max_offset, c.width, c.width_unit, c.objective == "duration" ? c.objective : "peak of " + c.objective,
-      c.objective_value, c.centreline_value, c.unit, c.agreeing_starts, c.starts);
+      width.convert(c.max_offset), width.convert(c.width), width.name,
+      c.objective == "duration" ? c.objective : "peak of " + c.objective, unit.convert(c.objective_value),
+      unit.convert(c.centreline_value), unit.name, c.agreeing_starts, c.starts);
 }
 
 Json corridor_result_json(const CorridorResult& c) {

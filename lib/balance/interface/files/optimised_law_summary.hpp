@@ -2,6 +2,7 @@
 /// An optimised law of motion, or an optimised path within a corridor, as text and JSON.
 
 #include "balance/interface/files/json.hpp"
+#include "balance/interface/files/text_options.hpp"
 #include "balance/mechanics/trajectory/optimised_law.hpp"
 
 #include <string>
@@ -9,13 +10,13 @@
 namespace balance {
 
 /// The law found, and a table of which limit is active when; ends with a newline.
-std::string format_optimised_law(const OptimisedLaw& law);
+std::string format_optimised_law(const OptimisedLaw& law, const TextOptions& options = {});
 
 /// {duration, switches, stretches: [{begin, end, from, to, limit}]} and, for a gentlest law, {of, peak, unit}.
 Json optimised_law_json(const OptimisedLaw& law);
 
 /// Maximum offset from the path, the objective reached, and the number of starts that agree; ends with a newline.
-std::string format_corridor_result(const CorridorResult& corridor);
+std::string format_corridor_result(const CorridorResult& corridor, const SpecUnits& units = {});
 
 /// {width, used, unit, of, value, on_path, value_unit, starts, agreeing}.
 Json corridor_result_json(const CorridorResult& corridor);

@@ -23,6 +23,7 @@ struct StoredRun {
   std::string controller, controller_type;  ///< of a controlled run; otherwise empty
   std::string at;                           ///< pose of a single state (`simulate --at`); empty for a run
   std::string ended_early;                  ///< why a controlled run did not reach its end; otherwise empty
+  VectorX free_values;                      ///< of a design file: the spec's free numbers in this run [SI]; else empty
   RunResult result;                         ///< outcome.status is done; outcome.notes are not stored
 };
 

@@ -13,7 +13,7 @@ namespace balance {
 // Payloads taken up or set down during a run, as text, JSON and HDF5.
 
 /// "cargo taken up at 0.2 s: R1 from 3.1 to 7.4 N m, R2 from …", one line each; empty if there are none.
-std::string format_payload_events(const RunResult& result);
+std::string format_payload_events(const RunResult& result, const SpecUnits& units = {});
 
 /// [{payload, change, time, speed, turning, torque: [{actuator, unit, before, after}]}].
 Json payload_events_json(const RunResult& result);

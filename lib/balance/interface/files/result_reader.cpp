@@ -332,6 +332,17 @@ std::vector<std::pair<std::string, std::string>> read_overrides(const Hdf5Reader
   return overrides;
 }
 
+/// Values of the free numbers in a run of a design file; empty for other files.
+VectorX read_free_values(const Hdf5Reader& file, const std::string& group) {
+  const char* const name = group.starts_with("after/") ? "value" : "start";
+  if (group.empty() || !file.has("free_number") || !file.has(name)) return {};
+  const auto numbers = file.numbers(name, 1);
+  const bool are_finite =
+      std::all_of(numbers.values.begin(), numbers.values.end(), [](double value) { return std::isfinite(value); });
+  if (!are_finite) throw Hdf5Error(quote_for_message(name) + " is invalid in a design: the file is damaged");
+  return Eigen::Map<const VectorX>(numbers.values.data(), static_cast<Eigen::Index>(numbers.values.size()));
+}
+
 StoredRun read_run(const Hdf5Reader& file, const RunLocationInFile& location) {
   if (file.text_attribute("", "Conventions") != file_convention)
     throw Hdf5Error("is not a result of balance: its attribute 'Conventions' is not " + std::string(file_convention));
@@ -354,6 +365,7 @@ StoredRun read_run(const Hdf5Reader& file, const RunLocationInFile& location) {
                 .controller_type = read_line(location.group, "controller_type"),
                 .at = read_line(location.group, "at")};
   run.overrides = read_overrides(file, run.command_line);
+  run.free_values = read_free_values(file, location.group);
   if (!run.controller.empty() && read_line(location.group, "status") != "done")
     run.ended_early = read_line(location.group, "reason");
   run.result = ResultReader(file, location.group).result();

@@ -12,6 +12,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <string>
 #include <vector>
@@ -31,7 +32,7 @@ struct StateEntry {
 std::vector<StateEntry> list_state_entries(const RunResult& result);
 
 /// @param description whose `pose` is not empty
-std::string format_state(const RunResult& result, const Provenance& description);
+std::string format_state(const RunResult& result, const Provenance& description, const TextOptions& options);
 std::string state_json(const RunResult& result, const Provenance& description, const std::vector<std::string>& files);
 
 namespace {
@@ -55,11 +56,15 @@ std::vector<std::string> list_quantity_owners(ColumnKind columns, const RunResul
   return {""};
 }
 
-std::string format_value(const std::vector<double>& value) {
+std::string format_value(const std::vector<double>& value, const DisplayUnit& unit) {
   std::string text;
-  for (const double x : value) text += (text.empty() ? "" : ", ") + (std::isnan(x) ? "none" : format_number(x));
+  for (const double x : value)
+    text += (text.empty() ? "" : ", ") + (std::isnan(x) ? "none" : format_number(unit.convert(x)));
   return text;
 }
+
+/// Of a table whose rows have a unit each; "1" for those without.
+std::string unit_cell(const DisplayUnit& unit) { return unit.name.empty() ? "1" : unit.name; }
 
 }  // namespace
 
@@ -81,15 +86,19 @@ std::vector<StateEntry> list_state_entries(const RunResult& result) {
   return entries;
 }
 
-std::string format_state(const RunResult& result, const Provenance& description) {
-  std::string text =
-      fmt::format("{}: at {}, {:.6g} s; moments about {:.6g}, {:.6g}", description.title, description.pose,
-                  result.time[0], result.moment_reference.x(), result.moment_reference.y());
-  if (result.axes == 3) text += fmt::format(", {:.6g}", result.moment_reference.z());
+std::string format_state(const RunResult& result, const Provenance& description, const TextOptions& options) {
+  const DisplayUnit time = find_display_unit("s", options.units), length = find_display_unit("m", options.units);
+  std::string text = fmt::format("{}: at {}, {:.6g} {}; moments about", description.title, description.pose,
+                                 time.convert(result.time[0]), time.name);
+  for (int axis = 0; axis < result.axes; ++axis)
+    text += fmt::format("{} {:.6g}", axis == 0 ? "" : ",", length.convert(result.moment_reference[axis]));
+  if (length.name != "m") text += " " + length.name;
   TextTable table{{"quantity", "unit", "value"}, {Align::left, Align::left, Align::left}, {}};
-  for (const StateEntry& entry : list_state_entries(result))
-    table.rows.push_back({entry.quantity, entry.unit, format_value(entry.value)});
-  return text + "\n\n" + format_table(table);
+  for (const StateEntry& entry : list_state_entries(result)) {
+    const DisplayUnit unit = find_display_unit(entry.unit, options.units);
+    table.rows.push_back({entry.quantity, unit_cell(unit), format_value(entry.value, unit)});
+  }
+  return wrap_lines(text, options.width) + "\n\n" + format_table(table, options.width);
 }
 
 std::string state_json(const RunResult& result, const Provenance& description, const std::vector<std::string>& files) {
@@ -173,23 +182,28 @@ namespace {
 using Change = PayloadEvent;
 
 /// An effort with five significant digits; 0 if it is within round-off.
-std::string effort_text(const RunResult& result, const VectorX& efforts, std::size_t actuator) {
+std::string effort_text(const RunResult& result, const VectorX& efforts, std::size_t actuator,
+                        const DisplayUnit& unit) {
   const auto a = static_cast<Eigen::Index>(actuator);
   const VectorX& round_offs = result.round_off.effort;
   const double round_off = a < round_offs.size() ? round_offs[a] : 0;
-  return fmt::format("{:.5g}", std::abs(efforts[a]) <= round_off ? 0 : efforts[a]);
+  return fmt::format("{:.5g}", std::abs(efforts[a]) <= round_off ? 0 : unit.convert(efforts[a]));
 }
 
 }  // namespace
 
-std::string format_payload_events(const RunResult& result) {
+std::string format_payload_events(const RunResult& result, const SpecUnits& units) {
+  const DisplayUnit time = find_display_unit("s", units);
   std::string text;
   for (const Change& change : result.payload_events) {
-    text += fmt::format("{} {} at {:.6g} s", change.payload, describe_payload_event(change), change.time);
-    for (std::size_t a = 0; a < result.actuator_names.size(); ++a)
+    text += fmt::format("{} {} at {:.6g} {}", change.payload, describe_payload_event(change), time.convert(change.time),
+                        time.name);
+    for (std::size_t a = 0; a < result.actuator_names.size(); ++a) {
+      const DisplayUnit unit = find_display_unit(result.actuator_units[a], units);
       text += fmt::format("{} {} from {} to {} {}", a == 0 ? ":" : ",", result.actuator_names[a],
-                          effort_text(result, change.effort_before, a), effort_text(result, change.effort_after, a),
-                          result.actuator_units[a]);
+                          effort_text(result, change.effort_before, a, unit),
+                          effort_text(result, change.effort_after, a, unit), unit.name);
+    }
     text += "\n";
   }
   return text;
@@ -246,28 +260,53 @@ void write_payload_events(Hdf5Writer& file, Hdf5Writer::Group parent, const RunR
   add_efforts("torque_after", "torque or force of the actuator just after", &Change::effort_after);
 }
 
-std::string format_result_summary(const RunResult& result, const Provenance& description) {
-  if (!description.pose.empty()) return format_state(result, description);
+namespace {
+
+/// Whether a row of the metrics says nothing: zeros of a single joint, actuator or constraint. Efforts and powers of
+/// the actuators, and zeros of the whole mechanism, are answers.
+bool is_trivial(const Metric& metric) {
+  const std::string effort = effort_array_name(metric.quantity);
+  const bool is_answer = effort.starts_with("torque") || effort.starts_with("power");
+  const bool is_member = metric.quantity.find('[') != std::string::npos || effort.starts_with("saturation");
+  const double largest = std::max({std::abs(metric.peak), std::abs(metric.rms), std::abs(metric.mean)});
+  return is_member && !is_answer && largest <= metric.round_off;
+}
+
+std::string metrics_table(const RunResult& result, const TextOptions& options) {
+  const DisplayUnit time = find_display_unit("s", options.units);
+  TextTable table;
+  table.heading = {"quantity", "unit", "peak", "at time [" + time.name + "]", "rms", "mean"};
+  table.align = {Align::left, Align::left, Align::right, Align::right, Align::right, Align::right};
+  table.key_columns = 2;
+  for (const Metric& metric : result.metrics) {
+    if (!options.verbose && is_trivial(metric)) continue;
+    const DisplayUnit unit = find_display_unit(metric.unit, options.units);
+    table.rows.push_back({metric.quantity, unit_cell(unit), format_number(unit.convert(metric.peak)),
+                          format_number(time.convert(metric.peak_time)), format_number(unit.convert(metric.rms)),
+                          format_number(unit.convert(metric.mean))});
+  }
+  return format_table(table, options.width);
+}
+
+}  // namespace
+
+std::string format_result_summary(const RunResult& result, const Provenance& description, const TextOptions& options) {
+  if (!description.pose.empty()) return format_state(result, description, options);
+  const DisplayUnit time = find_display_unit("s", options.units), energy = find_display_unit("J", options.units);
   const double duration = result.time.size() == 0 ? 0 : result.time[result.time.size() - 1] - result.time[0];
   const std::string controller =
       description.controller.empty()
           ? ""
           : fmt::format(", controller {} ({})", description.controller, description.controller_type);
-  std::string text =
-      fmt::format("{}: trajectory {} ({}, drive {}){}, {:.6g} s, {} samples\n\n", description.title,
-                  description.trajectory, description.law, description.drive, controller, duration, result.time.size());
-  if (result.corridor_result) text += format_corridor_result(*result.corridor_result) + "\n";
-  if (result.optimised_law) text += format_optimised_law(*result.optimised_law) + "\n";
-  if (!result.payload_events.empty()) text += format_payload_events(result) + "\n";
-  TextTable table;
-  table.heading = {"quantity", "unit", "peak", "at time [s]", "rms", "mean"};
-  table.align = {Align::left, Align::left, Align::right, Align::right, Align::right, Align::right};
-  for (const Metric& metric : result.metrics) {
-    table.rows.push_back({metric.quantity, metric.unit, format_number(metric.peak), format_number(metric.peak_time),
-                          format_number(metric.rms), format_number(metric.mean)});
-  }
-  return text + format_table(table) +
-         fmt::format("\nenergy moved by the actuators: {} J\n", format_number(result.energy));
+  std::string text = fmt::format("{}: trajectory {} ({}, drive {}){}, {:.6g} {}, {} samples\n\n", description.title,
+                                 description.trajectory, description.law, description.drive, controller,
+                                 time.convert(duration), time.name, result.time.size());
+  if (result.corridor_result) text += format_corridor_result(*result.corridor_result, options.units) + "\n";
+  if (result.optimised_law) text += format_optimised_law(*result.optimised_law, options) + "\n";
+  if (!result.payload_events.empty()) text += format_payload_events(result, options.units) + "\n";
+  return wrap_lines(text, options.width) + metrics_table(result, options) +
+         fmt::format("\nenergy moved by the actuators: {} {}\n", format_number(energy.convert(result.energy)),
+                     energy.name);
 }
 
 }  // namespace balance

@@ -8,6 +8,7 @@
 #include <cctype>
 #include <stdexcept>
 #include <string_view>
+#include <utility>
 
 namespace balance {
 namespace {
@@ -111,34 +112,200 @@ std::size_t width_of(const std::string& text) {
       std::count_if(text.begin(), text.end(), [](char c) { return (static_cast<unsigned char>(c) & 0xC0) != 0x80; }));
 }
 
-std::string format_row(const std::vector<std::string>& cells, const TextTable& table,
-                       const std::vector<std::size_t>& widths) {
-  std::string line;
-  for (std::size_t i = 0; i < cells.size(); ++i) {
-    const std::string space(widths[i] - width_of(cells[i]), ' ');
-    if (i > 0) line += "  ";
-    line += table.align[i] == Align::left ? cells[i] + space : space + cells[i];
+/// Bytes of the longest beginning that is at most `width` columns wide.
+std::size_t fitting_bytes(const std::string& text, std::size_t width) {
+  std::size_t bytes = 0, columns = 0;
+  for (; bytes < text.size(); ++bytes) {
+    const bool is_character_start = (static_cast<unsigned char>(text[bytes]) & 0xC0) != 0x80;
+    if (is_character_start && columns++ == width) break;
   }
-  line.erase(line.find_last_not_of(' ') + 1);
-  return line + "\n";
+  return bytes;
+}
+
+constexpr std::string_view clause_ends = ",;:";
+constexpr std::string_view name_joints = "./_-[(,:=";
+
+/// Where to break a line of which `fitting` bytes fit: at the last blank, or at an earlier one after punctuation that
+/// leaves two thirds of the line full; npos: there is no blank.
+std::size_t find_blank(const std::string& text, std::size_t begin, std::size_t fitting) {
+  const std::size_t last = text.rfind(' ', fitting);
+  if (last == std::string::npos || last <= begin) return std::string::npos;
+  for (std::size_t at = last; at > begin + 2 * (fitting - begin) / 3; --at)
+    if (text[at] == ' ' && clause_ends.find(text[at - 1]) != std::string_view::npos) return at;
+  return last;
+}
+
+using Widths = std::vector<std::size_t>;
+
+/// Rows of a table whose cells may have several lines.
+std::string format_row(const std::vector<std::string>& cells, const TextTable& table,
+                       const std::vector<std::size_t>& columns, const Widths& widths) {
+  std::vector<std::vector<std::string>> lines;
+  std::size_t height = 1;
+  for (const std::size_t i : columns) {
+    lines.push_back(width_of(cells[i]) <= widths[i] ? std::vector<std::string>{cells[i]}
+                                                    : wrap_cell(cells[i], widths[i]));
+    height = std::max(height, lines.back().size());
+  }
+  std::string text;
+  for (std::size_t k = 0; k < height; ++k) {
+    std::string line;
+    for (std::size_t c = 0; c < columns.size(); ++c) {
+      const std::string cell = k < lines[c].size() ? lines[c][k] : "";
+      const std::size_t width = widths[columns[c]];
+      const std::string space(width - std::min(width, width_of(cell)), ' ');
+      if (c > 0) line += "  ";
+      line += table.align[columns[c]] == Align::left ? cell + space : space + cell;
+    }
+    line.erase(line.find_last_not_of(' ') + 1);
+    text += line + "\n";
+  }
+  return text;
+}
+
+std::size_t sum_widths(const std::vector<std::size_t>& columns, const Widths& widths) {
+  std::size_t sum = columns.empty() ? 0 : 2 * (columns.size() - 1);
+  for (const std::size_t i : columns) sum += widths[i];
+  return sum;
+}
+
+constexpr std::size_t min_text_columns = 16;  ///< to which a column of texts shrinks
+
+/// Columns of texts shrink to a fixed width, those of numbers to their numbers if the heading is wider.
+struct TableWidths {
+  Widths natural, least;
+};
+
+TableWidths measure(const TextTable& table) {
+  TableWidths widths{Widths(table.heading.size(), 0), Widths(table.heading.size(), 0)};
+  for (const auto& row : table.rows) {
+    if (row.size() != table.heading.size())
+      throw std::invalid_argument("a row of the table has a wrong number of cells");
+    for (std::size_t i = 0; i < row.size(); ++i) widths.natural[i] = std::max(widths.natural[i], width_of(row[i]));
+  }
+  for (std::size_t i = 0; i < table.heading.size(); ++i) {
+    widths.least[i] = table.align[i] == Align::left ? min_text_columns : std::max<std::size_t>(widths.natural[i], 6);
+    widths.natural[i] = std::max(widths.natural[i], width_of(table.heading[i]));
+    widths.least[i] = std::min(widths.least[i], widths.natural[i]);
+  }
+  return widths;
+}
+
+/// Widths of the columns: the widest that may shrink do so until all fit or none can.
+Widths shrink_texts(const TableWidths& table, const std::vector<std::size_t>& columns, std::size_t width) {
+  Widths widths = table.natural;
+  while (sum_widths(columns, widths) > width) {
+    std::size_t widest = widths.size();
+    for (const std::size_t i : columns)
+      if (widths[i] > table.least[i] && (widest == widths.size() || widths[i] > widths[widest])) widest = i;
+    if (widest == widths.size()) break;
+    --widths[widest];
+  }
+  return widths;
+}
+
+/// Groups of columns that stay together: [begin, end) after the key columns.
+std::vector<std::pair<std::size_t, std::size_t>> list_column_groups(const TextTable& table) {
+  std::vector<std::size_t> begins = table.blocks;
+  if (begins.empty())
+    for (std::size_t i = table.key_columns; i < table.heading.size(); ++i) begins.push_back(i);
+  std::vector<std::pair<std::size_t, std::size_t>> groups;
+  for (std::size_t k = 0; k < begins.size(); ++k)
+    groups.emplace_back(begins[k], k + 1 < begins.size() ? begins[k + 1] : table.heading.size());
+  return groups;
+}
+
+/// Columns of every block; one block if they all fit with their texts shrunk.
+std::vector<std::vector<std::size_t>> split_columns(const TextTable& table, std::size_t width,
+                                                    const TableWidths& widths) {
+  std::vector<std::size_t> keys, all;
+  for (std::size_t i = 0; i < table.heading.size(); ++i) {
+    all.push_back(i);
+    if (i < table.key_columns) keys.push_back(i);
+  }
+  const auto fits = [&](const std::vector<std::size_t>& columns) {
+    return sum_widths(columns, shrink_texts(widths, columns, width)) <= width;
+  };
+  if (fits(all)) return {all};
+  std::vector<std::vector<std::size_t>> blocks;
+  for (const auto& [begin, end] : list_column_groups(table)) {
+    std::vector<std::size_t> wider = blocks.empty() ? keys : blocks.back();
+    for (std::size_t i = begin; i < end; ++i) wider.push_back(i);
+    if (!blocks.empty() && fits(wider)) {
+      blocks.back() = std::move(wider);
+      continue;
+    }
+    blocks.push_back(keys);
+    for (std::size_t i = begin; i < end; ++i) blocks.back().push_back(i);
+  }
+  return blocks.empty() ? std::vector<std::vector<std::size_t>>{all} : blocks;
 }
 
 }  // namespace
 
-std::string format_table(const TextTable& raw_table) {
+std::vector<std::string> wrap_cell(const std::string& text, std::size_t width) {
+  std::vector<std::string> lines;
+  std::string rest = text;
+  while (width_of(rest) > width) {
+    const std::size_t fitting = fitting_bytes(rest, width);
+    std::size_t end = find_blank(rest, 0, fitting), next = end + 1;
+    if (end == std::string::npos) {
+      // not at a bracket that closes, and not so early that the line is nearly empty
+      const std::size_t joint = rest.find_last_of(name_joints, fitting - 1);
+      end = next = joint != std::string::npos && joint + 1 > fitting / 2 ? joint + 1 : fitting;
+    }
+    lines.push_back(rest.substr(0, end));
+    rest.erase(0, next);
+  }
+  lines.push_back(rest);
+  return lines;
+}
+
+std::string wrap_lines(const std::string& text, std::size_t width) {
+  std::string wrapped;
+  for (std::size_t at = 0; at < text.size();) {
+    const std::size_t end = std::min(text.find('\n', at), text.size());
+    std::string line = text.substr(at, end - at);
+    const std::size_t indent = std::min(line.find_first_not_of(' '), line.size());
+    std::size_t begin = indent;
+    while (width_of(line) > width) {
+      std::size_t blank = find_blank(line, begin, fitting_bytes(line, width));
+      if (blank == std::string::npos) blank = line.find(' ', begin + 1);  // after a word that is too long
+      if (blank == std::string::npos) break;
+      wrapped += line.substr(0, line.find_last_not_of(' ', blank) + 1) + "\n";
+      line = std::string(indent + 2, ' ') + line.substr(std::min(line.find_first_not_of(' ', blank), line.size()));
+      begin = indent + 2;
+    }
+    wrapped += line;
+    if (end < text.size()) wrapped += '\n';
+    at = end + 1;
+  }
+  return wrapped;
+}
+
+void remove_empty_units(TextTable& table) {
+  for (const auto& row : table.rows)
+    if (!row[1].empty()) return;
+  table.heading.erase(table.heading.begin() + 1);
+  table.align.erase(table.align.begin() + 1);
+  for (auto& row : table.rows) row.erase(row.begin() + 1);
+  table.key_columns = 1;
+  for (std::size_t& column : table.blocks) --column;
+}
+
+std::string format_table(const TextTable& raw_table, std::size_t width) {
   TextTable table = raw_table;
   for (std::string& cell : table.heading) cell = escape_for_terminal(cell);
   for (auto& row : table.rows)
     for (std::string& cell : row) cell = escape_for_terminal(cell);
-  std::vector<std::size_t> widths(table.heading.size(), 0);
-  const auto widen = [&](const std::vector<std::string>& cells) {
-    if (cells.size() != widths.size()) throw std::invalid_argument("a row of the table has a wrong number of cells");
-    for (std::size_t i = 0; i < cells.size(); ++i) widths[i] = std::max(widths[i], width_of(cells[i]));
-  };
-  widen(table.heading);
-  for (const auto& row : table.rows) widen(row);
-  std::string text = format_row(table.heading, table, widths);
-  for (const auto& row : table.rows) text += format_row(row, table, widths);
+  const TableWidths widths = measure(table);
+  std::string text;
+  for (const std::vector<std::size_t>& columns : split_columns(table, width, widths)) {
+    const Widths shrunk = shrink_texts(widths, columns, width);
+    if (!text.empty()) text += "\n";
+    text += format_row(table.heading, table, columns, shrunk);
+    for (const auto& row : table.rows) text += format_row(row, table, columns, shrunk);
+  }
   return text;
 }
 

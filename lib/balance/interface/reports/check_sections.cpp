@@ -64,52 +64,55 @@ std::string check_json(const CheckReport& report, const Mechanism& mechanism, co
 namespace {
 
 constexpr std::size_t label_width = 20;
-constexpr std::size_t line_width = 100;
 
 /// A long label widens its own line; a space always separates it from the value.
-std::string format_property(const std::string& label, const std::string& value) {
-  return fmt::format("{:<{}} {}\n", label, label_width - 1, value);
+std::string format_property(const std::string& label, const std::string& value, std::size_t width) {
+  const std::string begin = fmt::format("{:<{}} ", label, label_width - 1);
+  std::string text;
+  for (const std::string& line : wrap_cell(value, width > begin.size() + 20 ? width - begin.size() : width))
+    text += (text.empty() ? begin : std::string(label_width, ' ')) + line + "\n";
+  return text;
 }
 
 /// Items separated by commas, on as many lines as needed.
-std::string wrap_list(const std::string& label, const std::vector<std::string>& items) {
+std::string wrap_list(const std::string& label, const std::vector<std::string>& items, std::size_t width) {
   std::string text, current;
   for (std::size_t i = 0; i < items.size(); ++i) {
     const std::string item = items[i] + (i + 1 < items.size() ? "," : "");
-    if (!current.empty() && label_width + current.size() + 1 + item.size() > line_width) {
-      text += format_property(text.empty() ? label : "", current);
+    if (!current.empty() && label_width + current.size() + 1 + item.size() > width) {
+      text += format_property(text.empty() ? label : "", current, width);
       current.clear();
     }
     current += (current.empty() ? "" : " ") + item;
   }
-  return text + format_property(text.empty() ? label : "", current);
+  return text + format_property(text.empty() ? label : "", current, width);
 }
 
-std::string list_or_none(const std::string& label, const std::vector<std::string>& items) {
-  if (items.empty()) return format_property(label, "none");
+std::string none_text(const std::string& label, const TextOptions& options) {
+  return options.verbose ? format_property(label, "none", options.width) : "";
+}
+
+std::string list_or_none(const std::string& label, const std::vector<std::string>& items, const TextOptions& options) {
+  if (items.empty()) return none_text(label, options);
   std::string text;
-  for (const std::string& item : items) text += format_property(&item == &items.front() ? label : "", item);
+  for (const std::string& item : items)
+    text += format_property(&item == &items.front() ? label : "", item, options.width);
   return text;
 }
 
-std::string position_text(const Vector3& position, SpaceKind space) {
-  return space == SpaceKind::planar
-             ? fmt::format("({:.6g}, {:.6g}) m", position.x(), position.y())
-             : fmt::format("({:.6g}, {:.6g}, {:.6g}) m", position.x(), position.y(), position.z());
-}
-
-std::string loops_text(const CheckReport& report) {
-  if (report.loops.empty()) return format_property("loops", "none");
-  std::string text = format_property("loops", std::to_string(report.loops.size()));
+std::string loops_text(const CheckReport& report, const TextOptions& options) {
+  if (report.loops.empty()) return none_text("loops", options);
+  std::string text = format_property("loops", std::to_string(report.loops.size()), options.width);
   for (const Loop& loop : report.loops) {
     text += format_property(
         "  cut at " + loop.cut_joint,
-        fmt::format("{}; {}", fmt::join(loop.bodies, " - "), count_noun(loop.constraints, "equation", "equations")));
+        fmt::format("{}; {}", fmt::join(loop.bodies, " - "), count_noun(loop.constraints, "equation", "equations")),
+        options.width);
   }
   return text;
 }
 
-std::string freedom_text(const CheckReport& report) {
+std::string freedom_text(const CheckReport& report, std::size_t width) {
   const std::string by_rank =
       report.closure_equations == 0
           ? count_noun(report.tree_coordinates, "coordinate", "coordinates")
@@ -117,64 +120,78 @@ std::string freedom_text(const CheckReport& report) {
                         report.closure_rank,
                         count_noun(report.closure_equations, "closure equation", "closure equations"));
   if (report.rate_equations == 0)
-    return format_property("degrees of freedom", fmt::format("{} ({}); by counting {}", report.degrees_of_freedom,
-                                                             by_rank, report.gruebler_degrees_of_freedom));
+    return format_property(
+        "degrees of freedom",
+        fmt::format("{} ({}); by counting {}", report.degrees_of_freedom, by_rank, report.gruebler_degrees_of_freedom),
+        width);
   return format_property("degrees of freedom",
                          fmt::format("{} of the configuration ({}); by counting {}", report.configuration_freedoms,
-                                     by_rank, report.gruebler_degrees_of_freedom)) +
+                                     by_rank, report.gruebler_degrees_of_freedom),
+                         width) +
          format_property("",
                          fmt::format("{} of the velocity ({} less, by {})", report.degrees_of_freedom, report.rate_rank,
-                                     count_noun(report.rate_equations, "equation of rates", "equations of rates")));
+                                     count_noun(report.rate_equations, "equation of rates", "equations of rates")),
+                         width);
 }
 
-std::string start_text(const CheckReport& report, const Mechanism& mechanism) {
+std::string start_text(const CheckReport& report, const Mechanism& mechanism, const TextOptions& options) {
   if (report.start.size() != mechanism.coordinates.size() || report.start.empty()) return "";
   std::vector<std::string> values;
   for (std::size_t i = 0; i < report.start.size(); ++i) {
     const Coordinate& coordinate = mechanism.coordinates[i];
-    const char* unit = coordinate.kind == CoordinateKind::angle ? "rad" : "m";
-    values.push_back(fmt::format("{} = {:.6g} {}", coordinate.name, report.start[i], unit));
+    const DisplayUnit unit = find_display_unit(coordinate.kind == CoordinateKind::angle ? "rad" : "m", options.units);
+    values.push_back(fmt::format("{} = {:.6g} {}", coordinate.name, unit.convert(report.start[i]), unit.name));
   }
-  return wrap_list("start pose", values);
+  return wrap_list("start pose", values, options.width);
 }
 
-std::string modes_text(const CheckReport& report) {
+/// A longer line is continued as YAML continues a flow mapping.
+std::string modes_text(const CheckReport& report, std::size_t width) {
   if (report.modes.empty()) return "";
-  std::string text = format_property("assembly modes", fmt::format("{} found at the start pose", report.modes.size()));
+  std::string text =
+      format_property("assembly modes", fmt::format("{} found at the start pose", report.modes.size()), width);
   for (const AssemblyMode& mode : report.modes) {
     if (mode.assembly_line.empty()) continue;  // nothing to choose
-    text += fmt::format("  {} {}{}\n", mode.is_selected ? "*" : " ", mode.assembly_line,
-                        mode.is_selected ? "   # selected by the spec" : "");
+    text += wrap_lines(fmt::format("  {} {}{}\n", mode.is_selected ? "*" : " ", mode.assembly_line,
+                                   mode.is_selected ? "   # selected by the spec" : ""),
+                       width);
   }
   return text;
 }
 
 }  // namespace
 
-std::string check_text(const CheckReport& report, const Mechanism& mechanism) {
+std::string check_text(const CheckReport& report, const Mechanism& mechanism, const TextOptions& options) {
+  const std::size_t width = options.width;
+  const DisplayUnit length = find_display_unit("m", options.units), mass = find_display_unit("kg", options.units);
   std::string text =
       fmt::format("{} ({})\n\n", mechanism.name, mechanism.space == SpaceKind::planar ? "planar" : "spatial");
-  text += format_property("bodies", fmt::format("{} moving", report.bodies));
-  text += format_property("joints", std::to_string(report.joints));
-  text += wrap_list("spanning tree", report.tree_joints);
-  text += loops_text(report);
-  text += format_property("size", fmt::format("{:.6g} m, its largest dimension", characteristic_length(mechanism)));
-  text += format_property("total mass", fmt::format("{:.6g} kg", report.total_mass));
+  text += format_property("bodies", fmt::format("{} moving", report.bodies), width);
+  text += format_property("joints", std::to_string(report.joints), width);
+  text += wrap_list("spanning tree", report.tree_joints, width);
+  text += loops_text(report, options);
+  text += format_property(
+      "size",
+      fmt::format("{:.6g} {}, its largest dimension", length.convert(characteristic_length(mechanism)), length.name),
+      width);
+  text += format_property("total mass", fmt::format("{:.6g} {}", mass.convert(report.total_mass), mass.name), width);
   if (report.outcome.status == MotionStatus::done) {
-    text += freedom_text(report);
-    text += list_or_none("redundant", report.redundant);
-    text += list_or_none("passive freedoms", report.passive_freedoms);
-    text += format_property("centre of mass", position_text(report.com, mechanism.space) + " at the start pose");
-    text += start_text(report, mechanism);
-    text += modes_text(report);
+    const int axes = mechanism.space == SpaceKind::planar ? 2 : 3;
+    text += freedom_text(report, width);
+    text += list_or_none("redundant", report.redundant, options);
+    text += list_or_none("passive freedoms", report.passive_freedoms, options);
+    text += format_property("centre of mass",
+                            format_position(report.com.data(), axes, options.units) + " at the start pose", width);
+    text += start_text(report, mechanism, options);
+    text += modes_text(report, width);
   }
-  for (const std::string& note : report.notes) text += "note: " + note + "\n";
+  for (const std::string& note : report.notes) text += wrap_lines("note: " + note + "\n", width);
   return text;
 }
 
 namespace {
 
-std::string trajectory_text(const TrajectoryVerification& run) {
+std::string trajectory_text(const TrajectoryVerification& run, const TextOptions& options) {
   const auto describe_outcome = [](const MotionOutcome& outcome) {
     return outcome.status == MotionStatus::done ? std::string("runs to the end") : outcome.reason;
   };
@@ -183,17 +200,22 @@ std::string trajectory_text(const TrajectoryVerification& run) {
         "trajectory {}: {}\n  tree:    {}\n  natural: {}\n", run.trajectory,
         run.is_consistent ? "both formulations reject it" : "one formulation rejects what the other runs",
         describe_outcome(run.tree), describe_outcome(run.natural));
+  const DisplayUnit time = find_display_unit("s", options.units);
   TextTable table;
-  table.heading = {"quantity", "unit", "largest difference", "at time [s]", "relative"};
+  table.key_columns = 2;
+  table.heading = {"quantity", "unit", "largest difference", "at time" + bracket_unit(time), "relative"};
   table.align = {Align::left, Align::left, Align::right, Align::right, Align::right};
-  for (const QuantityDifference& d : run.differences)
-    table.rows.push_back({d.quantity, d.unit, fmt::format("{:.2e}", d.difference), format_number(d.time),
+  for (const QuantityDifference& d : run.differences) {
+    const DisplayUnit unit = find_display_unit(d.unit, options.units);
+    table.rows.push_back({d.quantity, unit.name.empty() ? d.unit : unit.name,
+                          fmt::format("{:.2e}", unit.convert(d.difference)), format_number(time.convert(d.time)),
                           fmt::format("{:.1e}{}", d.relative(), d.relative() <= run.tolerance ? "" : " !")});
+  }
   const std::string tolerance_note =
       run.tolerance > verify_tolerance ? fmt::format(" (near a singularity: to {:.0e})", run.tolerance) : std::string();
   return fmt::format("trajectory {}, {} samples: {}{}\n", run.trajectory, run.samples,
                      run.is_consistent ? "agree" : "DISAGREE", tolerance_note) +
-         format_table(table);
+         format_table(table, options.width);
 }
 
 std::string conditions_text(const ConditionsVerification& verification) {
@@ -206,12 +228,12 @@ std::string conditions_text(const ConditionsVerification& verification) {
 
 }  // namespace
 
-std::string verify_text(const VerifyReport& report) {
+std::string verify_text(const VerifyReport& report, const TextOptions& options) {
   std::string text;
-  for (const TrajectoryVerification& run : report.trajectories) text += trajectory_text(run) + "\n";
+  for (const TrajectoryVerification& run : report.trajectories) text += trajectory_text(run, options) + "\n";
   text += conditions_text(report.conditions);
   text += report.is_consistent ? "both formulations agree\n" : "the formulations differ by more than round-off\n";
-  return text;
+  return wrap_lines(text, options.width);
 }
 
 Json verify_json(const VerifyReport& report) {

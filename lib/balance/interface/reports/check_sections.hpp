@@ -2,6 +2,7 @@
 /// Results of `balance check` as JSON and as text.
 
 #include "balance/interface/files/json.hpp"
+#include "balance/interface/files/text_options.hpp"
 #include "balance/mechanics/model/mechanism.hpp"
 #include "balance/synthesis/verification/formulation_check.hpp"
 #include "balance/synthesis/verification/mechanism_check.hpp"
@@ -18,13 +19,14 @@ std::string check_json(const CheckReport& report, const Mechanism& mechanism, co
 
 // Results of `balance check` as text.
 
-/// Properties of the mechanism, one per line, ending with a line feed. A mechanism that cannot be assembled has fewer.
-std::string check_text(const CheckReport& report, const Mechanism& mechanism);
+/// Properties of the mechanism, one per line, ending with a line feed. A mechanism that cannot be assembled has fewer;
+/// what there is none of is left out unless verbose. Lines to paste into the spec are in its own units.
+std::string check_text(const CheckReport& report, const Mechanism& mechanism, const TextOptions& options = {});
 
 // Comparison of the two formulations as text and as JSON.
 
 /// A table of the largest differences per trajectory and a line on the conditions, ending with a line feed.
-std::string verify_text(const VerifyReport& report);
+std::string verify_text(const VerifyReport& report, const TextOptions& options = {});
 
 Json verify_json(const VerifyReport& report);
 

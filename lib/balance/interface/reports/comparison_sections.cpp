@@ -130,9 +130,12 @@ void add_column(TextTable& table, const std::string& heading, Align align) {
   table.align.push_back(align);
 }
 
-/// One column per run, followed by its ratio to the base for all runs but the base.
+/// One column per run, followed by its ratio to the base for all runs but the base. The base is repeated where the
+/// table is split.
 void add_run_columns(TextTable& table, const ComparedRuns& compared) {
+  table.key_columns = table.heading.size() + 1;
   for (std::size_t run = 0; run < compared.runs.size(); ++run) {
+    if (run > 0) table.blocks.push_back(table.heading.size());
     add_column(table, compared.runs[run].name, Align::right);
     if (run > 0) add_column(table, "ratio", Align::right);
   }
@@ -176,7 +179,9 @@ std::string percent_of_peak(const ComparedQuantity& quantity, double value) {
 TitledTextTable difference_table(const ComparedRuns& compared, QuantitySelection selection) {
   TextTable table;
   for (const char* heading : {"quantity", "unit"}) add_column(table, heading, Align::left);
+  table.key_columns = table.heading.size();
   for (std::size_t run = 1; run < compared.runs.size(); ++run) {
+    table.blocks.push_back(table.heading.size());
     add_column(table, compared.runs[run].name, Align::right);
     for (const char* heading : {"of peak", "rms"}) add_column(table, heading, Align::right);
   }
@@ -290,12 +295,12 @@ std::string format_verdicts(const std::vector<RequirementVerdict>& verdicts) {
 }
 
 std::string comparison_text(const ComparedRuns& compared, const std::vector<RequirementVerdict>& verdicts,
-                            QuantitySelection selection) {
+                            QuantitySelection selection, std::size_t width) {
   std::string text;
   for (const TitledTextTable& table : make_comparison_tables(compared, selection)) {
-    text += table.title + "\n\n" + format_table(table.table) + "\n";
+    text += wrap_lines(table.title, width) + "\n\n" + format_table(table.table, width) + "\n";
   }
-  for (const std::string& note : compared.notes) text += "note: " + escape_for_terminal(note) + "\n";
+  for (const std::string& note : compared.notes) text += wrap_lines("note: " + escape_for_terminal(note), width) + "\n";
   if (!compared.notes.empty() && !verdicts.empty()) text += "\n";
   if (!verdicts.empty()) text += format_verdicts(verdicts) + "\n" + format_verdict_count(verdicts) + "\n";
   if (text.ends_with("\n\n")) text.pop_back();

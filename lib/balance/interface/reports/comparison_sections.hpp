@@ -41,9 +41,10 @@ TextTable verdict_table(const std::vector<RequirementVerdict>& verdicts);
 /// "3 of 4 requirements met"
 std::string format_verdict_count(const std::vector<RequirementVerdict>& verdicts);
 
-/// Tables, notes and verdicts, six significant digits.
+/// Tables, notes and verdicts, six significant digits. A verdict stays on one line.
+/// @param width columns for tables and notes
 std::string comparison_text(const ComparedRuns& compared, const std::vector<RequirementVerdict>& verdicts,
-                            QuantitySelection selection);
+                            QuantitySelection selection, std::size_t width = default_text_width);
 
 /// The same as Markdown.
 std::string comparison_markdown(const ComparedRuns& compared, const std::vector<RequirementVerdict>& verdicts,

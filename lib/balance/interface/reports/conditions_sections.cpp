@@ -145,15 +145,25 @@ void add_conditions(Json& json, const ConditionsReportData& view) {
 
 namespace {
 
-constexpr std::size_t max_condition_width = 76;
+constexpr std::size_t min_condition_width = 30;
+constexpr std::size_t residual_width = 7, number_width = 4;  ///< of the other columns
+constexpr std::size_t max_path_width = 24;                   ///< longer paths are broken
+
+/// Columns that the text of a condition may have beside the others.
+std::size_t condition_width(const ConditionsReportData& view, std::size_t width) {
+  std::size_t others = number_width + residual_width + 4, longest_path = 0;
+  for (const FreeNumber& number : view.numbers) longest_path = std::max(longest_path, number.key_path.size());
+  if (!view.numbers.empty()) others += 2 + std::clamp<std::size_t>(longest_path, 12, max_path_width);
+  return width > others + min_condition_width ? width - others : min_condition_width;
+}
 
 std::string residual_text(const ConditionsReportData& view, int row) {
   return view.is_met(row) ? "met" : fmt::format("{:.2g}", std::abs(view.residuals[row]));
 }
 
 /// Rows of one condition; further lines of a long one fill only its own cell.
-void add_rows(TextTable& table, const ConditionsReportData& view, int row) {
-  const auto lines = wrap_condition(view, row, max_condition_width);
+void add_rows(TextTable& table, const ConditionsReportData& view, int row, std::size_t width) {
+  const auto lines = wrap_condition(view, row, condition_width(view, width));
   std::vector<std::string> paths;
   for (const int number : view.free_number_indices[static_cast<std::size_t>(row)])
     paths.push_back(view.numbers[static_cast<std::size_t>(number)].key_path);
@@ -167,15 +177,15 @@ void add_rows(TextTable& table, const ConditionsReportData& view, int row) {
   }
 }
 
-std::string table_text(const ConditionsReportData& view) {
+std::string table_text(const ConditionsReportData& view, std::size_t width) {
   TextTable table{{"no", "condition", "now"}, {Align::right, Align::left, Align::right}, {}};
   if (!view.numbers.empty()) {
     table.heading.push_back("depends on");
     table.align.push_back(Align::left);
   }
   for (int row = 0; row < view.parameter_rows(); ++row)
-    if (!view.holds_by_definition[static_cast<std::size_t>(row)]) add_rows(table, view, row);
-  return table.rows.empty() ? "" : format_table(table) + "\n";
+    if (!view.holds_by_definition[static_cast<std::size_t>(row)]) add_rows(table, view, row, width);
+  return table.rows.empty() ? "" : format_table(table, width) + "\n";
 }
 
 std::string heading_text(const ConditionsReportData& view) {
@@ -210,8 +220,9 @@ std::string closing_text(const ConditionsReportData& view) {
                             view.parameter_rows());
 }
 
-std::string effort_text(const RemainderEffort& effort) {
-  return fmt::format("{:.4g} {} at {} {}", effort.magnitude, effort.unit, effort.actuator,
+std::string effort_text(const RemainderEffort& effort, const SpecUnits& units) {
+  const DisplayUnit unit = find_display_unit(effort.unit, units);
+  return fmt::format("{:.4g} {} at {} {}", unit.convert(effort.magnitude), unit.name, effort.actuator,
                      effort.trajectory.empty() ? "at rest" : "along " + effort.trajectory);
 }
 
@@ -228,6 +239,56 @@ std::string format_ranges(const std::vector<int>& rows) {
     i = end;
   }
   return text;
+}
+
+namespace {
+
+/// SI unit of a parameter of conditions.
+std::string parameter_unit(const Parameter& p) {
+  const auto times_length = [](const std::string& unit, int power) {
+    if (power == 0) return unit;
+    return unit + (power == 1 ? " m" : fmt::format(" m^{}", power));
+  };
+  switch (p.owner_kind) {
+    case ParameterOwner::load: return times_length("N", p.length_power);
+    case ParameterOwner::spring: return p.length_power == 0 ? "N/m" : times_length("N", p.length_power - 1);
+    case ParameterOwner::friction:
+      if (p.kind == ParameterKind::viscous) return p.length_power == 0 ? "N s/m" : "N m s/rad";
+      return p.length_power == 1 ? "N" : "N m";
+    default: return times_length("kg", p.length_power);
+  }
+}
+
+bool is_plain_number(const CoefficientFormula& formula) {
+  return formula.factor.powers.empty() && formula.sum.empty() && !formula.wave;
+}
+
+}  // namespace
+
+ConditionsReportData convert_coefficients(ConditionsReportData view, const SpecUnits& units) {
+  MatrixX& matrix = view.conditions.matrix;
+  VectorX si_values(matrix.cols());
+  for (Eigen::Index p = 0; p < matrix.cols(); ++p)
+    si_values[p] =
+        find_display_unit(parameter_unit(view.conditions.parameters[static_cast<std::size_t>(p)]), units).factor;
+  if ((si_values.array() == 1).all()) return view;
+  VectorX& known = view.conditions.known_term_values;
+  if (known.size() > 0) known.array() /= si_values.tail(known.size()).array();
+  for (Eigen::Index row = 0; row < matrix.rows(); ++row) {
+    const double largest = max_abs(matrix.row(row));
+    Eigen::Index unit_column = 0;  // the parameter whose coefficient is 1 keeps it
+    for (Eigen::Index p = matrix.cols(); p-- > 0;)
+      if (std::abs(matrix(row, p)) == 1) unit_column = p;
+    for (Eigen::Index p = 0; p < matrix.cols(); ++p) {
+      if (std::abs(matrix(row, p)) <= 1e-12 * largest) matrix(row, p) = 0;
+      const double ratio = si_values[p] / si_values[unit_column];
+      matrix(row, p) *= ratio;
+      if (ratio == 1 || static_cast<std::size_t>(row) >= view.names.formulas.size()) continue;
+      auto& formula = view.names.formulas[static_cast<std::size_t>(row)][static_cast<std::size_t>(p)];
+      if (formula && is_plain_number(*formula)) formula.reset();
+    }
+  }
+  return view;
 }
 
 std::vector<std::string> wrap_condition(const ConditionsReportData& view, int row, std::size_t width) {
@@ -258,23 +319,24 @@ std::vector<std::string> wrap_condition(const ConditionsReportData& view, int ro
   return lines;
 }
 
-std::string symbols_text(const ConditionsReportData& view) {
+std::string symbols_text(const ConditionsReportData& view, const SpecUnits& units) {
   std::string text;
   for (const auto* symbols : {&view.names.symbols, &view.known_terms}) {
     for (const GeometricSymbol& symbol : *symbols) {
-      text += (text.empty() ? "" : ", ") + fmt::format("{} = {:.6g}", symbol.label, symbol.value);
-      if (symbol.unit != "1") text += " " + symbol.unit;
+      const DisplayUnit unit = find_display_unit(symbol.unit, units);
+      text += (text.empty() ? "" : ", ") +
+              fmt::format("{} = {:.6g}{}", symbol.label, unit.convert(symbol.value), append_unit(unit));
     }
   }
   return text;
 }
 
-std::string format_remainder(const ConditionsReportData& view) {
+std::string format_remainder(const ConditionsReportData& view, const SpecUnits& units) {
   if (view.unbalanced_remainder.empty()) return "";
   std::string text = "cannot be balanced by masses or springs and remains:\n";
   for (const UnbalancedRemainder& remainder : view.unbalanced_remainder) {
     text += "  " + remainder.text + "\n";
-    for (const RemainderEffort& effort : remainder.efforts) text += "      up to " + effort_text(effort) + "\n";
+    for (const RemainderEffort& effort : remainder.efforts) text += "      up to " + effort_text(effort, units) + "\n";
     for (const auto& failure : remainder.failed_trajectories)
       if (failure.trajectory.empty()) text += "      not known at rest: " + failure.reason + "\n";
   }
@@ -289,14 +351,15 @@ std::string format_remainder(const ConditionsReportData& view) {
   return text + "--without excludes it\n";
 }
 
-std::string conditions_text(const ConditionsReportData& view) {
-  std::string text = heading_text(view) + table_text(view);
-  const std::string symbols = symbols_text(view);
+std::string conditions_text(const ConditionsReportData& si_view, const TextOptions& options) {
+  const ConditionsReportData view = convert_coefficients(si_view, options.units);
+  std::string text = heading_text(view) + table_text(view, options.width);
+  const std::string symbols = symbols_text(view, options.units);
   if (!symbols.empty()) text += "where " + symbols + "\n";
-  text += closing_text(view) + format_remainder(view);
+  text += closing_text(view) + format_remainder(view, options.units);
   for (const std::string& note : view.conditions.notes) text += "note: " + note + "\n";
   for (const std::string& note : view.names.notes) text += "note: " + note + "\n";
-  return text;
+  return wrap_lines(text, options.width);
 }
 
 bool ConditionsReportData::is_met(int row) const { return std::abs(residuals[row]) <= condition_tolerance; }

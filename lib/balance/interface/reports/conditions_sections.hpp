@@ -2,6 +2,7 @@
 /// Report data of a mechanism's conditions.
 
 #include "balance/interface/files/json.hpp"
+#include "balance/interface/files/text_options.hpp"
 #include "balance/motion/study/design_space.hpp"
 #include "balance/synthesis/conditions/coefficient_names.hpp"
 #include "balance/synthesis/design/unbalanced_remainder.hpp"
@@ -60,16 +61,20 @@ void add_conditions(Json& json, const ConditionsReportData& view);
 
 /// Goal, rank and gap, then the numbered conditions with their residuals and the free numbers that they depend on.
 /// Conditions that any symmetric disc meets are listed in one line. Ends with a line feed.
-std::string conditions_text(const ConditionsReportData& view);
+std::string conditions_text(const ConditionsReportData& view, const TextOptions& options = {});
 
 /// One condition on lines of at most `width` characters, broken between terms; an overlong term has its own line.
 std::vector<std::string> wrap_condition(const ConditionsReportData& view, int row, std::size_t width);
 
+/// The view for text in these units: coefficients without a formula are for parameters in them ("m" in g, "mx" in
+/// g mm).
+ConditionsReportData convert_coefficients(ConditionsReportData view, const SpecUnits& units);
+
 /// "l1 = 0.5 m, push.fy = -5 N": values of the symbols and known terms; "" if there are none.
-std::string symbols_text(const ConditionsReportData& view);
+std::string symbols_text(const ConditionsReportData& view, const SpecUnits& units = {});
 
 /// What cannot be balanced, one element per line with its remaining efforts; "" if there is none.
-std::string format_remainder(const ConditionsReportData& view);
+std::string format_remainder(const ConditionsReportData& view, const SpecUnits& units = {});
 
 /// "1-4, 7" for row numbers counted from one.
 std::string format_ranges(const std::vector<int>& rows);

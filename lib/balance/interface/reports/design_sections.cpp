@@ -463,32 +463,38 @@ std::string headline(const DesignReportData& view) {
   return "";
 }
 
-std::string objective_line(const DesignReportData& view) {
+std::string objective_line(const DesignReportData& view, const SpecUnits& units) {
   const DesignOutcome& outcome = view.report.outcome;
   if (view.objective.empty() || std::isnan(outcome.objective)) return "";
-  const std::string unit = view.objective_unit.empty() ? "" : " " + view.objective_unit;
-  std::string text = fmt::format("{}: {}{}", view.objective, number_text(outcome.objective), unit);
+  const DisplayUnit unit = find_display_unit(view.objective_unit, units);
+  std::string text =
+      fmt::format("{}: {}{}", view.objective, number_text(unit.convert(outcome.objective)), append_unit(unit));
   if (!std::isnan(outcome.lower_bound) && outcome.optimality != Optimality::proved_global)
-    text += fmt::format("; at least {}{} is needed", number_text(outcome.lower_bound), unit);
+    text += fmt::format("; at least {}{} is needed", number_text(unit.convert(outcome.lower_bound)), append_unit(unit));
+  if (view.objective_unit.empty() && has_other_units(units)) text += " (a sum, in SI)";
   text += "\n";
-  for (const RobustTerm& one : view.report.robust)
-    text +=
-        fmt::format("  {} of {} along {}: mean {} ({} without deviations), deviation {}\n",
-                    objective_term_name(one.term.figure), one.term.quantity, one.term.trajectory,
-                    number_text(one.figure.mean), number_text(one.figure.nominal), number_text(one.figure.deviation));
+  for (const RobustTerm& one : view.report.robust) {
+    const DisplayUnit own =
+        find_display_unit(find_metric_unit(view.report.study_before.mechanism, one.term.quantity), units);
+    text += fmt::format("  {} of {} along {}: mean {} ({} without deviations), deviation {}{}\n",
+                        objective_term_name(one.term.figure), one.term.quantity, one.term.trajectory,
+                        number_text(own.convert(one.figure.mean)), number_text(own.convert(one.figure.nominal)),
+                        number_text(own.convert(one.figure.deviation)), append_unit(own));
+  }
   return text;
 }
 
-std::string limits_text(const DesignReportData& view) {
+std::string limits_text(const DesignReportData& view, const SpecUnits& units) {
   const auto& limits = view.report.study_before.design.subject_to;
   const auto& outcomes = view.report.outcome.limits;
   std::string text;
   for (std::size_t k = 0; k < outcomes.size(); ++k) {
-    const std::string unit = limits[k].unit.empty() ? "" : " " + limits[k].unit;
+    const DisplayUnit unit = find_display_unit(limits[k].unit, units);
     const char* state = !(outcomes[k].violation <= limit_tolerance) ? "missed"
                         : outcomes[k].is_active                     ? "active"
                                                                     : "kept";
-    text += fmt::format("limit {}: {}{}, {}", limits[k].text, number_text(outcomes[k].value), unit, state);
+    text += fmt::format("limit {}: {}{}, {}", limits[k].text, number_text(unit.convert(outcomes[k].value)),
+                        append_unit(unit), state);
     if (!(outcomes[k].violation <= limit_tolerance) && limits[k].bound != 0)
       text += fmt::format(" by {:.3g} %", 100 * outcomes[k].violation);
     text += "\n";
@@ -497,9 +503,10 @@ std::string limits_text(const DesignReportData& view) {
 }
 
 /// What is known of its optimality.
-std::string optimality_line(const DesignReportData& view) {
+std::string optimality_line(const DesignReportData& view, const SpecUnits& units) {
   const DesignOutcome& outcome = view.report.outcome;
   const std::string search_summary = outcome.search_summary.empty() ? "" : " (" + outcome.search_summary + ")";
+  const DisplayUnit unit = find_display_unit(view.objective_unit, units);
   const char* optimum = !outcome.within_limits ? "the smallest violation of the limits"
                         : view.objective.empty() || std::isnan(outcome.objective)
                             ? "the smallest residual of the conditions"
@@ -511,9 +518,10 @@ std::string optimality_line(const DesignReportData& view) {
         return "optimality: proved-best: no other choice has a smaller worst limit violation\n";
       if (std::isnan(outcome.lower_bound))
         return "optimality: proved-best: no other choice has a smaller residual of the conditions\n";
-      return fmt::format("optimality: proved-best: nothing is below {}, a gap of {:.2g}\n",
-                         number_text(outcome.lower_bound),
-                         outcome.gap() > gap_tolerance * std::abs(outcome.objective) ? outcome.gap() : 0.0);
+      return fmt::format(
+          "optimality: proved-best: nothing is below {}, a gap of {:.2g}\n",
+          number_text(unit.convert(outcome.lower_bound)),
+          outcome.gap() > gap_tolerance * std::abs(outcome.objective) ? unit.convert(outcome.gap()) : 0.0);
     case Optimality::local_optimum:
       return fmt::format("optimality: local-best: the best of what was tried{}, not shown to be {}\n", search_summary,
                          optimum);
@@ -559,14 +567,14 @@ class UniqueSentences {
   std::string text_;
 };
 
-std::string reasons(const DesignReportData& view) {
+std::string reasons(const DesignReportData& view, const SpecUnits& units) {
   UniqueSentences sentences;
   sentences.add(view.report.outcome.reason);
   if (view.report.outcome.certificate) sentences.add(view.report.outcome.certificate->statement);
   if (view.report.outcome.status == DesignStatus::infeasible)
     sentences.add(view.report.outcome.is_proved_infeasible ? "impossibility: proved" : "impossibility: not proved");
-  return sentences.text() + objective_line(view) + limits_text(view) + format_optional_elements(view.report) +
-         optimality_line(view) + freedom_line(view);
+  return sentences.text() + objective_line(view, units) + limits_text(view, units) +
+         format_optional_elements(view.report) + optimality_line(view, units) + freedom_line(view);
 }
 
 std::string bound_remark(const FreeNumber& number, int bound) {
@@ -585,11 +593,13 @@ std::string format_start_note(const std::vector<FreeNumber>& numbers) {
              : fmt::format("before: in the middle of the bounds, without a 'start': {}\n", midpoint_paths);
 }
 
-std::string numbers_text(const DesignReportData& view) {
+std::string numbers_text(const DesignReportData& view, const TextOptions& options) {
   const DesignReport& report = view.report;
-  TextTable table{{"free number [SI]", "lower", "upper", "before (start)", "value", ""},
-                  {Align::left, Align::right, Align::right, Align::right, Align::right, Align::left},
-                  {}};
+  TextTable table{
+      {options.number_units ? "free number" : "free number [SI]", "unit", "lower", "upper", "before", "value", ""},
+      {Align::left, Align::left, Align::right, Align::right, Align::right, Align::right, Align::left},
+      {},
+      2};
   for (std::size_t i = 0; i < report.free_numbers.size(); ++i) {
     const FreeNumber& number = report.free_numbers[i];
     const auto k = static_cast<Eigen::Index>(i);
@@ -597,11 +607,13 @@ std::string numbers_text(const DesignReportData& view) {
     const int bound = active_bound(number, value);
     // round-off of zero is meaningless
     const bool is_zero = std::abs(value) < 1e-12 * (number.upper - number.lower);
-    table.rows.push_back({number.key_path, fmt::format("{:g}", number.lower), fmt::format("{:g}", number.upper),
-                          number_text(report.before[k]), number_text(is_zero ? 0 : value),
-                          bound_remark(number, bound)});
+    const DisplayUnit unit = find_number_unit(number.key_path, options);
+    table.rows.push_back({number.key_path, unit.name, fmt::format("{:g}", unit.convert(number.lower)),
+                          fmt::format("{:g}", unit.convert(number.upper)), number_text(unit.convert(report.before[k])),
+                          number_text(is_zero ? 0 : unit.convert(value)), bound_remark(number, bound)});
   }
-  return format_table(table) + format_start_note(report.free_numbers) + "\n";
+  remove_empty_units(table);
+  return format_table(table, options.width) + format_start_note(report.free_numbers) + "\n";
 }
 
 std::string residual_text(double residual) {
@@ -609,8 +621,10 @@ std::string residual_text(double residual) {
   return std::abs(residual) <= condition_tolerance ? "met" : fmt::format("{:.2g}", std::abs(residual));
 }
 
-std::string conditions_table(const DesignReportData& view) {
-  const ConditionsReportData& c = view.conditions;
+constexpr std::size_t residual_columns = 24;  ///< of the number and the residuals beside a condition
+
+std::string conditions_table(const DesignReportData& view, const TextOptions& options) {
+  const ConditionsReportData c = convert_coefficients(view.conditions, options.units);
   TextTable table{{"no", "condition", "before", "after"}, {Align::right, Align::left, Align::right, Align::right}, {}};
   std::vector<int> symmetric_rows;
   for (int row = 0; row < c.parameter_rows(); ++row) {
@@ -618,33 +632,35 @@ std::string conditions_table(const DesignReportData& view) {
       symmetric_rows.push_back(row + 1);
       continue;
     }
-    const auto lines = wrap_condition(c, row, 76);
+    const auto lines = wrap_condition(c, row, options.width - std::min(options.width / 2, residual_columns));
     for (std::size_t i = 0; i < lines.size(); ++i)
       table.rows.push_back({i == 0 ? std::to_string(row + 1) : "", lines[i],
                             i == 0 ? residual_text(view.residuals_before[row]) : "",
                             i == 0 ? residual_text(c.residuals[row]) : ""});
   }
-  std::string text = table.rows.empty() ? "" : format_table(table);
-  const std::string symbols = symbols_text(c);
+  std::string text = table.rows.empty() ? "" : format_table(table, options.width);
+  const std::string symbols = symbols_text(c, options.units);
   if (!symbols.empty()) text += "where " + symbols + "\n";
   if (!symmetric_rows.empty())
     text += fmt::format("{} {} for every disc that is symmetrical about its axis\n", format_ranges(symmetric_rows),
                         symmetric_rows.size() == 1 ? "holds" : "hold");
-  text += format_remainder(c);
+  text += format_remainder(c, options.units);
   return text.empty() ? "" : text + "\n";
 }
 
-std::string cost_text(const DesignReport& report) {
-  const auto format_amount = [](double value, double scale) {
-    return std::abs(value) <= 1e-12 * scale ? "0" : fmt::format("{:.6g}", value);
+std::string cost_text(const DesignReport& report, const SpecUnits& units) {
+  const DisplayUnit mass = find_display_unit("kg", units), inertia = find_display_unit("kg m^2", units);
+  const auto format_amount = [](double value, double scale, const DisplayUnit& unit) {
+    return std::abs(value) <= 1e-12 * scale ? "0" : fmt::format("{:.6g}", unit.convert(value));
   };
   return fmt::format(
-             "added mass     {} kg of counterweights and discs (everything that moves: {:.6g} kg before, {:.6g} kg "
-             "after)\n",
-             format_amount(report.added_mass, report.mass_after), report.mass_before, report.mass_after) +
-         fmt::format(
-             "added inertia  {} kg m^2 of them (everything that moves: {:.6g} kg m^2 before, {:.6g} kg m^2 after)\n",
-             format_amount(report.added_inertia, report.inertia_after), report.inertia_before, report.inertia_after);
+             "added mass     {0} {3} of counterweights and discs (everything that moves: {1:.6g} {3} before, {2:.6g} "
+             "{3} after)\n",
+             format_amount(report.added_mass, report.mass_after, mass), mass.convert(report.mass_before),
+             mass.convert(report.mass_after), mass.name) +
+         fmt::format("added inertia  {0} {3} of them (everything that moves: {1:.6g} {3} before, {2:.6g} {3} after)\n",
+                     format_amount(report.added_inertia, report.inertia_after, inertia),
+                     inertia.convert(report.inertia_before), inertia.convert(report.inertia_after), inertia.name);
 }
 
 /// Notes on the motion, once if before and after have the same.
@@ -661,7 +677,7 @@ std::string rerun_notes(const TrajectoryComparison& comparison) {
   return text;
 }
 
-std::string comparison_text(const TrajectoryComparison& comparison) {
+std::string comparison_text(const TrajectoryComparison& comparison, const TextOptions& options) {
   std::string text = fmt::format("\ntrajectory {}\n", comparison.trajectory);
   const bool are_both_done =
       comparison.before.outcome.status == MotionStatus::done && comparison.after.outcome.status == MotionStatus::done;
@@ -669,7 +685,8 @@ std::string comparison_text(const TrajectoryComparison& comparison) {
     if (result->outcome.status != MotionStatus::done)
       text += fmt::format("cannot be followed {}: {}\n", when, result->outcome.reason);
   if (!are_both_done) return text + rerun_notes(comparison);
-  TextTable table{{"quantity", "unit", "peak before", "after", "ratio", "rms before", "after", "ratio"}, {}, {}};
+  TextTable table{
+      {"quantity", "unit", "peak before", "after", "ratio", "rms before", "after", "ratio"}, {}, {}, 2, {2, 5}};
   table.align.assign(table.heading.size(), Align::right);
   table.align[0] = table.align[1] = Align::left;
   const std::vector<MetricChange> changes = list_metric_changes(comparison);
@@ -677,15 +694,16 @@ std::string comparison_text(const TrajectoryComparison& comparison) {
   for (std::size_t i = 0; i + 1 < changes.size(); i += 2) {
     const bool is_worst = changes[i].quantity == "torque";
     if (is_worst && actuators == 1) continue;  // it has a row of its own
-    std::vector<std::string> row = {is_worst ? "worst torque" : changes[i].quantity, changes[i].unit};
+    const DisplayUnit unit = find_display_unit(changes[i].unit, options.units);
+    std::vector<std::string> row = {is_worst ? "worst torque" : changes[i].quantity, unit.name};
     for (const MetricChange& change : {changes[i], changes[i + 1]}) {
-      row.push_back(number_text(change.before));
-      row.push_back(number_text(change.after));
+      row.push_back(number_text(unit.convert(change.before)));
+      row.push_back(number_text(unit.convert(change.after)));
       row.push_back(ratio_text(change.before, change.after));
     }
     table.rows.push_back(std::move(row));
   }
-  return (table.rows.empty() ? text : text + format_table(table)) + rerun_notes(comparison);
+  return (table.rows.empty() ? text : text + format_table(table, options.width)) + rerun_notes(comparison);
 }
 
 std::string notes_text(const DesignReportData& view) {
@@ -699,11 +717,12 @@ std::string notes_text(const DesignReportData& view) {
 
 }  // namespace
 
-std::string design_text(const DesignReportData& view) {
-  std::string text = fmt::format("{}: {}\n{}\n", view.conditions.title, headline(view), reasons(view));
-  text += numbers_text(view) + conditions_table(view) + cost_text(view.report) + load_cases_text(view.report);
-  for (const TrajectoryComparison& comparison : view.report.comparisons) text += comparison_text(comparison);
-  return text + notes_text(view);
+std::string design_text(const DesignReportData& view, const TextOptions& options) {
+  std::string text = fmt::format("{}: {}\n{}\n", view.conditions.title, headline(view), reasons(view, options.units));
+  text += numbers_text(view, options) + conditions_table(view, options) + cost_text(view.report, options.units) +
+          load_cases_text(view.report, options);
+  for (const TrajectoryComparison& comparison : view.report.comparisons) text += comparison_text(comparison, options);
+  return wrap_lines(text + notes_text(view), options.width);
 }
 
 namespace {

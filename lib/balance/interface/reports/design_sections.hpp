@@ -3,6 +3,7 @@
 
 #include "balance/interface/files/json.hpp"
 #include "balance/interface/files/result_file.hpp"
+#include "balance/interface/files/text_options.hpp"
 #include "balance/interface/reports/conditions_sections.hpp"
 #include "balance/synthesis/design/design_study.hpp"
 
@@ -70,6 +71,6 @@ std::string design_json(const DesignReportData& view, const std::vector<std::str
 
 /// What the design achieves and what limits it, the free numbers, the conditions, the cost of the design and its gain
 /// along every trajectory. Ends with a line feed.
-std::string design_text(const DesignReportData& view);
+std::string design_text(const DesignReportData& view, const TextOptions& options = {});
 
 }  // namespace balance

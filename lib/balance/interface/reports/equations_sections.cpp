@@ -6,7 +6,7 @@
 #include "balance/interface/files/atomic_file.hpp"
 #include "balance/interface/files/json.hpp"
 #include "balance/interface/files/result_group.hpp"
-#include "balance/interface/files/text_table.hpp"
+#include "balance/interface/reports/conditions_sections.hpp"
 #include "balance/synthesis/conditions/condition_text.hpp"
 
 #include <fmt/format.h>
@@ -29,7 +29,7 @@ std::string format_entry(double value, double max_entry) {
 }
 
 std::string matrix_text(const MatrixX& matrix, const std::vector<std::string>& rows,
-                        const std::vector<std::string>& columns) {
+                        const std::vector<std::string>& columns, std::size_t width) {
   TextTable table{{""}, {Align::left}, {}};
   for (const std::string& column : columns) {
     table.heading.push_back(column);
@@ -41,7 +41,7 @@ std::string matrix_text(const MatrixX& matrix, const std::vector<std::string>& r
     for (Eigen::Index c = 0; c < matrix.cols(); ++c) cells.push_back(format_entry(matrix(r, c), max_entry));
     table.rows.push_back(std::move(cells));
   }
-  return format_table(table);
+  return format_table(table, width);
 }
 
 std::string velocity_table(const IndependentTerms& terms, const std::vector<std::string>& rows,
@@ -353,52 +353,102 @@ std::string equations_latex(const EquationsReportData& view) {
 
 namespace {
 
+/// For sections whose units differ from row to row, and which therefore remain SI.
+std::string si_note(const SpecUnits& units) { return has_other_units(units) ? ", SI" : ""; }
+
 std::string sections_text(const EquationsReportData& view, const IndependentTerms& terms,
-                          const std::vector<std::string>& rows) {
+                          const std::vector<std::string>& rows, std::size_t width) {
   using enum EquationSection;
   const EquationsAtConfiguration& at = view.at;
   std::string text;
-  if (view.shows(inertia)) text += "M'\n" + matrix_text(terms.mass, rows, at.speeds);
+  if (view.shows(inertia)) text += "M'\n" + matrix_text(terms.mass, rows, at.speeds, width);
   if (view.shows(velocity)) {
     text += "velocity terms\n" + velocity_table(terms, rows, at.speeds);
-    if (!terms.viscous.isZero(0)) text += "B', of viscous friction\n" + matrix_text(terms.viscous, rows, at.speeds);
+    if (!terms.viscous.isZero(0))
+      text += "B', of viscous friction\n" + matrix_text(terms.viscous, rows, at.speeds, width);
   }
   if (view.shows(gravity)) {
     MatrixX static_terms(terms.static_terms.weight.size(), 4);
     static_terms << terms.static_terms.weight, terms.static_terms.springs, terms.static_terms.loads,
         terms.static_terms.sum();
-    text += "z'\n" + matrix_text(static_terms, rows, {"weight", "springs", "loads", "z'"});
+    text += "z'\n" + matrix_text(static_terms, rows, {"weight", "springs", "loads", "z'"}, width);
   }
   if (view.shows(torques) && terms.input.cols() > 0)
-    text += "input matrix: generalised force per effort\n" + matrix_text(terms.input, rows, at.actuators);
+    text += "input matrix: generalised force per effort\n" + matrix_text(terms.input, rows, at.actuators, width);
   return text;
 }
 
 }  // namespace
 
-std::string speeds_text(const EquationsReportData& view) {
+std::string speeds_text(const EquationsReportData& view, const TextOptions& options) {
   const EquationsAtConfiguration& at = view.at;
   const SpeedTerms& speed_terms = *at.in_speeds;
   std::string text = fmt::format("in the speeds {}", fmt::join(at.speeds, ", "));
   if (!at.zero.empty()) text += fmt::format("; zero: {}", fmt::join(at.zero, ", "));
-  text += " (P0 eq. 1)\nfreedoms: ";
+  text += si_note(options.units) + " (P0 eq. 1)\nfreedoms: ";
   if (!at.has_rate_constraints) text += fmt::format("{} of configuration, ", at.independent.size());
   text += fmt::format("{} of velocity\n", at.speeds.size());
-  text += "rates of the coordinates per speed\n" + matrix_text(speed_terms.rates, at.independent, at.speeds);
-  text += sections_text(view, speed_terms.speed_equations, at.speeds);
+  text +=
+      "rates of the coordinates per speed\n" + matrix_text(speed_terms.rates, at.independent, at.speeds, options.width);
+  text += sections_text(view, speed_terms.speed_equations, at.speeds, options.width);
   if (!at.zero.empty())
-    text +=
-        "\nforces of the constraints, efforts apart\n" + sections_text(view, speed_terms.constraint_equations, at.zero);
+    text += "\nforces of the constraints, efforts apart\n" +
+            sections_text(view, speed_terms.constraint_equations, at.zero, options.width);
   return text + "\n";
 }
 
 namespace {
 
-std::string numbers_line(const char* label, const std::vector<std::string>& names, const VectorX& values) {
+/// @param si_units one per value
+/// @param with_units whether to name the units
+std::string numbers_line(const char* label, const std::vector<std::string>& names, const VectorX& values,
+                         const std::vector<std::string>& si_units, const SpecUnits& units, bool with_units) {
   std::vector<std::string> parts;
-  for (std::size_t k = 0; k < names.size(); ++k)
-    parts.push_back(fmt::format("{} = {:.9g}", names[k], values[static_cast<Eigen::Index>(k)]));
+  for (std::size_t k = 0; k < names.size(); ++k) {
+    const DisplayUnit unit = find_display_unit(si_units[k], units);
+    parts.push_back(fmt::format("{} = {:.9g}{}", names[k], unit.convert(values[static_cast<Eigen::Index>(k)]),
+                                with_units ? append_unit(unit) : ""));
+  }
   return fmt::format("{}{}\n", label, fmt::join(parts, ", "));
+}
+
+/// Units of coordinates or their rates.
+std::vector<std::string> list_units(const std::vector<bool>& is_length, const char* per_time) {
+  std::vector<std::string> units;
+  for (const bool length : is_length) units.push_back(std::string(length ? "m" : "rad") + per_time);
+  return units;
+}
+
+/// M', D', B' in display units; angles in radians. z' is converted where it is printed.
+IndependentTerms convert_matrices(IndependentTerms terms, const std::vector<bool>& is_length, const SpecUnits& units) {
+  const auto count = static_cast<Eigen::Index>(is_length.size());
+  const auto lengths = [&](std::initializer_list<Eigen::Index> coordinates) {
+    int sum = 0;
+    for (const Eigen::Index c : coordinates) sum += is_length[static_cast<std::size_t>(c)] ? 1 : 0;
+    return sum;
+  };
+  const auto power_of_length = [&](int power) { return elementary::pow(units.length, power); };
+  for (Eigen::Index i = 0; i < count; ++i)
+    for (Eigen::Index j = 0; j < count; ++j) {
+      terms.mass(i, j) /= units.mass * power_of_length(2 - lengths({i, j}));
+      terms.viscous(i, j) /= units.force * units.time * power_of_length(1 - lengths({i, j}));
+      for (Eigen::Index k = 0; k < count; ++k)
+        terms.velocity[static_cast<std::size_t>(k)](i, j) /= units.mass * power_of_length(2 - lengths({i, j, k}));
+    }
+  return terms;
+}
+
+/// " [g mm^2]" if all coordinates are of one kind.
+std::string uniform_unit(const std::vector<bool>& is_length, const char* of_angles, const char* of_lengths,
+                         const SpecUnits& units) {
+  if (!has_other_units(units) || is_length.empty()) return "";
+  for (const bool length : is_length)
+    if (length != is_length.front()) return "";
+  return bracket_unit(find_display_unit(is_length.front() ? of_lengths : of_angles, units));
+}
+
+std::string entry_text(double value, double max_entry, const DisplayUnit& unit) {
+  return std::abs(value) <= zero_entry_tolerance * max_entry ? "0" : fmt::format("{:.6g}", unit.convert(value));
 }
 
 std::vector<std::string> rates_of(std::vector<std::string> names) {
@@ -406,7 +456,7 @@ std::vector<std::string> rates_of(std::vector<std::string> names) {
   return names;
 }
 
-std::string rest_text(const EquationsAtConfiguration& at) {
+std::string rest_text(const EquationsAtConfiguration& at, const TextOptions& options) {
   const StaticTerms& static_terms = at.terms->static_terms;
   const double max_entry = std::max(
       {at.torque_scale, max_abs(static_terms.weight), max_abs(static_terms.springs), max_abs(static_terms.loads)});
@@ -415,15 +465,16 @@ std::string rest_text(const EquationsAtConfiguration& at) {
                   {}};
   for (std::size_t k = 0; k < at.independent.size(); ++k) {
     const auto i = static_cast<Eigen::Index>(k);
-    table.rows.push_back({"  " + at.independent[k], format_entry(static_terms.weight[i], max_entry),
-                          format_entry(static_terms.springs[i], max_entry),
-                          format_entry(static_terms.loads[i], max_entry),
-                          format_entry(static_terms.sum()[i], max_entry), force_unit(at.is_length[k])});
+    const DisplayUnit unit = find_display_unit(force_unit(at.is_length[k]), options.units);
+    table.rows.push_back({"  " + at.independent[k], entry_text(static_terms.weight[i], max_entry, unit),
+                          entry_text(static_terms.springs[i], max_entry, unit),
+                          entry_text(static_terms.loads[i], max_entry, unit),
+                          entry_text(static_terms.sum()[i], max_entry, unit), unit.name});
   }
-  return format_table(table);
+  return format_table(table, options.width);
 }
 
-std::string split_text(const EquationsAtConfiguration& at) {
+std::string split_text(const EquationsAtConfiguration& at, const TextOptions& options) {
   TextTable table{{""}, {Align::left}, {}};
   for (const char* name : effort_part_names) {
     table.heading.emplace_back(name);
@@ -436,55 +487,60 @@ std::string split_text(const EquationsAtConfiguration& at) {
   for (std::size_t a = 0; a < at.actuators.size(); ++a) {
     const auto row = parts.row(static_cast<Eigen::Index>(a));
     std::vector<std::string> cells{"  " + at.actuators[a]};
-    for (const double value : row) cells.push_back(format_entry(value, max_entry));
-    cells.push_back(format_entry(at.split->effort[static_cast<Eigen::Index>(a)], max_entry));
-    cells.push_back(force_unit(at.is_force[a]));
+    const DisplayUnit unit = find_display_unit(force_unit(at.is_force[a]), options.units);
+    for (const double value : row) cells.push_back(entry_text(value, max_entry, unit));
+    cells.push_back(entry_text(at.split->effort[static_cast<Eigen::Index>(a)], max_entry, unit));
+    cells.push_back(unit.name);
     table.rows.push_back(std::move(cells));
   }
-  return format_table(table);
+  return format_table(table, options.width);
 }
 
-std::string redundant_text(const EquationsAtConfiguration& at) {
+std::string redundant_text(const EquationsAtConfiguration& at, const TextOptions& options) {
   const RedundantTerms& loops = *at.loops;
-  std::string text = "M in the tree's coordinates (P0 eq. 19)\n" + matrix_text(loops.mass, at.redundant, at.redundant);
+  std::string text = "M in the tree's coordinates" + si_note(options.units) + " (P0 eq. 19)\n" +
+                     matrix_text(loops.mass, at.redundant, at.redundant, options.width);
   text += "\nC: tree coordinates' rates per independent rate, A C = 0 (P0 eq. 16)\n" +
-          matrix_text(loops.transformation, at.redundant, at.independent);
+          matrix_text(loops.transformation, at.redundant, at.independent, options.width);
   if (loops.constraints.rows() > 0)
-    text += "\nA: closures (P0 eq. 7, 15)\n" + matrix_text(loops.constraints, at.closures, at.redundant);
-  text += "\nz: weight, springs and loads\n" + matrix_text(loops.rest.sum(), at.redundant, {"z"});
+    text += "\nA: closures (P0 eq. 7, 15)\n" + matrix_text(loops.constraints, at.closures, at.redundant, options.width);
+  text += "\nz: weight, springs and loads" + si_note(options.units) + "\n" +
+          matrix_text(loops.rest.sum(), at.redundant, {"z"}, options.width);
   return text + "\n";
 }
 
-std::string natural_text(const natural::NaturalTerms& n) {
+std::string natural_text(const natural::NaturalTerms& n, const TextOptions& options) {
+  const DisplayUnit length = find_display_unit("m", options.units), mass = find_display_unit("kg", options.units);
   std::string text = fmt::format("natural coordinates (P3): {} points, {} of them move\n", n.points.size(), n.moving);
-  TextTable table{{"point", "x [m]", "y [m]", "C_P [kg]", ""},
+  TextTable table{{"point", "x" + bracket_unit(length), "y" + bracket_unit(length), "C_P" + bracket_unit(mass), ""},
                   {Align::left, Align::right, Align::right, Align::right, Align::left},
                   {}};
   for (std::size_t p = 0; p < n.points.size(); ++p) {
     const auto& c = n.coefficients[p].coefficient;
     const double max_entry = n.total_mass;
     table.rows.push_back(
-        {"  " + n.points[p], fmt::format("{:.6g}", n.position(static_cast<Eigen::Index>(p), 0)),
-         fmt::format("{:.6g}", n.position(static_cast<Eigen::Index>(p), 1)),
-         fmt::format("[{} {}; {} {}]", format_entry(c.real(), max_entry), format_entry(-c.imag(), max_entry),
-                     format_entry(c.imag(), max_entry), format_entry(c.real(), max_entry)),
+        {"  " + n.points[p], fmt::format("{:.6g}", length.convert(n.position(static_cast<Eigen::Index>(p), 0))),
+         fmt::format("{:.6g}", length.convert(n.position(static_cast<Eigen::Index>(p), 1))),
+         fmt::format("[{} {}; {} {}]", entry_text(c.real(), max_entry, mass), entry_text(-c.imag(), max_entry, mass),
+                     entry_text(c.imag(), max_entry, mass), entry_text(c.real(), max_entry, mass)),
          n.coefficients[p].fixed ? "fixed" : ""});
   }
-  text += format_table(table);
+  text += format_table(table, options.width);
   std::vector<std::string> entries;
   for (const std::string& point : n.points)
     for (const char* axis : {".x", ".y"}) entries.push_back(point + axis);
-  text += "\nM [kg] (P3 eq. 35)\n" + matrix_text(n.mass, entries, entries);
+  text += "\nM" + bracket_unit(mass) + " (P3 eq. 35)\n" +
+          matrix_text(n.mass / mass.factor, entries, entries, options.width);
   for (const std::string& rotor : n.rotors) text += "  disc: " + rotor + "\n";
-  text += fmt::format("\nconstraints, points divided by {:.9g} m (P3 eq. 30)\n", n.unit);
+  text += fmt::format("\nconstraints, points divided by {:.9g} {} (P3 eq. 30)\n", length.convert(n.unit), length.name);
   for (const std::string& row : n.constraints) text += "  " + row + "\n";
   return text + "\n";
 }
 
-std::string regressor_text(const EquationsAtConfiguration& at) {
+std::string regressor_text(const EquationsAtConfiguration& at, const TextOptions& options) {
   std::vector<std::string> names;
   for (const Parameter& p : at.regressor->parameters) names.push_back(p.name);
-  return "regressor Y, effort = Y pi + other, and the parameters pi\n" + [&] {
+  return "regressor Y, effort = Y pi + other, and the parameters pi" + si_note(options.units) + "\n" + [&] {
     MatrixX entries(at.regressor->effort.cols(), at.regressor->effort.rows() + 1);
     entries << at.regressor->values, at.regressor->effort.transpose();
     std::vector<std::string> columns{"pi"};
@@ -498,19 +554,23 @@ std::string regressor_text(const EquationsAtConfiguration& at) {
         cells.push_back(format_entry(entries(r, c), c == 0 ? 0 : max_abs(entries.col(c))));
       table.rows.push_back(std::move(cells));
     }
-    return format_table(table);
+    return format_table(table, options.width);
   }() + "\n";
 }
 
-std::string parameters_text(const EquationsAtConfiguration& at) {
-  const Conditions& c = *at.parameters;
+std::string parameters_text(const EquationsAtConfiguration& at, const SpecUnits& units) {
+  ConditionsReportData shown;
+  shown.conditions = *at.parameters;
+  shown.names = at.parameter_names;
+  shown = convert_coefficients(std::move(shown), units);
+  const Conditions& c = shown.conditions;
   std::string text =
       fmt::format("base parameters: {} combinations of {} inertial parameters occur", c.rank, c.parameters.size());
   if (c.rank > 0 && c.singular_value_gap > 0)
     text += fmt::format(" (gap {:.1f} decades)", elementary::log10(c.singular_value_gap));
   text += "\n";
   for (int row = 0; row < c.rank; ++row)
-    text += fmt::format("  {:>3}  {}\n", row + 1, base_parameter_text(c, row, at.parameter_names));
+    text += fmt::format("  {:>3}  {}\n", row + 1, base_parameter_text(c, row, shown.names));
   return text + "\n";
 }
 
@@ -527,36 +587,62 @@ std::string base_parameter_text(const Conditions& parameters, int row, const Con
   return text.substr(0, text.rfind(" = "));
 }
 
-std::string equations_text(const EquationsReportData& view) {
+namespace {
+
+/// "SI units", or which others.
+std::string units_text(const SpecUnits& units) {
+  if (!has_other_units(units)) return "SI units";
+  return fmt::format("in {}, {}, {}, {}, {} and {}; matrices are for angles in rad", units.length_name, units.mass_name,
+                     units.time_name, units.angle_name, find_display_unit("N", units).name,
+                     find_display_unit("N m", units).name);
+}
+
+}  // namespace
+
+std::string equations_text(const EquationsReportData& view, const TextOptions& options) {
   using enum EquationSection;
   const EquationsAtConfiguration& at = view.at;
-  std::string text = view.title + "\n" + numbers_line("at  ", view.coordinates, at.configuration) +
-                     "independent coordinates  " + fmt::format("{}; SI units\n\n", fmt::join(at.independent, ", "));
+  const SpecUnits& units = options.units;
+  const bool with_units = has_other_units(units);
+  std::string text =
+      view.title + "\n" +
+      numbers_line("at  ", view.coordinates, at.configuration, list_units(view.is_length, ""), units, with_units) +
+      "independent coordinates  " + fmt::format("{}; {}\n\n", fmt::join(at.independent, ", "), units_text(units));
+  const IndependentTerms terms = convert_matrices(*at.terms, at.is_length, units);
   if (view.shows(inertia))
-    text += "M' (P0 eq. 62; P1 eq. 14: D_ij)\n" + matrix_text(at.terms->mass, at.independent, at.independent) + "\n";
+    text += "M'" + uniform_unit(at.is_length, "kg m^2", "kg", units) + " (P0 eq. 62; P1 eq. 14: D_ij)\n" +
+            matrix_text(terms.mass, at.independent, at.independent, options.width) + "\n";
   if (view.shows(velocity)) {
-    text += "velocity terms: D'_krs (P0 eq. 63; P1 eq. 15: D_ijk)\n" +
-            velocity_table(*at.terms, at.independent, rates_of(at.independent));
+    text += "velocity terms: D'_krs" + uniform_unit(at.is_length, "kg m^2", "kg/m", units) +
+            " (P0 eq. 63; P1 eq. 15: D_ijk)\n" + velocity_table(terms, at.independent, rates_of(at.independent));
     if (!at.terms->viscous.isZero(0))
-      text += "B' (P0 eq. 63), of viscous friction\n" + matrix_text(at.terms->viscous, at.independent, at.independent);
+      text += "B'" + uniform_unit(at.is_length, "N m s", "N s/m", units) + " (P0 eq. 63), of viscous friction\n" +
+              matrix_text(terms.viscous, at.independent, at.independent, options.width);
     text += "\n";
   }
-  if (view.shows(gravity)) text += "z' (P0 eq. 62; P1 eq. 16: D_i)\n" + rest_text(at) + "\n";
-  if (at.in_speeds) text += speeds_text(view);
-  if (at.diagonal_factors && view.shows(inertia))
-    text +=
-        numbers_line("decoupled there: u = k q'' (P1 eq. 27) with k  ", at.independent, *at.diagonal_factors) + "\n";
-  if (at.split && view.shows(torques)) {
-    text += "torques and their parts\n" + numbers_line("  rates  ", at.independent, at.dq) +
-            numbers_line("  accelerations  ", at.independent, at.ddq) + split_text(at) + "\n";
+  if (view.shows(gravity)) text += "z' (P0 eq. 62; P1 eq. 16: D_i)\n" + rest_text(at, options) + "\n";
+  if (at.in_speeds) text += speeds_text(view, options);
+  if (at.diagonal_factors && view.shows(inertia)) {
+    std::vector<std::string> inertia_units;
+    for (const bool length : at.is_length) inertia_units.push_back(inertia_unit(length, length));
+    text += numbers_line("decoupled there: u = k q'' (P1 eq. 27) with k  ", at.independent, *at.diagonal_factors,
+                         inertia_units, units, with_units) +
+            "\n";
   }
-  if (at.loops && view.shows(redundant)) text += redundant_text(at);
-  if (at.natural) text += natural_text(*at.natural);
-  if (at.regressor) text += regressor_text(at);
-  if (at.parameters) text += parameters_text(at);
+  if (at.split && view.shows(torques)) {
+    text +=
+        "torques and their parts\n" +
+        numbers_line("  rates  ", at.independent, at.dq, list_units(at.is_length, "/s"), units, with_units) +
+        numbers_line("  accelerations  ", at.independent, at.ddq, list_units(at.is_length, "/s^2"), units, with_units) +
+        split_text(at, options) + "\n";
+  }
+  if (at.loops && view.shows(redundant)) text += redundant_text(at, options);
+  if (at.natural) text += natural_text(*at.natural, options);
+  if (at.regressor) text += regressor_text(at, options);
+  if (at.parameters) text += parameters_text(at, units);
   for (const std::string& note : at.notes) text += "note: " + note + "\n";
   while (text.size() > 1 && text.ends_with("\n\n")) text.pop_back();
-  return text;
+  return wrap_lines(text, options.width);
 }
 
 }  // namespace balance

@@ -2,6 +2,7 @@
 /// Report data of a mechanism's equations at one configuration.
 
 #include "balance/interface/files/result_file.hpp"
+#include "balance/interface/files/text_options.hpp"
 #include "balance/synthesis/formulas/equations_report.hpp"
 
 #include <string>
@@ -14,12 +15,14 @@ struct EquationsReportData {
   std::vector<std::string> coordinates;  ///< names of all coordinates of the mechanism
   EquationsAtConfiguration at;
   std::set<EquationSection> sections;  ///< to be shown
+  std::vector<bool> is_length;         ///< per coordinate of the mechanism
 
   bool shows(EquationSection section) const { return sections.count(section) > 0; }
 };
 
-/// Sections as tables with six significant digits; ends with a line feed.
-std::string equations_text(const EquationsReportData& view);
+/// Sections as tables with six significant digits; ends with a line feed. Matrices are for angles in radians. The
+/// regressor and the base parameters, whose units differ from row to row, are SI.
+std::string equations_text(const EquationsReportData& view, const TextOptions& options = {});
 
 /// Everything in the view, as numbers with all their digits.
 std::string equations_json(const EquationsReportData& view, const std::vector<std::string>& warnings);
@@ -43,11 +46,11 @@ void write_equations(const std::string& path, const EquationsAlongRun& run, cons
 /// Six significant digits; 0 for round-off relative to `size`.
 std::string format_entry(double value, double size);
 std::string matrix_text(const MatrixX& matrix, const std::vector<std::string>& rows,
-                        const std::vector<std::string>& columns);
+                        const std::vector<std::string>& columns, std::size_t width = default_text_width);
 /// "A1: 0.3 A1'^2 - 2 0.1 A1' A2'": the nonzero terms. @param factors of the quadratic forms, "A1'"
 std::string velocity_table(const IndependentTerms& terms, const std::vector<std::string>& rows,
                            const std::vector<std::string>& factors);
 /// The view's sections in its speeds.
-std::string speeds_text(const EquationsReportData& view);
+std::string speeds_text(const EquationsReportData& view, const TextOptions& options = {});
 
 }  // namespace balance

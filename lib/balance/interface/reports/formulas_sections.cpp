@@ -49,7 +49,7 @@ std::string symbols_line(const FormulasReportData& view) {
 
 }  // namespace
 
-std::string formulas_text(const FormulasReportData& view) {
+std::string formulas_text(const FormulasReportData& view, std::size_t width) {
   std::string text = fmt::format("{}\n", view.title);
   text += fmt::format("coordinates: {}\n", fmt::join(view.sheet->equations.tree.columns, ", "));
   for (const PrintedSection& section : view.sections) {
@@ -65,7 +65,8 @@ std::string formulas_text(const FormulasReportData& view) {
   const std::string perturbed_note = view.check.perturbed_states > 0
                                          ? fmt::format(", {} of them with other numbers", view.check.perturbed_states)
                                          : "";
-  return text + fmt::format("checked at {} states{}: {:.0e}\n", view.check.states, perturbed_note, view.check.error);
+  text += fmt::format("checked at {} states{}: {:.0e}\n", view.check.states, perturbed_note, view.check.error);
+  return wrap_lines(text, width);
 }
 
 std::string formulas_latex(const FormulasReportData& view) {

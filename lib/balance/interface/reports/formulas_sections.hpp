@@ -4,6 +4,8 @@
 #include "balance/synthesis/formulas/formula_check.hpp"
 #include "balance/synthesis/formulas/formula_sheet.hpp"
 
+#include "balance/interface/files/text_table.hpp"
+
 #include <string>
 #include <vector>
 
@@ -18,7 +20,7 @@ struct FormulasReportData {
   std::vector<std::string> warnings;  ///< of the spec
 };
 
-std::string formulas_text(const FormulasReportData& view);
+std::string formulas_text(const FormulasReportData& view, std::size_t width = default_text_width);
 /// Equations between `\[` and `\]` (amsmath), with comments.
 std::string formulas_latex(const FormulasReportData& view);
 std::string formulas_json(const FormulasReportData& view);

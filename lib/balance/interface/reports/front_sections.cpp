@@ -172,8 +172,8 @@ namespace {
 /// Relative to a figure's largest value; smaller values are shown as zero.
 constexpr double zero_value_tolerance = 1e-12;
 
-std::string value_text(double value, double largest) {
-  return std::abs(value) <= zero_value_tolerance * largest ? "0" : format_number(value);
+std::string value_text(double value, double largest, const DisplayUnit& unit) {
+  return std::abs(value) <= zero_value_tolerance * largest ? "0" : format_number(unit.convert(value));
 }
 
 VectorX max_abs_values(const ParetoFront& front) {
@@ -185,31 +185,38 @@ VectorX max_abs_values(const ParetoFront& front) {
 /// Names of the figures: a, b, c.
 std::string letter(std::size_t j) { return std::string(1, static_cast<char>('a' + j)); }
 
-std::string legend(const FrontReportData& view) {
+DisplayUnit figure_unit(const FrontReportData& view, std::size_t j, const SpecUnits& units) {
+  return find_display_unit(view.units[j], units);
+}
+
+std::string legend(const FrontReportData& view, const SpecUnits& units) {
   std::string text;
   for (std::size_t j = 0; j < view.figures.size(); ++j) {
-    text += fmt::format("{}  {}{}", letter(j), view.figures[j],
-                        view.units[j].empty() ? "" : fmt::format(" [{}]", view.units[j]));
+    const DisplayUnit unit = figure_unit(view, j, units);
+    const bool is_si_sum = view.units[j].empty() && has_other_units(units);
+    text += fmt::format("{}  {}{}", letter(j), view.figures[j], is_si_sum ? " (a sum, in SI)" : bracket_unit(unit));
     const ParetoAnchor anchor = j < view.front.anchors.size() ? view.front.anchors[j] : ParetoAnchor{};
     if (anchor.optimality == Optimality::proved_global)
-      text += fmt::format("; proved minimum {:.6g}", anchor.min_value);
+      text += fmt::format("; proved minimum {:.6g}", unit.convert(anchor.min_value));
     text += "\n";
   }
   return text;
 }
 
 /// "a >= 3.2": lower bound for all designs within the point's limits.
-std::string bound_text(const ParetoPoint& point, const VectorX& largest) {
+std::string bound_text(const FrontReportData& view, const ParetoPoint& point, const VectorX& largest,
+                       const SpecUnits& units) {
   if (std::isnan(point.lower_bound)) return "-";
-  return fmt::format("{} >= {}", letter(static_cast<std::size_t>(point.minimized)),
-                     value_text(point.lower_bound, largest[point.minimized]));
+  const auto j = static_cast<std::size_t>(point.minimized);
+  return fmt::format("{} >= {}", letter(j),
+                     value_text(point.lower_bound, largest[point.minimized], figure_unit(view, j, units)));
 }
 
-std::string points_table(const FrontReportData& view) {
+std::string points_table(const FrontReportData& view, const TextOptions& options) {
   const VectorX max_abs_entry = max_abs_values(view.front);
   TextTable table{{"point"}, {Align::right}, {}};
   for (std::size_t j = 0; j < view.figures.size(); ++j) {
-    table.heading.push_back(letter(j));
+    table.heading.push_back(letter(j) + bracket_unit(figure_unit(view, j, options.units)));
     table.align.push_back(Align::right);
   }
   table.heading.insert(table.heading.end(), {"optimality", "bound"});
@@ -217,30 +224,34 @@ std::string points_table(const FrontReportData& view) {
   for (std::size_t k = 0; k < view.front.points.size(); ++k) {
     const ParetoPoint& point = view.front.points[k];
     std::vector<std::string> row{std::to_string(k + 1)};
-    for (Eigen::Index j = 0; j < point.values.size(); ++j) row.push_back(value_text(point.values[j], max_abs_entry[j]));
+    for (Eigen::Index j = 0; j < point.values.size(); ++j)
+      row.push_back(
+          value_text(point.values[j], max_abs_entry[j], figure_unit(view, static_cast<std::size_t>(j), options.units)));
     row.emplace_back(name_of(point.optimality));
-    row.push_back(bound_text(point, max_abs_entry));
+    row.push_back(bound_text(view, point, max_abs_entry, options.units));
     table.rows.push_back(std::move(row));
   }
-  return format_table(table);
+  return format_table(table, options.width);
 }
 
 /// One line per free number, one column per point.
-std::string numbers_table(const FrontReportData& view) {
-  TextTable table{{"free number"}, {Align::left}, {}};
+std::string numbers_table(const FrontReportData& view, const TextOptions& options) {
+  TextTable table{{"free number", "unit"}, {Align::left, Align::left}, {}, 2};
   for (std::size_t k = 0; k < view.front.points.size(); ++k) {
     table.heading.push_back(std::to_string(k + 1));
     table.align.push_back(Align::right);
   }
   for (std::size_t i = 0; i < view.numbers.size(); ++i) {
-    std::vector<std::string> row{view.numbers[i].key_path};
     const FreeNumber& number = view.numbers[i];
+    const DisplayUnit unit = find_number_unit(number.key_path, options);
+    std::vector<std::string> row{number.key_path, unit.name};
     for (const ParetoPoint& point : view.front.points)
       row.push_back(value_text(point.report.outcome.x[static_cast<Eigen::Index>(i)],
-                               std::max(std::abs(number.lower), std::abs(number.upper))));
+                               std::max(std::abs(number.lower), std::abs(number.upper)), unit));
     table.rows.push_back(std::move(row));
   }
-  return format_table(table);
+  remove_empty_units(table);
+  return format_table(table, options.width);
 }
 
 std::string optimality_text(const FrontReportData& view) {
@@ -261,7 +272,7 @@ std::string optimality_text(const FrontReportData& view) {
 
 }  // namespace
 
-std::string front_text(const FrontReportData& view) {
+std::string front_text(const FrontReportData& view, const TextOptions& options) {
   const ParetoFront& front = view.front;
   if (front.points.empty()) {
     const std::string& reason = front.failure.outcome.reason;
@@ -270,12 +281,13 @@ std::string front_text(const FrontReportData& view) {
   std::string text = fmt::format("{}: a front of {} design{}{}\n", view.title, front.points.size(),
                                  front.points.size() == 1 ? "" : "s",
                                  view.goals.empty() ? "" : ", all balanced for " + join_goal_names(view.goals));
-  text += optimality_text(view) + "\n" + legend(view) + "\n" + points_table(view) + "\n" + numbers_table(view);
+  text += optimality_text(view) + "\n" + legend(view, options.units) + "\n" + points_table(view, options) + "\n" +
+          numbers_table(view, options);
   text += fmt::format(
       "\npoint {} is nearest to the minima of all figures; --point K shows a point and, with -o, writes it\n",
       find_compromise_point(front) + 1);
   for (const std::string& note : front.notes) text += "note: " + note + "\n";
-  return text;
+  return wrap_lines(text, options.width);
 }
 
 namespace {

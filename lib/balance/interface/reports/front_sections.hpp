@@ -3,6 +3,7 @@
 
 #include "balance/interface/files/provenance.hpp"
 #include "balance/interface/files/result_file.hpp"
+#include "balance/interface/files/text_options.hpp"
 #include "balance/synthesis/design/pareto_front.hpp"
 
 #include <optional>
@@ -30,7 +31,7 @@ FrontReportData make_front_report_data(const DesignStudyOptions& options, const 
 Optimality front_optimality(const ParetoFront& front);
 
 /// Table of the points and what is known of them.
-std::string front_text(const FrontReportData& view);
+std::string front_text(const FrontReportData& view, const TextOptions& options = {});
 
 /// One JSON document; docs/spec.md describes its keys. @param files that were written
 /// @param design output of design_json() for one of the points; empty: none

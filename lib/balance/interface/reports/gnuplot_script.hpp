@@ -31,22 +31,25 @@ std::string gnuplot_script(const Plot& picture, const PlotPage& page);
 /// and executes nothing in it.
 std::string gnuplot_quoted(std::string_view text);
 
-/// Layout of a legend entry: first lines with a label, then marks with one.
+/// Layout of a legend entry: first lines with a label, then shapes and marks with one.
 struct LegendEntryLayout {
   double sample = 0, sample_end = 0;  ///< ends of the line sample, from the left
   double text = 0;                    ///< beginning of the text
   double y = 0;                       ///< middle of the row
 };
 
+/// Layout of a panel. Panels fill rows of Plot::columns from the left.
 struct PanelLayout {
   double left = 0, right = 0, top = 0, bottom = 0;  ///< of the frame
+  double heading = 0;                               ///< middle of its line
+  bool has_x_label = true;                          ///< and numbers on the horizontal axis
+  bool has_y_label = true;                          ///< and numbers on the vertical axis
   std::vector<LegendEntryLayout> legend;
 };
 
 struct PageLayout {
   double width = 0, height = 0;
   double title = 0;    ///< middle of the title's line
-  double x_label = 0;  ///< middle of the line below the last panel's tics
   double y_label = 0;  ///< middle of the vertical label, from the left
   std::vector<PanelLayout> panels;
 };
@@ -64,7 +67,7 @@ struct AxisRange {
   double low = 0, high = 1;
 };
 
-/// Range of a coordinate over all line points of a panel; 0 to 1 if there are none.
+/// Range of a coordinate over all points of a panel's lines and shapes; 0 to 1 if there are none.
 AxisRange range_over(const PlotPanel& panel, double PlotPoint::*coordinate);
 
 /// Range of the vertical axis of values over time, with a margin; begins at 0 for magnitudes.

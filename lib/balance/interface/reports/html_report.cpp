@@ -2,6 +2,7 @@
 
 #include "balance/foundation/base/error.hpp"
 #include "balance/interface/files/sha256.hpp"
+#include "balance/interface/files/text_options.hpp"
 #include "balance/interface/reports/html_report_data.hpp"
 
 namespace balance {
@@ -42,6 +43,17 @@ Json trajectories_json(const HtmlReport& page) {
   Json list = Json::array();
   for (const ReportedTrajectory& t : page.trajectories) list.push_back(trajectory_json(page, t));
   return list;
+}
+
+/// What takes the place of each factor of an SI unit. Times stay in seconds, in which the page's clock runs.
+Json units_json(SpecUnits units) {
+  units.time = 1, units.time_name = "s";
+  Json json = Json::object();
+  for (const char* factor : {"m", "kg", "rad", "N", "J", "W"}) {
+    const DisplayUnit unit = find_display_unit(factor, units);
+    if (unit.name != factor) json[factor] = {{"name", unit.name}, {"value", unit.factor}};
+  }
+  return json;
 }
 
 /// Name of an inline script or style in a content security policy: the SHA-256 of its bytes in base64.
@@ -90,6 +102,8 @@ std::string format_report_data(const HtmlReport& page) {
   json["controller"] = nullptr;
   if (!page.controller.empty()) json["controller"] = {{"name", page.controller}, {"type", page.controller_type}};
   json["trajectories"] = trajectories_json(page);
+  json["units"] = units_json(page.units);
+  json["number_units"] = page.number_units;
   json["notes"] = page.notes;
   return json.dump(-1, ' ', false, Json::error_handler_t::replace);
 }

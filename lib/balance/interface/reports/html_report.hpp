@@ -1,7 +1,7 @@
 #pragma once
 /// Self-contained HTML page with the whole report. docs/report.md describes its data.
 
-#include "balance/mechanics/model/mechanism.hpp"
+#include "balance/interface/specification/display_units.hpp"
 #include "balance/mechanics/results/result.hpp"
 
 #include <optional>
@@ -33,6 +33,8 @@ struct HtmlReport {
   std::vector<std::string> goal_descriptions;  ///< the goals in words
   std::string controller, controller_type;     ///< of all runs; empty: they follow their trajectories exactly
   std::vector<ReportedTrajectory> trajectories;
+  SpecUnits units;                 ///< in which the page shows its numbers; its data are SI
+  NumberUnits number_units;        ///< of free numbers and, by their names in `design: for`, of loads
   std::vector<std::string> notes;  ///< warnings and notes for the reader
 };
 

@@ -1,5 +1,6 @@
 #include "balance/interface/reports/load_case_sections.hpp"
 
+#include "balance/foundation/base/elementary.hpp"
 #include "balance/interface/files/text_table.hpp"
 #include "balance/synthesis/design/case_objective.hpp"
 
@@ -7,6 +8,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 namespace balance {
 
@@ -131,6 +133,17 @@ std::vector<std::string> load_names(const LoadCases& loads) {
   return names;
 }
 
+/// "cargo.mass = 2 kg"
+std::string describe_load(const LoadCases& cases, const VectorX& loads, const TextOptions& options) {
+  std::string text;
+  for (std::size_t k = 0; k < cases.numbers.size(); ++k) {
+    const DisplayUnit unit = find_number_unit(cases.numbers[k].path, options);
+    text += fmt::format("{}{} = {:.6g}{}", k == 0 ? "" : ", ", cases.numbers[k].name,
+                        unit.convert(loads[static_cast<Eigen::Index>(k)]), append_unit(unit));
+  }
+  return text;
+}
+
 std::string figure_text(double value) { return value == 0 ? "0" : format_number(value); }
 
 std::string residual_word(double residual) {
@@ -138,69 +151,115 @@ std::string residual_word(double residual) {
   return residual <= condition_tolerance ? "met" : fmt::format("{:.2g}", residual);
 }
 
-/// Maximum static effort of every actuator: "4.4145, 1.962".
-std::string static_efforts_text(const LoadCaseReport& load_case, const Mechanism& mechanism) {
+DisplayUnit effort_unit(const Mechanism& mechanism, int actuator, const SpecUnits& units) {
+  return find_display_unit(is_length_coordinate(mechanism, actuator) ? "N" : "N m", units);
+}
+
+/// Unit of all efforts; std::nullopt if forces and torques are among them.
+std::optional<DisplayUnit> common_effort_unit(const Mechanism& mechanism, const SpecUnits& units) {
+  std::optional<DisplayUnit> common;
+  for (const int actuator : mechanism.actuators) {
+    const DisplayUnit unit = effort_unit(mechanism, actuator, units);
+    if (common && common->name != unit.name) return std::nullopt;
+    common = unit;
+  }
+  return common;
+}
+
+/// Maximum static effort of every actuator: "4.4145, 1.962"; with units if these differ.
+std::string static_efforts_text(const LoadCaseReport& load_case, const Mechanism& mechanism, const SpecUnits& units) {
+  const bool is_mixed = !common_effort_unit(mechanism, units);
   std::string text;
   for (const int actuator : mechanism.actuators) {
     const auto match = std::find_if(load_case.static_efforts.begin(), load_case.static_efforts.end(),
                                     [&](const PeakEffort& effort) { return effort.actuator == actuator; });
-    text += (text.empty() ? "" : ", ") + figure_text(match == load_case.static_efforts.end() ? 0 : match->magnitude);
+    const DisplayUnit unit = effort_unit(mechanism, actuator, units);
+    text += (text.empty() ? "" : ", ") +
+            figure_text(match == load_case.static_efforts.end() ? 0 : unit.convert(match->magnitude)) +
+            (is_mixed ? append_unit(unit) : "");
   }
   return text.empty() ? "-" : text;
 }
 
 /// Peak and mean of the worst actuator's torque.
-std::string torque_text(const LoadCaseRun& run) {
-  for (const Metric& metric : run.metrics)
-    if (metric.quantity == "torque") return fmt::format("{}, {}", figure_text(metric.peak), figure_text(metric.mean));
+std::string torque_text(const LoadCaseRun& run, const SpecUnits& units) {
+  for (const Metric& metric : run.metrics) {
+    if (metric.quantity != "torque") continue;
+    const DisplayUnit unit = find_display_unit(metric.unit, units);
+    return fmt::format("{}, {}", figure_text(unit.convert(metric.peak)), figure_text(unit.convert(metric.mean)));
+  }
   return "-";
 }
 
-std::string cases_table(const std::vector<LoadCaseReport>& cases, const DesignReport& report) {
+std::string cases_table(const std::vector<LoadCaseReport>& cases, const DesignReport& report,
+                        const TextOptions& options) {
   const Mechanism& mechanism = report.study_after.mechanism;
+  const std::optional<DisplayUnit> effort = common_effort_unit(mechanism, options.units);
+  const std::string unit = effort ? bracket_unit(*effort) : "";
   std::string actuators;
   for (const int actuator : mechanism.actuators)
     actuators += (actuators.empty() ? " " : ", ") + mechanism.coordinates[static_cast<std::size_t>(actuator)].name;
-  TextTable table{{"load", "conditions", "most at rest" + actuators}, {Align::left, Align::right, Align::right}, {}};
+  TextTable table{
+      {"load", "conditions", "most at rest" + actuators + unit}, {Align::left, Align::right, Align::right}, {}};
   for (const LoadCaseRun& run : cases.front().runs) {
-    table.heading.push_back(run.trajectory + ": torque peak, mean");
+    table.heading.push_back(run.trajectory + ": torque peak, mean" + unit);
     table.align.push_back(Align::right);
   }
   for (const LoadCaseReport& one : cases) {
-    std::vector<std::string> row{load_text(cases_of(report).numbers, one.loads), residual_word(one.residual),
-                                 static_efforts_text(one, mechanism)};
-    for (const LoadCaseRun& run : one.runs) row.push_back(torque_text(run));
+    std::vector<std::string> row{describe_load(cases_of(report), one.loads, options), residual_word(one.residual),
+                                 static_efforts_text(one, mechanism, options.units)};
+    for (const LoadCaseRun& run : one.runs) row.push_back(torque_text(run, options.units));
     table.rows.push_back(std::move(row));
   }
-  return format_table(table);
+  return format_table(table, options.width);
 }
 
 std::string path_of(const DesignReport& report, std::size_t index) {
   return report.free_numbers[static_cast<std::size_t>(report.adaptive->numbers[index])].key_path;
 }
 
-std::string slopes_text(const AdaptiveLaw& law, Eigen::Index i, const LoadCases& loads) {
+DisplayUnit adapted_unit(const DesignReport& report, std::size_t index, const TextOptions& options) {
+  return find_number_unit(path_of(report, index), options);
+}
+
+std::string slopes_text(const AdaptiveLaw& law, Eigen::Index i, const LoadCases& loads, const DisplayUnit& unit,
+                        const TextOptions& options) {
   VectorX nominal_loads(static_cast<Eigen::Index>(loads.numbers.size()));
   for (Eigen::Index k = 0; k < nominal_loads.size(); ++k)
     nominal_loads[k] = loads.numbers[static_cast<std::size_t>(k)].nominal;
   const MatrixX slope = law.jacobian(nominal_loads);
   std::string text;
   for (Eigen::Index k = 0; k < nominal_loads.size(); ++k)
-    text += fmt::format("{}{:.6g} per {}", k == 0 ? "" : ", ", slope(i, k),
-                        loads.numbers[static_cast<std::size_t>(k)].name);
+    text += fmt::format(
+        "{}{:.6g} per {}", k == 0 ? "" : ", ",
+        unit.convert(slope(i, k)) * find_number_unit(loads.numbers[static_cast<std::size_t>(k)].path, options).factor,
+        loads.numbers[static_cast<std::size_t>(k)].name);
   return text;
 }
 
-std::string law_lines(const DesignReport& report) {
+/// The law with the loads in their display units; its values are SI.
+AdaptiveLaw convert_loads(AdaptiveLaw law, const LoadCases& loads, const TextOptions& options) {
+  for (AdaptiveLaw::Term& term : law.terms)
+    for (std::size_t k = 0; k < term.powers.size(); ++k)
+      term.coefficients *= elementary::pow(find_number_unit(loads.numbers[k].path, options).factor, term.powers[k]);
+  return law;
+}
+
+std::string law_lines(const DesignReport& report, const TextOptions& options) {
   const AdaptiveReport& adaptive = *report.adaptive;
   const LoadCases& loads = cases_of(report);
-  std::string text = "adapted to the load [SI]\n";
+  std::string text =
+      fmt::format("adapted to the load [{}]\n", has_other_units(options.units) ? "the spec's units" : "SI");
   for (std::size_t i = 0; i < adaptive.numbers.size(); ++i) {
     const auto k = static_cast<Eigen::Index>(i);
-    text += fmt::format("  {} = {}", path_of(report, i),
-                        adaptive.law ? law_text(*adaptive.law, k, load_names(loads)) : "by the table below");
-    text += fmt::format("; from {:.6g} to {:.6g}", adaptive.min_values[k], adaptive.max_values[k]);
-    if (adaptive.law) text += "; " + slopes_text(*adaptive.law, k, loads);
+    const DisplayUnit unit = adapted_unit(report, i, options);
+    text += fmt::format(
+        "  {} = {}", path_of(report, i),
+        adaptive.law ? law_text(convert_loads(*adaptive.law, loads, options), k, load_names(loads), unit.factor)
+                     : "by the table below");
+    text += fmt::format("; from {:.6g} to {:.6g}{}", unit.convert(adaptive.min_values[k]),
+                        unit.convert(adaptive.max_values[k]), append_unit(unit));
+    if (adaptive.law) text += "; " + slopes_text(*adaptive.law, k, loads, unit, options);
     text += "\n";
   }
   if (!adaptive.is_within_bounds)
@@ -208,38 +267,42 @@ std::string law_lines(const DesignReport& report) {
   return text;
 }
 
-std::string table_text(const DesignReport& report) {
+std::string table_text(const DesignReport& report, const TextOptions& options) {
   const AdaptedTable& adapted_table = report.adaptive->table;
   if (adapted_table.loads.empty()) return "";
   TextTable table{{"load", "conditions"}, {Align::left, Align::right}, {}};
   for (std::size_t i = 0; i < report.adaptive->numbers.size(); ++i) {
-    table.heading.push_back(path_of(report, i));
+    table.heading.push_back(path_of(report, i) + bracket_unit(adapted_unit(report, i, options)));
     table.align.push_back(Align::right);
   }
   for (std::size_t row = 0; row < adapted_table.loads.size(); ++row) {
-    std::vector<std::string> cells{load_text(cases_of(report).numbers, adapted_table.loads[row]),
+    std::vector<std::string> cells{describe_load(cases_of(report), adapted_table.loads[row], options),
                                    residual_word(adapted_table.residuals[row])};
-    for (const double value : adapted_table.values[row]) cells.push_back(figure_text(value));
+    for (std::size_t i = 0; i < report.adaptive->numbers.size(); ++i)
+      cells.push_back(figure_text(
+          adapted_unit(report, i, options).convert(adapted_table.values[row][static_cast<Eigen::Index>(i)])));
     table.rows.push_back(std::move(cells));
   }
-  std::string text = format_table(table);
+  std::string text = format_table(table, options.width);
   if (adapted_table.loads.front().size() == 1)
     text +=
         fmt::format("between them by a cubic spline: conditions {}\n", residual_word(adapted_table.midpoint_residual));
   return text;
 }
 
-std::string costs_text(const DesignReport& report) {
+std::string costs_text(const DesignReport& report, const TextOptions& options) {
+  const DisplayUnit energy = find_display_unit("J", options.units);
   std::string text;
   if (report.adaptive->adjustment_work)
     text += fmt::format(
-        "work against gravity and springs from the least to the largest loads, at the start of trajectory {}: {} J\n",
-        report.study_after.trajectories.front().name, figure_text(*report.adaptive->adjustment_work));
+        "work against gravity and springs from the least to the largest loads, at the start of trajectory {}: {} {}\n",
+        report.study_after.trajectories.front().name, figure_text(energy.convert(*report.adaptive->adjustment_work)),
+        energy.name);
   VectorX nominal_loads(static_cast<Eigen::Index>(cases_of(report).numbers.size()));
   for (Eigen::Index k = 0; k < nominal_loads.size(); ++k)
     nominal_loads[k] = cases_of(report).numbers[static_cast<std::size_t>(k)].nominal;
-  text += fmt::format("\nnot adapted: as for {}\n", load_text(cases_of(report).numbers, nominal_loads));
-  return text + cases_table(report.adaptive->fixed_design_cases, report);
+  text += fmt::format("\nnot adapted: as for {}\n", describe_load(cases_of(report), nominal_loads, options));
+  return text + cases_table(report.adaptive->fixed_design_cases, report, options);
 }
 
 }  // namespace
@@ -278,10 +341,11 @@ std::vector<std::string> make_law_expressions(const DesignReport& report) {
   return texts;
 }
 
-std::string load_cases_text(const DesignReport& report) {
+std::string load_cases_text(const DesignReport& report, const TextOptions& options) {
   if (report.load_cases.empty()) return "";
-  std::string text = fmt::format("\nload cases\n{}", cases_table(report.load_cases, report));
-  if (report.adaptive) text += "\n" + law_lines(report) + table_text(report) + costs_text(report);
+  std::string text = fmt::format("\nload cases\n{}", cases_table(report.load_cases, report, options));
+  if (report.adaptive)
+    text += "\n" + law_lines(report, options) + table_text(report, options) + costs_text(report, options);
   return text;
 }
 

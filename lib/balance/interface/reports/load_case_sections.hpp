@@ -2,6 +2,7 @@
 /// Load cases and laws of adapted numbers as text and as JSON.
 
 #include "balance/interface/files/json.hpp"
+#include "balance/interface/files/text_options.hpp"
 #include "balance/interface/reports/design_sections.hpp"
 
 namespace balance {
@@ -12,8 +13,8 @@ namespace balance {
 void add_load_cases(Json& json, const DesignReport& report);
 
 /// Table of the cases, the law with its range, the work of adjustment, and the cases without adaptation; empty without
-/// load cases. Numbers are SI, parameters as written.
-std::string load_cases_text(const DesignReport& report);
+/// load cases. Parameters are as written.
+std::string load_cases_text(const DesignReport& report, const TextOptions& options = {});
 
 /// "-0.075 - 0.1 cargo.mass": law of one adapted number.
 /// @param digits number of significant digits @param times separator of factors

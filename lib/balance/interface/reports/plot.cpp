@@ -264,17 +264,26 @@ PlotQuantity quantity_of(const PlotRun& run, const std::string& name, VectorView
   return *std::move(quantity);
 }
 
-VectorX abscissa(const RunResult& result, TimeAxis axis) {
+PlotQuantity convert(PlotQuantity quantity, const SpecUnits& units) {
+  const DisplayUnit unit = find_display_unit(quantity.unit, units);
+  if (unit.factor == 1) return quantity;
+  quantity.unit = unit.name;
+  for (PlotCurve& curve : quantity.curves) curve.values /= unit.factor;
+  return quantity;
+}
+
+VectorX abscissa(const RunResult& result, TimeAxis axis, const SpecUnits& units) {
   const double duration = result.time.size() > 0 ? result.time[result.time.size() - 1] : 0;
-  if (axis == TimeAxis::seconds || duration <= 0) return result.time;
+  if (axis == TimeAxis::seconds || duration <= 0) return result.time / units.time;
   return result.time / duration;
 }
 
-PlotPanel panel_over_time(const std::vector<PlotRun>& runs, const std::string& name, VectorView view, TimeAxis axis) {
+PlotPanel panel_over_time(const std::vector<PlotRun>& runs, const std::string& name, VectorView view, TimeAxis axis,
+                          const SpecUnits& units) {
   PlotPanel panel;
   panel.name = name;
   for (std::size_t i = 0; i < runs.size(); ++i) {
-    const PlotQuantity quantity = quantity_of(runs[i], name, view);
+    const PlotQuantity quantity = convert(quantity_of(runs[i], name, view), units);
     const std::string label = axis_label(quantity.title, quantity.unit);
     if (i == 0) {
       panel.y_label = label;
@@ -294,9 +303,9 @@ PlotPanel panel_over_time(const std::vector<PlotRun>& runs, const std::string& n
       const LineStyle pen =
           make_line_style(style_index, runs.size() == 1 || quantity.curves.size() == 1 ? style_index : i);
       const PlotCurve& curve = quantity.curves[j];
-      panel.lines.push_back(
-          {legend_label(runs[i].label, curve.label, runs.size() > 1), pen,
-           decimate_series(trace_values(abscissa(*runs[i].result, axis), curve.values, jumps), max_points_per_line)});
+      panel.lines.push_back({legend_label(runs[i].label, curve.label, runs.size() > 1), pen,
+                             decimate_series(trace_values(abscissa(*runs[i].result, axis, units), curve.values, jumps),
+                                             max_points_per_line)});
     }
   }
   return panel;
@@ -308,59 +317,19 @@ std::vector<std::string> legend_of(const PlotPanel& panel) {
   return labels;
 }
 
-/// Columns of a plane's axes. @throws std::invalid_argument if the run lacks one
-std::pair<Eigen::Index, Eigen::Index> axes_of(const std::string& plane, const PlotRun& run) {
-  const std::string axes = std::string("xyz").substr(0, static_cast<std::size_t>(run.result->axes));
-  if (plane.size() != 2 || axes.find(plane[0]) == std::string::npos || axes.find(plane[1]) == std::string::npos)
-    throw std::invalid_argument(fmt::format("{} is planar: it has no plane {}", run.label, plane));
-  return {static_cast<Eigen::Index>(axes.find(plane[0])), static_cast<Eigen::Index>(axes.find(plane[1]))};
-}
-
-std::vector<PlotPoint> path_points(const Samples& position, std::pair<Eigen::Index, Eigen::Index> axes) {
-  std::vector<PlotPoint> points;
-  for (Eigen::Index k = 0; k < position.rows(); ++k)
-    points.push_back({position(k, axes.first), position(k, axes.second)});
-  return decimate_path(points, max_points_per_line);
-}
-
-constexpr const char* mark_colour = "#30363d";
-
 }  // namespace
 
 Plot plot_over_time(const std::vector<PlotRun>& runs, const std::vector<std::string>& quantities, VectorView view,
-                    TimeAxis axis) {
+                    TimeAxis axis, const SpecUnits& units) {
   Plot picture;
-  picture.x_label = axis == TimeAxis::seconds ? "time [s]" : "time / duration";
+  picture.x_label =
+      axis == TimeAxis::seconds ? "time" + bracket_unit(find_display_unit("s", units)) : "time / duration";
   for (const std::string& name : quantities) {
-    picture.panels.push_back(panel_over_time(runs, name, view, axis));
+    picture.panels.push_back(panel_over_time(runs, name, view, axis, units));
     PlotPanel& panel = picture.panels.back();
     // the panel above may have the same legend
     if (picture.panels.size() > 1) panel.legend = legend_of(panel) != legend_of(*(picture.panels.end() - 2));
   }
-  return picture;
-}
-
-Plot plot_paths(const std::vector<PlotRun>& runs, const std::string& plane) {
-  Plot picture;
-  picture.equal_axes = true;
-  picture.x_label = fmt::format("{} [m]", plane.substr(0, 1));
-  PlotPanel panel{.name = "path", .y_label = fmt::format("{} [m]", plane.substr(1))};
-  PlotMarker start{"start", MarkerShape::circle, mark_colour, {}},
-      end{"end", MarkerShape::filled_circle, mark_colour, {}};
-  for (std::size_t i = 0; i < runs.size(); ++i) {
-    const auto axes = axes_of(plane, runs[i]);
-    const auto add = [&](const char* what, const Samples& position, std::size_t style_index) {
-      if (position.rows() == 0) return;
-      const LineStyle pen = make_line_style(runs.size() == 1 ? style_index : i, style_index);
-      panel.lines.push_back({legend_label(runs[i].label, what, runs.size() > 1), pen, path_points(position, axes)});
-      start.points.push_back(panel.lines.back().points.front());
-      end.points.push_back(panel.lines.back().points.back());
-    };
-    add("tool", runs[i].result->tool_position, 0);
-    add("centre of mass", runs[i].result->com_position, 1);
-  }
-  panel.marks = {start, end};
-  picture.panels.push_back(panel);
   return picture;
 }
 

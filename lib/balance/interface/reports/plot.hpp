@@ -1,6 +1,8 @@
 #pragma once
 /// A picture as values: panels of lines and marks. gnuplot_script.hpp translates it into a gnuplot script.
 
+#include "balance/interface/files/text_options.hpp"
+#include "balance/interface/reports/mechanism_drawing.hpp"
 #include "balance/interface/reports/plot_quantities.hpp"
 #include "balance/mechanics/results/result.hpp"
 
@@ -9,11 +11,6 @@
 #include <vector>
 
 namespace balance {
-
-/// Point of a line or mark.
-struct PlotPoint {
-  double x = 0, y = 0;
-};
 
 /// Samples at which an acceleration jumps: its step there is many times the adjacent ones. Such a sample
 /// has the value after the jump.
@@ -35,6 +32,7 @@ std::vector<PlotPoint> decimate_path(std::vector<PlotPoint> points, std::size_t 
 struct LineStyle {
   std::string colour;          ///< "#rrggbb"
   std::vector<double> dashes;  ///< lengths of dash, gap, dash, gap, … in line widths; empty: solid
+  double width = 1.1;          ///< [pt]
 };
 
 /// Colours and dashes repeat, with different periods.
@@ -58,11 +56,23 @@ struct PlotMarker {
   std::vector<PlotPoint> points;
 };
 
+/// Lines and areas of one style, below the lines of a panel.
+struct PlotShape {
+  std::string label;  ///< in the legend; empty: none
+  LineStyle pen;
+  std::string fill;  ///< "#rrggbb"; empty: no area is filled
+  double opacity = 1;
+  bool is_closed = false;  ///< the last point of each piece is joined to its first
+  std::vector<std::vector<PlotPoint>> pieces;
+};
+
 struct PlotPanel {
-  std::string name;  ///< the quantity as typed
+  std::string name;     ///< the quantity as typed
+  std::string heading;  ///< above the frame; may be empty
   std::string y_label;
   bool from_zero = false;  ///< values are not negative: the axis begins at 0
   bool legend = true;
+  std::vector<PlotShape> shapes;
   std::vector<PlotLine> lines;
   std::vector<PlotMarker> marks;
 };
@@ -70,29 +80,40 @@ struct PlotPanel {
 struct Plot {
   std::string title;  ///< above the panels; may be empty
   std::string x_label;
-  bool equal_axes = false;   ///< the same scale in both directions
+  bool equal_axes = false;   ///< the same scale in both directions, and in all panels
+  std::size_t columns = 1;   ///< panels side by side
   double panel_height = 42;  ///< height of a frame without equal axes, unless the page sets it [mm]
   std::vector<PlotPanel> panels;
 };
 
 /// One of the runs that a picture overlays.
 struct PlotRun {
-  std::string label;                  ///< in the legend if there are several runs
-  const RunResult* result = nullptr;  ///< not null
+  std::string label;                     ///< in the legend if there are several runs
+  const RunResult* result = nullptr;     ///< not null
+  const Mechanism* mechanism = nullptr;  ///< whose run it is; needed for its poses only
 };
 
 enum class TimeAxis { seconds, normalised };
 
 /// Quantities over time, one panel each, with all runs in it.
+/// @param units of the axes; SI by default
 /// @throws std::invalid_argument if a run lacks a quantity or if a quantity's curves differ
 /// in unit; the message names it
 Plot plot_over_time(const std::vector<PlotRun>& runs, const std::vector<std::string>& quantities, VectorView view,
-                    TimeAxis axis);
+                    TimeAxis axis, const SpecUnits& units = {});
 
-/// Paths of tool and centre of mass, with start and end marked.
-/// @param plane "xy", "xz" or "yz"
-/// @throws std::invalid_argument if a run does not have that plane
-Plot plot_paths(const std::vector<PlotRun>& runs, const std::string& plane);
+/// How paths are drawn.
+struct PathView {
+  std::string projection = "xy";  ///< one of list_projections()
+  int poses = 0;                  ///< of the mechanism, evenly spaced in time: 1 is the start, 2 start and end
+  bool is_side_by_side = false;   ///< one panel for each run; else all runs share one
+};
+
+inline constexpr int max_poses = 50;  ///< more cannot be distinguished
+
+/// Paths of tool and centre of mass, with start and end marked or, with poses, the mechanism at several times.
+/// @throws std::invalid_argument if a planar run has no such projection, or if a run is not its mechanism's
+Plot plot_paths(const std::vector<PlotRun>& runs, const PathView& view, const SpecUnits& units = {});
 
 // Phase plane of a path: laws of motion and their limits.
 

@@ -5,7 +5,7 @@
 #include "balance/interface/files/json.hpp"
 #include "balance/interface/files/provenance.hpp"
 #include "balance/interface/files/result_group.hpp"
-#include "balance/interface/files/text_table.hpp"
+#include "balance/interface/files/text_options.hpp"
 #include "balance/mechanics/results/quantities.hpp"
 #include "balance/synthesis/design/objective_builder.hpp"
 
@@ -311,9 +311,9 @@ constexpr double min_listed_share = 0.005;
 std::string tolerance_number(double value) { return value == 0 ? "0" : format_number(value); }
 
 /// "0.12", with a star if other extrema compete, or "kink" if the figure has no derivative.
-std::string deviation_text(const FigureDeviation& figure) {
+std::string deviation_text(const FigureDeviation& figure, const DisplayUnit& unit) {
   if (std::isnan(figure.deviation)) return "kink";
-  return tolerance_number(figure.deviation) + (figure.extremum_times.empty() ? "" : "*");
+  return tolerance_number(unit.convert(figure.deviation)) + (figure.extremum_times.empty() ? "" : "*");
 }
 
 /// "cw1.mass 71 %, cw2.mass 29 %", the largest first.
@@ -329,38 +329,48 @@ std::string shares_text(const Tolerances& numbers, const VectorX& shares) {
   return text.empty() ? "-" : text;
 }
 
-std::string numbers_table(const Tolerances& numbers) {
-  TextTable table{
-      {"number", "value", "deviation", "distribution"}, {Align::left, Align::right, Align::right, Align::left}, {}};
-  for (const TolerancedParameter& one : numbers)
-    table.rows.push_back(
-        {one.path, tolerance_number(one.value), tolerance_number(one.deviation()),
-         one.distribution == Distribution::normal ? "normal" : fmt::format("uniform, ± {:.6g}", one.width)});
-  return format_table(table);
+std::string numbers_table(const Tolerances& numbers, const TextOptions& options) {
+  TextTable table{{"number", "unit", "value", "deviation", "distribution"},
+                  {Align::left, Align::left, Align::right, Align::right, Align::left},
+                  {},
+                  2};
+  for (const TolerancedParameter& one : numbers) {
+    const DisplayUnit unit = find_number_unit(one.path, options);
+    table.rows.push_back({one.path, unit.name, tolerance_number(unit.convert(one.value)),
+                          tolerance_number(unit.convert(one.deviation())),
+                          one.distribution == Distribution::normal
+                              ? "normal"
+                              : fmt::format("uniform, ± {:.6g}", unit.convert(one.width))});
+  }
+  remove_empty_units(table);
+  return format_table(table, options.width);
 }
 
 /// Numbers whose deviation would open joints.
-std::string format_incompatible_parameters(const ToleranceReportData& view) {
+std::string format_incompatible_parameters(const ToleranceReportData& view, const TextOptions& options) {
   const std::vector<IncompatibleParameter>& openings = incompatible_parameters_of(view);
   if (openings.empty()) return "";
   std::string text =
-      "\nover-constrained loops cannot follow these numbers on their own: their deviations would open joints, at\n"
+      "\nover-constrained loops cannot follow these numbers on their own: their deviations would open joints, at "
       "least by the amounts listed. They are not included in ± and are not sampled\n";
   TextTable table{{"number", "joint", "opens by", "unit"}, {Align::left, Align::left, Align::right, Align::left}, {}};
-  for (const IncompatibleParameter& one : openings)
-    table.rows.push_back({one.key_path, one.joint, tolerance_number(one.gap), one.unit});
-  return text + format_table(table);
+  for (const IncompatibleParameter& one : openings) {
+    const DisplayUnit unit = find_display_unit(one.unit, options.units);
+    table.rows.push_back({one.key_path, one.joint, tolerance_number(unit.convert(one.gap)), unit.name});
+  }
+  return text + format_table(table, options.width);
 }
 
 /// Peaks and ranges that may move to other moments, with these moments.
-std::string format_extremum_times(const ToleranceReport& report) {
+std::string format_extremum_times(const ToleranceReport& report, const SpecUnits& units) {
+  const DisplayUnit unit = find_display_unit("s", units);
   std::string text;
   for (const QuantityTolerance& one : report.quantities)
     for (const auto& [word, figure] : {std::pair{"peak", &one.peak}, {"range", &one.range}}) {
       if (figure->extremum_times.empty()) continue;
       std::vector<std::string> times;
-      for (const double time : figure->extremum_times) times.push_back(fmt::format("{:.4g}", time));
-      text += fmt::format("  {} of {}: at {} s\n", word, one.quantity, fmt::join(times, ", "));
+      for (const double time : figure->extremum_times) times.push_back(fmt::format("{:.4g}", unit.convert(time)));
+      text += fmt::format("  {} of {}: at {} {}\n", word, one.quantity, fmt::join(times, ", "), unit.name);
     }
   if (text.empty()) return "";
   return "*: which moment is the largest depends on the numbers; ± is that of the largest of them, accurate to a "
@@ -368,76 +378,100 @@ std::string format_extremum_times(const ToleranceReport& report) {
          text;
 }
 
-std::string figures_table(const ToleranceReport& report) {
+std::string figures_table(const ToleranceReport& report, const TextOptions& options) {
   TextTable table{{"quantity", "unit", "peak", "±", "rms", "±", "expected rms", "mean", "±", "range", "±"},
                   {Align::left, Align::left},
-                  {}};
+                  {},
+                  2,
+                  {2, 4, 7, 9}};
   table.align.resize(table.heading.size(), Align::right);
-  for (const QuantityTolerance& one : report.quantities)
-    table.rows.push_back({one.quantity, one.unit, tolerance_number(one.peak.value), deviation_text(one.peak),
-                          tolerance_number(one.rms.value), deviation_text(one.rms), tolerance_number(one.expected_rms),
-                          tolerance_number(one.mean.value), deviation_text(one.mean), tolerance_number(one.range.value),
-                          deviation_text(one.range)});
-  return format_table(table);
+  for (const QuantityTolerance& one : report.quantities) {
+    const DisplayUnit unit = find_display_unit(one.unit, options.units);
+    std::vector<std::string> row{one.quantity, unit.name.empty() ? one.unit : unit.name};
+    const auto add = [&](const FigureDeviation& figure) {
+      row.push_back(tolerance_number(unit.convert(figure.value)));
+      row.push_back(deviation_text(figure, unit));
+    };
+    add(one.peak);
+    add(one.rms);
+    row.push_back(tolerance_number(unit.convert(one.expected_rms)));
+    add(one.mean);
+    add(one.range);
+    table.rows.push_back(std::move(row));
+  }
+  return format_table(table, options.width);
 }
 
-std::string pose_text(const ToleranceReport& report, long row) {
+std::string pose_text(const ToleranceReport& report, long row, const SpecUnits& units) {
   constexpr std::size_t max_listed_pose_coordinates = 4;
   std::string text;
   for (std::size_t c = 0; c < std::min(max_listed_pose_coordinates, report.run.coordinate_names.size()); ++c)
     text += fmt::format("{}{} {:.4g}", c == 0 ? "" : ", ", report.run.coordinate_names[c],
-                        report.run.joint_position(row, static_cast<Eigen::Index>(c)));
+                        find_display_unit(report.run.coordinate_units[c], units)
+                            .convert(report.run.joint_position(row, static_cast<Eigen::Index>(c))));
   return report.run.coordinate_names.size() > max_listed_pose_coordinates ? text + ", …" : text;
 }
 
-std::string worst_table(const ToleranceReport& report) {
-  TextTable table{{"worst sample of", "time [s]", "value", "±", "pose", "main causes"},
-                  {Align::left, Align::right, Align::right, Align::right, Align::left, Align::left},
+std::string worst_table(const ToleranceReport& report, const TextOptions& options) {
+  const DisplayUnit time = find_display_unit("s", options.units);
+  TextTable table{{"worst sample of", "unit", "time" + bracket_unit(time), "value", "±", "pose", "main causes"},
+                  {Align::left, Align::left, Align::right, Align::right, Align::right, Align::left, Align::left},
                   {}};
-  for (const QuantityTolerance& one : report.quantities)
-    if (one.worst.deviation > 0)
-      table.rows.push_back({one.quantity, fmt::format("{:.4g}", one.worst.time), tolerance_number(one.worst.value),
-                            tolerance_number(one.worst.deviation), pose_text(report, one.worst.row),
-                            shares_text(report.numbers, one.worst.shares)});
-  return table.rows.empty() ? "nothing changes to first order\n" : format_table(table);
+  for (const QuantityTolerance& one : report.quantities) {
+    if (!(one.worst.deviation > 0)) continue;
+    const DisplayUnit unit = find_display_unit(one.unit, options.units);
+    table.rows.push_back(
+        {one.quantity, unit.name, fmt::format("{:.4g}", time.convert(one.worst.time)),
+         tolerance_number(unit.convert(one.worst.value)), tolerance_number(unit.convert(one.worst.deviation)),
+         pose_text(report, one.worst.row, options.units), shares_text(report.numbers, one.worst.shares)});
+  }
+  return table.rows.empty() ? "nothing changes to first order\n" : format_table(table, options.width);
 }
 
-std::string report_text(const ToleranceReportData& view) {
+std::string report_text(const ToleranceReportData& view, const TextOptions& options) {
+  const DisplayUnit energy = find_display_unit("J", options.units);
   const ToleranceReport& report = *view.report;
   std::string text = fmt::format("\nalong {}, to first order: ± is the standard deviation\n{}", view.trajectory,
-                                 figures_table(report));
-  text += fmt::format("energy {} J ± {}\n", tolerance_number(report.energy.value), deviation_text(report.energy));
+                                 figures_table(report, options));
+  text += fmt::format("energy {} {} ± {}\n", tolerance_number(energy.convert(report.energy.value)), energy.name,
+                      deviation_text(report.energy, energy));
   text +=
-      "kink: the figure is less than three times its deviation, so it has no slope there; the expected rms\n"
+      "kink: the figure is less than three times its deviation, so it has no slope there; the expected rms "
       "includes its square, and --monte-carlo gives its distribution\n";
-  text += format_extremum_times(report);
+  text += format_extremum_times(report, options.units);
   for (const std::string& note : report.run.outcome.notes) text += "note: " + note + "\n";
-  return text + "\n" + worst_table(report);
+  return text + "\n" + worst_table(report, options);
 }
 
-std::string sampling_text(const ToleranceReportData& view) {
+std::string sampling_text(const ToleranceReportData& view, const TextOptions& options) {
   const MonteCarloReport& sampling = *view.sampling;
   std::string text = fmt::format("\n{} of {} draws, seed {}\n", sampling.run_count, view.draws.count, view.draws.seed);
   for (const auto& [reason, count] : sampling.rejections) text += fmt::format("  {} refused: {}\n", count, reason);
   if (sampling.figures.empty()) return text;
-  TextTable table{{"figure", "mean", "±", "deviation", "±", "5 %", "50 %", "95 %", "first order"}, {Align::left}, {}};
+  TextTable table{{"figure", "unit", "mean", "±", "deviation", "±", "5 %", "50 %", "95 %", "first order"},
+                  {Align::left, Align::left},
+                  {},
+                  2,
+                  {2, 4, 6, 9}};
   table.align.resize(table.heading.size(), Align::right);
   constexpr const char* words[] = {"peak", "rms", "mean", "range"};
   for (const SampledFigure& one : sampling.figures) {
+    const DisplayUnit unit = find_display_unit(one.unit, options.units);
+    const auto number = [&](double value) { return tolerance_number(unit.convert(value)); };
     const double standard_errors = sampling_disagreement(*view.report, one);
-    table.rows.push_back(
-        {fmt::format("{} {}", words[static_cast<int>(one.figure)], one.quantity), tolerance_number(one.mean),
-         fmt::format("{:.2g}", one.mean_error), tolerance_number(one.deviation),
-         fmt::format("{:.2g}", one.deviation_error), tolerance_number(one.quantiles[0]),
-         tolerance_number(one.quantiles[1]), tolerance_number(one.quantiles[2]),
-         std::isnan(standard_errors)                 ? "-"
-         : standard_errors <= disagreement_threshold ? "agrees"
-                                                     : fmt::format("{:.1f} errors off", standard_errors)});
+    table.rows.push_back({fmt::format("{} {}", words[static_cast<int>(one.figure)], one.quantity), unit.name,
+                          number(one.mean), fmt::format("{:.2g}", unit.convert(one.mean_error)), number(one.deviation),
+                          fmt::format("{:.2g}", unit.convert(one.deviation_error)), number(one.quantiles[0]),
+                          number(one.quantiles[1]), number(one.quantiles[2]),
+                          std::isnan(standard_errors) ? "-"
+                          : standard_errors <= disagreement_threshold
+                              ? "agrees"
+                              : fmt::format("{:.1f} errors off", standard_errors)});
   }
-  return text + format_table(table);
+  return text + format_table(table, options.width);
 }
 
-std::string poses_at_rest_text(const ToleranceReportData& view) {
+std::string poses_at_rest_text(const ToleranceReportData& view, const TextOptions& options) {
   const StaticTolerance& static_tolerance = *view.at_rest;
   std::string text = fmt::format("\nat rest, in all poses (whole turns, {} of a grid", static_tolerance.pose_count);
   text += static_tolerance.unreachable_count > 0
@@ -446,27 +480,29 @@ std::string poses_at_rest_text(const ToleranceReportData& view) {
   TextTable table{{"actuator", "unit", "largest ±", "effort there", "pose", "main causes"},
                   {Align::left, Align::left, Align::right, Align::right, Align::left, Align::left},
                   {}};
+  const DisplayUnit angle = find_display_unit("rad", options.units);  // the only kind of independent coordinate here
   for (const StaticDeviation& one : static_tolerance.actuators) {
     std::string pose;
     for (std::size_t k = 0; k < static_tolerance.coordinates.size(); ++k)
       pose += fmt::format("{}{} {:.4g}", k == 0 ? "" : ", ", static_tolerance.coordinates[k],
-                          one.pose[static_cast<Eigen::Index>(k)]);
-    table.rows.push_back({one.actuator, one.unit, tolerance_number(one.deviation), tolerance_number(one.effort), pose,
-                          shares_text(view.numbers, one.shares)});
+                          angle.convert(one.pose[static_cast<Eigen::Index>(k)]));
+    const DisplayUnit unit = find_display_unit(one.unit, options.units);
+    table.rows.push_back({one.actuator, unit.name, tolerance_number(unit.convert(one.deviation)),
+                          tolerance_number(unit.convert(one.effort)), pose, shares_text(view.numbers, one.shares)});
   }
-  return text + format_table(table);
+  return text + format_table(table, options.width);
 }
 
 }  // namespace
 
-std::string tolerance_text(const ToleranceReportData& view) {
+std::string tolerance_text(const ToleranceReportData& view, const TextOptions& options) {
   std::string text =
-      fmt::format("{}\nnumbers with independent deviations\n{}", view.mechanism, numbers_table(view.numbers));
-  text += format_incompatible_parameters(view);
-  if (view.report) text += report_text(view);
-  if (view.sampling) text += sampling_text(view);
-  if (view.at_rest) text += poses_at_rest_text(view);
-  return text;
+      fmt::format("{}\nnumbers with independent deviations\n{}", view.mechanism, numbers_table(view.numbers, options));
+  text += format_incompatible_parameters(view, options);
+  if (view.report) text += report_text(view, options);
+  if (view.sampling) text += sampling_text(view, options);
+  if (view.at_rest) text += poses_at_rest_text(view, options);
+  return wrap_lines(text, options.width);
 }
 
 const std::vector<IncompatibleParameter>& incompatible_parameters_of(const ToleranceReportData& view) {

@@ -2,6 +2,7 @@
 /// Results of `balance tolerance` as text, JSON and HDF5.
 
 #include "balance/interface/files/result_file.hpp"
+#include "balance/interface/files/text_options.hpp"
 #include "balance/motion/study/study.hpp"
 #include "balance/synthesis/tolerance/tolerance_analysis.hpp"
 #include "balance/synthesis/tolerance/tolerance_sampling.hpp"
@@ -61,6 +62,6 @@ Provenance make_tolerance_provenance(const Study& study, const Trajectory& traje
 std::string tolerance_json(const ToleranceReportData& view);
 
 /// Deviations of runs due to tolerances, as text.
-std::string tolerance_text(const ToleranceReportData& view);
+std::string tolerance_text(const ToleranceReportData& view, const TextOptions& options = {});
 
 }  // namespace balance

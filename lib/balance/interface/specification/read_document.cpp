@@ -274,6 +274,13 @@ ReadResult read_study(const std::string& text, const std::string& file_name,
   return {std::move(draft.study), std::move(draft.recording)};
 }
 
+std::map<std::string, Dimension> read_number_dimensions(const std::string& text, const std::string& file_name,
+                                                        const SpecParameters::Overrides& overrides) {
+  StudyBuilder draft(file_name);
+  read_document(text, nullptr, overrides, draft);
+  return std::move(draft.number_dimensions);
+}
+
 Mechanism read_mechanism_alone(const YamlNode& root, const std::string& file_name,
                                const SpecErrorCollector& known_problems, const SpecParameters::Overrides& overrides) {
   StudyBuilder draft(file_name);

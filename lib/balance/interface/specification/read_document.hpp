@@ -2,6 +2,7 @@
 /// Reading one spec.
 
 #include "balance/interface/specification/spec_parameters.hpp"
+#include "balance/interface/specification/spec_units.hpp"
 #include "balance/interface/specification/yaml_document.hpp"
 
 #include <memory>
@@ -22,6 +23,10 @@ ReadResult read_study(const std::string& text, const std::string& file_name,
 /// @param root the text's document; null: it is parsed here
 Study read_start_study(const std::string& text, const YamlNode* root, const std::string& file_name,
                        const SpecParameters::Overrides& overrides);
+
+/// Dimension of every number that is free or that loads or tolerances name, by its key path. @throws SpecError as above
+std::map<std::string, Dimension> read_number_dimensions(const std::string& text, const std::string& file_name,
+                                                        const SpecParameters::Overrides& overrides);
 
 /// Reads the mechanism alone, from a document without includes.
 /// @param known_problems collector of the reading that the root's places are from

@@ -198,14 +198,15 @@ std::set<std::string> list_load_names(const SpecCursor* design) {
   return names;
 }
 
-Expression register_load_parameter(const SpecCursor& at, StudyBuilder& draft, const Expression& number, double unit,
-                                   SignConstraint sign) {
+Expression register_load_parameter(const SpecCursor& at, StudyBuilder& draft, const Expression& number,
+                                   Dimension dimension, SignConstraint sign) {
   const auto is_named = [&](const std::string& name) { return is_name_of(name, at.path()); };
   if (std::none_of(draft.load_names.begin(), draft.load_names.end(), is_named)) return number;
   for (const LoadParameterEntry& entry : draft.load_numbers)
     if (entry.path == at.path() && entry.input) return *entry.input;
   const Expression input = draft.add_input(number.value());
-  draft.load_numbers.push_back({at.path(), unit, sign, input});
+  draft.load_numbers.push_back({at.path(), draft.units.factor(dimension), sign, input});
+  draft.number_dimensions[at.path()] = dimension;
   return input;
 }
 

@@ -3,6 +3,7 @@
 #include "balance/foundation/base/error.hpp"
 #include "balance/interface/specification/part_insertion.hpp"
 #include "balance/interface/specification/read_document.hpp"
+#include "balance/interface/specification/spec_units.hpp"
 #include "balance/interface/specification/text_file.hpp"
 #include "balance/interface/specification/yaml_document.hpp"
 
@@ -94,6 +95,26 @@ SpecNumberTexts read_spec_number_texts(const DesignSpace& space, const ReadOptio
       if (parameter.name == name) parameter.text = value;
   }
   return texts;
+}
+
+SpecUnits read_display_units(const std::string& spec_text) {
+  const SpecDocument document(spec_text);
+  const YamlNode* units = document.root() == nullptr ? nullptr : find_entry(*document.root(), "units");
+  if (units == nullptr) return {};
+  specification::SpecErrorCollector problems("");
+  try {
+    return specification::read_units(specification::SpecCursor(*units, "units", problems));
+  } catch (const specification::ReadError&) {
+    return {};
+  }
+}
+
+NumberUnits list_number_units(const Study& study) {
+  NumberUnits units;
+  for (const auto& [path, dimension] :
+       specification::read_number_dimensions(study.spec_text, study.spec_file, study.overrides))
+    units[path] = specification::unit_of_dimension(dimension);
+  return units;
 }
 
 }  // namespace balance

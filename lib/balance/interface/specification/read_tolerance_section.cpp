@@ -185,7 +185,7 @@ std::set<std::string> list_tolerance_names(const SpecCursor* section) {
 }
 
 Expression register_toleranced_parameter(const SpecCursor& at, StudyBuilder& draft, const Expression& number,
-                                         double unit, SignConstraint sign) {
+                                         Dimension dimension, SignConstraint sign) {
   const std::string& path = at.path();
   const auto is_named = [&](const std::string& name) { return is_name_of_number(name, path); };
   if (!is_manufactured(path) || std::none_of(draft.tolerance_names.begin(), draft.tolerance_names.end(), is_named))
@@ -195,7 +195,8 @@ Expression register_toleranced_parameter(const SpecCursor& at, StudyBuilder& dra
   const auto load = std::find_if(draft.load_numbers.begin(), draft.load_numbers.end(),
                                  [&](const LoadParameterEntry& one) { return one.path == path && one.input; });
   const auto free = draft.inputs.find(path);
-  ToleranceEntry entry{path, number.value(), unit, sign, number, number};
+  ToleranceEntry entry{path, number.value(), draft.units.factor(dimension), sign, number, number};
+  draft.number_dimensions[path] = dimension;
   if (load != draft.load_numbers.end()) {
     entry.input = *load->input;
   } else if (free != draft.inputs.end()) {

@@ -12,7 +12,7 @@ std::set<std::string> list_tolerance_names(const SpecCursor* section);
 /// If the section names a number, gives it an input of the recording that changes it alone.
 /// @param number its unperturbed expression [SI] @param unit of its deviation
 Expression register_toleranced_parameter(const SpecCursor& at, StudyBuilder& draft, const Expression& number,
-                                         double unit, SignConstraint sign);
+                                         Dimension dimension, SignConstraint sign);
 
 /// Call it once everything that has a name has been read.
 Tolerances read_tolerances(const SpecCursor& section, StudyBuilder& draft);

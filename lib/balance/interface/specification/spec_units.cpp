@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <numbers>
+#include <cstdlib>
 #include <span>
 #include <utility>
 
@@ -35,6 +36,10 @@ constexpr NamedUnit time_units[]{{"s", 1}, {"ms", 1e-3}, {"us", 1e-6}, {"min", 6
 constexpr NamedUnit angle_units[]{
     {"rad", 1}, {"mrad", 1e-3}, {"deg", std::numbers::pi / 180}, {"turn", 2 * std::numbers::pi}};
 constexpr NamedUnit force_units[]{{"N", 1}, {"mN", 1e-3}, {"kN", 1e3}, {"kgf", 9.80665}, {"lbf", 4.4482216152605}};
+constexpr std::size_t pound_force = 4;  // of force_units
+
+/// Inches and feet go with pounds: the forces of such a spec are displayed in lbf unless it names another unit.
+bool is_imperial(const std::string& length) { return length == "in" || length == "ft"; }
 
 }  // namespace
 
@@ -52,8 +57,21 @@ Dimension dimension_of_unit(const std::string& unit) {
   return dimensionless;
 }
 
+std::string unit_of_dimension(Dimension dimension) {
+  std::string above, below;
+  for (const auto& [name, exponent] : {std::pair("N", dimension.force), std::pair("kg", dimension.mass),
+                                       std::pair("m", dimension.length), std::pair("s", dimension.time),
+                                       std::pair("rad", dimension.angle)}) {
+    if (exponent == 0) continue;
+    std::string& side = exponent > 0 ? above : below;
+    side += (side.empty() ? "" : " ") + std::string(name);
+    if (std::abs(exponent) > 1) side += "^" + std::to_string(std::abs(exponent));
+  }
+  return (above.empty() ? "1" : above) + (below.empty() ? "" : "/" + below);
+}
+
 double Units::factor(Dimension d) const {
-  const double newton = force.value_or(mass * length / (time * time));
+  const double newton = stated_force.value_or(mass * length / (time * time));
   return elementary::pow(length, d.length) * elementary::pow(mass, d.mass) * elementary::pow(time, d.time) *
          elementary::pow(angle, d.angle) * elementary::pow(newton, d.force);
 }
@@ -68,14 +86,28 @@ Units read_units(const SpecCursor& section) {
     const NamedUnit& unit = read_unit(c, "angle", angle_units);
     units.angle = unit.value, units.angle_name = unit.name;
   };
+  const auto read_mass = [&units](const SpecCursor& c) {
+    const NamedUnit& unit = read_unit(c, "mass", mass_units);
+    units.mass = unit.value, units.mass_name = unit.name;
+  };
+  const auto read_time = [&units](const SpecCursor& c) {
+    const NamedUnit& unit = read_unit(c, "time", time_units);
+    units.time = unit.value, units.time_name = unit.name;
+  };
+  const auto read_force = [&units](const SpecCursor& c) {
+    const NamedUnit& unit = read_unit(c, "force", force_units);
+    units.stated_force = units.force = unit.value, units.force_name = unit.name;
+  };
   read_fields(
       section, "a mapping of units",
       {{"length", Presence::optional, read_length},
-       {"mass", Presence::optional, [&](const SpecCursor& c) { units.mass = read_unit(c, "mass", mass_units).value; }},
-       {"time", Presence::optional, [&](const SpecCursor& c) { units.time = read_unit(c, "time", time_units).value; }},
+       {"mass", Presence::optional, read_mass},
+       {"time", Presence::optional, read_time},
        {"angle", Presence::optional, read_angle},
-       {"force", Presence::optional,
-        [&](const SpecCursor& c) { units.force = read_unit(c, "force", force_units).value; }}});
+       {"force", Presence::optional, read_force}});
+  if (!units.stated_force && is_imperial(units.length_name)) {
+    units.force = force_units[pound_force].value, units.force_name = force_units[pound_force].name;
+  }
   return units;
 }
 

@@ -1,8 +1,8 @@
 #pragma once
 /// Units of the numbers in a spec. Internally all numbers are SI.
 
+#include "balance/interface/specification/display_units.hpp"
 #include "balance/interface/specification/spec_cursor.hpp"
-#include "balance/mechanics/model/mechanism.hpp"
 
 #include <optional>
 #include <string>
@@ -46,11 +46,12 @@ constexpr Dimension dimension_of(CoordinateKind kind) {
 /// Dimension of a quantity by its SI unit: "N m/s", "rad/s^2"; dimensionless if the unit is unknown.
 Dimension dimension_of_unit(const std::string& unit);
 
-/// SI values of the spec's units: those that the mechanism keeps, and the others.
-struct Units : DisplayUnits {
-  double mass = 1;
-  double time = 1;
-  std::optional<double> force;  ///< if not given: mass · length / time²
+/// SI unit of a dimension: "N m", "kg m^2", "N s/m"; "1" without one. dimension_of_unit() reads back those of results.
+std::string unit_of_dimension(Dimension dimension);
+
+/// SI values of the spec's units. A force that is displayed may have another unit than one that is read.
+struct Units : SpecUnits {
+  std::optional<double> stated_force;  ///< unit of forces in the spec; if not given: mass · length / time²
 
   /// SI value of the number one in this dimension.
   double factor(Dimension dimension) const;

@@ -232,14 +232,16 @@ double require_finite(const SpecCursor& at, double value) {
 
 std::string vector_form(std::size_t count) { return count == 2 ? "[x, y]" : "[x, y, z]"; }
 
-Expression add_free_number(const SpecCursor& at, const std::string& path, const FreeValue& free, double unit,
+Expression add_free_number(const SpecCursor& at, const std::string& path, const FreeValue& free, Dimension dimension,
                            StudyBuilder& draft) {
+  const double unit = draft.units.factor(dimension);
   FreeNumber number{.key_path = path,
                     .lower = require_finite(at, free.lower * unit),
                     .upper = require_finite(at, free.upper * unit),
                     .start = require_finite(at, free.start * unit),
                     .start_source = free.start_source,
                     .unit = unit};
+  draft.number_dimensions[path] = dimension;
   for (const double size : free.discrete_values) number.discrete_values.push_back(size * unit);
   const Expression input = draft.add_input(number.start);
   draft.free_numbers.push_back({&at.node(), number, input});
@@ -264,7 +266,7 @@ Expression read_exact(const SpecCursor& at, StudyBuilder& draft, Dimension dimen
     check_sign(at, value.value(), sign);
     const Expression number = value * unit;
     require_finite(at, number.value());
-    return draft.load_names.empty() ? number : register_load_parameter(at, draft, number, unit, sign);
+    return draft.load_names.empty() ? number : register_load_parameter(at, draft, number, dimension, sign);
   }
   if (const auto existing = draft.inputs.find(at.path()); existing != draft.inputs.end()) return existing->second;
   FreeValue free = draft.parameters.evaluate_free(at);
@@ -272,16 +274,14 @@ Expression read_exact(const SpecCursor& at, StudyBuilder& draft, Dimension dimen
   // a bound of zero is allowed: the designer may want to know whether the mass can vanish
   check_sign(at, free.lower, sign == SignConstraint::none ? SignConstraint::none : SignConstraint::not_negative);
   check_sign(at, free.start, sign);
-  return add_free_number(at, at.path(), free, unit, draft);
+  return add_free_number(at, at.path(), free, dimension, draft);
 }
 
 }  // namespace
 
 Expression read_number(const SpecCursor& at, StudyBuilder& draft, Dimension dimension, SignConstraint sign) {
   const Expression number = read_exact(at, draft, dimension, sign);
-  return draft.tolerance_names.empty()
-             ? number
-             : register_toleranced_parameter(at, draft, number, draft.units.factor(dimension), sign);
+  return draft.tolerance_names.empty() ? number : register_toleranced_parameter(at, draft, number, dimension, sign);
 }
 
 namespace {
@@ -300,7 +300,7 @@ std::vector<Expression> read_free_list(const SpecCursor& at, StudyBuilder& draft
   std::vector<Expression> values;
   for (long k = 0; k < count; ++k) {
     const std::string path = fmt::format("{}[{}]", at.path(), k);
-    values.push_back(add_free_number(at, path, free, draft.units.factor(dimension), draft));
+    values.push_back(add_free_number(at, path, free, dimension, draft));
     draft.free_numbers.back().is_list_item = true;
   }
   return values;

@@ -93,6 +93,7 @@ struct StudyBuilder {
   Study study;
   SpecErrorCollector problems;
   Units units;
+  std::map<std::string, Dimension> number_dimensions;  ///< of free numbers and of those that loads or tolerances name
   SpecParameters parameters;
   std::vector<FreeNumberEntry> free_numbers;   ///< without parameters
   bool is_mechanism_valid = false;             ///< no mistakes in the sections of the mechanism
