@@ -48,23 +48,51 @@ def number(value):
     return "–" if value is None else f"{value:.6g}"
 
 
+def words(*statuses):
+    return ", ".join(word.replace("-", " ") for word in statuses if word != "not-asked")
+
+
+def designed_runs(program, spec, scratch):
+    """(what was reached, rows of the table, runs before and after to draw, quantity to draw) of a design; nothing without one."""
+    file = scratch / "design.h5"
+    design = ask(program, "design", str(spec), "--seconds", SECONDS, "--h5", str(file))
+    if not design:
+        return None
+    if "front" in design:
+        return middle_of_front(program, spec, scratch, design["front"]["middle"])
+    run = design["trajectories"][0]["trajectory"].replace("/", "_") if design["trajectories"] else None
+    return (words(design["status"], design["optimality"]), changes(design), [f"{file}:before/{run}", f"{file}:after/{run}"] if run else [],
+            most_improved(design))
+
+
+def middle_of_front(program, spec, scratch, point):
+    """The same of a trade-off, whose middle point is taken as the design. It has no runs of its own."""
+    file = scratch / "after.yaml"
+    ask(program, "design", str(spec), "--seconds", SECONDS, "--point", str(point), "-o", str(file))
+    runs = [ask(program, "simulate", str(one), "--quiet") for one in (spec, file)] if file.exists() else [None]
+    if None in runs:
+        return None
+    before, after = ({metric["quantity"]: metric for metric in run["metrics"]} for run in runs)
+    shown = [quantity for quantity in FIGURES if quantity in before and quantity in after]
+    rows = [(f"peak {quantity.replace('_', ' ')}, `{runs[0]['trajectory']}`", before[quantity]["unit"], before[quantity]["peak"], after[quantity]["peak"])
+            for quantity in shown]
+    best = min((q for q in shown if before[q]["peak"]), key=lambda q: after[q]["peak"] / before[q]["peak"], default="")
+    return f"point {point} of its trade-off", rows, [str(spec), str(file)], best
+
+
 def before_and_after(program, spec, check, folder, draws):
     """Markdown of a design: its figures, the mechanism and one quantity, before and after."""
     with tempfile.TemporaryDirectory() as scratch:
-        file = pathlib.Path(scratch) / "design.h5"
-        design = ask(program, "design", str(spec), "--seconds", SECONDS, "--h5", str(file))
-        if not design or "trajectories" not in design:
+        design = designed_runs(program, spec, pathlib.Path(scratch))
+        if not design:
             return ""
-        reached = ", ".join(word.replace("-", " ") for word in (design["status"], design["optimality"]) if word != "not-asked")
+        reached, rows, runs, quantity = design
         parts = ["## Before and after\n", f"`balance design {spec.name}`: {reached}.\n",
                  "| | before | after | |\n| --- | ---: | ---: | --- |\n"
-                 + "".join(f"| {escape_cell(name)} | {number(before)} | {number(after)} | {unit or ''} |\n"
-                           for name, unit, before, after in changes(design))]
-        if draws and design["trajectories"]:
-            name = design["trajectories"][0]["trajectory"].replace("/", "_")
-            runs = [f"{file}:before/{name}", f"{file}:after/{name}", "--label", "before", "--label", "after"]
+                 + "".join(f"| {escape_cell(name)} | {number(before)} | {number(after)} | {unit or ''} |\n" for name, unit, before, after in rows if before or after)]
+        if draws and runs:
+            runs = [*runs, "--label", "before", "--label", "after"]
             poses = plot(program, folder / f"published-{spec.stem}-design.svg", *runs, "--path", "--poses", "1", "--side-by-side", *view(check))
-            quantity = most_improved(design)
             curve = quantity and plot(program, folder / f"published-{spec.stem}-figure.svg", *runs, "--quantity", quantity)
             parts += [f"![The mechanism before and after the design]({poses})\n"] if poses else []
             parts += [f"![{quantity.replace('_', ' ')} before and after the design]({curve})\n"] if curve else []

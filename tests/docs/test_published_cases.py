@@ -28,7 +28,7 @@ class PublishedCases(unittest.TestCase):
         cls.temporary = tempfile.TemporaryDirectory()
         cls.addClassCleanup(cls.temporary.cleanup)
         cls.folder = pathlib.Path(cls.temporary.name) / "published"
-        cls.specs = [CONFIGS / "spatial-rrr.yaml", CONFIGS / "5r-design.yaml", cls.without_a_motion()]
+        cls.specs = [CONFIGS / "spatial-rrr.yaml", CONFIGS / "5r-design.yaml", CONFIGS / "four-bar-front.yaml", cls.without_a_motion()]
         published_cases.write(PROGRAM, cls.specs, cls.folder, True)
 
     @classmethod
@@ -68,6 +68,12 @@ class PublishedCases(unittest.TestCase):
         if shutil.which("gnuplot"):
             for picture in ("design", "figure"):
                 self.assertTrue((self.folder / f"published-5r-design-{picture}.svg").is_file())
+
+    def test_the_middle_of_a_trade_off_is_its_design(self):
+        page = self.page("four-bar-front")
+        self.assertRegex(page, r"point \d+ of its trade-off")
+        before, after = map(float, re.search(r"peak shaking force, `steady` \| (\S+) \| (\S+) \|", page).groups())
+        self.assertLess(after, before)
 
     def test_names_and_comments_become_plain_text(self):
         name, comment = program_answers.story("# a_b *c*\n#     x < y\nname: \"odd: [name]\"   # why\n")
