@@ -142,6 +142,11 @@ class Shown(Case):
             self.assertEqual(find_row(conditions, str(k + 1))[1:3], [one.text, "yes" if one.met else "no"])
             self.assertIn(one.latex, one._repr_latex_())
 
+    def test_of_an_import_its_findings(self):
+        imported = bm.import_(os.path.join(os.path.dirname(__file__), "..", "import", "cases", "2f85.xml"))
+        rows = Reader(imported._repr_html_()).rows[1:]
+        self.assertEqual([row[2:] for row in rows], [[one["subject"], one["message"]] for one in imported.findings])
+
     def test_more_rows_than_a_summary_has_are_counted(self):
         run = bm.load(config("stewart.yaml")).simulate(samples=5)
         rows = Reader(run._repr_html_()).rows
