@@ -44,7 +44,7 @@ class Examples(Case):
         return everything
 
     def test_python(self):
-        self.assertIn("met     peak(shaking_force) <= 0.1 * base", self.run_all("python.md"))
+        self.assertIn("ok     peak(shaking_force) <= 0.1 * base", self.run_all("python.md"))
         self.assertTrue({"after.h5", "before-and-after.png"} <= set(os.listdir()))
 
     @unittest.skipUnless(xarray, "no xarray here")
