@@ -134,19 +134,20 @@ class Run(Shown, Mapping[str, numpy.ndarray]):
         return f"<balance_mechanisms.Run of {name}: {self._native.rows} samples>"
 
     def _summary(self) -> Tuple[List[Table], List[str]]:
-        about, rows = self.description, len(self["time"])
+        about, time = self.description, self["time"]
+        rows, span = len(time), float(time[-1] - time[0]) if len(time) else 0.0
         title = about["title"] + (f" along {about['trajectory']}" if about["trajectory"] else "")
         if self.metrics:
             def shown(one: Metric, value: float) -> float:
-                return value if abs(value) > one.round_off else 0.0
+                return 0.0 if abs(value) <= one.round_off else value
 
-            table = Table(f"{title}: {rows} samples in {self['time'][-1] - self['time'][0]:.6g} s, {self.energy:.6g} J moved by the actuators",
+            table = Table(f"{title}: {rows} samples in {span:.6g} s, {self.energy:.6g} J moved by the actuators",
                           ["quantity", "unit", "peak", "at [s]", "rms", "mean", "range"],
                           [[one.quantity, pretty_unit(one.unit), shown(one, one.peak), one.peak_time, shown(one, one.rms), shown(one, one.mean),
                             shown(one, one.range)] for one in self.metrics.values()])
         elif rows == 1:
             units = self._column_units()
-            table = Table(f"{title}: the state at {self['time'][0]:.6g} s", ["quantity", "unit", "value"],
+            table = Table(f"{title}: the state at {time[0]:.6g} s", ["quantity", "unit", "value"],
                           [[column, pretty_unit(units[column]), self[name].reshape(-1)[k]] for column, name, k in self._columns()])
         else:
             table = Table(f"{title}: {rows} samples", ["quantity", "unit", "for each"],
