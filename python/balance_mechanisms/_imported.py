@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import os
-from typing import TYPE_CHECKING, Any, Dict, List, Mapping
+from typing import TYPE_CHECKING, Any, Dict, List, Mapping, Tuple
+
+from balance_mechanisms._display import Shown, Table
 
 if TYPE_CHECKING:
     from balance_mechanisms._spec import Spec
 
 
-class Imported:
+class Imported(Shown):
     """A spec made from a foreign file, with findings about that file."""
 
     def __init__(self, found: Mapping[str, Any], file: str) -> None:
@@ -18,6 +20,13 @@ class Imported:
 
     def __repr__(self) -> str:
         return f"<balance_mechanisms.Imported from {self._file!r}: {self.format}>"
+
+    def _summary(self) -> Tuple[List[Table], List[str]]:
+        found = self._found
+        table = Table(f"{self._file} ({self.format}): {found['bodies']} bodies, {found['joints']} joints, {found['loops']} loops, "
+                      f"{found['total_mass']:.6g} kg", ["", "place", "subject", "finding"],
+                      [[one["level"], os.path.basename(one["file"]) + (f":{one['line']}" if one["line"] else ""), one["subject"], one["message"]] for one in self.findings])
+        return [table], [found["not_assembled"]] if found["not_assembled"] else []
 
     @property
     def format(self) -> str:

@@ -257,13 +257,24 @@ class InverseDynamics:
         return rows
 
     def assemble(self, q: State, near: Mapping[str, float] | None = None) -> Dict[str, float]:
-        """All coordinates that close the loops at `q`, in the assembly mode nearest to `near`; later states continue from there."""
+        """All coordinates [rad or m] that close the loops at `q`, by name; later states continue from there.
+
+        :param q: the independent coordinates [rad or m], an array or a dict by name
+        :param near: coordinates of the assembly mode wanted, [rad or m] by name; None: that of the spec, or of the state before
+        :raises MotionError: if the loops cannot be closed there
+        """
         outcome, values = self._native.assemble(self._one(q=q)[0], list((near or {}).items()))
         _raise(outcome)
         return dict(zip(self._mechanism.coordinates, values.tolist()))
 
     def at(self, q: State, dq: State, ddq: State, *, time: float = 0) -> Dict[str, numpy.ndarray]:
-        """All quantities of one state, named as in a run: efforts are `torque`."""
+        """All quantities of one state [SI], named as in a run: efforts are `torque`.
+
+        :param q: the independent coordinates [rad or m], an array or a dict by name; likewise their rates `dq` and accelerations `ddq`
+        :param time: for time-dependent loads [s]
+        :raises MotionError: if the state cannot be reached, or its efforts are not determined
+        :raises ValueError: for another shape or other names
+        """
         failed: List[Tuple[int, Tuple[str, float, str]]] = []
         one = self._one(q=q, dq=dq, ddq=ddq)
         run = Run(self._native.rows(one[0], one[1], one[2], numpy.array([time]), failed))
@@ -272,7 +283,12 @@ class InverseDynamics:
         return {name: values[0] for name, values in run.items() if name != "time"}
 
     def rows(self, q: State, dq: State, ddq: State, *, time: Numbers | None = None) -> Run:
-        """All quantities of several states, one row each, as a run without metrics. Rows without a solution are NaN, with a warning."""
+        """All quantities of several states, one row each, as a run without metrics. Rows without a solution are NaN, with a RuntimeWarning.
+
+        :param q: array (…, n), or a dict of arrays by name, as for `Mechanism.inverse_dynamics`; likewise `dq`, `ddq`
+        :param time: one for all rows, or one for each [s]
+        :raises ValueError: for shapes that do not match, or other names
+        """
         rows, times, _ = _states(self.independent, time, q=q, dq=dq, ddq=ddq)
         failed: List[Tuple[int, Tuple[str, float, str]]] = []
         run = Run(self._native.rows(rows[0], rows[1], rows[2], times, failed))
@@ -282,22 +298,29 @@ class InverseDynamics:
         return run
 
     def mass_matrix(self, q: State) -> numpy.ndarray:
-        """M in M ddq + h = actuator efforts, in the independent coordinates."""
+        """M in M ddq + h = actuator efforts, (n, n) in the independent coordinates [kg, kg m or kg m^2].
+
+        :raises MotionError: if the loops cannot be closed at `q`
+        """
         outcome, matrix = self._native.mass_matrix(self._one(q=q)[0])
         _raise(outcome)
         return matrix
 
     def bias(self, q: State, dq: State, *, time: float = 0) -> numpy.ndarray:
-        """h: velocity terms, weight, springs, loads and friction along the independent coordinates [N m or N]."""
+        """h in M ddq + h = actuator efforts: velocity terms, weight, springs, loads and friction, (n) [N m or N].
+
+        :raises MotionError: if the loops cannot be closed at `q`
+        """
         one = self._one(q=q, dq=dq)
         outcome, vector = self._native.bias(one[0], one[1], time)
         _raise(outcome)
         return vector
 
     def regressor(self, q: State, dq: State, ddq: State, *, time: float = 0) -> Dict[str, Any]:
-        """Efforts, shaking force and moment as matrices times the inertial parameters: effort @ values + other.
+        """Efforts, shaking force and moment as matrices times the inertial parameters [SI]: effort @ values + other.
 
-        Keys: parameters (names), values, effort, shaking_force, shaking_moment, other.
+        :returns: `parameters` (names), `values`, `effort`, `shaking_force`, `shaking_moment`, `other`
+        :raises MotionError: if the loops cannot be closed at `q`
         """
         one = self._one(q=q, dq=dq, ddq=ddq)
         outcome, found = self._native.regressor(one[0], one[1], one[2], time)

@@ -52,12 +52,13 @@ class Check(Answer):
 
     @property
     def dof(self) -> int:
-        """Degrees of freedom, by rank."""
+        """Degrees of freedom, by rank of the closures' derivatives."""
         return int(self.to_dict()["degrees_of_freedom"])
 
 
 class Condition(NamedTuple):
-    """One balancing condition."""
+    """One balancing condition, a sum that vanishes: its text and LaTeX, the coefficients by parameter [SI], the residual relative to the
+    size of the terms, whether it is met, and the paths of free numbers in it. A notebook shows the formula."""
 
     text: str
     latex: str
@@ -135,7 +136,10 @@ class Conditions(Shown, Answer):
         return self._latex
 
     def to_pandas(self) -> pandas.DataFrame:
-        """A row per condition: its text, residual, whether it is met, free numbers."""
+        """A row per condition: its text, relative residual, whether it is met, paths of free numbers in it.
+
+        :raises ModuleNotFoundError: without pandas
+        """
         import pandas
 
         columns = ["text", "residual", "met", "free"]
@@ -228,7 +232,12 @@ class Design(Shown, Answer):
         return {name: Run(run) for name, run in self._native.runs(True).items()}
 
     def write(self, path: str | os.PathLike[str], *, force: bool = False) -> None:
-        """Writes the design file: numbers, conditions, all runs (docs/file-format.md)."""
+        """Writes the design file: numbers, conditions, all runs (docs/file-format.md); complete or not at all.
+
+        :param force: overwrite an existing file
+        :raises FileExistsError: if it exists and `force` is not set
+        :raises OSError: if it cannot be written (PermissionError, IsADirectoryError, …), or would replace the spec
+        """
         self._native.write(os.fspath(path), force)
 
     def to_pandas(self) -> pandas.DataFrame:
@@ -289,7 +298,11 @@ class Front(Shown, Answer):
         return int(self.to_dict()["front"]["middle"]) - 1
 
     def design(self, index: int) -> Design:
-        """One of the points as a design of its own; the first is 0."""
+        """One of the points as a design of its own.
+
+        :param index: from 0, as in `points`; negative ones count from the end
+        :raises IndexError: if there is no such point
+        """
         return Design(self._native.design(range(len(self))[index]), self._spec)
 
     def to_pandas(self) -> pandas.DataFrame:
@@ -338,11 +351,20 @@ class Tolerance(Answer):
         return openings
 
     def write(self, path: str | os.PathLike[str], *, force: bool = False) -> None:
-        """Writes the run and the deviation of every sample (docs/file-format.md); not available for efforts at rest."""
+        """Writes the run and the deviation of every sample (docs/file-format.md); complete or not at all.
+
+        :param force: overwrite an existing file
+        :raises ValueError: of efforts at rest, which have no samples
+        :raises FileExistsError: if it exists and `force` is not set
+        :raises OSError: if it cannot be written
+        """
         self._native.write(os.fspath(path), force)
 
     def to_pandas(self) -> pandas.DataFrame:
-        """A row per quantity: unit, the figures' deviations, the expected rms; at rest a row per actuator."""
+        """A row per quantity: unit, the figures' deviations, the expected rms, all in that unit; at rest a row per actuator.
+
+        :raises ModuleNotFoundError: without pandas
+        """
         import pandas
 
         if self.actuators:
@@ -383,7 +405,10 @@ class Comparison(Answer):
         return self._markdown
 
     def to_pandas(self) -> pandas.DataFrame:
-        """A row per quantity, figure and run: unit, value, ratio to the base."""
+        """A row per quantity, figure and run: unit, value in it, ratio to the base.
+
+        :raises ModuleNotFoundError: without pandas
+        """
         import pandas
 
         rows = pandas.DataFrame(list(csv.DictReader(io.StringIO(self._csv))))
@@ -429,13 +454,21 @@ class Batch(Answer):
         return {name: message for name, _, message in self._found["cases"] if message}
 
     def run(self, case: str) -> Run:
-        """The result of a case."""
+        """The result of a case.
+
+        :raises KeyError: if the suite has no such case
+        :raises FileNotFoundError: if the case has no result: it failed, or only metrics were written
+        """
         if case not in self.cases:
             raise KeyError(f"{case!r}: the suite has {', '.join(self.cases)}")
         return Run(_native.read_result(os.path.join(self._folder, case + ".h5")))
 
     def to_pandas(self) -> pandas.DataFrame:
-        """The table summary.csv: a row per case and quantity. Available for a whole suite, not for a shard."""
+        """The table summary.csv: a row per case and quantity.
+
+        :raises FileNotFoundError: of a shard, which has none
+        :raises ModuleNotFoundError: without pandas
+        """
         import pandas
 
         return pandas.read_csv(os.path.join(self._folder, "summary.csv"), float_precision="round_trip")

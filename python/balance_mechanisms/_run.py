@@ -16,7 +16,8 @@ if TYPE_CHECKING:
 
 
 class Metric(NamedTuple):
-    """The metrics of one quantity's magnitude. Values up to `round_off` count as 0."""
+    """The metrics of one quantity's magnitude, in `unit`: its peak and when that is [s], root mean square and mean over time, and range
+    (largest minus smallest value; of a vector, of its magnitude). Values up to `round_off` count as 0."""
 
     quantity: str
     unit: str
@@ -42,7 +43,9 @@ class PayloadChange(NamedTuple):
 
 
 class Quantity(NamedTuple):
-    """Description of a sampled quantity: its name, its unit (`mixed`: see `units`, one per column), its dimensions after `time`."""
+    """Description of a sampled quantity: its name, its unit (`mixed`: see `units`, one per joint, actuator, …), its dimensions after `time`.
+
+    `round_off` is what counts as 0, for all or by column; `about` the reference point of a moment [m], or None."""
 
     name: str
     long_name: str
@@ -74,7 +77,8 @@ def common_unit(units: List[str]) -> str:
 class Run(Shown, Mapping[str, numpy.ndarray]):
     """One run along one trajectory: `run.torque` or `run["torque"]`, rows at `run.time`, names and units as in the result file.
 
-    Arrays are read-only views of the library's memory, which is freed with the last of them. World axes, SI units.
+    Arrays are read-only views of the library's memory, which is freed with the last of them. World axes, SI units. A notebook shows its
+    figures.
     """
 
     def __init__(self, native: _native.Run) -> None:
@@ -130,19 +134,20 @@ class Run(Shown, Mapping[str, numpy.ndarray]):
         return f"<balance_mechanisms.Run of {name}: {self._native.rows} samples>"
 
     def _summary(self) -> Tuple[List[Table], List[str]]:
-        about, rows = self.description, len(self["time"])
+        about, time = self.description, self["time"]
+        rows, span = len(time), float(time[-1] - time[0]) if len(time) else 0.0
         title = about["title"] + (f" along {about['trajectory']}" if about["trajectory"] else "")
         if self.metrics:
             def shown(one: Metric, value: float) -> float:
-                return value if abs(value) > one.round_off else 0.0
+                return 0.0 if abs(value) <= one.round_off else value
 
-            table = Table(f"{title}: {rows} samples in {self['time'][-1] - self['time'][0]:.6g} s, {self.energy:.6g} J moved by the actuators",
+            table = Table(f"{title}: {rows} samples in {span:.6g} s, {self.energy:.6g} J moved by the actuators",
                           ["quantity", "unit", "peak", "at [s]", "rms", "mean", "range"],
                           [[one.quantity, pretty_unit(one.unit), shown(one, one.peak), one.peak_time, shown(one, one.rms), shown(one, one.mean),
                             shown(one, one.range)] for one in self.metrics.values()])
         elif rows == 1:
             units = self._column_units()
-            table = Table(f"{title}: the state at {self['time'][0]:.6g} s", ["quantity", "unit", "value"],
+            table = Table(f"{title}: the state at {time[0]:.6g} s", ["quantity", "unit", "value"],
                           [[column, pretty_unit(units[column]), self[name].reshape(-1)[k]] for column, name, k in self._columns()])
         else:
             table = Table(f"{title}: {rows} samples", ["quantity", "unit", "for each"],
@@ -156,7 +161,7 @@ class Run(Shown, Mapping[str, numpy.ndarray]):
 
     @property
     def notes(self) -> List[str]:
-        """Notes for users of the numbers."""
+        """Notes on the numbers, for people: torques that are not unique, accelerations that jump, …"""
         return self._native.notes
 
     @property
@@ -166,7 +171,7 @@ class Run(Shown, Mapping[str, numpy.ndarray]):
 
     @property
     def labels(self) -> Dict[str, List[str]]:
-        """Names along every dimension except `time`."""
+        """Names along every dimension except `time`: of joints, actuators, bodies, axes, …"""
         return self._native.labels
 
     @property
@@ -204,7 +209,8 @@ class Run(Shown, Mapping[str, numpy.ndarray]):
 
         :param force: overwrite an existing file
         :param compress: compress the HDF5 file (slow)
-        :raises OSError: if it cannot be written, or exists
+        :raises FileExistsError: if it exists and `force` is not set
+        :raises OSError: if it cannot be written (PermissionError, IsADirectoryError, …), or would replace the spec
         """
         name = os.fspath(path)
         if name.endswith(".csv"):
@@ -215,7 +221,11 @@ class Run(Shown, Mapping[str, numpy.ndarray]):
             self._native.write_hdf5(name, force, compress)
 
     def to_xarray(self) -> xarray.Dataset:
-        """The samples as an `xarray.Dataset`, with names, dimensions, units and attributes as in the result file. Nothing is copied."""
+        """The samples as an `xarray.Dataset`, with names, dimensions, units (`attrs["units"]` of a variable) and attributes as in the
+        result file. Nothing is copied.
+
+        :raises ModuleNotFoundError: without xarray
+        """
         import xarray
 
         own = self._native
@@ -247,7 +257,10 @@ class Run(Shown, Mapping[str, numpy.ndarray]):
         return xarray.Dataset(variables, coordinates, attributes)
 
     def metrics_to_xarray(self) -> xarray.Dataset:
-        """The figures as in the result file's group `metrics`."""
+        """The figures as in the result file's group `metrics`, by `quantity`.
+
+        :raises ModuleNotFoundError: without xarray
+        """
         import xarray
 
         rows = list(self.metrics.values())

@@ -26,7 +26,7 @@ def _words(names: Goals) -> List[str]:
 class Spec(Shown):
     """A loaded spec (docs/spec.md). Immutable and thread-safe. Pickled as its text, overrides and path.
 
-    Created by `load`.
+    Created by `load`. A notebook shows its bodies, trajectories and free numbers.
     """
 
     def __init__(self, native: _native.Spec) -> None:
@@ -72,12 +72,12 @@ class Spec(Shown):
 
     @property
     def text(self) -> str:
-        """The text as read."""
+        """The text as read, without the changes of `set`."""
         return self._native.text
 
     @property
     def set(self) -> Dict[str, str]:
-        """Overridden parameters."""
+        """Overridden parameters: the expressions by name."""
         return dict(self._native.set)
 
     @property
@@ -114,6 +114,7 @@ class Spec(Shown):
         """Checks the mechanism: degrees of freedom, loops, redundant constraints, assembly modes.
 
         :param verify: also run all trajectories with both formulations (planar mechanisms)
+        :param progress: called from time to time with the completed fraction, 0 to 1
         :raises MotionError: if the loops cannot be closed
         """
         status, reason, document, text = self._native.check(verify, progress)
@@ -141,9 +142,12 @@ class Spec(Shown):
         :param goal: as for `conditions`
         :param minimize: as in the spec: `added-mass`, `{"rms": "torque", "along": "cycloid"}`, a list of these; None: as in the spec
         :param seed: for random configurations and searches
+        :param strategy: as for `conditions`, likewise `without`
         :param algorithm: of the search; "": as in the spec
         :param trajectories: run every trajectory with the given and the designed mechanism
-        :raises MechanismError: if there is no result at all; a compromise is a result, with its status
+        :returns: the design; a compromise is one, too, and so is the proof that there is none: see its `status`
+        :raises MechanismError: if there is no result at all (the loops cannot be closed, …)
+        :raises TimeoutError: if the time that the spec allows ends before the first design
         """
         wish = "" if minimize is None else minimize if isinstance(minimize, str) else json.dumps(minimize)
         words = ["balance", "design", os.path.basename(self.file)]
@@ -207,9 +211,11 @@ class Spec(Shown):
         :param duration: [s]
         :param about: reference point of moments [m]
         :param formulation: `tree`, or `natural`: the second, independent one (planar mechanisms)
-        :param poses: include the poses of all bodies
+        :param poses: include the poses of all bodies: `body_position` [m], of their origins, and `body_orientation` [rad; in space a
+            quaternion]
         :param progress: called from time to time with the completed fraction, 0 to 1
         :raises MotionError: unreachable, singular, …
+        :raises ValueError: if the spec has no such trajectory, or an option does not suit it
         """
         return _moved(_native.simulate(self._native, trajectory, samples, duration, _point(about), formulation, poses,
                                        progress))
@@ -242,8 +248,14 @@ class Spec(Shown):
         """Simulates the mechanism, moving by its own dynamics, under a controller that follows a trajectory.
 
         :param controller: of the spec, or a built-in one; "": the spec's first, else computed-torque
+        :param trajectory: name in the spec; "": the first one
+        :param samples: both ends included
+        :param duration: [s]
+        :param about: reference point of moments [m]
         :param settle: time to hold the last pose [s]
         :param steps: limit of integration steps; 0: the default
+        :param poses: include the poses of all bodies
+        :param progress: called from time to time with the completed fraction, 0 to 1
         :raises MotionError: if the run ends early; its `run` then contains the samples up to that time
         """
         return _moved(_native.control(self._native, controller, trajectory, samples, duration, _point(about), settle,
@@ -275,8 +287,9 @@ def load(source: Path, set: Mapping[str, Any] | None = None, *, file: str | None
     :param source: path of the spec; or its text, if it has more than one line
     :param set: parameters to override: numbers, or expressions over the other parameters
     :param file: name of a text in messages; relative paths in the text refer to the folder of this name
+    :returns: the spec, checked
     :raises SpecError: with all mistakes in the spec
-    :raises OSError: if the file cannot be read
+    :raises FileNotFoundError: if there is no such file; IsADirectoryError, PermissionError likewise
     """
     overrides = [(name, value if isinstance(value, str) else repr(float(value)) if isinstance(value, float)
                   else str(value)) for name, value in (set or {}).items()]

@@ -30,7 +30,7 @@ RUN_BY = {
     "apt install ./build/": "scripts/gates",
     "apt-get update && apt-get install --yes ./": "scripts/gates",
     "python3 -m venv": "scripts/gates",
-    "env/bin/pip install .": "scripts/gates",
+    "env/bin/pip install": "scripts/gates",
     "cmake --preset": "scripts/test",
     "cmake --build": "scripts/test",
     "ctest --preset": "scripts/test",

@@ -1,11 +1,15 @@
 #include "balance/interface/files/atomic_file.hpp"
 
-#include "balance/foundation/base/error.hpp"
+#include "balance/foundation/base/file_error.hpp"
+#include "balance/interface/files/result_file.hpp"
+#include "balance/interface/specification/text_file.hpp"
 #include "sample.hpp"
 
 #include <sys/stat.h>
 
 #include <doctest/doctest.h>
+
+#include <cerrno>
 
 using namespace balance;
 using sample::content;
@@ -131,6 +135,27 @@ TEST_CASE("what is no regular file is never replaced") {
   CHECK_THROWS_AS(AtomicFile("/dev/null", OverwritePolicy::replace), SystemError);
   CHECK_THROWS_AS(check_writable(folder / ".", OverwritePolicy::replace), SystemError);
   CHECK_THROWS_AS(check_writable("", OverwritePolicy::replace), SystemError);
+}
+
+TEST_CASE("a file that cannot be read or written says so with the system's number") {
+  const Folder folder;
+  put(folder / "file", "");
+  const auto number_of = [](const auto& attempt) {
+    try {
+      attempt();
+    } catch (const FileError& error) {
+      return error.error_number();
+    }
+    return 0;
+  };
+  const std::string none = folder / "none", below = folder / "file/below", itself = folder / ".";
+  for (const auto& [path, number] : {std::pair(none, ENOENT), std::pair(below, ENOTDIR), std::pair(itself, EISDIR)}) {
+    CAPTURE(path);
+    CHECK(number_of([&] { read_text_file(path, "spec"); }) == number);
+    if (number != ENOTDIR) CHECK(number_of([&] { read_result_file(path); }) == number);
+    if (number != ENOENT) CHECK(number_of([&] { check_writable(path, OverwritePolicy::replace); }) == number);
+  }
+  CHECK(number_of([&] { check_writable(folder / "file", OverwritePolicy::forbid); }) == EEXIST);
 }
 
 TEST_CASE("a file where a folder should be is named") {

@@ -18,27 +18,34 @@ except ModuleNotFoundError:
 
 
 def examples(page):
-    return re.findall(r"^```python\n(.*?)^```$", (ROOT / "docs" / page).read_text(encoding="utf-8"), re.MULTILINE | re.DOTALL)
+    """Every program of a page, and what the page says that it prints, or None: the block `text` that follows."""
+    found = re.findall(r"^```python\n(.*?)^```$(?:\n\n```text\n(.*?)^```$)?", (ROOT / "docs" / page).read_text(encoding="utf-8"), re.MULTILINE | re.DOTALL)
+    return [(program, printed or None) for program, printed in found]
 
 
 class Examples(Case):
     def setUp(self):
         super().setUp()
+        os.environ["MPLBACKEND"] = "agg"
         os.symlink(CONFIGS, self.path("configs"))
         here = os.getcwd()
         self.addCleanup(os.chdir, here)
         os.chdir(self.folder)
 
     def run_all(self, page):
-        names, printed = {}, io.StringIO()
-        with contextlib.redirect_stdout(printed):
-            for text in examples(page):
-                exec(compile(text, page, "exec"), names)
-        return printed.getvalue()
+        names, everything = {}, ""
+        for program, told in examples(page):
+            printed = io.StringIO()
+            with contextlib.redirect_stdout(printed):
+                exec(compile(program, page, "exec"), names)
+            if told is not None:
+                self.assertEqual(printed.getvalue(), told)
+            everything += printed.getvalue()
+        return everything
 
     def test_python(self):
-        self.assertIn("peak(torque) <= 0.9 * base", self.run_all("python.md"))
-        self.assertIn("after.h5", os.listdir())
+        self.assertIn("ok     peak(shaking_force) <= 0.1 * base", self.run_all("python.md"))
+        self.assertTrue({"after.h5", "before-and-after.png"} <= set(os.listdir()))
 
     @unittest.skipUnless(xarray, "no xarray here")
     def test_result_files(self):

@@ -42,7 +42,8 @@ void make_folder(const std::string& path, bool force) {
   if (force || fs::exists(fs::path(path) / lock_file_name, error) || fs::is_empty(path, error)) return;
   // Another shard may have created it a moment ago.
   if (fs::exists(fs::path(path) / lock_file_name, error)) return;
-  throw FileError(fmt::format("{} is neither empty nor the folder of a batch; --force uses it anyway", path), ENOTEMPTY);
+  throw FileError(fmt::format("{} is neither empty nor the folder of a batch; --force uses it anyway", path),
+                  ENOTEMPTY);
 }
 
 }  // namespace

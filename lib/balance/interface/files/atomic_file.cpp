@@ -79,7 +79,9 @@ namespace fs = std::filesystem;
 
 [[noreturn]] void fail(const std::string& path, int error) { fail(path, error, std::strerror(error)); }
 
-[[noreturn]] void fail_existing(const std::string& path) { fail(path, EEXIST, "it exists already; --force replaces it"); }
+[[noreturn]] void fail_existing(const std::string& path) {
+  fail(path, EEXIST, "it exists already; --force replaces it");
+}
 
 std::string folder_of(const std::string& path) {
   const fs::path folder = fs::path(path).parent_path();

@@ -384,7 +384,8 @@ StoredRun read_result_file(const std::string& name) {
   std::error_code error;
   const auto status = std::filesystem::status(location.path, error);
   if (!std::filesystem::exists(status)) throw FileError(location.path + ": no such file", ENOENT);
-  if (std::filesystem::is_directory(status)) throw FileError(location.path + ": is a folder, not a result file", EISDIR);
+  if (std::filesystem::is_directory(status))
+    throw FileError(location.path + ": is a folder, not a result file", EISDIR);
   if (!std::filesystem::is_regular_file(status)) throw SystemError(location.path + ": is not a regular file");
   if (::faccessat(AT_FDCWD, location.path.c_str(), R_OK, AT_EACCESS) != 0)
     throw FileError(fmt::format("{}: cannot be read: {}", location.path, std::strerror(errno)), errno);
