@@ -5,7 +5,6 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <charconv>
 #include <cmath>
 
@@ -18,10 +17,8 @@ std::string describe_outcome(const PublishedOutcome& outcome) {
   const std::string unit = row.unit.empty() ? "" : " " + row.unit;
   // as many digits as show whether it is within the tolerance
   constexpr int min_digits = 6, max_digits = 15;
-  const double ratio = std::abs(row.exact) / row.tolerance;
-  const int digits = ratio > 1 && std::isfinite(ratio)
-                         ? std::clamp(static_cast<int>(std::ceil(std::log10(ratio))) + 1, min_digits, max_digits)
-                         : min_digits;
+  int digits = min_digits;
+  for (double last = 1e-5 * std::abs(row.exact); digits < max_digits && last > row.tolerance / 2; last /= 10) ++digits;
   const std::string ours = fmt::format("{:.{}g}", outcome.ours, digits), exact = fmt::format("{:.12g}", row.exact);
   return fmt::format("{}{}{}, expected {} ± {:.3g}{}", outcome.holds ? "holds: " : "", ours, unit, exact, row.tolerance,
                      unit);
